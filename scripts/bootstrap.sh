@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# Installs what is missing of the Debian packages that surveymc needs, and says so. Run it as often as you like.
+#   scripts/bootstrap.sh              to build and plot
+#   scripts/bootstrap.sh test style   what the tests and the style checks need on top
+set -euo pipefail
+
+packages=(g++ cmake ninja-build git libeigen3-dev libhdf5-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libspdlog-dev
+  libcli11-dev libtomlplusplus-dev libboost-dev libxxhash-dev libbenchmark-dev
+  python3 python3-numpy python3-h5py python3-matplotlib)
+for part in "$@"; do
+  case "$part" in
+    test) packages+=(catch2 librandom123-dev python3-xarray python3-netcdf4 python3-h5netcdf netcdf-bin hdf5-tools) ;;
+    style) packages+=(clang-format) ;;
+    *) echo "bootstrap.sh: unknown part '$part': must be test or style" >&2; exit 64 ;;
+  esac
+done
+
+if ! command -v dpkg-query >/dev/null; then
+  echo "bootstrap.sh: this is no Debian system: install the equivalents of: ${packages[*]}" >&2
+  exit 1
+fi
+missing=()
+for p in "${packages[@]}"; do
+  [ "$(dpkg-query -W -f '${db:Status-Status}' "$p" 2>/dev/null)" = installed ] || missing+=("$p")
+done
+if [ ${#missing[@]} -eq 0 ]; then
+  echo "bootstrap: all ${#packages[@]} packages are installed"
+  exit 0
+fi
+echo "bootstrap: installing ${missing[*]}"
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  if ! command -v sudo >/dev/null; then
+    echo "bootstrap.sh: run this as root: apt-get install ${missing[*]}" >&2
+    exit 1
+  fi
+  as_root=(sudo)
+fi
+export DEBIAN_FRONTEND=noninteractive
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+if ! { "${as_root[@]}" apt-get update && "${as_root[@]}" apt-get install -y --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+  tail -n 20 "$log" >&2
+  echo "bootstrap.sh: apt-get failed (above)" >&2
+  exit 1
+fi
+echo "bootstrap: done"
