@@ -1,0 +1,60 @@
+#pragma once
+/// Small fixed-size symmetric systems for any scalar type, unrolled by the compiler; lanes never diverge.
+#include <array>
+#include <cstddef>
+
+#include "simd/lanes.h"
+
+namespace surveymc {
+
+/// Lower triangle of a symmetric N x N matrix, row by row: (i, j) at i (i + 1) / 2 + j, j <= i.
+template <class T, std::size_t N>
+using Symmetric = std::array<T, N*(N + 1) / 2>;
+
+constexpr std::size_t packed(std::size_t i, std::size_t j) { return i * (i + 1) / 2 + j; }
+
+/// A = L D L': L with unit diagonal (stored below it), and 1/D on the diagonal. A must be positive definite; where it
+/// is not, the factor is not finite or has a negative 1/D, and so has the solution: callers test the solution.
+template <class T, std::size_t N>
+Symmetric<T, N> ldlt(Symmetric<T, N> a) {
+#pragma GCC unroll 8
+  for (std::size_t j = 0; j < N; ++j) {
+    std::array<T, N> ld;  // row j of L D
+    T d = a[packed(j, j)];
+#pragma GCC unroll 8
+    for (std::size_t k = 0; k < j; ++k) {
+      ld[k] = a[packed(j, k)];                    // still L D here
+      a[packed(j, k)] = ld[k] * a[packed(k, k)];  // times 1/D
+      d = fma(-a[packed(j, k)], ld[k], d);
+    }
+    a[packed(j, j)] = T(1.0) / d;
+#pragma GCC unroll 8
+    for (std::size_t i = j + 1; i < N; ++i) {
+      T s = a[packed(i, j)];
+#pragma GCC unroll 8
+      for (std::size_t k = 0; k < j; ++k) s = fma(-a[packed(i, k)], a[packed(j, k)], s);
+      a[packed(i, j)] = s;
+    }
+  }
+  return a;
+}
+
+/// Solves A x = b from ldlt(A).
+template <class T, std::size_t N>
+std::array<T, N> ldlt_solve(const Symmetric<T, N>& f, std::array<T, N> x) {
+#pragma GCC unroll 8
+  for (std::size_t i = 0; i < N; ++i)
+#pragma GCC unroll 8
+    for (std::size_t k = 0; k < i; ++k) x[i] = fma(-f[packed(i, k)], x[k], x[i]);
+#pragma GCC unroll 8
+  for (std::size_t i = 0; i < N; ++i) x[i] = x[i] * f[packed(i, i)];
+#pragma GCC unroll 8
+  for (std::size_t back = 1; back < N; ++back) {
+    const std::size_t i = N - 1 - back;
+#pragma GCC unroll 8
+    for (std::size_t k = i + 1; k < N; ++k) x[i] = fma(-f[packed(k, i)], x[k], x[i]);
+  }
+  return x;
+}
+
+}  // namespace surveymc
