@@ -1,0 +1,69 @@
+#include "survey/minimum_curvature.h"
+
+namespace surveymc {
+
+double ratio_factor_slope(double s) {
+  // Series RF = 1 + s/3 + 11/45 s^2 + 191/945 s^3 + ...: below 1e-4 its next term is under 1e-12 of the slope.
+  if (s < 1e-4) return 1.0 / 3 + s * (22.0 / 45 + s * (191.0 / 315));
+  const double h = std::asin(std::sqrt(s)), sc = std::sqrt(s * (1 - s));  // h = beta/2, sc = sin h cos h
+  return (h - sc) / (2 * h * h * (1 - s) * sc);
+}
+
+LegDerivatives minimum_curvature_derivatives(double dmd, const Vec3<double>& from, const Vec3<double>& to) {
+  const Eigen::Vector3d t1 = to_eigen(from), t2 = to_eigen(to), chord = t2 - t1, sum = t1 + t2;
+  const double s = chord.squaredNorm() / 4;
+  // ds/dt2 = chord / 2 = -ds/dt1
+  const Eigen::Matrix3d turn = ratio_factor_slope(s) * 0.5 * sum * chord.transpose();
+  const Eigen::Matrix3d straight = ratio_factor(s) * Eigen::Matrix3d::Identity();
+  return {0.5 * dmd * (straight - turn), 0.5 * dmd * (straight + turn)};
+}
+
+namespace {
+
+template <class Leg>
+std::vector<Eigen::Vector3d> positions(const std::vector<double>& md, const std::vector<Vec3<double>>& t, Leg leg) {
+  std::vector<Eigen::Vector3d> p(md.size(), Eigen::Vector3d::Zero());
+  for (std::size_t k = 1; k < md.size(); ++k) p[k] = p[k - 1] + to_eigen(leg(md[k] - md[k - 1], t[k - 1], t[k]));
+  return p;
+}
+
+std::vector<Vec3<double>> tangents_of(const Survey& survey) {
+  std::vector<Vec3<double>> t;
+  for (const Station& s : survey.stations) t.push_back(tangent_N({s.inclination, s.azimuth, 0}));
+  return t;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> minimum_curvature_positions(const std::vector<double>& md,
+                                                         const std::vector<Vec3<double>>& tangents) {
+  return positions(md, tangents, minimum_curvature_leg<double>);
+}
+std::vector<Eigen::Vector3d> minimum_curvature_positions(const Survey& survey) {
+  return minimum_curvature_positions(survey.md(), tangents_of(survey));
+}
+std::vector<Eigen::Vector3d> balanced_tangential_positions(const Survey& survey) {
+  return positions(survey.md(), tangents_of(survey), balanced_tangential_leg<double>);
+}
+
+std::vector<Eigen::Matrix3d> final_position_by_tangent(const std::vector<double>& md,
+                                                       const std::vector<Vec3<double>>& tangents) {
+  std::vector<Eigen::Matrix3d> d(md.size(), Eigen::Matrix3d::Zero());
+  for (std::size_t k = 1; k < md.size(); ++k) {
+    const LegDerivatives leg = minimum_curvature_derivatives(md[k] - md[k - 1], tangents[k - 1], tangents[k]);
+    d[k - 1] += leg.by_from;
+    d[k] += leg.by_to;
+  }
+  return d;
+}
+
+Eigen::Vector3d tangent_by_inclination(double inclination, double azimuth) {
+  const double ci = std::cos(inclination);
+  return {ci * std::cos(azimuth), ci * std::sin(azimuth), -std::sin(inclination)};
+}
+Eigen::Vector3d tangent_by_azimuth(double inclination, double azimuth) {
+  const double si = std::sin(inclination);
+  return {-si * std::sin(azimuth), si * std::cos(azimuth), 0};
+}
+
+}  // namespace surveymc

@@ -1,0 +1,36 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "survey/frames.h"
+
+namespace surveymc {
+
+/// One survey station. Azimuth is from true north, toolface from the tool's y axis; radians and metres.
+struct Station {
+  double md = 0;
+  double inclination = 0, azimuth = 0, toolface = 0;
+};
+
+/// A well path as measured: stations of strictly increasing measured depth, the first is the tie-on.
+struct Survey {
+  std::vector<Station> stations;
+
+  int size() const { return static_cast<int>(stations.size()); }
+  std::vector<double> md() const;
+};
+
+/// What is wrong with a survey, for a message: empty if nothing is. Rules: at least two stations, measured depth
+/// strictly increasing, inclination in [0, 180] deg, dogleg between neighbours below 180 deg.
+struct SurveyDefect {
+  int station = -1;  ///< index of the offending station; -1 if the survey as a whole
+  std::string quantity, rule;
+};
+SurveyDefect find_defect(const Survey& survey);
+
+/// Attitude of a station relative to magnetic north.
+inline Attitude magnetic_attitude(const Station& s, double declination) {
+  return {s.inclination, s.azimuth - declination, s.toolface};
+}
+
+}  // namespace surveymc
