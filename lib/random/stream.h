@@ -1,0 +1,85 @@
+#pragma once
+/// Random numbers addressed by what they are for.
+///
+/// A draw is a pure function of (seed, study, trial, channel, index): not of thread, block, lane or the draws before
+/// it. Two estimators on one seed see the same noise, and any single trial can be replayed.
+///
+/// Philox 4x32-10 (Salmon et al., SC'11; the tests compare it with Random123) gives four 32-bit words for each counter
+///   (trial low, trial high, index / 4, study << 16 | channel), key = (seed low, seed high).
+/// Two words make two normals (Box-Muller): 40 bits for the radius, which reaches 7.5 sigma, and 24 for the angle.
+#include <array>
+#include <cstdint>
+
+#include "base/units.h"
+#include "simd/math.h"
+
+namespace surveymc {
+
+/// What a draw is for. The numbers are part of every archived result: new channels go at the end.
+enum class Channel : std::uint32_t {
+  magnetometer_noise = 0,   ///< index 3 station + axis
+  accelerometer_noise = 1,  ///< index 3 station + axis
+  reference_field = 2,      ///< index 2 station + {0 total field, 1 dip}; station 0 when drawn once a run
+};
+
+class Stream {
+ public:
+  Stream(std::uint64_t seed, std::uint32_t study) : seed_(seed), study_(study) {}
+
+  /// Four standard normals, indices 4 call .. 4 call + 3, for the trials in the lanes.
+  template <class T>
+  std::array<T, 4> normals(const Bits<T>& trial, Channel channel, std::uint32_t call) const {
+    const auto w = words<T>(trial, channel, call);
+    const auto a = box_muller<T>(w[0], w[1]), b = box_muller<T>(w[2], w[3]);
+    return {a.first, a.second, b.first, b.second};
+  }
+  /// Four uniforms in (0, 1), the same indices.
+  template <class T>
+  std::array<T, 4> uniforms(const Bits<T>& trial, Channel channel, std::uint32_t call) const {
+    const auto w = words<T>(trial, channel, call);
+    std::array<T, 4> u;
+    for (std::size_t i = 0; i < 4; ++i) u[i] = fma(small_to_double(w[i]), T(0x1p-32), T(0x1p-33));
+    return u;
+  }
+  /// One standard normal by its address: the readable definition.
+  double normal(std::uint64_t trial, Channel channel, std::uint32_t index) const {
+    return normals<double>(trial, channel, index / 4)[index % 4];
+  }
+
+ private:
+  template <class T>
+  std::array<Bits<T>, 4> words(const Bits<T>& trial, Channel channel, std::uint32_t call) const {
+    using B = Bits<T>;
+    const B low32(0xffffffffu);
+    B c0 = trial & low32, c1 = trial >> 32, c2(std::uint64_t{call}),
+      c3((std::uint64_t{study_} << 16) | static_cast<std::uint32_t>(channel));
+    std::uint64_t k0 = seed_ & 0xffffffffu, k1 = seed_ >> 32;
+    for (int round = 0; round < 10; ++round) {
+      const B p0 = multiply_low32(c0, B(0xD2511F53u)), p1 = multiply_low32(c2, B(0xCD9E8D57u));
+      c0 = (p1 >> 32) ^ c1 ^ B(k0);
+      c1 = p1 & low32;
+      c2 = (p0 >> 32) ^ c3 ^ B(k1);
+      c3 = p0 & low32;
+      k0 = (k0 + 0x9E3779B9u) & 0xffffffffu;
+      k1 = (k1 + 0xBB67AE85u) & 0xffffffffu;
+    }
+    return {c0, c1, c2, c3};
+  }
+
+  template <class T>
+  static std::pair<T, T> box_muller(const Bits<T>& w0, const Bits<T>& w1) {
+    using B = Bits<T>;
+    const T u = fma(small_to_double((w0 << 8) | (w1 >> 24)), T(0x1p-40), T(0x1p-41));
+    const T radius = sqrt(T(-2.0) * log(u));
+    // Angle (k + 1/2) / 2^24 turns, split exactly into quarter turns and a rest in (-1/8, 1/8) turn.
+    const B shifted = (w1 & B(0xffffffu)) + B(0x200000u);
+    const T rest = fma(small_to_double(shifted & B(0x3fffffu)), T(0x1p-24), T(0x1p-25 - 0.125));
+    const auto sc = turn_by_quarters<T>(sincos_reduced(rest * T(2 * kPi)), shifted >> 22);
+    return {radius * sc.second, radius * sc.first};
+  }
+
+  std::uint64_t seed_;
+  std::uint32_t study_;
+};
+
+}  // namespace surveymc
