@@ -1,0 +1,47 @@
+#include "stats/intervals.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <boost/math/distributions/binomial.hpp>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/normal.hpp>
+
+namespace surveymc {
+
+namespace bm = boost::math;
+
+double normal_quantile(double probability) { return bm::quantile(bm::normal(), probability); }
+double chi_squared_quantile(double degrees, double probability) {
+  return bm::quantile(bm::chi_squared(degrees), probability);
+}
+double chi_squared_upper_tail(double degrees, double x) {
+  return std::isfinite(x) ? bm::cdf(bm::complement(bm::chi_squared(degrees), std::max(0.0, x))) : 0.0;
+}
+
+Interval sd_interval(double variance, std::uint64_t count, double kurtosis, double confidence) {
+  const double tail = (1 - confidence) / 2;
+  const double normal_degrees = static_cast<double>(count) - 1;
+  const double degrees = std::isfinite(kurtosis) && kurtosis > 3 ? 2 * normal_degrees / (kurtosis - 1) : normal_degrees;
+  const auto bound = [&](double p) { return std::sqrt(variance * degrees / chi_squared_quantile(degrees, p)); };
+  return {bound(1 - tail), bound(tail)};
+}
+
+Interval mean_interval(double mean, double variance, std::uint64_t count, double confidence) {
+  const double half = normal_quantile(1 - (1 - confidence) / 2) * std::sqrt(variance / static_cast<double>(count));
+  return {mean - half, mean + half};
+}
+
+Interval binomial_interval(std::uint64_t successes, std::uint64_t trials, double confidence) {
+  const double tail = (1 - confidence) / 2, n = static_cast<double>(trials), k = static_cast<double>(successes);
+  const auto method = bm::binomial::clopper_pearson_exact_interval;
+  return {bm::binomial::find_lower_bound_on_p(n, k, tail, method),
+          bm::binomial::find_upper_bound_on_p(n, k, tail, method)};
+}
+
+Interval nees_band(double dimension, std::uint64_t count, double confidence) {
+  const double n = static_cast<double>(count), tail = (1 - confidence) / 2;
+  return {chi_squared_quantile(n * dimension, tail) / n, chi_squared_quantile(n * dimension, 1 - tail) / n};
+}
+
+}  // namespace surveymc

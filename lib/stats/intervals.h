@@ -1,0 +1,31 @@
+#pragma once
+/// Confidence intervals. All take the confidence level in (0, 1), two-sided with equal tails.
+#include <cstdint>
+
+namespace surveymc {
+
+struct Interval {
+  double lo = 0, hi = 0;
+};
+
+/// Standard normal quantile and the chi-squared quantile (lower tail).
+double normal_quantile(double probability);
+double chi_squared_quantile(double degrees, double probability);
+/// P(chi2 > x).
+double chi_squared_upper_tail(double degrees, double x);
+
+/// Standard deviation from a sample variance of `count` values: chi-squared with effective degrees of freedom
+/// 2 (n - 1) / (kurtosis - 1), which is n - 1 for normal values. Heavier tails (kurtosis > 3) make it wider; lighter
+/// ones are taken as normal, on the safe side.
+Interval sd_interval(double variance, std::uint64_t count, double kurtosis, double confidence);
+
+/// Mean from its sample variance, normal approximation (Monte-Carlo counts are large).
+Interval mean_interval(double mean, double variance, std::uint64_t count, double confidence);
+
+/// Probability of an event seen `successes` times in `trials`: exact (Clopper and Pearson 1934).
+Interval binomial_interval(std::uint64_t successes, std::uint64_t trials, double confidence);
+
+/// Band in which the mean of `count` chi-squared(dimension) values (NEES, NIS) lies.
+Interval nees_band(double dimension, std::uint64_t count, double confidence);
+
+}  // namespace surveymc

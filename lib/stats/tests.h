@@ -1,0 +1,18 @@
+#pragma once
+#include <cstdint>
+
+#include <Eigen/Core>
+
+namespace surveymc {
+
+/// Likelihood-ratio test that normal vectors with sample covariance `sample` (unbiased, from `count` vectors, mean
+/// unknown) have covariance `predicted`:
+///   LR = (n-1) ( tr(P^-1 S) - ln det(P^-1 S) - d ),  chi-squared with d (d+1) / 2 degrees under the null,
+/// with Bartlett's correction 1 - (2 d + 1 - 2 / (d + 1)) / (6 (n - 1)) (Muirhead 1982, theorem 8.4.10).
+struct WishartTest {
+  double statistic = 0;  ///< corrected; infinite when `predicted` is not positive definite
+  double p_value = 0;    ///< small: the matrices differ
+};
+WishartTest wishart_test(const Eigen::MatrixXd& sample, const Eigen::MatrixXd& predicted, std::uint64_t count);
+
+}  // namespace surveymc
