@@ -1,0 +1,60 @@
+#pragma once
+/// Truth -> readings: what magnetometers and accelerometers report of a true field, trial by trial.
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "field/reference_field.h"
+#include "random/stream.h"
+#include "survey/readings.h"
+#include "survey/survey.h"
+
+namespace surveymc {
+
+/// Constant errors of a magnetometer triad: reading m = gain b + bias + noise, per axis of the tool frame
+/// (thesis eq 14 with the divisor gain = 1 + e_S of its eq 16).
+struct MagnetometerErrors {
+  std::array<double, 3> gain{1, 1, 1};
+  std::array<double, 3> bias{0, 0, 0};  ///< nT
+};
+
+/// Distribution of one magnetometer noise draw; `size` is the number given in the noise model. Accelerometer noise and
+/// reference errors are always Gaussian.
+enum class NoiseLaw {
+  gaussian,            ///< N(0, size^2)
+  gaussian_half_open,  ///< |N(0, size^2)|
+  uniform,             ///< uniform on (-size, size)
+  uniform_half_open,   ///< uniform on (0, size): "a value between 0 and 70 nT"
+};
+/// When the reference field that estimators are given is drawn anew.
+enum class ReferenceNoise { none, per_run, per_station };
+
+struct NoiseModel {
+  NoiseLaw law = NoiseLaw::gaussian;
+  double magnetometer = 0;   ///< nT, size of the law, per axis and station
+  double accelerometer = 0;  ///< m/s2, one standard deviation, per axis and station
+  ReferenceNoise reference = ReferenceNoise::none;
+  double reference_total = 0;  ///< nT, one standard deviation
+  double reference_dip = 0;    ///< rad, one standard deviation
+};
+
+/// Mean and variance of a draw of size 1.
+double unit_noise_mean(NoiseLaw law);
+double unit_noise_variance(NoiseLaw law);
+
+/// Noise-free readings of a survey by a tool with constant magnetometer errors and perfect accelerometers.
+struct CleanReadings {
+  std::vector<Vec3<double>> field_T;     ///< true field in the tool frame, nT
+  std::vector<Vec3<double>> magnetic_T;  ///< magnetometer readings, nT
+  std::vector<Vec3<double>> gravity_T;   ///< accelerometer readings, m/s2, pointing down
+};
+CleanReadings clean_readings(const Survey& survey, const ReferenceField& field, const MagnetometerErrors& errors);
+
+/// A batch of the right shape for this survey and noise.
+ReadingBlock make_reading_block(int trials, int stations, const NoiseModel& noise);
+
+/// Fills `out` with noisy readings of trials first_trial, first_trial + 1, ... first_trial is a multiple of kGroup.
+void simulate_readings(const CleanReadings& clean, const ReferenceField& field, const NoiseModel& noise,
+                       const Stream& stream, std::uint64_t first_trial, ReadingBlock& out);
+
+}  // namespace surveymc
