@@ -1,0 +1,38 @@
+#include "estimate/estimator.h"
+
+#include <algorithm>
+
+#include <fmt/ranges.h>
+
+#include "base/error.h"
+#include "estimate/msa.h"
+
+namespace surveymc {
+
+const std::vector<std::string>& estimator_names() {
+  static const std::vector<std::string> names{"msa"};
+  return names;
+}
+
+const std::vector<std::string>& solver_names() {
+  static const std::vector<std::string> names{"gauss_newton", "nlopt_neldermead", "nlopt_bobyqa", "nlopt_lbfgs"};
+  return names;
+}
+
+std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& o, const ReferenceField& field) {
+  const auto known = [](const std::vector<std::string>& names, const std::string& n) {
+    return std::find(names.begin(), names.end(), n) != names.end();
+  };
+  require(known(estimator_names(), o.name), "estimator.name = \"{}\": must be one of {}", o.name,
+          fmt::join(estimator_names(), ", "));
+  require(known(solver_names(), o.solver), "estimator.solver = \"{}\": must be one of {}", o.solver,
+          fmt::join(solver_names(), ", "));
+  require(o.max_iterations >= 1, "estimator.max_iterations = {}: must be at least 1", o.max_iterations);
+  require(o.step_tolerance > 0, "estimator.step_tolerance = {}: must be > 0", o.step_tolerance);
+  require(field.total > 0, "field.total_nT = {}: must be > 0", field.total);
+  const MsaOptions msa{o.max_iterations, o.step_tolerance};
+  if (o.solver.starts_with("nlopt_")) return make_msa_nlopt(o.solver.substr(6), msa, field);
+  return make_msa(msa, field);
+}
+
+}  // namespace surveymc
