@@ -1,0 +1,70 @@
+#pragma once
+/// The result file: HDF5, netCDF-4 clean (docs/results-format.md). The only user of the HDF5 library.
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "store/table.h"
+
+namespace surveymc {
+
+/// What the result is and what makes it again. Written as root attributes; all of it but `command`,
+/// `surveymc_version`, `git_revision` and `compiler` enters the content hash.
+struct Provenance {
+  std::string title, experiment;
+  std::string config;       ///< resolved TOML, whole
+  std::string config_hash;  ///< see config/config.h
+  std::uint64_t seed = 0, trials = 0;
+  std::string surveymc_version, git_revision, compiler, command;
+};
+
+/// How this run went. Written to the group /run, outside of the content hash.
+struct RunInfo {
+  std::string created;  ///< ISO 8601, UTC
+  std::string host;
+  double elapsed_s = 0;
+  std::int64_t threads = 1, ranks = 1;
+};
+
+/// A user's file as it was read: columns named and in the units of the file.
+struct InputData {
+  std::string path;  ///< as written in the config, relative to it
+  std::string hash;  ///< of names and values, see input_hash()
+  Table table;       ///< its name does not count: the file's group is named after the path
+};
+
+struct Result {
+  Provenance provenance;
+  RunInfo run;
+  std::vector<Table> tables;   ///< /tables/<name>
+  std::vector<Table> samples;  ///< /samples/<name>
+  std::vector<Map> maps;       ///< /maps/<name>
+  std::vector<InputData> inputs;
+};
+
+/// 128-bit XXH3 in hex over column names, units and values (bit patterns, little endian).
+std::string input_hash(const Table& table);
+
+/// 128-bit XXH3 in hex over tables, samples, maps, inputs and provenance; not over time, host, threads or versions.
+std::string content_hash(const Result& result);
+
+/// Throws IoError, before anything is computed, if `path` could not be written: its folder is missing or read-only,
+/// it is a folder, or it is an existing file that is not a surveymc result (we never overwrite those).
+/// Removes temporary files of writers that no longer live. Leaves no file behind.
+void check_output_path(const std::filesystem::path& path);
+
+/// Writes the file whole or not at all: temporary name in the same folder, flush, fsync, rename, fsync of the folder.
+/// An existing file stays untouched on any error. Throws IoError with path and reason, also if that file is not a
+/// surveymc result, and std::logic_error if the result is malformed (columns of different length, a name twice).
+/// NaN is a missing value; bytes that are not UTF-8 are stored as U+FFFD.
+void write_result(const std::filesystem::path& path, const Result& result);
+
+/// Reads a file written by write_result. Throws IoError if it is missing, truncated, or not a surveymc result of a
+/// known format version, or if it is damaged or edited: its contents do not match its content_hash or its checksum.
+Result read_result(const std::filesystem::path& path);
+
+/// The content_hash attribute stored in the file.
+std::string stored_content_hash(const std::filesystem::path& path);
+
+}  // namespace surveymc

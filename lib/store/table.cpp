@@ -1,0 +1,286 @@
+#include "store/table.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace surveymc {
+namespace {
+
+constexpr std::size_t kTerminalWidth = 160;  // a wide terminal; longer rows move their last text below the table
+constexpr const char* kGap = "  ";
+
+bool is_text(const Column& column) { return std::holds_alternative<std::vector<std::string>>(column.values); }
+
+/// Code points, which is what a terminal shows for the letters and symbols we use (Greek, degree, plus-minus).
+std::size_t width(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+}
+
+std::string padded(const std::string& text, std::size_t to, bool right_aligned) {
+  const std::string fill(to - std::min(to, width(text)), ' ');
+  return right_aligned ? fill + text : text + fill;
+}
+
+std::string format_double(double x, int digits) {
+  if (std::isnan(x)) return "-";
+  if (x == 0) return "0";  // also -0
+  return fmt::format("{:.{}g}", x, digits);
+}
+
+/// Number of a numeric column as double, for intervals.
+double number_at(const Column& column, std::size_t row) {
+  if (const auto* integers = std::get_if<std::vector<std::int64_t>>(&column.values)) {
+    return static_cast<double>((*integers)[row]);
+  }
+  return std::get<std::vector<double>>(column.values)[row];
+}
+
+std::string cell(const Column& column, std::size_t row) {
+  if (const auto* texts = std::get_if<std::vector<std::string>>(&column.values)) return printable((*texts)[row]);
+  if (const auto* integers = std::get_if<std::vector<std::int64_t>>(&column.values)) {
+    return fmt::format("{}", (*integers)[row]);
+  }
+  return format_double(std::get<std::vector<double>>(column.values)[row], 6);
+}
+
+/// "low .. high" with as many digits as show the interval's width to three figures: a narrow interval around a large
+/// value must not print as twice the same number, and a wide one needs no six digits.
+std::string interval_cell(double low, double high) {
+  if (std::isnan(low) && std::isnan(high)) return "-";
+  int digits = 4;
+  const double largest = std::max(std::abs(low), std::abs(high));
+  if (std::isfinite(largest) && high > low) {
+    digits = std::clamp(static_cast<int>(std::ceil(std::log10(largest / (high - low)))) + 2, 4, 12);
+  }
+  return format_double(low, digits) + " .. " + format_double(high, digits);
+}
+
+bool is_blank(const Column& column) {
+  return std::visit(
+      [](const auto& values) {
+        return std::all_of(values.begin(), values.end(), [](const auto& v) {
+          using T = std::decay_t<decltype(v)>;
+          if constexpr (std::is_same_v<T, double>) return std::isnan(v);
+          if constexpr (std::is_same_v<T, std::string>) return v.empty();
+          return false;
+        });
+      },
+      column.values);
+}
+
+/// One printed column: one or two lines of name, unit, cells.
+struct Block {
+  std::string name, unit;
+  bool right_aligned = true;
+  std::vector<std::string> cells;
+  std::array<std::string, 2> name_lines = {"", name};
+
+  std::size_t cell_width() const {
+    std::size_t w = width(unit);
+    for (const std::string& c : cells) w = std::max(w, width(c));
+    return w;
+  }
+  std::size_t full_width() const { return std::max({cell_width(), width(name_lines[0]), width(name_lines[1])}); }
+};
+
+/// A name in two lines, broken after an underscore or blank near its middle, if that makes the column narrower.
+void break_name(Block& block) {
+  if (width(block.name) <= block.cell_width()) return;
+  for (std::size_t at = 0; at + 1 < block.name.size(); ++at) {
+    if (block.name[at] != '_' && block.name[at] != ' ') continue;
+    const std::array<std::string, 2> broken = {block.name.substr(0, at + 1), block.name.substr(at + 1)};
+    const auto widest = [](const std::array<std::string, 2>& l) { return std::max(width(l[0]), width(l[1])); };
+    if (widest(broken) < widest(block.name_lines)) block.name_lines = broken;
+  }
+}
+
+std::size_t table_width(const std::vector<Block>& blocks) {
+  std::size_t total = 0;
+  for (const Block& b : blocks) total += b.full_width() + (total > 0 ? width(kGap) : 0);
+  return total;
+}
+
+/// The interval columns of a column, or two nulls.
+struct Ends {
+  const Column* low = nullptr;
+  const Column* high = nullptr;
+};
+
+/// Columns as they are printed: blank ones left out, interval ends joined behind their value.
+std::vector<Block> printed_blocks(const Table& table) {
+  const auto find = [&](const std::string& name) -> const Column* {
+    for (const Column& c : table.columns) {
+      if (c.name == name && !is_text(c)) return &c;
+    }
+    return nullptr;
+  };
+  const auto ends_of = [&](const std::string& name) {
+    const Ends ends{find(name + "_ci_low"), find(name + "_ci_high")};
+    return find(name) && ends.low && ends.high ? ends : Ends{};
+  };
+  const auto is_end = [&](const std::string& name) {
+    for (const std::string suffix : {"_ci_low", "_ci_high"}) {
+      if (name.ends_with(suffix) && ends_of(name.substr(0, name.size() - suffix.size())).low) return true;
+    }
+    return false;
+  };
+
+  const std::size_t rows = table.rows();
+  std::vector<Block> blocks;
+  for (const Column& column : table.columns) {
+    if (!is_text(column) && is_end(column.name)) continue;
+    const Ends ends = is_text(column) ? Ends{} : ends_of(column.name);
+    const bool interval = ends.low && (rows == 0 || !is_blank(*ends.low) || !is_blank(*ends.high));
+    if (rows > 0 && is_blank(column) && !interval) continue;
+
+    Block block{printable(column.name), "", !is_text(column), {}};
+    if (!column.unit.empty() && column.unit != "1") block.unit = "[" + printable(column.unit) + "]";
+    for (std::size_t i = 0; i < rows; ++i) block.cells.push_back(cell(column, i));
+    blocks.push_back(block);
+    if (!interval) continue;
+    Block joined{"95 % interval", block.unit, true, {}};
+    for (std::size_t i = 0; i < rows; ++i) {
+      joined.cells.push_back(interval_cell(number_at(*ends.low, i), number_at(*ends.high, i)));
+    }
+    blocks.push_back(joined);
+  }
+  return blocks;
+}
+
+/// Replaces the texts of the last column by numbers, equal texts by one number, and returns the numbered texts.
+std::vector<std::string> to_footnotes(Block& block) {
+  std::vector<std::string> notes;
+  for (std::string& c : block.cells) {
+    if (c.empty()) continue;
+    const auto known = std::find(notes.begin(), notes.end(), c);
+    const auto number = known - notes.begin() + 1;
+    if (known == notes.end()) notes.push_back(c);
+    c = fmt::format("({})", number);
+  }
+  return notes;
+}
+
+std::string line(const std::vector<Block>& blocks, const auto& text_of) {
+  std::string out;
+  for (const Block& b : blocks) {
+    if (&b != &blocks.front()) out += kGap;
+    out += padded(text_of(b), b.full_width(), b.right_aligned);
+  }
+  out.erase(out.find_last_not_of(' ') + 1);
+  return out + '\n';
+}
+
+std::string csv_text(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+std::string csv_cell(const Column& column, std::size_t row) {
+  if (const auto* texts = std::get_if<std::vector<std::string>>(&column.values)) return csv_text((*texts)[row]);
+  if (const auto* integers = std::get_if<std::vector<std::int64_t>>(&column.values)) {
+    return fmt::format("{}", (*integers)[row]);
+  }
+  const double x = std::get<std::vector<double>>(column.values)[row];
+  if (std::isnan(x)) return "";
+  std::array<char, 32> buffer;
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), x).ptr;
+  return std::string(buffer.data(), end);
+}
+
+}  // namespace
+
+/// Notes and names come from config files: a line break would break the row, an escape sequence the terminal.
+std::string printable(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
+  }
+  return text;
+}
+
+std::size_t Column::size() const {
+  return std::visit([](const auto& v) { return v.size(); }, values);
+}
+
+std::size_t Table::rows() const { return columns.empty() ? 0 : columns.front().size(); }
+
+const Column& Table::column(const std::string& column_name) const {
+  for (const Column& c : columns) {
+    if (c.name == column_name) return c;
+  }
+  throw std::out_of_range("table " + name + " has no column " + column_name);
+}
+
+void append_rows(Table& table, const Table& more) {
+  assert(table.columns.size() == more.columns.size());
+  for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    assert(table.columns[i].name == more.columns[i].name);
+    std::visit(
+        [&](auto& values) {
+          const auto added = std::get<std::decay_t<decltype(values)>>(more.columns[i].values);  // a copy: may be itself
+          values.insert(values.end(), added.begin(), added.end());
+        },
+        table.columns[i].values);
+  }
+}
+
+std::string format_table(const Table& table) {
+  const std::size_t rows = table.rows();
+  std::string out = printable(table.name);
+  if (!table.long_name.empty()) out += ": " + printable(table.long_name);
+  out += '\n';
+
+  std::vector<Block> blocks = printed_blocks(table);
+  if (blocks.empty()) return out + (rows > 0 ? fmt::format("({} rows without values)\n", rows) : "(no rows)\n");
+  std::vector<std::string> notes;
+  if (table_width(blocks) > kTerminalWidth) std::for_each(blocks.begin(), blocks.end(), break_name);
+  if (table_width(blocks) > kTerminalWidth && !blocks.back().right_aligned) notes = to_footnotes(blocks.back());
+
+  const auto any = [&](const auto& has) { return std::any_of(blocks.begin(), blocks.end(), has); };
+  if (any([](const Block& b) { return !b.name_lines[0].empty(); })) {
+    out += line(blocks, [](const Block& b) { return b.name_lines[0]; });
+  }
+  out += line(blocks, [](const Block& b) { return b.name_lines[1]; });
+  if (any([](const Block& b) { return !b.unit.empty(); })) {
+    out += line(blocks, [](const Block& b) { return b.unit; });
+  }
+  out += std::string(table_width(blocks), '-') + '\n';
+  for (std::size_t i = 0; i < rows; ++i) {
+    out += line(blocks, [i](const Block& b) { return b.cells[i]; });
+  }
+  if (rows == 0) out += "(no rows)\n";
+  for (std::size_t i = 0; i < notes.size(); ++i) out += fmt::format("({}) {}\n", i + 1, notes[i]);
+  return out;
+}
+
+std::string to_csv(const Table& table) {
+  if (table.columns.empty()) return "";
+  const auto add_line = [&](std::string& out, const auto& text_of) {
+    std::string csv_line;
+    for (const Column& c : table.columns) {
+      if (&c != &table.columns.front()) csv_line += ',';
+      csv_line += text_of(c);
+    }
+    if (csv_line.empty()) csv_line = "\"\"";  // one column, no value: readers skip an empty line
+    out += csv_line + '\n';
+  };
+  std::string out;
+  add_line(out, [](const Column& c) { return csv_text(c.name); });
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    add_line(out, [i](const Column& c) { return csv_cell(c, i); });
+  }
+  return out;
+}
+
+}  // namespace surveymc

@@ -1,0 +1,59 @@
+#pragma once
+/// What leaves a study: tables of named columns and maps over named axes, as plain values.
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace surveymc {
+
+/// One column of a table. All columns of a table have one length.
+struct Column {
+  std::string name;       ///< identifier; a quantity with a unit ends in it (`md_m`)
+  std::string unit;       ///< "1" for a pure number, "" for text
+  std::string long_name;  ///< one line for a reader
+  std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::string>> values;
+  std::string ancillary = {};  ///< names of the interval columns, separated by a space ("x_ci_low x_ci_high")
+
+  std::size_t size() const;
+};
+
+struct Table {
+  std::string name, long_name;
+  std::vector<Column> columns = {};
+
+  std::size_t rows() const;  ///< 0 without columns
+  /// Throws std::out_of_range when there is no such column.
+  const Column& column(const std::string& column_name) const;
+};
+
+/// One coordinate of a map.
+struct Axis {
+  std::string name, unit, long_name;
+  std::variant<std::vector<double>, std::vector<std::string>> values;
+};
+
+/// Values on the product of the axes, the last axis fastest. Infinity is IEEE inf.
+struct Map {
+  std::string name, unit, long_name;
+  std::vector<Axis> axes;
+  std::vector<double> values;
+};
+
+/// Rows of `more` below those of `table`. Both have the same columns (asserted).
+void append_rows(Table& table, const Table& more);
+
+/// Text that is safe on a terminal and in a row: control characters become spaces.
+std::string printable(std::string text);
+
+/// Aligned text for a terminal: a title line, column names with units, one line a row. Numbers have 6 significant
+/// digits, NaN is "-". Columns without any value are left out; x_ci_low and x_ci_high become one column "95 % interval"
+/// behind x. If the rows get wider than 160 characters, the texts of the last column become footnotes.
+std::string format_table(const Table& table);
+
+/// RFC 4180 text, but with lines that end in LF: names in the first line, numbers with the fewest digits that read back
+/// to the same bits, NaN as an empty cell.
+std::string to_csv(const Table& table);
+
+}  // namespace surveymc
