@@ -1,0 +1,42 @@
+#pragma once
+/// What a config says about the rows of its tables: published values and expected verdicts.
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "study/comparison.h"
+
+namespace surveymc {
+
+/// Names of a row that a table will have.
+struct RowName {
+  std::string table, formulation, quantity;
+};
+
+/// `[[published]] source, table, formulation (optional), values = { quantity = number }, at (optional)` and
+/// `[[expect]] table, formulation (optional), quantities = [...], verdict, at (optional)`.
+/// `at = { "noise.scale" = 1.0 }` limits an entry to those points of the sweep. Later entries win.
+class Annotations {
+ public:
+  /// Throws InputError for a table, formulation or quantity that is not among `rows`.
+  static Annotations read(ConfigReader& config, const std::vector<RowName>& rows);
+
+  /// Fills published and expected of the rows of one table.
+  void apply(const std::string& table, std::vector<ComparisonRow>& rows) const;
+  /// Expected verdict of a row of a table that is not a comparison table; "" if none is given.
+  std::string expected(const std::string& table, const std::string& formulation, const std::string& quantity) const;
+
+ private:
+  struct Published {
+    RowName row;
+    double value;
+  };
+  struct Expected {
+    RowName row;
+    std::string verdict;
+  };
+  std::vector<Published> published_;
+  std::vector<Expected> expected_;
+};
+
+}  // namespace surveymc

@@ -1,0 +1,165 @@
+#include "study/comparison.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace surveymc {
+
+Verdict judge(const Interval& r, double margin, std::uint64_t trials) {
+  if (!std::isfinite(r.lo) || !std::isfinite(r.hi)) return {};
+  const double lo = 1 - margin, hi = 1 + margin;
+  if (r.lo >= lo && r.hi <= hi) return {"agrees"};
+  if (r.hi < lo || r.lo > hi) return {"differs"};
+  // The nearer edge of the margin decides; the half width shrinks like 1 / sqrt(trials).
+  const double middle = (r.lo + r.hi) / 2, half = (r.hi - r.lo) / 2;
+  const double distance = std::max(std::abs(std::abs(middle - 1) - margin), 1e-3 * margin);
+  const double factor = half / distance;
+  return {"undecided", static_cast<std::uint64_t>(std::ceil(static_cast<double>(trials) * factor * factor * 1.1))};
+}
+
+namespace {
+
+void set_verdict(ComparisonRow& row, const Interval& ratio, const VerdictRule& rule, std::uint64_t trials) {
+  const Verdict v = judge(ratio, rule.margin, trials);
+  row.verdict = v.word;
+  if (v.trials_to_decide > 0) {
+    if (!row.note.empty()) row.note += "; ";
+    row.note += fmt::format("about {:.2g} trials would decide", static_cast<double>(v.trials_to_decide));
+  }
+}
+
+}  // namespace
+
+ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas, const Moments& m,
+                         Eigen::Index i, double predicted_sd, const VerdictRule& rule, std::uint64_t trials) {
+  ComparisonRow row;
+  row.quantity = quantity;
+  row.unit = unit;
+  row.analytic = sigmas * predicted_sd;
+  if (m.count < 2) {
+    row.note = "fewer than two converged trials";
+    return row;
+  }
+  const double sd = std::sqrt(m.variance(i));
+  const Interval ci = sd_interval(m.variance(i), m.count, m.kurtosis(i), rule.confidence);
+  row.monte_carlo = sigmas * sd;
+  row.interval = {sigmas * ci.lo, sigmas * ci.hi};
+  if (!(sd > 0)) {
+    row.note = "every trial gave the same";
+    return row;
+  }
+  row.ratio = predicted_sd / sd;
+  row.ratio_interval = {predicted_sd / ci.hi, predicted_sd / ci.lo};
+  // Beyond four standard errors of a normal sample's skewness (sqrt(6/n)) and kurtosis (sqrt(24/n)), and visible.
+  const double n = static_cast<double>(m.count), skew = m.skewness(i), kurt = m.kurtosis(i);
+  if ((std::abs(skew) > 4 * std::sqrt(6 / n) && std::abs(skew) > 0.1) ||
+      (std::abs(kurt - 3) > 4 * std::sqrt(24 / n) && std::abs(kurt - 3) > 0.2))
+    row.note = fmt::format("not normal: skewness {:.2f}, kurtosis {:.2f}", skew, kurt);
+  set_verdict(row, row.ratio_interval, rule, trials);
+  return row;
+}
+
+ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const Moments& m, Eigen::Index i,
+                           double offset, double predicted, const VerdictRule& rule, std::uint64_t trials) {
+  ComparisonRow row;
+  row.quantity = quantity;
+  row.unit = unit;
+  row.analytic = predicted;
+  if (m.count < 2) {
+    row.note = "fewer than two converged trials";
+    return row;
+  }
+  const double sd = std::sqrt(m.variance(i));
+  row.monte_carlo = m.mean[i] + offset;
+  row.interval = mean_interval(row.monte_carlo, m.variance(i), m.count, rule.confidence);
+  if (!(sd > 0)) {
+    row.note = "every trial gave the same";
+    return row;
+  }
+  const auto shift = [&](double x) { return (x - predicted) / sd; };
+  row.note = fmt::format("mean is {:+.3f} sd ({:+.3f} .. {:+.3f}) from the prediction", shift(row.monte_carlo),
+                         shift(row.interval.lo), shift(row.interval.hi));
+  set_verdict(row, {1 + shift(row.interval.lo), 1 + shift(row.interval.hi)}, rule, trials);
+  return row;
+}
+
+Table comparison_table(const std::string& name, const std::string& long_name, const std::vector<ComparisonRow>& rows,
+                       std::uint64_t trials, std::uint64_t failed) {
+  const auto numbers = [&](auto get) {
+    std::vector<double> v;
+    for (const ComparisonRow& r : rows) v.push_back(get(r));
+    return v;
+  };
+  const auto words = [&](auto get) {
+    std::vector<std::string> v;
+    for (const ComparisonRow& r : rows) v.push_back(get(r));
+    return v;
+  };
+  using Row = ComparisonRow;
+  Table t{name, long_name};
+  bool labelled = false;
+  for (const Row& r : rows) labelled = labelled || !r.formulation.empty();
+  if (labelled)
+    t.columns.push_back(
+        {"formulation", "", "which analytic prediction", words([](const Row& r) { return r.formulation; })});
+  t.columns.push_back({"quantity", "", "what is compared", words([](const Row& r) { return r.quantity; })});
+  t.columns.push_back({"unit", "", "unit of the values in this row", words([](const Row& r) { return r.unit; })});
+  t.columns.push_back({"monte_carlo", "1", "Monte-Carlo value, in the row's unit",
+                       numbers([](const Row& r) { return r.monte_carlo; }), "monte_carlo_ci_low monte_carlo_ci_high"});
+  t.columns.push_back({"monte_carlo_ci_low", "1", "lower bound of the confidence interval",
+                       numbers([](const Row& r) { return r.interval.lo; })});
+  t.columns.push_back({"monte_carlo_ci_high", "1", "upper bound of the confidence interval",
+                       numbers([](const Row& r) { return r.interval.hi; })});
+  t.columns.push_back(
+      {"analytic", "1", "analytic value, in the row's unit", numbers([](const Row& r) { return r.analytic; })});
+  t.columns.push_back({"ratio", "1", "analytic / Monte Carlo; absent for means, which are judged on their shift in sd",
+                       numbers([](const Row& r) { return r.ratio; }), "ratio_ci_low ratio_ci_high"});
+  t.columns.push_back({"ratio_ci_low", "1", "lower bound of the confidence interval",
+                       numbers([](const Row& r) { return r.ratio_interval.lo; })});
+  t.columns.push_back({"ratio_ci_high", "1", "upper bound of the confidence interval",
+                       numbers([](const Row& r) { return r.ratio_interval.hi; })});
+  t.columns.push_back(
+      {"published", "1", "published value, in the row's unit", numbers([](const Row& r) { return r.published; })});
+  t.columns.push_back({"published_ratio", "1", "published / Monte Carlo",
+                       numbers([](const Row& r) { return r.published / r.monte_carlo; })});
+  t.columns.push_back({"verdict", "", "agrees, differs or undecided", words([](const Row& r) { return r.verdict; })});
+  t.columns.push_back({"expected", "",
+                       "the verdict this row should have; differs where a formulation is wrong on purpose",
+                       words([](const Row& r) { return r.expected; })});
+  t.columns.push_back({"note", "", "what else there is to say", words([](const Row& r) { return r.note; })});
+  t.columns.push_back(
+      {"trials", "1", "trials run", std::vector<std::int64_t>(rows.size(), static_cast<std::int64_t>(trials))});
+  t.columns.push_back({"failed", "1", "trials without a converged estimate, not in the statistics",
+                       std::vector<std::int64_t>(rows.size(), static_cast<std::int64_t>(failed))});
+  return t;
+}
+
+std::vector<std::string> unexpected_verdicts(const std::vector<Table>& tables) {
+  std::vector<std::string> found;
+  for (const Table& t : tables) {
+    const Column *verdict = nullptr, *expected = nullptr;
+    for (const Column& c : t.columns) {
+      if (c.name == "verdict") verdict = &c;
+      if (c.name == "expected") expected = &c;
+    }
+    if (!verdict || !expected) continue;
+    const auto& v = std::get<std::vector<std::string>>(verdict->values);
+    const auto& e = std::get<std::vector<std::string>>(expected->values);
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      if (e[i].empty() || e[i] == v[i]) continue;
+      std::string place = t.name;  // the columns up to `quantity` say which row it is
+      for (const Column& c : t.columns) {
+        if (c.name == "unit" || c.name == "semi_major_m") break;
+        if (const auto* words = std::get_if<std::vector<std::string>>(&c.values))
+          place += " " + (*words)[i];
+        else if (const auto* values = std::get_if<std::vector<double>>(&c.values))
+          place += fmt::format(" {} = {:g}", c.name, (*values)[i]);
+      }
+      found.push_back(fmt::format("{}: {}, expected {}", place, v[i].empty() ? "no verdict" : v[i], e[i]));
+    }
+  }
+  return found;
+}
+
+}  // namespace surveymc

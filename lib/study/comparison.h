@@ -1,0 +1,46 @@
+#pragma once
+/// Comparison tables: Monte Carlo, analytic and published values of one quantity in a row, with a verdict.
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "stats/moments.h"
+#include "store/table.h"
+#include "study/verdict.h"
+
+namespace surveymc {
+
+/// One row. `ratio` is analytic / monte_carlo, `published_ratio` published / monte_carlo. NaN: not there.
+struct ComparisonRow {
+  std::string formulation;  ///< which prediction; "" where a table has only one
+  std::string quantity, unit;
+  double monte_carlo = std::numeric_limits<double>::quiet_NaN();
+  Interval interval{monte_carlo, monte_carlo};
+  double analytic = std::numeric_limits<double>::quiet_NaN();
+  double ratio = std::numeric_limits<double>::quiet_NaN();
+  Interval ratio_interval{ratio, ratio};
+  double published = std::numeric_limits<double>::quiet_NaN();
+  std::string verdict, expected, note;
+};
+
+/// Standard deviation of component `index`, times `sigmas`, against a predicted one (not yet multiplied).
+/// Skewness and kurtosis go to the note where the distribution is clearly not normal.
+ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas, const Moments& moments,
+                         Eigen::Index index, double predicted_sd, const VerdictRule& rule, std::uint64_t trials);
+
+/// Mean of component `index` plus `offset` against `predicted`. A ratio of two values near zero says nothing, so means
+/// have none: the verdict is on the shift from the prediction in units of the Monte-Carlo sd, held to the same margin.
+ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const Moments& moments,
+                           Eigen::Index index, double offset, double predicted, const VerdictRule& rule,
+                           std::uint64_t trials);
+
+/// The columns of every comparison table (docs/results-format.md) from rows. `trials` and `failed` are repeated.
+Table comparison_table(const std::string& name, const std::string& long_name, const std::vector<ComparisonRow>& rows,
+                       std::uint64_t trials, std::uint64_t failed);
+
+/// Rows whose verdict is not the expected one, as text for a terminal; empty if there are none. Looks at every table
+/// that has the columns `verdict` and `expected`.
+std::vector<std::string> unexpected_verdicts(const std::vector<Table>& tables);
+
+}  // namespace surveymc

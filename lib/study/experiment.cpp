@@ -1,0 +1,136 @@
+#include "study/experiment.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace surveymc {
+
+std::uint64_t PreparedRun::total_trials() const {
+  std::uint64_t n = 0;
+  for (const auto& p : points) n += p->trials();
+  return n;
+}
+
+PreparedRun prepare_run(const Experiment& experiment, Config config) {
+  PreparedRun run{experiment, std::move(config), {}};
+  const std::uint64_t seed = run.config.seed();
+  for (std::size_t i = 0; i < run.config.point_count(); ++i) {
+    ConfigReader reader = run.config.reader(i);
+    run.points.push_back(experiment.read(reader, seed));
+  }
+  return run;
+}
+
+std::string unit_of_name(const std::string& name) {
+  const std::string suffix = name.substr(name.rfind('_') + 1);  // all of it without an underscore
+  for (const char* unit : {"m", "ft", "deg", "nT", "mps2", "mg", "s"})
+    if (suffix == unit && suffix.size() < name.size()) return suffix;
+  return "1";
+}
+
+Column sweep_column(const SweepValue& value, std::size_t rows) {
+  Column c{value.key, "", "sweep key", std::vector<double>(rows, 0.0)};
+  if (const double* number = std::get_if<double>(&value.value)) {
+    c.unit = unit_of_name(value.key);
+    c.values = std::vector<double>(rows, *number);
+  } else {
+    c.values = std::vector<std::string>(rows, std::get<std::string>(value.value));
+  }
+  return c;
+}
+
+namespace {
+
+void add_point(std::vector<Table>& all, std::vector<Table>&& tables, const std::vector<SweepValue>& sweep) {
+  for (Table& t : tables) {
+    const std::size_t rows = t.rows();
+    std::vector<Column> keys;
+    for (const SweepValue& v : sweep) keys.push_back(sweep_column(v, rows));
+    t.columns.insert(t.columns.begin(), keys.begin(), keys.end());
+    const auto same = std::find_if(all.begin(), all.end(), [&](const Table& o) { return o.name == t.name; });
+    if (same == all.end())
+      all.push_back(std::move(t));
+    else
+      append_rows(*same, t);
+  }
+}
+
+/// Sweep dimensions in column order with their distinct values in order of the points.
+std::vector<Axis> sweep_axes(const Config& config) {
+  std::vector<Axis> axes;
+  for (std::size_t i = 0; i < config.point_count(); ++i) {
+    const std::vector<SweepValue> values = config.sweep_values(i);
+    if (i == 0)
+      for (const SweepValue& v : values) {
+        const bool number = std::holds_alternative<double>(v.value);
+        Axis axis{v.key, number ? unit_of_name(v.key) : "", "sweep key", std::vector<double>{}};
+        if (!number) axis.values = std::vector<std::string>{};
+        axes.push_back(axis);
+      }
+    for (std::size_t d = 0; d < values.size(); ++d)
+      std::visit(
+          [&](const auto& v) {
+            auto& seen = std::get<std::vector<std::decay_t<decltype(v)>>>(axes[d].values);
+            if (std::find(seen.begin(), seen.end(), v) == seen.end()) seen.push_back(v);
+          },
+          values[d].value);
+  }
+  return axes;
+}
+
+void add_maps(std::vector<Map>& all, std::vector<Map>&& maps, const std::vector<Axis>& sweep) {
+  for (Map& m : maps) {
+    const auto same = std::find_if(all.begin(), all.end(), [&](const Map& o) { return o.name == m.name; });
+    if (same != all.end()) {  // points come in product order, last key fastest: appending is the right place
+      same->values.insert(same->values.end(), m.values.begin(), m.values.end());
+      continue;
+    }
+    m.axes.insert(m.axes.begin(), sweep.begin(), sweep.end());
+    all.push_back(std::move(m));
+  }
+}
+
+Table table_of(const InputTable& in) {
+  Table t{in.path, "as read from " + in.path};
+  for (std::size_t c = 0; c < in.names.size(); ++c) {
+    t.columns.push_back({in.names[c], unit_of_name(in.names[c]), "column of the user's file", in.columns[c]});
+  }
+  return t;
+}
+
+}  // namespace
+
+Result execute(const PreparedRun& run, const RunOptions& options) {
+  Result result;
+  const std::vector<Axis> axes = sweep_axes(run.config);
+  std::uint64_t done_before = 0;
+  for (std::size_t i = 0; i < run.points.size(); ++i) {
+    const StudyPoint& point = *run.points[i];
+    RunOptions of_point = options;
+    if (options.progress) of_point.progress = [&](std::uint64_t done) { options.progress(done_before + done); };
+    const Tally tally = point.trials() == 0
+                            ? Tally{}
+                            : run_blocks(
+                                  point.trials(), [&](TrialBlock b) { return point.run_block(b); }, of_point);
+    done_before += point.trials();
+    PointResult r = point.finish(tally);
+    const std::vector<SweepValue> sweep = run.config.sweep_values(i);
+    add_point(result.tables, std::move(r.tables), sweep);
+    add_point(result.samples, std::move(r.samples), sweep);
+    add_maps(result.maps, std::move(r.maps), axes);
+  }
+  for (const InputTable& in : run.config.inputs()) {
+    const Table t = table_of(in);
+    result.inputs.push_back({in.path, input_hash(t), t});
+  }
+  Provenance& p = result.provenance;
+  p.title = run.config.title().empty() ? run.experiment.summary : run.config.title();
+  p.experiment = run.experiment.name;
+  p.config = run.config.resolved_text();
+  p.config_hash = run.config.hash();
+  p.seed = run.config.seed();
+  p.trials = run.points.empty() ? 0 : run.points.front()->trials();
+  return result;
+}
+
+}  // namespace surveymc

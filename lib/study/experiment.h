@@ -1,0 +1,64 @@
+#pragma once
+/// An experiment turns each point of a config's sweep into tables. This is the frame that all of them run in:
+/// config -> StudyPoint (validated) -> blocks of trials -> tally -> tables and maps -> Result.
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "montecarlo/run_blocks.h"
+#include "store/result_file.h"
+
+namespace surveymc {
+
+/// What one point leaves for the file.
+struct PointResult {
+  std::vector<Table> tables, samples;
+  std::vector<Map> maps;
+};
+
+/// One point of a sweep, read and checked, ready to run. Immutable; run_block is called from several threads.
+class StudyPoint {
+ public:
+  virtual ~StudyPoint() = default;
+  /// 0 for a study without Monte Carlo: run_block is not called, finish gets an empty tally.
+  virtual std::uint64_t trials() const = 0;
+  virtual Tally run_block(TrialBlock block) const = 0;
+  virtual PointResult finish(const Tally& tally) const = 0;
+  /// One trial in words: its draws, estimate and result. Same bits as in the run.
+  virtual std::string replay(std::uint64_t trial) const = 0;
+};
+
+struct Experiment {
+  std::string name;        ///< the `experiment` key of a config
+  std::string summary;     ///< one line: what it computes
+  std::string reproduces;  ///< source
+  /// Reads one point, checks all of it, calls finish() on the reader. Throws InputError.
+  std::function<std::unique_ptr<StudyPoint>(ConfigReader&, std::uint64_t seed)> read;
+};
+
+/// A config whose every point was read without error.
+struct PreparedRun {
+  Experiment experiment;
+  Config config;
+  std::vector<std::unique_ptr<StudyPoint>> points;
+
+  std::uint64_t total_trials() const;
+};
+
+/// Throws InputError; touches no file but those that the config names.
+PreparedRun prepare_run(const Experiment& experiment, Config config);
+
+/// Runs every point and puts their tables together: the sweep's keys become the first columns of every table and the
+/// first axes of every map. Fills provenance from the config, but for versions and command, and not RunInfo.
+/// options.progress gets the trials done over all points.
+Result execute(const PreparedRun& run, const RunOptions& options);
+
+/// The unit that a name ends in (`field.total_nT` -> "nT"); "1" if it ends in none that we know.
+std::string unit_of_name(const std::string& name);
+
+/// Column with the sweep value `value` on `rows` rows.
+Column sweep_column(const SweepValue& value, std::size_t rows);
+
+}  // namespace surveymc

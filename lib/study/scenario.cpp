@@ -1,0 +1,79 @@
+#include "study/scenario.h"
+
+#include "base/units.h"
+
+namespace surveymc {
+
+ReferenceField read_field(ConfigReader& c) {
+  ReferenceField f;
+  f.total = c.number("field.total_nT", Range::closed(1e3, 1e6));
+  f.dip = c.number("field.dip_deg", Range::closed(-90, 90)) * kDegree;
+  c.require(std::abs(f.dip) < 89.99 * kDegree, "field.dip_deg",
+            "the horizontal field vanishes: there is no magnetic azimuth");
+  f.declination = c.number("field.declination_deg", Range::closed(-180, 180), 0) * kDegree;
+  f.convergence = c.number("field.convergence_deg", Range::closed(-180, 180), 0) * kDegree;
+  f.gravity = c.number("field.gravity_mps2", Range::closed(9.7, 9.9), 9.80665);
+  return f;
+}
+
+Survey read_survey(ConfigReader& c, const ReferenceField& field, bool needs_toolface) {
+  SurveyConventions conventions;
+  conventions.toolface_zero = c.choice("survey.toolface_zero", {"x", "y"}) == "x" ? ToolfaceZero::x : ToolfaceZero::y;
+  const std::string north = c.choice("survey.azimuth_reference", {"true", "magnetic", "grid"}, "true");
+  conventions.azimuth_reference = north == "magnetic" ? AzimuthReference::magnetic
+                                  : north == "grid"   ? AzimuthReference::grid
+                                                      : AzimuthReference::true_north;
+  conventions.declination = field.declination;
+  conventions.convergence = field.convergence;
+  return survey_from_table(c.csv("survey.file"), conventions, needs_toolface);
+}
+
+MagnetometerErrors read_magnetometer_errors(ConfigReader& c) {
+  const std::vector<double> gain = c.numbers("sensor.gain", Range::open(0.1, 10), 3, {1, 1, 1});
+  const std::vector<double> bias = c.numbers("sensor.bias_nT", Range::closed(-1e5, 1e5), 3, {0, 0, 0});
+  return {{gain[0], gain[1], gain[2]}, {bias[0], bias[1], bias[2]}};
+}
+
+NoiseModel read_noise(ConfigReader& c) {
+  NoiseModel n;
+  const double scale = c.number("noise.scale", Range::positive(), 1);
+  n.magnetometer = scale * c.number("noise.magnetometer_nT", Range::closed(0, 1e5));
+  n.accelerometer = scale * c.number("noise.accelerometer_mps2", Range::closed(0, 1), 0);
+  const std::string law =
+      c.choice("noise.law", {"gaussian", "gaussian_half_open", "uniform", "uniform_half_open"}, "gaussian");
+  n.law = law == "gaussian_half_open"  ? NoiseLaw::gaussian_half_open
+          : law == "uniform"           ? NoiseLaw::uniform
+          : law == "uniform_half_open" ? NoiseLaw::uniform_half_open
+                                       : NoiseLaw::gaussian;
+  const std::string per = c.choice("noise.reference.per", {"none", "run", "station"}, "none");
+  n.reference = per == "run"       ? ReferenceNoise::per_run
+                : per == "station" ? ReferenceNoise::per_station
+                                   : ReferenceNoise::none;
+  // Given but unused values stay allowed, so that `per` can be swept.
+  const double total = c.number("noise.reference.total_nT", Range::closed(0, 1e5), 0);
+  const double dip = c.number("noise.reference.dip_deg", Range::closed(0, 45), 0);
+  if (n.reference != ReferenceNoise::none) {
+    n.reference_total = scale * total;
+    n.reference_dip = scale * dip * kDegree;
+  }
+  return n;
+}
+
+EstimatorOptions read_estimator(ConfigReader& c) {
+  EstimatorOptions o;
+  o.name = c.choice("estimator.name", estimator_names());
+  o.solver = c.choice("estimator.solver", solver_names(), o.solver);
+  o.max_iterations = static_cast<int>(c.integer("estimator.max_iterations", 1, 10000, o.max_iterations));
+  o.step_tolerance = c.number("estimator.step_tolerance", Range{0, 1e-2, true, false}, o.step_tolerance);
+  return o;
+}
+
+VerdictRule read_verdict_rule(ConfigReader& c) {
+  return {c.number("verdict.margin", Range::open(0, 1), 0.02), c.number("verdict.confidence", Range::open(0, 1), 0.95)};
+}
+
+std::uint64_t read_trials(ConfigReader& c) {
+  return static_cast<std::uint64_t>(c.integer("trials", 2, 1'000'000'000'000));
+}
+
+}  // namespace surveymc
