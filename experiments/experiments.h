@@ -1,0 +1,14 @@
+#pragma once
+/// Every study, by name. A new one adds its function here and to registry.cpp.
+#include <vector>
+
+#include "study/experiment.h"
+
+namespace surveymc {
+
+Experiment msa_position_experiment();
+
+/// All of them, in the order of `surveymc list`.
+std::vector<Experiment> all_experiments();
+
+}  // namespace surveymc

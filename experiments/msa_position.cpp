@@ -1,0 +1,519 @@
+/// Study: sensor errors left by multi-station analysis, and the position uncertainty they make, by Monte Carlo and by
+/// three analytic propagations. Source: S. Vis, TU Delft 2019 (tables 5 and 8, figures 6 and 7).
+///
+///   truth -> readings (sensor) -> gains and biases (estimate) -> corrected survey, minimum curvature (survey) -> tally
+///
+/// held against the first-order prediction: covariance of the estimate (estimate), carried to the position as
+///   joint       full 6x6 covariance, the reference field as common-mode consider parameter, plus station noise
+///   systematic  the six sensor errors independent of each other, constant in the run   (wrong: drops correlations)
+///   random      independent from station to station                                     (wrong: drops everything)
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <Eigen/LU>
+
+#include "base/error.h"
+#include "base/units.h"
+#include "estimate/msa_sensitivity.h"
+#include "experiments.h"
+#include "propagate/ellipse.h"
+#include "propagate/position_covariance.h"
+#include "stats/tests.h"
+#include "study/annotations.h"
+#include "study/scenario.h"
+#include "study/table_writer.h"
+#include "survey/corrected_position.h"
+#include "survey/minimum_curvature.h"
+
+namespace surveymc {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr std::uint32_t kStudyId = 1;  // address of this study's random numbers
+
+constexpr std::array<const char*, 6> kParameters{"gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z"};
+constexpr std::array<const char*, 6> kParameterUnits{"1", "1", "1", "nT", "nT", "nT"};
+constexpr std::array<const char*, 3> kDirections{"north", "east", "vertical"};
+constexpr std::array<const char*, 3> kFormulations{"joint", "systematic", "random"};
+
+/// Components of the tallied vector: six parameters, three position errors, four squared Mahalanobis distances.
+enum Component { kParameter = 0, kPosition = 6, kNeesHorizontal = 9, kNeesParameters = 12, kComponents = 13 };
+
+struct Scenario {
+  std::uint64_t seed = 0, trials = 0, save_samples = 0;
+  bool with_position = true;  ///< false: parameters only, for throughput
+  ReferenceField field;
+  Survey survey;
+  MagnetometerErrors errors;
+  NoiseModel noise;
+  EstimatorOptions estimator;
+  VerdictRule verdict;
+  Annotations annotations;
+};
+
+std::vector<RowName> row_names() {
+  std::vector<RowName> rows;
+  for (const char* p : kParameters)
+    for (const char* what : {"mean_", "sigma3_"}) rows.push_back({"parameters", "", std::string(what) + p});
+  rows.push_back({"parameters", "", "nees"});
+  for (const char* d : kDirections) {
+    rows.push_back({"position", "", std::string("correction_") + d});
+    for (const char* f : kFormulations) rows.push_back({"position", f, std::string("sigma3_") + d});
+  }
+  for (const char* f : kFormulations) rows.push_back({"ellipse", f, "ellipse"});
+  return rows;
+}
+
+Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
+  Scenario s;
+  s.seed = seed;
+  s.trials = read_trials(c);
+  s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+  if (c.has("outputs")) {
+    const std::vector<std::string> outputs = c.texts("outputs");
+    for (const std::string& o : outputs)
+      c.require(o == "parameters" || o == "position", "outputs", "must be a list of \"parameters\", \"position\"");
+    c.require(std::find(outputs.begin(), outputs.end(), "parameters") != outputs.end(), "outputs",
+              "must contain \"parameters\", from which all else follows");
+    s.with_position = std::find(outputs.begin(), outputs.end(), "position") != outputs.end();
+  }
+  s.field = read_field(c);
+  s.survey = read_survey(c, s.field, true);
+  s.errors = read_magnetometer_errors(c);
+  s.noise = read_noise(c);
+  s.estimator = read_estimator(c);
+  s.verdict = read_verdict_rule(c);
+  s.annotations = Annotations::read(c, row_names());
+  c.finish();
+  return s;
+}
+
+/// Everything that is known before the first trial.
+struct Prediction {
+  Vector6d parameters;  ///< mean of the estimate
+  Matrix6d parameter_covariance;
+  Vector3d position;                            ///< true final position
+  Vector3d uncorrected;                         ///< final position of the noise-free uncorrected readings
+  std::array<Matrix3d, 3> position_covariance;  ///< in the order of kFormulations
+};
+
+Prediction predict(const Scenario& s, const CleanReadings& clean) {
+  const auto n = static_cast<std::size_t>(s.survey.size());
+  std::vector<StationFields> fields;
+  std::vector<Vec3<double>> uncorrected;
+  for (std::size_t k = 0; k < n; ++k) {
+    const Vec3<double> u = scale(1 / norm(clean.gravity_T[k]), clean.gravity_T[k]);
+    fields.push_back({clean.field_T[k], u});
+    uncorrected.push_back(magnetic_to_true(tangent_from_fields(u, clean.magnetic_T[k]), std::sin(s.field.declination),
+                                           std::cos(s.field.declination)));
+  }
+  Prediction p;
+  for (int i = 0; i < 3; ++i) {
+    const auto a = static_cast<std::size_t>(i);
+    p.parameters[i] = s.errors.gain[a];
+    // A noise law with a mean other than zero is one more bias, and MSA finds it.
+    p.parameters[3 + i] = s.errors.bias[a] + s.noise.magnetometer * unit_noise_mean(s.noise.law);
+  }
+  p.position = minimum_curvature_positions(s.survey).back();
+  p.uncorrected = minimum_curvature_positions(s.survey.md(), uncorrected).back();
+
+  const double magnetometer_sd = s.noise.magnetometer * std::sqrt(unit_noise_variance(s.noise.law));
+  const double down_sd = s.noise.accelerometer / s.field.gravity;
+  const MsaInputNoise noise{magnetometer_sd, down_sd, s.noise.reference_total, s.noise.reference_dip,
+                            s.noise.reference == ReferenceNoise::per_station};
+  p.parameter_covariance =
+      msa_covariance(msa_sensitivity(fields, s.errors.gain, s.field.total, s.field.dip), fields, noise);
+
+  const std::vector<StationEffect> effects = final_position_effects(s.survey.md(), fields, s.field.declination);
+  std::vector<Matrix36d> by_error;
+  for (std::size_t k = 0; k < n; ++k)
+    by_error.push_back(magnetometer_error_effect(effects[k], fields[k], s.errors.gain));
+  const Vector6d sd = p.parameter_covariance.diagonal().cwiseSqrt();
+  p.position_covariance = {propagate_joint(by_error, p.parameter_covariance) +
+                               propagate_station_noise(effects, fields, s.errors.gain, magnetometer_sd, down_sd),
+                           propagate_systematic(by_error, sd), propagate_random(by_error, sd)};
+  // A direction that azimuth errors do not reach to first order (the vertical of a plane well) has variance zero; what
+  // arithmetic leaves there is 1e-30 of the rest, and zero is what the tables should say.
+  for (Matrix3d& c : p.position_covariance)
+    for (int i = 0; i < 3; ++i)
+      if (c(i, i) < 1e-24 * c.trace()) {
+        c.row(i).setZero();
+        c.col(i).setZero();
+      }
+  return p;
+}
+
+class MsaPosition final : public StudyPoint {
+ public:
+  explicit MsaPosition(Scenario scenario)
+      : s_(std::move(scenario)),
+        clean_(clean_readings(s_.survey, s_.field, s_.errors)),
+        md_(s_.survey.md()),
+        prediction_(predict(s_, clean_)),
+        estimator_(make_estimator(s_.estimator, s_.field)),
+        stream_(s_.seed, kStudyId) {
+    for (std::size_t f = 0; f < kFormulations.size(); ++f) {
+      const Matrix2d horizontal = prediction_.position_covariance[f].topLeftCorner<2, 2>();
+      // An ellipse without area (all errors in one direction) has no Mahalanobis distance and covers nothing.
+      horizontal_weight_[f] =
+          ellipse(horizontal).semi_minor > 0 ? Matrix2d(horizontal.inverse()) : Matrix2d::Constant(std::nan(""));
+    }
+    parameter_weight_ = prediction_.parameter_covariance.inverse();
+  }
+
+  std::uint64_t trials() const override { return s_.trials; }
+
+  Tally run_block(TrialBlock block) const override {
+    // A batch is what fits the second-level cache; its size changes no bit of the result.
+    const int bytes_per_trial = s_.survey.size() * 3 * static_cast<int>(sizeof(double));
+    const int batch = std::clamp(262144 / bytes_per_trial / kGroup * kGroup, kGroup, kBlockTrials);
+    ReadingBlock readings = make_reading_block(std::min(batch, block.count), s_.survey.size(), s_.noise);
+    Tally tally;
+    tally.counts.assign(kFormulations.size() * 3, 0);
+    Eigen::MatrixXd values = Eigen::MatrixXd::Zero(kComponents, block.count);
+    Eigen::Index kept = 0;
+    for (int begin = 0; begin < block.count; begin += batch) {
+      const int count = std::min(batch, block.count - begin);
+      if (count != readings.trials) readings = make_reading_block(count, s_.survey.size(), s_.noise);
+      const std::uint64_t first = block.first + static_cast<std::uint64_t>(begin);
+      const Outcome o = simulate(first, readings);
+      for (int t = 0; t < count; ++t) {
+        const std::uint64_t trial = first + static_cast<std::uint64_t>(t);
+        ++tally.trials;
+        if (o.estimates.converged.value(t, 0) == 0) {
+          ++tally.failed;
+          if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
+          continue;
+        }
+        auto x = values.col(kept++);
+        observe(o, t, x, tally.counts);
+        if (trial < s_.save_samples) {
+          tally.samples.push_back(static_cast<double>(trial));
+          for (int i = 0; i < 6; ++i) tally.samples.push_back(x[kParameter + i]);
+          for (int i = 0; i < 3; ++i) tally.samples.push_back(x[kPosition + i] + prediction_.position[i]);
+        }
+      }
+    }
+    tally.moments = Moments::of(values.leftCols(kept));
+    return tally;
+  }
+
+  PointResult finish(const Tally& tally) const override {
+    PointResult r;
+    r.tables = {parameters_table(tally)};
+    if (s_.with_position)
+      for (const auto table :
+           {&MsaPosition::position_table, &MsaPosition::ellipse_table, &MsaPosition::covariance_table})
+        r.tables.push_back((this->*table)(tally));
+    r.tables.push_back(correlation_table(tally));
+    r.tables.push_back(failures_table(tally));
+    if (s_.save_samples > 0) r.samples = {samples_table(tally)};
+    return r;
+  }
+
+  std::string replay(std::uint64_t trial) const override {
+    const std::uint64_t first = trial / kGroup * kGroup;
+    const int lane = static_cast<int>(trial % kGroup);
+    ReadingBlock readings = make_reading_block(kGroup, s_.survey.size(), s_.noise);
+    const Outcome o = simulate(first, readings);
+    std::string text = fmt::format("trial {}\n", trial);
+    text += fmt::format("  reference field  Bh {:.17g} nT, Bv {:.17g} nT (station 0)\n",
+                        readings.reference.value(lane, 0), readings.reference.value(lane, 1));
+    for (int i = 0; i < 6; ++i)
+      text += fmt::format("  {:<16} {:.17g} {}\n", kParameters[static_cast<std::size_t>(i)],
+                          o.estimates.parameters.value(lane, i), kParameterUnits[static_cast<std::size_t>(i)]);
+    text += fmt::format("  cost             {:.17g} nT2 after {} evaluations, {}\n", o.estimates.cost.value(lane, 0),
+                        o.estimates.iterations.value(lane, 0),
+                        o.estimates.converged.value(lane, 0) != 0 ? "converged" : "NOT converged");
+    for (int i = 0; i < 3 && s_.with_position; ++i)
+      text += fmt::format("  {:<16} {:.17g} m\n", kDirections[static_cast<std::size_t>(i)], o.position.value(lane, i));
+    return text;
+  }
+
+ private:
+  struct Outcome {
+    EstimateBlock estimates;
+    LaneArray position;
+  };
+
+  Outcome simulate(std::uint64_t first, ReadingBlock& readings) const {
+    simulate_readings(clean_, s_.field, s_.noise, stream_, first, readings);
+    Outcome o{EstimateBlock(readings.trials), LaneArray(readings.groups(), 3)};
+    estimator_->solve(readings, o.estimates);
+    if (s_.with_position)
+      corrected_final_positions(readings, o.estimates.parameters, md_, s_.field.declination, o.position);
+    return o;
+  }
+
+  /// The tallied vector of trial `t` of a batch, and the ellipses it lies in.
+  template <class Column>
+  void observe(const Outcome& o, int t, Column& x, std::vector<std::uint64_t>& inside) const {
+    Vector6d error;
+    for (int i = 0; i < 6; ++i) {
+      x[kParameter + i] = o.estimates.parameters.value(t, i);
+      error[i] = x[kParameter + i] - prediction_.parameters[i];
+    }
+    double nees = 0;
+    for (int i = 0; i < 6; ++i)
+      for (int j = 0; j < 6; ++j) nees += error[i] * parameter_weight_(i, j) * error[j];
+    x[kNeesParameters] = nees;
+    if (!s_.with_position) return;
+    for (int i = 0; i < 3; ++i) x[kPosition + i] = o.position.value(t, i) - prediction_.position[i];
+    const double n = x[kPosition], e = x[kPosition + 1];
+    for (std::size_t f = 0; f < kFormulations.size(); ++f) {
+      const Matrix2d& w = horizontal_weight_[f];
+      const double squared = w(0, 0) * n * n + 2 * w(0, 1) * n * e + w(1, 1) * e * e;
+      x[kNeesHorizontal + static_cast<int>(f)] = squared;
+      for (std::size_t k = 1; k <= 3; ++k)
+        if (squared <= static_cast<double>(k * k)) ++inside[3 * f + k - 1];
+    }
+  }
+
+  Table parameters_table(const Tally& tally) const {
+    std::vector<ComparisonRow> rows;
+    for (int i = 0; i < 6; ++i) {
+      const auto a = static_cast<std::size_t>(i);
+      rows.push_back(compare_mean(std::string("mean_") + kParameters[a], kParameterUnits[a], tally.moments,
+                                  kParameter + i, 0, prediction_.parameters[i], s_.verdict, tally.trials));
+    }
+    for (int i = 0; i < 6; ++i) {
+      const auto a = static_cast<std::size_t>(i);
+      rows.push_back(compare_sd(std::string("sigma3_") + kParameters[a], kParameterUnits[a], 3, tally.moments,
+                                kParameter + i, std::sqrt(prediction_.parameter_covariance(i, i)), s_.verdict,
+                                tally.trials));
+    }
+    rows.push_back(nees_row("nees", tally, kNeesParameters, 6));
+    if (tally.moments.count > 20) {
+      const WishartTest test = wishart_test(tally.moments.covariance().topLeftCorner<6, 6>(),
+                                            prediction_.parameter_covariance, tally.moments.count);
+      rows.back().note = fmt::format("Wishart test of the 6x6 covariance: p = {:.2g}", test.p_value);
+    }
+    s_.annotations.apply("parameters", rows);
+    return comparison_table("parameters", "MSA estimates of gains and biases against the first-order prediction", rows,
+                            tally.trials, tally.failed);
+  }
+
+  /// Mean squared Mahalanobis distance; its prediction is the dimension.
+  ComparisonRow nees_row(const std::string& name, const Tally& tally, int component, double dimension) const {
+    ComparisonRow row;
+    row.quantity = name;
+    row.unit = "1";
+    row.analytic = dimension;
+    if (tally.moments.count < 2) return row;
+    row.monte_carlo = tally.moments.mean[component];
+    row.interval =
+        mean_interval(row.monte_carlo, tally.moments.variance(component), tally.moments.count, s_.verdict.confidence);
+    row.ratio = dimension / row.monte_carlo;
+    row.ratio_interval = {dimension / row.interval.hi, dimension / row.interval.lo};
+    // The distance goes with the square of the sd, so the same margin in sd is twice as wide here.
+    row.verdict = judge(row.ratio_interval, 2 * s_.verdict.margin, tally.trials).word;
+    return row;
+  }
+
+  Table position_table(const Tally& tally) const {
+    std::vector<ComparisonRow> rows;
+    for (int i = 0; i < 3; ++i) {
+      const double correction = prediction_.position[i] - prediction_.uncorrected[i];
+      rows.push_back(compare_mean(std::string("correction_") + kDirections[static_cast<std::size_t>(i)], "m",
+                                  tally.moments, kPosition + i, correction, correction, s_.verdict, tally.trials));
+    }
+    for (std::size_t f = 0; f < kFormulations.size(); ++f)
+      for (int i = 0; i < 3; ++i) {
+        rows.push_back(compare_sd(std::string("sigma3_") + kDirections[static_cast<std::size_t>(i)], "m", 3,
+                                  tally.moments, kPosition + i, std::sqrt(prediction_.position_covariance[f](i, i)),
+                                  s_.verdict, tally.trials));
+        rows.back().formulation = kFormulations[f];
+      }
+    s_.annotations.apply("position", rows);
+    return comparison_table("position", "final position of the corrected survey against three propagations", rows,
+                            tally.trials, tally.failed);
+  }
+
+  /// Horizontal error ellipses, Monte Carlo first. Ratios are taken along the *predicted* axes: the sorted axes of a
+  /// sample ellipse are biased.
+  Table ellipse_table(const Tally& tally) const;
+  Table covariance_table(const Tally& tally) const;
+  Table correlation_table(const Tally& tally) const;
+  Table failures_table(const Tally& tally) const;
+  Table samples_table(const Tally& tally) const;
+
+  Scenario s_;
+  CleanReadings clean_;
+  std::vector<double> md_;
+  Prediction prediction_;
+  std::unique_ptr<Estimator> estimator_;
+  Stream stream_;
+  std::array<Matrix2d, 3> horizontal_weight_;
+  Matrix6d parameter_weight_;
+};
+
+Table MsaPosition::ellipse_table(const Tally& tally) const {
+  Table t{"ellipse", "horizontal one-sigma ellipses of the final position, and how Monte Carlo fills them"};
+  t.columns = {word_column("formulation", "monte_carlo, or which analytic prediction"),
+               number_column("center_north_m", "m", "centre of the ellipse"),
+               number_column("center_east_m", "m", "centre of the ellipse"),
+               number_column("semi_major_m", "m", "one standard deviation along the major axis"),
+               number_column("semi_minor_m", "m", "one standard deviation along the minor axis"),
+               number_column("major_azimuth_deg", "deg", "direction of the major axis, clockwise from north")};
+  add_with_interval(t, "mc_sd_major_m", "m", "Monte-Carlo standard deviation along this row's major axis");
+  add_with_interval(t, "mc_sd_minor_m", "m", "Monte-Carlo standard deviation along this row's minor axis");
+  add_with_interval(t, "ratio_major", "1", "analytic / Monte Carlo along the major axis");
+  add_with_interval(t, "ratio_minor", "1", "analytic / Monte Carlo along the minor axis");
+  for (const char* k : {"1", "2", "3"})
+    add_with_interval(
+        t, std::string("coverage_") + k + "sigma", "1",
+        fmt::format("share of trials inside the {}-sigma ellipse; {:.4f} if normal", k, ellipse_coverage(k[0] - '0')));
+  add_with_interval(t, "nees", "1", "mean squared Mahalanobis distance from the truth; 2 if consistent");
+  t.columns.push_back(number_column("wishart_p", "1", "p-value of the likelihood-ratio test of the 2x2 covariance"));
+  t.columns.push_back(word_column("verdict", "both axes agree, one differs, or undecided"));
+  t.columns.push_back(word_column("expected", "the verdict this row should have"));
+  t.columns.push_back(count_column("trials", "trials run"));
+  t.columns.push_back(count_column("failed", "trials without a converged estimate, not in the statistics"));
+
+  const double nan = std::nan("");
+  const Moments& m = tally.moments;
+  const bool usable = m.count > 2;
+  Matrix2d sample = Matrix2d::Constant(nan);
+  if (usable) sample = m.covariance().block<2, 2>(kPosition, kPosition);
+  TableWriter w(std::move(t));
+  const auto interval = [&](double x, const Interval& i) { w << x << i.lo << i.hi; };
+  const Interval none{nan, nan};
+  const auto trials = static_cast<std::int64_t>(tally.trials), failed = static_cast<std::int64_t>(tally.failed);
+
+  if (usable) {
+    const Ellipse e = ellipse(sample);
+    w << std::string("monte_carlo") << prediction_.position[0] + m.mean[kPosition]
+      << prediction_.position[1] + m.mean[kPosition + 1] << e.semi_major << e.semi_minor << e.azimuth / kDegree;
+    for (int i = 0; i < 8; ++i) interval(nan, none);
+    w << nan << std::string() << std::string() << trials << failed;
+  }
+  for (std::size_t f = 0; f < kFormulations.size(); ++f) {
+    const Matrix2d predicted = prediction_.position_covariance[f].topLeftCorner<2, 2>();
+    const Ellipse e = ellipse(predicted);
+    w << std::string(kFormulations[f]) << prediction_.position[0] << prediction_.position[1] << e.semi_major
+      << e.semi_minor << e.azimuth / kDegree;
+    std::array<double, 2> sd{nan, nan};
+    std::array<Interval, 2> sd_ci{none, none}, ratio_ci{none, none};
+    std::array<std::string, 2> word;
+    const std::array<double, 2> predicted_sd{e.semi_major, e.semi_minor};
+    for (std::size_t a = 0; a < 2 && usable; ++a) {
+      const Eigen::Vector2d axis = e.axes.col(static_cast<int>(a));
+      const double variance = axis.dot(sample * axis);
+      // The kurtosis along an oblique axis is not tallied: the larger one of north and east is on the safe side.
+      const double kurtosis = std::max(m.kurtosis(kPosition), m.kurtosis(kPosition + 1));
+      sd[a] = std::sqrt(variance);
+      sd_ci[a] = sd_interval(variance, m.count, kurtosis, s_.verdict.confidence);
+      ratio_ci[a] = {predicted_sd[a] / sd_ci[a].hi, predicted_sd[a] / sd_ci[a].lo};
+      word[a] = judge(ratio_ci[a], s_.verdict.margin, tally.trials).word;
+    }
+    for (std::size_t a = 0; a < 2; ++a) interval(sd[a], sd_ci[a]);
+    for (std::size_t a = 0; a < 2; ++a) interval(predicted_sd[a] / sd[a], ratio_ci[a]);
+    const bool has_area = usable && e.semi_minor > 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint64_t inside = tally.counts.empty() ? 0 : tally.counts[3 * f + k];
+      if (has_area)
+        interval(static_cast<double>(inside) / static_cast<double>(m.count),
+                 binomial_interval(inside, m.count, s_.verdict.confidence));
+      else
+        interval(nan, none);
+    }
+    const int nees = kNeesHorizontal + static_cast<int>(f);
+    if (has_area)
+      interval(m.mean[nees], mean_interval(m.mean[nees], m.variance(nees), m.count, s_.verdict.confidence));
+    else
+      interval(nan, none);
+    w << (has_area ? wishart_test(sample, predicted, m.count).p_value : nan);
+    const std::string verdict = word[0] == "differs" || word[1] == "differs" ? "differs"
+                                : word[0] == word[1]                         ? word[0]
+                                                                             : "undecided";
+    w << verdict << s_.annotations.expected("ellipse", kFormulations[f], "ellipse") << trials << failed;
+  }
+  return w.take();
+}
+
+Table MsaPosition::covariance_table(const Tally& tally) const {
+  Table t{"position_covariance", "covariance of the final position, true north"};
+  t.columns = {word_column("formulation", "monte_carlo, or which analytic prediction")};
+  for (const char* name : {"nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2"})
+    t.columns.push_back(number_column(name, "m2", "element of the covariance"));
+  TableWriter w(std::move(t));
+  const auto row = [&](const std::string& name, const Matrix3d& c) {
+    w << name << c(0, 0) << c(1, 1) << c(2, 2) << c(0, 1) << c(0, 2) << c(1, 2);
+  };
+  if (tally.moments.count > 1) row("monte_carlo", tally.moments.covariance().block<3, 3>(kPosition, kPosition));
+  for (std::size_t f = 0; f < kFormulations.size(); ++f) row(kFormulations[f], prediction_.position_covariance[f]);
+  return w.take();
+}
+
+Table MsaPosition::correlation_table(const Tally& tally) const {
+  Table t{"parameter_correlation", "correlation of the estimates; near -1 or 1: the two can hardly be told apart"};
+  t.columns = {word_column("parameter_a", "first parameter"), word_column("parameter_b", "second parameter")};
+  add_with_interval(t, "monte_carlo", "1", "correlation of the Monte-Carlo estimates");
+  t.columns.push_back(number_column("analytic", "1", "correlation by the first-order covariance"));
+  t.columns.push_back(count_column("trials", "trials run"));
+  t.columns.push_back(count_column("failed", "trials without a converged estimate, not in the statistics"));
+  const auto correlation = [](const auto& c, int i, int j) { return c(i, j) / std::sqrt(c(i, i) * c(j, j)); };
+  TableWriter w(std::move(t));
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < i; ++j) {
+      double r = std::nan("");
+      Interval ci{r, r};
+      if (tally.moments.count > 4) {
+        r = correlation(tally.moments.squares, i, j);
+        // Fisher's z
+        const double half = normal_quantile(1 - (1 - s_.verdict.confidence) / 2) /
+                            std::sqrt(static_cast<double>(tally.moments.count) - 3);
+        ci = {std::tanh(std::atanh(r) - half), std::tanh(std::atanh(r) + half)};
+      }
+      w << std::string(kParameters[static_cast<std::size_t>(j)])
+        << std::string(kParameters[static_cast<std::size_t>(i)]) << r << ci.lo << ci.hi
+        << correlation(prediction_.parameter_covariance, i, j) << static_cast<std::int64_t>(tally.trials)
+        << static_cast<std::int64_t>(tally.failed);
+    }
+  return w.take();
+}
+
+Table MsaPosition::failures_table(const Tally& tally) const {
+  Table t{"failed_trials", "trials without a converged estimate; replay one with `surveymc run CONFIG --trial K`"};
+  std::vector<std::int64_t> numbers(tally.failed_trials.begin(), tally.failed_trials.end());
+  t.columns = {{"trial", "1", "number of the trial, from 0", std::move(numbers)}};
+  return t;
+}
+
+Table MsaPosition::samples_table(const Tally& tally) const {
+  Table t{"realisations", "estimates and final positions of the first converged trials"};
+  t.columns = {number_column("trial", "1", "number of the trial, from 0")};
+  for (std::size_t i = 0; i < 6; ++i)
+    t.columns.push_back(number_column(i < 3 ? kParameters[i] : fmt::format("{}_nT", kParameters[i]), kParameterUnits[i],
+                                      "MSA estimate"));
+  const std::size_t with_position = t.columns.size() + 3;
+  if (s_.with_position)
+    for (const char* d : kDirections)
+      t.columns.push_back(number_column(fmt::format("{}_m", d), "m", "final position relative to the first station"));
+  const std::size_t columns = t.columns.size();
+  TableWriter w(std::move(t));
+  for (std::size_t i = 0; i < tally.samples.size(); ++i)
+    if (i % with_position < columns) w << tally.samples[i];
+  return w.take();
+}
+
+}  // namespace
+
+Experiment msa_position_experiment() {
+  return {"msa_position", "Multi-station analysis: errors left in parameters and final position",
+          "S. Vis, TU Delft 2019, tables 5 and 8, figures 6 and 7",
+          [](ConfigReader& config, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
+            Scenario scenario = read_scenario(config, seed);
+            try {
+              return std::make_unique<MsaPosition>(std::move(scenario));
+            } catch (const InputError& e) {  // the survey's geometry: say which survey, in which case of a sweep
+              config.fail("survey.file", e.what());
+            }
+          }};
+}
+
+}  // namespace surveymc
