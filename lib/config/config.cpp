@@ -1,0 +1,114 @@
+#include "config/config.h"
+
+#include <bit>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "base/error.h"
+#include "config/config_document.h"
+#include "config/reader_state.h"
+#include "config/toml_parse.h"
+
+namespace surveymc {
+
+struct Config::Impl {
+  std::shared_ptr<ConfigDocument> doc = std::make_shared<ConfigDocument>();
+};
+
+Config::Config(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Config::~Config() = default;
+Config::Config(Config&&) noexcept = default;
+
+Config Config::load(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
+  Config config(std::make_unique<Impl>());
+  ConfigDocument& doc = *config.impl_->doc;
+  doc.label = path.string();
+  doc.folder = path.parent_path();
+  const auto [text, fault] = read_file(path);
+  require(fault.empty(), "{}: cannot be read: {}", doc.label, fault);
+  doc.build(parse_document(text, doc.label), overrides);
+  return config;
+}
+
+Config Config::from_text(const std::string& text, const std::string& label, std::vector<InputTable> files) {
+  Config config(std::make_unique<Impl>());
+  ConfigDocument& doc = *config.impl_->doc;
+  doc.label = label;
+  doc.is_from_result = true;
+  for (auto& f : files) {
+    std::string path = f.path;
+    doc.stored_files.emplace(std::move(path), std::move(f));
+  }
+  doc.build(parse_document(text, label), {});
+  return config;
+}
+
+std::string Config::experiment() const { return impl_->doc->base.entry("experiment")->text; }
+
+std::uint64_t Config::seed() const { return static_cast<std::uint64_t>(impl_->doc->base.entry("seed")->integer); }
+
+std::string Config::title() const {
+  const TomlNode* n = impl_->doc->base.entry("title");
+  return n ? n->text : "";
+}
+
+std::size_t Config::point_count() const { return impl_->doc->sweep.point_count(); }
+
+std::vector<SweepValue> Config::sweep_values(std::size_t point) const {
+  impl_->doc->require_point(point);
+  return impl_->doc->sweep.values(point);
+}
+
+static ConfigReader reader_of(std::shared_ptr<ConfigDocument> doc, std::size_t point, TomlNode root) {
+  auto p = std::make_shared<ConfigPoint>();
+  p->doc = std::move(doc);
+  p->index = point;
+  p->root = std::move(root);
+  const TomlNode* table = &p->root;
+  return ConfigReader(std::make_shared<ConfigReader::State>(ConfigReader::State{std::move(p), table, ""}));
+}
+
+ConfigReader Config::reader(std::size_t point) { return reader_of(impl_->doc, point, impl_->doc->point_root(point)); }
+
+void Config::fail(const std::string& key, const std::string& rule) const {
+  reader_of(impl_->doc, 0, impl_->doc->base).fail(key, rule);
+}
+
+std::string Config::resolved_text() const { return impl_->doc->resolved_text(); }
+
+std::vector<InputTable> Config::inputs() const {
+  std::vector<InputTable> out;
+  for (const auto& [path, table] : impl_->doc->inputs) out.push_back(table);
+  return out;
+}
+
+std::string Config::hash() const {
+  static_assert(std::endian::native == std::endian::little, "the hash is over little-endian numbers");
+  XXH3_state_t state;
+  XXH3_128bits_reset(&state);
+  const auto add = [&](const void* data, std::size_t bytes) { XXH3_128bits_update(&state, data, bytes); };
+  // Lengths before contents, so that no two different inputs give the same bytes.
+  const auto add_size = [&](std::size_t n) {
+    const std::uint64_t x = n;
+    add(&x, sizeof x);
+  };
+  const auto add_text = [&](const std::string& s) {
+    add_size(s.size());
+    add(s.data(), s.size());
+  };
+  add_text(resolved_text());
+  for (const auto& [path, table] : impl_->doc->inputs) {
+    add_text(path);
+    add_size(table.names.size());
+    for (std::size_t j = 0; j < table.names.size(); ++j) {
+      add_text(table.names[j]);
+      add_size(table.columns[j].size());
+      add(table.columns[j].data(), table.columns[j].size() * sizeof(double));
+    }
+  }
+  const XXH128_hash_t h = XXH3_128bits_digest(&state);
+  return fmt::format("{:016x}{:016x}", h.high64, h.low64);
+}
+
+}  // namespace surveymc

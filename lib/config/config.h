@@ -1,0 +1,144 @@
+#pragma once
+/// Strict TOML. A config is one file; a sweep makes several points of it; an experiment reads each point through a
+/// ConfigReader and gets checked values. The only user of toml++.
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <initializer_list>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "config/input_table.h"
+
+namespace surveymc {
+
+/// Closed or open interval of allowed numbers.
+struct Range {
+  double lo = -std::numeric_limits<double>::infinity();
+  double hi = std::numeric_limits<double>::infinity();
+  bool lo_open = false, hi_open = false;
+
+  static Range closed(double lo, double hi) { return {lo, hi, false, false}; }
+  static Range positive() { return {0, std::numeric_limits<double>::infinity(), true, false}; }
+  static Range non_negative() { return {0, std::numeric_limits<double>::infinity(), false, false}; }
+  static Range open(double lo, double hi) { return {lo, hi, true, true}; }
+};
+
+/// One value of a sweep at one point: the key (or `case`) and what it is there, as number or text.
+struct SweepValue {
+  std::string key;
+  std::variant<double, std::string> value;
+};
+
+/// Strict, typed view of one point's config, or of one table inside it.
+///
+/// Keys are dotted ("field.dip_deg"). Every getter names its rule and throws InputError
+/// "file.toml:12: field.dip_deg = 95: must be in [-90, 90]". Getters with a default write the default into the
+/// resolved config. NaN and infinity are never accepted. finish() throws on any key that nobody asked for, with the
+/// nearest known key ("did you mean ...", "the unit is missing: ...").
+/// A string where a table is expected stands for that table's `name`: `estimator = "msa"` is `estimator.name = "msa"`.
+class ConfigReader {
+ public:
+  bool has(const std::string& key) const;
+
+  double number(const std::string& key, const Range& range);
+  double number(const std::string& key, const Range& range, double fallback);
+  std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi);
+  std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi, std::int64_t fallback);
+  bool boolean(const std::string& key, bool fallback);
+  std::string text(const std::string& key);
+  std::string text(const std::string& key, const std::string& fallback);
+  std::string choice(const std::string& key, const std::vector<std::string>& allowed);
+  std::string choice(const std::string& key, const std::vector<std::string>& allowed, const std::string& fallback);
+  /// Array of exactly `count` numbers; any number of them, but at least one, if count < 0.
+  /// (All getters: a fallback that the getter's own rule would refuse, such as an empty text or a number out of range,
+  /// stands for "absent" and is not written into the resolved config.)
+  std::vector<double> numbers(const std::string& key, const Range& range, int count = -1);
+  std::vector<double> numbers(const std::string& key, const Range& range, int count,
+                              const std::vector<double>& fallback);
+  /// A number, a list, or { from, to, step } (both ends included when they fit; strictly monotone, never empty).
+  std::vector<double> grid(const std::string& key, const Range& range);
+  /// A string or an array of strings.
+  std::vector<std::string> texts(const std::string& key);
+  /// An inline table of numbers: { a = 1.0, b = 2.0 }, in alphabetical order of the names.
+  std::vector<std::pair<std::string, double>> number_table(const std::string& key, const Range& range);
+  /// One reader per element of an array of tables; none if the key is absent. finish() of this reader covers them.
+  std::vector<ConfigReader> tables(const std::string& key);
+  /// True if every entry of the inline table `key` equals this point's value of the dotted key it names
+  /// (`at = { "noise.scale" = 1.0 }`). True if `key` is absent. Call it on a reader from tables(), when the keys of the
+  /// point were read (defaults count as values). If it is false and nothing else of that table was asked for, finish()
+  /// does not check the table: read its values first to have typing errors found at every point.
+  bool matches_point(const std::string& key);
+  /// Reads the CSV file that `key` names, relative to the config's folder.
+  InputTable csv(const std::string& key);
+
+  /// Throws InputError "file:line: key = value: rule" for a rule that only the caller can check.
+  [[noreturn]] void fail(const std::string& key, const std::string& rule) const;
+  void require(bool ok, const std::string& key, const std::string& rule) const {
+    if (!ok) fail(key, rule);
+  }
+  /// Throws InputError if a key was never asked for. Call it when everything was read.
+  void finish() const;
+
+  struct State;  // shared with the Config that made it
+  explicit ConfigReader(std::shared_ptr<State> state);
+
+ private:
+  std::shared_ptr<State> state_;
+};
+
+/// A config file with its overrides, expanded to the points of its sweep.
+///
+/// `[sweep]` holds lists under dotted keys; the points are their product. `[[sweep.case]]` is an array of tables, each
+/// with a `name` and any dotted keys: one more dimension, whose value is the name. Points are numbered from 0; cases
+/// vary slowest, then the keys in alphabetical order, the last one fastest. An empty list is an error, and so is a key
+/// that two of these set. experiment, seed, title and trials cannot vary.
+class Config {
+ public:
+  /// `overrides` are KEY=VALUE texts from --set (VALUE in TOML; a bare word is taken as a string), later ones win.
+  /// A key named there is taken out of [sweep] and of every case, because the user has fixed it; `sweep.KEY=[...]`
+  /// gives KEY's list anew. Throws InputError.
+  static Config load(const std::filesystem::path& path, const std::vector<std::string>& overrides);
+  /// The config stored in a result, with the files that were stored beside it.
+  static Config from_text(const std::string& text, const std::string& label, std::vector<InputTable> files);
+
+  ~Config();
+  Config(Config&&) noexcept;
+
+  /// experiment, seed (0 .. 2^63 - 1), both required, and title ("" if absent) of the file. No reader has to ask for
+  /// them.
+  std::string experiment() const;
+  std::uint64_t seed() const;
+  std::string title() const;
+
+  std::size_t point_count() const;
+  /// Sweep keys in column order, then point I's values for them. Empty without a sweep.
+  std::vector<SweepValue> sweep_values(std::size_t point) const;
+  /// A fresh reader for point I; it may outlive the Config. Reading it records defaults and input files for
+  /// resolved_text() and inputs().
+  ConfigReader reader(std::size_t point);
+  /// ConfigReader::fail() for a key of the file or of --set that does not vary, such as experiment.
+  [[noreturn]] void fail(const std::string& key, const std::string& rule) const;
+
+  /// The config as TOML with overrides and the defaults that every point read alike. Keys sorted; round-trip exact.
+  /// Reads back to the same points. Call it after all points were read.
+  std::string resolved_text() const;
+  /// Every CSV file that was read, once each, in order of path.
+  std::vector<InputTable> inputs() const;
+  /// 128-bit XXH3 in hex of resolved_text() and the input files' contents.
+  std::string hash() const;
+
+ private:
+  struct Impl;
+  explicit Config(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Shortest decimal text that reads back to the same double ("0.1", "51000").
+std::string format_number(double x);
+
+}  // namespace surveymc

@@ -1,0 +1,167 @@
+#include "config/config_document.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <memory>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "base/error.h"
+#include "config/suggest.h"
+#include "config/text.h"
+#include "config/toml_parse.h"
+
+namespace surveymc {
+
+namespace fs = std::filesystem;
+
+FileText read_file(const fs::path& path) {
+  const auto failed = [](const std::string& fault) { return FileText{"", fault}; };
+  const auto reason = [] { return std::generic_category().message(errno); };
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) return failed("it is a folder");
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  if (!file) return failed(reason());
+  FileText out;
+  char buffer[1 << 16];
+  while (const std::size_t n = std::fread(buffer, 1, sizeof buffer, file.get())) out.text.append(buffer, n);
+  if (std::ferror(file.get())) out.fault = reason();
+  return out;
+}
+
+// ---------------------------------------------------------------------------------------------------------- building
+
+namespace {
+
+const TomlNode& required(const ConfigDocument& doc, const std::string& key) {
+  if (const TomlNode* n = doc.base.entry(key)) return *n;
+  for (const auto& [k, v] : doc.base.entries) {  // the trap of TOML: below a [header], a key belongs to that table
+    if (const TomlNode* n = v.entry(key))
+      refuse(n->place, key, fmt::format("missing (found {}.{}: write it above the first [table])", k, key));
+  }
+  for (const auto& [k, v] : doc.base.entries) {
+    if (resembles(k, key)) refuse(v.place, key, fmt::format("missing (found {})", k));
+  }
+  refuse(doc.label, key, "missing");
+}
+
+void apply_override(ConfigDocument& doc, const std::string& argument) {
+  const std::string place = "--set " + argument;
+  const auto equals = argument.find('=');
+  require(equals != std::string::npos, "{}: must be KEY=VALUE", place);
+  std::string_view name = trimmed(std::string_view(argument).substr(0, equals));
+  if (name.size() > 1 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
+  require(!name.empty(), "{}: the key is missing: must be KEY=VALUE", place);
+  const auto key = clean_key(name);
+  require(key.has_value(), "{}: {} is not a key", place, in_quotes(name));
+  const std::string value_text(trimmed(std::string_view(argument).substr(equals + 1)));
+  const TomlNode value = parse_value(value_text, *key, place);
+
+  if (*key == "sweep" || (*key + ".").starts_with("sweep.case.")) {
+    refuse(place, *key, "cannot be set here: set sweep.KEY=[...] for one key");
+  }
+  if (key->starts_with("sweep.")) {
+    doc.sweep.set_list(key->substr(6), value);
+  } else {
+    doc.sweep.fix(*key, value);
+    assign(doc.base, *key, value);
+  }
+}
+
+}  // namespace
+
+void ConfigDocument::build(TomlNode root, const std::vector<std::string>& overrides) {
+  base = std::move(root);
+  if (const auto swept = base.entries.extract("sweep")) sweep.read(swept.mapped());
+  for (const auto& o : overrides) apply_override(*this, o);
+  sweep.expand();
+
+  const TomlNode& experiment = required(*this, "experiment");
+  if (!experiment.is_text()) refuse_kind(experiment, "experiment", "must be a string");
+  if (experiment.text.empty()) refuse(experiment, "experiment", "must not be empty");
+  const TomlNode& seed = required(*this, "seed");
+  if (seed.kind != TomlNode::Kind::integer) refuse_kind(seed, "seed", "must be an integer");
+  if (seed.integer < 0) refuse(seed, "seed", "must be in [0, 9223372036854775807]");
+  if (const TomlNode* title = base.entry("title"); title && !title->is_text()) {
+    refuse_kind(*title, "title", "must be a string");
+  }
+}
+
+// ----------------------------------------------------------------------------------------------------------- reading
+
+void ConfigDocument::require_point(std::size_t point) const {
+  const std::size_t count = sweep.point_count();
+  require(point < count, "{}: point {}: must be in [0, {}]", label, point, count - 1);
+}
+
+TomlNode ConfigDocument::point_root(std::size_t point) const {
+  require_point(point);
+  TomlNode root = base;
+  sweep.apply(root, point);
+  return root;
+}
+
+void ConfigDocument::use_default(const std::string& key, const TomlNode& value, std::size_t point) {
+  const auto [it, is_new] = defaults.try_emplace(key);
+  UsedDefault& d = it->second;
+  if (is_new) {
+    d.value = value;
+    d.points.resize(sweep.point_count());
+  }
+  d.is_alike = d.is_alike && toml_text(d.value) == toml_text(value);
+  d.points[point] = true;
+}
+
+const InputTable& ConfigDocument::input(const TomlNode& n, const std::string& key) {
+  if (!n.is_text()) refuse_kind(n, key, "must be a string: the name of a file");
+  const std::string& name = n.text;
+  if (name.empty()) refuse(n, key, "must name a file");
+  if (const auto it = inputs.find(name); it != inputs.end()) return it->second;
+  if (is_from_result) {
+    const auto it = stored_files.find(name);
+    if (it == stored_files.end()) refuse(n, key, "is not among the files stored with this config");
+    return inputs.emplace(*it).first->second;
+  }
+  if (name.find('\0') != std::string::npos) refuse(n, key, "is not the name of a file");
+  const fs::path path = folder / name;  // an absolute path stays as it is
+  const auto [text, fault] = read_file(path);
+  if (!fault.empty()) refuse(n, key, fmt::format("cannot be read: {} (looked for {})", fault, path.string()));
+  return inputs.emplace(name, parse_csv(text, name)).first->second;
+}
+
+// ---------------------------------------------------------------------------------------------------------- resolved
+
+namespace {
+
+/// Both spellings of a table's name become one.
+void write_names_into_tables(TomlNode& root, const std::set<std::string>& named) {
+  for (const auto& key : named) {
+    const TomlNode* at = &root;
+    for (const auto& part : split_key(key)) at = at && at->is_table() ? at->entry(part) : nullptr;
+    if (at && at->is_text()) assign(root, key + ".name", TomlNode(*at));
+  }
+}
+
+/// True if writing the default changes nothing for any point that reads the text back.
+bool belongs_into_text(const ConfigDocument& doc, const std::string& key, const UsedDefault& d) {
+  const bool everywhere = std::find(d.points.begin(), d.points.end(), false) == d.points.end();
+  if (!d.is_alike || !everywhere || doc.sweep.varies(key)) return false;
+  return std::none_of(doc.known_absent.begin(), doc.known_absent.end(), [&](const std::string& absent) {
+    return key == absent || key + ".name" == absent || key.starts_with(absent + ".");
+  });
+}
+
+}  // namespace
+
+std::string ConfigDocument::resolved_text() const {
+  TomlNode root = base;
+  write_names_into_tables(root, named);
+  for (const auto& [key, d] : defaults) {
+    if (belongs_into_text(*this, key, d)) assign_default(root, key, d.value);
+  }
+  return toml_document(root) + sweep.toml();
+}
+
+}  // namespace surveymc

@@ -1,0 +1,56 @@
+#pragma once
+/// One config: the file with its overrides, and what its readers have found. Internal to the module.
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "config/input_table.h"
+#include "config/sweep.h"
+#include "config/toml_tree.h"
+
+namespace surveymc {
+
+/// A default that readers used: its value, and by which points.
+struct UsedDefault {
+  TomlNode value;
+  std::vector<bool> points;
+  bool is_alike = true;  // the same value at all of them
+};
+
+/// Everything that the points of one config share. Readers keep it alive.
+struct ConfigDocument {
+  std::string label;             // the path as given, for messages
+  std::filesystem::path folder;  // files are relative to it
+  bool is_from_result = false;   // files are those in `stored_files`, not on disk
+  std::map<std::string, InputTable> stored_files;
+
+  TomlNode base;  // without [sweep], with overrides
+  Sweep sweep;
+
+  // What reading has shown, for resolved_text() and Config::inputs().
+  std::map<std::string, UsedDefault> defaults;
+  std::set<std::string> named;         // strings that were read as the name of a table
+  std::set<std::string> known_absent;  // has() has said no: a default must not make it say yes
+  std::map<std::string, InputTable> inputs;
+
+  /// Takes the parsed file apart and checks the keys that every file has. Set the members above `base` before.
+  void build(TomlNode root, const std::vector<std::string>& overrides);
+  /// The config of one point. Throws InputError if there is no such point.
+  TomlNode point_root(std::size_t point) const;
+  void require_point(std::size_t point) const;
+  void use_default(const std::string& key, const TomlNode& value, std::size_t point);
+  /// The CSV file that `n`, the value of `key`, names; read once.
+  const InputTable& input(const TomlNode& n, const std::string& key);
+  /// See Config.
+  std::string resolved_text() const;
+};
+
+/// The bytes of a file, or why it cannot be read.
+struct FileText {
+  std::string text, fault;
+};
+FileText read_file(const std::filesystem::path& path);
+
+}  // namespace surveymc

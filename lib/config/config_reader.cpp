@@ -1,0 +1,229 @@
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "config/checked_numbers.h"
+#include "config/config.h"
+#include "config/reader_state.h"
+#include "config/text.h"
+
+namespace surveymc {
+namespace {
+
+bool contains(const std::vector<std::string>& words, const std::string& word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+std::string choice_rule(const std::vector<std::string>& allowed) {
+  std::string list;
+  for (const auto& a : allowed) list += (list.empty() ? "" : ", ") + in_quotes(a);
+  return (allowed.size() == 1 ? "must be " : "must be one of ") + list;
+}
+
+std::string integer_rule(std::int64_t lo, std::int64_t hi) {
+  using Limits = std::numeric_limits<std::int64_t>;
+  if (hi == Limits::max()) return fmt::format("must be >= {}", lo);
+  if (lo == Limits::min()) return fmt::format("must be <= {}", hi);
+  return fmt::format("must be in [{}, {}]", lo, hi);
+}
+
+}  // namespace
+
+ConfigReader::ConfigReader(std::shared_ptr<State> state) : state_(std::move(state)) {}
+
+bool ConfigReader::has(const std::string& key) const {
+  const std::string full = state_->full_key(key);
+  state_->point->asked.insert(full);
+  const bool found = static_cast<bool>(state_->look_up(key));
+  if (!found) state_->point->doc->known_absent.insert(full);
+  return found;
+}
+
+// ----------------------------------------------------------------------------------------------------- single values
+
+double ConfigReader::number(const std::string& key, const Range& range) {
+  const auto found = state_->need(key);
+  return checked_number(*found.node, found.key, range);
+}
+
+double ConfigReader::number(const std::string& key, const Range& range, double fallback) {
+  if (state_->find(key)) return number(key, range);
+  state_->use_default(key, node_of(fallback), is_in(range, fallback));
+  return fallback;
+}
+
+std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std::int64_t hi) {
+  const auto found = state_->need(key);
+  const TomlNode& n = *found.node;
+  if (n.kind != TomlNode::Kind::integer) refuse_kind(n, found.key, "must be an integer");
+  if (n.integer < lo || n.integer > hi) refuse(n, found.key, integer_rule(lo, hi));
+  return n.integer;
+}
+
+std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std::int64_t hi, std::int64_t fallback) {
+  if (state_->find(key)) return integer(key, lo, hi);
+  state_->use_default(key, node_of(fallback), lo <= fallback && fallback <= hi);
+  return fallback;
+}
+
+bool ConfigReader::boolean(const std::string& key, bool fallback) {
+  if (const auto found = state_->find(key)) {
+    if (found.node->kind != TomlNode::Kind::boolean) refuse_kind(*found.node, found.key, "must be true or false");
+    return found.node->flag;
+  }
+  state_->use_default(key, node_of(fallback), true);
+  return fallback;
+}
+
+std::string ConfigReader::text(const std::string& key) {
+  const auto found = state_->need_name(key);
+  if (!found.node->is_text()) refuse_kind(*found.node, found.key, "must be a string");
+  return found.node->text;
+}
+
+std::string ConfigReader::text(const std::string& key, const std::string& fallback) {
+  if (state_->find(key)) return text(key);
+  state_->use_default(key, node_of(fallback), !fallback.empty());
+  return fallback;
+}
+
+std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed) {
+  const auto found = state_->need_name(key);
+  const TomlNode& n = *found.node;
+  if (!n.is_text() || !contains(allowed, n.text)) refuse_kind(n, found.key, choice_rule(allowed));
+  return n.text;
+}
+
+std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed,
+                                 const std::string& fallback) {
+  if (state_->find(key)) return choice(key, allowed);
+  state_->use_default(key, node_of(fallback), contains(allowed, fallback));
+  return fallback;
+}
+
+// ------------------------------------------------------------------------------------------------------------- lists
+
+std::vector<double> ConfigReader::numbers(const std::string& key, const Range& range, int count) {
+  const auto found = state_->need(key);
+  const TomlNode& n = *found.node;
+  const std::string size = count < 0 ? "numbers" : fmt::format("{} number{}", count, count == 1 ? "" : "s");
+  if (!n.is_array()) refuse_kind(n, found.key, "must be a list of " + size);
+  if (count < 0 && n.items.empty()) refuse(n, found.key, "must not be empty");
+  if (count >= 0 && n.items.size() != static_cast<std::size_t>(count)) {
+    refuse(n, found.key, "must have " + size);
+  }
+  return checked_numbers(n, found.key, range);
+}
+
+std::vector<double> ConfigReader::numbers(const std::string& key, const Range& range, int count,
+                                          const std::vector<double>& fallback) {
+  if (state_->find(key)) return numbers(key, range, count);
+  const bool fits = count < 0 ? !fallback.empty() : fallback.size() == static_cast<std::size_t>(count);
+  const bool in_range = std::all_of(fallback.begin(), fallback.end(), [&](double x) { return is_in(range, x); });
+  state_->use_default(key, node_of(fallback), fits && in_range);
+  return fallback;
+}
+
+std::vector<double> ConfigReader::grid(const std::string& key, const Range& range) {
+  const auto found = state_->need(key);
+  const TomlNode& n = *found.node;
+  if (n.is_number()) return {checked_number(n, found.key, range)};
+  if (n.is_table()) {
+    state_->point->whole.insert(state_->full_key(key));
+    return expand_steps(n, found.key, range);
+  }
+  if (!n.is_array()) refuse_kind(n, found.key, "must be a number, a list of numbers or { from, to, step }");
+  if (n.items.empty()) refuse(n, found.key, "must not be empty");
+  const auto x = checked_numbers(n, found.key, range);
+  for (std::size_t i = 1; i < x.size(); ++i) {
+    const bool rises = x[1] > x[0];
+    if (rises ? !(x[i] > x[i - 1]) : !(x[i] < x[i - 1])) {
+      refuse(n.items[i], fmt::format("{}[{}]", found.key, i),
+             x[i] == x[i - 1] ? "is in the list twice" : "the list must rise or fall throughout");
+    }
+  }
+  return x;
+}
+
+std::vector<std::string> ConfigReader::texts(const std::string& key) {
+  const auto found = state_->need_name(key);
+  const TomlNode& n = *found.node;
+  if (n.is_text()) return {n.text};
+  if (!n.is_array()) refuse_kind(n, found.key, "must be a string or a list of strings");
+  if (n.items.empty()) refuse(n, found.key, "must not be empty");
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < n.items.size(); ++i) {
+    if (!n.items[i].is_text()) refuse_kind(n.items[i], fmt::format("{}[{}]", found.key, i), "must be a string");
+    out.push_back(n.items[i].text);
+  }
+  return out;
+}
+
+// --------------------------------------------------------------------------------------------------- tables and files
+
+std::vector<std::pair<std::string, double>> ConfigReader::number_table(const std::string& key, const Range& range) {
+  const auto found = state_->need(key);
+  if (!found.node->is_table()) refuse_kind(*found.node, found.key, "must be a table of numbers");
+  state_->point->whole.insert(state_->full_key(key));
+  std::vector<std::pair<std::string, double>> out;
+  for (const auto& [k, v] : found.node->entries) {
+    out.emplace_back(k, checked_number(v, join_key(found.key, key_text(k)), range));
+  }
+  return out;
+}
+
+std::vector<ConfigReader> ConfigReader::tables(const std::string& key) {
+  const auto found = state_->find(key);
+  if (!found) return {};
+  const TomlNode& n = *found.node;
+  if (!n.is_tables() && !(n.is_array() && n.items.empty())) {
+    refuse_kind(n, found.key, fmt::format("must be an array of tables: write [[{}]]", found.key));
+  }
+  const std::string full = state_->full_key(key);
+  state_->point->arrays.insert(full);
+  std::vector<ConfigReader> out;
+  for (std::size_t i = 0; i < n.items.size(); ++i) {
+    out.emplace_back(std::make_shared<State>(State{state_->point, &n.items[i], fmt::format("{}[{}]", full, i)}));
+  }
+  return out;
+}
+
+bool ConfigReader::matches_point(const std::string& key) {
+  const auto found = state_->find(key);
+  if (!found) return true;
+  if (!found.node->is_table()) refuse_kind(*found.node, found.key, "must be a table of keys and their values");
+  const std::string full = state_->full_key(key);
+  state_->point->whole.insert(full);
+  const bool matches = state_->entries_match(found.key, *found.node, "");
+  if (!matches && !state_->path.empty()) state_->point->unmatched[state_->path] = full;
+  return matches;
+}
+
+InputTable ConfigReader::csv(const std::string& key) {
+  const auto found = state_->need(key);
+  return state_->point->doc->input(*found.node, found.key);
+}
+
+// ------------------------------------------------------------------------------------------------------------- checks
+
+void ConfigReader::fail(const std::string& key, const std::string& rule) const {
+  if (const auto found = State::name_or_self(state_->look_up(key))) refuse(*found.node, found.key, rule);
+  const std::string full = state_->full_key(key);
+  const auto& defaults = state_->point->defaults;
+  const auto it = defaults.find(full);
+  if (it == defaults.end()) refuse(state_->place(), full, rule);
+  refuse(state_->place(), fmt::format("{} = {} (the default)", full, shortened(plain_text(it->second))), rule);
+}
+
+void ConfigReader::finish() const {
+  std::vector<State::UnknownKey> unknown;
+  state_->find_unknown(*state_->table, state_->path, unknown);
+  if (unknown.empty()) return;
+  const auto first = std::min_element(unknown.begin(), unknown.end(),
+                                      [](const auto& a, const auto& b) { return a.node->line < b.node->line; });
+  refuse(first->node->place, first->key, first->rule);
+}
+
+}  // namespace surveymc

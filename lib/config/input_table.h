@@ -1,0 +1,25 @@
+#pragma once
+/// A user's CSV file as numbers with names, before anything is made of it.
+#include <string>
+#include <vector>
+
+namespace surveymc {
+
+/// Columns of one file. `lines` keeps the line number of every row, so that a check made later can name the place.
+struct InputTable {
+  std::string path;                ///< as the config names it, for messages and provenance
+  std::vector<std::string> names;  ///< header cells, as written: name and unit (`md_ft`)
+  std::vector<std::vector<double>> columns;
+  std::vector<int> lines;  ///< 1-based line of every row
+
+  std::size_t rows() const { return lines.size(); }
+  /// Index of a column, or -1.
+  int find(const std::string& name) const;
+};
+
+/// Parses CSV text (RFC 4180: commas, optional quotes, CRLF or LF, `#` comment lines and blank lines skipped, UTF-8
+/// byte order mark ignored). Every cell must be a finite decimal number, every row as long as the header.
+/// Throws InputError "path:line: column = cell: rule".
+InputTable parse_csv(const std::string& text, const std::string& path);
+
+}  // namespace surveymc

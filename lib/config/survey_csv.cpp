@@ -1,0 +1,92 @@
+#include "config/survey_csv.h"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/ranges.h>
+
+#include "base/error.h"
+#include "base/units.h"
+#include "config/config.h"
+
+namespace surveymc {
+namespace {
+
+/// A column the file may have: its stem, and the unit suffixes we know with their factor to SI.
+struct Known {
+  const char* stem;
+  std::vector<std::pair<const char*, double>> units;
+};
+const std::array<Known, 4>& known_columns() {
+  static const std::array<Known, 4> columns{{{"md", {{"m", 1.0}, {"ft", kFoot}}},
+                                             {"inclination", {{"deg", kDegree}}},
+                                             {"azimuth", {{"deg", kDegree}}},
+                                             {"toolface", {{"deg", kDegree}}}}};
+  return columns;
+}
+
+std::string spellings(const Known& k) {
+  std::vector<std::string> names;
+  for (const auto& u : k.units) names.push_back(fmt::format("{}_{}", k.stem, u.first));
+  return fmt::format("{}", fmt::join(names, " or "));
+}
+
+[[noreturn]] void unknown_column(const InputTable& table, const std::string& name) {
+  const std::string stem = name.substr(0, name.find('_'));
+  for (const Known& k : known_columns())
+    if (stem == k.stem)
+      throw InputError(fmt::format("{}:1: column {}: {}: write {}", table.path, name,
+                                   name == stem ? "the unit is missing" : "unknown unit", spellings(k)));
+  throw InputError(
+      fmt::format("{}:1: column {}: unknown column; a survey has md_m or md_ft, inclination_deg, "
+                  "azimuth_deg and optionally toolface_deg",
+                  table.path, name));
+}
+
+}  // namespace
+
+Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface) {
+  // Column of the file and factor to SI for each known quantity.
+  std::array<int, 4> column{-1, -1, -1, -1};
+  std::array<double, 4> factor{};
+  for (std::size_t c = 0; c < table.names.size(); ++c) {
+    bool found = false;
+    for (std::size_t q = 0; q < 4; ++q)
+      for (const auto& [unit, to_si] : known_columns()[q].units)
+        if (table.names[c] == fmt::format("{}_{}", known_columns()[q].stem, unit)) {
+          require(column[q] < 0, "{}:1: column {}: the file has {} twice", table.path, table.names[c],
+                  known_columns()[q].stem);
+          column[q] = static_cast<int>(c);
+          factor[q] = to_si;
+          found = true;
+        }
+    if (!found) unknown_column(table, table.names[c]);
+  }
+  for (std::size_t q = 0; q < 4; ++q)
+    require(column[q] >= 0 || (q == 3 && !needs_toolface), "{}:1: column {}: missing{}", table.path,
+            spellings(known_columns()[q]), q == 3 ? " (this experiment needs the toolface of every station)" : "");
+
+  const double to_true = conventions.azimuth_reference == AzimuthReference::magnetic ? conventions.declination
+                         : conventions.azimuth_reference == AzimuthReference::grid   ? conventions.convergence
+                                                                                     : 0.0;
+  const double to_y = conventions.toolface_zero == ToolfaceZero::x ? kPi / 2 : 0.0;
+  const auto cell = [&](std::size_t q, std::size_t row) {
+    return column[q] < 0 ? 0.0 : table.columns[static_cast<std::size_t>(column[q])][row];
+  };
+  Survey survey;
+  for (std::size_t row = 0; row < table.rows(); ++row)
+    survey.stations.push_back({cell(0, row) * factor[0], cell(1, row) * factor[1], cell(2, row) * factor[2] + to_true,
+                               cell(3, row) * kDegree + to_y});
+
+  const SurveyDefect defect = find_defect(survey);
+  if (defect.rule.empty()) return survey;
+  require(defect.station >= 0, "{}: {} station{}: {}", table.path, table.rows(), table.rows() == 1 ? "" : "s",
+          defect.rule);
+  const auto row = static_cast<std::size_t>(defect.station);
+  const std::size_t q = defect.quantity == "md" ? 0 : 1;
+  throw InputError(fmt::format("{}:{}: {} = {}: {}", table.path, table.lines[row],
+                               table.names[static_cast<std::size_t>(column[q])], format_number(cell(q, row)),
+                               defect.rule));
+}
+
+}  // namespace surveymc

@@ -1,0 +1,25 @@
+#pragma once
+#include "config/input_table.h"
+#include "survey/survey.h"
+
+namespace surveymc {
+
+/// From which axis a survey file measures toolface: "x" (thesis) or "y" (ISCWSA).
+enum class ToolfaceZero { x, y };
+/// From which north a survey file measures azimuth.
+enum class AzimuthReference { true_north, magnetic, grid };
+
+struct SurveyConventions {
+  ToolfaceZero toolface_zero = ToolfaceZero::y;
+  AzimuthReference azimuth_reference = AzimuthReference::true_north;
+  double declination = 0;  ///< rad; magnetic + declination = true
+  double convergence = 0;  ///< rad; grid + convergence = true
+};
+
+/// Survey from a file with columns `md_m` or `md_ft`, `inclination_deg`, `azimuth_deg` and, if present, `toolface_deg`
+/// (zero without). Throws InputError "path:line: column = value: rule" on a missing or unknown column or unit, a
+/// measured depth that does not increase, or an inclination outside [0, 180].
+/// `needs_toolface`: its absence is an error.
+Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface);
+
+}  // namespace surveymc

@@ -1,0 +1,92 @@
+#include "config/toml_parse.h"
+
+#include <algorithm>
+#include <cmath>
+#include <locale>
+#include <sstream>
+#include <string_view>
+
+#include <toml++/toml.h>
+
+#include "base/error.h"
+
+namespace surveymc {
+namespace {
+
+struct Source {
+  std::string label;
+  bool is_file = true;  // else an argument: the label is the whole place
+};
+
+template <class T>
+std::string printed(const T& x) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out << x;
+  return out.str();
+}
+
+/// `path` is the node's key, for messages.
+TomlNode convert(const toml::node& t, const Source& source, const std::string& path) {
+  TomlNode n;
+  if (const auto* table = t.as_table()) {
+    n.is_inline = table->is_inline();
+    for (const auto& [k, v] : *table) {
+      const std::string key(k.str());
+      n.entries.emplace(key, convert(v, source, join_key(path, key_text(key))));
+    }
+  } else if (const auto* array = t.as_array()) {
+    n.kind = TomlNode::Kind::array;
+    for (std::size_t i = 0; i < array->size(); ++i) {
+      n.items.push_back(convert(*array->get(i), source, fmt::format("{}[{}]", path, i)));
+    }
+  } else if (const auto* text = t.as_string()) {
+    n = node_of(text->get());
+  } else if (const auto* flag = t.as_boolean()) {
+    n = node_of(flag->get());
+  } else if (const auto* integer = t.as_integer()) {
+    n = node_of(integer->get());
+  } else if (const auto* real = t.as_floating_point()) {
+    n = node_of(real->get());
+  } else {
+    n.kind = TomlNode::Kind::date;
+    if (const auto* date = t.as_date()) n.text = printed(date->get());
+    if (const auto* time = t.as_time()) n.text = printed(time->get());
+    if (const auto* both = t.as_date_time()) n.text = printed(both->get());
+  }
+  n.line = source.is_file ? static_cast<int>(t.source().begin.line) : 0;
+  n.place = n.line > 0 ? fmt::format("{}:{}", source.label, n.line) : source.label;
+  if (n.kind == TomlNode::Kind::real && !std::isfinite(n.real)) refuse(n, path, "must be a finite number");
+  return n;
+}
+
+}  // namespace
+
+TomlNode parse_document(const std::string& text, const std::string& label) {
+  try {
+    return convert(toml::parse(std::string_view(text), std::string_view(label)), {label, true}, "");
+  } catch (const toml::parse_error& e) {
+    throw InputError(fmt::format("{}:{}: {}", label, e.source().begin.line, e.description()));
+  }
+}
+
+TomlNode parse_value(const std::string& value, const std::string& key, const std::string& place) {
+  require(!value.empty(), "{}: {}: the value is missing", place, key);
+  const bool one_line = std::none_of(value.begin(), value.end(), [](char c) {
+    return (static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7F;
+  });
+  require(one_line, "{}: {}: the value must be one line of text", place, key);
+  TomlNode word = node_of(value);
+  word.place = place;
+  try {
+    const auto table = toml::parse(std::string_view("value = " + value));
+    TomlNode n = convert(*table.get("value"), {place, false}, key);
+    return n.kind == TomlNode::Kind::date ? word : n;  // no key is a date, but a title may look like one
+  } catch (const toml::parse_error& e) {
+    // Quotes and brackets are no part of a word: TOML was meant.
+    require(value.find_first_of("\"'[]{}") == std::string::npos, "{}: {}: {}", place, key, e.description());
+  }
+  return word;
+}
+
+}  // namespace surveymc
