@@ -1,0 +1,294 @@
+"""What the plot scripts of surveymc share: reading result files, error ellipses, style, saving.
+
+Frames and units are those of docs/conventions.md: north, east, vertical (down) in metres; azimuths in degrees clockwise
+from north. On maps east is the abscissa and north the ordinate.
+"""
+
+import argparse
+import fractions
+import os
+import sys
+import tomllib
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import h5py  # noqa: E402
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+
+# Exit codes, as for the program itself.
+USAGE, BAD_DATA, CANNOT_WRITE = 64, 65, 74
+
+# One colour, line and marker per thing, in every figure. No two share a line style, so the figures also read in grey.
+LOOK = {
+    "monte_carlo": {"label": "Monte Carlo", "color": "#0072B2", "linestyle": "-"},
+    "joint": {"label": "joint", "color": "#D55E00", "linestyle": (0, (7, 2))},
+    "systematic": {"label": "systematic", "color": "#222222", "linestyle": (0, (3.5, 2))},
+    "random": {"label": "random", "color": "#A8508A", "linestyle": (0, (1, 1.3))},
+}
+PROPAGATIONS = ("joint", "systematic", "random")
+PUBLISHED = "#777777"
+VERDICT_MARKER = {"agrees": "o", "undecided": "^", "differs": "D"}
+
+
+class PlotError(Exception):
+    """The data cannot be plotted; the message is one line and says place and rule."""
+
+    def __init__(self, message, code=BAD_DATA):
+        super().__init__(message)
+        self.code = code
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message):
+        self.print_usage(sys.stderr)
+        self.exit(USAGE, f"{self.prog}: {message}\n")
+
+
+def argument_parser(description):
+    """Arguments every plot script has: the result file and the folder to write to."""
+    parser = _Parser(description=description)
+    parser.add_argument("result", help="result file (HDF5) of surveymc")
+    parser.add_argument("-o", "--output", metavar="FOLDER", help="where to write (default: the folder of the result)")
+    return parser
+
+
+def run(main):
+    """Calls main(); an expected error becomes one line on stderr and its exit code, without a traceback."""
+    try:
+        main()
+    except PlotError as error:
+        print(f"{os.path.basename(sys.argv[0])}: {' '.join(str(error).split())}", file=sys.stderr)
+        sys.exit(error.code)
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+# --- result files ---------------------------------------------------------------------------------------------------
+
+
+class Table(dict):
+    """Columns by name: numbers are numpy arrays, words are lists of str. All have the same length, `rows`."""
+
+    def __init__(self, name, columns):
+        super().__init__(columns)
+        self.name = name
+        self.rows = len(next(iter(columns.values()))) if columns else 0
+
+    def __missing__(self, key):
+        raise PlotError(f"table '{self.name}' has no column '{key}'")
+
+    def where(self, keep):
+        """The rows for which keep(i) is true."""
+        rows = [i for i in range(self.rows) if keep(i)]
+        return Table(self.name, {k: [v[i] for i in rows] if isinstance(v, list) else v[rows] for k, v in self.items()})
+
+    def row(self, **wanted):
+        """The first row with these values, as a dict of scalars; None if there is none."""
+        for i in range(self.rows):
+            if all(self[k][i] == v for k, v in wanted.items()):
+                return {k: v[i] for k, v in self.items()}
+        return None
+
+
+def open_result(path, experiment):
+    """Opens a result file for reading; it must be one of this experiment. Use it in a `with` statement."""
+    if not os.path.exists(path):
+        raise PlotError(f"{path}: no such file")
+    if os.path.isdir(path):
+        raise PlotError(f"{path}: is a folder, not a result file")
+    if not os.access(path, os.R_OK):
+        raise PlotError(f"{path}: cannot be read")
+    try:
+        file = h5py.File(path, "r")
+    except OSError:
+        raise PlotError(f"{path}: not an HDF5 file, or damaged") from None
+    found = text_attribute(file, "experiment")
+    if text_attribute(file, "format") != "surveymc":
+        file.close()
+        raise PlotError(f"{path}: not a result file of surveymc")
+    if found != experiment:
+        file.close()
+        raise PlotError(f"{path}: is a result of experiment '{found}', not of '{experiment}'")
+    return file
+
+
+def text_attribute(item, name, default=""):
+    """An attribute as str, whichever way HDF5 stored it."""
+    value = item.attrs.get(name, default)
+    return value.decode("utf-8") if isinstance(value, bytes) else str(value)
+
+
+def configuration(file):
+    """The resolved config of the run, as nested dicts."""
+    try:
+        return tomllib.loads(text_attribute(file, "config"))
+    except tomllib.TOMLDecodeError as error:
+        raise PlotError(f"{file.filename}: the stored config is not TOML: {error}") from None
+
+
+def read_table(file, name, group="tables"):
+    """Table /<group>/<name>; None if the file does not have it."""
+    path = f"{group}/{name}"
+    if path not in file:
+        return None
+    columns = {}
+    try:
+        for key, data in file[path].items():
+            if h5py.check_string_dtype(data.dtype) is not None:
+                columns[key] = list(data.asstr()[()])
+            else:
+                columns[key] = data[()]
+    except (OSError, AttributeError) as error:
+        raise PlotError(f"{file.filename}: cannot read {path}: {error}") from None
+    if len({len(c) for c in columns.values()}) > 1:
+        raise PlotError(f"{file.filename}: the columns of {path} differ in length")
+    return Table(name, columns)
+
+
+def sweep_keys(config, table):
+    """The columns of `table` that the sweep of the config adds, in the order of the config."""
+    return [k for k in config.get("sweep", {}) if k in table]
+
+
+def sweep_points(table, keys):
+    """The different values of the sweep columns, a tuple each, in the order of the file. [()] without a sweep."""
+    points = {}
+    for i in range(table.rows):
+        points[tuple(table[k][i] for k in keys)] = None
+    return list(points)
+
+
+def at_point(table, keys, point):
+    """The rows of one sweep point; a missing table stays None."""
+    if table is None:
+        return None
+    return table.where(lambda i: all(table[k][i] == v for k, v in zip(keys, point)))
+
+
+def point_name(keys, point):
+    """'test 1, noise.scale = 0.1': names of cases speak for themselves."""
+    return ", ".join(v if k == "case" else f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}"
+                     for k, v in sorted(zip(keys, point), key=lambda kv: kv[0] != "case"))
+
+
+# --- error ellipses -------------------------------------------------------------------------------------------------
+
+
+def ellipse_axes(covariance):
+    """Semi axes of the 1-sigma ellipse of a covariance [[nn, ne], [ne, ee]] (m2) and the azimuth of the major one.
+
+    Returns (semi_major, semi_minor, azimuth_deg): the axes are the square roots of the eigenvalues (m), the azimuth
+    is that of the eigenvector of the larger one, clockwise from north, in [0, 180). Eigenvalues that rounding made
+    negative count as 0: the ellipse is a line. PlotError if the matrix is not a covariance.
+
+    The closed form with an exact determinant, not a general eigenvalue routine: the minor axis of a position error is
+    easily a thousandth of the major one, and a general routine loses the square of that in relative accuracy.
+    """
+    c = np.asarray(covariance, float)
+    if c.shape != (2, 2) or not np.all(np.isfinite(c)):
+        raise PlotError("a covariance must be 2x2 and finite")
+    nn, ne, ee = c[0, 0], (c[0, 1] + c[1, 0]) / 2, c[1, 1]
+    major2 = (nn + ee + np.hypot(nn - ee, 2 * ne)) / 2
+    if major2 == 0 and nn == 0 and ee == 0:
+        return 0.0, 0.0, 0.0
+    exact = fractions.Fraction
+    minor2 = float(exact(nn) * exact(ee) - exact(ne) ** 2) / major2 if major2 > 0 else -1.0
+    if min(nn, ee) < 0 or minor2 < -1e-9 * major2:  # stored elements carry about 1e-15 of the largest
+        raise PlotError(f"not a covariance: [[{nn:g}, {ne:g}], [{ne:g}, {ee:g}]] has a negative eigenvalue")
+    azimuth = np.degrees(np.arctan2(2 * ne, nn - ee)) / 2
+    return float(np.sqrt(major2)), float(np.sqrt(max(minor2, 0.0))), float(azimuth % 180)
+
+
+def ellipse_points(covariance, k=1.0, centre=(0.0, 0.0), count=361):
+    """Points x of the k-sigma ellipse (x - centre)' C^-1 (x - centre) = k^2; returns (north, east), closed.
+
+    covariance: [[nn, ne], [ne, ee]] in m2; centre: (north, east) in m. A singular covariance gives a line.
+    """
+    major, minor, azimuth = ellipse_axes(covariance)
+    return ellipse_points_from_axes(major, minor, azimuth, k, centre, count)
+
+
+def ellipse_points_from_axes(major, minor, azimuth_deg, k=1.0, centre=(0.0, 0.0), count=361):
+    """As ellipse_points, from semi axes (m) and the azimuth of the major one."""
+    t = np.linspace(0, 2 * np.pi, count)
+    along, across = k * major * np.cos(t), k * minor * np.sin(t)
+    ca, sa = np.cos(np.radians(azimuth_deg)), np.sin(np.radians(azimuth_deg))
+    return centre[0] + along * ca - across * sa, centre[1] + along * sa + across * ca
+
+
+def is_line(major, minor):
+    """Whether an ellipse is degenerate: a minor axis below 1e-6 of the major one is rounding of the covariance, whose
+    elements carry 1e-15 of the *square* of the major axis."""
+    return minor < 1e-6 * major
+
+
+def rotate_to_axes(north, east, azimuth_deg):
+    """(along, across) the direction azimuth_deg; across is positive to its right (azimuth + 90 deg)."""
+    ca, sa = np.cos(np.radians(azimuth_deg)), np.sin(np.radians(azimuth_deg))
+    return ca * north + sa * east, -sa * north + ca * east
+
+
+def ellipse_coverage(k):
+    """Probability that a normally distributed point lies inside its k-sigma ellipse."""
+    return -np.expm1(-k * k / 2)
+
+
+# --- figures --------------------------------------------------------------------------------------------------------
+
+
+def use_style():
+    """The look of all figures."""
+    plt.style.use(os.path.join(os.path.dirname(os.path.abspath(__file__)), "style.mplstyle"))
+
+
+def figures_folder(output, result):
+    """The folder to write to, made if need be; by default the one of the result."""
+    folder = output or os.path.dirname(result) or "."
+    try:
+        os.makedirs(folder, exist_ok=True)
+    except OSError as error:
+        raise PlotError(f"{folder}: cannot make the folder: {error.strerror}", CANNOT_WRITE) from None
+    return folder
+
+
+def save(figure, folder, name):
+    """Writes <name>.png (150 dpi) and <name>.svg, closes the figure, prints the two paths.
+
+    The files depend on the data only: no dates. Rasterised parts of the SVG have 300 dpi.
+    """
+    for extension, options in ((".png", {"metadata": {"Software": None}}),
+                               (".svg", {"metadata": {"Date": None}, "dpi": 300})):
+        path = os.path.join(folder, name + extension)
+        try:
+            figure.savefig(path, **options)
+        except OSError as error:
+            raise PlotError(f"{path}: cannot write: {error.strerror or error}", CANNOT_WRITE) from None
+        print(path)
+    plt.close(figure)
+
+
+def number(value, digits=3):
+    """A number for people: `digits` significant digits, no exponent between 1e-4 and 1e5, '-' for none."""
+    if not np.isfinite(value):
+        return "\N{EN DASH}"
+    if value == 0:
+        return "0"
+    size = int(np.floor(np.log10(abs(value))))
+    value = round(value, digits - 1 - size)
+    size = int(np.floor(np.log10(abs(value))))  # 9.996 became 10
+    text = f"{value:.{max(digits - 1 - size, 0)}f}" if -4 <= size < 5 else f"{value:.{digits - 1}e}"
+    return text.replace("-", "\N{MINUS SIGN}")
+
+
+def plain_log_axis(axis, low, high):
+    """Ticks of a logarithmic axis that people read without thinking: 0.2, 0.5, 1, 2, 5 and no minor labels."""
+    for steps in ((1, 2, 5), (1, 1.5, 2, 3, 5, 7), (1, 1.2, 1.5, 1.8, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)):
+        ticks = [s * 10.0**e for e in range(-12, 13) for s in steps if low <= s * 10.0**e <= high]
+        if len(ticks) >= 4:
+            break
+    axis.set_major_locator(matplotlib.ticker.FixedLocator(ticks))
+    axis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda v, _: f"{v:g}"))
+    axis.set_minor_locator(matplotlib.ticker.NullLocator())
