@@ -18,6 +18,7 @@
 #include "base/error.h"
 #include "experiments.h"
 #include "progress.h"
+#include "simd/instruction_set.h"
 #include "study/comparison.h"
 #include "version.h"
 
@@ -241,7 +242,8 @@ int guarded_main(int argc, char** argv) {
   spdlog::set_pattern("%H:%M:%S %v");
 
   CLI::App app{"surveymc: Monte-Carlo research workbench for wellbore directional surveying"};
-  app.set_version_flag("--version", fmt::format("surveymc {} ({}), {}", kVersion, kGitRevision, kCompiler));
+  app.set_version_flag(
+      "--version", fmt::format("surveymc {} ({}), {}, {}", kVersion, kGitRevision, kCompiler, name(instruction_set())));
   app.require_subcommand(1);
   RunArguments a;
   std::string file, table;

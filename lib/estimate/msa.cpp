@@ -1,5 +1,8 @@
 #include "estimate/msa.h"
 
+#include "estimate/msa_lanes.h"
+#include "simd/instruction_set.h"
+
 namespace surveymc {
 namespace {
 
@@ -9,23 +12,24 @@ class Msa final : public Estimator {
   std::string name() const override { return "msa"; }
 
   void solve(const ReadingBlock& in, EstimateBlock& out) const override {
-    using T = Lanes;
-    for (int group = 0; group < in.groups(); ++group)
-      for (int i = 0; i < kGroup; i += lane_count<T>) {
-        const MsaSolution<T> s =
-            msa_solve<T>({in.magnetic.row(group, 0) + i, in.down.row(group, 0) + i, in.reference.row(group, 0) + i,
-                          in.stations, in.reference_stride, 1 / total_},
-                         options_);
-        for (int a = 0; a < 3; ++a) {
-          const auto j = static_cast<std::size_t>(a);
-          const T gain = T(1.0) / s.x[j];
-          store(out.parameters.row(group, a) + i, gain);
-          store(out.parameters.row(group, 3 + a) + i, s.x[3 + j] * gain * T(total_));
-        }
-        store(out.cost.row(group, 0) + i, s.cost * T(total_ * total_));
-        store(out.iterations.row(group, 0) + i, s.iterations);
-        store(out.converged.row(group, 0) + i, s.converged);
-      }
+    const MsaBatch batch{{in.magnetic.row(0, 0), in.down.row(0, 0), in.reference.row(0, 0), in.stations,
+                          in.reference_stride, 1 / total_},
+                         in.magnetic.group_stride(),
+                         in.down.group_stride(),
+                         in.reference.group_stride(),
+                         out.parameters.row(0, 0),
+                         out.cost.row(0, 0),
+                         out.iterations.row(0, 0),
+                         out.converged.row(0, 0),
+                         out.parameters.group_stride(),
+                         out.cost.group_stride(),
+                         in.groups(),
+                         total_,
+                         options_};
+    if (instruction_set() == InstructionSet::v4)
+      isa_v4::msa_solve_batch(batch);
+    else
+      isa_v3::msa_solve_batch(batch);
   }
 
  private:

@@ -21,7 +21,7 @@ struct MsaOptions {
   double step_tolerance = 1e-9;  ///< converged when max_i |dp_i|, |dq_i| / total <= step_tolerance
 };
 
-/// Pointers to one (half) group of a ReadingBlock: see there for the rows. Rows are kGroup apart.
+/// Pointers to one group of a ReadingBlock, or to some lane of it: see there for the rows, which are kGroup apart.
 struct MsaData {
   const double *magnetic, *down, *reference;
   int stations, reference_stride;

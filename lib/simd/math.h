@@ -55,9 +55,8 @@ std::pair<T, T> sincos_reduced(const T& x) {
 /// Turns {sin, cos} of a reduced angle by q quarter turns, q = 0, 1, 2, 3 (higher bits of q are ignored).
 template <class T>
 std::pair<T, T> turn_by_quarters(const std::pair<T, T>& sc, const Bits<T>& q) {
-  const auto odd = equal(q & Bits<T>(1), Bits<T>(1));
   const Bits<T> sign_s = (q & Bits<T>(2)) << 62, sign_c = ((q + Bits<T>(1)) & Bits<T>(2)) << 62;
-  const T s = select(odd, sc.second, sc.first), c = select(odd, sc.first, sc.second);
+  const T s = select(odd(q), sc.second, sc.first), c = select(odd(q), sc.first, sc.second);
   return {from_bits(to_bits(s) ^ sign_s), from_bits(to_bits(c) ^ sign_c)};
 }
 

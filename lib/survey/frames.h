@@ -44,6 +44,7 @@ template <class T>
 T norm(const Vec3<T>& a) {
   return sqrt(dot(a, a));
 }
+static_assert(sizeof(Vec3<double>) == 3 * sizeof(double), "kernels read a row of vectors as numbers");
 inline Eigen::Vector3d to_eigen(const Vec3<double>& v) { return {v.x, v.y, v.z}; }
 inline Vec3<double> from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 

@@ -26,6 +26,7 @@ class LaneArray {
   }
   const double* row(int group, int r) const { return const_cast<LaneArray*>(this)->row(group, r); }
   bool shared() const { return group_stride_ == 0; }
+  std::size_t group_stride() const { return group_stride_; }  ///< doubles from one group to the next; 0 if shared
   /// Writes one value to all lanes of a row.
   void fill(int group, int r, double value) {
     for (int i = 0; i < kGroup; ++i) row(group, r)[i] = value;

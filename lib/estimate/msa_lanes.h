@@ -1,0 +1,27 @@
+#pragma once
+/// The kernel behind the estimator "msa", for both instruction sets (simd/lanes.h).
+#include <cstddef>
+
+#include "estimate/msa_kernel.h"
+
+namespace surveymc {
+
+/// Raw view of a batch of readings and of the estimates to fill; rows are kGroup doubles apart.
+struct MsaBatch {
+  MsaData first;  ///< data of group 0
+  std::size_t magnetic_stride, down_stride, reference_stride;
+  double *parameters, *cost, *iterations, *converged;
+  std::size_t parameters_stride, scalar_stride;  ///< of `parameters`, and of each of the other three
+  int groups;
+  double total;  ///< nT
+  MsaOptions options;
+};
+
+namespace isa_v3 {
+void msa_solve_batch(const MsaBatch& batch);
+}
+namespace isa_v4 {
+void msa_solve_batch(const MsaBatch& batch);
+}
+
+}  // namespace surveymc

@@ -1,0 +1,80 @@
+#include "sensor/simulate_lanes.h"
+
+namespace surveymc::SURVEYMC_ISA {
+namespace {
+
+using T = Lanes;
+
+/// Four draws of size 1 of the law.
+std::array<T, 4> unit_draws(NoiseLaw law, const Stream& stream, const Bits<T>& trial, Channel channel,
+                            std::uint32_t call) {
+  std::array<T, 4> x;
+  if (law == NoiseLaw::gaussian || law == NoiseLaw::gaussian_half_open) {
+    x = stream.normals<T>(trial, channel, call);
+    if (law == NoiseLaw::gaussian_half_open)
+      for (T& v : x) v = abs(v);
+  } else {
+    x = stream.uniforms<T>(trial, channel, call);
+    if (law == NoiseLaw::uniform)
+      for (T& v : x) v = fma(v, T(2.0), T(-1.0));
+  }
+  return x;
+}
+
+/// clean + size * draw for `rows` rows.
+void add_noise(const double* clean, int rows, NoiseLaw law, double size, const Stream& stream, const Bits<T>& trial,
+               Channel channel, double* out) {
+  for (int r = 0; r < rows; r += 4) {
+    const std::array<T, 4> draw = unit_draws(law, stream, trial, channel, static_cast<std::uint32_t>(r / 4));
+    for (int i = 0; i < 4 && r + i < rows; ++i)
+      store(out + (r + i) * kGroup, fma(T(size), draw[static_cast<std::size_t>(i)], T(clean[r + i])));
+  }
+}
+
+void normalise(int stations, double* down) {
+  for (int k = 0; k < stations; ++k, down += 3 * kGroup) {
+    const Vec3<T> g{load<T>(down), load<T>(down + kGroup), load<T>(down + 2 * kGroup)};
+    const Vec3<T> u = scale(T(1.0) / norm(g), g);
+    store(down, u.x);
+    store(down + kGroup, u.y);
+    store(down + 2 * kGroup, u.z);
+  }
+}
+
+/// Horizontal and vertical reference of each row pair: total and dip with their errors of this trial.
+void draw_reference(const SimulateBatch& b, const Bits<T>& trial, double* out) {
+  for (int k = 0; k < b.reference_pairs; k += 2) {  // one call serves two stations
+    std::array<T, 4> draw{T(0.0), T(0.0), T(0.0), T(0.0)};
+    if (b.noise.reference != ReferenceNoise::none)
+      draw = b.stream.normals<T>(trial, Channel::reference_field, static_cast<std::uint32_t>(k / 2));
+    for (int i = 0; i < 2 && k + i < b.reference_pairs; ++i) {
+      const auto j = static_cast<std::size_t>(2 * i);
+      const T total = fma(T(b.noise.reference_total), draw[j], T(b.total));
+      const auto [sin_dip, cos_dip] = sincos(fma(T(b.noise.reference_dip), draw[j + 1], T(b.dip)));
+      store(out + (2 * (k + i)) * kGroup, total * cos_dip);
+      store(out + (2 * (k + i) + 1) * kGroup, total * sin_dip);
+    }
+  }
+}
+
+}  // namespace
+
+void simulate(const SimulateBatch& b) {
+  for (int group = 0; group < b.groups; ++group)
+    for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
+      const Bits<T> trial = consecutive<T>(b.first_trial + static_cast<std::uint64_t>(group * kGroup + lane));
+      const auto g = static_cast<std::size_t>(group);
+      add_noise(b.clean_magnetic, 3 * b.stations, b.noise.law, b.noise.magnetometer, b.stream, trial,
+                Channel::magnetometer_noise, b.magnetic + g * b.magnetic_stride + lane);
+      if (group == 0 || b.down_stride > 0) {
+        // Without accelerometer noise the same direction goes to all lanes of the one shared group.
+        double* down = b.down + g * b.down_stride + lane;
+        add_noise(b.clean_gravity, 3 * b.stations, NoiseLaw::gaussian, b.noise.accelerometer, b.stream, trial,
+                  Channel::accelerometer_noise, down);
+        normalise(b.stations, down);
+      }
+      draw_reference(b, trial, b.reference + g * b.reference_stride + lane);
+    }
+}
+
+}  // namespace surveymc::SURVEYMC_ISA

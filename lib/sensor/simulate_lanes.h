@@ -1,0 +1,30 @@
+#pragma once
+/// The kernel behind simulate_readings, for both instruction sets (simd/lanes.h).
+#include <cstddef>
+#include <cstdint>
+
+#include "random/stream.h"
+#include "sensor/magnetometer.h"
+
+namespace surveymc {
+
+/// Raw view of a batch to fill; rows are kGroup doubles apart. A stride of 0 means one group shared by all.
+struct SimulateBatch {
+  const double *clean_magnetic, *clean_gravity;  ///< 3 stations, without noise
+  double *magnetic, *down, *reference;
+  std::size_t magnetic_stride, down_stride, reference_stride;
+  int stations, reference_pairs, groups;
+  std::uint64_t first_trial;
+  double total, dip;  ///< reference without error, nT and rad
+  NoiseModel noise;
+  Stream stream;
+};
+
+namespace isa_v3 {
+void simulate(const SimulateBatch& batch);
+}
+namespace isa_v4 {
+void simulate(const SimulateBatch& batch);
+}
+
+}  // namespace surveymc
