@@ -1,0 +1,241 @@
+#!/usr/bin/python3
+"""Tests of scripts/plotting.py and scripts/plot_msa_position.py.
+
+The drawing tests need a result of msa_position with realisations: its path in the environment variable
+SURVEYMC_RESULT. Without it they are skipped.
+"""
+
+import fractions
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import h5py
+import numpy as np
+
+SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
+sys.path.insert(0, SCRIPTS)
+import plotting  # noqa: E402
+
+SCRIPT = os.path.join(SCRIPTS, "plot_msa_position.py")
+RESULT = os.environ.get("SURVEYMC_RESULT", "")
+EPSILON = np.finfo(float).eps
+
+
+def covariance(major, minor, azimuth_deg):
+    """The covariance (rounded to double) of an ellipse with these axes."""
+    a = np.radians(azimuth_deg)
+    axes = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+    return axes @ np.diag([major**2, minor**2]) @ axes.T
+
+
+def quadratic_form(c, north, east):
+    """x' C^-1 x in rational arithmetic: the points and the matrix are taken as they are, nothing is rounded."""
+    nn, ne, ee, n, e = (fractions.Fraction(float(v)) for v in (c[0, 0], c[0, 1], c[1, 1], north, east))
+    return float((n * n * ee - 2 * n * e * ne + e * e * nn) / (nn * ee - ne * ne))
+
+
+class Ellipse(unittest.TestCase):
+    AZIMUTHS = (0, 1e-8, 30, 45, 89.999, 90, 117.76, 135, 165, 179.5)
+
+    def test_points_satisfy_the_equation_of_the_ellipse(self):
+        for azimuth in self.AZIMUTHS:
+            for major, minor in ((1, 1), (3, 2), (8.6, 0.7), (100, 0.5), (129, 0.2)):
+                c = covariance(major, minor, azimuth)
+                c[1, 0] = c[0, 1]
+                for k in (1, 2, 3):
+                    north, east = plotting.ellipse_points(c, k, count=73)
+                    # The points of the nearly degenerate ones: a rounding of the coordinate, eps/2 of the major axis,
+                    # weighs major/minor in the minor direction; 16 roundings, twice since squared.
+                    bound = max(1e-12, 16 * EPSILON * major / minor) * k * k
+                    self.assertLessEqual(bound, 3e-12 * k * k)
+                    for n, e in zip(north, east):
+                        self.assertAlmostEqual(quadratic_form(c, n, e), k * k, delta=bound)
+
+    def test_points_of_an_extremely_thin_ellipse(self):
+        # Test 4 of the thesis: 0.2 % and thinner. The same bound without the floor.
+        for azimuth in self.AZIMUTHS:
+            for ratio in (2e-3, 1e-4, 1e-5):
+                c = covariance(10, 10 * ratio, azimuth)
+                c[1, 0] = c[0, 1]
+                for n, e in zip(*plotting.ellipse_points(c, 1, count=37)):
+                    self.assertAlmostEqual(quadratic_form(c, n, e), 1, delta=16 * EPSILON / ratio)
+
+    def test_axes_are_the_eigenvectors(self):
+        for azimuth in self.AZIMUTHS:
+            for major, minor in ((3, 2), (100, 0.5), (129, 0)):
+                c = covariance(major, minor, azimuth)
+                values, vectors = np.linalg.eigh(c)
+                a, b, found = plotting.ellipse_axes(c)
+                self.assertAlmostEqual(a, np.sqrt(values[1]), delta=8 * EPSILON * major)
+                self.assertAlmostEqual(b**2, max(values[0], 0), delta=8 * EPSILON * major**2)
+                self.assertTrue(0 <= found < 180)
+                axis = np.array([np.cos(np.radians(found)), np.sin(np.radians(found))])
+                # Eigenvectors of eigh turn by eps times major^2 over the gap of the eigenvalues.
+                gap = (major**2 - minor**2) / major**2
+                self.assertAlmostEqual(abs(axis @ vectors[:, 1]), 1, delta=1e-14)
+                self.assertAlmostEqual(axis @ vectors[:, 0], 0, delta=32 * EPSILON / gap)
+                self.assertAlmostEqual(np.sin(np.radians(found - azimuth)), 0, delta=32 * EPSILON / gap)
+
+    def test_azimuth_is_clockwise_from_north(self):
+        self.assertAlmostEqual(plotting.ellipse_axes([[4, 0], [0, 1]])[2], 0)  # long north-south
+        self.assertAlmostEqual(plotting.ellipse_axes([[1, 0], [0, 4]])[2], 90)  # long east-west
+        self.assertAlmostEqual(plotting.ellipse_axes([[2, 1], [1, 2]])[2], 45)  # north-east: both grow together
+        self.assertAlmostEqual(plotting.ellipse_axes([[2, -1], [-1, 2]])[2], 135)  # south-east
+
+    def test_drawn_ellipse_is_longest_along_its_azimuth(self):
+        c = covariance(8.63, 0.0207, 117.76)
+        north, east = plotting.ellipse_points(c, 3, centre=(1216.0, 639.6), count=3601)
+        north, east = north - 1216.0, east - 639.6
+        far = np.argmax(np.hypot(north, east))
+        self.assertAlmostEqual(np.hypot(north[far], east[far]), 3 * 8.63, delta=1e-11)
+        self.assertAlmostEqual(np.degrees(np.arctan2(east[far], north[far])) % 180, 117.76, delta=1e-9)
+
+    def test_a_singular_covariance_is_a_line(self):
+        for azimuth in self.AZIMUTHS:
+            for scale in (1.0, 1 - 1e-15):  # a determinant that rounding made negative, too
+                c = covariance(121, 0, azimuth)
+                c[0, 0] *= scale
+                a, b, found = plotting.ellipse_axes(c)
+                self.assertTrue(plotting.is_line(a, b), (azimuth, a, b))
+                across = plotting.rotate_to_axes(*plotting.ellipse_points(c), azimuth)[1]
+                self.assertLess(np.max(np.abs(across)), 1e-5)
+        self.assertEqual(plotting.ellipse_axes(np.zeros((2, 2))), (0, 0, 0))
+
+    def test_what_is_not_a_covariance(self):
+        for c in ([[1, 2], [2, 1]], [[-1, 0], [0, 1]], [[1, 0], [0, np.nan]], [1, 2, 3]):
+            with self.assertRaises(plotting.PlotError):
+                plotting.ellipse_axes(c)
+
+    def test_rotation_to_the_axes(self):
+        along, across = plotting.rotate_to_axes(0.0, 1.0, 90.0)  # east, seen when facing east: ahead
+        self.assertAlmostEqual(along, 1)
+        self.assertAlmostEqual(across, 0)
+        self.assertAlmostEqual(plotting.rotate_to_axes(0.0, 1.0, 0.0)[1], 1)  # facing north: to the right
+
+    def test_coverage(self):
+        for k, share in ((1, 0.39347), (2, 0.86466), (3, 0.98889)):
+            self.assertAlmostEqual(plotting.ellipse_coverage(k), share, delta=5e-6)
+
+
+class Numbers(unittest.TestCase):
+    def test_significant_digits(self):
+        for value, digits, text in ((129.15, 3, "129"), (0.0207, 3, "0.0207"), (147.3, 2, "150"), (0, 3, "0"),
+                                    (-8.626, 3, "\N{MINUS SIGN}8.63"), (1.96e-7, 2, "2.0e\N{MINUS SIGN}07"),
+                                    (float("nan"), 3, "\N{EN DASH}"), (9.996, 3, "10.0")):
+            self.assertEqual(plotting.number(value, digits), text)
+
+
+def draw(*arguments):
+    return subprocess.run([sys.executable, SCRIPT, *arguments], capture_output=True, text=True, timeout=120)
+
+
+class BadInput(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, name):
+        return os.path.join(self.folder.name, name)
+
+    def assert_refused(self, code, word, *arguments):
+        run = draw(*arguments)
+        self.assertEqual(run.returncode, code, run.stderr)
+        self.assertNotIn("Traceback", run.stderr)
+        self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
+        self.assertIn(word, run.stderr)
+        self.assertEqual(run.stdout, "")
+
+    def write(self, name, config="", **attributes):
+        with h5py.File(self.path(name), "w") as file:
+            file.attrs.update({"format": "surveymc", "experiment": "msa_position", "config": config, **attributes})
+        return self.path(name)
+
+    def test_missing_file(self):
+        self.assert_refused(plotting.BAD_DATA, "no such file", self.path("none.h5"))
+
+    def test_folder(self):
+        self.assert_refused(plotting.BAD_DATA, "folder", self.folder.name)
+
+    def test_not_hdf5(self):
+        with open(self.path("text.h5"), "w") as file:
+            file.write("md_m,inclination_deg\n")
+        self.assert_refused(plotting.BAD_DATA, "not an HDF5 file", self.path("text.h5"))
+
+    def test_hdf5_of_someone_else(self):
+        self.assert_refused(plotting.BAD_DATA, "not a result file", self.write("other.h5", format="netCDF"))
+
+    def test_other_experiment(self):
+        self.assert_refused(plotting.BAD_DATA, "reliability_map", self.write("map.h5", experiment="reliability_map"))
+
+    def test_no_tables(self):
+        self.assert_refused(plotting.BAD_DATA, "position", self.write("empty.h5"))
+
+    def test_config_that_is_not_toml(self):
+        self.assert_refused(plotting.BAD_DATA, "TOML", self.write("toml.h5", config="= 3"))
+
+    def test_table_without_its_columns(self):
+        path = self.write("column.h5")
+        with h5py.File(path, "a") as file:
+            file["tables/position/quantity"] = ["sigma3_north"]
+        self.assert_refused(plotting.BAD_DATA, "no column", path)
+
+    def test_columns_of_different_length(self):
+        path = self.write("length.h5")
+        with h5py.File(path, "a") as file:
+            file["tables/position/quantity"] = ["sigma3_north"]
+            file["tables/position/ratio"] = [1.0, 2.0]
+        self.assert_refused(plotting.BAD_DATA, "differ in length", path)
+
+
+@unittest.skipUnless(RESULT, "SURVEYMC_RESULT is not set")
+class Drawing(unittest.TestCase):
+    def test_figures(self):
+        with tempfile.TemporaryDirectory() as first, tempfile.TemporaryDirectory() as second:
+            content = []
+            for folder in (first, os.path.join(second, "new")):
+                run = draw(RESULT, "-o", folder, "--point", "0")
+                self.assertEqual(run.returncode, 0, run.stderr)
+                paths = run.stdout.split("\n")[:-1]
+                self.assertEqual(sorted(paths), sorted(os.path.join(folder, f) for f in os.listdir(folder)))
+                for figure in ("position", "parameters", "ratio"):
+                    self.assertTrue(any(p.endswith(f"_{figure}.png") for p in paths), (figure, paths))
+                content.append({})
+                for path in paths:
+                    with open(path, "rb") as file:
+                        content[-1][os.path.basename(path)] = file.read()
+            for name, data in content[0].items():
+                magic = b"\x89PNG\r\n\x1a\n" if name.endswith(".png") else b"<?xml"
+                self.assertTrue(data.startswith(magic), name)
+                self.assertGreater(len(data), 10_000, name)
+            self.assertEqual(content[0], content[1])  # no dates: the same bytes
+
+    def test_point_that_is_not_there(self):
+        run = draw(RESULT, "--point", "100000")
+        self.assertEqual(run.returncode, plotting.USAGE)
+        self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
+
+    def test_folder_that_cannot_be_made(self):
+        run = draw(RESULT, "--point", "0", "-o", os.path.join(RESULT, "below_a_file"))
+        self.assertEqual(run.returncode, plotting.CANNOT_WRITE)
+        self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
+
+    def test_ellipses_of_the_result(self):
+        # Drawn from the covariance; the program's own semi axes and azimuths must be the same.
+        with plotting.open_result(RESULT, "msa_position") as file:
+            ellipses = plotting.read_table(file, "ellipse")
+            covariances = plotting.read_table(file, "position_covariance")
+        self.assertEqual(ellipses["formulation"], covariances["formulation"])
+        for i in range(ellipses.rows):
+            nn, ne, ee = (covariances[k][i] for k in ("nn_m2", "ne_m2", "ee_m2"))
+            a, b, azimuth = plotting.ellipse_axes([[nn, ne], [ne, ee]])
+            self.assertAlmostEqual(a, ellipses["semi_major_m"][i], delta=1e-12 * a)
+            # The program takes the minor axis from a general routine, good to 1e-15 of the major one squared.
+            self.assertAlmostEqual(b**2, ellipses["semi_minor_m"][i] ** 2, delta=1e-14 * a**2)
+            self.assertAlmostEqual(np.sin(np.radians(azimuth - ellipses["major_azimuth_deg"][i])), 0, delta=1e-12)
+
+
+if __name__ == "__main__":
+    unittest.main()

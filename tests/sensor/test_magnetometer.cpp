@@ -1,0 +1,130 @@
+#include "sensor/magnetometer.h"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "stats/moments.h"
+#include "thesis_cases.h"
+
+using namespace surveymc;
+
+TEST_CASE("Clean readings are gain times field plus bias; the first station of tests 3 and 4") {
+  // thesis spec, expected numbers, in uT
+  const auto first = [](int number) {
+    const test::ThesisCase c = test::thesis_case(number);
+    return clean_readings(c.survey, c.field, c.errors);
+  };
+  const CleanReadings three = first(3), four = first(4);
+  const double tolerance = 1e-5;  // printed to 1e-8 uT
+  CHECK(std::abs(three.field_T[0].x - 14042.14406) < tolerance);
+  CHECK(std::abs(three.field_T[0].y - -7154.82976) < tolerance);
+  CHECK(std::abs(three.field_T[0].z - 48503.88233) < tolerance);
+  CHECK(std::abs(four.field_T[0].x - -15647.41948) < tolerance);
+  CHECK(std::abs(four.field_T[0].y - 11387.59385) < tolerance);
+  CHECK(std::abs(four.field_T[0].z - 47185.60130) < tolerance);
+  CHECK(four.magnetic_T[0].z == Approx(1.018 * four.field_T[0].z - 811).epsilon(1e-15));
+}
+
+TEST_CASE("Noise laws have their mean and variance") {
+  const test::ThesisCase c = test::thesis_case(3);
+  const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
+  for (const NoiseLaw law :
+       {NoiseLaw::gaussian, NoiseLaw::gaussian_half_open, NoiseLaw::uniform, NoiseLaw::uniform_half_open}) {
+    NoiseModel noise;
+    noise.law = law;
+    noise.magnetometer = 70;
+    constexpr int trials = 4096;
+    ReadingBlock block = make_reading_block(trials, c.survey.size(), noise);
+    simulate_readings(clean, c.field, noise, Stream(3, 1), 0, block);
+    Eigen::MatrixXd x(1, trials * 30);
+    for (int t = 0; t < trials; ++t)
+      for (int r = 0; r < 30; ++r) {
+        const Vec3<double>& m = clean.magnetic_T[static_cast<std::size_t>(r / 3)];
+        x(0, t * 30 + r) = block.magnetic.value(t, r) - (r % 3 == 0 ? m.x : r % 3 == 1 ? m.y : m.z);
+      }
+    const Moments m = Moments::of(x);
+    const double n = static_cast<double>(m.count), sd = 70 * std::sqrt(unit_noise_variance(law));
+    CAPTURE(static_cast<int>(law));
+    CHECK(std::abs(m.mean[0] - 70 * unit_noise_mean(law)) < 4 * sd / std::sqrt(n));
+    CHECK(std::abs(m.variance(0) / (sd * sd) - 1) < 4 * std::sqrt((m.kurtosis(0) - 1) / n));
+    if (law == NoiseLaw::uniform) CHECK(x.cwiseAbs().maxCoeff() < 70 * (1 + 1e-9));
+    if (law == NoiseLaw::uniform_half_open) CHECK(x.minCoeff() > -1e-9);
+  }
+}
+
+TEST_CASE("The reference is one draw a run or one a station, and exact without noise") {
+  const test::ThesisCase c = test::thesis_case(3);
+  const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
+  NoiseModel noise;
+  noise.reference_total = 107;
+  noise.reference_dip = 0.16 * kDegree;
+  const auto block_of = [&](ReferenceNoise per) {
+    noise.reference = per;
+    ReadingBlock b = make_reading_block(16, c.survey.size(), noise);
+    simulate_readings(clean, c.field, noise, Stream(3, 1), 0, b);
+    return b;
+  };
+  const ReadingBlock none = block_of(ReferenceNoise::none), run = block_of(ReferenceNoise::per_run),
+                     station = block_of(ReferenceNoise::per_station);
+  CHECK(std::abs(none.reference.value(3, 0) - 51000 * std::cos(72 * kDegree)) < 1e-10);
+  CHECK(std::abs(none.reference.value(3, 1) - 51000 * std::sin(72 * kDegree)) < 1e-10);
+  CHECK(run.reference_stride == 0);
+  CHECK(station.reference_stride == 2);
+  CHECK(station.reference.value(3, 0) == run.reference.value(3, 0));  // station 0 has the address of the run
+  CHECK(station.reference.value(3, 2) != station.reference.value(3, 0));
+  // Total and dip come back with the draws of their address.
+  const Stream stream(3, 1);
+  for (int t = 0; t < 16; ++t) {
+    const double h = run.reference.value(t, 0), v = run.reference.value(t, 1);
+    const auto trial = static_cast<std::uint64_t>(t);
+    CHECK(std::abs(std::hypot(h, v) - (51000 + 107 * stream.normal(trial, Channel::reference_field, 0))) < 1e-9);
+    CHECK(std::abs(std::atan2(v, h) - (72 + 0.16 * stream.normal(trial, Channel::reference_field, 1)) * kDegree) <
+          1e-14);
+  }
+}
+
+TEST_CASE("Accelerometer noise tilts the down direction by noise over gravity and keeps it a unit vector") {
+  const test::ThesisCase c = test::thesis_case(4);
+  const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
+  NoiseModel noise;
+  noise.accelerometer = 0.01;
+  noise.law = NoiseLaw::uniform_half_open;  // speaks of magnetometers only
+  constexpr int trials = 4096;
+  ReadingBlock block = make_reading_block(trials, c.survey.size(), noise);
+  simulate_readings(clean, c.field, noise, Stream(3, 1), 0, block);
+  Eigen::MatrixXd tilt(2, trials);
+  const Vec3<double> u = down_T(magnetic_attitude(c.survey.stations[0], 0));
+  const Vec3<double> across = scale(1 / std::hypot(u.y, u.z), Vec3<double>{0, -u.z, u.y});
+  for (int t = 0; t < trials; ++t) {
+    const Vec3<double> v{block.down.value(t, 0), block.down.value(t, 1), block.down.value(t, 2)};
+    CHECK(std::abs(norm(v) - 1) < 4e-16);
+    tilt(0, t) = dot(v, across);
+    tilt(1, t) = dot(v - u, cross(u, across));
+  }
+  const Moments m = Moments::of(tilt);
+  for (int i = 0; i < 2; ++i) {
+    CHECK(std::abs(m.mean[i]) < 4 * (0.01 / 9.80665) / std::sqrt(trials));
+    CHECK(std::sqrt(m.variance(i)) / (0.01 / 9.80665) == Approx(1).margin(4 / std::sqrt(2.0 * trials)));
+  }
+}
+
+TEST_CASE("A trial has the same readings in whatever batch it comes") {
+  const test::ThesisCase c = test::thesis_case(2);
+  const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
+  NoiseModel noise;
+  noise.magnetometer = 70;
+  noise.accelerometer = 0.01;
+  noise.reference = ReferenceNoise::per_run;
+  noise.reference_total = 107;
+  ReadingBlock large = make_reading_block(64, c.survey.size(), noise),
+               small = make_reading_block(8, c.survey.size(), noise);
+  simulate_readings(clean, c.field, noise, Stream(8, 1), 512, large);
+  simulate_readings(clean, c.field, noise, Stream(8, 1), 512 + 40, small);
+  for (int t = 0; t < 8; ++t) {
+    for (int r = 0; r < 3 * c.survey.size(); ++r) {
+      REQUIRE(small.magnetic.value(t, r) == large.magnetic.value(40 + t, r));
+      REQUIRE(small.down.value(t, r) == large.down.value(40 + t, r));
+    }
+    CHECK(small.reference.value(t, 0) == large.reference.value(40 + t, 0));
+  }
+}

@@ -1,0 +1,73 @@
+#include "simd/math.h"
+
+#include <random>
+
+#include <catch2/catch.hpp>
+
+using namespace surveymc;
+
+namespace {
+// An oracle with more digits: x87 long double.
+double ulps(double x, long double exact) {
+  const double rounded = static_cast<double>(exact);
+  const double ulp = std::nextafter(std::abs(rounded), 1e308) - std::abs(rounded);
+  return std::abs(static_cast<double>(static_cast<long double>(x) - exact)) / ulp;
+}
+}  // namespace
+
+TEST_CASE("log is right to 1 ulp from the smallest uniform draw to large numbers") {
+  std::mt19937_64 g(1);
+  std::uniform_real_distribution<double> exponent(-700, 700), near_one(0.5, 2);
+  for (int i = 0; i < 200000; ++i) {
+    const double far = std::exp(exponent(g)), near = near_one(g);
+    REQUIRE(ulps(surveymc::log(far), logl(far)) <= 1.0);
+    REQUIRE(ulps(surveymc::log(near), logl(near)) <= 1.0);
+  }
+  CHECK(surveymc::log(1.0) == 0);
+  CHECK(ulps(surveymc::log(0x1p-41), logl(0x1p-41L)) <= 1.0);
+}
+
+TEST_CASE("sin and cos are right to 3e-16 up to 1e5 rad, and exact where they should be") {
+  std::mt19937_64 g(2);
+  std::uniform_real_distribution<double> x(-1e5, 1e5);
+  for (int i = 0; i < 200000; ++i) {
+    const double a = x(g);
+    const auto [s, c] = surveymc::sincos(a);
+    REQUIRE(std::abs(s - static_cast<double>(sinl(a))) < 3e-16);
+    REQUIRE(std::abs(c - static_cast<double>(cosl(a))) < 3e-16);
+  }
+  CHECK(surveymc::sincos(0.0).first == 0);
+  CHECK(surveymc::sincos(0.0).second == 1);
+  CHECK(surveymc::sincos(1e-9).first == 1e-9);
+}
+
+TEST_CASE("asin(x)/x is right to 3e-16 up to x = 1/2") {
+  std::mt19937_64 g(3);
+  std::uniform_real_distribution<double> x(1e-9, 0.5);
+  for (int i = 0; i < 200000; ++i) {
+    const double a = x(g), z = a * a;
+    REQUIRE(std::abs(asin_ratio(z) - static_cast<double>(asinl(sqrtl(z)) / sqrtl(z))) < 3e-16);
+  }
+  CHECK(asin_ratio(0.0) == 1);
+}
+
+TEST_CASE("A lane gives the bits of the scalar") {
+  std::mt19937_64 g(4);
+  std::uniform_real_distribution<double> x(-1e4, 1e4), positive(1e-12, 1e3), small(0, 0.25);
+  for (int i = 0; i < 20000; ++i) {
+    double a[4], b[4], c[4];
+    for (int k = 0; k < 4; ++k) {
+      a[k] = x(g);
+      b[k] = positive(g);
+      c[k] = small(g);
+    }
+    const auto sc = surveymc::sincos(load<Lanes>(a));
+    const Lanes l = surveymc::log(load<Lanes>(b)), r = asin_ratio(load<Lanes>(c));
+    for (int k = 0; k < 4; ++k) {
+      REQUIRE(lane(sc.first, k) == surveymc::sincos(a[k]).first);
+      REQUIRE(lane(sc.second, k) == surveymc::sincos(a[k]).second);
+      REQUIRE(lane(l, k) == surveymc::log(b[k]));
+      REQUIRE(lane(r, k) == asin_ratio(c[k]));
+    }
+  }
+}

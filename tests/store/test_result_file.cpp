@@ -1,0 +1,574 @@
+#include <catch2/catch.hpp>
+
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "store/result_file.h"
+
+using namespace surveymc;
+namespace fs = std::filesystem;
+using Catch::Matchers::Contains;
+
+namespace {
+
+using Numbers = std::vector<double>;
+using Integers = std::vector<std::int64_t>;
+using Texts = std::vector<std::string>;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+/// A folder of its own, gone at the end of the test.
+struct Folder {
+  fs::path path;
+  Folder() {
+    static std::atomic<int> count = 0;
+    path = fs::temp_directory_path() / ("surveymc_store_" + std::to_string(getpid()) + "_" + std::to_string(count++));
+    fs::create_directories(path);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() { fs::remove_all(path); }
+  fs::path operator/(const std::string& name) const { return path / name; }
+  std::vector<std::string> names() const {
+    std::vector<std::string> out;
+    for (const auto& entry : fs::directory_iterator(path)) out.push_back(entry.path().filename().string());
+    return out;
+  }
+};
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+void write_bytes(const fs::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+}
+
+/// Everything that a result can hold.
+Result full_result() {
+  Result r;
+  r.provenance = {"Reliability of σ",
+                  "msa_position",
+                  "# größer\nseed = 7\n[survey]\nfile = \"traj3.csv\"\n" + std::string(70000, '#'),  // beyond 64 kB
+                  "0123456789abcdef",
+                  std::numeric_limits<std::int64_t>::max(),
+                  20000,
+                  "0.1.0",
+                  "abc1234",
+                  "g++ 12",
+                  "surveymc run thesis3.toml"};
+  r.run = {"2024-05-06T07:08:09Z", "node1", 12.5, 8, 2};
+  r.tables = {
+      {"position",
+       "position errors",
+       {{"noise.scale", "1", "sweep: noise.scale", Numbers{1, 1, 0.1}},
+        {"quantity", "", "what", Texts{"north_m", "", "Ω · \"x\", °"}},
+        {"sd", "m", "standard deviation", Numbers{1.0 / 3, kNaN, kInf}, "sd_ci_low sd_ci_high"},
+        {"sd_ci_low", "m", "lower end", Numbers{0.3, kNaN, 0}},
+        {"sd_ci_high", "m", "upper end", Numbers{0.4, kNaN, kInf}},
+        {"trials", "1", "trials", Integers{20000, 0, std::numeric_limits<std::int64_t>::min()}}}},
+      {"a_later_table_with_an_earlier_name", "", {{"z", "1", "z", Numbers{1}}, {"a", "1", "a", Numbers{2}}}},
+      {"nothing", "no rows", {{"sd", "m", "sd", Numbers{}}, {"n", "1", "n", Integers{}}, {"s", "", "s", Texts{}}}}};
+  r.samples = {{"position", "first realisations", {{"north_m", "m", "north", Numbers{1, 2, 3, 4}}}}};
+  const Axis inclination{"inclination", "deg", "inclination", Numbers{0, 45, 90}};
+  const Axis toolface{"toolface", "deg", "toolface", Numbers{0, 180}};
+  const Axis cases{"case", "", "sweep case", Texts{"größer", "b"}};
+  r.maps = {{"minimal_detectable_error", "nT", "MDE", {inclination, toolface}, {1, kInf, 3, -kInf, kNaN, 6}},
+            {"redundancy_number", "1", "redundancy", {cases, inclination}, {1, 2, 3, 4, 5, 6}},
+            {"coarse",
+             "1",
+             "other values on an axis of the same name",
+             {{"inclination", "deg", "inclination", Numbers{0, 90}}},
+             {1, 2}},
+            {"square", "1", "one axis twice", {toolface, toolface}, {1, 2, 3, 4}},
+            {"condition", "1", "a single value", {}, {42}}};
+  const Table survey{"traj3",
+                     "survey",
+                     {{"md_m", "m", "measured depth", Numbers{0, 30}},
+                      {"row", "1", "", Numbers{1, 2}},
+                      {"Inc/°", "deg", "", Numbers{3, 4}}}};
+  r.inputs = {{"data/traj 3.csv", input_hash(survey), survey}, {"other/traj_3.csv", input_hash(survey), survey}};
+  return r;
+}
+
+void check_equal(const Column& a, const Column& b) {
+  INFO("column " << b.name);
+  CHECK(a.name == b.name);
+  CHECK(a.unit == b.unit);
+  CHECK(a.long_name == b.long_name);
+  CHECK(a.ancillary == b.ancillary);
+  REQUIRE(a.values.index() == b.values.index());
+  REQUIRE(a.size() == b.size());
+  if (const auto* numbers = std::get_if<Numbers>(&a.values)) {
+    const auto& expected = std::get<Numbers>(b.values);
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      CHECK(std::bit_cast<std::uint64_t>((*numbers)[i]) == std::bit_cast<std::uint64_t>(expected[i]));
+    }
+  } else {
+    CHECK(a.values == b.values);
+  }
+}
+void check_equal(const Table& a, const Table& b, bool with_name = true) {
+  INFO("table " << b.name);
+  if (with_name) CHECK(a.name == b.name);
+  CHECK(a.long_name == b.long_name);
+  REQUIRE(a.columns.size() == b.columns.size());
+  for (std::size_t i = 0; i < a.columns.size(); ++i) check_equal(a.columns[i], b.columns[i]);
+}
+void check_equal(const Map& a, const Map& b) {
+  check_equal({a.name, a.unit, a.long_name, a.values}, Column{b.name, b.unit, b.long_name, b.values});
+  REQUIRE(a.axes.size() == b.axes.size());
+  for (std::size_t i = 0; i < a.axes.size(); ++i) {
+    CHECK(a.axes[i].name == b.axes[i].name);
+    CHECK(a.axes[i].unit == b.axes[i].unit);
+    CHECK(a.axes[i].long_name == b.axes[i].long_name);
+    CHECK(a.axes[i].values == b.axes[i].values);
+  }
+}
+
+constexpr std::size_t kSealSize = 24;
+
+/// Replaces text in the file by one of the same length. Takes the seal off, or it would be the seal that fails.
+void patch(const fs::path& path, const std::string& from, const std::string& to) {
+  std::string bytes = bytes_of(path);
+  const auto at = bytes.find(from);
+  REQUIRE(at != std::string::npos);
+  REQUIRE(from.size() == to.size());
+  bytes.replace(at, from.size(), to);
+  write_bytes(path, bytes.substr(0, bytes.size() - kSealSize));
+}
+
+/// A whole HDF5 file of someone else: ours, with another format name.
+void write_foreign_hdf5(const fs::path& path) {
+  const std::string eight("\x08\0\0\0\0\0\0\0", 8);  // the length that HDF5 puts before the text
+  write_result(path, full_result());
+  patch(path, eight + "surveymc", eight + "otherone");
+}
+
+std::string this_host() {
+  std::array<char, 256> host{};
+  REQUIRE(gethostname(host.data(), host.size() - 1) == 0);
+  return host.data();
+}
+
+/// No file may grow beyond `bytes` while this lives: a disk that fills up, as far as write() tells.
+struct FullDisk {
+  rlimit before{};
+  void (*handler)(int);
+  explicit FullDisk(rlim_t bytes) : handler(signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before);
+    const rlimit limit{bytes, before.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &before);
+    signal(SIGXFSZ, handler);
+  }
+};
+
+std::string io_error_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const IoError& e) {
+    return e.what();
+  }
+  return "no IoError";
+}
+
+}  // namespace
+
+TEST_CASE("What is written is read back: values to the bit, names, units and order") {
+  const Folder folder;
+  const Result r = full_result();
+  write_result(folder / "r.h5", r);
+  const Result back = read_result(folder / "r.h5");
+
+  CHECK(back.provenance.title == r.provenance.title);
+  CHECK(back.provenance.experiment == r.provenance.experiment);
+  CHECK(back.provenance.config == r.provenance.config);
+  CHECK(back.provenance.config_hash == r.provenance.config_hash);
+  CHECK(back.provenance.seed == r.provenance.seed);
+  CHECK(back.provenance.trials == r.provenance.trials);
+  CHECK(back.provenance.surveymc_version == r.provenance.surveymc_version);
+  CHECK(back.provenance.git_revision == r.provenance.git_revision);
+  CHECK(back.provenance.compiler == r.provenance.compiler);
+  CHECK(back.provenance.command == r.provenance.command);
+  CHECK(back.run.created == r.run.created);
+  CHECK(back.run.host == r.run.host);
+  CHECK(back.run.elapsed_s == r.run.elapsed_s);
+  CHECK(back.run.threads == r.run.threads);
+  CHECK(back.run.ranks == r.run.ranks);
+  REQUIRE(back.tables.size() == r.tables.size());
+  for (std::size_t i = 0; i < r.tables.size(); ++i) check_equal(back.tables[i], r.tables[i]);
+  REQUIRE(back.samples.size() == r.samples.size());
+  for (std::size_t i = 0; i < r.samples.size(); ++i) check_equal(back.samples[i], r.samples[i]);
+  REQUIRE(back.maps.size() == r.maps.size());
+  for (std::size_t i = 0; i < r.maps.size(); ++i) check_equal(back.maps[i], r.maps[i]);
+  REQUIRE(back.inputs.size() == r.inputs.size());
+  for (std::size_t i = 0; i < r.inputs.size(); ++i) {
+    CHECK(back.inputs[i].path == r.inputs[i].path);
+    CHECK(back.inputs[i].hash == r.inputs[i].hash);
+    check_equal(back.inputs[i].table, r.inputs[i].table, false);
+  }
+  CHECK(back.inputs[0].table.name == "traj_3");
+  CHECK(back.inputs[1].table.name == "traj_3_2");
+
+  CHECK(content_hash(back) == content_hash(r));
+  CHECK(stored_content_hash(folder / "r.h5") == content_hash(r));
+  CHECK(folder.names() == std::vector<std::string>{"r.h5"});
+}
+
+TEST_CASE("A result without any table is a result") {
+  const Folder folder;
+  write_result(folder / "r.h5", {});
+  const Result back = read_result(folder / "r.h5");
+  CHECK(back.tables.empty());
+  CHECK(back.maps.empty());
+}
+
+TEST_CASE("The same result gives the same bytes, read back and written again too") {
+  const Folder folder;
+  write_result(folder / "a.h5", full_result());
+  sleep(1);  // a time stamp of one second would show
+  write_result(folder / "b.h5", full_result());
+  write_result(folder / "c.h5", read_result(folder / "a.h5"));
+  CHECK(bytes_of(folder / "a.h5") == bytes_of(folder / "b.h5"));
+  CHECK(bytes_of(folder / "a.h5") == bytes_of(folder / "c.h5"));
+}
+
+TEST_CASE("The content hash sees data, config and inputs, and not how or where the run went") {
+  const std::string hash = content_hash(full_result());
+  CHECK(hash.size() == 32);
+  const auto changed = [](const std::function<void(Result&)>& change) {
+    Result r = full_result();
+    change(r);
+    return content_hash(r);
+  };
+  CHECK(changed([](Result& r) { r.run = {"now", "elsewhere", 1, 64, 4}; }) == hash);
+  CHECK(changed([](Result& r) { r.provenance.command = "surveymc rerun r.h5"; }) == hash);
+  CHECK(changed([](Result& r) { r.provenance.surveymc_version = "9"; }) == hash);
+  CHECK(changed([](Result& r) { r.provenance.git_revision = "fff"; }) == hash);
+  CHECK(changed([](Result& r) { r.provenance.compiler = "clang"; }) == hash);
+  CHECK(changed([](Result& r) { r.inputs[0].table.name = "renamed"; }) == hash);
+
+  CHECK(changed([](Result& r) { r.provenance.config += " "; }) != hash);
+  CHECK(changed([](Result& r) { r.provenance.seed = 8; }) != hash);
+  CHECK(changed([](Result& r) { r.provenance.trials = 8; }) != hash);
+  CHECK(changed([](Result& r) { r.inputs[0].hash = "0"; }) != hash);
+  CHECK(changed([](Result& r) { std::swap(r.tables[0], r.tables[1]); }) != hash);
+  CHECK(changed([](Result& r) { r.tables[0].columns[2].unit = "ft"; }) != hash);
+  CHECK(changed([](Result& r) { std::swap(r.samples, r.tables); }) != hash);
+  CHECK(changed([](Result& r) { std::get<Texts>(r.tables[0].columns[1].values)[1] = "x"; }) != hash);
+  CHECK(changed([](Result& r) { std::get<Integers>(r.tables[0].columns[5].values)[1] = 1; }) != hash);
+  CHECK(changed([](Result& r) { r.maps[0].values[5] = std::nextafter(6.0, 7.0); }) != hash);
+  CHECK(changed([](Result& r) { std::get<Numbers>(r.maps[0].axes[0].values)[1] = 46; }) != hash);
+  CHECK(changed([](Result& r) { std::get<Numbers>(r.inputs[1].table.columns[0].values)[1] = 31; }) != hash);
+}
+
+TEST_CASE("All NaNs are one missing value, in the hash and in the file") {
+  const Folder folder;
+  const double other_nan = std::bit_cast<double>(0xFFF8000000000123u);
+  Result a = full_result(), b = full_result();
+  std::get<Numbers>(b.tables[0].columns[2].values)[1] = other_nan;
+  b.maps[0].values[4] = other_nan;
+  CHECK(content_hash(a) == content_hash(b));
+  write_result(folder / "a.h5", a);
+  write_result(folder / "b.h5", b);
+  CHECK(bytes_of(folder / "a.h5") == bytes_of(folder / "b.h5"));
+}
+
+TEST_CASE("The hash of an input depends on names, units and values") {
+  const Table t{"t", "", {{"md_m", "m", "", Numbers{1, 2}}}};
+  const auto hash = input_hash(t);
+  CHECK(hash.size() == 32);
+  CHECK(input_hash({"u", "long", {{"md_m", "m", "long", Numbers{1, 2}}}}) == hash);
+  CHECK(input_hash({"t", "", {{"md_ft", "m", "", Numbers{1, 2}}}}) != hash);
+  CHECK(input_hash({"t", "", {{"md_m", "ft", "", Numbers{1, 2}}}}) != hash);
+  CHECK(input_hash({"t", "", {{"md_m", "m", "", Numbers{1, -2}}}}) != hash);
+  CHECK(input_hash({"t", "", {{"md_m", "m", "", Numbers{1}}, {"md_m", "m", "", Numbers{2}}}}) != hash);
+}
+
+TEST_CASE("Bytes that are not UTF-8 are stored as replacement characters, with the hash of those") {
+  const Folder folder;
+  Result r;
+  r.tables = {
+      {"t",
+       "",
+       {{"s", "", "", Texts{"Inc [\xB0]", std::string("a\0b", 3), "\xED\xA0\x80", "\xC0\xAF", "\xF0\x9F\x98\x80"}}}}};
+  r.inputs = {{"traj\xE9.csv", "", {"", "", {{"Inc [\xB0]", "", "", Numbers{1}}}}}};
+  write_result(folder / "r.h5", r);
+  const Result back = read_result(folder / "r.h5");
+  const std::string bad = "\xEF\xBF\xBD";
+  CHECK(std::get<Texts>(back.tables[0].columns[0].values) ==
+        Texts{"Inc [" + bad + "]", "a" + bad + "b", bad + bad + bad, bad + bad, "\xF0\x9F\x98\x80"});
+  CHECK(back.inputs[0].table.columns[0].name == "Inc [" + bad + "]");
+}
+
+TEST_CASE("Users' column names that HDF5 cannot hold come back as they were") {
+  const Folder folder;
+  const Texts names = {"", ".", "a/b", "a_b", "a/b", "row", "/", " blank ", "Inc (°)"};
+  Result r;
+  r.inputs = {{"", "", {}}, {"...", "", {}}};
+  for (const std::string& name : names) r.inputs[0].table.columns.push_back({name, "", "", Numbers{1}});
+  write_result(folder / "r.h5", r);
+  const Result back = read_result(folder / "r.h5");
+  REQUIRE(back.inputs[0].table.columns.size() == names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) CHECK(back.inputs[0].table.columns[i].name == names[i]);
+}
+
+TEST_CASE("A malformed result is a bug, found before a file is touched") {
+  const Folder folder;
+  Result ragged;
+  ragged.tables = {{"t", "", {{"a", "1", "", Numbers{1}}, {"b", "1", "", Numbers{1, 2}}}}};
+  Result twice;
+  twice.tables = {{"t", ""}, {"t", ""}};
+  Result slash;
+  slash.maps = {{"a/b", "1", "", {}, {1}}};
+  Result not_a_product;
+  not_a_product.maps = {{"m", "1", "", {{"x", "1", "", Numbers{1, 2}}}, {1, 2, 3}}};
+  for (const Result& r : {ragged, twice, slash, not_a_product}) {
+    CHECK_THROWS_AS(write_result(folder / "r.h5", r), std::logic_error);
+  }
+  CHECK(folder.names().empty());
+}
+
+TEST_CASE("A disk that fills up leaves the old file and no temporary one") {
+  const Folder folder;
+  Result old;
+  old.provenance.title = "old";
+  write_result(folder / "r.h5", old);
+  const std::string before = bytes_of(folder / "r.h5");
+
+  for (const rlim_t limit : {0, 1, 1000, 8192, 60000}) {  // the new file is larger than each
+    std::string message;
+    {
+      const FullDisk full(limit);
+      message = io_error_of([&] { write_result(folder / "r.h5", full_result()); });
+    }
+    CHECK_THAT(message, Contains("r.h5: cannot be written: File too large"));
+    CHECK(bytes_of(folder / "r.h5") == before);
+    CHECK(folder.names() == std::vector<std::string>{"r.h5"});
+  }
+  write_result(folder / "r.h5", full_result());
+  CHECK(read_result(folder / "r.h5").provenance.title == full_result().provenance.title);
+}
+
+TEST_CASE("A folder without room is refused before anything is computed") {
+  const Folder folder;
+  std::string message;
+  {
+    const FullDisk full(0);
+    message = io_error_of([&] { check_output_path(folder / "r.h5"); });
+  }
+  CHECK_THAT(message, Contains("cannot write into the folder"));
+  CHECK(folder.names().empty());
+}
+
+TEST_CASE("A writer killed at any moment leaves the old file or the new one, whole") {
+  const Folder folder;
+  Result a = full_result(), b = full_result();
+  a.provenance.title = "a";
+  b.provenance.title = "b";
+  write_result(folder / "r.h5", a);
+  for (int i = 0; i < 30; ++i) {
+    const pid_t child = fork();
+    if (child == 0) {
+      for (;;) {
+        write_result(folder / "r.h5", b);
+        write_result(folder / "r.h5", a);
+      }
+    }
+    REQUIRE(child > 0);
+    usleep(static_cast<useconds_t>(2000 + 733 * i));
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    const std::string title = read_result(folder / "r.h5").provenance.title;
+    CHECK((title == "a" || title == "b"));
+    check_output_path(folder / "r.h5");  // the next start cleans up
+    CHECK(folder.names() == std::vector<std::string>{"r.h5"});
+  }
+}
+
+TEST_CASE("check_output_path accepts a new file and an old result, and creates nothing") {
+  const Folder folder;
+  check_output_path(folder / "new.h5");
+  CHECK(folder.names().empty());
+  write_result(folder / "old.h5", full_result());
+  const std::string before = bytes_of(folder / "old.h5");
+  check_output_path(folder / "old.h5");
+  CHECK(bytes_of(folder / "old.h5") == before);
+  CHECK(folder.names().size() == 1);
+}
+
+TEST_CASE("check_output_path says why a file cannot be written") {
+  const Folder folder;
+  const auto message = [](const fs::path& path) { return io_error_of([&] { check_output_path(path); }); };
+  CHECK_THAT(message(folder / "missing/r.h5"), Contains("missing does not exist"));
+  CHECK_THAT(message(folder.path), Contains("is a folder"));
+  CHECK_THAT(message(folder.path.string() + "/"), Contains("is a folder"));
+  write_bytes(folder / "file", "x");
+  CHECK_THAT(message(folder / "file/r.h5"), Contains("is not a folder"));
+  CHECK_THAT(message("/proc/r.h5"), Contains("/proc"));
+  REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
+  CHECK_THAT(message(folder / "pipe"), Contains("not a surveymc result"));  // and does not wait for a writer
+}
+
+TEST_CASE("A file that is not ours is never overwritten") {
+  const Folder folder;
+  const std::string toml = "experiment = \"msa_position\"\n";
+  write_bytes(folder / "x.toml", toml);
+  write_bytes(folder / "empty.h5", "");
+  write_foreign_hdf5(folder / "foreign.h5");
+
+  for (const std::string name : {"x.toml", "empty.h5", "foreign.h5"}) {
+    const std::string before = bytes_of(folder / name);
+    const std::string rule =
+        (folder / name).string() +
+        ": exists and is not a surveymc result: refusing to overwrite it; choose another name with -o";
+    CHECK(io_error_of([&] { check_output_path(folder / name); }) == rule);
+    CHECK(io_error_of([&] { write_result(folder / name, full_result()); }) == rule);
+    CHECK(bytes_of(folder / name) == before);
+  }
+  CHECK(folder.names().size() == 3);
+}
+
+TEST_CASE("A result is written to where a symbolic link points") {
+  const Folder folder;
+  fs::create_directory(folder / "store");
+  write_result(folder / "store/r.h5", {});
+  fs::create_symlink("store/r.h5", folder / "latest.h5");
+  check_output_path(folder / "latest.h5");
+  write_result(folder / "latest.h5", full_result());
+  CHECK(fs::is_symlink(folder / "latest.h5"));
+  CHECK(stored_content_hash(folder / "store/r.h5") == content_hash(full_result()));
+}
+
+TEST_CASE("Temporary files of dead writers go, those of others stay") {
+  const Folder folder;
+  const pid_t dead = fork();
+  if (dead == 0) _exit(0);
+  REQUIRE(dead > 0);
+  waitpid(dead, nullptr, 0);
+
+  const std::string host = this_host();
+  const std::string stale = ".r.h5." + host + "." + std::to_string(dead) + ".tmp";
+  const std::vector<std::string> kept = {
+      ".r.h5." + host + "." + std::to_string(getppid()) + ".tmp",  // a living writer
+      ".r.h5.another-host." + std::to_string(dead) + ".tmp",       // its pid means nothing here
+      ".other.h5." + host + "." + std::to_string(dead) + ".tmp",   // another result
+      ".r.h5." + host + ".12x.tmp",
+      ".r.h5." + host + "..tmp",
+      "r.h5.tmp"  // not ours
+  };
+  write_bytes(folder / stale, "half");
+  for (const std::string& name : kept) write_bytes(folder / name, "half");
+
+  check_output_path(folder / "r.h5");
+  CHECK_FALSE(fs::exists(folder / stale));
+  for (const std::string& name : kept) {
+    INFO(name);
+    CHECK(fs::exists(folder / name));
+  }
+}
+
+TEST_CASE("A dead writer's temporary file with our pid is no obstacle") {
+  const Folder folder;
+  write_bytes(folder / (".r.h5." + this_host() + "." + std::to_string(getpid()) + ".tmp"), "half");
+  write_result(folder / "r.h5", full_result());
+  CHECK(folder.names() == std::vector<std::string>{"r.h5"});
+}
+
+TEST_CASE("Reading what is no result says so") {
+  const Folder folder;
+  const auto message = [](const fs::path& path) { return io_error_of([&] { read_result(path); }); };
+  CHECK_THAT(message(folder / "missing.h5"), Contains("missing.h5: No such file or directory"));
+  CHECK_THAT(message(folder.path), Contains("is a folder"));
+  write_bytes(folder / "garbage.h5", std::string(5000, 'g'));
+  CHECK_THAT(message(folder / "garbage.h5"), Contains("garbage.h5: ") && Contains("signature"));
+  write_bytes(folder / "empty.h5", "");
+  CHECK_THAT(message(folder / "empty.h5"), Contains("empty.h5: "));
+
+  write_foreign_hdf5(folder / "foreign.h5");
+  CHECK_THAT(message(folder / "foreign.h5"), Contains("is an HDF5 file, but not a surveymc result"));
+  CHECK_THAT(io_error_of([&] { stored_content_hash(folder / "foreign.h5"); }), Contains("not a surveymc result"));
+}
+
+TEST_CASE("A data value changed in the file is found out") {
+  const Folder folder;
+  Result r;
+  const double value = 0.123456789;
+  r.tables = {{"t", "", {{"x", "1", "", Numbers{value}}}}};
+  write_result(folder / "r.h5", r);
+  const auto raw = [](double x) {
+    const auto bits = std::bit_cast<std::array<char, sizeof x>>(x);
+    return std::string(bits.begin(), bits.end());
+  };
+  patch(folder / "r.h5", raw(value), raw(value + 1e-9));
+  CHECK_THAT(io_error_of([&] { read_result(folder / "r.h5"); }), Contains("do not match its content_hash"));
+}
+
+TEST_CASE("A truncated file is an IoError wherever it was cut") {
+  const Folder folder;
+  write_result(folder / "r.h5", full_result());
+  const std::string whole = bytes_of(folder / "r.h5");
+  for (std::size_t size = 0; size < whole.size() - kSealSize; size += 1 + whole.size() / 97) {
+    write_bytes(folder / "cut.h5", whole.substr(0, size));
+    CHECK_THROWS_AS(read_result(folder / "cut.h5"), IoError);
+    CHECK_THROWS_AS(stored_content_hash(folder / "cut.h5"), IoError);
+  }
+  write_bytes(folder / "cut.h5", whole.substr(0, whole.size() - kSealSize - 1));
+  CHECK_THROWS_AS(read_result(folder / "cut.h5"), IoError);
+}
+
+TEST_CASE("A file without its seal is read: other programs may have rewritten it") {
+  const Folder folder;
+  write_result(folder / "r.h5", full_result());
+  const std::string whole = bytes_of(folder / "r.h5");
+  write_bytes(folder / "r.h5", whole.substr(0, whole.size() - kSealSize));
+  CHECK(content_hash(read_result(folder / "r.h5")) == content_hash(full_result()));
+}
+
+TEST_CASE("A damaged byte anywhere is an IoError and no crash") {
+  // HDF5 itself follows damaged addresses: without the seal, some of these bytes end in a segmentation fault.
+  const Folder folder;
+  write_result(folder / "r.h5", full_result());
+  const std::string whole = bytes_of(folder / "r.h5");
+  for (std::size_t at = 3; at + kSealSize < whole.size(); at += 97) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x5A);
+    write_bytes(folder / "damaged.h5", damaged);
+    CHECK_THROWS_AS(read_result(folder / "damaged.h5"), IoError);
+  }
+}
+
+// For check_result_file.py: the file with everything that other programs must be able to open.
+TEST_CASE("Write a sample file to $SURVEYMC_SAMPLE_FILE", "[.][sample_file]") {
+  const char* path = std::getenv("SURVEYMC_SAMPLE_FILE");
+  if (!path) {
+    WARN("SURVEYMC_SAMPLE_FILE is not set: nothing written");
+    return;
+  }
+  write_result(path, full_result());
+  CHECK(stored_content_hash(path) == content_hash(full_result()));
+}

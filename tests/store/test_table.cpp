@@ -1,0 +1,188 @@
+#include <catch2/catch.hpp>
+
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "store/table.h"
+
+using namespace surveymc;
+
+namespace {
+
+using Numbers = std::vector<double>;
+using Integers = std::vector<std::int64_t>;
+using Texts = std::vector<std::string>;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+std::size_t code_points(const std::string& text) {
+  std::size_t n = 0;
+  for (const char c : text) n += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+  return n;
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// Every study's main table, with the widest cells that occur.
+Table comparison_table(const std::string& note) {
+  return {"parameters",
+          "sd of gains and biases",
+          {{"quantity", "", "", Texts{"gain_x", "bias_x_nT"}},
+           {"unit", "", "", Texts{"1", "nT"}},
+           {"monte_carlo", "1", "", Numbers{0.000123456789, 12.3456789}, "monte_carlo_ci_low monte_carlo_ci_high"},
+           {"monte_carlo_ci_low", "1", "", Numbers{0.000121234, 12.1234}},
+           {"monte_carlo_ci_high", "1", "", Numbers{0.000125678, 12.5678}},
+           {"analytic", "1", "", Numbers{0.000123123, 12.3123}},
+           {"ratio", "1", "", Numbers{1.00271, 1.00271}, "ratio_ci_low ratio_ci_high"},
+           {"ratio_ci_low", "1", "", Numbers{0.984321, 0.984321}},
+           {"ratio_ci_high", "1", "", Numbers{1.020123, 1.020123}},
+           {"published", "1", "", Numbers{0.000124, 12.4}},
+           {"published_ratio", "1", "", Numbers{0.995619, 0.995619}},
+           {"verdict", "", "", Texts{"agrees", "agrees"}},
+           {"expected", "", "", Texts{"agrees", "agrees"}},
+           {"note", "", "", Texts{note, note}}}};
+}
+
+}  // namespace
+
+TEST_CASE("A table finds its columns by name and says which it lacks") {
+  const Table t{"position", "", {{"md_m", "m", "", Numbers{1, 2, 3}}}};
+  CHECK(t.rows() == 3);
+  CHECK(t.column("md_m").size() == 3);
+  CHECK_THROWS_AS(t.column("md_ft"), std::out_of_range);
+  CHECK(Table{"empty", ""}.rows() == 0);
+}
+
+TEST_CASE("append_rows puts every type of value below, also those of the table itself") {
+  Table t{"t", "", {{"a", "1", "", Numbers{1}}, {"n", "1", "", Integers{2}}, {"s", "", "", Texts{"x"}}}};
+  append_rows(t, t);
+  append_rows(t, {"more", "", {{"a", "1", "", Numbers{5}}, {"n", "1", "", Integers{6}}, {"s", "", "", Texts{"y"}}}});
+  CHECK(std::get<Numbers>(t.column("a").values) == Numbers{1, 1, 5});
+  CHECK(std::get<Integers>(t.column("n").values) == Integers{2, 2, 6});
+  CHECK(std::get<Texts>(t.column("s").values) == Texts{"x", "x", "y"});
+}
+
+TEST_CASE("format_table aligns numbers right and text left, with units below the names") {
+  const Table t{"field",
+                "what was measured",
+                {{"station", "", "", Texts{"a", "long name"}},
+                 {"total_nT", "nT", "", Numbers{51000.25, -3}},
+                 {"trials", "1", "", Integers{20000, 7}}}};
+  CHECK(format_table(t) ==
+        "field: what was measured\n"
+        "station    total_nT  trials\n"
+        "               [nT]\n"
+        "---------------------------\n"
+        "a           51000.2   20000\n"
+        "long name        -3       7\n");
+}
+
+TEST_CASE("format_table shows a missing value as a dash and infinity as inf") {
+  const Table t{"t", "", {{"mde", "1", "", Numbers{kNaN, kInf, -kInf, -0.0}}}};
+  CHECK(format_table(t) == "t\n mde\n----\n   -\n inf\n-inf\n   0\n");
+}
+
+TEST_CASE("format_table leaves out columns without any value, and only those") {
+  const Table t{"t",
+                "",
+                {{"a", "1", "", Numbers{1, 2}},
+                 {"published", "nT", "", Numbers{kNaN, kNaN}},
+                 {"note", "", "", Texts{"", ""}},
+                 {"estimator", "", "", Texts{"msa", "msa"}},
+                 {"half", "1", "", Numbers{kNaN, 3}}}};
+  const std::string text = format_table(t);
+  CHECK_FALSE(contains(text, "published"));
+  CHECK_FALSE(contains(text, "nT"));
+  CHECK_FALSE(contains(text, "note"));
+  CHECK(contains(text, "estimator"));
+  CHECK(contains(text, "half"));
+}
+
+TEST_CASE("format_table joins interval columns behind their value") {
+  const Table t{"t",
+                "",
+                {{"sd", "nT", "", Numbers{70.1, kNaN}},
+                 {"sd_ci_low", "nT", "", Numbers{69.5, kNaN}},
+                 {"sd_ci_high", "nT", "", Numbers{70.7, kNaN}},
+                 {"lone_ci_low", "nT", "", Numbers{1, 2}}}};
+  const auto lines = lines_of(format_table(t));
+  REQUIRE(lines.size() == 6);
+  CHECK(contains(lines[1], "sd  95 % interval"));
+  CHECK_FALSE(contains(lines[1], "sd_ci"));
+  CHECK(contains(lines[1], "lone_ci_low"));  // no value and no other end: a column like any other
+  CHECK(contains(lines[4], "70.1   69.5 .. 70.7"));
+  CHECK(contains(lines[5], "   -              -"));
+}
+
+TEST_CASE("A narrow interval around a large value prints as two different numbers") {
+  const Table t{"t",
+                "",
+                {{"total", "nT", "", Numbers{51000.125}},
+                 {"total_ci_low", "nT", "", Numbers{51000.12}},
+                 {"total_ci_high", "nT", "", Numbers{51000.13}}}};
+  CHECK(contains(format_table(t), "51000.12 .. 51000.13"));
+}
+
+TEST_CASE("format_table counts letters, not bytes, and keeps control characters off the terminal") {
+  const Table t{
+      "t", "", {{"s", "", "", Texts{"ärger σ°", "plain678", "a\n\x1b[2J"}}, {"x", "1", "", Numbers{1, 2, 3}}}};
+  const auto lines = lines_of(format_table(t));
+  REQUIRE(lines.size() == 6);
+  CHECK(lines[3] == "ärger σ°  1");
+  CHECK(lines[4] == "plain678  2");
+  CHECK(lines[5] == "a  [2J    3");
+}
+
+TEST_CASE("The comparison table fits a wide terminal, whatever its notes") {
+  const std::string long_note =
+      "eq. 24 omits the covariance between gains and biases; the published value is from Table 7";
+  for (const std::string& note : {std::string("short"), long_note}) {
+    const auto lines = lines_of(format_table(comparison_table(note)));
+    for (const std::string& line : lines) CHECK(code_points(line) <= 160);
+    std::size_t with_note = 0;
+    for (const std::string& line : lines) with_note += contains(line, note);
+    CHECK(with_note == (note == long_note ? 1u : 2u));  // equal footnotes are written once
+  }
+  CHECK(contains(format_table(comparison_table("short")), "0.000123457"));
+}
+
+TEST_CASE("format_table prints tables without rows, without columns and without values") {
+  CHECK(format_table({"t", "", {{"a", "m", "", Numbers{}}}}) == "t\n  a\n[m]\n---\n(no rows)\n");
+  CHECK(format_table({"t", "none"}) == "t: none\n(no rows)\n");
+  CHECK(format_table({"t", "", {{"a", "m", "", Numbers{kNaN, kNaN}}}}) == "t\n(2 rows without values)\n");
+}
+
+TEST_CASE("to_csv quotes what RFC 4180 wants quoted and leaves missing values empty") {
+  const Table t{"t",
+                "",
+                {{"a,b", "", "", Texts{"plain", "with \"quotes\"", "two\nlines", ""}},
+                 {"x", "1", "", Numbers{0.1, kNaN, -kInf, 1e-300}},
+                 {"n", "1", "", Integers{1, -2, std::numeric_limits<std::int64_t>::max(), 0}}}};
+  CHECK(to_csv(t) ==
+        "\"a,b\",x,n\n"
+        "plain,0.1,1\n"
+        "\"with \"\"quotes\"\"\",,-2\n"
+        "\"two\nlines\",-inf,9223372036854775807\n"
+        ",1e-300,0\n");
+  CHECK(to_csv({"t", "", {{"x", "1", "", Numbers{kNaN, 1}}}}) == "x\n\"\"\n1\n");
+  CHECK(to_csv({"t", ""}).empty());
+}
+
+TEST_CASE("Numbers in CSV read back to the same bits") {
+  const Numbers values = {1.0 / 3, 51000.000000000007, 5e-324, std::numeric_limits<double>::max(),
+                          123456789012345678.0};
+  const auto lines = lines_of(to_csv({"t", "", {{"x", "1", "", values}}}));
+  REQUIRE(lines.size() == values.size() + 1);
+  for (std::size_t i = 0; i < values.size(); ++i) CHECK(std::strtod(lines[i + 1].c_str(), nullptr) == values[i]);
+}

@@ -1,0 +1,74 @@
+#include "study/comparison.h"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "random/stream.h"
+#include "study/experiment.h"
+
+using namespace surveymc;
+
+namespace {
+Moments normal_moments(int n, double sd) {
+  Eigen::MatrixXd x(1, n);
+  for (int t = 0; t < n; ++t)
+    x(0, t) = sd * Stream(5, 9).normal(static_cast<std::uint64_t>(t), Channel::magnetometer_noise, 0);
+  return Moments::of(x);
+}
+}  // namespace
+
+TEST_CASE("Verdicts: equivalence inside the margin, difference outside, otherwise undecided") {
+  CHECK(judge({0.99, 1.01}, 0.02, 1000).word == "agrees");
+  CHECK(judge({0.98, 1.02}, 0.02, 1000).word == "agrees");
+  CHECK(judge({1.021, 1.05}, 0.02, 1000).word == "differs");
+  CHECK(judge({0.5, 0.979}, 0.02, 1000).word == "differs");
+  CHECK(judge({0.97, 1.01}, 0.02, 1000).word == "undecided");
+  CHECK(judge({0.9, 1.1}, 0.02, 1000).word == "undecided");
+  CHECK(judge({std::nan(""), 1}, 0.02, 1000).word.empty());
+  // Half width 0.1 about 1 has to shrink to 0.02: 25 times the trials, and a tenth for luck.
+  CHECK(judge({0.9, 1.1}, 0.02, 1000).trials_to_decide == Approx(27500).margin(1));
+}
+
+TEST_CASE("A predicted sd is judged by its ratio to the Monte-Carlo one") {
+  const Moments m = normal_moments(50000, 3.0);
+  const ComparisonRow good = compare_sd("sigma3_x", "m", 3, m, 0, 3.0, {0.02, 0.95}, 50000);
+  CHECK(good.verdict == "agrees");
+  CHECK(good.analytic == 9.0);
+  CHECK(good.monte_carlo == Approx(9).epsilon(0.02));
+  CHECK(good.interval.lo < good.monte_carlo);
+  CHECK(good.ratio == good.analytic / good.monte_carlo);
+  CHECK(good.ratio_interval.lo < good.ratio);
+  CHECK(good.ratio_interval.hi > good.ratio);
+  CHECK(compare_sd("x", "m", 1, m, 0, 3.3, {0.02, 0.95}, 50000).verdict == "differs");
+  CHECK(compare_sd("x", "m", 1, m, 0, 3.06, {0.02, 0.95}, 50000).verdict == "undecided");
+  CHECK(compare_sd("x", "m", 1, Moments(1), 0, 3.0, {}, 0).verdict.empty());
+}
+
+TEST_CASE("A mean is judged on its shift in standard deviations") {
+  const Moments m = normal_moments(50000, 3.0);
+  const ComparisonRow good = compare_mean("mean_x", "m", m, 0, 100, 100, {0.02, 0.95}, 50000);
+  CHECK(good.verdict == "agrees");
+  CHECK(good.monte_carlo == Approx(100).margin(0.06));
+  CHECK(std::isnan(good.ratio));
+  CHECK(compare_mean("mean_x", "m", m, 0, 100, 100.2, {0.02, 0.95}, 50000).verdict == "differs");  // 0.07 sd
+}
+
+TEST_CASE("Only a verdict that is not the expected one is reported") {
+  ComparisonRow row = compare_sd("sigma3_x", "m", 3, normal_moments(50000, 3.0), 0, 6.0, {0.02, 0.95}, 50000);
+  const auto unexpected = [&](const std::string& expected) {
+    row.expected = expected;
+    return unexpected_verdicts({comparison_table("position", "", {row}, 50000, 0)});
+  };
+  CHECK(unexpected("").empty());
+  CHECK(unexpected("differs").empty());
+  REQUIRE(unexpected("agrees").size() == 1);
+  CHECK(unexpected("agrees")[0] == "position sigma3_x: differs, expected agrees");
+}
+
+TEST_CASE("Units are read from names") {
+  CHECK(unit_of_name("field.total_nT") == "nT");
+  CHECK(unit_of_name("noise.scale") == "1");
+  CHECK(unit_of_name("md_ft") == "ft");
+  CHECK(unit_of_name("m") == "1");
+  CHECK(unit_of_name("gain_x") == "1");
+}

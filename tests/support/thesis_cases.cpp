@@ -1,0 +1,54 @@
+#include "thesis_cases.h"
+
+#include <fstream>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "config/survey_csv.h"
+
+namespace surveymc::test {
+
+std::string project_path(const std::string& path) { return std::string(SURVEYMC_SOURCE_DIR "/") + path; }
+
+std::string project_file(const std::string& path) {
+  std::stringstream text;
+  text << std::ifstream(project_path(path)).rdbuf();
+  return text.str();
+}
+
+ThesisCase thesis_case(int number) {
+  const std::string path = fmt::format("configs/thesis/traj{}.csv", number);
+  ThesisCase c;
+  c.number = number;
+  c.survey =
+      survey_from_table(parse_csv(project_file(path), path), {ToolfaceZero::x, AzimuthReference::true_north}, true);
+  c.field.total = 51000;
+  c.field.dip = 72 * kDegree;
+  switch (number) {
+    case 1:
+      c.errors = {{1.10, 0.95, 1.25}, {250, 295, -335}};
+      break;
+    case 2:
+      c.errors = {{1.008, 0.992, 1.008}, {250, -350, 850}};
+      break;
+    case 3:
+      c.errors = {{1, 1, 1}, {250, 295, -335}};
+      break;
+    default:
+      c.errors = {{1, 1, 1.018}, {-70, -54, -811}};
+  }
+  return c;
+}
+
+std::vector<Attitude> difficult_attitudes() {
+  std::vector<Attitude> all;
+  for (const double inclination : {0.0, 1e-8, 1.0, 30.0, 89.9999, 90.0, 120.0, 179.0, 180.0})
+    for (const double azimuth : {0.0, 1e-8, 57.0, 90.0, 180.0, 250.0, 270.0, 359.999999, 360.0})
+      for (const double toolface : {0.0, 33.0, 90.0, 180.0, 261.0, 359.9999})
+        all.push_back({inclination * kDegree, azimuth * kDegree, toolface * kDegree});
+  return all;
+}
+
+}  // namespace surveymc::test

@@ -1,0 +1,29 @@
+#pragma once
+/// The four test trajectories of the thesis (Vis 2019, tables 12-15) with the true errors of our configs.
+#include <string>
+#include <vector>
+
+#include "field/reference_field.h"
+#include "sensor/magnetometer.h"
+#include "survey/survey.h"
+
+namespace surveymc::test {
+
+struct ThesisCase {
+  int number;
+  Survey survey;
+  ReferenceField field;
+  MagnetometerErrors errors;
+};
+
+/// number: 1 .. 4. Trajectories are read from configs/thesis.
+ThesisCase thesis_case(int number);
+
+/// Whole text of a file of the project; path relative to its root.
+std::string project_file(const std::string& path);
+std::string project_path(const std::string& path);
+
+/// Attitudes worth trying: every combination of easy, tiny, right-angled and wrapped-round angles, in radians.
+std::vector<Attitude> difficult_attitudes();
+
+}  // namespace surveymc::test
