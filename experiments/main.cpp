@@ -79,11 +79,11 @@ PreparedRun load(const RunArguments& a) {
 RunOptions run_options(int threads, Progress& progress) {
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
-  return {threads, [&](std::uint64_t done) { progress.update(done); }, &g_stop};
+  return {threads, [&](std::uint64_t done, std::uint64_t expected) { progress.update(done, expected); }, &g_stop};
 }
 
 Result run_and_stamp(const PreparedRun& run, int threads, const std::string& command, double& elapsed) {
-  Progress progress(run.total_trials());
+  Progress progress;
   const auto created = std::chrono::system_clock::now();
   Result result = execute(run, run_options(threads, progress));
   elapsed = progress.elapsed_s();

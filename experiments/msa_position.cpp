@@ -15,37 +15,42 @@
 
 #include "base/error.h"
 #include "base/units.h"
-#include "estimate/msa_sensitivity.h"
 #include "experiments.h"
+#include "msa_prediction.h"
 #include "propagate/ellipse.h"
-#include "propagate/position_covariance.h"
+#include "stats/control_variate.h"
 #include "stats/tests.h"
 #include "study/annotations.h"
 #include "study/scenario.h"
 #include "study/table_writer.h"
 #include "survey/corrected_position.h"
-#include "survey/minimum_curvature.h"
 
 namespace surveymc {
 namespace {
 
 using Eigen::Matrix2d;
 using Eigen::Matrix3d;
-using Eigen::Vector3d;
 
 constexpr std::uint32_t kStudyId = 1;  // address of this study's random numbers
 
 constexpr std::array<const char*, 6> kParameters{"gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z"};
 constexpr std::array<const char*, 6> kParameterUnits{"1", "1", "1", "nT", "nT", "nT"};
 constexpr std::array<const char*, 3> kDirections{"north", "east", "vertical"};
-constexpr std::array<const char*, 3> kFormulations{"joint", "systematic", "random"};
+constexpr std::array<const char*, 3> kFormulations{"joint", "systematic", "random"};  // as in MsaPrediction
 
-/// Components of the tallied vector: six parameters, three position errors, four squared Mahalanobis distances.
+/// Components of the tallied vector: errors of six parameters and three coordinates, four squared Mahalanobis
+/// distances.
 enum Component { kParameter = 0, kPosition = 6, kNeesHorizontal = 9, kNeesParameters = 12, kComponents = 13 };
 
+/// Pairs of the first nine components whose second moments get a control variate.
+constexpr std::array<std::array<int, 2>, 12> kControlledPairs{
+    {{0, 0}, {1, 1}, {2, 2}, {3, 3}, {4, 4}, {5, 5}, {6, 6}, {7, 7}, {8, 8}, {6, 7}, {6, 8}, {7, 8}}};
+
 struct Scenario {
-  std::uint64_t seed = 0, trials = 0, save_samples = 0;
-  bool with_position = true;  ///< false: parameters only, for throughput
+  std::uint64_t seed = 0, save_samples = 0;
+  TrialPlan plan;
+  bool with_position = true;    ///< false: parameters only, for throughput
+  bool control_variate = true;  ///< tally the first-order prediction of every trial beside it
   ReferenceField field;
   Survey survey;
   MagnetometerErrors errors;
@@ -71,7 +76,6 @@ std::vector<RowName> row_names() {
 Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
   Scenario s;
   s.seed = seed;
-  s.trials = read_trials(c);
   s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
   if (c.has("outputs")) {
     const std::vector<std::string> outputs = c.texts("outputs");
@@ -81,70 +85,21 @@ Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
               "must contain \"parameters\", from which all else follows");
     s.with_position = std::find(outputs.begin(), outputs.end(), "position") != outputs.end();
   }
+  s.control_variate = c.boolean("control_variate", true);
   s.field = read_field(c);
   s.survey = read_survey(c, s.field, true);
   s.errors = read_magnetometer_errors(c);
   s.noise = read_noise(c);
   s.estimator = read_estimator(c);
   s.verdict = read_verdict_rule(c);
+  std::vector<std::string> stoppable;
+  for (const RowName& row : row_names())
+    if (row.quantity.starts_with("sigma3_") && (s.with_position || row.table == "parameters"))
+      stoppable.push_back(row.quantity);
+  s.plan = read_trial_plan(c, stoppable, s.verdict);
   s.annotations = Annotations::read(c, row_names());
   c.finish();
   return s;
-}
-
-/// Everything that is known before the first trial.
-struct Prediction {
-  Vector6d parameters;  ///< mean of the estimate
-  Matrix6d parameter_covariance;
-  Vector3d position;                            ///< true final position
-  Vector3d uncorrected;                         ///< final position of the noise-free uncorrected readings
-  std::array<Matrix3d, 3> position_covariance;  ///< in the order of kFormulations
-};
-
-Prediction predict(const Scenario& s, const CleanReadings& clean) {
-  const auto n = static_cast<std::size_t>(s.survey.size());
-  std::vector<StationFields> fields;
-  std::vector<Vec3<double>> uncorrected;
-  for (std::size_t k = 0; k < n; ++k) {
-    const Vec3<double> u = scale(1 / norm(clean.gravity_T[k]), clean.gravity_T[k]);
-    fields.push_back({clean.field_T[k], u});
-    uncorrected.push_back(magnetic_to_true(tangent_from_fields(u, clean.magnetic_T[k]), std::sin(s.field.declination),
-                                           std::cos(s.field.declination)));
-  }
-  Prediction p;
-  for (int i = 0; i < 3; ++i) {
-    const auto a = static_cast<std::size_t>(i);
-    p.parameters[i] = s.errors.gain[a];
-    // A noise law with a mean other than zero is one more bias, and MSA finds it.
-    p.parameters[3 + i] = s.errors.bias[a] + s.noise.magnetometer * unit_noise_mean(s.noise.law);
-  }
-  p.position = minimum_curvature_positions(s.survey).back();
-  p.uncorrected = minimum_curvature_positions(s.survey.md(), uncorrected).back();
-
-  const double magnetometer_sd = s.noise.magnetometer * std::sqrt(unit_noise_variance(s.noise.law));
-  const double down_sd = s.noise.accelerometer / s.field.gravity;
-  const MsaInputNoise noise{magnetometer_sd, down_sd, s.noise.reference_total, s.noise.reference_dip,
-                            s.noise.reference == ReferenceNoise::per_station};
-  p.parameter_covariance =
-      msa_covariance(msa_sensitivity(fields, s.errors.gain, s.field.total, s.field.dip), fields, noise);
-
-  const std::vector<StationEffect> effects = final_position_effects(s.survey.md(), fields, s.field.declination);
-  std::vector<Matrix36d> by_error;
-  for (std::size_t k = 0; k < n; ++k)
-    by_error.push_back(magnetometer_error_effect(effects[k], fields[k], s.errors.gain));
-  const Vector6d sd = p.parameter_covariance.diagonal().cwiseSqrt();
-  p.position_covariance = {propagate_joint(by_error, p.parameter_covariance) +
-                               propagate_station_noise(effects, fields, s.errors.gain, magnetometer_sd, down_sd),
-                           propagate_systematic(by_error, sd), propagate_random(by_error, sd)};
-  // A direction that azimuth errors do not reach to first order (the vertical of a plane well) has variance zero; what
-  // arithmetic leaves there is 1e-30 of the rest, and zero is what the tables should say.
-  for (Matrix3d& c : p.position_covariance)
-    for (int i = 0; i < 3; ++i)
-      if (c(i, i) < 1e-24 * c.trace()) {
-        c.row(i).setZero();
-        c.col(i).setZero();
-      }
-  return p;
 }
 
 class MsaPosition final : public StudyPoint {
@@ -153,7 +108,7 @@ class MsaPosition final : public StudyPoint {
       : s_(std::move(scenario)),
         clean_(clean_readings(s_.survey, s_.field, s_.errors)),
         md_(s_.survey.md()),
-        prediction_(predict(s_, clean_)),
+        prediction_(predict_msa(s_.survey, s_.field, s_.errors, s_.noise, clean_)),
         estimator_(make_estimator(s_.estimator, s_.field)),
         stream_(s_.seed, kStudyId) {
     for (std::size_t f = 0; f < kFormulations.size(); ++f) {
@@ -165,40 +120,64 @@ class MsaPosition final : public StudyPoint {
     parameter_weight_ = prediction_.parameter_covariance.inverse();
   }
 
-  std::uint64_t trials() const override { return s_.trials; }
+  std::uint64_t trials() const override { return s_.plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
+
+  std::uint64_t trials_needed(const Tally& tally) const override {
+    double needed = 0;
+    for (const std::string& quantity : s_.plan.quantities) {
+      const ControlledEstimate e = sd_estimate(tally, component_of(quantity));
+      const bool controlled = s_.control_variate && tally.failed == 0;
+      const Interval ci = controlled ? e.controlled_interval : e.plain_interval;
+      const double width = (ci.hi - ci.lo) / 2 / (controlled ? e.controlled : e.plain) / s_.plan.relative_ci;
+      needed = std::max(needed, std::isfinite(width) ? static_cast<double>(tally.trials) * width * width : 1e18);
+    }
+    return static_cast<std::uint64_t>(std::ceil(needed));
+  }
 
   Tally run_block(TrialBlock block) const override {
     // A batch is what fits the second-level cache; its size changes no bit of the result.
     const int bytes_per_trial = s_.survey.size() * 3 * static_cast<int>(sizeof(double));
     const int batch = std::clamp(262144 / bytes_per_trial / kGroup * kGroup, kGroup, kBlockTrials);
-    ReadingBlock readings = make_reading_block(std::min(batch, block.count), s_.survey.size(), s_.noise);
+    Batch b(std::min(batch, block.count), s_);
     Tally tally;
     tally.counts.assign(kFormulations.size() * 3, 0);
-    Eigen::MatrixXd values = Eigen::MatrixXd::Zero(kComponents, block.count);
+    // One quantity a column; a few spare rows, or all columns would fall into the same sets of the cache.
+    Eigen::MatrixXd values = Eigen::MatrixXd::Zero(block.count + 8, kComponents);
+    Eigen::MatrixXd controls = Eigen::MatrixXd::Zero(s_.control_variate ? block.count + 8 : 0, NoiseWeights::kSums);
     Eigen::Index kept = 0;
     for (int begin = 0; begin < block.count; begin += batch) {
       const int count = std::min(batch, block.count - begin);
-      if (count != readings.trials) readings = make_reading_block(count, s_.survey.size(), s_.noise);
+      if (count != b.readings.trials) b = Batch(count, s_);
       const std::uint64_t first = block.first + static_cast<std::uint64_t>(begin);
-      const Outcome o = simulate(first, readings);
+      simulate(first, b);
       for (int t = 0; t < count; ++t) {
         const std::uint64_t trial = first + static_cast<std::uint64_t>(t);
         ++tally.trials;
-        if (o.estimates.converged.value(t, 0) == 0) {
+        if (b.estimates.converged.value(t, 0) == 0) {
           ++tally.failed;
           if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
           continue;
         }
-        auto x = values.col(kept++);
-        observe(o, t, x, tally.counts);
+        auto x = values.row(kept);
+        observe(b, t, x, tally.counts);
+        if (s_.control_variate)
+          for (int q = 0; q < NoiseWeights::kSums; ++q)
+            controls(kept, q) = b.sums.value(t, q) - prediction_.linear.mean[q];
+        ++kept;
         if (trial < s_.save_samples) {
           tally.samples.push_back(static_cast<double>(trial));
-          for (int i = 0; i < 6; ++i) tally.samples.push_back(x[kParameter + i]);
-          for (int i = 0; i < 3; ++i) tally.samples.push_back(x[kPosition + i] + prediction_.position[i]);
+          for (int i = 0; i < 6; ++i) tally.samples.push_back(b.estimates.parameters.value(t, i));
+          for (int i = 0; i < 3; ++i) tally.samples.push_back(b.position.value(t, i));
         }
       }
     }
-    tally.moments = Moments::of(values.leftCols(kept));
+    tally.moments = Moments::of(values.topRows(kept));
+    for (std::size_t p = 0; p < kControlledPairs.size() && s_.control_variate; ++p) {
+      const auto [i, j] = kControlledPairs[p];
+      tally.controlled.push_back(Moments::of(control_columns(values.col(i).head(kept), values.col(j).head(kept),
+                                                             controls.col(i).head(kept), controls.col(j).head(kept))));
+    }
     return tally;
   }
 
@@ -210,6 +189,7 @@ class MsaPosition final : public StudyPoint {
            {&MsaPosition::position_table, &MsaPosition::ellipse_table, &MsaPosition::covariance_table})
         r.tables.push_back((this->*table)(tally));
     r.tables.push_back(correlation_table(tally));
+    if (s_.control_variate) r.tables.push_back(control_variate_table(tally));
     r.tables.push_back(failures_table(tally));
     if (s_.save_samples > 0) r.samples = {samples_table(tally)};
     return r;
@@ -218,51 +198,77 @@ class MsaPosition final : public StudyPoint {
   std::string replay(std::uint64_t trial) const override {
     const std::uint64_t first = trial / kGroup * kGroup;
     const int lane = static_cast<int>(trial % kGroup);
-    ReadingBlock readings = make_reading_block(kGroup, s_.survey.size(), s_.noise);
-    const Outcome o = simulate(first, readings);
+    Batch b(kGroup, s_);
+    simulate(first, b);
     std::string text = fmt::format("trial {}\n", trial);
     text += fmt::format("  reference field  Bh {:.17g} nT, Bv {:.17g} nT (station 0)\n",
-                        readings.reference.value(lane, 0), readings.reference.value(lane, 1));
+                        b.readings.reference.value(lane, 0), b.readings.reference.value(lane, 1));
     for (int i = 0; i < 6; ++i)
       text += fmt::format("  {:<16} {:.17g} {}\n", kParameters[static_cast<std::size_t>(i)],
-                          o.estimates.parameters.value(lane, i), kParameterUnits[static_cast<std::size_t>(i)]);
-    text += fmt::format("  cost             {:.17g} nT2 after {} evaluations, {}\n", o.estimates.cost.value(lane, 0),
-                        o.estimates.iterations.value(lane, 0),
-                        o.estimates.converged.value(lane, 0) != 0 ? "converged" : "NOT converged");
+                          b.estimates.parameters.value(lane, i), kParameterUnits[static_cast<std::size_t>(i)]);
+    text += fmt::format("  cost             {:.17g} nT2 after {} evaluations, {}\n", b.estimates.cost.value(lane, 0),
+                        b.estimates.iterations.value(lane, 0),
+                        b.estimates.converged.value(lane, 0) != 0 ? "converged" : "NOT converged");
     for (int i = 0; i < 3 && s_.with_position; ++i)
-      text += fmt::format("  {:<16} {:.17g} m\n", kDirections[static_cast<std::size_t>(i)], o.position.value(lane, i));
+      text += fmt::format("  {:<16} {:.17g} m\n", kDirections[static_cast<std::size_t>(i)], b.position.value(lane, i));
     return text;
   }
 
  private:
-  struct Outcome {
+  /// Everything that a batch of trials is made of; reused from batch to batch.
+  struct Batch {
+    Batch(int trials, const Scenario& s)
+        : readings(make_reading_block(trials, s.survey.size(), s.noise)),
+          estimates(trials),
+          position(groups_for(trials), 3),
+          sums(groups_for(trials), NoiseWeights::kSums) {}
+    ReadingBlock readings;
     EstimateBlock estimates;
-    LaneArray position;
+    LaneArray position, sums;
   };
 
-  Outcome simulate(std::uint64_t first, ReadingBlock& readings) const {
-    simulate_readings(clean_, s_.field, s_.noise, stream_, first, readings);
-    Outcome o{EstimateBlock(readings.trials), LaneArray(readings.groups(), 3)};
-    estimator_->solve(readings, o.estimates);
+  void simulate(std::uint64_t first, Batch& b) const {
+    simulate_readings(clean_, s_.field, s_.noise, stream_, first, b.readings,
+                      s_.control_variate ? &prediction_.weights : nullptr, &b.sums);
+    estimator_->solve(b.readings, b.estimates);
     if (s_.with_position)
-      corrected_final_positions(readings, o.estimates.parameters, md_, s_.field.declination, o.position);
-    return o;
+      corrected_final_positions(b.readings, b.estimates.parameters, md_, s_.field.declination, b.position);
+  }
+
+  /// Index of "sigma3_<name>" among the first nine components.
+  static int component_of(const std::string& quantity) {
+    for (std::size_t i = 0; i < 6; ++i)
+      if (quantity == std::string("sigma3_") + kParameters[i]) return kParameter + static_cast<int>(i);
+    for (std::size_t i = 0; i < 3; ++i)
+      if (quantity == std::string("sigma3_") + kDirections[i]) return kPosition + static_cast<int>(i);
+    throw std::logic_error("no component " + quantity);
+  }
+
+  ControlledEstimate sd_estimate(const Tally& tally, int component) const {
+    if (s_.control_variate)
+      return controlled_sd(tally.controlled[static_cast<std::size_t>(component)],
+                           prediction_.linear.covariance(component, component), s_.verdict.confidence);
+    ControlledEstimate e;
+    const Moments& m = tally.moments;
+    e.plain = std::sqrt(m.variance(component));
+    e.plain_interval = sd_interval(m.variance(component), m.count, m.kurtosis(component), s_.verdict.confidence);
+    return e;
   }
 
   /// The tallied vector of trial `t` of a batch, and the ellipses it lies in.
-  template <class Column>
-  void observe(const Outcome& o, int t, Column& x, std::vector<std::uint64_t>& inside) const {
-    Vector6d error;
-    for (int i = 0; i < 6; ++i) {
-      x[kParameter + i] = o.estimates.parameters.value(t, i);
-      error[i] = x[kParameter + i] - prediction_.parameters[i];
-    }
+  template <class Row>
+  void observe(const Batch& b, int t, Row& x, std::vector<std::uint64_t>& inside) const {
+    std::array<double, 6> error;
+    for (int i = 0; i < 6; ++i)
+      error[static_cast<std::size_t>(i)] = x[kParameter + i] =
+          b.estimates.parameters.value(t, i) - prediction_.parameters[i];
     double nees = 0;
     for (int i = 0; i < 6; ++i)
-      for (int j = 0; j < 6; ++j) nees += error[i] * parameter_weight_(i, j) * error[j];
+      for (int j = 0; j < 6; ++j)
+        nees += error[static_cast<std::size_t>(i)] * parameter_weight_(i, j) * error[static_cast<std::size_t>(j)];
     x[kNeesParameters] = nees;
     if (!s_.with_position) return;
-    for (int i = 0; i < 3; ++i) x[kPosition + i] = o.position.value(t, i) - prediction_.position[i];
+    for (int i = 0; i < 3; ++i) x[kPosition + i] = b.position.value(t, i) - prediction_.position[i];
     const double n = x[kPosition], e = x[kPosition + 1];
     for (std::size_t f = 0; f < kFormulations.size(); ++f) {
       const Matrix2d& w = horizontal_weight_[f];
@@ -278,7 +284,8 @@ class MsaPosition final : public StudyPoint {
     for (int i = 0; i < 6; ++i) {
       const auto a = static_cast<std::size_t>(i);
       rows.push_back(compare_mean(std::string("mean_") + kParameters[a], kParameterUnits[a], tally.moments,
-                                  kParameter + i, 0, prediction_.parameters[i], s_.verdict, tally.trials));
+                                  kParameter + i, prediction_.parameters[i], prediction_.parameters[i], s_.verdict,
+                                  tally.trials));
     }
     for (int i = 0; i < 6; ++i) {
       const auto a = static_cast<std::size_t>(i);
@@ -338,17 +345,18 @@ class MsaPosition final : public StudyPoint {
   Table ellipse_table(const Tally& tally) const;
   Table covariance_table(const Tally& tally) const;
   Table correlation_table(const Tally& tally) const;
+  Table control_variate_table(const Tally& tally) const;
   Table failures_table(const Tally& tally) const;
   Table samples_table(const Tally& tally) const;
 
   Scenario s_;
   CleanReadings clean_;
   std::vector<double> md_;
-  Prediction prediction_;
+  MsaPrediction prediction_;
   std::unique_ptr<Estimator> estimator_;
   Stream stream_;
   std::array<Matrix2d, 3> horizontal_weight_;
-  Matrix6d parameter_weight_;
+  Eigen::Matrix<double, 6, 6> parameter_weight_;
 };
 
 Table MsaPosition::ellipse_table(const Tally& tally) const {
@@ -474,6 +482,66 @@ Table MsaPosition::correlation_table(const Tally& tally) const {
         << correlation(prediction_.parameter_covariance, i, j) << static_cast<std::int64_t>(tally.trials)
         << static_cast<std::int64_t>(tally.failed);
     }
+  return w.take();
+}
+
+/// Plain and controlled estimates side by side. The controlled one removes what the first-order prediction says of the
+/// very noise of each trial: its interval is narrower, and its difference from the analytic value is nonlinearity.
+Table MsaPosition::control_variate_table(const Tally& tally) const {
+  Table t{"control_variate", "estimates without and with the first-order prediction of each trial as control variate"};
+  t.columns = {word_column("quantity", "what is estimated"), word_column("unit", "unit of the values in this row")};
+  add_with_interval(t, "plain", "1", "Monte-Carlo estimate");
+  add_with_interval(t, "controlled", "1", "Monte-Carlo estimate with control variate");
+  t.columns.push_back(number_column("analytic", "1", "first-order prediction, exact for this noise"));
+  add_with_interval(t, "ratio", "1", "analytic / controlled; absent for means and covariances");
+  t.columns.push_back(number_column("variance_reduction", "1", "how many times fewer trials do for the same interval"));
+  t.columns.push_back(word_column("verdict", "agrees, differs or undecided, by the controlled estimate"));
+  t.columns.push_back(count_column("trials", "trials run"));
+  t.columns.push_back(count_column("failed", "trials without a converged estimate, not in the statistics"));
+  TableWriter w(std::move(t));
+  // Without the trials that failed, the mean of the control is no longer known.
+  if (tally.failed > 0 || tally.moments.count < 20) return w.take();
+
+  const double nan = std::nan("");
+  const auto put = [&](const std::string& quantity, const std::string& unit, const ControlledEstimate& e, double offset,
+                       double factor, double analytic, bool judged) {
+    const auto interval = [&](double x, const Interval& i) {
+      w << offset + factor * x << offset + factor * i.lo << offset + factor * i.hi;
+    };
+    w << quantity << unit;
+    interval(e.plain, e.plain_interval);
+    interval(e.controlled, e.controlled_interval);
+    w << offset + factor * analytic;
+    const Interval ratio{analytic / e.controlled_interval.hi, analytic / e.controlled_interval.lo};
+    if (judged)
+      w << analytic / e.controlled << ratio.lo << ratio.hi;
+    else
+      w << nan << nan << nan;
+    w << e.variance_reduction << (judged ? judge(ratio, s_.verdict.margin, tally.trials).word : std::string())
+      << static_cast<std::int64_t>(tally.trials) << static_cast<std::int64_t>(tally.failed);
+  };
+  const double confidence = s_.verdict.confidence;
+  const auto& linear = prediction_.linear.covariance;
+  const auto both = [&](int i, const std::string& name, const std::string& mean_name, const std::string& unit,
+                        double offset) {
+    const Moments& m = tally.controlled[static_cast<std::size_t>(i)];
+    put(mean_name, unit, controlled_mean(m, linear(i, i), confidence), offset, 1, 0, false);
+    put("sigma3_" + name, unit, controlled_sd(m, linear(i, i), confidence), 0, 3, std::sqrt(linear(i, i)), true);
+  };
+  for (std::size_t i = 0; i < 6; ++i)
+    both(static_cast<int>(i), kParameters[i], std::string("mean_") + kParameters[i], kParameterUnits[i],
+         prediction_.parameters[static_cast<int>(i)]);
+  if (s_.with_position) {
+    for (std::size_t i = 0; i < 3; ++i)
+      both(kPosition + static_cast<int>(i), kDirections[i], std::string("correction_") + kDirections[i], "m",
+           prediction_.position[static_cast<int>(i)] - prediction_.uncorrected[static_cast<int>(i)]);
+    for (std::size_t p = 9; p < kControlledPairs.size(); ++p) {
+      const auto [i, j] = kControlledPairs[p];
+      put(fmt::format("covariance_{}_{}", kDirections[static_cast<std::size_t>(i - kPosition)],
+                      kDirections[static_cast<std::size_t>(j - kPosition)]),
+          "m2", controlled_covariance(tally.controlled[p], linear(i, j), confidence), 0, 1, linear(i, j), false);
+    }
+  }
   return w.take();
 }
 

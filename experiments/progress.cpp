@@ -15,8 +15,7 @@ std::string format_duration(double seconds) {
   return fmt::format("{} h {:02} min", s / 3600, s % 3600 / 60);
 }
 
-Progress::Progress(std::uint64_t total)
-    : total_(total), terminal_(isatty(STDERR_FILENO) != 0), start_(std::chrono::steady_clock::now()), last_(start_) {}
+Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0), start_(std::chrono::steady_clock::now()), last_(start_) {}
 
 Progress::~Progress() {
   if (drawn_) std::fputs("\r\033[K", stderr);
@@ -26,17 +25,17 @@ double Progress::elapsed_s() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }
 
-void Progress::update(std::uint64_t done) {
+void Progress::update(std::uint64_t done, std::uint64_t expected) {
   const auto now = std::chrono::steady_clock::now();
   if (now - last_ < std::chrono::duration<double>(terminal_ ? 0.2 : 60.0) || done == 0) return;
   last_ = now;
   const double elapsed = elapsed_s(), rate = static_cast<double>(done) / elapsed;
-  const double left = static_cast<double>(total_ - done) / rate,
-               share = static_cast<double>(done) / static_cast<double>(total_);
-  const std::string words =
-      fmt::format("{:5.1f} %  {:.3g} trials/s  {} left", 100 * share, rate, format_duration(left));
+  const double left = static_cast<double>(expected - done) / rate,
+               share = static_cast<double>(done) / static_cast<double>(expected);
+  const std::string words = fmt::format("{:5.1f} % of {:.3g} trials  {:.3g}/s  {} left", 100 * share,
+                                        static_cast<double>(expected), rate, format_duration(left));
   if (!terminal_) {
-    spdlog::info("{} of {} trials  {}", done, total_, words);
+    spdlog::info("{}", words);
     return;
   }
   constexpr int kWidth = 30;

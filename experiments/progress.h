@@ -12,15 +12,15 @@ std::string format_duration(double seconds);
 /// Not thread-safe: run_blocks calls it from one thread at a time.
 class Progress {
  public:
-  explicit Progress(std::uint64_t total);
+  Progress();
   ~Progress();  // clears the bar
   Progress(const Progress&) = delete;
 
-  void update(std::uint64_t done);
+  /// `expected` may change as a stopping rule learns how many trials it needs.
+  void update(std::uint64_t done, std::uint64_t expected);
   double elapsed_s() const;
 
  private:
-  std::uint64_t total_;
   bool terminal_, drawn_ = false;
   std::chrono::steady_clock::time_point start_, last_;
 };

@@ -27,48 +27,61 @@ void OrderedMerge::add(std::uint64_t block, Tally tally) {
   waiting_.emplace(std::pair{level, block}, std::move(tally));
 }
 
-Tally OrderedMerge::finish() {
+Tally OrderedMerge::whole() const {
   // Without gaps the complete subtrees left over have falling levels from left to right.
-  Tally whole;
-  for (auto node = waiting_.rbegin(); node != waiting_.rend(); ++node) whole.merge(node->second);
-  waiting_.clear();
-  return whole;
+  Tally sum;
+  for (auto node = waiting_.rbegin(); node != waiting_.rend(); ++node) sum.merge(node->second);
+  return sum;
 }
 
 int available_threads() { return omp_get_max_threads(); }
 
-Tally run_blocks(std::uint64_t trials, const std::function<Tally(TrialBlock)>& kernel, const RunOptions& options) {
+Tally run_blocks(std::uint64_t trials, const std::function<Tally(TrialBlock)>& kernel, const RunOptions& options,
+                 const StoppingRule& rule) {
   constexpr std::uint64_t size = kBlockTrials;
-  const auto blocks = static_cast<std::int64_t>((trials + size - 1) / size);
   const int threads = options.threads > 0 ? options.threads : available_threads();
   OrderedMerge merge;
-  std::uint64_t done = 0;
+  std::uint64_t done = 0, expected = trials;
   std::exception_ptr error;
   std::atomic<bool> abandon = false;
-  std::atomic<std::int64_t> next = 0;  // our own dynamic schedule: a stop leaves the loop, however many blocks remain
+  std::atomic<std::uint64_t> next = 0;  // our own dynamic schedule: a stop leaves the loop, however many blocks remain
+
+  const auto run_until = [&](std::uint64_t end) {
+    const std::uint64_t blocks = (end + size - 1) / size;
 #pragma omp parallel num_threads(threads)
-  while (!abandon && !(options.stop && *options.stop)) {
-    const std::int64_t b = next++;
-    if (b >= blocks) break;
-    try {
-      const std::uint64_t first = static_cast<std::uint64_t>(b) * size;
-      const TrialBlock block{first, static_cast<int>(std::min(size, trials - first))};
-      Tally tally = kernel(block);
+    while (!abandon && !(options.stop && *options.stop)) {
+      std::uint64_t b = next;
+      do {
+        if (b >= blocks) break;
+      } while (!next.compare_exchange_weak(b, b + 1));
+      if (b >= blocks) break;
+      try {
+        const TrialBlock block{b * size, static_cast<int>(std::min(size, trials - b * size))};
+        Tally tally = kernel(block);
 #pragma omp critical(surveymc_run_blocks)
-      {
-        merge.add(static_cast<std::uint64_t>(b), std::move(tally));
-        done += static_cast<std::uint64_t>(block.count);
-        if (options.progress) options.progress(done);
+        {
+          merge.add(b, std::move(tally));
+          done += static_cast<std::uint64_t>(block.count);
+          if (options.progress) options.progress(done, expected);
+        }
+      } catch (...) {
+        abandon = true;
+#pragma omp critical(surveymc_run_blocks)
+        if (!error) error = std::current_exception();
       }
-    } catch (...) {
-      abandon = true;
-#pragma omp critical(surveymc_run_blocks)
-      if (!error) error = std::current_exception();
     }
+    if (error) std::rethrow_exception(error);
+    if (options.stop && *options.stop) throw Interrupted("stopped before all trials were done");
+  };
+
+  for (const std::uint64_t look : rule.looks) {
+    run_until(std::min(look, trials));
+    Tally so_far = merge.whole();
+    expected = std::min(std::max(rule.needed(so_far), so_far.trials), trials);
+    if (expected <= so_far.trials) return so_far;
   }
-  if (error) std::rethrow_exception(error);
-  if (options.stop && *options.stop) throw Interrupted("stopped before all trials were done");
-  return merge.finish();
+  run_until(trials);
+  return merge.whole();
 }
 
 }  // namespace surveymc

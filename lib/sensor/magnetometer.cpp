@@ -46,13 +46,33 @@ CleanReadings clean_readings(const Survey& survey, const ReferenceField& field, 
   return clean;
 }
 
+NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law) {
+  NoiseSumMoments m{};
+  using Row = Eigen::Matrix<double, NoiseWeights::kSums, 1>;
+  const auto add = [&](const std::vector<double>& w, double mean, double variance) {
+    for (std::size_t r = 0; r < w.size(); r += NoiseWeights::kSums) {
+      const Eigen::Map<const Row> row(w.data() + r);
+      m.mean += mean * row;
+      m.covariance += variance * row * row.transpose();
+    }
+  };
+  m.mean.setZero();
+  m.covariance.setZero();
+  add(weights.magnetometer, unit_noise_mean(law), unit_noise_variance(law));
+  add(weights.accelerometer, 0, 1);
+  add(weights.reference, 0, 1);
+  return m;
+}
+
 ReadingBlock make_reading_block(int trials, int stations, const NoiseModel& noise) {
   return {trials, stations, noise.accelerometer > 0, noise.reference == ReferenceNoise::per_station};
 }
 
 void simulate_readings(const CleanReadings& clean, const ReferenceField& field, const NoiseModel& noise,
-                       const Stream& stream, std::uint64_t first_trial, ReadingBlock& out) {
+                       const Stream& stream, std::uint64_t first_trial, ReadingBlock& out, const NoiseWeights* weights,
+                       LaneArray* sums) {
   assert(first_trial % kGroup == 0);
+  const auto data = [](const std::vector<double>& v) { return v.empty() ? nullptr : v.data(); };
   const SimulateBatch batch{&clean.magnetic_T.front().x,
                             &clean.gravity_T.front().x,
                             out.magnetic.row(0, 0),
@@ -68,7 +88,12 @@ void simulate_readings(const CleanReadings& clean, const ReferenceField& field, 
                             field.total,
                             field.dip,
                             noise,
-                            stream};
+                            stream,
+                            weights ? data(weights->magnetometer) : nullptr,
+                            weights ? data(weights->accelerometer) : nullptr,
+                            weights ? data(weights->reference) : nullptr,
+                            weights ? sums->row(0, 0) : nullptr,
+                            weights ? sums->group_stride() : 0};
   if (instruction_set() == InstructionSet::v4)
     isa_v4::simulate(batch);
   else

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "field/reference_field.h"
 #include "random/stream.h"
 #include "survey/readings.h"
@@ -50,11 +52,29 @@ struct CleanReadings {
 };
 CleanReadings clean_readings(const Survey& survey, const ReferenceField& field, const MagnetometerErrors& errors);
 
+/// Linear functions of a trial's draws: sums of weight times draw, kSums of them at a time. Draws are those of size 1,
+/// so the weight carries the noise's size. With the weights of a first-order prediction they are what that prediction
+/// says of this very trial: its control variate.
+struct NoiseWeights {
+  static constexpr int kSums = 9;     ///< six parameters and three coordinates
+  std::vector<double> magnetometer;   ///< [3 station + axis][kSums]
+  std::vector<double> accelerometer;  ///< the same; empty without accelerometer noise
+  std::vector<double> reference;      ///< [2 pair + {0 total field, 1 dip}][kSums]; empty without reference noise
+};
+/// Mean and covariance of the sums, exact.
+struct NoiseSumMoments {
+  Eigen::Matrix<double, NoiseWeights::kSums, 1> mean;
+  Eigen::Matrix<double, NoiseWeights::kSums, NoiseWeights::kSums> covariance;
+};
+NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law);
+
 /// A batch of the right shape for this survey and noise.
 ReadingBlock make_reading_block(int trials, int stations, const NoiseModel& noise);
 
 /// Fills `out` with noisy readings of trials first_trial, first_trial + 1, ... first_trial is a multiple of kGroup.
+/// If `weights` is given, `sums` (NoiseWeights::kSums rows) gets the weighted sums of every trial's draws.
 void simulate_readings(const CleanReadings& clean, const ReferenceField& field, const NoiseModel& noise,
-                       const Stream& stream, std::uint64_t first_trial, ReadingBlock& out);
+                       const Stream& stream, std::uint64_t first_trial, ReadingBlock& out,
+                       const NoiseWeights* weights = nullptr, LaneArray* sums = nullptr);
 
 }  // namespace surveymc

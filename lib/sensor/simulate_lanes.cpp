@@ -21,13 +21,22 @@ std::array<T, 4> unit_draws(NoiseLaw law, const Stream& stream, const Bits<T>& t
   return x;
 }
 
-/// clean + size * draw for `rows` rows.
+using Sums = std::array<T, NoiseWeights::kSums>;
+
+void add_weighted(const double* weights, const T& draw, Sums& sums) {
+  for (std::size_t q = 0; q < sums.size(); ++q) sums[q] = fma(T(weights[q]), draw, sums[q]);
+}
+
+/// clean + size * draw for `rows` rows; the draws' weighted sums if `weights` is not null.
 void add_noise(const double* clean, int rows, NoiseLaw law, double size, const Stream& stream, const Bits<T>& trial,
-               Channel channel, double* out) {
+               Channel channel, double* out, const double* weights, Sums& sums) {
   for (int r = 0; r < rows; r += 4) {
     const std::array<T, 4> draw = unit_draws(law, stream, trial, channel, static_cast<std::uint32_t>(r / 4));
-    for (int i = 0; i < 4 && r + i < rows; ++i)
-      store(out + (r + i) * kGroup, fma(T(size), draw[static_cast<std::size_t>(i)], T(clean[r + i])));
+    for (int i = 0; i < 4 && r + i < rows; ++i) {
+      const T& d = draw[static_cast<std::size_t>(i)];
+      store(out + (r + i) * kGroup, fma(T(size), d, T(clean[r + i])));
+      if (weights) add_weighted(weights + (r + i) * NoiseWeights::kSums, d, sums);
+    }
   }
 }
 
@@ -42,13 +51,17 @@ void normalise(int stations, double* down) {
 }
 
 /// Horizontal and vertical reference of each row pair: total and dip with their errors of this trial.
-void draw_reference(const SimulateBatch& b, const Bits<T>& trial, double* out) {
+void draw_reference(const SimulateBatch& b, const Bits<T>& trial, double* out, Sums& sums) {
   for (int k = 0; k < b.reference_pairs; k += 2) {  // one call serves two stations
     std::array<T, 4> draw{T(0.0), T(0.0), T(0.0), T(0.0)};
     if (b.noise.reference != ReferenceNoise::none)
       draw = b.stream.normals<T>(trial, Channel::reference_field, static_cast<std::uint32_t>(k / 2));
     for (int i = 0; i < 2 && k + i < b.reference_pairs; ++i) {
       const auto j = static_cast<std::size_t>(2 * i);
+      if (b.reference_weights)
+        for (std::size_t part = 0; part < 2; ++part)
+          add_weighted(b.reference_weights + (2 * (k + i) + static_cast<int>(part)) * NoiseWeights::kSums,
+                       draw[j + part], sums);
       const T total = fma(T(b.noise.reference_total), draw[j], T(b.total));
       const auto [sin_dip, cos_dip] = sincos(fma(T(b.noise.reference_dip), draw[j + 1], T(b.dip)));
       store(out + (2 * (k + i)) * kGroup, total * cos_dip);
@@ -64,16 +77,20 @@ void simulate(const SimulateBatch& b) {
     for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
       const Bits<T> trial = consecutive<T>(b.first_trial + static_cast<std::uint64_t>(group * kGroup + lane));
       const auto g = static_cast<std::size_t>(group);
+      Sums sums;
+      for (T& s : sums) s = T(0.0);
       add_noise(b.clean_magnetic, 3 * b.stations, b.noise.law, b.noise.magnetometer, b.stream, trial,
-                Channel::magnetometer_noise, b.magnetic + g * b.magnetic_stride + lane);
+                Channel::magnetometer_noise, b.magnetic + g * b.magnetic_stride + lane, b.magnetometer_weights, sums);
       if (group == 0 || b.down_stride > 0) {
         // Without accelerometer noise the same direction goes to all lanes of the one shared group.
         double* down = b.down + g * b.down_stride + lane;
         add_noise(b.clean_gravity, 3 * b.stations, NoiseLaw::gaussian, b.noise.accelerometer, b.stream, trial,
-                  Channel::accelerometer_noise, down);
+                  Channel::accelerometer_noise, down, b.accelerometer_weights, sums);
         normalise(b.stations, down);
       }
-      draw_reference(b, trial, b.reference + g * b.reference_stride + lane);
+      draw_reference(b, trial, b.reference + g * b.reference_stride + lane, sums);
+      if (b.sums)
+        for (std::size_t q = 0; q < sums.size(); ++q) store(b.sums + g * b.sums_stride + q * kGroup + lane, sums[q]);
     }
 }
 

@@ -18,6 +18,10 @@ struct SimulateBatch {
   double total, dip;  ///< reference without error, nT and rad
   NoiseModel noise;
   Stream stream;
+  /// Weights of NoiseWeights, or null; `sums` is null when no sums are wanted.
+  const double *magnetometer_weights, *accelerometer_weights, *reference_weights;
+  double* sums;
+  std::size_t sums_stride;
 };
 
 namespace isa_v3 {

@@ -18,7 +18,7 @@ struct Moments {
 
   Moments() = default;
   explicit Moments(Eigen::Index dimension);
-  /// Of the columns of `x` (d x n), in two passes.
+  /// Of n values of d quantities: x is n x d, one quantity a column. Two passes; sums run in eight fixed partial sums.
   static Moments of(const Eigen::Ref<const Eigen::MatrixXd>& x);
 
   void merge(const Moments& other);

@@ -14,28 +14,41 @@ Moments::Moments(Index d)
       cubes(Eigen::VectorXd::Zero(d)),
       fourths(Eigen::VectorXd::Zero(d)) {}
 
+namespace {
+
+/// sum_t f(t) in eight partial sums: the compiler may put them side by side, and the bits are those of this text.
+template <class F>
+double ordered_sum(Index n, F f) {
+  double s[8] = {};
+  Index t = 0;
+  for (; t + 8 <= n; t += 8)
+    for (Index i = 0; i < 8; ++i) s[i] += f(t + i);
+  for (Index i = 0; t + i < n; ++i) s[i] += f(t + i);
+  return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
+}
+
+}  // namespace
+
 Moments Moments::of(const Eigen::Ref<const Eigen::MatrixXd>& x) {
-  Moments m(x.rows());
-  m.count = static_cast<std::uint64_t>(x.cols());
-  if (m.count == 0) return m;
-  // Plain loops in a fixed order: Eigen's reductions and products choose theirs by the vector width.
-  const Index d = x.rows(), n = x.cols();
-  // Sums of differences from the first value: positions of kilometres with errors of metres keep their digits.
-  for (Index j = 1; j < n; ++j)
-    for (Index i = 0; i < d; ++i) m.mean[i] += x(i, j) - x(i, 0);
-  for (Index i = 0; i < d; ++i) m.mean[i] = x(i, 0) + m.mean[i] / static_cast<double>(n);
-  std::vector<double> r(static_cast<std::size_t>(d));
-  for (Index j = 0; j < n; ++j) {
-    for (Index i = 0; i < d; ++i) r[static_cast<std::size_t>(i)] = x(i, j) - m.mean[i];
-    for (Index c = 0; c < d; ++c) {
-      const double rc = r[static_cast<std::size_t>(c)], rc2 = rc * rc;
-      for (Index i = c; i < d; ++i) m.squares(i, c) += r[static_cast<std::size_t>(i)] * rc;
-      m.cubes[c] += rc2 * rc;
-      m.fourths[c] += rc2 * rc2;
+  const Index n = x.rows(), d = x.cols();
+  Moments m(d);
+  m.count = static_cast<std::uint64_t>(n);
+  if (n == 0) return m;
+  Eigen::MatrixXd r(n, d);
+  for (Index c = 0; c < d; ++c) {
+    const double* v = x.data() + c * x.outerStride();
+    // Differences from the first value: positions of kilometres with errors of metres keep their digits.
+    m.mean[c] = v[0] + ordered_sum(n, [v](Index t) { return v[t] - v[0]; }) / static_cast<double>(n);
+    double* rc = r.data() + c * n;
+    const double mean = m.mean[c];
+    for (Index t = 0; t < n; ++t) rc[t] = v[t] - mean;
+    m.cubes[c] = ordered_sum(n, [rc](Index t) { return rc[t] * rc[t] * rc[t]; });
+    m.fourths[c] = ordered_sum(n, [rc](Index t) { return (rc[t] * rc[t]) * (rc[t] * rc[t]); });
+    for (Index i = 0; i <= c; ++i) {
+      const double* ri = r.data() + i * n;
+      m.squares(i, c) = m.squares(c, i) = ordered_sum(n, [ri, rc](Index t) { return ri[t] * rc[t]; });
     }
   }
-  for (Index c = 0; c < d; ++c)
-    for (Index i = 0; i < c; ++i) m.squares(i, c) = m.squares(c, i);
   return m;
 }
 
@@ -73,6 +86,8 @@ void Tally::merge(const Tally& next) {
   trials += next.trials;
   failed += next.failed;
   moments.merge(next.moments);
+  if (controlled.empty()) controlled.resize(next.controlled.size());
+  for (std::size_t i = 0; i < next.controlled.size(); ++i) controlled[i].merge(next.controlled[i]);
   if (counts.size() < next.counts.size()) counts.resize(next.counts.size(), 0);
   for (std::size_t i = 0; i < next.counts.size(); ++i) counts[i] += next.counts[i];
   const std::size_t room = kMaxListed - std::min(kMaxListed, failed_trials.size());

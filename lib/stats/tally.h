@@ -11,6 +11,7 @@ struct Tally {
   std::uint64_t trials = 0;                  ///< all that were run
   std::uint64_t failed = 0;                  ///< of them, those whose estimate did not converge: not in the moments
   Moments moments;                           ///< of the study's quantities
+  std::vector<Moments> controlled;           ///< of quantities with their control variates (control_variate.h)
   std::vector<std::uint64_t> counts;         ///< of the study's events
   std::vector<std::uint64_t> failed_trials;  ///< numbers of the first kMaxListed failed trials, for replay
   std::vector<double> samples;               ///< first realisations, row by row, as many as the study asked for

@@ -103,16 +103,21 @@ Table table_of(const InputTable& in) {
 Result execute(const PreparedRun& run, const RunOptions& options) {
   Result result;
   const std::vector<Axis> axes = sweep_axes(run.config);
-  std::uint64_t done_before = 0;
+  std::uint64_t done_before = 0, after = run.total_trials();
   for (std::size_t i = 0; i < run.points.size(); ++i) {
     const StudyPoint& point = *run.points[i];
+    after -= point.trials();
     RunOptions of_point = options;
-    if (options.progress) of_point.progress = [&](std::uint64_t done) { options.progress(done_before + done); };
+    if (options.progress)
+      of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
+        options.progress(done_before + done, done_before + expected + after);
+      };
+    const StoppingRule rule{point.looks(), [&](const Tally& t) { return point.trials_needed(t); }};
     const Tally tally = point.trials() == 0
                             ? Tally{}
                             : run_blocks(
-                                  point.trials(), [&](TrialBlock b) { return point.run_block(b); }, of_point);
-    done_before += point.trials();
+                                  point.trials(), [&](TrialBlock b) { return point.run_block(b); }, of_point, rule);
+    done_before += tally.trials;
     PointResult r = point.finish(tally);
     const std::vector<SweepValue> sweep = run.config.sweep_values(i);
     add_point(result.tables, std::move(r.tables), sweep);

@@ -22,8 +22,12 @@ struct PointResult {
 class StudyPoint {
  public:
   virtual ~StudyPoint() = default;
-  /// 0 for a study without Monte Carlo: run_block is not called, finish gets an empty tally.
+  /// At most. 0 for a study without Monte Carlo: run_block is not called, finish gets an empty tally.
   virtual std::uint64_t trials() const = 0;
+  /// Trial counts at which trials_needed is asked, rising; empty if the number of trials is fixed.
+  virtual std::vector<std::uint64_t> looks() const { return {}; }
+  /// Predicted from the trials so far. The run ends at a look that has as many.
+  virtual std::uint64_t trials_needed(const Tally& /*so_far*/) const { return trials(); }
   virtual Tally run_block(TrialBlock block) const = 0;
   virtual PointResult finish(const Tally& tally) const = 0;
   /// One trial in words: its draws, estimate and result. Same bits as in the run.
@@ -52,7 +56,7 @@ PreparedRun prepare_run(const Experiment& experiment, Config config);
 
 /// Runs every point and puts their tables together: the sweep's keys become the first columns of every table and the
 /// first axes of every map. Fills provenance from the config, but for versions and command, and not RunInfo.
-/// options.progress gets the trials done over all points.
+/// options.progress gets the trials done and expected over all points.
 Result execute(const PreparedRun& run, const RunOptions& options);
 
 /// The unit that a name ends in (`field.total_nT` -> "nT"); "1" if it ends in none that we know.

@@ -1,6 +1,11 @@
 #include "study/scenario.h"
 
+#include <algorithm>
+
+#include <fmt/ranges.h>
+
 #include "base/units.h"
+#include "montecarlo/run_blocks.h"
 
 namespace surveymc {
 
@@ -72,8 +77,27 @@ VerdictRule read_verdict_rule(ConfigReader& c) {
   return {c.number("verdict.margin", Range::open(0, 1), 0.02), c.number("verdict.confidence", Range::open(0, 1), 0.95)};
 }
 
-std::uint64_t read_trials(ConfigReader& c) {
-  return static_cast<std::uint64_t>(c.integer("trials", 2, 1'000'000'000'000));
+TrialPlan read_trial_plan(ConfigReader& c, const std::vector<std::string>& stoppable, VerdictRule& verdict) {
+  constexpr std::int64_t kMost = 1'000'000'000'000;
+  TrialPlan plan;
+  if (!c.has("stop")) {
+    plan.trials = static_cast<std::uint64_t>(c.integer("trials", 2, kMost));
+    return plan;
+  }
+  if (c.has("trials")) c.fail("trials", "not together with [stop]: there it is max_trials");
+  plan.relative_ci = c.number("stop.relative_ci", Range::open(0, 1));
+  plan.trials = static_cast<std::uint64_t>(c.integer("stop.max_trials", 4096, kMost));
+  plan.quantities = c.texts("stop.quantities");
+  for (const std::string& q : plan.quantities)
+    if (std::find(stoppable.begin(), stoppable.end(), q) == stoppable.end())
+      c.fail("stop.quantities", fmt::format("\"{}\" is none of {}", q, fmt::join(stoppable, ", ")));
+  for (double n = 4096; n < static_cast<double>(plan.trials); n *= 1.5) {
+    const auto blocks = static_cast<std::uint64_t>(n) / kBlockTrials;
+    plan.looks.push_back(std::min(blocks * kBlockTrials, plan.trials));
+  }
+  plan.looks.push_back(plan.trials);
+  verdict.confidence = 1 - (1 - verdict.confidence) / static_cast<double>(plan.looks.size());
+  return plan;
 }
 
 }  // namespace surveymc

@@ -30,7 +30,19 @@ EstimatorOptions read_estimator(ConfigReader& config);
 /// `[verdict] margin (0.02), confidence (0.95)`.
 VerdictRule read_verdict_rule(ConfigReader& config);
 
-/// `trials`, at least two: a variance needs them.
-std::uint64_t read_trials(ConfigReader& config);
+/// How many trials: a number, or until the intervals are narrow enough.
+struct TrialPlan {
+  std::uint64_t trials = 0;  ///< at most
+  double relative_ci = 0;    ///< stop when the half width of every interval is below this part of its estimate
+  std::vector<std::string> quantities;
+  std::vector<std::uint64_t> looks;  ///< trial counts at which to look; empty without [stop]
+};
+
+/// `trials` (at least two), or `[stop] relative_ci, quantities, max_trials` with quantities from `stoppable`.
+///
+/// The rule is valid under repeated looks: looks are fixed beforehand (4096 trials, then 1.5 times more each, up to
+/// max_trials), and with J of them every interval is made at confidence 1 - (1 - confidence) / J, which is written to
+/// `verdict`. By Bonferroni all of them hold together, so whichever the run stops at holds too.
+TrialPlan read_trial_plan(ConfigReader& config, const std::vector<std::string>& stoppable, VerdictRule& verdict);
 
 }  // namespace surveymc

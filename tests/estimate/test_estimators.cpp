@@ -106,7 +106,7 @@ TEST_CASE("Law: unbiased to 4 standard errors and with the claimed covariance, w
         REQUIRE(out.converged.value(t, 0) == 1);
         for (int i = 0; i < 6; ++i) x(i, t) = out.parameters.value(t, i) - truth(c)[i];
       }
-      const Moments m = Moments::of(x);
+      const Moments m = Moments::of(x.transpose());
       const std::vector<StationFields> fields = station_fields(c);
       const Matrix6d claimed =
           msa_covariance(msa_sensitivity(fields, c.errors.gain, c.field.total, c.field.dip), fields,

@@ -23,7 +23,7 @@ Tally kernel(TrialBlock block) {
   }
   t.trials = static_cast<std::uint64_t>(block.count);
   t.failed = t.failed_trials.size();
-  t.moments = Moments::of(x);
+  t.moments = Moments::of(x.transpose());
   t.samples = {static_cast<double>(block.first)};
   return t;
 }
@@ -48,7 +48,7 @@ TEST_CASE("Merging follows a fixed tree, in whatever order blocks arrive, and sa
   const auto merged = [&] {
     OrderedMerge m;
     for (const std::uint64_t b : order) m.add(b, kernel({b * kBlockTrials, kBlockTrials}));
-    return m.finish();
+    return m.whole();
   };
   const Tally in_order = merged();
   CHECK(std::is_sorted(in_order.samples.begin(), in_order.samples.end()));
@@ -72,17 +72,41 @@ TEST_CASE("A stop request ends the run with Interrupted") {
   std::atomic<bool> stop = false;
   RunOptions options{2};
   options.stop = &stop;
-  options.progress = [&](std::uint64_t done) { stop = done > 2000; };
+  options.progress = [&](std::uint64_t done, std::uint64_t) { stop = done > 2000; };
   CHECK_THROWS_AS(run_blocks(100000000, kernel, options), Interrupted);
 }
 
 TEST_CASE("Progress counts every trial once") {
   std::uint64_t last = 0;
   RunOptions options{3};
-  options.progress = [&](std::uint64_t done) {
+  options.progress = [&](std::uint64_t done, std::uint64_t expected) {
     CHECK(done > last);
+    CHECK(expected == 5000);
     last = done;
   };
   run_blocks(5000, kernel, options);
   CHECK(last == 5000);
+}
+
+TEST_CASE(
+    "A stopping rule ends the run at a look, the same for any threads, with the bits of a run of as many trials") {
+  const StoppingRule rule{{1024, 2048, 4096, 10000}, [](const Tally& t) { return t.trials < 2000 ? 1700u : 2048u; }};
+  const Tally fixed = run_blocks(2048, kernel, {1});
+  for (const int threads : {1, 2, 3, 7}) {
+    const Tally stopped = run_blocks(10000, kernel, {threads}, rule);
+    CHECK(stopped.trials == 2048);
+    CHECK(same_bits(fixed, stopped));
+  }
+  const StoppingRule never{{1024, 10000}, [](const Tally&) { return std::uint64_t{1} << 60; }};
+  CHECK(same_bits(run_blocks(10000, kernel, {2}, never), run_blocks(10000, kernel, {1})));
+}
+
+TEST_CASE("The expected number of trials follows the rule") {
+  std::vector<std::uint64_t> expected;
+  RunOptions options{1};
+  options.progress = [&](std::uint64_t, std::uint64_t of) { expected.push_back(of); };
+  run_blocks(10000, kernel, options, {{1024, 4096}, [](const Tally& t) { return t.trials == 1024 ? 3500u : 4000u; }});
+  CHECK(expected.front() == 10000);
+  CHECK(expected.back() == 3500);
+  CHECK(expected.size() == 8);  // blocks of 512 up to the second look
 }

@@ -64,7 +64,7 @@ TEST_CASE("Draws have the moments of a standard normal and are not correlated wi
   for (int t = 0; t < n; ++t)
     for (std::uint32_t j = 0; j < 8; ++j)
       x(j, t) = stream.normal(static_cast<std::uint64_t>(t), Channel::magnetometer_noise, j);
-  const Moments m = Moments::of(x);
+  const Moments m = Moments::of(x.transpose());
   for (int i = 0; i < 8; ++i) {
     // 4.5 standard errors: 1, sqrt(2), sqrt(6), sqrt(24) over sqrt(n); 44 checks leave a false alarm of 3e-4
     CHECK(std::abs(m.mean[i]) < 4.5 / std::sqrt(n));

@@ -42,7 +42,7 @@ TEST_CASE("Noise laws have their mean and variance") {
         const Vec3<double>& m = clean.magnetic_T[static_cast<std::size_t>(r / 3)];
         x(0, t * 30 + r) = block.magnetic.value(t, r) - (r % 3 == 0 ? m.x : r % 3 == 1 ? m.y : m.z);
       }
-    const Moments m = Moments::of(x);
+    const Moments m = Moments::of(x.transpose());
     const double n = static_cast<double>(m.count), sd = 70 * std::sqrt(unit_noise_variance(law));
     CAPTURE(static_cast<int>(law));
     CHECK(std::abs(m.mean[0] - 70 * unit_noise_mean(law)) < 4 * sd / std::sqrt(n));
@@ -101,7 +101,7 @@ TEST_CASE("Accelerometer noise tilts the down direction by noise over gravity an
     tilt(0, t) = dot(v, across);
     tilt(1, t) = dot(v - u, cross(u, across));
   }
-  const Moments m = Moments::of(tilt);
+  const Moments m = Moments::of(tilt.transpose());
   for (int i = 0; i < 2; ++i) {
     CHECK(std::abs(m.mean[i]) < 4 * (0.01 / 9.80665) / std::sqrt(trials));
     CHECK(std::sqrt(m.variance(i)) / (0.01 / 9.80665) == Approx(1).margin(4 / std::sqrt(2.0 * trials)));

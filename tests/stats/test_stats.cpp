@@ -26,7 +26,7 @@ TEST_CASE("Moments are those of the definition, also of data far from zero") {
   Eigen::MatrixXd x = draws(3, 1000, 1);
   x.row(1) = x.row(0).array().square().matrix() + 0.5 * x.row(1);  // skewed and correlated
   x.array() += 1e6;
-  const Moments m = Moments::of(x);
+  const Moments m = Moments::of(x.transpose());
   using V = Eigen::Matrix<long double, 1, Eigen::Dynamic>;
   for (int i = 0; i < 3; ++i) {
     const V v = x.row(i).cast<long double>();
@@ -42,10 +42,10 @@ TEST_CASE("Moments are those of the definition, also of data far from zero") {
 
 TEST_CASE("Merged moments are those of the whole, however it is cut") {
   const Eigen::MatrixXd x = draws(2, 1001, 2).array().exp().matrix();  // log-normal: all moments at work
-  const Moments whole = Moments::of(x);
+  const Moments whole = Moments::of(x.transpose());
   for (const int cut : {0, 1, 500, 1000, 1001}) {
-    Moments a = Moments::of(x.leftCols(cut));
-    a.merge(Moments::of(x.rightCols(1001 - cut)));
+    Moments a = Moments::of(x.leftCols(cut).transpose());
+    a.merge(Moments::of(x.rightCols(1001 - cut).transpose()));
     CAPTURE(cut);
     CHECK(a.count == 1001);
     for (int i = 0; i < 2; ++i) {
@@ -91,13 +91,13 @@ TEST_CASE("95 % intervals hold the truth in 95 % of repetitions, for normal and 
   constexpr int repetitions = 2000, n = 400;
   for (int rep = 0; rep < repetitions; ++rep) {
     const Eigen::MatrixXd z = draws(3, n, 1000 + static_cast<std::uint64_t>(rep));
-    const Moments m = Moments::of(z);
+    const Moments m = Moments::of(z.transpose());
     const Interval ci = sd_interval(m.variance(0), m.count, m.kurtosis(0), 0.95);
     normal += ci.lo < 1 && 1 < ci.hi;
     const Interval mi = mean_interval(m.mean[0], m.variance(0), m.count, 0.95);
     mean += mi.lo < 0 && 0 < mi.hi;
     // product of normals: variance 1, kurtosis 9
-    const Moments p = Moments::of((z.row(1).array() * z.row(2).array()).matrix());
+    const Moments p = Moments::of((z.row(1).array() * z.row(2).array()).matrix().transpose());
     const Interval hi = sd_interval(p.variance(0), p.count, p.kurtosis(0), 0.95);
     heavy += hi.lo < 1 && 1 < hi.hi;
   }
@@ -122,11 +122,11 @@ TEST_CASE("Wishart test: p is uniform under the null and finds a 2 % error in si
   int below = 0;
   constexpr int repetitions = 1500;
   for (int rep = 0; rep < repetitions; ++rep) {
-    const Moments m = Moments::of(l * draws(2, 60, 50000 + static_cast<std::uint64_t>(rep)));
+    const Moments m = Moments::of((l * draws(2, 60, 50000 + static_cast<std::uint64_t>(rep))).transpose());
     below += wishart_test(m.covariance(), truth, m.count).p_value < 0.05;
   }
   CHECK(std::abs(below / double(repetitions) - 0.05) < 4 * std::sqrt(0.05 * 0.95 / repetitions));
-  const Moments m = Moments::of(l * draws(2, 60000, 7));
+  const Moments m = Moments::of((l * draws(2, 60000, 7)).transpose());
   CHECK(wishart_test(m.covariance(), truth, m.count).p_value > 1e-3);
   CHECK(wishart_test(m.covariance(), 1.02 * 1.02 * truth, m.count).p_value < 1e-3);
   CHECK(wishart_test(m.covariance(), Eigen::MatrixXd::Zero(2, 2), m.count).p_value == 0);

@@ -1,0 +1,31 @@
+#pragma once
+/// What first-order theory says of MSA and the position after it, before any trial: shared by the studies of MSA.
+#include <array>
+
+#include <Eigen/Core>
+
+#include "field/reference_field.h"
+#include "sensor/magnetometer.h"
+#include "survey/survey.h"
+
+namespace surveymc {
+
+struct MsaPrediction {
+  Eigen::Matrix<double, 6, 1> parameters;  ///< mean of the estimate: gain x, y, z (1), bias x, y, z (nT)
+  Eigen::Matrix<double, 6, 6> parameter_covariance;
+  Eigen::Vector3d position;     ///< true final position, N, E, V in metres from the first station
+  Eigen::Vector3d uncorrected;  ///< final position of the noise-free, uncorrected readings
+  /// Of the final position, by propagation: joint (with station noise), systematic, random.
+  std::array<Eigen::Matrix3d, 3> position_covariance;
+  /// The errors of parameters and position as linear functions of a trial's draws, and their exact moments. Unlike
+  /// `joint`, this keeps the correlation of a station's own noise with the estimate that it also enters.
+  NoiseWeights weights;
+  NoiseSumMoments linear;
+};
+
+/// `clean` are the readings of this survey by this tool. Throws InputError when the stations cannot determine the
+/// parameters.
+MsaPrediction predict_msa(const Survey& survey, const ReferenceField& field, const MagnetometerErrors& errors,
+                          const NoiseModel& noise, const CleanReadings& clean);
+
+}  // namespace surveymc
