@@ -136,9 +136,10 @@ class MsaPosition final : public StudyPoint {
   }
 
   Tally run_block(TrialBlock block) const override {
-    // A batch is what fits the second-level cache; its size changes no bit of the result.
+    // A batch is what fits the first-level caches, and below the size that the allocator returns to the system each
+    // time; it changes no bit of the result.
     const int bytes_per_trial = s_.survey.size() * 3 * static_cast<int>(sizeof(double));
-    const int batch = std::clamp(262144 / bytes_per_trial / kGroup * kGroup, kGroup, kBlockTrials);
+    const int batch = std::clamp(65536 / bytes_per_trial / kGroup * kGroup, kGroup, kBlockTrials);
     Batch b(std::min(batch, block.count), s_);
     Tally tally;
     tally.counts.assign(kFormulations.size() * 3, 0);

@@ -35,8 +35,9 @@ struct MsaNormalEquations {
   T cost;                     ///< sum of squared residuals, in units of total^2
 };
 
-/// At x = (p, q / total). `second_order`: 0 for the Gauss-Newton matrix J'J, 1 for Newton's.
-template <class T>
+/// At x = (p, q / total). `second_order`: 0 for the Gauss-Newton matrix J'J, 1 for Newton's. Without `WithMatrix` only
+/// gradient and cost, with the same bits, for less than half the work.
+template <class T, bool WithMatrix = true>
 MsaNormalEquations<T> msa_normal_equations(const MsaData& d, const std::array<T, 6>& x, const T& second_order) {
   MsaNormalEquations<T> e{};
   for (T& a : e.matrix) a = T(0.0);
@@ -63,6 +64,7 @@ MsaNormalEquations<T> msa_normal_equations(const MsaData& d, const std::array<T,
       e.gradient[i] = fma(g[i], m[i], e.gradient[i]);
       e.gradient[3 + i] = e.gradient[3 + i] - g[i];
     }
+    if constexpr (!WithMatrix) continue;
     const T rho = second_order * rh * per_bh, keep = T(1.0) - rho;
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j <= i; ++j) {
@@ -86,22 +88,34 @@ struct MsaSolution {
 };
 
 /// From unit gains and zero biases to the minimum: Gauss-Newton until the steps are small, then Newton, because the
-/// residuals do not vanish and Gauss-Newton alone may oscillate for ever about a poorly determined minimum. A step that
-/// raises the cost is halved until it does not; where Newton's matrix is not positive definite, Gauss-Newton steps in.
-/// A lane that has finished is frozen, so its answer does not depend on its neighbours.
+/// residuals do not vanish and Gauss-Newton alone may oscillate for ever about a poorly determined minimum. Once a
+/// Newton step is small, its matrix serves for the next steps too, as long as each is a tenth of the one before. A step
+/// that raises the cost is halved until it does not; where Newton's matrix is not positive definite, Gauss-Newton steps
+/// in. A lane that has finished is frozen and a lane that keeps its matrix ignores a new one, so the answer of a lane
+/// does not depend on its neighbours.
 template <class T>
 MsaSolution<T> msa_solve(const MsaData& data, const MsaOptions& options) {
   const T zero(0.0), one(1.0);
-  const T small_step(0.1);  // unknowns are of order one: from here the quadratic model is worth its second order
+  const T small_step(0.1);   // unknowns are of order one: from here the quadratic model is worth its second order
+  const T chord_step(1e-3);  // from here Newton's matrix changes little: field over noise
   std::array<T, 6> best{one, one, one, zero, zero, zero}, step{zero, zero, zero, zero, zero, zero};
-  T best_cost(1e300), iterations = zero, second_order = zero;
+  Symmetric<T, 6> factor;
+  for (T& f : factor) f = zero;
+  T best_cost(1e300), iterations = zero, second_order = zero, last_largest(1e300);
   auto active = zero < one;  // in every lane
-  auto converged = one < zero;
+  auto converged = one < zero, keeps_matrix = one < zero;
   for (int it = 0; it < options.max_iterations && any(active); ++it) {
     std::array<T, 6> x;
     for (std::size_t i = 0; i < 6; ++i) x[i] = best[i] + step[i];
-    const MsaNormalEquations<T> e = msa_normal_equations(data, x, second_order);
-    const Symmetric<T, 6> factor = ldlt<T, 6>(e.matrix);
+    const bool nobody_needs_a_matrix = all(keeps_matrix | (!active));
+    MsaNormalEquations<T> e;
+    if (nobody_needs_a_matrix) {
+      e = msa_normal_equations<T, false>(data, x, second_order);
+    } else {
+      e = msa_normal_equations<T>(data, x, second_order);
+      const Symmetric<T, 6> fresh = ldlt<T, 6>(e.matrix);
+      for (std::size_t i = 0; i < factor.size(); ++i) factor[i] = select(keeps_matrix, factor[i], fresh[i]);
+    }
     std::array<T, 6> minus_gradient;
     for (std::size_t i = 0; i < 6; ++i) minus_gradient[i] = -e.gradient[i];
     const std::array<T, 6> next = ldlt_solve<T, 6>(factor, minus_gradient);
@@ -117,7 +131,11 @@ MsaSolution<T> msa_solve(const MsaData& data, const MsaOptions& options) {
     }
     best_cost = select(accept, e.cost, best_cost);
     iterations = iterations + select(active, one, zero);
+    const auto newton = zero < second_order;  // the matrix in hand is Newton's
+    keeps_matrix =
+        definite & accept & newton & (largest < chord_step) & ((!keeps_matrix) | (largest < T(0.1) * last_largest));
     second_order = select(definite & (largest < small_step), one, zero);
+    last_largest = largest;
     const auto done = active & definite & (largest <= T(options.step_tolerance));
     for (std::size_t i = 0; i < 6; ++i)  // the last step is free: take it
       best[i] = select(done & accept, best[i] + step[i], best[i]);

@@ -6,7 +6,7 @@
 ///
 /// Philox 4x32-10 (Salmon et al., SC'11; the tests compare it with Random123) gives four 32-bit words for each counter
 ///   (trial low, trial high, index / 4, study << 16 | channel), key = (seed low, seed high).
-/// Two words make two normals (Box-Muller): 40 bits for the radius, which reaches 7.5 sigma, and 24 for the angle.
+/// Two words make two normals (Box-Muller): 40 bits for the radius, which reaches 7.5 sigma, and 24 for the direction.
 #include <array>
 #include <cstdint>
 
@@ -24,7 +24,15 @@ enum class Channel : std::uint32_t {
 
 class Stream {
  public:
-  Stream(std::uint64_t seed, std::uint32_t study) : seed_(seed), study_(study) {}
+  Stream(std::uint64_t seed, std::uint32_t study) : study_(study) {
+    std::uint64_t k0 = seed & 0xffffffffu, k1 = seed >> 32;
+    for (auto& key : keys_) {
+      key[0] = k0;
+      key[1] = k1;
+      k0 = (k0 + 0x9E3779B9u) & 0xffffffffu;
+      k1 = (k1 + 0xBB67AE85u) & 0xffffffffu;
+    }
+  }
 
   /// Four standard normals, indices 4 call .. 4 call + 3, for the trials in the lanes.
   template <class T>
@@ -50,35 +58,37 @@ class Stream {
   template <class T>
   std::array<Bits<T>, 4> words(const Bits<T>& trial, Channel channel, std::uint32_t call) const {
     using B = Bits<T>;
-    const B low32(0xffffffffu);
-    B c0 = trial & low32, c1 = trial >> 32, c2(std::uint64_t{call}),
+    // 32-bit words in 64-bit lanes. What stands above a word is left to stand: the product looks at the low half only.
+    B c0 = trial, c1 = trial >> 32, c2(std::uint64_t{call}),
       c3((std::uint64_t{study_} << 16) | static_cast<std::uint32_t>(channel));
-    std::uint64_t k0 = seed_ & 0xffffffffu, k1 = seed_ >> 32;
-    for (int round = 0; round < 10; ++round) {
+    for (const auto& key : keys_) {
       const B p0 = multiply_low32(c0, B(0xD2511F53u)), p1 = multiply_low32(c2, B(0xCD9E8D57u));
-      c0 = (p1 >> 32) ^ c1 ^ B(k0);
-      c1 = p1 & low32;
-      c2 = (p0 >> 32) ^ c3 ^ B(k1);
-      c3 = p0 & low32;
-      k0 = (k0 + 0x9E3779B9u) & 0xffffffffu;
-      k1 = (k1 + 0xBB67AE85u) & 0xffffffffu;
+      c0 = (p1 >> 32) ^ c1 ^ B(key[0]);
+      c1 = p1;
+      c2 = (p0 >> 32) ^ c3 ^ B(key[1]);
+      c3 = p0;
     }
-    return {c0, c1, c2, c3};
+    const B low32(0xffffffffu);
+    return {c0 & low32, c1 & low32, c2 & low32, c3 & low32};
   }
 
+  /// Two normals from two words: k = w0 and the top 8 bits of w1 make the radius, the next two bits of w1 the signs,
+  /// and its last 22 the angle in the first quadrant:
+  ///   r^2 / 2 = -ln((k + 1/2) / 2^40),  theta = (j + 1/2) / 2^22 pi/2,  z = (+-r cos theta, +-r sin theta)
+  /// With theta = pi/4 + phi both are r / sqrt(2) (cos phi -+ sin phi), so that no quadrant has to be chosen.
   template <class T>
   static std::pair<T, T> box_muller(const Bits<T>& w0, const Bits<T>& w1) {
     using B = Bits<T>;
-    const T u = fma(small_to_double((w0 << 8) | (w1 >> 24)), T(0x1p-40), T(0x1p-41));
-    const T radius = sqrt(T(-2.0) * log(u));
-    // Angle (k + 1/2) / 2^24 turns, split exactly into quarter turns and a rest in (-1/8, 1/8) turn.
-    const B shifted = (w1 & B(0xffffffu)) + B(0x200000u);
-    const T rest = fma(small_to_double(shifted & B(0x3fffffu)), T(0x1p-24), T(0x1p-25 - 0.125));
-    const auto sc = turn_by_quarters<T>(sincos_reduced(rest * T(2 * kPi)), shifted >> 22);
-    return {radius * sc.second, radius * sc.first};
+    const T k = small_to_double((w0 << 8) | (w1 >> 24)) + 0.5;
+    const T per_root2 = sqrt(minus_log_of_ratio<40>(k));
+    const T phi = (small_to_double(w1 & B(0x3fffffu)) + (0.5 - 0x1p21)) * T(kPi / 2 * 0x1p-22);
+    const auto [s, c] = sincos_reduced(phi);
+    const B sign(0x8000000000000000u);
+    const T x = per_root2 * (c - s), y = per_root2 * (c + s);
+    return {from_bits(to_bits(x) ^ ((w1 << 40) & sign)), from_bits(to_bits(y) ^ ((w1 << 41) & sign))};
   }
 
-  std::uint64_t seed_;
+  std::uint64_t keys_[10][2];  ///< Weyl sequence of the seed, one pair a round
   std::uint32_t study_;
 };
 

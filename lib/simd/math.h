@@ -10,23 +10,45 @@
 
 namespace surveymc {
 
-/// Natural logarithm of a positive normal number.
+/// x = 2^exponent mantissa with mantissa in [sqrt(1/2), sqrt(2)), for a positive normal number.
 template <class T>
-T log(const T& x) {
-  const Bits<T> bits = to_bits(x);
-  // x = 2^e m with m in [sqrt(1/2), sqrt(2)): adding the gap to 1.0 makes the exponent field carry at sqrt(2).
-  const Bits<T> shifted = bits + Bits<T>(0x3ff0000000000000u - 0x3fe6a09e667f3bcdu);
-  const T e = small_to_double(shifted >> 52) - 1023.0;
-  const T m = from_bits((shifted & Bits<T>(0x000fffffffffffffu)) + Bits<T>(0x3fe6a09e667f3bcdu));
+struct Split {
+  T exponent, mantissa;
+};
+template <class T>
+Split<T> split(const T& x) {
+  // Adding the gap from sqrt(1/2) to 1 makes the exponent field carry at sqrt(2).
+  const Bits<T> shifted = to_bits(x) + Bits<T>(0x3ff0000000000000u - 0x3fe6a09e667f3bcdu);
+  return {from_bits((shifted >> 52) | Bits<T>(0x4330000000000000u)) - (0x1p52 + 1023),
+          from_bits((shifted & Bits<T>(0x000fffffffffffffu)) + Bits<T>(0x3fe6a09e667f3bcdu))};
+}
+
+/// factor (ln x - offset ln 2) for a positive normal number x.
+template <class T>
+T scaled_log(const T& x, double factor, double offset) {
+  const auto [exponent, m] = split(x);
   const T f = m - 1.0, s = f / (f + 2.0), z = s * s, w = z * z;
   const T odd =
       z * fma(w, fma(w, fma(w, T(1.479819860511658591e-01), T(1.818357216161805012e-01)), T(2.857142874366239149e-01)),
               T(6.666666666666735130e-01));
   const T even =
       w * fma(w, fma(w, T(1.531383769920937332e-01), T(2.222219843214978396e-01)), T(3.999999999940941908e-01));
-  const T half_square = 0.5 * f * f;
-  return fma(e, T(6.93147180369123816490e-01),
-             f - (half_square - fma(s, half_square + (odd + even), e * 1.90821492927058770002e-10)));
+  const T half_square = T(0.5) * f * f, e = exponent - offset;
+  // ln x = e ln2 + f - (f^2/2 - s (f^2/2 + R)), ln2 in two parts
+  const T low = fma(s, half_square + (odd + even), e * T(1.90821492927058770002e-10));
+  return T(factor) * fma(e, T(6.93147180369123816490e-01), f - (half_square - low));
+}
+
+/// Natural logarithm of a positive normal number.
+template <class T>
+T log(const T& x) {
+  return scaled_log(x, 1.0, 0.0);
+}
+
+/// -ln(x / 2^Power).
+template <int Power, class T>
+T minus_log_of_ratio(const T& x) {
+  return scaled_log(x, -1.0, Power);
 }
 
 /// {sin x, cos x} for |x| <= pi/4.
