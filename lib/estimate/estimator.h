@@ -37,7 +37,7 @@ struct EstimatorOptions {
   /// "gauss_newton" (lanes), or "nlopt_neldermead", "nlopt_bobyqa", "nlopt_lbfgs" (one trial at a time; a second,
   /// independent way to the same minimum).
   std::string solver = "gauss_newton";
-  int max_iterations = 50;
+  int max_iterations = 200;
   double step_tolerance = 1e-9;  ///< see MsaOptions
 };
 

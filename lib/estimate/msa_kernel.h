@@ -17,7 +17,7 @@
 namespace surveymc {
 
 struct MsaOptions {
-  int max_iterations = 50;       ///< evaluations of the normal equations, step halvings included
+  int max_iterations = 200;      ///< evaluations of the normal equations, step halvings included
   double step_tolerance = 1e-9;  ///< converged when max_i |dp_i|, |dq_i| / total <= step_tolerance
 };
 
@@ -131,10 +131,11 @@ MsaSolution<T> msa_solve(const MsaData& data, const MsaOptions& options) {
     }
     best_cost = select(accept, e.cost, best_cost);
     iterations = iterations + select(active, one, zero);
-    const auto newton = zero < second_order;  // the matrix in hand is Newton's
-    keeps_matrix =
-        definite & accept & newton & (largest < chord_step) & ((!keeps_matrix) | (largest < T(0.1) * last_largest));
-    second_order = select(definite & (largest < small_step), one, zero);
+    const auto newton = one <= second_order;  // the matrix in hand is Newton's, whole
+    keeps_matrix = definite & accept & newton & (largest < chord_step) & (largest < T(0.1) * last_largest);
+    const T more = T(2.0) * max(second_order, T(0.5));
+    second_order =
+        select(definite, select(largest < small_step, select(more < one, more, one), zero), T(0.5) * second_order);
     last_largest = largest;
     const auto done = active & definite & (largest <= T(options.step_tolerance));
     for (std::size_t i = 0; i < 6; ++i)  // the last step is free: take it
