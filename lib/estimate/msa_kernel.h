@@ -1,13 +1,15 @@
 #pragma once
 /// Gauss-Newton and Newton for MSA, on lanes of trials. Readable model: msa_residual.h.
 ///
-///   b = p m - q,  Bv = u.b,  h = b - Bv u,  Bh = |h|,  n = h / Bh
+///   b = p m - q,  Bv = u.b,  e = (u x b) / Bh,  Bh = |u x b|,  n = (b - Bv u) / Bh
+/// with u, n, e an orthonormal base: down, north, east.
 ///   dBh/dp_i = n_i m_i,  dBh/dq_i = -n_i,  dBv/dp_i = u_i m_i,  dBv/dq_i = -u_i
-/// so that with w_ij = n_i n_j + u_i u_j and e = (Bh - Bh_ref) n + (Bv - Bv_ref) u the normal equations of one station
-/// are  [ w_ij m_i m_j   -w_ij m_i ]          [ e_i m_i ]
-///      [     .            w_ij    ]  dx = -  [  -e_i   ].
-/// Only Bh is curved: d2Bh/db2 = (1 - n n' - u u') / Bh. With rho = (Bh - Bh_ref) / Bh the exact second derivative of
-/// the cost is the same matrix with w_ij = (1 - rho)(n_i n_j + u_i u_j) + rho delta_ij: Newton costs no more.
+/// so that with W = n n' + u u' = 1 - e e' and g = (Bh - Bh_ref) n + (Bv - Bv_ref) u the normal equations of one
+/// station are  [ W_ij m_i m_j   -W_ij m_i ]          [ g_i m_i ]
+///      [     .            W_ij    ]  dx = -  [  -g_i   ].
+/// Only Bh is curved: d2Bh/db2 = e e' / Bh. With kappa = 1 - (Bh - Bh_ref) / Bh the exact second derivative of the cost
+/// is the same matrix with W = 1 - kappa e e': Newton costs no more than Gauss-Newton, and what does not depend on e is
+/// summed once for all iterations.
 /// Fields are in units of `total`, so that all six unknowns and their columns are of order one.
 #include <array>
 
@@ -35,48 +37,91 @@ struct MsaNormalEquations {
   T cost;                     ///< sum of squared residuals, in units of total^2
 };
 
+/// Sums over the stations of m_i and m_i^2, in nT: the part of the matrix that no iteration changes.
+template <class T>
+struct MsaReadingSums {
+  std::array<T, 3> m, mm;
+};
+template <class T>
+MsaReadingSums<T> msa_reading_sums(const MsaData& d) {
+  MsaReadingSums<T> s;
+  for (std::size_t i = 0; i < 3; ++i) s.m[i] = s.mm[i] = T(0.0);
+  for (int k = 0; k < d.stations; ++k)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const T m = load<T>(d.magnetic + (3 * static_cast<std::size_t>(k) + i) * kGroup);
+      s.m[i] = s.m[i] + m;
+      s.mm[i] = fma(m, m, s.mm[i]);
+    }
+  return s;
+}
+
 /// At x = (p, q / total). `second_order`: 0 for the Gauss-Newton matrix J'J, 1 for Newton's. Without `WithMatrix` only
 /// gradient and cost, with the same bits, for less than half the work.
 template <class T, bool WithMatrix = true>
-MsaNormalEquations<T> msa_normal_equations(const MsaData& d, const std::array<T, 6>& x, const T& second_order) {
-  MsaNormalEquations<T> e{};
-  for (T& a : e.matrix) a = T(0.0);
-  for (T& a : e.gradient) a = T(0.0);
-  e.cost = T(0.0);
-  const T per_total(d.per_total);
-  const double* ref = d.reference;
-  for (int k = 0; k < d.stations; ++k, ref += d.reference_stride * kGroup) {
-    std::array<T, 3> m, u, n, g;
+MsaNormalEquations<T> msa_normal_equations(const MsaData& d, const MsaReadingSums<T>& sums, const std::array<T, 6>& x,
+                                           const T& second_order) {
+  MsaNormalEquations<T> out;
+  for (T& a : out.matrix) a = T(0.0);
+  for (T& a : out.gradient) a = T(0.0);
+  out.cost = T(0.0);
+  const T per_total(d.per_total), minus_per_total(-d.per_total);
+  // Readings stay in nT; the scale goes to the unknowns here and to the sums at the end.
+  const std::array<T, 3> p{x[0] * per_total, x[1] * per_total, x[2] * per_total}, q{x[3], x[4], x[5]};
+  const double *magnetic = d.magnetic, *down = d.down, *reference = d.reference;
+  for (int k = 0; k < d.stations; ++k) {
+    std::array<T, 3> m, u, b, g;
     for (std::size_t i = 0; i < 3; ++i) {
-      m[i] = load<T>(d.magnetic + (3 * static_cast<std::size_t>(k) + i) * kGroup) * per_total;
-      u[i] = load<T>(d.down + (3 * static_cast<std::size_t>(k) + i) * kGroup);
-      n[i] = fma(x[i], m[i], -x[3 + i]);  // b
+      m[i] = load<T>(magnetic + i * kGroup);
+      u[i] = load<T>(down + i * kGroup);
+      b[i] = fma(p[i], m[i], -q[i]);
     }
-    const T bv = fma(u[0], n[0], fma(u[1], n[1], u[2] * n[2]));
-    for (std::size_t i = 0; i < 3; ++i) n[i] = fma(-bv, u[i], n[i]);  // h
-    const T bh = sqrt(fma(n[0], n[0], fma(n[1], n[1], n[2] * n[2])));
+    const T bv = fma(u[0], b[0], fma(u[1], b[1], u[2] * b[2]));
+    std::array<T, 3> e{fma(u[1], b[2], -(u[2] * b[1])), fma(u[2], b[0], -(u[0] * b[2])),
+                       fma(u[0], b[1], -(u[1] * b[0]))};
+    const T bh = sqrt(fma(e[0], e[0], fma(e[1], e[1], e[2] * e[2])));
     const T per_bh = T(1.0) / bh;
-    const T rh = fma(-load<T>(ref), per_total, bh), rv = fma(-load<T>(ref + kGroup), per_total, bv);
-    e.cost = fma(rh, rh, fma(rv, rv, e.cost));
+    const T rh = fma(load<T>(reference), minus_per_total, bh),
+            rv = fma(load<T>(reference + kGroup), minus_per_total, bv);
+    out.cost = fma(rh, rh, fma(rv, rv, out.cost));
+    const T along_b = rh * per_bh, along_u = fma(-along_b, bv, rv);
     for (std::size_t i = 0; i < 3; ++i) {
-      n[i] = n[i] * per_bh;
-      g[i] = fma(rh, n[i], rv * u[i]);
-      e.gradient[i] = fma(g[i], m[i], e.gradient[i]);
-      e.gradient[3 + i] = e.gradient[3 + i] - g[i];
+      g[i] = fma(along_b, b[i], along_u * u[i]);
+      out.gradient[i] = fma(g[i], m[i], out.gradient[i]);
+      out.gradient[3 + i] = out.gradient[3 + i] - g[i];
     }
-    if constexpr (!WithMatrix) continue;
-    const T rho = second_order * rh * per_bh, keep = T(1.0) - rho;
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t j = 0; j <= i; ++j) {
-        const T first = fma(n[i], n[j], u[i] * u[j]);
-        const T w = i == j ? fma(keep, first, rho) : keep * first, wmi = w * m[i], wmj = w * m[j];
-        e.matrix[packed(i, j)] = fma(wmi, m[j], e.matrix[packed(i, j)]);
-        e.matrix[packed(3 + i, 3 + j)] = e.matrix[packed(3 + i, 3 + j)] + w;
-        e.matrix[packed(3 + i, j)] = e.matrix[packed(3 + i, j)] - wmj;  // d/dq_i d/dp_j
-        if (i != j) e.matrix[packed(3 + j, i)] = e.matrix[packed(3 + j, i)] - wmi;
+    if constexpr (WithMatrix) {
+      const T kappa = fma(-second_order, along_b, T(1.0));
+      std::array<T, 3> ke, em, kem;  // kappa e, e m, kappa e m
+      for (std::size_t i = 0; i < 3; ++i) {
+        e[i] = e[i] * per_bh;
+        ke[i] = kappa * e[i];
+        em[i] = e[i] * m[i];
+        kem[i] = ke[i] * m[i];
       }
+      for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t j = 0; j <= i; ++j) {
+          out.matrix[packed(i, j)] = fma(-kem[i], em[j], out.matrix[packed(i, j)]);
+          out.matrix[packed(3 + i, 3 + j)] = fma(-ke[i], e[j], out.matrix[packed(3 + i, 3 + j)]);
+        }
+        for (std::size_t j = 0; j < 3; ++j)  // d/dq_i d/dp_j
+          out.matrix[packed(3 + i, j)] = fma(ke[i], em[j], out.matrix[packed(3 + i, j)]);
+      }
+    }
+    magnetic += 3 * kGroup;
+    down += 3 * kGroup;
+    reference += d.reference_stride * kGroup;
   }
-  return e;
+  for (std::size_t i = 0; i < 3; ++i) out.gradient[i] = out.gradient[i] * per_total;
+  if constexpr (WithMatrix)
+    for (std::size_t i = 0; i < 3; ++i) {
+      out.matrix[packed(i, i)] = out.matrix[packed(i, i)] + sums.mm[i];
+      out.matrix[packed(3 + i, 3 + i)] = out.matrix[packed(3 + i, 3 + i)] + T(static_cast<double>(d.stations));
+      out.matrix[packed(3 + i, i)] = out.matrix[packed(3 + i, i)] - sums.m[i];
+      for (std::size_t j = 0; j <= i; ++j)
+        out.matrix[packed(i, j)] = out.matrix[packed(i, j)] * T(d.per_total * d.per_total);
+      for (std::size_t j = 0; j < 3; ++j) out.matrix[packed(3 + i, j)] = out.matrix[packed(3 + i, j)] * per_total;
+    }
+  return out;
 }
 
 template <class T>
@@ -90,15 +135,16 @@ struct MsaSolution {
 /// From unit gains and zero biases to the minimum: Gauss-Newton until the steps are small, then Newton, because the
 /// residuals do not vanish and Gauss-Newton alone may oscillate for ever about a poorly determined minimum. Once a
 /// Newton step is small, its matrix serves for the next steps too, as long as each is a tenth of the one before. A step
-/// that raises the cost is halved until it does not; where Newton's matrix is not positive definite, Gauss-Newton steps
-/// in. A lane that has finished is frozen and a lane that keeps its matrix ignores a new one, so the answer of a lane
-/// does not depend on its neighbours.
+/// that raises the cost is halved until it does not; where Newton's matrix is not positive definite (flat valleys
+/// between two modes), its second-order part is halved until it is. A lane that has finished is frozen and a lane that
+/// keeps its matrix ignores a new one, so the answer of a lane does not depend on its neighbours.
 template <class T>
 MsaSolution<T> msa_solve(const MsaData& data, const MsaOptions& options) {
   const T zero(0.0), one(1.0);
   const T small_step(0.1);   // unknowns are of order one: from here the quadratic model is worth its second order
   const T chord_step(1e-3);  // from here Newton's matrix changes little: field over noise
   std::array<T, 6> best{one, one, one, zero, zero, zero}, step{zero, zero, zero, zero, zero, zero};
+  const MsaReadingSums<T> sums = msa_reading_sums<T>(data);
   Symmetric<T, 6> factor;
   for (T& f : factor) f = zero;
   T best_cost(1e300), iterations = zero, second_order = zero, last_largest(1e300);
@@ -110,9 +156,9 @@ MsaSolution<T> msa_solve(const MsaData& data, const MsaOptions& options) {
     const bool nobody_needs_a_matrix = all(keeps_matrix | (!active));
     MsaNormalEquations<T> e;
     if (nobody_needs_a_matrix) {
-      e = msa_normal_equations<T, false>(data, x, second_order);
+      e = msa_normal_equations<T, false>(data, sums, x, second_order);
     } else {
-      e = msa_normal_equations<T>(data, x, second_order);
+      e = msa_normal_equations<T>(data, sums, x, second_order);
       const Symmetric<T, 6> fresh = ldlt<T, 6>(e.matrix);
       for (std::size_t i = 0; i < factor.size(); ++i) factor[i] = select(keeps_matrix, factor[i], fresh[i]);
     }

@@ -6,8 +6,8 @@ namespace {
 using T = Lanes;
 
 /// Four draws of size 1 of the law.
-std::array<T, 4> unit_draws(NoiseLaw law, const Stream& stream, const Bits<T>& trial, Channel channel,
-                            std::uint32_t call) {
+[[gnu::always_inline]] inline std::array<T, 4> unit_draws(NoiseLaw law, const Stream& stream, const Bits<T>& trial,
+                                                          Channel channel, std::uint32_t call) {
   std::array<T, 4> x;
   if (law == NoiseLaw::gaussian || law == NoiseLaw::gaussian_half_open) {
     x = stream.normals<T>(trial, channel, call);
