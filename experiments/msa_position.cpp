@@ -94,7 +94,8 @@ Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
   s.verdict = read_verdict_rule(c);
   std::vector<std::string> stoppable;
   for (const RowName& row : row_names())
-    if (row.quantity.starts_with("sigma3_") && (s.with_position || row.table == "parameters"))
+    if (row.quantity.starts_with("sigma3_") && (s.with_position || row.table == "parameters") &&
+        std::find(stoppable.begin(), stoppable.end(), row.quantity) == stoppable.end())  // once, not per formulation
       stoppable.push_back(row.quantity);
   s.plan = read_trial_plan(c, stoppable, s.verdict);
   s.annotations = Annotations::read(c, row_names());
@@ -110,7 +111,8 @@ class MsaPosition final : public StudyPoint {
         md_(s_.survey.md()),
         prediction_(predict_msa(s_.survey, s_.field, s_.errors, s_.noise, clean_)),
         estimator_(make_estimator(s_.estimator, s_.field)),
-        stream_(s_.seed, kStudyId) {
+        stream_(s_.seed, kStudyId),
+        intervals_(at_confidence(s_.verdict.confidence)) {
     for (std::size_t f = 0; f < kFormulations.size(); ++f) {
       const Matrix2d horizontal = prediction_.position_covariance[f].topLeftCorner<2, 2>();
       // An ellipse without area (all errors in one direction) has no Mahalanobis distance and covers nothing.
@@ -301,7 +303,8 @@ class MsaPosition final : public StudyPoint {
       rows.back().note = fmt::format("Wishart test of the 6x6 covariance: p = {:.2g}", test.p_value);
     }
     s_.annotations.apply("parameters", rows);
-    return comparison_table("parameters", "MSA estimates of gains and biases against the first-order prediction", rows,
+    return comparison_table("parameters",
+                            "MSA estimates of gains and biases against the first-order prediction" + intervals_, rows,
                             tally.trials, tally.failed);
   }
 
@@ -337,7 +340,8 @@ class MsaPosition final : public StudyPoint {
         rows.back().formulation = kFormulations[f];
       }
     s_.annotations.apply("position", rows);
-    return comparison_table("position", "final position of the corrected survey against three propagations", rows,
+    return comparison_table("position",
+                            "final position of the corrected survey against three propagations" + intervals_, rows,
                             tally.trials, tally.failed);
   }
 
@@ -356,12 +360,14 @@ class MsaPosition final : public StudyPoint {
   MsaPrediction prediction_;
   std::unique_ptr<Estimator> estimator_;
   Stream stream_;
+  std::string intervals_;  ///< end of the long name of tables with intervals
   std::array<Matrix2d, 3> horizontal_weight_;
   Eigen::Matrix<double, 6, 6> parameter_weight_;
 };
 
 Table MsaPosition::ellipse_table(const Tally& tally) const {
-  Table t{"ellipse", "horizontal one-sigma ellipses of the final position, and how Monte Carlo fills them"};
+  Table t{"ellipse",
+          "horizontal one-sigma ellipses of the final position, and how Monte Carlo fills them" + intervals_};
   t.columns = {word_column("formulation", "monte_carlo, or which analytic prediction"),
                number_column("center_north_m", "m", "centre of the ellipse"),
                number_column("center_east_m", "m", "centre of the ellipse"),
@@ -459,7 +465,8 @@ Table MsaPosition::covariance_table(const Tally& tally) const {
 }
 
 Table MsaPosition::correlation_table(const Tally& tally) const {
-  Table t{"parameter_correlation", "correlation of the estimates; near -1 or 1: the two can hardly be told apart"};
+  Table t{"parameter_correlation",
+          "correlation of the estimates; near -1 or 1: the two can hardly be told apart" + intervals_};
   t.columns = {word_column("parameter_a", "first parameter"), word_column("parameter_b", "second parameter")};
   add_with_interval(t, "monte_carlo", "1", "correlation of the Monte-Carlo estimates");
   t.columns.push_back(number_column("analytic", "1", "correlation by the first-order covariance"));
@@ -489,7 +496,8 @@ Table MsaPosition::correlation_table(const Tally& tally) const {
 /// Plain and controlled estimates side by side. The controlled one removes what the first-order prediction says of the
 /// very noise of each trial: its interval is narrower, and its difference from the analytic value is nonlinearity.
 Table MsaPosition::control_variate_table(const Tally& tally) const {
-  Table t{"control_variate", "estimates without and with the first-order prediction of each trial as control variate"};
+  Table t{"control_variate",
+          "estimates without and with the first-order prediction of each trial as control variate" + intervals_};
   t.columns = {word_column("quantity", "what is estimated"), word_column("unit", "unit of the values in this row")};
   add_with_interval(t, "plain", "1", "Monte-Carlo estimate");
   add_with_interval(t, "controlled", "1", "Monte-Carlo estimate with control variate");

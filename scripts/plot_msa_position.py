@@ -488,7 +488,7 @@ def main():
     if position is None or position.rows == 0:
         raise PlotError(f"{arguments.result}: table 'position' is missing or empty")
     rule = config.get("verdict", {})
-    margin, confidence = float(rule.get("margin", 0)), float(rule.get("confidence", 0.95))
+    margin, confidence = float(rule.get("margin", 0)), position.confidence
 
     keys = plotting.sweep_keys(config, position)
     points = plotting.sweep_points(position, keys)

@@ -6,7 +6,9 @@ from north. On maps east is the abscissa and north the ordinate.
 
 import argparse
 import fractions
+import math
 import os
+import re
 import sys
 import tomllib
 
@@ -70,11 +72,16 @@ def run(main):
 
 
 class Table(dict):
-    """Columns by name: numbers are numpy arrays, words are lists of str. All have the same length, `rows`."""
+    """Columns by name: numbers are numpy arrays, words are lists of str. All have the same length, `rows`.
 
-    def __init__(self, name, columns):
+    `confidence` is that of the table's intervals, from the end of its long name ("..., intervals at 95 %").
+    """
+
+    def __init__(self, name, columns, long_name=""):
         super().__init__(columns)
-        self.name = name
+        self.name, self.long_name = name, long_name
+        found = re.search(r"intervals at ([\d.]+) %$", long_name)
+        self.confidence = float(found[1]) / 100 if found else math.nan
         self.rows = len(next(iter(columns.values()))) if columns else 0
 
     def __missing__(self, key):
@@ -83,7 +90,8 @@ class Table(dict):
     def where(self, keep):
         """The rows for which keep(i) is true."""
         rows = [i for i in range(self.rows) if keep(i)]
-        return Table(self.name, {k: [v[i] for i in rows] if isinstance(v, list) else v[rows] for k, v in self.items()})
+        return Table(self.name, {k: [v[i] for i in rows] if isinstance(v, list) else v[rows] for k, v in self.items()},
+                     self.long_name)
 
     def row(self, **wanted):
         """The first row with these values, as a dict of scalars; None if there is none."""
@@ -145,7 +153,7 @@ def read_table(file, name, group="tables"):
         raise PlotError(f"{file.filename}: cannot read {path}: {error}") from None
     if len({len(c) for c in columns.values()}) > 1:
         raise PlotError(f"{file.filename}: the columns of {path} differ in length")
-    return Table(name, columns)
+    return Table(name, columns, text_attribute(file[path], "long_name"))
 
 
 def sweep_keys(config, table):

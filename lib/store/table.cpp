@@ -145,7 +145,7 @@ std::vector<Block> printed_blocks(const Table& table) {
     for (std::size_t i = 0; i < rows; ++i) block.cells.push_back(cell(column, i));
     blocks.push_back(block);
     if (!interval) continue;
-    Block joined{"95 % interval", block.unit, true, {}};
+    Block joined{"interval", block.unit, true, {}};
     for (std::size_t i = 0; i < rows; ++i) {
       joined.cells.push_back(interval_cell(number_at(*ends.low, i), number_at(*ends.high, i)));
     }

@@ -48,7 +48,7 @@ void append_rows(Table& table, const Table& more);
 std::string printable(std::string text);
 
 /// Aligned text for a terminal: a title line, column names with units, one line a row. Numbers have 6 significant
-/// digits, NaN is "-". Columns without any value are left out; x_ci_low and x_ci_high become one column "95 % interval"
+/// digits, NaN is "-". Columns without any value are left out; x_ci_low and x_ci_high become one column "interval"
 /// behind x. If the rows get wider than 160 characters, the texts of the last column become footnotes.
 std::string format_table(const Table& table);
 

@@ -18,6 +18,8 @@ Verdict judge(const Interval& r, double margin, std::uint64_t trials) {
   return {"undecided", static_cast<std::uint64_t>(std::ceil(static_cast<double>(trials) * factor * factor * 1.1))};
 }
 
+std::string at_confidence(double confidence) { return fmt::format(", intervals at {:.6g} %", 100 * confidence); }
+
 namespace {
 
 void set_verdict(ComparisonRow& row, const Interval& ratio, const VerdictRule& rule, std::uint64_t trials) {

@@ -12,6 +12,9 @@ struct VerdictRule {
   double confidence = 0.95;  ///< of every interval
 };
 
+/// ", intervals at 95 %": for the long name of a table with intervals.
+std::string at_confidence(double confidence);
+
 /// "agrees": the interval lies inside 1 -+ margin (equivalence). "differs": it lies outside altogether.
 /// "undecided": neither. "": one of the bounds is not finite.
 struct Verdict {

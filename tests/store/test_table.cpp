@@ -118,11 +118,11 @@ TEST_CASE("format_table joins interval columns behind their value") {
                  {"lone_ci_low", "nT", "", Numbers{1, 2}}}};
   const auto lines = lines_of(format_table(t));
   REQUIRE(lines.size() == 6);
-  CHECK(contains(lines[1], "sd  95 % interval"));
+  CHECK(contains(lines[1], "sd      interval"));
   CHECK_FALSE(contains(lines[1], "sd_ci"));
   CHECK(contains(lines[1], "lone_ci_low"));  // no value and no other end: a column like any other
-  CHECK(contains(lines[4], "70.1   69.5 .. 70.7"));
-  CHECK(contains(lines[5], "   -              -"));
+  CHECK(contains(lines[4], "70.1  69.5 .. 70.7"));
+  CHECK(contains(lines[5], "   -             -"));
 }
 
 TEST_CASE("A narrow interval around a large value prints as two different numbers") {
