@@ -84,9 +84,10 @@ Survey survey_from_table(const InputTable& table, const SurveyConventions& conve
           defect.rule);
   const auto row = static_cast<std::size_t>(defect.station);
   const std::size_t q = defect.quantity == "md" ? 0 : 1;
-  throw InputError(fmt::format("{}:{}: {} = {}: {}", table.path, table.lines[row],
+  const std::string before = q == 0 ? fmt::format(" ({})", format_number(cell(q, row - 1))) : "";
+  throw InputError(fmt::format("{}:{}: {} = {}: {}{}", table.path, table.lines[row],
                                table.names[static_cast<std::size_t>(column[q])], format_number(cell(q, row)),
-                               defect.rule));
+                               defect.rule, before));
 }
 
 }  // namespace surveymc

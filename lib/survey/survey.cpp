@@ -1,7 +1,5 @@
 #include "survey/survey.h"
 
-#include <fmt/format.h>
-
 #include "base/units.h"
 
 namespace surveymc {
@@ -34,8 +32,7 @@ SurveyDefect find_defect(const Survey& survey) {
     if (!(s.inclination >= 0 && s.inclination <= kPi)) return {k, "inclination", "must be in [0, 180] degrees"};
     if (k == 0) continue;
     const Station& before = survey.stations[static_cast<std::size_t>(k - 1)];
-    if (!(s.md > before.md))
-      return {k, "md", fmt::format("must be greater than the one before ({:.10g} m)", before.md)};
+    if (!(s.md > before.md)) return {k, "md", "must be greater than the one before"};
     // Minimum curvature has no answer for a reversal: the arc's plane is not defined there.
     const double c = dot(tangent_N({before.inclination, before.azimuth, 0}), tangent_N({s.inclination, s.azimuth, 0}));
     if (!(c > -1 + 1e-12)) return {k, "inclination", "the hole turns by 180 degrees from the station before"};

@@ -33,7 +33,7 @@ TEST_CASE("A survey file is read in metres and feet, from any axis and any north
 
 TEST_CASE("A bad survey file is refused with its place, value and rule") {
   CHECK_THROWS_WITH(read("md_m,inclination_deg,azimuth_deg\n0,0,0\n30,1,0\n30,2,0\n"),
-                    Equals("well.csv:4: md_m = 30: must be greater than the one before (30 m)"));
+                    Equals("well.csv:4: md_m = 30: must be greater than the one before (30)"));
   CHECK_THROWS_WITH(read("md_m,inclination_deg,azimuth_deg\n0,0,0\n30,181,0\n"),
                     Equals("well.csv:3: inclination_deg = 181: must be in [0, 180] degrees"));
   CHECK_THROWS_WITH(read("md,inclination_deg,azimuth_deg\n0,0,0\n30,1,0\n"),
