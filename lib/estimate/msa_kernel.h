@@ -73,13 +73,12 @@ MsaNormalEquations<T> msa_normal_equations(const MsaData& d, const MsaReadingSum
     for (std::size_t i = 0; i < 3; ++i) {
       m[i] = load<T>(magnetic + i * kGroup);
       u[i] = load<T>(down + i * kGroup);
-      b[i] = fma(p[i], m[i], -q[i]);
+      b[i] = fms(p[i], m[i], q[i]);
     }
     const T bv = fma(u[0], b[0], fma(u[1], b[1], u[2] * b[2]));
-    std::array<T, 3> e{fma(u[1], b[2], -(u[2] * b[1])), fma(u[2], b[0], -(u[0] * b[2])),
-                       fma(u[0], b[1], -(u[1] * b[0]))};
-    const T bh = sqrt(fma(e[0], e[0], fma(e[1], e[1], e[2] * e[2])));
-    const T per_bh = T(1.0) / bh;
+    std::array<T, 3> e{fms(u[1], b[2], u[2] * b[1]), fms(u[2], b[0], u[0] * b[2]), fms(u[0], b[1], u[1] * b[0])};
+    const T bh2 = fma(e[0], e[0], fma(e[1], e[1], e[2] * e[2]));
+    const T bh = sqrt(bh2), per_bh = bh * (T(1.0) / bh2);  // root and quotient need not wait for each other
     const T rh = fma(load<T>(reference), minus_per_total, bh),
             rv = fma(load<T>(reference + kGroup), minus_per_total, bv);
     out.cost = fma(rh, rh, fma(rv, rv, out.cost));
@@ -100,8 +99,8 @@ MsaNormalEquations<T> msa_normal_equations(const MsaData& d, const MsaReadingSum
       }
       for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t j = 0; j <= i; ++j) {
-          out.matrix[packed(i, j)] = fma(-kem[i], em[j], out.matrix[packed(i, j)]);
-          out.matrix[packed(3 + i, 3 + j)] = fma(-ke[i], e[j], out.matrix[packed(3 + i, 3 + j)]);
+          out.matrix[packed(i, j)] = fma(kem[i], em[j], out.matrix[packed(i, j)]);
+          out.matrix[packed(3 + i, 3 + j)] = fma(ke[i], e[j], out.matrix[packed(3 + i, 3 + j)]);
         }
         for (std::size_t j = 0; j < 3; ++j)  // d/dq_i d/dp_j
           out.matrix[packed(3 + i, j)] = fma(ke[i], em[j], out.matrix[packed(3 + i, j)]);
@@ -112,15 +111,20 @@ MsaNormalEquations<T> msa_normal_equations(const MsaData& d, const MsaReadingSum
     reference += d.reference_stride * kGroup;
   }
   for (std::size_t i = 0; i < 3; ++i) out.gradient[i] = out.gradient[i] * per_total;
-  if constexpr (WithMatrix)
+  if constexpr (WithMatrix) {  // so far the sums of kappa e e' only
+    const T stations(static_cast<double>(d.stations)), per_total2(d.per_total * d.per_total);
     for (std::size_t i = 0; i < 3; ++i) {
-      out.matrix[packed(i, i)] = out.matrix[packed(i, i)] + sums.mm[i];
-      out.matrix[packed(3 + i, 3 + i)] = out.matrix[packed(3 + i, 3 + i)] + T(static_cast<double>(d.stations));
-      out.matrix[packed(3 + i, i)] = out.matrix[packed(3 + i, i)] - sums.m[i];
-      for (std::size_t j = 0; j <= i; ++j)
-        out.matrix[packed(i, j)] = out.matrix[packed(i, j)] * T(d.per_total * d.per_total);
-      for (std::size_t j = 0; j < 3; ++j) out.matrix[packed(3 + i, j)] = out.matrix[packed(3 + i, j)] * per_total;
+      for (std::size_t j = 0; j <= i; ++j) {
+        T &pp = out.matrix[packed(i, j)], &qq = out.matrix[packed(3 + i, 3 + j)];
+        pp = ((i == j ? sums.mm[i] : T(0.0)) - pp) * per_total2;
+        qq = (i == j ? stations : T(0.0)) - qq;
+      }
+      for (std::size_t j = 0; j < 3; ++j) {
+        T& qp = out.matrix[packed(3 + i, j)];
+        qp = (qp - (i == j ? sums.m[i] : T(0.0))) * per_total;
+      }
     }
+  }
   return out;
 }
 

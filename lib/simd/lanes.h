@@ -128,6 +128,7 @@ inline void store(double* p, double x) { *p = x; }
 inline void store(double* p, const Lanes& x) { __builtin_memcpy(p, &x.v, sizeof x.v); }
 
 inline double fma(double a, double b, double c) { return __builtin_fma(a, b, c); }
+inline double fms(double a, double b, double c) { return __builtin_fma(a, b, -c); }  ///< a b - c, rounded once
 inline double sqrt(double x) { return __builtin_sqrt(x); }
 inline double abs(double x) { return __builtin_fabs(x); }
 inline double select(bool c, double a, double b) { return c ? a : b; }
@@ -136,6 +137,7 @@ inline bool all(bool c) { return c; }
 #if SURVEYMC_LANES == 8
 inline bool lane(const LaneMask& x, int i) { return ((x.m >> i) & 1) != 0; }
 inline Lanes fma(Lanes a, Lanes b, Lanes c) { return Lanes::Vector(_mm512_fmadd_pd(a.v, b.v, c.v)); }
+inline Lanes fms(Lanes a, Lanes b, Lanes c) { return Lanes::Vector(_mm512_fmsub_pd(a.v, b.v, c.v)); }
 // maskz with all lanes: the plain intrinsics warn of uninitialised values in GCC 12's own header (GCC bug 105593)
 inline Lanes sqrt(Lanes x) { return Lanes::Vector(_mm512_maskz_sqrt_pd(0xff, x.v)); }
 inline Lanes select(LaneMask c, Lanes a, Lanes b) { return Lanes::Vector(_mm512_mask_blend_pd(c.m, b.v, a.v)); }
@@ -144,6 +146,7 @@ inline bool all(LaneMask c) { return c.m == 0xff; }
 #else
 inline bool lane(const LaneMask& x, int i) { return ((_mm256_movemask_pd(x.m) >> i) & 1) != 0; }
 inline Lanes fma(Lanes a, Lanes b, Lanes c) { return Lanes::Vector(_mm256_fmadd_pd(a.v, b.v, c.v)); }
+inline Lanes fms(Lanes a, Lanes b, Lanes c) { return Lanes::Vector(_mm256_fmsub_pd(a.v, b.v, c.v)); }
 inline Lanes sqrt(Lanes x) { return Lanes::Vector(_mm256_sqrt_pd(x.v)); }
 inline Lanes select(LaneMask c, Lanes a, Lanes b) { return Lanes::Vector(_mm256_blendv_pd(b.v, a.v, c.m)); }
 inline bool any(LaneMask c) { return _mm256_movemask_pd(c.m) != 0; }
