@@ -1,0 +1,64 @@
+#pragma once
+/// HDF5 calls as C++: identifiers that close themselves and errors that say what could not be done, and why.
+#include <hdf5.h>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace surveymc {
+
+/// A file cannot be made or understood. The functions of result_file.h turn it into IoError with the path.
+struct Hdf5Failure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The innermost message of HDF5's error stack: the cause ("truncated file: ..."), not the call that met it.
+inline std::string hdf5_reason() {
+  std::string reason = "unknown error";
+  const auto keep_first = [](unsigned n, const H5E_error2_t* e, void* out) -> herr_t {
+    if (n == 0 && e->desc) *static_cast<std::string*>(out) = e->desc;
+    return 0;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_first, &reason);
+  return reason;
+}
+
+/// Passes on the result of an HDF5 call; throws Hdf5Failure if it is negative. `action` completes "cannot ...".
+template <class T>
+T checked(T result, const char* action, const std::string& object = {}) {
+  if (result < 0)
+    throw Hdf5Failure(fmt::format("cannot {}{}{}: {}", action, object.empty() ? "" : " ", object, hdf5_reason()));
+  return result;
+}
+
+/// Owns one HDF5 identifier of any kind.
+class Handle {
+ public:
+  Handle(hid_t id, const char* action, const std::string& object = {}) : id_(checked(id, action, object)) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)) {}
+  Handle& operator=(Handle&&) = delete;
+  ~Handle() {
+    if (id_ >= 0) H5Idec_ref(id_);
+  }
+  operator hid_t() const { return id_; }
+
+ private:
+  hid_t id_;
+};
+
+/// We report errors ourselves; HDF5 would print its stack to stderr.
+inline void silence_hdf5() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+
+/// How we open and make files.
+inline Handle file_access() {
+  Handle access(H5Pcreate(H5P_FILE_ACCESS), "make a property list");
+  checked(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "set the close degree");
+  // Readers see finished files only, so a lock protects nothing; on many cluster file systems it just fails.
+  checked(H5Pset_file_locking(access, false, true), "turn locking off");
+  return access;
+}
+
+}  // namespace surveymc

@@ -1,0 +1,266 @@
+#include "store/result_writer.h"
+
+#include <hdf5.h>
+#include <hdf5_hl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "store/content_hash.h"
+#include "store/hdf5_handle.h"
+#include "store/stored_form.h"
+
+namespace surveymc {
+namespace {
+
+/// Variable-length UTF-8.
+Handle text_type() {
+  Handle type(H5Tcopy(H5T_C_S1), "make a type");
+  checked(H5Tset_size(type, H5T_VARIABLE), "make a type");
+  checked(H5Tset_cset(type, H5T_CSET_UTF8), "make a type");
+  return type;
+}
+
+/// How files, groups and datasets are made: links and attributes keep their order; no times, or no two files would
+/// have the same bytes.
+Handle creation_properties(hid_t list_class) {
+  constexpr unsigned kOrder = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
+  Handle properties(H5Pcreate(list_class), "make a property list");
+  const bool has_links = list_class != H5P_DATASET_CREATE;
+  if (has_links) checked(H5Pset_link_creation_order(properties, kOrder), "track link order");
+  checked(H5Pset_attr_creation_order(properties, kOrder), "track attribute order");
+  checked(H5Pset_obj_track_times(properties, false), "turn times off");
+  return properties;
+}
+
+/// An empty file in memory. HDF5 looks for its name although nothing is ever written there: it must not exist.
+Handle memory_file() {
+  const Handle access = file_access();
+  checked(H5Pset_fapl_core(access, std::size_t{1} << 20, false), "select the memory driver");
+  // HDF5 1.8 and later can read it. Not V18 as the lower bound: with its superblock, H5Fget_file_image of 1.10.8 clears
+  // a flag and leaves the checksum as it was. Object headers get checksums all the same, as they track an order.
+  checked(H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18), "select the format");
+  const std::string name = fmt::format(".surveymc.{}.image", getpid());
+  return Handle(H5Fcreate(name.c_str(), H5F_ACC_EXCL, creation_properties(H5P_FILE_CREATE), access), "start the file");
+}
+
+class Writer {
+ public:
+  std::vector<char> file_image(const Result& result) {
+    const Handle file = memory_file();
+    write_provenance(file, result);
+    write_tables(file, "tables", result.tables);
+    write_maps(file, result.maps);
+    write_tables(file, "samples", result.samples);
+    write_inputs(file, result.inputs);
+    write_run(file, result.run);
+    checked(H5Fflush(file, H5F_SCOPE_GLOBAL), "flush");
+    const auto size = checked(H5Fget_file_image(file, nullptr, 0), "size the file");
+    std::vector<char> image(static_cast<std::size_t>(size));
+    checked(H5Fget_file_image(file, image.data(), image.size()), "copy the file");
+    return image;
+  }
+
+ private:
+  using Dims = std::vector<hsize_t>;
+
+  void attribute(hid_t object, const char* name, const std::string& value) {
+    const std::string canonical = canonical_text(value);
+    const char* pointer = canonical.c_str();
+    attribute(object, name, text_, &pointer);
+  }
+  void attribute(hid_t object, const char* name, std::int64_t value) {
+    attribute(object, name, H5T_NATIVE_INT64, &value);
+  }
+  void attribute(hid_t object, const char* name, double value) { attribute(object, name, H5T_NATIVE_DOUBLE, &value); }
+  void attribute(hid_t object, const char* name, hid_t type, const void* value) {
+    const Handle space(H5Screate(H5S_SCALAR), "make a dataspace");
+    const Handle a(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), "create attribute", name);
+    checked(H5Awrite(a, type, value), "write attribute", name);
+  }
+
+  Handle group(hid_t parent, const std::string& link) {
+    return Handle(H5Gcreate2(parent, link.c_str(), H5P_DEFAULT, group_properties_, H5P_DEFAULT), "create group", link);
+  }
+
+  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<double>& values) {
+    std::vector<double> canonical(values.size());
+    std::transform(values.begin(), values.end(), canonical.begin(), canonical_number);
+    return dataset(parent, link, dims, H5T_NATIVE_DOUBLE, canonical.data());
+  }
+  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<std::int64_t>& values) {
+    return dataset(parent, link, dims, H5T_NATIVE_INT64, values.data());
+  }
+  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<std::string>& values) {
+    std::vector<std::string> canonical(values.size());
+    std::transform(values.begin(), values.end(), canonical.begin(), canonical_text);
+    std::vector<const char*> pointers;
+    for (const std::string& s : canonical) pointers.push_back(s.c_str());
+    return dataset(parent, link, dims, text_, pointers.data());
+  }
+  template <class... V>
+  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::variant<V...>& values) {
+    return std::visit([&](const auto& v) { return dataset(parent, link, dims, v); }, values);
+  }
+  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, hid_t type, const void* values) {
+    const Handle space(
+        dims.empty() ? H5Screate(H5S_SCALAR) : H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr),
+        "make a dataspace for", link);
+    Handle d(H5Dcreate2(parent, link.c_str(), type, space, H5P_DEFAULT, dataset_properties_, H5P_DEFAULT),
+             "create dataset", link);
+    if (H5Sget_simple_extent_npoints(space) > 0) {  // without any, `values` may be null, which H5Dwrite refuses
+      checked(H5Dwrite(d, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), "write dataset", link);
+    }
+    return d;
+  }
+
+  /// A Column, Axis or Map as a dataset that says what it is.
+  template <class Quantity>
+  Handle described(hid_t parent, const std::string& link, const Dims& dims, const Quantity& q) {
+    Handle d = dataset(parent, link, dims, q.values);
+    if (!q.unit.empty()) attribute(d, "units", q.unit);  // none for a label: `units` of "" would call it a pure number
+    attribute(d, "long_name", q.long_name);
+    if (link != canonical_text(q.name)) attribute(d, kOriginalName, q.name);
+    return d;
+  }
+
+  void write_provenance(hid_t file, const Result& result) {
+    const Provenance& p = result.provenance;
+    attribute(file, "title", p.title);
+    attribute(file, "format", kFormat);
+    attribute(file, "format_version", kFormatVersion);
+    attribute(file, "experiment", p.experiment);
+    attribute(file, "surveymc_version", p.surveymc_version);
+    attribute(file, "git_revision", p.git_revision);
+    attribute(file, "config", p.config);
+    attribute(file, "config_hash", p.config_hash);
+    attribute(file, "command", p.command);
+    attribute(file, "seed", static_cast<std::int64_t>(p.seed));
+    attribute(file, "trials", static_cast<std::int64_t>(p.trials));
+    attribute(file, "compiler", p.compiler);
+    attribute(file, "content_hash", content_hash(result));
+  }
+
+  void write_run(hid_t file, const RunInfo& run) {
+    const Handle g = group(file, "run");
+    attribute(g, "created", run.created);
+    attribute(g, "host", run.host);
+    attribute(g, "elapsed_s", run.elapsed_s);
+    attribute(g, "threads", run.threads);
+    attribute(g, "ranks", run.ranks);
+  }
+
+  void write_columns(hid_t g, const Table& table) {
+    attribute(g, "long_name", table.long_name);
+    std::vector<std::int64_t> numbers(table.rows());
+    std::iota(numbers.begin(), numbers.end(), 0);
+    const Dims dims = {numbers.size()};
+    const Handle row = described(g, kRow, dims, Column{kRow, "1", "row number, from 0", numbers});
+    checked(H5DSset_scale(row, kRow), "make the dimension scale of", table.name);
+
+    std::set<std::string> taken = {kRow};
+    for (const Column& c : table.columns) {
+      const std::string link = link_name(c.name, taken);
+      const Handle d = described(g, link, dims, c);
+      if (!c.ancillary.empty()) attribute(d, "ancillary_variables", c.ancillary);
+      checked(H5DSattach_scale(d, row, 0), "attach the dimension scale to", link);
+    }
+  }
+
+  void write_tables(hid_t file, const char* parent, const std::vector<Table>& tables) {
+    const Handle all = group(file, parent);
+    for (const Table& t : tables) write_columns(group(all, t.name), t);
+  }
+
+  void write_inputs(hid_t file, const std::vector<InputData>& inputs) {
+    const Handle all = group(file, "inputs");
+    std::set<std::string> taken;
+    for (const InputData& input : inputs) {
+      const Handle g = group(all, input_group_name(input.path, taken));
+      attribute(g, "path", input.path);
+      attribute(g, "hash", input.hash);
+      write_columns(g, input.table);
+    }
+  }
+
+  /// All maps are in one group, so that one xr.open_dataset() has them. Maps share an axis that is the same in name,
+  /// unit and values; another axis of that name gets a number behind it.
+  void write_maps(hid_t file, const std::vector<Map>& maps) {
+    const Handle all = group(file, "maps");
+    std::set<std::string> taken;
+    for (const Map& m : maps) taken.insert(m.name);
+    std::vector<std::pair<std::string, Handle>> axes;  // axis_hash(), dimension scale
+
+    for (const Map& m : maps) {
+      Dims dims;
+      std::vector<std::size_t> used;  // netCDF readers want no dimension twice in a variable
+      for (const Axis& a : m.axes) {
+        dims.push_back(axis_size(a));
+        const std::string hash = axis_hash(a);
+        std::size_t i = 0;
+        while (i < axes.size() && (axes[i].first != hash || std::count(used.begin(), used.end(), i) > 0)) ++i;
+        if (i == axes.size()) {
+          const std::string link = link_name(a.name, taken);
+          Handle d = described(all, link, {dims.back()}, a);
+          checked(H5DSset_scale(d, link.c_str()), "make the dimension scale", link);
+          axes.emplace_back(hash, std::move(d));
+        }
+        used.push_back(i);
+      }
+      const Handle d = described(all, m.name, dims, m);
+      for (std::size_t i = 0; i < used.size(); ++i) {
+        checked(H5DSattach_scale(d, axes[used[i]].second, static_cast<unsigned>(i)), "attach a dimension scale to",
+                m.name);
+      }
+    }
+  }
+
+  const Handle text_ = text_type();
+  const Handle group_properties_ = creation_properties(H5P_GROUP_CREATE);
+  const Handle dataset_properties_ = creation_properties(H5P_DATASET_CREATE);
+};
+
+}  // namespace
+
+void check_shape(const Result& result) {
+  const auto demand = [](bool ok, const std::string& what) {
+    if (!ok) throw std::logic_error("malformed result: " + what);
+  };
+  const auto demand_columns = [&](const Table& t) {
+    for (const Column& c : t.columns)
+      demand(c.size() == t.rows(), "columns of " + t.name + " differ in length at " + c.name);
+  };
+  const auto demand_name = [&](const std::string& name, std::set<std::string>& taken) {
+    demand(link_name(name, taken) == name, fmt::format("\"{}\" cannot name a table or map, or does so twice", name));
+  };
+  for (const auto* tables : {&result.tables, &result.samples}) {
+    std::set<std::string> taken;
+    for (const Table& t : *tables) demand_name(t.name, taken), demand_columns(t);
+  }
+  for (const InputData& i : result.inputs) demand_columns(i.table);
+  std::set<std::string> taken;
+  for (const Map& m : result.maps) {
+    demand_name(m.name, taken);
+    std::size_t n = 1;
+    for (const Axis& a : m.axes) n *= axis_size(a);
+    demand(n == m.values.size(), "map " + m.name + " is not the product of its axes");
+  }
+  constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  demand(result.provenance.seed <= kMax && result.provenance.trials <= kMax, "seed or trials above 2^63 - 1");
+}
+
+std::vector<char> file_image(const Result& result) {
+  silence_hdf5();
+  return Writer().file_image(result);
+}
+
+}  // namespace surveymc

@@ -1,0 +1,38 @@
+#pragma once
+/// The form in which values and names are stored, shared by the hash, the writer and the reader: what HDF5 and netCDF
+/// can hold. The hash sees what the file holds, so that the hash of what is read back equals the stored one.
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <set>
+#include <string>
+
+#include "store/table.h"
+
+namespace surveymc {
+
+static_assert(std::endian::native == std::endian::little, "hashes and native HDF5 types assume little endian");
+
+inline constexpr const char* kFormat = "surveymc";
+inline constexpr std::int64_t kFormatVersion = 1;
+inline constexpr const char* kRow = "row";                     // dimension scale of every table
+inline constexpr const char* kOriginalName = "original_name";  // where the link had to be named otherwise
+
+/// All NaNs are one missing value.
+inline double canonical_number(double x) { return std::isnan(x) ? std::numeric_limits<double>::quiet_NaN() : x; }
+
+/// Every byte that is not UTF-8 (a header line in Latin-1) becomes U+FFFD: Python readers refuse the file otherwise.
+/// So does NUL, which would end a string in HDF5.
+std::string canonical_text(const std::string& text);
+
+/// `name` as HDF5 and netCDF can store it in a group that has the links `taken`; adds it to them. Users' column names
+/// ("Inc/deg", "row", "") are the reason; a name that can stay as it is does.
+std::string link_name(const std::string& name, std::set<std::string>& taken);
+
+/// Group of an input file: its stem, reduced to what every tool accepts, as a link_name().
+std::string input_group_name(const std::string& path, std::set<std::string>& taken);
+
+std::size_t axis_size(const Axis& axis);
+
+}  // namespace surveymc
