@@ -82,10 +82,13 @@ void simulate(const SimulateBatch& b) {
       add_noise(b.clean_magnetic, 3 * b.stations, b.noise.law, b.noise.magnetometer, b.stream, trial,
                 Channel::magnetometer_noise, b.magnetic + g * b.magnetic_stride + lane, b.magnetometer_weights, sums);
       if (group == 0 || b.down_stride > 0) {
-        // Without accelerometer noise the same direction goes to all lanes of the one shared group.
         double* down = b.down + g * b.down_stride + lane;
-        add_noise(b.clean_gravity, 3 * b.stations, NoiseLaw::gaussian, b.noise.accelerometer, b.stream, trial,
-                  Channel::accelerometer_noise, down, b.accelerometer_weights, sums);
+        if (b.noise.accelerometer > 0) {
+          add_noise(b.clean_gravity, 3 * b.stations, NoiseLaw::gaussian, b.noise.accelerometer, b.stream, trial,
+                    Channel::accelerometer_noise, down, b.accelerometer_weights, sums);
+        } else {  // the same direction goes to all lanes of the one shared group
+          for (int r = 0; r < 3 * b.stations; ++r) store(down + r * kGroup, T(b.clean_gravity[r]));
+        }
         normalise(b.stations, down);
       }
       draw_reference(b, trial, b.reference + g * b.reference_stride + lane, sums);
