@@ -32,7 +32,7 @@ class Case:
             config = tomllib.load(f)
         survey, field = config["survey"], config["field"]
         noise, estimator = config["noise"], config["estimator"]
-        known = {"experiment", "title", "seed", "trials", "outputs", "survey", "field", "noise", "estimator", "verdict"}
+        known = {"experiment", "title", "seed", "trials", "outputs", "control_variate", "survey", "field", "noise", "estimator", "verdict"}
         if (set(config) - known or set(field) != {"total_nT", "dip_deg"} or set(noise) != {"magnetometer_nT"}
                 or estimator["name"] != "msa" or survey.get("azimuth_reference", "true") != "true"):
             raise SystemExit(f"{path}: the peers know an ideal tool with magnetometer noise only, azimuths from true"
@@ -96,9 +96,10 @@ def philox_normals(seed, study, trial, channel, count):
 
 
 def _box_muller(w0, w1):
-    """Two normals from two words: 40 bits for the radius, 24 for the angle, each at the middle of its step."""
-    eight, twenty_four = np.uint64(8), np.uint64(24)
-    u = ((w0 << eight | w1 >> twenty_four).astype(float) + 0.5) * 2.0**-40
-    angle = 2 * np.pi * ((w1 & np.uint64(0xFFFFFF)).astype(float) + 0.5) * 2.0**-24
+    """Two normals from two words: 40 bits for the radius, two signs, 22 for the angle in the first quadrant, radius and
+    angle at the middle of their steps."""
+    u = ((w0 << np.uint64(8) | w1 >> np.uint64(24)).astype(float) + 0.5) * 2.0**-40
+    angle = np.pi / 2 * ((w1 & np.uint64(0x3FFFFF)).astype(float) + 0.5) * 2.0**-22
+    sign0, sign1 = (1.0 - 2.0 * (w1 >> np.uint64(bit) & np.uint64(1)).astype(float) for bit in (23, 22))
     radius = np.sqrt(-2 * np.log(u))
-    return radius * np.cos(angle), radius * np.sin(angle)
+    return sign0 * radius * np.cos(angle), sign1 * radius * np.sin(angle)
