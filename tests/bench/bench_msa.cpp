@@ -1,81 +1,126 @@
-/// One core, thesis trajectory 4 (53 stations), 70 nT noise, no reference noise: items are trials unless it says so.
-#include <benchmark/benchmark.h>
+/// Multi-station analysis: parts of the solver, the solver, whole trials, and the same minimum by NLopt.
+#include "bench_setup.h"
 
-#include "estimate/estimator.h"
-#include "sensor/magnetometer.h"
-#include "survey/corrected_position.h"
-#include "thesis_cases.h"
-
-using namespace surveymc;
-
+namespace surveymc::bench {
 namespace {
 
-constexpr int kTrials = 256;
-
-struct Setup {
-  test::ThesisCase c = test::thesis_case(4);
-  NoiseModel noise{.magnetometer = 70};
-  CleanReadings clean;
-  ReadingBlock block;
-  EstimateBlock estimates{kTrials};
-  LaneArray position{groups_for(kTrials), 3};
-  std::unique_ptr<Estimator> estimator;
-
-  Setup() : clean(unit_gain_readings()), block(make_reading_block(kTrials, c.survey.size(), noise)) {
-    EstimatorOptions options;
-    options.step_tolerance = 1e-6;
-    estimator = make_estimator(options, c.field);
-    simulate(0);
+/// What a solve sums once. Items: stations of one trial.
+void sums(benchmark::State& state, InstructionSet set) {
+  const Setup s;
+  LaneArray out(1, 6);
+  for (auto _ : state) {
+    kernels(set).msa_sums(s.msa_data(), out.row(0, 0));
+    benchmark::ClobberMemory();
   }
-  CleanReadings unit_gain_readings() const { return clean_readings(c.survey, c.field, {}); }
-  void simulate(std::uint64_t first) { simulate_readings(clean, c.field, noise, Stream(1, 1), first, block); }
-};
-
-void count_trials(benchmark::State& state) { state.SetItemsProcessed(state.iterations() * kTrials); }
-
-void normals(benchmark::State& state) {
-  const Stream stream(1, 1);
-  std::uint32_t call = 0;
-  for (auto _ : state)
-    benchmark::DoNotOptimize(stream.normals<Lanes>(consecutive<Lanes>(0), Channel::magnetometer_noise, call++));
-  state.SetItemsProcessed(state.iterations() * 4 * lane_count<Lanes>);
+  count_items(state, kGroup * s.survey.size());
 }
-BENCHMARK(normals);
+const bool sums_registered = on_both("msa_reading_sums", sums);
 
-void simulate(benchmark::State& state) {
+/// One evaluation of the normal equations; the readings stay in the first-level cache, as in a solve.
+/// Items: stations of one trial.
+template <bool WithMatrix>
+void evaluate(benchmark::State& state, InstructionSet set) {
+  const Setup s;
+  const double x[7] = {1.001, 0.999, 1.002, 1e-4, -2e-4, 1e-3, 1};
+  LaneArray once(1, 6), out(1, 28);
+  kernels(set).msa_sums(s.msa_data(), once.row(0, 0));
+  for (auto _ : state) {
+    kernels(set).msa_evaluate(s.msa_data(), once.row(0, 0), x, WithMatrix, out.row(0, 0));
+    benchmark::ClobberMemory();
+  }
+  count_items(state, kGroup * s.survey.size());
+}
+const bool matrix_registered = on_both("msa_evaluation_with_matrix", evaluate<true>);
+const bool gradient_registered = on_both("msa_evaluation_gradient_only", evaluate<false>);
+
+/// Factor and solution of six equations, one waiting for the other. Items: trials.
+void step(benchmark::State& state, InstructionSet set) {
+  const Setup s;
+  const double x[7] = {1, 1, 1, 0, 0, 0, 0};
+  constexpr int count = 100;
+  LaneArray once(1, 6), equations(1, 28), out(1, 6);
+  kernels(set).msa_sums(s.msa_data(), once.row(0, 0));
+  kernels(set).msa_evaluate(s.msa_data(), once.row(0, 0), x, true, equations.row(0, 0));
+  for (auto _ : state) {
+    kernels(set).msa_step(equations.row(0, 0), count, out.row(0, 0));
+    benchmark::ClobberMemory();
+  }
+  count_items(state, count * ceilings(set).lanes);
+}
+const bool step_registered = on_both("msa_factor_and_solve", step);
+
+/// Counters `evaluations` of a trial, and `executed` by its register: as many as the slowest lane needs.
+void count_evaluations(benchmark::State& state, const Setup& s, InstructionSet set) {
+  double evaluations = 0, executed = 0;
+  const int lanes = ceilings(set).lanes;
+  for (int first = 0; first < s.trials; first += lanes) {
+    double slowest = 0;
+    for (int t = first; t < first + lanes; ++t) {
+      evaluations += s.estimates.iterations.value(t, 0) / s.trials;
+      slowest = std::max(slowest, s.estimates.iterations.value(t, 0));
+    }
+    executed += slowest * lanes / s.trials;
+  }
+  state.counters["evaluations"] = evaluations;
+  state.counters["executed"] = executed;
+}
+
+/// Items: trials.
+void estimate(benchmark::State& state, InstructionSet set) {
   Setup s;
-  std::uint64_t first = 0;
-  for (auto _ : state) s.simulate(first += kTrials);
-  count_trials(state);
+  for (auto _ : state) {
+    kernels(set).msa_solve(s.msa_batch());
+    benchmark::ClobberMemory();
+  }
+  count_items(state, s.trials);
+  count_evaluations(state, s, set);
 }
-BENCHMARK(simulate);
+const bool estimate_registered = on_both("msa_estimate", estimate);
 
-void estimate(benchmark::State& state) {
-  Setup s;
-  for (auto _ : state) s.estimator->solve(s.block, s.estimates);
-  count_trials(state);
-}
-BENCHMARK(estimate);
-
-void corrected_position(benchmark::State& state) {
-  Setup s;
-  s.estimator->solve(s.block, s.estimates);
-  const std::vector<double> md = s.c.survey.md();
-  for (auto _ : state) corrected_final_positions(s.block, s.estimates.parameters, md, 0, s.position);
-  count_trials(state);
-}
-BENCHMARK(corrected_position);
-
-/// What a Monte-Carlo run of MSA costs: noise, estimate.
-void whole_trial(benchmark::State& state) {
+/// Noise, estimate, and with `WithPosition` the position after it. Items: trials.
+template <bool WithPosition>
+void whole_trial(benchmark::State& state, InstructionSet set) {
   Setup s;
   std::uint64_t first = 0;
   for (auto _ : state) {
-    s.simulate(first += kTrials);
-    s.estimator->solve(s.block, s.estimates);
+    kernels(set).simulate(s.simulate_batch(first));
+    kernels(set).msa_solve(s.msa_batch());
+    if (WithPosition) kernels(set).corrected_positions(s.position_batch());
+    first += static_cast<std::uint64_t>(s.trials);
+    benchmark::ClobberMemory();
   }
-  count_trials(state);
+  count_items(state, s.trials);
 }
-BENCHMARK(whole_trial);
+const bool trial_registered = on_both("whole_trial", whole_trial<false>);
+const bool trial_with_position_registered = on_both("whole_trial_with_position", whole_trial<true>);
+
+/// Noise and estimate against the number of stations. Items: stations of one trial.
+void station_scaling(benchmark::State& state, InstructionSet set) {
+  Setup s(static_cast<int>(state.range(0)));
+  std::uint64_t first = 0;
+  for (auto _ : state) {
+    kernels(set).simulate(s.simulate_batch(first));
+    kernels(set).msa_solve(s.msa_batch());
+    first += static_cast<std::uint64_t>(s.trials);
+    benchmark::ClobberMemory();
+  }
+  count_items(state, s.trials * s.survey.size());
+  count_evaluations(state, s, set);
+}
+const bool scaling_registered = on_both("station_scaling", station_scaling, {25, Setup::kThesis, 200, 1000});
+
+/// Items: trials. Ends at 1e-9 or better: NLopt's tolerances are fixed in msa_nlopt.cpp.
+void estimate_nlopt(benchmark::State& state, const char* solver) {
+  Setup s;
+  EstimatorOptions options;
+  options.solver = solver;
+  const auto estimator = make_estimator(options, s.field);
+  for (auto _ : state) estimator->solve(s.readings, s.estimates);
+  count_items(state, s.trials);
+}
+BENCHMARK_CAPTURE(estimate_nlopt, lbfgs, "nlopt_lbfgs");
+BENCHMARK_CAPTURE(estimate_nlopt, bobyqa, "nlopt_bobyqa");
+BENCHMARK_CAPTURE(estimate_nlopt, neldermead, "nlopt_neldermead");
 
 }  // namespace
+}  // namespace surveymc::bench

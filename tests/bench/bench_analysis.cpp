@@ -1,0 +1,44 @@
+/// What is done once a block of trials, or once a study point.
+#include "bench_setup.h"
+#include "estimate/msa_sensitivity.h"
+#include "msa_prediction.h"
+#include "stats/moments.h"
+
+namespace surveymc::bench {
+namespace {
+
+/// Items: trials, of as many quantities as msa_position tallies (13) and as a control variate takes (6, twelve times).
+void moments(benchmark::State& state) {
+  constexpr int trials = 512;
+  const auto quantities = state.range(0);
+  // Spare rows as in experiments/msa_position.cpp: without them all columns fall into the same sets of the cache.
+  const Eigen::MatrixXd x = Eigen::MatrixXd::Random(trials + 8, quantities);
+  for (auto _ : state) benchmark::DoNotOptimize(Moments::of(x.topRows(trials)));
+  count_items(state, trials);
+}
+BENCHMARK(moments)->Name("moments_of_512")->Arg(13)->Arg(6);
+
+/// Sensitivity of MSA and covariance of its estimate. Items: stations.
+void msa_covariance_of_survey(benchmark::State& state) {
+  const Setup s(static_cast<int>(state.range(0)));
+  std::vector<StationFields> stations;
+  for (std::size_t k = 0; k < s.clean.field_T.size(); ++k)
+    stations.push_back({s.clean.field_T[k], scale(1 / norm(s.clean.gravity_T[k]), s.clean.gravity_T[k])});
+  for (auto _ : state) {
+    const MsaSensitivity by = msa_sensitivity(stations, {1, 1, 1}, s.field.total, s.field.dip);
+    benchmark::DoNotOptimize(msa_covariance(by, stations, {.magnetometer_sd = 70}));
+  }
+  count_items(state, s.survey.size());
+}
+BENCHMARK(msa_covariance_of_survey)->Name("msa_covariance")->Arg(Setup::kThesis)->Arg(1000);
+
+/// All that msa_position predicts before its first trial: also positions and control variates. Items: stations.
+void prediction(benchmark::State& state) {
+  const Setup s(static_cast<int>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(predict_msa(s.survey, s.field, {}, s.noise, s.clean));
+  count_items(state, s.survey.size());
+}
+BENCHMARK(prediction)->Name("predict_msa")->Arg(Setup::kThesis)->Arg(1000);
+
+}  // namespace
+}  // namespace surveymc::bench

@@ -1,0 +1,145 @@
+#pragma once
+/// Shared by the benchmarks: one core, thesis trajectory 4 (53 stations) or a made-up well of any number of stations,
+/// an ideal tool with 70 nT of noise, the reference without error, and batches as the studies make them.
+/// The work is that of configs/bench/msa_traj4.toml.
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "base/units.h"
+#include "bench_kernels.h"
+#include "estimate/estimator.h"
+#include "sensor/magnetometer.h"
+#include "simd/instruction_set.h"
+#include "survey/corrected_position.h"
+#include "thesis_cases.h"
+
+namespace surveymc::bench {
+
+inline const Kernels& kernels(InstructionSet set) {
+  return set == InstructionSet::v4 ? isa_v4::kernels : isa_v3::kernels;
+}
+inline const Ceilings& ceilings(InstructionSet set) {
+  return set == InstructionSet::v4 ? isa_v4::ceilings : isa_v3::ceilings;
+}
+
+/// Registers `f` as name/avx2 and, where the machine has it, name/avx512; with one argument each if some are given.
+using Benchmark = void (*)(benchmark::State&, InstructionSet);
+inline bool on_both(const std::string& name, Benchmark f, std::initializer_list<int> arguments = {}) {
+  for (const InstructionSet set : {InstructionSet::v3, InstructionSet::v4}) {
+    if (set == InstructionSet::v4 && instruction_set() != InstructionSet::v4) continue;
+    auto* b = benchmark::RegisterBenchmark((name + (set == InstructionSet::v4 ? "/avx512" : "/avx2")).c_str(), f, set);
+    for (const int a : arguments) b->Arg(a);
+  }
+  return true;
+}
+
+inline void count_items(benchmark::State& state, int per_iteration) {
+  state.SetItemsProcessed(state.iterations() * per_iteration);
+}
+
+/// A well of `stations` that builds to 60 deg and turns, 40 m apart, toolfaces all round.
+inline Survey synthetic_survey(int stations) {
+  Survey s;
+  for (int k = 0; k < stations; ++k) {
+    const double along = static_cast<double>(k) / stations;
+    s.stations.push_back(
+        {40.0 * k, 60 * kDegree * along, (30 + 90 * along) * kDegree, std::fmod(137.5 * k, 360) * kDegree});
+  }
+  return s;
+}
+
+struct Setup {
+  static constexpr int kThesis = 53;
+
+  ReferenceField field;
+  Survey survey;
+  std::vector<double> md;
+  NoiseModel noise{.magnetometer = 70};
+  CleanReadings clean;
+  int trials;  ///< of a batch, by the rule of experiments/msa_position.cpp
+  ReadingBlock readings;
+  EstimateBlock estimates;
+  LaneArray position, sums;
+  NoiseWeights weights;
+  MsaOptions options{.max_iterations = 50, .step_tolerance = 1e-6};
+
+  explicit Setup(int stations = kThesis)
+      : field(test::thesis_case(4).field),
+        survey(stations == kThesis ? test::thesis_case(4).survey : synthetic_survey(stations)),
+        md(survey.md()),
+        clean(clean_readings(survey, field, {})),
+        trials(std::clamp(65536 / (stations * 24) / kGroup * kGroup, kGroup, 512)),
+        readings(make_reading_block(trials, stations, noise)),
+        estimates(trials),
+        position(groups_for(trials), 3),
+        sums(groups_for(trials), NoiseWeights::kSums) {
+    weights.magnetometer.assign(static_cast<std::size_t>(3 * stations * NoiseWeights::kSums), 1e-3);
+    isa_v3::kernels.simulate(simulate_batch(0));
+    isa_v3::kernels.msa_solve(msa_batch());
+  }
+
+  SimulateBatch simulate_batch(std::uint64_t first, bool with_sums = false) {
+    return {.clean_magnetic = &clean.magnetic_T.front().x,
+            .clean_gravity = &clean.gravity_T.front().x,
+            .magnetic = readings.magnetic.row(0, 0),
+            .down = readings.down.row(0, 0),
+            .reference = readings.reference.row(0, 0),
+            .magnetic_stride = readings.magnetic.group_stride(),
+            .down_stride = readings.down.group_stride(),
+            .reference_stride = readings.reference.group_stride(),
+            .stations = readings.stations,
+            .reference_pairs = 1,
+            .groups = readings.groups(),
+            .first_trial = first,
+            .total = field.total,
+            .dip = field.dip,
+            .noise = noise,
+            .stream = Stream(1, 1),
+            .magnetometer_weights = with_sums ? weights.magnetometer.data() : nullptr,
+            .accelerometer_weights = nullptr,
+            .reference_weights = nullptr,
+            .sums = with_sums ? sums.row(0, 0) : nullptr,
+            .sums_stride = with_sums ? sums.group_stride() : 0};
+  }
+  MsaData msa_data() const {
+    return {readings.magnetic.row(0, 0), readings.down.row(0, 0),   readings.reference.row(0, 0),
+            readings.stations,           readings.reference_stride, 1 / field.total};
+  }
+  MsaBatch msa_batch() {
+    return {.first = msa_data(),
+            .magnetic_stride = readings.magnetic.group_stride(),
+            .down_stride = readings.down.group_stride(),
+            .reference_stride = readings.reference.group_stride(),
+            .parameters = estimates.parameters.row(0, 0),
+            .cost = estimates.cost.row(0, 0),
+            .iterations = estimates.iterations.row(0, 0),
+            .converged = estimates.converged.row(0, 0),
+            .parameters_stride = estimates.parameters.group_stride(),
+            .scalar_stride = estimates.cost.group_stride(),
+            .groups = readings.groups(),
+            .total = field.total,
+            .options = options};
+  }
+  CorrectedPositionBatch position_batch() {
+    return {.magnetic = readings.magnetic.row(0, 0),
+            .down = readings.down.row(0, 0),
+            .parameters = estimates.parameters.row(0, 0),
+            .magnetic_stride = readings.magnetic.group_stride(),
+            .down_stride = readings.down.group_stride(),
+            .parameters_stride = estimates.parameters.group_stride(),
+            .position = position.row(0, 0),
+            .position_stride = position.group_stride(),
+            .md = md.data(),
+            .stations = readings.stations,
+            .groups = readings.groups(),
+            .sin_declination = std::sin(field.declination),
+            .cos_declination = std::cos(field.declination)};
+  }
+};
+
+}  // namespace surveymc::bench

@@ -1,0 +1,27 @@
+/// Forward model and positions.
+#include "bench_setup.h"
+
+namespace surveymc::bench {
+namespace {
+
+/// Items: stations.
+void clean_readings_of_survey(benchmark::State& state) {
+  const Setup s;
+  for (auto _ : state) benchmark::DoNotOptimize(clean_readings(s.survey, s.field, {}));
+  count_items(state, s.survey.size());
+}
+BENCHMARK(clean_readings_of_survey)->Name("clean_readings");
+
+/// Items: stations of one trial, each corrected and carried along by minimum curvature.
+void corrected_position(benchmark::State& state, InstructionSet set) {
+  Setup s;
+  for (auto _ : state) {
+    kernels(set).corrected_positions(s.position_batch());
+    benchmark::ClobberMemory();
+  }
+  count_items(state, s.trials * s.survey.size());
+}
+const bool position_registered = on_both("corrected_position", corrected_position);
+
+}  // namespace
+}  // namespace surveymc::bench
