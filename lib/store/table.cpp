@@ -12,6 +12,7 @@
 namespace surveymc {
 namespace {
 
+constexpr std::size_t kSentence = 20;        // a wider text is a note, not a word
 constexpr std::size_t kTerminalWidth = 160;  // a wide terminal; longer rows move their last text below the table
 constexpr const char* kGap = "  ";
 
@@ -81,6 +82,7 @@ struct Block {
   bool right_aligned = true;
   std::vector<std::string> cells;
   std::array<std::string, 2> name_lines = {"", name};
+  std::string same_count = {};  ///< "trials 20000" if that is what all rows count
 
   std::size_t cell_width() const {
     std::size_t w = width(unit);
@@ -143,6 +145,9 @@ std::vector<Block> printed_blocks(const Table& table) {
     Block block{printable(column.name), "", !is_text(column), {}};
     if (!column.unit.empty() && column.unit != "1") block.unit = "[" + printable(column.unit) + "]";
     for (std::size_t i = 0; i < rows; ++i) block.cells.push_back(cell(column, i));
+    if (const auto* counts = std::get_if<std::vector<std::int64_t>>(&column.values);
+        counts && rows > 1 && std::count(counts->begin(), counts->end(), counts->front()) == std::ssize(*counts))
+      block.same_count = fmt::format("{} {}", block.name, block.cells.front());
     blocks.push_back(block);
     if (!interval) continue;
     Block joined{"interval", block.unit, true, {}};
@@ -154,7 +159,7 @@ std::vector<Block> printed_blocks(const Table& table) {
   return blocks;
 }
 
-/// Replaces the texts of the last column by numbers, equal texts by one number, and returns the numbered texts.
+/// Replaces the texts of a column by numbers, equal texts by one number, and returns the numbered texts.
 std::vector<std::string> to_footnotes(Block& block) {
   std::vector<std::string> notes;
   for (std::string& c : block.cells) {
@@ -244,8 +249,20 @@ std::string format_table(const Table& table) {
   std::vector<Block> blocks = printed_blocks(table);
   if (blocks.empty()) return out + (rows > 0 ? fmt::format("({} rows without values)\n", rows) : "(no rows)\n");
   std::vector<std::string> notes;
-  if (table_width(blocks) > kTerminalWidth) std::for_each(blocks.begin(), blocks.end(), break_name);
-  if (table_width(blocks) > kTerminalWidth && !blocks.back().right_aligned) notes = to_footnotes(blocks.back());
+  const auto too_wide = [&] { return table_width(blocks) > kTerminalWidth; };
+  if (too_wide()) {  // counts that are the same in all rows need no column
+    std::string counts;
+    std::erase_if(blocks, [&](const Block& b) {
+      if (b.same_count.empty()) return false;
+      counts += (counts.empty() ? "(" : ", ") + b.same_count;
+      return true;
+    });
+    if (!counts.empty()) out += counts + ")\n";
+  }
+  if (too_wide()) std::for_each(blocks.begin(), blocks.end(), break_name);
+  const auto text = std::find_if(blocks.rbegin(), blocks.rend(),
+                                 [](const Block& b) { return !b.right_aligned && b.cell_width() > kSentence; });
+  if (too_wide() && text != blocks.rend()) notes = to_footnotes(*text);
 
   const auto any = [&](const auto& has) { return std::any_of(blocks.begin(), blocks.end(), has); };
   if (any([](const Block& b) { return !b.name_lines[0].empty(); })) {

@@ -49,7 +49,8 @@ std::string printable(std::string text);
 
 /// Aligned text for a terminal: a title line, column names with units, one line a row. Numbers have 6 significant
 /// digits, NaN is "-". Columns without any value are left out; x_ci_low and x_ci_high become one column "interval"
-/// behind x. If the rows get wider than 160 characters, the texts of the last column become footnotes.
+/// behind x. If the rows get wider than 160 characters, counts that are the same in all rows go to a line of their own
+/// and the texts of the last column of sentences become footnotes.
 std::string format_table(const Table& table);
 
 /// RFC 4180 text, but with lines that end in LF: names in the first line, numbers with the fewest digits that read back

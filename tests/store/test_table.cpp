@@ -186,3 +186,17 @@ TEST_CASE("Numbers in CSV read back to the same bits") {
   REQUIRE(lines.size() == values.size() + 1);
   for (std::size_t i = 0; i < values.size(); ++i) CHECK(std::strtod(lines[i + 1].c_str(), nullptr) == values[i]);
 }
+
+TEST_CASE("A table too wide for a terminal puts equal counts above and sentences below it") {
+  Table t{"t", "wide"};
+  for (int c = 0; c < 12; ++c) t.columns.push_back({"a_long_column_name", "1", "", Numbers{1.23456789, 2.3456789}});
+  t.columns.push_back({"verdict", "", "", std::vector<std::string>{"agrees", "differs"}});
+  t.columns.push_back({"note", "", "", std::vector<std::string>{"", "a sentence of more than twenty characters"}});
+  t.columns.push_back({"trials", "1", "", std::vector<std::int64_t>{20000, 20000}});
+  t.columns.push_back({"seen", "1", "", std::vector<std::int64_t>{1, 2}});
+  const std::string text = format_table(t);
+  CHECK(contains(text, "(trials 20000)\n"));
+  CHECK(contains(text, "differs  (1)"));
+  CHECK(contains(text, "\n(1) a sentence of more than twenty characters\n"));
+  CHECK(contains(text, "seen"));
+}
