@@ -33,10 +33,15 @@ constexpr std::string_view kTemporarySuffix = ".tmp";
 }  // namespace
 
 fs::path resolved(const fs::path& path) {
+  constexpr int kMostLinks = 40;  // as the kernel; a ring of links ends here and fails when it is opened
   std::error_code error;
-  if (!fs::is_symlink(path, error)) return path;
-  const fs::path target = fs::weakly_canonical(path, error);
-  return error ? path : target;
+  fs::path target = path;
+  for (int i = 0; i < kMostLinks && fs::is_symlink(target, error); ++i) {
+    const fs::path next = fs::read_symlink(target, error);
+    if (error) return path;
+    target = next.is_absolute() ? next : folder_of(target) / next;
+  }
+  return target;
 }
 
 fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }

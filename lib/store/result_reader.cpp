@@ -267,8 +267,10 @@ class Reader {
   }
 
   Axis axis(hid_t d, const std::string& map_name) const {
-    std::array<char, 512> link{};
-    checked(H5DSget_scale_name(d, link.data(), link.size() - 1), "read the name of an axis of", map_name);
+    const auto name_length = checked(H5DSget_scale_name(d, nullptr, 0), "read the name of an axis of", map_name);
+    std::string link(static_cast<std::size_t>(name_length) + 1, '\0');
+    checked(H5DSget_scale_name(d, link.data(), link.size()), "read the name of an axis of", map_name);
+    link.pop_back();
     Axis a{text_or(d, kOriginalName, link.data()), text_or(d, "units", ""), text_or(d, "long_name", ""), {}};
     const std::size_t count = length(d, a.name);
     if (type_class(d, a.name) == H5T_STRING)

@@ -462,6 +462,25 @@ TEST_CASE("A result is written to where a symbolic link points") {
   write_result(folder / "latest.h5", full_result());
   CHECK(fs::is_symlink(folder / "latest.h5"));
   CHECK(stored_content_hash(folder / "store/r.h5") == content_hash(full_result()));
+
+  fs::create_symlink("store/next.h5", folder / "next.h5");  // points to nothing yet
+  check_output_path(folder / "next.h5");
+  write_result(folder / "next.h5", full_result());
+  CHECK(fs::is_symlink(folder / "next.h5"));
+  CHECK(stored_content_hash(folder / "store/next.h5") == content_hash(full_result()));
+
+  fs::create_symlink("nowhere/r.h5", folder / "lost.h5");
+  CHECK(io_error_of([&] { check_output_path(folder / "lost.h5"); }).find("does not exist") != std::string::npos);
+  fs::create_symlink("ring.h5", folder / "ring.h5");
+  CHECK_FALSE(io_error_of([&] { write_result(folder / "ring.h5", full_result()); }).empty());
+}
+
+TEST_CASE("An axis name of any length comes back") {
+  const Folder folder;
+  Result r;
+  r.maps = {{"m", "1", "a map", {{std::string(700, 'a'), "deg", "an axis", std::vector<double>{1, 2}}}, {3, 4}}};
+  write_result(folder / "r.h5", r);
+  CHECK(read_result(folder / "r.h5").maps[0].axes[0].name == r.maps[0].axes[0].name);
 }
 
 TEST_CASE("Temporary files of dead writers go, those of others stay") {
