@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <mutex>
 
 #include <omp.h>
 
@@ -43,6 +44,7 @@ Tally run_blocks(std::uint64_t trials, const std::function<Tally(TrialBlock)>& k
   OrderedMerge merge;
   std::uint64_t done = 0, expected = trials;
   std::exception_ptr error;
+  std::mutex merging;  // not omp critical: thread sanitizers see a mutex, and GCC's OpenMP they do not
   std::atomic<bool> abandon = false;
   std::atomic<std::uint64_t> next = 0;  // our own dynamic schedule: a stop leaves the loop, however many blocks remain
 
@@ -58,18 +60,17 @@ Tally run_blocks(std::uint64_t trials, const std::function<Tally(TrialBlock)>& k
       try {
         const TrialBlock block{b * size, static_cast<int>(std::min(size, trials - b * size))};
         Tally tally = kernel(block);
-#pragma omp critical(surveymc_run_blocks)
-        {
-          merge.add(b, std::move(tally));
-          done += static_cast<std::uint64_t>(block.count);
-          if (options.progress) options.progress(done, expected);
-        }
+        const std::scoped_lock lock(merging);
+        merge.add(b, std::move(tally));
+        done += static_cast<std::uint64_t>(block.count);
+        if (options.progress) options.progress(done, expected);
       } catch (...) {
         abandon = true;
-#pragma omp critical(surveymc_run_blocks)
+        const std::scoped_lock lock(merging);
         if (!error) error = std::current_exception();
       }
     }
+    const std::scoped_lock lock(merging);
     if (error) std::rethrow_exception(error);
     if (options.stop && *options.stop) throw Interrupted("stopped before all trials were done");
   };
