@@ -1,0 +1,61 @@
+#!/usr/bin/python3
+"""Holds the tables of a smoke run against those kept here, so that no number changes unnoticed.
+
+    check_golden.py SURVEYMC RESULT.h5 [--update]
+
+Compares every table of RESULT.h5 that tests/regression/<stem>.<table>.csv exists for: words exactly, numbers to 1e-9 of
+their size (the last digits may follow the compiler). --update writes the files of all tables with at most 60 rows; say
+in the commit why the numbers changed.
+"""
+import csv
+import io
+import math
+import pathlib
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+TABLES = ("parameters", "position", "ellipse", "control_variate")
+
+
+def table(surveymc, result, name):
+    text = subprocess.run([surveymc, "show", result, name, "--csv"], check=True, capture_output=True, text=True).stdout
+    return text, list(csv.reader(io.StringIO(text)))
+
+
+def same(a, b):
+    try:
+        x, y = float(a), float(b)
+    except ValueError:
+        return a == b
+    return math.isclose(x, y, rel_tol=1e-9, abs_tol=1e-12)
+
+
+def main():
+    surveymc, result = sys.argv[1:3]
+    stem = pathlib.Path(result).stem
+    bad = []
+    for name in TABLES:
+        golden = HERE / f"{stem}.{name}.csv"
+        text, rows = table(surveymc, result, name)
+        if sys.argv[3:] == ["--update"]:
+            if len(rows) <= 61:
+                golden.write_text(text)
+            continue
+        if not golden.exists():
+            continue
+        kept = list(csv.reader(io.StringIO(golden.read_text())))
+        if [len(r) for r in kept] != [len(r) for r in rows]:
+            bad.append(f"{golden.name}: has another shape")
+            continue
+        notes = {i for i, column in enumerate(kept[0]) if column == "note"}  # their rounded numbers may tip over
+        for line, (old, new) in enumerate(zip(kept, rows), 1):
+            for i, (a, b) in enumerate(zip(old, new)):
+                if i not in notes and not same(a, b):
+                    bad.append(f"{golden.name}:{line}: {kept[0][i]} = {b}, was {a}")
+    print("\n".join(bad) or f"{stem}: as kept")
+    return bool(bad)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
