@@ -1,4 +1,4 @@
-/// The command line: list, check, run, show, rerun (docs/README). Prints; all work is in lib/ and the studies.
+/// The command line: list, check, run, show, rerun (README.md). Prints; all work is in lib/ and the studies.
 #include <atomic>
 #include <charconv>
 #include <chrono>

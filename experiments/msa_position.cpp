@@ -300,7 +300,7 @@ class MsaPosition final : public StudyPoint {
     if (tally.moments.count > 20) {
       const WishartTest test = wishart_test(tally.moments.covariance().topLeftCorner<6, 6>(),
                                             prediction_.parameter_covariance, tally.moments.count);
-      rows.back().note = fmt::format("Wishart test of the 6x6 covariance: p = {:.2g}", test.p_value);
+      rows.back().note += fmt::format("; Wishart test of the 6x6 covariance: p = {:.2g}", test.p_value);
     }
     s_.annotations.apply("parameters", rows);
     return comparison_table("parameters",
@@ -322,6 +322,8 @@ class MsaPosition final : public StudyPoint {
     row.ratio_interval = {dimension / row.interval.hi, dimension / row.interval.lo};
     // The distance goes with the square of the sd, so the same margin in sd is twice as wide here.
     row.verdict = judge(row.ratio_interval, 2 * s_.verdict.margin, tally.trials).word;
+    const Interval band = nees_band(dimension, tally.moments.count, s_.verdict.confidence);
+    row.note = fmt::format("consistent estimates give {:.3f} .. {:.3f}", band.lo, band.hi);
     return row;
   }
 
