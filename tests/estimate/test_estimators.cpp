@@ -53,14 +53,6 @@ Eigen::Matrix<double, 6, 1> truth(const test::ThesisCase& c) {
   return x;
 }
 
-std::vector<StationFields> station_fields(const test::ThesisCase& c) {
-  const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
-  std::vector<StationFields> s;
-  for (std::size_t k = 0; k < clean.field_T.size(); ++k)
-    s.push_back({clean.field_T[k], scale(1 / c.field.gravity, clean.gravity_T[k])});
-  return s;
-}
-
 }  // namespace
 
 TEST_CASE("Law: noise-free readings give the truth to 1e-9, on all four trajectories") {
@@ -107,7 +99,7 @@ TEST_CASE("Law: unbiased to 4 standard errors and with the claimed covariance, w
         for (int i = 0; i < 6; ++i) x(i, t) = out.parameters.value(t, i) - truth(c)[i];
       }
       const Moments m = Moments::of(x.transpose());
-      const std::vector<StationFields> fields = station_fields(c);
+      const std::vector<StationFields> fields = test::station_fields(c);
       const Matrix6d claimed =
           msa_covariance(msa_sensitivity(fields, c.errors.gain, c.field.total, c.field.dip), fields,
                          {noise.magnetometer, 0, noise.reference_total, noise.reference_dip, false});
@@ -228,7 +220,7 @@ TEST_CASE("Analytic 3-sigma of the parameters: thesis spec, 70 nT / 107 nT / .16
        {.01714080, .01444701, .03203104, .06199273, .03820882, 1.59870607}}};
   for (const int number : {3, 4}) {
     const test::ThesisCase c = test::thesis_case(number);
-    const std::vector<StationFields> fields = station_fields(c);
+    const std::vector<StationFields> fields = test::station_fields(c);
     const Matrix6d cov = msa_covariance(msa_sensitivity(fields, c.errors.gain, c.field.total, c.field.dip), fields,
                                         {70, 0, 107, .16 * kDegree, false});
     const auto& e = expected[static_cast<std::size_t>(number - 3)];
@@ -242,7 +234,7 @@ TEST_CASE("Analytic 3-sigma of the parameters: thesis spec, 70 nT / 107 nT / .16
 
 TEST_CASE("Sensitivity of the estimate agrees with differences through the solver") {
   const test::ThesisCase c = test::thesis_case(4);
-  const std::vector<StationFields> fields = station_fields(c);
+  const std::vector<StationFields> fields = test::station_fields(c);
   const MsaSensitivity s = msa_sensitivity(fields, c.errors.gain, c.field.total, c.field.dip);
   const auto solve = [&](auto change) {
     ReadingBlock block = make_reading_block(1, c.survey.size(), [] {
@@ -298,7 +290,7 @@ TEST_CASE("Sensitivity of the estimate agrees with differences through the solve
 }
 
 TEST_CASE("Stations that cannot determine the parameters are an error before the run") {
-  std::vector<StationFields> same(20, station_fields(test::thesis_case(4)).front());
+  std::vector<StationFields> same(20, test::station_fields(test::thesis_case(4)).front());
   CHECK_THROWS_AS(msa_sensitivity(same, {1, 1, 1}, 51000, 72 * kDegree), InputError);
 }
 

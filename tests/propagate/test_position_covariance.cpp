@@ -15,14 +15,6 @@ using namespace surveymc;
 
 namespace {
 
-std::vector<StationFields> station_fields(const test::ThesisCase& c) {
-  const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
-  std::vector<StationFields> s;
-  for (std::size_t k = 0; k < clean.field_T.size(); ++k)
-    s.push_back({clean.field_T[k], scale(1 / c.field.gravity, clean.gravity_T[k])});
-  return s;
-}
-
 /// Single-axis azimuth weighting functions in the thesis frame, toolface T from x (thesis spec section 3).
 Eigen::Vector3d azimuth_by_magnetometer(double inclination, double azimuth, double toolface_x, double bh) {
   const double si = std::sin(inclination), ci = std::cos(inclination), sa = std::sin(azimuth), ca = std::cos(azimuth),
@@ -78,7 +70,7 @@ TEST_CASE("Position 3-sigma of the thesis spec: joint with station noise, system
       {4, {12.054708, 22.904016, .005669}, {28.530837, 54.083387, .007115}, {4.596066, 8.722359, .017297}}};
   for (const Expected& x : cases) {
     const test::ThesisCase c = test::thesis_case(x.number);
-    const auto fields = station_fields(c);
+    const auto fields = test::station_fields(c);
     const Matrix6d cov = msa_covariance(msa_sensitivity(fields, c.errors.gain, c.field.total, c.field.dip), fields,
                                         {70, 0, 107, .16 * kDegree, false});
     const auto effects = final_position_effects(c.survey.md(), fields, c.field.declination);
@@ -100,7 +92,7 @@ TEST_CASE("Position 3-sigma of the thesis spec: joint with station noise, system
 TEST_CASE("Effects turn with declination: the covariance is that of the turned well") {
   // The tool sees magnetic north only. With declination the same readings belong to a well turned by it.
   test::ThesisCase c = test::thesis_case(4);
-  const auto fields = station_fields(c);
+  const auto fields = test::station_fields(c);
   const auto straight = final_position_effects(c.survey.md(), fields, 0);
   const double declination = 25 * kDegree;
   const auto turned = final_position_effects(c.survey.md(), fields, declination);

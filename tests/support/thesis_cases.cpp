@@ -42,6 +42,14 @@ ThesisCase thesis_case(int number) {
   return c;
 }
 
+std::vector<StationFields> station_fields(const ThesisCase& c) {
+  const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
+  std::vector<StationFields> s;
+  for (std::size_t k = 0; k < clean.field_T.size(); ++k)
+    s.push_back({clean.field_T[k], scale(1 / c.field.gravity, clean.gravity_T[k])});
+  return s;
+}
+
 std::vector<Attitude> difficult_attitudes() {
   std::vector<Attitude> all;
   for (const double inclination : {0.0, 1e-8, 1.0, 30.0, 89.9999, 90.0, 120.0, 179.0, 180.0})

@@ -19,6 +19,9 @@ struct ThesisCase {
 /// number: 1 .. 4. Trajectories are read from configs/thesis.
 ThesisCase thesis_case(int number);
 
+/// Field and down direction of every station, as linearisations take them.
+std::vector<StationFields> station_fields(const ThesisCase& c);
+
 /// Whole text of a file of the project; path relative to its root.
 std::string project_file(const std::string& path);
 std::string project_path(const std::string& path);
