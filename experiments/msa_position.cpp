@@ -18,6 +18,7 @@
 #include "experiments.h"
 #include "msa_prediction.h"
 #include "propagate/ellipse.h"
+#include "stats/antithetic.h"
 #include "stats/control_variate.h"
 #include "stats/tests.h"
 #include "study/annotations.h"
@@ -90,6 +91,9 @@ Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
   s.survey = read_survey(c, s.field, true);
   s.errors = read_magnetometer_errors(c);
   s.noise = read_noise(c);
+  s.noise.antithetic = c.boolean("antithetic", false);
+  c.require(!s.noise.antithetic || symmetric(s.noise.law), "noise.law",
+            "must be symmetric about zero (\"gaussian\", \"uniform\") where antithetic = true");
   s.estimator = read_estimator(c);
   s.verdict = read_verdict_rule(c);
   std::vector<std::string> stoppable;
@@ -98,6 +102,8 @@ Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
         std::find(stoppable.begin(), stoppable.end(), row.quantity) == stoppable.end())  // once, not per formulation
       stoppable.push_back(row.quantity);
   s.plan = read_trial_plan(c, stoppable, s.verdict);
+  c.require(!s.noise.antithetic || s.plan.trials % 2 == 0, s.plan.looks.empty() ? "trials" : "stop.max_trials",
+            "must be even where antithetic = true: trials come in pairs");
   s.annotations = Annotations::read(c, row_names());
   c.finish();
   return s;
@@ -126,6 +132,7 @@ class MsaPosition final : public StudyPoint {
   std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
 
   std::uint64_t trials_needed(const Tally& tally) const override {
+    if (units(tally) < 2) return s_.plan.trials;  // nothing to predict from
     double needed = 0;
     for (const std::string& quantity : s_.plan.quantities) {
       const ControlledEstimate e = sd_estimate(tally, component_of(quantity));
@@ -157,17 +164,22 @@ class MsaPosition final : public StudyPoint {
       for (int t = 0; t < count; ++t) {
         const std::uint64_t trial = first + static_cast<std::uint64_t>(t);
         ++tally.trials;
-        if (b.estimates.converged.value(t, 0) == 0) {
+        const auto converged = [&b](int i) { return b.estimates.converged.value(i, 0) != 0; };
+        if (!converged(t)) {
           ++tally.failed;
           if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
           continue;
         }
-        auto x = values.row(kept);
-        observe(b, t, x, tally.counts);
-        if (s_.control_variate)
-          for (int q = 0; q < NoiseWeights::kSums; ++q)
-            controls(kept, q) = b.sums.value(t, q) - prediction_.linear.mean[q];
-        ++kept;
+        if (antithetic() && !converged(t ^ 1)) {
+          ++tally.left_out;
+        } else {
+          auto x = values.row(kept);
+          observe(b, t, x, tally.counts);
+          if (s_.control_variate)
+            for (int q = 0; q < NoiseWeights::kSums; ++q)
+              controls(kept, q) = b.sums.value(t, q) - prediction_.linear.mean[q];
+          ++kept;
+        }
         if (trial < s_.save_samples) {
           tally.samples.push_back(static_cast<double>(trial));
           for (int i = 0; i < 6; ++i) tally.samples.push_back(b.estimates.parameters.value(t, i));
@@ -176,10 +188,13 @@ class MsaPosition final : public StudyPoint {
       }
     }
     tally.moments = Moments::of(values.topRows(kept));
+    if (antithetic()) tally.pairs = Moments::of(pair_columns(values.topRows(kept)));
     for (std::size_t p = 0; p < kControlledPairs.size() && s_.control_variate; ++p) {
       const auto [i, j] = kControlledPairs[p];
-      tally.controlled.push_back(Moments::of(control_columns(values.col(i).head(kept), values.col(j).head(kept),
-                                                             controls.col(i).head(kept), controls.col(j).head(kept))));
+      const Eigen::MatrixXd columns = control_columns(values.col(i).head(kept), values.col(j).head(kept),
+                                                      controls.col(i).head(kept), controls.col(j).head(kept));
+      tally.controlled.push_back(Moments::of(columns));
+      if (antithetic()) tally.controlled_pairs.push_back(Moments::of(pair_means(columns)));
     }
     return tally;
   }
@@ -194,6 +209,7 @@ class MsaPosition final : public StudyPoint {
     r.tables.push_back(correlation_table(tally));
     if (s_.control_variate) r.tables.push_back(control_variate_table(tally));
     r.tables.push_back(failures_table(tally));
+    if (antithetic()) r.tables.push_back(pairs_table(tally));
     if (s_.save_samples > 0) r.samples = {samples_table(tally)};
     return r;
   }
@@ -247,14 +263,32 @@ class MsaPosition final : public StudyPoint {
     throw std::logic_error("no component " + quantity);
   }
 
+  bool antithetic() const { return s_.noise.antithetic; }
+
+  /// How many independent values there are: trials, or antithetic pairs.
+  std::uint64_t units(const Tally& tally) const { return antithetic() ? tally.pairs.count : tally.moments.count; }
+  /// Of one component, and the covariance of all; with fewer than two units there is none.
+  SampleSummary sample(const Tally& tally, int component) const {
+    if (units(tally) < 2) return {};
+    return antithetic() ? summarise_pairs(tally.moments, tally.pairs, component) : summarise(tally.moments, component);
+  }
+  Eigen::MatrixXd covariance(const Tally& tally) const {
+    return antithetic() ? paired_covariance(tally.moments, tally.pairs) : tally.moments.covariance();
+  }
+  /// Moments of the pairs' control columns for kControlledPairs[p]; null where the trials are independent.
+  const Moments* controlled_pairs(const Tally& tally, std::size_t p) const {
+    return antithetic() ? &tally.controlled_pairs[p] : nullptr;
+  }
+
   ControlledEstimate sd_estimate(const Tally& tally, int component) const {
+    const auto p = static_cast<std::size_t>(component);  // kControlledPairs begins with the nine variances
     if (s_.control_variate)
-      return controlled_sd(tally.controlled[static_cast<std::size_t>(component)],
-                           prediction_.linear.covariance(component, component), s_.verdict.confidence);
+      return controlled_sd(tally.controlled[p], prediction_.linear.covariance(component, component),
+                           s_.verdict.confidence, controlled_pairs(tally, p));
     ControlledEstimate e;
-    const Moments& m = tally.moments;
-    e.plain = std::sqrt(m.variance(component));
-    e.plain_interval = sd_interval(m.variance(component), m.count, m.kurtosis(component), s_.verdict.confidence);
+    const SampleSummary s = sample(tally, component);
+    e.plain = std::sqrt(s.variance);
+    e.plain_interval = sd_interval(s, s_.verdict.confidence);
     return e;
   }
 
@@ -286,20 +320,20 @@ class MsaPosition final : public StudyPoint {
     std::vector<ComparisonRow> rows;
     for (int i = 0; i < 6; ++i) {
       const auto a = static_cast<std::size_t>(i);
-      rows.push_back(compare_mean(std::string("mean_") + kParameters[a], kParameterUnits[a], tally.moments,
-                                  kParameter + i, prediction_.parameters[i], prediction_.parameters[i], s_.verdict,
-                                  tally.trials));
+      rows.push_back(compare_mean(std::string("mean_") + kParameters[a], kParameterUnits[a],
+                                  sample(tally, kParameter + i), prediction_.parameters[i], prediction_.parameters[i],
+                                  s_.verdict, tally.trials));
     }
     for (int i = 0; i < 6; ++i) {
       const auto a = static_cast<std::size_t>(i);
-      rows.push_back(compare_sd(std::string("sigma3_") + kParameters[a], kParameterUnits[a], 3, tally.moments,
-                                kParameter + i, std::sqrt(prediction_.parameter_covariance(i, i)), s_.verdict,
-                                tally.trials));
+      rows.push_back(compare_sd(std::string("sigma3_") + kParameters[a], kParameterUnits[a], 3,
+                                sample(tally, kParameter + i), std::sqrt(prediction_.parameter_covariance(i, i)),
+                                s_.verdict, tally.trials));
     }
     rows.push_back(nees_row("nees", tally, kNeesParameters, 6));
-    if (tally.moments.count > 20) {
-      const WishartTest test = wishart_test(tally.moments.covariance().topLeftCorner<6, 6>(),
-                                            prediction_.parameter_covariance, tally.moments.count);
+    if (units(tally) > 20) {
+      const WishartTest test =
+          wishart_test(covariance(tally).topLeftCorner<6, 6>(), prediction_.parameter_covariance, units(tally));
       rows.back().note += fmt::format("; Wishart test of the 6x6 covariance: p = {:.2g}", test.p_value);
     }
     s_.annotations.apply("parameters", rows);
@@ -314,15 +348,15 @@ class MsaPosition final : public StudyPoint {
     row.quantity = name;
     row.unit = "1";
     row.analytic = dimension;
-    if (tally.moments.count < 2) return row;
-    row.monte_carlo = tally.moments.mean[component];
-    row.interval =
-        mean_interval(row.monte_carlo, tally.moments.variance(component), tally.moments.count, s_.verdict.confidence);
+    if (units(tally) < 2) return row;
+    const SampleSummary s = sample(tally, component);
+    row.monte_carlo = s.mean;
+    row.interval = mean_interval(s, s_.verdict.confidence);
     row.ratio = dimension / row.monte_carlo;
     row.ratio_interval = {dimension / row.interval.hi, dimension / row.interval.lo};
     // The distance goes with the square of the sd, so the same margin in sd is twice as wide here.
     row.verdict = judge(row.ratio_interval, 2 * s_.verdict.margin, tally.trials).word;
-    const Interval band = nees_band(dimension, tally.moments.count, s_.verdict.confidence);
+    const Interval band = nees_band(dimension, units(tally), s_.verdict.confidence);
     row.note = fmt::format("consistent estimates give {:.3f} .. {:.3f}", band.lo, band.hi);
     return row;
   }
@@ -332,12 +366,12 @@ class MsaPosition final : public StudyPoint {
     for (int i = 0; i < 3; ++i) {
       const double correction = prediction_.position[i] - prediction_.uncorrected[i];
       rows.push_back(compare_mean(std::string("correction_") + kDirections[static_cast<std::size_t>(i)], "m",
-                                  tally.moments, kPosition + i, correction, correction, s_.verdict, tally.trials));
+                                  sample(tally, kPosition + i), correction, correction, s_.verdict, tally.trials));
     }
     for (std::size_t f = 0; f < kFormulations.size(); ++f)
       for (int i = 0; i < 3; ++i) {
         rows.push_back(compare_sd(std::string("sigma3_") + kDirections[static_cast<std::size_t>(i)], "m", 3,
-                                  tally.moments, kPosition + i, std::sqrt(prediction_.position_covariance[f](i, i)),
+                                  sample(tally, kPosition + i), std::sqrt(prediction_.position_covariance[f](i, i)),
                                   s_.verdict, tally.trials));
         rows.back().formulation = kFormulations[f];
       }
@@ -354,6 +388,7 @@ class MsaPosition final : public StudyPoint {
   Table correlation_table(const Tally& tally) const;
   Table control_variate_table(const Tally& tally) const;
   Table failures_table(const Tally& tally) const;
+  Table pairs_table(const Tally& tally) const;
   Table samples_table(const Tally& tally) const;
 
   Scenario s_;
@@ -393,16 +428,18 @@ Table MsaPosition::ellipse_table(const Tally& tally) const {
 
   const double nan = std::nan("");
   const Moments& m = tally.moments;
-  const bool usable = m.count > 2;
-  Matrix2d sample = Matrix2d::Constant(nan);
-  if (usable) sample = m.covariance().block<2, 2>(kPosition, kPosition);
+  const std::uint64_t n = units(tally);
+  const bool usable = n > 2;
+  const double confidence = s_.verdict.confidence;
+  Matrix2d found = Matrix2d::Constant(nan);
+  if (usable) found = covariance(tally).block<2, 2>(kPosition, kPosition);
   TableWriter w(std::move(t));
   const auto interval = [&](double x, const Interval& i) { w << x << i.lo << i.hi; };
   const Interval none{nan, nan};
   const auto trials = static_cast<std::int64_t>(tally.trials), failed = static_cast<std::int64_t>(tally.failed);
 
   if (usable) {
-    const Ellipse e = ellipse(sample);
+    const Ellipse e = ellipse(found);
     w << std::string("monte_carlo") << prediction_.position[0] + m.mean[kPosition]
       << prediction_.position[1] + m.mean[kPosition + 1] << e.semi_major << e.semi_minor << e.azimuth / kDegree;
     for (int i = 0; i < 8; ++i) interval(nan, none);
@@ -419,11 +456,12 @@ Table MsaPosition::ellipse_table(const Tally& tally) const {
     const std::array<double, 2> predicted_sd{e.semi_major, e.semi_minor};
     for (std::size_t a = 0; a < 2 && usable; ++a) {
       const Eigen::Vector2d axis = e.axes.col(static_cast<int>(a));
-      const double variance = axis.dot(sample * axis);
+      const double variance = axis.dot(found * axis);
       // The kurtosis along an oblique axis is not tallied: the larger one of north and east is on the safe side.
-      const double kurtosis = std::max(m.kurtosis(kPosition), m.kurtosis(kPosition + 1));
+      const double kurtosis =
+          std::max(sample(tally, kPosition).unit_kurtosis, sample(tally, kPosition + 1).unit_kurtosis);
       sd[a] = std::sqrt(variance);
-      sd_ci[a] = sd_interval(variance, m.count, kurtosis, s_.verdict.confidence);
+      sd_ci[a] = sd_interval(variance, n, kurtosis, confidence);
       ratio_ci[a] = {predicted_sd[a] / sd_ci[a].hi, predicted_sd[a] / sd_ci[a].lo};
       word[a] = judge(ratio_ci[a], s_.verdict.margin, tally.trials).word;
     }
@@ -433,17 +471,18 @@ Table MsaPosition::ellipse_table(const Tally& tally) const {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint64_t inside = tally.counts.empty() ? 0 : tally.counts[3 * f + k];
       if (has_area)
-        interval(static_cast<double>(inside) / static_cast<double>(m.count),
-                 binomial_interval(inside, m.count, s_.verdict.confidence));
+        interval(
+            static_cast<double>(inside) / static_cast<double>(m.count),
+            antithetic() ? paired_binomial_interval(inside, n, confidence) : binomial_interval(inside, n, confidence));
       else
         interval(nan, none);
     }
     const int nees = kNeesHorizontal + static_cast<int>(f);
     if (has_area)
-      interval(m.mean[nees], mean_interval(m.mean[nees], m.variance(nees), m.count, s_.verdict.confidence));
+      interval(m.mean[nees], mean_interval(sample(tally, nees), confidence));
     else
       interval(nan, none);
-    w << (has_area ? wishart_test(sample, predicted, m.count).p_value : nan);
+    w << (has_area ? wishart_test(found, predicted, n).p_value : nan);
     const std::string verdict = word[0] == "differs" || word[1] == "differs" ? "differs"
                                 : word[0] == word[1]                         ? word[0]
                                                                              : "undecided";
@@ -461,7 +500,7 @@ Table MsaPosition::covariance_table(const Tally& tally) const {
   const auto row = [&](const std::string& name, const Matrix3d& c) {
     w << name << c(0, 0) << c(1, 1) << c(2, 2) << c(0, 1) << c(0, 2) << c(1, 2);
   };
-  if (tally.moments.count > 1) row("monte_carlo", tally.moments.covariance().block<3, 3>(kPosition, kPosition));
+  if (units(tally) > 1) row("monte_carlo", covariance(tally).block<3, 3>(kPosition, kPosition));
   for (std::size_t f = 0; f < kFormulations.size(); ++f) row(kFormulations[f], prediction_.position_covariance[f]);
   return w.take();
 }
@@ -480,11 +519,11 @@ Table MsaPosition::correlation_table(const Tally& tally) const {
     for (int j = 0; j < i; ++j) {
       double r = std::nan("");
       Interval ci{r, r};
-      if (tally.moments.count > 4) {
+      if (units(tally) > 4) {
         r = correlation(tally.moments.squares, i, j);
         // Fisher's z
-        const double half = normal_quantile(1 - (1 - s_.verdict.confidence) / 2) /
-                            std::sqrt(static_cast<double>(tally.moments.count) - 3);
+        const double half =
+            normal_quantile(1 - (1 - s_.verdict.confidence) / 2) / std::sqrt(static_cast<double>(units(tally)) - 3);
         ci = {std::tanh(std::atanh(r) - half), std::tanh(std::atanh(r) + half)};
       }
       w << std::string(kParameters[static_cast<std::size_t>(j)])
@@ -505,13 +544,15 @@ Table MsaPosition::control_variate_table(const Tally& tally) const {
   add_with_interval(t, "controlled", "1", "Monte-Carlo estimate with control variate");
   t.columns.push_back(number_column("analytic", "1", "first-order prediction, exact for this noise"));
   add_with_interval(t, "ratio", "1", "analytic / controlled; absent for means and covariances");
-  t.columns.push_back(number_column("variance_reduction", "1", "how many times fewer trials do for the same interval"));
+  t.columns.push_back(
+      number_column("variance_reduction", "1",
+                    "how many times more independent trials the plain estimate needs for the same interval"));
   t.columns.push_back(word_column("verdict", "agrees, differs or undecided, by the controlled estimate"));
   t.columns.push_back(count_column("trials", "trials run"));
   t.columns.push_back(count_column("failed", "trials without a converged estimate, not in the statistics"));
   TableWriter w(std::move(t));
   // Without the trials that failed, the mean of the control is no longer known.
-  if (tally.failed > 0 || tally.moments.count < 20) return w.take();
+  if (tally.failed > 0 || units(tally) < 20) return w.take();
 
   const double nan = std::nan("");
   const auto put = [&](const std::string& quantity, const std::string& unit, const ControlledEstimate& e, double offset,
@@ -535,9 +576,11 @@ Table MsaPosition::control_variate_table(const Tally& tally) const {
   const auto& linear = prediction_.linear.covariance;
   const auto both = [&](int i, const std::string& name, const std::string& mean_name, const std::string& unit,
                         double offset) {
-    const Moments& m = tally.controlled[static_cast<std::size_t>(i)];
-    put(mean_name, unit, controlled_mean(m, linear(i, i), confidence), offset, 1, 0, false);
-    put("sigma3_" + name, unit, controlled_sd(m, linear(i, i), confidence), 0, 3, std::sqrt(linear(i, i)), true);
+    const auto p = static_cast<std::size_t>(i);
+    const Moments *m = &tally.controlled[p], *pairs = controlled_pairs(tally, p);
+    put(mean_name, unit, controlled_mean(*m, linear(i, i), confidence, pairs), offset, 1, 0, false);
+    put("sigma3_" + name, unit, controlled_sd(*m, linear(i, i), confidence, pairs), 0, 3, std::sqrt(linear(i, i)),
+        true);
   };
   for (std::size_t i = 0; i < 6; ++i)
     both(static_cast<int>(i), kParameters[i], std::string("mean_") + kParameters[i], kParameterUnits[i],
@@ -550,7 +593,8 @@ Table MsaPosition::control_variate_table(const Tally& tally) const {
       const auto [i, j] = kControlledPairs[p];
       put(fmt::format("covariance_{}_{}", kDirections[static_cast<std::size_t>(i - kPosition)],
                       kDirections[static_cast<std::size_t>(j - kPosition)]),
-          "m2", controlled_covariance(tally.controlled[p], linear(i, j), confidence), 0, 1, linear(i, j), false);
+          "m2", controlled_covariance(tally.controlled[p], linear(i, j), confidence, controlled_pairs(tally, p)), 0, 1,
+          linear(i, j), false);
     }
   }
   return w.take();
@@ -560,6 +604,18 @@ Table MsaPosition::failures_table(const Tally& tally) const {
   Table t{"failed_trials", "trials without a converged estimate; replay one with `surveymc run CONFIG --trial K`"};
   std::vector<std::int64_t> numbers(tally.failed_trials.begin(), tally.failed_trials.end());
   t.columns = {{"trial", "1", "number of the trial, from 0", std::move(numbers)}};
+  return t;
+}
+
+Table MsaPosition::pairs_table(const Tally& tally) const {
+  Table t{"antithetic_pairs", "trials 2j and 2j + 1 with opposite draws; a pair is the unit of all intervals"};
+  const auto column = [&](const char* name, const char* what, std::uint64_t count) {
+    t.columns.push_back({name, "1", what, std::vector<std::int64_t>{static_cast<std::int64_t>(count)}});
+  };
+  column("trials", "trials run", tally.trials);
+  column("failed", "trials without a converged estimate, not in the statistics", tally.failed);
+  column("left_out", "converged trials not in the statistics: the other of their pair failed", tally.left_out);
+  column("pairs", "pairs in the statistics", tally.pairs.count);
   return t;
 }
 

@@ -33,6 +33,8 @@ double unit_noise_variance(NoiseLaw law) {
   return 0;
 }
 
+bool symmetric(NoiseLaw law) { return law == NoiseLaw::gaussian || law == NoiseLaw::uniform; }
+
 CleanReadings clean_readings(const Survey& survey, const ReferenceField& field, const MagnetometerErrors& errors) {
   CleanReadings clean;
   for (const Station& s : survey.stations) {
@@ -72,6 +74,7 @@ void simulate_readings(const CleanReadings& clean, const ReferenceField& field, 
                        const Stream& stream, std::uint64_t first_trial, ReadingBlock& out, const NoiseWeights* weights,
                        LaneArray* sums) {
   assert(first_trial % kGroup == 0);
+  assert(!noise.antithetic || symmetric(noise.law));
   const auto data = [](const std::vector<double>& v) { return v.empty() ? nullptr : v.data(); };
   const SimulateBatch batch{&clean.magnetic_T.front().x,
                             &clean.gravity_T.front().x,

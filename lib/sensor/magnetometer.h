@@ -38,11 +38,16 @@ struct NoiseModel {
   ReferenceNoise reference = ReferenceNoise::none;
   double reference_total = 0;  ///< nT, one standard deviation
   double reference_dip = 0;    ///< rad, one standard deviation
+  /// Trials 2j and 2j + 1 are a pair: the second has exactly the negated draws of the first, all of them. Needs a law
+  /// that is symmetric about zero; each trial by itself then has the same distribution as without.
+  bool antithetic = false;
 };
 
 /// Mean and variance of a draw of size 1.
 double unit_noise_mean(NoiseLaw law);
 double unit_noise_variance(NoiseLaw law);
+/// A draw and its negative are equally likely.
+bool symmetric(NoiseLaw law);
 
 /// Noise-free readings of a survey by a tool with constant magnetometer errors and perfect accelerometers.
 struct CleanReadings {
@@ -72,6 +77,7 @@ NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law);
 ReadingBlock make_reading_block(int trials, int stations, const NoiseModel& noise);
 
 /// Fills `out` with noisy readings of trials first_trial, first_trial + 1, ... first_trial is a multiple of kGroup.
+/// noise.antithetic needs symmetric(noise.law).
 /// If `weights` is given, `sums` (NoiseWeights::kSums rows) gets the weighted sums of every trial's draws.
 void simulate_readings(const CleanReadings& clean, const ReferenceField& field, const NoiseModel& noise,
                        const Stream& stream, std::uint64_t first_trial, ReadingBlock& out,

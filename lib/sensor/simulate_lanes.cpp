@@ -5,19 +5,31 @@ namespace {
 
 using T = Lanes;
 
+/// Where the lanes' trials find their draws: the trial in the stream's address, and the sign bit that turns its draws.
+struct DrawAddress {
+  Bits<T> trial, sign;
+};
+
+/// Antithetic trials 2j and 2j + 1 have the draws of the stream's trial j, the second with the opposite sign.
+DrawAddress draw_address(const Bits<T>& trial, bool antithetic) {
+  if (!antithetic) return {trial, Bits<T>(0)};
+  return {trial >> 1, trial << 63};
+}
+
 /// Four draws of size 1 of the law.
-[[gnu::always_inline]] inline std::array<T, 4> unit_draws(NoiseLaw law, const Stream& stream, const Bits<T>& trial,
+[[gnu::always_inline]] inline std::array<T, 4> unit_draws(NoiseLaw law, const Stream& stream, const DrawAddress& from,
                                                           Channel channel, std::uint32_t call) {
   std::array<T, 4> x;
   if (law == NoiseLaw::gaussian || law == NoiseLaw::gaussian_half_open) {
-    x = stream.normals<T>(trial, channel, call);
+    x = stream.normals<T>(from.trial, channel, call);
     if (law == NoiseLaw::gaussian_half_open)
       for (T& v : x) v = abs(v);
   } else {
-    x = stream.uniforms<T>(trial, channel, call);
+    x = stream.uniforms<T>(from.trial, channel, call);
     if (law == NoiseLaw::uniform)
       for (T& v : x) v = fma(v, T(2.0), T(-1.0));
   }
+  for (T& v : x) v = from_bits(to_bits(v) ^ from.sign);
   return x;
 }
 
@@ -28,10 +40,10 @@ void add_weighted(const double* weights, const T& draw, Sums& sums) {
 }
 
 /// clean + size * draw for `rows` rows; the draws' weighted sums if `weights` is not null.
-void add_noise(const double* clean, int rows, NoiseLaw law, double size, const Stream& stream, const Bits<T>& trial,
+void add_noise(const double* clean, int rows, NoiseLaw law, double size, const Stream& stream, const DrawAddress& from,
                Channel channel, double* out, const double* weights, Sums& sums) {
   for (int r = 0; r < rows; r += 4) {
-    const std::array<T, 4> draw = unit_draws(law, stream, trial, channel, static_cast<std::uint32_t>(r / 4));
+    const std::array<T, 4> draw = unit_draws(law, stream, from, channel, static_cast<std::uint32_t>(r / 4));
     for (int i = 0; i < 4 && r + i < rows; ++i) {
       const T& d = draw[static_cast<std::size_t>(i)];
       store(out + (r + i) * kGroup, fma(T(size), d, T(clean[r + i])));
@@ -51,11 +63,12 @@ void normalise(int stations, double* down) {
 }
 
 /// Horizontal and vertical reference of each row pair: total and dip with their errors of this trial.
-void draw_reference(const SimulateBatch& b, const Bits<T>& trial, double* out, Sums& sums) {
+void draw_reference(const SimulateBatch& b, const DrawAddress& from, double* out, Sums& sums) {
   for (int k = 0; k < b.reference_pairs; k += 2) {  // one call serves two stations
     std::array<T, 4> draw{T(0.0), T(0.0), T(0.0), T(0.0)};
     if (b.noise.reference != ReferenceNoise::none)
-      draw = b.stream.normals<T>(trial, Channel::reference_field, static_cast<std::uint32_t>(k / 2));
+      draw =
+          unit_draws(NoiseLaw::gaussian, b.stream, from, Channel::reference_field, static_cast<std::uint32_t>(k / 2));
     for (int i = 0; i < 2 && k + i < b.reference_pairs; ++i) {
       const auto j = static_cast<std::size_t>(2 * i);
       if (b.reference_weights)
@@ -75,23 +88,24 @@ void draw_reference(const SimulateBatch& b, const Bits<T>& trial, double* out, S
 void simulate(const SimulateBatch& b) {
   for (int group = 0; group < b.groups; ++group)
     for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
-      const Bits<T> trial = consecutive<T>(b.first_trial + static_cast<std::uint64_t>(group * kGroup + lane));
+      const DrawAddress from = draw_address(
+          consecutive<T>(b.first_trial + static_cast<std::uint64_t>(group * kGroup + lane)), b.noise.antithetic);
       const auto g = static_cast<std::size_t>(group);
       Sums sums;
       for (T& s : sums) s = T(0.0);
-      add_noise(b.clean_magnetic, 3 * b.stations, b.noise.law, b.noise.magnetometer, b.stream, trial,
+      add_noise(b.clean_magnetic, 3 * b.stations, b.noise.law, b.noise.magnetometer, b.stream, from,
                 Channel::magnetometer_noise, b.magnetic + g * b.magnetic_stride + lane, b.magnetometer_weights, sums);
       if (group == 0 || b.down_stride > 0) {
         double* down = b.down + g * b.down_stride + lane;
         if (b.noise.accelerometer > 0) {
-          add_noise(b.clean_gravity, 3 * b.stations, NoiseLaw::gaussian, b.noise.accelerometer, b.stream, trial,
+          add_noise(b.clean_gravity, 3 * b.stations, NoiseLaw::gaussian, b.noise.accelerometer, b.stream, from,
                     Channel::accelerometer_noise, down, b.accelerometer_weights, sums);
         } else {  // the same direction goes to all lanes of the one shared group
           for (int r = 0; r < 3 * b.stations; ++r) store(down + r * kGroup, T(b.clean_gravity[r]));
         }
         normalise(b.stations, down);
       }
-      draw_reference(b, trial, b.reference + g * b.reference_stride + lane, sums);
+      draw_reference(b, from, b.reference + g * b.reference_stride + lane, sums);
       if (b.sums)
         for (std::size_t q = 0; q < sums.size(); ++q) store(b.sums + g * b.sums_stride + q * kGroup + lane, sums[q]);
     }

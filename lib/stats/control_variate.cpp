@@ -68,14 +68,23 @@ Estimate covariance_estimate(const Moments& m, double mean_i, double mean_j) {
   return e;
 }
 
-struct Pair {
+struct Estimates {
   Estimate plain, controlled;
 };
-Pair covariance_estimates(const Moments& m, double control_covariance) {
+Estimates mean_estimates(const Moments& m, double control_variance) {
+  const Estimate plain = mean_estimate(m, kYi);
+  return {plain, with_controls(m, plain, control_variance)};
+}
+Estimates covariance_estimates(const Moments& m, double control_covariance) {
   const double i = with_controls(m, mean_estimate(m, kYi), control_covariance).value,
                j = with_controls(m, mean_estimate(m, kYj), control_covariance).value;
   return {covariance_estimate(m, m.mean[kYi], m.mean[kYj]),
           with_controls(m, covariance_estimate(m, i, j), control_covariance)};
+}
+
+/// The same terms' variance over independent trials: each trial of a pair by itself has their distribution.
+double variance_reduction(const Moments& trials, const Estimates& e) {
+  return variance_of_mean(trials, e.plain.influence) / e.controlled.variance;
 }
 
 Interval around(const Estimate& e, double confidence) {
@@ -105,22 +114,25 @@ Eigen::MatrixXd control_columns(const Eigen::Ref<const Eigen::VectorXd>& y_i,
   return x;
 }
 
-ControlledEstimate controlled_mean(const Moments& m, double control_variance, double confidence) {
-  const Estimate plain = mean_estimate(m, kYi), controlled = with_controls(m, plain, control_variance);
-  return {plain.value, controlled.value, around(plain, confidence), around(controlled, confidence),
-          plain.variance / controlled.variance};
+ControlledEstimate controlled_mean(const Moments& trials, double control_variance, double confidence,
+                                   const Moments* pairs) {
+  const Estimates e = mean_estimates(pairs ? *pairs : trials, control_variance);
+  return {e.plain.value, e.controlled.value, around(e.plain, confidence), around(e.controlled, confidence),
+          variance_reduction(trials, e)};
 }
 
-ControlledEstimate controlled_covariance(const Moments& m, double control_covariance, double confidence) {
-  const auto [plain, controlled] = covariance_estimates(m, control_covariance);
-  return {plain.value, controlled.value, around(plain, confidence), around(controlled, confidence),
-          plain.variance / controlled.variance};
+ControlledEstimate controlled_covariance(const Moments& trials, double control_covariance, double confidence,
+                                         const Moments* pairs) {
+  const Estimates e = covariance_estimates(pairs ? *pairs : trials, control_covariance);
+  return {e.plain.value, e.controlled.value, around(e.plain, confidence), around(e.controlled, confidence),
+          variance_reduction(trials, e)};
 }
 
-ControlledEstimate controlled_sd(const Moments& m, double control_variance, double confidence) {
-  const auto [plain, controlled] = covariance_estimates(m, control_variance);
-  return {std::sqrt(plain.value), std::sqrt(controlled.value), around_root(plain, confidence),
-          around_root(controlled, confidence), plain.variance / controlled.variance};
+ControlledEstimate controlled_sd(const Moments& trials, double control_variance, double confidence,
+                                 const Moments* pairs) {
+  const Estimates e = covariance_estimates(pairs ? *pairs : trials, control_variance);
+  return {std::sqrt(e.plain.value), std::sqrt(e.controlled.value), around_root(e.plain, confidence),
+          around_root(e.controlled, confidence), variance_reduction(trials, e)};
 }
 
 }  // namespace surveymc

@@ -82,12 +82,23 @@ double Moments::kurtosis(Index i) const {
   return static_cast<double>(count) * fourths[i] / (squares(i, i) * squares(i, i));
 }
 
+namespace {
+
+void merge_each(std::vector<Moments>& all, const std::vector<Moments>& next) {
+  if (all.empty()) all.resize(next.size());
+  for (std::size_t i = 0; i < next.size(); ++i) all[i].merge(next[i]);
+}
+
+}  // namespace
+
 void Tally::merge(const Tally& next) {
   trials += next.trials;
   failed += next.failed;
+  left_out += next.left_out;
   moments.merge(next.moments);
-  if (controlled.empty()) controlled.resize(next.controlled.size());
-  for (std::size_t i = 0; i < next.controlled.size(); ++i) controlled[i].merge(next.controlled[i]);
+  merge_each(controlled, next.controlled);
+  pairs.merge(next.pairs);
+  merge_each(controlled_pairs, next.controlled_pairs);
   if (counts.size() < next.counts.size()) counts.resize(next.counts.size(), 0);
   for (std::size_t i = 0; i < next.counts.size(); ++i) counts[i] += next.counts[i];
   const std::size_t room = kMaxListed - std::min(kMaxListed, failed_trials.size());

@@ -8,11 +8,14 @@
 namespace surveymc {
 
 struct Tally {
-  std::uint64_t trials = 0;                  ///< all that were run
-  std::uint64_t failed = 0;                  ///< of them, those whose estimate did not converge: not in the moments
-  Moments moments;                           ///< of the study's quantities
-  std::vector<Moments> controlled;           ///< of quantities with their control variates (control_variate.h)
-  std::vector<std::uint64_t> counts;         ///< of the study's events
+  std::uint64_t trials = 0;               ///< all that were run
+  std::uint64_t failed = 0;               ///< of them, those whose estimate did not converge: not in the moments
+  std::uint64_t left_out = 0;             ///< converged, but the other of their antithetic pair failed: not in either
+  Moments moments;                        ///< of the study's quantities
+  std::vector<Moments> controlled;        ///< of quantities with their control variates (control_variate.h)
+  Moments pairs;                          ///< of antithetic pairs (antithetic.h), beside `moments` of their trials
+  std::vector<Moments> controlled_pairs;  ///< the same for `controlled`
+  std::vector<std::uint64_t> counts;      ///< of the study's events
   std::vector<std::uint64_t> failed_trials;  ///< numbers of the first kMaxListed failed trials, for replay
   std::vector<double> samples;               ///< first realisations, row by row, as many as the study asked for
 

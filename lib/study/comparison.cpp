@@ -35,16 +35,22 @@ void set_verdict(ComparisonRow& row, const Interval& ratio, const VerdictRule& r
 
 ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas, const Moments& m,
                          Eigen::Index i, double predicted_sd, const VerdictRule& rule, std::uint64_t trials) {
+  return compare_sd(quantity, unit, sigmas, m.count < 2 ? SampleSummary{} : summarise(m, i), predicted_sd, rule,
+                    trials);
+}
+
+ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas, const SampleSummary& s,
+                         double predicted_sd, const VerdictRule& rule, std::uint64_t trials) {
   ComparisonRow row;
   row.quantity = quantity;
   row.unit = unit;
   row.analytic = sigmas * predicted_sd;
-  if (m.count < 2) {
+  if (s.units < 2) {
     row.note = "fewer than two converged trials";
     return row;
   }
-  const double sd = std::sqrt(m.variance(i));
-  const Interval ci = sd_interval(m.variance(i), m.count, m.kurtosis(i), rule.confidence);
+  const double sd = std::sqrt(s.variance);
+  const Interval ci = sd_interval(s, rule.confidence);
   row.monte_carlo = sigmas * sd;
   row.interval = {sigmas * ci.lo, sigmas * ci.hi};
   if (!(sd > 0)) {
@@ -54,7 +60,7 @@ ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, d
   row.ratio = predicted_sd / sd;
   row.ratio_interval = {predicted_sd / ci.hi, predicted_sd / ci.lo};
   // Beyond four standard errors of a normal sample's skewness (sqrt(6/n)) and kurtosis (sqrt(24/n)), and visible.
-  const double n = static_cast<double>(m.count), skew = m.skewness(i), kurt = m.kurtosis(i);
+  const double n = static_cast<double>(s.units), skew = s.skewness, kurt = s.kurtosis;
   if ((std::abs(skew) > 4 * std::sqrt(6 / n) && std::abs(skew) > 0.1) ||
       (std::abs(kurt - 3) > 4 * std::sqrt(24 / n) && std::abs(kurt - 3) > 0.2))
     row.note = fmt::format("not normal: skewness {:.2f}, kurtosis {:.2f}", skew, kurt);
@@ -64,17 +70,22 @@ ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, d
 
 ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const Moments& m, Eigen::Index i,
                            double offset, double predicted, const VerdictRule& rule, std::uint64_t trials) {
+  return compare_mean(quantity, unit, m.count < 2 ? SampleSummary{} : summarise(m, i), offset, predicted, rule, trials);
+}
+
+ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const SampleSummary& s, double offset,
+                           double predicted, const VerdictRule& rule, std::uint64_t trials) {
   ComparisonRow row;
   row.quantity = quantity;
   row.unit = unit;
   row.analytic = predicted;
-  if (m.count < 2) {
+  if (s.units < 2) {
     row.note = "fewer than two converged trials";
     return row;
   }
-  const double sd = std::sqrt(m.variance(i));
-  row.monte_carlo = m.mean[i] + offset;
-  row.interval = mean_interval(row.monte_carlo, m.variance(i), m.count, rule.confidence);
+  const double sd = std::sqrt(s.variance);
+  row.monte_carlo = s.mean + offset;
+  row.interval = mean_interval(row.monte_carlo, s.unit_variance, s.units, rule.confidence);
   if (!(sd > 0)) {
     row.note = "every trial gave the same";
     return row;

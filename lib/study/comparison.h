@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "stats/moments.h"
+#include "stats/sample_summary.h"
 #include "store/table.h"
 #include "study/verdict.h"
 
@@ -28,12 +28,17 @@ struct ComparisonRow {
 /// Skewness and kurtosis go to the note where the distribution is clearly not normal.
 ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas, const Moments& moments,
                          Eigen::Index index, double predicted_sd, const VerdictRule& rule, std::uint64_t trials);
+ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas,
+                         const SampleSummary& sample, double predicted_sd, const VerdictRule& rule,
+                         std::uint64_t trials);
 
 /// Mean of component `index` plus `offset` against `predicted`. A ratio of two values near zero says nothing, so means
 /// have none: the verdict is on the shift from the prediction in units of the Monte-Carlo sd, held to the same margin.
 ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const Moments& moments,
                            Eigen::Index index, double offset, double predicted, const VerdictRule& rule,
                            std::uint64_t trials);
+ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const SampleSummary& sample,
+                           double offset, double predicted, const VerdictRule& rule, std::uint64_t trials);
 
 /// The columns of every comparison table (docs/results-format.md) from rows. `trials` and `failed` are repeated.
 Table comparison_table(const std::string& name, const std::string& long_name, const std::vector<ComparisonRow>& rows,

@@ -592,6 +592,31 @@ class BadConfigs(Case):
                 self.config("bad.toml", (old, new))
                 self.refuse("bad.toml", says)
 
+    def test_antithetic_pairs(self):
+        first = r"^error: bad\.toml:4: "
+        half_open = r'^error: bad\.toml:15: noise\.law = "%s_half_open": must be symmetric about zero .*antithetic'
+        for old, new, says in [
+            ("seed = 1", "seed = 1\nantithetic = 1", first + "antithetic = 1: must be true or false"),
+            ("seed = 1", 'seed = 1\nantithetic = "true"', first + 'antithetic = "true": must be true or false'),
+            ("seed = 1", "seed = 1\nantithetical = true", first + "antithetical: unknown key: did you mean antithetic"),
+            ("trials = 600", "antithetic = true\ntrials = 601",
+             r"^error: bad\.toml:5: trials = 601: must be even where antithetic = true"),
+            ("trials = 600", "antithetic = true\n[stop]\nrelative_ci = 0.01\nquantities = ['sigma3_gain_x']\n"
+             "max_trials = 5001\n[estimator]\nname = 'msa'\n#", r"^error: bad\.toml:8: stop\.max_trials = 5001: must be even"),
+        ]:
+            with self.subTest(new=new):
+                changes = [(old, new)] + ([('estimator = "msa"\n', "")] if "[stop]" in new else [])
+                self.config("bad.toml", *changes)
+                self.refuse("bad.toml", says)
+        for law in ["gaussian", "uniform"]:
+            self.config("bad.toml", ("trials = 600", "trials = 600\nantithetic = true"),
+                        append=f'law = "{law}_half_open"\n')
+            self.refuse("bad.toml", half_open % law)
+            self.config("good.toml", append=f'law = "{law}_half_open"\n')
+            self.call("check", "good.toml")
+        self.refused(BAD_INPUT, "run", "base.toml", "--trials", 301, "--set", "antithetic=true",
+                     says=r"^error: --set trials=301: .*must be even where antithetic = true")
+
     def test_sweeps_and_annotations(self):
         published = '[[published]]\nsource = "S"\n'
         for text, says in [
@@ -1022,6 +1047,103 @@ class Replay(Case):
             self.assertIn("NOT converged", self.call("run", "base.toml", "--trial", k, *options).stdout)
         k = next(i for i in range(600) if i not in set(failed.tolist()))
         self.assertNotIn("NOT converged", self.call("run", "base.toml", "--trial", k, *options).stdout)
+
+
+class Antithetic(Case):
+    ON = ["--set", "antithetic=true", "--set", "noise.accelerometer_mps2=0.002", "--set", "noise.reference.per=run",
+          "--set", "noise.reference.total_nT=60"]
+
+    def test_the_default_is_off_and_in_the_file(self):
+        self.assertIs(tomllib.loads(self.call("check", "base.toml").stdout)["antithetic"], False)
+        path = self.run_config()
+        with h5py.File(path) as f:
+            self.assertNotIn("antithetic_pairs", f["tables"])
+
+    def test_small_noise_mirrors_a_pair_about_the_truth(self):
+        path = self.run_config(*self.ON, "--set", "noise.scale=1e-4", "--set", "save_samples=600")
+        for name, truth in [("gain_x", 1), ("gain_z", 1), ("bias_x_nT", 0), ("bias_z_nT", 0)]:
+            errors = column(path, "samples/realisations", name) - truth
+            # what does not cancel is second order: 1e-4 of the noise's 1e-3 relative size
+            self.assertLess(np.max(np.abs(errors[0::2] + errors[1::2])), 1e-3 * np.std(errors))
+
+    def test_bits_do_not_depend_on_threads_or_instructions(self):
+        one = self.run_config(*self.ON, "--trials", 3000, "--threads", 1, output="one.h5")
+        three = self.run_config(*self.ON, "--trials", 3000, "--threads", 3, output="three.h5")
+        avx2 = self.run_config(*self.ON, "--trials", 3000, output="avx2.h5",
+                               env={"SURVEYMC_INSTRUCTION_SET": "x86-64-v3"})
+        self.assertEqual(contents(one), contents(three))
+        self.assertEqual(contents(one), contents(avx2))
+        self.assertRegex(self.call("rerun", one).stdout, "^identical")
+
+    def test_first_trials_of_pairs_are_the_independent_ones(self):
+        pairs = self.run_config(*self.ON, "--set", "save_samples=600", output="a.h5")
+        alone = self.run_config(*self.ON[2:], "--set", "save_samples=600", output="b.h5")
+        for name in ["gain_x", "bias_z_nT", "north_m"]:
+            np.testing.assert_array_equal(column(pairs, "samples/realisations", name)[0::2],
+                                          column(alone, "samples/realisations", name)[:300])
+
+    def test_statistics_are_those_of_the_pairs(self):
+        path = self.run_config(*self.ON, "--set", "save_samples=600")
+        rows = list(column(path, "tables/parameters", "quantity"))
+        for name in ["gain_x", "bias_z"]:
+            y = column(path, "samples/realisations", name + ("_nT" if name.startswith("bias") else ""))
+            h, d = (y[0::2] + y[1::2]) / 2, (y[0::2] - y[1::2]) / 2
+            value = {c: column(path, "tables/parameters", c) for c in
+                     ["monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high", "trials"]}
+            mean, sd = rows.index("mean_" + name), rows.index("sigma3_" + name)
+            self.assertEqual(value["trials"][mean], 600)
+            self.assertAlmostEqual(value["monte_carlo"][sd], 3 * np.sqrt(np.var(h, ddof=1) + np.mean(d * d)), delta=1e-9)
+            half = (value["monte_carlo_ci_high"][mean] - value["monte_carlo_ci_low"][mean]) / 2
+            np.testing.assert_allclose(half, 1.959963984540054 * np.std(h, ddof=1) / np.sqrt(300), rtol=1e-6)
+
+    def test_a_pair_with_a_failed_trial_is_left_out_whole(self):
+        # Large noise with few iterations: some trials fail whose other does not.
+        options = [*self.ON, "--set", "estimator.max_iterations=3", "--set", "save_samples=600"]
+        path = self.run_config(*options)
+        failed = set(column(path, "tables/failed_trials", "trial").tolist())
+        alone = {k ^ 1 for k in failed} - failed
+        self.assertTrue(failed and alone, (len(failed), len(alone)))
+        counts = {c: int(column(path, "tables/antithetic_pairs", c)[0]) for c in ["trials", "failed", "left_out", "pairs"]}
+        self.assertEqual(counts, {"trials": 600, "failed": len(failed), "left_out": len(alone),
+                                  "pairs": (600 - len(failed) - len(alone)) // 2})
+        self.assertEqual(set(column(path, "tables/position", "failed")), {len(failed)})
+        saved = column(path, "samples/realisations", "trial").astype(int)  # all that converged, as without pairs
+        self.assertEqual(saved.tolist(), [k for k in range(600) if k not in failed])
+        keep = np.array([k ^ 1 not in failed for k in saved])
+        mean = list(column(path, "tables/parameters", "quantity")).index("mean_bias_z")
+        np.testing.assert_allclose(column(path, "tables/parameters", "monte_carlo")[mean],
+                                   np.mean(column(path, "samples/realisations", "bias_z_nT")[keep]), rtol=1e-9, atol=1e-9)
+
+    def test_replay_has_the_sign_of_the_run(self):
+        options = [*self.ON, "--set", "save_samples=600"]
+        path = self.run_config(*options)
+        for k in [0, 1, 6, 7, 8, 511, 512, 599]:
+            out = self.call("run", "base.toml", "--trial", k, *options).stdout
+            value = float(re.search(r"(?m)^\s+bias_z\s+(\S+) nT$", out).group(1))
+            self.assertEqual(value, column(path, "samples/realisations", "bias_z_nT")[k])
+
+    def test_stopping_rule(self):
+        text = CONFIG.replace("trials = 600\n", "antithetic = true\n") + (
+            '[stop]\nrelative_ci = 0.001\nquantities = ["sigma3_gain_x"]\nmax_trials = 200000\n')
+        for controlled in ["true", "false"]:
+            self.write("stop.toml", text.replace("seed = 1", f"seed = 1\ncontrol_variate = {controlled}"))
+            path = self.run_config(config="stop.toml", output=f"{controlled}.h5")
+            trials = int(column(path, "tables/antithetic_pairs", "trials")[0])
+            self.assertEqual(trials, 4096 if controlled == "true" else 200000)
+
+    def test_when_no_trial_converges(self):
+        none = ["--set", "estimator.max_iterations=1", "--set", "estimator.step_tolerance=1e-15"]
+        path = self.run_config(*self.ON, *none, output="fixed.h5")
+        self.assertEqual(int(column(path, "tables/antithetic_pairs", "pairs")[0]), 0)
+        self.write("stop.toml", CONFIG.replace("trials = 600\n", "antithetic = true\n") +
+                   '[stop]\nrelative_ci = 0.001\nquantities = ["sigma3_gain_x"]\nmax_trials = 20000\n')
+        path = self.run_config(*none, config="stop.toml", output="stop.h5")
+        self.assertEqual(int(column(path, "tables/antithetic_pairs", "failed")[0]), 20000)
+
+    def test_few_trials(self):
+        for trials in [2, 4, 8, 42]:
+            path = self.run_config(*self.ON, "--trials", trials, output=f"{trials}.h5")
+            self.assertEqual(int(column(path, "tables/antithetic_pairs", "pairs")[0]), trials // 2)
 
 
 class Sweeps(Case):

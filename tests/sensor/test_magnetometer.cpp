@@ -128,3 +128,79 @@ TEST_CASE("A trial has the same readings in whatever batch it comes") {
     CHECK(small.reference.value(t, 0) == large.reference.value(40 + t, 0));
   }
 }
+
+TEST_CASE("Antithetic trials 2j and 2j + 1 have the draws of trial j and their negatives") {
+  const test::ThesisCase c = test::thesis_case(4);
+  const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
+  const Stream stream(8, 1);
+  NoiseModel noise;
+  noise.magnetometer = 70;
+  noise.accelerometer = 0.01;
+  noise.reference_total = 107;
+  noise.reference_dip = 0.16 * kDegree;
+  NoiseWeights weights;
+  const auto rows = static_cast<std::size_t>(3 * c.survey.size());
+  for (std::size_t i = 0; i < rows * NoiseWeights::kSums; ++i)
+    weights.magnetometer.push_back(std::sin(0.1 + double(i)));
+  weights.accelerometer = weights.reference = weights.magnetometer;
+  constexpr int trials = 32, first = 1024;  // across groups, and not from trial 0
+  for (const NoiseLaw law : {NoiseLaw::gaussian, NoiseLaw::uniform})
+    for (const ReferenceNoise per : {ReferenceNoise::per_run, ReferenceNoise::per_station}) {
+      noise.law = law;
+      noise.reference = per;
+      const auto simulate = [&](bool antithetic, int begin, int count, LaneArray& sums) {
+        noise.antithetic = antithetic;
+        ReadingBlock b = make_reading_block(count, c.survey.size(), noise);
+        simulate_readings(clean, c.field, noise, stream, static_cast<std::uint64_t>(begin), b, &weights, &sums);
+        return b;
+      };
+      LaneArray pair_sums(groups_for(trials), NoiseWeights::kSums), own_sums(groups_for(trials), NoiseWeights::kSums);
+      const ReadingBlock pairs = simulate(true, first, trials, pair_sums),
+                         own = simulate(false, first / 2, trials / 2, own_sums);
+      for (int t = 0; t < trials; ++t) {
+        const double sign = t % 2 == 0 ? 1 : -1;
+        for (int q = 0; q < NoiseWeights::kSums; ++q)
+          REQUIRE(pair_sums.value(t, q) == sign * own_sums.value(t / 2, q));  // to the last bit
+        for (int r = 0; r < 3 * c.survey.size(); ++r) {
+          const double truth = (&clean.magnetic_T.front().x)[r];
+          const double noise_of_own = own.magnetic.value(t / 2, r) - truth;
+          REQUIRE(std::abs(pairs.magnetic.value(t, r) - truth - sign * noise_of_own) < 2e-11);  // two roundings of 1e5
+          if (law == NoiseLaw::gaussian)
+            REQUIRE(std::abs(noise_of_own - 70 * stream.normal(static_cast<std::uint64_t>((first + t) / 2),
+                                                               Channel::magnetometer_noise,
+                                                               static_cast<std::uint32_t>(r))) < 2e-11);
+          if (sign > 0) REQUIRE(pairs.down.value(t, r) == own.down.value(t / 2, r));
+        }
+        const int references = per == ReferenceNoise::per_station ? c.survey.size() : 1;
+        for (int k = 0; k < references; ++k) {
+          const auto total = [&](const ReadingBlock& b, int trial) {
+            return std::hypot(b.reference.value(trial, 2 * k), b.reference.value(trial, 2 * k + 1)) - 51000;
+          };
+          const auto dip = [&](const ReadingBlock& b, int trial) {
+            return std::atan2(b.reference.value(trial, 2 * k + 1), b.reference.value(trial, 2 * k)) - 72 * kDegree;
+          };
+          REQUIRE(std::abs(total(pairs, t) - sign * total(own, t / 2)) < 1e-9);
+          REQUIRE(std::abs(dip(pairs, t) - sign * dip(own, t / 2)) < 1e-14);
+        }
+        if (sign < 0)  // gravity plus and minus one noise: before normalising, their mean is the clean reading
+          for (int k = 0; k < c.survey.size(); ++k) {
+            const auto down = [&](int trial) {
+              return Vec3<double>{pairs.down.value(trial, 3 * k), pairs.down.value(trial, 3 * k + 1),
+                                  pairs.down.value(trial, 3 * k + 2)};
+            };
+            const auto at = static_cast<std::size_t>(k);
+            const Vec3<double> u = scale(1 / norm(clean.gravity_T[at]), clean.gravity_T[at]);
+            const Vec3<double> plus = down(t - 1), minus = down(t);
+            // Opposite tilts: plus, u and minus lie in one plane.
+            CHECK(std::abs(dot(plus, cross(u, minus))) < 1e-15);
+          }
+      }
+    }
+}
+
+TEST_CASE("Laws about zero are symmetric, half-open ones are not") {
+  CHECK(symmetric(NoiseLaw::gaussian));
+  CHECK(symmetric(NoiseLaw::uniform));
+  CHECK(!symmetric(NoiseLaw::gaussian_half_open));
+  CHECK(!symmetric(NoiseLaw::uniform_half_open));
+}
