@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "estimate/msa_sensitivity.h"
+#include "estimate/sensitivity.h"
 #include "propagate/position_covariance.h"
 #include "survey/minimum_curvature.h"
 
@@ -30,63 +30,81 @@ void append_rows(std::vector<double>& weights, const ErrorByInput& by_draw) {
 
 }  // namespace
 
+InputErrors input_errors(const NoiseModel& noise, const ToolSpread& spread, const ReferenceField& field) {
+  return {noise.magnetometer * std::sqrt(unit_noise_variance(noise.law)),
+          noise.accelerometer / field.gravity,
+          noise.reference_total,
+          noise.reference_dip,
+          noise.reference == ReferenceNoise::per_station,
+          spread.gain,
+          spread.bias};
+}
+
 MsaPrediction predict_msa(const Survey& survey, const ReferenceField& field, const MagnetometerErrors& errors,
-                          const NoiseModel& noise, const CleanReadings& clean) {
+                          const ToolSpread& spread, const NoiseModel& noise, const CleanReadings& clean,
+                          const EstimatorOptions& estimator) {
   const auto n = static_cast<std::size_t>(survey.size());
-  std::vector<StationFields> fields;
+  const std::vector<StationFields> fields = station_fields(clean);
   std::vector<Vec3<double>> uncorrected;
-  for (std::size_t k = 0; k < n; ++k) {
-    const Vec3<double> u = scale(1 / norm(clean.gravity_T[k]), clean.gravity_T[k]);
-    fields.push_back({clean.field_T[k], u});
-    uncorrected.push_back(magnetic_to_true(tangent_from_fields(u, clean.magnetic_T[k]), std::sin(field.declination),
-                                           std::cos(field.declination)));
-  }
+  for (std::size_t k = 0; k < n; ++k)
+    uncorrected.push_back(magnetic_to_true(tangent_from_fields(fields[k].down_T, clean.magnetic_T[k]),
+                                           std::sin(field.declination), std::cos(field.declination)));
+  const InputErrors sd = input_errors(noise, spread, field);
+  const Sensitivity sensitive = sensitivity(estimator, {fields, errors.gain, errors.bias, field});
   MsaPrediction p;
+  Vector6d shift = sensitive.shift.head<6>();
+  for (const Matrix83d& m : sensitive.by_magnetometer)  // a noise law with a mean other than zero is one more bias
+    shift += noise.magnetometer * unit_noise_mean(noise.law) * m.topRows<6>().rowwise().sum();
   for (int i = 0; i < 3; ++i) {
     const auto a = static_cast<std::size_t>(i);
-    p.parameters[i] = errors.gain[a];
-    // A noise law with a mean other than zero is one more bias, and MSA finds it.
-    p.parameters[3 + i] = errors.bias[a] + noise.magnetometer * unit_noise_mean(noise.law);
+    p.parameters[i] = errors.gain[a] + shift[i];
+    p.parameters[3 + i] = errors.bias[a] + shift[3 + i];
   }
-  p.position = minimum_curvature_positions(survey).back();
   p.uncorrected = minimum_curvature_positions(survey.md(), uncorrected).back();
-
-  const double magnetometer_sd = noise.magnetometer * std::sqrt(unit_noise_variance(noise.law));
-  const double down_sd = noise.accelerometer / field.gravity;
-  const bool per_station = noise.reference == ReferenceNoise::per_station;
-  const MsaSensitivity sensitivity = msa_sensitivity(fields, errors.gain, field.total, field.dip);
-  p.parameter_covariance = msa_covariance(
-      sensitivity, fields, {magnetometer_sd, down_sd, noise.reference_total, noise.reference_dip, per_station});
+  const Matrix8d covariance = error_covariance(sensitive, fields, sd);
+  p.parameter_covariance = covariance.topLeftCorner<6, 6>();
+  p.reference_covariance = covariance.bottomRightCorner<2, 2>();
+  p.claimed_covariance = error_covariance(sensitive, fields, estimator.assumed);
 
   const std::vector<StationEffect> effects = final_position_effects(survey.md(), fields, field.declination);
+  const Vector3d per_gain(1 / errors.gain[0], 1 / errors.gain[1], 1 / errors.gain[2]);
   std::vector<Matrix36d> by_error;
   Matrix36d by_constant_error = Matrix36d::Zero();
+  Vector3d by_noise_mean = Vector3d::Zero();
   for (std::size_t k = 0; k < n; ++k) {
     by_error.push_back(magnetometer_error_effect(effects[k], fields[k], errors.gain));
     by_constant_error += by_error.back();
+    by_noise_mean += effects[k].by_field * per_gain;
   }
-  const Vector6d sd = p.parameter_covariance.diagonal().cwiseSqrt();
+  p.position = minimum_curvature_positions(survey).back() + by_constant_error * shift +
+               noise.magnetometer * unit_noise_mean(noise.law) * by_noise_mean;
+  const Vector6d parameter_sd = p.parameter_covariance.diagonal().cwiseSqrt();
   p.position_covariance = {propagate_joint(by_error, p.parameter_covariance) +
-                               propagate_station_noise(effects, fields, errors.gain, magnetometer_sd, down_sd),
-                           propagate_systematic(by_error, sd), propagate_random(by_error, sd)};
+                               propagate_station_noise(effects, fields, errors.gain, sd.magnetometer, sd.down),
+                           propagate_systematic(by_error, parameter_sd), propagate_random(by_error, parameter_sd)};
 
-  const Vector3d per_gain(1 / errors.gain[0], 1 / errors.gain[1], 1 / errors.gain[2]);
-  const Eigen::Vector2d reference_sd(noise.reference_total, noise.reference_dip);
+  const Eigen::Vector2d reference_sd(sd.total, sd.dip);
   Matrix62d reference = Matrix62d::Zero();
   for (std::size_t k = 0; k < n; ++k) {
     append_rows(p.weights.magnetometer,
-                noise.magnetometer * stacked(sensitivity.by_magnetometer[k], by_constant_error,
+                noise.magnetometer * stacked(Matrix63d(sensitive.by_magnetometer[k].topRows<6>()), by_constant_error,
                                              Matrix3d(effects[k].by_field * per_gain.asDiagonal())));
     if (noise.accelerometer > 0) {
       const Vector3d u = to_eigen(fields[k].down_T);
-      const Matrix3d across = down_sd * (Matrix3d::Identity() - u * u.transpose());
-      append_rows(p.weights.accelerometer, stacked(Matrix63d(sensitivity.by_down[k] * across), by_constant_error,
-                                                   Matrix3d(effects[k].by_down * across)));
+      const Matrix3d across = sd.down * (Matrix3d::Identity() - u * u.transpose());
+      append_rows(p.weights.accelerometer, stacked(Matrix63d(sensitive.by_down[k].topRows<6>() * across),
+                                                   by_constant_error, Matrix3d(effects[k].by_down * across)));
     }
-    reference = sensitivity.by_reference[k] * reference_sd.asDiagonal() +
-                (per_station ? Matrix62d(Matrix62d::Zero()) : reference);
-    if (noise.reference != ReferenceNoise::none && (per_station || k + 1 == n))
+    reference = sensitive.by_reference[k].topRows<6>() * reference_sd.asDiagonal() +
+                (sd.reference_per_station ? Matrix62d(Matrix62d::Zero()) : reference);
+    if (noise.reference != ReferenceNoise::none && (sd.reference_per_station || k + 1 == n))
       append_rows(p.weights.reference, stacked(reference, by_constant_error, Eigen::Matrix<double, 3, 2>::Zero()));
+  }
+  if (spread.any()) {
+    Matrix6d by_tool = sensitive.by_truth.topRows<6>();
+    by_tool.leftCols<3>() *= spread.gain;
+    by_tool.rightCols<3>() *= spread.bias;
+    append_rows(p.weights.tool, stacked(by_tool, by_constant_error, Eigen::Matrix<double, 3, 6>::Zero()));
   }
   p.linear = noise_sum_moments(p.weights, noise.law);
 

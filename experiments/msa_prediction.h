@@ -1,19 +1,25 @@
 #pragma once
-/// What first-order theory says of MSA and the position after it, before any trial: shared by the studies of MSA.
+/// What first-order theory says of an estimator and the position after it, before any trial: shared by the studies of
+/// MSA.
 #include <array>
 
 #include <Eigen/Core>
 
+#include "estimate/estimator.h"
 #include "field/reference_field.h"
 #include "sensor/magnetometer.h"
+#include "sensor/tool_spread.h"
 #include "survey/survey.h"
 
 namespace surveymc {
 
 struct MsaPrediction {
-  Eigen::Matrix<double, 6, 1> parameters;  ///< mean of the estimate: gain x, y, z (1), bias x, y, z (nT)
-  Eigen::Matrix<double, 6, 6> parameter_covariance;
-  Eigen::Vector3d position;     ///< true final position, N, E, V in metres from the first station
+  Eigen::Matrix<double, 6, 1> parameters;            ///< mean of the estimate: gain x, y, z (1), bias x, y, z (nT)
+  Eigen::Matrix<double, 6, 6> parameter_covariance;  ///< of the estimate less the truth of the run
+  Eigen::Matrix2d reference_covariance;              ///< of the reference the estimator ends with: nT, rad
+  /// Of parameters and reference, by the errors that the estimator assumes: what it says of itself.
+  Eigen::Matrix<double, 8, 8> claimed_covariance;
+  Eigen::Vector3d position;     ///< mean final position, N, E, V in metres from the first station
   Eigen::Vector3d uncorrected;  ///< final position of the noise-free, uncorrected readings
   /// Of the final position, by propagation: joint (with station noise), systematic, random.
   std::array<Eigen::Matrix3d, 3> position_covariance;
@@ -23,9 +29,13 @@ struct MsaPrediction {
   NoiseSumMoments linear;
 };
 
-/// `clean` are the readings of this survey by this tool. Throws InputError when the stations cannot determine the
-/// parameters.
+/// `clean` are the readings of this survey by this tool (`spread`: by tools that vary about it). Throws InputError when
+/// the stations cannot determine the parameters.
 MsaPrediction predict_msa(const Survey& survey, const ReferenceField& field, const MagnetometerErrors& errors,
-                          const NoiseModel& noise, const CleanReadings& clean);
+                          const ToolSpread& spread, const NoiseModel& noise, const CleanReadings& clean,
+                          const EstimatorOptions& estimator);
+
+/// One standard deviation of every input's error.
+InputErrors input_errors(const NoiseModel& noise, const ToolSpread& spread, const ReferenceField& field);
 
 }  // namespace surveymc

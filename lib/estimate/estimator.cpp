@@ -5,12 +5,14 @@
 #include <fmt/ranges.h>
 
 #include "base/error.h"
+#include "estimate/field_fit_estimators.h"
 #include "estimate/msa.h"
+#include "estimate/wls.h"
 
 namespace surveymc {
 
 const std::vector<std::string>& estimator_names() {
-  static const std::vector<std::string> names{"msa"};
+  static const std::vector<std::string> names{"msa", "msa_weighted", "msa_joint", "wls", "wls_consider"};
   return names;
 }
 
@@ -19,7 +21,8 @@ const std::vector<std::string>& solver_names() {
   return names;
 }
 
-std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& o, const ReferenceField& field) {
+std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& o, const ReferenceField& field,
+                                          const std::vector<StationFields>& truth) {
   const auto known = [](const std::vector<std::string>& names, const std::string& n) {
     return std::find(names.begin(), names.end(), n) != names.end();
   };
@@ -30,9 +33,22 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& o, const Refer
   require(o.max_iterations >= 1, "estimator.max_iterations = {}: must be at least 1", o.max_iterations);
   require(o.step_tolerance > 0, "estimator.step_tolerance = {}: must be > 0", o.step_tolerance);
   require(field.total > 0, "field.total_nT = {}: must be > 0", field.total);
-  const MsaOptions msa{o.max_iterations, o.step_tolerance};
-  if (o.solver.starts_with("nlopt_")) return make_msa_nlopt(o.solver.substr(6), msa, field);
-  return make_msa(msa, field);
+  const bool nlopt = o.solver.starts_with("nlopt_");
+  if (o.name == "wls") {
+    require(!nlopt, "estimator.solver = \"{}\": wls is linear, it is solved in closed form", o.solver);
+    return make_wls(o.assumed, truth);
+  }
+  const NewtonOptions newton{o.max_iterations, o.step_tolerance};
+  if (o.name == "msa" && !nlopt) return make_msa({o.max_iterations, o.step_tolerance}, field);
+  FieldFitModel model;  // as it is: msa
+  model.total = field.total;
+  if (o.name != "msa")
+    model = field_fit_model(o.name == "msa_weighted" ? ReferenceTreatment::weighted
+                            : o.name == "msa_joint"  ? ReferenceTreatment::joint
+                                                     : ReferenceTreatment::exact,
+                            o.assumed, field);
+  if (nlopt) return make_field_fit_nlopt(o.name, o.solver.substr(6), model, newton);
+  return make_field_fit(o.name, model, newton);
 }
 
 }  // namespace surveymc

@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "estimate/input_errors.h"
 #include "field/reference_field.h"
+#include "survey/frames.h"
 #include "survey/readings.h"
 
 namespace surveymc {
@@ -13,14 +15,18 @@ namespace surveymc {
 struct EstimateBlock {
   explicit EstimateBlock(int trials)
       : parameters(groups_for(trials), 6),
+        reference(groups_for(trials), 2),
+        claimed_variance(groups_for(trials), 6),
         cost(groups_for(trials), 1),
         iterations(groups_for(trials), 1),
         converged(groups_for(trials), 1) {}
 
   LaneArray parameters;
-  LaneArray cost;        ///< sum of squared residuals at the minimum, nT^2
-  LaneArray iterations;  ///< evaluations of the model
-  LaneArray converged;   ///< 1, or 0 where the estimate is not to be used
+  LaneArray reference;         ///< Bh, Bv (nT) at the first station, of estimators that estimate the reference
+  LaneArray claimed_variance;  ///< of the six parameters, of estimators whose claim depends on the trial's readings
+  LaneArray cost;              ///< sum of squared residuals at the minimum, nT^2
+  LaneArray iterations;        ///< evaluations of the model
+  LaneArray converged;         ///< 1, or 0 where the estimate is not to be used
 };
 
 /// Virtual once per batch of trials, never per trial: the loop over trials is inside. Stateless; solve() may be called
@@ -29,23 +35,34 @@ class Estimator {
  public:
   virtual ~Estimator() = default;
   virtual std::string name() const = 0;
+  virtual bool estimates_reference() const { return false; }
   virtual void solve(const ReadingBlock& readings, EstimateBlock& out) const = 0;
 };
 
 struct EstimatorOptions {
+  /// What is minimised (field_fit.h, wls.h):
+  ///   msa           (Bh, Bv) of all stations against the reference, unweighted
+  ///   msa_weighted  the same with the covariance of (Bh, Bv), the reference's part as if new at every station
+  ///   msa_joint     (Bh, Bv) with the sensors' covariance; the reference (B, dip) is unknown too, with priors
+  ///   wls           readings against the true field in the tool frame (attitude known), with priors
+  ///   wls_consider  (Bh, Bv) with the sensors' covariance; the reference's error is considered, not estimated
   std::string name = "msa";
   /// "gauss_newton" (lanes), or "nlopt_neldermead", "nlopt_bobyqa", "nlopt_lbfgs" (one trial at a time; a second,
-  /// independent way to the same minimum).
+  /// independent way to the same minimum). wls is linear and has none.
   std::string solver = "gauss_newton";
   int max_iterations = 200;
-  double step_tolerance = 1e-9;  ///< see MsaOptions
+  double step_tolerance = 1e-9;  ///< see NewtonOptions
+  InputErrors assumed;           ///< not used by msa
 };
 
 /// Names that make_estimator knows, for messages and checks.
 const std::vector<std::string>& estimator_names();
 const std::vector<std::string>& solver_names();
 
-/// `field` gives the scale of the unknowns. Throws InputError on an unknown name or option out of range.
-std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& options, const ReferenceField& field);
+/// `field` is the nominal reference: scale of the unknowns, and the point that weights are made at. `truth` (one entry
+/// a station) is what wls has to know and the others do not look at. Throws InputError on an unknown name, an option
+/// out of range, a missing truth.
+std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& options, const ReferenceField& field,
+                                          const std::vector<StationFields>& truth = {});
 
 }  // namespace surveymc

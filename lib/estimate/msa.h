@@ -9,8 +9,4 @@ namespace surveymc {
 /// Multi-station analysis: minimises sum_k (Bh_k - Bh_ref)^2 + (Bv_k - Bv_ref)^2 over gains and biases.
 std::unique_ptr<Estimator> make_msa(const MsaOptions& options, const ReferenceField& field);
 
-/// The same minimum by NLopt; `algorithm` is "neldermead", "bobyqa" or "lbfgs".
-std::unique_ptr<Estimator> make_msa_nlopt(const std::string& algorithm, const MsaOptions& options,
-                                          const ReferenceField& field);
-
 }  // namespace surveymc

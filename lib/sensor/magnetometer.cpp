@@ -48,6 +48,13 @@ CleanReadings clean_readings(const Survey& survey, const ReferenceField& field, 
   return clean;
 }
 
+std::vector<StationFields> station_fields(const CleanReadings& clean) {
+  std::vector<StationFields> fields;
+  for (std::size_t k = 0; k < clean.field_T.size(); ++k)
+    fields.push_back({clean.field_T[k], scale(1 / norm(clean.gravity_T[k]), clean.gravity_T[k])});
+  return fields;
+}
+
 NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law) {
   NoiseSumMoments m{};
   using Row = Eigen::Matrix<double, NoiseWeights::kSums, 1>;
@@ -63,6 +70,7 @@ NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law) {
   add(weights.magnetometer, unit_noise_mean(law), unit_noise_variance(law));
   add(weights.accelerometer, 0, 1);
   add(weights.reference, 0, 1);
+  add(weights.tool, 0, 1);
   return m;
 }
 

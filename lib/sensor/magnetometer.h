@@ -57,6 +57,9 @@ struct CleanReadings {
 };
 CleanReadings clean_readings(const Survey& survey, const ReferenceField& field, const MagnetometerErrors& errors);
 
+/// What an error-free tool sees at the stations.
+std::vector<StationFields> station_fields(const CleanReadings& clean);
+
 /// Linear functions of a trial's draws: sums of weight times draw, kSums of them at a time. Draws are those of size 1,
 /// so the weight carries the noise's size. With the weights of a first-order prediction they are what that prediction
 /// says of this very trial: its control variate.
@@ -65,6 +68,7 @@ struct NoiseWeights {
   std::vector<double> magnetometer;   ///< [3 station + axis][kSums]
   std::vector<double> accelerometer;  ///< the same; empty without accelerometer noise
   std::vector<double> reference;      ///< [2 pair + {0 total field, 1 dip}][kSums]; empty without reference noise
+  std::vector<double> tool;           ///< [gain x, y, z, bias x, y, z][kSums]; empty unless tools are drawn
 };
 /// Mean and covariance of the sums, exact.
 struct NoiseSumMoments {

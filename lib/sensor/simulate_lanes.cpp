@@ -1,24 +1,17 @@
 #include "sensor/simulate_lanes.h"
 
+#include "sensor/draw_address.h"
+
 namespace surveymc::SURVEYMC_ISA {
 namespace {
 
 using T = Lanes;
 
 /// Where the lanes' trials find their draws: the trial in the stream's address, and the sign bit that turns its draws.
-struct DrawAddress {
-  Bits<T> trial, sign;
-};
-
-/// Antithetic trials 2j and 2j + 1 have the draws of the stream's trial j, the second with the opposite sign.
-DrawAddress draw_address(const Bits<T>& trial, bool antithetic) {
-  if (!antithetic) return {trial, Bits<T>(0)};
-  return {trial >> 1, trial << 63};
-}
-
 /// Four draws of size 1 of the law.
-[[gnu::always_inline]] inline std::array<T, 4> unit_draws(NoiseLaw law, const Stream& stream, const DrawAddress& from,
-                                                          Channel channel, std::uint32_t call) {
+[[gnu::always_inline]] inline std::array<T, 4> unit_draws(NoiseLaw law, const Stream& stream,
+                                                          const DrawAddress<T>& from, Channel channel,
+                                                          std::uint32_t call) {
   std::array<T, 4> x;
   if (law == NoiseLaw::gaussian || law == NoiseLaw::gaussian_half_open) {
     x = stream.normals<T>(from.trial, channel, call);
@@ -29,7 +22,7 @@ DrawAddress draw_address(const Bits<T>& trial, bool antithetic) {
     if (law == NoiseLaw::uniform)
       for (T& v : x) v = fma(v, T(2.0), T(-1.0));
   }
-  for (T& v : x) v = from_bits(to_bits(v) ^ from.sign);
+  for (T& v : x) v = signed_draw(v, from);
   return x;
 }
 
@@ -40,8 +33,8 @@ void add_weighted(const double* weights, const T& draw, Sums& sums) {
 }
 
 /// clean + size * draw for `rows` rows; the draws' weighted sums if `weights` is not null.
-void add_noise(const double* clean, int rows, NoiseLaw law, double size, const Stream& stream, const DrawAddress& from,
-               Channel channel, double* out, const double* weights, Sums& sums) {
+void add_noise(const double* clean, int rows, NoiseLaw law, double size, const Stream& stream,
+               const DrawAddress<T>& from, Channel channel, double* out, const double* weights, Sums& sums) {
   for (int r = 0; r < rows; r += 4) {
     const std::array<T, 4> draw = unit_draws(law, stream, from, channel, static_cast<std::uint32_t>(r / 4));
     for (int i = 0; i < 4 && r + i < rows; ++i) {
@@ -63,7 +56,7 @@ void normalise(int stations, double* down) {
 }
 
 /// Horizontal and vertical reference of each row pair: total and dip with their errors of this trial.
-void draw_reference(const SimulateBatch& b, const DrawAddress& from, double* out, Sums& sums) {
+void draw_reference(const SimulateBatch& b, const DrawAddress<T>& from, double* out, Sums& sums) {
   for (int k = 0; k < b.reference_pairs; k += 2) {  // one call serves two stations
     std::array<T, 4> draw{T(0.0), T(0.0), T(0.0), T(0.0)};
     if (b.noise.reference != ReferenceNoise::none)
@@ -88,7 +81,7 @@ void draw_reference(const SimulateBatch& b, const DrawAddress& from, double* out
 void simulate(const SimulateBatch& b) {
   for (int group = 0; group < b.groups; ++group)
     for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
-      const DrawAddress from = draw_address(
+      const DrawAddress<T> from = draw_address<T>(
           consecutive<T>(b.first_trial + static_cast<std::uint64_t>(group * kGroup + lane)), b.noise.antithetic);
       const auto g = static_cast<std::size_t>(group);
       Sums sums;

@@ -3,8 +3,10 @@
 #include <array>
 #include <cstddef>
 #include <type_traits>
+#include <utility>
 
 #include "simd/lanes.h"
+#include "simd/math.h"
 
 namespace surveymc {
 
@@ -56,6 +58,16 @@ struct Dual {
     Dual r(s);
     for (std::size_t i = 0; i < N; ++i) r.d[i] = x.d[i] / (T(2.0) * s);
     return r;
+  }
+  friend std::pair<Dual, Dual> sincos(const Dual& x) {
+    using surveymc::sincos;
+    const auto [s, c] = sincos(x.a);
+    Dual sine(s), cosine(c);
+    for (std::size_t i = 0; i < N; ++i) {
+      sine.d[i] = c * x.d[i];
+      cosine.d[i] = -(s * x.d[i]);
+    }
+    return {sine, cosine};
   }
   template <class Mask>
   friend Dual select(const Mask& c, const Dual& x, const Dual& y) {

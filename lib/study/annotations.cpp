@@ -33,6 +33,7 @@ Annotations Annotations::read(ConfigReader& config, const std::vector<RowName>& 
   Annotations a;
   for (ConfigReader& entry : config.tables("published")) {
     entry.text("source");
+    a.has_published_ = true;
     RowName name{entry.text("table"), entry.has("formulation") ? entry.text("formulation") : "", ""};
     const bool here = entry.matches_point("at");
     for (const auto& [quantity, value] : entry.number_table("values", {})) {

@@ -21,6 +21,8 @@ class Annotations {
   /// Throws InputError for a table, formulation or quantity that is not among `rows`.
   static Annotations read(ConfigReader& config, const std::vector<RowName>& rows);
 
+  /// True if the config has published values, for this point or for another.
+  bool has_published() const { return has_published_; }
   /// Fills published and expected of the rows of one table.
   void apply(const std::string& table, std::vector<ComparisonRow>& rows) const;
   /// Expected verdict of a row of a table that is not a comparison table; "" if none is given.
@@ -37,6 +39,7 @@ class Annotations {
   };
   std::vector<Published> published_;
   std::vector<Expected> expected_;
+  bool has_published_ = false;
 };
 
 }  // namespace surveymc

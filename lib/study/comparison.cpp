@@ -1,6 +1,8 @@
 #include "study/comparison.h"
 
+#include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -90,6 +92,7 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
     row.note = "every trial gave the same";
     return row;
   }
+  if (!std::isfinite(predicted)) return row;
   const auto shift = [&](double x) { return (x - predicted) / sd; };
   row.note = fmt::format("mean is {:+.3f} sd ({:+.3f} .. {:+.3f}) from the prediction", shift(row.monte_carlo),
                          shift(row.interval.lo), shift(row.interval.hi));
@@ -98,7 +101,7 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
 }
 
 Table comparison_table(const std::string& name, const std::string& long_name, const std::vector<ComparisonRow>& rows,
-                       std::uint64_t trials, std::uint64_t failed) {
+                       std::uint64_t trials, std::uint64_t failed, bool with_formulation) {
   const auto numbers = [&](auto get) {
     std::vector<double> v;
     for (const ComparisonRow& r : rows) v.push_back(get(r));
@@ -111,7 +114,7 @@ Table comparison_table(const std::string& name, const std::string& long_name, co
   };
   using Row = ComparisonRow;
   Table t{name, long_name};
-  bool labelled = false;
+  bool labelled = with_formulation;
   for (const Row& r : rows) labelled = labelled || !r.formulation.empty();
   if (labelled)
     t.columns.push_back(
@@ -134,8 +137,9 @@ Table comparison_table(const std::string& name, const std::string& long_name, co
                        numbers([](const Row& r) { return r.ratio_interval.hi; })});
   t.columns.push_back(
       {"published", "1", "published value, in the row's unit", numbers([](const Row& r) { return r.published; })});
-  t.columns.push_back({"published_ratio", "1", "published / Monte Carlo",
-                       numbers([](const Row& r) { return r.published / r.monte_carlo; })});
+  t.columns.push_back({"published_ratio", "1", "published / Monte Carlo", numbers([](const Row& r) {
+                         return r.monte_carlo != 0 ? r.published / r.monte_carlo : std::nan("");
+                       })});
   t.columns.push_back({"verdict", "", "agrees, differs or undecided", words([](const Row& r) { return r.verdict; })});
   t.columns.push_back({"expected", "",
                        "the verdict this row should have; differs where a formulation is wrong on purpose",
@@ -145,6 +149,32 @@ Table comparison_table(const std::string& name, const std::string& long_name, co
       {"trials", "1", "trials run", std::vector<std::int64_t>(rows.size(), static_cast<std::int64_t>(trials))});
   t.columns.push_back({"failed", "1", "trials without a converged estimate, not in the statistics",
                        std::vector<std::int64_t>(rows.size(), static_cast<std::int64_t>(failed))});
+  return t;
+}
+
+Table published_fit_table(const std::vector<ComparisonRow>& rows) {
+  double squares = 0, lowest = std::numeric_limits<double>::infinity(), highest = 0;
+  std::int64_t count = 0;
+  std::set<std::string> seen;  // a published value stands beside each formulation: once is enough
+  for (const ComparisonRow& row : rows) {
+    const double ratio = row.published / row.monte_carlo;
+    // Means have no ratio.
+    if (!std::isfinite(row.ratio) || !(ratio > 0) || !seen.insert(row.quantity).second) continue;
+    ++count;
+    squares += std::log(ratio) * std::log(ratio);
+    lowest = std::min(lowest, ratio);
+    highest = std::max(highest, ratio);
+  }
+  Table t{"published_fit", "published over Monte-Carlo standard deviations, over all rows that have both"};
+  const auto number = [&](const char* name, const char* what, double value) {
+    t.columns.push_back({name, "1", what, std::vector<double>{count > 0 ? value : std::nan("")}});
+  };
+  t.columns.push_back(
+      {"quantities", "1", "rows with a published standard deviation", std::vector<std::int64_t>{count}});
+  number("rms_log_ratio", "root mean square of ln(published / Monte Carlo)",
+         std::sqrt(squares / static_cast<double>(std::max<std::int64_t>(count, 1))));
+  number("ratio_min", "smallest published / Monte Carlo", lowest);
+  number("ratio_max", "largest published / Monte Carlo", highest);
   return t;
 }
 

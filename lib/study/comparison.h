@@ -40,9 +40,15 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
 ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const SampleSummary& sample,
                            double offset, double predicted, const VerdictRule& rule, std::uint64_t trials);
 
-/// The columns of every comparison table (docs/results-format.md) from rows. `trials` and `failed` are repeated.
+/// The columns of every comparison table (docs/results-format.md) from rows. `trials` and `failed` are repeated. The
+/// column `formulation` is there if a row has one, or if it is asked for: tables of one study must be alike.
 Table comparison_table(const std::string& name, const std::string& long_name, const std::vector<ComparisonRow>& rows,
-                       std::uint64_t trials, std::uint64_t failed);
+                       std::uint64_t trials, std::uint64_t failed, bool with_formulation = false);
+
+/// How well a reading of a source reproduces its published standard deviations: one row for all rows that have a
+/// published value and a ratio. Columns `quantities` (how many), `rms_log_ratio` (root mean square of
+/// ln(published / Monte Carlo)), `ratio_min`, `ratio_max`.
+Table published_fit_table(const std::vector<ComparisonRow>& rows);
 
 /// Rows whose verdict is not the expected one, as text for a terminal; empty if there are none. Looks at every table
 /// that has the columns `verdict` and `expected`.

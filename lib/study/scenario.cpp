@@ -64,13 +64,39 @@ NoiseModel read_noise(ConfigReader& c) {
   return n;
 }
 
-EstimatorOptions read_estimator(ConfigReader& c) {
+ToolSpread read_tool_spread(ConfigReader& c) {
+  return {c.number("sensor.spread.gain", Range::closed(0, 0.3), 0),
+          c.number("sensor.spread.bias_nT", Range::closed(0, 1e5), 0)};
+}
+
+EstimatorOptions read_estimator(ConfigReader& c, const InputErrors& truth, const ReferenceField& field) {
   EstimatorOptions o;
   o.name = c.choice("estimator.name", estimator_names());
   o.solver = c.choice("estimator.solver", solver_names(), o.solver);
+  c.require(o.name != "wls" || o.solver == "gauss_newton", "estimator.solver",
+            "wls is linear and solved in closed form: must be \"gauss_newton\"");
   o.max_iterations = static_cast<int>(c.integer("estimator.max_iterations", 1, 10000, o.max_iterations));
   o.step_tolerance = c.number("estimator.step_tolerance", Range{0, 1e-2, true, false}, o.step_tolerance);
+  o.assumed = truth;
+  if (o.name == "msa") return o;
+  o.assumed.magnetometer = c.number("estimator.magnetometer_nT", Range::closed(0, 1e5), truth.magnetometer);
+  c.require(o.assumed.magnetometer > 0, "estimator.magnetometer_nT",
+            "must be > 0: " + o.name + " weighs the readings by it");
+  o.assumed.down =
+      c.number("estimator.accelerometer_mps2", Range::closed(0, 1), truth.down * field.gravity) / field.gravity;
+  o.assumed.total = c.number("estimator.reference.total_nT", Range::closed(0, 1e5), truth.total);
+  o.assumed.dip = c.number("estimator.reference.dip_deg", Range::closed(0, 45), truth.dip / kDegree) * kDegree;
+  o.assumed.gain = c.number("estimator.prior.gain", Range::closed(0, 10), truth.gain);
+  o.assumed.bias = c.number("estimator.prior.bias_nT", Range::closed(0, 1e6), truth.bias);
   return o;
+}
+
+AssumedNoise read_assumed_noise(ConfigReader& c, const std::string& estimator) {
+  if (estimator != "wls") return AssumedNoise::constant;
+  const std::string drawn = c.choice("estimator.magnetometer_drawn", {"constant", "sd", "variance"}, "constant");
+  return drawn == "sd"         ? AssumedNoise::random_sd
+         : drawn == "variance" ? AssumedNoise::random_variance
+                               : AssumedNoise::constant;
 }
 
 VerdictRule read_verdict_rule(ConfigReader& c) {

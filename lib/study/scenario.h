@@ -7,6 +7,7 @@
 #include "estimate/estimator.h"
 #include "field/reference_field.h"
 #include "sensor/magnetometer.h"
+#include "sensor/tool_spread.h"
 #include "study/verdict.h"
 
 namespace surveymc {
@@ -24,8 +25,17 @@ MagnetometerErrors read_magnetometer_errors(ConfigReader& config);
 /// `scale` multiplies every size, so that a sweep over it tells first-order from higher-order effects.
 NoiseModel read_noise(ConfigReader& config);
 
-/// `estimator = "msa"` or `[estimator] name, solver, max_iterations, step_tolerance`.
-EstimatorOptions read_estimator(ConfigReader& config);
+/// `[sensor.spread] gain (0), bias_nT (0)`: true errors drawn for every run about the nominal ones.
+ToolSpread read_tool_spread(ConfigReader& config);
+
+/// `estimator = "msa"` or `[estimator] name, solver, max_iterations, step_tolerance`, and what all but msa assume, by
+/// default what is true of the simulation (`noise`, and `spread` for the priors): magnetometer_nT, accelerometer_mps2,
+/// `reference = { total_nT, dip_deg }`, `prior = { gain, bias_nT }` (0: no prior). One sd each.
+EstimatorOptions read_estimator(ConfigReader& config, const InputErrors& truth, const ReferenceField& field);
+
+/// `estimator.magnetometer_drawn` ("constant"), of wls only: whether what it assumes of a reading is drawn anew in each
+/// run, as "sd" or as "variance".
+AssumedNoise read_assumed_noise(ConfigReader& config, const std::string& estimator);
 
 /// `[verdict] margin (0.02), confidence (0.95)`.
 VerdictRule read_verdict_rule(ConfigReader& config);

@@ -63,11 +63,19 @@ struct ReadingBlock {
 
   int groups() const { return groups_for(trials); }
 
+  /// Makes room for assumed_sd.
+  void add_assumed_sd() {
+    assumed_sd = LaneArray(groups(), 3 * stations);
+    has_assumed_sd = true;
+  }
+
   int trials, stations;
   int reference_stride;  ///< rows from one station's reference to the next: 2, or 0 when one holds for the whole run
   LaneArray magnetic;    ///< rows 3 k + axis: magnetometer readings of station k, tool frame, nT
   LaneArray down;        ///< rows 3 k + axis: unit vector of gravity at station k, tool frame, from the accelerometers
   LaneArray reference;   ///< rows reference_stride k + {0, 1}: horizontal and vertical reference field, nT
+  bool has_assumed_sd = false;
+  LaneArray assumed_sd;  ///< rows 3 k + axis: the sd (nT) that a weighted estimator shall assume, where it varies
 };
 
 }  // namespace surveymc

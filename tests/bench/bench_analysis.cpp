@@ -1,6 +1,6 @@
 /// What is done once a block of trials, or once a study point.
 #include "bench_setup.h"
-#include "estimate/msa_sensitivity.h"
+#include "estimate/sensitivity.h"
 #include "msa_prediction.h"
 #include "stats/moments.h"
 
@@ -21,13 +21,10 @@ BENCHMARK(moments)->Name("moments_of_512")->Arg(13)->Arg(6);
 /// Sensitivity of MSA and covariance of its estimate. Items: stations.
 void msa_covariance_of_survey(benchmark::State& state) {
   const Setup s(static_cast<int>(state.range(0)));
-  std::vector<StationFields> stations;
-  for (std::size_t k = 0; k < s.clean.field_T.size(); ++k)
-    stations.push_back({s.clean.field_T[k], scale(1 / norm(s.clean.gravity_T[k]), s.clean.gravity_T[k])});
-  for (auto _ : state) {
-    const MsaSensitivity by = msa_sensitivity(stations, {1, 1, 1}, s.field.total, s.field.dip);
-    benchmark::DoNotOptimize(msa_covariance(by, stations, {.magnetometer_sd = 70}));
-  }
+  const NominalTruth truth{station_fields(s.clean), {1, 1, 1}, {0, 0, 0}, s.field};
+  InputErrors errors;
+  errors.magnetometer = 70;
+  for (auto _ : state) benchmark::DoNotOptimize(error_covariance(sensitivity({}, truth), truth.stations, errors));
   count_items(state, s.survey.size());
 }
 BENCHMARK(msa_covariance_of_survey)->Name("msa_covariance")->Arg(Setup::kThesis)->Arg(1000);
@@ -35,7 +32,7 @@ BENCHMARK(msa_covariance_of_survey)->Name("msa_covariance")->Arg(Setup::kThesis)
 /// All that msa_position predicts before its first trial: also positions and control variates. Items: stations.
 void prediction(benchmark::State& state) {
   const Setup s(static_cast<int>(state.range(0)));
-  for (auto _ : state) benchmark::DoNotOptimize(predict_msa(s.survey, s.field, {}, s.noise, s.clean));
+  for (auto _ : state) benchmark::DoNotOptimize(predict_msa(s.survey, s.field, {}, {}, s.noise, s.clean, {}));
   count_items(state, s.survey.size());
 }
 BENCHMARK(prediction)->Name("predict_msa")->Arg(Setup::kThesis)->Arg(1000);

@@ -195,7 +195,8 @@ class Basics(Case):
         self.assertEqual(config["noise"]["scale"], 1.0)
         self.assertEqual(config["noise"]["law"], "gaussian")
         self.assertEqual(config["noise"]["reference"]["per"], "none")
-        self.assertEqual(config["sensor"], {"gain": [1.0, 1.0, 1.0], "bias_nT": [0.0, 0.0, 0.0]})
+        self.assertEqual(config["sensor"], {"gain": [1.0, 1.0, 1.0], "bias_nT": [0.0, 0.0, 0.0],
+                                            "spread": {"gain": 0.0, "bias_nT": 0.0}})
         self.assertEqual(config["estimator"]["name"], "msa")
         self.assertEqual(config["survey"]["azimuth_reference"], "true")
         self.assertRegex(out, r"(?m)^# 1 sweep point, 600 trials in all\b")
@@ -452,7 +453,7 @@ class Overrides(Case):
             "sensor.gain=[1,1,nan]": "must be a finite number",
             "survey.file=nix.csv": r'survey\.file = "nix\.csv": cannot be read: No such file',
             "survey.toolface_zero=z": r'toolface_zero = "z": must be one of "x", "y"',
-            "estimator=mas": r'estimator\S* = "mas": must be "msa"',
+            "estimator=mas": r'estimator\S* = "mas": must be one of "msa", "msa_weighted"',
             "estimator.solver=x": r'estimator\.solver = "x": must be one of',
             "trials=0": r"trials = 0: must be in \[2, ",
             "trials=1.5": r"trials = 1\.5: must be an integer",
@@ -569,7 +570,7 @@ class BadConfigs(Case):
             ("trials = 600\n", "", r"^error: bad\.toml\S*: trials: missing"),
             ('"msa_position"', '"msa_pos"', at("experiment") + r'experiment = "msa_pos": must be one of msa_position'),
             ('experiment = "msa_position"\n', "", r"^error: bad\.toml\S*: experiment: missing"),
-            ('estimator = "msa"', 'estimator = "mas"', at("estimator") + r'estimator = "mas": must be "msa"'),
+            ('estimator = "msa"', 'estimator = "mas"', at("estimator") + r'estimator = "mas": must be one of "msa", "msa_weighted"'),
             ('estimator = "msa"', 'estimator = { name = "msa", solver = "x" }', at("estimator") + "estimator.solver"),
             ('estimator = "msa"', 'estimator = { name = "msa", max_iterations = 0 }', at("estimator") +
              r"estimator\.max_iterations = 0: must be in \[1, "),

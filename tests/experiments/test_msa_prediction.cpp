@@ -56,7 +56,7 @@ TEST_CASE("The linear prediction of a trial is its estimate and its position, wh
         const test::ThesisCase c = test::thesis_case(number);
         const NoiseModel noise = full_noise(1e-4, per, law);
         const MsaPrediction p =
-            predict_msa(c.survey, c.field, c.errors, noise, clean_readings(c.survey, c.field, c.errors));
+            predict_msa(c.survey, c.field, c.errors, {}, noise, clean_readings(c.survey, c.field, c.errors), {});
         const Trials t = run(c, noise, p, 16);
         for (int i = 0; i < 9; ++i) {
           const double sd = std::sqrt(p.linear.covariance(i, i));
@@ -73,7 +73,7 @@ TEST_CASE("The weighted sums have the mean and covariance that is claimed for th
   for (const NoiseLaw law : {NoiseLaw::gaussian, NoiseLaw::uniform_half_open}) {
     const NoiseModel noise = full_noise(1, ReferenceNoise::per_run, law);
     const MsaPrediction p =
-        predict_msa(c.survey, c.field, c.errors, noise, clean_readings(c.survey, c.field, c.errors));
+        predict_msa(c.survey, c.field, c.errors, {}, noise, clean_readings(c.survey, c.field, c.errors), {});
     constexpr int n = 8192;
     const Moments m = Moments::of(run(c, noise, p, n).sums);
     for (int i = 0; i < 9; ++i) CHECK(std::abs(m.mean[i]) < 4.5 * std::sqrt(p.linear.covariance(i, i) / n));
@@ -84,8 +84,8 @@ TEST_CASE("The weighted sums have the mean and covariance that is claimed for th
 TEST_CASE("The linear covariance is that of the estimate, and joint propagation but for a small correlation") {
   for (const int number : {3, 4}) {
     const test::ThesisCase c = test::thesis_case(number);
-    const MsaPrediction p = predict_msa(c.survey, c.field, c.errors, full_noise(1, ReferenceNoise::per_run),
-                                        clean_readings(c.survey, c.field, c.errors));
+    const MsaPrediction p = predict_msa(c.survey, c.field, c.errors, {}, full_noise(1, ReferenceNoise::per_run),
+                                        clean_readings(c.survey, c.field, c.errors), {});
     const Eigen::MatrixXd parameters = p.linear.covariance.topLeftCorner<6, 6>(), claimed = p.parameter_covariance;
     for (int i = 0; i < 6; ++i)
       for (int j = 0; j < 6; ++j)

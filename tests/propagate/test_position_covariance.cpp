@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/units.h"
-#include "estimate/msa_sensitivity.h"
+#include "estimate/sensitivity.h"
 #include "propagate/ellipse.h"
 #include "sensor/magnetometer.h"
 #include "simd/dual.h"
@@ -71,8 +71,9 @@ TEST_CASE("Position 3-sigma of the thesis spec: joint with station noise, system
   for (const Expected& x : cases) {
     const test::ThesisCase c = test::thesis_case(x.number);
     const auto fields = test::station_fields(c);
-    const Matrix6d cov = msa_covariance(msa_sensitivity(fields, c.errors.gain, c.field.total, c.field.dip), fields,
-                                        {70, 0, 107, .16 * kDegree, false});
+    const Matrix6d cov = error_covariance(sensitivity({}, {fields, c.errors.gain, c.errors.bias, c.field}), fields,
+                                          {70, 0, 107, .16 * kDegree, false, 0, 0})
+                             .topLeftCorner<6, 6>();
     const auto effects = final_position_effects(c.survey.md(), fields, c.field.declination);
     std::vector<Matrix36d> by_error;
     for (std::size_t k = 0; k < effects.size(); ++k)

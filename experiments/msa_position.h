@@ -1,0 +1,95 @@
+#pragma once
+/// One point of the study `msa_position` (see msa_position.cpp): the run of its trials and the tables they become.
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "msa_position_scenario.h"
+#include "msa_prediction.h"
+#include "stats/control_variate.h"
+#include "stats/sample_summary.h"
+#include "study/experiment.h"
+
+namespace surveymc {
+
+/// Where each quantity stands in the tallied vector. -1: not tallied in this scenario.
+struct MsaComponents {
+  static constexpr int parameter = 0, position = 6;  ///< errors of six parameters and three coordinates: always there
+  int nees_parameters = 9;
+  int nees_horizontal = -1;  ///< squared Mahalanobis distance, one per formulation
+  int axes = -1;             ///< along major and minor axis of each formulation's horizontal ellipse
+  int hole = -1;             ///< high side, lateral, along hole
+  int reference = -1;        ///< errors of total field (nT) and dip (deg) of an estimator that estimates them
+  int hanak = -1;            ///< six parameters in Hanak's convention
+  int claimed = -1;          ///< variances of the six parameters that the estimator claims for the trial
+  int count = 10;
+
+  MsaComponents(const MsaScenario& scenario, const Estimator& estimator);
+};
+
+class MsaPosition final : public StudyPoint {
+ public:
+  explicit MsaPosition(MsaScenario scenario);
+
+  std::uint64_t trials() const override { return s_.plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
+  std::uint64_t trials_needed(const Tally& tally) const override;
+  Tally run_block(TrialBlock block) const override;
+  PointResult finish(const Tally& tally) const override;
+  std::string replay(std::uint64_t trial) const override;
+
+ private:
+  struct Batch;
+  void simulate(std::uint64_t first, Batch& b) const;
+  template <class Row>
+  void observe(const Batch& b, int t, Row& x, std::vector<std::uint64_t>& inside) const;
+
+  bool antithetic() const { return s_.noise.antithetic; }
+  /// How many independent values there are: trials, or antithetic pairs.
+  std::uint64_t units(const Tally& tally) const { return antithetic() ? tally.pairs.count : tally.moments.count; }
+  /// Of one component, and the covariance of all; with fewer than two units there is none.
+  SampleSummary sample(const Tally& tally, int component) const;
+  Eigen::MatrixXd covariance(const Tally& tally) const;
+  /// Moments of the pairs' control columns for kControlledPairs[p]; null where the trials are independent.
+  const Moments* controlled_pairs(const Tally& tally, std::size_t p) const {
+    return antithetic() ? &tally.controlled_pairs[p] : nullptr;
+  }
+  ControlledEstimate sd_estimate(const Tally& tally, int component) const;
+
+  std::vector<ComparisonRow> parameter_rows(const Tally& tally) const;
+  std::vector<ComparisonRow> reference_rows(const Tally& tally) const;
+  std::vector<ComparisonRow> hanak_rows(const Tally& tally) const;
+  std::vector<ComparisonRow> position_rows(const Tally& tally) const;
+  std::vector<ComparisonRow> hole_rows(const Tally& tally) const;
+  ComparisonRow nees_row(const std::string& name, const Tally& tally, int component, double dimension) const;
+  Table comparison(const std::string& name, const std::string& long_name, std::vector<ComparisonRow> rows,
+                   const Tally& tally) const;
+  Table ellipse_table(const Tally& tally) const;
+  Table covariance_table(const Tally& tally) const;
+  Table correlation_table(const Tally& tally) const;
+  Table control_variate_table(const Tally& tally) const;
+  Table failures_table(const Tally& tally) const;
+  Table pairs_table(const Tally& tally) const;
+  Table samples_table(const Tally& tally) const;
+
+  MsaScenario s_;
+  CleanReadings clean_;
+  std::vector<double> md_;
+  MsaPrediction prediction_;
+  std::unique_ptr<Estimator> estimator_;
+  MsaComponents at_;
+  Stream stream_;
+  std::string intervals_;                             ///< end of the long name of tables with intervals
+  std::array<Eigen::Matrix2d, 3> horizontal_weight_;  ///< inverse horizontal covariances
+  std::array<Eigen::Matrix2d, 3> horizontal_axes_;    ///< columns: major, minor
+  Eigen::Matrix3d hla_from_nev_;                      ///< of the true hole at the last station
+  Eigen::Matrix<double, 6, 6> parameter_weight_;
+};
+
+/// Pairs of the first nine components whose second moments get a control variate.
+constexpr std::array<std::array<int, 2>, 12> kControlledPairs{
+    {{0, 0}, {1, 1}, {2, 2}, {3, 3}, {4, 4}, {5, 5}, {6, 6}, {7, 7}, {8, 8}, {6, 7}, {6, 8}, {7, 8}}};
+
+}  // namespace surveymc

@@ -1,0 +1,43 @@
+#pragma once
+/// What a config of `msa_position` says, checked.
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "study/annotations.h"
+#include "study/scenario.h"
+
+namespace surveymc {
+
+constexpr std::array<const char*, 6> kParameters{"gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z"};
+constexpr std::array<const char*, 6> kParameterUnits{"1", "1", "1", "nT", "nT", "nT"};
+constexpr std::array<const char*, 3> kDirections{"north", "east", "vertical"};
+constexpr std::array<const char*, 3> kHoleDirections{"high_side", "lateral", "along_hole"};
+constexpr std::array<const char*, 3> kFormulations{"joint", "systematic", "random"};  // as in MsaPrediction
+/// Hanak's convention, that of thesis table 6: b = (1 - S') m - offset, printed as scale = 1 + S' = 2 - 1 / gain;
+/// offset = bias / gain.
+constexpr std::array<const char*, 6> kHanakParameters{"scale_x",  "scale_y",  "scale_z",
+                                                      "offset_x", "offset_y", "offset_z"};
+constexpr std::array<const char*, 2> kReference{"reference_total", "reference_dip"};
+constexpr std::array<const char*, 2> kReferenceUnits{"nT", "deg"};
+
+struct MsaScenario {
+  std::uint64_t seed = 0, save_samples = 0;
+  TrialPlan plan;
+  bool with_position = true;    ///< false: parameters only, for throughput
+  bool control_variate = true;  ///< tally the first-order prediction of every trial beside it
+  ReferenceField field;
+  Survey survey;
+  MagnetometerErrors errors;
+  ToolSpread spread;
+  NoiseModel noise;
+  EstimatorOptions estimator;
+  AssumedNoise assumed_noise = AssumedNoise::constant;
+  VerdictRule verdict;
+  Annotations annotations;
+};
+
+/// Throws InputError.
+MsaScenario read_msa_scenario(ConfigReader& config, std::uint64_t seed);
+
+}  // namespace surveymc

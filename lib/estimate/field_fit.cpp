@@ -1,0 +1,97 @@
+#include "estimate/field_fit.h"
+
+#include <Eigen/LU>
+
+#include "base/error.h"
+#include "estimate/field_fit_estimators.h"
+#include "estimate/field_fit_lanes.h"
+#include "simd/instruction_set.h"
+
+namespace surveymc {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+Matrix2d field_covariance(const InputErrors& a, const ReferenceField& field, bool with_reference) {
+  const double bh = field.total * std::cos(field.dip), bv = field.total * std::sin(field.dip);
+  Matrix2d r = a.magnetometer * a.magnetometer * Matrix2d::Identity();
+  const Vector2d tilt = a.down * Vector2d(-bv, bh);
+  r += tilt * tilt.transpose();
+  if (with_reference) {
+    Matrix2d by_reference;  // (Bh, Bv) by (total, dip)
+    by_reference << std::cos(field.dip), -bv, std::sin(field.dip), bh;
+    const Matrix2d e = by_reference * Vector2d(a.total, a.dip).asDiagonal();
+    r += e * e.transpose();
+  }
+  return r;
+}
+
+FieldFitModel field_fit_model(ReferenceTreatment treatment, const InputErrors& a, const ReferenceField& field) {
+  require(a.magnetometer > 0, "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",
+          a.magnetometer);
+  const bool in_weights =
+      treatment == ReferenceTreatment::weighted || (treatment == ReferenceTreatment::joint && a.reference_per_station);
+  const double s2 = a.magnetometer * a.magnetometer;
+  const Matrix2d w = s2 * field_covariance(a, field, in_weights).inverse();
+  FieldFitModel m;
+  m.total = field.total;
+  m.w_hh = w(0, 0);
+  m.w_hv = w(0, 1);
+  m.w_vv = w(1, 1);
+  m.joint = treatment == ReferenceTreatment::joint;
+  if (m.joint && !in_weights) {
+    m.total_sd = a.total / field.total;
+    m.dip_sd = a.dip;
+  }
+  m.unit_weight = s2 / (field.total * field.total);
+  if (a.gain > 0) m.gain_prior = m.unit_weight / (a.gain * a.gain);
+  if (a.bias > 0) m.bias_prior = s2 / (a.bias * a.bias);
+  return m;
+}
+
+namespace {
+
+class FieldFit final : public Estimator {
+ public:
+  FieldFit(std::string name, const FieldFitModel& model, const NewtonOptions& options)
+      : name_(std::move(name)), model_(model), options_(options) {}
+  std::string name() const override { return name_; }
+  bool estimates_reference() const override { return model_.joint; }
+
+  void solve(const ReadingBlock& in, EstimateBlock& out) const override {
+    FieldFitBatch batch{};
+    batch.first = {in.magnetic.row(0, 0), in.down.row(0, 0), in.reference.row(0, 0), in.stations, in.reference_stride};
+    batch.magnetic_stride = in.magnetic.group_stride();
+    batch.down_stride = in.down.group_stride();
+    batch.reference_stride = in.reference.group_stride();
+    batch.parameters = out.parameters.row(0, 0);
+    batch.cost = out.cost.row(0, 0);
+    batch.iterations = out.iterations.row(0, 0);
+    batch.converged = out.converged.row(0, 0);
+    batch.parameters_stride = out.parameters.group_stride();
+    batch.scalar_stride = out.cost.group_stride();
+    batch.reference_estimate = out.reference.row(0, 0);
+    batch.reference_estimate_stride = out.reference.group_stride();
+    batch.groups = in.groups();
+    batch.model = model_;
+    batch.options = options_;
+    if (instruction_set() == InstructionSet::v4)
+      isa_v4::field_fit_batch(batch);
+    else
+      isa_v3::field_fit_batch(batch);
+  }
+
+ private:
+  std::string name_;
+  FieldFitModel model_;
+  NewtonOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Estimator> make_field_fit(const std::string& name, const FieldFitModel& model,
+                                          const NewtonOptions& options) {
+  return std::make_unique<FieldFit>(name, model, options);
+}
+
+}  // namespace surveymc

@@ -1,0 +1,59 @@
+#pragma once
+/// The model of all estimators that fit the horizontal and vertical field of the stations to the reference: weighted
+/// multi-station analysis, joint estimation of sensors and reference, and weighted least squares with considered
+/// reference. Readable form; the hand-written Jacobian is in field_fit_kernel.h.
+///
+///   minimise  sum_k r_k' W r_k + s0^2 (z' z + ((p - 1) / sd_p)^2 + (q / sd_q)^2)
+///   r_k = (Bh_k - Bh'_k, Bv_k - Bv'_k),   b_k = p m_k - q   (thesis eqs 16-17)
+/// with W = s0^2 R^-1, R the covariance of (Bh, Bv) at a station. For a joint estimate the reference is
+///   (Bh', Bv') = (1 + z0 sd_total / B) rotation(z1 sd_dip) (Bh_ref, Bv_ref),
+/// that is B' = B + z0 sd_total, dip' = dip + z1 sd_dip with z ~ N(0, 1); else z = 0. Where a prior's sd is given as 0,
+/// that prior of p or q is absent.
+/// With W = 1, z = 0 and no priors this is MSA.
+#include <array>
+
+#include <Eigen/Core>
+
+#include "estimate/input_errors.h"
+#include "estimate/msa_residual.h"
+#include "field/reference_field.h"
+#include "simd/math.h"
+
+namespace surveymc {
+
+/// All in units of the total field, so that the unknowns p, q / total, z and their columns are of order one.
+struct FieldFitModel {
+  double total = 1;                       ///< nT
+  double w_hh = 1, w_hv = 0, w_vv = 1;    ///< W, symmetric
+  bool joint = false;                     ///< z are unknowns
+  double total_sd = 0, dip_sd = 0;        ///< of the reference: in units of the total field, rad
+  double unit_weight = 0;                 ///< (s0 / total)^2
+  double gain_prior = 0, bias_prior = 0;  ///< weights (s0 / total)^2 / sd^2 of p - 1 and q / total; 0: no prior
+};
+
+/// Which of the inputs' errors are in R, and which are unknowns.
+enum class ReferenceTreatment {
+  exact,     ///< R is that of the sensors only
+  weighted,  ///< R has the reference's errors too, as if drawn anew at every station
+  joint,     ///< as exact, and (B, dip) are unknowns with priors; where assumed per station: as weighted
+};
+
+/// Covariance of (Bh, Bv) at a station (nT^2), for unit gains: magnetometer noise s^2 1, a tilt of the down direction
+/// (dBh, dBv) = (-Bv, Bh) per rad towards north, and the reference by (B, dip) if `with_reference`. No angle of the
+/// tool enters.
+Eigen::Matrix2d field_covariance(const InputErrors& assumed, const ReferenceField& field, bool with_reference);
+
+/// Throws InputError unless assumed.magnetometer > 0 (weights are relative to it).
+FieldFitModel field_fit_model(ReferenceTreatment treatment, const InputErrors& assumed, const ReferenceField& field);
+
+/// Residuals of one station before weighting, in units of the total field; m, bh_ref, bv_ref in the same unit.
+/// T: double or Dual.
+template <class T>
+std::array<T, 2> field_fit_residual(const FieldFitModel& model, const Vec3<T>& m, const Vec3<T>& u, double bh_ref,
+                                    double bv_ref, const MsaUnknowns<T>& x, const std::array<T, 2>& z) {
+  const T stretch = T(1.0) + z[0] * T(model.total_sd / std::hypot(bh_ref, bv_ref));
+  const auto [s, c] = sincos(z[1] * T(model.dip_sd));
+  return msa_residual<T>(m, u, stretch * (c * T(bh_ref) - s * T(bv_ref)), stretch * (s * T(bh_ref) + c * T(bv_ref)), x);
+}
+
+}  // namespace surveymc

@@ -1,0 +1,183 @@
+/// The estimators of field_fit.h, MSA among them, through NLopt: the independent second solver. Slow, one trial at a
+/// time; shares only the readable residual with the kernels.
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Dense>
+#include <nlopt.hpp>
+
+#include "estimate/field_fit_estimators.h"
+#include "simd/dual.h"
+
+namespace surveymc {
+namespace {
+
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
+
+/// One trial's data in units of the total field. Unknowns p, q / total, then z if joint.
+struct Problem {
+  struct Row {
+    Vec3<double> m, u;
+    double bh, bv;
+  };
+  FieldFitModel model;
+  std::vector<Row> rows;
+  Vector start;
+  Matrix scale;  ///< x = start + scale z: near-round contours in z for the derivative-free methods
+  int evaluations = 0;
+
+  Eigen::Index size() const { return model.joint ? 8 : 6; }
+
+  /// Calls `visit(e, j)` with every weighted residual e, j being its gradient (Dual) or nothing.
+  template <class T, class Visit>
+  void residuals(const std::array<T, 8>& v, const Visit& visit) const {
+    // W = L L': the weighted residuals are L' r.
+    const double l11 = std::sqrt(model.w_hh), l21 = model.w_hv / l11, l22 = std::sqrt(model.w_vv - l21 * l21);
+    const MsaUnknowns<T> x{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+    for (const Row& row : rows) {
+      const auto r = field_fit_residual<T>(model, {T(row.m.x), T(row.m.y), T(row.m.z)},
+                                           {T(row.u.x), T(row.u.y), T(row.u.z)}, row.bh, row.bv, x, {v[6], v[7]});
+      visit(T(l11) * r[0] + T(l21) * r[1]);
+      visit(T(l22) * r[1]);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      visit(T(std::sqrt(model.gain_prior)) * (v[i] - T(1.0)));
+      visit(T(std::sqrt(model.bias_prior)) * v[3 + i]);
+    }
+    if (model.joint)
+      for (std::size_t l = 6; l < 8; ++l) visit(T(std::sqrt(model.unit_weight)) * v[l]);
+  }
+
+  double cost(const Vector& x, Vector* gradient, Matrix* normal) const {
+    double sum = 0;
+    if (!gradient) {
+      std::array<double, 8> v{};
+      for (Eigen::Index i = 0; i < size(); ++i) v[static_cast<std::size_t>(i)] = x[i];
+      residuals<double>(v, [&](double r) { sum += r * r; });
+      return sum;
+    }
+    using D = Dual<double, 8>;
+    gradient->setZero(size());
+    if (normal) normal->setZero(size(), size());
+    std::array<D, 8> v;
+    for (Eigen::Index i = 0; i < size(); ++i) {
+      const auto a = static_cast<std::size_t>(i);
+      v[a] = D::variable(x[i], a);
+    }
+    residuals<D>(v, [&](const D& e) {
+      const Eigen::Map<const Vector> j(e.d.data(), size());
+      sum += e.a * e.a;
+      *gradient += 2 * e.a * j;
+      if (normal) *normal += j * j.transpose();
+    });
+    return sum;
+  }
+};
+
+double objective(const std::vector<double>& z, std::vector<double>& gradient, void* data) {
+  Problem& p = *static_cast<Problem*>(data);
+  ++p.evaluations;
+  const Vector x = p.start + p.scale * Eigen::Map<const Vector>(z.data(), p.size());
+  if (gradient.empty()) return p.cost(x, nullptr, nullptr);
+  Vector g;
+  const double value = p.cost(x, &g, nullptr);
+  Eigen::Map<Vector>(gradient.data(), p.size()) = p.scale.transpose() * g;
+  return value;
+}
+
+/// Moves the start to x and scales the unknowns by the normal matrix there.
+void recenter(Problem& p, const Vector& x) {
+  Vector g;
+  Matrix normal;
+  p.start = x;
+  p.cost(x, &g, &normal);
+  // An unknown that nothing depends on (a reference without uncertainty and without weight) keeps its place.
+  for (Eigen::Index i = 0; i < p.size(); ++i)
+    if (normal(i, i) == 0) normal(i, i) = 1;
+  p.scale = normal.llt().matrixU().solve(Matrix::Identity(p.size(), p.size()));
+}
+
+class FieldFitNlopt final : public Estimator {
+ public:
+  FieldFitNlopt(std::string name, nlopt::algorithm algorithm, const FieldFitModel& model, const NewtonOptions& options)
+      : name_(std::move(name)), algorithm_(algorithm), model_(model), options_(options) {}
+  std::string name() const override { return name_; }
+  bool estimates_reference() const override { return model_.joint; }
+
+  void solve(const ReadingBlock& in, EstimateBlock& out) const override {
+    for (int t = 0; t < in.trials; ++t) solve_one(in, t, out);
+  }
+
+ private:
+  void solve_one(const ReadingBlock& in, int t, EstimateBlock& out) const {
+    const double total = model_.total;
+    Problem p;
+    p.model = model_;
+    for (int k = 0; k < in.stations; ++k) {
+      const auto triad = [&](const LaneArray& a, double s) {
+        return Vec3<double>{a.value(t, 3 * k) * s, a.value(t, 3 * k + 1) * s, a.value(t, 3 * k + 2) * s};
+      };
+      p.rows.push_back({triad(in.magnetic, 1 / total), triad(in.down, 1),
+                        in.reference.value(t, in.reference_stride * k) / total,
+                        in.reference.value(t, in.reference_stride * k + 1) / total});
+    }
+    Vector x = Vector::Zero(p.size());
+    x.head<3>().setOnes();
+    bool converged = false;
+    // Restart from the answer with fresh scaling until it no longer moves: one Nelder-Mead run may stall.
+    for (int run = 0; run < 30 && !converged; ++run) {
+      recenter(p, x);
+      if (!p.scale.allFinite()) break;
+      nlopt::opt opt(algorithm_, static_cast<unsigned>(p.size()));
+      opt.set_min_objective(objective, &p);
+      opt.set_xtol_abs(1e-13);
+      opt.set_ftol_abs(1e-30);
+      opt.set_maxeval(20000);
+      opt.set_initial_step(run == 0 ? 1e-1 : 1e-4);
+      std::vector<double> z(static_cast<std::size_t>(p.size()), 0.0);
+      double value = 0;
+      try {
+        opt.optimize(z, value);
+      } catch (const nlopt::roundoff_limited&) {  // z holds the best point so far: as good as it gets
+      } catch (const std::runtime_error&) {
+        break;
+      }
+      const Vector next = p.start + p.scale * Eigen::Map<const Vector>(z.data(), p.size());
+      const double moved = (next - x).cwiseAbs().maxCoeff();
+      x = next;
+      converged = std::isfinite(moved) && moved <= std::max(options_.step_tolerance, 1e-9);
+    }
+    const int group = t / kGroup, i = t % kGroup;
+    for (int a = 0; a < 3; ++a) {
+      out.parameters.row(group, a)[i] = 1 / x[a];
+      out.parameters.row(group, 3 + a)[i] = x[3 + a] / x[a] * total;
+    }
+    if (model_.joint) {
+      const double bh = p.rows[0].bh * total, bv = p.rows[0].bv * total, turn = x[7] * model_.dip_sd;
+      const double stretch = 1 + x[6] * model_.total_sd * total / std::hypot(bh, bv);
+      out.reference.row(group, 0)[i] = stretch * (std::cos(turn) * bh - std::sin(turn) * bv);
+      out.reference.row(group, 1)[i] = stretch * (std::sin(turn) * bh + std::cos(turn) * bv);
+    }
+    out.cost.row(group, 0)[i] = p.cost(x, nullptr, nullptr) * total * total;
+    out.iterations.row(group, 0)[i] = p.evaluations;
+    out.converged.row(group, 0)[i] = converged && x.allFinite() && x.head<3>().minCoeff() > 0 ? 1 : 0;
+  }
+
+  std::string name_;
+  nlopt::algorithm algorithm_;
+  FieldFitModel model_;
+  NewtonOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Estimator> make_field_fit_nlopt(const std::string& name, const std::string& algorithm,
+                                                const FieldFitModel& model, const NewtonOptions& options) {
+  const nlopt::algorithm a = algorithm == "neldermead" ? nlopt::LN_NELDERMEAD
+                             : algorithm == "bobyqa"   ? nlopt::LN_BOBYQA
+                                                       : nlopt::LD_LBFGS;
+  return std::make_unique<FieldFitNlopt>(name + " (NLopt " + algorithm + ")", a, model, options);
+}
+
+}  // namespace surveymc

@@ -1,0 +1,94 @@
+#pragma once
+/// The minimum of a sum of squares on lanes of trials: Gauss-Newton far away, Newton near by.
+#include <array>
+#include <cstddef>
+
+#include "simd/solve.h"
+
+namespace surveymc {
+
+struct NewtonOptions {
+  int max_iterations = 200;      ///< evaluations of the normal equations, step halvings included
+  double step_tolerance = 1e-9;  ///< converged when max_i |dx_i| <= step_tolerance; unknowns are of order one
+};
+
+template <class T, std::size_t N>
+struct NormalEquations {
+  Symmetric<T, N> matrix;     ///< J'J plus second_order times the rest of half the Hessian
+  std::array<T, N> gradient;  ///< half the gradient of the cost
+  T cost;                     ///< sum of squared residuals
+};
+
+template <class T, std::size_t N>
+struct NewtonSolution {
+  std::array<T, N> x;
+  T cost;        ///< at x before the last step
+  T iterations;  ///< evaluations of the normal equations
+  T converged;   ///< 1 or 0
+};
+
+/// `evaluate.template operator()<WithMatrix>(x, second_order)` gives NormalEquations<T, N>; second_order is 0 for the
+/// Gauss-Newton matrix and 1 for Newton's; without matrix only gradient and cost, with the same bits.
+///
+/// Gauss-Newton until the steps are small, then Newton, because the residuals do not vanish and Gauss-Newton alone may
+/// oscillate for ever about a poorly determined minimum. Once a Newton step is small, its matrix serves for the next
+/// steps too, as long as each is a tenth of the one before. A step that raises the cost is halved until it does not;
+/// where Newton's matrix is not positive definite (flat valleys between two modes), its second-order part is halved
+/// until it is. A lane that has finished is frozen and a lane that keeps its matrix ignores a new one, so the answer of
+/// a lane does not depend on its neighbours.
+template <class T, std::size_t N, class Evaluate>
+NewtonSolution<T, N> newton_minimum(const Evaluate& evaluate, const std::array<T, N>& start,
+                                    const NewtonOptions& options) {
+  const T zero(0.0), one(1.0);
+  const T small_step(0.1);   // unknowns are of order one: from here the quadratic model is worth its second order
+  const T chord_step(1e-3);  // from here Newton's matrix changes little: field over noise
+  std::array<T, N> best = start, step;
+  for (T& s : step) s = zero;
+  Symmetric<T, N> factor;
+  for (T& f : factor) f = zero;
+  T best_cost(1e300), iterations = zero, second_order = zero, last_largest(1e300);
+  auto active = zero < one;  // in every lane
+  auto converged = one < zero, keeps_matrix = one < zero;
+  for (int it = 0; it < options.max_iterations && any(active); ++it) {
+    std::array<T, N> x;
+    for (std::size_t i = 0; i < N; ++i) x[i] = best[i] + step[i];
+    const bool nobody_needs_a_matrix = all(keeps_matrix | (!active));
+    NormalEquations<T, N> e;
+    if (nobody_needs_a_matrix) {
+      e = evaluate.template operator()<false>(x, second_order);
+    } else {
+      e = evaluate.template operator()<true>(x, second_order);
+      const Symmetric<T, N> fresh = ldlt<T, N>(e.matrix);
+      for (std::size_t i = 0; i < factor.size(); ++i) factor[i] = select(keeps_matrix, factor[i], fresh[i]);
+    }
+    std::array<T, N> minus_gradient;
+    for (std::size_t i = 0; i < N; ++i) minus_gradient[i] = -e.gradient[i];
+    const std::array<T, N> next = ldlt_solve<T, N>(factor, minus_gradient);
+    auto definite = active;
+    for (std::size_t i = 0; i < N; ++i) definite = definite & (zero < factor[packed(i, i)]);
+    // Rounding may raise the cost of a step that no longer matters; such steps are below any sensible tolerance.
+    const auto accept = active & (e.cost <= best_cost * T(1 + 1e-10));
+    T largest = zero;
+    for (std::size_t i = 0; i < N; ++i) {
+      best[i] = select(accept, x[i], best[i]);
+      step[i] = select(accept, select(definite, next[i], zero), T(0.5) * step[i]);
+      largest = max(largest, abs(step[i]));
+    }
+    best_cost = select(accept, e.cost, best_cost);
+    iterations = iterations + select(active, one, zero);
+    const auto newton = one <= second_order;  // the matrix in hand is Newton's, whole
+    keeps_matrix = definite & accept & newton & (largest < chord_step) & (largest < T(0.1) * last_largest);
+    const T more = T(2.0) * max(second_order, T(0.5));
+    second_order =
+        select(definite, select(largest < small_step, select(more < one, more, one), zero), T(0.5) * second_order);
+    last_largest = largest;
+    const auto done = active & definite & (largest <= T(options.step_tolerance));
+    for (std::size_t i = 0; i < N; ++i)  // the last step is free: take it
+      best[i] = select(done & accept, best[i] + step[i], best[i]);
+    converged = converged | done;
+    active = active & !done;
+  }
+  return {best, best_cost, iterations, select(converged, one, zero)};
+}
+
+}  // namespace surveymc

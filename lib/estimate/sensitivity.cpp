@@ -1,0 +1,180 @@
+#include "estimate/sensitivity.h"
+
+#include <Eigen/Dense>
+
+#include "base/error.h"
+#include "estimate/field_fit.h"
+
+namespace surveymc {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+void check_condition(const Eigen::MatrixXd& normal) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normal);
+  // Below 1e-13 of the largest, rounding in J'J alone makes an eigenvalue: the geometry says nothing there.
+  require(eigen.eigenvalues().minCoeff() > 1e-13 * eigen.eigenvalues().maxCoeff(),
+          "the stations cannot determine three gains and three biases (condition of J'J {:.1e}): MSA needs "
+          "stations of different attitude and toolface",
+          eigen.eigenvalues().maxCoeff() / std::max(eigen.eigenvalues().minCoeff(), 1e-300));
+}
+
+/// (Bh, Bv) of the reference by total field and dip.
+Matrix2d reference_derivatives(const ReferenceField& f) {
+  Matrix2d r;
+  r << std::cos(f.dip), -f.total * std::sin(f.dip), std::sin(f.dip), f.total * std::cos(f.dip);
+  return r;
+}
+
+FieldFitModel model_of(const EstimatorOptions& o, const ReferenceField& field) {
+  if (o.name == "msa") {
+    FieldFitModel m;
+    m.total = field.total;
+    return m;
+  }
+  return field_fit_model(o.name == "msa_weighted" ? ReferenceTreatment::weighted
+                         : o.name == "msa_joint"  ? ReferenceTreatment::joint
+                                                  : ReferenceTreatment::exact,
+                         o.assumed, field);
+}
+
+/// Unknowns: gain, bias / total, z (field_fit.h); fields in units of `total`.
+Sensitivity field_fit_sensitivity(const FieldFitModel& model, const NominalTruth& truth) {
+  const std::size_t n = truth.stations.size();
+  const double total = truth.field.total;
+  const Vector3d gain(truth.gain.data()), bias = Vector3d(truth.bias.data()) / total, per_gain = gain.cwiseInverse();
+  Matrix2d w;
+  w << model.w_hh, model.w_hv, model.w_hv, model.w_vv;
+  const Matrix2d reference = reference_derivatives(truth.field);
+  const Vector2d z_unit(model.total_sd * total, model.dip_sd);  // nT and rad of one z
+
+  std::vector<Eigen::Matrix<double, 2, 3>> by_field(n);  // d(Bh, Bv)/db
+  std::vector<Eigen::Matrix<double, 2, 8>> jacobian(n);
+  Matrix8d normal = Matrix8d::Zero();
+  for (std::size_t k = 0; k < n; ++k) {
+    const Vector3d b = to_eigen(truth.stations[k].field_T), u = to_eigen(truth.stations[k].down_T);
+    by_field[k].row(0) = (b - u.dot(b) * u).normalized();
+    by_field[k].row(1) = u;
+    // b = (m - bias) / gain: db_i/dgain_i = -b_i / gain_i, db_i/dbias_i = -1 / gain_i
+    jacobian[k].leftCols<3>() = -by_field[k] * b.cwiseProduct(per_gain).asDiagonal() / total;
+    jacobian[k].middleCols<3>(3) = -by_field[k] * per_gain.asDiagonal();
+    jacobian[k].rightCols<2>() = -reference * z_unit.asDiagonal() / total;
+    normal += jacobian[k].transpose() * w * jacobian[k];
+  }
+  // Priors are on p - 1 and q, p = 1 / gain and q = bias / gain.
+  Matrix6d dpq = Matrix6d::Zero();
+  dpq.topLeftCorner<3, 3>() = Vector3d(-per_gain.cwiseAbs2()).asDiagonal();
+  dpq.bottomLeftCorner<3, 3>() = Vector3d(-bias.cwiseProduct(per_gain.cwiseAbs2())).asDiagonal();
+  dpq.bottomRightCorner<3, 3>() = per_gain.asDiagonal();
+  Vector6d weight, pq;
+  for (int i = 0; i < 3; ++i) {
+    weight[i] = model.gain_prior;
+    weight[3 + i] = model.bias_prior;
+    pq[i] = per_gain[i] - 1;
+    pq[3 + i] = bias[i] * per_gain[i];
+  }
+  const Matrix6d prior = dpq.transpose() * weight.asDiagonal() * dpq;
+  normal.topLeftCorner<6, 6>() += prior;
+  check_condition(normal.topLeftCorner<6, 6>());
+  if (model.joint)
+    normal.bottomRightCorner<2, 2>() += model.unit_weight * Matrix2d::Identity();
+  else
+    normal.bottomRightCorner<2, 2>().setIdentity();  // z is no unknown: its columns are zero
+
+  Vector8d unit = Vector8d::Ones();
+  unit.segment<3>(3).setConstant(total);
+  unit.tail<2>() = z_unit;
+  const Matrix8d inverse = unit.asDiagonal() * Matrix8d(normal.ldlt().solve(Matrix8d::Identity()));
+  Sensitivity s;
+  for (std::size_t k = 0; k < n; ++k) {
+    const Vector3d b = to_eigen(truth.stations[k].field_T), u = to_eigen(truth.stations[k].down_T);
+    const Matrix82d pull = inverse * jacobian[k].transpose() * w / total;
+    s.by_magnetometer.push_back(-pull * by_field[k] * per_gain.asDiagonal());
+    // dBv/du = b; with n.u = 0, dBh = n.d(b - (u.b) u) = -Bv n.du for du perpendicular to u.
+    Eigen::Matrix<double, 2, 3> by_down;
+    by_down.row(0) = -u.dot(b) * by_field[k].row(0);
+    by_down.row(1) = b;
+    s.by_down.push_back(-pull * by_down);
+    Matrix82d by_reference = pull * reference;
+    // The reference's own error; one draw that holds for all stations counts once, at the first.
+    if (k == 0) by_reference.bottomRows<2>() += Matrix2d::Identity();
+    s.by_reference.push_back(by_reference);
+  }
+  s.by_truth = -inverse.leftCols<6>() * prior;
+  s.by_truth.rightCols<3>() /= total;
+  s.shift = -inverse.leftCols<6>() * dpq.transpose() * weight.cwiseProduct(pq);
+  return s;
+}
+
+/// wls.h: per axis, unknowns e_S and bias.
+Sensitivity wls_sensitivity(const InputErrors& assumed, const NominalTruth& truth) {
+  require(assumed.magnetometer > 0,
+          "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",
+          assumed.magnetometer);
+  const double r = 1 / (assumed.magnetometer * assumed.magnetometer), total = truth.field.total;
+  const Vector2d prior(assumed.gain > 0 ? 1 / (assumed.gain * assumed.gain) : 0,
+                       assumed.bias > 0 ? total * total / (assumed.bias * assumed.bias) : 0);
+  const std::size_t n = truth.stations.size();
+  const Vector2d unit(1, total);
+  Sensitivity s;
+  s.by_magnetometer.assign(n, Matrix83d::Zero());
+  s.by_down.assign(n, Matrix83d::Zero());
+  s.by_reference.assign(n, Matrix82d::Zero());
+  if (n > 0) s.by_reference[0].bottomRows<2>().setIdentity();
+  for (int axis = 0; axis < 3; ++axis) {
+    Matrix2d normal = prior.asDiagonal();
+    const auto column = [&](std::size_t k) { return Vector2d(to_eigen(truth.stations[k].field_T)[axis], total); };
+    for (std::size_t k = 0; k < n; ++k) normal += r * column(k) * column(k).transpose();
+    check_condition(normal);
+    const Matrix2d inverse = unit.asDiagonal() * Matrix2d(normal.inverse());
+    for (std::size_t k = 0; k < n; ++k) {
+      const Vector2d gain = inverse * column(k) * r;
+      s.by_magnetometer[k](axis, axis) = gain[0];
+      s.by_magnetometer[k](3 + axis, axis) = gain[1];
+    }
+    const auto a = static_cast<std::size_t>(axis);
+    const Matrix2d pull = -inverse * prior.asDiagonal() * unit.cwiseInverse().asDiagonal();
+    const Vector2d shift = pull * Vector2d(truth.gain[a] - 1, truth.bias[a]);
+    for (int i = 0; i < 2; ++i) {
+      s.shift[3 * i + axis] = shift[i];
+      for (int j = 0; j < 2; ++j) s.by_truth(3 * i + axis, 3 * j + axis) = pull(i, j);
+    }
+  }
+  return s;
+}
+
+}  // namespace
+
+Sensitivity sensitivity(const EstimatorOptions& options, const NominalTruth& truth) {
+  if (options.name == "wls") return wls_sensitivity(options.assumed, truth);
+  return field_fit_sensitivity(model_of(options, truth.field), truth);
+}
+
+Matrix8d error_covariance(const Sensitivity& s, const std::vector<StationFields>& stations, const InputErrors& errors) {
+  Vector6d truth_sd;
+  truth_sd.head<3>().setConstant(errors.gain);
+  truth_sd.tail<3>().setConstant(errors.bias);
+  const Matrix86d t = s.by_truth * truth_sd.asDiagonal();
+  Matrix8d c = t * t.transpose();
+  const Vector2d reference_sd(errors.total, errors.dip);
+  Matrix82d common = Matrix82d::Zero();
+  for (std::size_t k = 0; k < stations.size(); ++k) {
+    const Matrix83d m = errors.magnetometer * s.by_magnetometer[k];
+    c += m * m.transpose();
+    const Vector3d u = to_eigen(stations[k].down_T);
+    const Matrix83d d = errors.down * s.by_down[k] * (Matrix3d::Identity() - u * u.transpose());
+    c += d * d.transpose();
+    const Matrix82d r = s.by_reference[k] * reference_sd.asDiagonal();
+    if (errors.reference_per_station)
+      c += r * r.transpose();
+    else
+      common += r;
+  }
+  return c + common * common.transpose();
+}
+
+}  // namespace surveymc

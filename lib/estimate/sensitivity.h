@@ -1,0 +1,53 @@
+#pragma once
+/// First-order effect of every input of an estimator on its error: the analytic prediction that Monte Carlo is held
+/// against, and the covariance that an estimator claims.
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "estimate/estimator.h"
+
+namespace surveymc {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Vector8d = Eigen::Matrix<double, 8, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Matrix8d = Eigen::Matrix<double, 8, 8>;
+using Matrix63d = Eigen::Matrix<double, 6, 3>;
+using Matrix62d = Eigen::Matrix<double, 6, 2>;
+using Matrix83d = Eigen::Matrix<double, 8, 3>;
+using Matrix82d = Eigen::Matrix<double, 8, 2>;
+using Matrix86d = Eigen::Matrix<double, 8, 6>;
+
+/// Derivatives of the error (estimate less truth) at noise-free readings, one matrix per station. Rows: gain x, y, z;
+/// bias x, y, z in nT; then the reference that the estimator ends with, its own estimate or the one given: total field
+/// in nT, dip in rad.
+/// Exact to first order where the residuals vanish at the truth, that is without priors of gains and biases. With J the
+/// Jacobian of (Bh, Bv), W their weight and P the priors,  d estimate = -(J'WJ + P)^-1 J'W d(Bh - Bh_ref, Bv - Bv_ref).
+struct Sensitivity {
+  std::vector<Matrix83d> by_magnetometer;  ///< per nT of a magnetometer reading (tool axes)
+  std::vector<Matrix83d> by_down;          ///< per unit of the down direction (any direction; project it yourself)
+  std::vector<Matrix82d> by_reference;     ///< per nT of total field, per rad of dip, given to the estimator
+  Matrix86d by_truth = Matrix86d::Zero();  ///< per unit of a true parameter away from its nominal: what priors pull
+  Vector8d shift = Vector8d::Zero();       ///< error of noise-free readings at the nominal parameters: the same
+};
+
+/// Nominal truth at which an estimator is linearised.
+struct NominalTruth {
+  std::vector<StationFields> stations;
+  std::array<double, 3> gain{1, 1, 1}, bias{0, 0, 0};  ///< 1, nT
+  ReferenceField field;                                ///< total (nT) and dip (rad) are used
+};
+
+/// Throws InputError when the stations (and priors) cannot determine the six parameters: normal matrix numerically
+/// singular. Options as for make_estimator.
+Sensitivity sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
+
+/// Covariance of the error, rows as in Sensitivity: the sum of what every input contributes. Magnetometer noise and
+/// tilts of the down direction are independent per station; the reference is drawn once (a consider parameter) or per
+/// station. With the errors that the estimator assumes it is the covariance that it claims.
+Matrix8d error_covariance(const Sensitivity& sensitivity, const std::vector<StationFields>& stations,
+                          const InputErrors& errors);
+
+}  // namespace surveymc

@@ -1,0 +1,51 @@
+#include "sensor/tool_spread.h"
+
+#include <cassert>
+
+#include "sensor/tool_spread_lanes.h"
+#include "simd/instruction_set.h"
+
+namespace surveymc {
+
+void spread_tools(const CleanReadings& clean, const ToolSpread& spread, bool antithetic, const Stream& stream,
+                  std::uint64_t first_trial, ReadingBlock& readings, LaneArray& deviation, const NoiseWeights* weights,
+                  LaneArray* sums) {
+  assert(first_trial % kGroup == 0);
+  const ToolSpreadBatch batch{&clean.field_T.front().x,
+                              readings.magnetic.row(0, 0),
+                              deviation.row(0, 0),
+                              weights ? sums->row(0, 0) : nullptr,
+                              weights ? weights->tool.data() : nullptr,
+                              readings.magnetic.group_stride(),
+                              deviation.group_stride(),
+                              weights ? sums->group_stride() : 0,
+                              readings.stations,
+                              readings.groups(),
+                              first_trial,
+                              spread,
+                              antithetic,
+                              stream};
+  if (instruction_set() == InstructionSet::v4)
+    isa_v4::spread_tools(batch);
+  else
+    isa_v3::spread_tools(batch);
+}
+
+void draw_assumed_sd(AssumedNoise law, double size, const Stream& stream, std::uint64_t first_trial,
+                     ReadingBlock& readings) {
+  assert(first_trial % kGroup == 0 && readings.has_assumed_sd && law != AssumedNoise::constant);
+  const AssumedSdBatch batch{readings.assumed_sd.row(0, 0),
+                             readings.assumed_sd.group_stride(),
+                             3 * readings.stations,
+                             readings.groups(),
+                             first_trial,
+                             law,
+                             size,
+                             stream};
+  if (instruction_set() == InstructionSet::v4)
+    isa_v4::draw_assumed_sd(batch);
+  else
+    isa_v3::draw_assumed_sd(batch);
+}
+
+}  // namespace surveymc

@@ -1,0 +1,42 @@
+#pragma once
+/// The kernels behind tool_spread.h, for both instruction sets (simd/lanes.h).
+#include <cstddef>
+#include <cstdint>
+
+#include "sensor/tool_spread.h"
+
+namespace surveymc {
+
+/// Raw view of a batch; rows are kGroup doubles apart.
+struct ToolSpreadBatch {
+  const double* field;                  ///< 3 stations: true field in the tool frame
+  double *magnetic, *deviation, *sums;  ///< sums null when none are wanted
+  const double* weights;                ///< [6][NoiseWeights::kSums]
+  std::size_t magnetic_stride, deviation_stride, sums_stride;
+  int stations, groups;
+  std::uint64_t first_trial;
+  ToolSpread spread;
+  bool antithetic;
+  Stream stream;
+};
+
+struct AssumedSdBatch {
+  double* assumed_sd;
+  std::size_t stride;
+  int rows, groups;
+  std::uint64_t first_trial;
+  AssumedNoise law;
+  double size;
+  Stream stream;
+};
+
+namespace isa_v3 {
+void spread_tools(const ToolSpreadBatch& batch);
+void draw_assumed_sd(const AssumedSdBatch& batch);
+}  // namespace isa_v3
+namespace isa_v4 {
+void spread_tools(const ToolSpreadBatch& batch);
+void draw_assumed_sd(const AssumedSdBatch& batch);
+}  // namespace isa_v4
+
+}  // namespace surveymc
