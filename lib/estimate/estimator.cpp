@@ -40,13 +40,7 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& o, const Refer
   }
   const NewtonOptions newton{o.max_iterations, o.step_tolerance};
   if (o.name == "msa" && !nlopt) return make_msa({o.max_iterations, o.step_tolerance}, field);
-  FieldFitModel model;  // as it is: msa
-  model.total = field.total;
-  if (o.name != "msa")
-    model = field_fit_model(o.name == "msa_weighted" ? ReferenceTreatment::weighted
-                            : o.name == "msa_joint"  ? ReferenceTreatment::joint
-                                                     : ReferenceTreatment::exact,
-                            o.assumed, field);
+  const FieldFitModel model = field_fit_model_of(o, field);
   if (nlopt) return make_field_fit_nlopt(o.name, o.solver.substr(6), model, newton);
   return make_field_fit(o.name, model, newton);
 }

@@ -49,6 +49,17 @@ FieldFitModel field_fit_model(ReferenceTreatment treatment, const InputErrors& a
   return m;
 }
 
+FieldFitModel field_fit_model_of(const EstimatorOptions& o, const ReferenceField& field) {
+  if (o.name != "msa")
+    return field_fit_model(o.name == "msa_weighted" ? ReferenceTreatment::weighted
+                           : o.name == "msa_joint"  ? ReferenceTreatment::joint
+                                                    : ReferenceTreatment::exact,
+                           o.assumed, field);
+  FieldFitModel m;
+  m.total = field.total;
+  return m;
+}
+
 namespace {
 
 class FieldFit final : public Estimator {

@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 
 #include "base/error.h"
-#include "estimate/field_fit.h"
+#include "estimate/field_fit_estimators.h"
 
 namespace surveymc {
 
@@ -28,18 +28,6 @@ Matrix2d reference_derivatives(const ReferenceField& f) {
   Matrix2d r;
   r << std::cos(f.dip), -f.total * std::sin(f.dip), std::sin(f.dip), f.total * std::cos(f.dip);
   return r;
-}
-
-FieldFitModel model_of(const EstimatorOptions& o, const ReferenceField& field) {
-  if (o.name == "msa") {
-    FieldFitModel m;
-    m.total = field.total;
-    return m;
-  }
-  return field_fit_model(o.name == "msa_weighted" ? ReferenceTreatment::weighted
-                         : o.name == "msa_joint"  ? ReferenceTreatment::joint
-                                                  : ReferenceTreatment::exact,
-                         o.assumed, field);
 }
 
 /// Unknowns: gain, bias / total, z (field_fit.h); fields in units of `total`.
@@ -151,7 +139,7 @@ Sensitivity wls_sensitivity(const InputErrors& assumed, const NominalTruth& trut
 
 Sensitivity sensitivity(const EstimatorOptions& options, const NominalTruth& truth) {
   if (options.name == "wls") return wls_sensitivity(options.assumed, truth);
-  return field_fit_sensitivity(model_of(options, truth.field), truth);
+  return field_fit_sensitivity(field_fit_model_of(options, truth.field), truth);
 }
 
 Matrix8d error_covariance(const Sensitivity& s, const std::vector<StationFields>& stations, const InputErrors& errors) {
