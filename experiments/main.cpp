@@ -10,6 +10,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -151,6 +152,7 @@ int run(const RunArguments& a, const std::string& command) {
     require(index < prepared.points.size(), "--point {}: the points of this config are numbered 0 to {}", index,
             prepared.points.size() - 1);
     const StudyPoint& point = *prepared.points[index];
+    require(point.trials() > 0, "--trial {}: this experiment has no trials", number);
     require(number < point.trials(), "--trial {}: the trials of this config are numbered 0 to {}", number,
             point.trials() - 1);
     fmt::print("{}", point.replay(number));
@@ -171,8 +173,11 @@ int run(const RunArguments& a, const std::string& command) {
   write_result(output, result);
   print_tables(result, output.string());
   const int exit = report_verdicts(result, a.check);
-  fmt::print("wrote {} ({} trials in {}, {:.3g} trials/s)\n", output.string(), prepared.total_trials(),
-             format_duration(elapsed), static_cast<double>(prepared.total_trials()) / elapsed);
+  if (prepared.total_trials() == 0)
+    fmt::print("wrote {} (in {})\n", output.string(), format_duration(elapsed));
+  else
+    fmt::print("wrote {} ({} trials in {}, {:.3g} trials/s)\n", output.string(), prepared.total_trials(),
+               format_duration(elapsed), static_cast<double>(prepared.total_trials()) / elapsed);
   return exit;
 }
 
@@ -204,6 +209,7 @@ int show(const std::string& file, const std::string& name, bool csv) {
 std::vector<InputTable> stored_inputs(const Result& result) {
   std::vector<InputTable> files;
   for (const InputData& in : result.inputs) {
+    if (std::holds_alternative<std::vector<std::string>>(in.table.columns.front().values)) continue;
     InputTable t;
     t.path = in.path;
     for (const Column& c : in.table.columns) {
@@ -216,9 +222,18 @@ std::vector<InputTable> stored_inputs(const Result& result) {
   return files;
 }
 
+std::vector<InputText> stored_texts(const Result& result) {
+  std::vector<InputText> files;
+  for (const InputData& in : result.inputs) {
+    const auto* lines = std::get_if<std::vector<std::string>>(&in.table.columns.front().values);
+    if (lines) files.push_back({in.path, fmt::format("{}", fmt::join(*lines, "\n"))});
+  }
+  return files;
+}
+
 int rerun(const std::string& file, int threads, const std::string& command) {
   const Result stored = read_result(file);
-  Config config = Config::from_text(stored.provenance.config, file, stored_inputs(stored));
+  Config config = Config::from_text(stored.provenance.config, file, stored_inputs(stored), stored_texts(stored));
   const std::vector<Experiment> all = all_experiments();
   const Experiment& experiment = find_experiment(all, config);
   const PreparedRun prepared = prepare_run(experiment, std::move(config));

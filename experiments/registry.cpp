@@ -2,6 +2,6 @@
 
 namespace surveymc {
 
-std::vector<Experiment> all_experiments() { return {msa_position_experiment()}; }
+std::vector<Experiment> all_experiments() { return {msa_position_experiment(), position_covariance_experiment()}; }
 
 }  // namespace surveymc

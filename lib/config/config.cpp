@@ -31,7 +31,8 @@ Config Config::load(const std::filesystem::path& path, const std::vector<std::st
   return config;
 }
 
-Config Config::from_text(const std::string& text, const std::string& label, std::vector<InputTable> files) {
+Config Config::from_text(const std::string& text, const std::string& label, std::vector<InputTable> files,
+                         std::vector<InputText> texts) {
   Config config(std::make_unique<Impl>());
   ConfigDocument& doc = *config.impl_->doc;
   doc.label = label;
@@ -40,6 +41,7 @@ Config Config::from_text(const std::string& text, const std::string& label, std:
     std::string path = f.path;
     doc.stored_files.emplace(std::move(path), std::move(f));
   }
+  for (auto& t : texts) doc.stored_texts.emplace(std::move(t.path), std::move(t.text));
   doc.build(parse_document(text, label), {});
   return config;
 }
@@ -83,6 +85,12 @@ std::vector<InputTable> Config::inputs() const {
   return out;
 }
 
+std::vector<InputText> Config::input_texts() const {
+  std::vector<InputText> out;
+  for (const auto& [path, text] : impl_->doc->texts) out.push_back({path, text});
+  return out;
+}
+
 std::string Config::hash() const {
   static_assert(std::endian::native == std::endian::little, "the hash is over little-endian numbers");
   XXH3_state_t state;
@@ -106,6 +114,10 @@ std::string Config::hash() const {
       add_size(table.columns[j].size());
       add(table.columns[j].data(), table.columns[j].size() * sizeof(double));
     }
+  }
+  for (const auto& [path, text] : impl_->doc->texts) {
+    add_text(path);
+    add_text(text);
   }
   const XXH128_hash_t h = XXH3_128bits_digest(&state);
   return fmt::format("{:016x}{:016x}", h.high64, h.low64);

@@ -75,6 +75,11 @@ class ConfigReader {
   bool matches_point(const std::string& key);
   /// Reads the CSV file that `key` names, relative to the config's folder.
   InputTable csv(const std::string& key);
+  /// A strict reader of the TOML file that `key` names, relative to the config's folder; its messages name that file's
+  /// lines. Call its finish(), too.
+  ConfigReader toml(const std::string& key);
+  /// The same for a document that the program brings with it; `key` has chosen it. Its path must be none of a file.
+  ConfigReader toml(const std::string& key, const InputText& shipped);
 
   /// Throws InputError "file:line: key = value: rule" for a rule that only the caller can check.
   [[noreturn]] void fail(const std::string& key, const std::string& rule) const;
@@ -104,7 +109,8 @@ class Config {
   /// gives KEY's list anew. Throws InputError.
   static Config load(const std::filesystem::path& path, const std::vector<std::string>& overrides);
   /// The config stored in a result, with the files that were stored beside it.
-  static Config from_text(const std::string& text, const std::string& label, std::vector<InputTable> files);
+  static Config from_text(const std::string& text, const std::string& label, std::vector<InputTable> files,
+                          std::vector<InputText> texts = {});
 
   ~Config();
   Config(Config&&) noexcept;
@@ -129,6 +135,8 @@ class Config {
   std::string resolved_text() const;
   /// Every CSV file that was read, once each, in order of path.
   std::vector<InputTable> inputs() const;
+  /// Every TOML file that was read besides the config (toml()), shipped ones too, once each, in order of path.
+  std::vector<InputText> input_texts() const;
   /// 128-bit XXH3 in hex of resolved_text() and the input files' contents.
   std::string hash() const;
 

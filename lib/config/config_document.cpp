@@ -114,21 +114,40 @@ void ConfigDocument::use_default(const std::string& key, const TomlNode& value, 
   d.points[point] = true;
 }
 
-const InputTable& ConfigDocument::input(const TomlNode& n, const std::string& key) {
+namespace {
+
+/// What is known of the file `name` that `n` stands for, from this run or from the result; null if it has to be read.
+template <class T>
+const T* known_file(const TomlNode& n, const std::string& key, const std::string& name, std::map<std::string, T>& read,
+                    const std::map<std::string, T>& stored, bool is_from_result) {
   if (!n.is_text()) refuse_kind(n, key, "must be a string: the name of a file");
-  const std::string& name = n.text;
   if (name.empty()) refuse(n, key, "must name a file");
-  if (const auto it = inputs.find(name); it != inputs.end()) return it->second;
-  if (is_from_result) {
-    const auto it = stored_files.find(name);
-    if (it == stored_files.end()) refuse(n, key, "is not among the files stored with this config");
-    return inputs.emplace(*it).first->second;
-  }
-  if (name.find('\0') != std::string::npos) refuse(n, key, "is not the name of a file");
-  const fs::path path = folder / name;  // an absolute path stays as it is
-  const auto [text, fault] = read_file(path);
+  if (const auto it = read.find(name); it != read.end()) return &it->second;
+  if (!is_from_result) return nullptr;
+  const auto it = stored.find(name);
+  if (it == stored.end()) refuse(n, key, "is not among the files stored with this config");
+  return &read.emplace(*it).first->second;
+}
+
+std::string bytes_of(const TomlNode& n, const std::string& key, const fs::path& folder) {
+  if (n.text.find('\0') != std::string::npos) refuse(n, key, "is not the name of a file");
+  const fs::path path = folder / n.text;  // an absolute path stays as it is
+  auto [text, fault] = read_file(path);
   if (!fault.empty()) refuse(n, key, fmt::format("cannot be read: {} (looked for {})", fault, path.string()));
-  return inputs.emplace(name, parse_csv(text, name)).first->second;
+  return text;
+}
+
+}  // namespace
+
+const InputTable& ConfigDocument::input(const TomlNode& n, const std::string& key) {
+  if (const auto* known = known_file(n, key, n.text, inputs, stored_files, is_from_result)) return *known;
+  return inputs.emplace(n.text, parse_csv(bytes_of(n, key, folder), n.text)).first->second;
+}
+
+InputText ConfigDocument::text(const TomlNode& n, const std::string& key, const InputText* shipped) {
+  const std::string& path = shipped ? shipped->path : n.text;
+  if (const auto* known = known_file(n, key, path, texts, stored_texts, is_from_result)) return {path, *known};
+  return {path, texts.emplace(path, shipped ? shipped->text : bytes_of(n, key, folder)).first->second};
 }
 
 // ---------------------------------------------------------------------------------------------------------- resolved

@@ -25,6 +25,7 @@ struct ConfigDocument {
   std::filesystem::path folder;  // files are relative to it
   bool is_from_result = false;   // files are those in `stored_files`, not on disk
   std::map<std::string, InputTable> stored_files;
+  std::map<std::string, std::string> stored_texts;
 
   TomlNode base;  // without [sweep], with overrides
   Sweep sweep;
@@ -34,6 +35,7 @@ struct ConfigDocument {
   std::set<std::string> named;         // strings that were read as the name of a table
   std::set<std::string> known_absent;  // has() has said no: a default must not make it say yes
   std::map<std::string, InputTable> inputs;
+  std::map<std::string, std::string> texts;
 
   /// Takes the parsed file apart and checks the keys that every file has. Set the members above `base` before.
   void build(TomlNode root, const std::vector<std::string>& overrides);
@@ -43,6 +45,8 @@ struct ConfigDocument {
   void use_default(const std::string& key, const TomlNode& value, std::size_t point);
   /// The CSV file that `n`, the value of `key`, names; read once.
   const InputTable& input(const TomlNode& n, const std::string& key);
+  /// A file other than a table that `n`, the value of `key`, names; `shipped` stands for it if it is not null.
+  InputText text(const TomlNode& n, const std::string& key, const InputText* shipped);
   /// See Config.
   std::string resolved_text() const;
 };

@@ -8,6 +8,7 @@
 #include "config/config.h"
 #include "config/reader_state.h"
 #include "config/text.h"
+#include "config/toml_parse.h"
 
 namespace surveymc {
 namespace {
@@ -204,6 +205,30 @@ bool ConfigReader::matches_point(const std::string& key) {
 InputTable ConfigReader::csv(const std::string& key) {
   const auto found = state_->need(key);
   return state_->point->doc->input(*found.node, found.key);
+}
+
+namespace {
+
+/// A document of its own: messages name it, and its defaults do not enter the config's resolved text.
+ConfigReader reader_of_document(const InputText& document) {
+  auto point = std::make_shared<ConfigPoint>();
+  point->doc = std::make_shared<ConfigDocument>();
+  point->doc->label = document.path;
+  point->root = point->doc->base = parse_document(document.text, document.path);
+  const TomlNode* root = &point->root;
+  return ConfigReader(std::make_shared<ConfigReader::State>(ConfigReader::State{std::move(point), root, ""}));
+}
+
+}  // namespace
+
+ConfigReader ConfigReader::toml(const std::string& key) {
+  const auto found = state_->need(key);
+  return reader_of_document(state_->point->doc->text(*found.node, found.key, nullptr));
+}
+
+ConfigReader ConfigReader::toml(const std::string& key, const InputText& shipped) {
+  const auto found = state_->need_name(key);
+  return reader_of_document(state_->point->doc->text(*found.node, found.key, &shipped));
 }
 
 // ------------------------------------------------------------------------------------------------------------- checks

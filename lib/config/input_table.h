@@ -17,6 +17,12 @@ struct InputTable {
   int find(const std::string& name) const;
 };
 
+/// A user's file that is no table: its text.
+struct InputText {
+  std::string path;  ///< as the config names it
+  std::string text;
+};
+
 /// Parses CSV text (RFC 4180: commas, optional quotes, CRLF or LF, `#` comment lines and blank lines skipped, UTF-8
 /// byte order mark ignored). Every cell must be a finite decimal number, every row as long as the header.
 /// Throws InputError "path:line: column = cell: rule".

@@ -17,11 +17,13 @@ struct Known {
   const char* stem;
   std::vector<std::pair<const char*, double>> units;
 };
-const std::array<Known, 4>& known_columns() {
-  static const std::array<Known, 4> columns{{{"md", {{"m", 1.0}, {"ft", kFoot}}},
-                                             {"inclination", {{"deg", kDegree}}},
-                                             {"azimuth", {{"deg", kDegree}}},
-                                             {"toolface", {{"deg", kDegree}}}}};
+constexpr std::size_t kColumns = 5, kToolface = 3, kTvd = 4;
+const std::array<Known, kColumns>& known_columns() {
+  static const std::array<Known, kColumns> columns{{{"md", {{"m", 1.0}, {"ft", kFoot}}},
+                                                    {"inclination", {{"deg", kDegree}}},
+                                                    {"azimuth", {{"deg", kDegree}}},
+                                                    {"toolface", {{"deg", kDegree}}},
+                                                    {"tvd", {{"m", 1.0}, {"ft", kFoot}}}}};
   return columns;
 }
 
@@ -39,7 +41,7 @@ std::string spellings(const Known& k) {
                                    name == stem ? "the unit is missing" : "unknown unit", spellings(k)));
   throw InputError(
       fmt::format("{}:1: column {}: unknown column; a survey has md_m or md_ft, inclination_deg, "
-                  "azimuth_deg and optionally toolface_deg",
+                  "azimuth_deg and optionally toolface_deg, tvd_m or tvd_ft",
                   table.path, name));
 }
 
@@ -47,11 +49,11 @@ std::string spellings(const Known& k) {
 
 Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface) {
   // Column of the file and factor to SI for each known quantity.
-  std::array<int, 4> column{-1, -1, -1, -1};
-  std::array<double, 4> factor{};
+  std::array<int, kColumns> column{-1, -1, -1, -1, -1};
+  std::array<double, kColumns> factor{};
   for (std::size_t c = 0; c < table.names.size(); ++c) {
     bool found = false;
-    for (std::size_t q = 0; q < 4; ++q)
+    for (std::size_t q = 0; q < kColumns; ++q)
       for (const auto& [unit, to_si] : known_columns()[q].units)
         if (table.names[c] == fmt::format("{}_{}", known_columns()[q].stem, unit)) {
           require(column[q] < 0, "{}:1: column {}: the file has {} twice", table.path, table.names[c],
@@ -62,9 +64,10 @@ Survey survey_from_table(const InputTable& table, const SurveyConventions& conve
         }
     if (!found) unknown_column(table, table.names[c]);
   }
-  for (std::size_t q = 0; q < 4; ++q)
-    require(column[q] >= 0 || (q == 3 && !needs_toolface), "{}:1: column {}: missing{}", table.path,
-            spellings(known_columns()[q]), q == 3 ? " (this experiment needs the toolface of every station)" : "");
+  for (std::size_t q = 0; q < kTvd; ++q)
+    require(column[q] >= 0 || (q == kToolface && !needs_toolface), "{}:1: column {}: missing{}", table.path,
+            spellings(known_columns()[q]),
+            q == kToolface ? " (this experiment needs the toolface of every station)" : "");
 
   const double to_true = conventions.azimuth_reference == AzimuthReference::magnetic ? conventions.declination
                          : conventions.azimuth_reference == AzimuthReference::grid   ? conventions.convergence
@@ -88,6 +91,17 @@ Survey survey_from_table(const InputTable& table, const SurveyConventions& conve
   throw InputError(fmt::format("{}:{}: {} = {}: {}{}", table.path, table.lines[row],
                                table.names[static_cast<std::size_t>(column[q])], format_number(cell(q, row)),
                                defect.rule, before));
+}
+
+std::vector<double> tvd_from_table(const InputTable& table) {
+  for (const auto& [unit, to_si] : known_columns()[kTvd].units) {
+    const int c = table.find(fmt::format("tvd_{}", unit));
+    if (c < 0) continue;
+    std::vector<double> tvd = table.columns[static_cast<std::size_t>(c)];
+    for (double& x : tvd) x *= to_si;
+    return tvd;
+  }
+  return {};
 }
 
 }  // namespace surveymc

@@ -17,9 +17,12 @@ struct SurveyConventions {
 };
 
 /// Survey from a file with columns `md_m` or `md_ft`, `inclination_deg`, `azimuth_deg` and, if present, `toolface_deg`
-/// (zero without). Throws InputError "path:line: column = value: rule" on a missing or unknown column or unit, a
-/// measured depth that does not increase, or an inclination outside [0, 180].
-/// `needs_toolface`: its absence is an error.
+/// (zero without) and `tvd_m` or `tvd_ft`. Throws InputError "path:line: column = value: rule" on a missing or unknown
+/// column or unit, a measured depth that does not increase, or an inclination outside [0, 180]. `needs_toolface`: its
+/// absence is an error.
 Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface);
+
+/// True vertical depth of every station in metres, from a column `tvd_m` or `tvd_ft`; empty if the file has none.
+std::vector<double> tvd_from_table(const InputTable& table);
 
 }  // namespace surveymc

@@ -1,5 +1,7 @@
 #include "propagate/ellipse.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/Eigenvalues>
@@ -7,18 +9,53 @@
 #include "base/units.h"
 
 namespace surveymc {
+namespace {
+
+constexpr double kRounding = 1e-13;  // of a covariance's elements, relative to the largest
+constexpr double kSingular = 1e-14;  // an eigenvalue below this part of the largest is rounding, too
+
+}  // namespace
 
 Ellipse ellipse(const Eigen::Matrix2d& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(covariance);  // eigenvalues ascending
   Ellipse e;
   const double largest = std::max(0.0, eigen.eigenvalues()[1]), smallest = eigen.eigenvalues()[0];
   e.semi_major = std::sqrt(largest);
-  e.semi_minor = smallest > 1e-14 * largest ? std::sqrt(smallest) : 0.0;  // below, it is rounding of the covariance
+  e.semi_minor = smallest > kSingular * largest ? std::sqrt(smallest) : 0.0;
+  if (largest - smallest <= kRounding * largest) {  // a circle: rounding must not choose an axis
+    e.axes.setIdentity();
+    return e;
+  }
   e.axes.col(0) = eigen.eigenvectors().col(1);
   e.axes.col(1) = eigen.eigenvectors().col(0);
   e.azimuth = std::atan2(e.axes(1, 0), e.axes(0, 0));
   if (e.azimuth < 0) e.azimuth += kPi;
   if (e.azimuth >= kPi) e.azimuth -= kPi;
+  return e;
+}
+
+Ellipsoid ellipsoid(const Eigen::Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance);  // eigenvalues ascending
+  Ellipsoid e;
+  if ((covariance - Eigen::Matrix3d(covariance.diagonal().asDiagonal())).cwiseAbs().maxCoeff() <=
+      kRounding * covariance.diagonal().maxCoeff()) {
+    // The axes are N, E, V (a vertical hole): of equal ones, rounding must not choose the order or turn them.
+    std::array<int, 3> order{0, 1, 2};
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int i, int j) { return covariance(i, i) - covariance(j, j) > kRounding * covariance(i, i); });
+    for (int i = 0; i < 3; ++i) {
+      const int axis = order[static_cast<std::size_t>(i)];
+      e.semi_axes[i] = std::sqrt(std::max(0.0, covariance(axis, axis)));
+      e.axes.col(i) = Eigen::Vector3d::Unit(axis);
+    }
+    return e;
+  }
+  for (int i = 0; i < 3; ++i) {
+    const double variance = eigen.eigenvalues()[2 - i];
+    e.semi_axes[i] = variance > kSingular * eigen.eigenvalues()[2] ? std::sqrt(variance) : 0.0;
+    e.axes.col(i) = eigen.eigenvectors().col(2 - i);
+    if (e.axes(2, i) < 0) e.axes.col(i) *= -1;
+  }
   return e;
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 
+#include "propagate/error_sum.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc {
@@ -58,14 +59,27 @@ Matrix3d propagate_joint(const std::vector<Matrix36d>& effects, const Matrix6d& 
   return sum * covariance * sum.transpose();
 }
 
+namespace {
+
+/// One survey leg, errors independent of each other: the general rules (ErrorSum), one error source after the other.
+Matrix3d propagate_each(const std::vector<Matrix36d>& effects, const Vector6d& sd, PropagationMode mode) {
+  Matrix3d c = Matrix3d::Zero();
+  for (int i = 0; i < 6; ++i) {
+    ErrorSum sum(mode);
+    for (const Matrix36d& x : effects) sum.add(sd[i] * x.col(i));
+    c += sum.covariance();
+  }
+  return c;
+}
+
+}  // namespace
+
 Matrix3d propagate_systematic(const std::vector<Matrix36d>& effects, const Vector6d& sd) {
-  return propagate_joint(effects, sd.cwiseAbs2().asDiagonal());
+  return propagate_each(effects, sd, PropagationMode::systematic);
 }
 
 Matrix3d propagate_random(const std::vector<Matrix36d>& effects, const Vector6d& sd) {
-  Matrix3d c = Matrix3d::Zero();
-  for (const Matrix36d& x : effects) c += x * sd.cwiseAbs2().asDiagonal() * x.transpose();
-  return c;
+  return propagate_each(effects, sd, PropagationMode::random);
 }
 
 Matrix3d propagate_station_noise(const std::vector<StationEffect>& effects, const std::vector<StationFields>& stations,

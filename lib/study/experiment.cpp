@@ -98,6 +98,16 @@ Table table_of(const InputTable& in) {
   return t;
 }
 
+/// One row a line; joined by line feeds they are the text again.
+Table table_of(const InputText& in) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
+    end = in.text.find('\n', begin);
+    lines.push_back(in.text.substr(begin, end - begin));
+  }
+  return {in.path, "as read from " + in.path, {{"line", "", "line of the file", std::move(lines)}}};
+}
+
 }  // namespace
 
 Result execute(const PreparedRun& run, const RunOptions& options) {
@@ -125,6 +135,10 @@ Result execute(const PreparedRun& run, const RunOptions& options) {
     add_maps(result.maps, std::move(r.maps), axes);
   }
   for (const InputTable& in : run.config.inputs()) {
+    const Table t = table_of(in);
+    result.inputs.push_back({in.path, input_hash(t), t});
+  }
+  for (const InputText& in : run.config.input_texts()) {
     const Table t = table_of(in);
     result.inputs.push_back({in.path, input_hash(t), t});
   }

@@ -6,6 +6,7 @@
 
 #include "base/units.h"
 #include "montecarlo/run_blocks.h"
+#include "survey/minimum_curvature.h"
 
 namespace surveymc {
 
@@ -23,7 +24,10 @@ ReferenceField read_field(ConfigReader& c) {
 
 Survey read_survey(ConfigReader& c, const ReferenceField& field, bool needs_toolface) {
   SurveyConventions conventions;
-  conventions.toolface_zero = c.choice("survey.toolface_zero", {"x", "y"}) == "x" ? ToolfaceZero::x : ToolfaceZero::y;
+  const std::vector<std::string> zeros{"x", "y"};
+  const std::string zero =
+      needs_toolface ? c.choice("survey.toolface_zero", zeros) : c.choice("survey.toolface_zero", zeros, "y");
+  conventions.toolface_zero = zero == "x" ? ToolfaceZero::x : ToolfaceZero::y;
   const std::string north = c.choice("survey.azimuth_reference", {"true", "magnetic", "grid"}, "true");
   conventions.azimuth_reference = north == "magnetic" ? AzimuthReference::magnetic
                                   : north == "grid"   ? AzimuthReference::grid
@@ -31,6 +35,11 @@ Survey read_survey(ConfigReader& c, const ReferenceField& field, bool needs_tool
   conventions.declination = field.declination;
   conventions.convergence = field.convergence;
   return survey_from_table(c.csv("survey.file"), conventions, needs_toolface);
+}
+
+std::vector<double> read_true_vertical_depths(ConfigReader& c, const Survey& survey) {
+  std::vector<double> listed = tvd_from_table(c.csv("survey.file"));
+  return listed.empty() ? true_vertical_depths(survey) : listed;
 }
 
 MagnetometerErrors read_magnetometer_errors(ConfigReader& c) {

@@ -15,8 +15,12 @@ namespace surveymc {
 /// `[field] total_nT, dip_deg, declination_deg (0), convergence_deg (0), gravity_mps2 (9.80665)`.
 ReferenceField read_field(ConfigReader& config);
 
-/// `[survey] file, toolface_zero, azimuth_reference ("true")`.
+/// `[survey] file, toolface_zero ("y" where toolface is not needed), azimuth_reference ("true")`.
 Survey read_survey(ConfigReader& config, const ReferenceField& field, bool needs_toolface);
+
+/// True vertical depth of every station of `survey`, read from the same file, m: as listed there (`tvd_m`, `tvd_ft`),
+/// or else by minimum curvature, that of the first station being its measured depth.
+std::vector<double> read_true_vertical_depths(ConfigReader& config, const Survey& survey);
 
 /// `[sensor] gain (1, 1, 1), bias_nT (0, 0, 0)`.
 MagnetometerErrors read_magnetometer_errors(ConfigReader& config);

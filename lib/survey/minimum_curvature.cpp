@@ -46,6 +46,13 @@ std::vector<Eigen::Vector3d> balanced_tangential_positions(const Survey& survey)
   return positions(survey.md(), tangents_of(survey), balanced_tangential_leg<double>);
 }
 
+std::vector<double> true_vertical_depths(const Survey& survey) {
+  std::vector<double> tvd;
+  for (const Eigen::Vector3d& p : minimum_curvature_positions(survey))
+    tvd.push_back(survey.stations.front().md + p.z());
+  return tvd;
+}
+
 std::vector<Eigen::Matrix3d> final_position_by_tangent(const std::vector<double>& md,
                                                        const std::vector<Vec3<double>>& tangents) {
   std::vector<Eigen::Matrix3d> d(md.size(), Eigen::Matrix3d::Zero());

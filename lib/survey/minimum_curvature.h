@@ -58,6 +58,9 @@ std::vector<Eigen::Vector3d> minimum_curvature_positions(const std::vector<doubl
 std::vector<Eigen::Vector3d> minimum_curvature_positions(const Survey& survey);
 std::vector<Eigen::Vector3d> balanced_tangential_positions(const Survey& survey);
 
+/// True vertical depth of all stations by minimum curvature, m; that of the first is taken to be its measured depth.
+std::vector<double> true_vertical_depths(const Survey& survey);
+
 /// Derivative of the last position by the tangent of every station: 3x3 each.
 std::vector<Eigen::Matrix3d> final_position_by_tangent(const std::vector<double>& md,
                                                        const std::vector<Vec3<double>>& tangents);

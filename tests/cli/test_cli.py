@@ -203,6 +203,8 @@ class Basics(Case):
 
     def test_check_of_every_shipped_config(self):
         for path in sorted((SOURCE / "configs").glob("*/*.toml")):
+            if path.parent.name == "error_models":  # no configs, but what configs name
+                continue
             with self.subTest(config=path.name), self.untouched():
                 config = tomllib.loads(self.call("check", path).stdout)
                 self.assertEqual(config["experiment"], tomllib.loads(path.read_text())["experiment"])

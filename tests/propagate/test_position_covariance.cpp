@@ -122,6 +122,34 @@ TEST_CASE("An ellipse has the covariance's eigenvectors as axes and its azimuth 
     CHECK((c * e.axes.col(1) - 0.25 * e.axes.col(1)).norm() < 1e-14);
   }
   CHECK(ellipse(Eigen::Matrix2d::Zero()).semi_major == 0);
+  const Eigen::Matrix2d circle = (Eigen::Matrix2d() << 2, 1e-16, 1e-16, 2 - 4e-16).finished();
+  CHECK(ellipse(circle).azimuth == 0);  // rounding does not choose a direction
+  CHECK(ellipse(circle).axes == Eigen::Matrix2d::Identity());
   CHECK(ellipse_coverage(1) == Approx(0.3934693402873666).epsilon(1e-15));
   CHECK(ellipse_coverage(3) == Approx(0.9888910034617577).epsilon(1e-15));
+}
+
+TEST_CASE("An ellipsoid has the covariance's eigenvectors as axes, largest first, pointing down") {
+  const Eigen::Matrix3d q = rotation_hla_from_nev(0.7, 2.0);  // any rotation
+  for (const Eigen::Vector3d& sd :
+       {Eigen::Vector3d(1, 5, 2), Eigen::Vector3d(3, 3, 0.1), Eigen::Vector3d(4, 1e-9, 2)}) {
+    const Eigen::Matrix3d c = q.transpose() * sd.cwiseAbs2().asDiagonal() * q;
+    const Ellipsoid e = ellipsoid(c);
+    for (int i = 0; i < 3; ++i) {
+      const double variance = e.semi_axes[i] * e.semi_axes[i];
+      CHECK((c * e.axes.col(i) - variance * e.axes.col(i)).norm() < 1e-14 * c.trace());
+      CHECK(e.axes(2, i) >= 0);
+      if (i > 0) CHECK(e.semi_axes[i] <= e.semi_axes[i - 1]);
+    }
+    CHECK(e.semi_axes.squaredNorm() == Approx(c.trace()).epsilon(1e-13));
+  }
+  CHECK(ellipsoid(q.transpose() * Eigen::Vector3d(4, 0, 2).asDiagonal() * q).semi_axes[2] == 0);
+  // A vertical hole: N and E are equal but for rounding, and stay N and E.
+  Eigen::Matrix3d vertical = Eigen::Vector3d(2, 2 + 4e-16, 9).asDiagonal();
+  vertical(0, 1) = vertical(1, 0) = 1e-17;
+  const Ellipsoid e = ellipsoid(vertical);
+  CHECK(e.axes.col(0) == Eigen::Vector3d::UnitZ());
+  CHECK(e.axes.col(1) == Eigen::Vector3d::UnitX());
+  CHECK(e.axes.col(2) == Eigen::Vector3d::UnitY());
+  CHECK(ellipsoid(Eigen::Matrix3d::Zero()).semi_axes == Eigen::Vector3d::Zero());
 }

@@ -1,0 +1,123 @@
+/// Study: position uncertainty of a surveyed well by the error models of its tools (ISCWSA MWD Rev 4, Rev 5.10, or the
+/// user's own). No Monte Carlo: the covariance of every station, whole and by source, held against published figures.
+///
+///   survey, field, models (config) -> effects of every term at every station, summed as their modes say (propagate)
+///   -> covariance, ellipse and ellipsoid per station
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "experiments.h"
+#include "position_covariance_tables.h"
+#include "study/scenario.h"
+
+namespace surveymc {
+namespace {
+
+constexpr std::array<const char*, 6> kElements{"nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2"};
+
+double element(const Eigen::Matrix3d& c, const std::string& name) {
+  const auto index = [](char letter) { return letter == 'n' ? 0 : letter == 'e' ? 1 : 2; };
+  return c(index(name[0]), index(name[1]));
+}
+
+/// An entry of `[[published]]` for this point.
+struct Published {
+  std::size_t station;
+  std::string source;  ///< code, or "total"
+  std::vector<std::pair<std::string, double>> values;
+  std::string origin;
+};
+
+std::size_t read_station(ConfigReader& entry, const Survey& survey) {
+  const double md = entry.number("md_m", Range::non_negative());
+  for (std::size_t k = 0; k < survey.stations.size(); ++k)
+    if (std::abs(survey.stations[k].md - md) < 1e-6) return k;
+  entry.fail("md_m", "the survey has no station at this depth");
+}
+
+bool has_source(const SurveyLegs& legs, const std::string& code) {
+  for (const SurveyLeg& leg : legs.legs)
+    for (const ErrorTerm& term : leg.model.terms)
+      if (term.code == code) return true;
+  return false;
+}
+
+/// `[[published]] source, table, error_source (for covariance_by_source), md_m, values = { nn_m2 = ... }, at`.
+std::vector<Published> read_published(ConfigReader& c, const Survey& survey, const SurveyLegs& legs) {
+  std::vector<Published> out;
+  for (ConfigReader& entry : c.tables("published")) {
+    Published p{0, "total", {}, entry.text("source")};
+    if (entry.choice("table", {"covariance", "covariance_by_source"}) == "covariance_by_source")
+      p.source = entry.text("error_source");
+    p.values = entry.number_table("values", {});
+    for (const auto& [quantity, value] : p.values)
+      entry.require(std::find(kElements.begin(), kElements.end(), quantity) != kElements.end(), "values",
+                    "must be of nn_m2, ee_m2, vv_m2, ne_m2, nv_m2, ev_m2");
+    if (!entry.matches_point("at")) continue;  // another point may have another survey or model
+    p.station = read_station(entry, survey);
+    entry.require(p.source == "total" || has_source(legs, p.source), "error_source", "no model here has this code");
+    out.push_back(std::move(p));
+  }
+  return out;
+}
+
+std::vector<PublishedElement> compare(const std::vector<Published>& published, const Survey& survey,
+                                      const PositionCovariances& result) {
+  std::vector<PublishedElement> out;
+  for (const Published& p : published) {
+    const auto row = static_cast<std::size_t>(std::find(result.sources.begin(), result.sources.end(), p.source) -
+                                              result.sources.begin());
+    const Eigen::Matrix3d& own =
+        p.source == "total" ? result.total[p.station] : result.by_source[p.station * result.sources.size() + row];
+    for (const auto& [quantity, value] : p.values)
+      out.push_back(
+          {survey.stations[p.station].md, p.source, quantity, element(own, quantity), value, own.trace(), p.origin});
+  }
+  return out;
+}
+
+class PositionCovariance final : public StudyPoint {
+ public:
+  explicit PositionCovariance(ConfigReader& c)
+      : field_(read_field(c)), survey_(read_survey(c, field_, false)), legs_(read_survey_legs(c, survey_)) {
+    tvd_ = read_true_vertical_depths(c, survey_);
+    if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
+    margin_ = c.number("verdict.margin", Range::open(0, 1), 1e-6);
+    published_ = read_published(c, survey_, legs_);
+    c.finish();
+  }
+
+  std::uint64_t trials() const override { return 0; }
+  Tally run_block(TrialBlock) const override { return {}; }
+  std::string replay(std::uint64_t) const override { return {}; }
+
+  PointResult finish(const Tally&) const override {
+    const PositionCovariances result = position_covariances(survey_, tvd_, legs_.legs, field_, true);
+    PointResult r;
+    r.tables = {covariance_table(survey_, result), covariance_by_source_table(survey_, result),
+                ellipsoid_table(survey_, tvd_, result), error_terms_table(legs_),
+                published_table(compare(published_, survey_, result), margin_)};
+    return r;
+  }
+
+ private:
+  ReferenceField field_;
+  Survey survey_;
+  SurveyLegs legs_;
+  std::vector<double> tvd_;
+  double margin_ = 0;
+  std::vector<Published> published_;
+};
+
+}  // namespace
+
+Experiment position_covariance_experiment() {
+  return {"position_covariance", "Position uncertainty of a well by the error models of its survey tools",
+          "ISCWSA MWD error model Rev 4 and Rev 5.10, example wells 1 and 2",
+          [](ConfigReader& config, std::uint64_t) -> std::unique_ptr<StudyPoint> {
+            return std::make_unique<PositionCovariance>(config);
+          }};
+}
+
+}  // namespace surveymc

@@ -1,0 +1,269 @@
+#!/usr/bin/python3
+"""End-to-end tests of position_covariance: test_position_covariance.py SURVEYMC_EXECUTABLE SOURCE_FOLDER"""
+import shutil
+import sys
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+import test_cli
+from test_cli import BAD_INPUT, DONE, UNEXPECTED, Case, column, contents, stored_config
+
+ELEMENTS = ("nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2")
+
+SURVEY = """\
+md_m,inclination_deg,azimuth_deg
+0,0,0
+30,0,0
+60,4,340
+90,9,352
+120,15,3
+150,22,11
+"""
+
+CONFIG = """\
+experiment = "position_covariance"
+seed = 1
+error_model = "iscwsa_mwd_rev5.10"
+[survey]
+file = "well.csv"
+[field]
+total_nT = 50000.0
+dip_deg = 72.0
+declination_deg = -4.0
+convergence_deg = 2.0
+"""
+
+
+class CovarianceCase(Case):
+    def setUp(self):
+        super().setUp()
+        self.write("well.csv", SURVEY)
+        self.write("base.toml", CONFIG)
+
+    def shipped_model(self, name):
+        return (test_cli.SOURCE / "configs/error_models" / f"{name}.toml").read_text()
+
+    def covariance(self, *arguments, output="out.h5", **more):
+        """The covariances of a run, one row a station."""
+        path = self.run_config(*arguments, output=output, **more)
+        return np.array([column(path, "tables/covariance", e) for e in ELEMENTS]).T
+
+
+class Tables(CovarianceCase):
+    def test_the_columns_that_scripts_rely_on(self):
+        path = self.run_config()
+        header, rows = self.table_csv(path, "covariance")
+        self.assertEqual(header[:7], ["md_m", *ELEMENTS])
+        self.assertEqual([float(r[0]) for r in rows], [0, 30, 60, 90, 120, 150])
+        header, rows = self.table_csv(path, "covariance_by_source")
+        self.assertEqual(header, ["md_m", "source", *ELEMENTS])
+        self.assertEqual(len(rows), 6 * 35)
+        self.assertRegex(self.call("list").stdout, r"(?m)^position_covariance\s+\S+")
+
+    def test_sources_add_up_and_frames_agree(self):
+        path = self.run_config()
+        sources = np.array([column(path, "tables/covariance_by_source", e) for e in ELEMENTS]).T.reshape(6, 35, 6)
+        total = np.array([column(path, "tables/covariance", e) for e in ELEMENTS]).T
+        np.testing.assert_allclose(sources.sum(axis=1), total, rtol=0, atol=1e-14 * total[:, :3].sum(axis=1).max())
+        hla = np.array([column(path, "tables/covariance", e) for e in ("hh_m2", "ll_m2", "aa_m2")]).T
+        np.testing.assert_allclose(hla.sum(axis=1), total[:, :3].sum(axis=1), rtol=1e-14)
+        sd = [column(path, "tables/covariance", f"sd_{d}_m") for d in ("north", "east", "vertical")]
+        np.testing.assert_allclose(np.square(sd).T, total[:, :3], rtol=1e-14)
+        axes = [column(path, "tables/ellipsoid", f"axis{i}_m") for i in (1, 2, 3)]
+        np.testing.assert_allclose(np.square(axes).sum(axis=0), total[:, :3].sum(axis=1), rtol=1e-13)
+
+    def test_along_hole_of_a_vertical_well_is_depth(self):
+        self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n0,0,120\n30,0,120\n60,0,120\n")
+        path = self.run_config()
+        np.testing.assert_allclose(column(path, "tables/covariance", "sd_along_hole_m"),
+                                   column(path, "tables/covariance", "sd_vertical_m"), rtol=1e-15)
+
+    def test_trials_and_seed_change_nothing(self):
+        """There is no Monte Carlo, but any config may name them."""
+        a = self.covariance()
+        b = self.covariance("--seed", 7, "--trials", 100, output="b.h5")
+        np.testing.assert_array_equal(a, b)
+        self.refused(BAD_INPUT, "run", "base.toml", "--trial", 0, says="has no trials")
+
+
+class Reading(CovarianceCase):
+    def test_feet_and_azimuth_references(self):
+        base = self.covariance()
+        rows = [r.split(",") for r in SURVEY.splitlines()[1:]]
+        feet = "".join(f"{float(m) / 0.3048!r},{i},{a}\n" for m, i, a in rows)
+        self.write("feet.csv", "md_ft,inclination_deg,azimuth_deg\n" + feet)
+        np.testing.assert_allclose(self.covariance("--set", "survey.file=feet.csv", output="f.h5"), base, rtol=1e-12,
+                                   atol=1e-14)
+        # true = magnetic + declination = grid + convergence; 3 deg magnetic is -1 deg true: through north
+        for north, minus in (("magnetic", -4), ("grid", 2)):
+            turned = "".join(f"{m},{i},{float(a) - minus}\n" for m, i, a in rows)
+            self.write("turned.csv", "md_m,inclination_deg,azimuth_deg\n" + turned)
+            got = self.covariance("--set", "survey.file=turned.csv", "--set", f"survey.azimuth_reference={north}",
+                                  output=f"{north}.h5")
+            np.testing.assert_allclose(got, base, rtol=1e-12, atol=1e-14)
+
+    def test_listed_tvd_is_used(self):
+        listed = "md_m,inclination_deg,azimuth_deg,tvd_m\n" + "".join(
+            f"{r},{tvd}\n" for r, tvd in zip(SURVEY.splitlines()[1:], (1000, 1030, 1060, 1090, 1119, 1147)))
+        self.write("listed.csv", listed)
+        base, deep = self.run_config(), self.run_config("--set", "survey.file=listed.csv", output="l.h5")
+        source = column(base, "tables/covariance_by_source", "source")
+        a, b = (column(p, "tables/covariance_by_source", "vv_m2") for p in (base, deep))
+        self.assertTrue((a[source == "DSTG"][1:] < b[source == "DSTG"][1:]).all())
+        np.testing.assert_array_equal(a[source != "DSTG"], b[source != "DSTG"])
+        self.write("bad.csv", listed.replace("tvd_m", "tvd"))
+        self.refused(BAD_INPUT, "run", "base.toml", "--set", "survey.file=bad.csv",
+                     says=r"bad\.csv:1: column tvd: the unit is missing: write tvd_m or tvd_ft")
+
+    def test_toolface_is_not_needed_but_may_be_there(self):
+        self.write("toolface.csv", "".join(f"{line},{'toolface_deg' if i == 0 else 13 * i}\n"
+                                           for i, line in enumerate(SURVEY.splitlines())))
+        np.testing.assert_array_equal(self.covariance("--set", "survey.file=toolface.csv", output="t.h5", ),
+                                      self.covariance())
+        np.testing.assert_array_equal(self.covariance("--set", "survey.toolface_zero=x", output="x.h5"),
+                                      self.covariance())
+
+    def test_through_the_vertical(self):
+        """Inclination 0, 1e-9 and 1e-6 deg are the same to that; a vertical well has no azimuth."""
+        def well(inclination, azimuth):
+            rows = [(30 * k, inclination if k < 4 else 3 * (k - 3), azimuth) for k in range(9)]
+            return "md_m,inclination_deg,azimuth_deg\n" + "".join(f"{m},{i},{a}\n" for m, i, a in rows)
+
+        for azimuth in (0, 75):
+            results = []
+            for inclination in (0, 1e-9, 1e-6):
+                self.write("well.csv", well(inclination, azimuth))
+                results.append(self.covariance("--set", "error_model=iscwsa_mwd_rev4"))
+            trace = results[0][:, :3].sum(axis=1, keepdims=True)
+            for got in results[1:]:
+                self.assertLess(np.max(np.abs(got - results[0])[1:] / trace[1:]), 2e-7)
+        vertical = []
+        for azimuth in (0, 75, 200, 359.9):
+            self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n" +
+                       "".join(f"{20 * k},0,{azimuth}\n" for k in range(9)))
+            vertical.append(self.covariance())
+            np.testing.assert_allclose(vertical[-1], vertical[0], rtol=1e-13, atol=1e-15)
+
+
+class Models(CovarianceCase):
+    def test_a_copy_of_a_shipped_model_is_that_model(self):
+        for name in ("iscwsa_mwd_rev4", "iscwsa_mwd_rev5.10"):
+            self.write("models/mine.toml", self.shipped_model(name))
+            self.config_with('error_model = "iscwsa_mwd_rev5.10"', '[error_model]\nfile = "models/mine.toml"')
+            np.testing.assert_array_equal(self.covariance(config="mine.toml", output="a.h5"),
+                                          self.covariance("--set", f"error_model={name}", output="b.h5"))
+
+    def config_with(self, old, new):
+        self.assertIn(old, CONFIG)
+        # a table goes to the end: what follows it would belong to it
+        self.write("mine.toml", CONFIG.replace(old, "") + new + "\n")
+
+    def test_names_work_in_any_folder_and_results_rerun_without_the_files(self):
+        self.write("models/mine.toml", self.shipped_model("iscwsa_mwd_rev4").replace("0.35", "0.7"))
+        self.config_with('error_model = "iscwsa_mwd_rev5.10"', '[error_model]\nfile = "models/mine.toml"')
+        elsewhere = self.folder / "deep/er"
+        elsewhere.mkdir(parents=True)
+        named = self.run_config(config=self.folder / "base.toml", output=self.folder / "named.h5", cwd=elsewhere)
+        filed = self.run_config(config=self.folder / "mine.toml", output=self.folder / "filed.h5", cwd=elsewhere)
+        shutil.rmtree(self.folder / "models")
+        (self.folder / "well.csv").unlink()
+        for path in (named, filed):
+            self.assertRegex(self.call("rerun", path, cwd="/").stdout, "^identical")
+        with h5py.File(filed) as f:
+            self.assertEqual(f["inputs/mine"].attrs["path"], "models/mine.toml")
+            text = "\n".join(f["inputs/mine/line"].asstr()[()])
+            self.assertIn("magnitude = 0.7", text)
+        with h5py.File(named) as f:
+            self.assertEqual("\n".join(f["inputs/iscwsa_mwd_rev5.10/line"].asstr()[()]),
+                             self.shipped_model("iscwsa_mwd_rev5.10"))
+
+    def test_a_changed_model_file_changes_the_hash_of_the_config(self):
+        self.config_with('error_model = "iscwsa_mwd_rev5.10"', '[error_model]\nfile = "mine_model.toml"')
+        hashes = set()
+        for magnitude in ("0.35", "0.36"):
+            self.write("mine_model.toml", self.shipped_model("iscwsa_mwd_rev4").replace("0.35", magnitude))
+            hashes.add(self.call("check", "mine.toml").stdout.strip().splitlines()[-1])
+        self.assertEqual(len(hashes), 2)
+
+    def test_bad_models_say_the_line(self):
+        text = self.shipped_model("iscwsa_mwd_rev5.10")
+        lines = text.splitlines()
+        row = next(i for i, line in enumerate(lines) if "MBZ" in line)
+        self.config_with('error_model = "iscwsa_mwd_rev5.10"', '[error_model]\nfile = "bad.toml"')
+        for old, new, says in (
+                ('function = "MBZ"', 'function = "MBQ"', 'function = "MBQ": must be one of '),
+                ('"nT"', '"gauss"', 'unit = "gauss": the unit of MBZ must be "nT" or "uT"'),
+                ('"nT"', '"deg"', 'unit = "deg": the unit of MBZ must be'),
+                ('"S"', '"X"', 'mode = "X": must be one of "R", "S", "W", "G"'),
+                ('70.0', '-70.0', "magnitude = -70: must be >= 0"),
+                ('70.0', 'nan', "magnitude = nan: must be a finite number"),
+                ('code = "MBZ"', 'code = "ABZ"', 'code = "ABZ": two terms have this code'),
+                ('unit =', 'units =', "unit"),
+                ('mode = "S"', 'mode = "S", note = "x"', "note: unknown key")):
+            with self.subTest(new=new):
+                self.assertIn(old, lines[row])
+                bad = lines[:row] + [lines[row].replace(old, new)] + lines[row + 1:]
+                self.write("bad.toml", "\n".join(bad) + "\n")
+                message = self.refused(BAD_INPUT, "run", "mine.toml", says=rf"bad\.toml:{row + 1}: ")
+                self.assertIn(says, message)
+        self.refused(BAD_INPUT, "run", "base.toml", "--set", "error_model=iscwsa", says="must be one of")
+        self.refused(BAD_INPUT, "run", "mine.toml", "--set", "error_model.file=none.toml", says="cannot be read")
+
+    def test_sweep_over_models_and_field(self):
+        path = self.run_config("--set", 'sweep.error_model.name=["iscwsa_mwd_rev4", "iscwsa_mwd_rev5.10"]', "--set",
+                               "sweep.field.dip_deg=[-60.0, 0.0, 60.0]")
+        table = "tables/covariance"
+        self.assertEqual(len(column(path, table, "md_m")), 6 * 6)
+        self.assertEqual(sorted(set(column(path, table, "error_model.name"))), ["iscwsa_mwd_rev4", "iscwsa_mwd_rev5.10"])
+        sd = column(path, table, "sd_east_m").reshape(6, 6)[:, -1]
+        self.assertEqual(len(set(sd)), 6)
+        self.assertRegex(self.call("rerun", path).stdout, "^identical")
+        self.assertEqual(stored_config(path)["survey"]["azimuth_reference"], "true")
+
+    def test_legs(self):
+        one = self.covariance()
+        legs = CONFIG + "[[leg]]\nfrom_md_m = 60.0\n"
+        self.write("legs.toml", legs)
+        two = self.covariance(config="legs.toml", output="two.h5")
+        np.testing.assert_array_equal(one[:3], two[:3])
+        self.assertTrue((one[3:, 2] > two[3:, 2]).all())
+        self.write("legs.toml", legs + 'error_model = "iscwsa_mwd_rev4"\n')
+        path = self.run_config(config="legs.toml", output="three.h5")
+        self.assertEqual(list(np.unique(column(path, "tables/error_terms", "leg"), return_counts=True)[1]), [35, 27])
+        self.refused(BAD_INPUT, "run", "legs.toml", "--set", "survey.azimuth_reference=up", says="must be one of")
+        self.write("legs.toml", CONFIG + "[[leg]]\nfrom_md_m = 1500.0\n")
+        self.refused(BAD_INPUT, "run", "legs.toml", says=r"legs\.toml:\d+: leg\[0\]\.from_md_m = 1500: no station is deeper")
+
+
+class Published(CovarianceCase):
+    ENTRY = '[[published]]\nsource = "me"\ntable = "{}"\nmd_m = {}\nvalues = {{ {} }}\n{}'
+
+    def test_verdicts(self):
+        path = self.run_config()
+        vv = column(path, "tables/covariance", "vv_m2")[1]
+        good = CONFIG + self.ENTRY.format("covariance", 30, f"vv_m2 = {vv!r}, nv_m2 = 0.0", "")
+        self.write("good.toml", good)
+        self.call("run", "good.toml", "-o", "good.h5", "--check", code=DONE)
+        self.write("bad.toml", good.replace(repr(vv), repr(vv * 1.00001)))
+        self.call("run", "bad.toml", "-o", "bad.h5", "--check", code=UNEXPECTED)
+        self.call("run", "bad.toml", "-o", "bad.h5", "--check", "--set", "verdict.margin=1e-4", code=DONE)
+        source = self.ENTRY.format("covariance_by_source", 30, "vv_m2 = 0.1225", 'error_source = "DRFR"\n')
+        self.write("source.toml", CONFIG + source)
+        self.call("run", "source.toml", "-o", "source.h5", "--check", code=DONE)
+
+    def test_what_cannot_be_compared(self):
+        for entry, says in ((("covariance", 31, "vv_m2 = 1.0", ""), "no station at this depth"),
+                            (("covariance", 30, "vw_m2 = 1.0", ""), "must be of nn_m2"),
+                            (("covariances", 30, "vv_m2 = 1.0", ""), "must be one of"),
+                            (("covariance_by_source", 30, "vv_m2 = 1.0", ""), "error_source: missing"),
+                            (("covariance_by_source", 30, "vv_m2 = 1.0", 'error_source = "X"\n'), "no model here")):
+            self.write("bad.toml", CONFIG + self.ENTRY.format(*entry))
+            self.refused(BAD_INPUT, "run", "bad.toml", says=rf"bad\.toml:\d+: .*{says}")
+
+
+if __name__ == "__main__":
+    test_cli.EXECUTABLE, test_cli.SOURCE = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]).resolve()
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])

@@ -1,0 +1,137 @@
+#!/usr/bin/python3
+"""Tests of scripts/plot_position_covariance.py: what it draws is the covariance of the file.
+
+Needs a result of position_covariance without a sweep (SURVEYMC_RESULT) and one with (SURVEYMC_SWEEP_RESULT).
+"""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
+sys.path.insert(0, SCRIPTS)
+import plot_position_covariance as plot  # noqa: E402
+import plotting  # noqa: E402
+
+SCRIPT = os.path.join(SCRIPTS, "plot_position_covariance.py")
+RESULT = os.environ.get("SURVEYMC_RESULT", "")
+SWEEP = os.environ.get("SURVEYMC_SWEEP_RESULT", "")
+
+
+def draw(*arguments):
+    return subprocess.run([sys.executable, SCRIPT, *arguments], capture_output=True, text=True, timeout=120)
+
+
+def tables(path, *names):
+    with plotting.open_result(path, "position_covariance") as file:
+        return [plotting.read_table(file, n) for n in names]
+
+
+@unittest.skipUnless(RESULT, "SURVEYMC_RESULT is not set")
+class Data(unittest.TestCase):
+    def test_drawn_ellipses_are_those_of_the_covariance(self):
+        covariance, ellipsoid = tables(RESULT, "covariance", "ellipsoid")
+        (_, east, north, plan), (_, along, tvd, section) = plot.views(covariance, ellipsoid)[0]
+        azimuth = np.radians(plot.views(covariance, ellipsoid)[1])
+        n, e = ellipsoid["north_m"], ellipsoid["east_m"]
+        np.testing.assert_array_equal(east, e)
+        np.testing.assert_array_equal(north, n)
+        np.testing.assert_allclose(along, n * np.cos(azimuth) + e * np.sin(azimuth), rtol=1e-13)
+        for k in range(1, covariance.rows, 25):
+            nn, ee, vv, ne, nv, ev = (covariance[c][k] for c in plot.ELEMENTS)
+            # Every drawn point is at Mahalanobis distance 1 of the covariance in the plane that is shown.
+            for matrix, expected in (
+                    (plan[k], [[ee, ne], [ne, nn]]),
+                    (section[k], [[np.cos(azimuth)**2 * nn + 2 * np.sin(azimuth) * np.cos(azimuth) * ne
+                                   + np.sin(azimuth)**2 * ee, np.cos(azimuth) * nv + np.sin(azimuth) * ev],
+                                  [np.cos(azimuth) * nv + np.sin(azimuth) * ev, vv]])):
+                np.testing.assert_allclose(matrix, expected, rtol=1e-12, atol=1e-13 * np.trace(matrix))
+                points = np.array(plotting.ellipse_points(matrix, 1.0, count=37))
+                distance = np.einsum("ik,ij,jk->k", points, np.linalg.inv(expected), points)
+                np.testing.assert_allclose(distance, 1, rtol=1e-9)
+
+    def test_ellipses_of_the_table_are_eigenvectors(self):
+        covariance, ellipsoid = tables(RESULT, "covariance", "ellipsoid")
+        matrices = plot.covariances(covariance)
+        for k in range(1, covariance.rows, 10):
+            c = matrices[k]
+            scale = np.trace(c)
+            a = np.radians(covariance["major_azimuth_deg"][k])
+            for axis, sd in (((np.cos(a), np.sin(a)), covariance["semi_major_m"][k]),
+                             ((-np.sin(a), np.cos(a)), covariance["semi_minor_m"][k])):
+                np.testing.assert_allclose(c[:2, :2] @ axis, sd**2 * np.array(axis), atol=1e-12 * scale)
+            for i in (1, 2, 3):
+                sd, azimuth, inclination = (ellipsoid[f"axis{i}{s}"][k] for s in ("_m", "_azimuth_deg",
+                                                                                 "_inclination_deg"))
+                azimuth, inclination = np.radians(azimuth), np.radians(inclination)
+                axis = np.array([np.sin(inclination) * np.cos(azimuth), np.sin(inclination) * np.sin(azimuth),
+                                 np.cos(inclination)])
+                np.testing.assert_allclose(c @ axis, sd**2 * axis, atol=1e-12 * scale)
+
+    def test_stacked_sources_add_up_to_the_variance(self):
+        covariance, by_source, terms = tables(RESULT, "covariance", "covariance_by_source", "error_terms")
+        for columns in (("nn_m2", "ee_m2"), ("vv_m2",)):
+            md, variances = plot.source_variances(by_source, columns, plot.families(terms))
+            np.testing.assert_array_equal(md, covariance["md_m"])
+            chosen, rest, others = plot.largest_sources(variances, plot.LARGEST_SOURCES)
+            self.assertEqual(len(chosen), plot.LARGEST_SOURCES)
+            self.assertGreater(others, 0)
+            np.testing.assert_allclose(sum(variances[s] for s in chosen) + rest,
+                                       sum(covariance[c] for c in columns), rtol=1e-12)
+        self.assertEqual(plot.families(terms)["DECR"], "DEC* (5 terms)")
+        self.assertEqual(plot.families(terms)["MBZ"], "MBZ")
+
+    def test_ellipses_are_at_stations_along_the_whole_well(self):
+        md = np.array([0.0, 10, 20, 500, 1000, 3000])
+        self.assertEqual(plot.chosen_stations(md), [2, 3, 4, 5])
+        self.assertEqual(plot.chosen_stations(md[:2]), [1])
+        many = plot.chosen_stations(np.arange(1000.0))
+        self.assertEqual((many[-1], len(many)), (999, 12))
+
+    def test_magnification_keeps_ellipses_small(self):
+        for extent, largest, factor in ((1000, 100, 1), (1000, 40, 2), (1000, 0.7, 100), (1000, 0, 1)):
+            self.assertEqual(plot.nice_magnification(extent, largest), factor)
+
+
+@unittest.skipUnless(RESULT and SWEEP, "SURVEYMC_RESULT or SURVEYMC_SWEEP_RESULT is not set")
+class Drawing(unittest.TestCase):
+    def files_of(self, *arguments):
+        with tempfile.TemporaryDirectory() as folder:
+            run = draw(*arguments, "-o", folder)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertEqual(run.stderr, "")
+            content = {}
+            for name in sorted(os.listdir(folder)):
+                with open(os.path.join(folder, name), "rb") as file:
+                    content[name] = file.read()
+            return content
+
+    def test_figures_are_the_same_bytes_again(self):
+        first = self.files_of(RESULT)
+        stem = os.path.splitext(os.path.basename(RESULT))[0]
+        self.assertEqual(sorted(first), sorted(f"{stem}_{f}.{e}" for f in ("along", "sources", "views")
+                                               for e in ("png", "svg")))
+        for name, data in first.items():
+            self.assertTrue(data.startswith(b"\x89PNG\r\n\x1a\n" if name.endswith("png") else b"<?xml"), name)
+            self.assertGreater(len(data), 10_000, name)
+        self.assertEqual(first, self.files_of(RESULT))
+
+    def test_sweep(self):
+        stem = os.path.splitext(os.path.basename(SWEEP))[0]
+        self.assertEqual(sorted(self.files_of(SWEEP)), [f"{stem}_compare.png", f"{stem}_compare.svg"])
+        self.assertIn(f"{stem}_point2_views.png", self.files_of(SWEEP, "--point", "2", "--sigma", "1", "--magnify", "10"))
+
+    def test_bad_arguments(self):
+        for arguments, code in ((("--point", "99"), plotting.USAGE), (("--sigma", "0"), plotting.USAGE),
+                                (("--magnify", "x"), plotting.USAGE)):
+            run = draw(SWEEP, *arguments)
+            self.assertEqual(run.returncode, code, run.stderr)
+            self.assertNotIn("Traceback", run.stderr)
+        self.assertEqual(draw("none.h5").returncode, plotting.BAD_DATA)
+
+
+if __name__ == "__main__":
+    unittest.main()
