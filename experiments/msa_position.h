@@ -43,6 +43,7 @@ class MsaPosition final : public StudyPoint {
  private:
   struct Batch;
   void simulate(std::uint64_t first, Batch& b) const;
+  void parameter_nees(const Batch& b, int group, double* nees) const;
   template <class Row>
   void observe(const Batch& b, int t, Row& x, std::vector<std::uint64_t>& inside) const;
 
@@ -78,9 +79,9 @@ class MsaPosition final : public StudyPoint {
   CleanReadings clean_;
   std::vector<double> md_;
   MsaPrediction prediction_;
+  Stream stream_;
   std::unique_ptr<Estimator> estimator_;
   MsaComponents at_;
-  Stream stream_;
   std::string intervals_;                             ///< end of the long name of tables with intervals
   std::array<Eigen::Matrix2d, 3> horizontal_weight_;  ///< inverse horizontal covariances
   std::array<Eigen::Matrix2d, 3> horizontal_axes_;    ///< columns: major, minor

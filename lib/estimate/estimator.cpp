@@ -22,7 +22,8 @@ const std::vector<std::string>& solver_names() {
 }
 
 std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& o, const ReferenceField& field,
-                                          const std::vector<StationFields>& truth) {
+                                          const std::vector<StationFields>& truth,
+                                          const std::vector<Vec3<double>>& expected) {
   const auto known = [](const std::vector<std::string>& names, const std::string& n) {
     return std::find(names.begin(), names.end(), n) != names.end();
   };
@@ -39,7 +40,7 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& o, const Refer
     return make_wls(o.assumed, truth);
   }
   const NewtonOptions newton{o.max_iterations, o.step_tolerance};
-  if (o.name == "msa" && !nlopt) return make_msa({o.max_iterations, o.step_tolerance}, field);
+  if (o.name == "msa" && !nlopt) return make_msa(newton, field, truth, expected);
   const FieldFitModel model = field_fit_model_of(o, field);
   if (nlopt) return make_field_fit_nlopt(o.name, o.solver.substr(6), model, newton);
   return make_field_fit(o.name, model, newton);

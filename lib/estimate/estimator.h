@@ -60,9 +60,13 @@ const std::vector<std::string>& estimator_names();
 const std::vector<std::string>& solver_names();
 
 /// `field` is the nominal reference: scale of the unknowns, and the point that weights are made at. `truth` (one entry
-/// a station) is what wls has to know and the others do not look at. Throws InputError on an unknown name, an option
-/// out of range, a missing truth.
+/// a station) is what wls has to know; the others use it only with `expected`: readings (nT, one entry a station) that
+/// those to come will be near, in a simulation the readings without noise. With them msa may start from their solution
+/// and share their matrix: the same minimum in a third of the time, to the step tolerance; where that does not lead to
+/// a minimum it takes the way it takes without them. Throws InputError on an unknown name, an option out of range, a
+/// missing truth.
 std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& options, const ReferenceField& field,
-                                          const std::vector<StationFields>& truth = {});
+                                          const std::vector<StationFields>& truth = {},
+                                          const std::vector<Vec3<double>>& expected = {});
 
 }  // namespace surveymc

@@ -1,5 +1,8 @@
 #include "estimate/msa.h"
 
+#include <cmath>
+#include <optional>
+
 #include "estimate/msa_lanes.h"
 #include "simd/instruction_set.h"
 
@@ -8,7 +11,8 @@ namespace {
 
 class Msa final : public Estimator {
  public:
-  Msa(const MsaOptions& options, double total) : options_(options), total_(total) {}
+  Msa(const NewtonOptions& options, double total, std::optional<MsaExpansion> expansion)
+      : options_(options), total_(total), expansion_(expansion) {}
   std::string name() const override { return "msa"; }
 
   void solve(const ReadingBlock& in, EstimateBlock& out) const override {
@@ -25,7 +29,8 @@ class Msa final : public Estimator {
                          out.cost.group_stride(),
                          in.groups(),
                          total_,
-                         options_};
+                         options_,
+                         expansion_ ? &*expansion_ : nullptr};
     if (instruction_set() == InstructionSet::v4)
       isa_v4::msa_solve_batch(batch);
     else
@@ -33,14 +38,49 @@ class Msa final : public Estimator {
   }
 
  private:
-  MsaOptions options_;
+  NewtonOptions options_;
   double total_;
+  std::optional<MsaExpansion> expansion_;
 };
 
 }  // namespace
 
-std::unique_ptr<Estimator> make_msa(const MsaOptions& options, const ReferenceField& field) {
-  return std::make_unique<Msa>(options, field.total);
+std::optional<MsaExpansion> msa_expansion(const std::vector<StationFields>& truth,
+                                          const std::vector<Vec3<double>>& expected, const ReferenceField& field) {
+  const int stations = static_cast<int>(expected.size());
+  ReadingBlock one(1, stations, false, false);
+  for (int k = 0; k < stations; ++k) {
+    const Vec3<double>&m = expected[static_cast<std::size_t>(k)], &u = truth[static_cast<std::size_t>(k)].down_T;
+    const double rows[2][3] = {{m.x, m.y, m.z}, {u.x, u.y, u.z}};
+    for (int i = 0; i < 3; ++i) {
+      one.magnetic.fill(0, 3 * k + i, rows[0][i]);
+      one.down.fill(0, 3 * k + i, rows[1][i]);
+    }
+  }
+  one.reference.fill(0, 0, field.total * std::cos(field.dip));
+  one.reference.fill(0, 1, field.total * std::sin(field.dip));
+  const MsaData data{one.magnetic.row(0, 0), one.down.row(0, 0), one.reference.row(0, 0), stations,
+                     one.reference_stride,   1 / field.total};
+  const MsaSolution<double> s = msa_solve<double>(data, NewtonOptions{});
+  if (s.converged == 0) return std::nullopt;
+  const auto e = msa_normal_equations<double>(data, msa_reading_sums<double>(data), s.x, 1.0);
+  const Symmetric<double, 6> factor = ldlt<double, 6>(e.matrix);
+  MsaExpansion out{s.x, {}};
+  for (std::size_t j = 0; j < 6; ++j) {
+    if (!(factor[packed(j, j)] > 0)) return std::nullopt;  // 1 / D
+    std::array<double, 6> unit{};
+    unit[j] = 1;
+    const std::array<double, 6> column = ldlt_solve<double, 6>(factor, unit);
+    for (std::size_t i = 0; i < 6; ++i) out.inverse[6 * i + j] = column[i];
+  }
+  return out;
+}
+
+std::unique_ptr<Estimator> make_msa(const NewtonOptions& options, const ReferenceField& field,
+                                    const std::vector<StationFields>& truth,
+                                    const std::vector<Vec3<double>>& expected) {
+  const bool near = !expected.empty() && expected.size() == truth.size();
+  return std::make_unique<Msa>(options, field.total, near ? msa_expansion(truth, expected, field) : std::nullopt);
 }
 
 }  // namespace surveymc

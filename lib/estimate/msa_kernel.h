@@ -13,15 +13,10 @@
 /// Fields are in units of `total`, so that all six unknowns and their columns are of order one.
 #include <array>
 
-#include "simd/solve.h"
+#include "estimate/newton.h"
 #include "survey/frames.h"
 
 namespace surveymc {
-
-struct MsaOptions {
-  int max_iterations = 200;      ///< evaluations of the normal equations, step halvings included
-  double step_tolerance = 1e-9;  ///< converged when max_i |dp_i|, |dq_i| / total <= step_tolerance
-};
 
 /// Pointers to one group of a ReadingBlock, or to some lane of it: see there for the rows, which are kGroup apart.
 struct MsaData {
@@ -30,12 +25,11 @@ struct MsaData {
   double per_total;  ///< 1 / total field, 1/nT
 };
 
+/// Unknowns p, q / total; the cost in units of total^2.
 template <class T>
-struct MsaNormalEquations {
-  Symmetric<T, 6> matrix;
-  std::array<T, 6> gradient;  ///< half the gradient of the cost
-  T cost;                     ///< sum of squared residuals, in units of total^2
-};
+using MsaNormalEquations = NormalEquations<T, 6>;
+template <class T>
+using MsaSolution = NewtonSolution<T, 6>;
 
 /// Sums over the stations of m_i and m_i^2, in nT: the part of the matrix that no iteration changes.
 template <class T>
@@ -129,75 +123,27 @@ MsaNormalEquations<T> msa_normal_equations(const MsaData& d, const MsaReadingSum
 }
 
 template <class T>
-struct MsaSolution {
-  std::array<T, 6> x;  ///< p, then q / total
-  T cost;              ///< at x before the last step, in units of total^2
-  T iterations;        ///< evaluations of the normal equations
-  T converged;         ///< 1 or 0
+struct MsaEquations {
+  const MsaData& data;
+  MsaReadingSums<T> sums;
+  template <bool WithMatrix>
+  MsaNormalEquations<T> operator()(const std::array<T, 6>& x, const T& second_order) const {
+    return msa_normal_equations<T, WithMatrix>(data, sums, x, second_order);
+  }
 };
 
-/// From unit gains and zero biases to the minimum: Gauss-Newton until the steps are small, then Newton, because the
-/// residuals do not vanish and Gauss-Newton alone may oscillate for ever about a poorly determined minimum. Once a
-/// Newton step is small, its matrix serves for the next steps too, as long as each is a tenth of the one before. A step
-/// that raises the cost is halved until it does not; where Newton's matrix is not positive definite (flat valleys
-/// between two modes), its second-order part is halved until it is. A lane that has finished is frozen and a lane that
-/// keeps its matrix ignores a new one, so the answer of a lane does not depend on its neighbours.
+/// From unit gains and zero biases to the minimum (newton.h).
 template <class T>
-MsaSolution<T> msa_solve(const MsaData& data, const MsaOptions& options) {
+MsaSolution<T> msa_solve(const MsaData& data, const NewtonOptions& options) {
   const T zero(0.0), one(1.0);
-  const T small_step(0.1);   // unknowns are of order one: from here the quadratic model is worth its second order
-  const T chord_step(1e-3);  // from here Newton's matrix changes little: field over noise
-  std::array<T, 6> best{one, one, one, zero, zero, zero}, step{zero, zero, zero, zero, zero, zero};
-  const MsaReadingSums<T> sums = msa_reading_sums<T>(data);
-  Symmetric<T, 6> factor;
-  for (T& f : factor) f = zero;
-  T best_cost(1e300), iterations = zero, second_order = zero, last_largest(1e300);
-  auto active = zero < one;  // in every lane
-  auto converged = one < zero, keeps_matrix = one < zero;
-  for (int it = 0; it < options.max_iterations && any(active); ++it) {
-    std::array<T, 6> x;
-    for (std::size_t i = 0; i < 6; ++i) x[i] = best[i] + step[i];
-    const bool nobody_needs_a_matrix = all(keeps_matrix | (!active));
-    MsaNormalEquations<T> e;
-    if (nobody_needs_a_matrix) {
-      e = msa_normal_equations<T, false>(data, sums, x, second_order);
-    } else {
-      e = msa_normal_equations<T>(data, sums, x, second_order);
-      const Symmetric<T, 6> fresh = ldlt<T, 6>(e.matrix);
-      for (std::size_t i = 0; i < factor.size(); ++i) factor[i] = select(keeps_matrix, factor[i], fresh[i]);
-    }
-    std::array<T, 6> minus_gradient;
-    for (std::size_t i = 0; i < 6; ++i) minus_gradient[i] = -e.gradient[i];
-    const std::array<T, 6> next = ldlt_solve<T, 6>(factor, minus_gradient);
-    auto definite = active;
-    for (std::size_t i = 0; i < 6; ++i) definite = definite & (zero < factor[packed(i, i)]);
-    // Rounding may raise the cost of a step that no longer matters; such steps are below any sensible tolerance.
-    const auto accept = active & (e.cost <= best_cost * T(1 + 1e-10));
-    T largest = zero;
-    for (std::size_t i = 0; i < 6; ++i) {
-      best[i] = select(accept, x[i], best[i]);
-      step[i] = select(accept, select(definite, next[i], zero), T(0.5) * step[i]);
-      largest = max(largest, abs(step[i]));
-    }
-    best_cost = select(accept, e.cost, best_cost);
-    iterations = iterations + select(active, one, zero);
-    const auto newton = one <= second_order;  // the matrix in hand is Newton's, whole
-    keeps_matrix = definite & accept & newton & (largest < chord_step) & (largest < T(0.1) * last_largest);
-    const T more = T(2.0) * max(second_order, T(0.5));
-    second_order =
-        select(definite, select(largest < small_step, select(more < one, more, one), zero), T(0.5) * second_order);
-    last_largest = largest;
-    const auto done = active & definite & (largest <= T(options.step_tolerance));
-    for (std::size_t i = 0; i < 6; ++i)  // the last step is free: take it
-      best[i] = select(done & accept, best[i] + step[i], best[i]);
-    converged = converged | done;
-    active = active & !done;
-  }
+  const std::array<T, 6> start{one, one, one, zero, zero, zero};
+  MsaSolution<T> s = newton_minimum<T, 6>(MsaEquations<T>{data, msa_reading_sums<T>(data)}, start, options);
   // A gain has to be positive and finite; NaN fails every comparison.
-  auto sound = converged;
+  auto sound = zero < s.converged;
   for (std::size_t i = 0; i < 3; ++i)
-    sound = sound & (zero < best[i]) & (best[i] < T(1e300)) & (abs(best[3 + i]) < T(1e300));
-  return {best, best_cost, iterations, select(sound, one, zero)};
+    sound = sound & (zero < s.x[i]) & (s.x[i] < T(1e300)) & (abs(s.x[3 + i]) < T(1e300));
+  s.converged = select(sound, one, zero);
+  return s;
 }
 
 }  // namespace surveymc

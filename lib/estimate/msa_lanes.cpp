@@ -10,7 +10,7 @@ void msa_solve_batch(const MsaBatch& b) {
       data.magnetic += group * b.magnetic_stride + static_cast<std::size_t>(lane);
       data.down += group * b.down_stride + static_cast<std::size_t>(lane);
       data.reference += group * b.reference_stride + static_cast<std::size_t>(lane);
-      const MsaSolution<T> s = msa_solve<T>(data, b.options);
+      const MsaSolution<T> s = msa_solve<T>(data, b.expansion, b.options);
       double* parameters = b.parameters + group * b.parameters_stride + lane;
       for (int a = 0; a < 3; ++a) {
         const T gain = T(1.0) / s.x[static_cast<std::size_t>(a)];

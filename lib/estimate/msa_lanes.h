@@ -2,7 +2,7 @@
 /// The kernel behind the estimator "msa", for both instruction sets (simd/lanes.h).
 #include <cstddef>
 
-#include "estimate/msa_kernel.h"
+#include "estimate/msa_chord.h"
 
 namespace surveymc {
 
@@ -14,7 +14,8 @@ struct MsaBatch {
   std::size_t parameters_stride, scalar_stride;  ///< of `parameters`, and of each of the other three
   int groups;
   double total;  ///< nT
-  MsaOptions options;
+  NewtonOptions options;
+  const MsaExpansion* expansion;  ///< or null
 };
 
 namespace isa_v3 {

@@ -36,16 +36,17 @@ class Stream {
     }
   }
 
-  /// Four standard normals, indices 4 call .. 4 call + 3, for the trials in the lanes.
+  /// Four standard normals, indices 4 call .. 4 call + 3, for the trials in the lanes. With a Pack (simd/pack.h) the
+  /// calls, or the trials, may differ from element to element.
   template <class T>
-  std::array<T, 4> normals(const Bits<T>& trial, Channel channel, std::uint32_t call) const {
+  [[gnu::always_inline]] std::array<T, 4> normals(const Bits<T>& trial, Channel channel, const Bits<T>& call) const {
     const auto w = words<T>(trial, channel, call);
     const auto a = box_muller<T>(w[0], w[1]), b = box_muller<T>(w[2], w[3]);
     return {a.first, a.second, b.first, b.second};
   }
   /// Four uniforms in (0, 1), the same indices.
   template <class T>
-  std::array<T, 4> uniforms(const Bits<T>& trial, Channel channel, std::uint32_t call) const {
+  [[gnu::always_inline]] std::array<T, 4> uniforms(const Bits<T>& trial, Channel channel, const Bits<T>& call) const {
     const auto w = words<T>(trial, channel, call);
     std::array<T, 4> u;
     for (std::size_t i = 0; i < 4; ++i) u[i] = fma(small_to_double(w[i]), T(0x1p-32), T(0x1p-33));
@@ -53,21 +54,21 @@ class Stream {
   }
   /// One standard normal by its address: the readable definition.
   double normal(std::uint64_t trial, Channel channel, std::uint32_t index) const {
-    return normals<double>(trial, channel, index / 4)[index % 4];
+    return normals<double>(trial, channel, std::uint64_t{index / 4})[index % 4];
   }
 
  private:
   template <class T>
-  std::array<Bits<T>, 4> words(const Bits<T>& trial, Channel channel, std::uint32_t call) const {
+  [[gnu::always_inline]] std::array<Bits<T>, 4> words(const Bits<T>& trial, Channel channel,
+                                                      const Bits<T>& call) const {
     using B = Bits<T>;
     // 32-bit words in 64-bit lanes. What stands above a word is left to stand: the product looks at the low half only.
-    B c0 = trial, c1 = trial >> 32, c2(std::uint64_t{call}),
-      c3((std::uint64_t{study_} << 16) | static_cast<std::uint32_t>(channel));
+    B c0 = trial, c1 = trial >> 32, c2 = call, c3((std::uint64_t{study_} << 16) | static_cast<std::uint32_t>(channel));
     for (const auto& key : keys_) {
       const B p0 = multiply_low32(c0, B(0xD2511F53u)), p1 = multiply_low32(c2, B(0xCD9E8D57u));
-      c0 = (p1 >> 32) ^ c1 ^ B(key[0]);
+      c0 = xor3(B(p1 >> 32), c1, B(key[0]));
       c1 = p1;
-      c2 = (p0 >> 32) ^ c3 ^ B(key[1]);
+      c2 = xor3(B(p0 >> 32), c3, B(key[1]));
       c3 = p0;
     }
     const B low32(0xffffffffu);
@@ -79,9 +80,9 @@ class Stream {
   ///   r^2 / 2 = -ln((k + 1/2) / 2^40),  theta = (j + 1/2) / 2^22 pi/2,  z = (+-r cos theta, +-r sin theta)
   /// With theta = pi/4 + phi both are r / sqrt(2) (cos phi -+ sin phi), so that no quadrant has to be chosen.
   template <class T>
-  static std::pair<T, T> box_muller(const Bits<T>& w0, const Bits<T>& w1) {
+  [[gnu::always_inline]] static std::pair<T, T> box_muller(const Bits<T>& w0, const Bits<T>& w1) {
     using B = Bits<T>;
-    const T k = small_to_double((w0 << 8) | (w1 >> 24)) + 0.5;
+    const T k = from_bits(((w0 << 8) | (w1 >> 24)) | B(0x4330000000000000u)) - (0x1p52 - 0.5);  // exact
     const T per_root2 = sqrt(minus_log_of_ratio<40>(k));
     const T phi = (small_to_double(w1 & B(0x3fffffu)) + (0.5 - 0x1p21)) * T(kPi / 2 * 0x1p-22);
     const auto [s, c] = sincos_reduced(phi);

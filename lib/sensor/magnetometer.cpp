@@ -43,15 +43,16 @@ CleanReadings clean_readings(const Survey& survey, const ReferenceField& field, 
     clean.field_T.push_back(b);
     clean.magnetic_T.push_back({errors.gain[0] * b.x + errors.bias[0], errors.gain[1] * b.y + errors.bias[1],
                                 errors.gain[2] * b.z + errors.bias[2]});
-    clean.gravity_T.push_back(scale(field.gravity, down_T(at)));
+    const Vec3<double> g = scale(field.gravity, down_T(at));
+    clean.gravity_T.push_back(g);
+    clean.down_T.push_back(scale(1 / norm(g), g));
   }
   return clean;
 }
 
 std::vector<StationFields> station_fields(const CleanReadings& clean) {
   std::vector<StationFields> fields;
-  for (std::size_t k = 0; k < clean.field_T.size(); ++k)
-    fields.push_back({clean.field_T[k], scale(1 / norm(clean.gravity_T[k]), clean.gravity_T[k])});
+  for (std::size_t k = 0; k < clean.field_T.size(); ++k) fields.push_back({clean.field_T[k], clean.down_T[k]});
   return fields;
 }
 
@@ -86,6 +87,7 @@ void simulate_readings(const CleanReadings& clean, const ReferenceField& field, 
   const auto data = [](const std::vector<double>& v) { return v.empty() ? nullptr : v.data(); };
   const SimulateBatch batch{&clean.magnetic_T.front().x,
                             &clean.gravity_T.front().x,
+                            &clean.down_T.front().x,
                             out.magnetic.row(0, 0),
                             out.down.row(0, 0),
                             out.reference.row(0, 0),

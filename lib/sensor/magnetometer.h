@@ -54,6 +54,7 @@ struct CleanReadings {
   std::vector<Vec3<double>> field_T;     ///< true field in the tool frame, nT
   std::vector<Vec3<double>> magnetic_T;  ///< magnetometer readings, nT
   std::vector<Vec3<double>> gravity_T;   ///< accelerometer readings, m/s2, pointing down
+  std::vector<Vec3<double>> down_T;      ///< their direction, unit vectors
 };
 CleanReadings clean_readings(const Survey& survey, const ReferenceField& field, const MagnetometerErrors& errors);
 

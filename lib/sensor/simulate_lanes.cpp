@@ -1,28 +1,33 @@
 #include "sensor/simulate_lanes.h"
 
 #include "sensor/draw_address.h"
+#include "simd/pack.h"
 
 namespace surveymc::SURVEYMC_ISA {
 namespace {
 
 using T = Lanes;
 
-/// Where the lanes' trials find their draws: the trial in the stream's address, and the sign bit that turns its draws.
-/// Four draws of size 1 of the law.
-[[gnu::always_inline]] inline std::array<T, 4> unit_draws(NoiseLaw law, const Stream& stream,
-                                                          const DrawAddress<T>& from, Channel channel,
-                                                          std::uint32_t call) {
-  std::array<T, 4> x;
+// Side by side: a call alone is one chain of Philox, logarithm and root. The 16 registers of AVX2 hold no more than
+// one.
+constexpr int kCalls = lane_count<T> == 8 ? 4 : 1;
+using Calls = Pack<T, kCalls>;
+
+/// Draws of size 1 of the law: element j of number i has index 4 (call + j) + i.
+[[gnu::always_inline]] inline std::array<Calls, 4> unit_draws(NoiseLaw law, const Stream& stream,
+                                                              const DrawAddress<T>& from, Channel channel, int call) {
+  const auto calls = Bits<Calls>::each([&](std::size_t j) { return Bits<T>(static_cast<std::uint64_t>(call) + j); });
+  std::array<Calls, 4> x;
   if (law == NoiseLaw::gaussian || law == NoiseLaw::gaussian_half_open) {
-    x = stream.normals<T>(from.trial, channel, call);
+    x = stream.normals<Calls>(from.trial, channel, calls);
     if (law == NoiseLaw::gaussian_half_open)
-      for (T& v : x) v = abs(v);
+      for (Calls& v : x) v = abs(v);
   } else {
-    x = stream.uniforms<T>(from.trial, channel, call);
+    x = stream.uniforms<Calls>(from.trial, channel, calls);
     if (law == NoiseLaw::uniform)
-      for (T& v : x) v = fma(v, T(2.0), T(-1.0));
+      for (Calls& v : x) v = fma(v, Calls(2.0), Calls(-1.0));
   }
-  for (T& v : x) v = signed_draw(v, from);
+  for (Calls& v : x) v = from_bits(to_bits(v) ^ from.sign);
   return x;
 }
 
@@ -35,12 +40,18 @@ void add_weighted(const double* weights, const T& draw, Sums& sums) {
 /// clean + size * draw for `rows` rows; the draws' weighted sums if `weights` is not null.
 void add_noise(const double* clean, int rows, NoiseLaw law, double size, const Stream& stream,
                const DrawAddress<T>& from, Channel channel, double* out, const double* weights, Sums& sums) {
-  for (int r = 0; r < rows; r += 4) {
-    const std::array<T, 4> draw = unit_draws(law, stream, from, channel, static_cast<std::uint32_t>(r / 4));
-    for (int i = 0; i < 4 && r + i < rows; ++i) {
-      const T& d = draw[static_cast<std::size_t>(i)];
-      store(out + (r + i) * kGroup, fma(T(size), d, T(clean[r + i])));
-      if (weights) add_weighted(weights + (r + i) * NoiseWeights::kSums, d, sums);
+  for (int first = 0; first < rows; first += 4 * kCalls) {
+    const std::array<Calls, 4> draw = unit_draws(law, stream, from, channel, first / 4);
+    const auto put = [&](int r) {
+      const T& d = draw[static_cast<std::size_t>((r - first) % 4)].v[(r - first) / 4];
+      store(out + r * kGroup, fma(T(size), d, T(clean[r])));
+      if (weights) add_weighted(weights + r * NoiseWeights::kSums, d, sums);
+    };
+    if (first + 4 * kCalls <= rows) {
+#pragma GCC unroll 16
+      for (int r = first; r < first + 4 * kCalls; ++r) put(r);
+    } else {
+      for (int r = first; r < rows; ++r) put(r);
     }
   }
 }
@@ -59,9 +70,10 @@ void normalise(int stations, double* down) {
 void draw_reference(const SimulateBatch& b, const DrawAddress<T>& from, double* out, Sums& sums) {
   for (int k = 0; k < b.reference_pairs; k += 2) {  // one call serves two stations
     std::array<T, 4> draw{T(0.0), T(0.0), T(0.0), T(0.0)};
-    if (b.noise.reference != ReferenceNoise::none)
-      draw =
-          unit_draws(NoiseLaw::gaussian, b.stream, from, Channel::reference_field, static_cast<std::uint32_t>(k / 2));
+    if (b.noise.reference != ReferenceNoise::none) {
+      draw = b.stream.normals<T>(from.trial, Channel::reference_field, Bits<T>(static_cast<std::uint64_t>(k / 2)));
+      for (T& v : draw) v = signed_draw(v, from);
+    }
     for (int i = 0; i < 2 && k + i < b.reference_pairs; ++i) {
       const auto j = static_cast<std::size_t>(2 * i);
       if (b.reference_weights)
@@ -93,10 +105,10 @@ void simulate(const SimulateBatch& b) {
         if (b.noise.accelerometer > 0) {
           add_noise(b.clean_gravity, 3 * b.stations, NoiseLaw::gaussian, b.noise.accelerometer, b.stream, from,
                     Channel::accelerometer_noise, down, b.accelerometer_weights, sums);
+          normalise(b.stations, down);
         } else {  // the same direction goes to all lanes of the one shared group
-          for (int r = 0; r < 3 * b.stations; ++r) store(down + r * kGroup, T(b.clean_gravity[r]));
+          for (int r = 0; r < 3 * b.stations; ++r) store(down + r * kGroup, T(b.clean_down[r]));
         }
-        normalise(b.stations, down);
       }
       draw_reference(b, from, b.reference + g * b.reference_stride + lane, sums);
       if (b.sums)

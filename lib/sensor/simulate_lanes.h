@@ -10,7 +10,7 @@ namespace surveymc {
 
 /// Raw view of a batch to fill; rows are kGroup doubles apart. A stride of 0 means one group shared by all.
 struct SimulateBatch {
-  const double *clean_magnetic, *clean_gravity;  ///< 3 stations, without noise
+  const double *clean_magnetic, *clean_gravity, *clean_down;  ///< 3 stations, without noise
   double *magnetic, *down, *reference;
   std::size_t magnetic_stride, down_stride, reference_stride;
   int stations, reference_pairs, groups;

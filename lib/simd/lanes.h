@@ -182,6 +182,16 @@ inline LaneBits multiply_low32(LaneBits a, LaneBits b) {
 #endif
 }
 
+/// a ^ b ^ c: one instruction where there is one for it.
+inline std::uint64_t xor3(std::uint64_t a, std::uint64_t b, std::uint64_t c) { return a ^ b ^ c; }
+inline LaneBits xor3(LaneBits a, LaneBits b, LaneBits c) {
+#if SURVEYMC_LANES == 8
+  return LaneBits::Vector(_mm512_ternarylogic_epi64(__m512i(a.v), __m512i(b.v), __m512i(c.v), 0x96));
+#else
+  return a ^ b ^ c;
+#endif
+}
+
 /// first, first + 1, ...: the numbers of the trials in the lanes.
 template <class T>
 Bits<T> consecutive(std::uint64_t first) {

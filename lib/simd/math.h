@@ -15,45 +15,52 @@ template <class T>
 struct Split {
   T exponent, mantissa;
 };
+/// With `offset` taken off the exponent; a whole number below 2^50.
 template <class T>
-Split<T> split(const T& x) {
+[[gnu::always_inline]] inline Split<T> split(const T& x, double offset) {
   // Adding the gap from sqrt(1/2) to 1 makes the exponent field carry at sqrt(2).
   const Bits<T> shifted = to_bits(x) + Bits<T>(0x3ff0000000000000u - 0x3fe6a09e667f3bcdu);
-  return {from_bits((shifted >> 52) | Bits<T>(0x4330000000000000u)) - (0x1p52 + 1023),
+  return {from_bits((shifted >> 52) | Bits<T>(0x4330000000000000u)) - (0x1p52 + 1023 + offset),
           from_bits((shifted & Bits<T>(0x000fffffffffffffu)) + Bits<T>(0x3fe6a09e667f3bcdu))};
 }
 
-/// factor (ln x - offset ln 2) for a positive normal number x.
+/// ln x = exponent ln2 + (f - rest), with the second part of ln2 in `rest`.
 template <class T>
-T scaled_log(const T& x, double factor, double offset) {
-  const auto [exponent, m] = split(x);
-  const T f = m - 1.0, s = f / (f + 2.0), z = s * s, w = z * z;
+struct LogParts {
+  T exponent, f, rest;
+};
+template <class T>
+[[gnu::always_inline]] inline LogParts<T> log_parts(const T& x, double offset) {
+  const auto [e, m] = split(x, offset);
+  const T f = m - 1.0, s = f / (m + 1.0), z = s * s, w = z * z;
   const T odd =
       z * fma(w, fma(w, fma(w, T(1.479819860511658591e-01), T(1.818357216161805012e-01)), T(2.857142874366239149e-01)),
               T(6.666666666666735130e-01));
   const T even =
       w * fma(w, fma(w, T(1.531383769920937332e-01), T(2.222219843214978396e-01)), T(3.999999999940941908e-01));
-  const T half_square = T(0.5) * f * f, e = exponent - offset;
-  // ln x = e ln2 + f - (f^2/2 - s (f^2/2 + R)), ln2 in two parts
-  const T low = fma(s, half_square + (odd + even), e * T(1.90821492927058770002e-10));
-  return T(factor) * fma(e, T(6.93147180369123816490e-01), f - (half_square - low));
+  const T half_square = T(0.5) * f * f;
+  // ln (1 + f) = f - (f^2/2 - s (f^2/2 + R))
+  return {e, f, half_square - fma(s, half_square + (odd + even), e * T(1.90821492927058770002e-10))};
 }
+inline constexpr double kLn2High = 6.93147180369123816490e-01;  // 33 bits: its product with an exponent is exact
 
 /// Natural logarithm of a positive normal number.
 template <class T>
 T log(const T& x) {
-  return scaled_log(x, 1.0, 0.0);
+  const auto [e, f, rest] = log_parts(x, 0);
+  return fma(e, T(kLn2High), f - rest);
 }
 
 /// -ln(x / 2^Power).
 template <int Power, class T>
-T minus_log_of_ratio(const T& x) {
-  return scaled_log(x, -1.0, Power);
+[[gnu::always_inline]] inline T minus_log_of_ratio(const T& x) {
+  const auto [e, f, rest] = log_parts(x, Power);
+  return fma(e, T(-kLn2High), rest - f);
 }
 
 /// {sin x, cos x} for |x| <= pi/4.
 template <class T>
-std::pair<T, T> sincos_reduced(const T& x) {
+[[gnu::always_inline]] inline std::pair<T, T> sincos_reduced(const T& x) {
   const T z = x * x;
   const T s = fma(z,
                   fma(z,

@@ -44,8 +44,11 @@ Moments Moments::of(const Eigen::Ref<const Eigen::MatrixXd>& x) {
     for (Index t = 0; t < n; ++t) rc[t] = v[t] - mean;
     m.cubes[c] = ordered_sum(n, [rc](Index t) { return rc[t] * rc[t] * rc[t]; });
     m.fourths[c] = ordered_sum(n, [rc](Index t) { return (rc[t] * rc[t]) * (rc[t] * rc[t]); });
-    for (Index i = 0; i <= c; ++i) {
+    m.squares(c, c) = ordered_sum(n, [rc](Index t) { return rc[t] * rc[t]; });
+    if (m.squares(c, c) == 0) continue;  // a quantity that is not observed has no covariance
+    for (Index i = 0; i < c; ++i) {
       const double* ri = r.data() + i * n;
+      if (m.squares(i, i) == 0) continue;
       m.squares(i, c) = m.squares(c, i) = ordered_sum(n, [ri, rc](Index t) { return ri[t] * rc[t]; });
     }
   }

@@ -60,6 +60,16 @@ void station(benchmark::State& state) {
 BENCHMARK(station<true>)->Name("count/msa_station_with_matrix")->Iterations(1);
 BENCHMARK(station<false>)->Name("count/msa_station_gradient_only")->Iterations(1);
 
+template <bool Series>
+void gradient_station(benchmark::State& state) {
+  Setup s;
+  count(state, s.survey.size(), [&] {
+    benchmark::DoNotOptimize(msa_gradient<C, Series>(trial_data(s, 0), {1, 1, 1, 0, 0, 0}));
+  });
+}
+BENCHMARK(gradient_station<false>)->Name("count/msa_station_gradient_exact")->Iterations(1);
+BENCHMARK(gradient_station<true>)->Name("count/msa_station_gradient_by_series")->Iterations(1);
+
 void factor_and_solve(benchmark::State& state) {
   count(state, 1, [] {
     Symmetric<C, 6> m;
@@ -70,13 +80,16 @@ void factor_and_solve(benchmark::State& state) {
 BENCHMARK(factor_and_solve)->Name("count/msa_factor_and_solve")->Iterations(1);
 
 /// Mean of the trials of a batch; iterations as in the benchmark msa_estimate.
+template <bool WithExpansion>
 void estimate(benchmark::State& state) {
   Setup s;
   count(state, s.trials, [&] {
-    for (int t = 0; t < s.trials; ++t) benchmark::DoNotOptimize(msa_solve<C>(trial_data(s, t), s.options));
+    for (int t = 0; t < s.trials; ++t)
+      benchmark::DoNotOptimize(msa_solve<C>(trial_data(s, t), WithExpansion ? &s.expansion : nullptr, s.options));
   });
 }
-BENCHMARK(estimate)->Name("count/msa_estimate")->Iterations(1);
+BENCHMARK(estimate<true>)->Name("count/msa_estimate")->Iterations(1);
+BENCHMARK(estimate<false>)->Name("count/msa_estimate_from_unit_gains")->Iterations(1);
 
 /// Direction and leg of one station, without the correction of its reading (3 add, 3 multiply).
 void position(benchmark::State& state) {

@@ -1,20 +1,28 @@
 #include "bench_kernels.h"
 
+#include "simd/pack.h"
+
 namespace surveymc::bench::SURVEYMC_ISA {
 namespace {
 
 using T = Lanes;
 constexpr std::size_t kMatrix = 21, kGradient = 6;
 
+/// Calls side by side, as simulate_readings has them.
 void normals(const Stream& stream, std::uint32_t calls, double* out) {
+  constexpr std::size_t kCalls = lane_count<T> == 8 ? 4 : 1;
+  using Calls = Pack<T, kCalls>;
   for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
     const Bits<T> trial = consecutive<T>(static_cast<std::uint64_t>(lane));
     double* to = out + lane;
-    for (std::uint32_t call = 0; call < calls; ++call)
-      for (const T& z : stream.normals<T>(trial, Channel::magnetometer_noise, call)) {
-        store(to, z);
-        to += kGroup;
-      }
+    for (std::uint64_t first = 0; first < calls; first += kCalls) {
+      const auto call = Bits<Calls>::each([&](std::size_t j) { return Bits<T>(first + j); });
+      for (const Calls& z : stream.normals<Calls>(trial, Channel::magnetometer_noise, call))
+        for (const T& x : z.v) {
+          store(to, x);
+          to += kGroup;
+        }
+    }
   }
 }
 
@@ -59,6 +67,22 @@ void msa_evaluate(const MsaData& group, const double* sums, const double* x, boo
   }
 }
 
+template <bool Series>
+void gradient(const MsaData& data, const double* x, double* out) {
+  const auto e = surveymc::msa_gradient<T, Series>(data, {T(x[0]), T(x[1]), T(x[2]), T(x[3]), T(x[4]), T(x[5])});
+  for (std::size_t i = 0; i < kGradient; ++i) store(out + i * kGroup, e.gradient[i]);
+  store(out + kGradient * kGroup, e.cost);
+}
+
+void msa_gradient(const MsaData& group, const double* x, bool series, double* out) {
+  for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
+    if (series)
+      gradient<true>(from_lane(group, lane), x, out + lane);
+    else
+      gradient<false>(from_lane(group, lane), x, out + lane);
+  }
+}
+
 void msa_step(const double* in, int count, double* out) {
   Symmetric<T, 6> matrix;
   std::array<T, 6> gradient, x;
@@ -80,6 +104,7 @@ const Kernels kernels{surveymc::SURVEYMC_ISA::simulate,
                       normals,
                       msa_sums,
                       msa_evaluate,
+                      msa_gradient,
                       msa_step};
 
 }  // namespace surveymc::bench::SURVEYMC_ISA

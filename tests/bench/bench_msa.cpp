@@ -33,6 +33,21 @@ void evaluate(benchmark::State& state, InstructionSet set) {
 const bool matrix_registered = on_both("msa_evaluation_with_matrix", evaluate<true>);
 const bool gradient_registered = on_both("msa_evaluation_gradient_only", evaluate<false>);
 
+/// One gradient of the chord iteration. Items: stations of one trial.
+template <bool Series>
+void gradient(benchmark::State& state, InstructionSet set) {
+  const Setup s;
+  const double x[6] = {1.001, 0.999, 1.002, 1e-4, -2e-4, 1e-3};
+  LaneArray out(1, 7);
+  for (auto _ : state) {
+    kernels(set).msa_gradient(s.msa_data(), x, Series, out.row(0, 0));
+    benchmark::ClobberMemory();
+  }
+  count_items(state, kGroup * s.survey.size());
+}
+const bool exact_registered = on_both("msa_gradient_exact", gradient<false>);
+const bool series_registered = on_both("msa_gradient_by_series", gradient<true>);
+
 /// Factor and solution of six equations, one waiting for the other. Items: trials.
 void step(benchmark::State& state, InstructionSet set) {
   const Setup s;
@@ -65,17 +80,19 @@ void count_evaluations(benchmark::State& state, const Setup& s, InstructionSet s
   state.counters["executed"] = executed;
 }
 
-/// Items: trials.
+/// From the expansion point, or from unit gains. Items: trials.
+template <bool WithExpansion>
 void estimate(benchmark::State& state, InstructionSet set) {
   Setup s;
   for (auto _ : state) {
-    kernels(set).msa_solve(s.msa_batch());
+    kernels(set).msa_solve(s.msa_batch(WithExpansion));
     benchmark::ClobberMemory();
   }
   count_items(state, s.trials);
   count_evaluations(state, s, set);
 }
-const bool estimate_registered = on_both("msa_estimate", estimate);
+const bool estimate_registered = on_both("msa_estimate", estimate<true>);
+const bool from_unit_registered = on_both("msa_estimate_from_unit_gains", estimate<false>);
 
 /// Noise, estimate, and with `WithPosition` the position after it. Items: trials.
 template <bool WithPosition>

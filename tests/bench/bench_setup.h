@@ -12,7 +12,7 @@
 
 #include "base/units.h"
 #include "bench_kernels.h"
-#include "estimate/estimator.h"
+#include "estimate/msa.h"
 #include "sensor/magnetometer.h"
 #include "simd/instruction_set.h"
 #include "survey/corrected_position.h"
@@ -66,7 +66,8 @@ struct Setup {
   EstimateBlock estimates;
   LaneArray position, sums;
   NoiseWeights weights;
-  MsaOptions options{.max_iterations = 50, .step_tolerance = 1e-6};
+  MsaExpansion expansion;
+  NewtonOptions options{.max_iterations = 50, .step_tolerance = 1e-6};
 
   explicit Setup(int stations = kThesis)
       : field(test::thesis_case(4).field),
@@ -77,7 +78,8 @@ struct Setup {
         readings(make_reading_block(trials, stations, noise)),
         estimates(trials),
         position(groups_for(trials), 3),
-        sums(groups_for(trials), NoiseWeights::kSums) {
+        sums(groups_for(trials), NoiseWeights::kSums),
+        expansion(*msa_expansion(station_fields(clean), clean.magnetic_T, field)) {
     weights.magnetometer.assign(static_cast<std::size_t>(3 * stations * NoiseWeights::kSums), 1e-3);
     isa_v3::kernels.simulate(simulate_batch(0));
     isa_v3::kernels.msa_solve(msa_batch());
@@ -86,6 +88,7 @@ struct Setup {
   SimulateBatch simulate_batch(std::uint64_t first, bool with_sums = false) {
     return {.clean_magnetic = &clean.magnetic_T.front().x,
             .clean_gravity = &clean.gravity_T.front().x,
+            .clean_down = &clean.down_T.front().x,
             .magnetic = readings.magnetic.row(0, 0),
             .down = readings.down.row(0, 0),
             .reference = readings.reference.row(0, 0),
@@ -110,7 +113,7 @@ struct Setup {
     return {readings.magnetic.row(0, 0), readings.down.row(0, 0),   readings.reference.row(0, 0),
             readings.stations,           readings.reference_stride, 1 / field.total};
   }
-  MsaBatch msa_batch() {
+  MsaBatch msa_batch(bool with_expansion = true) {
     return {.first = msa_data(),
             .magnetic_stride = readings.magnetic.group_stride(),
             .down_stride = readings.down.group_stride(),
@@ -123,7 +126,8 @@ struct Setup {
             .scalar_stride = estimates.cost.group_stride(),
             .groups = readings.groups(),
             .total = field.total,
-            .options = options};
+            .options = options,
+            .expansion = with_expansion ? &expansion : nullptr};
   }
   CorrectedPositionBatch position_batch() {
     return {.magnetic = readings.magnetic.row(0, 0),

@@ -25,6 +25,7 @@ struct CountedBits {
   friend CountedBits operator<<(CountedBits a, int n) { return counted(a.v << n); }
   friend CountedBits operator>>(CountedBits a, int n) { return counted(a.v >> n); }
   friend bool odd(CountedBits a) { return ++operations.compare, (a.v & 1) != 0; }
+  friend CountedBits xor3(CountedBits a, CountedBits b, CountedBits c) { return a ^ b ^ c; }
   friend CountedBits multiply_low32(CountedBits a, CountedBits b) {
     return ++operations.integer_multiply, CountedBits(surveymc::multiply_low32(a.v, b.v));
   }

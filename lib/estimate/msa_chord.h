@@ -1,0 +1,134 @@
+#pragma once
+/// MSA from a known neighbourhood: all trials start at one point with one inverse matrix and need gradients only.
+///
+/// Noise is a thousandth of the field, so the matrix of a trial is nearly that of the readings without noise; with its
+/// inverse A at the minimum x0 of these, the chord iteration  x <- x - A gradient(x)  gains two to three digits a step.
+/// It ends at the trial's own minimum, because the gradient is exact. Where a step is not below a tenth of the one
+/// before (two modes, flat valleys), the trial is handed to msa_solve, which knows nothing of x0.
+#include "estimate/msa_kernel.h"
+
+namespace surveymc {
+
+/// The minimum that readings without noise have, and the inverse of Newton's matrix there (row by row), both for the
+/// unknowns p, q / total.
+struct MsaExpansion {
+  std::array<double, 6> x;
+  std::array<double, 36> inverse;
+};
+
+template <class T>
+struct MsaGradient {
+  std::array<T, 6> gradient;  ///< half the gradient of the cost
+  T cost;                     ///< sum of squared residuals, in units of total^2
+};
+
+/// As msa_normal_equations without matrix, to rounding: with h = b - Bv u, the horizontal part of b,
+///   g = (Bh - Bh_ref) h / Bh + (Bv - Bv_ref) u
+/// takes fewer operations than the base (u, n, e), of which the matrix makes use.
+///
+/// With `Series`, Bh_ref / Bh is its third-order series in tau = (Bh / Bh_ref)^2 - 1, wrong by 0.27 tau^4: no root, no
+/// division, and no cost. Good for steps that are not the last. One reference must hold for all stations.
+template <class T, bool Series = false>
+[[gnu::always_inline]] inline MsaGradient<T> msa_gradient(const MsaData& d, const std::array<T, 6>& x) {
+  // In nT from station to station; the scale goes to q and to the sums.
+  const T total(1.0 / d.per_total);
+  const std::array<T, 3> p{x[0], x[1], x[2]}, q{x[3] * total, x[4] * total, x[5] * total};
+  MsaGradient<T> out;
+  for (T& a : out.gradient) a = T(0.0);
+  out.cost = T(0.0);
+  const double *magnetic = d.magnetic, *down = d.down, *reference = d.reference;
+  const T bh_ref0 = load<T>(reference), per_bh_ref2 = T(1.0) / (bh_ref0 * bh_ref0);
+  for (int k = 0; k < d.stations; ++k) {
+    std::array<T, 3> m, u, b, minus_h;
+    for (std::size_t i = 0; i < 3; ++i) {
+      m[i] = load<T>(magnetic + i * kGroup);
+      u[i] = load<T>(down + i * kGroup);
+      b[i] = fms(p[i], m[i], q[i]);
+    }
+    const T bv = fma(u[0], b[0], fma(u[1], b[1], u[2] * b[2]));
+    for (std::size_t i = 0; i < 3; ++i) minus_h[i] = fms(bv, u[i], b[i]);
+    const T bh2 = fma(minus_h[0], minus_h[0], fma(minus_h[1], minus_h[1], minus_h[2] * minus_h[2]));
+    const T rv = bv - load<T>(reference + kGroup);
+    T along_h;  // (Bh_ref - Bh) / Bh
+    if constexpr (Series) {
+      const T tau = fms(bh2, per_bh_ref2, T(1.0));
+      along_h = tau * fma(tau, fma(tau, T(-0.3125), T(0.375)), T(-0.5));
+    } else {
+      const T bh = sqrt(bh2), per_bh = bh * (T(1.0) / bh2);  // root and quotient need not wait for each other
+      const T minus_rh = load<T>(reference) - bh;
+      out.cost = fma(minus_rh, minus_rh, fma(rv, rv, out.cost));
+      along_h = minus_rh * per_bh;
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      const T g = fma(along_h, minus_h[i], rv * u[i]);
+      out.gradient[i] = fma(g, m[i], out.gradient[i]);
+      out.gradient[3 + i] = out.gradient[3 + i] - g;
+    }
+    magnetic += 3 * kGroup;
+    down += 3 * kGroup;
+    reference += d.reference_stride * kGroup;
+  }
+  const T per_total(d.per_total), per_total2(d.per_total * d.per_total);
+  for (std::size_t i = 0; i < 3; ++i) {
+    out.gradient[i] = out.gradient[i] * per_total2;
+    out.gradient[3 + i] = out.gradient[3 + i] * per_total;
+  }
+  out.cost = out.cost * per_total2;
+  return out;
+}
+
+/// The chord iteration. `converged` is 0 where it does not contract: those are for msa_solve. As there, a lane that has
+/// finished is frozen, and the answer of a lane does not depend on its neighbours.
+template <class T>
+MsaSolution<T> msa_solve_near(const MsaData& data, const MsaExpansion& start, const NewtonOptions& options) {
+  constexpr int kMaxSteps = 8;     // beyond these the long way is shorter
+  constexpr int kSeriesSteps = 2;  // they leave 1e-7 of the way; none of them may end the search
+  const T zero(0.0), one(1.0), tolerance(options.step_tolerance);
+  MsaSolution<T> s;
+  for (std::size_t i = 0; i < 6; ++i) s.x[i] = T(start.x[i]);
+  s.cost = s.iterations = zero;
+  auto active = zero < one, converged = one < zero;
+  T bound(0.1);  // of the first step: unknowns are of order one
+  for (int it = 0; it < kMaxSteps && it < options.max_iterations && any(active); ++it) {
+    const bool series = it < kSeriesSteps && data.reference_stride == 0;
+    const MsaGradient<T> e = series ? msa_gradient<T, true>(data, s.x) : msa_gradient<T>(data, s.x);
+    std::array<T, 6> step;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double* a = start.inverse.data() + 6 * i;
+      step[i] = T(a[0]) * e.gradient[0];
+      for (std::size_t j = 1; j < 6; ++j) step[i] = fma(T(a[j]), e.gradient[j], step[i]);
+    }
+    const auto larger = [&](std::size_t i) { return max(abs(step[i]), abs(step[i + 1])); };
+    const T largest = max(max(larger(0), larger(2)), larger(4));
+    s.iterations = s.iterations + select(active, one, zero);
+    s.cost = select(active, e.cost, s.cost);
+    active = active & (largest <= max(bound, tolerance));  // NaN fails it
+    for (std::size_t i = 0; i < 6; ++i) s.x[i] = select(active, s.x[i] - step[i], s.x[i]);
+    const auto done = active & (largest <= (series ? T(-1.0) : tolerance));
+    converged = converged | done;
+    active = active & !done;
+    bound = T(0.1) * largest;
+  }
+  for (std::size_t i = 0; i < 3; ++i)  // as msa_solve asks
+    converged = converged & (zero < s.x[i]) & (s.x[i] < T(1e300)) & (abs(s.x[3 + i]) < T(1e300));
+  s.converged = select(converged, one, zero);
+  return s;
+}
+
+/// From the expansion point, or where that does not lead to a minimum, from unit gains and zero biases. `start` may be
+/// null. Lanes that take the long way have its bits; their evaluations on the short way are counted too.
+template <class T>
+MsaSolution<T> msa_solve(const MsaData& data, const MsaExpansion* start, const NewtonOptions& options) {
+  if (!start) return msa_solve<T>(data, options);
+  MsaSolution<T> s = msa_solve_near<T>(data, *start, options);
+  const auto near = T(0.0) < s.converged;
+  if (all(near)) return s;
+  const MsaSolution<T> whole = msa_solve<T>(data, options);
+  for (std::size_t i = 0; i < 6; ++i) s.x[i] = select(near, s.x[i], whole.x[i]);
+  s.cost = select(near, s.cost, whole.cost);
+  s.iterations = select(near, s.iterations, s.iterations + whole.iterations);
+  s.converged = select(near, s.converged, whole.converged);
+  return s;
+}
+
+}  // namespace surveymc

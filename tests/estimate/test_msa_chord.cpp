@@ -1,0 +1,230 @@
+/// The short way to MSA's minimum, from an expansion point, held against the long one.
+#include "estimate/msa_chord.h"
+
+#include <catch2/catch.hpp>
+
+#include "base/units.h"
+#include "estimate/estimator.h"
+#include "estimate/msa_residual.h"
+#include "sensor/magnetometer.h"
+#include "simd/dual.h"
+#include "thesis_cases.h"
+
+using namespace surveymc;
+
+namespace {
+
+NoiseModel noise(double scale, ReferenceNoise reference, double accelerometer = 0) {
+  NoiseModel n;
+  n.magnetometer = 70 * scale;
+  n.accelerometer = accelerometer;
+  n.reference = reference;
+  n.reference_total = 107 * scale;
+  n.reference_dip = 0.16 * kDegree * scale;
+  return n;
+}
+
+/// Noisy trials of a thesis test.
+struct Trials {
+  Trials(int number, int count, const NoiseModel& n)
+      : c(test::thesis_case(number)),
+        clean(clean_readings(c.survey, c.field, c.errors)),
+        block(make_reading_block(count, c.survey.size(), n)) {
+    simulate_readings(clean, c.field, n, Stream(11, 1), 0, block);
+  }
+  MsaData lane(int t) const {
+    const int g = t / kGroup, i = t % kGroup;
+    return {block.magnetic.row(g, 0) + i, block.down.row(g, 0) + i, block.reference.row(g, 0) + i, block.stations,
+            block.reference_stride,       1 / c.field.total};
+  }
+  EstimateBlock solve(EstimatorOptions options, bool with_expected) const {
+    const std::vector<Vec3<double>> none;
+    EstimateBlock out(block.trials);
+    make_estimator(options, c.field, station_fields(clean), with_expected ? clean.magnetic_T : none)->solve(block, out);
+    return out;
+  }
+  test::ThesisCase c;
+  CleanReadings clean;
+  ReadingBlock block;
+};
+
+/// The true parameters, and the inverse of Newton's matrix of the readings without noise.
+MsaExpansion expansion(const Trials& trials) {
+  const Trials quiet(trials.c.number, 1, {});
+  MsaExpansion out{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    out.x[i] = 1 / trials.c.errors.gain[i];
+    out.x[3 + i] = trials.c.errors.bias[i] / trials.c.errors.gain[i] / trials.c.field.total;
+  }
+  const MsaData d = quiet.lane(0);
+  const auto factor = ldlt<double, 6>(msa_normal_equations<double>(d, msa_reading_sums<double>(d), out.x, 1).matrix);
+  for (std::size_t j = 0; j < 6; ++j) {
+    std::array<double, 6> unit{};
+    unit[j] = 1;
+    const auto column = ldlt_solve<double, 6>(factor, unit);
+    for (std::size_t i = 0; i < 6; ++i) out.inverse[6 * i + j] = column[i];
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("The chord iteration's gradient is that of dual numbers", "[msa_chord]") {
+  using D = Dual<double, 6>;
+  for (const int number : {1, 3, 4})
+    for (const ReferenceNoise reference : {ReferenceNoise::per_run, ReferenceNoise::per_station}) {
+      const Trials trials(number, 8, noise(1, reference, 1e-3));
+      const std::array<double, 6> x{0.93, 1.04, 0.85, 0.004, -0.003, 0.02};
+      std::array<D, 6> v;
+      for (std::size_t i = 0; i < 6; ++i) v[i] = D::variable(x[i], i);
+      D cost(0.0);
+      const double s = 1 / trials.c.field.total;
+      const ReadingBlock& b = trials.block;
+      for (int k = 0; k < b.stations; ++k) {
+        const auto triad = [&](const LaneArray& a, double unit) {
+          return Vec3<D>{D(a.value(2, 3 * k) * unit), D(a.value(2, 3 * k + 1) * unit), D(a.value(2, 3 * k + 2) * unit)};
+        };
+        const int row = b.reference_stride * k;
+        const auto r = msa_residual<D>(triad(b.magnetic, s), triad(b.down, 1), D(b.reference.value(2, row) * s),
+                                       D(b.reference.value(2, row + 1) * s), {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}});
+        cost = cost + r[0] * r[0] + r[1] * r[1];
+      }
+      const auto e = msa_gradient<double>(trials.lane(2), x);
+      CHECK(e.cost == Approx(cost.a).epsilon(1e-12));
+      // A sum of 2 x stations terms of order one
+      for (std::size_t i = 0; i < 6; ++i) CHECK(std::abs(e.gradient[i] - cost.d[i] / 2) < 1e-14 * 2 * b.stations);
+    }
+}
+
+TEST_CASE("The series for 1/Bh is wrong by its fourth-order term", "[msa_chord]") {
+  // Readings scaled from the truth by 1 + s: Bh / Bh_ref = 1 + s, tau = 2 s + s^2 at every station, and the horizontal
+  // part of the gradient is (series error) x sum of h m, with |h| |m| < 1.2 in units of total^2.
+  for (const double s : {1e-3, 1e-2, 5e-2}) {
+    const Trials trials(4, 8, {});
+    auto x = expansion(trials).x;
+    for (double& v : x) v *= 1 + s;
+    const auto exact = msa_gradient<double>(trials.lane(0), x);
+    const auto series = msa_gradient<double, true>(trials.lane(0), x);
+    const double tau = 2 * s + s * s, bound = 0.28 * tau * tau * tau * tau * 1.2 * trials.block.stations + 1e-12;
+    for (std::size_t i = 0; i < 6; ++i) CHECK(std::abs(series.gradient[i] - exact.gradient[i]) < bound);
+  }
+}
+
+TEST_CASE("From the expansion point and from unit gains: the same minimum in every trial of every test",
+          "[msa_chord]") {
+  // The long way's last steps may be chord steps too, each a tenth of the one before: both ends are within a ninth of
+  // the tolerance. Biases in units of the total field.
+  EstimatorOptions options;
+  options.max_iterations = 400;
+  for (int number = 1; number <= 4; ++number)
+    for (const NoiseModel& n : {noise(1, ReferenceNoise::per_run), noise(0.1, ReferenceNoise::per_run),
+                                noise(1, ReferenceNoise::per_station), noise(1, ReferenceNoise::per_run, 2e-3)}) {
+      const Trials trials(number, 4000, n);
+      const EstimateBlock near = trials.solve(options, true), whole = trials.solve(options, false);
+      for (int t = 0; t < trials.block.trials; ++t) {
+        CAPTURE(number, t, near.iterations.value(t, 0), whole.iterations.value(t, 0));
+        REQUIRE(near.converged.value(t, 0) == whole.converged.value(t, 0));
+        for (int i = 0; i < 6; ++i) {
+          const double unit = i < 3 ? 1 : trials.c.field.total;
+          REQUIRE(std::abs(near.parameters.value(t, i) - whole.parameters.value(t, i)) <
+                  3 * options.step_tolerance * unit);
+        }
+        REQUIRE(near.cost.value(t, 0) == Approx(whole.cost.value(t, 0)).epsilon(1e-9));
+      }
+    }
+}
+
+TEST_CASE("Where the chord iteration does not contract, a trial has the bits of the long way", "[msa_chord]") {
+  const NewtonOptions options;
+  int short_way = 0, long_way = 0;
+  const Trials trials(1, 2000, noise(1, ReferenceNoise::per_run));  // two modes in one valley
+  const MsaExpansion start = expansion(trials);
+  for (int t = 0; t < trials.block.trials; ++t) {
+    const auto near = msa_solve_near<double>(trials.lane(t), start, options);
+    const auto s = msa_solve<double>(trials.lane(t), &start, options);
+    if (near.converged == 1) {
+      ++short_way;
+      REQUIRE(s.x == near.x);
+      REQUIRE(s.iterations == near.iterations);
+      continue;
+    }
+    ++long_way;
+    const auto whole = msa_solve<double>(trials.lane(t), options);
+    REQUIRE(s.x == whole.x);
+    REQUIRE(s.cost == whole.cost);
+    REQUIRE(s.converged == whole.converged);
+    REQUIRE(s.iterations == near.iterations + whole.iterations);
+  }
+  CHECK(short_way > 200);
+  CHECK(long_way > 200);
+}
+
+TEST_CASE("With an expansion point, too, a trial in a lane has the same bits as the trial solved alone",
+          "[msa_chord]") {
+  for (const int number : {1, 2, 4})
+    for (const double tolerance : {1e-9, 1e-6}) {
+      const NewtonOptions options{200, tolerance};
+      const Trials trials(number, 80, noise(1, ReferenceNoise::per_run));
+      const MsaExpansion start = expansion(trials);
+      for (int first = 0; first < trials.block.trials; first += lane_count<Lanes>) {
+        const auto batch = msa_solve<Lanes>(trials.lane(first), &start, options);
+        for (int i = 0; i < lane_count<Lanes>; ++i) {
+          const auto alone = msa_solve<double>(trials.lane(first + i), &start, options);
+          for (std::size_t a = 0; a < 6; ++a) REQUIRE(lane(batch.x[a], i) == alone.x[a]);
+          REQUIRE(lane(batch.cost, i) == alone.cost);
+          REQUIRE(lane(batch.iterations, i) == alone.iterations);
+          REQUIRE(lane(batch.converged, i) == alone.converged);
+        }
+      }
+    }
+}
+
+TEST_CASE("The throughput config's trials need three gradients, and none the long way", "[msa_chord]") {
+  const NewtonOptions options{200, 1e-6};
+  Trials trials(4, 2000, noise(1, ReferenceNoise::none));
+  const MsaExpansion start = expansion(trials);
+  double evaluations = 0;
+  for (int t = 0; t < trials.block.trials; ++t) {
+    const auto s = msa_solve_near<double>(trials.lane(t), start, options);
+    REQUIRE(s.converged == 1);
+    evaluations += s.iterations / trials.block.trials;
+  }
+  CHECK(evaluations < 3.1);
+}
+
+TEST_CASE("Nonsense and too few iterations are flagged with an expansion point too", "[msa_chord]") {
+  Trials trials(4, 8, noise(1, ReferenceNoise::per_run));
+  EstimatorOptions options;
+  options.max_iterations = 1;
+  for (int t = 0; t < 8; ++t) CHECK(trials.solve(options, true).converged.value(t, 0) == 0);
+  trials.block.magnetic.row(0, 7)[3] = std::nan("");
+  options.max_iterations = 50;
+  const EstimateBlock out = trials.solve(options, true);
+  for (int t = 0; t < 8; ++t) CHECK(out.converged.value(t, 0) == (t == 3 ? 0 : 1));
+}
+
+TEST_CASE("Readings without noise end at the truth at once", "[msa_chord]") {
+  for (int number = 1; number <= 4; ++number) {
+    const Trials quiet(number, 1, {});
+    const EstimateBlock out = quiet.solve({}, true);
+    CHECK(out.converged.value(0, 0) == 1);
+    CHECK(out.iterations.value(0, 0) == 3);  // two by series, one exact
+    for (int i = 0; i < 3; ++i) {
+      const auto a = static_cast<std::size_t>(i);
+      CHECK(std::abs(out.parameters.value(0, i) - quiet.c.errors.gain[a]) < 1e-9);
+      CHECK(std::abs(out.parameters.value(0, 3 + i) - quiet.c.errors.bias[a]) < 1e-6);
+    }
+  }
+}
+
+TEST_CASE("Expected readings that determine nothing are left aside", "[msa_chord]") {
+  const Trials trials(4, 8, noise(1, ReferenceNoise::per_run));
+  const std::size_t n = trials.clean.magnetic_T.size();
+  const std::vector same(n, trials.clean.magnetic_T[0]);
+  const std::vector fields(n, station_fields(trials.clean)[0]);
+  EstimateBlock out(8);
+  make_estimator({}, trials.c.field, fields, same)->solve(trials.block, out);
+  const EstimateBlock whole = trials.solve({}, false);
+  for (int t = 0; t < 8; ++t)
+    for (int i = 0; i < 6; ++i) CHECK(out.parameters.value(t, i) == Approx(whole.parameters.value(t, i)).epsilon(1e-8));
+}
