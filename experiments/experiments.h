@@ -8,6 +8,7 @@ namespace surveymc {
 
 Experiment msa_position_experiment();
 Experiment position_covariance_experiment();
+Experiment estimate_experiment();
 
 /// All of them, in the order of `surveymc list`.
 std::vector<Experiment> all_experiments();

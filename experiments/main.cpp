@@ -1,4 +1,5 @@
 /// The command line: list, check, run, show, rerun (README.md). Prints; all work is in lib/ and the studies.
+#include <algorithm>
 #include <atomic>
 #include <charconv>
 #include <chrono>
@@ -113,31 +114,68 @@ int check(const RunArguments& a) {
   return kDone;
 }
 
-/// Tables short enough to read are printed; the others are a command away.
-void print_tables(const Result& result, const std::string& path) {
-  constexpr std::size_t kReadable = 30;
-  std::size_t left_out = 0;
-  for (const Table& t : result.tables) {
-    if (t.rows() == 0) continue;
-    if (t.rows() > kReadable || t.columns.size() > 40)
-      ++left_out;
-    else
-      fmt::print("{}\n", format_table(t));
+constexpr const char* kWarningsTable = "warnings";
+
+std::size_t longest_line(const std::string& text) {
+  std::size_t longest = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    longest = std::max(longest, end - begin);
+    begin = end + 1;
   }
-  if (left_out > 0) fmt::print("{} more table{}: surveymc show {}\n", left_out, left_out == 1 ? "" : "s", path);
+  return longest;
+}
+
+/// Tables short and narrow enough to read are printed; the others are a command away.
+void print_tables(const Result& result, const std::string& path) {
+  constexpr std::size_t kReadable = 30, kWidest = 400;
+  std::string left_out;
+  for (const Table& t : result.tables) {
+    if (t.rows() == 0 || t.name == kWarningsTable) continue;
+    const std::string text = t.rows() > kReadable || t.columns.size() > 40 ? "" : format_table(t);
+    if (text.empty() || longest_line(text) > kWidest)
+      left_out += (left_out.empty() ? "" : ", ") + t.name;
+    else
+      fmt::print("{}\n", text);
+  }
+  if (!left_out.empty()) fmt::print("more tables: {}: surveymc show {} TABLE\n", left_out, path);
+}
+
+/// The table `warnings`, if a study has one, as the last thing a user reads.
+void print_warnings(const Result& result) {
+  for (const Table& t : result.tables) {
+    if (t.name != kWarningsTable) continue;
+    const auto& severity = std::get<std::vector<std::string>>(t.column("severity").values);
+    const auto& message = std::get<std::vector<std::string>>(t.column("message").values);
+    for (std::size_t row = 0; row < t.rows(); ++row) {
+      std::string point;  // columns of the sweep stand in front
+      for (const Column& c : t.columns) {
+        if (c.name == "severity") break;
+        if (const auto* words = std::get_if<std::vector<std::string>>(&c.values))
+          point += printable((*words)[row]) + ": ";
+        else
+          point += fmt::format("{} = {:g}: ", c.name, std::get<std::vector<double>>(c.values)[row]);
+      }
+      fmt::print("{}: {}{}\n", severity[row], point, printable(message[row]));
+    }
+  }
 }
 
 int report_verdicts(const Result& result, bool check) {
   std::size_t agrees = 0, differs = 0, undecided = 0;
+  bool judged = false;
   for (const Table& t : result.tables)
     for (const Column& c : t.columns)
-      if (c.name == "verdict")
+      if (c.name == "verdict") {
+        judged = true;
         for (const std::string& v : std::get<std::vector<std::string>>(c.values)) {
           agrees += v == "agrees";
           differs += v == "differs";
           undecided += v == "undecided";
         }
+      }
   const std::vector<std::string> unexpected = unexpected_verdicts(result.tables);
+  if (!judged) return kDone;  // a study that compares nothing
   fmt::print("verdicts: {} agree, {} differ, {} undecided; {} not as expected\n", agrees, differs, undecided,
              unexpected.size());
   for (const std::string& u : unexpected) fmt::print("  {}\n", u);
@@ -152,7 +190,7 @@ int run(const RunArguments& a, const std::string& command) {
     require(index < prepared.points.size(), "--point {}: the points of this config are numbered 0 to {}", index,
             prepared.points.size() - 1);
     const StudyPoint& point = *prepared.points[index];
-    require(point.trials() > 0, "--trial {}: this experiment has no trials", number);
+    require(point.trials() > 0, "--trial {}: a config of {} has no trials", number, prepared.experiment.name);
     require(number < point.trials(), "--trial {}: the trials of this config are numbered 0 to {}", number,
             point.trials() - 1);
     fmt::print("{}", point.replay(number));
@@ -173,6 +211,7 @@ int run(const RunArguments& a, const std::string& command) {
   write_result(output, result);
   print_tables(result, output.string());
   const int exit = report_verdicts(result, a.check);
+  print_warnings(result);
   if (prepared.total_trials() == 0)
     fmt::print("wrote {} (in {})\n", output.string(), format_duration(elapsed));
   else

@@ -2,6 +2,8 @@
 
 namespace surveymc {
 
-std::vector<Experiment> all_experiments() { return {msa_position_experiment(), position_covariance_experiment()}; }
+std::vector<Experiment> all_experiments() {
+  return {msa_position_experiment(), estimate_experiment(), position_covariance_experiment()};
+}
 
 }  // namespace surveymc

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "estimate/field_fit_estimators.h"
+#include "estimate/field_misfit.h"
 
 namespace surveymc {
 
@@ -23,13 +24,6 @@ void check_condition(const Eigen::MatrixXd& normal) {
           eigen.eigenvalues().maxCoeff() / std::max(eigen.eigenvalues().minCoeff(), 1e-300));
 }
 
-/// (Bh, Bv) of the reference by total field and dip.
-Matrix2d reference_derivatives(const ReferenceField& f) {
-  Matrix2d r;
-  r << std::cos(f.dip), -f.total * std::sin(f.dip), std::sin(f.dip), f.total * std::cos(f.dip);
-  return r;
-}
-
 /// Unknowns: gain, bias / total, z (field_fit.h); fields in units of `total`.
 Sensitivity field_fit_sensitivity(const FieldFitModel& model, const NominalTruth& truth) {
   const std::size_t n = truth.stations.size();
@@ -37,20 +31,16 @@ Sensitivity field_fit_sensitivity(const FieldFitModel& model, const NominalTruth
   const Vector3d gain(truth.gain.data()), bias = Vector3d(truth.bias.data()) / total, per_gain = gain.cwiseInverse();
   Matrix2d w;
   w << model.w_hh, model.w_hv, model.w_hv, model.w_vv;
-  const Matrix2d reference = reference_derivatives(truth.field);
   const Vector2d z_unit(model.total_sd * total, model.dip_sd);  // nT and rad of one z
 
-  std::vector<Eigen::Matrix<double, 2, 3>> by_field(n);  // d(Bh, Bv)/db
+  const std::vector<FieldMisfit> misfits =
+      field_misfits(truth.stations, truth.gain, truth.field.total, truth.field.dip);
   std::vector<Eigen::Matrix<double, 2, 8>> jacobian(n);
   Matrix8d normal = Matrix8d::Zero();
   for (std::size_t k = 0; k < n; ++k) {
-    const Vector3d b = to_eigen(truth.stations[k].field_T), u = to_eigen(truth.stations[k].down_T);
-    by_field[k].row(0) = (b - u.dot(b) * u).normalized();
-    by_field[k].row(1) = u;
-    // b = (m - bias) / gain: db_i/dgain_i = -b_i / gain_i, db_i/dbias_i = -1 / gain_i
-    jacobian[k].leftCols<3>() = -by_field[k] * b.cwiseProduct(per_gain).asDiagonal() / total;
-    jacobian[k].middleCols<3>(3) = -by_field[k] * per_gain.asDiagonal();
-    jacobian[k].rightCols<2>() = -reference * z_unit.asDiagonal() / total;
+    jacobian[k].leftCols<3>() = misfits[k].by_parameters.leftCols<3>() / total;
+    jacobian[k].middleCols<3>(3) = misfits[k].by_parameters.rightCols<3>();
+    jacobian[k].rightCols<2>() = misfits[k].by_reference * z_unit.asDiagonal() / total;
     normal += jacobian[k].transpose() * w * jacobian[k];
   }
   // Priors are on p - 1 and q, p = 1 / gain and q = bias / gain.
@@ -79,15 +69,10 @@ Sensitivity field_fit_sensitivity(const FieldFitModel& model, const NominalTruth
   const Matrix8d inverse = unit.asDiagonal() * Matrix8d(normal.ldlt().solve(Matrix8d::Identity()));
   Sensitivity s;
   for (std::size_t k = 0; k < n; ++k) {
-    const Vector3d b = to_eigen(truth.stations[k].field_T), u = to_eigen(truth.stations[k].down_T);
     const Matrix82d pull = inverse * jacobian[k].transpose() * w / total;
-    s.by_magnetometer.push_back(-pull * by_field[k] * per_gain.asDiagonal());
-    // dBv/du = b; with n.u = 0, dBh = n.d(b - (u.b) u) = -Bv n.du for du perpendicular to u.
-    Eigen::Matrix<double, 2, 3> by_down;
-    by_down.row(0) = -u.dot(b) * by_field[k].row(0);
-    by_down.row(1) = b;
-    s.by_down.push_back(-pull * by_down);
-    Matrix82d by_reference = pull * reference;
+    s.by_magnetometer.push_back(-pull * misfits[k].by_magnetometer);
+    s.by_down.push_back(-pull * misfits[k].by_down);
+    Matrix82d by_reference = -pull * misfits[k].by_reference;
     // The reference's own error; one draw that holds for all stations counts once, at the first.
     if (k == 0) by_reference.bottomRows<2>() += Matrix2d::Identity();
     s.by_reference.push_back(by_reference);

@@ -23,7 +23,7 @@ PreparedRun prepare_run(const Experiment& experiment, Config config) {
 
 std::string unit_of_name(const std::string& name) {
   const std::string suffix = name.substr(name.rfind('_') + 1);  // all of it without an underscore
-  for (const char* unit : {"m", "ft", "deg", "nT", "mps2", "mg", "s"})
+  for (const char* unit : {"m", "ft", "deg", "nT", "uT", "mps2", "mg", "s"})
     if (suffix == unit && suffix.size() < name.size()) return suffix;
   return "1";
 }

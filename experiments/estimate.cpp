@@ -1,0 +1,89 @@
+/// What an engineer runs on a real run: gains and biases from a file of six-axis readings, with their covariance, the
+/// corrected survey with its own, and whether all of it can be trusted. No simulation, no trials.
+///
+///   readings -> estimator, tests of its residuals (estimate) -> corrected survey and covariance (propagate)
+#include <algorithm>
+
+#include <fmt/ranges.h>
+
+#include "base/error.h"
+#include "config/readings_csv.h"
+#include "estimate_tables.h"
+#include "estimate_warnings.h"
+#include "experiments.h"
+#include "msa_prediction.h"
+#include "readings_analysis.h"
+#include "readings_tests.h"
+#include "study/scenario.h"
+
+namespace surveymc {
+namespace {
+
+struct Scenario {
+  ReferenceField field;
+  SixAxisReadings readings;
+  NoiseModel noise;
+  EstimatorOptions estimator;
+  TestLevels levels;
+  bool has_trials = false;
+};
+
+Scenario read_scenario(ConfigReader& c) {
+  Scenario s;
+  s.field = read_field(c);
+  const std::string sign = c.choice("accelerometers", {"gravity", "specific_force"}, "gravity");
+  s.readings = readings_from_table(c.csv("readings"),
+                                   {sign == "gravity" ? AccelerometerSign::gravity : AccelerometerSign::specific_force,
+                                    s.field.gravity, s.field.total});
+  s.noise = read_noise(c);
+  c.require(s.noise.magnetometer > 0, "noise.magnetometer_nT",
+            "must be > 0: standard deviations and tests come from it");
+  c.require(s.noise.law == NoiseLaw::gaussian, "noise.law", "must be \"gaussian\": intervals and tests are for it");
+  s.estimator = read_estimator(c, input_errors(s.noise, {}, s.field), s.field);
+  const std::vector<std::string>& known = readings_estimators();
+  c.require(std::find(known.begin(), known.end(), s.estimator.name) != known.end(), "estimator.name",
+            fmt::format("must be one of {} here: others need the true attitude, which readings do not tell",
+                        fmt::join(known, ", ")));
+  s.levels.confidence = c.number("confidence", Range::open(0, 1), s.levels.confidence);
+  s.levels.alpha = c.number("tests.alpha", Range::open(0, 1), s.levels.alpha);
+  s.levels.alpha_w = c.number("tests.alpha_w", Range::open(0, 1), s.levels.alpha_w);
+  s.has_trials = c.has("trials");
+  if (s.has_trials) c.integer("trials", 0, 1'000'000'000'000);
+  c.finish();
+  return s;
+}
+
+class Estimate final : public StudyPoint {
+ public:
+  explicit Estimate(const Scenario& s) {
+    const ReadingsAnalysis a = analyse_readings(s.readings, s.field, s.noise, s.estimator);
+    const std::vector<ReadingsTest> tests = judge_readings(s.readings, a, s.levels);
+    std::vector<EstimateWarning> warnings = estimate_warnings(s.readings, s.field, s.noise, a, tests);
+    if (s.has_trials) warnings.push_back({"info", "the config's trials are not used: there is one run of readings"});
+    result_.tables = estimate_tables(s.readings, s.field, a, s.levels, tests, warnings);
+  }
+  std::uint64_t trials() const override { return 0; }
+  Tally run_block(TrialBlock) const override { return {}; }
+  PointResult finish(const Tally&) const override { return result_; }
+  std::string replay(std::uint64_t) const override { return {}; }
+
+ private:
+  PointResult result_;
+};
+
+}  // namespace
+
+Experiment estimate_experiment() {
+  return {"estimate", "Your own six-axis readings: gains and biases, corrected survey, covariance, tests, warnings",
+          "multi-station analysis (S. Vis, TU Delft 2019, eqs 16-17), tests after Baarda 1968",
+          [](ConfigReader& config, std::uint64_t) -> std::unique_ptr<StudyPoint> {
+            const Scenario scenario = read_scenario(config);
+            try {
+              return std::make_unique<Estimate>(scenario);
+            } catch (const InputError& e) {  // what the readings as a whole do not tell: say which file, in which case
+              config.fail("readings", e.what());
+            }
+          }};
+}
+
+}  // namespace surveymc

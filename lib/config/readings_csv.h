@@ -1,0 +1,30 @@
+#pragma once
+#include "config/input_table.h"
+#include "survey/six_axis.h"
+
+namespace surveymc {
+
+/// What a file's accelerometers point along: gravity (down, a tool standing up reads +z), or the specific force that
+/// holds the tool against it (up). Both are in use.
+enum class AccelerometerSign { gravity, specific_force };
+
+struct ReadingsConventions {
+  AccelerometerSign accelerometers = AccelerometerSign::gravity;
+  double gravity = 9.80665;  ///< m/s2, of the reference
+  double total_field = 0;    ///< nT, of the reference
+};
+
+/// 1 mg = 1e-3 of standard gravity, m/s2.
+inline constexpr double kMilliG = 9.80665e-3;
+
+/// Fewest stations that six unknowns can come from: two residuals each.
+inline constexpr std::size_t kFewestStations = 3;
+
+/// Six-axis readings from a file with the columns `md_m` or `md_ft`; `gx, gy, gz` in `_mps2` or `_mg`; `bx, by, bz` in
+/// `_nT` or `_uT`, in any order, one unit for the three of a kind. Throws InputError "path:line: column = value: rule"
+/// on a missing or unknown column or unit, a measured depth that does not increase, fewer than kFewestStations
+/// stations, and readings that no tool reports whatever its errors: gravity beyond half to twice the reference, or a
+/// total field beyond a third to three times it (columns swapped, or another unit than the header says).
+SixAxisReadings readings_from_table(const InputTable& table, const ReadingsConventions& conventions);
+
+}  // namespace surveymc

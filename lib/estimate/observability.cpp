@@ -1,0 +1,60 @@
+#include "estimate/observability.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <fmt/ranges.h>
+#include <Eigen/SVD>
+
+namespace surveymc {
+
+Observability observability(const Eigen::Matrix<double, Eigen::Dynamic, 6>& jacobian) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Eigen::Matrix<double, Eigen::Dynamic, 6> scaled = jacobian;
+  for (int i = 0; i < 6; ++i) {
+    const double length = scaled.col(i).norm();
+    if (length > 0) scaled.col(i) /= length;
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  Observability o;
+  o.singular_values = svd.singularValues().reverse();  // Eigen's fall
+  o.directions = svd.matrixV().rowwise().reverse();
+  for (int j = 0; j < 6; ++j) {
+    // What rounding leaves of a zero is 1e-16 of the largest.
+    const bool zero = o.singular_values[j] < 1e-14 * o.singular_values[5];
+    o.condition_indices[j] = zero ? kInfinity : o.singular_values[5] / o.singular_values[j];
+    Eigen::Index largest = 0;
+    o.directions.col(j).cwiseAbs().maxCoeff(&largest);
+    if (o.directions(largest, j) < 0) o.directions.col(j) *= -1;
+  }
+  o.variance_inflation.setZero();
+  for (int j = 0; j < 6; ++j) {  // sum_j v_ij^2 / mu_j^2
+    const double mu = std::max(o.singular_values[j], 1e-14 * o.singular_values[5]);
+    o.variance_inflation += o.directions.col(j).cwiseAbs2() / (mu * mu);
+  }
+  return o;
+}
+
+const char* parameter_name(int parameter) {
+  static constexpr std::array<const char*, 6> kNames{"gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z"};
+  return kNames[static_cast<std::size_t>(parameter)];
+}
+
+std::string combination_name(const Eigen::Matrix<double, 6, 1>& direction) {
+  const double enough = 0.4 * direction.cwiseAbs().maxCoeff();
+  std::vector<const char*> with, against;
+  double first = 0;
+  for (int i = 0; i < 6; ++i) {
+    if (std::abs(direction[i]) < enough) continue;
+    if (first == 0) first = direction[i];
+    (direction[i] * first > 0 ? with : against).push_back(parameter_name(i));
+  }
+  std::string name = fmt::format("{}", fmt::join(with, " with "));
+  if (!against.empty()) name += fmt::format(" against {}", fmt::join(against, " with "));
+  return name;
+}
+
+}  // namespace surveymc

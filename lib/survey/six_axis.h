@@ -1,0 +1,17 @@
+#pragma once
+#include <vector>
+
+#include "survey/frames.h"
+
+namespace surveymc {
+
+/// What a tool reported in one run: six axes per station, in the tool frame. Measured depths increase.
+struct SixAxisReadings {
+  std::vector<double> md;                ///< m
+  std::vector<Vec3<double>> gravity_T;   ///< accelerometers, m/s2, pointing down (the sign of head of frames.h)
+  std::vector<Vec3<double>> magnetic_T;  ///< magnetometers, nT
+
+  int size() const { return static_cast<int>(md.size()); }
+};
+
+}  // namespace surveymc
