@@ -37,7 +37,8 @@ InputErrors input_errors(const NoiseModel& noise, const ToolSpread& spread, cons
           noise.reference_dip,
           noise.reference == ReferenceNoise::per_station,
           spread.gain,
-          spread.bias};
+          spread.bias,
+          spread.axial_bias};
 }
 
 MsaPrediction predict_msa(const Survey& survey, const ReferenceField& field, const MagnetometerErrors& errors,
@@ -102,8 +103,7 @@ MsaPrediction predict_msa(const Survey& survey, const ReferenceField& field, con
   }
   if (spread.any()) {
     Matrix6d by_tool = sensitive.by_truth.topRows<6>();
-    by_tool.leftCols<3>() *= spread.gain;
-    by_tool.rightCols<3>() *= spread.bias;
+    for (int i = 0; i < 6; ++i) by_tool.col(i) *= spread.sd(static_cast<std::size_t>(i));
     append_rows(p.weights.tool, stacked(by_tool, by_constant_error, Eigen::Matrix<double, 3, 6>::Zero()));
   }
   p.linear = noise_sum_moments(p.weights, noise.law);

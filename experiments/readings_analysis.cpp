@@ -195,7 +195,8 @@ ReadingsAnalysis analyse_readings(const SixAxisReadings& readings, const Referen
                           noise.reference_dip,
                           noise.reference == ReferenceNoise::per_station,
                           estimator.assumed.gain,
-                          estimator.assumed.bias};
+                          estimator.assumed.bias,
+                          estimator.assumed.axial_bias};
   const Sensitivity sensitive = sensitivity(estimator, {corrected, {x[0], x[1], x[2]}, {x[3], x[4], x[5]}, field});
   const Matrix8d covariance = error_covariance(sensitive, corrected, input);
   a.covariance = covariance.topLeftCorner<6, 6>();

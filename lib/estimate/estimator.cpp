@@ -35,13 +35,15 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& o, const Refer
   require(o.step_tolerance > 0, "estimator.step_tolerance = {}: must be > 0", o.step_tolerance);
   require(field.total > 0, "field.total_nT = {}: must be > 0", field.total);
   const bool nlopt = o.solver.starts_with("nlopt_");
+  const bool all = std::find(o.estimated.begin(), o.estimated.end(), false) == o.estimated.end();
   if (o.name == "wls") {
     require(!nlopt, "estimator.solver = \"{}\": wls is linear, it is solved in closed form", o.solver);
+    require(all, "estimator.estimated: wls estimates all six parameters");
     return make_wls(o.assumed, truth);
   }
   const NewtonOptions newton{o.max_iterations, o.step_tolerance};
-  if (o.name == "msa" && !nlopt) return make_msa(newton, field, truth, expected);
-  const FieldFitModel model = field_fit_model_of(o, field);
+  if (o.name == "msa" && !nlopt && all) return make_msa(newton, field, truth, expected);
+  const FieldFitModel model = field_fit_model(o, field);
   if (nlopt) return make_field_fit_nlopt(o.name, o.solver.substr(6), model, newton);
   return make_field_fit(o.name, model, newton);
 }

@@ -1,5 +1,6 @@
 #pragma once
 /// A way of getting sensor errors out of a survey: one interface for all estimators.
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -53,6 +54,9 @@ struct EstimatorOptions {
   int max_iterations = 200;
   double step_tolerance = 1e-9;  ///< see NewtonOptions
   InputErrors assumed;           ///< not used by msa
+  /// Which of gain x, y, z and bias x, y, z are unknowns. The others are taken as 1 and 0, whatever they are; their
+  /// errors go into the estimates. Of wls all are.
+  std::array<bool, 6> estimated{true, true, true, true, true, true};
 };
 
 /// Names that make_estimator knows, for messages and checks.

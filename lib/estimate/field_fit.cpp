@@ -26,37 +26,30 @@ Matrix2d field_covariance(const InputErrors& a, const ReferenceField& field, boo
   return r;
 }
 
-FieldFitModel field_fit_model(ReferenceTreatment treatment, const InputErrors& a, const ReferenceField& field) {
-  require(a.magnetometer > 0, "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",
-          a.magnetometer);
-  const bool in_weights =
-      treatment == ReferenceTreatment::weighted || (treatment == ReferenceTreatment::joint && a.reference_per_station);
-  const double s2 = a.magnetometer * a.magnetometer;
-  const Matrix2d w = s2 * field_covariance(a, field, in_weights).inverse();
+FieldFitModel field_fit_model(const EstimatorOptions& o, const ReferenceField& field) {
   FieldFitModel m;
   m.total = field.total;
+  m.estimated = o.estimated;
+  if (o.name == "msa") return m;
+  const InputErrors& a = o.assumed;
+  require(a.magnetometer > 0, "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",
+          a.magnetometer);
+  m.joint = o.name == "msa_joint";
+  // R has the reference's errors as if drawn anew at every station: for a joint estimate where they are.
+  const bool in_weights = o.name == "msa_weighted" || (m.joint && a.reference_per_station);
+  const double s2 = a.magnetometer * a.magnetometer;
+  const Matrix2d w = s2 * field_covariance(a, field, in_weights).inverse();
   m.w_hh = w(0, 0);
   m.w_hv = w(0, 1);
   m.w_vv = w(1, 1);
-  m.joint = treatment == ReferenceTreatment::joint;
   if (m.joint && !in_weights) {
     m.total_sd = a.total / field.total;
     m.dip_sd = a.dip;
   }
   m.unit_weight = s2 / (field.total * field.total);
   if (a.gain > 0) m.gain_prior = m.unit_weight / (a.gain * a.gain);
-  if (a.bias > 0) m.bias_prior = s2 / (a.bias * a.bias);
-  return m;
-}
-
-FieldFitModel field_fit_model_of(const EstimatorOptions& o, const ReferenceField& field) {
-  if (o.name != "msa")
-    return field_fit_model(o.name == "msa_weighted" ? ReferenceTreatment::weighted
-                           : o.name == "msa_joint"  ? ReferenceTreatment::joint
-                                                    : ReferenceTreatment::exact,
-                           o.assumed, field);
-  FieldFitModel m;
-  m.total = field.total;
+  for (int axis = 0; axis < 3; ++axis)
+    if (const double sd = a.bias_sd(axis); sd > 0) m.bias_prior[static_cast<std::size_t>(axis)] = s2 / (sd * sd);
   return m;
 }
 

@@ -23,19 +23,14 @@ namespace surveymc {
 
 /// All in units of the total field, so that the unknowns p, q / total, z and their columns are of order one.
 struct FieldFitModel {
-  double total = 1;                       ///< nT
-  double w_hh = 1, w_hv = 0, w_vv = 1;    ///< W, symmetric
-  bool joint = false;                     ///< z are unknowns
-  double total_sd = 0, dip_sd = 0;        ///< of the reference: in units of the total field, rad
-  double unit_weight = 0;                 ///< (s0 / total)^2
-  double gain_prior = 0, bias_prior = 0;  ///< weights (s0 / total)^2 / sd^2 of p - 1 and q / total; 0: no prior
-};
-
-/// Which of the inputs' errors are in R, and which are unknowns.
-enum class ReferenceTreatment {
-  exact,     ///< R is that of the sensors only
-  weighted,  ///< R has the reference's errors too, as if drawn anew at every station
-  joint,     ///< as exact, and (B, dip) are unknowns with priors; where assumed per station: as weighted
+  double total = 1;                     ///< nT
+  double w_hh = 1, w_hv = 0, w_vv = 1;  ///< W, symmetric
+  bool joint = false;                   ///< z are unknowns
+  double total_sd = 0, dip_sd = 0;      ///< of the reference: in units of the total field, rad
+  double unit_weight = 0;               ///< (s0 / total)^2
+  double gain_prior = 0;                ///< weight (s0 / total)^2 / sd^2 of p - 1; 0: no prior
+  std::array<double, 3> bias_prior{};   ///< the same of q / total, per axis
+  std::array<bool, 6> estimated{true, true, true, true, true, true};  ///< of p, q; others stay at p = 1, q = 0
 };
 
 /// Covariance of (Bh, Bv) at a station (nT^2), for unit gains: magnetometer noise s^2 1, a tilt of the down direction
@@ -43,8 +38,11 @@ enum class ReferenceTreatment {
 /// tool enters.
 Eigen::Matrix2d field_covariance(const InputErrors& assumed, const ReferenceField& field, bool with_reference);
 
-/// Throws InputError unless assumed.magnetometer > 0 (weights are relative to it).
-FieldFitModel field_fit_model(ReferenceTreatment treatment, const InputErrors& assumed, const ReferenceField& field);
+struct EstimatorOptions;  // of estimator.h, which no kernel includes
+
+/// What the estimator of this name (estimator.h; not wls) minimises. Throws InputError unless, for all but msa,
+/// assumed.magnetometer > 0 (weights are relative to it).
+FieldFitModel field_fit_model(const EstimatorOptions& options, const ReferenceField& field);
 
 /// Residuals of one station before weighting, in units of the total field; m, bh_ref, bv_ref in the same unit.
 /// T: double or Dual.

@@ -8,9 +8,6 @@
 
 namespace surveymc {
 
-/// The model behind a named estimator: msa, msa_weighted, msa_joint, wls_consider. Throws as field_fit_model().
-FieldFitModel field_fit_model_of(const EstimatorOptions& options, const ReferenceField& field);
-
 /// The minimum of field_fit.h on lanes of trials.
 std::unique_ptr<Estimator> make_field_fit(const std::string& name, const FieldFitModel& model,
                                           const NewtonOptions& options);

@@ -126,12 +126,18 @@ NormalEquations<T, N> field_fit_equations(const FieldFitModel& model, const Fiel
   };
   for (std::size_t i = 0; i < 3; ++i) {
     add_prior(i, x[i] - T(1.0), model.gain_prior);
-    add_prior(3 + i, x[3 + i], model.bias_prior);
+    add_prior(3 + i, x[3 + i], model.bias_prior[i]);
   }
   if constexpr (joint) {
     add_prior(6, x[6], model.unit_weight);
     add_prior(7, x[7], model.unit_weight);
   }
+  for (std::size_t i = 0; i < 6; ++i)  // what is not estimated has a step of zero and pulls at nothing
+    if (!model.estimated[i]) {
+      out.gradient[i] = T(0.0);
+      if constexpr (WithMatrix)
+        for (std::size_t j = 0; j < N; ++j) out.matrix[i > j ? packed(i, j) : packed(j, i)] = T(i == j ? 1.0 : 0.0);
+    }
   return out;
 }
 

@@ -43,7 +43,7 @@ struct Problem {
     }
     for (std::size_t i = 0; i < 3; ++i) {
       visit(T(std::sqrt(model.gain_prior)) * (v[i] - T(1.0)));
-      visit(T(std::sqrt(model.bias_prior)) * v[3 + i]);
+      visit(T(std::sqrt(model.bias_prior[i])) * v[3 + i]);
     }
     if (model.joint)
       for (std::size_t l = 6; l < 8; ++l) visit(T(std::sqrt(model.unit_weight)) * v[l]);
@@ -71,14 +71,30 @@ struct Problem {
       *gradient += 2 * e.a * j;
       if (normal) *normal += j * j.transpose();
     });
+    for (Eigen::Index i = 0; i < 6; ++i)
+      if (!model.estimated[static_cast<std::size_t>(i)]) {
+        (*gradient)[i] = 0;
+        if (normal) {
+          normal->row(i).setZero();
+          normal->col(i).setZero();
+        }
+      }
     return sum;
+  }
+
+  /// The unknowns that NLopt's z stands for; what is not estimated stays where it is.
+  Vector at(const std::vector<double>& z) const {
+    Vector x = start + scale * Eigen::Map<const Vector>(z.data(), size());
+    for (Eigen::Index i = 0; i < 6; ++i)
+      if (!model.estimated[static_cast<std::size_t>(i)]) x[i] = start[i];
+    return x;
   }
 };
 
 double objective(const std::vector<double>& z, std::vector<double>& gradient, void* data) {
   Problem& p = *static_cast<Problem*>(data);
   ++p.evaluations;
-  const Vector x = p.start + p.scale * Eigen::Map<const Vector>(z.data(), p.size());
+  const Vector x = p.at(z);
   if (gradient.empty()) return p.cost(x, nullptr, nullptr);
   Vector g;
   const double value = p.cost(x, &g, nullptr);
@@ -143,7 +159,7 @@ class FieldFitNlopt final : public Estimator {
       } catch (const std::runtime_error&) {
         break;
       }
-      const Vector next = p.start + p.scale * Eigen::Map<const Vector>(z.data(), p.size());
+      const Vector next = p.at(z);
       const double moved = (next - x).cwiseAbs().maxCoeff();
       x = next;
       converged = std::isfinite(moved) && moved <= std::max(options_.step_tolerance, 1e-9);

@@ -1,4 +1,6 @@
 #pragma once
+#include <cmath>
+
 namespace surveymc {
 
 /// Sizes of the errors of an estimator's inputs, one standard deviation each: what they are, for a prediction, or what
@@ -11,6 +13,9 @@ struct InputErrors {
   bool reference_per_station = false;  ///< drawn anew at every station; else one error for the whole run
   double gain = 0;                     ///< of the true gains; as prior, about 1; 0: no prior
   double bias = 0;                     ///< nT, of the true biases; as prior, about 0; 0: no prior
+  double axial_bias = 0;               ///< nT, bias z has this too: interference of the drill string
+
+  double bias_sd(int axis) const { return axis == 2 ? std::hypot(bias, axial_bias) : bias; }
 };
 
 }  // namespace surveymc

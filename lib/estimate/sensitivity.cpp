@@ -1,5 +1,7 @@
 #include "estimate/sensitivity.h"
 
+#include <algorithm>
+
 #include <Eigen/Dense>
 
 #include "base/error.h"
@@ -15,16 +17,18 @@ using Eigen::Vector3d;
 
 namespace {
 
-void check_condition(const Eigen::MatrixXd& normal) {
+/// Below 1e-13 of the largest, rounding in J'J alone makes an eigenvalue: the geometry says nothing there.
+constexpr double kSingular = 1e13;
+
+/// `visible`: an eigenvalue as large as a parameter's is that the stations see well. Without it a single unknown that
+/// they hardly see would pass as well conditioned.
+double condition_of(const Eigen::MatrixXd& normal, double visible) {
+  if (normal.size() == 0) return 1;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normal);
-  // Below 1e-13 of the largest, rounding in J'J alone makes an eigenvalue: the geometry says nothing there.
-  require(eigen.eigenvalues().minCoeff() > 1e-13 * eigen.eigenvalues().maxCoeff(),
-          "the stations cannot determine three gains and three biases (condition of J'J {:.1e}): MSA needs "
-          "stations of different attitude and toolface",
-          eigen.eigenvalues().maxCoeff() / std::max(eigen.eigenvalues().minCoeff(), 1e-300));
+  return std::max(eigen.eigenvalues().maxCoeff(), visible) / std::max(eigen.eigenvalues().minCoeff(), 1e-300);
 }
 
-/// Unknowns: gain, bias / total, z (field_fit.h); fields in units of `total`.
+/// Unknowns: gain, bias / total, z (field_fit.h); fields in units of `total`. Without derivatives where singular.
 Sensitivity field_fit_sensitivity(const FieldFitModel& model, const NominalTruth& truth) {
   const std::size_t n = truth.stations.size();
   const double total = truth.field.total;
@@ -51,23 +55,37 @@ Sensitivity field_fit_sensitivity(const FieldFitModel& model, const NominalTruth
   Vector6d weight, pq;
   for (int i = 0; i < 3; ++i) {
     weight[i] = model.gain_prior;
-    weight[3 + i] = model.bias_prior;
+    weight[3 + i] = model.bias_prior[static_cast<std::size_t>(i)];
     pq[i] = per_gain[i] - 1;
     pq[3 + i] = bias[i] * per_gain[i];
   }
-  const Matrix6d prior = dpq.transpose() * weight.asDiagonal() * dpq;
+  std::vector<int> unknown, held;
+  for (int i = 0; i < 6; ++i) (model.estimated[static_cast<std::size_t>(i)] ? unknown : held).push_back(i);
+  weight(held).setZero();
+  Matrix6d prior = dpq.transpose() * weight.asDiagonal() * dpq;
+  prior(Eigen::all, held).setZero();
+  const Matrix8d by_readings = normal;
   normal.topLeftCorner<6, 6>() += prior;
-  check_condition(normal.topLeftCorner<6, 6>());
-  if (model.joint)
+  Sensitivity s;
+  // A bias's column has the length 1 at a station whose tool axis lies in the plane of gravity and field.
+  s.condition = condition_of(normal(unknown, unknown), static_cast<double>(n) * std::max(model.w_hh, model.w_vv));
+  if (!(s.condition < kSingular)) return s;
+  if (model.joint) {
     normal.bottomRightCorner<2, 2>() += model.unit_weight * Matrix2d::Identity();
-  else
-    normal.bottomRightCorner<2, 2>().setIdentity();  // z is no unknown: its columns are zero
+    unknown.insert(unknown.end(), {6, 7});
+  }
 
   Vector8d unit = Vector8d::Ones();
   unit.segment<3>(3).setConstant(total);
   unit.tail<2>() = z_unit;
-  const Matrix8d inverse = unit.asDiagonal() * Matrix8d(normal.ldlt().solve(Matrix8d::Identity()));
-  Sensitivity s;
+  Matrix8d inverse = Matrix8d::Zero();  // of the unknowns; what is held does not move
+  if (!unknown.empty()) {
+    const Eigen::MatrixXd of_unknown = normal(unknown, unknown);
+    const Eigen::MatrixXd inverse_of_unknown =
+        of_unknown.ldlt().solve(Eigen::MatrixXd::Identity(of_unknown.rows(), of_unknown.cols()));
+    inverse(unknown, unknown) = inverse_of_unknown;
+  }
+  inverse = unit.asDiagonal() * inverse;
   for (std::size_t k = 0; k < n; ++k) {
     const Matrix82d pull = inverse * jacobian[k].transpose() * w / total;
     s.by_magnetometer.push_back(-pull * misfits[k].by_magnetometer);
@@ -78,8 +96,14 @@ Sensitivity field_fit_sensitivity(const FieldFitModel& model, const NominalTruth
     s.by_reference.push_back(by_reference);
   }
   s.by_truth = -inverse.leftCols<6>() * prior;
+  // Held at 1 and 0, a parameter's deviation is in the readings: the unknowns take up what looks like them.
+  for (const int h : held) s.by_truth.col(h) = inverse * by_readings.col(h);
   s.by_truth.rightCols<3>() /= total;
   s.shift = -inverse.leftCols<6>() * dpq.transpose() * weight.cwiseProduct(pq);
+  for (const int h : held) {
+    s.by_truth(h, h) = -1;
+    s.shift += s.by_truth.col(h) * (h < 3 ? gain[h] - 1 : bias[h - 3] * total);
+  }
   return s;
 }
 
@@ -89,8 +113,6 @@ Sensitivity wls_sensitivity(const InputErrors& assumed, const NominalTruth& trut
           "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",
           assumed.magnetometer);
   const double r = 1 / (assumed.magnetometer * assumed.magnetometer), total = truth.field.total;
-  const Vector2d prior(assumed.gain > 0 ? 1 / (assumed.gain * assumed.gain) : 0,
-                       assumed.bias > 0 ? total * total / (assumed.bias * assumed.bias) : 0);
   const std::size_t n = truth.stations.size();
   const Vector2d unit(1, total);
   Sensitivity s;
@@ -99,10 +121,14 @@ Sensitivity wls_sensitivity(const InputErrors& assumed, const NominalTruth& trut
   s.by_reference.assign(n, Matrix82d::Zero());
   if (n > 0) s.by_reference[0].bottomRows<2>().setIdentity();
   for (int axis = 0; axis < 3; ++axis) {
+    const double bias_sd = assumed.bias_sd(axis);
+    const Vector2d prior(assumed.gain > 0 ? 1 / (assumed.gain * assumed.gain) : 0,
+                         bias_sd > 0 ? total * total / (bias_sd * bias_sd) : 0);
     Matrix2d normal = prior.asDiagonal();
     const auto column = [&](std::size_t k) { return Vector2d(to_eigen(truth.stations[k].field_T)[axis], total); };
     for (std::size_t k = 0; k < n; ++k) normal += r * column(k) * column(k).transpose();
-    check_condition(normal);
+    s.condition = std::max(s.condition, condition_of(normal, 0));
+    if (!(s.condition < kSingular)) return s;
     const Matrix2d inverse = unit.asDiagonal() * Matrix2d(normal.inverse());
     for (std::size_t k = 0; k < n; ++k) {
       const Vector2d gain = inverse * column(k) * r;
@@ -120,17 +146,35 @@ Sensitivity wls_sensitivity(const InputErrors& assumed, const NominalTruth& trut
   return s;
 }
 
+Sensitivity linearise(const EstimatorOptions& options, const NominalTruth& truth) {
+  const auto estimated = std::count(options.estimated.begin(), options.estimated.end(), true);
+  require(options.name != "wls" || estimated == 6, "estimator.estimated: wls estimates all six parameters");
+  if (options.name == "wls") return wls_sensitivity(options.assumed, truth);
+  return field_fit_sensitivity(field_fit_model(options, truth.field), truth);
+}
+
 }  // namespace
 
 Sensitivity sensitivity(const EstimatorOptions& options, const NominalTruth& truth) {
-  if (options.name == "wls") return wls_sensitivity(options.assumed, truth);
-  return field_fit_sensitivity(field_fit_model_of(options, truth.field), truth);
+  Sensitivity s = linearise(options, truth);
+  const bool all = std::find(options.estimated.begin(), options.estimated.end(), false) == options.estimated.end();
+  require(s.condition < kSingular,
+          "the stations cannot determine {} (condition of J'J {:.1e}): MSA needs stations of different attitude and "
+          "toolface",
+          all ? "three gains and three biases" : "the gains and biases to be estimated", s.condition);
+  return s;
+}
+
+std::optional<Sensitivity> find_sensitivity(const EstimatorOptions& options, const NominalTruth& truth) {
+  std::optional<Sensitivity> s = linearise(options, truth);
+  if (!(s->condition < kSingular)) s.reset();
+  return s;
 }
 
 Matrix8d error_covariance(const Sensitivity& s, const std::vector<StationFields>& stations, const InputErrors& errors) {
   Vector6d truth_sd;
   truth_sd.head<3>().setConstant(errors.gain);
-  truth_sd.tail<3>().setConstant(errors.bias);
+  for (int axis = 0; axis < 3; ++axis) truth_sd[3 + axis] = errors.bias_sd(axis);
   const Matrix86d t = s.by_truth * truth_sd.asDiagonal();
   Matrix8d c = t * t.transpose();
   const Vector2d reference_sd(errors.total, errors.dip);

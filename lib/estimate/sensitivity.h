@@ -2,6 +2,7 @@
 /// First-order effect of every input of an estimator on its error: the analytic prediction that Monte Carlo is held
 /// against, and the covariance that an estimator claims.
 #include <array>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -29,8 +30,13 @@ struct Sensitivity {
   std::vector<Matrix83d> by_magnetometer;  ///< per nT of a magnetometer reading (tool axes)
   std::vector<Matrix83d> by_down;          ///< per unit of the down direction (any direction; project it yourself)
   std::vector<Matrix82d> by_reference;     ///< per nT of total field, per rad of dip, given to the estimator
-  Matrix86d by_truth = Matrix86d::Zero();  ///< per unit of a true parameter away from its nominal: what priors pull
-  Vector8d shift = Vector8d::Zero();       ///< error of noise-free readings at the nominal parameters: the same
+  /// Per unit of a true parameter away from its nominal: what priors pull; of one that is not estimated, its own error
+  /// (-1) and what it puts into the estimates.
+  Matrix86d by_truth = Matrix86d::Zero();
+  Vector8d shift = Vector8d::Zero();  ///< error of noise-free readings at the nominal parameters: the same
+  /// Of the unknown parameters' normal matrix, gains in 1, biases in total fields: its largest eigenvalue, or that of a
+  /// bias in plain sight of all stations if this is more, over the smallest.
+  double condition = 1;
 };
 
 /// Nominal truth at which an estimator is linearised.
@@ -40,9 +46,13 @@ struct NominalTruth {
   ReferenceField field;                                ///< total (nT) and dip (rad) are used
 };
 
-/// Throws InputError when the stations (and priors) cannot determine the six parameters: normal matrix numerically
-/// singular. Options as for make_estimator.
+/// Throws InputError when the stations (and priors) cannot determine the unknown parameters: normal matrix numerically
+/// singular. Options as for make_estimator. A parameter that is not estimated counts to first order in how far its
+/// nominal truth is from 1 or 0.
 Sensitivity sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
+
+/// The same, but nothing where sensitivity() throws because the stations determine too little.
+std::optional<Sensitivity> find_sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
 
 /// Covariance of the error, rows as in Sensitivity: the sum of what every input contributes. Magnetometer noise and
 /// tilts of the down direction are independent per station; the reference is drawn once (a consider parameter) or per

@@ -30,7 +30,8 @@ class Wls final : public Estimator {
     b.groups = in.groups();
     b.sd = assumed_.magnetometer;
     b.gain_weight = assumed_.gain > 0 ? 1 / (assumed_.gain * assumed_.gain) : 0;
-    b.bias_weight = assumed_.bias > 0 ? 1 / (assumed_.bias * assumed_.bias) : 0;
+    for (int axis = 0; axis < 3; ++axis)
+      if (const double sd = assumed_.bias_sd(axis); sd > 0) b.bias_weight[axis] = 1 / (sd * sd);
     b.total = total_;
     b.parameters = out.parameters.row(0, 0);
     b.claimed_variance = out.claimed_variance.row(0, 0);

@@ -14,8 +14,8 @@ void solve_lanes(const WlsBatch& b, std::size_t group, std::size_t lane) {
   auto sound = T(0.0) < T(1.0);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     // Normal equations in units of the assumed variance, biases in units of the total field.
-    T ss(b.gain_weight * b.sd * b.sd), sb(0.0), bb(b.bias_weight * b.sd * b.sd * b.total * b.total), sy(0.0), by(0.0),
-        yy(0.0);
+    T ss(b.gain_weight * b.sd * b.sd), sb(0.0), bb(b.bias_weight[axis] * b.sd * b.sd * b.total * b.total), sy(0.0),
+        by(0.0), yy(0.0);
     for (int k = 0; k < b.stations; ++k) {
       const std::size_t r = 3 * static_cast<std::size_t>(k) + axis;
       T w(1.0);

@@ -11,7 +11,7 @@ struct WlsBatch {
   const double *truth, *magnetic, *assumed_sd;  ///< assumed_sd null: `sd` everywhere
   std::size_t magnetic_stride, assumed_stride;
   int stations, groups;
-  double sd, gain_weight, bias_weight,
+  double sd, gain_weight, bias_weight[3],
       total;  ///< weights 1 / sd^2 of the priors, 0 for none; total scales the unknowns
   double *parameters, *claimed_variance, *cost, *iterations, *converged;
   std::size_t parameters_stride, scalar_stride;

@@ -11,20 +11,21 @@ void spread_tools(const CleanReadings& clean, const ToolSpread& spread, bool ant
                   std::uint64_t first_trial, ReadingBlock& readings, LaneArray& deviation, const NoiseWeights* weights,
                   LaneArray* sums) {
   assert(first_trial % kGroup == 0);
-  const ToolSpreadBatch batch{&clean.field_T.front().x,
-                              readings.magnetic.row(0, 0),
-                              deviation.row(0, 0),
-                              weights ? sums->row(0, 0) : nullptr,
-                              weights ? weights->tool.data() : nullptr,
-                              readings.magnetic.group_stride(),
-                              deviation.group_stride(),
-                              weights ? sums->group_stride() : 0,
-                              readings.stations,
-                              readings.groups(),
-                              first_trial,
-                              spread,
-                              antithetic,
-                              stream};
+  ToolSpreadBatch batch{&clean.field_T.front().x,
+                        readings.magnetic.row(0, 0),
+                        deviation.row(0, 0),
+                        weights ? sums->row(0, 0) : nullptr,
+                        weights ? weights->tool.data() : nullptr,
+                        readings.magnetic.group_stride(),
+                        deviation.group_stride(),
+                        weights ? sums->group_stride() : 0,
+                        readings.stations,
+                        readings.groups(),
+                        first_trial,
+                        {},
+                        antithetic,
+                        stream};
+  for (std::size_t i = 0; i < 6; ++i) batch.sd[i] = spread.sd(i);
   if (instruction_set() == InstructionSet::v4)
     isa_v4::spread_tools(batch);
   else

@@ -1,5 +1,6 @@
 #pragma once
 /// What differs from run to run beside the noise of readings and reference.
+#include <cmath>
 #include <cstdint>
 
 #include "random/stream.h"
@@ -11,9 +12,14 @@ namespace surveymc {
 /// Every run has a tool of its own: true gains and biases are Gaussian about the nominal ones, one standard deviation
 /// per axis.
 struct ToolSpread {
-  double gain = 0;  ///< 1
-  double bias = 0;  ///< nT
-  bool any() const { return gain > 0 || bias > 0; }
+  double gain = 0;        ///< 1
+  double bias = 0;        ///< nT
+  double axial_bias = 0;  ///< nT, bias z has this too: interference of the drill string
+  bool any() const { return gain > 0 || bias > 0 || axial_bias > 0; }
+  /// Of gain x, y, z (1), bias x, y, z (nT).
+  double sd(std::size_t parameter) const {
+    return parameter < 3 ? gain : parameter < 5 ? bias : std::hypot(bias, axial_bias);
+  }
 };
 
 /// Adds d gain_i b_i + d bias_i of every trial to the readings of simulate_readings, and writes the deviations (rows:

@@ -15,7 +15,7 @@ void spread_tools(const ToolSpreadBatch& b) {
       std::array<T, 6> draw{first[0], first[1], first[2], first[3], second[0], second[1]}, d;
       for (T& x : draw) x = signed_draw(x, from);
       for (std::size_t i = 0; i < 6; ++i) {
-        d[i] = T(i < 3 ? b.spread.gain : b.spread.bias) * draw[i];
+        d[i] = T(b.sd[i]) * draw[i];
         store(b.deviation + group * b.deviation_stride + i * kGroup + lane, d[i]);
       }
       double* magnetic = b.magnetic + group * b.magnetic_stride + lane;

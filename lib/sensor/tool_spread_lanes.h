@@ -15,7 +15,7 @@ struct ToolSpreadBatch {
   std::size_t magnetic_stride, deviation_stride, sums_stride;
   int stations, groups;
   std::uint64_t first_trial;
-  ToolSpread spread;
+  double sd[6];  ///< of gain x, y, z (1), bias x, y, z (nT)
   bool antithetic;
   Stream stream;
 };

@@ -75,7 +75,8 @@ NoiseModel read_noise(ConfigReader& c) {
 
 ToolSpread read_tool_spread(ConfigReader& c) {
   return {c.number("sensor.spread.gain", Range::closed(0, 0.3), 0),
-          c.number("sensor.spread.bias_nT", Range::closed(0, 1e5), 0)};
+          c.number("sensor.spread.bias_nT", Range::closed(0, 1e5), 0),
+          c.number("sensor.spread.axial_bias_nT", Range::closed(0, 1e5), 0)};
 }
 
 EstimatorOptions read_estimator(ConfigReader& c, const InputErrors& truth, const ReferenceField& field) {
@@ -97,6 +98,7 @@ EstimatorOptions read_estimator(ConfigReader& c, const InputErrors& truth, const
   o.assumed.dip = c.number("estimator.reference.dip_deg", Range::closed(0, 45), truth.dip / kDegree) * kDegree;
   o.assumed.gain = c.number("estimator.prior.gain", Range::closed(0, 10), truth.gain);
   o.assumed.bias = c.number("estimator.prior.bias_nT", Range::closed(0, 1e6), truth.bias);
+  o.assumed.axial_bias = c.number("estimator.prior.axial_bias_nT", Range::closed(0, 1e6), truth.axial_bias);
   return o;
 }
 

@@ -29,12 +29,13 @@ MagnetometerErrors read_magnetometer_errors(ConfigReader& config);
 /// `scale` multiplies every size, so that a sweep over it tells first-order from higher-order effects.
 NoiseModel read_noise(ConfigReader& config);
 
-/// `[sensor.spread] gain (0), bias_nT (0)`: true errors drawn for every run about the nominal ones.
+/// `[sensor.spread] gain (0), bias_nT (0), axial_bias_nT (0)`: true errors drawn for every run about the nominal ones;
+/// axial_bias_nT adds to the bias of z only.
 ToolSpread read_tool_spread(ConfigReader& config);
 
 /// `estimator = "msa"` or `[estimator] name, solver, max_iterations, step_tolerance`, and what all but msa assume, by
 /// default what is true of the simulation (`noise`, and `spread` for the priors): magnetometer_nT, accelerometer_mps2,
-/// `reference = { total_nT, dip_deg }`, `prior = { gain, bias_nT }` (0: no prior). One sd each.
+/// `reference = { total_nT, dip_deg }`, `prior = { gain, bias_nT, axial_bias_nT }` (0: no prior). One sd each.
 EstimatorOptions read_estimator(ConfigReader& config, const InputErrors& truth, const ReferenceField& field);
 
 /// `estimator.magnetometer_drawn` ("constant"), of wls only: whether what it assumes of a reading is drawn anew in each

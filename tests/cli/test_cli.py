@@ -177,6 +177,7 @@ class Basics(Case):
     def test_list_names_the_experiments(self):
         out = self.call("list").stdout
         self.assertRegex(out, r"(?m)^msa_position\s+\S+")
+        self.assertRegex(out, r"(?m)^msa_benefit\s+\S+")
 
     def test_help_and_version(self):
         for command in ["list", "check", "run", "show", "rerun"]:
@@ -196,7 +197,7 @@ class Basics(Case):
         self.assertEqual(config["noise"]["law"], "gaussian")
         self.assertEqual(config["noise"]["reference"]["per"], "none")
         self.assertEqual(config["sensor"], {"gain": [1.0, 1.0, 1.0], "bias_nT": [0.0, 0.0, 0.0],
-                                            "spread": {"gain": 0.0, "bias_nT": 0.0}})
+                                            "spread": {"gain": 0.0, "bias_nT": 0.0, "axial_bias_nT": 0.0}})
         self.assertEqual(config["estimator"]["name"], "msa")
         self.assertEqual(config["survey"]["azimuth_reference"], "true")
         self.assertRegex(out, r"(?m)^# 1 sweep point, 600 trials in all\b")
@@ -709,6 +710,88 @@ class BadConfigs(Case):
             with self.subTest(config=name):
                 self.refuse(name, rf"^error: {re.escape(name)}\b")
         self.refuse("", "cannot be read")
+
+
+BENEFIT = """\
+experiment = "msa_benefit"
+seed = 1
+inclination_deg = [0.0, 60.0, 90.0]
+azimuth_deg = { from = 0.0, to = 90.0, step = 45.0 }
+estimator = { name = "msa", estimated = ["bias_x", "bias_y", "bias_z"] }
+well = { kind = "straight", stations = 10 }
+[field]
+total_nT = 51000.0
+dip_deg = 72.0
+[sensor.spread]
+gain = 0.0016
+bias_nT = 70.0
+[noise]
+magnetometer_nT = 30.0
+reference = { per = "run", total_nT = 130.0, dip_deg = 0.2 }
+"""
+VERIFY = "[[verify]]\ninclination_deg = 60.0\nazimuth_deg = 0.0\n"
+
+
+class Benefit(Case):
+    def setUp(self):
+        super().setUp()
+        self.write("benefit.toml", BENEFIT)
+
+    def test_maps_without_trials(self):
+        path = self.run_config(config="benefit.toml")
+        with h5py.File(path) as f:
+            ratio = f["maps/azimuth_ratio"][()]
+            self.assertEqual(ratio.shape, (3, 3))
+            np.testing.assert_array_equal(f["maps/inclination"][()], [0, 60, 90])
+            np.testing.assert_array_equal(f["maps/azimuth"][()], [0, 45, 90])
+            np.testing.assert_array_equal(
+                ratio, f["maps/azimuth_sd_after_deg"][()] / f["maps/azimuth_sd_before_deg"][()])
+            self.assertTrue(np.isinf(ratio[2, 2]) and np.isinf(f["maps/condition"][2, 2]))  # horizontal, east
+            self.assertEqual(np.isinf(ratio).sum(), 1)
+            self.assertFalse(np.isnan(ratio).any() or np.isnan(f["maps/lateral_ratio"][()]).any())
+            self.assertLess(ratio[1, 0], 1)
+            self.assertGreater(ratio[2, 1], 1)
+            self.assertEqual(f.attrs["trials"], 0)
+            self.assertNotIn("verification", f["tables"])
+        np.testing.assert_array_equal(column(path, "tables/summary", "undetermined"), [1, 1])
+        self.call("rerun", path)
+
+    def test_sweep_adds_a_dimension(self):
+        path = self.run_config("--set", "sweep.well.stations=[5, 10]", config="benefit.toml")
+        with h5py.File(path) as f:
+            self.assertEqual(f["maps/azimuth_ratio"].shape, (2, 3, 3))
+        np.testing.assert_array_equal(column(path, "tables/summary", "well.stations"), [5, 5, 10, 10])
+
+    def test_verification_and_replay(self):
+        self.write("verify.toml", "trials = 2000\n" + BENEFIT + VERIFY)
+        path = self.run_config("--threads", 1, config="verify.toml", output="a.h5")
+        self.assertEqual(contents(path), contents(self.run_config("--threads", 3, config="verify.toml", output="b.h5")))
+        ratio = column(path, "tables/verification", "ratio")
+        self.assertEqual(len(ratio), 4)
+        np.testing.assert_allclose(ratio, 1, atol=4.5 / np.sqrt(2 * 2000) + .02)  # standard errors; second order
+        self.assertRegex(self.call("run", "verify.toml", "--trial", 3).stdout, "azimuth error .*before")
+
+    def test_refusals(self):
+        verify = BENEFIT + VERIFY
+        for text, says in [
+            (BENEFIT.replace('"straight"', '"curved"'), "well.kind"),
+            (BENEFIT.replace("stations = 10", "stations = 1"), "well.stations = 1"),
+            (BENEFIT.replace("[0.0, 60.0, 90.0]", "[0.0, 190.0]"), "inclination_deg.*190"),
+            (BENEFIT.replace("bias_z", "bias_w"), 'estimator.estimated.*"bias_w" is none of'),
+            (BENEFIT.replace('"bias_z"', '"bias_x"'), "twice"),
+            (BENEFIT.replace('name = "msa"', 'name = "wls"'), "estimator.name"),
+            (BENEFIT.replace("magnetometer_nT = 30.0", 'magnetometer_nT = 30.0\nlaw = "uniform_half_open"'), "noise.law"),
+            ("trials = 10\n" + BENEFIT, "trials = 10: without"),
+            (verify, "trials"),
+            ("trials = 10\n" + verify.replace("60.0\nazimuth_deg = 0.0", "90.0\nazimuth_deg = 90.0"), "do not determine"),
+            ("trials = 10\n" + verify.replace("60.0\nazimuth_deg = 0.0", "0.5\nazimuth_deg = 90.0"), r"\[1, 179\]"),
+            (BENEFIT.replace('kind = "straight"', 'kind = "building", spacing_m = 900.0, build_rate_deg_per_30m = 6.0'),
+             "well.build_rate_deg_per_30m"),
+            (BENEFIT + "[survey]\nfile = 'x.csv'\n", "survey"),
+        ]:
+            with self.subTest(says=says):
+                self.write("bad.toml", text)
+                self.refused(BAD_INPUT, "run", "bad.toml", "-o", "out.h5", says=says)
 
 
 class Output(Case):

@@ -1,0 +1,187 @@
+/// Study: does multi-station analysis help here? The uncertainty of azimuth and lateral position after MSA over that
+/// before, for every direction of the hole: before, the tool has its a-priori errors (ISCWSA error model); after, the
+/// errors that MSA leaves, most of all those that an imperfect reference field makes.
+///
+/// The maps are first-order predictions without trials. Where a config has [[verify]], Monte Carlo is held against
+/// them:
+///   truth, tool drawn -> readings (sensor) -> gains and biases (estimate) -> azimuth, minimum curvature (survey)
+#include "msa_benefit.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "experiments.h"
+#include "sensor/tool_spread.h"
+#include "survey/corrected_position.h"
+
+namespace surveymc {
+
+namespace {
+
+constexpr std::uint32_t kStudyId = 2;  // address of this study's random numbers
+constexpr int kPerDirection = 4;       // azimuth before, after (deg), lateral before, after (m)
+
+/// Gains 1 and biases 0 in every lane: readings taken as they are.
+LaneArray no_correction() {
+  LaneArray parameters(1, 6, true);
+  for (int i = 0; i < 6; ++i) parameters.fill(0, i, i < 3 ? 1 : 0);
+  return parameters;
+}
+
+/// Magnetic azimuth of the last station, readings corrected by `parameters` (rad).
+double last_azimuth(const ReadingBlock& b, const LaneArray& parameters, int trial) {
+  const int row = 3 * (b.stations - 1);
+  const auto corrected = [&](int i) {
+    return (b.magnetic.value(trial, row + i) - parameters.value(trial, 3 + i)) / parameters.value(trial, i);
+  };
+  const Vec3<double> u{b.down.value(trial, row), b.down.value(trial, row + 1), b.down.value(trial, row + 2)};
+  const Vec3<double> t = tangent_from_fields(u, Vec3<double>{corrected(0), corrected(1), corrected(2)});
+  return std::atan2(t.y, t.x);
+}
+
+}  // namespace
+
+/// Errors of a batch in one direction, in the order of kPerDirection; NaN where the estimate did not converge.
+struct MsaBenefit::Errors {
+  std::vector<std::array<double, kPerDirection>> of_trial;
+  std::vector<bool> converged;
+};
+
+MsaBenefit::MsaBenefit(BenefitScenario scenario)
+    : s_(std::move(scenario)), estimator_(make_estimator(s_.estimator, s_.field)), uncorrected_(no_correction()) {
+  for (const VerifiedDirection& d : s_.verify) {
+    Verified v;
+    v.direction = d;
+    v.survey = benefit_well(s_, d.inclination_deg, d.azimuth_deg);
+    v.clean = clean_readings(v.survey, s_.field, {});
+    const Station& last = v.survey.stations.back();
+    v.lateral_N = rotation_hla_from_nev(last.inclination, last.azimuth).row(1);
+    v.position = minimum_curvature_positions(v.survey).back().transpose();
+    v.benefit = predict_benefit(v.survey, s_.field, s_.errors, s_.estimator);
+    verified_.push_back(std::move(v));
+  }
+}
+
+MsaBenefit::Errors MsaBenefit::simulate(const Verified& v, std::uint64_t first, int count) const {
+  const Stream stream(s_.seed, kStudyId);
+  ReadingBlock readings = make_reading_block(count, v.survey.size(), s_.noise);
+  EstimateBlock estimates(count);
+  LaneArray deviation(groups_for(count), 6), before(groups_for(count), 3), after(groups_for(count), 3);
+  simulate_readings(v.clean, s_.field, s_.noise, stream, first, readings);
+  if (s_.spread.any()) spread_tools(v.clean, s_.spread, false, stream, first, readings, deviation);
+  estimator_->solve(readings, estimates);
+  const std::vector<double> md = v.survey.md();
+  corrected_final_positions(readings, uncorrected_, md, s_.field.declination, before);
+  corrected_final_positions(readings, estimates.parameters, md, s_.field.declination, after);
+
+  const double truth = v.survey.stations.back().azimuth - s_.field.declination;
+  Errors out;
+  for (int t = 0; t < count; ++t) {
+    const auto azimuth = [&](const LaneArray& parameters) {
+      return std::remainder(last_azimuth(readings, parameters, t) - truth, 2 * kPi) / kDegree;
+    };
+    const auto lateral = [&](const LaneArray& position) -> double {
+      return v.lateral_N.dot(Eigen::RowVector3d(position.value(t, 0), position.value(t, 1), position.value(t, 2)) -
+                             v.position);
+    };
+    out.of_trial.push_back({azimuth(uncorrected_), azimuth(estimates.parameters), lateral(before), lateral(after)});
+    out.converged.push_back(estimates.converged.value(t, 0) != 0);
+  }
+  return out;
+}
+
+Tally MsaBenefit::run_block(TrialBlock block) const {
+  const auto directions = static_cast<Eigen::Index>(verified_.size());
+  Eigen::MatrixXd values(block.count, kPerDirection * directions);
+  std::vector<bool> sound(static_cast<std::size_t>(block.count), true);
+  for (Eigen::Index d = 0; d < directions; ++d) {
+    const Errors e = simulate(verified_[static_cast<std::size_t>(d)], block.first, block.count);
+    for (int t = 0; t < block.count; ++t) {
+      const auto trial = static_cast<std::size_t>(t);
+      sound[trial] = sound[trial] && e.converged[trial];
+      for (int q = 0; q < kPerDirection; ++q)
+        values(t, kPerDirection * d + q) = e.of_trial[trial][static_cast<std::size_t>(q)];
+    }
+  }
+  Tally tally;
+  Eigen::Index kept = 0;  // a trial counts in all directions or in none
+  for (int t = 0; t < block.count; ++t) {
+    ++tally.trials;
+    if (sound[static_cast<std::size_t>(t)]) {
+      values.row(kept++) = values.row(t).eval();
+    } else {
+      ++tally.failed;
+      if (tally.failed_trials.size() < Tally::kMaxListed)
+        tally.failed_trials.push_back(block.first + static_cast<std::uint64_t>(t));
+    }
+  }
+  tally.moments = Moments::of(values.topRows(kept));
+  return tally;
+}
+
+Table MsaBenefit::verification_table(const Tally& tally) const {
+  std::vector<ComparisonRow> rows;
+  std::vector<double> inclination, azimuth;
+  for (std::size_t d = 0; d < verified_.size(); ++d) {
+    const Benefit& b = verified_[d].benefit;
+    const std::array<double, kPerDirection> predicted{b.before.azimuth / kDegree, b.after.azimuth / kDegree,
+                                                      b.before.lateral, b.after.lateral};
+    for (std::size_t q = 0; q < kPerDirection; ++q) {
+      rows.push_back(compare_sd(
+          fmt::format("sd_{}_{}", kBenefits[q / 2], q % 2 == 0 ? "before" : "after"), kBenefitUnits[q / 2], 1,
+          tally.moments, static_cast<Eigen::Index>(kPerDirection * d + q), predicted[q], s_.verdict, tally.trials));
+      inclination.push_back(verified_[d].direction.inclination_deg);
+      azimuth.push_back(verified_[d].direction.azimuth_deg);
+    }
+  }
+  s_.annotations.apply("verification", rows);
+  Table t = comparison_table("verification",
+                             "azimuth of the last station and last lateral position, before and after MSA, against the "
+                             "first-order prediction of the maps" +
+                                 at_confidence(s_.verdict.confidence),
+                             rows, tally.trials, tally.failed);
+  t.columns.insert(t.columns.begin(), {{"inclination_deg", "deg", "inclination of the last station", inclination},
+                                       {"azimuth_deg", "deg", "azimuth of the last station", azimuth}});
+  return t;
+}
+
+PointResult MsaBenefit::finish(const Tally& tally) const {
+  std::vector<Benefit> benefits;
+  for (const double inclination : s_.inclination_deg)
+    for (const double azimuth : s_.azimuth_deg)
+      benefits.push_back(predict_benefit(benefit_well(s_, inclination, azimuth), s_.field, s_.errors, s_.estimator));
+  PointResult r;
+  r.maps = benefit_maps(s_, benefits);
+  r.tables.push_back(benefit_summary(s_, benefits));
+  if (!verified_.empty()) r.tables.push_back(verification_table(tally));
+  return r;
+}
+
+std::string MsaBenefit::replay(std::uint64_t trial) const {
+  std::string text = fmt::format("trial {}\n", trial);
+  const auto lane = static_cast<std::size_t>(trial % kGroup);
+  for (const Verified& v : verified_) {
+    const Errors e = simulate(v, trial / kGroup * kGroup, kGroup);
+    const std::array<double, kPerDirection>& x = e.of_trial[lane];
+    text += fmt::format(
+        "  inclination {} deg, azimuth {} deg\n"
+        "    azimuth error    before {:.17g} deg, after {:.17g} deg\n"
+        "    lateral error    before {:.17g} m, after {:.17g} m\n"
+        "    {}\n",
+        v.direction.inclination_deg, v.direction.azimuth_deg, x[0], x[1], x[2], x[3],
+        e.converged[lane] ? "converged" : "NOT converged");
+  }
+  return text;
+}
+
+Experiment msa_benefit_experiment() {
+  return {"msa_benefit", "Where multi-station analysis makes azimuth and lateral position better, and where worse",
+          "ISCWSA MWD error model (a-priori sensor errors); S. Vis, TU Delft 2019 (MSA)",
+          [](ConfigReader& config, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
+            return std::make_unique<MsaBenefit>(read_benefit_scenario(config, seed));
+          }};
+}
+
+}  // namespace surveymc

@@ -1,0 +1,98 @@
+/// Maps and summary of the study `msa_benefit`.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "base/units.h"
+#include "msa_benefit.h"
+#include "study/table_writer.h"
+
+namespace surveymc {
+namespace {
+
+constexpr double kWorse = 1.01;  // directions that MSA does not touch have 1, but for rounding
+
+double sd_of(const BenefitSd& sd, std::size_t quantity) { return quantity == 0 ? sd.azimuth / kDegree : sd.lateral; }
+
+double ratio_of(const Benefit& b, std::size_t quantity) {
+  return benefit_ratio(sd_of(b.before, quantity), sd_of(b.after, quantity));
+}
+
+/// Middle one of the values; the mean of the two middle ones of an even number, which may be infinite.
+double median(std::vector<double> v) {
+  std::sort(v.begin(), v.end());
+  const std::size_t n = v.size();
+  return n % 2 == 1 ? v[n / 2] : (v[n / 2 - 1] + v[n / 2]) / 2;
+}
+
+}  // namespace
+
+std::vector<Map> benefit_maps(const BenefitScenario& s, const std::vector<Benefit>& benefits) {
+  const std::vector<Axis> axes{{"inclination", "deg", "inclination of the last station", s.inclination_deg},
+                               {"azimuth", "deg", "azimuth of the last station, from true north", s.azimuth_deg}};
+  std::vector<Map> maps;
+  const auto add = [&](const std::string& name, const std::string& unit, const std::string& meaning,
+                       const std::function<double(const Benefit&)>& value) {
+    Map m{name, unit, meaning, axes, {}};
+    for (const Benefit& b : benefits) m.values.push_back(value(b));
+    maps.push_back(std::move(m));
+  };
+  const std::array<std::string, 2> meaning{"azimuth of the last station", "last position to the side of the hole"};
+  for (std::size_t q = 0; q < 2; ++q) {
+    const std::string name = kBenefits[q], unit = kBenefitUnits[q];
+    add(name + "_ratio", "1", meaning[q] + ": sd after MSA over sd before; inf where MSA is not determined",
+        [q](const Benefit& b) { return ratio_of(b, q); });
+    add(name + "_sd_before_" + unit, unit, meaning[q] + ": sd before MSA",
+        [q](const Benefit& b) { return sd_of(b.before, q); });
+    add(name + "_sd_after_" + unit, unit, meaning[q] + ": sd after MSA; inf where it is not determined",
+        [q](const Benefit& b) { return sd_of(b.after, q); });
+  }
+  add("condition", "1", "condition of the normal matrix of the estimated parameters",
+      [](const Benefit& b) { return b.condition; });
+  add("gain_z_bias_z_correlation", "1", "correlation of the errors of gain_z and bias_z; NaN unless both are estimated",
+      [](const Benefit& b) { return b.gain_bias_correlation; });
+  return maps;
+}
+
+Table benefit_summary(const BenefitScenario& s, const std::vector<Benefit>& benefits) {
+  Table t{"summary", "sd after MSA over sd before, over all directions of the map"};
+  t.columns = {word_column("quantity", "azimuth of the last station, or last position to the side of the hole"),
+               count_column("directions", "of the map"),
+               count_column("undetermined", "directions whose stations do not determine the estimated parameters"),
+               number_column("worse_share", "1", "share of the directions with a ratio above 1.01, or undetermined"),
+               number_column("ratio_median", "1", "median of the ratio; inf if most are undetermined"),
+               number_column("ratio_best", "1", "smallest ratio, of determined directions"),
+               number_column("best_inclination_deg", "deg", "where: inclination"),
+               number_column("best_azimuth_deg", "deg", "where: azimuth"),
+               number_column("ratio_worst", "1", "largest ratio, of determined directions"),
+               number_column("worst_inclination_deg", "deg", "where: inclination"),
+               number_column("worst_azimuth_deg", "deg", "where: azimuth")};
+  TableWriter rows(std::move(t));
+  for (std::size_t q = 0; q < 2; ++q) {
+    std::vector<double> ratio;
+    std::int64_t undetermined = 0, worse = 0;
+    std::size_t best = benefits.size(), worst = benefits.size();
+    for (std::size_t i = 0; i < benefits.size(); ++i) {
+      ratio.push_back(ratio_of(benefits[i], q));
+      worse += ratio[i] > kWorse;
+      if (!std::isfinite(benefits[i].condition)) {
+        ++undetermined;
+        continue;
+      }
+      if (best == benefits.size() || ratio[i] < ratio[best]) best = i;
+      if (worst == benefits.size() || ratio[i] > ratio[worst]) worst = i;
+    }
+    rows << std::string(kBenefits[q]) << static_cast<std::int64_t>(benefits.size()) << undetermined
+         << static_cast<double>(worse) / static_cast<double>(benefits.size()) << median(ratio);
+    for (const std::size_t i : {best, worst}) {
+      const bool there = i < benefits.size();
+      const double nan = std::numeric_limits<double>::quiet_NaN();
+      rows << (there ? ratio[i] : nan) << (there ? s.inclination_deg[i / s.azimuth_deg.size()] : nan)
+           << (there ? s.azimuth_deg[i % s.azimuth_deg.size()] : nan);
+    }
+  }
+  return rows.take();
+}
+
+}  // namespace surveymc

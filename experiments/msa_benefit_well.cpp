@@ -1,0 +1,42 @@
+#include "msa_benefit_well.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/units.h"
+#include "random/stream.h"
+
+namespace surveymc {
+namespace {
+
+constexpr std::uint32_t kWellId = 3;  // address of random toolfaces: not that of the trials
+
+double toolface(const WellDesign& w, int station) {
+  switch (w.toolface) {
+    case ToolfaceSequence::even:
+      return std::fmod(station * kPi * (3 - std::sqrt(5.0)), 2 * kPi);
+    case ToolfaceSequence::random: {
+      const auto call = static_cast<std::uint32_t>(station / 4);
+      return 2 * kPi *
+             Stream(w.seed, kWellId)
+                 .uniforms<double>(0, Channel::toolface, call)[static_cast<std::size_t>(station % 4)];
+    }
+    case ToolfaceSequence::constant:
+      break;
+  }
+  return 0;
+}
+
+}  // namespace
+
+Survey make_well(const WellDesign& w, double inclination, double azimuth) {
+  Survey survey;
+  for (int k = 0; k < w.stations; ++k) {
+    const double to_go = (w.stations - 1 - k) * w.spacing;
+    const double built = w.kind == WellKind::building ? w.build_rate * to_go : 0;
+    survey.stations.push_back({k * w.spacing, std::max(0.0, inclination - built), azimuth, toolface(w, k)});
+  }
+  return survey;
+}
+
+}  // namespace surveymc

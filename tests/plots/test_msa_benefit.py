@@ -1,0 +1,84 @@
+#!/usr/bin/python3
+"""Tests of scripts/plot_msa_benefit.py: test_msa_benefit.py RESULT.h5"""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import h5py
+import numpy as np
+
+SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
+sys.path.insert(0, SCRIPTS)
+import plot_msa_benefit  # noqa: E402
+import plotting  # noqa: E402
+
+RESULT = ""
+
+
+def draw(*arguments):
+    return subprocess.run([sys.executable, os.path.join(SCRIPTS, "plot_msa_benefit.py"), *arguments],
+                          capture_output=True, text=True, timeout=120)
+
+
+class Figures(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def changed(self, change):
+        path = os.path.join(self.folder, "changed.h5")
+        shutil.copy(RESULT, path)
+        with h5py.File(path, "a") as file:
+            change(file)
+        return path
+
+    def test_both_ratios_as_png_and_svg_with_the_same_bytes_each_time(self):
+        contents = []
+        for name in ("a", "b"):
+            run = draw(RESULT, "-o", os.path.join(self.folder, name))
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertEqual(run.stderr, "")
+            files = sorted(os.listdir(os.path.join(self.folder, name)))
+            self.assertEqual(files, [f"msa_benefit_{q}_ratio.{e}" for q in ("azimuth", "lateral") for e in ("png", "svg")])
+            contents.append([pathlib.Path(self.folder, name, f).read_bytes() for f in files])
+        self.assertEqual(contents[0], contents[1])
+
+    def test_panels_are_the_points_of_the_sweep(self):
+        with plotting.open_result(RESULT, "msa_benefit") as file:
+            values, axes = plot_msa_benefit.read_map(file, "azimuth_ratio")
+        self.assertEqual([a[0] for a in axes], ["case", "inclination", "azimuth"])
+        panels = sum(plot_msa_benefit.panels_of(values, axes), [])
+        self.assertEqual([name for name, _ in panels], list(axes[0][1]))
+        for (_, shown), expected in zip(panels, values):
+            np.testing.assert_array_equal(shown, expected)
+
+    def test_nothing_determined_is_a_figure_too(self):
+        def all_infinite(file):
+            for name in ("azimuth_ratio", "lateral_ratio"):
+                file["maps"][name][...] = np.inf
+
+        run = draw(self.changed(all_infinite), "-o", self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+
+    def test_refusals(self):
+        def no_map(file):
+            del file["maps/azimuth_ratio"]
+
+        def other(file):
+            file.attrs["experiment"] = "msa_position"
+
+        for change, word in ((no_map, "no map"), (other, "msa_position")):
+            run = draw(self.changed(change))
+            self.assertEqual(run.returncode, plotting.BAD_DATA)
+            self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
+            self.assertIn(word, run.stderr)
+
+
+if __name__ == "__main__":
+    RESULT = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
