@@ -31,10 +31,11 @@ void append_rows(std::vector<double>& weights, const ErrorByInput& by_draw) {
 }  // namespace
 
 InputErrors input_errors(const NoiseModel& noise, const ToolSpread& spread, const ReferenceField& field) {
+  const bool drawn = noise.reference != ReferenceNoise::none;
   return {noise.magnetometer * std::sqrt(unit_noise_variance(noise.law)),
           noise.accelerometer / field.gravity,
-          noise.reference_total,
-          noise.reference_dip,
+          drawn ? noise.reference_total : 0,
+          drawn ? noise.reference_dip : 0,
           noise.reference == ReferenceNoise::per_station,
           spread.gain,
           spread.bias,

@@ -22,12 +22,11 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 import plotting
-from plotting import LOOK, PROPAGATIONS, PUBLISHED, VERDICT_MARKER, PlotError, number
+from plotting import (LOOK, PROPAGATIONS, PUBLISHED, SIGMA, VERDICT_MARKER, PlotError, band, grouped, interval_handle,
+                      is_zero_to_first_order, margin_handle, number, trials_text)
 
 DIRECTIONS = (("north", "North"), ("east", "East"), ("vertical", "Vertical"))
 PARAMETERS = ("gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z")
-ZERO_TO_FIRST_ORDER = 1e-3  # a ratio below this: the theory predicts nothing, whatever rounding left in it
-SIGMA = "\N{GREEK SMALL LETTER SIGMA}"
 TIMES = "\N{MULTIPLICATION SIGN}"
 WIDTH = {1: 1.0, 2: 1.3, 3: 1.8}  # line widths of the k-sigma ellipses
 CIRCLE = "#888888"
@@ -35,19 +34,6 @@ CIRCLE = "#888888"
 
 def horizontal_covariance(row):
     return np.array([[row["nn_m2"], row["ne_m2"]], [row["ne_m2"], row["ee_m2"]]])
-
-
-def trials_text(table):
-    """'19 935 of 20 000 trials' of a table that counts them."""
-    run, failed = int(table["trials"][0]), int(table["failed"][0])
-    if failed == 0:
-        return f"{grouped(run)} trials"
-    return f"{grouped(run - failed)} of {grouped(run)} trials ({grouped(failed)} did not converge)"
-
-
-def grouped(count):
-    """12345 as '12 345'."""
-    return f"{count:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
 # --- 1: position ----------------------------------------------------------------------------------------------------
@@ -294,17 +280,6 @@ def panel_unit(largest, unit):
 # --- 3: ratio -------------------------------------------------------------------------------------------------------
 
 
-def is_zero_to_first_order(row):
-    return row["analytic"] == 0 or row["ratio"] < ZERO_TO_FIRST_ORDER
-
-
-def band(ax, margin):
-    """1 and the margin within which a prediction agrees."""
-    if margin:
-        ax.axhspan(1 - margin, 1 + margin, color="#009E73", alpha=0.18, linewidth=0, zorder=0)
-    ax.axhline(1, color="#444444", linewidth=1.0, zorder=1)
-
-
 def ratio_figure(title, table, margin, confidence):
     """Predicted over Monte-Carlo sd: three directions; in each the propagations and what was published."""
     groups = []
@@ -397,15 +372,6 @@ def annotate_ratio(ax, x, value, end, text):
 def length(metres):
     """A length for people: millimetres if it is small."""
     return f"{number(metres)} m" if not abs(metres) < 0.1 else f"{number(1000 * metres)} mm"
-
-
-def interval_handle(confidence):
-    return Line2D([], [], color="#444444", marker="|", linestyle="none", markersize=11, markeredgewidth=1.6,
-                  label=f"{100 * confidence:g} % interval")
-
-
-def margin_handle(margin):
-    return [Patch(color="#009E73", alpha=0.18, label=f"agrees: 1 \N{PLUS-MINUS SIGN} {margin:g}")] if margin else []
 
 
 # --- 4: noise scale -------------------------------------------------------------------------------------------------

@@ -19,6 +19,8 @@ matplotlib.use("Agg")
 import h5py  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.lines import Line2D  # noqa: E402
+from matplotlib.patches import Patch  # noqa: E402
 
 # Exit codes, as for the program itself.
 USAGE, BAD_DATA, CANNOT_WRITE = 64, 65, 74
@@ -32,6 +34,8 @@ LOOK = {
 }
 PROPAGATIONS = ("joint", "systematic", "random")
 PUBLISHED = "#777777"
+ZERO_TO_FIRST_ORDER = 1e-3  # a ratio below this: the theory predicts nothing, whatever rounding left in it
+SIGMA = "\N{GREEK SMALL LETTER SIGMA}"
 VERDICT_MARKER = {"agrees": "o", "undecided": "^", "differs": "D"}
 
 
@@ -276,6 +280,46 @@ def save(figure, folder, name):
             raise PlotError(f"{path}: cannot write: {error.strerror or error}", CANNOT_WRITE) from None
         print(path)
     plt.close(figure)
+
+
+def trials_text(table):
+    """'19 935 of 20 000 trials' of a table that counts them."""
+    run, failed = int(table["trials"][0]), int(table["failed"][0])
+    if failed == 0:
+        return f"{grouped(run)} trials"
+    return f"{grouped(run - failed)} of {grouped(run)} trials ({grouped(failed)} did not converge)"
+
+
+def grouped(count):
+    """12345 as '12 345'."""
+    return f"{count:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+
+
+def is_zero_to_first_order(row):
+    """Whether the theory predicts no error for a row of a comparison table."""
+    return row["analytic"] == 0 or row["ratio"] < ZERO_TO_FIRST_ORDER
+
+
+def band(ax, margin):
+    """1 and the margin within which a prediction agrees."""
+    if margin:
+        ax.axhspan(1 - margin, 1 + margin, color="#009E73", alpha=0.18, linewidth=0, zorder=0)
+    ax.axhline(1, color="#444444", linewidth=1.0, zorder=1)
+
+
+def interval_handle(confidence):
+    return Line2D([], [], color="#444444", marker="|", linestyle="none", markersize=11, markeredgewidth=1.6,
+                  label=f"{100 * confidence:g} % interval")
+
+
+def margin_handle(margin):
+    return [Patch(color="#009E73", alpha=0.18, label=f"agrees: 1 \N{PLUS-MINUS SIGN} {margin:g}")] if margin else []
+
+
+def heading(figure, title, text):
+    """Title, and below it a text that says what is drawn and from how many trials."""
+    figure.suptitle(title, x=0.02, y=0.985, ha="left")
+    figure.text(0.02, 0.985 - 0.38 / figure.get_figheight(), text, ha="left", va="top", linespacing=1.35)
 
 
 def number(value, digits=3):

@@ -103,7 +103,10 @@ EstimatorOptions read_estimator(ConfigReader& c, const InputErrors& truth, const
 }
 
 AssumedNoise read_assumed_noise(ConfigReader& c, const std::string& estimator) {
-  if (estimator != "wls") return AssumedNoise::constant;
+  if (estimator != "wls") {
+    if (c.has("estimator.magnetometer_drawn")) c.fail("estimator.magnetometer_drawn", "only wls has it");
+    return AssumedNoise::constant;
+  }
   const std::string drawn = c.choice("estimator.magnetometer_drawn", {"constant", "sd", "variance"}, "constant");
   return drawn == "sd"         ? AssumedNoise::random_sd
          : drawn == "variance" ? AssumedNoise::random_variance

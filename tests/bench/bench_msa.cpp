@@ -126,7 +126,25 @@ void station_scaling(benchmark::State& state, InstructionSet set) {
 }
 const bool scaling_registered = on_both("station_scaling", station_scaling, {25, Setup::kThesis, 200, 1000});
 
-/// Items: trials. Ends at 1e-9 or better: NLopt's tolerances are fixed in msa_nlopt.cpp.
+/// The other estimators, by the best instruction set there is; the noise is what they assume. Items: trials.
+void estimate_by(benchmark::State& state, const char* name) {
+  Setup s;
+  EstimatorOptions options;
+  options.name = name;
+  options.assumed.magnetometer = s.noise.magnetometer;
+  options.assumed.total = 107;
+  options.assumed.dip = 0.16 * kDegree;
+  const auto estimator = make_estimator(options, s.field, station_fields(s.clean));
+  for (auto _ : state) estimator->solve(s.readings, s.estimates);
+  count_items(state, s.trials);
+}
+BENCHMARK_CAPTURE(estimate_by, msa, "msa");
+BENCHMARK_CAPTURE(estimate_by, msa_weighted, "msa_weighted");
+BENCHMARK_CAPTURE(estimate_by, msa_joint, "msa_joint");
+BENCHMARK_CAPTURE(estimate_by, wls, "wls");
+BENCHMARK_CAPTURE(estimate_by, wls_consider, "wls_consider");
+
+/// Items: trials. Ends at 1e-9 or better: NLopt's tolerances are fixed in field_fit_nlopt.cpp.
 void estimate_nlopt(benchmark::State& state, const char* solver) {
   Setup s;
   EstimatorOptions options;

@@ -275,6 +275,17 @@ class Determinism(Case):
         avx2 = self.run_config("--trials", 3000, *noise, output="avx2.h5", env={"SURVEYMC_INSTRUCTION_SET": "x86-64-v3"})
         self.assertEqual(contents(best), contents(avx2))
 
+    def test_same_bits_of_every_estimator(self):
+        tools = ["--set", "sensor.spread.gain=0.0016", "--set", "sensor.spread.bias_nT=70",
+                 "--set", "noise.reference.per=run", "--set", "noise.reference.total_nT=60",
+                 "--set", "noise.reference.dip_deg=0.1", "--trials", 1500,
+                 "--set", 'sweep.estimator.name=["msa", "msa_weighted", "msa_joint", "wls", "wls_consider"]']
+        self.config("all.toml", ('estimator = "msa"\n', ""))
+        best = self.run_config(*tools, config="all.toml", output="best.h5", env={"OMP_NUM_THREADS": "1"})
+        avx2 = self.run_config(*tools, config="all.toml", output="avx2.h5",
+                               env={"SURVEYMC_INSTRUCTION_SET": "x86-64-v3", "OMP_NUM_THREADS": "3"})
+        self.assertEqual(contents(best), contents(avx2))
+
     def test_same_bits_on_every_run_and_in_every_folder(self):
         a = self.run_config()
         shutil.copytree(self.folder, self.folder / "elsewhere")
@@ -594,6 +605,43 @@ class BadConfigs(Case):
         ]:
             with self.subTest(old=old, new=new):
                 self.config("bad.toml", (old, new))
+                self.refuse("bad.toml", says)
+
+    def test_estimators_and_drawn_tools(self):
+        line = r"^error: bad\.toml:5: "
+
+        def estimator(settings):
+            return ('estimator = "msa"', "estimator = { " + settings + " }")
+
+        drawn = 'name = "wls", magnetometer_drawn = '
+        for changes, append, says in [
+            ([estimator('name = "msa_joint", magnetometer_nT = 0')], "",
+             line + r"estimator\.magnetometer_nT = 0: must be > 0: msa_joint weighs the readings by it$"),
+            ([estimator('name = "msa_joint"'), ("magnetometer_nT = 50.0", "magnetometer_nT = 0.0")], "",
+             r"^error: bad\.toml\S*: estimator\.magnetometer_nT\b.*must be > 0: msa_joint weighs"),
+            ([estimator('name = "wls", solver = "nlopt_lbfgs"')], "",
+             line + r"estimator\.solver = \"nlopt_lbfgs\": wls is linear .*must be \"gauss_newton\"$"),
+            ([estimator(drawn + '"sd"')], "", line + r"estimator\.magnetometer_drawn = \"sd\": .*outputs = \[\"parameters\"\]"),
+            ([estimator(drawn + '"sd"'), ("seed = 1", 'seed = 1\noutputs = ["parameters"]')], "",
+             r"^error: bad\.toml:6: estimator\.magnetometer_drawn = \"sd\": .*control_variate = false"),
+            ([estimator(drawn + '"often"')], "", line + r"estimator\.magnetometer_drawn = \"often\": must be one of \"constant\""),
+            ([estimator('name = "msa_joint", magnetometer_drawn = "sd"')], "",
+             line + r"estimator\.magnetometer_drawn = \"sd\": only wls has it$"),
+            ([estimator('name = "msa_joint", prior = { gain = -0.1 }')], "",
+             line + r"estimator\.prior\.gain = -0\.1: must be in \[0, "),
+            ([estimator('name = "msa_joint", prior = { bias_nT = -1.0 }')], "",
+             line + r"estimator\.prior\.bias_nT = -1: must be in \[0, "),
+            ([estimator('name = "msa_joint", prior = { bias = 1.0 }')], "",
+             line + r"estimator\.prior\.bias: the unit is missing: write estimator\.prior\.bias_nT"),
+            ([estimator('name = "msa", prior = { gain = 0.1 }')], "", line + r"estimator\.prior\S*: unknown key"),
+            ([estimator('name = "msa_weighted", reference = { dip_deg = 46.0 }')], "",
+             line + r"estimator\.reference\.dip_deg = 46: must be in \[0, 45\]"),
+            ([], "[sensor.spread]\ngain = -0.001\n", r"^error: bad\.toml:15: sensor\.spread\.gain = -0\.001: must be in \[0, "),
+            ([], "[sensor.spread]\nscale = 0.001\n", r"^error: bad\.toml:15: sensor\.spread\.scale: unknown key"),
+            ([], "[sensor.spread]\nbias = 70.0\n", r"^error: bad\.toml:15: sensor\.spread\.bias: the unit is missing"),
+        ]:
+            with self.subTest(changes=changes, append=append):
+                self.config("bad.toml", *changes, append=append)
                 self.refuse("bad.toml", says)
 
     def test_antithetic_pairs(self):
@@ -1075,6 +1123,38 @@ class Verdicts(Case):
                 self.assertAlmostEqual(float(r["published_ratio"]), 0.5 / float(r["monte_carlo"]), delta=1e-12)
 
 
+class ThesisTables(Case):
+    """Published values that a table has to every printed digit, as the shipped configs carry them."""
+
+    def rows(self, config, table, *options):
+        header, rows = self.table_csv(self.run_config(*options, config=SOURCE / "configs/thesis" / config), table)
+        return [dict(zip(header, r)) for r in rows]
+
+    def assert_printed(self, row, digit):
+        # What is printed is rounded to `digit`: half of it, and 1e-9 for the rounding of the decimals themselves.
+        self.assertAlmostEqual(float(row["analytic"]), float(row["published"]), delta=0.5 * digit * (1 + 1e-9), msg=str(row))
+
+    def test_table_6_estimates(self):
+        rows = [r for r in self.rows("table6.toml", "hanak_parameters", "--trials", 2) if r["quantity"].startswith("mean_")
+                and r["case"] != "test 4"]
+        self.assertEqual(len(rows), 3 * 2 * 6)
+        for r in rows:
+            self.assert_printed(r, 1e-3 if "scale" in r["quantity"] else 1)
+
+    def test_table_7(self):
+        rows = self.rows("table7.toml", "parameters")
+        exact = [r for r in rows if r["published"] and r["case"] != "test 1"]
+        self.assertEqual(len(exact), 6 + 6 + 6 + 6 + 6)  # estimates of tests 2 and 3, 3-sigma of tests 2, 3 and 4
+        for r in exact:
+            self.assert_printed(r, 1e-4 if "gain" in r["quantity"] else 0.1)
+        for r in rows:  # test 1 is one draw of weights for the mean of many: within .15 of their sd
+            if r["published"] and r["case"] == "test 1" and r["quantity"].startswith("mean_"):
+                sd = next(float(s["monte_carlo"]) / 3 for s in rows if s["case"] == "test 1"
+                          and s["quantity"] == r["quantity"].replace("mean_", "sigma3_"))
+                digit = 1e-4 if "gain" in r["quantity"] else 0.1
+                self.assertLess(abs(float(r["monte_carlo"]) - float(r["published"])), 0.15 * sd + 0.5 * digit, r)
+
+
 class Replay(Case):
     NAMES = ["gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z", "north", "east", "vertical"]
 
@@ -1100,6 +1180,17 @@ class Replay(Case):
                 out, values = self.replayed("base.toml", "--trial", k, *options)
                 self.assertRegex(out, f"^trial {k}\n")
                 self.assertEqual((float(k), values), self.sample(path, k))
+
+    def test_drawn_tools(self):
+        for pairs in ["false", "true"]:
+            options = ["--set", "save_samples=600", "--set", "sensor.spread.gain=0.002", "--set", f"antithetic={pairs}",
+                       "--set", "sensor.spread.bias_nT=80", "--set", "estimator.name=msa_joint"]
+            self.config("tools.toml", ('estimator = "msa"\n', ""))
+            path = self.run_config(*options, config="tools.toml")
+            for k in [0, 1, 8, 511, 512, 599]:
+                with self.subTest(trial=k, pairs=pairs):
+                    _, values = self.replayed("tools.toml", "--trial", k, *options)
+                    self.assertEqual((float(k), values), self.sample(path, k))
 
     def test_points_of_a_sweep(self):
         options = ["--set", "save_samples=600", "--set", "sweep.noise.scale=[1.0, 0.5, 0.25]"]

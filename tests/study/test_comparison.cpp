@@ -65,6 +65,40 @@ TEST_CASE("Only a verdict that is not the expected one is reported") {
   CHECK(unexpected("agrees")[0] == "position sigma3_x: differs, expected agrees");
 }
 
+TEST_CASE("How well published standard deviations fit: once for each quantity, means left out") {
+  const auto row = [](const std::string& formulation, const std::string& quantity, double monte_carlo, double ratio,
+                      double published) {
+    ComparisonRow r;
+    r.formulation = formulation;
+    r.quantity = quantity;
+    r.monte_carlo = monte_carlo;
+    r.ratio = ratio;
+    r.published = published;
+    return r;
+  };
+  const double none = std::nan("");
+  const auto value = [](const Table& t, const std::string& name) {
+    for (const Column& c : t.columns)
+      if (c.name == name) {
+        if (const auto* d = std::get_if<std::vector<double>>(&c.values)) return d->at(0);
+        return static_cast<double>(std::get<std::vector<std::int64_t>>(c.values).at(0));
+      }
+    FAIL("no column " << name);
+    return 0.0;
+  };
+  const Table t = published_fit_table({row("", "mean_x", 5, none, 7), row("first_order", "sigma3_x", 2, 1, 4),
+                                       row("claimed", "sigma3_x", 2, 1, 4), row("first_order", "sigma3_y", 2, 1, 1),
+                                       row("first_order", "sigma3_z", 2, 1, none)});
+  CHECK(t.name == "published_fit");
+  CHECK(value(t, "quantities") == 2);
+  CHECK(value(t, "rms_log_ratio") == Approx(std::log(2)).epsilon(1e-15));  // ratios 2 and 1/2
+  CHECK(value(t, "ratio_min") == 0.5);
+  CHECK(value(t, "ratio_max") == 2);
+  const Table empty = published_fit_table({row("", "sigma3_x", 2, 1, none), row("", "mean_x", 5, none, 7)});
+  CHECK(value(empty, "quantities") == 0);
+  for (const char* name : {"rms_log_ratio", "ratio_min", "ratio_max"}) CHECK(std::isnan(value(empty, name)));
+}
+
 TEST_CASE("Units are read from names") {
   CHECK(unit_of_name("field.total_nT") == "nT");
   CHECK(unit_of_name("noise.scale") == "1");
