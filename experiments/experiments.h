@@ -10,6 +10,8 @@ Experiment msa_benefit_experiment();
 Experiment msa_position_experiment();
 Experiment position_covariance_experiment();
 Experiment estimate_experiment();
+Experiment vertical_well_experiment();
+Experiment sensor_monte_carlo_experiment();
 
 /// All of them, in the order of `surveymc list`.
 std::vector<Experiment> all_experiments();

@@ -3,7 +3,8 @@
 namespace surveymc {
 
 std::vector<Experiment> all_experiments() {
-  return {msa_position_experiment(), msa_benefit_experiment(), estimate_experiment(), position_covariance_experiment()};
+  return {msa_position_experiment(),        msa_benefit_experiment(),   estimate_experiment(),
+          position_covariance_experiment(), vertical_well_experiment(), sensor_monte_carlo_experiment()};
 }
 
 }  // namespace surveymc

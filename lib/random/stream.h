@@ -22,7 +22,8 @@ enum class Channel : std::uint32_t {
   reference_field = 2,      ///< index 2 station + {0 total field, 1 dip}; station 0 when drawn once a run
   tool_errors = 3,          ///< index axis of the gain, 3 + axis of the bias: a tool drawn for every run
   assumed_noise = 4,        ///< index 3 station + axis: sizes that a weighted estimator assumes
-  toolface = 5,             ///< index station: a well drawn once for a study, of trial 0
+  toolface = 5,             ///< index station; a slide takes that of its first station
+  sensor_term = 6,          ///< errors constant in a run, index as in survey/sensor_terms.h
 };
 
 class Stream {

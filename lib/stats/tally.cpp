@@ -99,6 +99,7 @@ void Tally::merge(const Tally& next) {
   failed += next.failed;
   left_out += next.left_out;
   moments.merge(next.moments);
+  merge_each(groups, next.groups);
   merge_each(controlled, next.controlled);
   pairs.merge(next.pairs);
   merge_each(controlled_pairs, next.controlled_pairs);

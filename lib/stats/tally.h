@@ -12,6 +12,7 @@ struct Tally {
   std::uint64_t failed = 0;               ///< of them, those whose estimate did not converge: not in the moments
   std::uint64_t left_out = 0;             ///< converged, but the other of their antithetic pair failed: not in either
   Moments moments;                        ///< of the study's quantities
+  std::vector<Moments> groups;            ///< of groups of quantities, without what relates one group to another
   std::vector<Moments> controlled;        ///< of quantities with their control variates (control_variate.h)
   Moments pairs;                          ///< of antithetic pairs (antithetic.h), beside `moments` of their trials
   std::vector<Moments> controlled_pairs;  ///< the same for `controlled`

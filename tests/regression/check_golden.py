@@ -18,7 +18,7 @@ import h5py
 
 HERE = pathlib.Path(__file__).resolve().parent
 TABLES = ("parameters", "position", "ellipse", "control_variate", "observability", "fit", "stations", "covariance",
-          "ellipsoid", "summary", "verification")
+          "ellipsoid", "summary", "verification", "toolface_sequences", "axes")
 
 
 def tables_of(result):

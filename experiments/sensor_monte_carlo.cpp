@@ -1,0 +1,327 @@
+/// Study: position uncertainty of any survey from twelve constant sensor errors, by nonlinear Monte Carlo and by the
+/// first-order covariance model. Where does linear theory fail? (Sizes: ISCWSA MWD error model.)
+///
+///   errors and toolfaces -> readings -> inclination, azimuth -> minimum curvature (sensor) -> tally at several depths
+///
+/// held against
+///   toolface_dependent  the errors through their derivatives at each station's toolface (mean over drawn toolfaces)
+///   ti_systematic       ISCWSA's toolface-independent terms, all of them constant: right for a slid hole on average
+///   ti_random           those that turn with the toolface random from station to station: right for a rotated hole
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "experiments.h"
+#include "sensor/sensor_runs.h"
+#include "sensor_prediction.h"
+#include "stats/tests.h"
+#include "study/annotations.h"
+#include "study/drilling.h"
+#include "study/position_comparison.h"
+#include "study/scenario.h"
+
+namespace surveymc {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::uint32_t kStudyId = 5;  // address of this study's random numbers
+constexpr std::size_t kMostDepths = 50;
+
+constexpr std::array<const char*, 3> kDirections{"north", "east", "vertical"};
+constexpr auto& kFormulations = kSensorFormulations;
+
+/// Tallied at every depth: position error, the same along each formulation's axes, squared Mahalanobis distances of the
+/// horizontal and of all three coordinates in each formulation.
+enum Component { kPosition = 0, kAxes = 3, kNeesHorizontal = 12, kNees = 15, kComponents = 18 };
+
+struct Scenario {
+  std::uint64_t seed = 0, trials = 0, save_samples = 0;
+  ReferenceField field;
+  Survey survey;
+  ToolfacePlan plan;
+  SensorTermArray sd{};
+  std::vector<int> reported;  ///< stations, ascending
+  VerdictRule verdict;
+  Annotations annotations;
+};
+
+std::vector<RowName> row_names() {
+  std::vector<RowName> rows;
+  for (const char* d : kDirections) rows.push_back({"axes", "", std::string("mean_") + d});
+  for (const char* f : kFormulations) {
+    for (const char* q : {"sd_axis_1", "sd_axis_2", "sd_axis_3", "nees"}) rows.push_back({"axes", f, q});
+    rows.push_back({"ellipse", f, "ellipse"});
+  }
+  return rows;
+}
+
+/// `report_md_m` or `report_md_ft`: measured depths of stations; the last station if absent.
+std::vector<int> read_reported(ConfigReader& c, const Survey& survey) {
+  const bool feet = c.has("report_md_ft");
+  const std::string key = feet ? "report_md_ft" : "report_md_m";
+  if (!c.has(key)) return {survey.size() - 1};
+  c.require(!feet || !c.has("report_md_m"), key, "not together with report_md_m");
+  const std::vector<double> depths = c.numbers(key, {});
+  c.require(depths.size() <= kMostDepths, key, fmt::format("must have 1 to {} depths", kMostDepths));
+  std::vector<int> reported;
+  for (const double depth : depths) {
+    int station = 0;
+    for (int k = 1; k < survey.size(); ++k)
+      if (std::abs(survey.stations[static_cast<std::size_t>(k)].md - depth * (feet ? kFoot : 1)) < 0.001) station = k;
+    c.require(station > 0, key,
+              fmt::format("{} is not the measured depth of a station after the first", format_number(depth)));
+    c.require(reported.empty() || station > reported.back(), key, "must increase");
+    reported.push_back(station);
+  }
+  return reported;
+}
+
+Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
+  Scenario s;
+  s.seed = seed;
+  s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000));
+  s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+  s.field = read_field(c);
+  std::vector<std::string> modes = kDrillingModes;
+  modes.push_back("survey");
+  const bool surveyed = c.choice("drilling.mode", modes) == "survey";
+  s.survey = read_survey(c, s.field, surveyed);
+  const double zero = c.choice("survey.toolface_zero", {"x", "y"}) == "x" ? kPi / 2 : 0.0;
+  s.plan = read_drilling(c, s.survey.md(), zero, Stream(seed, kStudyId), modes);
+  if (surveyed) s.plan = surveyed_toolfaces(s.survey);
+  s.sd = read_sensor_errors(c);
+  c.require(std::any_of(s.sd.begin(), s.sd.end(), [](double x) { return x > 0; }), "sensor_errors",
+            "must have one size greater than 0");
+  s.reported = read_reported(c, s.survey);
+  s.verdict = read_verdict_rule(c);
+  s.annotations = Annotations::read(c, row_names());
+  c.finish();
+  return s;
+}
+
+class SensorMonteCarlo final : public StudyPoint {
+ public:
+  explicit SensorMonteCarlo(Scenario scenario)
+      : s_(std::move(scenario)),
+        setup_(sensor_run_setup(s_.survey, s_.field, s_.sd, s_.plan, PositionMethod::minimum_curvature, s_.reported)),
+        stream_(s_.seed, kStudyId),
+        predictions_(predict_sensor_runs(s_.survey, s_.field, s_.sd, s_.plan, s_.reported)) {
+    const std::vector<Vector3d> positions = minimum_curvature_positions(s_.survey);
+    for (const int k : s_.reported) truth_.push_back(positions[static_cast<std::size_t>(k)]);
+  }
+
+  std::uint64_t trials() const override { return s_.trials; }
+
+  Tally run_block(TrialBlock block) const override {
+    const std::size_t depths = truth_.size();
+    Tally tally;
+    tally.trials = static_cast<std::uint64_t>(block.count);
+    tally.counts.assign(9 * depths, 0);
+    std::vector<Eigen::MatrixXd> values(depths, Eigen::MatrixXd(block.count, kComponents));
+    Eigen::Index kept = 0;
+    for_each_batch(setup_, stream_, block.first, block.count, [&](std::uint64_t first, const SensorRuns& runs) {
+      for (int t = 0; t < runs.trials; ++t) {
+        const std::uint64_t trial = first + static_cast<std::uint64_t>(t);
+        if (!has_positions(runs, t)) {
+          ++tally.failed;
+          if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
+          continue;
+        }
+        for (std::size_t d = 0; d < depths; ++d) {
+          auto x = values[d].row(kept);
+          observe(runs, t, d, x, tally.counts.data() + 9 * d);
+          if (trial < s_.save_samples)
+            tally.samples.insert(tally.samples.end(), {md(d), static_cast<double>(trial), x[0], x[1], x[2]});
+        }
+        ++kept;
+      }
+    });
+    for (const Eigen::MatrixXd& v : values) tally.groups.push_back(Moments::of(v.topRows(kept)));
+    return tally;
+  }
+
+  PointResult finish(const Tally& tally) const override {
+    PointResult r;
+    r.tables = {axes_table(tally), ellipse_table(tally), covariance_table(tally)};
+    if (s_.save_samples > 0) r.samples = {samples_table(tally)};
+    return r;
+  }
+
+  std::string replay(std::uint64_t trial) const override {
+    SensorRuns runs(kGroup, setup_);
+    draw_runs(setup_, stream_, trial / kGroup * kGroup, runs);
+    run_positions(setup_, runs);
+    const int lane = static_cast<int>(trial % kGroup);
+    constexpr std::array<const char*, 4> kUnits{"m/s2", "1", "nT", "1"};
+    std::string text = fmt::format("trial {}\n", trial);
+    for (std::size_t i = 0; i < kSensorTerms; ++i)
+      text += fmt::format("  {}  {:.17g} {}\n", kSensorTermCodes[i], runs.errors.value(lane, static_cast<int>(i)),
+                          kUnits[i / 3]);
+    for (std::size_t d = 0; d < truth_.size(); ++d) {
+      text += fmt::format("  at {:.10g} m:", md(d));
+      for (int i = 0; i < 3; ++i)
+        text += fmt::format(" {} {:.17g} m", kDirections[static_cast<std::size_t>(i)],
+                            runs.positions.value(lane, 3 * static_cast<int>(d) + i));
+      text += "\n";
+    }
+    return text;
+  }
+
+ private:
+  double md(std::size_t depth) const { return s_.survey.stations[static_cast<std::size_t>(s_.reported[depth])].md; }
+  /// No position where the errors turned the field along gravity.
+  bool has_positions(const SensorRuns& runs, int t) const {
+    for (int i = 0; i < 3 * static_cast<int>(truth_.size()); ++i)
+      if (!std::isfinite(runs.positions.value(t, i))) return false;
+    return true;
+  }
+
+  template <class Row>
+  void observe(const SensorRuns& runs, int t, std::size_t depth, Row& x, std::uint64_t* inside) const {
+    Vector3d error;
+    for (int i = 0; i < 3; ++i)
+      x[kPosition + i] = error[i] = runs.positions.value(t, 3 * static_cast<int>(depth) + i) - truth_[depth][i];
+    for (int f = 0; f < 3; ++f) {
+      const PositionPrediction& p = predictions_[depth][static_cast<std::size_t>(f)];
+      double nees = 0;
+      for (int a = 0; a < 3; ++a) {
+        const double along = x[kAxes + 3 * f + a] = p.axes.col(a).dot(error);
+        nees += along * along / (p.sd[a] * p.sd[a]);
+      }
+      const Vector2d h = error.head<2>();
+      const double horizontal = h.dot(p.horizontal_weight * h);
+      x[kNeesHorizontal + f] = horizontal;
+      x[kNees + f] = p.sd[2] > 0 ? nees : std::nan("");
+      count_inside(horizontal, inside + 3 * f);
+    }
+  }
+
+  Table axes_table(const Tally& tally) const;
+  Table ellipse_table(const Tally& tally) const;
+  Table covariance_table(const Tally& tally) const;
+  Table samples_table(const Tally& tally) const;
+
+  Scenario s_;
+  SensorRunSetup setup_;
+  Stream stream_;
+  std::vector<Vector3d> truth_;                   ///< at every reported depth
+  std::vector<PositionPredictions> predictions_;  ///< at every reported depth
+};
+
+Table SensorMonteCarlo::axes_table(const Tally& tally) const {
+  Table all;
+  for (std::size_t d = 0; d < truth_.size(); ++d) {
+    const Moments& m = tally.groups[d];
+    std::vector<ComparisonRow> rows;
+    for (int i = 0; i < 3; ++i)
+      rows.push_back(compare_mean(std::string("mean_") + kDirections[static_cast<std::size_t>(i)], "m", m, i,
+                                  truth_[d][i], truth_[d][i], s_.verdict, tally.trials));
+    for (int f = 0; f < 3; ++f) {
+      const PositionPrediction& p = predictions_[d][static_cast<std::size_t>(f)];
+      for (int a = 0; a < 3; ++a) {
+        rows.push_back(compare_sd(fmt::format("sd_axis_{}", a + 1), "m", 1, m, kAxes + 3 * f + a, p.sd[a], s_.verdict,
+                                  tally.trials));
+        ComparisonRow& row = rows.back();
+        if (p.sd[a] == 0) {
+          row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = std::nan("");
+          row.verdict.clear();
+          row.note = "zero to first order";
+        }
+        row.formulation = kFormulations[static_cast<std::size_t>(f)];
+      }
+      if (p.sd[2] == 0) continue;
+      rows.push_back(compare_nees("nees", m, kNees + f, 3, s_.verdict, tally.trials));
+      rows.back().formulation = kFormulations[static_cast<std::size_t>(f)];
+    }
+    s_.annotations.apply("axes", rows);
+    Table t =
+        comparison_table("axes",
+                         "position errors, and their sd along the axes of the predicted ellipsoids, largest first" +
+                             at_confidence(s_.verdict.confidence),
+                         rows, tally.trials, tally.failed);
+    t.columns.insert(t.columns.begin(), {"md_m", "m", "measured depth", std::vector<double>(rows.size(), md(d))});
+    if (d == 0)
+      all = std::move(t);
+    else
+      append_rows(all, t);
+  }
+  return all;
+}
+
+Table SensorMonteCarlo::ellipse_table(const Tally& tally) const {
+  const bool drawn = s_.plan.has(ToolfaceSource::slide) || s_.plan.has(ToolfaceSource::own);
+  TableWriter w(ellipse_columns(
+      "horizontal one-sigma ellipses, and how Monte Carlo fills them" + at_confidence(s_.verdict.confidence),
+      {number_column("md_m", "m", "measured depth")}));
+  for (std::size_t d = 0; d < truth_.size(); ++d) {
+    const Moments& m = tally.groups[d];
+    if (m.count < 2) continue;
+    const Vector2d truth = truth_[d].head<2>();
+    const HorizontalSample sample{tally.trials,
+                                  tally.failed,
+                                  m.count,
+                                  truth + m.mean.head<2>(),
+                                  m.covariance().topLeftCorner<2, 2>(),
+                                  std::max(m.kurtosis(0), m.kurtosis(1))};
+    w << md(d);
+    write_sample_ellipse(w, sample);
+    for (std::size_t f = 0; f < kFormulations.size(); ++f) {
+      EllipseRow row{kFormulations[f], truth, predictions_[d][f].covariance.topLeftCorner<2, 2>()};
+      const Eigen::Index nees = kNeesHorizontal + static_cast<Eigen::Index>(f);
+      std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(9 * d + 3 * f), 3, row.inside.begin());
+      row.nees = m.mean[nees];
+      row.nees_variance = m.variance(nees);
+      // Drawn toolfaces make a mixture of normal distributions, which the test would refuse whatever its covariance.
+      row.wishart_p = drawn ? std::nan("") : wishart_test(sample.covariance, row.predicted, m.count).p_value;
+      row.expected = s_.annotations.expected("ellipse", row.formulation, "ellipse");
+      w << md(d);
+      write_ellipse(w, row, sample, s_.verdict);
+    }
+  }
+  return w.take();
+}
+
+Table SensorMonteCarlo::covariance_table(const Tally& tally) const {
+  Table t{"position_covariance", "covariance of the position, true north"};
+  t.columns = {number_column("md_m", "m", "measured depth"),
+               word_column("formulation", "monte_carlo, or which analytic prediction")};
+  for (const char* name : {"nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2"})
+    t.columns.push_back(number_column(name, "m2", "element of the covariance"));
+  TableWriter w(std::move(t));
+  for (std::size_t d = 0; d < truth_.size(); ++d) {
+    const auto row = [&](const std::string& name, const Matrix3d& c) {
+      w << md(d) << name << c(0, 0) << c(1, 1) << c(2, 2) << c(0, 1) << c(0, 2) << c(1, 2);
+    };
+    if (tally.groups[d].count > 1) row("monte_carlo", tally.groups[d].covariance().topLeftCorner<3, 3>());
+    for (std::size_t f = 0; f < kFormulations.size(); ++f) row(kFormulations[f], predictions_[d][f].covariance);
+  }
+  return w.take();
+}
+
+Table SensorMonteCarlo::samples_table(const Tally& tally) const {
+  Table t{"realisations", "position errors of the first trials at every reported depth"};
+  t.columns = {number_column("md_m", "m", "measured depth"),
+               number_column("trial", "1", "number of the trial, from 0")};
+  for (const char* d : kDirections)
+    t.columns.push_back(number_column(fmt::format("{}_m", d), "m", "position less the true one"));
+  TableWriter w(std::move(t));
+  for (const double x : tally.samples) w << x;
+  return w.take();
+}
+
+}  // namespace
+
+Experiment sensor_monte_carlo_experiment() {
+  return {"sensor_monte_carlo", "Twelve constant sensor errors through any survey, against the covariance model",
+          "ISCWSA MWD error model, sensor terms; Torkildsen and Bang 2000",
+          [](ConfigReader& config, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
+            return std::make_unique<SensorMonteCarlo>(read_scenario(config, seed));
+          }};
+}
+
+}  // namespace surveymc

@@ -1,0 +1,60 @@
+#include "sensor_prediction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "propagate/ellipse.h"
+#include "propagate/sensor_error_covariance.h"
+#include "propagate/toolface_independent.h"
+
+namespace surveymc {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+
+namespace {
+
+/// A sd below this part of the largest is zero to first order: what rounding leaves there predicts nothing.
+constexpr double kZero = 1e-6;
+
+}  // namespace
+
+PositionPrediction::PositionPrediction(const Matrix3d& c)
+    : covariance(c), horizontal_weight(Matrix2d::Constant(std::nan(""))) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(c);  // eigenvalues ascending
+  for (int a = 0; a < 3; ++a) {
+    sd[a] = std::sqrt(std::max(0.0, eigen.eigenvalues()[2 - a]));
+    axes.col(a) = eigen.eigenvectors().col(2 - a);
+  }
+  for (int a = 1; a < 3; ++a)
+    if (sd[a] < kZero * sd[0]) sd[a] = 0;
+  const Matrix2d h = c.topLeftCorner<2, 2>();
+  const Ellipse e = ellipse(h);
+  if (e.semi_minor > kZero * e.semi_major) horizontal_weight = h.inverse();
+}
+
+std::vector<PositionPredictions> predict_sensor_runs(const Survey& survey, const ReferenceField& field,
+                                                     const SensorTermArray& sd, const ToolfacePlan& plan,
+                                                     const std::vector<int>& reported) {
+  const std::vector<double> md = survey.md();
+  const std::vector<Vec3<double>> tangents = true_tangents(survey);
+  const auto covariances = [&](const std::vector<TangentErrors>& errors) {
+    return propagate_tangent_errors(md, tangents, errors, PositionMethod::minimum_curvature);
+  };
+  using enum ToolfacePropagation;
+  const std::array<std::vector<Matrix3d>, 3> all{
+      covariances(sensor_tangent_errors(survey, field, sd, plan)),
+      covariances(toolface_independent_errors(survey, field, sd, systematic)),
+      covariances(toolface_independent_errors(survey, field, sd, random))};
+  std::vector<PositionPredictions> predictions;
+  for (const int k : reported) {
+    predictions.emplace_back();
+    for (const auto& c : all) predictions.back().emplace_back(c[static_cast<std::size_t>(k)]);
+  }
+  return predictions;
+}
+
+}  // namespace surveymc

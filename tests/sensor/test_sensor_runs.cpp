@@ -1,0 +1,144 @@
+#include "sensor/sensor_runs.h"
+
+#include <catch2/catch.hpp>
+
+#include "base/units.h"
+#include "propagate/sensor_error_covariance.h"
+#include "stats/moments.h"
+#include "thesis_cases.h"
+
+using namespace surveymc;
+
+namespace {
+
+ReferenceField reference(double dip_deg) {
+  ReferenceField f;
+  f.total = 50000;
+  f.dip = dip_deg * kDegree;
+  f.declination = -4 * kDegree;
+  return f;
+}
+
+/// Build from the vertical, through the horizontal, and up.
+Survey winding_well() {
+  Survey s;
+  for (int k = 0; k < 14; ++k)
+    s.stations.push_back({30.0 * k + (k > 4 ? 3.5 : 0),
+                          (k < 3    ? 0.0
+                           : k == 3 ? 1e-7
+                                    : 9.0 * (k - 3)) *
+                              kDegree,
+                          (350 + 7 * k) * kDegree, (20 + 77 * k) * kDegree});
+  return s;
+}
+
+/// The chain as one would write it: readings, inclination and azimuth, then the position of the last station.
+Eigen::Vector3d readable_position(const Survey& survey, const ReferenceField& field,
+                                  const std::vector<double>& toolface, const double* e, PositionMethod method,
+                                  int last) {
+  Survey measured;
+  for (std::size_t k = 0; k < survey.stations.size() && static_cast<int>(k) <= last; ++k) {
+    Attitude at = magnetic_attitude(survey.stations[k], field.declination);
+    at.toolface = toolface[k];
+    const Vec3<double> g = scale(field.gravity, down_T(at)), b = magnetic_T(at, field.total, field.dip);
+    const Vec3<double> gm{(1 + e[3]) * g.x + e[0], (1 + e[4]) * g.y + e[1], (1 + e[5]) * g.z + e[2]};
+    const Vec3<double> bm{(1 + e[9]) * b.x + e[6], (1 + e[10]) * b.y + e[7], (1 + e[11]) * b.z + e[8]};
+    const Attitude seen = attitude_from_fields(gm, bm);
+    measured.stations.push_back({survey.stations[k].md, seen.inclination, seen.azimuth + field.declination, 0});
+  }
+  return (method == PositionMethod::minimum_curvature ? minimum_curvature_positions(measured)
+                                                      : balanced_tangential_positions(measured))
+      .back();
+}
+
+}  // namespace
+
+TEST_CASE("Positions of the lanes are those of the readable chain through inclination and azimuth") {
+  const Survey survey = winding_well();
+  const Stream stream(5, 9);
+  const std::vector<int> reported{0, 1, 5, 13};
+  for (const double dip : {-60.0, 72.0})
+    for (const PositionMethod method : {PositionMethod::minimum_curvature, PositionMethod::balanced_tangential})
+      for (const ToolfacePlan& plan : {surveyed_toolfaces(survey), slid(survey.size()), rotated(survey.size()),
+                                       partly_slid(survey.md(), 50, 220)}) {
+        const ReferenceField field = reference(dip);
+        const SensorRunSetup setup =
+            sensor_run_setup(survey, field, equal_axes(0.02, 0.002, 300, 0.005), plan, method, reported);
+        SensorRuns runs(21, setup);
+        draw_runs(setup, stream, 64, runs);
+        run_positions(setup, runs);
+        for (const int t : {0, 3, 7, 8, 20}) {
+          const auto trial = static_cast<std::uint64_t>(64 + t);
+          const std::vector<double> toolface = toolfaces_of_trial(plan, stream, trial);
+          double e[kSensorTerms];
+          for (int i = 0; i < kSensorTerms; ++i) {
+            e[i] = runs.errors.value(t, i);
+            CHECK(e[i] == setup.sd[static_cast<std::size_t>(i)] *
+                              stream.normal(trial, Channel::sensor_term, static_cast<std::uint32_t>(i)));
+          }
+          for (std::size_t r = 0; r < reported.size(); ++r) {
+            const Eigen::Vector3d expected = readable_position(survey, field, toolface, e, method, reported[r]);
+            CAPTURE(dip, t, r);
+            // 400 m, 14 stations, each direction within 1e-14
+            for (int i = 0; i < 3; ++i)
+              CHECK(std::abs(runs.positions.value(t, 3 * static_cast<int>(r) + i) - expected[i]) < 1e-11);
+          }
+        }
+      }
+}
+
+TEST_CASE("Toolfaces are addressed by station, a slide by its first station") {
+  const Survey survey = winding_well();
+  const Stream stream(11, 9);
+  const ToolfacePlan mixed = partly_slid(survey.md(), 50, 220), own = rotated(survey.size());
+  const std::vector<double> a = toolfaces_of_trial(mixed, stream, 3), b = toolfaces_of_trial(own, stream, 3);
+  CHECK(mixed.first_slid() == 2);
+  for (std::size_t k = 0; k < a.size(); ++k) CHECK(a[k] == (mixed.source[k] == ToolfaceSource::own ? b[k] : b[2]));
+  const SensorRunSetup setup = sensor_run_setup(survey, reference(72), equal_axes(0.004, 0, 0, 0), mixed,
+                                                PositionMethod::minimum_curvature, {13});
+  SensorRuns runs(8, setup);
+  draw_runs(setup, stream, 0, runs);
+  for (int k = 0; k < survey.size(); ++k) {
+    CHECK(std::abs(runs.toolface.value(3, 2 * k) - std::cos(a[static_cast<std::size_t>(k)])) < 1e-15);
+    CHECK(std::abs(runs.toolface.value(3, 2 * k + 1) - std::sin(a[static_cast<std::size_t>(k)])) < 1e-15);
+  }
+}
+
+TEST_CASE("Without errors the positions are the survey's, whatever the toolface") {
+  const Survey survey = winding_well();
+  const auto exact = minimum_curvature_positions(survey);
+  const SensorRunSetup setup = sensor_run_setup(survey, reference(72), SensorTermArray{}, rotated(survey.size()),
+                                                PositionMethod::minimum_curvature, {2, 13});
+  SensorRuns runs(16, setup);
+  draw_runs(setup, Stream(1, 9), 0, runs);
+  run_positions(setup, runs);
+  for (int t = 0; t < 16; ++t)
+    for (int i = 0; i < 3; ++i) {
+      CHECK(std::abs(runs.positions.value(t, i) - exact[2][i]) < 1e-12);
+      CHECK(std::abs(runs.positions.value(t, 3 + i) - exact[13][i]) < 1e-11);
+    }
+}
+
+TEST_CASE("Small sensor errors spread positions as the covariance says") {
+  const Survey survey = winding_well();
+  const ReferenceField field = reference(72);
+  const SensorTermArray sd = equal_axes(0.0004, 0.00005, 7, 0.00016);  // a tenth: second order is out of sight
+  constexpr int kTrials = 20000;
+  for (const ToolfacePlan& plan : {surveyed_toolfaces(survey), slid(survey.size()), rotated(survey.size())}) {
+    const Eigen::Matrix3d predicted =
+        sensor_error_covariances(survey, field, sd, plan, PositionMethod::minimum_curvature).back();
+    const SensorRunSetup setup =
+        sensor_run_setup(survey, field, sd, plan, PositionMethod::minimum_curvature, {survey.size() - 1});
+    SensorRuns runs(kTrials, setup);
+    draw_runs(setup, Stream(2, 9), 0, runs);
+    run_positions(setup, runs);
+    Eigen::MatrixXd x(kTrials, 3);
+    for (int t = 0; t < kTrials; ++t)
+      for (int i = 0; i < 3; ++i) x(t, i) = runs.positions.value(t, i);
+    const Moments m = Moments::of(x);
+    for (int i = 0; i < 3; ++i) {
+      const double relative = m.variance(i) / predicted(i, i) - 1;
+      CHECK(std::abs(relative) < 4 * std::sqrt((m.kurtosis(i) - 1) / kTrials));
+    }
+  }
+}

@@ -1,0 +1,77 @@
+#include "study/drilling.h"
+
+#include <catch2/catch.hpp>
+
+#include "base/units.h"
+#include "sensor/sensor_runs.h"
+
+using namespace surveymc;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const std::vector<double> kDepths{0, 30, 60, 90, 120};
+
+template <class Read>
+auto with_reader(const std::string& body, Read read) {
+  Config config = Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {});
+  ConfigReader reader = config.reader(0);
+  auto result = read(reader);
+  reader.finish();
+  return result;
+}
+ToolfacePlan plan_of(const std::string& body) {
+  return with_reader("[drilling]\n" + body,
+                     [](ConfigReader& c) { return read_drilling(c, kDepths, 0.5, Stream(7, 3)); });
+}
+SensorTermArray sizes_of(const std::string& body) {
+  return with_reader("[sensor_errors]\n" + body, [](ConfigReader& c) { return read_sensor_errors(c); });
+}
+
+}  // namespace
+
+TEST_CASE("Drilling modes become toolface plans") {
+  using enum ToolfaceSource;
+  CHECK(plan_of("mode = 'sliding'").source == std::vector<ToolfaceSource>(5, slide));
+  CHECK(plan_of("mode = 'rotating'").source == std::vector<ToolfaceSource>(5, own));
+  const ToolfacePlan constant = plan_of("mode = 'sliding'\ntoolface_deg = 90");
+  CHECK(constant.source == std::vector<ToolfaceSource>(5, given));
+  for (const double t : constant.given) CHECK(t == Approx(kPi / 2 + 0.5).epsilon(1e-15));
+  const ToolfacePlan mixed = plan_of("mode = 'mixed'\nslide_from_m = 30\nslide_to_m = 75");
+  CHECK(mixed.source == std::vector<ToolfaceSource>{own, slide, slide, own, own});
+}
+
+TEST_CASE("A fixed sequence has the toolfaces of that trial of the rotated well") {
+  const ToolfacePlan fixed = plan_of("mode = 'fixed_sequence'\nsequence = 12");
+  CHECK(fixed.source == std::vector<ToolfaceSource>(5, ToolfaceSource::given));
+  CHECK(fixed.given == toolfaces_of_trial(rotated(5), Stream(7, 3), 12));
+  CHECK(fixed.given != plan_of("mode = 'fixed_sequence'").given);
+}
+
+TEST_CASE("Keys of other modes may stand there, so that the mode can be swept; wrong ones are refused") {
+  CHECK_NOTHROW(plan_of("mode = 'rotating'\ntoolface_deg = 3\nsequence = 2\nslide_from_m = 0\nslide_to_m = 9"));
+  CHECK_THROWS_WITH(plan_of("mode = 'gliding'"), Contains("t.toml:4: drilling.mode") && Contains("must be one of"));
+  CHECK_THROWS_WITH(plan_of("mode = 'mixed'\nslide_from_m = 30"), Contains("drilling.slide_to_m"));
+  CHECK_THROWS_WITH(plan_of("mode = 'mixed'\nslide_from_m = 30\nslide_to_m = 30"),
+                    Contains("t.toml:6: drilling.slide_to_m = 30: must be greater than slide_from_m"));
+  CHECK_THROWS_WITH(plan_of("mode = 'mixed'\nslide_from_m = 31\nslide_to_m = 59"), Contains("no station lies between"));
+  CHECK_THROWS_WITH(plan_of("mode = 'sliding'\ntoolface = 3"), Contains("toolface_deg"));
+  CHECK_THROWS_WITH(plan_of("mode = 'fixed_sequence'\nsequence = -1"), Contains("drilling.sequence = -1"));
+}
+
+TEST_CASE("Sensor errors are sizes of kinds, times a multiplier, in the order of the terms") {
+  const SensorTermArray sd = sizes_of(
+      "accelerometer_bias_mps2 = 0.004\naccelerometer_scale = 0.0005\nmagnetometer_bias_nT = 70\n"
+      "magnetometer_scale = 0.0016\nmultiplier = 5");
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    CHECK(sd[kAccelerometerBias + axis] == Approx(0.02).epsilon(1e-15));
+    CHECK(sd[kAccelerometerScale + axis] == Approx(0.0025).epsilon(1e-15));
+    CHECK(sd[kMagnetometerBias + axis] == Approx(350).epsilon(1e-15));
+    CHECK(sd[kMagnetometerScale + axis] == Approx(0.008).epsilon(1e-15));
+  }
+  CHECK(sizes_of("magnetometer_bias_nT = 70")[kAccelerometerBias] == 0);
+  CHECK_THROWS_WITH(sizes_of("magnetometer_bias_nT = -1"),
+                    Contains("t.toml:4: sensor_errors.magnetometer_bias_nT = -1"));
+  CHECK_THROWS_WITH(sizes_of("magnetometer_bias = 70"), Contains("magnetometer_bias_nT"));
+  CHECK_THROWS_WITH(sizes_of("multiplier = 0"), Contains("sensor_errors.multiplier"));
+}

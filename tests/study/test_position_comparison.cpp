@@ -1,0 +1,82 @@
+#include "study/position_comparison.h"
+
+#include <catch2/catch.hpp>
+
+using namespace surveymc;
+
+namespace {
+
+double number(const Table& t, const std::string& column, std::size_t row) {
+  return std::get<std::vector<double>>(t.column(column).values)[row];
+}
+std::string word(const Table& t, const std::string& column, std::size_t row) {
+  return std::get<std::vector<std::string>>(t.column(column).values)[row];
+}
+
+/// The table of one prediction against a sample of 100,000 normal trials with this covariance.
+Table table_of(const Eigen::Matrix2d& predicted, const Eigen::Matrix2d& sampled) {
+  const HorizontalSample sample{100000, 0, 100000, Eigen::Vector2d::Zero(), sampled, 3};
+  TableWriter w(ellipse_columns("test"));
+  write_sample_ellipse(w, sample);
+  EllipseRow row{"theory", Eigen::Vector2d(7, 8), predicted, {39000, 86000, 98900}};
+  row.nees = 2.01;
+  row.nees_variance = 4;
+  row.expected = "agrees";
+  write_ellipse(w, row, sample, {});
+  return w.take();
+}
+
+Eigen::Matrix2d diagonal(double a, double b) { return Eigen::Vector2d(a * a, b * b).asDiagonal(); }
+
+}  // namespace
+
+TEST_CASE("A prediction is judged along its own axes") {
+  const Table t = table_of(diagonal(2, 1), diagonal(2, 1.25));
+  CHECK(word(t, "formulation", 0) == "monte_carlo");
+  CHECK(number(t, "center_north_m", 1) == 7);
+  CHECK(number(t, "semi_major_m", 1) == Approx(2).epsilon(1e-15));
+  CHECK(number(t, "major_azimuth_deg", 1) == Approx(0).margin(1e-12));
+  CHECK(number(t, "ratio_major", 1) == Approx(1).epsilon(1e-15));
+  CHECK(number(t, "ratio_minor", 1) == Approx(0.8).epsilon(1e-15));
+  CHECK(number(t, "ratio_minor_ci_low", 1) < 0.8);
+  CHECK(number(t, "ratio_minor_ci_high", 1) > 0.8);
+  CHECK(number(t, "coverage_1sigma", 1) == Approx(0.39).epsilon(1e-15));
+  CHECK(number(t, "nees", 1) == 2.01);
+  CHECK(word(t, "verdict", 1) == "differs");  // one axis is enough
+  CHECK(word(table_of(diagonal(2, 1), diagonal(2, 1)), "verdict", 1) == "agrees");
+  CHECK(word(table_of(diagonal(2, 1), diagonal(2, 1.02)), "verdict", 1) == "undecided");
+  CHECK(unexpected_verdicts({t}).size() == 1);
+}
+
+TEST_CASE("A circle's axes are north and east, whatever rounding says") {
+  Eigen::Matrix2d c = diagonal(3, 3 * (1 + 1e-12));
+  c(0, 1) = c(1, 0) = 1e-15;
+  const Ellipse e = drawn_ellipse(c);
+  CHECK(e.azimuth == 0);
+  CHECK(e.axes == Eigen::Matrix2d::Identity());
+  CHECK(drawn_ellipse(diagonal(3, 3.1)).azimuth == Approx(1.5707963267948966).epsilon(1e-14));
+}
+
+TEST_CASE("A line has neither coverage nor distance") {
+  const Table t = table_of(diagonal(2, 0), diagonal(2, 0.001));
+  CHECK(number(t, "semi_minor_m", 1) == 0);
+  for (const char* column : {"coverage_1sigma", "coverage_3sigma", "nees", "wishart_p"})
+    CHECK(std::isnan(number(t, column, 1)));
+}
+
+TEST_CASE("Mean squared distances are held to the dimension, at twice the margin of a sd") {
+  Moments m = Moments::of(Eigen::MatrixXd::Constant(100000, 1, 3.0));
+  m.mean[0] = 3.05;
+  m.squares(0, 0) = 6 * 99999.0;  // variance of a chi-squared of 3 degrees
+  CHECK(compare_nees("nees", m, 0, 3, {}, 100000).verdict == "agrees");
+  m.mean[0] = 3.3;
+  const ComparisonRow row = compare_nees("nees", m, 0, 3, {}, 100000);
+  CHECK(row.verdict == "differs");
+  CHECK(row.ratio == Approx(3 / 3.3).epsilon(1e-15));
+}
+
+TEST_CASE("Points are counted in every ellipse that holds them") {
+  std::array<std::uint64_t, 3> counts{};
+  for (const double squared : {0.5, 1.0, 3.9, 8.9, 9.1}) count_inside(squared, counts.data());
+  CHECK(counts == std::array<std::uint64_t, 3>{2, 3, 4});
+}
