@@ -12,6 +12,8 @@ Experiment position_covariance_experiment();
 Experiment estimate_experiment();
 Experiment vertical_well_experiment();
 Experiment sensor_monte_carlo_experiment();
+Experiment reliability_map_experiment();
+Experiment reliability_well_experiment();
 
 /// All of them, in the order of `surveymc list`.
 std::vector<Experiment> all_experiments();

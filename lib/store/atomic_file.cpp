@@ -63,7 +63,7 @@ AtomicFile::AtomicFile(const fs::path& target)
     : target_(target),
       path_(folder_of(target) / fmt::format("{}{}{}", temporary_prefix(target), getpid(), kTemporarySuffix)) {
   unlink(path_.c_str());  // no living process but this one has our pid, so this is a dead writer's
-  file_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  file_ = open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (file_ < 0) fail();
 }
 

@@ -22,7 +22,10 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
   ~AtomicFile();
 
-  void write(const std::vector<char>& bytes);
+  void write(const std::vector<char>& bytes);  ///< behind what is there
+
+  /// For another writer, which may replace the contents but not the file.
+  const std::filesystem::path& temporary_path() const { return path_; }
 
   /// Makes it durable and gives it its name. After the rename nothing fails any more but the disk itself.
   void commit();

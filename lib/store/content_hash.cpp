@@ -1,5 +1,6 @@
 #include "store/content_hash.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <variant>
@@ -42,7 +43,6 @@ class Hasher {
   void add(const Column& c) { add(c.name, c.unit, c.long_name, c.ancillary, c.values); }
   void add(const Axis& a) { add(a.name, a.unit, a.long_name, a.values); }
   void add(const Table& t) { add(t.name, t.long_name, t.columns); }
-  void add(const Map& m) { add(m.name, m.unit, m.long_name, m.axes, m.values); }
   void add(const InputData& i) { add(i.path, i.hash, i.table.long_name, i.table.columns); }
   template <class First, class Second, class... More>
   void add(const First& first, const Second& second, const More&... more) {
@@ -58,7 +58,44 @@ class Hasher {
   XXH3_state_t state_;
 };
 
+/// Hash of one map, values in pieces.
+class MapHasher {
+ public:
+  explicit MapHasher(const Map& m) { hasher_.add(m.name, m.unit, m.long_name, m.axes, std::uint64_t{map_size(m)}); }
+  void add(const std::vector<double>& values) {
+    for (const double x : values) hasher_.add(x);
+  }
+  std::string hex() const { return hasher_.hex(); }
+
+ private:
+  Hasher hasher_;
+};
+
 }  // namespace
+
+struct StreamHash::Impl {
+  std::vector<MapHasher> maps;
+};
+StreamHash::StreamHash(const std::vector<Map>& maps) : impl_(std::make_unique<Impl>()), maps_(maps) {
+  for (const Map& m : maps) impl_->maps.emplace_back(m);
+}
+StreamHash::~StreamHash() = default;
+void StreamHash::add(const std::vector<std::vector<double>>& piece) {
+  for (std::size_t i = 0; i < piece.size(); ++i) impl_->maps[i].add(piece[i]);
+}
+void StreamHash::finish(MapHashes& hashes) const {
+  for (std::size_t i = 0; i < maps_.size(); ++i) hashes[maps_[i].name] = impl_->maps[i].hex();
+}
+
+MapHashes held_map_hashes(const std::vector<Map>& maps) {
+  MapHashes hashes;
+  for (const Map& m : maps) {
+    MapHasher h(m);
+    h.add(m.values);
+    hashes[m.name] = h.hex();
+  }
+  return hashes;
+}
 
 std::string axis_hash(const Axis& axis) {
   Hasher h;
@@ -73,13 +110,28 @@ std::string input_hash(const Table& table) {
   return h.hex();
 }
 
-std::string content_hash(const Result& result) {
+std::string content_hash(const Result& result, const MapHashes& maps) {
   const Provenance& p = result.provenance;
   Hasher h;
   h.add(std::string("surveymc result 1"));
   h.add(p.title, p.experiment, p.config, p.config_hash, p.seed, p.trials);
-  h.add(result.tables, result.samples, result.maps, result.inputs);
+  h.add(result.tables, result.samples);
+  // Maps by name, so that it does not matter which are held and which are streamed
+  h.add(std::uint64_t{maps.size()});
+  for (const auto& [name, hash] : maps) h.add(name, hash);
+  h.add(result.inputs);
   return h.hex();
+}
+
+std::string content_hash(const Result& result) {
+  MapHashes hashes = held_map_hashes(result.maps);
+  for (const MapStream& s : result.streams) {
+    StreamHash hash(s.maps);
+    const std::size_t size = s.maps.empty() ? 0 : map_size(s.maps.front());
+    for (std::size_t at = 0; at < size; at += kStreamPiece) hash.add(s.values(at, std::min(kStreamPiece, size - at)));
+    hash.finish(hashes);
+  }
+  return content_hash(result, hashes);
 }
 
 }  // namespace surveymc

@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -23,6 +24,12 @@ inline std::string hdf5_reason() {
     return 0;
   };
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_first, &reason);
+  // A failed system call: "file write failed: time = ..., error message = 'No space left on device', buf = ..."
+  constexpr std::string_view kCall = "error message = '";
+  if (const std::size_t at = reason.find(kCall); at != std::string::npos) {
+    const std::size_t from = at + kCall.size();
+    reason = reason.substr(from, reason.find('\'', from) - from);
+  }
   return reason;
 }
 
@@ -49,8 +56,13 @@ class Handle {
   hid_t id_;
 };
 
-/// We report errors ourselves; HDF5 would print its stack to stderr.
-inline void silence_hdf5() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+/// We report errors ourselves; HDF5 would print its stack to stderr. Nor may it close files when the program ends: all
+/// are closed by then but one that could not be written, and at that it crashes (1.10.8). To be called first of all.
+inline void silence_hdf5() {
+  static const bool once = H5dont_atexit() >= 0;
+  (void)once;
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 /// How we open and make files.
 inline Handle file_access() {

@@ -17,7 +17,8 @@
 
 // How a file comes to be: HDF5 builds it in memory (result_writer.h), a seal is put behind it (seal.h), then plain
 // write() puts it on the disk under a temporary name (atomic_file.h). So a full disk is an errno of ours, and not a
-// library left with a file that it can neither flush nor close. How it is read: result_reader.cpp.
+// library left with a file that it can neither flush nor close. Only a result with streamed maps, which may be larger
+// than the memory, is made by HDF5 in the temporary file itself. How it is read: result_reader.cpp.
 
 namespace surveymc {
 namespace {
@@ -50,6 +51,17 @@ void refuse_foreign_file(const fs::path& path, const fs::path& target) {
   }
 }
 
+/// A disk that is full is better known before hours of streaming than after.
+void require_space(const fs::path& target, const Result& result) {
+  std::uintmax_t needed = 0;
+  for (const MapStream& s : result.streams)
+    for (const Map& m : s.maps) needed += map_size(m) * sizeof(double);
+  std::error_code error;
+  const fs::space_info space = fs::space(folder_of(target), error);
+  if (error || space.available >= needed) return;
+  throw std::system_error(ENOSPC, std::generic_category());
+}
+
 }  // namespace
 
 void check_output_path(const fs::path& path) {
@@ -77,6 +89,14 @@ void write_result(const fs::path& path, const Result& result) {
   const fs::path target = target_of(path);
   refuse_foreign_file(path, target);
   try {
+    if (!result.streams.empty()) {
+      require_space(target, result);
+      AtomicFile file(target);
+      write_file(file.temporary_path(), result);
+      file.write(seal_of(file.temporary_path()));
+      file.commit();
+      return;
+    }
     std::vector<char> image = file_image(result);
     append_seal(image);
     AtomicFile file(target);

@@ -37,16 +37,23 @@ struct InputData {
 struct Result {
   Provenance provenance;
   RunInfo run;
-  std::vector<Table> tables;   ///< /tables/<name>
-  std::vector<Table> samples;  ///< /samples/<name>
-  std::vector<Map> maps;       ///< /maps/<name>
+  std::vector<Table> tables;            ///< /tables/<name>
+  std::vector<Table> samples;           ///< /samples/<name>
+  std::vector<Map> maps;                ///< /maps/<name>
+  std::vector<MapStream> streams = {};  ///< /maps/<name> as well, behind `maps`
   std::vector<InputData> inputs;
 };
+
+/// Values of a stream that are made, hashed and written at a time, at most: 2 MB.
+inline constexpr std::size_t kStreamPiece = std::size_t{1} << 18;
+/// A map that is read back is a stream if it has more values than this (128 MB).
+inline constexpr std::size_t kMostHeldValues = std::size_t{1} << 24;
 
 /// 128-bit XXH3 in hex over column names, units and values (bit patterns, little endian).
 std::string input_hash(const Table& table);
 
 /// 128-bit XXH3 in hex over tables, samples, maps, inputs and provenance; not over time, host, threads or versions.
+/// Runs through the values of streams; the same for a map that is streamed and one that is held.
 std::string content_hash(const Result& result);
 
 /// Throws IoError, before anything is computed, if `path` could not be written: its folder is missing or read-only,
@@ -58,10 +65,13 @@ void check_output_path(const std::filesystem::path& path);
 /// An existing file stays untouched on any error. Throws IoError with path and reason, also if that file is not a
 /// surveymc result, and std::logic_error if the result is malformed (columns of different length, a name twice).
 /// NaN is a missing value; bytes that are not UTF-8 are stored as U+FFFD.
+/// A result with streams is written in pieces and needs no more memory than one piece of each stream; whatever the
+/// streams throw (Interrupted) passes through and leaves no file. Its maps are made once.
 void write_result(const std::filesystem::path& path, const Result& result);
 
 /// Reads a file written by write_result. Throws IoError if it is missing, truncated, or not a surveymc result of a
 /// known format version, or if it is damaged or edited: its contents do not match its content_hash or its checksum.
+/// Large maps come as one stream each, which reads from the file: it must stay as it is.
 Result read_result(const std::filesystem::path& path);
 
 /// The content_hash attribute stored in the file.

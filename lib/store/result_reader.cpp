@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
+#include <memory>
 #include <new>
 #include <string>
 #include <system_error>
@@ -16,6 +17,7 @@
 
 #include "base/error.h"
 #include "store/hdf5_handle.h"
+#include "store/map_boxes.h"
 #include "store/result_file.h"
 #include "store/seal.h"
 #include "store/stored_form.h"
@@ -139,7 +141,11 @@ Handle scale(hid_t map, unsigned dimension, const std::string& map_name) {
 class Reader {
  public:
   /// Throws Hdf5Failure if the file is not HDF5, or not whole.
-  explicit Reader(const fs::path& path) : file_size_(fs::file_size(path)), file_(open(path)) {}
+  explicit Reader(const fs::path& path)
+      : path_(path),
+        file_size_(fs::file_size(path)),
+        open_file_(std::make_shared<Handle>(open(path))),
+        file_(*open_file_) {}
 
   bool is_surveymc() const { return H5Aexists(file_, "format") > 0 && text(file_, "format") == kFormat; }
 
@@ -159,7 +165,12 @@ class Reader {
     r.run = run();
     r.tables = tables("tables");
     r.samples = tables("samples");
-    r.maps = maps();
+    for (Map& m : maps()) {
+      if (m.values.empty() && map_size(m) > 0)
+        r.streams.push_back(stream_of(std::move(m)));
+      else
+        r.maps.push_back(std::move(m));
+    }
     r.inputs = inputs();
     return r;
   }
@@ -262,8 +273,31 @@ class Reader {
       }
       count *= dims[i];
     }
-    m.values = numbers(d, count, link);
+    if (count <= kMostHeldValues) m.values = numbers(d, count, link);
     return m;
+  }
+
+  /// A map that is read in pieces. They hold the file open.
+  MapStream stream_of(Map m) const {
+    const auto read = [file = open_file_, link = m.name, path = path_.string()](std::size_t first, std::size_t count) {
+      try {
+        const Handle d = dataset(*file, "/maps/" + link), space(H5Dget_space(d), "read the shape of", link);
+        std::vector<hsize_t> dims(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
+        checked(H5Sget_simple_extent_dims(space, dims.data(), nullptr), "read the shape of", link);
+        std::vector<double> out(count);
+        for (const Box& box : boxes_in(dims, first, count)) {
+          checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, box.start.data(), nullptr, box.count.data(), nullptr),
+                  "select a part of", link);
+          const Handle memory(H5Screate_simple(1, &box.size, nullptr), "make a dataspace");
+          checked(H5Dread(d, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, out.data() + (box.first - first)), "read",
+                  link);
+        }
+        return std::vector<std::vector<double>>{std::move(out)};
+      } catch (const Hdf5Failure& e) {
+        throw IoError(fmt::format("{}: {}", path, e.what()));
+      }
+    };
+    return {{std::move(m)}, read};
   }
 
   Axis axis(hid_t d, const std::string& map_name) const {
@@ -300,8 +334,10 @@ class Reader {
     return dims;
   }
 
+  fs::path path_;
   std::uintmax_t file_size_;
-  Handle file_;
+  std::shared_ptr<Handle> open_file_;  // streams of the result share it
+  hid_t file_;
 };
 
 /// Runs `read` on the open file; every failure becomes IoError with the path.

@@ -17,6 +17,7 @@
 
 #include "store/content_hash.h"
 #include "store/hdf5_handle.h"
+#include "store/map_boxes.h"
 #include "store/stored_form.h"
 
 namespace surveymc {
@@ -53,17 +54,29 @@ Handle memory_file() {
   return Handle(H5Fcreate(name.c_str(), H5F_ACC_EXCL, creation_properties(H5P_FILE_CREATE), access), "start the file");
 }
 
+/// An empty file on the disk, in place of the one that is there.
+Handle disk_file(const std::filesystem::path& path) {
+  const Handle access = file_access();
+  checked(H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18), "select the format");
+  return Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation_properties(H5P_FILE_CREATE), access), "start the file");
+}
+
 class Writer {
  public:
-  std::vector<char> file_image(const Result& result) {
-    const Handle file = memory_file();
-    write_provenance(file, result);
+  void write(hid_t file, const Result& result) {
+    MapHashes hashes = held_map_hashes(result.maps);
     write_tables(file, "tables", result.tables);
-    write_maps(file, result.maps);
+    write_maps(file, result.maps, result.streams, hashes);
     write_tables(file, "samples", result.samples);
     write_inputs(file, result.inputs);
     write_run(file, result.run);
+    write_provenance(file, result, hashes);
     checked(H5Fflush(file, H5F_SCOPE_GLOBAL), "flush");
+  }
+
+  std::vector<char> file_image(const Result& result) {
+    const Handle file = memory_file();
+    write(file, result);
     const auto size = checked(H5Fget_file_image(file, nullptr, 0), "size the file");
     std::vector<char> image(static_cast<std::size_t>(size));
     checked(H5Fget_file_image(file, image.data(), image.size()), "copy the file");
@@ -133,7 +146,7 @@ class Writer {
     return d;
   }
 
-  void write_provenance(hid_t file, const Result& result) {
+  void write_provenance(hid_t file, const Result& result, const MapHashes& hashes) {
     const Provenance& p = result.provenance;
     attribute(file, "title", p.title);
     attribute(file, "format", kFormat);
@@ -147,7 +160,7 @@ class Writer {
     attribute(file, "seed", static_cast<std::int64_t>(p.seed));
     attribute(file, "trials", static_cast<std::int64_t>(p.trials));
     attribute(file, "compiler", p.compiler);
-    attribute(file, "content_hash", content_hash(result));
+    attribute(file, "content_hash", content_hash(result, hashes));
   }
 
   void write_run(hid_t file, const RunInfo& run) {
@@ -193,35 +206,101 @@ class Writer {
   }
 
   /// All maps are in one group, so that one xr.open_dataset() has them. Maps share an axis that is the same in name,
-  /// unit and values; another axis of that name gets a number behind it.
-  void write_maps(hid_t file, const std::vector<Map>& maps) {
+  /// unit and values; another axis of that name gets a number behind it. Adds the hashes of streamed maps.
+  void write_maps(hid_t file, const std::vector<Map>& maps, const std::vector<MapStream>& streams, MapHashes& hashes) {
     const Handle all = group(file, "maps");
-    std::set<std::string> taken;
-    for (const Map& m : maps) taken.insert(m.name);
-    std::vector<std::pair<std::string, Handle>> axes;  // axis_hash(), dimension scale
-
+    Axes axes;
+    for (const Map& m : maps) axes.taken.insert(m.name);
+    for (const MapStream& s : streams)
+      for (const Map& m : s.maps) axes.taken.insert(m.name);
     for (const Map& m : maps) {
-      Dims dims;
-      std::vector<std::size_t> used;  // netCDF readers want no dimension twice in a variable
-      for (const Axis& a : m.axes) {
-        dims.push_back(axis_size(a));
-        const std::string hash = axis_hash(a);
-        std::size_t i = 0;
-        while (i < axes.size() && (axes[i].first != hash || std::count(used.begin(), used.end(), i) > 0)) ++i;
-        if (i == axes.size()) {
-          const std::string link = link_name(a.name, taken);
-          Handle d = described(all, link, {dims.back()}, a);
-          checked(H5DSset_scale(d, link.c_str()), "make the dimension scale", link);
-          axes.emplace_back(hash, std::move(d));
-        }
-        used.push_back(i);
+      const std::vector<std::size_t> used = axes_of(all, m, axes);
+      const Handle d = described(all, m.name, shape(m), m);
+      attach_axes(d, m, used, axes);
+    }
+    for (const MapStream& s : streams) {
+      std::vector<Handle> datasets;
+      for (const Map& m : s.maps) {
+        const std::vector<std::size_t> used = axes_of(all, m, axes);
+        datasets.push_back(empty_dataset(all, m));
+        attach_axes(datasets.back(), m, used, axes);
       }
-      const Handle d = described(all, m.name, dims, m);
-      for (std::size_t i = 0; i < used.size(); ++i) {
-        checked(H5DSattach_scale(d, axes[used[i]].second, static_cast<unsigned>(i)), "attach a dimension scale to",
-                m.name);
+      write_values(s, datasets, hashes);
+    }
+  }
+
+  struct Axes {
+    std::set<std::string> taken;
+    std::vector<std::pair<std::string, Handle>> scales;  // axis_hash(), dimension scale
+  };
+
+  static Dims shape(const Map& m) {
+    Dims dims;
+    for (const Axis& a : m.axes) dims.push_back(axis_size(a));
+    return dims;
+  }
+
+  /// Numbers of the dimension scales of a map; makes those that are not there yet.
+  std::vector<std::size_t> axes_of(hid_t all, const Map& m, Axes& axes) {
+    std::vector<std::size_t> used;  // netCDF readers want no dimension twice in a variable
+    for (const Axis& a : m.axes) {
+      const std::string hash = axis_hash(a);
+      std::size_t i = 0;
+      while (i < axes.scales.size() && (axes.scales[i].first != hash || std::count(used.begin(), used.end(), i) > 0)) {
+        ++i;
+      }
+      if (i == axes.scales.size()) {
+        const std::string link = link_name(a.name, axes.taken);
+        Handle d = described(all, link, {axis_size(a)}, a);
+        checked(H5DSset_scale(d, link.c_str()), "make the dimension scale", link);
+        axes.scales.emplace_back(hash, std::move(d));
+      }
+      used.push_back(i);
+    }
+    return used;
+  }
+
+  void attach_axes(hid_t d, const Map& m, const std::vector<std::size_t>& used, const Axes& axes) {
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      checked(H5DSattach_scale(d, axes.scales[used[i]].second, static_cast<unsigned>(i)), "attach a dimension scale to",
+              m.name);
+    }
+  }
+
+  Handle empty_dataset(hid_t all, const Map& m) {
+    const Dims dims = shape(m);
+    const Handle space(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), "make a dataspace for",
+                       m.name);
+    Handle d(H5Dcreate2(all, m.name.c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, dataset_properties_, H5P_DEFAULT),
+             "create dataset", m.name);
+    if (!m.unit.empty()) attribute(d, "units", m.unit);
+    attribute(d, "long_name", m.long_name);
+    return d;
+  }
+
+  void write_values(const MapStream& s, const std::vector<Handle>& datasets, MapHashes& hashes) {
+    if (s.maps.empty()) return;
+    StreamHash hash(s.maps);
+    const Dims dims = shape(s.maps.front());
+    const std::size_t size = map_size(s.maps.front());
+    for (std::size_t at = 0; at < size; at += kStreamPiece) {
+      const std::size_t count = std::min(kStreamPiece, size - at);
+      std::vector<std::vector<double>> piece = s.values(at, count);
+      hash.add(piece);
+      for (std::size_t i = 0; i < datasets.size(); ++i) {
+        std::transform(piece[i].begin(), piece[i].end(), piece[i].begin(), canonical_number);
+        const Handle space(H5Dget_space(datasets[i]), "read the shape of", s.maps[i].name);
+        for (const Box& box : boxes_in(dims, at, count)) {
+          const Handle memory(H5Screate_simple(1, &box.size, nullptr), "make a dataspace");
+          checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, box.start.data(), nullptr, box.count.data(), nullptr),
+                  "select a part of", s.maps[i].name);
+          checked(
+              H5Dwrite(datasets[i], H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, piece[i].data() + (box.first - at)),
+              "write", s.maps[i].name);
+        }
       }
     }
+    hash.finish(hashes);
   }
 
   const Handle text_ = text_type();
@@ -232,6 +311,10 @@ class Writer {
 }  // namespace
 
 void check_shape(const Result& result) {
+  const auto same_shape = [](const Map& a, const Map& b) {
+    return std::equal(a.axes.begin(), a.axes.end(), b.axes.begin(), b.axes.end(),
+                      [](const Axis& x, const Axis& y) { return axis_size(x) == axis_size(y); });
+  };
   const auto demand = [](bool ok, const std::string& what) {
     if (!ok) throw std::logic_error("malformed result: " + what);
   };
@@ -250,10 +333,14 @@ void check_shape(const Result& result) {
   std::set<std::string> taken;
   for (const Map& m : result.maps) {
     demand_name(m.name, taken);
-    std::size_t n = 1;
-    for (const Axis& a : m.axes) n *= axis_size(a);
-    demand(n == m.values.size(), "map " + m.name + " is not the product of its axes");
+    demand(map_size(m) == m.values.size(), "map " + m.name + " is not the product of its axes");
   }
+  for (const MapStream& s : result.streams)
+    for (const Map& m : s.maps) {
+      demand_name(m.name, taken);
+      demand(!m.axes.empty() && m.values.empty(), "streamed map " + m.name + " has no axes, or values of its own");
+      demand(same_shape(m, s.maps.front()), "maps of one stream differ in shape: " + m.name);
+    }
   constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
   demand(result.provenance.seed <= kMax && result.provenance.trials <= kMax, "seed or trials above 2^63 - 1");
 }
@@ -261,6 +348,12 @@ void check_shape(const Result& result) {
 std::vector<char> file_image(const Result& result) {
   silence_hdf5();
   return Writer().file_image(result);
+}
+
+void write_file(const std::filesystem::path& path, const Result& result) {
+  silence_hdf5();
+  const Handle file = disk_file(path);
+  Writer().write(file, result);
 }
 
 }  // namespace surveymc

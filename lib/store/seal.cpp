@@ -1,9 +1,12 @@
 #include "store/seal.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdint>
 #include <fstream>
+#include <optional>
 #include <string>
+#include <system_error>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -23,11 +26,33 @@ std::string seal_text(XXH128_hash_t hash) {
   return seal;
 }
 
+/// Of the next `size` bytes; none if they cannot be read.
+std::optional<XXH128_hash_t> hash_of(std::ifstream& in, std::uintmax_t size) {
+  XXH3_state_t state;
+  XXH3_128bits_reset(&state);
+  std::vector<char> chunk(std::size_t{1} << 20);
+  for (std::uintmax_t left = size; left > 0;) {
+    const std::size_t n = std::min<std::uintmax_t>(left, chunk.size());
+    if (!in.read(chunk.data(), static_cast<std::streamsize>(n))) return std::nullopt;
+    XXH3_128bits_update(&state, chunk.data(), n);
+    left -= n;
+  }
+  return XXH3_128bits_digest(&state);
+}
+
 }  // namespace
 
 void append_seal(std::vector<char>& bytes) {
   const std::string seal = seal_text(XXH3_128bits(bytes.data(), bytes.size()));
   bytes.insert(bytes.end(), seal.begin(), seal.end());
+}
+
+std::vector<char> seal_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  const auto hash = hash_of(in, std::filesystem::file_size(path));
+  if (!hash) throw std::system_error(EIO, std::generic_category());
+  const std::string seal = seal_text(*hash);
+  return {seal.begin(), seal.end()};
 }
 
 bool is_intact(const std::filesystem::path& path) {
@@ -41,16 +66,8 @@ bool is_intact(const std::filesystem::path& path) {
   if (!in || !seal.starts_with(kMark)) return true;
 
   in.seekg(0);
-  XXH3_state_t state;
-  XXH3_128bits_reset(&state);
-  std::vector<char> chunk(std::size_t{1} << 20);
-  for (std::uintmax_t left = sealed; left > 0;) {
-    const std::size_t n = std::min<std::uintmax_t>(left, chunk.size());
-    if (!in.read(chunk.data(), static_cast<std::streamsize>(n))) return false;
-    XXH3_128bits_update(&state, chunk.data(), n);
-    left -= n;
-  }
-  return seal == seal_text(XXH3_128bits_digest(&state));
+  const auto hash = hash_of(in, sealed);
+  return hash && seal == seal_text(*hash);
 }
 
 }  // namespace surveymc

@@ -9,6 +9,9 @@ namespace surveymc {
 
 void append_seal(std::vector<char>& bytes);
 
+/// The seal of what is in a file, which is read for it. Throws std::system_error.
+std::vector<char> seal_of(const std::filesystem::path& path);
+
 /// True if the file has no seal, or the right one.
 bool is_intact(const std::filesystem::path& path);
 

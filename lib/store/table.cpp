@@ -227,6 +227,12 @@ const Column& Table::column(const std::string& column_name) const {
   throw std::out_of_range("table " + name + " has no column " + column_name);
 }
 
+std::size_t map_size(const Map& map) {
+  std::size_t n = 1;
+  for (const Axis& a : map.axes) n *= std::visit([](const auto& v) { return v.size(); }, a.values);
+  return n;
+}
+
 void append_rows(Table& table, const Table& more) {
   assert(table.columns.size() == more.columns.size());
   for (std::size_t i = 0; i < table.columns.size(); ++i) {

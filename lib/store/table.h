@@ -2,6 +2,7 @@
 /// What leaves a study: tables of named columns and maps over named axes, as plain values.
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -40,6 +41,18 @@ struct Map {
   std::vector<Axis> axes;
   std::vector<double> values;
 };
+
+/// Maps that are too large to be held: over the same axes, without values, which are made (or read) piece by piece when
+/// the maps are written or hashed.
+struct MapStream {
+  std::vector<Map> maps;  ///< `values` are empty
+  /// Values first .. first + count - 1 of every map, in the order of `maps`. Called for all of them in rising order,
+  /// possibly several times over; the same bits each time.
+  std::function<std::vector<std::vector<double>>(std::size_t first, std::size_t count)> values;
+};
+
+/// Product of the axes' lengths: how many values a map has.
+std::size_t map_size(const Map& map);
 
 /// Rows of `more` below those of `table`. Both have the same columns (asserted).
 void append_rows(Table& table, const Table& more);

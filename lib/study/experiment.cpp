@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "base/error.h"
+
 namespace surveymc {
 
 std::uint64_t PreparedRun::total_trials() const {
@@ -17,6 +19,11 @@ PreparedRun prepare_run(const Experiment& experiment, Config config) {
   for (std::size_t i = 0; i < run.config.point_count(); ++i) {
     ConfigReader reader = run.config.reader(i);
     run.points.push_back(experiment.read(reader, seed));
+    const std::vector<Axis> first = run.points.front()->map_axes(), own = run.points.back()->map_axes();
+    for (std::size_t a = 0; a < std::max(first.size(), own.size()); ++a)
+      require(a < first.size() && a < own.size() && first[a].name == own[a].name && first[a].values == own[a].values,
+              "sweep: point {} has other values of the map axis {} than point 0: give all of them as the grid itself",
+              i, (a < own.size() ? own : first)[a].name);
   }
   return run;
 }
@@ -82,6 +89,7 @@ void add_maps(std::vector<Map>& all, std::vector<Map>&& maps, const std::vector<
   for (Map& m : maps) {
     const auto same = std::find_if(all.begin(), all.end(), [&](const Map& o) { return o.name == m.name; });
     if (same != all.end()) {  // points come in product order, last key fastest: appending is the right place
+      if (same->unit != m.unit) same->unit = "mixed";  // a sweep over what decides the unit
       same->values.insert(same->values.end(), m.values.begin(), m.values.end());
       continue;
     }
@@ -89,6 +97,53 @@ void add_maps(std::vector<Map>& all, std::vector<Map>&& maps, const std::vector<
     all.push_back(std::move(m));
   }
 }
+
+/// The streams of all points behind each other: points come in product order, last key fastest.
+class Streams {
+ public:
+  void add(std::vector<MapStream>&& streams, const std::vector<Axis>& sweep) {
+    if (all_.empty()) {
+      all_.resize(streams.size());
+      for (std::size_t i = 0; i < streams.size(); ++i)
+        for (Map m : streams[i].maps) {
+          m.axes.insert(m.axes.begin(), sweep.begin(), sweep.end());
+          all_[i].maps.push_back(std::move(m));
+        }
+      points_.resize(streams.size());
+    }
+    for (std::size_t i = 0; i < streams.size(); ++i) {
+      for (std::size_t m = 0; m < streams[i].maps.size(); ++m)
+        if (all_[i].maps[m].unit != streams[i].maps[m].unit) all_[i].maps[m].unit = "mixed";
+      points_[i].push_back(std::move(streams[i]));
+    }
+  }
+
+  std::vector<MapStream> take(const std::atomic<bool>* stop) {
+    for (std::size_t i = 0; i < all_.size(); ++i)
+      all_[i].values = [points = std::move(points_[i]), stop](std::size_t first, std::size_t count) {
+        if (stop && *stop) throw Interrupted("stopped before all maps were written");
+        const std::size_t of_point = map_size(points.front().maps.front());
+        std::vector<std::vector<double>> out;
+        while (count > 0) {
+          const std::size_t at = first % of_point, n = std::min(count, of_point - at);
+          std::vector<std::vector<double>> part = points[first / of_point].values(at, n);
+          if (out.empty()) {
+            out = std::move(part);
+          } else {
+            for (std::size_t m = 0; m < out.size(); ++m) out[m].insert(out[m].end(), part[m].begin(), part[m].end());
+          }
+          first += n;
+          count -= n;
+        }
+        return out;
+      };
+    return std::move(all_);
+  }
+
+ private:
+  std::vector<MapStream> all_;
+  std::vector<std::vector<MapStream>> points_;  // [stream][point]
+};
 
 Table table_of(const InputTable& in) {
   Table t{in.path, "as read from " + in.path};
@@ -113,6 +168,7 @@ Table table_of(const InputText& in) {
 Result execute(const PreparedRun& run, const RunOptions& options) {
   Result result;
   const std::vector<Axis> axes = sweep_axes(run.config);
+  Streams streams;
   std::uint64_t done_before = 0, after = run.total_trials();
   for (std::size_t i = 0; i < run.points.size(); ++i) {
     const StudyPoint& point = *run.points[i];
@@ -128,12 +184,14 @@ Result execute(const PreparedRun& run, const RunOptions& options) {
                             : run_blocks(
                                   point.trials(), [&](TrialBlock b) { return point.run_block(b); }, of_point, rule);
     done_before += tally.trials;
-    PointResult r = point.finish(tally);
+    PointResult r = point.finish(tally, of_point);
     const std::vector<SweepValue> sweep = run.config.sweep_values(i);
     add_point(result.tables, std::move(r.tables), sweep);
     add_point(result.samples, std::move(r.samples), sweep);
     add_maps(result.maps, std::move(r.maps), axes);
+    streams.add(std::move(r.streams), axes);
   }
+  result.streams = streams.take(options.stop);
   for (const InputTable& in : run.config.inputs()) {
     const Table t = table_of(in);
     result.inputs.push_back({in.path, input_hash(t), t});

@@ -16,6 +16,7 @@ namespace surveymc {
 struct PointResult {
   std::vector<Table> tables, samples;
   std::vector<Map> maps;
+  std::vector<MapStream> streams = {};  ///< maps that are made while they are written
 };
 
 /// One point of a sweep, read and checked, ready to run. Immutable; run_block is called from several threads.
@@ -30,6 +31,10 @@ class StudyPoint {
   virtual std::uint64_t trials_needed(const Tally& /*so_far*/) const { return trials(); }
   virtual Tally run_block(TrialBlock block) const = 0;
   virtual PointResult finish(const Tally& tally) const = 0;
+  /// For studies whose work is here and not in blocks: they look at options.stop.
+  virtual PointResult finish(const Tally& tally, const RunOptions& /*options*/) const { return finish(tally); }
+  /// Axes of the point's maps; all points of a sweep must have the same. Empty: no maps, or known to be the same.
+  virtual std::vector<Axis> map_axes() const { return {}; }
   /// One trial in words: its draws, estimate and result. Same bits as in the run.
   virtual std::string replay(std::uint64_t trial) const = 0;
 };
@@ -51,12 +56,14 @@ struct PreparedRun {
   std::uint64_t total_trials() const;
 };
 
-/// Throws InputError; touches no file but those that the config names.
+/// Throws InputError, also where the maps of a sweep have different axes; touches no file but those that the config
+/// names.
 PreparedRun prepare_run(const Experiment& experiment, Config config);
 
 /// Runs every point and puts their tables together: the sweep's keys become the first columns of every table and the
-/// first axes of every map. Fills provenance from the config, but for versions and command, and not RunInfo.
-/// options.progress gets the trials done and expected over all points.
+/// first axes of every map. Streams of the result compute while they are read; they refer to the points of `run`, which
+/// must outlive the result, and throw Interrupted when options.stop is set. Fills provenance from the config, but for
+/// versions and command, and not RunInfo. options.progress gets the trials done and expected over all points.
 Result execute(const PreparedRun& run, const RunOptions& options);
 
 /// The unit that a name ends in (`field.total_nT` -> "nT"); "1" if it ends in none that we know.

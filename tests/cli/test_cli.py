@@ -1455,6 +1455,106 @@ class Extremes(Case):
         self.assertLess(self.peak_kilobytes(400_000) - self.peak_kilobytes(20_000), 10_000)
 
 
+RELIABILITY = """\
+experiment = "reliability_map"
+seed = 1
+mode = "sse"
+observation = "bx"
+inclination_deg = 30.0
+toolface_deg = { from = 0.0, to = 180.0, step = 45.0 }
+magnetic_azimuth_deg = [0.0, 60.0, 90.0]
+"""
+
+
+class ReliabilityMaps(Case):
+    def reliability(self, *changes, append=""):
+        text = RELIABILITY
+        for old, new in changes:
+            self.assertIn(old, text)
+            text = text.replace(old, new)
+        return self.write("map.toml", text + append)
+
+    def maps(self, *arguments):
+        self.call("run", "map.toml", "-o", "map.h5", *arguments)
+        with h5py.File(self.folder / "map.h5") as f:
+            return {name: (d[()], [dim[0].name.split("/")[-1] for dim in d.dims], d.attrs.get("units"))
+                    for name, d in f["maps"].items() if not h5py.h5ds.is_scale(d.id)}
+
+    def test_names_axes_units_and_a_value(self):
+        self.reliability()
+        maps = self.maps()
+        self.assertEqual(list(maps), ["redundancy_number", "minimal_detectable_error", "external_inclination_deg",
+                                      "external_toolface_deg", "external_azimuth_deg"])
+        for values, axes, _ in maps.values():
+            self.assertEqual(values.shape, (1, 5, 3))
+            self.assertEqual(axes, ["inclination", "toolface", "magnetic_azimuth"])
+        self.assertEqual([m[2] for m in maps.values()], ["1", "nT", "deg", "deg", "deg"])
+        self.assertAlmostEqual(maps["minimal_detectable_error"][0][0, 1, 1], 689.04775, delta=5e-6)
+        self.assertAlmostEqual(maps["external_azimuth_deg"][0][0, 1, 1], -0.593197, delta=5e-7)
+        self.assertTrue(np.isinf(maps["minimal_detectable_error"][0][0, 0, 0]))
+
+    def test_more_axes_lead(self):
+        self.reliability(('"bx"', '"all"'), append="noise_scale = [0.5, 1.0]\n[field]\ndip_deg = [70.0, 75.0]\n")
+        values, axes, unit = self.maps("--set", 'sweep.alpha=[1e-4, 1e-3]')["minimal_detectable_error"]
+        self.assertEqual(axes, ["alpha", "observation", "noise_scale", "dip", "inclination", "toolface", "magnetic_azimuth"])
+        self.assertEqual(values.shape, (2, 9, 2, 2, 1, 5, 3))
+        self.assertEqual(unit, "mixed")
+        self.assertAlmostEqual(values[0, 3, 1, 1, 0, 1, 1], 689.04775, delta=5e-6)
+        self.assertTrue(np.all((values[1] < values[0]) | np.isinf(values[0])))  # a coarser test finds smaller errors
+
+    def test_streamed_and_held_maps_are_the_same(self):
+        self.reliability(("30.0", "{ from = 1.0, to = 90.0, step = 1.0 }"), ("step = 45.0", "step = 1.0"),
+                         ("[0.0, 60.0, 90.0]", "{ from = 0.0, to = 179.0, step = 1.0 }"),
+                         append='maps = ["minimal_detectable_error"]\n')
+        held = self.maps()["minimal_detectable_error"][0]
+        self.call("rerun", "map.h5")
+        # A second observation makes it larger than what is held
+        both = self.maps("--set", 'observation=["bx", "bz"]')["minimal_detectable_error"][0]
+        self.assertEqual(both.shape, (2, *held.shape))
+        self.assertTrue(np.array_equal(both[0], held))
+        self.assertIn("identical", self.call("rerun", "map.h5").stdout)
+
+    def test_instruction_sets_give_the_same_bits(self):
+        self.reliability(('"bx"', '"all"'))
+        first = self.maps()
+        self.call("run", "map.toml", "-o", "v3.h5", env={"SURVEYMC_INSTRUCTION_SET": "x86-64-v3"})
+        self.assertEqual(content_hash(self.folder / "map.h5"), content_hash(self.folder / "v3.h5"))
+        self.assertEqual(len(first), 5)
+
+    def test_what_is_refused(self):
+        for rule, *changes in (("mode = .*must be", ('"sse"', '"msse"')), ("none of gx", ('"bx"', '"bq"')),
+                               ("not observed in mode sse_axial", ('"sse"', '"sse_axial"'), ('"bx"', '"bz"')),
+                               ("not observed in mode mse_fixed", ('"sse"', '"mse_fixed"'), ('"bx"', '"gravity"')),
+                               ("in the list twice", ('"bx"', '["bx", "bx"]')), ("must not be empty", ('"bx"', "[]")),
+                               ("must not be empty", ("[0.0, 60.0, 90.0]", "[]")),
+                               ("inclination_deg = 190", ("30.0", "190.0")), ("inclination_deg", ("30.0", "nan")),
+                               ("step", ("step = 45.0", "step = -45.0"))):
+            self.reliability(*changes)
+            self.refused(BAD_INPUT, "run", "map.toml", "-o", "map.h5", says=rule)
+        self.reliability()
+        for setting, rule in (("alpha=0", "alpha = 0"), ("alpha=1", "alpha = 1"), ("alpha=0.6", "0.5"), ("power=1.0", "power = 1"),
+                              ("power=0", "power = 0"), ("alpha=0.3", ""), ("tails=three", "tails"),
+                              ("power=0.00001", "false alarm"), ("sigma.gravity_nT=3", "gravity"), ("toolfaces_deg=3", "toolface"),
+                              ("sigma.magnetometer_noise_nT=0", "noise"), ('maps=["x"]', "none of"),
+                              ("sweep.inclination_deg=[10.0, 20.0]", "inclination"), ("field.dip_deg=90", "dip_deg"),
+                              ("stations=0", "stations")):
+            if setting == "alpha=0.3":
+                self.call("check", "map.toml", "--set", setting)
+                continue
+            self.refused(BAD_INPUT, "run", "map.toml", "-o", "map.h5", "--set", setting, says=rule)
+        self.refused(BAD_INPUT, "run", "map.toml", "--trial", 0, says="no trials")
+
+    def test_well(self):
+        self.write("well.toml", 'experiment = "reliability_well"\nseed = 1\nmode = "mse_shared"\nobservation = "all"\n'
+                                '[survey]\nfile = "survey.csv"\ntoolface_zero = "y"\n')
+        self.call("run", "well.toml", "-o", "well.h5")
+        self.assertEqual(len(column(self.folder / "well.h5", "tables/stations", "md_m")), 6 * 6 + 3)
+        self.write("mine.csv", SURVEY.replace(",toolface_deg", "").replace(",0\n", "\n").replace(",50\n", "\n")
+                   .replace(",120\n", "\n").replace(",200\n", "\n").replace(",300\n", "\n").replace(",40\n", "\n"))
+        self.refused(BAD_INPUT, "run", "well.toml", "-o", "b.h5", "--set", "survey.file=mine.csv", says="toolface")
+        self.call("run", "well.toml", "-o", "b.h5", "--set", "survey.file=mine.csv", "--set", "toolface=worst")
+
+
 if __name__ == "__main__":
     if len(sys.argv) < 3:
         sys.exit(__doc__)

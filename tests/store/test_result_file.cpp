@@ -591,3 +591,90 @@ TEST_CASE("Write a sample file to $SURVEYMC_SAMPLE_FILE", "[.][sample_file]") {
   write_result(path, full_result());
   CHECK(stored_content_hash(path) == content_hash(full_result()));
 }
+
+namespace {
+
+/// The maps of `r` as one stream each, whose values are handed out in the pieces that are asked for.
+Result streamed(Result r) {
+  for (Map& m : r.maps) {
+    Map empty = m;
+    empty.values.clear();
+    r.streams.push_back({{empty}, [values = m.values](std::size_t first, std::size_t count) {
+                           const auto from = values.begin() + static_cast<std::ptrdiff_t>(first);
+                           return std::vector<Numbers>{Numbers(from, from + static_cast<std::ptrdiff_t>(count))};
+                         }});
+  }
+  r.maps.clear();
+  return r;
+}
+
+}  // namespace
+
+TEST_CASE("A streamed map is the same result as a held one", "[store]") {
+  const Folder folder;
+  Result held = full_result();
+  std::erase_if(held.maps, [](const Map& m) { return m.axes.empty(); });
+  // Odd sizes, so that pieces begin and end inside of every axis
+  const auto numbers = [](std::size_t n) {
+    Numbers x;
+    for (std::size_t i = 0; i < n; ++i) x.push_back(std::sin(static_cast<double>(i)));
+    return x;
+  };
+  held.maps.push_back({"large",
+                       "1",
+                       "larger than a piece",
+                       {{"a", "1", "", numbers(3)},
+                        {"b", "1", "", numbers(7)},
+                        {"c", "1", "", numbers(181)},
+                        {"d", "1", "", numbers(211)}},
+                       numbers(3 * 7 * 181 * 211)});
+  REQUIRE(held.maps.back().values.size() > 3 * kStreamPiece);
+  const Result stream = streamed(held);
+  CHECK(content_hash(stream) == content_hash(held));
+  write_result(folder / "held.h5", held);
+  write_result(folder / "streamed.h5", stream);
+  CHECK(stored_content_hash(folder / "streamed.h5") == stored_content_hash(folder / "held.h5"));
+  const Result back = read_result(folder / "streamed.h5");
+  REQUIRE(back.maps.size() == held.maps.size());
+  for (std::size_t i = 0; i < held.maps.size(); ++i) check_equal(back.maps[i], held.maps[i]);
+  CHECK(folder.names().size() == 2);
+}
+
+TEST_CASE("A stream that throws leaves no file, and the old one as it was", "[store]") {
+  const Folder folder;
+  const Result before = full_result();
+  write_result(folder / "a.h5", before);
+  const std::string bytes = bytes_of(folder / "a.h5");
+  Result broken = streamed(full_result());
+  std::erase_if(broken.streams, [](const MapStream& s) { return s.maps[0].axes.empty(); });
+  broken.streams[0].values = [](std::size_t, std::size_t) -> std::vector<Numbers> { throw Interrupted("stop"); };
+  CHECK_THROWS_AS(write_result(folder / "a.h5", broken), Interrupted);
+  CHECK(bytes_of(folder / "a.h5") == bytes);
+  CHECK(folder.names().size() == 1);
+}
+
+TEST_CASE("A streamed map that does not fit on the disk is an error of ours, and the program goes on", "[store]") {
+  const Folder folder;
+  Result r = full_result();
+  r.maps.clear();
+  const std::size_t n = 4 * kStreamPiece;
+  r.streams.push_back({{{"m", "1", "", {{"x", "1", "", Numbers(n)}}, {}}},
+                       [](std::size_t, std::size_t count) { return std::vector<Numbers>{Numbers(count, 1.0)}; }});
+  const pid_t child = fork();
+  if (child == 0) {  // a limit on the size of files, as good as a full disk
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1 << 20, 1 << 20};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    try {
+      write_result(folder / "a.h5", r);
+    } catch (const IoError& e) {
+      std::exit(std::string(e.what()).find("File too large") != std::string::npos ? 0 : 2);  // runs exit handlers
+    }
+    std::exit(3);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 0);
+  CHECK(folder.names().empty());
+}

@@ -1,0 +1,166 @@
+#include "reliability_layers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "reliability/adjustment.h"
+#include "reliability/nonlinear_detectable.h"
+#include "reliability/significance.h"
+
+namespace surveymc {
+namespace {
+
+struct SlowLayer {
+  const char *name, *meaning;
+};
+constexpr std::array<SlowLayer, 4> kSlow{{
+    {"max_correlation", "largest |correlation| of the test with another one; 1: not separable"},
+    {"minimal_identifiable_error",
+     "smallest error that is detected and has the larger |w| against every other "
+     "observation in turn, each with probability `power`"},
+    {"nonlinear_detectable_error_plus", "minimal detectable error without linearisation, positive sign"},
+    {"nonlinear_detectable_error_minus", "minimal detectable error without linearisation, negative sign"},
+}};
+
+const char* fast_meaning(MapQuantity q) {
+  switch (q) {
+    case MapQuantity::redundancy_number:
+      return "redundancy number r_ii";
+    case MapQuantity::minimal_detectable_error:
+      return "minimal detectable error nabla_0; mps2, nT or deg, as the observation";
+    case MapQuantity::external_inclination:
+      return "effect of +nabla_0 on the inclination";
+    case MapQuantity::external_toolface:
+      return "effect of +nabla_0 on the toolface";
+    case MapQuantity::external_azimuth:
+      return "effect of +nabla_0 on the magnetic azimuth";
+    case MapQuantity::external_gravity:
+      return "effect of +nabla_0 on the estimate of gravity";
+    case MapQuantity::external_total_field:
+      return "effect of +nabla_0 on the estimate of the total field";
+    default:
+      return "effect of +nabla_0 on the estimate of the dip";
+  }
+}
+
+/// Number of a kernel quantity; kMapQuantities if it is none.
+std::size_t fast_number(const std::string& layer) {
+  const auto& names = map_quantity_names();
+  return static_cast<std::size_t>(std::find(names.begin(), names.end(), layer) - names.begin());
+}
+
+AdjustmentModel model_at(const LayerModel& m, const GridPoint& p) {
+  AdjustmentModel at = m.model;
+  at.field.dip = p.dip_deg * kDegree;
+  at.sigma.accelerometer_noise *= p.noise_scale;
+  at.sigma.magnetometer_noise *= p.noise_scale;
+  return at;
+}
+
+/// Correlation and identifiable error of the observations of one point.
+struct Separability {
+  double correlation, identifiable;
+};
+std::vector<Separability> separability(const LayerModel& m, const GridPoint& p,
+                                       const std::vector<std::size_t>& observations) {
+  AdjustmentModel at = model_at(m, p);
+  // Stations at one attitude: the tests of one station correlate as they do for many of them
+  const std::size_t stations = at.mode == AdjustmentMode::mse_shared ? static_cast<std::size_t>(at.stations) : 1;
+  const Attitude attitude{p.inclination_deg * kDegree, p.magnetic_azimuth_deg * kDegree, p.toolface_deg * kDegree};
+  const ParityModel parity = linear_model(at, std::vector<Attitude>(stations, attitude));
+  const Eigen::VectorXd size = sensitivities(parity);
+  const Eigen::MatrixXd rho = test_correlations(parity);
+  std::vector<Separability> all;
+  for (const std::size_t o : observations) {
+    const Eigen::Index i = observation_number(at, stations, 0, o);
+    Separability s{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
+    if (size[i] > 0) {
+      s.correlation = 0;
+      for (Eigen::Index j = 0; j < parity.observations(); ++j)
+        if (j != i && size[j] > 0) s.correlation = std::max(s.correlation, std::abs(rho(i, j)));
+      if (s.correlation > 1 - 1e-9) s.correlation = 1;  // as inseparable_groups()
+      const double shift = std::max(m.lambda0, identifiable_shift(s.correlation, m.power));
+      s.identifiable = shift / size[i] * observation_scale(o);
+    } else {
+      s.correlation = 1;  // shows in no test: nothing can be told apart
+    }
+    all.push_back(s);
+  }
+  return all;
+}
+
+}  // namespace
+
+std::vector<std::string> layer_names() {
+  std::vector<std::string> names(map_quantity_names().begin(), map_quantity_names().end());
+  for (const SlowLayer& s : kSlow) names.push_back(s.name);
+  return names;
+}
+
+std::string layer_meaning(const std::string& layer) {
+  for (const SlowLayer& s : kSlow)
+    if (layer == s.name) return s.meaning;
+  return fast_meaning(static_cast<MapQuantity>(fast_number(layer)));
+}
+
+std::string layer_unit(const std::string& layer, std::size_t observation) {
+  if (!is_slow_layer(layer)) return map_quantity_unit(fast_number(layer), observation);
+  return layer == "max_correlation" ? "1" : observation_unit(observation);
+}
+
+bool is_slow_layer(const std::string& layer) { return fast_number(layer) == kMapQuantities; }
+
+GridPoint grid_point(const ReliabilityGrid& g, std::size_t point) {
+  const auto take = [&](const std::vector<double>& axis) {
+    const double x = axis[point % axis.size()];
+    point /= axis.size();
+    return x;
+  };
+  GridPoint p;
+  p.magnetic_azimuth_deg = take(g.magnetic_azimuth_deg);
+  p.toolface_deg = take(g.toolface_deg);
+  p.inclination_deg = take(g.inclination_deg);
+  p.dip_deg = take(g.dip_deg);
+  p.noise_scale = take(g.noise_scale);
+  return p;
+}
+
+std::vector<std::vector<std::vector<double>>> layer_values(const LayerModel& m,
+                                                           const std::vector<std::size_t>& observations,
+                                                           const std::vector<std::string>& layers, std::size_t first,
+                                                           std::size_t count) {
+  std::vector<MapQuantity> fast;
+  bool tells_apart = false;
+  for (const std::string& l : layers) {
+    if (!is_slow_layer(l)) fast.push_back(static_cast<MapQuantity>(fast_number(l)));
+    tells_apart |= l == "max_correlation" || l == "minimal_identifiable_error";
+  }
+  std::vector<std::vector<std::vector<double>>> out(observations.size());
+  auto from_kernel = m.maps->values(observations, fast, first, count);
+  for (std::size_t o = 0; o < observations.size(); ++o) {
+    std::size_t next = 0;
+    for (const std::string& l : layers)
+      out[o].push_back(is_slow_layer(l) ? std::vector<double>(count) : std::move(from_kernel[o][next++]));
+  }
+  if (fast.size() == layers.size()) return out;
+  for (std::size_t k = 0; k < count; ++k) {
+    const GridPoint p = grid_point(m.maps->grid(), first + k);
+    const std::vector<Separability> apart =
+        tells_apart ? separability(m, p, observations) : std::vector<Separability>(observations.size());
+    const AdjustmentModel at = model_at(m, p);
+    const Attitude attitude{p.inclination_deg * kDegree, p.magnetic_azimuth_deg * kDegree, p.toolface_deg * kDegree};
+    for (std::size_t o = 0; o < observations.size(); ++o)
+      for (std::size_t l = 0; l < layers.size(); ++l) {
+        if (layers[l] == "max_correlation") out[o][l][k] = apart[o].correlation;
+        if (layers[l] == "minimal_identifiable_error") out[o][l][k] = apart[o].identifiable;
+        if (layers[l].starts_with("nonlinear"))
+          out[o][l][k] = nonlinear_detectable_error(at, attitude, observations[o], m.lambda0,
+                                                    layers[l].ends_with("plus") ? 1 : -1) *
+                         observation_scale(observations[o]);
+      }
+  }
+  return out;
+}
+
+}  // namespace surveymc

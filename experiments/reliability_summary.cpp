@@ -1,0 +1,279 @@
+#include "reliability_summary.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "store/result_file.h"
+#include "study/table_writer.h"
+
+namespace surveymc {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// Median of positive numbers by their bit patterns, which have their order: the first pass finds the upper 16 bits,
+/// the second the next 16.
+class StreamedMedian {
+ public:
+  void add(double x) {
+    const std::uint64_t bits = std::bit_cast<std::uint64_t>(x);
+    if (!refining_)
+      ++counts_[bits >> 48];
+    else if (bits >> 48 == upper_)
+      ++counts_[bits >> 32 & 0xffff];
+  }
+  void next_pass() {
+    std::uint64_t all = 0;
+    for (const std::uint64_t n : counts_) all += n;
+    rank_ = all / 2;
+    upper_ = locate();
+    std::fill(counts_.begin(), counts_.end(), 0);
+    refining_ = true;
+    empty_ = all == 0;
+  }
+  double value() {
+    if (empty_) return kNaN;
+    return std::bit_cast<double>(upper_ << 48 | locate() << 32 | 0x80000000u);
+  }
+
+ private:
+  std::uint64_t locate() {
+    std::uint64_t bin = 0;
+    while (bin + 1 < counts_.size() && rank_ >= counts_[bin]) rank_ -= counts_[bin++];
+    return bin;
+  }
+  std::vector<std::uint64_t> counts_ = std::vector<std::uint64_t>(1 << 16, 0);
+  std::uint64_t rank_ = 0, upper_ = 0;
+  bool refining_ = false, empty_ = false;
+};
+
+double exact_median(std::vector<double> x) {
+  if (x.empty()) return kNaN;
+  const std::size_t half = x.size() / 2;
+  std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(half), x.end());
+  const double upper = x[half];
+  if (x.size() % 2 == 1) return upper;
+  return (upper + *std::max_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(half))) / 2;
+}
+
+struct Extremes {
+  double smallest = kNaN, largest = kNaN;
+  std::size_t smallest_at = 0, largest_at = 0, infinite = 0;
+  std::vector<double> finite;  // when the median is exact
+  StreamedMedian streamed;
+};
+
+void write_place(TableWriter& w, const ReliabilityGrid& grid, double value, std::size_t at) {
+  w << value;
+  if (std::isnan(value)) {
+    for (int i = 0; i < 5; ++i) w << kNaN;
+    return;
+  }
+  const GridPoint p = grid_point(grid, at);
+  w << p.inclination_deg << p.toolface_deg << p.magnetic_azimuth_deg << (grid.dip_deg.size() > 1 ? p.dip_deg : kNaN)
+    << (grid.noise_scale.size() > 1 ? p.noise_scale : kNaN);
+}
+
+}  // namespace
+
+Table summary_table(const ReliabilityGrid& grid, const std::vector<std::size_t>& observations,
+                    const std::vector<std::string>& layers, const LayerSource& source, bool exact,
+                    const std::function<void()>& check) {
+  Table t{"summary", "sizes |x| over all points of the maps: extremes of the finite ones and where they are, median"};
+  t.columns = {word_column("observation", "in which the error is"), word_column("quantity", "map"),
+               word_column("unit", "of the sizes"), count_column("points", "points of the map"),
+               count_column("infinite", "points where it is infinite")};
+  for (const char* which : {"minimum", "maximum"}) {
+    t.columns.push_back(number_column(which, "1", fmt::format("{} of the finite |x|, in the row's unit", which)));
+    for (const char* axis : {"inclination_deg", "toolface_deg", "magnetic_azimuth_deg", "dip_deg"})
+      t.columns.push_back(
+          number_column(fmt::format("{}_{}", which, axis), "deg", fmt::format("where the {} is", which)));
+    t.columns.push_back(
+        number_column(fmt::format("{}_noise_scale", which), "1", fmt::format("where the {} is", which)));
+  }
+  t.columns.push_back(number_column(
+      "median", "1",
+      exact ? "median of the finite |x|, in the row's unit" : "median of the finite |x|, in the row's unit, to 1e-6"));
+  TableWriter w(std::move(t));
+  const std::size_t points = grid.points();
+  for (std::size_t o = 0; o < observations.size(); ++o) {
+    std::vector<Extremes> of_layer(layers.size());
+    for (int pass = 0; pass < (exact ? 1 : 2); ++pass) {
+      for (std::size_t at = 0; at < points; at += kStreamPiece) {
+        check();
+        const auto values = source(o, at, std::min(kStreamPiece, points - at));
+        for (std::size_t l = 0; l < layers.size(); ++l)
+          for (std::size_t k = 0; k < values[l].size(); ++k) {
+            const double x = std::abs(values[l][k]);
+            Extremes& e = of_layer[l];
+            if (std::isinf(x) && pass == 0) ++e.infinite;
+            if (!std::isfinite(x)) continue;
+            if (!exact) e.streamed.add(x);
+            if (pass > 0) continue;
+            if (exact) e.finite.push_back(x);
+            if (!(x >= e.smallest)) e.smallest = x, e.smallest_at = at + k;
+            if (!(x <= e.largest)) e.largest = x, e.largest_at = at + k;
+          }
+      }
+      if (!exact && pass == 0)
+        for (Extremes& e : of_layer) e.streamed.next_pass();
+    }
+    for (std::size_t l = 0; l < layers.size(); ++l) {
+      Extremes& e = of_layer[l];
+      w << observation_names()[observations[o]] << layers[l] << layer_unit(layers[l], observations[o])
+        << static_cast<std::int64_t>(points) << static_cast<std::int64_t>(e.infinite);
+      write_place(w, grid, e.smallest, e.smallest_at);
+      write_place(w, grid, e.largest, e.largest_at);
+      w << (exact ? exact_median(std::move(e.finite)) : e.streamed.value());
+    }
+  }
+  return w.take();
+}
+
+namespace {
+
+using Part = std::vector<std::pair<std::string, double>>;
+
+bool is_in(const GridPoint& p, const Part& part) {
+  return std::all_of(part.begin(), part.end(), [&](const auto& key) {
+    const double x = key.first == "inclination_deg"        ? p.inclination_deg
+                     : key.first == "toolface_deg"         ? p.toolface_deg
+                     : key.first == "magnetic_azimuth_deg" ? p.magnetic_azimuth_deg
+                     : key.first == "dip_deg"              ? p.dip_deg
+                                                           : p.noise_scale;
+    return std::abs(x - key.second) < 1e-9;
+  });
+}
+
+/// |x| and inclination of the points of a part, in order.
+struct Sizes {
+  std::vector<double> x, inclination;
+};
+Sizes sizes_in(const ReliabilityGrid& grid, const std::vector<double>& values, const Part& part) {
+  Sizes s;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const GridPoint p = grid_point(grid, k);
+    if (!is_in(p, part)) continue;
+    s.x.push_back(std::abs(values[k]));
+    s.inclination.push_back(p.inclination_deg);
+  }
+  return s;
+}
+
+double crossing(const Sizes& s, double level) {
+  for (std::size_t k = 1; k < s.x.size(); ++k) {
+    const double before = s.x[k - 1] - level, after = s.x[k] - level;
+    if (std::isfinite(before) && std::isfinite(after) && (before <= 0) != (after <= 0))
+      return s.inclination[k - 1] + (s.inclination[k] - s.inclination[k - 1]) * before / (before - after);
+  }
+  return kNaN;
+}
+
+double statistic_of(const Sizes& s, const Statement& statement) {
+  std::vector<double> finite;
+  std::copy_if(s.x.begin(), s.x.end(), std::back_inserter(finite), [](double x) { return std::isfinite(x); });
+  if (statement.statistic == "infinite_points")
+    return static_cast<double>(std::count_if(s.x.begin(), s.x.end(), [](double x) { return std::isinf(x); }));
+  if (statement.statistic == "crossing") return crossing(s, statement.level);
+  if (finite.empty()) return kNaN;
+  if (statement.statistic == "minimum") return *std::min_element(finite.begin(), finite.end());
+  if (statement.statistic == "maximum") return *std::max_element(finite.begin(), finite.end());
+  return exact_median(finite);
+}
+
+double found_by(const ReliabilityGrid& grid, const std::vector<double>& values, const Statement& s) {
+  const Sizes here = sizes_in(grid, values, s.where);
+  if (s.relative_to.empty()) return statistic_of(here, s);
+  const Sizes there = sizes_in(grid, values, s.relative_to);
+  if (s.statistic != "largest_ratio") return statistic_of(here, s) / statistic_of(there, s);
+  double largest = kNaN;
+  for (std::size_t k = 0; k < std::min(here.x.size(), there.x.size()); ++k) {
+    const double ratio = here.x[k] / there.x[k];
+    if (std::isfinite(ratio) && !(ratio <= largest)) largest = ratio;
+  }
+  return largest;
+}
+
+std::string words_of(const Part& part) {
+  std::string text;
+  for (const auto& [key, value] : part) text += fmt::format("{}{} = {:g}", text.empty() ? "" : ", ", key, value);
+  return text;
+}
+
+}  // namespace
+
+std::vector<Statement> read_statements(ConfigReader& config, const ReliabilityGrid& grid,
+                                       const std::vector<std::size_t>& observations,
+                                       const std::vector<std::string>& layers) {
+  std::vector<Statement> all;
+  for (ConfigReader& c : config.tables("statement")) {
+    Statement s;
+    s.text = c.text("text");
+    s.quantity = c.choice("quantity", layers);
+    std::vector<std::string> names;
+    for (const std::size_t o : observations) names.push_back(observation_names()[o]);
+    const std::string name = c.choice("observation", names, names.front());
+    s.observation = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    s.statistic =
+        c.choice("statistic", {"minimum", "maximum", "median", "infinite_points", "largest_ratio", "crossing"});
+    for (auto [key, part] : {std::pair{"where", &s.where}, std::pair{"relative_to", &s.relative_to}}) {
+      if (!c.has(key)) continue;
+      *part = c.number_table(key, {});
+      for (const auto& [axis, value] : *part) {
+        const bool known = axis == "inclination_deg" || axis == "toolface_deg" || axis == "magnetic_azimuth_deg" ||
+                           axis == "dip_deg" || axis == "noise_scale";
+        c.require(known, key, axis + " is no axis of the maps");
+      }
+      std::size_t points = 0;
+      for (std::size_t k = 0; k < grid.points() && points == 0; ++k) points += is_in(grid_point(grid, k), *part);
+      c.require(points > 0, key, "no point of the grid is there");
+    }
+    c.require(s.statistic != "largest_ratio" || !s.relative_to.empty(), "statistic", "largest_ratio needs relative_to");
+    if (s.statistic == "crossing") s.level = c.number("level", Range::positive());
+    s.published = c.number("published", {});
+    s.tolerance = c.number("tolerance", Range::positive(), 0.02);
+    s.expected = c.choice("expected", {"agrees", "differs"}, "agrees");
+    if (c.matches_point("at")) all.push_back(std::move(s));
+  }
+  return all;
+}
+
+Table statements_table(const ReliabilityGrid& grid, const std::vector<std::size_t>& observations,
+                       const std::vector<std::string>& layers, const std::vector<Statement>& statements,
+                       const LayerSource& source) {
+  Table t{"statements", "statements of the publication, held against the maps"};
+  t.columns = {word_column("observation", "in which the error is"),
+               word_column("quantity", "map"),
+               word_column("statistic", "of the sizes |x|"),
+               word_column("where", "part of the map; and what it is divided by"),
+               word_column("unit", "of found and published"),
+               number_column("found", "1", "here, in the row's unit"),
+               number_column("published", "1", "there, in the row's unit"),
+               number_column("published_ratio", "1", "published over found"),
+               number_column("tolerance", "1", "of the ratio from 1 that counts as agreement"),
+               word_column("verdict", "agrees or differs"),
+               word_column("expected", "verdict that the config asks for"),
+               word_column("note", "the statement")};
+  TableWriter w(std::move(t));
+  for (const Statement& s : statements) {
+    const auto layer = static_cast<std::size_t>(std::find(layers.begin(), layers.end(), s.quantity) - layers.begin());
+    const double found = found_by(grid, source(s.observation, 0, grid.points())[layer], s);
+    const double ratio = found == s.published ? 1 : s.published / found;
+    const bool pure = !s.relative_to.empty() || s.statistic == "infinite_points";
+    w << observation_names()[observations[s.observation]] << s.quantity << s.statistic
+      << words_of(s.where) + (s.relative_to.empty() ? "" : " / " + words_of(s.relative_to))
+      << (pure                        ? "1"
+          : s.statistic == "crossing" ? std::string("deg")
+                                      : layer_unit(s.quantity, observations[s.observation]))
+      << found << s.published << ratio << s.tolerance
+      << std::string(std::abs(ratio - 1) <= s.tolerance ? "agrees" : "differs") << s.expected << s.text;
+  }
+  return w.take();
+}
+
+}  // namespace surveymc

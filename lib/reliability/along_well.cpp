@@ -1,0 +1,258 @@
+#include "reliability/along_well.h"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Dense>
+
+#include "reliability/conditions.h"
+#include "reliability/reliability_grid.h"
+#include "survey/minimum_curvature.h"
+
+namespace surveymc {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Six = Eigen::Matrix<double, 3, kReadings>;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr Index kBz = static_cast<Index>(index_of(Observation::bz));
+
+/// One station, in units that make all of order one: g/G, b/B; columns B and what the readings do to the position.
+struct StationTerms {
+  Six conditions;                                     ///< B_k: of misclosures by readings (relative, rad)
+  Six position;                                       ///< of the last station, m per relative reading
+  Eigen::Matrix<double, 6, 1> variance, bias, scale;  ///< of relative readings; variances of the systematic terms
+  Six angles;                                         ///< rows: I, tau, A (rad per relative reading)
+  Matrix3d weight;                                    ///< M_k^-1, without the direction of bz where that is left out
+  Eigen::Matrix<double, 6, 3> residuals;  ///< of the readings, by misclosures; for a bz left out, its estimated error
+  MatrixXd shared;                        ///< D_k
+  MatrixXd shared_position;  ///< of the position by z: only systematic terms, which are taken off the readings
+  Eigen::Matrix<double, 6, 1> values;  ///< relative readings
+  bool vertical;
+};
+
+/// Derivatives of hole direction (magnetic N frame) and angles by the readings: the tool turns by phi, whose parts are
+/// phi_n = -e.du, phi_e = n.du, phi_u = (e.dh - sinD e.du)/cosD.
+struct Turning {
+  Six tangent, angles;
+};
+Turning turning(const Attitude& at, double dip) {
+  const Vector3d u = to_eigen(down_T(at)), h = to_eigen(magnetic_T(at, 1, dip));
+  const Vector3d n = (h - std::sin(dip) * u) / std::cos(dip), e = u.cross(n);
+  Six phi;
+  phi << -e.transpose(), Eigen::RowVector3d::Zero(), n.transpose(), Eigen::RowVector3d::Zero(),
+      -std::tan(dip) * e.transpose(), e.transpose() / std::cos(dip);
+  const Vector3d t(n.z(), e.z(), u.z());
+  // n, e, u turn by phi x, so the hole t = (n_z, e_z, u_z) turns by t x phi
+  Matrix3d cross;
+  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
+  Turning r;
+  r.tangent = cross * phi;
+  const double si = std::sin(at.inclination), ci = std::cos(at.inclination), st = std::sin(at.toolface),
+               ct = std::cos(at.toolface);
+  r.angles.setZero();
+  r.angles.row(0).head<3>() << -ci * st, -ci * ct, -si;
+  const bool vertical = std::abs(si) < 1e-12;
+  r.angles.row(1).head<3>() = Eigen::RowVector3d(-ct, st, 0) * (vertical ? 0 : 1 / si);
+  r.angles.row(2) = -phi.row(2) - ci * r.angles.row(1);
+  return r;
+}
+
+std::vector<StationTerms> station_terms(const AdjustmentModel& model, const Survey& survey) {
+  const ReferenceField& f = model.field;
+  std::vector<Vec3<double>> tangents;
+  for (const Station& s : survey.stations) tangents.push_back(tangent_N({s.inclination, s.azimuth, s.toolface}));
+  const std::vector<Matrix3d> by_tangent = final_position_by_tangent(survey.md(), tangents);
+  Matrix3d north;  // from magnetic to true
+  north << std::cos(f.declination), -std::sin(f.declination), 0, std::sin(f.declination), std::cos(f.declination), 0, 0,
+      0, 1;
+  const bool systematic = model.mode == AdjustmentMode::mse_shared && model.systematic_terms;
+  std::vector<StationTerms> all;
+  for (std::size_t k = 0; k < survey.stations.size(); ++k) {
+    const Attitude at = magnetic_attitude(survey.stations[k], f.declination);
+    const Observations y = true_observations(at, f), v = observation_variances(model, y);
+    StationTerms s;
+    Observations relative = y;
+    for (std::size_t i = 0; i < kReadings; ++i) {
+      const double unit = i < 3 ? f.gravity : f.total;
+      const auto j = static_cast<Index>(i);
+      relative[i] /= unit;
+      s.variance[j] = v[i] / (unit * unit);
+      s.bias[j] = variance_parts(model.sigma, i, 0).systematic / (unit * unit);
+      const double scale = i < 3 ? model.sigma.accelerometer_scale : model.sigma.magnetometer_scale;
+      s.scale[j] = scale * scale;
+      s.values[j] = relative[i];
+    }
+    s.vertical = std::abs(std::sin(at.inclination)) < 1e-12;
+    s.conditions = station_conditions(relative.data()).jacobian;
+    const Turning turn = turning(at, f.dip);
+    s.angles = turn.angles;
+    s.position = by_tangent[k] * north * turn.tangent;
+
+    const bool axial = model.mode == AdjustmentMode::sse_axial;
+    Eigen::Matrix<double, 6, 1> used = s.variance;
+    if (axial) used[kBz] = 0;
+    Matrix3d m = s.conditions * used.asDiagonal() * s.conditions.transpose();
+    const bool own_references = model.mode == AdjustmentMode::sse || axial;
+    if (own_references) m.diagonal() += Vector3d(v[6] / (f.gravity * f.gravity), v[7] / (f.total * f.total), v[8]);
+    s.weight = m.inverse();
+    Eigen::RowVector3d bz = Eigen::RowVector3d::Zero();
+    if (axial) {
+      const Vector3d z = s.conditions.col(kBz), wz = s.weight * z;
+      if (z.dot(wz) * s.variance[kBz] >= kLeastRedundancy) {
+        bz = wz.transpose() / z.dot(wz);
+        s.weight -= wz * wz.transpose() / z.dot(wz);
+      }
+    }
+    s.residuals = used.asDiagonal() * s.conditions.transpose() * s.weight;
+    s.residuals.row(kBz) += bz;
+    s.shared = MatrixXd::Zero(3, systematic ? 15 : 3);
+    s.shared_position = MatrixXd::Zero(3, s.shared.cols());
+    s.shared.leftCols<3>() = -Matrix3d::Identity();
+    if (systematic) {
+      s.shared.middleCols<6>(3) = s.conditions;
+      s.shared.rightCols<6>() = s.conditions * s.values.asDiagonal();
+      s.shared_position.middleCols<6>(3) = s.position;
+      s.shared_position.rightCols<6>() = s.position * s.values.asDiagonal();
+    }
+    all.push_back(std::move(s));
+  }
+  return all;
+}
+
+/// 0 times infinity is 0 here: what an error does not reach stays where it is. Size in units of the sd.
+double reach(double per_unit, double sd, double detectable) {
+  if (std::isfinite(detectable)) return per_unit * detectable;
+  return std::abs(per_unit * sd) < 1e-12 ? 0 : std::copysign(kInfinity, per_unit);
+}
+Vector3d reach(const Vector3d& per_unit, double sd, double detectable) {
+  return per_unit.unaryExpr([&](double x) { return reach(x, sd, detectable); });
+}
+
+}  // namespace
+
+WellReliability reliability_along_well(const AdjustmentModel& model, const Survey& survey, double lambda0) {
+  const std::vector<StationTerms> terms = station_terms(model, survey);
+  const bool shared = model.mode == AdjustmentMode::mse_shared;
+  const ReferenceField& f = model.field;
+  const SigmaModel& sigma = model.sigma;
+  const Index width = terms.front().shared.cols();
+
+  // P and the position's dependence on the estimate of z, given misclosures
+  MatrixXd p = MatrixXd::Zero(width, width), position_by_z = MatrixXd::Zero(3, width);
+  VectorXd prior(width);
+  if (shared) {
+    prior.head<3>() << std::pow(sigma.gravity / f.gravity, 2), std::pow(sigma.total_field / f.total, 2),
+        std::pow(sigma.dip, 2);
+    if (width > 3) {
+      prior.segment<6>(3) = terms.front().bias;
+      prior.tail<6>() = terms.front().scale;
+    }
+    // In units of the prior sd: well scaled, and a prior of zero keeps its term at zero
+    const VectorXd sd = prior.cwiseSqrt();
+    MatrixXd information = MatrixXd::Identity(width, width);
+    for (const StationTerms& s : terms) {
+      const MatrixXd scaled = s.shared * sd.asDiagonal();
+      information += scaled.transpose() * s.weight * scaled;
+    }
+    p = sd.asDiagonal() * MatrixXd(information.llt().solve(MatrixXd::Identity(width, width))) * sd.asDiagonal();
+    for (const StationTerms& s : terms) position_by_z += s.position * s.residuals * s.shared - s.shared_position;
+  }
+
+  /// One kind of error: what it does to misclosures summed up, and to the position.
+  struct Error {
+    double information = 0;
+    VectorXd s;                            // sum of D' W c
+    Vector3d direct = Vector3d::Zero();    // to the position, without adjustment
+    Vector3d adjusted = Vector3d::Zero();  // with the residuals taken off, but z as it was
+  };
+  const auto add = [&](Error& e, const StationTerms& at, const Vector3d& c, const Vector3d& direct) {
+    const Vector3d wc = at.weight * c;
+    e.information += c.dot(wc);
+    e.s += at.shared.transpose() * wc;
+    e.direct += direct;
+    e.adjusted += direct - at.position * (at.residuals * c);
+  };
+  const auto information = [&](const Error& e) { return shared ? e.information - e.s.dot(p * e.s) : e.information; };
+  const auto detectable = [&](const Error& e, double variance) {
+    const double i = information(e);
+    return i * variance >= kLeastRedundancy ? lambda0 / std::sqrt(i) : kInfinity;
+  };
+  const auto position = [&](const Error& e, double size, double variance) {
+    const Vector3d moved = !std::isfinite(size) ? e.direct
+                           : shared             ? Vector3d(e.adjusted + position_by_z * (p * e.s))
+                                                : e.adjusted;
+    return reach(moved, std::sqrt(variance), size);
+  };
+  const auto none = [&] {
+    Error e;
+    e.s = VectorXd::Zero(width);
+    return e;
+  };
+
+  WellReliability r;
+  r.stations.resize(terms.size());
+  const auto unit_of = [&](std::size_t i) {
+    return i == index_of(Observation::dip) ? 1 : i < 3 || i == index_of(Observation::gravity) ? f.gravity : f.total;
+  };
+  const std::array<double, 3> reference_variance{std::pow(sigma.gravity / f.gravity, 2),
+                                                 std::pow(sigma.total_field / f.total, 2), std::pow(sigma.dip, 2)};
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    const StationTerms& at = terms[k];
+    for (std::size_t i = 0; i < kObservations; ++i) {
+      if (!is_observed(model.mode, i) || (shared && i >= kReadings)) continue;
+      const bool reading = i < kReadings;
+      const auto column = static_cast<Index>(i);
+      const Vector3d c = reading ? Vector3d(at.conditions.col(column)) : -Vector3d::Unit(column - 6);
+      const double variance = reading ? at.variance[column] : reference_variance[i - kReadings];
+      Error e = none();
+      add(e, at, c, reading ? Vector3d(at.position.col(column)) : Vector3d(Vector3d::Zero()));
+      StationEffect& out = r.stations[k][i];
+      const double size = detectable(e, variance), sd = std::sqrt(variance);
+      out.redundancy = std::isfinite(size) ? information(e) * variance : 0;
+      out.detectable = size * unit_of(i);
+      out.position = position(e, size, variance);
+      Eigen::Matrix<double, 6, 1> left = Eigen::Matrix<double, 6, 1>::Zero();  // of the error, in the readings
+      if (reading) left[column] = 1;
+      if (std::isfinite(size)) {
+        const VectorXd z = shared ? VectorXd(p * e.s) : VectorXd(VectorXd::Zero(width));
+        left -= at.residuals * (c - at.shared * z);
+        if (width > 3) left -= z.segment<6>(3) + z.tail<6>().cwiseProduct(at.values);
+      }
+      const Vector3d angles = reach(at.angles * left, sd, size);
+      out.inclination = angles[0];
+      out.toolface = at.vertical ? kInfinity : angles[1];
+      out.azimuth = at.vertical ? kInfinity : angles[2];
+    }
+  }
+  for (std::size_t i = 0; i < kReadings; ++i) {
+    const auto column = static_cast<Index>(i);
+    Error e = none();
+    for (const StationTerms& at : terms) add(e, at, at.conditions.col(column), at.position.col(column));
+    const double variance = terms.front().variance[column];
+    if (!is_observed(model.mode, i)) {
+      r.common[i].detectable = std::numeric_limits<double>::quiet_NaN();
+      continue;
+    }
+    const double size = detectable(e, variance);
+    r.common[i] = {size * unit_of(i), position(e, size, variance)};
+  }
+  if (shared)
+    for (std::size_t j = 0; j < 3; ++j) {
+      Error e = none();
+      for (const StationTerms& at : terms) add(e, at, -Vector3d::Unit(static_cast<Index>(j)), Vector3d::Zero());
+      const double size = detectable(e, reference_variance[j]);
+      StationEffect& out = r.references[j];
+      out.redundancy = std::isfinite(size) ? information(e) * reference_variance[j] : 0;
+      out.detectable = size * unit_of(kReadings + j);
+      out.position = position(e, size, reference_variance[j]);
+    }
+  return r;
+}
+
+}  // namespace surveymc

@@ -1,0 +1,46 @@
+#pragma once
+/// Reliability of every reading of a well, its stations at attitudes of their own: how large an error may pass, and
+/// what it does to the position of the last station.
+///
+/// Station k has three misclosures w_k = B_k e_k + D_k z, with z what all stations share: the errors of the references,
+/// and the twelve systematic terms if they are estimated (D_k = [-1 | B_k F_k]). With M_k = B_k Q_k B_k' and the
+/// information P^-1 = S_z^-1 + sum_l D_l' M_l^-1 D_l,
+///   c' (Cov w)^-1 c = sum_k c_k' M_k^-1 c_k - s' P s,  s = sum_k D_k' M_k^-1 c_k
+/// for an error that moves the misclosures by c: 3x3 and 3x3 (15x15) systems only, linear in the stations. For one
+/// station it is the reference covariance S_k = (S_ref^-1 + sum_{l != k} M_l^-1)^-1 of the single station that it looks
+/// like.
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "reliability/observations.h"
+#include "survey/survey.h"
+
+namespace surveymc {
+
+/// One observation of one station, with +1 minimal detectable error in it. Internal units.
+struct StationEffect {
+  double redundancy = 0, detectable = 0;
+  double inclination = 0, toolface = 0, azimuth = 0;   ///< of that station
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of the last station, N frame, m; infinite like `detectable`
+};
+
+/// The same error in one observation of all stations, that is, a systematic error that the model does not know.
+struct CommonEffect {
+  double detectable = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+};
+
+struct WellReliability {
+  std::vector<std::array<StationEffect, kObservations>> stations;  ///< references: in `references`
+  std::array<CommonEffect, kReadings> common;
+  std::array<StationEffect, 3> references;  ///< mse_shared only: redundancy, detectable, position
+};
+
+/// `survey`: azimuths true; the field's declination makes them magnetic. In sse, sse_axial and mse_fixed every station
+/// is on its own (its references too, in StationEffect of that station). Positions by minimum curvature; first order in
+/// the error. In a vertical station toolface and azimuth are infinite, and the position is not: it hangs on the
+/// direction of the hole, which has a value there.
+WellReliability reliability_along_well(const AdjustmentModel& model, const Survey& survey, double lambda0);
+
+}  // namespace surveymc

@@ -1,0 +1,230 @@
+#include "reliability/reliability_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "simd/instruction_set.h"
+
+namespace surveymc {
+namespace {
+
+double squared(double x) { return x * x; }
+
+StationVariances relative_variances(const AdjustmentModel& model, double lambda0) {
+  const SigmaModel& s = model.sigma;
+  const double g = model.field.gravity, b = model.field.total;
+  return {
+      squared(s.accelerometer_noise / g),  squared(s.accelerometer_bias / g),
+      squared(s.accelerometer_scale),      squared(s.magnetometer_noise / b),
+      squared(s.magnetometer_bias / b),    (squared(s.magnetometer_bias) + squared(s.axial_interference)) / squared(b),
+      squared(s.magnetometer_scale),       squared(s.gravity / g),
+      squared(s.total_field / b),          squared(s.dip),
+      static_cast<double>(model.stations), lambda0};
+}
+
+StationKernel kernel_of(const AdjustmentModel& model) {
+  switch (model.mode) {
+    case AdjustmentMode::sse:
+      return StationKernel::sse;
+    case AdjustmentMode::sse_axial:
+      return StationKernel::sse_axial;
+    case AdjustmentMode::mse_fixed:
+      return StationKernel::mse_fixed;
+    default:
+      return model.systematic_terms ? StationKernel::mse_systematic : StationKernel::mse_shared;
+  }
+}
+
+/// From the kernel's relative units and radians to internal ones, for the error of one observation.
+double internal_unit(std::size_t quantity, std::size_t observation, const ReferenceField& field) {
+  const auto of = [&](std::size_t o) {
+    if (o == index_of(Observation::dip)) return 1.0;
+    return o < 3 || o == index_of(Observation::gravity) ? field.gravity : field.total;
+  };
+  switch (static_cast<MapQuantity>(quantity)) {
+    case MapQuantity::minimal_detectable_error:
+      return of(observation);
+    case MapQuantity::external_gravity:
+      return field.gravity;
+    case MapQuantity::external_total_field:
+      return field.total;
+    default:
+      return 1;
+  }
+}
+
+double degrees_of(std::size_t quantity, std::size_t observation) {
+  return map_quantity_unit(quantity, observation) == "deg" ? 1 / kDegree : 1;
+}
+
+}  // namespace
+
+const std::array<std::string, kMapQuantities>& map_quantity_names() {
+  static const std::array<std::string, kMapQuantities> names{
+      "redundancy_number",    "minimal_detectable_error", "external_inclination_deg", "external_toolface_deg",
+      "external_azimuth_deg", "external_gravity_mps2",    "external_total_field_nT",  "external_dip_deg"};
+  return names;
+}
+
+std::string map_quantity_unit(std::size_t quantity, std::size_t observation) {
+  switch (static_cast<MapQuantity>(quantity)) {
+    case MapQuantity::redundancy_number:
+      return "1";
+    case MapQuantity::minimal_detectable_error:
+      return observation_unit(observation);
+    case MapQuantity::external_gravity:
+      return "mps2";
+    case MapQuantity::external_total_field:
+      return "nT";
+    default:
+      return "deg";
+  }
+}
+
+std::size_t ReliabilityGrid::points() const {
+  return noise_scale.size() * dip_deg.size() * inclination_deg.size() * toolface_deg.size() *
+         magnetic_azimuth_deg.size();
+}
+
+std::pair<double, double> sincos_degrees(double degrees) {
+  int quarters = 0;
+  const double rest = std::remquo(degrees, 90.0, &quarters) * kDegree;  // remquo is exact
+  const double s = std::sin(rest), c = std::cos(rest);
+  switch (quarters & 3) {
+    case 0:
+      return {s, c};
+    case 1:
+      return {c, -s};
+    case 2:
+      return {-s, -c};
+    default:
+      return {-c, s};
+  }
+}
+
+ReliabilityMaps::ReliabilityMaps(const AdjustmentModel& model, ReliabilityGrid grid, double lambda0)
+    : model_(model), grid_(std::move(grid)), kernel_(kernel_of(model)), variances_(relative_variances(model, lambda0)) {
+  const std::array<const std::vector<double>*, 4> axes{&grid_.inclination_deg, &grid_.toolface_deg,
+                                                       &grid_.magnetic_azimuth_deg, &grid_.dip_deg};
+  for (std::size_t a = 0; a < axes.size(); ++a)
+    for (const double x : *axes[a]) {
+      const auto [s, c] = sincos_degrees(x);
+      sines_[a].sin.push_back(s);
+      sines_[a].cos.push_back(c);
+    }
+}
+
+void ReliabilityMaps::fill_points(std::size_t first, std::size_t count, std::vector<double>* columns) const {
+  const std::size_t azimuths = sines_[2].sin.size(), toolfaces = sines_[1].sin.size(),
+                    inclinations = sines_[0].sin.size(), dips = sines_[3].sin.size();
+  for (std::size_t p = 0; p < count;) {  // one run along the azimuths at a time
+    std::size_t rest = (first + p) / azimuths;
+    const std::size_t a = (first + p) % azimuths, run = std::min(azimuths - a, count - p);
+    const std::size_t t = rest % toolfaces;
+    rest /= toolfaces;
+    const std::size_t i = rest % inclinations;
+    rest /= inclinations;
+    const std::size_t d = rest % dips;
+    const double noise = grid_.noise_scale[rest / dips];
+    const auto fill = [&](std::size_t column, double x) { std::fill_n(columns[column].data() + p, run, x); };
+    const auto fill_both = [&](std::size_t column, const Sines& s, std::size_t at) {
+      fill(column, s.sin[at]);
+      fill(column + 1, s.cos[at]);
+    };
+    fill_both(0, sines_[0], i);
+    fill_both(2, sines_[1], t);
+    std::copy_n(sines_[2].sin.data() + a, run, columns[4].data() + p);
+    std::copy_n(sines_[2].cos.data() + a, run, columns[5].data() + p);
+    fill_both(6, sines_[3], d);
+    fill(8, noise * noise);
+    p += run;
+  }
+}
+
+void ReliabilityMaps::fill(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities,
+                           std::size_t first, std::size_t count, MapValues& out) const {
+  constexpr std::size_t kBlock = 512;  // points whose sines and outputs stay in the caches
+  const std::size_t room = (count + kGroup - 1) / kGroup * kGroup;
+  out.resize(which.size());
+  for (auto& of_observation : out) {
+    of_observation.resize(quantities.size());
+    for (auto& values : of_observation) values.resize(room);
+  }
+  for (const std::size_t o : which)
+    if (!is_observed(model_.mode, o)) throw std::invalid_argument(observation_names()[o] + " is not observed");
+
+  std::vector<double> columns[9];
+  StationBatch batch{};
+  batch.variances = variances_;
+  for (std::size_t k = 0; k < 9; ++k) {
+    // Sines of harmless angles where a group has no point: computed, and not kept.
+    columns[k].assign(kBlock, 0.6);
+    batch.points[k] = columns[k].data();
+  }
+  for (std::size_t at = 0; at < count; at += kBlock) {
+    const std::size_t n = std::min(kBlock, count - at);
+    fill_points(first + at, n, columns);
+    for (std::size_t w = 0; w < which.size(); ++w)
+      for (std::size_t q = 0; q < quantities.size(); ++q) {
+        const std::size_t quantity = index_of(quantities[q]);
+        batch.outputs[which[w]][quantity] = out[w][q].data() + at;
+        batch.units[which[w]][quantity] =
+            internal_unit(quantity, which[w], model_.field) * degrees_of(quantity, which[w]);
+      }
+    batch.groups = static_cast<int>((n + kGroup - 1) / kGroup);
+    if (instruction_set() == InstructionSet::v4)
+      isa_v4::station_batch(kernel_, batch);
+    else
+      isa_v3::station_batch(kernel_, batch);
+  }
+  for (auto& of_observation : out)
+    for (auto& values : of_observation) values.resize(count);
+}
+
+MapValues ReliabilityMaps::values(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities,
+                                  std::size_t first, std::size_t count) const {
+  MapValues out;
+  fill(which, quantities, first, count, out);
+  return out;
+}
+
+std::array<ObservationReliability<double>, kObservations> station_reliability(const AdjustmentModel& model,
+                                                                              const Attitude& at, double lambda0) {
+  const StationSines<double> s{std::sin(at.inclination),  std::cos(at.inclination), std::sin(at.toolface),
+                               std::cos(at.toolface),     std::sin(at.azimuth),     std::cos(at.azimuth),
+                               std::sin(model.field.dip), std::cos(model.field.dip)};
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  std::array<ObservationReliability<double>, kObservations> all;
+  all.fill({nan, nan, nan, nan, nan, nan, nan, nan});
+  unsigned wanted = 0;
+  for (const std::size_t o : observed(model.mode)) wanted |= 1u << o;
+  const auto keep = [&](std::size_t o, const ObservationReliability<double>& r) {
+    all[o] = r;
+    all[o].detectable *= internal_unit(index_of(MapQuantity::minimal_detectable_error), o, model.field);
+    all[o].gravity *= model.field.gravity;
+    all[o].total_field *= model.field.total;
+  };
+  const StationVariances v = relative_variances(model, lambda0);
+  switch (kernel_of(model)) {
+    case StationKernel::sse:
+      station_reliability<double, kSseModel>(s, 1.0, v, wanted, true, keep);
+      break;
+    case StationKernel::sse_axial:
+      station_reliability<double, kSseAxialModel>(s, 1.0, v, wanted, true, keep);
+      break;
+    case StationKernel::mse_fixed:
+      station_reliability<double, kMseFixedModel>(s, 1.0, v, wanted, true, keep);
+      break;
+    case StationKernel::mse_shared:
+      station_reliability<double, kMseSharedModel>(s, 1.0, v, wanted, true, keep);
+      break;
+    case StationKernel::mse_systematic:
+      station_reliability<double, kMseSystematicModel>(s, 1.0, v, wanted, true, keep);
+      break;
+  }
+  return all;
+}
+
+}  // namespace surveymc

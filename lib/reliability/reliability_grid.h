@@ -1,0 +1,83 @@
+#pragma once
+/// Reliability over a grid of attitudes: what a reliability map shows (sections 3 and 5 of the paper).
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "reliability/observations.h"
+#include "reliability/station_lanes.h"
+
+namespace surveymc {
+
+/// What a map can show of an observation, in the units of tables. External reliability: the effect on a parameter of an
+/// error of +1 minimal detectable error, (X'PX)^-1 X'P c_i nabla_0, with its sign.
+enum class MapQuantity : std::size_t {
+  redundancy_number,         ///< r_i, eq 21
+  minimal_detectable_error,  ///< nabla_0, eq 19; mps2, nT or deg, as the observation
+  external_inclination,      ///< deg
+  external_toolface,         ///< deg
+  external_azimuth,          ///< deg
+  external_gravity,          ///< mps2; 0 where references are free of error
+  external_total_field,      ///< nT
+  external_dip               ///< deg
+};
+constexpr std::size_t index_of(MapQuantity q) { return static_cast<std::size_t>(q); }
+
+/// Name of a map: "redundancy_number", "external_azimuth_deg", ...
+const std::array<std::string, kMapQuantities>& map_quantity_names();
+/// Unit of a quantity of an observation: "1", "mps2", "nT" or "deg".
+std::string map_quantity_unit(std::size_t quantity, std::size_t observation);
+
+/// The product of these, the last one fastest. Degrees, so that right angles are exact: a sine of 1e-16 for 180 degrees
+/// would be a finite answer where there is none. The other stations of mse_shared are at the attitude of the point.
+struct ReliabilityGrid {
+  std::vector<double> noise_scale{1};  ///< factor on the sd of the noise
+  std::vector<double> dip_deg, inclination_deg, toolface_deg, magnetic_azimuth_deg;
+
+  std::size_t points() const;
+};
+
+/// [observation][quantity][point].
+using MapValues = std::vector<std::vector<std::vector<double>>>;
+
+/// {sin, cos} of an angle in degrees, exact at multiples of 90.
+std::pair<double, double> sincos_degrees(double degrees);
+
+/// Infinity where an observation is not controlled (r < 1e-10, which counts as 0). An external reliability is infinite
+/// too where the parameter has no value (toolface and azimuth of a vertical hole, azimuth without bz in a horizontal
+/// hole to the east or west) unless the error does not reach it. Never NaN.
+class ReliabilityMaps {
+ public:
+  ReliabilityMaps(const AdjustmentModel& model, ReliabilityGrid grid, double lambda0);
+
+  const ReliabilityGrid& grid() const { return grid_; }
+
+  /// Values of points first .. first + count - 1 for the observations whose numbers are in `which`, and `quantities`:
+  /// [i of which][j of quantities][point]. Throws std::invalid_argument for one that the model does not observe.
+  MapValues values(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities, std::size_t first,
+                   std::size_t count) const;
+  /// The same into `out`, whose memory is used again where it suffices: asking the system for it takes longer than
+  /// the computation.
+  void fill(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities, std::size_t first,
+            std::size_t count, MapValues& out) const;
+
+ private:
+  void fill_points(std::size_t first, std::size_t count, std::vector<double>* columns) const;
+
+  struct Sines {
+    std::vector<double> sin, cos;
+  };
+  AdjustmentModel model_;
+  ReliabilityGrid grid_;
+  std::array<Sines, 4> sines_;  ///< of inclination, toolface, azimuth, dip
+  StationKernel kernel_;
+  StationVariances variances_;
+};
+
+/// All observations at one attitude (magnetic azimuth), by the same arithmetic on one scalar, in internal units (m/s2,
+/// nT, rad); unobserved ones are NaN throughout. The readable counterpart in tests is least squares with nine by six.
+std::array<ObservationReliability<double>, kObservations> station_reliability(const AdjustmentModel& model,
+                                                                              const Attitude& at, double lambda0);
+
+}  // namespace surveymc

@@ -1,0 +1,88 @@
+#include "reliability/significance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/non_central_chi_squared.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <boost/math/tools/roots.hpp>
+
+namespace surveymc {
+namespace {
+
+namespace bm = boost::math;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double upper_quantile(double p) { return bm::quantile(bm::complement(bm::normal(), p)); }
+double phi(double x) { return bm::cdf(bm::normal(), x); }
+
+}  // namespace
+
+double two_sided_alpha(const TestLevels& levels) {
+  return levels.tails == Tails::one ? 2 * levels.alpha : levels.alpha;
+}
+
+double w_critical(const TestLevels& levels) { return upper_quantile(two_sided_alpha(levels) / 2); }
+
+double lambda0(const TestLevels& levels) { return w_critical(levels) - upper_quantile(levels.power); }
+
+double w_power(double lambda, double critical) { return phi(lambda - critical) + phi(-lambda - critical); }
+
+double chi_squared_critical(double r, double alpha) { return bm::quantile(bm::complement(bm::chi_squared(r), alpha)); }
+
+double fisher_critical(double r, double redundancy, double alpha) {
+  const double rest = redundancy - r;
+  return rest > 0 ? bm::quantile(bm::complement(bm::fisher_f(r, rest), alpha)) : kInfinity;
+}
+
+double tau_squared_critical(double r, double redundancy, double alpha) {
+  const double f = fisher_critical(r, redundancy, alpha);
+  return std::isfinite(f) ? redundancy * f / (redundancy - r + r * f) : kInfinity;
+}
+
+double pope_critical(double redundancy, double alpha) {
+  if (!(redundancy > 1)) return kInfinity;
+  const double t = bm::quantile(bm::complement(bm::students_t(redundancy - 1), alpha / 2));
+  return std::sqrt(redundancy) * t / std::sqrt(redundancy - 1 + t * t);
+}
+
+double chi_squared_p_value(double r, double statistic) {
+  return std::isfinite(statistic) ? bm::cdf(bm::complement(bm::chi_squared(r), std::max(0.0, statistic))) : 0;
+}
+
+double w_p_value(double w) { return 2 * bm::cdf(bm::complement(bm::normal(), std::abs(w))); }
+
+double fisher_p_value(double r, double redundancy, double statistic) {
+  const double rest = redundancy - r;
+  if (!(rest > 0)) return 1;
+  return std::isfinite(statistic) ? bm::cdf(bm::complement(bm::fisher_f(r, rest), std::max(0.0, statistic))) : 0;
+}
+
+DimensionLevel b_method_level(double r, double lambda0_squared, double power) {
+  const double critical = bm::quantile(bm::complement(bm::non_central_chi_squared(r, lambda0_squared), power));
+  return {bm::cdf(bm::complement(bm::chi_squared(r), critical)), critical};
+}
+
+double identification_probability(double lambda, double rho) {
+  const double a = lambda * std::sqrt((1 - rho) / 2), b = lambda * std::sqrt((1 + rho) / 2);
+  return phi(a) * phi(b) + phi(-a) * phi(-b);
+}
+
+double identifiable_shift(double rho, double power) {
+  const double size = std::abs(rho);
+  if (power <= 0.5) return 0;
+  if (!(1 - size > 1e-12)) return kInfinity;
+  // Between the shift that the weaker factor needs alone and one at which each factor has half of what may go wrong.
+  double lo = 0, hi = upper_quantile((1 - power) / 2) / std::sqrt((1 - size) / 2);
+  const auto excess = [&](double lambda) { return identification_probability(lambda, size) - power; };
+  std::uintmax_t iterations = 200;
+  const auto bracket = bm::tools::toms748_solve(excess, lo, hi, bm::tools::eps_tolerance<double>(48), iterations);
+  return (bracket.first + bracket.second) / 2;
+}
+
+}  // namespace surveymc

@@ -1,0 +1,34 @@
+#pragma once
+/// The kernel behind reliability maps, for both instruction sets (simd/lanes.h): lanes are points of a grid.
+#include <array>
+#include <cstddef>
+
+#include "reliability/station_kernel.h"
+
+namespace surveymc {
+
+/// What is computed for an observation; the order of ObservationReliability.
+inline constexpr std::size_t kMapQuantities = 8;
+
+/// Points side by side: every pointer has `groups` times kGroup values. Where an output is null, it is not stored;
+/// an observation without any output is not computed.
+struct StationBatch {
+  StationVariances variances;
+  /// si, ci, st, ct, sa, ca, sd, cd, noise2 (the factor on the variance of the noise)
+  std::array<const double*, 9> points;
+  std::array<std::array<double*, kMapQuantities>, 9> outputs;  ///< [observation][quantity]
+  std::array<std::array<double, kMapQuantities>, 9> units;     ///< outputs are multiplied by these
+  int groups;
+};
+
+/// Which specialisation.
+enum class StationKernel { sse, sse_axial, mse_fixed, mse_shared, mse_systematic };
+
+namespace isa_v3 {
+void station_batch(StationKernel kernel, const StationBatch& batch);
+}
+namespace isa_v4 {
+void station_batch(StationKernel kernel, const StationBatch& batch);
+}
+
+}  // namespace surveymc

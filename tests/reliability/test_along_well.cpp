@@ -1,0 +1,165 @@
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "least_squares_oracle.h"
+#include "reliability/adjustment.h"
+#include "reliability/along_well.h"
+#include "reliability/reliability_grid.h"
+#include "reliability/significance.h"
+#include "survey/minimum_curvature.h"
+#include "thesis_cases.h"
+
+using namespace surveymc;
+using namespace surveymc::test;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+using Eigen::Index;
+
+namespace {
+
+const double kLambda = lambda0({1e-4, Tails::one, 0.8});
+
+/// Builds and turns, toolfaces all round.
+Survey a_well(int stations) {
+  Survey s;
+  for (int k = 0; k < stations; ++k) {
+    const double along = static_cast<double>(k) / stations;
+    s.stations.push_back(
+        {30.0 * k, (5 + 60 * along) * kDegree, (30 + 90 * along) * kDegree, std::fmod(137.5 * k, 360) * kDegree});
+  }
+  return s;
+}
+
+std::vector<Attitude> attitudes(const Survey& s, double declination) {
+  std::vector<Attitude> all;
+  for (const Station& station : s.stations) all.push_back(magnetic_attitude(station, declination));
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("Stations that share references: 3x3 systems against least squares of the whole well") {
+  const Survey well = a_well(5);
+  for (const bool systematic : {false, true}) {
+    AdjustmentModel m;
+    m.mode = AdjustmentMode::mse_shared;
+    m.systematic_terms = systematic;
+    const LeastSquares l = least_squares(m, attitudes(well, 0));
+    const WellReliability r = reliability_along_well(m, well, kLambda);
+    double trace = 0;
+    for (std::size_t k = 0; k < 5; ++k)
+      for (std::size_t i = 0; i < kReadings; ++i) {
+        const auto row = static_cast<Index>(6 * k + i);
+        const StationEffect& e = r.stations[k][i];
+        trace += e.redundancy;
+        if (l.redundancy(row, row) < 1e-4) continue;
+        CHECK_THAT(e.redundancy, WithinRel(l.redundancy(row, row), 1e-8));
+        const double nabla = kLambda * std::sqrt(l.variance[row] / l.redundancy(row, row));
+        CHECK_THAT(e.detectable, WithinRel(nabla, 1e-8));
+        const double found[] = {e.inclination, e.toolface, e.azimuth};
+        for (Index j = 0; j < 3; ++j)
+          CHECK_THAT(found[j], WithinAbs(l.effect(3 * static_cast<Index>(k) + j, row) * nabla, 1e-9));
+      }
+    for (std::size_t j = 0; j < 3; ++j) {
+      const auto row = static_cast<Index>(30 + j);
+      trace += r.references[j].redundancy;
+      CHECK_THAT(r.references[j].redundancy, WithinRel(l.redundancy(row, row), 1e-8));
+    }
+    if (!systematic) CHECK_THAT(trace, WithinAbs(15, 1e-9));
+  }
+}
+
+TEST_CASE("The position moves as the attitudes of all stations do") {
+  // Effects on I and A of every station, by least squares, carried through minimum curvature by finite differences.
+  const Survey well = a_well(4);
+  AdjustmentModel m;
+  m.mode = AdjustmentMode::mse_shared;
+  m.systematic_terms = true;
+  m.field.declination = 7 * kDegree;
+  const LeastSquares l = least_squares(m, attitudes(well, m.field.declination));
+  const WellReliability r = reliability_along_well(m, well, kLambda);
+  const auto end = [](const Survey& s) { return minimum_curvature_positions(s).back(); };
+  const auto moved = [&](const Eigen::VectorXd& effect, double size) {
+    const double h = 1e-6;
+    Survey up = well, down = well;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto at = static_cast<Index>(3 * k);
+      up.stations[k].inclination += h * effect[at] * size;
+      up.stations[k].azimuth += h * effect[at + 2] * size;
+      down.stations[k].inclination -= h * effect[at] * size;
+      down.stations[k].azimuth -= h * effect[at + 2] * size;
+    }
+    return Eigen::Vector3d((end(up) - end(down)) / (2 * h));
+  };
+  for (std::size_t k = 0; k < 4; ++k)
+    for (std::size_t i = 0; i < kReadings; ++i) {
+      const StationEffect& e = r.stations[k][i];
+      const Eigen::Vector3d expected = moved(l.effect.col(static_cast<Index>(6 * k + i)), e.detectable);
+      CHECK_THAT((e.position - expected).norm(), WithinAbs(0, 1e-6));  // m; differences of 1e-12 m over 1e-6
+    }
+  for (std::size_t j = 0; j < 3; ++j)
+    CHECK_THAT(
+        (r.references[j].position - moved(l.effect.col(static_cast<Index>(24 + j)), r.references[j].detectable)).norm(),
+        WithinAbs(0, 1e-6));
+  // A common error is the sum of the columns
+  for (std::size_t i = 0; i < kReadings; ++i) {
+    Eigen::VectorXd z = Eigen::VectorXd::Zero(l.design.rows());
+    for (Index k = 0; k < 4; ++k) z[6 * k + static_cast<Index>(i)] = 1;
+    const double information = z.dot(l.variance.cwiseInverse().cwiseProduct(l.redundancy * z));
+    CHECK_THAT(r.common[i].detectable, WithinRel(kLambda / std::sqrt(information), 1e-7));
+    CHECK_THAT((r.common[i].position - moved(l.effect * z, r.common[i].detectable)).norm(), WithinAbs(0, 1e-5));
+  }
+}
+
+TEST_CASE("Stations on their own are the points of the maps") {
+  const Survey well = a_well(6);
+  for (const AdjustmentMode mode : {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed}) {
+    AdjustmentModel m;
+    m.mode = mode;
+    const WellReliability r = reliability_along_well(m, well, kLambda);
+    for (std::size_t k = 0; k < 6; ++k) {
+      const auto alone = station_reliability(m, attitudes(well, 0)[k], kLambda);
+      for (const std::size_t o : observed(mode)) {
+        INFO(observation_names()[o]);
+        const StationEffect& e = r.stations[k][o];
+        CHECK_THAT(e.redundancy, WithinAbs(alone[o].redundancy, 1e-10));
+        CHECK_THAT(e.detectable, WithinRel(alone[o].detectable, 1e-8));
+        CHECK_THAT(e.inclination, WithinAbs(alone[o].inclination, 1e-9));
+        CHECK_THAT(e.toolface, WithinAbs(alone[o].toolface, 1e-8));
+        CHECK_THAT(e.azimuth, WithinAbs(alone[o].azimuth, 1e-8));
+      }
+    }
+  }
+}
+
+TEST_CASE("Many stations at one attitude are the kernel's mse_shared") {
+  AdjustmentModel m;
+  m.mode = AdjustmentMode::mse_shared;
+  m.systematic_terms = true;
+  m.stations = 12;
+  Survey well;
+  for (int k = 0; k < 12; ++k) well.stations.push_back({30.0 * k, 0.6, 1.9, 0.8});
+  const auto alone = station_reliability(m, {0.6, 1.9, 0.8}, kLambda);
+  const WellReliability r = reliability_along_well(m, well, kLambda);
+  for (std::size_t i = 0; i < kReadings; ++i) {
+    CHECK_THAT(r.stations[3][i].redundancy, WithinRel(alone[i].redundancy, 1e-9));
+    CHECK_THAT(r.stations[3][i].azimuth, WithinAbs(alone[i].azimuth, 1e-9));
+  }
+  for (std::size_t j = 0; j < 3; ++j) CHECK_THAT(r.references[j].detectable, WithinRel(alone[6 + j].detectable, 1e-9));
+}
+
+TEST_CASE("A vertical station has an effect on the position, and none on angles it has not") {
+  Survey well = a_well(3);
+  well.stations[1].inclination = 0;
+  for (const AdjustmentMode mode : {AdjustmentMode::sse, AdjustmentMode::mse_shared}) {
+    AdjustmentModel m;
+    m.mode = mode;
+    const WellReliability r = reliability_along_well(m, well, kLambda);
+    for (const std::size_t o : {2u, 3u, 4u, 5u}) {
+      CHECK(std::isfinite(r.stations[1][o].detectable));
+      CHECK(r.stations[1][o].position.allFinite());
+      CHECK(std::isinf(r.stations[1][o].azimuth));
+    }
+  }
+}
