@@ -3,30 +3,52 @@
 #include <cassert>
 #include <cmath>
 
+#include "propagate/weighting_functions.h"
+
 namespace surveymc {
+
+namespace {
+
+struct Kind {
+  const char* code;
+  SensorTerm kind;
+  int axis;
+  bool with_toolface;
+};
+constexpr std::array<Kind, 14> kKinds{{{"ABXY-TI1", kAccelerometerBias, 0, true},
+                                       {"ABXY-TI2", kAccelerometerBias, 0, true},
+                                       {"ABZ", kAccelerometerBias, 2, false},
+                                       {"ASXY-TI1", kAccelerometerScale, 0, false},
+                                       {"ASXY-TI2", kAccelerometerScale, 0, true},
+                                       {"ASXY-TI3", kAccelerometerScale, 0, true},
+                                       {"ASZ", kAccelerometerScale, 2, false},
+                                       {"MBXY-TI1", kMagnetometerBias, 0, true},
+                                       {"MBXY-TI2", kMagnetometerBias, 0, true},
+                                       {"MBZ", kMagnetometerBias, 2, false},
+                                       {"MSXY-TI1", kMagnetometerScale, 0, false},
+                                       {"MSXY-TI2", kMagnetometerScale, 0, true},
+                                       {"MSXY-TI3", kMagnetometerScale, 0, true},
+                                       {"MSZ", kMagnetometerScale, 2, false}}};
+
+}  // namespace
 
 std::array<ToolfaceIndependentTerm, 14> toolface_independent_terms(double inclination, double azimuth,
                                                                    const ReferenceField& field) {
-  const double si = std::sin(inclination), ci = std::cos(inclination), sa = std::sin(azimuth), ca = std::cos(azimuth);
-  const double tan_dip = std::tan(field.dip), g = field.gravity, bh = field.total * std::cos(field.dip);
-  const double root2 = std::sqrt(2.0);
-  const SensorTerm ab = kAccelerometerBias, as = kAccelerometerScale, mb = kMagnetometerBias, ms = kMagnetometerScale;
-  return {{
-      {"ABXY-TI1", ab, 0, true, -ci / g, tan_dip * ci * sa * si / g},
-      {"ABXY-TI2", ab, 0, true, 0, (ci - tan_dip * ca * si) / g},  // (cotI - tanD cosA) sinI
-      {"ABZ", ab, 2, false, -si / g, tan_dip * si * sa * si / g},
-      {"ASXY-TI1", as, 0, false, si * ci / root2, -tan_dip * si * ci * sa * si / root2},
-      {"ASXY-TI2", as, 0, true, si * ci / 2, -tan_dip * si * ci * sa * si / 2},
-      {"ASXY-TI3", as, 0, true, 0, (tan_dip * si * ca - ci) * si / 2},
-      {"ASZ", as, 2, false, -si * ci, tan_dip * si * ci * sa * si},
-      {"MBXY-TI1", mb, 0, true, 0, -ci * sa * si / bh},
-      {"MBXY-TI2", mb, 0, true, 0, ca * si / bh},
-      {"MBZ", mb, 2, false, 0, -si * sa * si / bh},
-      {"MSXY-TI1", ms, 0, false, 0, si * sa * (tan_dip * ci + si * ca) * si / root2},
-      {"MSXY-TI2", ms, 0, true, 0, sa * (tan_dip * si * ci - ci * ci * ca - ca) * si / 2},
-      {"MSXY-TI3", ms, 0, true, 0, (ci * ca * ca - ci * sa * sa - tan_dip * si * ca) * si / 2},
-      {"MSZ", ms, 2, false, 0, -(si * ca + tan_dip * ci) * si * sa * si},
-  }};
+  StationGeometry s{};
+  s.sin_i = std::sin(inclination);
+  s.cos_i = std::cos(inclination);
+  s.sin_am = std::sin(azimuth);
+  s.cos_am = std::cos(azimuth);
+  s.gravity = field.gravity;
+  s.tan_dip = std::tan(field.dip);
+  s.horizontal_field = field.total * std::cos(field.dip);
+  std::array<ToolfaceIndependentTerm, 14> terms{};
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    const Kind& k = kKinds[i];
+    const Weights w = find_weighting_function(k.code)->weights(s);
+    terms[i] = {k.code, k.kind, k.axis, k.with_toolface, w.inclination, w.lateral};
+  }
+  return terms;
 }
 
 std::vector<TangentErrors> toolface_independent_errors(const Survey& survey, const ReferenceField& field,
