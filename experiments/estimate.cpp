@@ -58,9 +58,10 @@ class Estimate final : public StudyPoint {
   explicit Estimate(const Scenario& s) {
     const ReadingsAnalysis a = analyse_readings(s.readings, s.field, s.noise, s.estimator);
     const std::vector<ReadingsTest> tests = judge_readings(s.readings, a, s.levels);
-    std::vector<EstimateWarning> warnings = estimate_warnings(s.readings, s.field, s.noise, a, tests);
+    const std::optional<Suspect> examined = examine_suspect(s.readings, s.field, s.noise, s.estimator, a, tests);
+    std::vector<EstimateWarning> warnings = estimate_warnings(s.readings, s.field, s.noise, a, tests, examined);
     if (s.has_trials) warnings.push_back({"info", "the config's trials are not used: there is one run of readings"});
-    result_.tables = estimate_tables(s.readings, s.field, a, s.levels, tests, warnings);
+    result_.tables = estimate_tables(s.readings, s.field, a, s.levels, tests, examined, warnings);
   }
   std::uint64_t trials() const override { return 0; }
   Tally run_block(TrialBlock) const override { return {}; }

@@ -248,6 +248,44 @@ Table tests_table(const std::vector<ReadingsTest>& tests) {
   return w.take();
 }
 
+Table suspect_readings_table(const SixAxisReadings& readings, const Suspect& s) {
+  Table t{"suspect_readings", "the six readings of the suspect station, each tested as the only wrong one"};
+  t.columns = {
+      count_column("station", "number of the station, from 1"),
+      number_column("md_m", "m", "measured depth of the station"),
+      word_column("reading", "accelerometer or magnetometer axis"),
+      number_column("w", "1", "standard normal under the claimed noise"),
+      number_column("error", "1", "size of the error, if it is the only one"),
+      number_column("sd_error", "1", "its standard deviation"),
+      word_column("unit", "unit of error and sd_error"),
+      number_column("correlation", "1", "of this test with the first: near -1 or 1, the two cannot be told apart"),
+      word_column("judgement", "most likely, inseparable from it, or less likely")};
+  TableWriter w(std::move(t));
+  for (std::size_t i = 0; i < s.readings.size(); ++i) {
+    const SuspectReading& r = s.readings[i];
+    w << static_cast<std::int64_t>(s.station + 1) << readings.md[static_cast<std::size_t>(s.station)] << r.reading
+      << r.w << r.error << r.error_sd << r.unit << r.correlation
+      << std::string(i == 0       ? "most likely"
+                     : r.in_group ? "inseparable"
+                                  : "less likely");
+  }
+  return w.take();
+}
+
+Table without_suspect_table(const ReadingsAnalysis& a, const Suspect& s) {
+  Table t{"without_suspect", "gains and biases without the suspect station"};
+  t.columns = {word_column("quantity", "gain (1) or bias (nT)"),
+               number_column("estimate", "1", "estimate without the station, in the unit of the quantity"),
+               number_column("sd", "1", "standard deviation by the a-priori noise"),
+               number_column("change", "1", "less the estimate with the station"),
+               number_column("s0", "1", "root of the variance factor without the station")};
+  TableWriter w(std::move(t));
+  for (int i = 0; i < 6; ++i)
+    w << quantity(i) << s.without->parameters[i] << std::sqrt(s.without->covariance(i, i))
+      << s.without->parameters[i] - a.parameters[i] << std::sqrt(s.without->tests.variance_factor());
+  return w.take();
+}
+
 Table warnings_table(const std::vector<EstimateWarning>& warnings) {
   Table t{"warnings", "what to know before the estimate is used"};
   t.columns = {word_column("severity", "severe, warning or info"),
@@ -261,7 +299,7 @@ Table warnings_table(const std::vector<EstimateWarning>& warnings) {
 
 std::vector<Table> estimate_tables(const SixAxisReadings& readings, const ReferenceField& field,
                                    const ReadingsAnalysis& analysis, const TestLevels& levels,
-                                   const std::vector<ReadingsTest>& tests,
+                                   const std::vector<ReadingsTest>& tests, const std::optional<Suspect>& examined,
                                    const std::vector<EstimateWarning>& warnings) {
   std::vector<Table> tables{parameters_table(analysis, levels),
                             covariance_table(analysis),
@@ -272,6 +310,10 @@ std::vector<Table> estimate_tables(const SixAxisReadings& readings, const Refere
                             tests_table(tests),
                             warnings_table(warnings)};
   if (analysis.reference) tables.insert(tables.begin() + 1, reference_table(analysis, field, levels));
+  if (examined) {
+    tables.insert(tables.end() - 1, suspect_readings_table(readings, *examined));
+    if (examined->without) tables.insert(tables.end() - 1, without_suspect_table(analysis, *examined));
+  }
   return tables;
 }
 

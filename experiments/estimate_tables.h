@@ -11,7 +11,7 @@ namespace surveymc {
 /// The tables of an estimate result, in the order of docs/results-format.md.
 std::vector<Table> estimate_tables(const SixAxisReadings& readings, const ReferenceField& field,
                                    const ReadingsAnalysis& analysis, const TestLevels& levels,
-                                   const std::vector<ReadingsTest>& tests,
+                                   const std::vector<ReadingsTest>& tests, const std::optional<Suspect>& examined,
                                    const std::vector<EstimateWarning>& warnings);
 
 }  // namespace surveymc

@@ -110,7 +110,21 @@ void warn_of_parameters(const ReadingsAnalysis& a, const ReferenceField& field, 
   }
 }
 
-void warn_of_tests(const std::vector<ReadingsTest>& tests, Warnings& out) {
+/// "bz (w 16.0), not to be told from gy; without the station s0 is 0.98"
+std::string likely_reading(const Suspect& s) {
+  if (s.readings.empty()) return "no single reading";
+  std::vector<std::string> others;
+  for (std::size_t i = 1; i < s.readings.size(); ++i)
+    if (s.readings[i].in_group) others.push_back(s.readings[i].reading);
+  std::string text = fmt::format("{} (w {:.2f}, an error of {:.3g} {})", s.readings[0].reading, s.readings[0].w,
+                                 s.readings[0].error, s.readings[0].unit);
+  if (!others.empty()) text += fmt::format(", not to be told from {}", fmt::join(others, ", "));
+  if (s.without)
+    text += fmt::format("; without the station s0 is {:.3g}", std::sqrt(s.without->tests.variance_factor()));
+  return text;
+}
+
+void warn_of_tests(const std::vector<ReadingsTest>& tests, const std::optional<Suspect>& examined, Warnings& out) {
   for (const ReadingsTest& t : tests) {
     if (t.test == "variance_factor" && t.decision == "rejected")
       out.push_back(
@@ -129,11 +143,14 @@ void warn_of_tests(const std::vector<ReadingsTest>& tests, Warnings& out) {
   out.push_back(
       {"warning",
        fmt::format("station {} (md {:.10g} m) is suspect: its {} field has w = {:.2f} (critical {:.2f}), an error of "
-                   "{:.0f} nT (sd {:.0f}) if it is the only one{}; leave it out and run again",
+                   "{:.0f} nT (sd {:.0f}) if it is the only one{}; most likely reading {}; estimates without the "
+                   "station are in "
+                   "table without_suspect",
                    t.station + 1, t.md, t.component, t.statistic, t.critical_high, t.error, t.error_sd,
                    others > 0 ? fmt::format("; {} more residual{} beyond the critical value", others,
                                             others == 1 ? " is" : "s are")
-                              : "")});
+                              : "",
+                   examined ? likely_reading(*examined) : "unknown")});
 }
 
 void warn_of_accelerometers(const SixAxisReadings& r, const ReferenceField& field, const NoiseModel& noise,
@@ -162,14 +179,15 @@ void warn_of_accelerometers(const SixAxisReadings& r, const ReferenceField& fiel
 }  // namespace
 
 Warnings estimate_warnings(const SixAxisReadings& readings, const ReferenceField& field, const NoiseModel& noise,
-                           const ReadingsAnalysis& analysis, const std::vector<ReadingsTest>& tests) {
+                           const ReadingsAnalysis& analysis, const std::vector<ReadingsTest>& tests,
+                           const std::optional<Suspect>& examined) {
   Warnings all;
   warn_of_accelerometers(readings, field, noise, analysis, all);
   warn_of_stations(readings, analysis, all);
   warn_of_parameters(analysis, field, all);
   warn_of_observability(analysis, field, all);
   warn_of_reference(analysis, all);
-  warn_of_tests(tests, all);
+  warn_of_tests(tests, examined, all);
   const auto rank = [](const EstimateWarning& w) {
     return w.severity == "severe" ? 0 : w.severity == "warning" ? 1 : 2;
   };

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "readings_analysis.h"
+#include "readings_suspect.h"
 #include "readings_tests.h"
 
 namespace surveymc {
@@ -16,6 +17,7 @@ struct EstimateWarning {
 /// parameters, residuals that do not fit, suspect stations, accelerometers that do not read gravity.
 std::vector<EstimateWarning> estimate_warnings(const SixAxisReadings& readings, const ReferenceField& field,
                                                const NoiseModel& noise, const ReadingsAnalysis& analysis,
-                                               const std::vector<ReadingsTest>& tests);
+                                               const std::vector<ReadingsTest>& tests,
+                                               const std::optional<Suspect>& examined);
 
 }  // namespace surveymc

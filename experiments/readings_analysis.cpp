@@ -186,8 +186,8 @@ ReadingsAnalysis analyse_readings(const SixAxisReadings& readings, const Referen
   const Vector6d x = a.parameters = solve(readings, field, estimator, a);
 
   const std::vector<StationFields> corrected = fields_of(readings, x);
-  const std::vector<FieldMisfit> misfits = field_misfits(corrected, {x[0], x[1], x[2]}, field.total, field.dip);
-  a.observability = observability(misfit_jacobian(misfits));
+  a.misfits = field_misfits(corrected, {x[0], x[1], x[2]}, field.total, field.dip);
+  a.observability = observability(misfit_jacobian(a.misfits));
   require_observable(a.observability);
   const InputErrors input{noise.magnetometer,
                           noise.accelerometer / field.gravity,
@@ -204,7 +204,7 @@ ReadingsAnalysis analyse_readings(const SixAxisReadings& readings, const Referen
   a.reference_covariance =
       error_covariance(sensitive, corrected, {0, 0, input.total, input.dip, input.reference_per_station, 0, 0})
           .topLeftCorner<6, 6>();
-  a.tests = residual_tests(corrected, misfits, input);
+  a.tests = residual_tests(corrected, a.misfits, input);
   const Vector6d off = (x - perfect).cwiseQuotient(a.covariance.diagonal().cwiseSqrt());
   const Vector6d per_sd = a.covariance.diagonal().cwiseSqrt().cwiseInverse();
   a.perfect_tool_statistic = off.dot((per_sd.asDiagonal() * a.covariance * per_sd.asDiagonal()).ldlt().solve(off));

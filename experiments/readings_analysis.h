@@ -43,6 +43,7 @@ struct ReadingsAnalysis {
   double cost = 0;      ///< sum of squared residuals (Bh, Bv), nT2
   int evaluations = 0;  ///< of the model, by the solver
   Observability observability;
+  std::vector<FieldMisfit> misfits;  ///< of the corrected stations
   ResidualTests tests;
   /// Squared Mahalanobis distance of the estimate from gains 1 and biases 0: chi-squared(6) if the tool is perfect.
   double perfect_tool_statistic = 0;

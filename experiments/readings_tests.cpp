@@ -84,8 +84,9 @@ std::vector<ReadingsTest> judge_readings(const SixAxisReadings& readings, const 
   const int s = suspect(rows);
   for (std::size_t i = 0; i < rows.size() && s >= 0; ++i)
     if (rows[i].test == "residual" && rows[i].decision == "rejected")
-      rows[i].note = static_cast<int>(i) == s ? "suspect: the largest of all; leave the station out and run again"
-                                              : "may follow from the suspect";
+      rows[i].note = static_cast<int>(i) == s
+                         ? "suspect: the largest of all; see tables suspect_readings and without_suspect"
+                         : "may follow from the suspect";
   return rows;
 }
 

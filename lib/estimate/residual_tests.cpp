@@ -58,6 +58,8 @@ ResidualTests residual_tests(const std::vector<StationFields>& stations, const s
     const Matrix2d m = whiten[k].transpose() * checked * whiten[k];
     const Matrix2d unchecked = whiten[k].transpose() * whiten[k];
     const Vector2d mv = whiten[k].transpose() * left.segment<2>(row);
+    t.pull.push_back(mv);
+    t.precision.push_back(m);
     t.w.push_back(Vector2d::Constant(std::nan("")));
     t.error.push_back(t.w.back());
     t.error_sd.push_back(t.w.back());
@@ -70,6 +72,19 @@ ResidualTests residual_tests(const std::vector<StationFields>& stations, const s
     }
   }
   return t;
+}
+
+DirectionTest direction_test(const ResidualTests& t, std::size_t station, const Vector2d& c) {
+  const double information = c.dot(t.precision[station] * c), nan = std::numeric_limits<double>::quiet_NaN();
+  // Rounding of 1 - q q', as above.
+  if (!(information > 1e-10 * c.squaredNorm() * t.precision[station].trace())) return {nan, nan, nan};
+  const double along = c.dot(t.pull[station]);
+  return {along / std::sqrt(information), along / information, 1 / std::sqrt(information)};
+}
+
+double direction_correlation(const ResidualTests& t, std::size_t station, const Vector2d& a, const Vector2d& b) {
+  const Matrix2d& m = t.precision[station];
+  return a.dot(m * b) / std::sqrt(a.dot(m * a) * b.dot(m * b));
 }
 
 }  // namespace surveymc

@@ -23,6 +23,8 @@ struct ResidualTests {
   /// Per station, components horizontal and vertical; NaN where no other reading checks the residual.
   std::vector<Eigen::Vector2d> w;
   std::vector<Eigen::Vector2d> error, error_sd;  ///< nT
+  std::vector<Eigen::Vector2d> pull;             ///< per station: its part of M v, 1/nT
+  std::vector<Eigen::Matrix2d> precision;        ///< per station: its block of M, 1/nT^2
 
   /// A-posteriori variance factor T / redundancy: 1 if the noise is as claimed. NaN without redundancy.
   double variance_factor() const;
@@ -31,5 +33,15 @@ struct ResidualTests {
 /// `noise.magnetometer` must be positive. At least three stations.
 ResidualTests residual_tests(const std::vector<StationFields>& stations, const std::vector<FieldMisfit>& misfits,
                              const InputErrors& noise);
+
+/// Test of an error that moves the two residuals of one station along c (nT per unit of the error): w = c'Mv /
+/// sqrt(c'Mc), its size c'Mv / c'Mc and the sd of that. NaN where the residuals do not see it.
+struct DirectionTest {
+  double w, error, error_sd;
+};
+DirectionTest direction_test(const ResidualTests& tests, std::size_t station, const Eigen::Vector2d& c);
+/// Correlation of the tests of two such errors: 1 or -1 if they cannot be told apart.
+double direction_correlation(const ResidualTests& tests, std::size_t station, const Eigen::Vector2d& a,
+                             const Eigen::Vector2d& b);
 
 }  // namespace surveymc

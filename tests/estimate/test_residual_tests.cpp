@@ -146,3 +146,21 @@ TEST_CASE("Without redundancy nothing is tested, and nothing is infinite") {
   CHECK(std::isnan(t.variance_factor()));
   for (const Eigen::Vector2d& w : t.w) CHECK((std::isnan(w[0]) && std::isnan(w[1])));
 }
+
+TEST_CASE("A test along a residual is that residual's, and what the residuals do not see is not tested") {
+  const Case c;
+  const ResidualTests t = residual_tests(c.fields, c.misfits, {70, 3e-4, 107, 0.16 * kDegree, false, 0, 0});
+  for (const std::size_t k : {std::size_t{0}, std::size_t{26}}) {
+    for (int i = 0; i < 2; ++i) {
+      const DirectionTest d = direction_test(t, k, 2 * Eigen::Vector2d::Unit(i));
+      CHECK(d.w == Approx(t.w[k][i]).epsilon(1e-12));
+      CHECK(d.error == Approx(t.error[k][i] / 2).epsilon(1e-12));
+      CHECK(d.error_sd == Approx(t.error_sd[k][i] / 2).epsilon(1e-12));
+    }
+    CHECK(std::isnan(direction_test(t, k, Eigen::Vector2d::Zero()).w));
+    // Tilts of the three accelerometers move (Bh, Bv) along one line: no residual tells them apart.
+    const Eigen::Vector3d u = to_eigen(c.fields[k].down_T);
+    const Eigen::Matrix<double, 2, 3> tilt = c.misfits[k].by_down * (Eigen::Matrix3d::Identity() - u * u.transpose());
+    CHECK(std::abs(direction_correlation(t, k, tilt.col(0), tilt.col(1))) == Approx(1).epsilon(1e-9));
+  }
+}

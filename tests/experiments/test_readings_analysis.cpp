@@ -83,7 +83,7 @@ bool warns(const std::vector<EstimateWarning>& all, const std::string& severity,
 std::vector<EstimateWarning> warnings_of(const SixAxisReadings& r, const ReferenceField& field,
                                          const NoiseModel& noise) {
   const ReadingsAnalysis a = analyse_readings(r, field, noise, {});
-  return estimate_warnings(r, field, noise, a, judge_readings(r, a, {}));
+  return estimate_warnings(r, field, noise, a, judge_readings(r, a, {}), std::nullopt);
 }
 
 /// Attitudes of a run along which the tool keeps its toolface.
@@ -248,9 +248,20 @@ TEST_CASE("A gross error is found at its station, and the run is rejected") {
     REQUIRE(s > 0);
     CHECK(tests[static_cast<std::size_t>(s)].station == 30);
     CHECK(tests[0].decision == "rejected");
-    const auto warnings = estimate_warnings(run.readings, run.field, thesis_noise(0.003), a, tests);
+    const auto examined = examine_suspect(run.readings, run.field, thesis_noise(0.003), {}, a, tests);
+    REQUIRE(examined);
+    // 900 nT along z: found there, or in what the two residuals of the station cannot tell from it.
+    const auto bz = std::find_if(examined->readings.begin(), examined->readings.end(),
+                                 [](const SuspectReading& x) { return x.reading == "bz"; });
+    REQUIRE(bz != examined->readings.end());
+    CHECK(bz->in_group);
+    CHECK(std::abs(bz->error - 900) < 5 * bz->error_sd);
+    REQUIRE(examined->without);
+    CHECK(suspect(judge_readings(run.readings, *examined->without, {})) == -1);
+    const auto warnings = estimate_warnings(run.readings, run.field, thesis_noise(0.003), a, tests, examined);
     CHECK(warns(warnings, "severe", "variance factor"));
     CHECK(warns(warnings, "warning", "station 31 (md 2837.85 m) is suspect"));
+    CHECK(warns(warnings, "warning", "without the station s0 is"));
   }
 }
 
@@ -316,7 +327,7 @@ TEST_CASE("Accelerometers of the other sign are recognised") {
   ReadingsAnalysis a = analyse_readings(clean_run(c), c.field, thesis_noise(), {});
   CHECK_FALSE(a.vertical_field_reversed);
   a.vertical_field_reversed = true;
-  const auto warnings = estimate_warnings(r, c.field, thesis_noise(), a, judge_readings(r, a, {}));
+  const auto warnings = estimate_warnings(r, c.field, thesis_noise(), a, judge_readings(r, a, {}), std::nullopt);
   CHECK(warns(warnings, "severe", "other way round (key `accelerometers`)"));
 }
 
