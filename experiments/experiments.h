@@ -14,6 +14,7 @@ Experiment vertical_well_experiment();
 Experiment sensor_monte_carlo_experiment();
 Experiment reliability_map_experiment();
 Experiment reliability_well_experiment();
+Experiment gross_error_detection_experiment();
 
 /// All of them, in the order of `surveymc list`.
 std::vector<Experiment> all_experiments();

@@ -60,6 +60,8 @@ class ConfigReader {
   std::vector<double> numbers(const std::string& key, const Range& range, int count = -1);
   std::vector<double> numbers(const std::string& key, const Range& range, int count,
                               const std::vector<double>& fallback);
+  /// A number, or a list of at least one in any order.
+  std::vector<double> number_or_list(const std::string& key, const Range& range);
   /// A number, a list, or { from, to, step } (both ends included when they fit; strictly monotone, never empty).
   std::vector<double> grid(const std::string& key, const Range& range);
   /// A string or an array of strings.

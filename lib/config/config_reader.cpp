@@ -127,6 +127,14 @@ std::vector<double> ConfigReader::numbers(const std::string& key, const Range& r
   return fallback;
 }
 
+std::vector<double> ConfigReader::number_or_list(const std::string& key, const Range& range) {
+  const auto found = state_->need(key);
+  const TomlNode& n = *found.node;
+  if (n.is_number()) return {checked_number(n, found.key, range)};
+  if (!n.is_array()) refuse_kind(n, found.key, "must be a number or a list of numbers");
+  return numbers(key, range, -1);
+}
+
 std::vector<double> ConfigReader::grid(const std::string& key, const Range& range) {
   const auto found = state_->need(key);
   const TomlNode& n = *found.node;

@@ -24,6 +24,7 @@ enum class Channel : std::uint32_t {
   assumed_noise = 4,        ///< index 3 station + axis: sizes that a weighted estimator assumes
   toolface = 5,             ///< index station; a slide takes that of its first station
   sensor_term = 6,          ///< errors constant in a run, index as in survey/sensor_terms.h
+  gross_error_study = 20,   ///< index: number of the observation in the adjustment (reliability/adjustment.h)
 };
 
 class Stream {

@@ -7,6 +7,7 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/non_central_chi_squared.hpp>
+#include <boost/math/distributions/non_central_t.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <boost/math/tools/roots.hpp>
@@ -32,6 +33,19 @@ double w_critical(const TestLevels& levels) { return upper_quantile(two_sided_al
 double lambda0(const TestLevels& levels) { return w_critical(levels) - upper_quantile(levels.power); }
 
 double w_power(double lambda, double critical) { return phi(lambda - critical) + phi(-lambda - critical); }
+
+double chi_squared_power(double r, double noncentrality, double critical) {
+  if (!(noncentrality > 0)) return bm::cdf(bm::complement(bm::chi_squared(r), critical));
+  return bm::cdf(bm::complement(bm::non_central_chi_squared(r, noncentrality), critical));
+}
+
+double pope_power(double lambda, double redundancy, double alpha) {
+  if (!(redundancy > 1)) return 0;
+  const double t = bm::quantile(bm::complement(bm::students_t(redundancy - 1), alpha / 2));
+  if (lambda == 0) return alpha;
+  const bm::non_central_t law(redundancy - 1, std::abs(lambda));
+  return bm::cdf(bm::complement(law, t)) + bm::cdf(law, -t);
+}
 
 double chi_squared_critical(double r, double alpha) { return bm::quantile(bm::complement(bm::chi_squared(r), alpha)); }
 

@@ -25,6 +25,13 @@ double lambda0(const TestLevels& levels);
 /// P(|w| > k) for w ~ N(lambda, 1).
 double w_power(double lambda, double critical);
 
+/// P(T > critical) for T ~ chi2 with r degrees of freedom and this noncentrality (eq 4; the square of the shift).
+double chi_squared_power(double r, double noncentrality, double critical);
+
+/// P(|tau| > pope_critical) where w ~ N(lambda, 1) and the rest of Omega is free of errors: Student's noncentral t by
+/// relation 18. 0 where nothing can be rejected (redundancy of 1).
+double pope_power(double lambda, double redundancy, double alpha);
+
 /// Upper critical value of chi2 with r degrees of freedom (eq 4), of Fisher's F(r, n-u-r) (eq 5), of tau2 (eq 6) and of
 /// Pope's |tau| (eq 15, by its relation 18 to Student's t with n-u-1 degrees of freedom) at false-alarm probability
 /// `alpha` in all. `redundancy` is n-u. F and tau2 need n-u > r; +infinity without (nothing can be rejected; tau2 then

@@ -100,6 +100,30 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
   return row;
 }
 
+ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, std::uint64_t runs, double predicted,
+                           const VerdictRule& rule, std::uint64_t trials) {
+  ComparisonRow row;
+  row.quantity = quantity;
+  row.unit = "1";
+  row.analytic = predicted;
+  if (runs == 0) {
+    row.note = "no converged trial";
+    return row;
+  }
+  row.monte_carlo = static_cast<double>(events) / static_cast<double>(runs);
+  row.interval = binomial_interval(events, runs, rule.confidence);
+  if (std::isnan(predicted)) return row;
+  if (events == 0) {  // no ratio, but perhaps a verdict: the prediction may lie above all that is possible
+    row.note = "never seen";
+    if (predicted * (1 - rule.margin) > row.interval.hi) row.verdict = "differs";
+    return row;
+  }
+  row.ratio = predicted / row.monte_carlo;
+  row.ratio_interval = {predicted / row.interval.hi, predicted / row.interval.lo};
+  set_verdict(row, row.ratio_interval, rule, trials);
+  return row;
+}
+
 Table comparison_table(const std::string& name, const std::string& long_name, const std::vector<ComparisonRow>& rows,
                        std::uint64_t trials, std::uint64_t failed, bool with_formulation) {
   const auto numbers = [&](auto get) {

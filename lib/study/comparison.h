@@ -40,6 +40,11 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
 ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const SampleSummary& sample,
                            double offset, double predicted, const VerdictRule& rule, std::uint64_t trials);
 
+/// Rate of an event seen `events` times in `runs` against a predicted probability; NaN: there is none. Intervals are
+/// exact (Clopper and Pearson).
+ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, std::uint64_t runs, double predicted,
+                           const VerdictRule& rule, std::uint64_t trials);
+
 /// The columns of every comparison table (docs/results-format.md) from rows. `trials` and `failed` are repeated. The
 /// column `formulation` is there if a row has one, or if it is asked for: tables of one study must be alike.
 Table comparison_table(const std::string& name, const std::string& long_name, const std::vector<ComparisonRow>& rows,

@@ -1555,6 +1555,91 @@ class ReliabilityMaps(Case):
         self.call("run", "well.toml", "-o", "b.h5", "--set", "survey.file=mine.csv", "--set", "toolface=worst")
 
 
+GROSS_ERROR = """\
+experiment = "gross_error_detection"
+seed = 1
+trials = 3000
+mode = "sse"
+inclination_deg = 30.0
+toolface_deg = 45.0
+magnetic_azimuth_deg = 60.0
+[[inject]]
+observation = "bx"
+size = "minimal_detectable"
+"""
+
+
+class GrossErrors(Case):
+    def errors(self, *changes, append=""):
+        text = GROSS_ERROR
+        for old, new in changes:
+            self.assertIn(old, text)
+            text = text.replace(old, new)
+        return self.write("error.toml", text + append)
+
+    def rates(self, path="e.h5"):
+        with h5py.File(self.folder / path) as f:
+            table = f["tables/detection"]
+            return dict(zip(zip(table["formulation"].asstr()[()], table["quantity"].asstr()[()]), table["monte_carlo"][()]))
+
+    def test_full_configs_give_their_verdicts(self):
+        for name in ("detection", "weak_geometry", "linear_size"):
+            self.call("run", SOURCE / f"configs/gross_error/{name}.toml", "-o", f"{name}.h5", "--check")
+        rates = self.rates("linear_size.h5")
+        self.assertGreater(rates["linear", "detection_bx"], 0.999)  # not the designed .8
+
+    def test_rates_add_up_and_threads_do_not_matter(self):
+        self.errors()
+        self.call("run", "error.toml", "-o", "e.h5", "--threads", 1)
+        rates = self.rates()
+        self.assertAlmostEqual(rates["linear", "detection_bx"], 0.802, delta=4 * (0.16 / 3000)**0.5)
+        outcomes = [rate for (formulation, _), rate in rates.items() if formulation == "single"]
+        self.assertEqual(len(outcomes), 5)
+        self.assertAlmostEqual(sum(outcomes), 1, delta=1e-12)
+        self.assertAlmostEqual(rates["single", "missed"], 1 - rates["linear", "detection_any"], delta=1e-12)
+        self.call("run", "error.toml", "-o", "b.h5", "--threads", 2, env={"SURVEYMC_INSTRUCTION_SET": "x86-64-v3"})
+        self.assertEqual(content_hash(self.folder / "e.h5"), content_hash(self.folder / "b.h5"))
+        self.assertIn("identical", self.call("rerun", "e.h5").stdout)
+        self.assertIn("single: ", self.call("run", "error.toml", "--trial", 5).stdout)
+
+    def test_sizes(self):
+        with_size = lambda size: (('size = "minimal_detectable"', size),)
+        for change, expected in ((with_size("size_nT = -250.0"), -250), ((), 689.04775),
+                                 (with_size('size = "minimal_detectable"\nfactor = -2.0'), -2 * 689.04775),
+                                 (with_size('size = "nonlinear_detectable"\nfactor = -1.0'), -689.831)):
+            self.errors(*change)
+            self.call("run", "error.toml", "-o", "e.h5", "--trials", 10)
+            self.assertAlmostEqual(column(self.folder / "e.h5", "tables/injected", "size")[0], expected, delta=1e-3)
+        self.errors()
+        self.call("run", "error.toml", "-o", "e.h5", "--trials", 10, "--set", "factor=0.5")
+        self.assertAlmostEqual(column(self.folder / "e.h5", "tables/injected", "size")[0], 0.5 * 689.04775, delta=1e-3)
+
+    def test_inseparable_readings_are_never_identified(self):
+        self.errors(('"sse"', '"sse_axial"'))
+        self.call("run", "error.toml", "-o", "e.h5")
+        rates = self.rates()
+        self.assertEqual(rates["single", "identified"], 0)
+        self.assertGreater(rates["single", "identified_group"], 0.7)
+
+    def test_what_is_refused(self):
+        for rule, *changes in (("not observed in mode mse_fixed", ('"sse"', '"mse_fixed"'), ('"bx"', '"dip"')),
+                               ("observation = .*must be", ('"bx"', '"bq"')),
+                               ("errors of bx are in nT", ('size = "minimal_detectable"', "size_mps2 = 3.0")),
+                               ("is infinite", ("45.0", "0.0"), ("60.0", "0.0")),
+                               ("only with mode", ("45.0", "[45.0, 50.0]")),
+                               ("must not be empty", ("45.0", "[]")), ("station", ('"bx"', '"bx"\nstation = 1')),
+                               ("has two errors", ("[[inject]]", '[[inject]]\nobservation = "bx"\nsize_nT = 5.0\n[[inject]]')),
+                               ("not together with size", ('"bx"', '"bx"\nsize_nT = 3.0'))):
+            self.errors(*changes)
+            self.refused(BAD_INPUT, "run", "error.toml", "-o", "e.h5", says=rule)
+        self.errors()
+        for setting, rule in (("alpha=0", "alpha = 0"), ("power=1.0", "power = 1"), ("test=f", "test"), ("strategy=all", "strategy"),
+                              ('strategy=["single","single"]', "twice"), ("trials=0", "trials"), ("toolfaces_deg=1", "toolface"),
+                              ("rotational_shot=true", "rotational_shot"), ("verdict.false_alarm_margin=2", "margin")):
+            self.refused(BAD_INPUT, "run", "error.toml", "-o", "e.h5", "--set", setting, says=rule)
+        self.refused(BAD_INPUT, "run", "error.toml", "-o", "e.h5", "--set", "test=pope", "--set", "strategy=pairs", says="known variance")
+
+
 if __name__ == "__main__":
     if len(sys.argv) < 3:
         sys.exit(__doc__)

@@ -106,3 +106,18 @@ TEST_CASE("Units are read from names") {
   CHECK(unit_of_name("m") == "1");
   CHECK(unit_of_name("gain_x") == "1");
 }
+
+TEST_CASE("Rates are judged by their exact interval") {
+  const VerdictRule rule;
+  CHECK(compare_rate("rate", 32000, 40000, 0.8, rule, 40000).verdict == "agrees");
+  CHECK(compare_rate("rate", 32000, 40000, 0.9, rule, 40000).verdict == "differs");
+  CHECK(compare_rate("rate", 80, 100, 0.8, rule, 100).verdict == "undecided");
+  const ComparisonRow row = compare_rate("rate", 32000, 40000, 0.8, rule, 40000);
+  CHECK(row.monte_carlo == 0.8);
+  CHECK(row.ratio_interval.lo == 0.8 / row.interval.hi);
+  // An event that was never seen has no ratio; a prediction beyond all that is possible differs all the same
+  CHECK(compare_rate("rate", 0, 40000, 0.8, rule, 40000).verdict == "differs");
+  CHECK(compare_rate("rate", 0, 40000, 1e-6, rule, 40000).verdict.empty());
+  CHECK(compare_rate("rate", 0, 0, 0.8, rule, 40000).note == "no converged trial");
+  CHECK(compare_rate("rate", 5, 10, std::nan(""), rule, 10).verdict.empty());
+}

@@ -1,0 +1,183 @@
+#include "gross_error_config.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "reliability/nonlinear_detectable.h"
+#include "reliability_config.h"
+#include "study/scenario.h"
+
+namespace surveymc {
+namespace {
+
+/// One attitude a station: lists of one length, and numbers that hold for all stations.
+std::vector<Attitude> read_attitudes(ConfigReader& c, const AdjustmentModel& model, bool stations_given) {
+  const Range any = Range::closed(-360, 360);
+  const std::vector<std::pair<std::string, std::vector<double>>> angles{
+      {"inclination_deg", c.number_or_list("inclination_deg", Range::closed(0, 180))},
+      {"toolface_deg", c.number_or_list("toolface_deg", any)},
+      {"magnetic_azimuth_deg", c.number_or_list("magnetic_azimuth_deg", any)}};
+  const bool several = model.mode == AdjustmentMode::mse_shared;
+  std::size_t count = 1;
+  std::string listed;
+  for (const auto& [key, values] : angles) {
+    if (values.size() == 1) continue;
+    c.require(several, key,
+              "a list has one value a station: only with mode = \"mse_shared\" (for several attitudes, "
+              "sweep)");
+    c.require(listed.empty() || values.size() == count, key,
+              fmt::format("has {} values, {} has {}: one a station", values.size(), listed, count));
+    count = values.size();
+    listed = key;
+  }
+  if (several && listed.empty()) count = static_cast<std::size_t>(model.stations);
+  if (several && !listed.empty() && stations_given)
+    c.require(count == static_cast<std::size_t>(model.stations), "stations",
+              fmt::format("{} has {} values: one a station", listed, count));
+  c.require(count <= 200, "stations", "at most 200: every trial is adjusted as a whole");
+  if (model.rotational_shot) {
+    c.require(angles[0].second.size() == 1, "inclination_deg", "the shots of one station share it: one number");
+    c.require(angles[2].second.size() == 1, "magnetic_azimuth_deg", "the shots of one station share it: one number");
+  }
+  std::vector<Attitude> all(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto at = [&](std::size_t a) {
+      const std::vector<double>& v = angles[a].second;
+      return v[v.size() == 1 ? 0 : k] * kDegree;
+    };
+    all[k] = {at(0), at(2), at(1)};  // inclination, azimuth, toolface
+  }
+  return all;
+}
+
+/// Size of an error in internal units: a number with its unit, or a minimal detectable error times its own factor;
+/// both times `all`, the factor of all errors.
+double read_size(ConfigReader& e, const GrossErrorScenario& s, const InjectedError& injected, double all) {
+  const std::size_t o = injected.observation;
+  const std::string unit = observation_unit(o), number_key = "size_" + unit;
+  if (!e.has("size")) {
+    for (const char* other : {"mps2", "nT", "deg"})
+      e.require(unit == other || !e.has(std::string("size_") + other), std::string("size_") + other,
+                fmt::format("errors of {} are in {}", observation_names()[o], unit));
+    // Large enough for anything that still is a reading
+    const double most = unit == "nT" ? 1e5 : unit == "deg" ? 20 : 10;
+    return all * e.number(number_key, Range::closed(-most, most)) / observation_scale(o);
+  }
+  e.require(!e.has(number_key), number_key, "not together with size");
+  const std::string size = e.choice("size", {"minimal_detectable", "nonlinear_detectable"});
+  const double factor = all * e.number("factor", Range::closed(-100, 100), 1), lambda = lambda0(s.levels);
+  if (size == "minimal_detectable") {
+    const double sensitivity = sensitivities(linear_model(s.model, s.attitudes))[injected.error.number];
+    e.require(sensitivity > 0, "size", "the linear minimal detectable error is infinite at this attitude");
+    return factor * lambda / sensitivity;
+  }
+  e.require(s.attitudes.size() == 1 && !s.model.systematic_terms, "size",
+            "\"nonlinear_detectable\" is known for a single station only");
+  const double detectable = nonlinear_detectable_error(s.model, s.attitudes.front(), o, lambda, factor < 0 ? -1 : 1);
+  e.require(std::isfinite(detectable), "size", "the nonlinear minimal detectable error is infinite at this attitude");
+  return std::abs(factor) * detectable;
+}
+
+void read_injected(ConfigReader& c, GrossErrorScenario& s) {
+  const double factor = c.number("factor", Range::closed(-100, 100), 1);
+  for (ConfigReader& e : c.tables("inject")) {
+    const std::vector<std::string> names(observation_names().begin(), observation_names().end());
+    const std::string name = e.choice("observation", names);
+    InjectedError injected{name, 0, 0, {}};
+    injected.observation = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    e.require(is_observed(s.model.mode, injected.observation), "observation",
+              fmt::format("{} is not observed in mode {}", name,
+                          adjustment_mode_names()[static_cast<std::size_t>(s.model.mode)]));
+    injected.station =
+        static_cast<std::size_t>(e.integer("station", 0, static_cast<std::int64_t>(s.attitudes.size()) - 1, 0));
+    if (s.attitudes.size() > 1 && injected.observation < kReadings)
+      injected.label += fmt::format("_{}", injected.station);
+    injected.error.number = observation_number(s.model, s.attitudes.size(), injected.station, injected.observation);
+    for (const InjectedError& other : s.injected)
+      e.require(other.error.number != injected.error.number, "observation", "has two errors");
+    injected.error.size = read_size(e, s, injected, factor);
+    s.injected.push_back(std::move(injected));
+  }
+}
+
+std::vector<SnoopingStrategy> read_strategies(ConfigReader& c, bool pope) {
+  std::vector<SnoopingStrategy> all;
+  const std::vector<std::string> wanted =
+      c.has("strategy") ? c.texts("strategy") : std::vector<std::string>{c.text("strategy", "single")};
+  for (const std::string& name : wanted) {
+    const auto& names = strategy_names();
+    const auto at = std::find(names.begin(), names.end(), name);
+    c.require(at != names.end(), "strategy", "\"" + name + "\" is none of single, iterative, readmission, pairs");
+    const auto strategy = static_cast<SnoopingStrategy>(at - names.begin());
+    c.require(std::find(all.begin(), all.end(), strategy) == all.end(), "strategy", name + " is in the list twice");
+    c.require(!pope || strategy == SnoopingStrategy::single, "strategy",
+              "with test = \"pope\" only \"single\": the others work with a known variance");
+    all.push_back(strategy);
+  }
+  return all;
+}
+
+std::vector<RowName> row_names(const GrossErrorScenario& s) {
+  std::vector<RowName> rows;
+  const auto row = [&](const std::string& formulation, const std::string& quantity) {
+    rows.push_back({"detection", formulation, quantity});
+  };
+  for (const InjectedError& e : s.injected) row("design", "false_alarm_" + e.label);
+  for (const char* q : {"mean", "any", "general"}) row("design", std::string("false_alarm_") + q);
+  if (s.injected.empty()) return rows;  // nothing to detect
+  for (const char* formulation : {"linear", "nonlinear"}) {
+    for (const InjectedError& e : s.injected) row(formulation, "detection_" + e.label);
+    row(formulation, "detection_any");
+    row(formulation, "detection_general");
+  }
+  for (const SnoopingStrategy strategy : s.strategies)
+    for (const std::string& outcome : outcome_names())
+      row(strategy_names()[static_cast<std::size_t>(strategy)], outcome);
+  return rows;
+}
+
+}  // namespace
+
+const std::vector<std::string>& strategy_names() {
+  static const std::vector<std::string> names{"single", "iterative", "readmission", "pairs"};
+  return names;
+}
+
+const std::vector<std::string>& outcome_names() {
+  static const std::vector<std::string> names{"identified", "identified_group", "identified_partly", "identified_wrong",
+                                              "missed"};
+  return names;
+}
+
+std::vector<GrossError> GrossErrorScenario::errors() const {
+  std::vector<GrossError> all;
+  for (const InjectedError& e : injected) all.push_back(e.error);
+  return all;
+}
+
+GrossErrorScenario read_gross_error_scenario(ConfigReader& c, std::uint64_t seed) {
+  GrossErrorScenario s;
+  s.seed = seed;
+  s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 1'000'000'000'000));
+  const bool stations_given = c.has("stations");
+  s.model = read_adjustment_model(c);
+  s.model.field.dip = c.number("field.dip_deg", Range::closed(-89, 89), 75) * kDegree;
+  s.model.rotational_shot = c.boolean("rotational_shot", false);
+  const bool shared = s.model.mode == AdjustmentMode::mse_shared;
+  c.require(shared || !s.model.rotational_shot, "rotational_shot", "only with mode = \"mse_shared\"");
+  s.model.systematic_terms = s.model.systematic_terms && shared;  // may be given, so that the mode can be swept
+  s.levels = read_test_levels(c);
+  s.attitudes = read_attitudes(c, s.model, stations_given);
+  s.pope = c.choice("test", {"w", "pope"}, "w") == "pope";
+  s.strategies = read_strategies(c, s.pope);
+  read_injected(c, s);
+  s.verdict = read_verdict_rule(c);
+  s.false_alarm_margin = c.number("verdict.false_alarm_margin", Range::open(0, 1), 0.1);
+  s.annotations = Annotations::read(c, row_names(s));
+  c.finish();
+  return s;
+}
+
+}  // namespace surveymc

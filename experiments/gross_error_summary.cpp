@@ -1,0 +1,208 @@
+#include "gross_error_summary.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "reliability/identification.h"
+#include "reliability/nonlinear_detectable.h"
+#include "reliability/snooping.h"
+#include "study/comparison.h"
+#include "study/table_writer.h"
+
+namespace surveymc {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+const double kNaN = std::nan("");
+
+ErrorShift shift_of(const GrossErrorScenario& s, const VectorXd& w, double omega) {
+  ErrorShift shift;
+  for (const InjectedError& e : s.injected) shift.w.push_back(w[e.error.number]);
+  shift.omega = omega;
+  return shift;
+}
+
+/// The test that is most correlated with that of `number`, tied ones included.
+struct Rival {
+  Index number = -1;
+  double correlation = 0;
+};
+Rival closest_rival(const ParityModel& m, Index number) {
+  const Eigen::MatrixXd rho = test_correlations(m);
+  Rival r;
+  for (Index i = 0; i < m.observations(); ++i)
+    if (i != number && std::abs(rho(number, i)) > std::abs(r.correlation)) r = {i, rho(number, i)};
+  return r;
+}
+
+/// linear_rates is good to 2e-4: too little to judge small rates by.
+double if_large(double rate) { return rate >= 0.01 ? rate : kNaN; }
+
+std::string name_of(const GrossErrorScenario& s, Index number) {
+  const auto i = static_cast<std::size_t>(number), readings = kReadings * s.attitudes.size();
+  if (i >= readings + 3) return fmt::format("systematic_term_{}", i - readings - 3);
+  if (i >= readings) return observation_names()[kReadings + i - readings];
+  const std::string& name = observation_names()[i % kReadings];
+  return s.attitudes.size() > 1 ? fmt::format("{}_{}", name, i / kReadings) : name;
+}
+
+/// Power of the single test of injected observation k.
+double single_power(const GrossErrorScenario& s, const GrossErrorPrediction& p, const ErrorShift& shift,
+                    std::size_t k) {
+  if (std::isnan(shift.w[k])) return kNaN;
+  if (!s.pope) return w_power(shift.w[k], p.critical);
+  // The denominator of Pope's test is free of the error only if there is one error, and in linear theory
+  const bool central = s.injected.size() == 1 && &shift == &p.linear;
+  return central ? pope_power(shift.w[k], p.redundancy, p.two_sided_alpha) : kNaN;
+}
+
+}  // namespace
+
+GrossErrorPrediction predict_gross_errors(const GrossErrorScenario& s, const GrossErrorTrials& trials) {
+  GrossErrorPrediction p;
+  p.two_sided_alpha = two_sided_alpha(s.levels);
+  p.model = linear_model(s.model, s.attitudes);
+  p.redundancy = static_cast<double>(p.model.redundancy);
+  p.critical = s.pope ? pope_critical(p.redundancy, p.two_sided_alpha) : w_critical(s.levels);
+  const double lambda = lambda0(s.levels);
+  p.general = b_method_level(p.redundancy, lambda * lambda, s.levels.power);
+
+  ParityModel shifted = p.model;
+  shifted.whitened.setZero();
+  for (const InjectedError& e : s.injected) shifted.whitened += shifted.columns.col(e.error.number) * e.error.size;
+  p.linear = shift_of(s, w_statistics(shifted), shifted.omega());
+  const StationAdjustment noise_free = trials.adjusted(trials.readings_without_noise(true));
+  p.nonlinear = noise_free.converged ? shift_of(s, w_statistics(noise_free.parity), noise_free.omega)
+                                     : shift_of(s, VectorXd::Constant(p.model.observations(), kNaN), kNaN);
+
+  if (!s.pope) p.false_alarm_any = linear_rates(p.model, VectorXd::Zero(p.model.columns.rows()), 0, p.critical).any;
+  if (s.injected.empty() || s.pope) return p;
+  const Index number = s.injected.front().error.number;
+  p.linear_any = linear_rates(p.model, shifted.whitened, number, p.critical).any;
+  if (!noise_free.converged) return p;
+  const ParityModel& m = noise_free.parity;
+  const LinearRates rates = linear_rates(m, m.whitened, number, p.critical);
+  p.any = rates.any;
+  if (s.injected.size() == 1) p.identified = rates.identified;
+  for (const SuspectGroup& g : inseparable_groups(m))
+    if (g.size() > 1 && std::find(g.begin(), g.end(), number) != g.end()) p.in_group = true;
+  return p;
+}
+
+Table detection_table(const GrossErrorScenario& s, const GrossErrorPrediction& p, const Tally& tally) {
+  const EventLayout layout{s.injected.size(), s.strategies.size()};
+  const std::uint64_t runs = tally.trials - tally.failed;
+  VerdictRule alarms = s.verdict;
+  alarms.margin = s.false_alarm_margin;
+  std::vector<ComparisonRow> rows;
+  const auto rate = [&](const std::string& formulation, const std::string& quantity, std::size_t event,
+                        double predicted, const VerdictRule& rule) -> ComparisonRow& {
+    const std::uint64_t events = tally.counts.empty() ? 0 : tally.counts[event];
+    rows.push_back(compare_rate(quantity, events, runs, predicted, rule, tally.trials));
+    rows.back().formulation = formulation;
+    return rows.back();
+  };
+
+  for (std::size_t k = 0; k < s.injected.size(); ++k) {
+    const bool tested = p.model.columns.col(s.injected[k].error.number).squaredNorm() > 0;
+    rate("design", "false_alarm_" + s.injected[k].label, layout.false_alarm(k), tested ? p.two_sided_alpha : 0, alarms);
+  }
+  ComparisonRow mean;
+  mean.formulation = "design";
+  mean.quantity = "false_alarm_mean";
+  mean.unit = "1";
+  mean.analytic = p.two_sided_alpha;
+  if (tally.moments.count > 1) {
+    mean.monte_carlo = tally.moments.mean[0];
+    mean.interval =
+        mean_interval(mean.monte_carlo, tally.moments.variance(0), tally.moments.count, s.verdict.confidence);
+    if (mean.interval.lo > 0) {
+      mean.ratio = mean.analytic / mean.monte_carlo;
+      mean.ratio_interval = {mean.analytic / mean.interval.hi, mean.analytic / mean.interval.lo};
+      mean.verdict = judge(mean.ratio_interval, alarms.margin, tally.trials).word;
+    }
+    mean.note = "mean over all observations that can be tested";
+  }
+  rows.push_back(mean);
+  rate("design", "false_alarm_any", layout.false_alarm_any(), p.false_alarm_any, alarms);
+  rate("design", "false_alarm_general", layout.false_alarm_general(), p.general.alpha, alarms);
+  ComparisonRow& general = rows.back();
+  general.note +=
+      fmt::format("{}chi2 above {:.4f}, level by the B-method", general.note.empty() ? "" : "; ", p.general.critical);
+
+  for (const auto& [formulation, shift] : {std::pair{"linear", &p.linear}, std::pair{"nonlinear", &p.nonlinear}}) {
+    if (s.injected.empty()) break;
+    const bool linear = shift == &p.linear;
+    for (std::size_t k = 0; k < s.injected.size(); ++k)
+      rate(formulation, "detection_" + s.injected[k].label, layout.detection(k), single_power(s, p, *shift, k),
+           s.verdict);
+    rate(formulation, "detection_any", layout.detection_any(), linear ? p.linear_any : p.any, s.verdict);
+    rate(formulation, "detection_general", layout.detection_general(),
+         std::isnan(shift->omega) ? kNaN : chi_squared_power(p.redundancy, shift->omega, p.general.critical),
+         s.verdict);
+  }
+
+  for (std::size_t k = 0; k < s.strategies.size() && !s.injected.empty(); ++k)
+    for (std::size_t o = 0; o < kOutcomes; ++o) {
+      const auto outcome = static_cast<SnoopingOutcome>(o);
+      double predicted = kNaN;
+      if (s.strategies[k] == SnoopingStrategy::single && s.injected.size() == 1 && !std::isnan(p.any)) {
+        if (outcome == SnoopingOutcome::identified) predicted = p.in_group ? 0 : if_large(p.identified);
+        if (outcome == SnoopingOutcome::group) predicted = p.in_group ? if_large(p.identified) : 0;
+        if (outcome == SnoopingOutcome::partly) predicted = 0;
+        if (outcome == SnoopingOutcome::wrong) predicted = if_large(p.any - p.identified);
+        if (outcome == SnoopingOutcome::missed) predicted = if_large(1 - p.any);
+      }
+      ComparisonRow& row = rate(strategy_names()[static_cast<std::size_t>(s.strategies[k])], outcome_names()[o],
+                                layout.outcome(k, outcome), predicted, s.verdict);
+      if (predicted == 0 && row.monte_carlo == 0) row.verdict = "agrees";
+    }
+  s.annotations.apply("detection", rows);
+  return comparison_table(
+      "detection", "false alarms, detection and identification of gross errors" + at_confidence(s.verdict.confidence),
+      rows, tally.trials, tally.failed);
+}
+
+Table injected_table(const GrossErrorScenario& s, const GrossErrorPrediction& p) {
+  Table t{"injected", "the gross errors, and what theory says of them"};
+  t.columns = {
+      word_column("observation", "in which the error is"),
+      count_column("station", "number of the station, from 0; -1: a reference"),
+      word_column("unit", "of the sizes in this row"),
+      number_column("size", "1", "the error, in the row's unit"),
+      number_column("minimal_detectable_error", "1", "linear, in the row's unit"),
+      number_column("nonlinear_detectable_error_plus", "1", "nonlinear, in the row's unit; single station only"),
+      number_column("nonlinear_detectable_error_minus", "1", "the same for negative errors"),
+      number_column("redundancy_number", "1", "redundancy number"),
+      number_column("shift_linear", "1", "of its w by all errors, linear theory"),
+      number_column("shift_nonlinear", "1", "of its w by all errors, nonlinear adjustment without noise"),
+      word_column("rival", "the observation whose test is most correlated with its own"),
+      number_column("rival_correlation", "1", "correlation of the two; 1 or -1: inseparable")};
+  TableWriter w(std::move(t));
+  const double lambda = lambda0(s.levels);
+  const VectorXd redundancy = redundancy_numbers(p.model), sensitivity = sensitivities(p.model);
+  for (std::size_t k = 0; k < s.injected.size(); ++k) {
+    const InjectedError& e = s.injected[k];
+    const double unit = observation_scale(e.observation);
+    const bool single = s.attitudes.size() == 1 && !s.model.systematic_terms;
+    const auto nonlinear = [&](int sign) {
+      return single ? nonlinear_detectable_error(s.model, s.attitudes.front(), e.observation, lambda, sign) * unit
+                    : kNaN;
+    };
+    const Rival rival = closest_rival(p.model, e.error.number);
+    w << observation_names()[e.observation]
+      << (e.observation < kReadings ? static_cast<std::int64_t>(e.station) : std::int64_t{-1})
+      << observation_unit(e.observation) << e.error.size * unit
+      << (sensitivity[e.error.number] > 0 ? lambda / sensitivity[e.error.number] * unit
+                                          : std::numeric_limits<double>::infinity())
+      << nonlinear(1) << nonlinear(-1) << redundancy[e.error.number] << p.linear.w[k] << p.nonlinear.w[k]
+      << (rival.number < 0 ? std::string() : name_of(s, rival.number)) << (rival.number < 0 ? kNaN : rival.correlation);
+  }
+  return w.take();
+}
+
+}  // namespace surveymc

@@ -1,0 +1,63 @@
+#pragma once
+/// Predicted rates of a gross-error study, and its tables.
+#include <cmath>
+
+#include "gross_error_config.h"
+#include "montecarlo/run_blocks.h"
+#include "store/table.h"
+
+namespace surveymc {
+
+/// What becomes of a trial by one strategy.
+enum class SnoopingOutcome {
+  identified,  ///< the rejected observations are those in error, each of them told from all others
+  group,       ///< they are among the rejected groups, one each, but at least one group has other members, or ties
+  partly,      ///< some are rejected, or others with them
+  wrong,       ///< only others are rejected
+  missed       ///< nothing is rejected
+};
+inline constexpr std::size_t kOutcomes = 5;
+
+/// Where events are counted in a tally; the order of counting is that of the tables.
+struct EventLayout {
+  std::size_t injected, strategies;
+  std::size_t false_alarm(std::size_t k) const { return k; }
+  std::size_t false_alarm_any() const { return injected; }
+  std::size_t false_alarm_general() const { return injected + 1; }
+  std::size_t detection(std::size_t k) const { return injected + 2 + k; }
+  std::size_t detection_any() const { return 2 * injected + 2; }
+  std::size_t detection_general() const { return 2 * injected + 3; }
+  std::size_t outcome(std::size_t strategy, SnoopingOutcome o) const {
+    return 2 * injected + 4 + strategy * kOutcomes + static_cast<std::size_t>(o);
+  }
+  std::size_t size() const { return 2 * injected + 4 + strategies * kOutcomes; }
+};
+
+/// Shifts of the tests by the injected errors, without noise.
+struct ErrorShift {
+  std::vector<double> w;  ///< of each injected observation's test; NaN where the adjustment does not converge
+  double omega = 0;       ///< noncentrality of the general test
+};
+
+/// Everything that the rates are held against.
+struct GrossErrorPrediction {
+  double two_sided_alpha, critical;  ///< of the single test: |w| or |tau|
+  DimensionLevel general;            ///< B-method: the general test finds nabla_0 with the power of the single test
+  double redundancy;
+  ErrorShift linear, nonlinear;
+  ParityModel model;                      ///< at the error-free readings
+  double false_alarm_any = std::nan("");  ///< some test rejects though there is no error, linear theory
+  double linear_any = std::nan("");       ///< some test rejects, linear theory
+  /// By the shift of the nonlinear adjustment and the tests at its solution; NaN: not known (linear_rates).
+  double any = std::nan("");
+  double identified = std::nan("");  ///< one error, strategy single
+  bool in_group = false;             ///< the observation in error is in a group: `identified` is the group's
+};
+GrossErrorPrediction predict_gross_errors(const GrossErrorScenario& s, const GrossErrorTrials& trials);
+
+/// Comparison table of all rates.
+Table detection_table(const GrossErrorScenario& s, const GrossErrorPrediction& p, const Tally& tally);
+/// One row per error: size, minimal detectable errors, shifts, and the test that is most like its own.
+Table injected_table(const GrossErrorScenario& s, const GrossErrorPrediction& p);
+
+}  // namespace surveymc

@@ -1,0 +1,112 @@
+#include "reliability/gross_error_trials.h"
+
+#include <cmath>
+
+#include "reliability/gross_error_lanes.h"
+#include "reliability/snooping.h"
+#include "simd/instruction_set.h"
+
+namespace surveymc {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+GrossErrorTrials::GrossErrorTrials(const AdjustmentModel& model, const std::vector<Attitude>& attitudes,
+                                   const std::vector<GrossError>& errors, const Stream& stream)
+    : model_(model), attitudes_(attitudes), errors_(errors), stream_(stream) {
+  for (const Attitude& at : attitudes) {
+    const Observations y = true_observations(at, model.field);
+    truth_.push_back({y[0], y[1], y[2], y[3], y[4], y[5]});
+  }
+  variances_ = adjustment_variances(model, truth_);
+}
+
+bool GrossErrorTrials::on_lanes() const {
+  return attitudes_.size() == 1 && !(model_.mode == AdjustmentMode::mse_shared && model_.systematic_terms);
+}
+
+StationReadings GrossErrorTrials::readings_of(const VectorXd& noise, bool with_errors) const {
+  VectorXd error = noise;
+  if (with_errors)
+    for (const GrossError& e : errors_) error[e.number] += e.size;
+  StationReadings y{truth_, {model_.field.gravity, model_.field.total, model_.field.dip}};
+  const Index refs = static_cast<Index>(kReadings * truth_.size());
+  const bool systematic = noise.size() == refs + 15;
+  for (std::size_t k = 0; k < truth_.size(); ++k)
+    for (std::size_t i = 0; i < kReadings; ++i) {
+      double& reading = y.readings[k][i];
+      const auto o = static_cast<Index>(i);
+      // Systematic terms are observed as 0, so their draws are what they truly are, but for the sign
+      if (systematic) reading = (reading + noise[refs + 3 + o]) / (1 - noise[refs + 9 + o]);
+      reading += error[static_cast<Index>(kReadings * k) + o];
+    }
+  if (noise.size() > refs)
+    for (std::size_t j = 0; j < 3; ++j) y.references[j] += error[refs + static_cast<Index>(j)];
+  return y;
+}
+
+StationReadings GrossErrorTrials::readings_without_noise(bool with_errors) const {
+  return readings_of(VectorXd::Zero(variances_.size()), with_errors);
+}
+
+StationReadings GrossErrorTrials::readings(std::uint64_t trial, bool with_errors) const {
+  VectorXd noise(variances_.size());
+  for (Index i = 0; i < noise.size(); i += 4) {
+    const std::array<double, 4> z =
+        stream_.normals<double>(trial, Channel::gross_error_study, static_cast<std::uint32_t>(i / 4));
+    for (Index k = i; k < std::min(i + 4, noise.size()); ++k)
+      noise[k] = std::sqrt(variances_[k]) * z[static_cast<std::size_t>(k - i)];
+  }
+  return readings_of(noise, with_errors);
+}
+
+void GrossErrorTrials::simulate(std::uint64_t first, LaneArray& without, LaneArray& with, int groups) const {
+  const ReferenceField& f = model_.field;
+  GrossErrorBatch b{{}, {}, {}, stream_, first, groups, without.row(0, 0), with.row(0, 0)};
+  const std::array<double, kStationObservations> unit{f.gravity, f.gravity, f.gravity, f.total, f.total,
+                                                      f.total,   f.gravity, f.total,   1};
+  const Observations y = true_observations(attitudes_.front(), f);
+  for (std::size_t i = 0; i < kStationObservations; ++i) {
+    const bool there = static_cast<Index>(i) < variances_.size();
+    b.scale.sd[i] = there ? std::sqrt(variances_[static_cast<Index>(i)]) / unit[i] : 0;
+    b.truth[i] = y[i] / unit[i];
+  }
+  for (const GrossError& e : errors_)
+    b.error[static_cast<std::size_t>(e.number)] += e.size / unit[static_cast<std::size_t>(e.number)];
+  b.scale.dip = f.dip;
+  b.scale.sin_dip = std::sin(f.dip);
+  b.scale.cos_dip = std::cos(f.dip);
+  b.scale.without_bz = model_.mode == AdjustmentMode::sse_axial;
+  if (instruction_set() == InstructionSet::v4)
+    isa_v4::gross_error_trials(b);
+  else
+    isa_v3::gross_error_trials(b);
+}
+
+TrialTests GrossErrorTrials::tests_of(const LaneArray& block, int trial) {
+  TrialTests t;
+  t.converged = block.value(trial, kConvergedRow) != 0;
+  t.omega = block.value(trial, kOmegaRow);
+  t.largest = block.value(trial, kLargestRow);
+  t.w.resize(static_cast<Index>(kStationObservations));
+  const auto tied = static_cast<unsigned>(block.value(trial, kTiedRow));
+  for (Index i = 0; i < t.w.size(); ++i) {
+    t.w[i] = block.value(trial, static_cast<int>(i));
+    if ((tied >> i) & 1u) t.suspects.push_back(i);
+  }
+  return t;
+}
+
+TrialTests GrossErrorTrials::tests_of(const StationAdjustment& a) {
+  TrialTests t;
+  t.converged = a.converged;
+  if (!a.converged) return t;
+  t.omega = a.omega;
+  t.w = w_statistics(a.parity);
+  t.largest = t.w.cwiseAbs().maxCoeff();
+  const SnoopingResult worst = data_snooping(a.parity, 0);
+  if (!worst.rejected.empty()) t.suspects = worst.rejected.front();
+  return t;
+}
+
+}  // namespace surveymc

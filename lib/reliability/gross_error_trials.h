@@ -1,0 +1,66 @@
+#pragma once
+/// Simulated readings with gross errors, and their tests: trials of the study `gross_error_detection`.
+///
+/// Every observation of an adjustment is its true value, plus its standard deviation times a draw, plus its gross
+/// error. Systematic terms that the model has as unknowns are drawn from their priors, once a trial.
+#include <cstdint>
+#include <vector>
+
+#include "random/stream.h"
+#include "reliability/adjustment.h"
+#include "survey/readings.h"
+
+namespace surveymc {
+
+/// `number` is that of observation_number(); `size` in internal units.
+struct GrossError {
+  Eigen::Index number = 0;
+  double size = 0;
+};
+
+/// What the tests say of one trial.
+struct TrialTests {
+  bool converged = false;
+  Eigen::VectorXd w;  ///< of all observations; 0 where there is no test
+  double omega = 0;
+  double largest = 0;                  ///< |w|
+  std::vector<Eigen::Index> suspects;  ///< the observation of the largest test and those that are tied with it
+};
+
+class GrossErrorTrials {
+ public:
+  /// Throws std::invalid_argument where a model of one station gets several attitudes.
+  GrossErrorTrials(const AdjustmentModel& model, const std::vector<Attitude>& attitudes,
+                   const std::vector<GrossError>& errors, const Stream& stream);
+
+  /// One station, and no systematic terms: simulate() may be used, with trials side by side.
+  bool on_lanes() const;
+  /// Readings of a trial, with or without the gross errors.
+  StationReadings readings(std::uint64_t trial, bool with_errors) const;
+  /// Error-free readings, plus the gross errors.
+  StationReadings readings_without_noise(bool with_errors) const;
+  /// The general adjustment of such readings: the definition.
+  StationAdjustment adjusted(const StationReadings& y) const { return adjust(model_, y, variances_); }
+
+  /// Tests of trials first .. first + 8 `groups` - 1, without and with errors; kTestRows rows (gross_error_lanes.h).
+  void simulate(std::uint64_t first, LaneArray& without, LaneArray& with, int groups) const;
+  /// One trial of such a block; the same as of adjusted(readings(...)) to rounding.
+  static TrialTests tests_of(const LaneArray& block, int trial);
+  static TrialTests tests_of(const StationAdjustment& adjustment);
+
+  const AdjustmentModel& model() const { return model_; }
+  const std::vector<Attitude>& attitudes() const { return attitudes_; }
+  const std::vector<GrossError>& errors() const { return errors_; }
+
+ private:
+  StationReadings readings_of(const Eigen::VectorXd& noise, bool with_errors) const;
+
+  AdjustmentModel model_;
+  std::vector<Attitude> attitudes_;
+  std::vector<GrossError> errors_;
+  Stream stream_;
+  std::vector<std::array<double, kReadings>> truth_;
+  Eigen::VectorXd variances_;
+};
+
+}  // namespace surveymc

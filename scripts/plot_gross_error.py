@@ -1,0 +1,141 @@
+#!/usr/bin/python3
+"""Figures of a gross-error study: detection curves, or rates by strategy; PNG and SVG next to the result.
+
+    plot_gross_error.py RESULT.h5 [-o FOLDER]
+
+With a sweep over `factor` (configs/gross_error/curve.toml): detection and identification against the size of the error,
+one panel a case; points are Monte Carlo with their intervals, lines are predictions, the designed power is marked.
+Without: one bar of outcomes (identified ... missed) for each case and strategy, and the rate of detection beside it.
+"""
+import os
+
+import numpy as np
+
+import plotting
+from plotting import plt
+
+OUTCOMES = {"identified": ("#0072B2", "", "the right ones, and only these"),
+            "identified_group": ("#56B4E9", "//", "their inseparable group"),
+            "identified_partly": ("#F0E442", "..", "some of them, or others with them"),
+            "identified_wrong": ("#D55E00", "xx", "others only"),
+            "missed": ("#DDDDDD", "", "nothing")}
+STRATEGIES = ("single", "iterative", "readmission", "pairs")
+LABELS = {"detection": "detected: own test rejects", "identified": "identified: own test is the largest",
+          "identified_wrong": "another reading is blamed"}
+
+
+def cases_of(table, keys):
+    """Names of the points of the sweep by `keys`, and the rows of each."""
+    names = [", ".join(str(table[k][i]) if isinstance(table[k], list) else f"{k} {table[k][i]:g}" for k in keys)
+             for i in range(table.rows)]
+    return {name: [i for i in range(table.rows) if names[i] == name] for name in dict.fromkeys(names)}
+
+
+def series(table, rows, formulation, quantity):
+    """Factors, rates, lower and upper bounds, predictions; in the order of the factors."""
+    rows = [i for i in rows if table["formulation"][i] == formulation and
+            (table["quantity"][i] == quantity or
+             (quantity == "detection" and table["quantity"][i].startswith("detection_") and
+              table["quantity"][i] not in ("detection_any", "detection_general")))]
+    rows.sort(key=lambda i: table["factor"][i])
+    return [np.array([table[c][i] for i in rows]) for c in
+            ("factor", "monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high", "analytic")]
+
+
+def curves_figure(title, table, keys, power, confidence):
+    cases = cases_of(table, [k for k in keys if k != "factor"])
+    figure, panels = plt.subplots(1, len(cases), figsize=(max(3.7 * len(cases), 6) + 0.6, 4.8), squeeze=False, sharey=True)
+    looks = {"detection": ("nonlinear", "#0072B2", "o", "-"), "identified": ("single", "#009E73", "s", (0, (7, 2))),
+             "identified_wrong": ("single", "#D55E00", "^", (0, (1, 1.3)))}
+    for axes, (name, rows) in zip(panels[0], cases.items()):
+        for quantity, (formulation, colour, marker, line) in looks.items():
+            x, rate, low, high, predicted = series(table, rows, formulation, quantity)
+            if len(x) == 0:
+                continue
+            axes.plot(x, predicted, color=colour, linestyle=line, linewidth=1.2)
+            axes.errorbar(x, rate, yerr=[rate - low, high - rate], fmt=marker, color=colour, markersize=4, capsize=2,
+                          linewidth=1, label=LABELS[quantity])
+        axes.axhline(power, color="#777777", linewidth=0.8)
+        axes.axvline(1, color="#777777", linewidth=0.8)
+        axes.plot(1, power, "D", markersize=8, markerfacecolor="none", markeredgecolor="#222222", zorder=5,
+                  label="designed: power at the minimal detectable error")
+        axes.set_title(f"error in {name}" if name else "", fontsize=9)
+        axes.set_xlabel("size of the error (minimal detectable errors)")
+        axes.set_ylim(-0.02, 1.02)
+    panels[0][0].set_ylabel("share of the runs")
+    figure.legend(*panels[0][0].get_legend_handles_labels(), loc="lower center", ncols=2, fontsize=8)
+    figure.suptitle(f"{title}\npoints: Monte Carlo with {100 * confidence:g} % intervals; lines: predicted",
+                    fontsize=10)
+    figure.tight_layout(rect=(0, 0.11, 1, 1))
+    return figure
+
+
+def bars_figure(title, table, keys, power, confidence):
+    bars = []
+    for name, rows in cases_of(table, keys).items():
+        detections = [i for i in rows if table["formulation"][i] == "linear" and
+                      table["quantity"][i].startswith("detection_") and
+                      table["quantity"][i] not in ("detection_any", "detection_general")]
+        for strategy in STRATEGIES:
+            found = {table["quantity"][i]: i for i in rows if table["formulation"][i] == strategy}
+            if found:
+                bars.append((", ".join(w for w in (name, strategy) if w), found, detections))
+    if not bars:
+        raise plotting.PlotError("the result has no injected errors: nothing to draw")
+    figure, axes = plt.subplots(figsize=(8.6, 0.5 * len(bars) + 2.3))
+    interval = f"{100 * confidence:g} % interval"
+    for k, (_, found, detections) in enumerate(bars):
+        left = 0.0
+        for outcome, (colour, hatch, label) in OUTCOMES.items():
+            i = found[outcome]
+            rate = table["monte_carlo"][i]
+            axes.barh(k, rate, left=left, height=0.62, color=colour, hatch=hatch, edgecolor="#333333", linewidth=0.6,
+                      label=label if k == 0 else None)
+            left += rate
+            if rate > 0.06:
+                axes.text(left - rate / 2, k, plotting.number(rate, 3), ha="center", va="center", fontsize=7.5,
+                          color="white" if outcome == "identified" else "#111111",
+                          bbox={"facecolor": colour, "edgecolor": "none", "pad": 0.8})
+            if outcome == "identified" and rate > 0:
+                low, high = table["monte_carlo_ci_low"][i], table["monte_carlo_ci_high"][i]
+                axes.errorbar(rate, k, xerr=[[max(rate - low, 0)], [max(high - rate, 0)]], color="#111111", capsize=3,
+                              linewidth=1.2, label=interval)
+                interval = None  # once is enough
+        for n, i in enumerate(detections):
+            axes.plot(table["monte_carlo"][i], k + 0.41, "v", color="#111111", markersize=5, clip_on=False,
+                      label="its own test rejects" if k == 0 and n == 0 else None)
+    if power is not None:
+        axes.axvline(power, color="#111111", linewidth=1, linestyle=(0, (3, 2)), label=f"designed power {power:g}")
+    axes.set_yticks(range(len(bars)), [b[0] for b in bars])
+    axes.set_ylim(len(bars) - 0.45, -0.6)
+    axes.set_xlim(0, 1)
+    axes.set_xlabel("share of the runs: what is rejected")
+    axes.grid(False)
+    figure.legend(loc="lower center", ncols=3, fontsize=8)
+    figure.suptitle(title, fontsize=10)
+    figure.tight_layout(rect=(0, 0.75 / figure.get_figheight(), 1, 1))
+    return figure
+
+
+def main():
+    parser = plotting.argument_parser(__doc__.splitlines()[0])
+    arguments = parser.parse_args()
+    plotting.use_style()
+    with plotting.open_result(arguments.result, "gross_error_detection") as file:
+        config = plotting.configuration(file)
+        title = plotting.text_attribute(file, "title")
+        table = plotting.read_table(file, "detection")
+    keys = plotting.sweep_keys(config, table)
+    curves = "factor" in keys and len(set(table["factor"])) > 3
+    power = config.get("power", 0.8)
+    if curves:
+        figure = curves_figure(title, table, keys, power, table.confidence)
+    else:  # the power was designed for errors of the minimal detectable size
+        designed = all("size" in e for e in config.get("inject", [])) and config.get("factor", 1) in (1, -1)
+        figure = bars_figure(title, table, keys, power if designed else None, table.confidence)
+    folder = plotting.figures_folder(arguments.output, arguments.result)
+    plotting.save(figure, folder, os.path.splitext(os.path.basename(arguments.result))[0])
+
+
+if __name__ == "__main__":
+    plotting.run(main)
