@@ -15,6 +15,8 @@ Experiment sensor_monte_carlo_experiment();
 Experiment reliability_map_experiment();
 Experiment reliability_well_experiment();
 Experiment gross_error_detection_experiment();
+Experiment drift_monitoring_experiment();
+Experiment mwd_drift_experiment();
 
 /// All of them, in the order of `surveymc list`.
 std::vector<Experiment> all_experiments();

@@ -77,6 +77,11 @@ class ConfigReader {
   bool matches_point(const std::string& key);
   /// Reads the CSV file that `key` names, relative to the config's folder.
   InputTable csv(const std::string& key);
+  /// The text of the file that `key` names, relative to the config's folder, for a format of the study's own.
+  InputText file_text(const std::string& key);
+  /// A table of numbers out of the file that `key` names: load(path) reads it, unless the result that is run again has
+  /// it. IoError of load becomes the message of an InputError.
+  InputTable table(const std::string& key, const std::function<InputTable(const std::filesystem::path&)>& load);
   /// A strict reader of the TOML file that `key` names, relative to the config's folder; its messages name that file's
   /// lines. Call its finish(), too.
   ConfigReader toml(const std::string& key);

@@ -144,6 +144,18 @@ const InputTable& ConfigDocument::input(const TomlNode& n, const std::string& ke
   return inputs.emplace(n.text, parse_csv(bytes_of(n, key, folder), n.text)).first->second;
 }
 
+const InputTable& ConfigDocument::table(const TomlNode& n, const std::string& key,
+                                        const std::function<InputTable(const fs::path&)>& load) {
+  if (const auto* known = known_file(n, key, n.text, inputs, stored_files, is_from_result)) return *known;
+  try {
+    InputTable table = load(folder / n.text);
+    table.path = n.text;
+    return inputs.emplace(n.text, std::move(table)).first->second;
+  } catch (const IoError& e) {
+    refuse(n, key, e.what());
+  }
+}
+
 InputText ConfigDocument::text(const TomlNode& n, const std::string& key, const InputText* shipped) {
   const std::string& path = shipped ? shipped->path : n.text;
   if (const auto* known = known_file(n, key, path, texts, stored_texts, is_from_result)) return {path, *known};

@@ -1,6 +1,7 @@
 #pragma once
 /// One config: the file with its overrides, and what its readers have found. Internal to the module.
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -45,6 +46,9 @@ struct ConfigDocument {
   void use_default(const std::string& key, const TomlNode& value, std::size_t point);
   /// The CSV file that `n`, the value of `key`, names; read once.
   const InputTable& input(const TomlNode& n, const std::string& key);
+  /// The table that `load` makes of the file that `n`, the value of `key`, names; read once.
+  const InputTable& table(const TomlNode& n, const std::string& key,
+                          const std::function<InputTable(const std::filesystem::path&)>& load);
   /// A file other than a table that `n`, the value of `key`, names; `shipped` stands for it if it is not null.
   InputText text(const TomlNode& n, const std::string& key, const InputText* shipped);
   /// See Config.

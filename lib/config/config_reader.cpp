@@ -215,6 +215,17 @@ InputTable ConfigReader::csv(const std::string& key) {
   return state_->point->doc->input(*found.node, found.key);
 }
 
+InputText ConfigReader::file_text(const std::string& key) {
+  const auto found = state_->need(key);
+  return state_->point->doc->text(*found.node, found.key, nullptr);
+}
+
+InputTable ConfigReader::table(const std::string& key,
+                               const std::function<InputTable(const std::filesystem::path&)>& load) {
+  const auto found = state_->need(key);
+  return state_->point->doc->table(*found.node, found.key, load);
+}
+
 namespace {
 
 /// A document of its own: messages name it, and its defaults do not enter the config's resolved text.

@@ -39,7 +39,7 @@ int available_threads() { return omp_get_max_threads(); }
 
 Tally run_blocks(std::uint64_t trials, const std::function<Tally(TrialBlock)>& kernel, const RunOptions& options,
                  const StoppingRule& rule) {
-  constexpr std::uint64_t size = kBlockTrials;
+  const auto size = static_cast<std::uint64_t>(options.block_trials);
   const int threads = options.threads > 0 ? options.threads : available_threads();
   OrderedMerge merge;
   std::uint64_t done = 0, expected = trials;

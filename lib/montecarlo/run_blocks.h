@@ -10,7 +10,7 @@
 
 namespace surveymc {
 
-/// Trials first .. first + count - 1. `first` is a multiple of kBlockTrials.
+/// Trials first .. first + count - 1. `first` is a multiple of the trials per block.
 struct TrialBlock {
   std::uint64_t first = 0;
   int count = 0;
@@ -38,6 +38,7 @@ struct RunOptions {
   /// Trials done so far and expected in all; called by one thread at a time.
   std::function<void(std::uint64_t, std::uint64_t)> progress = {};
   const std::atomic<bool>* stop = nullptr;  ///< set: no new block is begun and Interrupted is thrown
+  int block_trials = kBlockTrials;          ///< a study of few long trials asks for less; part of its results
 };
 
 /// Ends a run early: at each look (a rising number of trials, whole blocks) `needed` predicts from the trials so far

@@ -17,14 +17,18 @@ namespace surveymc {
 
 /// What a draw is for. The numbers are part of every archived result: new channels go at the end.
 enum class Channel : std::uint32_t {
-  magnetometer_noise = 0,   ///< index 3 station + axis
-  accelerometer_noise = 1,  ///< index 3 station + axis
-  reference_field = 2,      ///< index 2 station + {0 total field, 1 dip}; station 0 when drawn once a run
-  tool_errors = 3,          ///< index axis of the gain, 3 + axis of the bias: a tool drawn for every run
-  assumed_noise = 4,        ///< index 3 station + axis: sizes that a weighted estimator assumes
-  toolface = 5,             ///< index station; a slide takes that of its first station
-  sensor_term = 6,          ///< errors constant in a run, index as in survey/sensor_terms.h
-  gross_error_study = 20,   ///< index: number of the observation in the adjustment (reliability/adjustment.h)
+  magnetometer_noise = 0,    ///< index 3 station + axis
+  accelerometer_noise = 1,   ///< index 3 station + axis
+  reference_field = 2,       ///< index 2 station + {0 total field, 1 dip}; station 0 when drawn once a run
+  tool_errors = 3,           ///< index axis of the gain, 3 + axis of the bias: a tool drawn for every run
+  assumed_noise = 4,         ///< index 3 station + axis: sizes that a weighted estimator assumes
+  toolface = 5,              ///< index station; a slide takes that of its first station
+  sensor_term = 6,           ///< errors constant in a run, index as in survey/sensor_terms.h
+  gross_error_study = 20,    ///< index: number of the observation in the adjustment (reliability/adjustment.h)
+  sensor_noise = 30,         ///< index sensors * sample + sensor: noise of a well's gauges
+  survey_sensor_noise = 31,  ///< index 6 station + {accelerometer x, y, z, magnetometer x, y, z}: drift monitoring
+  survey_reference = 32,     ///< index 4 station + {gravity, total field, dip}: scatter of the reference
+  survey_toolface = 33,      ///< index station: uniform toolfaces of a made-up well
 };
 
 class Stream {

@@ -2,8 +2,9 @@
 /// Elementary functions for any scalar type, from one source: the system's libm chooses variants by processor, and its
 /// last bits differ between machines.
 ///
-/// Polynomials and reductions are those of fdlibm (Sun Microsystems 1993, freely distributable): e_log.c, k_sin.c,
-/// k_cos.c, e_asin.c. Errors below 1 ulp for log, sin and cos in their range; see tests/simd/test_math.cpp.
+/// Polynomials and reductions are those of fdlibm (Sun Microsystems 1993, freely distributable): e_log.c, e_exp.c,
+/// k_sin.c, k_cos.c, e_asin.c. Errors below 1 ulp for log, exp, sin and cos in their range; see
+/// tests/simd/test_math.cpp.
 #include <utility>
 
 #include "simd/lanes.h"
@@ -56,6 +57,25 @@ template <int Power, class T>
 [[gnu::always_inline]] inline T minus_log_of_ratio(const T& x) {
   const auto [e, f, rest] = log_parts(x, Power);
   return fma(e, T(-kLn2High), rest - f);
+}
+
+/// e^x for finite x <= 709; 0 below -708, where the result would not be a normal number. Below 1 ulp (e_exp.c).
+template <class T>
+T exp(const T& x) {
+  constexpr double kRound = 0x1.8p52;  // adding it rounds to an integer that stands in the low bits
+  const T shifted = fma(x, T(1.44269504088896338700e+00), T(kRound));
+  const T n = shifted - kRound;
+  const T high = fma(-n, T(kLn2High), x), low = n * T(1.90821492927058770002e-10);
+  const T r = high - low, z = r * r;
+  const T p = z * fma(z,
+                      fma(z,
+                          fma(z, fma(z, T(4.13813679705723846039e-08), T(-1.65339022054652515390e-06)),
+                              T(6.61375632143793436117e-05)),
+                          T(-2.77777777770155933842e-03)),
+                      T(1.66666666666666019037e-01));
+  const T c = r - p;
+  const T y = T(1.0) - ((low - (r * c) / (T(2.0) - c)) - high);
+  return select(x < T(-708.0), T(0.0), from_bits(to_bits(y) + (to_bits(shifted) << 52)));
 }
 
 /// {sin x, cos x} for |x| <= pi/4.

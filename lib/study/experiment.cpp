@@ -174,6 +174,7 @@ Result execute(const PreparedRun& run, const RunOptions& options) {
     const StudyPoint& point = *run.points[i];
     after -= point.trials();
     RunOptions of_point = options;
+    of_point.block_trials = point.block_trials();
     if (options.progress)
       of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
         options.progress(done_before + done, done_before + expected + after);

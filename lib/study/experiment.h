@@ -25,6 +25,8 @@ class StudyPoint {
   virtual ~StudyPoint() = default;
   /// At most. 0 for a study without Monte Carlo: run_block is not called, finish gets an empty tally.
   virtual std::uint64_t trials() const = 0;
+  /// Trials that are run in one go: fewer where one takes long, so that threads share them.
+  virtual int block_trials() const { return kBlockTrials; }
   /// Trial counts at which trials_needed is asked, rising; empty if the number of trials is fixed.
   virtual std::vector<std::uint64_t> looks() const { return {}; }
   /// Predicted from the trials so far. The run ends at a look that has as many.

@@ -18,9 +18,8 @@ import h5py
 
 HERE = pathlib.Path(__file__).resolve().parent
 TABLES = ("parameters", "position", "ellipse", "control_variate", "observability", "fit", "stations", "covariance",
-          "ellipsoid", "summary", "verification", "toolface_sequences", "axes",
-          "statements", "tolerance", "worst_stations", "systematic", "detection",
-          "injected")
+          "ellipsoid", "summary", "verification", "toolface_sequences", "axes", "statements", "tolerance",
+          "worst_stations", "systematic", "detection", "injected", "alarms", "blame", "claims", "delay")
 
 
 def tables_of(result):

@@ -51,23 +51,41 @@ TEST_CASE("asin(x)/x is right to 3e-16 up to x = 1/2") {
   CHECK(asin_ratio(0.0) == 1);
 }
 
+TEST_CASE("exp is right to 1 ulp, 0 where no normal number is, and undone by log") {
+  std::mt19937_64 g(5);
+  std::uniform_real_distribution<double> far(-708, 709), near_zero(-1, 1);
+  for (int i = 0; i < 200000; ++i) {
+    const double a = far(g), b = near_zero(g);
+    REQUIRE(ulps(surveymc::exp(a), expl(a)) <= 1.0);
+    REQUIRE(ulps(surveymc::exp(b), expl(b)) <= 1.0);
+    REQUIRE(std::abs(surveymc::log(surveymc::exp(b)) - b) < 4e-16);  // 1 ulp of e^b is 2.2e-16 relative, and log's own
+  }
+  CHECK(surveymc::exp(0.0) == 1);
+  CHECK(surveymc::exp(-0.0) == 1);
+  CHECK(surveymc::exp(-708.0) > 2.3e-308);  // the smallest normal number is 2.23e-308
+  CHECK(surveymc::exp(-708.1) == 0);
+  CHECK(surveymc::exp(-1e300) == 0);
+}
+
 TEST_CASE("A lane gives the bits of the scalar") {
   std::mt19937_64 g(4);
   std::uniform_real_distribution<double> x(-1e4, 1e4), positive(1e-12, 1e3), small(0, 0.25);
   for (int i = 0; i < 20000; ++i) {
-    double a[4], b[4], c[4];
+    double a[4], b[4], c[4], d[4];
     for (int k = 0; k < 4; ++k) {
       a[k] = x(g);
       b[k] = positive(g);
       c[k] = small(g);
+      d[k] = 0.1 * a[k] - 300;  // some of them below -708
     }
     const auto sc = surveymc::sincos(load<Lanes>(a));
-    const Lanes l = surveymc::log(load<Lanes>(b)), r = asin_ratio(load<Lanes>(c));
+    const Lanes l = surveymc::log(load<Lanes>(b)), r = asin_ratio(load<Lanes>(c)), e = surveymc::exp(load<Lanes>(d));
     for (int k = 0; k < 4; ++k) {
       REQUIRE(lane(sc.first, k) == surveymc::sincos(a[k]).first);
       REQUIRE(lane(sc.second, k) == surveymc::sincos(a[k]).second);
       REQUIRE(lane(l, k) == surveymc::log(b[k]));
       REQUIRE(lane(r, k) == asin_ratio(c[k]));
+      REQUIRE(lane(e, k) == surveymc::exp(d[k]));
     }
   }
 }

@@ -1,0 +1,178 @@
+#include "drift_monitoring_scenario.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "random/stream.h"
+#include "store/result_file.h"
+#include "study/scenario.h"
+
+namespace surveymc {
+namespace {
+
+/// The table `model` of a result as numbers: mean, sd and bandwidth, then the memory; a column a sensor.
+InputTable load_model(const std::filesystem::path& path) {
+  const Result result = read_result(path);
+  InputTable in;
+  for (const Table& t : result.tables) {
+    if (t.name != "model") continue;
+    for (const Column& c : t.columns)
+      if (const auto* x = std::get_if<std::vector<double>>(&c.values); x && c.long_name == "sensor") {
+        in.names.push_back(c.name + "_" + c.unit);
+        in.columns.push_back(*x);
+      }
+    for (std::size_t i = 0; i < t.rows(); ++i) in.lines.push_back(static_cast<int>(i) + 2);
+  }
+  if (in.rows() < 4 || in.names.empty()) throw IoError("has no model: it must be a result of drift_monitoring");
+  return in;
+}
+
+TrainedModel read_model(ConfigReader& c, const MonitoringData& d) {
+  InputTable in = c.table("model.file", load_model);
+  const auto p = static_cast<Eigen::Index>(d.sensors.size()), rows = static_cast<Eigen::Index>(in.rows());
+  std::string expected, found;
+  for (std::size_t j = 0; j < d.sensors.size(); ++j) expected += (j > 0 ? ", " : "") + d.sensors[j] + "_" + d.units[j];
+  for (std::size_t j = 0; j < in.names.size(); ++j) found += (j > 0 ? ", " : "") + in.names[j];
+  c.require(expected == found, "model.file",
+            "was trained on other sensors or units: " + found + ", and the source has " + expected);
+  Samples all(rows, p);
+  for (Eigen::Index j = 0; j < p; ++j)
+    for (Eigen::Index i = 0; i < rows; ++i)
+      all(i, j) = in.columns[static_cast<std::size_t>(j)][static_cast<std::size_t>(i)];
+  return {{all.row(0), all.row(1)}, all.bottomRows(rows - 3), all(2, 0)};
+}
+
+/// `[model] bandwidth`, or `[model.search] bandwidths, folds, target` on the first realisation's training data.
+void read_bandwidth(ConfigReader& c, DriftScenario& s) {
+  if (!c.has("model.search")) {
+    s.bandwidth = c.number("model.bandwidth", Range::positive(), 0.2);
+    return;
+  }
+  c.require(!c.has("model.bandwidth"), "model.bandwidth", "leave it out where [model.search] chooses it");
+  const std::vector<double> tried = c.grid("model.search.bandwidths", Range::positive());
+  const auto folds = static_cast<int>(c.integer("model.search.folds", 2, 1000, 5));
+  const bool truth =
+      c.choice("model.search.target", {"measured", "truth"}, s.data.simulated ? "truth" : "measured") == "truth";
+  c.require(!truth || s.data.simulated, "model.search.target", "the truth is known of a simulated well only");
+  const Samples training = s.realisation(0).topRows(s.data.train);
+  const Scaling scaling = fit_scaling(training);
+  const Samples clean = s.data.simulated ? scaling.to_z(s.data.readings.topRows(s.data.train)) : Samples{};
+  s.searched = search_bandwidth(scaling.to_z(training), clean, s.memory_vectors, tried, folds);
+  const auto best = std::min_element(s.searched.begin(), s.searched.end(), [&](const auto& a, const auto& b) {
+    return truth ? a.mse_truth < b.mse_truth : a.mse_measured < b.mse_measured;
+  });
+  s.bandwidth = best->bandwidth;
+}
+
+void read_model_settings(ConfigReader& c, DriftScenario& s) {
+  if (s.model) {
+    s.bandwidth = s.model->bandwidth;
+    s.memory_vectors = s.model->memory.rows();
+    return;
+  }
+  const auto p = static_cast<std::int64_t>(s.sensors());
+  s.memory_vectors = c.integer("model.memory_vectors", 2 * p, 1'000'000, std::min<std::int64_t>(1350, s.data.train));
+  c.require(s.memory_vectors <= s.data.train, "model.memory_vectors",
+            fmt::format("must be at most the {} training samples", s.data.train));
+  const Samples training = s.data.readings.topRows(s.data.train);
+  const Eigen::RowVectorXd sd = population_sd(training);
+  for (Eigen::Index j = 0; j < s.sensors(); ++j)
+    require(sd[j] > 1e-12 * training.col(j).cwiseAbs().maxCoeff(),
+            "sensor {}: does not vary in the training data: it cannot be monitored",
+            s.data.sensors[static_cast<std::size_t>(j)]);
+  read_bandwidth(c, s);
+}
+
+void read_drift(ConfigReader& c, DriftScenario& s) {
+  const auto p = s.sensors();
+  std::vector<double> pattern(static_cast<std::size_t>(p), 0.0);
+  if (s.data.simulated) pattern = {1, 1, 1, 0};
+  pattern = c.numbers("drift.pattern", Range::closed(-1, 1), static_cast<int>(p), pattern);
+  const double amplitude = c.number("drift.amplitude_z", Range::non_negative(), 5);
+  s.amplitude = amplitude * Eigen::Map<const Eigen::RowVectorXd>(pattern.data(), p);
+  s.start_h = c.number("drift.start_h", Range::non_negative(), 12);
+  const double end = s.data.test_h(s.data.tested() - 1);
+  c.require(s.start_h < end, "drift.start_h", fmt::format("must be before the end of the test at {:g} h", end));
+}
+
+void read_tests(ConfigReader& c, DriftScenario& s) {
+  s.sprt.false_alarm = c.number("sprt.false_alarm", Range::open(0, 0.5), s.sprt.false_alarm);
+  s.sprt.missed_alarm = c.number("sprt.missed_alarm", Range::open(0, 0.5), s.sprt.missed_alarm);
+  s.sprt.shift = c.number("sprt.shift_z", Range::positive(), s.sprt.shift);
+  s.sprt.variance = c.number("sprt.variance_z2", Range::positive(), s.sprt.variance);
+  s.filter.process_variance = c.number("filter.process_variance_z2", Range::positive(), s.filter.process_variance);
+  s.filter.measurement_variance =
+      c.number("filter.measurement_variance_z2", Range::positive(), s.filter.measurement_variance);
+  s.filter.gate = c.number("filter.gate", Range::non_negative(), 0);
+  s.cusum.allowance = c.number("baselines.cusum_allowance_z", Range::non_negative(), s.cusum.allowance);
+  s.cusum.threshold = c.number("baselines.cusum_threshold_z", Range::positive(), s.cusum.threshold);
+  s.threshold = c.number("baselines.threshold_z", Range::positive(), s.threshold);
+}
+
+void read_architectures(ConfigReader& c, DriftScenario& s) {
+  const std::vector<std::string> wanted =
+      c.has("architecture") ? c.texts("architecture") : std::vector<std::string>{"aakr_sprt", "aakr_kf_sprt"};
+  for (const Architecture a : {Architecture::aakr_sprt, Architecture::aakr_kf_sprt})
+    if (std::find(wanted.begin(), wanted.end(), name(a)) != wanted.end()) {
+      s.methods.push_back({name(a), s.architectures.size(), AlarmMethod::Test::sprt});
+      s.architectures.push_back(a);
+    }
+  c.require(!wanted.empty() && s.architectures.size() == wanted.size(), "architecture",
+            "must be of \"aakr_sprt\", \"aakr_kf_sprt\", each once");
+  if (s.architectures.front() == Architecture::aakr_sprt && c.boolean("baselines.enabled", true)) {
+    s.methods.push_back({"aakr_cusum", 0, AlarmMethod::Test::cusum});
+    s.methods.push_back({"aakr_threshold", 0, AlarmMethod::Test::threshold});
+  }
+}
+
+}  // namespace
+
+Samples DriftScenario::drift() const {
+  const Eigen::Index n = data.tested();
+  const double end = data.test_h(n - 1);
+  Samples d = Samples::Zero(n, sensors());
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double t = data.test_h(i);
+    if (t > start_h) d.row(i) = amplitude * ((t - start_h) / (end - start_h));
+  }
+  return d;
+}
+
+Samples DriftScenario::realisation(std::uint64_t trial) const {
+  if (!data.simulated) return data.readings;
+  const Stream stream(seed, 3);
+  Samples x = data.readings;
+  const auto total = static_cast<std::uint64_t>(x.size());
+  for (std::uint64_t call = 0; 4 * call < total; ++call) {
+    const auto draws = stream.normals<double>(trial, Channel::sensor_noise, call);
+    for (std::uint64_t i = 0; i < 4 && 4 * call + i < total; ++i) {
+      const auto at = static_cast<Eigen::Index>(4 * call + i);
+      x.data()[at] += data.noise_sd[at % x.cols()] * draws[i];
+    }
+  }
+  return x;
+}
+
+DriftScenario read_drift_scenario(ConfigReader& c, std::uint64_t seed) {
+  DriftScenario s;
+  s.seed = seed;
+  const bool has_model = c.has("model.file");
+  s.data = read_monitoring_data(c, has_model);
+  s.trials = static_cast<std::uint64_t>(s.data.simulated ? c.integer("trials", 1, 1'000'000)
+                                                         : c.integer("trials", 0, 1'000'000'000'000, 1));
+  if (!s.data.simulated) s.trials = 1;  // nothing is drawn
+  read_architectures(c, s);
+  if (has_model) s.model = read_model(c, s.data);
+  read_model_settings(c, s);
+  read_drift(c, s);
+  read_tests(c, s);
+  s.series_every = c.integer("series_every", 0, 1'000'000, 1);
+  s.verdict.confidence = c.number("verdict.confidence", Range::open(0, 1), s.verdict.confidence);
+  s.annotations = Annotations::read(c, drift_row_names(s));
+  c.finish();
+  return s;
+}
+
+}  // namespace surveymc

@@ -1,0 +1,35 @@
+#pragma once
+/// Auto-associative kernel regression: what a sensor should read, from what all sensors read together.
+#include <vector>
+
+#include "monitoring/samples.h"
+
+namespace surveymc {
+
+/// Boechat, Moreno and Haramura, eqs 1-3 with the kernel of eq 2 corrected:
+///   u_i^2 = |X_i - x|^2,  w_i = exp(-(u_i^2 - min u^2) / (2 h^2)),  xhat = sum_i w_i X_i / sum_i w_i
+/// The shift by the least distance cancels in the quotient; without it a query far from the memory is 0 / 0.
+/// Memory and queries are scaled (z). Same bits on every instruction set.
+class Aakr {
+ public:
+  /// memory: m x p, at least one row and one column; bandwidth > 0 (InputError otherwise).
+  Aakr(const Samples& memory, double bandwidth);
+
+  int sensors() const { return sensors_; }
+  int vectors() const { return vectors_; }
+  double bandwidth() const { return bandwidth_; }
+
+  /// What predictions of many queries leave to be used again: one per thread.
+  using Scratch = std::vector<double>;
+  /// queries: count x p, row by row; predictions the same; nearest (count): distance to the nearest memory vector, the
+  /// indicator of operation outside of the training range.
+  void predict(const double* queries, int count, double* predictions, double* nearest, Scratch& scratch) const;
+
+ private:
+  int sensors_, vectors_;
+  double bandwidth_;
+  std::size_t padded_;
+  std::vector<double> memory_, valid_;
+};
+
+}  // namespace surveymc

@@ -1,0 +1,53 @@
+#include "monitoring/metrics.h"
+
+#include <cmath>
+#include <limits>
+
+namespace surveymc {
+
+Eigen::RowVectorXd mean_square_error(const Samples& predicted, const Samples& target) {
+  return (predicted - target).array().square().colwise().mean();
+}
+
+Eigen::MatrixXd sensitivities(const Samples& with_drift, const Samples& without, const Samples& drift) {
+  const Eigen::Index p = drift.cols();
+  const Samples change = (with_drift - without).cwiseAbs();
+  Eigen::MatrixXd s = Eigen::MatrixXd::Zero(p, p);
+  for (Eigen::Index k = 0; k < p; ++k) {
+    Eigen::Index count = 0;
+    for (Eigen::Index i = 0; i < drift.rows(); ++i) {
+      if (drift(i, k) == 0) continue;
+      ++count;
+      s.col(k) += change.row(i).transpose() / std::abs(drift(i, k));
+    }
+    s.col(k) = s.col(k) / static_cast<double>(count);  // 0 / 0 is NaN
+  }
+  return s;
+}
+
+namespace {
+
+template <class Wanted>
+double mean_where(const Eigen::MatrixXd& s, Wanted wanted) {
+  double sum = 0;
+  int count = 0;
+  for (Eigen::Index k = 0; k < s.cols(); ++k)
+    for (Eigen::Index j = 0; j < s.rows(); ++j)
+      if (!std::isnan(s(k, k)) && wanted(j, k)) {
+        sum += s(j, k);
+        ++count;
+      }
+  return count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace
+
+double mean_auto_sensitivity(const Eigen::MatrixXd& s) {
+  return mean_where(s, [](Eigen::Index j, Eigen::Index k) { return j == k; });
+}
+
+double mean_cross_sensitivity(const Eigen::MatrixXd& s) {
+  return mean_where(s, [&](Eigen::Index j, Eigen::Index) { return std::isnan(s(j, j)); });
+}
+
+}  // namespace surveymc

@@ -1,0 +1,28 @@
+#pragma once
+/// The two monitors of Boechat, Moreno and Haramura: AAKR-SPRT and AAKR-KF-SPRT (their fig. 1).
+#include "monitoring/aakr.h"
+#include "monitoring/drift_filter.h"
+#include "monitoring/training.h"
+
+namespace surveymc {
+
+enum class Architecture {
+  aakr_sprt,     ///< AS: residual of the readings against their prediction
+  aakr_kf_sprt,  ///< AKS: readings are corrected by the drift estimated so far, before they are predicted
+};
+/// "aakr_sprt", "aakr_kf_sprt".
+const char* name(Architecture architecture);
+
+/// What a monitor makes of n readings of p sensors, all in z.
+struct MonitorTrace {
+  Samples prediction;        ///< n x p: xhat
+  Samples signal;            ///< n x p: what the tests look at: residual r - xhat (AS) or drift estimate (AKS)
+  Eigen::VectorXd nearest;   ///< n: distance to the nearest memory vector
+  Eigen::Index skipped = 0;  ///< rows that the gate of the filter left out
+};
+
+/// readings: n x p, scaled. `filter` is for AKS only.
+MonitorTrace run_monitor(Architecture architecture, const Aakr& model, const DriftFilterOptions& filter,
+                         const Samples& readings);
+
+}  // namespace surveymc

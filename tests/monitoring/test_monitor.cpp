@@ -1,0 +1,157 @@
+/// Kalman drift tracker, tests of alarms, metrics, and the two architectures.
+#include <random>
+
+#include <catch2/catch.hpp>
+
+#include "base/error.h"
+#include "monitoring/alarm_tests.h"
+#include "monitoring/metrics.h"
+#include "monitoring/monitor.h"
+
+using namespace surveymc;
+using Catch::Matchers::WithinAbs;
+
+namespace {
+Eigen::RowVectorXd one(double x) { return Eigen::RowVectorXd::Constant(1, x); }
+}  // namespace
+
+TEST_CASE("The drift filter follows a constant drift as computed, and ends in its steady state", "[monitoring]") {
+  const DriftFilterOptions options;
+  DriftFilter filter(options, 1);
+  auto run_to = [&, done = 0](int samples) mutable {
+    for (; done < samples; ++done) filter.update(one(1));
+    return filter.drift()[0];
+  };
+  CHECK_THAT(run_to(1), WithinAbs(.00033322225924691776, 1e-15));
+  CHECK_THAT(run_to(10), WithinAbs(.01805636924132389, 1e-15));
+  CHECK_THAT(run_to(100), WithinAbs(.68864492274741, 1e-13));
+  run_to(5000);
+  const SteadyDriftFilter steady = steady_drift_filter(options);
+  CHECK_THAT(steady.predicted_variance, WithinAbs(5.527454e-3, 5e-10));  // printed digits
+  CHECK_THAT(steady.gain, WithinAbs(1.809151e-2, 5e-9));
+  CHECK_THAT(filter.gain(), WithinAbs(steady.gain, 1e-14));
+}
+
+TEST_CASE("The gate skips a row that one sensor spoils, and only widens the variance", "[monitoring]") {
+  DriftFilterOptions options;
+  options.gate = 5;
+  DriftFilter gated(options, 2);
+  for (int i = 0; i < 200; ++i) CHECK(gated.update(Eigen::RowVector2d(.1, -.1)));
+  const Eigen::RowVectorXd before = gated.drift();
+  const double variance = gated.variance();
+  for (int i = 0; i < 6; ++i) CHECK_FALSE(gated.update(Eigen::RowVector2d(.1, -60)));
+  CHECK(gated.drift() == before);
+  CHECK_THAT(gated.variance(), WithinAbs(variance + 6e-4, 1e-15));
+  CHECK_FALSE(gated.update(Eigen::RowVector2d(.1, std::nan(""))));
+  CHECK(gated.update(Eigen::RowVector2d(.1, -.1 - 5 * std::sqrt(.3) + .02)));  // inside: d is about -.1
+}
+
+TEST_CASE("SPRT bounds, restart and two sides", "[monitoring]") {
+  SprtOptions options;
+  options.variance = 1;
+  CHECK_THAT(sprt_lower(options), WithinAbs(-2.251292, 5e-7));
+  CHECK_THAT(sprt_upper(options), WithinAbs(2.890372, 5e-7));
+
+  // d = 2: S grows by 3 (2 - 1.5) = 1.5 a sample: alarms at samples 2, 4, 6 (3 >= 2.89), each from a new sum.
+  Sprt up(options);
+  std::vector<int> accepted;
+  for (int i = 0; i < 6; ++i) accepted.push_back(up.update(2));
+  CHECK(accepted == std::vector<int>{0, 1, 0, 1, 0, 1});
+  CHECK(up.decision() == 1);
+  up.update(0);  // -4.5 <= ln A: H0 at once
+  CHECK(up.decision() == 0);
+
+  Sprt down(options);
+  CHECK(down.update(-3) == -1);
+  CHECK(down.decision() == -1);
+  CHECK(down.update(-1.5) == 0);  // at M/2 the sum stays, and the decision holds
+  CHECK(down.decision() == -1);
+}
+
+TEST_CASE("Under its own hypotheses the SPRT errs no more often than alpha and beta say", "[monitoring]") {
+  // Wald: P(accept H1 | H0) <= alpha / (1 - beta), P(accept H0 | H1) <= beta / (1 - alpha). A shift of .5 sd keeps the
+  // overshoot small, so that the rates are also not far below.
+  SprtOptions options;
+  options.shift = 0.5;
+  options.variance = 1;
+  std::mt19937_64 g(20);
+  std::normal_distribution<double> normal;
+  const double lower = sprt_lower(options), upper = sprt_upper(options);
+  for (const bool shifted : {false, true}) {
+    int wrong = 0;
+    constexpr int kDecisions = 20000;
+    for (int t = 0; t < kDecisions; ++t) {
+      double s = 0;
+      while (s > lower && s < upper)
+        s += options.shift * (normal(g) + (shifted ? options.shift : 0) - options.shift / 2);
+      wrong += (s >= upper) != shifted;
+    }
+    const double bound = shifted ? .10 / .95 : .05 / .90, rate = static_cast<double>(wrong) / kDecisions;
+    CHECK(rate < bound + 4 * std::sqrt(bound / kDecisions));
+    CHECK(rate > bound / 3);
+    // The class decides like the sums above.
+    Sprt sprt(options);
+    double s = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const double d = normal(g) + (shifted ? options.shift : 0);
+      s += options.shift * (d - options.shift / 2);
+      const bool alarm = s >= upper;
+      if (s <= lower || alarm) s = 0;
+      REQUIRE((sprt.update(d) == 1) == alarm);
+    }
+  }
+}
+
+TEST_CASE("CUSUM and threshold", "[monitoring]") {
+  Cusum c({.allowance = .5, .threshold = 5});
+  int first = 0;
+  for (int i = 1; i <= 20 && first == 0; ++i)
+    if (c.update(-1) == -1) first = i;
+  CHECK(first == 10);
+  for (int i = 0; i < 1000; ++i) CHECK(c.update(.5) == 0);
+  CHECK(Threshold(3).update(2.9) == 0);
+  CHECK(Threshold(3).update(3) == 1);
+  CHECK(Threshold(3).update(-3.1) == -1);
+}
+
+TEST_CASE("Sensitivities leave samples without drift out and know who drifts", "[monitoring]") {
+  Samples with(4, 3), without = Samples::Zero(4, 3), drift(4, 3);
+  with << 9, 9, 9, .5, .1, .2, 1, .2, .4, 1.5, .3, .6;  // the first row is before the drift
+  drift << 0, 0, 0, 1, 2, 0, 2, 4, 0, 3, 6, 0;
+  const Eigen::MatrixXd s = sensitivities(with, without, drift);
+  CHECK_THAT(s(0, 0), WithinAbs(.5, 1e-15));
+  CHECK_THAT(s(1, 1), WithinAbs(.05, 1e-15));
+  CHECK_THAT(s(2, 0), WithinAbs(.2, 1e-15));
+  CHECK_THAT(s(2, 1), WithinAbs(.1, 1e-15));
+  CHECK(std::isnan(s(2, 2)));
+  CHECK_THAT(mean_auto_sensitivity(s), WithinAbs(.275, 1e-15));
+  CHECK_THAT(mean_cross_sensitivity(s), WithinAbs(.15, 1e-15));
+  CHECK(mean_square_error(with, without)[0] == (81 + .25 + 1 + 2.25) / 4);
+}
+
+TEST_CASE("AKS corrects what AS spreads: one drifting sensor of three", "[monitoring]") {
+  std::mt19937_64 g(21);
+  std::normal_distribution<double> normal;
+  const auto readings = [&](int n, double noise) {
+    Samples x(n, 3);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double t = 1.5 * std::sin(.01 * static_cast<double>(i));
+      x.row(i) << t + noise * normal(g), -t + noise * normal(g), .5 * t * t + noise * normal(g);
+    }
+    return x;
+  };
+  const Samples memory = readings(1000, .05);
+  const Aakr model(memory, .2);
+  Samples test = readings(3000, .05);
+  Samples drifted = test;
+  for (Eigen::Index i = 0; i < 3000; ++i) drifted(i, 0) += 2 * static_cast<double>(i) / 2999;
+  const DriftFilterOptions filter;
+  const auto as = run_monitor(Architecture::aakr_sprt, model, filter, drifted),
+             aks = run_monitor(Architecture::aakr_kf_sprt, model, filter, drifted);
+  CHECK(as.signal == drifted - as.prediction);
+  CHECK(aks.signal.row(0).cwiseAbs().maxCoeff() < .01);
+  const auto tail = [](const MonitorTrace& t, Eigen::Index j) { return t.signal.col(j).tail(600).mean(); };
+  CHECK(std::abs(tail(aks, 0) - 1.8) < std::abs(tail(as, 0) - 1.8));
+  CHECK(std::abs(tail(aks, 1)) < std::abs(tail(as, 1)));
+  CHECK_THROWS_AS(run_monitor(Architecture::aakr_sprt, model, filter, Samples::Zero(3, 2)), InputError);
+}

@@ -1,0 +1,74 @@
+#!/usr/bin/python3
+"""Tests of scripts/plot_monitoring.py. Needs a result of drift_monitoring with series (SURVEYMC_RESULT) and one of a
+sweep (SURVEYMC_SWEEP_RESULT)."""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
+sys.path.insert(0, SCRIPTS)
+import plot_monitoring as plot  # noqa: E402
+import plotting  # noqa: E402
+
+SCRIPT = os.path.join(SCRIPTS, "plot_monitoring.py")
+RESULT = os.environ.get("SURVEYMC_RESULT", "")
+SWEEP = os.environ.get("SURVEYMC_SWEEP_RESULT", "")
+
+
+def draw(*arguments):
+    return subprocess.run([sys.executable, SCRIPT, *arguments], capture_output=True, text=True, timeout=120)
+
+
+class Parts(unittest.TestCase):
+    def test_runs_of_alarms(self):
+        self.assertEqual(plot.runs([0, 1, 1, 0, -1]), [(1, 2), (4, 4)])
+        self.assertEqual(plot.runs([1, 1]), [(0, 1)])
+        self.assertEqual(plot.runs([0, 0]), [])
+
+    def test_sensors_shown(self):
+        series = plotting.Table("series", {"sensor": ["a", "b", "c"], "drift_z": np.array([0.0, 1.0, 2.0])})
+        self.assertEqual(plot.shown_sensors(series, None), ["b", "a"])
+        self.assertEqual(plot.shown_sensors(series, ["c"]), ["c"])
+        with self.assertRaisesRegex(plotting.PlotError, "no sensor 'd'"):
+            plot.shown_sensors(series, ["d"])
+
+
+@unittest.skipUnless(RESULT and SWEEP, "SURVEYMC_RESULT or SURVEYMC_SWEEP_RESULT is not set")
+class Figures(unittest.TestCase):
+    def figures(self, *arguments):
+        with tempfile.TemporaryDirectory() as folder:
+            done = draw(*arguments, "-o", folder)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(done.stderr, "")
+            for name in os.listdir(folder):
+                self.assertGreater(os.path.getsize(os.path.join(folder, name)), 5000)
+            return sorted(n for n in os.listdir(folder) if n.endswith(".png"))
+
+    def test_files(self):
+        self.assertEqual(self.figures(RESULT), [f"drift_csv_{n}.png" for n in ("decisions", "delay", "predictions")])
+        self.assertEqual(self.figures(SWEEP, "--point", "1"),
+                         ["drift_monitoring_operating.png"] +
+                         [f"drift_monitoring_point1_{n}.png" for n in ("decisions", "delay", "predictions")])
+
+    def test_predictions_are_in_the_units_of_the_sensor(self):
+        with plotting.open_result(RESULT, "drift_monitoring") as file:
+            series, model = plotting.read_table(file, "series"), plot.read_model(file, [], ())
+        self.assertEqual(model.units["pdg_kPa"], "kPa")
+        s = plot.of_sensor(series, "pdg_kPa")
+        figure = plot.predictions_figure("title", series, model, ["pdg_kPa"])
+        line = next(x for x in figure.axes[0].lines if x.get_label() == "reading")
+        np.testing.assert_allclose(line.get_ydata(), model["pdg_kPa"][0] + model["pdg_kPa"][1] * s["reading_z"])
+        self.assertTrue(12000 < np.median(line.get_ydata()) < 14500)  # bottom-hole pressures of this well
+
+    def test_wrong_use(self):
+        self.assertEqual(draw(SWEEP, "--point", "9").returncode, plotting.USAGE)
+        self.assertEqual(draw(RESULT, "--sensors", "x").returncode, plotting.USAGE)
+        self.assertEqual(draw(SCRIPT).returncode, plotting.BAD_DATA)
+
+
+if __name__ == "__main__":
+    unittest.main()
