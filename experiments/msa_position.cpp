@@ -20,6 +20,7 @@
 #include "experiments.h"
 #include "propagate/ellipse.h"
 #include "stats/antithetic.h"
+#include "study/position_comparison.h"
 #include "survey/corrected_position.h"
 
 namespace surveymc {
@@ -160,8 +161,7 @@ void MsaPosition::observe(const Batch& b, int t, Row& x, std::vector<std::uint64
     const double squared = w(0, 0) * n * n + 2 * w(0, 1) * n * e + w(1, 1) * e * e;
     x[at_.nees_horizontal + which] = squared;
     for (int a = 0; a < 2; ++a) x[at_.axes + 2 * which + a] = axes(0, a) * n + axes(1, a) * e;
-    for (std::size_t k = 1; k <= 3; ++k)
-      if (squared <= static_cast<double>(k * k)) ++inside[3 * f + k - 1];
+    count_inside(squared, inside.data() + 3 * f);
   }
 }
 

@@ -64,7 +64,6 @@ class MsaPosition final : public StudyPoint {
   std::vector<ComparisonRow> hanak_rows(const Tally& tally) const;
   std::vector<ComparisonRow> position_rows(const Tally& tally) const;
   std::vector<ComparisonRow> hole_rows(const Tally& tally) const;
-  ComparisonRow nees_row(const std::string& name, const Tally& tally, int component, double dimension) const;
   Table comparison(const std::string& name, const std::string& long_name, std::vector<ComparisonRow> rows,
                    const Tally& tally) const;
   Table ellipse_table(const Tally& tally) const;

@@ -6,6 +6,7 @@
 #include "base/units.h"
 #include "msa_position.h"
 #include "stats/tests.h"
+#include "study/position_comparison.h"
 
 namespace surveymc {
 
@@ -45,7 +46,7 @@ std::vector<ComparisonRow> MsaPosition::parameter_rows(const Tally& tally) const
   if (at_.reference >= 0)
     for (const ComparisonRow& row : reference_rows(tally)) rows.push_back(row);
   if (predicted && prediction_.parameter_covariance(0, 0) > 0) {
-    rows.push_back(nees_row("nees", tally, at_.nees_parameters, 6));
+    rows.push_back(compare_nees("nees", sample(tally, at_.nees_parameters), 6, s_.verdict, tally.trials));
     if (units(tally) > 20) {
       const WishartTest test =
           wishart_test(covariance(tally).topLeftCorner<6, 6>(), prediction_.parameter_covariance, units(tally));
@@ -103,26 +104,6 @@ std::vector<ComparisonRow> MsaPosition::hanak_rows(const Tally& tally) const {
   }
   s_.annotations.apply("hanak_parameters", rows);
   return rows;
-}
-
-/// Mean squared Mahalanobis distance; its prediction is the dimension.
-ComparisonRow MsaPosition::nees_row(const std::string& name, const Tally& tally, int component,
-                                    double dimension) const {
-  ComparisonRow row;
-  row.quantity = name;
-  row.unit = "1";
-  row.analytic = dimension;
-  if (units(tally) < 2) return row;
-  const SampleSummary s = sample(tally, component);
-  row.monte_carlo = s.mean;
-  row.interval = mean_interval(s, s_.verdict.confidence);
-  row.ratio = dimension / row.monte_carlo;
-  row.ratio_interval = {dimension / row.interval.hi, dimension / row.interval.lo};
-  // The distance goes with the square of the sd, so the same margin in sd is twice as wide here.
-  row.verdict = judge(row.ratio_interval, 2 * s_.verdict.margin, tally.trials).word;
-  const Interval band = nees_band(dimension, units(tally), s_.verdict.confidence);
-  row.note = fmt::format("consistent estimates give {:.3f} .. {:.3f}", band.lo, band.hi);
-  return row;
 }
 
 std::vector<ComparisonRow> MsaPosition::position_rows(const Tally& tally) const {

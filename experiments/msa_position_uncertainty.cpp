@@ -6,9 +6,8 @@
 
 #include "base/units.h"
 #include "msa_position.h"
-#include "propagate/ellipse.h"
-#include "stats/antithetic.h"
 #include "stats/tests.h"
+#include "study/position_comparison.h"
 #include "study/table_writer.h"
 
 namespace surveymc {
@@ -17,87 +16,27 @@ using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 
 Table MsaPosition::ellipse_table(const Tally& tally) const {
-  Table t{"ellipse",
-          "horizontal one-sigma ellipses of the final position, and how Monte Carlo fills them" + intervals_};
-  t.columns = {word_column("formulation", "monte_carlo, or which analytic prediction"),
-               number_column("center_north_m", "m", "centre of the ellipse"),
-               number_column("center_east_m", "m", "centre of the ellipse"),
-               number_column("semi_major_m", "m", "one standard deviation along the major axis"),
-               number_column("semi_minor_m", "m", "one standard deviation along the minor axis"),
-               number_column("major_azimuth_deg", "deg", "direction of the major axis, clockwise from north")};
-  add_with_interval(t, "mc_sd_major_m", "m", "Monte-Carlo standard deviation along this row's major axis");
-  add_with_interval(t, "mc_sd_minor_m", "m", "Monte-Carlo standard deviation along this row's minor axis");
-  add_with_interval(t, "ratio_major", "1", "analytic / Monte Carlo along the major axis");
-  add_with_interval(t, "ratio_minor", "1", "analytic / Monte Carlo along the minor axis");
-  for (const char* k : {"1", "2", "3"})
-    add_with_interval(
-        t, std::string("coverage_") + k + "sigma", "1",
-        fmt::format("share of trials inside the {}-sigma ellipse; {:.4f} if normal", k, ellipse_coverage(k[0] - '0')));
-  add_with_interval(t, "nees", "1", "mean squared Mahalanobis distance from the truth; 2 if consistent");
-  t.columns.push_back(number_column("wishart_p", "1", "p-value of the likelihood-ratio test of the 2x2 covariance"));
-  t.columns.push_back(word_column("verdict", "both axes agree, one differs, or undecided"));
-  t.columns.push_back(word_column("expected", "the verdict this row should have"));
-  t.columns.push_back(count_column("trials", "trials run"));
-  t.columns.push_back(count_column("failed", "trials without a converged estimate, not in the statistics"));
-
-  const double nan = std::nan("");
-  const Moments& m = tally.moments;
-  const std::uint64_t n = units(tally);
-  const bool usable = n > 2;
-  const double confidence = s_.verdict.confidence;
-  Matrix2d found = Matrix2d::Constant(nan);
-  if (usable) found = covariance(tally).block<2, 2>(MsaComponents::position, MsaComponents::position);
-  TableWriter w(std::move(t));
-  const auto interval = [&](double x, const Interval& i) { w << x << i.lo << i.hi; };
-  const Interval none{nan, nan};
-  const auto trials = static_cast<std::int64_t>(tally.trials), failed = static_cast<std::int64_t>(tally.failed);
-
-  if (usable) {
-    const Ellipse e = ellipse(found);
-    w << std::string("monte_carlo") << prediction_.position[0] + m.mean[MsaComponents::position]
-      << prediction_.position[1] + m.mean[MsaComponents::position + 1] << e.semi_major << e.semi_minor
-      << e.azimuth / kDegree;
-    for (int i = 0; i < 8; ++i) interval(nan, none);
-    w << nan << std::string() << std::string() << trials << failed;
+  constexpr int at = MsaComponents::position;
+  HorizontalSample found{tally.trials, tally.failed, units(tally), antithetic(), {}, {}};
+  if (found.units > 2) {
+    found.mean = prediction_.position.head<2>() + tally.moments.mean.segment<2>(at);
+    found.covariance = covariance(tally).block<2, 2>(at, at);
   }
+  TableWriter w(ellipse_columns("horizontal one-sigma ellipses of the final position, and how Monte Carlo fills them" +
+                                intervals_));
+  write_sample_ellipse(w, found);
   for (std::size_t f = 0; f < kFormulations.size(); ++f) {
-    const Matrix2d predicted = prediction_.position_covariance[f].topLeftCorner<2, 2>();
-    const Ellipse e = ellipse(predicted);
-    w << std::string(kFormulations[f]) << prediction_.position[0] << prediction_.position[1] << e.semi_major
-      << e.semi_minor << e.azimuth / kDegree;
-    std::array<double, 2> sd{nan, nan};
-    std::array<Interval, 2> sd_ci{none, none}, ratio_ci{none, none};
-    std::array<std::string, 2> word;
-    const std::array<double, 2> predicted_sd{e.semi_major, e.semi_minor};
-    for (std::size_t a = 0; a < 2 && usable; ++a) {
-      const SampleSummary along = sample(tally, at_.axes + static_cast<int>(2 * f + a));
-      sd[a] = std::sqrt(along.variance);
-      sd_ci[a] = sd_interval(along, confidence);
-      ratio_ci[a] = {predicted_sd[a] / sd_ci[a].hi, predicted_sd[a] / sd_ci[a].lo};
-      word[a] = judge(ratio_ci[a], s_.verdict.margin, tally.trials).word;
+    const int which = static_cast<int>(f);
+    EllipseRow row{kFormulations[f], prediction_.position.head<2>(),
+                   prediction_.position_covariance[f].topLeftCorner<2, 2>()};
+    if (found.units > 2) {
+      row.along = {sample(tally, at_.axes + 2 * which), sample(tally, at_.axes + 2 * which + 1)};
+      std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(3 * f), 3, row.inside.begin());
+      row.nees = sample(tally, at_.nees_horizontal + which);
+      row.wishart_p = wishart_test(found.covariance, row.predicted, found.units).p_value;
     }
-    for (std::size_t a = 0; a < 2; ++a) interval(sd[a], sd_ci[a]);
-    for (std::size_t a = 0; a < 2; ++a) interval(predicted_sd[a] / sd[a], ratio_ci[a]);
-    const bool has_area = usable && e.semi_minor > 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint64_t inside = tally.counts.empty() ? 0 : tally.counts[3 * f + k];
-      if (has_area)
-        interval(
-            static_cast<double>(inside) / static_cast<double>(m.count),
-            antithetic() ? paired_binomial_interval(inside, n, confidence) : binomial_interval(inside, n, confidence));
-      else
-        interval(nan, none);
-    }
-    const int nees = at_.nees_horizontal + static_cast<int>(f);
-    if (has_area)
-      interval(m.mean[nees], mean_interval(sample(tally, nees), confidence));
-    else
-      interval(nan, none);
-    w << (has_area ? wishart_test(found, predicted, n).p_value : nan);
-    const std::string verdict = word[0] == "differs" || word[1] == "differs" ? "differs"
-                                : word[0] == word[1]                         ? word[0]
-                                                                             : "undecided";
-    w << verdict << s_.annotations.expected("ellipse", kFormulations[f], "ellipse") << trials << failed;
+    row.expected = s_.annotations.expected("ellipse", kFormulations[f], "ellipse");
+    write_ellipse(w, row, found, s_.verdict);
   }
   return w.take();
 }

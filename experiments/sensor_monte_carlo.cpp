@@ -35,9 +35,9 @@ constexpr std::size_t kMostDepths = 50;
 constexpr std::array<const char*, 3> kDirections{"north", "east", "vertical"};
 constexpr auto& kFormulations = kSensorFormulations;
 
-/// Tallied at every depth: position error, the same along each formulation's axes, squared Mahalanobis distances of the
-/// horizontal and of all three coordinates in each formulation.
-enum Component { kPosition = 0, kAxes = 3, kNeesHorizontal = 12, kNees = 15, kComponents = 18 };
+/// Tallied at every depth: position error, the same along the axes of each formulation's ellipsoid and horizontal
+/// ellipse, squared Mahalanobis distances of the horizontal and of all three coordinates in each formulation.
+enum Component { kPosition = 0, kAxes = 3, kNeesHorizontal = 12, kNees = 15, kHorizontalAxes = 18, kComponents = 24 };
 
 struct Scenario {
   std::uint64_t seed = 0, trials = 0, save_samples = 0;
@@ -194,6 +194,7 @@ class SensorMonteCarlo final : public StudyPoint {
         nees += along * along / (p.sd[a] * p.sd[a]);
       }
       const Vector2d h = error.head<2>();
+      for (int a = 0; a < 2; ++a) x[kHorizontalAxes + 2 * f + a] = p.horizontal_axes.col(a).dot(h);
       const double horizontal = h.dot(p.horizontal_weight * h);
       x[kNeesHorizontal + f] = horizontal;
       x[kNees + f] = p.sd[2] > 0 ? nees : std::nan("");
@@ -235,7 +236,8 @@ Table SensorMonteCarlo::axes_table(const Tally& tally) const {
         row.formulation = kFormulations[static_cast<std::size_t>(f)];
       }
       if (p.sd[2] == 0) continue;
-      rows.push_back(compare_nees("nees", m, kNees + f, 3, s_.verdict, tally.trials));
+      rows.push_back(
+          compare_nees("nees", m.count < 2 ? SampleSummary{} : summarise(m, kNees + f), 3, s_.verdict, tally.trials));
       rows.back().formulation = kFormulations[static_cast<std::size_t>(f)];
     }
     s_.annotations.apply("axes", rows);
@@ -260,22 +262,19 @@ Table SensorMonteCarlo::ellipse_table(const Tally& tally) const {
       {number_column("md_m", "m", "measured depth")}));
   for (std::size_t d = 0; d < truth_.size(); ++d) {
     const Moments& m = tally.groups[d];
-    if (m.count < 2) continue;
+    if (m.count < 3) continue;
     const Vector2d truth = truth_[d].head<2>();
-    const HorizontalSample sample{tally.trials,
-                                  tally.failed,
-                                  m.count,
-                                  truth + m.mean.head<2>(),
-                                  m.covariance().topLeftCorner<2, 2>(),
-                                  std::max(m.kurtosis(0), m.kurtosis(1))};
+    const HorizontalSample sample{
+        tally.trials, tally.failed, m.count, false, truth + m.mean.head<2>(), m.covariance().topLeftCorner<2, 2>()};
     w << md(d);
     write_sample_ellipse(w, sample);
     for (std::size_t f = 0; f < kFormulations.size(); ++f) {
       EllipseRow row{kFormulations[f], truth, predictions_[d][f].covariance.topLeftCorner<2, 2>()};
       const Eigen::Index nees = kNeesHorizontal + static_cast<Eigen::Index>(f);
       std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(9 * d + 3 * f), 3, row.inside.begin());
-      row.nees = m.mean[nees];
-      row.nees_variance = m.variance(nees);
+      row.nees = summarise(m, nees);
+      for (std::size_t a = 0; a < 2; ++a)
+        row.along[a] = summarise(m, kHorizontalAxes + static_cast<Eigen::Index>(2 * f + a));
       // Drawn toolfaces make a mixture of normal distributions, which the test would refuse whatever its covariance.
       row.wishart_p = drawn ? std::nan("") : wishart_test(sample.covariance, row.predicted, m.count).p_value;
       row.expected = s_.annotations.expected("ellipse", row.formulation, "ellipse");

@@ -33,6 +33,7 @@ PositionPrediction::PositionPrediction(const Matrix3d& c)
     if (sd[a] < kZero * sd[0]) sd[a] = 0;
   const Matrix2d h = c.topLeftCorner<2, 2>();
   const Ellipse e = ellipse(h);
+  horizontal_axes = e.axes;
   if (e.semi_minor > kZero * e.semi_major) horizontal_weight = h.inverse();
 }
 

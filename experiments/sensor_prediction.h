@@ -21,6 +21,7 @@ struct PositionPrediction {
   Eigen::Matrix3d covariance;         ///< N, E, V, m2
   Eigen::Vector3d sd;                 ///< m along the axes, largest first; 0 where zero to first order
   Eigen::Matrix3d axes;               ///< columns: unit vectors (N, E, V)
+  Eigen::Matrix2d horizontal_axes;    ///< columns: major and minor axis of the horizontal ellipse
   Eigen::Matrix2d horizontal_weight;  ///< inverse of the horizontal part; NaN if it is a line
 };
 

@@ -194,12 +194,7 @@ class VerticalWell final : public StudyPoint {
 
   HorizontalSample sample_of(const Tally& tally) const {
     const Moments& m = tally.moments;
-    return {tally.trials,
-            0,
-            m.count,
-            m.mean.head<2>(),
-            m.covariance().topLeftCorner<2, 2>(),
-            std::max(m.kurtosis(kPosition), m.kurtosis(kPosition + 1))};
+    return {tally.trials, 0, m.count, false, m.mean.head<2>(), m.covariance().topLeftCorner<2, 2>()};
   }
 
   Table ellipse_table(const Tally& tally) const;
@@ -226,8 +221,7 @@ Table VerticalWell::ellipse_table(const Tally& tally) const {
     EllipseRow row{name, Vector2d::Zero(), predicted_[f]};
     const auto nees = kNees + static_cast<Eigen::Index>(f);
     std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(3 * f), 3, row.inside.begin());
-    row.nees = m.mean[nees];
-    row.nees_variance = m.variance(nees);
+    row.nees = summarise(m, nees);
     if (name == kToolfaceDependent && varies_) {
       // Each run has its own ellipse. Their mean square is what the cloud of all runs shows.
       row.predicted = independent_sd_ * independent_sd_ * m.mean[kSpread] * Matrix2d::Identity();
@@ -236,6 +230,9 @@ Table VerticalWell::ellipse_table(const Tally& tally) const {
     } else {
       row.wishart_p = varies_ ? std::nan("") : wishart_test(sample.covariance, predicted_[f], m.count).p_value;
     }
+    const Ellipse e = ellipse(row.predicted);  // of a diagonal covariance: its axes are north and east
+    for (std::size_t a = 0; a < 2; ++a)
+      row.along[a] = summarise(m, std::abs(e.axes(0, static_cast<Eigen::Index>(a))) > 0.5 ? kPosition : kPosition + 1);
     row.expected = s_.annotations.expected("ellipse", name, "ellipse");
     std::vector<ComparisonRow> published(2);
     for (std::size_t a = 0; a < 2; ++a) {
@@ -270,7 +267,8 @@ Table VerticalWell::sequences_table(const Tally& tally) const {
   };
   const HorizontalSample sample = sample_of(tally);
   const double mean_variance = sample.covariance.trace() / 2;
-  const Interval sd = sd_interval(mean_variance, sample.count, sample.kurtosis, confidence);
+  const double kurtosis = std::max(tally.moments.kurtosis(kPosition), tally.moments.kurtosis(kPosition + 1));
+  const Interval sd = sd_interval(mean_variance, sample.units, kurtosis, confidence);
   const char* right = varies_ ? "fictive_terms" : kToolfaceDependent.c_str();
   add("ratio_rms", std::sqrt(mean_variance) / independent_sd_, {sd.lo / independent_sd_, sd.hi / independent_sd_},
       std::sqrt(vertical_well_covariance(right, run_)(0, 0)) / independent_sd_,

@@ -5,18 +5,10 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "stats/antithetic.h"
 #include "stats/intervals.h"
 
 namespace surveymc {
-
-Ellipse drawn_ellipse(const Eigen::Matrix2d& covariance) {
-  Ellipse e = ellipse(covariance);
-  if (e.semi_major - e.semi_minor <= 1e-9 * e.semi_major) {
-    e.azimuth = 0;
-    e.axes.setIdentity();
-  }
-  return e;
-}
 
 Table ellipse_columns(const std::string& long_name, std::vector<Column> leading) {
   Table t{"ellipse", long_name, std::move(leading)};
@@ -64,6 +56,7 @@ void write_shape(TableWriter& w, const std::string& name, const Eigen::Vector2d&
 }  // namespace
 
 void write_sample_ellipse(TableWriter& w, const HorizontalSample& s) {
+  if (s.units < 3) return;
   write_shape(w, "monte_carlo", s.mean, ellipse(s.covariance));
   for (int i = 0; i < 8; ++i) write_nothing(w);
   w << kNone << kNone << kNone << std::string() << std::string() << std::string();
@@ -71,32 +64,33 @@ void write_sample_ellipse(TableWriter& w, const HorizontalSample& s) {
 }
 
 void write_ellipse(TableWriter& w, const EllipseRow& row, const HorizontalSample& s, const VerdictRule& rule) {
-  const Ellipse e = drawn_ellipse(row.predicted);
+  const Ellipse e = ellipse(row.predicted);
   write_shape(w, row.formulation, row.center, e);
+  const bool usable = s.units > 2;
   const std::array<double, 2> predicted{e.semi_major, e.semi_minor};
-  std::array<double, 2> sd{};
-  std::array<Interval, 2> sd_ci, ratio_ci;
+  std::array<double, 2> sd{kNone, kNone};
+  std::array<Interval, 2> sd_ci{Interval{kNone, kNone}, Interval{kNone, kNone}}, ratio_ci = sd_ci;
   std::array<std::string, 2> word;
-  for (std::size_t a = 0; a < 2; ++a) {
-    const Eigen::Vector2d axis = e.axes.col(static_cast<Eigen::Index>(a));
-    const double variance = axis.dot(s.covariance * axis);
-    sd[a] = std::sqrt(variance);
-    sd_ci[a] = sd_interval(variance, s.count, s.kurtosis, rule.confidence);
+  for (std::size_t a = 0; a < 2 && usable; ++a) {
+    sd[a] = std::sqrt(row.along[a].variance);
+    sd_ci[a] = sd_interval(row.along[a], rule.confidence);
     ratio_ci[a] = {predicted[a] / sd_ci[a].hi, predicted[a] / sd_ci[a].lo};
     word[a] = judge(ratio_ci[a], rule.margin, s.trials).word;
   }
   for (std::size_t a = 0; a < 2; ++a) write_estimate(w, sd[a], sd_ci[a]);
   for (std::size_t a = 0; a < 2; ++a) write_estimate(w, predicted[a] / sd[a], ratio_ci[a]);
-  const bool has_area = e.semi_minor > 0;  // a line covers nothing and has no Mahalanobis distance
+  const bool has_area = usable && e.semi_minor > 0;  // a line covers nothing and has no Mahalanobis distance
+  const double count = static_cast<double>(s.paired ? 2 * s.units : s.units);
   for (const std::uint64_t inside : row.inside) {
     if (has_area)
-      write_estimate(w, static_cast<double>(inside) / static_cast<double>(s.count),
-                     binomial_interval(inside, s.count, rule.confidence));
+      write_estimate(w, static_cast<double>(inside) / count,
+                     s.paired ? paired_binomial_interval(inside, s.units, rule.confidence)
+                              : binomial_interval(inside, s.units, rule.confidence));
     else
       write_nothing(w);
   }
   if (has_area)
-    write_estimate(w, row.nees, mean_interval(row.nees, row.nees_variance, s.count, rule.confidence));
+    write_estimate(w, row.nees.mean, mean_interval(row.nees, rule.confidence));
   else
     write_nothing(w);
   w << (has_area ? row.wishart_p : kNone) << row.published_major << row.published_minor;
@@ -107,22 +101,22 @@ void write_ellipse(TableWriter& w, const EllipseRow& row, const HorizontalSample
   write_counts(w, s);
 }
 
-ComparisonRow compare_nees(const std::string& quantity, const Moments& m, Eigen::Index i, double dimension,
+ComparisonRow compare_nees(const std::string& quantity, const SampleSummary& distance, double dimension,
                            const VerdictRule& rule, std::uint64_t trials) {
   ComparisonRow row;
   row.quantity = quantity;
   row.unit = "1";
   row.analytic = dimension;
-  if (m.count < 2) {
+  if (distance.units < 2) {
     row.note = "fewer than two trials";
     return row;
   }
-  row.monte_carlo = m.mean[i];
-  row.interval = mean_interval(row.monte_carlo, m.variance(i), m.count, rule.confidence);
+  row.monte_carlo = distance.mean;
+  row.interval = mean_interval(distance, rule.confidence);
   row.ratio = dimension / row.monte_carlo;
   row.ratio_interval = {dimension / row.interval.hi, dimension / row.interval.lo};
   row.verdict = judge(row.ratio_interval, 2 * rule.margin, trials).word;
-  const Interval band = nees_band(dimension, m.count, rule.confidence);
+  const Interval band = nees_band(dimension, distance.units, rule.confidence);
   row.note = fmt::format("consistent predictions give {:.3f} .. {:.3f}", band.lo, band.hi);
   return row;
 }

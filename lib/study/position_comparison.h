@@ -6,14 +6,11 @@
 #include <Eigen/Core>
 
 #include "propagate/ellipse.h"
-#include "stats/moments.h"
+#include "stats/sample_summary.h"
 #include "study/comparison.h"
 #include "study/table_writer.h"
 
 namespace surveymc {
-
-/// One-sigma ellipse; that of a circle (within 1e-9) has its axes in the north and the east.
-Ellipse drawn_ellipse(const Eigen::Matrix2d& covariance);
 
 /// Counts how many points lie in the 1, 2, 3-sigma ellipse, given their squared Mahalanobis distance.
 template <class Counts>
@@ -24,10 +21,11 @@ void count_inside(double squared_distance, Counts* counts) {
 
 /// What Monte Carlo says of the horizontal position.
 struct HorizontalSample {
-  std::uint64_t trials = 0, failed = 0, count = 0;
+  std::uint64_t trials = 0, failed = 0;
+  std::uint64_t units = 0;  ///< independent values in the statistics: trials, or antithetic pairs of them
+  bool paired = false;
   Eigen::Vector2d mean;        ///< m, N and E
   Eigen::Matrix2d covariance;  ///< m2
-  double kurtosis = 3;         ///< the larger one of N and E
 };
 
 /// One prediction, and how the trials fill its ellipse.
@@ -35,24 +33,27 @@ struct EllipseRow {
   std::string formulation;
   Eigen::Vector2d center;     ///< m, N and E
   Eigen::Matrix2d predicted;  ///< m2
+  /// Of the trials along ellipse(predicted).axes, major first: tallied along these axes, because across an arc the
+  /// kurtosis, and with it the interval, is quite another than in north or east.
+  std::array<SampleSummary, 2> along{};
   std::array<std::uint64_t, 3> inside{};
-  double nees = 0, nees_variance = 0;  ///< mean and variance over trials of the squared Mahalanobis distance
-  double wishart_p = 0;                ///< NaN where the trials are not normal by construction
+  SampleSummary nees{};  ///< of the squared Mahalanobis distance
+  double wishart_p = 0;  ///< NaN where the trials are not normal by construction
   double published_major = std::nan(""), published_minor = std::nan("");  ///< published ratios
   std::string expected = {}, note = {};
 };
 
 /// Columns of the table `ellipse`: first those of `leading`, then as in docs/results-format.md.
 Table ellipse_columns(const std::string& long_name, std::vector<Column> leading = {});
-/// Row `monte_carlo`; the caller has written the leading columns.
+/// Row `monte_carlo`, nothing with fewer than three units; the caller has written the leading columns.
 void write_sample_ellipse(TableWriter& w, const HorizontalSample& sample);
 /// Row of a prediction: sd and ratio along the *predicted* axes (the sorted axes of a sample ellipse are biased),
 /// coverage, NEES, and one verdict for both axes: differs if one differs, agrees if both agree, otherwise undecided.
 void write_ellipse(TableWriter& w, const EllipseRow& row, const HorizontalSample& sample, const VerdictRule& rule);
 
-/// Mean squared Mahalanobis distance of `dimension` coordinates, component `index`; predicted is the dimension. The
-/// distance goes with the square of a sd, so it is held to twice the margin.
-ComparisonRow compare_nees(const std::string& quantity, const Moments& moments, Eigen::Index index, double dimension,
+/// Mean squared Mahalanobis distance of `dimension` coordinates; predicted is the dimension. The distance goes with the
+/// square of a sd, so it is held to twice the margin.
+ComparisonRow compare_nees(const std::string& quantity, const SampleSummary& distance, double dimension,
                            const VerdictRule& rule, std::uint64_t trials);
 
 }  // namespace surveymc

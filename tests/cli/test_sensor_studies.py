@@ -205,9 +205,10 @@ class SensorMonteCarlo(Case):
         checked = 0
         for r in self.rows(path, "axes"):
             if r["formulation"] == "toolface_dependent" and r["quantity"].startswith("sd_axis"):
-                # 20,000 trials, kurtosis up to 6: a standard error of .8 %; four of them, and 2 % for second order along
-                # the smallest axis
-                self.assertAlmostEqual(r["ratio"], 1, delta=0.052, msg=str(r))
+                # First order is right along all axes (to .1 %, 2e6 trials) but one, 0.1 mm long, where second order adds.
+                second_order = (r["drilling.mode"], r["md_m"], r["quantity"]) == ("sliding", 60.0, "sd_axis_3")
+                # 20,000 trials, kurtosis up to 6: a standard error of .8 %, four of them
+                self.assertAlmostEqual(r["ratio"], 0.962 if second_order else 1, delta=0.032, msg=str(r))
                 checked += 1
         self.assertEqual(checked, 4 * 2 * 3)
 

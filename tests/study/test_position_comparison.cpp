@@ -14,13 +14,20 @@ std::string word(const Table& t, const std::string& column, std::size_t row) {
 }
 
 /// The table of one prediction against a sample of 100,000 normal trials with this covariance.
-Table table_of(const Eigen::Matrix2d& predicted, const Eigen::Matrix2d& sampled) {
-  const HorizontalSample sample{100000, 0, 100000, Eigen::Vector2d::Zero(), sampled, 3};
+Table table_of(const Eigen::Matrix2d& predicted, const Eigen::Matrix2d& sampled,
+               const Eigen::Vector2d& kurtosis = {3, 3}) {
+  const HorizontalSample sample{100000, 0, 100000, false, Eigen::Vector2d::Zero(), sampled};
   TableWriter w(ellipse_columns("test"));
   write_sample_ellipse(w, sample);
-  EllipseRow row{"theory", Eigen::Vector2d(7, 8), predicted, {39000, 86000, 98900}};
-  row.nees = 2.01;
-  row.nees_variance = 4;
+  EllipseRow row{"theory", Eigen::Vector2d(7, 8), predicted};
+  row.inside = {39000, 86000, 98900};
+  const auto summary = [](double mean, double variance, double fourth) {
+    return SampleSummary{100000, mean, variance, variance, fourth, 0, fourth};
+  };
+  row.nees = summary(2.01, 4, 9);
+  const Eigen::Matrix2d axes = ellipse(predicted).axes;
+  for (int a = 0; a < 2; ++a)
+    row.along[static_cast<std::size_t>(a)] = summary(0, axes.col(a).dot(sampled * axes.col(a)), kurtosis[a]);
   row.expected = "agrees";
   write_ellipse(w, row, sample, {});
   return w.take();
@@ -48,13 +55,15 @@ TEST_CASE("A prediction is judged along its own axes") {
   CHECK(unexpected_verdicts({t}).size() == 1);
 }
 
-TEST_CASE("A circle's axes are north and east, whatever rounding says") {
-  Eigen::Matrix2d c = diagonal(3, 3 * (1 + 1e-12));
-  c(0, 1) = c(1, 0) = 1e-15;
-  const Ellipse e = drawn_ellipse(c);
-  CHECK(e.azimuth == 0);
-  CHECK(e.axes == Eigen::Matrix2d::Identity());
-  CHECK(drawn_ellipse(diagonal(3, 3.1)).azimuth == Approx(1.5707963267948966).epsilon(1e-14));
+TEST_CASE("Each axis has the interval of its own kurtosis") {
+  const auto width = [](const Table& t, const std::string& axis) {
+    return number(t, "mc_sd_" + axis + "_m_ci_high", 1) - number(t, "mc_sd_" + axis + "_m_ci_low", 1);
+  };
+  const Table normal = table_of(diagonal(2, 1), diagonal(2, 1)),
+              heavy = table_of(diagonal(2, 1), diagonal(2, 1), {3, 12});
+  CHECK(width(heavy, "major") == width(normal, "major"));
+  // Of a variance: sqrt((kurtosis - 1) / n)
+  CHECK(width(heavy, "minor") / width(normal, "minor") == Approx(std::sqrt(11.0 / 2)).epsilon(0.01));
 }
 
 TEST_CASE("A line has neither coverage nor distance") {
@@ -65,12 +74,10 @@ TEST_CASE("A line has neither coverage nor distance") {
 }
 
 TEST_CASE("Mean squared distances are held to the dimension, at twice the margin of a sd") {
-  Moments m = Moments::of(Eigen::MatrixXd::Constant(100000, 1, 3.0));
-  m.mean[0] = 3.05;
-  m.squares(0, 0) = 6 * 99999.0;  // variance of a chi-squared of 3 degrees
-  CHECK(compare_nees("nees", m, 0, 3, {}, 100000).verdict == "agrees");
-  m.mean[0] = 3.3;
-  const ComparisonRow row = compare_nees("nees", m, 0, 3, {}, 100000);
+  SampleSummary distance{100000, 3.05, 6, 6, 7, 0, 7};  // variance of a chi-squared of 3 degrees
+  CHECK(compare_nees("nees", distance, 3, {}, 100000).verdict == "agrees");
+  distance.mean = 3.3;
+  const ComparisonRow row = compare_nees("nees", distance, 3, {}, 100000);
   CHECK(row.verdict == "differs");
   CHECK(row.ratio == Approx(3 / 3.3).epsilon(1e-15));
 }
