@@ -170,6 +170,7 @@ GrossErrorScenario read_gross_error_scenario(ConfigReader& c, std::uint64_t seed
   s.model.systematic_terms = s.model.systematic_terms && shared;  // may be given, so that the mode can be swept
   s.levels = read_test_levels(c);
   s.attitudes = read_attitudes(c, s.model, stations_given);
+  s.model.stations = static_cast<int>(s.attitudes.size());
   s.pope = c.choice("test", {"w", "pope"}, "w") == "pope";
   s.strategies = read_strategies(c, s.pope);
   read_injected(c, s);

@@ -7,6 +7,7 @@
 #include "reliability/adjustment.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/significance.h"
+#include "reliability_responses.h"
 
 namespace surveymc {
 namespace {
@@ -50,14 +51,6 @@ std::size_t fast_number(const std::string& layer) {
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), layer) - names.begin());
 }
 
-AdjustmentModel model_at(const LayerModel& m, const GridPoint& p) {
-  AdjustmentModel at = m.model;
-  at.field.dip = p.dip_deg * kDegree;
-  at.sigma.accelerometer_noise *= p.noise_scale;
-  at.sigma.magnetometer_noise *= p.noise_scale;
-  return at;
-}
-
 /// Correlation and identifiable error of the observations of one point.
 struct Separability {
   double correlation, identifiable;
@@ -92,24 +85,59 @@ std::vector<Separability> separability(const LayerModel& m, const GridPoint& p,
 
 }  // namespace
 
-std::vector<std::string> layer_names() {
+bool has_gross_error(const LayerModel& m) {
+  return std::any_of(m.gross_error.begin(), m.gross_error.end(), [](double x) { return !std::isnan(x); });
+}
+
+AdjustmentModel model_at(const LayerModel& m, const GridPoint& p) {
+  AdjustmentModel at = m.model;
+  at.field.dip = p.dip_deg * kDegree;
+  at.sigma.accelerometer_noise *= p.noise_scale;
+  at.sigma.magnetometer_noise *= p.noise_scale;
+  return at;
+}
+
+std::vector<std::string> layer_names(const LayerModel& m, const ErrorSubject& subject) {
+  if (subject.combined()) return combination_layers(subject);
   std::vector<std::string> names(map_quantity_names().begin(), map_quantity_names().end());
   for (const SlowLayer& s : kSlow) names.push_back(s.name);
+  if (has_gross_error(m))
+    for (const std::string& l : response_layers(m.model.mode)) names.push_back(l);
+  return names;
+}
+
+std::vector<std::string> default_layers(const LayerModel& m, const ErrorSubject& subject) {
+  std::vector<std::string> names(map_quantity_names().begin(), map_quantity_names().begin() + 5);
+  std::vector<std::string> more;
+  if (subject.combined()) {
+    more = combination_layers(subject);
+    more.erase(more.begin(), more.begin() + kMapQuantities);
+  } else if (has_gross_error(m)) {
+    more = response_layers(m.model.mode);
+    more.resize(more.size() - 3);  // without the effects on the references
+  }
+  names.insert(names.end(), more.begin(), more.end());
   return names;
 }
 
 std::string layer_meaning(const std::string& layer) {
   for (const SlowLayer& s : kSlow)
     if (layer == s.name) return s.meaning;
-  return fast_meaning(static_cast<MapQuantity>(fast_number(layer)));
+  const std::string response = response_meaning(layer);
+  return response.empty() ? fast_meaning(static_cast<MapQuantity>(fast_number(layer))) : response;
 }
 
-std::string layer_unit(const std::string& layer, std::size_t observation) {
-  if (!is_slow_layer(layer)) return map_quantity_unit(fast_number(layer), observation);
-  return layer == "max_correlation" ? "1" : observation_unit(observation);
+std::string layer_unit(const std::string& layer, const ErrorSubject& subject) {
+  if (layer == "max_correlation") return "1";
+  const std::string response = response_unit(layer);
+  if (!response.empty()) return response;
+  if (is_slow_layer(layer) || layer == "minimal_detectable_error") return subject_unit(subject);
+  return map_quantity_unit(fast_number(layer), subject.observations.front());
 }
 
-bool is_slow_layer(const std::string& layer) { return fast_number(layer) == kMapQuantities; }
+bool is_slow_layer(const std::string& layer) {
+  return std::any_of(kSlow.begin(), kSlow.end(), [&](const SlowLayer& s) { return layer == s.name; });
+}
 
 GridPoint grid_point(const ReliabilityGrid& g, std::size_t point) {
   const auto take = [&](const std::vector<double>& axis) {
@@ -127,38 +155,58 @@ GridPoint grid_point(const ReliabilityGrid& g, std::size_t point) {
 }
 
 std::vector<std::vector<std::vector<double>>> layer_values(const LayerModel& m,
-                                                           const std::vector<std::size_t>& observations,
+                                                           const std::vector<ErrorSubject>& subjects,
                                                            const std::vector<std::string>& layers, std::size_t first,
                                                            std::size_t count) {
-  std::vector<MapQuantity> fast;
-  bool tells_apart = false;
-  for (const std::string& l : layers) {
-    if (!is_slow_layer(l)) fast.push_back(static_cast<MapQuantity>(fast_number(l)));
-    tells_apart |= l == "max_correlation" || l == "minimal_identifiable_error";
+  std::vector<std::vector<std::vector<double>>> out(
+      subjects.size(), std::vector<std::vector<double>>(layers.size(), std::vector<double>(count)));
+  if (subjects.front().combined()) {
+    for (std::size_t k = 0; k < count; ++k)
+      for (std::size_t s = 0; s < subjects.size(); ++s) {
+        const auto values = combination_values(m, grid_point(m.maps->grid(), first + k), subjects[s], layers);
+        for (std::size_t l = 0; l < layers.size(); ++l) out[s][l][k] = values[l];
+      }
+    return out;
   }
-  std::vector<std::vector<std::vector<double>>> out(observations.size());
+
+  std::vector<std::size_t> observations;
+  for (const ErrorSubject& s : subjects) observations.push_back(s.observations.front());
+  std::vector<MapQuantity> fast;
+  std::vector<std::string> responses;
+  bool tells_apart = false, nonlinear = false;
+  for (const std::string& l : layers) {
+    if (fast_number(l) < kMapQuantities) fast.push_back(static_cast<MapQuantity>(fast_number(l)));
+    if (is_response_layer(l)) responses.push_back(l);
+    tells_apart |= l == "max_correlation" || l == "minimal_identifiable_error";
+    nonlinear |= l.starts_with("nonlinear");
+  }
   auto from_kernel = m.maps->values(observations, fast, first, count);
   for (std::size_t o = 0; o < observations.size(); ++o) {
     std::size_t next = 0;
-    for (const std::string& l : layers)
-      out[o].push_back(is_slow_layer(l) ? std::vector<double>(count) : std::move(from_kernel[o][next++]));
+    for (std::size_t l = 0; l < layers.size(); ++l)
+      if (fast_number(layers[l]) < kMapQuantities) out[o][l] = std::move(from_kernel[o][next++]);
   }
   if (fast.size() == layers.size()) return out;
   for (std::size_t k = 0; k < count; ++k) {
     const GridPoint p = grid_point(m.maps->grid(), first + k);
-    const std::vector<Separability> apart =
-        tells_apart ? separability(m, p, observations) : std::vector<Separability>(observations.size());
+    std::vector<Separability> apart(observations.size());
+    if (tells_apart) apart = separability(m, p, observations);
+    std::vector<std::vector<double>> response;
+    if (!responses.empty()) response = response_values(m, p, subjects, responses);
     const AdjustmentModel at = model_at(m, p);
     const Attitude attitude{p.inclination_deg * kDegree, p.magnetic_azimuth_deg * kDegree, p.toolface_deg * kDegree};
-    for (std::size_t o = 0; o < observations.size(); ++o)
+    for (std::size_t o = 0; o < observations.size(); ++o) {
+      std::size_t next = 0;
       for (std::size_t l = 0; l < layers.size(); ++l) {
         if (layers[l] == "max_correlation") out[o][l][k] = apart[o].correlation;
         if (layers[l] == "minimal_identifiable_error") out[o][l][k] = apart[o].identifiable;
-        if (layers[l].starts_with("nonlinear"))
+        if (is_response_layer(layers[l])) out[o][l][k] = response[o][next++];
+        if (nonlinear && layers[l].starts_with("nonlinear"))
           out[o][l][k] = nonlinear_detectable_error(at, attitude, observations[o], m.lambda0,
                                                     layers[l].ends_with("plus") ? 1 : -1) *
                          observation_scale(observations[o]);
       }
+    }
   }
   return out;
 }

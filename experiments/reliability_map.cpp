@@ -14,6 +14,7 @@
 #include "experiments.h"
 #include "reliability_config.h"
 #include "reliability_layers.h"
+#include "reliability_responses.h"
 #include "reliability_summary.h"
 #include "study/table_writer.h"
 
@@ -32,24 +33,22 @@ struct Tolerance {
 struct Scenario {
   LayerModel layer_model;
   ReliabilityGrid grid;
-  std::vector<std::size_t> observations;
+  std::vector<ErrorSubject> subjects;
   std::vector<std::string> layers;
   std::vector<Statement> statements;
   Tolerance tolerance;
 };
 
-std::vector<std::string> read_layers(ConfigReader& c, AdjustmentMode mode) {
-  if (!c.has("maps"))
-    return {"redundancy_number", "minimal_detectable_error", "external_inclination_deg", "external_toolface_deg",
-            "external_azimuth_deg"};
-  const std::vector<std::string> known = layer_names();
+std::vector<std::string> read_layers(ConfigReader& c, const LayerModel& m, const ErrorSubject& subject) {
+  if (!c.has("maps")) return default_layers(m, subject);
+  const std::vector<std::string> known = layer_names(m, subject);
   std::vector<std::string> layers = c.texts("maps");
   for (const std::string& l : layers) {
-    c.require(std::find(known.begin(), known.end(), l) != known.end(), "maps",
-              fmt::format("\"{}\" is none of {}", l, fmt::join(known, ", ")));
+    const bool there = std::find(known.begin(), known.end(), l) != known.end();
+    c.require(there || subject.combined() || has_gross_error(m) || !is_response_layer(l), "maps",
+              l + " needs the size of the error: gross_error_" + subject_unit(subject));
+    c.require(there, "maps", fmt::format("\"{}\" is none of {}", l, fmt::join(known, ", ")));
     c.require(std::count(layers.begin(), layers.end(), l) == 1, "maps", l + " is in the list twice");
-    c.require(!l.starts_with("nonlinear") || mode != AdjustmentMode::mse_shared, "maps",
-              l + " is for a single station: mode sse, sse_axial or mse_fixed");
   }
   return layers;
 }
@@ -61,10 +60,11 @@ Scenario read_scenario(ConfigReader& c) {
   const TestLevels levels = read_test_levels(c);
   s.layer_model.lambda0 = lambda0(levels);
   s.layer_model.power = levels.power;
-  s.observations = read_observations(c, s.layer_model.model.mode);
+  s.subjects = read_subjects(c, s.layer_model.model.mode);
+  s.layer_model.gross_error = read_gross_error(c, s.subjects);
   s.grid = read_grid(c);
-  s.layers = read_layers(c, s.layer_model.model.mode);
-  double points = static_cast<double>(s.observations.size());
+  s.layers = read_layers(c, s.layer_model, s.subjects.front());
+  double points = static_cast<double>(s.subjects.size());
   for (const auto* axis : {&s.grid.noise_scale, &s.grid.dip_deg, &s.grid.inclination_deg, &s.grid.toolface_deg,
                            &s.grid.magnetic_azimuth_deg})
     points *= static_cast<double>(axis->size());
@@ -80,7 +80,7 @@ Scenario read_scenario(ConfigReader& c) {
   }
   if (c.has("statement")) {
     c.require(points <= static_cast<double>(kMostHeld), "statement", "takes a grid that fits into memory");
-    s.statements = read_statements(c, s.grid, s.observations, s.layers);
+    s.statements = read_statements(c, s.grid, s.subjects, s.layers);
   }
   c.finish();
   s.layer_model.maps = std::make_shared<ReliabilityMaps>(s.layer_model.model, s.grid, s.layer_model.lambda0);
@@ -103,23 +103,23 @@ class ReliabilityMapPoint final : public StudyPoint {
     };
     PointResult r;
     const std::size_t points = s_.grid.points();
-    if (points * s_.observations.size() > kMostHeld) {
+    if (points * s_.subjects.size() > kMostHeld) {
       const LayerSource source = [&](std::size_t o, std::size_t first, std::size_t count) {
-        return layer_values(s_.layer_model, {s_.observations[o]}, s_.layers, first, count)[0];
+        return layer_values(s_.layer_model, {s_.subjects[o]}, s_.layers, first, count)[0];
       };
-      r.tables.push_back(summary_table(s_.grid, s_.observations, s_.layers, source, false, check));
+      r.tables.push_back(summary_table(s_.grid, s_.subjects, s_.layers, source, false, check));
       r.streams.push_back(stream());
       return r;
     }
 
     // [observation][layer][point], in pieces so that a signal is heard
-    std::vector<std::vector<std::vector<double>>> held(s_.observations.size(),
+    std::vector<std::vector<std::vector<double>>> held(s_.subjects.size(),
                                                        std::vector<std::vector<double>>(s_.layers.size()));
     const bool slow = std::any_of(s_.layers.begin(), s_.layers.end(), is_slow_layer);
     const std::size_t piece = slow ? 256 : kStreamPiece;
     for (std::size_t at = 0; at < points; at += piece) {
       check();
-      const auto part = layer_values(s_.layer_model, s_.observations, s_.layers, at, std::min(piece, points - at));
+      const auto part = layer_values(s_.layer_model, s_.subjects, s_.layers, at, std::min(piece, points - at));
       for (std::size_t o = 0; o < held.size(); ++o)
         for (std::size_t l = 0; l < s_.layers.size(); ++l)
           held[o][l].insert(held[o][l].end(), part[o][l].begin(), part[o][l].end());
@@ -131,9 +131,9 @@ class ReliabilityMapPoint final : public StudyPoint {
                           values.begin() + static_cast<std::ptrdiff_t>(first + count));
       return part;
     };
-    r.tables.push_back(summary_table(s_.grid, s_.observations, s_.layers, source, true, check));
+    r.tables.push_back(summary_table(s_.grid, s_.subjects, s_.layers, source, true, check));
     if (!s_.statements.empty())
-      r.tables.push_back(statements_table(s_.grid, s_.observations, s_.layers, s_.statements, source));
+      r.tables.push_back(statements_table(s_.grid, s_.subjects, s_.layers, s_.statements, source));
     r.maps = empty_maps();
     for (std::size_t l = 0; l < s_.layers.size(); ++l)
       for (auto& of_observation : held)
@@ -145,9 +145,9 @@ class ReliabilityMapPoint final : public StudyPoint {
  private:
   std::vector<Axis> make_axes() const {
     std::vector<Axis> axes;
-    if (s_.observations.size() > 1) {
+    if (s_.subjects.size() > 1) {
       std::vector<std::string> names;
-      for (const std::size_t o : s_.observations) names.push_back(observation_names()[o]);
+      for (const ErrorSubject& s : s_.subjects) names.push_back(subject_name(s));
       axes.push_back({"observation", "", "observation in which the error is", names});
     }
     const ReliabilityGrid& g = s_.grid;
@@ -160,9 +160,9 @@ class ReliabilityMapPoint final : public StudyPoint {
   }
 
   std::string unit_of(const std::string& layer) const {
-    const std::string first = layer_unit(layer, s_.observations.front());
-    for (const std::size_t o : s_.observations)
-      if (layer_unit(layer, o) != first) return "mixed";
+    const std::string first = layer_unit(layer, s_.subjects.front());
+    for (const ErrorSubject& s : s_.subjects)
+      if (layer_unit(layer, s) != first) return "mixed";
     return first;
   }
 
@@ -178,7 +178,7 @@ class ReliabilityMapPoint final : public StudyPoint {
               std::vector<std::vector<double>> out(s_.layers.size());
               while (count > 0) {  // observations are the slowest axis
                 const std::size_t at = first % points, n = std::min(count, points - at);
-                auto part = layer_values(s_.layer_model, {s_.observations[first / points]}, s_.layers, at, n)[0];
+                auto part = layer_values(s_.layer_model, {s_.subjects[first / points]}, s_.layers, at, n)[0];
                 for (std::size_t l = 0; l < out.size(); ++l) {
                   if (out[l].empty())
                     out[l] = std::move(part[l]);
@@ -217,9 +217,9 @@ class ReliabilityMapPoint final : public StudyPoint {
     TableWriter w(std::move(t));
     const std::size_t azimuths = s_.grid.magnetic_azimuth_deg.size(), toolfaces = s_.grid.toolface_deg.size(),
                       points = s_.grid.points();
-    for (const std::size_t o : s_.observations) {
+    for (const ErrorSubject& subject : s_.subjects) {
       const auto effect =
-          layer_values(s_.layer_model, {o}, {"external_inclination_deg", "external_azimuth_deg"}, 0, points)[0];
+          layer_values(s_.layer_model, {subject}, {"external_inclination_deg", "external_azimuth_deg"}, 0, points)[0];
       const auto within = [&](std::size_t k) {
         return std::pair{std::abs(effect[0][k]) <= s_.tolerance.inclination_deg,
                          std::abs(effect[1][k]) <= s_.tolerance.azimuth_deg};
@@ -241,7 +241,7 @@ class ReliabilityMapPoint final : public StudyPoint {
           share.values.push_back(kept / static_cast<double>(toolfaces));
         }
       const double all = static_cast<double>(points);
-      w << observation_names()[o] << s_.tolerance.inclination_deg << s_.tolerance.azimuth_deg << inclination / all
+      w << subject_name(subject) << s_.tolerance.inclination_deg << s_.tolerance.azimuth_deg << inclination / all
         << azimuth / all << both / all;
     }
     r.tables.push_back(w.take());

@@ -81,7 +81,7 @@ void write_place(TableWriter& w, const ReliabilityGrid& grid, double value, std:
 
 }  // namespace
 
-Table summary_table(const ReliabilityGrid& grid, const std::vector<std::size_t>& observations,
+Table summary_table(const ReliabilityGrid& grid, const std::vector<ErrorSubject>& subjects,
                     const std::vector<std::string>& layers, const LayerSource& source, bool exact,
                     const std::function<void()>& check) {
   Table t{"summary", "sizes |x| over all points of the maps: extremes of the finite ones and where they are, median"};
@@ -101,7 +101,7 @@ Table summary_table(const ReliabilityGrid& grid, const std::vector<std::size_t>&
       exact ? "median of the finite |x|, in the row's unit" : "median of the finite |x|, in the row's unit, to 1e-6"));
   TableWriter w(std::move(t));
   const std::size_t points = grid.points();
-  for (std::size_t o = 0; o < observations.size(); ++o) {
+  for (std::size_t o = 0; o < subjects.size(); ++o) {
     std::vector<Extremes> of_layer(layers.size());
     for (int pass = 0; pass < (exact ? 1 : 2); ++pass) {
       for (std::size_t at = 0; at < points; at += kStreamPiece) {
@@ -125,7 +125,7 @@ Table summary_table(const ReliabilityGrid& grid, const std::vector<std::size_t>&
     }
     for (std::size_t l = 0; l < layers.size(); ++l) {
       Extremes& e = of_layer[l];
-      w << observation_names()[observations[o]] << layers[l] << layer_unit(layers[l], observations[o])
+      w << subject_name(subjects[o]) << layers[l] << layer_unit(layers[l], subjects[o])
         << static_cast<std::int64_t>(points) << static_cast<std::int64_t>(e.infinite);
       write_place(w, grid, e.smallest, e.smallest_at);
       write_place(w, grid, e.largest, e.largest_at);
@@ -165,9 +165,10 @@ Sizes sizes_in(const ReliabilityGrid& grid, const std::vector<double>& values, c
   return s;
 }
 
-double crossing(const Sizes& s, double level) {
+/// Where x passes the levels, one a point.
+double crossing(const Sizes& s, const std::vector<double>& levels) {
   for (std::size_t k = 1; k < s.x.size(); ++k) {
-    const double before = s.x[k - 1] - level, after = s.x[k] - level;
+    const double before = s.x[k - 1] - levels[k - 1], after = s.x[k] - levels[k];
     if (std::isfinite(before) && std::isfinite(after) && (before <= 0) != (after <= 0))
       return s.inclination[k - 1] + (s.inclination[k] - s.inclination[k - 1]) * before / (before - after);
   }
@@ -179,15 +180,18 @@ double statistic_of(const Sizes& s, const Statement& statement) {
   std::copy_if(s.x.begin(), s.x.end(), std::back_inserter(finite), [](double x) { return std::isfinite(x); });
   if (statement.statistic == "infinite_points")
     return static_cast<double>(std::count_if(s.x.begin(), s.x.end(), [](double x) { return std::isinf(x); }));
-  if (statement.statistic == "crossing") return crossing(s, statement.level);
+  if (statement.statistic == "crossing") return crossing(s, std::vector<double>(s.x.size(), statement.level));
   if (finite.empty()) return kNaN;
   if (statement.statistic == "minimum") return *std::min_element(finite.begin(), finite.end());
   if (statement.statistic == "maximum") return *std::max_element(finite.begin(), finite.end());
   return exact_median(finite);
 }
 
-double found_by(const ReliabilityGrid& grid, const std::vector<double>& values, const Statement& s) {
+/// `values` and `crossed`: those of the quantity, and of the map that it crosses, if any.
+double found_by(const ReliabilityGrid& grid, const std::vector<double>& values, const std::vector<double>& crossed,
+                const Statement& s) {
   const Sizes here = sizes_in(grid, values, s.where);
+  if (!s.crosses.empty()) return crossing(here, sizes_in(grid, crossed, s.where).x);
   if (s.relative_to.empty()) return statistic_of(here, s);
   const Sizes there = sizes_in(grid, values, s.relative_to);
   if (s.statistic != "largest_ratio") return statistic_of(here, s) / statistic_of(there, s);
@@ -208,7 +212,7 @@ std::string words_of(const Part& part) {
 }  // namespace
 
 std::vector<Statement> read_statements(ConfigReader& config, const ReliabilityGrid& grid,
-                                       const std::vector<std::size_t>& observations,
+                                       const std::vector<ErrorSubject>& subjects,
                                        const std::vector<std::string>& layers) {
   std::vector<Statement> all;
   for (ConfigReader& c : config.tables("statement")) {
@@ -216,9 +220,9 @@ std::vector<Statement> read_statements(ConfigReader& config, const ReliabilityGr
     s.text = c.text("text");
     s.quantity = c.choice("quantity", layers);
     std::vector<std::string> names;
-    for (const std::size_t o : observations) names.push_back(observation_names()[o]);
+    for (const ErrorSubject& subject : subjects) names.push_back(subject_name(subject));
     const std::string name = c.choice("observation", names, names.front());
-    s.observation = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    s.subject = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
     s.statistic =
         c.choice("statistic", {"minimum", "maximum", "median", "infinite_points", "largest_ratio", "crossing"});
     for (auto [key, part] : {std::pair{"where", &s.where}, std::pair{"relative_to", &s.relative_to}}) {
@@ -234,7 +238,15 @@ std::vector<Statement> read_statements(ConfigReader& config, const ReliabilityGr
       c.require(points > 0, key, "no point of the grid is there");
     }
     c.require(s.statistic != "largest_ratio" || !s.relative_to.empty(), "statistic", "largest_ratio needs relative_to");
-    if (s.statistic == "crossing") s.level = c.number("level", Range::positive());
+    if (c.has("crosses")) {
+      s.crosses = c.choice("crosses", layers);
+      c.require(s.statistic == "crossing" && s.relative_to.empty(), "crosses", "only with a crossing of its own");
+      c.require(!c.has("level"), "level", "not together with crosses");
+      c.require(layer_unit(s.crosses, subjects[s.subject]) == layer_unit(s.quantity, subjects[s.subject]), "crosses",
+                "has another unit than " + s.quantity);
+    } else if (s.statistic == "crossing") {
+      s.level = c.number("level", Range::positive());
+    }
     s.published = c.number("published", {});
     s.tolerance = c.number("tolerance", Range::positive(), 0.02);
     s.expected = c.choice("expected", {"agrees", "differs"}, "agrees");
@@ -243,7 +255,7 @@ std::vector<Statement> read_statements(ConfigReader& config, const ReliabilityGr
   return all;
 }
 
-Table statements_table(const ReliabilityGrid& grid, const std::vector<std::size_t>& observations,
+Table statements_table(const ReliabilityGrid& grid, const std::vector<ErrorSubject>& subjects,
                        const std::vector<std::string>& layers, const std::vector<Statement>& statements,
                        const LayerSource& source) {
   Table t{"statements", "statements of the publication, held against the maps"};
@@ -261,15 +273,19 @@ Table statements_table(const ReliabilityGrid& grid, const std::vector<std::size_
                word_column("note", "the statement")};
   TableWriter w(std::move(t));
   for (const Statement& s : statements) {
-    const auto layer = static_cast<std::size_t>(std::find(layers.begin(), layers.end(), s.quantity) - layers.begin());
-    const double found = found_by(grid, source(s.observation, 0, grid.points())[layer], s);
+    const auto number = [&](const std::string& layer) {
+      return static_cast<std::size_t>(std::find(layers.begin(), layers.end(), layer) - layers.begin());
+    };
+    const auto values = source(s.subject, 0, grid.points());
+    const double found = found_by(grid, values[number(s.quantity)],
+                                  s.crosses.empty() ? std::vector<double>{} : values[number(s.crosses)], s);
     const double ratio = found == s.published ? 1 : s.published / found;
     const bool pure = !s.relative_to.empty() || s.statistic == "infinite_points";
-    w << observation_names()[observations[s.observation]] << s.quantity << s.statistic
+    w << subject_name(subjects[s.subject]) << s.quantity << s.statistic
       << words_of(s.where) + (s.relative_to.empty() ? "" : " / " + words_of(s.relative_to))
       << (pure                        ? "1"
           : s.statistic == "crossing" ? std::string("deg")
-                                      : layer_unit(s.quantity, observations[s.observation]))
+                                      : layer_unit(s.quantity, subjects[s.subject]))
       << found << s.published << ratio << s.tolerance
       << std::string(std::abs(ratio - 1) <= s.tolerance ? "agrees" : "differs") << s.expected << s.text;
   }

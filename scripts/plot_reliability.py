@@ -6,6 +6,10 @@
 Two axes with more than one value: filled contours with labelled levels, one row of panels for each value of what varies
 besides; hatched where the error is never detected (infinite), a dashed line where the effect passes the tolerance. One
 such axis: curves, their breaking points marked (where the effect passes the tolerance).
+
+More figures where the result has their maps: `_residuals`, curves of the residuals that a gross error causes with its
+effect on the inclination (figure 1 of the paper); `_nonlinear`, detectable errors without linearisation beside the
+linear one; `_direction`, entries of the weakest combination.
 """
 import itertools
 import os
@@ -14,90 +18,10 @@ import numpy as np
 
 import plotting
 from plotting import plt
+from reliability_figures import (COLOURS, LINES, NAMES, TITLES, Grid, direction_figure, named, nonlinear_figure, panel,
+                                 residuals_figure, subject_name, unit_of, unit_of_residual)
 
-TITLES = {"inclination": "inclination (°)", "toolface": "toolface τ (°)", "magnetic_azimuth": "magnetic azimuth (°)",
-          "dip": "dip (°)", "noise_scale": "noise scale"}
-NAMES = {"gx": "$g_x$", "gy": "$g_y$", "gz": "$g_z$", "bx": "$b_x$", "by": "$b_y$", "bz": "$b_z$", "gravity": "G",
-         "total_field": "B", "dip": "Θ"}
-UNITS = {"mps2": "m/s²", "nT": "nT", "deg": "°", "1": "", "mixed": ""}
 MAXIMUM_ROWS = 6
-LINES = ["-", (0, (7, 2)), (0, (3.5, 2)), (0, (1, 1.3)), (0, (7, 2, 1, 2)), (0, (3, 1, 1, 1, 1, 1))]
-COLOURS = ["#0072B2", "#D55E00", "#222222", "#A8508A", "#009E73", "#777777"]
-
-
-class Grid:
-    """A map with its axes by name; `slice()` takes one value of some of them."""
-
-    def __init__(self, file, name):
-        if f"maps/{name}" not in file:
-            raise plotting.PlotError(f"{file.filename}: has no map '{name}'")
-        data = file[f"maps/{name}"]
-        self.name, self.values = name, data[()]
-        self.unit = plotting.text_attribute(data, "units")
-        self.axes = {}
-        for dimension in data.dims:
-            scale = dimension[0]
-            text = scale.dtype.kind == "O"
-            self.axes[os.path.basename(scale.name)] = list(scale.asstr()[()]) if text else scale[()]
-
-    def slice(self, chosen):
-        index = tuple(chosen.get(name, slice(None)) for name in self.axes)
-        return self.values[index]
-
-
-def levels_of(sizes, count=7):
-    """Round levels that follow the distribution: contours where the map has its values, on a logarithmic scale."""
-    finite = sizes[np.isfinite(sizes) & (sizes > 0)]
-    if finite.size == 0:
-        return np.array([0.5, 1.0])
-    low, high = np.quantile(finite, [0.02, 0.97])
-    raw = np.geomspace(max(low, high / 1e3), max(high, low * 1.01), count)
-    digits = 2 if high / low > 3 else 3
-    return np.unique([float(f"{x:.{digits - 1}e}") for x in raw])
-
-
-def panel(axes, x, y, sizes, names, title, tolerance=None):
-    levels = levels_of(sizes)
-    tiny = levels[0] / 1e3  # zeros have no place on a logarithmic scale
-    shown = np.where(np.isfinite(sizes), np.maximum(sizes, tiny), np.nan)
-    filled = axes.contourf(x, y, np.clip(shown, None, levels[-1] * 10), levels=np.append(levels, levels[-1] * 10.1),
-                           norm=plotting.matplotlib.colors.LogNorm(levels[0] / 1.5, levels[-1] * 1.5), cmap="cividis",
-                           extend="min")
-    lines = axes.contour(x, y, shown, levels=levels, colors="white", linewidths=0.5)
-    labels = axes.clabel(lines, fmt=lambda v: f"{v:g}", fontsize=7, inline_spacing=2)
-    for label in labels:
-        label.set_path_effects([plotting.matplotlib.patheffects.withStroke(linewidth=1.5, foreground="#333333")])
-    for collection in filled.collections:
-        collection.set_edgecolor("face")
-    if tolerance is not None and np.nanmin(shown) < tolerance < np.nanmax(shown):
-        axes.contour(x, y, shown, levels=[tolerance], colors="#D55E00", linewidths=1.6, linestyles="dashed")
-    infinite = np.argwhere(~np.isfinite(sizes))
-    if len(infinite) > 0:  # a patch of at least 2 % of the panel around each point, or single points would not be seen
-        wide, high = 0.02 * np.ptp(x), 0.02 * np.ptp(y)
-        for i, j in infinite:
-            axes.add_patch(plotting.matplotlib.patches.Rectangle(
-                (x[j] - wide, y[i] - high), 2 * wide, 2 * high, hatch="/////", facecolor="white", edgecolor="#B00020",
-                linewidth=0.8, zorder=3))
-    axes.set_xlim(min(x), max(x))
-    axes.set_ylim(min(y), max(y))
-    axes.set_xlabel(TITLES.get(names[1], names[1]))
-    axes.set_ylabel(TITLES.get(names[0], names[0]))
-    for set_ticks, values in ((axes.set_xticks, x), (axes.set_yticks, y)):
-        if np.ptp(values) in (90, 180, 360):
-            set_ticks(np.linspace(min(values), max(values), 7))
-    axes.set_title(title, fontsize=9)
-
-
-def named(axis, value):
-    title = TITLES.get(axis, axis)
-    return f"{title.split(' (')[0]} {value:g}" + ("°" if "°" in title else "")
-
-
-def unit_of(grid, observation):
-    if grid.unit not in ("mixed", ""):
-        return UNITS.get(grid.unit, grid.unit)
-    return {"g": "m/s²", "b": "nT"}.get(observation[0], "nT") if observation not in ("gravity", "dip") else \
-        {"gravity": "m/s²", "dip": "°"}[observation]
 
 
 def maps_figure(title, detectable, effect, names, rows, observation_of, effect_name, tolerance):
@@ -108,7 +32,7 @@ def maps_figure(title, detectable, effect, names, rows, observation_of, effect_n
         observation = observation_of(chosen)
         suffix = f"\n{words}" if words else ""
         panel(row[0], x, y, np.abs(detectable.slice(chosen)), names,
-              f"minimal detectable error of {NAMES[observation]} ({unit_of(detectable, observation)}){suffix}")
+              f"minimal detectable error of {subject_name(observation)} ({unit_of(detectable, observation)}){suffix}")
         panel(row[1], x, y, np.abs(effect.slice(chosen)), names, f"its effect on the {effect_name} (°){suffix}", tolerance)
     notes = "hatched: infinite (never detected, or the angle has no value)"
     if tolerance is not None:
@@ -124,7 +48,7 @@ def curves_figure(title, detectable, effect, name, rows, observation_of, effect_
     for k, (words, chosen) in enumerate(rows):
         observation = observation_of(chosen)
         units.add(unit_of(detectable, observation))
-        look = {"color": COLOURS[k % 6], "linestyle": LINES[k % 6], "label": words or NAMES[observation]}
+        look = {"color": COLOURS[k % 6], "linestyle": LINES[k % 6], "label": words or subject_name(observation)}
         for axes, grid in ((left, detectable), (right, effect)):
             values = np.abs(grid.slice(chosen)).ravel()
             axes.plot(x, np.where(np.isfinite(values), values, np.nan), **look)
@@ -169,10 +93,16 @@ def main():
         config = plotting.configuration(file)
         title = plotting.text_attribute(file, "title")
         detectable = Grid(file, "minimal_detectable_error")
-        configured = config.get("observation", "bx")
+        configured = config.get("observation") or plotting.read_table(file, "summary")["observation"][0]
         first = arguments.observation or (configured if isinstance(configured, str) else configured[0])
         effect_name = arguments.effect or ("inclination" if first[0] == "g" else "azimuth")
         effect = Grid(file, f"external_{effect_name}_deg")
+        response = f"maps/effect_{effect_name}_deg" in file and Grid(file, f"effect_{effect_name}_deg")
+        residuals = {unit: [Grid(file, n) for n in file["maps"] if n.startswith("residual_") and n.endswith(f"_{unit}")]
+                     for unit in ("mps2", "nT", "deg")}
+        directions = [Grid(file, n) for n in file["maps"] if n.startswith("direction_")]
+        nonlinear = [Grid(file, n) for n in ("nonlinear_detectable_error_plus", "nonlinear_detectable_error_minus")
+                     if f"maps/{n}" in file]
     tolerance = config.get("tolerance", {}).get(f"{effect_name}_deg")
 
     observations = detectable.axes.get("observation")
@@ -203,11 +133,20 @@ def main():
     def observation_of(chosen):
         return observations[chosen["observation"]] if observations else known[0]
 
-    draw = maps_figure if len(plane) == 2 else curves_figure
-    figure = draw(title, detectable, effect, plane if len(plane) == 2 else plane[0], rows, observation_of, effect_name,
-                  tolerance)
     folder = plotting.figures_folder(arguments.output, arguments.result)
-    plotting.save(figure, folder, os.path.splitext(os.path.basename(arguments.result))[0] + f"_{effect_name}")
+    stem = os.path.splitext(os.path.basename(arguments.result))[0]
+    draw = maps_figure if len(plane) == 2 else curves_figure
+    plotting.save(draw(title, detectable, effect, plane if len(plane) == 2 else plane[0], rows, observation_of,
+                       effect_name, tolerance), folder, f"{stem}_{effect_name}")
+    if len(plane) == 2 and len(nonlinear) == 2:
+        plotting.save(nonlinear_figure(title, [detectable, *nonlinear], plane, rows, observation_of), folder,
+                      f"{stem}_nonlinear")
+    if len(plane) == 2 and directions:
+        plotting.save(direction_figure(title, directions, plane, rows), folder, f"{stem}_direction")
+    if len(plane) == 1 and response and all(residuals[unit_of_residual(observation_of(c))] for _, c in rows):
+        sizes = {unit: config.get(f"gross_error_{unit}") for unit in residuals}
+        plotting.save(residuals_figure(title, residuals, response, effect_name, sizes, plane[0], rows, observation_of),
+                      folder, f"{stem}_residuals")
 
 
 if __name__ == "__main__":

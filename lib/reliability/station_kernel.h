@@ -198,20 +198,44 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
   const bool not_vertical = all(T(0.0) < abs(s.si));
   const T per_si = T(1.0) / abs(s.si), per_cd = T(1.0) / s.cd;  // abs: -0 must not turn the sign of an infinity
 
+  // The tool turns about the vertical by (e.dh - sinD e.du)/cosD: the part of what the residuals take off, per k
+  const T turn_g = s.sd * per_cd;
+  const auto turned_by = [&](const Turns<T>& t) {
+    return Vec3<T>{turn_g * t.east_u, -t.east_h * per_cd, fms(turn_g, t.east_n, t.east_m * per_cd)};
+  };
+  const Vec3<T> turn_k = turned_by(c);
+  Vec3<T> turn_ks{T(0.0), T(0.0), T(0.0)};
+  if constexpr (kModel.systematic_terms) turn_ks = turned_by(cs);
+
   const T one = T(1.0), none = T(0.0);
-  const std::array<Vec3<T>, 9> column{Vec3<T>{u.x, none, n.x},   Vec3<T>{u.y, none, n.y},   Vec3<T>{u.z, none, n.z},
-                                      Vec3<T>{none, h.x, m.x},   Vec3<T>{none, h.y, m.y},   Vec3<T>{none, h.z, m.z},
-                                      Vec3<T>{-one, none, none}, Vec3<T>{none, -one, none}, Vec3<T>{none, none, -one}};
+  const std::array<T, 6> first{u.x, u.y, u.z, h.x, h.y, h.z};      // entries of a reading's column: gravity or field,
+  const std::array<T, 6> dip_entry{n.x, n.y, n.z, m.x, m.y, m.z};  // and dip
   const std::array<T, 9> variance{vg.x, vg.y, vg.z, vb.x, vb.y, vb.z, T(v.gravity), T(v.total_field), T(v.dip)};
   const std::array<T, 6> own_inclination{iota.x, iota.y, iota.z, none, none, none},
       own_across{tau.x, tau.y, none, none, none, none}, own_east{e.x, e.y, e.z, e.x, e.y, e.z};
+  // Columns have zeros: gravity and total field of the readings, all but one entry of the references
+  const auto weighted = [&](const Matrix3<T>& m3, std::size_t i) {
+    if (i == 6) return Vec3<T>{-m3[0], -m3[1], -m3[3]};
+    if (i == 7) return Vec3<T>{-m3[1], -m3[2], -m3[4]};
+    if (i == 8) return Vec3<T>{-m3[3], -m3[4], -m3[5]};
+    const std::size_t row = i < 3 ? 0 : 1;
+    return Vec3<T>{fma(m3[packed(row, 0)], first[i], m3[3] * dip_entry[i]),
+                   fma(m3[packed(1, row)], first[i], m3[4] * dip_entry[i]),
+                   fma(m3[packed(2, row)], first[i], m3[5] * dip_entry[i])};
+  };
+  const auto along = [&](const Vec3<T>& x, std::size_t i) {
+    if (i == 6) return -x.x;
+    if (i == 7) return -x.y;
+    if (i == 8) return -x.z;
+    return fma(i < 3 ? x.x : x.y, first[i], x.z * dip_entry[i]);
+  };
 
 #pragma GCC unroll 9
   for (std::size_t i = 0; i < 9; ++i) {
     if ((wanted >> i & 1) == 0) continue;
     const bool reference = i >= 6;
-    Vec3<T> k = times(reference ? w_sum : w, column[i]);
-    T information = dot(column[i], k);
+    Vec3<T> k = weighted(reference ? w_sum : w, i);
+    T information = along(k, i);
     if (reference) information = information * T(count);
     ObservationReliability<T> r;
     const T share = information * variance[i];
@@ -236,32 +260,30 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
       if (reference) {
         ks = scale(T(count), k);
       } else {
-        ks = where_controlled(times(w_sum, column[i]));
+        ks = where_controlled(weighted(w_sum, i));
       }
     }
     T inclination = -fma(k.x, c.inclination_u, k.z * c.inclination_n), across = -fma(k.x, c.across_u, k.z * c.across_n),
-      east_g = -fma(k.x, c.east_u, k.z * c.east_n), east_b = -fma(k.y, c.east_h, k.z * c.east_m);
+      turn = -fma(k.x, turn_k.x, fma(k.y, turn_k.y, k.z * turn_k.z));
     if constexpr (kModel.systematic_terms) {
       inclination = inclination - fma(ks.x, cs.inclination_u, ks.z * cs.inclination_n);
       across = across - fma(ks.x, cs.across_u, ks.z * cs.across_n);
-      east_g = east_g - fma(ks.x, cs.east_u, ks.z * cs.east_n);
-      east_b = east_b - fma(ks.y, cs.east_h, ks.z * cs.east_m);
+      turn = turn - fma(ks.x, turn_ks.x, fma(ks.y, turn_ks.y, ks.z * turn_ks.z));
     }
     if (i < 3) {
       inclination = inclination + own_inclination[i];
       across = across + own_across[i];
-      east_g = east_g + own_east[i];
+      turn = fma(turn_g, own_east[i], turn);
     } else if (i < 6) {
-      east_b = east_b + own_east[i];
+      turn = fma(-own_east[i], per_cd, turn);
     }
     if constexpr (kModel.axial) {
       // what the other observations leave for bz, whose estimate takes the place of its reading
-      const T push = dot(wz, column[i]);
-      east_b = east_b - e.z * select(per_zwz < T(std::numeric_limits<double>::infinity()), push * per_zwz, per_zwz);
+      const T push = along(wz, i);
+      turn =
+          turn + e.z * per_cd * select(per_zwz < T(std::numeric_limits<double>::infinity()), push * per_zwz, per_zwz);
     }
-    // The tool turns about the vertical by (e.dh - sinD e.du)/cosD; leaning to the right of the hole by `across` makes
-    // toolface and azimuth move against each other.
-    const T turn = fms(s.sd, east_g, east_b) * per_cd;
+    // Leaning to the right of the hole by `across` makes toolface and azimuth move against each other.
     const T toolface = times_size(across, per_si);
     r.inclination = times_size(inclination, r.detectable);
     r.toolface = times_size(toolface, r.detectable);

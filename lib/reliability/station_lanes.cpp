@@ -23,7 +23,8 @@ void run(const StationBatch& b) {
           const T values[kMapQuantities] = {r.redundancy, r.detectable, r.inclination, r.toolface,
                                             r.azimuth,    r.gravity,    r.total_field, r.dip};
           for (std::size_t q = 0; q < kMapQuantities; ++q)
-            if (double* out = b.outputs[o][q]) store(out + at, values[q] * T(b.units[o][q]));
+            if (double* out = b.outputs[o][q])  // a redundancy number has no unit
+              store(out + at, q == 0 ? values[q] : values[q] * T(b.units[o][q]));
         });
   }
 }

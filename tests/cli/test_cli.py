@@ -1521,6 +1521,90 @@ class ReliabilityMaps(Case):
         self.assertEqual(content_hash(self.folder / "map.h5"), content_hash(self.folder / "v3.h5"))
         self.assertEqual(len(first), 5)
 
+    def test_responses_to_a_gross_error(self):
+        # g_z alone, equal weights (figure 1 of Nyrnes et al.): e_x = -5 Gal cos I sin I sin tau, e_z = 5 Gal cos^2 I
+        self.reliability(('"sse"', '"mse_fixed"'), ('"bx"', '"gz"'), append="gross_error_mps2 = 0.05\n[field]\ngravity_mps2 = 9.8\n"
+                         "[sigma]\nmagnetometer_noise_nT = 1e5\n")
+        maps = self.maps()
+        names = [n for n in maps if n.startswith(("residual_", "effect_"))]
+        self.assertEqual(names, ["residual_gx_mps2", "residual_gy_mps2", "residual_gz_mps2", "residual_bx_nT", "residual_by_nT",
+                                 "residual_bz_nT", "effect_inclination_deg", "effect_toolface_deg", "effect_azimuth_deg"])
+        self.assertEqual([maps[n][2] for n in names], ["mps2"] * 3 + ["nT"] * 3 + ["deg"] * 3)
+        size = 0.05 * 0.5 * np.sqrt(0.75)
+        for name, expected in (("residual_gx_mps2", -size * np.sqrt(0.5)), ("residual_gz_mps2", 0.05 * 0.75),
+                               ("effect_inclination_deg", -np.degrees(0.05 / 9.8) * 0.5)):
+            self.assertAlmostEqual(maps[name][0][0, 1, 0], expected, delta=1e-7 * abs(expected))  # tau = 45
+        # Twice the error, twice the response; and a result runs again from what is in it
+        twice = self.maps("--set", "gross_error_mps2=0.1")
+        np.testing.assert_allclose(twice["residual_gz_mps2"][0], 2 * maps["residual_gz_mps2"][0], rtol=1e-13)
+        self.assertIn("identical", self.call("rerun", "map.h5").stdout)
+
+    def test_where_two_residuals_cross(self):
+        crossing = ('[[statement]]\ntext = "figure 1"\nquantity = "residual_gz_mps2"\nstatistic = "crossing"\n'
+                    'crosses = "residual_gx_mps2"\nwhere = { toolface_deg = 45.0, magnetic_azimuth_deg = 0.0 }\n'
+                    "published = 54.74\ntolerance = 0.0002\n")
+        changes = (('"sse"', '"mse_fixed"'), ('"bx"', '"gz"'), ("30.0", "{ from = 0.0, to = 90.0, step = 0.5 }"))
+        body = "gross_error_mps2 = 0.05\n[sigma]\nmagnetometer_noise_nT = 1e5\n"
+        self.reliability(*changes, append=body + crossing)
+        self.call("run", "map.toml", "-o", "map.h5", "--check")
+        self.assertAlmostEqual(column(self.folder / "map.h5", "tables/statements", "found")[0], 54.7356, delta=2e-3)
+        for old, new, rule in (('"crossing"', '"maximum"', "only with a crossing"), ("gx_mps2", "bx_nT", "another unit"),
+                               ("published", "level = 1.0\npublished", "not together with crosses")):
+            self.reliability(*changes, append=body + crossing.replace(old, new))
+            self.refused(BAD_INPUT, "run", "map.toml", "-o", "no.h5", says=rule)
+
+    def test_combinations_of_observations(self):
+        self.reliability(('observation = "bx"', 'weakest_of = ["bx", "by"]'))
+        weakest = self.maps()
+        self.assertEqual(list(weakest)[5:], ["direction_bx", "direction_by", "test_dimension", "test_alpha"])
+        self.assertEqual(weakest["minimal_detectable_error"][2], "1")
+        self.assertEqual(weakest["minimal_detectable_error"][1], ["inclination", "toolface", "magnetic_azimuth"])
+        at = (0, 1, 1)  # tau 45, A 60
+        direction = [float(weakest[f"direction_{o}"][0][at]) for o in ("bx", "by")]
+        self.assertAlmostEqual(np.hypot(*direction), 1, delta=1e-12)
+        self.assertEqual(weakest["test_dimension"][0][at], 2)
+        self.assertAlmostEqual(weakest["test_alpha"][0][at], 6.29e-4, delta=1e-6)
+        # That direction, given, is as long; any other one is shorter, and the longest of single readings is, too
+        for entries, check in ((direction, lambda a, b: self.assertAlmostEqual(a / b, 1, delta=1e-9)),
+                               ([1.0, -1.0], self.assertLess), ([1.0, 2.0], self.assertLess)):
+            self.reliability(('observation = "bx"', f"direction = {{ by = {entries[1]!r}, bx = {entries[0]!r} }}"))
+            given = self.maps()
+            self.assertNotIn("direction_bx", given)
+            check(given["minimal_detectable_error"][0][at], weakest["minimal_detectable_error"][0][at])
+        self.assertEqual(column(self.folder / "map.h5", "tables/summary", "observation")[0], "0.4472 bx + 0.8944 by")
+
+    def test_combinations_and_gross_errors_that_are_refused(self):
+        for replaced, rule in (('weakest_of = ["bx"]', "two observations or more"), ('weakest_of = ["bx", "bq"]', "none of gx"),
+                               ('weakest_of = ["bx", "bx"]', "twice"), ("direction = { bx = 1.0 }", "two observations or more"),
+                               ("direction = { bx = 1.0, by = 0.0 }", "must not be 0"), ("direction = { bx = 1.0, q = 1.0 }", "none of"),
+                               ('observation = "bx"\nweakest_of = ["bx", "by"]', "not together with observation"),
+                               ('weakest_of = ["gx", "gy"]\ndirection = { bx = 1.0, by = 1.0 }', "not together with direction"),
+                               ('weakest_of = ["bx", "by"]\ngross_error_nT = 5.0', "no observation of the maps has this unit"),
+                               ('weakest_of = ["bx", "by"]\nmaps = ["max_correlation"]', "none of redundancy_number"),
+                               ('observation = "bx"\ngross_error_mps2 = 0.1', "no observation of the maps has this unit"),
+                               ('observation = ["bx", "gx"]\ngross_error_mps2 = 0.1', "bx needs gross_error_nT"),
+                               ('observation = "bx"\ngross_error_nT = 0.0', "must not be 0"),
+                               ('observation = "bx"\ngross_error = 5.0', "gross_error"),
+                               ('observation = "bx"\nmaps = ["residual_bx_nT"]', "residual_bx_nT needs .*gross_error_nT"),
+                               ('observation = "bx"\ngross_error_nT = 5.0\nmaps = ["residual_q"]', "none of")):
+            self.reliability(('observation = "bx"', replaced))
+            self.refused(BAD_INPUT, "run", "map.toml", "-o", "map.h5", says=rule)
+        self.reliability(('"sse"', '"sse_axial"'), ('observation = "bx"', 'weakest_of = ["bx", "bz"]'))
+        self.refused(BAD_INPUT, "run", "map.toml", "-o", "map.h5", says="bz is not observed in mode sse_axial")
+        self.reliability(('"sse"', '"mse_fixed"'), append='gross_error_nT = 5.0\nmaps = ["residual_dip_deg"]\n')
+        self.refused(BAD_INPUT, "run", "map.toml", "-o", "map.h5", says='"residual_dip_deg" is none of')
+
+    def test_nonlinear_errors_of_multi_station_modes(self):
+        self.reliability(('"sse"', '"mse_shared"'), ("{ from = 0.0, to = 180.0, step = 45.0 }", "[0.0, 2.0]"),
+                         ("[0.0, 60.0, 90.0]", "[0.0, 2.0]"),
+                         append='maps = ["minimal_detectable_error", "nonlinear_detectable_error_plus", '
+                                '"nonlinear_detectable_error_minus"]\n')
+        for terms in ("false", "true"):
+            linear, plus, minus = (m[0] for m in self.maps("--set", f"systematic_terms={terms}").values())
+            self.assertTrue(np.isinf(linear[0, 0, 0]))
+            self.assertTrue(np.all(np.isfinite(plus)) and np.all(plus > 0) and np.all(minus < 0))
+            self.assertLess(plus[0, 1, 1], 0.8 * -minus[0, 1, 1])
+
     def test_what_is_refused(self):
         for rule, *changes in (("mode = .*must be", ('"sse"', '"msse"')), ("none of gx", ('"bx"', '"bq"')),
                                ("not observed in mode sse_axial", ('"sse"', '"sse_axial"'), ('"bx"', '"bz"')),
