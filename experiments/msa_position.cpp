@@ -10,6 +10,7 @@
 #include "msa_position.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -169,13 +170,14 @@ Tally MsaPosition::run_block(TrialBlock block) const {
   // A batch is what fits the first-level caches, and below the size that the allocator returns to the system each
   // time; it changes no bit of the result.
   const int bytes_per_trial = s_.survey.size() * 3 * static_cast<int>(sizeof(double));
-  const int batch = std::clamp(65536 / bytes_per_trial / kGroup * kGroup, kGroup, kBlockTrials);
+  const unsigned fitting = 65536u / static_cast<unsigned>(bytes_per_trial);
+  const int batch = std::clamp(static_cast<int>(std::bit_floor(fitting)), kGroup, kBlockTrials);  // divides a block
   Batch b(std::min(batch, block.count), s_);
   Tally tally;
   tally.counts.assign(kFormulations.size() * 3, 0);
   // One quantity a column; a few spare rows, or all columns would fall into the same sets of the cache.
-  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(block.count + 8, at_.count);
-  Eigen::MatrixXd controls = Eigen::MatrixXd::Zero(s_.control_variate ? block.count + 8 : 0, NoiseWeights::kSums);
+  Eigen::MatrixXd values(block.count + 8, at_.count);
+  Eigen::MatrixXd controls(s_.control_variate ? block.count + 8 : 0, NoiseWeights::kSums);
   Eigen::Index kept = 0;
   for (int begin = 0; begin < block.count; begin += batch) {
     const int count = std::min(batch, block.count - begin);
@@ -301,9 +303,12 @@ void MsaPosition::parameter_nees(const Batch& b, int group, double* nees) const 
       error[i][t] = b.estimates.parameters.row(group, i)[t] - prediction_.parameters[i] -
                     (s_.spread.any() ? b.deviation.row(group, i)[t] : 0);
   double sum[kGroup] = {};
-  for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j)
-      for (int t = 0; t < kGroup; ++t) sum[t] += error[i][t] * parameter_weight_(i, j) * error[j][t];
+  for (int i = 0; i < 6; ++i) {
+    double row[kGroup] = {};  // the lower half of the weight, whose off-diagonal elements count twice
+    for (int j = 0; j <= i; ++j)
+      for (int t = 0; t < kGroup; ++t) row[t] += (j < i ? 2 : 1) * parameter_weight_(i, j) * error[j][t];
+    for (int t = 0; t < kGroup; ++t) sum[t] += row[t] * error[i][t];
+  }
   std::copy(sum, sum + kGroup, nees);
 }
 

@@ -6,12 +6,14 @@
 ///
 /// Philox 4x32-10 (Salmon et al., SC'11; the tests compare it with Random123) gives four 32-bit words for each counter
 ///   (trial low, trial high, index / 4, study << 16 | channel), key = (seed low, seed high).
-/// Two words make two normals (Box-Muller): 40 bits for the radius, which reaches 7.5 sigma, and 24 for the direction.
+/// Two words make two normals (Box-Muller): 39 bits for the radius, which reaches 7.4 sigma, and 24 for the direction.
+/// Normals are computed in single precision: each is right to 1e-6 of itself and 1e-7 of a standard deviation, far
+/// below what any number of trials can tell; all that is computed from them is double.
 #include <array>
 #include <cstdint>
 
 #include "base/units.h"
-#include "simd/math.h"
+#include "simd/singles.h"
 
 namespace surveymc {
 
@@ -48,15 +50,16 @@ class Stream {
   template <class T>
   [[gnu::always_inline]] std::array<T, 4> normals(const Bits<T>& trial, Channel channel, const Bits<T>& call) const {
     const auto w = words<T>(trial, channel, call);
-    const auto a = box_muller<T>(w[0], w[1]), b = box_muller<T>(w[2], w[3]);
-    return {a.first, a.second, b.first, b.second};
+    const auto [x, y] = box_muller<T>(join(w[0], w[2]), join(w[1], w[3]));
+    return {lower(x), lower(y), upper(x), upper(y)};
   }
   /// Four uniforms in (0, 1), the same indices.
   template <class T>
   [[gnu::always_inline]] std::array<T, 4> uniforms(const Bits<T>& trial, Channel channel, const Bits<T>& call) const {
     const auto w = words<T>(trial, channel, call);
+    const Bits<T> low32(0xffffffffu);
     std::array<T, 4> u;
-    for (std::size_t i = 0; i < 4; ++i) u[i] = fma(small_to_double(w[i]), T(0x1p-32), T(0x1p-33));
+    for (std::size_t i = 0; i < 4; ++i) u[i] = fma(small_to_double(w[i] & low32), T(0x1p-32), T(0x1p-33));
     return u;
   }
   /// One standard normal by its address: the readable definition.
@@ -65,6 +68,7 @@ class Stream {
   }
 
  private:
+  /// The low halves; what stands above them is not part of the draw.
   template <class T>
   [[gnu::always_inline]] std::array<Bits<T>, 4> words(const Bits<T>& trial, Channel channel,
                                                       const Bits<T>& call) const {
@@ -78,24 +82,26 @@ class Stream {
       c2 = xor3(B(p0 >> 32), c3, B(key[1]));
       c3 = p0;
     }
-    const B low32(0xffffffffu);
-    return {c0 & low32, c1 & low32, c2 & low32, c3 & low32};
+    return {c0, c1, c2, c3};
   }
 
-  /// Two normals from two words: k = w0 and the top 8 bits of w1 make the radius, the next two bits of w1 the signs,
-  /// and its last 22 the angle in the first quadrant:
-  ///   r^2 / 2 = -ln((k + 1/2) / 2^40),  theta = (j + 1/2) / 2^22 pi/2,  z = (+-r cos theta, +-r sin theta)
-  /// With theta = pi/4 + phi both are r / sqrt(2) (cos phi -+ sin phi), so that no quadrant has to be chosen.
-  template <class T>
-  [[gnu::always_inline]] static std::pair<T, T> box_muller(const Bits<T>& w0, const Bits<T>& w1) {
-    using B = Bits<T>;
-    const T k = from_bits(((w0 << 8) | (w1 >> 24)) | B(0x4330000000000000u)) - (0x1p52 - 0.5);  // exact
-    const T per_root2 = sqrt(minus_log_of_ratio<40>(k));
-    const T phi = (small_to_double(w1 & B(0x3fffffu)) + (0.5 - 0x1p21)) * T(kPi / 2 * 0x1p-22);
-    const auto [s, c] = sincos_reduced(phi);
-    const B sign(0x8000000000000000u);
-    const T x = per_root2 * (c - s), y = per_root2 * (c + s);
-    return {from_bits(to_bits(x) ^ ((w1 << 40) & sign)), from_bits(to_bits(y) ^ ((w1 << 41) & sign))};
+  /// Two normals from two words, r and a, in single precision. The upper 31 bits of r and the top 8 bits of a make the
+  /// radius, the next two bits of a the signs, and its last 22 the angle in the first quadrant:
+  ///   rho^2 = -ln((k + 1/2) / 2^39),  theta = (j + 1/2) / 2^22 pi/2,  z = (+-sqrt(2) rho cos theta, +-.. sin theta)
+  /// With theta = pi/4 + phi both are rho (cos phi -+ sin phi), so that no quadrant has to be chosen.
+  template <class T, class W = typename SinglesOf<T>::words, class S = typename SinglesOf<T>::type>
+  [[gnu::always_inline]] static std::pair<S, S> box_muller(const W& r, const W& a) {
+    const W upper31 = r >> 1;
+    const S last8 = nearest_single(a >> 24);
+    const S u = fma(nearest_single(upper31), S(0x1p-31f), fma(last8, S(0x1p-39f), S(0x1p-40f)));
+    const S u_less_1 =
+        fma(nearest_single(upper31 ^ W(0x7fffffffu)), S(-0x1p-31f), fma(last8, S(0x1p-39f), S(-0x1.ffp-32f)));
+    const S rho = sqrt(minus_log<W, S>(u, u_less_1));
+    const S phi = (nearest_single(a & W(0x3fffffu)) + S(0.5f - 0x1p21f)) * S(static_cast<float>(kPi / 2 * 0x1p-22));
+    const auto [s, c] = sincos_single(phi);
+    const W sign(0x80000000u);
+    const S x = rho * (c - s), y = rho * (c + s);
+    return {from_words(to_words(x) ^ ((a << 8) & sign)), from_words(to_words(y) ^ ((a << 9) & sign))};
   }
 
   std::uint64_t keys_[10][2];  ///< Weyl sequence of the seed, one pair a round

@@ -8,9 +8,9 @@ namespace {
 
 using T = Lanes;
 
-// Side by side: a call alone is one chain of Philox, logarithm and root. The 16 registers of AVX2 hold no more than
-// one.
-constexpr int kCalls = lane_count<T> == 8 ? 4 : 1;
+// Side by side: a call alone is one chain of Philox, logarithm and root. The 16 registers of AVX2 hold two, the 32 of
+// AVX-512 five.
+constexpr int kCalls = lane_count<T> == 8 ? 5 : 2;
 using Calls = Pack<T, kCalls>;
 
 /// Draws of size 1 of the law: element j of number i has index 4 (call + j) + i.

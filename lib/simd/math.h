@@ -11,28 +11,16 @@
 
 namespace surveymc {
 
-/// x = 2^exponent mantissa with mantissa in [sqrt(1/2), sqrt(2)), for a positive normal number.
-template <class T>
-struct Split {
-  T exponent, mantissa;
-};
-/// With `offset` taken off the exponent; a whole number below 2^50.
-template <class T>
-[[gnu::always_inline]] inline Split<T> split(const T& x, double offset) {
-  // Adding the gap from sqrt(1/2) to 1 makes the exponent field carry at sqrt(2).
-  const Bits<T> shifted = to_bits(x) + Bits<T>(0x3ff0000000000000u - 0x3fe6a09e667f3bcdu);
-  return {from_bits((shifted >> 52) | Bits<T>(0x4330000000000000u)) - (0x1p52 + 1023 + offset),
-          from_bits((shifted & Bits<T>(0x000fffffffffffffu)) + Bits<T>(0x3fe6a09e667f3bcdu))};
-}
+inline constexpr double kLn2High = 6.93147180369123816490e-01;  // 33 bits: its product with an exponent is exact
 
-/// ln x = exponent ln2 + (f - rest), with the second part of ln2 in `rest`.
+/// Natural logarithm of a positive normal number.
 template <class T>
-struct LogParts {
-  T exponent, f, rest;
-};
-template <class T>
-[[gnu::always_inline]] inline LogParts<T> log_parts(const T& x, double offset) {
-  const auto [e, m] = split(x, offset);
+T log(const T& x) {
+  // x = 2^e m with m in [sqrt(1/2), sqrt(2)): adding the gap from sqrt(1/2) to 1 makes the exponent field carry at
+  // sqrt(2)
+  const Bits<T> shifted = to_bits(x) + Bits<T>(0x3ff0000000000000u - 0x3fe6a09e667f3bcdu);
+  const T e = from_bits((shifted >> 52) | Bits<T>(0x4330000000000000u)) - (0x1p52 + 1023);
+  const T m = from_bits((shifted & Bits<T>(0x000fffffffffffffu)) + Bits<T>(0x3fe6a09e667f3bcdu));
   const T f = m - 1.0, s = f / (m + 1.0), z = s * s, w = z * z;
   const T odd =
       z * fma(w, fma(w, fma(w, T(1.479819860511658591e-01), T(1.818357216161805012e-01)), T(2.857142874366239149e-01)),
@@ -40,23 +28,9 @@ template <class T>
   const T even =
       w * fma(w, fma(w, T(1.531383769920937332e-01), T(2.222219843214978396e-01)), T(3.999999999940941908e-01));
   const T half_square = T(0.5) * f * f;
-  // ln (1 + f) = f - (f^2/2 - s (f^2/2 + R))
-  return {e, f, half_square - fma(s, half_square + (odd + even), e * T(1.90821492927058770002e-10))};
-}
-inline constexpr double kLn2High = 6.93147180369123816490e-01;  // 33 bits: its product with an exponent is exact
-
-/// Natural logarithm of a positive normal number.
-template <class T>
-T log(const T& x) {
-  const auto [e, f, rest] = log_parts(x, 0);
+  // ln (1 + f) = f - (f^2/2 - s (f^2/2 + R)); ln2 in two parts
+  const T rest = half_square - fma(s, half_square + (odd + even), e * T(1.90821492927058770002e-10));
   return fma(e, T(kLn2High), f - rest);
-}
-
-/// -ln(x / 2^Power).
-template <int Power, class T>
-[[gnu::always_inline]] inline T minus_log_of_ratio(const T& x) {
-  const auto [e, f, rest] = log_parts(x, Power);
-  return fma(e, T(-kLn2High), rest - f);
 }
 
 /// e^x for finite x <= 709; 0 below -708, where the result would not be a normal number. Below 1 ulp (e_exp.c).

@@ -96,9 +96,9 @@ def philox_normals(seed, study, trial, channel, count):
 
 
 def _box_muller(w0, w1):
-    """Two normals from two words: 40 bits for the radius, two signs, 22 for the angle in the first quadrant, radius and
-    angle at the middle of their steps."""
-    u = ((w0 << np.uint64(8) | w1 >> np.uint64(24)).astype(float) + 0.5) * 2.0**-40
+    """Two normals from two words: 39 bits for the radius, two signs, 22 for the angle in the first quadrant, radius and
+    angle at the middle of their steps. In double here; surveymc's are singles, right to 1e-7 of a standard deviation."""
+    u = ((w0 >> np.uint64(1) << np.uint64(8) | w1 >> np.uint64(24)).astype(float) + 0.5) * 2.0**-39
     angle = np.pi / 2 * ((w1 & np.uint64(0x3FFFFF)).astype(float) + 0.5) * 2.0**-22
     sign0, sign1 = (1.0 - 2.0 * (w1 >> np.uint64(bit) & np.uint64(1)).astype(float) for bit in (23, 22))
     radius = np.sqrt(-2 * np.log(u))

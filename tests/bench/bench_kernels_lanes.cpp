@@ -10,7 +10,7 @@ constexpr std::size_t kMatrix = 21, kGradient = 6;
 
 /// Calls side by side, as simulate_readings has them.
 void normals(const Stream& stream, std::uint32_t calls, double* out) {
-  constexpr std::size_t kCalls = lane_count<T> == 8 ? 4 : 1;
+  constexpr std::size_t kCalls = lane_count<T> == 8 ? 5 : 2;
   using Calls = Pack<T, kCalls>;
   for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
     const Bits<T> trial = consecutive<T>(static_cast<std::uint64_t>(lane));

@@ -2,6 +2,7 @@
 /// A scalar for kernels that counts what is done with it: the operations of a kernel, from its own text.
 #include "simd/lanes.h"
 #include "simd/math.h"
+#include "simd/singles.h"
 
 namespace surveymc::bench {
 
@@ -59,8 +60,53 @@ inline Counted small_to_double(CountedBits a) {
   return ++operations.integer, ++operations.add, Counted(surveymc::small_to_double(a.v));
 }
 
+/// Two singles in the place of one double, and their words: an operation on both counts once, as it takes one
+/// instruction.
+struct CountedWords {
+  Words32<2> v;
+  CountedWords(Words32<2> x) : v(x) {}     // NOLINT: a vector is its elements
+  CountedWords(std::uint32_t x) : v(x) {}  // NOLINT: constants mix freely
+
+  static CountedWords counted(Words32<2> x) { return ++operations.integer, CountedWords(x); }
+  friend CountedWords operator+(CountedWords a, CountedWords b) { return counted(a.v + b.v); }
+  friend CountedWords operator&(CountedWords a, CountedWords b) { return counted(a.v & b.v); }
+  friend CountedWords operator^(CountedWords a, CountedWords b) { return counted(a.v ^ b.v); }
+  friend CountedWords operator<<(CountedWords a, int n) { return counted(a.v << n); }
+  friend CountedWords operator>>(CountedWords a, int n) { return counted(a.v >> n); }
+};
+
+struct CountedSingles {
+  Singles<2> v;
+  CountedSingles(Singles<2> x) : v(x) {}  // NOLINT: a vector is its elements
+  CountedSingles(float x) : v(x) {}       // NOLINT: constants mix freely
+
+  friend CountedSingles operator+(CountedSingles a, CountedSingles b) { return ++operations.add, a.v + b.v; }
+  friend CountedSingles operator-(CountedSingles a, CountedSingles b) { return ++operations.add, a.v - b.v; }
+  friend CountedSingles operator*(CountedSingles a, CountedSingles b) { return ++operations.multiply, a.v * b.v; }
+  friend CountedSingles fma(CountedSingles a, CountedSingles b, CountedSingles c) {
+    return ++operations.fma, surveymc::fma(a.v, b.v, c.v);
+  }
+  friend CountedSingles sqrt(CountedSingles a) { return ++operations.root, surveymc::sqrt(a.v); }
+  friend CountedSingles select_from(CountedWords a, std::uint32_t bound, CountedSingles x, CountedSingles y) {
+    return operations.compare += 2, surveymc::select_from(a.v, bound, x.v, y.v);
+  }
+  friend CountedWords to_words(CountedSingles a) { return surveymc::to_words(a.v); }
+};
+inline CountedSingles from_words(CountedWords a) { return surveymc::from_words(a.v); }
+inline CountedSingles nearest_single(CountedWords a) { return ++operations.integer, surveymc::nearest_single(a.v); }
+inline CountedWords join(CountedBits a, CountedBits b) {
+  return operations.integer += 3, CountedWords(surveymc::join(a.v, b.v));
+}
+inline Counted lower(CountedSingles a) { return operations.integer += 2, Counted(surveymc::lower(a.v)); }
+inline Counted upper(CountedSingles a) { return operations.integer += 2, Counted(surveymc::upper(a.v)); }
+
 }  // namespace surveymc::bench
 
+template <>
+struct surveymc::SinglesOf<surveymc::bench::Counted> {
+  using type = bench::CountedSingles;
+  using words = bench::CountedWords;
+};
 template <>
 struct surveymc::BitsOf<surveymc::bench::Counted> {
   using type = bench::CountedBits;
