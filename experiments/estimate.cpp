@@ -3,6 +3,7 @@
 ///
 ///   readings -> estimator, tests of its residuals (estimate) -> corrected survey and covariance (propagate)
 #include <algorithm>
+#include <optional>
 
 #include <fmt/ranges.h>
 
@@ -14,12 +15,14 @@
 #include "msa_prediction.h"
 #include "readings_analysis.h"
 #include "readings_tests.h"
+#include "single_station_readings.h"
 #include "study/scenario.h"
 
 namespace surveymc {
 namespace {
 
 struct Scenario {
+  std::optional<StationEstimation> by_station;  ///< every station by itself; then noise and estimator are not used
   ReferenceField field;
   SixAxisReadings readings;
   NoiseModel noise;
@@ -28,13 +31,14 @@ struct Scenario {
   bool has_trials = false;
 };
 
-Scenario read_scenario(ConfigReader& c) {
-  Scenario s;
-  s.field = read_field(c);
-  const std::string sign = c.choice("accelerometers", {"gravity", "specific_force"}, "gravity");
-  s.readings = readings_from_table(c.csv("readings"),
-                                   {sign == "gravity" ? AccelerometerSign::gravity : AccelerometerSign::specific_force,
-                                    s.field.gravity, s.field.total});
+bool solves_by_station(ConfigReader& c) {
+  std::vector<std::string> known = estimator_names();
+  known.insert(known.end(), station_estimators().begin(), station_estimators().end());
+  const std::string name = c.choice("estimator.name", known);
+  return std::find(station_estimators().begin(), station_estimators().end(), name) != station_estimators().end();
+}
+
+void read_run_estimator(ConfigReader& c, Scenario& s) {
   s.noise = read_noise(c);
   c.require(s.noise.magnetometer > 0, "noise.magnetometer_nT",
             "must be > 0: standard deviations and tests come from it");
@@ -44,8 +48,21 @@ Scenario read_scenario(ConfigReader& c) {
   c.require(std::find(known.begin(), known.end(), s.estimator.name) != known.end(), "estimator.name",
             fmt::format("must be one of {} here: others need the true attitude, which readings do not tell",
                         fmt::join(known, ", ")));
+}
+
+Scenario read_scenario(ConfigReader& c) {
+  Scenario s;
+  s.field = read_field(c);
+  const std::string sign = c.choice("accelerometers", {"gravity", "specific_force"}, "gravity");
+  s.readings = readings_from_table(c.csv("readings"),
+                                   {sign == "gravity" ? AccelerometerSign::gravity : AccelerometerSign::specific_force,
+                                    s.field.gravity, s.field.total});
+  if (solves_by_station(c))
+    s.by_station = read_station_estimation(c);
+  else
+    read_run_estimator(c, s);
   s.levels.confidence = c.number("confidence", Range::open(0, 1), s.levels.confidence);
-  s.levels.alpha = c.number("tests.alpha", Range::open(0, 1), s.levels.alpha);
+  if (!s.by_station) s.levels.alpha = c.number("tests.alpha", Range::open(0, 1), s.levels.alpha);
   s.levels.alpha_w = c.number("tests.alpha_w", Range::open(0, 1), s.levels.alpha_w);
   s.has_trials = c.has("trials");
   if (s.has_trials) c.integer("trials", 0, 1'000'000'000'000);
@@ -56,6 +73,10 @@ Scenario read_scenario(ConfigReader& c) {
 class Estimate final : public StudyPoint {
  public:
   explicit Estimate(const Scenario& s) {
+    if (s.by_station) {
+      result_.tables = station_estimate_tables(s.readings, s.field, *s.by_station, s.levels);
+      return;
+    }
     const ReadingsAnalysis a = analyse_readings(s.readings, s.field, s.noise, s.estimator);
     const std::vector<ReadingsTest> tests = judge_readings(s.readings, a, s.levels);
     const std::optional<Suspect> examined = examine_suspect(s.readings, s.field, s.noise, s.estimator, a, tests);

@@ -17,6 +17,7 @@ Experiment reliability_well_experiment();
 Experiment gross_error_detection_experiment();
 Experiment drift_monitoring_experiment();
 Experiment mwd_drift_experiment();
+Experiment axial_correction_experiment();
 
 /// All of them, in the order of `surveymc list`.
 std::vector<Experiment> all_experiments();

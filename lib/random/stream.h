@@ -31,6 +31,8 @@ enum class Channel : std::uint32_t {
   survey_sensor_noise = 31,  ///< index 6 station + {accelerometer x, y, z, magnetometer x, y, z}: drift monitoring
   survey_reference = 32,     ///< index 4 station + {gravity, total field, dip}: scatter of the reference
   survey_toolface = 33,      ///< index station: uniform toolfaces of a made-up well
+  axial_magnetisation = 50,  ///< index station: of the string, new at every station (axial_correction)
+  station_reference = 51,    ///< index 4 station + {gravity, horizontal field, vertical field} (axial_correction)
 };
 
 class Stream {

@@ -19,7 +19,7 @@ import h5py
 HERE = pathlib.Path(__file__).resolve().parent
 TABLES = ("parameters", "position", "ellipse", "control_variate", "observability", "fit", "stations", "covariance",
           "ellipsoid", "summary", "verification", "toolface_sequences", "axes", "statements", "tolerance",
-          "worst_stations", "systematic", "detection", "injected", "alarms", "blame", "claims", "delay")
+          "worst_stations", "systematic", "detection", "injected", "alarms", "blame", "claims", "delay", "failures", "profile")
 
 
 def tables_of(result):

@@ -1,0 +1,235 @@
+/// Maps and tables of the study `axial_correction`.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "axial_correction.h"
+#include "base/units.h"
+#include "study/table_writer.h"
+
+namespace surveymc {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+bool contains(const std::vector<std::string>& all, const std::string& x) {
+  return std::find(all.begin(), all.end(), x) != all.end();
+}
+bool contains(const std::vector<double>& all, double x) {
+  return all.empty() || std::any_of(all.begin(), all.end(), [x](double y) { return std::abs(x - y) < 1e-9; });
+}
+
+std::string expected_verdict(const AxialScenario& s, std::size_t m, std::size_t k, const std::string& quantity) {
+  std::string verdict;
+  for (const ExpectedVerdict& e : s.expected)  // later ones win
+    if (contains(e.methods, s.name_of(m)) && contains(e.quantities, quantity) &&
+        contains(e.inclination_deg, s.station_inclination_deg[k]) && contains(e.azimuth_deg, s.station_azimuth_deg[k]))
+      verdict = e.verdict;
+  return verdict;
+}
+
+/// Mean of values of which `mean` was found over `count` of them, and its root: of squares, an RMS.
+ComparisonRow compare_rms(const char* quantity, const char* unit, double factor, double mean_square, double variance,
+                          std::uint64_t count, double analytic, const VerdictRule& rule, std::uint64_t trials) {
+  ComparisonRow row;
+  row.quantity = quantity;
+  row.unit = unit;
+  row.analytic = factor * analytic;
+  if (count < 2) {
+    row.note = "no trial has a solution";
+    return row;
+  }
+  const Interval ci = mean_interval(mean_square, variance, count, rule.confidence);
+  row.monte_carlo = factor * std::sqrt(mean_square);
+  row.interval = {factor * std::sqrt(std::max(0.0, ci.lo)), factor * std::sqrt(ci.hi)};
+  if (!(mean_square > 0) || !std::isfinite(analytic)) {
+    row.note = mean_square > 0 ? "no finite prediction" : "every trial gave the truth";
+    return row;
+  }
+  row.ratio = row.analytic / row.monte_carlo;
+  row.ratio_interval = {row.analytic / row.interval.hi, row.analytic / row.interval.lo};
+  const Verdict v = judge(row.ratio_interval, rule.margin, trials);
+  row.verdict = v.word;
+  if (v.trials_to_decide > 0)
+    row.note = fmt::format("about {:.2g} trials would decide", static_cast<double>(v.trials_to_decide));
+  return row;
+}
+
+/// RMS about zero of component i, from central moments.
+ComparisonRow compare_rms(const char* quantity, const char* unit, double factor, const Moments& m, Eigen::Index i,
+                          double analytic, const VerdictRule& rule, std::uint64_t trials) {
+  if (m.count < 2) return compare_rms(quantity, unit, factor, 0, 0, m.count, analytic, rule, trials);
+  const double n = static_cast<double>(m.count), mean = m.mean[i], second = m.squares(i, i) / n;
+  const double square = second + mean * mean;
+  const double fourth = m.fourths[i] / n + 4 * mean * m.cubes[i] / n + 6 * mean * mean * second + std::pow(mean, 4);
+  return compare_rms(quantity, unit, factor, square, std::max(0.0, fourth - square * square), m.count, analytic, rule,
+                     trials);
+}
+
+/// P(|x| > limit), x normal.
+double outside(double limit, double mean, double sd) {
+  const double root2 = std::sqrt(2.0);
+  return (std::erfc((limit - mean) / sd / root2) + std::erfc((limit + mean) / sd / root2)) / 2;
+}
+
+StationSigmas drawn_sigmas(const AxialScenario& s) {
+  StationSigmas actual = s.sigmas;
+  if (!s.axial_is_drawn) actual.axial = 0;
+  return actual;
+}
+ConstantErrors constant_errors(const AxialScenario& s) { return s.axial_is_drawn ? ConstantErrors{} : s.errors; }
+
+}  // namespace
+
+std::vector<Axis> axial_axes(const AxialScenario& s) {
+  std::vector<std::string> names;
+  for (std::size_t m = 0; m < s.methods.size(); ++m) names.push_back(s.name_of(m));
+  return {{"method", "", "single-station solution", names},
+          {"inclination", "deg", "inclination", s.inclination_deg},
+          {"magnetic_azimuth", "deg", "magnetic azimuth", s.azimuth_deg}};
+}
+
+void add_axial_maps(const AxialScenario& s, std::vector<Map>& maps, std::vector<Table>& tables) {
+  const std::vector<Axis> axes = axial_axes(s);
+  Map error{"azimuth_error_deg", "deg", "error of the azimuth by the constant errors; inf: no solution", axes, {}};
+  Map axial{"axial_magnetisation_error_nT", "nT", "estimated less true Mz; inf: no solution", axes, {}};
+  Map sd{"azimuth_sd_deg",
+         "deg",
+         "sd of the azimuth by the sigmas, first order; inf: undefined, or no solution",
+         axes,
+         {}};
+  Table t{"failures",
+          fmt::format("attitudes of the maps where the azimuth is off by more than {:g} deg", s.tolerance / kDegree)};
+  t.columns = {
+      word_column("method", "single-station solution"),
+      count_column("attitudes", "of the map"),
+      count_column("without_solution", "attitudes at which the method has none"),
+      number_column("tolerance_deg", "deg", "of the azimuth"),
+      number_column("share_error", "1", "attitudes with a larger error by the constant errors, or no solution"),
+      number_column("share_sd", "1", "attitudes with a larger sd, or no solution"),
+      number_column("error_median_deg", "deg", "median |error|; inf if most have no solution"),
+      number_column("error_largest_deg", "deg", "largest finite |error|"),
+      number_column("sd_median_deg", "deg", "median sd"),
+      number_column("sd_largest_deg", "deg", "largest finite sd"),
+      number_column("sd_largest_inclination_deg", "deg", "where"),
+      number_column("sd_largest_azimuth_deg", "deg", "where")};
+  TableWriter w(std::move(t));
+  for (std::size_t m = 0; m < s.methods.size(); ++m) {
+    std::vector<double> errors, sds;
+    std::int64_t without = 0, over_error = 0, over_sd = 0;
+    double error_largest = kNaN, sd_largest = kNaN, where_i = kNaN, where_a = kNaN;
+    for (const double i : s.inclination_deg)
+      for (const double a : s.azimuth_deg) {
+        const Attitude at{i * kDegree, a * kDegree, s.toolface};
+        const AxialPrediction wrong = predict_axial(s, at, s.methods[m], s.errors, s.sigmas);
+        const AxialPrediction clean = predict_axial(s, at, s.methods[m], {}, s.sigmas);
+        const double e = std::abs(wrong.azimuth_error) / kDegree, x = clean.sd(StationQuantity::azimuth) / kDegree;
+        error.values.push_back(wrong.azimuth_error / kDegree);
+        axial.values.push_back(wrong.axial_error);
+        sd.values.push_back(x);
+        errors.push_back(e);
+        sds.push_back(x);
+        without += !wrong.solution.determined;
+        over_error += !(e <= s.tolerance / kDegree);
+        over_sd += !(x <= s.tolerance / kDegree);
+        if (std::isfinite(e) && !(e <= error_largest)) error_largest = e;
+        if (std::isfinite(x) && !(x <= sd_largest)) sd_largest = x, where_i = i, where_a = a;
+      }
+    const auto median = [](std::vector<double> v) {
+      std::sort(v.begin(), v.end());
+      const std::size_t n = v.size();
+      return n % 2 == 1 ? v[n / 2] : (v[n / 2 - 1] + v[n / 2]) / 2;
+    };
+    const double n = static_cast<double>(errors.size());
+    w << s.name_of(m) << static_cast<std::int64_t>(errors.size()) << without << s.tolerance / kDegree
+      << static_cast<double>(over_error) / n << static_cast<double>(over_sd) / n << median(errors) << error_largest
+      << median(sds) << sd_largest << where_i << where_a;
+  }
+  maps = {std::move(error), std::move(sd), std::move(axial)};
+  tables.push_back(w.take());
+}
+
+Table axial_verification(const AxialScenario& s, const Tally& tally) {
+  const AxialLayout layout{s.methods.size(), s.stations.size()};
+  std::vector<ComparisonRow> rows;
+  std::vector<double> inclination, azimuth;
+  std::vector<std::int64_t> failed;
+  for (std::size_t k = 0; k < s.stations.size(); ++k)
+    for (std::size_t m = 0; m < s.methods.size(); ++m) {
+      const Attitude& at = s.stations[k];
+      const AxialPrediction p = predict_axial(s, at, s.methods[m], constant_errors(s), drawn_sigmas(s));
+      const Moments& found = tally.groups[layout.station_group(m, k)];
+      const std::uint64_t none = tally.counts[layout.failed(m, k)], solved = tally.trials - none;
+      const double sd = p.sd(StationQuantity::azimuth);
+      const auto add = [&](ComparisonRow row) {
+        row.formulation = s.name_of(m);
+        row.expected = expected_verdict(s, m, k, row.quantity);
+        rows.push_back(std::move(row));
+        inclination.push_back(s.station_inclination_deg[k]);
+        azimuth.push_back(s.station_azimuth_deg[k]);
+        failed.push_back(static_cast<std::int64_t>(none));
+      };
+      add(compare_rms("azimuth", "deg", 1 / kDegree, found, 0, std::hypot(p.azimuth_error, sd), s.verdict,
+                      tally.trials));
+      if (s.methods[m] != StationMethod::basic && s.methods[m] != StationMethod::optimising)
+        add(compare_rms("axial_magnetisation", "nT", 1, found, 1,
+                        std::hypot(p.axial_error, p.sd(StationQuantity::axial)), s.verdict, tally.trials));
+      add(compare_rate("over_tolerance", tally.counts[layout.over_tolerance(m, k)], solved,
+                       std::isfinite(sd) ? outside(s.tolerance, p.azimuth_error, sd) : kNaN, s.verdict, tally.trials));
+    }
+  Table t = comparison_table("verification",
+                             "RMS errors of every attitude against first-order theory, and the share of trials beyond "
+                             "the tolerance against a normal distribution" +
+                                 at_confidence(s.verdict.confidence),
+                             rows, tally.trials, 0, true);
+  t.columns.back().values = failed;
+  t.columns.back().long_name = "trials without a solution, not in the statistics";
+  t.columns.insert(t.columns.begin(), {{"inclination_deg", "deg", "of the station", inclination},
+                                       {"magnetic_azimuth_deg", "deg", "of the station", azimuth}});
+  return t;
+}
+
+Table axial_profile(const AxialScenario& s, const Tally& tally) {
+  constexpr std::array<StationQuantity, kProfileQuantities> kQuantity{
+      StationQuantity::azimuth,    StationQuantity::inclination, StationQuantity::toolface, StationQuantity::gravity,
+      StationQuantity::horizontal, StationQuantity::vertical,    StationQuantity::axial};
+  const AxialLayout layout{s.methods.size(), s.stations.size()};
+  const double bh = s.field.total * std::cos(s.field.dip), bd = s.field.total * std::sin(s.field.dip);
+  std::vector<ComparisonRow> rows;
+  std::vector<std::int64_t> failed;
+  for (std::size_t m = 0; m < s.methods.size(); ++m) {
+    std::array<double, kProfileQuantities> mean_square{};
+    for (const Attitude& at : s.stations) {
+      const AxialPrediction p = predict_axial(s, at, s.methods[m], constant_errors(s), drawn_sigmas(s));
+      const StationSolution& x = p.solution;
+      const std::array<double, kProfileQuantities> bias{
+          p.azimuth_error, 0, 0, x.gravity - s.field.gravity, x.horizontal() - bh, x.vertical - bd, p.axial_error};
+      for (std::size_t q = 0; q < kProfileQuantities; ++q) {
+        const double sd = p.sd(kQuantity[q]);
+        mean_square[q] += (bias[q] * bias[q] + sd * sd) / static_cast<double>(s.stations.size());
+      }
+    }
+    const Moments& found = tally.groups[layout.profile_group(m)];
+    for (std::size_t q = 0; q < kProfileQuantities; ++q) {
+      const ProfileQuantity& name = profile_quantities()[q];
+      const auto i = static_cast<Eigen::Index>(q);
+      ComparisonRow row = compare_rms(name.name, name.unit, name.per_si, found.count > 1 ? found.mean[i] : 0,
+                                      found.count > 1 ? found.variance(i) : 0, found.count, std::sqrt(mean_square[q]),
+                                      s.verdict, tally.trials);
+      row.formulation = s.name_of(m);
+      rows.push_back(std::move(row));
+      failed.push_back(static_cast<std::int64_t>(tally.trials - found.count));
+    }
+  }
+  s.annotations.apply("profile", rows);
+  Table t = comparison_table("profile",
+                             "RMS errors over all stations of the Monte Carlo" + at_confidence(s.verdict.confidence),
+                             rows, tally.trials, 0, true);
+  t.columns.back().values = failed;
+  t.columns.back().long_name = "trials in which a station has no solution, not in the statistics";
+  return t;
+}
+
+}  // namespace surveymc
