@@ -1,33 +1,65 @@
 #pragma once
 /// One point of the study `drift_monitoring` (see drift_monitoring.cpp).
+#include <atomic>
+#include <functional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "drift_monitoring_scenario.h"
+#include "monitoring/metrics.h"
 #include "study/comparison.h"
 #include "study/experiment.h"
 
 namespace surveymc {
 
-/// One realisation, monitored with and without drift. Everything in z.
-struct MonitoredRealisation {
-  TrainedModel model;
-  Samples truth, readings, drift;           ///< truth is empty where it is not known; readings without drift
+/// Rows that follow each other, in the units of the sensors.
+struct ReadingBlock {
+  std::vector<double> test_h;  ///< hours from the first monitored sample
+  Samples readings, truth;     ///< truth is empty where it is not known
+};
+/// Calls each(block) for the monitored rows in order. `simulated`: realisation() of a simulated well; a file is read.
+void for_each_block(const DriftScenario& s, const Samples& simulated,
+                    const std::function<void(const ReadingBlock&)>& each);
+
+/// The same, monitored with and without drift. Everything in z.
+struct MonitoredBlock {
+  std::vector<double> test_h;
+  Samples truth, readings, drift;           ///< readings without drift
   std::vector<MonitorTrace> with, without;  ///< per architecture
 };
-MonitoredRealisation monitor(const DriftScenario& s, std::uint64_t trial);
 
-/// Alarms of one method on one sensor: +1 or -1 at samples that raise one; `decision` holds in between.
-struct AlarmTrace {
-  std::vector<int> alarm, decision;
+/// One realisation.
+struct Monitored {
+  TrainedModel model;
+  std::vector<double> outcome;  ///< see OutcomeLayout
+  Table series;                 ///< if it was asked for
 };
-AlarmTrace alarms(const DriftScenario& s, const AlarmMethod& method, const Samples& signal, Eigen::Index sensor);
+/// Trains and monitors, block by block: the memory it needs does not depend on the length of a file.
+/// Throws Interrupted when *stop is set.
+Monitored monitor(const DriftScenario& s, std::uint64_t trial, bool with_series,
+                  const std::atomic<bool>* stop = nullptr);
+
+/// Scaling and memory of fault-free readings (n x p, in their units), or the model that the config names.
+TrainedModel train_model(const DriftScenario& s, const Samples& training);
+
+/// Sets the thresholds of the baselines so that on calibration_trials fault-free realisations, which the run does not
+/// use, each of them raises an alarm (of any sensor) in as many as the SPRT does on the same residual: just above what
+/// the others reach.
+void calibrate_baselines(DriftScenario& s);
+
+using AlarmTest = std::variant<Sprt, Cusum, Threshold>;
+AlarmTest make_test(const DriftScenario& s, const AlarmMethod& method);
+/// +1 or -1 if this sample raises an alarm.
+inline int update(AlarmTest& test, double d) {
+  return std::visit([d](auto& t) { return t.update(d); }, test);
+}
 
 /// Where the numbers of a realisation stand in its row of Tally::samples.
 class OutcomeLayout {
  public:
   explicit OutcomeLayout(const DriftScenario& s)
-      : p_(static_cast<std::size_t>(s.sensors())), methods_(s.methods.size()), architectures_(s.architectures.size()) {}
+      : p_(static_cast<std::size_t>(s.sensors())), methods_(s.method_count()), architectures_(s.architectures.size()) {}
 
   enum Alarm { first, first_after_start, count, first_without_drift, kAlarmValues };  // h, or NaN: none
   enum Error { measured, truth, drift_measured, drift_truth, kErrors };               // mean squares, z2
@@ -50,8 +82,38 @@ class OutcomeLayout {
   std::size_t p_, methods_, architectures_;
 };
 
-/// The row of one realisation.
-std::vector<double> outcome(const DriftScenario& s, const MonitoredRealisation& r);
+/// Gathers the row of one realisation from its blocks.
+class OutcomeSum {
+ public:
+  explicit OutcomeSum(const DriftScenario& s);
+  void add(const MonitoredBlock& block);
+  std::vector<double> row(const TrainedModel& model) const;
+
+ private:
+  void add_alarms(const MonitoredBlock& block);
+
+  const DriftScenario& s_;
+  OutcomeLayout at_;
+  std::vector<double> row_;
+  std::vector<AlarmTest> with_, without_;     // [method][sensor]
+  std::vector<MeanSquareError> errors_;       // [architecture][OutcomeLayout::Error]
+  std::vector<Sensitivities> sensitivities_;  // [architecture]
+};
+
+/// Gathers the table `series` from the blocks of a realisation.
+class SeriesSum {
+ public:
+  explicit SeriesSum(const DriftScenario& s);
+  void add(const MonitoredBlock& block);
+  Table take();
+
+ private:
+  const DriftScenario& s_;
+  Eigen::Index row_ = 0;
+  std::vector<Sprt> tests_;                // [architecture][sensor]
+  std::vector<int> held_;                  // the same: decision since the row that was kept before
+  std::vector<std::vector<double>> kept_;  // [sensor]: values of its rows
+};
 
 /// Rows of all realisations, one after the other, as they stand in a tally.
 class Outcomes {
@@ -77,9 +139,12 @@ std::vector<ComparisonRow> claim_rows(const DriftScenario& s, const Outcomes& o)
 Table alarms_table(const DriftScenario& s, const Outcomes& o);
 Table delay_table(const DriftScenario& s, const Outcomes& o);
 Table blame_table(const DriftScenario& s, const Outcomes& o);
-Table model_table(const DriftScenario& s, const MonitoredRealisation& r);
-Table series_table(const DriftScenario& s, const MonitoredRealisation& r);
+Table model_table(const DriftScenario& s, const TrainedModel& m);
+/// The settings that calibrate_baselines() found, or that were given.
+Table baselines_table(const DriftScenario& s);
+/// Delay and misses of every drifting sensor against false alarms, for each setting of [operating].
+Table operating_table(const DriftScenario& s, const Outcomes& o);
 Table bandwidth_table(const DriftScenario& s);
-Table data_quality_table(const SensorCsv& found);
+Table data_quality_table(const MonitoringData& d);
 
 }  // namespace surveymc

@@ -1,6 +1,7 @@
 /// Tables `metrics` and `claims` of drift_monitoring.
 #include <cmath>
 
+#include "claims.h"
 #include "drift_monitoring.h"
 
 namespace surveymc {
@@ -10,24 +11,6 @@ constexpr std::array<const char*, OutcomeLayout::kErrors> kErrorNames{"mse_measu
                                                                       "mse_drift_truth"};
 
 bool is_as(Architecture a) { return a == Architecture::aakr_sprt; }
-
-/// Mean of one number a realisation, with its interval; of one realisation the number alone.
-ComparisonRow mean_row(const std::string& formulation, const std::string& quantity, const std::string& unit,
-                       const std::vector<double>& x, double confidence) {
-  ComparisonRow row;
-  row.formulation = formulation;
-  row.quantity = quantity;
-  row.unit = unit;
-  if (x.empty() || std::isnan(x.front())) return row;
-  double mean = 0, squares = 0;
-  for (const double v : x) mean += (v - x.front()) / static_cast<double>(x.size());
-  mean += x.front();
-  for (const double v : x) squares += (v - mean) * (v - mean);
-  row.monte_carlo = mean;
-  if (x.size() > 1)
-    row.interval = mean_interval(mean, squares / static_cast<double>(x.size() - 1), x.size(), confidence);
-  return row;
-}
 
 /// Metrics of one architecture by name: one number a realisation.
 class Metrics {
@@ -81,16 +64,6 @@ std::vector<double> ratios(const std::vector<double>& a, const std::vector<doubl
   std::vector<double> r;
   for (std::size_t i = 0; i < a.size(); ++i) r.push_back(a[i] / b[i]);
   return r;
-}
-
-/// `below`: the claim is that the value lies below the bound.
-ComparisonRow judged(ComparisonRow row, double bound, bool below, const std::string& note) {
-  const bool single = std::isnan(row.interval.lo);
-  const double lo = single ? row.monte_carlo : row.interval.lo, hi = single ? row.monte_carlo : row.interval.hi;
-  if (!std::isnan(row.monte_carlo)) row.verdict = hi < bound ? "agrees" : lo > bound ? "differs" : "undecided";
-  if (!below && !row.verdict.empty() && row.verdict != "undecided") row.verdict = lo > bound ? "agrees" : "differs";
-  row.note = note + (single && !row.verdict.empty() ? "; one realisation: no interval" : "");
-  return row;
 }
 
 /// In how many realisations a healthy sensor was blamed.
@@ -159,21 +132,21 @@ std::vector<ComparisonRow> claim_rows(const DriftScenario& s, const Outcomes& o)
     if (s.methods[m].test != AlarmMethod::Test::sprt) continue;
     const bool as = is_as(s.architectures[s.methods[m].architecture]);
     const ComparisonRow row = blamed(s, o, m, as ? "blames_a_healthy_sensor" : "blames_no_healthy_sensor");
-    rows.push_back(as ? judged(row, 0.5, false, "in more than half of the realisations")
-                      : judged(row, 0.05, true, "in less than 5 % of the realisations"));
+    rows.push_back(as ? judge_claim(row, 0.5, false, "in more than half of the realisations")
+                      : judge_claim(row, 0.05, true, "in less than 5 % of the realisations"));
   }
   if (s.architectures.size() < 2) return rows;
   const Metrics as(s, o, 0), aks(s, o, 1);
   const auto add = [&](const char* quantity, const std::vector<double>& of_aks, const std::vector<double>& of_as,
                        bool below) {
-    rows.push_back(judged(mean_row(kBoth, quantity, "1", ratios(of_aks, of_as), s.verdict.confidence), 1, below,
-                          below ? "ratio below 1" : "ratio above 1"));
+    rows.push_back(judge_claim(mean_row(kBoth, quantity, "1", ratios(of_aks, of_as), s.verdict.confidence), 1, below,
+                               below ? "ratio below 1" : "ratio above 1"));
   };
   add("auto_sensitivity_is_lower", aks.auto_sensitivity(), as.auto_sensitivity(), true);
   add("cross_sensitivity_is_lower", aks.cross_sensitivity(), as.cross_sensitivity(), true);
   add("unfaulted_mse_is_higher", aks.mean_error(OutcomeLayout::measured), as.mean_error(OutcomeLayout::measured),
       false);
-  const auto with_drift = s.data.simulated ? OutcomeLayout::drift_truth : OutcomeLayout::drift_measured;
+  const auto with_drift = s.data.simulated() ? OutcomeLayout::drift_truth : OutcomeLayout::drift_measured;
   add("drifting_mse_is_lower", aks.mean_error(with_drift), as.mean_error(with_drift), true);
   return rows;
 }

@@ -54,11 +54,11 @@ void read_bandwidth(ConfigReader& c, DriftScenario& s) {
   const std::vector<double> tried = c.grid("model.search.bandwidths", Range::positive());
   const auto folds = static_cast<int>(c.integer("model.search.folds", 2, 1000, 5));
   const bool truth =
-      c.choice("model.search.target", {"measured", "truth"}, s.data.simulated ? "truth" : "measured") == "truth";
-  c.require(!truth || s.data.simulated, "model.search.target", "the truth is known of a simulated well only");
-  const Samples training = s.realisation(0).topRows(s.data.train);
+      c.choice("model.search.target", {"measured", "truth"}, s.data.simulated() ? "truth" : "measured") == "truth";
+  c.require(!truth || s.data.simulated(), "model.search.target", "the truth is known of a simulated well only");
+  const Samples training = s.data.simulated() ? s.realisation(0).topRows(s.data.train) : s.data.training;
   const Scaling scaling = fit_scaling(training);
-  const Samples clean = s.data.simulated ? scaling.to_z(s.data.readings.topRows(s.data.train)) : Samples{};
+  const Samples clean = s.data.simulated() ? scaling.to_z(s.data.training) : Samples{};
   s.searched = search_bandwidth(scaling.to_z(training), clean, s.memory_vectors, tried, folds);
   const auto best = std::min_element(s.searched.begin(), s.searched.end(), [&](const auto& a, const auto& b) {
     return truth ? a.mse_truth < b.mse_truth : a.mse_measured < b.mse_measured;
@@ -73,10 +73,12 @@ void read_model_settings(ConfigReader& c, DriftScenario& s) {
     return;
   }
   const auto p = static_cast<std::int64_t>(s.sensors());
-  s.memory_vectors = c.integer("model.memory_vectors", 2 * p, 1'000'000, std::min<std::int64_t>(1350, s.data.train));
-  c.require(s.memory_vectors <= s.data.train, "model.memory_vectors",
-            fmt::format("must be at most the {} training samples", s.data.train));
-  const Samples training = s.data.readings.topRows(s.data.train);
+  s.memory_vectors =
+      c.integer("model.memory_vectors", 2 * p, 1'000'000, std::min<std::int64_t>(1350, s.data.training.rows()));
+  c.require(s.memory_vectors <= s.data.training.rows(), "model.memory_vectors",
+            fmt::format("must be at most the {} training samples{}", s.data.training.rows(),
+                        s.data.thinned > 1 ? " that source.training_rows leaves" : ""));
+  const Samples& training = s.data.training;
   const Eigen::RowVectorXd sd = population_sd(training);
   for (Eigen::Index j = 0; j < s.sensors(); ++j)
     require(sd[j] > 1e-12 * training.col(j).cwiseAbs().maxCoeff(),
@@ -88,12 +90,12 @@ void read_model_settings(ConfigReader& c, DriftScenario& s) {
 void read_drift(ConfigReader& c, DriftScenario& s) {
   const auto p = s.sensors();
   std::vector<double> pattern(static_cast<std::size_t>(p), 0.0);
-  if (s.data.simulated) pattern = {1, 1, 1, 0};
+  if (s.data.simulated()) pattern = {1, 1, 1, 0};
   pattern = c.numbers("drift.pattern", Range::closed(-1, 1), static_cast<int>(p), pattern);
   const double amplitude = c.number("drift.amplitude_z", Range::non_negative(), 5);
   s.amplitude = amplitude * Eigen::Map<const Eigen::RowVectorXd>(pattern.data(), p);
   s.start_h = c.number("drift.start_h", Range::non_negative(), 12);
-  const double end = s.data.test_h(s.data.tested() - 1);
+  const double end = s.data.test_end_h;
   c.require(s.start_h < end, "drift.start_h", fmt::format("must be before the end of the test at {:g} h", end));
 }
 
@@ -106,9 +108,34 @@ void read_tests(ConfigReader& c, DriftScenario& s) {
   s.filter.measurement_variance =
       c.number("filter.measurement_variance_z2", Range::positive(), s.filter.measurement_variance);
   s.filter.gate = c.number("filter.gate", Range::non_negative(), 0);
+}
+
+/// `[baselines]` and `[operating]`: settings of the methods.
+void read_settings(ConfigReader& c, DriftScenario& s) {
   s.cusum.allowance = c.number("baselines.cusum_allowance_z", Range::non_negative(), s.cusum.allowance);
-  s.cusum.threshold = c.number("baselines.cusum_threshold_z", Range::positive(), s.cusum.threshold);
-  s.threshold = c.number("baselines.threshold_z", Range::positive(), s.threshold);
+  if (s.data.simulated()) {
+    s.calibration_trials = static_cast<std::uint64_t>(c.integer("baselines.calibration_trials", 0, 1'000'000, 0));
+    const bool given = c.has("baselines.cusum_threshold_z") || c.has("baselines.threshold_z");
+    c.require(s.calibration_trials == 0 || !given, "baselines.calibration_trials",
+              "leave out cusum_threshold_z and threshold_z where they are calibrated");
+  }
+  if (s.calibration_trials == 0) {
+    s.cusum.threshold = c.number("baselines.cusum_threshold_z", Range::positive(), s.cusum.threshold);
+    s.threshold = c.number("baselines.threshold_z", Range::positive(), s.threshold);
+  }
+  using Test = AlarmMethod::Test;
+  for (AlarmMethod& m : s.methods)
+    m.setting = m.test == Test::sprt ? s.sprt.shift : m.test == Test::cusum ? s.cusum.threshold : s.threshold;
+  const auto add = [&](const char* key, Test test) {
+    if (!c.has(key)) return;
+    const std::vector<double> settings = c.number_or_list(key, Range::positive());
+    for (const AlarmMethod& m : s.methods)
+      for (const double x : settings)
+        if (m.test == test) s.operating.push_back({m.name, m.architecture, test, x});
+  };
+  add("operating.shift_z", Test::sprt);
+  add("operating.cusum_threshold_z", Test::cusum);
+  add("operating.threshold_z", Test::threshold);
 }
 
 void read_architectures(ConfigReader& c, DriftScenario& s) {
@@ -116,32 +143,25 @@ void read_architectures(ConfigReader& c, DriftScenario& s) {
       c.has("architecture") ? c.texts("architecture") : std::vector<std::string>{"aakr_sprt", "aakr_kf_sprt"};
   for (const Architecture a : {Architecture::aakr_sprt, Architecture::aakr_kf_sprt})
     if (std::find(wanted.begin(), wanted.end(), name(a)) != wanted.end()) {
-      s.methods.push_back({name(a), s.architectures.size(), AlarmMethod::Test::sprt});
+      s.methods.push_back({name(a), s.architectures.size(), AlarmMethod::Test::sprt, 0});
       s.architectures.push_back(a);
     }
   c.require(!wanted.empty() && s.architectures.size() == wanted.size(), "architecture",
             "must be of \"aakr_sprt\", \"aakr_kf_sprt\", each once");
   if (s.architectures.front() == Architecture::aakr_sprt && c.boolean("baselines.enabled", true)) {
-    s.methods.push_back({"aakr_cusum", 0, AlarmMethod::Test::cusum});
-    s.methods.push_back({"aakr_threshold", 0, AlarmMethod::Test::threshold});
+    s.methods.push_back({"aakr_cusum", 0, AlarmMethod::Test::cusum, 0});
+    s.methods.push_back({"aakr_threshold", 0, AlarmMethod::Test::threshold, 0});
   }
 }
 
 }  // namespace
 
-Samples DriftScenario::drift() const {
-  const Eigen::Index n = data.tested();
-  const double end = data.test_h(n - 1);
-  Samples d = Samples::Zero(n, sensors());
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double t = data.test_h(i);
-    if (t > start_h) d.row(i) = amplitude * ((t - start_h) / (end - start_h));
-  }
-  return d;
+Eigen::RowVectorXd DriftScenario::drift(double test_h) const {
+  if (!(test_h > start_h)) return Eigen::RowVectorXd::Zero(sensors());
+  return amplitude * ((test_h - start_h) / (data.test_end_h - start_h));
 }
 
 Samples DriftScenario::realisation(std::uint64_t trial) const {
-  if (!data.simulated) return data.readings;
   const Stream stream(seed, 3);
   Samples x = data.readings;
   const auto total = static_cast<std::uint64_t>(x.size());
@@ -160,15 +180,19 @@ DriftScenario read_drift_scenario(ConfigReader& c, std::uint64_t seed) {
   s.seed = seed;
   const bool has_model = c.has("model.file");
   s.data = read_monitoring_data(c, has_model);
-  s.trials = static_cast<std::uint64_t>(s.data.simulated ? c.integer("trials", 1, 1'000'000)
-                                                         : c.integer("trials", 0, 1'000'000'000'000, 1));
-  if (!s.data.simulated) s.trials = 1;  // nothing is drawn
+  s.trials = static_cast<std::uint64_t>(s.data.simulated() ? c.integer("trials", 1, 1'000'000)
+                                                           : c.integer("trials", 0, 1'000'000'000'000, 1));
+  if (!s.data.simulated()) s.trials = 1;  // nothing is drawn
   read_architectures(c, s);
   if (has_model) s.model = read_model(c, s.data);
   read_model_settings(c, s);
   read_drift(c, s);
   read_tests(c, s);
-  s.series_every = c.integer("series_every", 0, 1'000'000, 1);
+  read_settings(c, s);
+  s.series_every = c.integer("series_every", 0, 1'000'000'000, 1);
+  const Eigen::Index most = c.integer("series_rows", 2, 10'000'000, 60'000);
+  if (s.series_every > 0)
+    s.series_every = std::max(s.series_every, (s.data.tested() - 1 + most - 2) / (most - 1));  // and the last row
   s.verdict.confidence = c.number("verdict.confidence", Range::open(0, 1), s.verdict.confidence);
   s.annotations = Annotations::read(c, drift_row_names(s));
   c.finish();

@@ -14,21 +14,29 @@
 
 namespace surveymc {
 
-/// Readings to train on and to monitor, in the units of the sensors.
+/// A user's file: what to read of it, and what is wrong with its rows.
+struct SensorFile {
+  InputFile file;
+  SensorCsvOptions options;
+  SensorQuality found;
+};
+
+/// Readings to train on and to monitor, in the units of the sensors. A file is not held, but read again as it is
+/// monitored; what is held of it is a bounded part to train on.
 struct MonitoringData {
   std::vector<std::string> sensors, units;
-  std::vector<double> time_h;  ///< of every sample
-  Samples readings;            ///< without noise, if simulated
-  bool simulated = false;
-  Eigen::RowVectorXd noise_sd;     ///< drawn for every realisation; 0 where readings are what they are
-  Eigen::Index train = 0;          ///< the first so many samples train the model
-  std::optional<SensorCsv> found;  ///< what was wrong with a user's file
+  std::optional<SensorFile> file;  ///< else a simulated well, with:
+  std::vector<double> time_h;      ///< of every sample
+  Samples readings;                ///< without noise
+  Eigen::RowVectorXd noise_sd;     ///< drawn for every realisation
 
-  Eigen::Index tested() const { return readings.rows() - train; }
-  /// Hours from the first monitored sample.
-  double test_h(Eigen::Index i) const {
-    return time_h[static_cast<std::size_t>(train + i)] - time_h[static_cast<std::size_t>(train)];
-  }
+  Eigen::Index rows = 0, train = 0;         ///< samples; the first `train` of them train the model
+  double test_start_h = 0, test_end_h = 0;  ///< first monitored sample; last one, hours from the first monitored
+  Samples training;                         ///< of the file; of a simulated well without noise
+  Eigen::Index thinned = 1;                 ///< every so many-th row of the file is in `training`
+
+  bool simulated() const { return !file; }
+  Eigen::Index tested() const { return rows - train; }
 };
 
 /// A model that was trained before: the table `model` of a result.
@@ -43,12 +51,14 @@ struct AlarmMethod {
   std::string name;
   std::size_t architecture;  ///< index in `architectures`: whose signal is tested
   enum class Test { sprt, cusum, threshold } test;
+  double setting = 0;  ///< z: shift M of the SPRT, threshold of the others
 };
 
 struct DriftScenario {
   std::uint64_t seed = 0, trials = 1;
   std::vector<Architecture> architectures;
   std::vector<AlarmMethod> methods;
+  std::vector<AlarmMethod> operating;  ///< the same tests at other settings, for the operating curves
   MonitoringData data;
   std::optional<TrainedModel> model;  ///< else trained in every realisation
   Eigen::Index memory_vectors = 0;
@@ -60,15 +70,23 @@ struct DriftScenario {
   DriftFilterOptions filter;
   CusumOptions cusum;
   double threshold = 3;
-  std::int64_t series_every = 1;  ///< 0: no series
+  std::uint64_t calibration_trials = 0;  ///< 0: thresholds of CUSUM and plain threshold as given
+  std::uint64_t calibration_alarms = 0;  ///< of them, those in which the SPRT raised an alarm
+  Eigen::Index series_every = 1;         ///< 0: no series
   VerdictRule verdict;
   Annotations annotations;
 
+  /// `methods`, then `operating`.
+  std::size_t method_count() const { return methods.size() + operating.size(); }
+  const AlarmMethod& method(std::size_t m) const {
+    return m < methods.size() ? methods[m] : operating[m - methods.size()];
+  }
   Eigen::Index sensors() const { return static_cast<Eigen::Index>(data.sensors.size()); }
   bool drifts(Eigen::Index sensor) const { return amplitude[sensor] != 0; }
-  /// n x p, z: linear from start_h to the last sample.
-  Samples drift() const;
-  /// Readings of one realisation, all samples, in the units of the sensors.
+  /// z, of all sensors, so many hours into the test: linear from start_h to the last sample.
+  Eigen::RowVectorXd drift(double test_h) const;
+  bool any_drifts() const { return amplitude.cwiseAbs().maxCoeff() > 0; }
+  /// Readings of one realisation of a simulated well, all samples, in the units of the sensors.
   Samples realisation(std::uint64_t trial) const;
 };
 

@@ -1,11 +1,12 @@
 /// `[source]` of drift_monitoring: a simulated gas-lift well or a user's CSV.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <fmt/format.h>
 
 #include "base/error.h"
-#include "drift_monitoring_scenario.h"
+#include "drift_monitoring.h"
 #include "monitoring/gas_lift_well.h"
 
 namespace surveymc {
@@ -13,7 +14,6 @@ namespace {
 
 MonitoringData read_gas_lift_well(ConfigReader& c) {
   MonitoringData d;
-  d.simulated = true;
   d.sensors = {"PT_f", "PT_t", "PT_g", "PT_m"};
   d.units.assign(4, "kPa");
   InjectionSchedule schedule = gas_lift_schedule(c.boolean("source.out_of_range", false));
@@ -25,6 +25,7 @@ MonitoringData read_gas_lift_well(ConfigReader& c) {
   schedule.rates = rates;
   d.readings = 1e-3 * simulate_gas_lift({}, schedule, sample_s, 5);
   for (Eigen::Index i = 0; i < d.readings.rows(); ++i) d.time_h.push_back(static_cast<double>(i) * sample_s / 3600);
+  d.rows = d.readings.rows();
   d.noise_sd = c.number("source.noise_to_signal", Range{0, 10, false, false}, 0.3) * population_sd(d.readings);
   return d;
 }
@@ -46,7 +47,6 @@ std::vector<std::string> sensor_units(ConfigReader& c, const std::vector<std::st
 
 MonitoringData read_csv_source(ConfigReader& c) {
   MonitoringData d;
-  const std::string file = c.text("source.file");
   SensorCsvOptions options;
   options.time = c.text("source.time");
   options.sensors = d.sensors = c.texts("source.sensors");
@@ -54,40 +54,172 @@ MonitoringData read_csv_source(ConfigReader& c) {
   options.zero_is_defect = c.boolean("source.zeros_are_bad", true);
   options.gap_factor = c.number("source.gap_factor", Range{1, 1e6, true, false}, 1.5);
   d.units = sensor_units(c, d.sensors);
-  const bool skip = c.choice("source.bad_rows", {"reject", "skip"}, "reject") == "skip";
-  SensorCsv csv = read_sensor_csv(c.file_text("source.file").text, file, options);
-  if (!skip) reject_findings(csv, file);
-  d.time_h = csv.time_h;
-  d.readings = Eigen::Map<const Samples>(csv.values.data(), static_cast<Eigen::Index>(csv.lines.size()),
-                                         static_cast<Eigen::Index>(d.sensors.size()));
-  d.noise_sd = Eigen::RowVectorXd::Zero(d.readings.cols());
-  csv.values.clear();
-  d.found = std::move(csv);
+  d.file = SensorFile{c.file("source.file"), std::move(options), {}};
   return d;
+}
+
+constexpr std::size_t kRowsAtATime = 4096;
+
+/// Calls each(time_h, values) for the good rows of a file until it returns false.
+template <class Each>
+void for_rows(const SensorFile& f, Each each) {
+  SensorCsvReader reader(f.file, f.options);
+  const auto p = static_cast<Eigen::Index>(f.options.sensors.size());
+  SensorBlock block;
+  while (reader.next(block, kRowsAtATime))
+    for (std::size_t i = 0; i < block.time_h.size(); ++i)
+      if (!each(block.time_h[i],
+                Eigen::Map<const Eigen::RowVectorXd>(block.values.data() + i * static_cast<std::size_t>(p), p)))
+        return;
+}
+
+/// What is wrong with the file, how many good rows it has, how many lie before `train_h`, and when the last one is.
+struct FileSpan {
+  Eigen::Index rows = 0, before = 0;
+  double end_h = 0;
+};
+FileSpan scan(SensorFile& f, double train_h) {
+  SensorCsvReader reader(f.file, f.options);
+  FileSpan span;
+  SensorBlock block;
+  while (reader.next(block, kRowsAtATime)) {
+    for (const double t : block.time_h) span.before += t < train_h;
+    span.rows += static_cast<Eigen::Index>(block.time_h.size());
+    span.end_h = block.time_h.back();
+  }
+  f.found = reader.found();
+  return span;
+}
+
+/// The row with the largest (sign 1) or smallest (-1) value of a sensor, the first of equals.
+struct Extreme {
+  Eigen::Index sensor;
+  double sign;
+  Eigen::Index row = -1;
+  Eigen::RowVectorXd values = {};
+
+  template <class Values>
+  void offer(Eigen::Index number, const Values& x) {
+    if (row >= 0 && sign * x[sensor] <= sign * values[sensor]) return;
+    row = number;
+    values = x;
+  }
+};
+
+/// `most` rows to train on, or all: every so many-th of the first `train`, and those that hold the largest and the
+/// smallest value of a sensor, which the memory needs. Also finds the time of the first monitored row.
+void read_training(MonitoringData& d, Eigen::Index most) {
+  const auto p = static_cast<Eigen::Index>(d.sensors.size());
+  d.thinned = std::max<Eigen::Index>(1, (d.train + most - 1) / most);
+  std::vector<Extreme> extremes;
+  for (Eigen::Index j = 0; j < p && d.thinned > 1; ++j) {
+    extremes.push_back({j, 1});
+    extremes.push_back({j, -1});
+  }
+  std::map<Eigen::Index, Eigen::RowVectorXd> kept;  // by row number
+  Eigen::Index row = 0;
+  for_rows(*d.file, [&](double time_h, const Eigen::Map<const Eigen::RowVectorXd>& x) {
+    if (row == d.train) {
+      d.test_start_h = time_h;
+      return false;
+    }
+    if (row % d.thinned == 0) kept.emplace_hint(kept.end(), row, x);
+    for (Extreme& e : extremes) e.offer(row, x);
+    ++row;
+    return true;
+  });
+  for (const Extreme& e : extremes) kept.emplace(e.row, e.values);
+  d.training.resize(static_cast<Eigen::Index>(kept.size()), p);
+  Eigen::Index out = 0;
+  for (const auto& [number, x] : kept) d.training.row(out++) = x;
+}
+
+/// `[source] train_fraction` or `train_h`, and what follows from it.
+void divide_file(ConfigReader& c, MonitoringData& d, bool has_model) {
+  SensorFile& f = *d.file;
+  const bool by_share = c.has("source.train_fraction");
+  double share = 0, train_h = 0;
+  if (by_share) {  // of the good rows: files may have gaps of days
+    c.require(!c.has("source.train_h"), "source.train_h", "leave it out where source.train_fraction is given");
+    share = c.number("source.train_fraction", Range::open(0, 1));
+  } else {
+    train_h = has_model ? c.number("source.train_h", Range::non_negative(), 0)
+                        : c.number("source.train_h", Range::positive());
+  }
+  const Eigen::Index most = c.integer("source.training_rows", 1000, 100'000'000, 200'000);
+  // A sample that is meant to lie at train_h belongs to the test, whatever rounding did to its time.
+  const FileSpan span = scan(f, train_h - 1e-9);
+  if (c.choice("source.bad_rows", {"reject", "skip"}, "reject") == "reject") reject_findings(f.found, f.file.path);
+  require(span.rows >= 2, "{}: {} good row{} of {}: must be at least two", f.file.path, span.rows,
+          span.rows == 1 ? "" : "s", f.found.rows_read);
+  d.rows = span.rows;
+  d.train = by_share ? static_cast<Eigen::Index>(std::floor(share * static_cast<double>(d.rows))) : span.before;
+  if (by_share) {
+    c.require(d.train >= 2 && d.tested() >= 2, "source.train_fraction",
+              "must leave two samples to train on and to monitor");
+  } else {
+    c.require(d.tested() >= 2, "source.train_h",
+              fmt::format("must leave samples to monitor: there are {:g} h", span.end_h));
+    c.require(has_model || d.train >= 2, "source.train_h", "must leave at least two samples to train on");
+  }
+  read_training(d, most);
+  d.test_end_h = span.end_h - d.test_start_h;
 }
 
 }  // namespace
 
 MonitoringData read_monitoring_data(ConfigReader& c, bool has_model) {
-  const bool simulated = c.choice("source.name", {"gas_lift_well", "csv"}) == "gas_lift_well";
-  MonitoringData d = simulated ? read_gas_lift_well(c) : read_csv_source(c);
-  const double all_h = d.time_h.back();
-  if (!simulated && c.has("source.train_fraction")) {  // of the good rows: files may have gaps of days
-    c.require(!c.has("source.train_h"), "source.train_h", "leave it out where source.train_fraction is given");
-    const double share = c.number("source.train_fraction", Range::open(0, 1));
-    d.train = static_cast<Eigen::Index>(std::floor(share * static_cast<double>(d.readings.rows())));
-    c.require(d.train >= 2 && d.tested() >= 2, "source.train_fraction",
-              "must leave two samples to train on and to monitor");
+  if (c.choice("source.name", {"gas_lift_well", "csv"}) == "csv") {
+    MonitoringData d = read_csv_source(c);
+    divide_file(c, d, has_model);
     return d;
   }
-  const double train_h = simulated    ? c.number("source.train_h", Range::non_negative(), 90)
-                         : !has_model ? c.number("source.train_h", Range::positive())
-                                      : c.number("source.train_h", Range::non_negative(), 0);
+  MonitoringData d = read_gas_lift_well(c);
+  const double train_h = c.number("source.train_h", Range::non_negative(), 90);
   // Times are sums of steps: a sample that is meant to lie at train_h belongs to the test.
   d.train = std::lower_bound(d.time_h.begin(), d.time_h.end(), train_h - 1e-9) - d.time_h.begin();
-  c.require(d.tested() >= 2, "source.train_h", fmt::format("must leave samples to monitor: there are {:g} h", all_h));
+  c.require(d.tested() >= 2, "source.train_h",
+            fmt::format("must leave samples to monitor: there are {:g} h", d.time_h.back()));
   c.require(has_model || d.train >= 2, "source.train_h", "must leave at least two samples to train on");
+  d.training = d.readings.topRows(d.train);
+  d.test_start_h = d.time_h[static_cast<std::size_t>(d.train)];
+  d.test_end_h = d.time_h.back() - d.test_start_h;
   return d;
+}
+
+void for_each_block(const DriftScenario& s, const Samples& simulated,
+                    const std::function<void(const ReadingBlock&)>& each) {
+  const MonitoringData& d = s.data;
+  ReadingBlock block;
+  if (d.simulated()) {
+    constexpr auto kMost = static_cast<Eigen::Index>(kRowsAtATime);
+    for (Eigen::Index i = d.train; i < d.rows; i += kMost) {
+      const Eigen::Index n = std::min(kMost, d.rows - i);
+      block.test_h.clear();
+      for (Eigen::Index k = i; k < i + n; ++k)
+        block.test_h.push_back(d.time_h[static_cast<std::size_t>(k)] - d.test_start_h);
+      block.readings = simulated.middleRows(i, n);
+      block.truth = d.readings.middleRows(i, n);
+      each(block);
+    }
+    return;
+  }
+  SensorCsvReader reader(d.file->file, d.file->options);
+  const auto p = s.sensors();
+  SensorBlock read;
+  Eigen::Index row = 0;
+  while (reader.next(read, kRowsAtATime)) {
+    const auto n = static_cast<Eigen::Index>(read.time_h.size()), skip = std::clamp<Eigen::Index>(d.train - row, 0, n);
+    row += n;
+    if (skip == n) continue;
+    block.test_h.assign(read.time_h.begin() + skip, read.time_h.end());
+    for (double& t : block.test_h) t -= d.test_start_h;
+    block.readings = Eigen::Map<const Samples>(read.values.data(), n, p).bottomRows(n - skip);
+    each(block);
+  }
+  if (row != d.rows)
+    throw IoError(fmt::format("{}: has {} good rows, and had {}: it was changed while it was read", d.file->file.path,
+                              row, d.rows));
 }
 
 }  // namespace surveymc

@@ -4,8 +4,10 @@
 #include <limits>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "drift_monitoring.h"
+#include "stats/order_statistics.h"
 #include "study/table_writer.h"
 
 namespace surveymc {
@@ -36,28 +38,6 @@ void add_counts(Table& t) {
 }
 void write_counts(TableWriter& w, const Outcomes& o) { w << static_cast<std::int64_t>(o.trials()) << std::int64_t{0}; }
 
-/// Quantile of sorted values, the smallest with at least that share at or below it.
-double quantile(const std::vector<double>& sorted, double share) {
-  const auto rank =
-      static_cast<std::size_t>(std::max(1.0, std::ceil(share * static_cast<double>(sorted.size()) - 1e-9)));
-  return sorted[std::min(rank, sorted.size()) - 1];
-}
-
-/// Order statistics that hold the median with at least this confidence, without any assumption on the distribution:
-/// P(B <= l - 1) <= (1 - confidence) / 2 for B binomial(n, 1/2). With few values: the whole line.
-Interval median_interval(const std::vector<double>& sorted, double confidence) {
-  const std::size_t n = sorted.size();
-  double log_term = -static_cast<double>(n) * std::log(2.0), below = std::exp(log_term);
-  std::size_t l = 0;
-  while (l < n / 2 && below <= (1 - confidence) / 2) {
-    ++l;
-    log_term += std::log(static_cast<double>(n - l + 1) / static_cast<double>(l));
-    below += std::exp(log_term);
-  }
-  if (l == 0) return {0, std::numeric_limits<double>::infinity()};
-  return {sorted[l - 1], sorted[n - l]};
-}
-
 template <class Each>
 void for_methods_and_sensors(const DriftScenario& s, Each each) {
   for (std::size_t m = 0; m < s.methods.size(); ++m)
@@ -81,7 +61,7 @@ Table alarms_table(const DriftScenario& s, const Outcomes& o) {
   add_with_interval(t, "alarms_per_h_without_drift", "1/h", "first alarms per hour until then, if no sensor drifts");
   add_counts(t);
   TableWriter w(std::move(t));
-  const double end = s.data.test_h(s.data.tested() - 1);
+  const double end = s.data.test_end_h;
   for_methods_and_sensors(s, [&](std::size_t m, std::size_t j) {
     const double amplitude = s.amplitude[static_cast<Eigen::Index>(j)];
     const auto value = [&](std::size_t trial, OutcomeLayout::Alarm what) { return o(trial, o.at.alarm(m, j, what)); };
@@ -124,7 +104,7 @@ Table delay_table(const DriftScenario& s, const Outcomes& o) {
   t.columns.push_back(number_column("drift_at_q50_z", "1", "size of the drift at the median delay"));
   add_counts(t);
   TableWriter w(std::move(t));
-  const double ramp = s.data.test_h(s.data.tested() - 1) - s.start_h;
+  const double ramp = s.data.test_end_h - s.start_h;
   for_methods_and_sensors(s, [&](std::size_t m, std::size_t j) {
     const double amplitude = s.amplitude[static_cast<Eigen::Index>(j)];
     if (amplitude == 0) return;
@@ -135,11 +115,11 @@ Table delay_table(const DriftScenario& s, const Outcomes& o) {
       d = std::isnan(d) ? std::numeric_limits<double>::infinity() : d - s.start_h;
     }
     std::sort(delays.begin(), delays.end());
-    const double median = quantile(delays, 0.5);
+    const double median = sorted_quantile(delays, 0.5);
     w << s.methods[m].name << s.data.sensors[j] << amplitude;
     write_share(w, missed, o.trials(), confidence);
     const Interval ci = median_interval(delays, confidence);
-    w << quantile(delays, 0.05) << median << ci.lo << ci.hi << quantile(delays, 0.95)
+    w << sorted_quantile(delays, 0.05) << median << ci.lo << ci.hi << sorted_quantile(delays, 0.95)
       << (std::isfinite(median) ? amplitude * median / ramp : kNaN);
     write_counts(w, o);
   });
@@ -177,7 +157,7 @@ Table blame_table(const DriftScenario& s, const Outcomes& o) {
   return w.take();
 }
 
-Table model_table(const DriftScenario& s, const MonitoredRealisation& r) {
+Table model_table(const DriftScenario& s, const TrainedModel& m) {
   Table t{"model", "the model of the first realisation, for [model] file: scaling in the sensors' units, memory in z"};
   t.columns = {word_column("item", "mean, sd, bandwidth (z), then memory vectors (z)")};
   for (std::size_t j = 0; j < s.data.sensors.size(); ++j)
@@ -187,41 +167,10 @@ Table model_table(const DriftScenario& s, const MonitoredRealisation& r) {
     w << std::string(item);
     for (const double v : x) w << v;
   };
-  put("mean", r.model.scaling.mean);
-  put("sd", r.model.scaling.sd);
-  put("bandwidth", Eigen::RowVectorXd::Constant(s.sensors(), r.model.bandwidth));
-  for (Eigen::Index i = 0; i < r.model.memory.rows(); ++i) put("memory", r.model.memory.row(i));
-  return w.take();
-}
-
-Table series_table(const DriftScenario& s, const MonitoredRealisation& r) {
-  Table t{"series", "first realisation, with drift: what each monitor sees; scaled by the model's mean and sd (z)"};
-  t.columns = {word_column("sensor", "gauge"), number_column("time_h", "h", "hours into the test"),
-               number_column("reading_z", "1", "with drift"),
-               number_column("truth_z", "1", "without noise and drift, where it is known"),
-               number_column("drift_z", "1", "added to the reading")};
-  for (const Architecture a : s.architectures) {
-    const std::string of = std::string("_") + name(a);
-    t.columns.push_back(number_column("prediction" + of, "1", "AAKR, z"));
-    t.columns.push_back(number_column(
-        "signal" + of, "1", a == Architecture::aakr_sprt ? "residual of the reading, z" : "estimated drift, z"));
-    t.columns.push_back(count_column("decision" + of, "of the SPRT: 0, or the sign of the drift"));
-    t.columns.push_back(number_column("nearest" + of, "1", "distance to the nearest memory vector, z"));
-  }
-  TableWriter w(std::move(t));
-  for (std::size_t j = 0; j < s.data.sensors.size(); ++j) {
-    const auto c = static_cast<Eigen::Index>(j);
-    std::vector<AlarmTrace> decisions;
-    for (const AlarmMethod& m : s.methods)
-      if (m.test == AlarmMethod::Test::sprt) decisions.push_back(alarms(s, m, r.with[m.architecture].signal, c));
-    for (Eigen::Index i = 0; i < s.data.tested(); i += s.series_every) {
-      w << s.data.sensors[j] << s.data.test_h(i) << r.readings(i, c) + r.drift(i, c)
-        << (r.truth.size() > 0 ? r.truth(i, c) : kNaN) << r.drift(i, c);
-      for (std::size_t a = 0; a < s.architectures.size(); ++a)
-        w << r.with[a].prediction(i, c) << r.with[a].signal(i, c)
-          << static_cast<std::int64_t>(decisions[a].decision[static_cast<std::size_t>(i)]) << r.with[a].nearest[i];
-    }
-  }
+  put("mean", m.scaling.mean);
+  put("sd", m.scaling.sd);
+  put("bandwidth", Eigen::RowVectorXd::Constant(s.sensors(), m.bandwidth));
+  for (Eigen::Index i = 0; i < m.memory.rows(); ++i) put("memory", m.memory.row(i));
   return w.take();
 }
 
@@ -237,19 +186,26 @@ Table bandwidth_table(const DriftScenario& s) {
   return w.take();
 }
 
-Table data_quality_table(const SensorCsv& found) {
+Table data_quality_table(const MonitoringData& d) {
+  const SensorQuality& found = d.file->found;
   Table t{"data_quality", "what was wrong with the rows of the file"};
   t.columns = {word_column("finding", "kind of defect, or gap"), count_column("rows", "how many rows have it"),
                word_column("action", "what was done"), word_column("lines", "the first ten lines of the file")};
   TableWriter w(std::move(t));
-  const auto put = [&](const std::string& kind, const Finding& f, const std::string& action) {
-    w << kind << static_cast<std::int64_t>(f.rows) << action << fmt::format("{}", fmt::join(f.lines, " "));
+  const auto put = [&](const std::string& kind, std::uint64_t rows, const std::string& action,
+                       const std::vector<std::int64_t>& lines = {}) {
+    w << kind << static_cast<std::int64_t>(rows) << (rows > 0 ? action : "")
+      << fmt::format("{}", fmt::join(lines, " "));
   };
-  for (int d = 0; d < kRowDefects; ++d)
-    put(name(static_cast<RowDefect>(d)), found.defects[d], found.defects[d].rows > 0 ? "rows left out" : "");
-  put("gap", found.gaps, found.gaps.rows > 0 ? "kept, time goes on" : "");
-  w << std::string("good_rows") << static_cast<std::int64_t>(found.lines.size()) << std::string("used")
-    << std::string();
+  for (int i = 0; i < kRowDefects; ++i)
+    put(name(static_cast<RowDefect>(i)), found.defects[i].rows, "rows left out", found.defects[i].lines);
+  put("gap", found.gaps.rows, "kept, time goes on", found.gaps.lines);
+  put("good_rows", found.good_rows, "used");
+  const auto trained = static_cast<std::uint64_t>(d.training.rows());
+  put("training_rows", trained,
+      d.thinned > 1 ? fmt::format("of {}: every {}th, and the largest and smallest of each sensor", d.train, d.thinned)
+                    : "used");
+  put("monitored_rows", static_cast<std::uint64_t>(d.tested()), "used");
   return w.take();
 }
 

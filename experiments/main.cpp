@@ -245,34 +245,43 @@ int show(const std::string& file, const std::string& name, bool csv) {
 }
 
 /// The files that were stored beside the config, as the config reader wants them.
-std::vector<InputTable> stored_inputs(const Result& result) {
-  std::vector<InputTable> files;
+struct StoredInputs {
+  std::vector<InputTable> tables;
+  std::vector<InputText> texts;
+  std::vector<InputReference> references;
+};
+
+StoredInputs stored_inputs(const Result& result) {
+  StoredInputs files;
   for (const InputData& in : result.inputs) {
-    if (std::holds_alternative<std::vector<std::string>>(in.table.columns.front().values)) continue;
-    InputTable t;
-    t.path = in.path;
-    for (const Column& c : in.table.columns) {
-      t.names.push_back(c.name);
-      t.columns.push_back(std::get<std::vector<double>>(c.values));
+    const Table& t = in.table;
+    if (const auto* words = std::get_if<std::vector<std::string>>(&t.columns.front().values)) {
+      if (t.columns.front().name == "line")
+        files.texts.push_back({in.path, fmt::format("{}", fmt::join(*words, "\n"))});
+      else
+        files.references.push_back(
+            {in.path, static_cast<std::uint64_t>(std::get<std::vector<std::int64_t>>(t.column("size_bytes").values)[0]),
+             words->front(), std::get<std::vector<std::string>>(t.column("header").values)[0]});
+      continue;
     }
-    for (std::size_t row = 0; row < in.table.rows(); ++row) t.lines.push_back(static_cast<int>(row) + 2);
-    files.push_back(std::move(t));
+    InputTable read;
+    read.path = in.path;
+    for (const Column& c : t.columns) {
+      read.names.push_back(c.name);
+      read.columns.push_back(std::get<std::vector<double>>(c.values));
+    }
+    for (std::size_t row = 0; row < t.rows(); ++row) read.lines.push_back(static_cast<int>(row) + 2);
+    files.tables.push_back(std::move(read));
   }
   return files;
 }
 
-std::vector<InputText> stored_texts(const Result& result) {
-  std::vector<InputText> files;
-  for (const InputData& in : result.inputs) {
-    const auto* lines = std::get_if<std::vector<std::string>>(&in.table.columns.front().values);
-    if (lines) files.push_back({in.path, fmt::format("{}", fmt::join(*lines, "\n"))});
-  }
-  return files;
-}
-
-int rerun(const std::string& file, int threads, const std::string& command) {
+/// `folder`: that of the config, where files are that were too large to be stored.
+int rerun(const std::string& file, const std::string& folder, int threads, const std::string& command) {
   const Result stored = read_result(file);
-  Config config = Config::from_text(stored.provenance.config, file, stored_inputs(stored), stored_texts(stored));
+  StoredInputs in = stored_inputs(stored);
+  Config config = Config::from_text(stored.provenance.config, file, std::move(in.tables), std::move(in.texts),
+                                    std::move(in.references), folder);
   const std::vector<Experiment> all = all_experiments();
   const Experiment& experiment = find_experiment(all, config);
   const PreparedRun prepared = prepare_run(experiment, std::move(config));
@@ -300,7 +309,7 @@ int guarded_main(int argc, char** argv) {
       "--version", fmt::format("surveymc {} ({}), {}, {}", kVersion, kGitRevision, kCompiler, name(instruction_set())));
   app.require_subcommand(1);
   RunArguments a;
-  std::string file, table;
+  std::string file, table, inputs = ".";
   bool csv = false;
   const auto config_options = [&](CLI::App* sub) {
     sub->add_option("config", a.config, "TOML config of an experiment")->required();
@@ -330,6 +339,8 @@ int guarded_main(int argc, char** argv) {
   show_command->add_flag("--csv", csv, "as CSV");
   CLI::App* rerun_command = app.add_subcommand("rerun", "repeat a result from what is stored in it and compare");
   rerun_command->add_option("file", file, "result file")->required();
+  rerun_command->add_option(
+      "--inputs", inputs, "folder of the config, where input files are that were too large to be stored (this folder)");
   thread_option(rerun_command);
   try {
     app.parse(argc, argv);
@@ -345,7 +356,7 @@ int guarded_main(int argc, char** argv) {
   if (*check_command) return check(a);
   if (*run_command) return run(a, command);
   if (*show_command) return show(file, table, csv);
-  return rerun(file, a.threads, command);
+  return rerun(file, inputs, a.threads, command);
 }
 
 }  // namespace

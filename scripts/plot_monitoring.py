@@ -1,22 +1,26 @@
 #!/usr/bin/python3
-"""Figures of a drift_monitoring result: which sensors drift, when the monitors say so, and whom they blame.
+"""Figures of a drift_monitoring or mwd_drift result: which sensors drift, when the monitors say so, and whom they blame.
 
     plot_monitoring.py RESULT.h5 [-o FOLDER] [--point I] [--sensors NAME ...]
 
 <stem>_predictions   readings, truth and what each monitor takes for the correct reading (figures 4 and 7 of the source)
 <stem>_decisions     drift estimate or residual of each monitor, its alarms shaded (figures 5, 6, 8 and 9)
 <stem>_delay         time to the first alarm over all realisations: quantiles, misses, false blame
+<stem>_curves        with [operating]: delay against false alarms and false blame, a line a method
 <stem>_operating     of a sweep: delay against the chance to blame a healthy sensor, and misses
 
 each as PNG and SVG. The first two show the first realisation; of a sweep, the point given by --point (counted from 0), if
 the series was kept. --sensors chooses what they show (the first sensor that drifts and all healthy ones).
+Those of mwd_drift: mwd_drift_figures.py.
 """
 
 import os
 
 import matplotlib.pyplot as plt
+import h5py
 import numpy as np
 
+import mwd_drift_figures
 import plotting
 from plotting import PlotError
 
@@ -59,6 +63,21 @@ def runs(decision):
     return list(zip(np.flatnonzero(np.diff(on) == 1), np.flatnonzero(np.diff(on) == -1) - 1))
 
 
+def keep_in_view(ax, least, *series):
+    """Limits that show all but outliers (a dropout of a second must not flatten 100 h), and how many those are."""
+    values = np.concatenate([np.asarray(x)[np.isfinite(x)] for x in series])
+    low, high = np.quantile(values, (0.001, 0.999))
+    low, high = min(low, least[0]), max(high, least[1])
+    room = 0.25 * (high - low) or 1.0
+    outside = max(int(np.sum((x < low - room) | (x > high + room))) for x in series)
+    if outside == 0:
+        low, high, room = min(low, np.min(values)), max(high, np.max(values)), 0.06 * (high - low)
+    else:
+        ax.text(0.992, 0.04, f"{outside} sample{'' if outside == 1 else 's'} outside the panel", transform=ax.transAxes,
+                ha="right", va="bottom", fontsize="small", bbox={"color": "white", "alpha": 0.8, "pad": 1.5})
+    ax.set_ylim(low - room, high + room)
+
+
 def panels(count):
     figure, axes = plt.subplots(count, 1, figsize=(11.5, 1.3 + 2.6 * count), sharex=True, squeeze=False)
     figure.subplots_adjust(left=0.075, right=0.985, top=1 - 0.95 / figure.get_figheight(),
@@ -73,6 +92,8 @@ def predictions_figure(title, series, model, sensors):
         s = of_sensor(series, name)
         mean, sd = model[name][0], model[name][1]
         unit = model.units.get(name, "")
+        if unit == "Pa":  # no gauge of a well is read in units of 1e-7 of what it shows
+            mean, sd, unit = mean / 1e3, sd / 1e3, "kPa"
         t = s["time_h"]
         ax.plot(t, mean + sd * s["reading_z"], color=READING, linewidth=0.6, label="reading", rasterized=True)
         for m in present(series):
@@ -83,6 +104,9 @@ def predictions_figure(title, series, model, sensors):
         ax.set_title(f"{name}: drifts" if np.any(s["drift_z"] != 0) else f"{name}: healthy")
         ax.set_ylabel(f"{name} ({unit})")
         ax.set_xlim(t[0], t[-1])
+        ax.ticklabel_format(axis="y", style="plain", useOffset=False)
+        shown = [mean + sd * s[k] for k in ("reading_z", *(f"prediction_{m}" for m in present(series)))]
+        keep_in_view(ax, (np.inf, -np.inf), *shown)
     handles, labels = axes[0].get_legend_handles_labels()
     legend = figure.legend(handles, labels, loc="upper right", ncol=len(labels),
                            bbox_to_anchor=(0.985, 1 - 0.36 / figure.get_figheight()))
@@ -110,8 +134,8 @@ def decisions_figure(title, series, sensors):
         ax.set_title(f"{label}: {name}, {'drifts' if np.any(s['drift_z'] != 0) else 'healthy'}")
         ax.set_ylabel("Drift (z)")
         ax.set_xlim(t[0], t[-1])
-        low, high = ax.get_ylim()
-        ax.set_ylim(min(low, -1.0), max(high, 2.0))  # a healthy sensor's estimate is seen small, and the legend has room
+        # A healthy sensor's estimate is seen small, and the legend has room.
+        keep_in_view(ax, (-1.0, 2.0), s[f"signal_{m}"], s["drift_z"])
         ax.legend(loc="upper left", ncol=2)
     axes[-1].set_xlabel("Time in the test (h)")
     return figure
@@ -124,10 +148,10 @@ def error_bars(low, middle, high):
 def delay_figure(title, delay, blame, alarms):
     """Left: delay quantiles of every drifting sensor. Right: chances of a miss and of false blame."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(11.5, 5.2), width_ratios=(3, 2))
-    figure.subplots_adjust(left=0.075, right=0.985, top=0.79, bottom=0.12, wspace=0.22)
+    figure.subplots_adjust(left=0.075, right=0.985, top=0.755, bottom=0.12, wspace=0.22)
     trials = int(delay["trials"][0])
-    heading(figure, title, f"{trials} realisations of the noise. Bars: 5 to 95 % of the realisations; "
-            "right: 95 % intervals.")
+    heading(figure, title, "One file: nothing is drawn, so that there are no intervals." if trials == 1 else
+            f"{trials} realisations of the noise. Bars: 5 to 95 % of the realisations; right: 95 % intervals.")
     sensors = list(dict.fromkeys(delay["sensor"]))
     methods = list(dict.fromkeys(delay["architecture"]))
     finite = delay["delay_q95_h"][np.isfinite(delay["delay_q95_h"])]
@@ -144,8 +168,8 @@ def delay_figure(title, delay, blame, alarms):
         for x, value, low, high in ((0, r["p_healthy_blamed"], r["p_healthy_blamed_ci_low"], r["p_healthy_blamed_ci_high"]),
                                     (1, 1 - r["p_all_found"], 1 - r["p_all_found_ci_high"], 1 - r["p_all_found_ci_low"])):
             if np.isfinite(value):
-                right.errorbar([x + at], [100 * value], yerr=100 * error_bars(low, value, high), color=colour,
-                               marker=marker, capsize=4)
+                right.errorbar([x + at], [100 * value], yerr=None if trials == 1 else 100 * error_bars(low, value, high),
+                               color=colour, marker=marker, capsize=4)
     left.set_xticks(range(len(sensors)), sensors)
     left.set_xlim(-0.6, len(sensors) - 0.4)
     left.set_ylim(0, 1.05 * top)
@@ -155,6 +179,9 @@ def delay_figure(title, delay, blame, alarms):
     right.set_xlim(-0.6, 1.6)
     right.set_ylim(-4, 104)
     right.set_ylabel("Share of realisations (%)")
+    if trials == 1:
+        right.set_yticks((0, 100), ("no", "yes"))
+        right.set_ylabel("")
     right.set_title("Errors")
     figure.legend(*left.get_legend_handles_labels(), loc="upper left", ncol=len(methods),
                   bbox_to_anchor=(0.012, 1 - 0.58 / figure.get_figheight()))
@@ -164,10 +191,12 @@ def delay_figure(title, delay, blame, alarms):
 def operating_figure(title, delay, blame, keys, points):
     """Median delay (of the sensor that takes longest) against the chance of false blame, one mark a point and method."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(13.0, 6.4), width_ratios=(3, 2))
-    figure.subplots_adjust(left=0.06, right=0.985, top=0.83, bottom=0.17, wspace=0.2)
+    figure.subplots_adjust(left=0.06, right=0.985, top=0.80, bottom=0.17, wspace=0.2)
     heading(figure, title, "Every point of the sweep: its slowest drifting sensor, and how often a healthy one is blamed "
             "(95 % intervals).")
     names = [plotting.point_name(keys, p) for p in points]
+    medians = delay["delay_q95_h"][np.isfinite(delay["delay_q95_h"])]
+    top = 1.12 * np.max(medians) if len(medians) else 1.0  # where misses are drawn: they are not soon, but never
     for m in MONITORS:
         label, colour, marker = LOOK[m]
         for n, p in enumerate(points):
@@ -185,7 +214,7 @@ def operating_figure(title, delay, blame, keys, points):
                 left.errorbar([n + shift], shown, yerr=error_bars(low, middle, high if np.isfinite(high) else middle),
                               color=colour, marker=marker, capsize=3, linestyle="none")
             else:
-                left.plot([n + shift], [2], marker="x", color=colour, linestyle="none", markersize=8)
+                left.plot([n + shift], [top], marker="x", color=colour, linestyle="none", markersize=8)
             if np.isfinite(b["p_healthy_blamed"]):
                 value = b["p_healthy_blamed"]
                 right.errorbar([100 * value], [n + shift], color=colour, marker=marker, capsize=3, linestyle="none",
@@ -193,7 +222,7 @@ def operating_figure(title, delay, blame, keys, points):
         left.plot([], [], color=colour, marker=marker, linestyle="none", label=label)
     left.plot([], [], color="#555555", marker="x", linestyle="none", markersize=8, label="missed in most realisations")
     left.set_xticks(range(len(names)), names, rotation=40, ha="right")
-    left.set_ylim(0, None)
+    left.set_ylim(0, 1.05 * top)
     left.set_ylabel("Median delay, bars 5 to 95 % (h)")
     left.set_title("Slowest drifting sensor")
     right.set_yticks(range(len(names)), names)
@@ -206,10 +235,60 @@ def operating_figure(title, delay, blame, keys, points):
     return figure
 
 
+def curves_figure(title, operating):
+    """Operating curves of the sensor that takes longest: its median delay against errors, a mark a setting."""
+    figure, axes = plt.subplots(1, 2, figsize=(11.5, 5.6), sharey=True)
+    figure.subplots_adjust(left=0.065, right=0.985, top=0.75, bottom=0.12, wspace=0.07)
+    finite = operating["delay_q50_h"][np.isfinite(operating["delay_q50_h"])]
+    top = 1.18 * np.max(finite) if len(finite) else 1.0
+    medians = {s: np.median(np.minimum(operating.where(lambda i, s=s: operating["sensor"][i] == s)["delay_q50_h"], top))
+               for s in dict.fromkeys(operating["sensor"])}
+    sensor = max(medians, key=medians.get)
+    heading(figure, title, f"{int(operating['trials'][0])} realisations. {sensor}: median delay with its 95 % interval; "
+            "a mark a setting: M of the SPRT, or the threshold (z).\nMarks are set apart by up to 1 % for each method, "
+            "so that those at 0 and at 100 % can be told.")
+    shown = operating.where(lambda i: operating["sensor"][i] == sensor)
+    for m in dict.fromkeys(shown["architecture"]):
+        label, colour, marker = LOOK[m]
+        of = shown.where(lambda i, m=m: shown["architecture"][i] == m)
+        label = f"{label}, {np.min(of['value_z']):g} to {np.max(of['value_z']):g}"
+        apart = 0.7 * (list(LOOK).index(m) - 1.5)
+        missed = ~np.isfinite(of["delay_q50_h"])
+        y = np.where(missed, 0.96 * top, of["delay_q50_h"])
+        low = np.where(missed, y, np.minimum(of["delay_q50_h_ci_low"], y))
+        high = np.where(missed, y, np.minimum(of["delay_q50_h_ci_high"], top))
+        for ax, column in zip(axes, ("p_alarm_without_drift", "p_healthy_blamed")):
+            x = 100 * of[column] + apart
+            if not np.any(np.isfinite(x)):
+                continue
+            ax.plot(x, y, color=colour, linewidth=1.0, alpha=0.7)
+            ax.errorbar(x, y, yerr=[y - low, high - y], color=colour, marker=marker, markersize=5, linestyle="none", capsize=2,
+                        label=label)
+            ax.plot(x[missed], y[missed], color=colour, marker="x", markersize=11, linestyle="none")
+    for ax, label in zip(axes, ("Realisations with a false alarm of any sensor, without drift (%)",
+                                "Realisations that blame a healthy sensor, with drift (%)")):
+        ax.set_xlim(-5, 105)
+        ax.set_ylim(0, top)
+        ax.set_xlabel(label)
+    axes[0].set_ylabel(f"Median delay of {sensor} (h; x: mostly missed)")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="upper left", ncol=4,
+                  bbox_to_anchor=(0.012, 1 - 0.85 / figure.get_figheight()))
+    return figure
+
+
 def read_model(file, keys, point):
     model = plotting.at_point(plotting.read_table(file, "model"), keys, point)
     model.units = {k: plotting.text_attribute(d, "units") for k, d in file["tables/model"].items()}
     return model
+
+
+def is_mwd_drift(path):
+    """What cannot be opened is left to open_result() to refuse."""
+    try:
+        with h5py.File(path, "r") as file:
+            return plotting.text_attribute(file, "experiment") == "mwd_drift"
+    except OSError:
+        return False
 
 
 def main():
@@ -218,6 +297,12 @@ def main():
     parser.add_argument("--sensors", nargs="+", metavar="NAME", help="what the first two figures show")
     arguments = parser.parse_args()
     plotting.use_style()
+    stem = os.path.splitext(os.path.basename(arguments.result))[0]
+    if is_mwd_drift(arguments.result):
+        with plotting.open_result(arguments.result, "mwd_drift") as file:
+            folder = plotting.figures_folder(arguments.output, arguments.result)
+            mwd_drift_figures.draw(file, stem, folder, arguments.point)
+        return
     with plotting.open_result(arguments.result, "drift_monitoring") as file:
         config = plotting.configuration(file)
         delay, blame, alarms, series = (plotting.read_table(file, n) for n in ("delay", "blame", "alarms", "series"))
@@ -227,7 +312,6 @@ def main():
             raise PlotError(f"--point {arguments.point}: must be in [0, {len(points) - 1}]", plotting.USAGE)
         point = points[arguments.point]
         title = plotting.text_attribute(file, "title")
-        stem = os.path.splitext(os.path.basename(arguments.result))[0]
         folder = plotting.figures_folder(arguments.output, arguments.result)
         if len(points) > 1:
             if delay.rows:
@@ -239,6 +323,9 @@ def main():
             model = read_model(file, keys, point)
             plotting.save(predictions_figure(title, shown, model, sensors), folder, f"{stem}_predictions")
             plotting.save(decisions_figure(title, shown, sensors), folder, f"{stem}_decisions")
+        operating = plotting.at_point(plotting.read_table(file, "operating"), keys, point)
+        if operating is not None and operating.rows:
+            plotting.save(curves_figure(title, operating), folder, f"{stem}_curves")
         of_point = plotting.at_point(delay, keys, point)
         if of_point.rows:
             plotting.save(delay_figure(title, of_point, plotting.at_point(blame, keys, point), alarms), folder,

@@ -32,16 +32,22 @@ Config Config::load(const std::filesystem::path& path, const std::vector<std::st
 }
 
 Config Config::from_text(const std::string& text, const std::string& label, std::vector<InputTable> files,
-                         std::vector<InputText> texts) {
+                         std::vector<InputText> texts, std::vector<InputReference> references,
+                         const std::filesystem::path& folder) {
   Config config(std::make_unique<Impl>());
   ConfigDocument& doc = *config.impl_->doc;
   doc.label = label;
   doc.is_from_result = true;
+  doc.folder = folder;
   for (auto& f : files) {
     std::string path = f.path;
     doc.stored_files.emplace(std::move(path), std::move(f));
   }
   for (auto& t : texts) doc.stored_texts.emplace(std::move(t.path), std::move(t.text));
+  for (auto& r : references) {
+    std::string path = r.path;
+    doc.stored_references.emplace(std::move(path), std::move(r));
+  }
   doc.build(parse_document(text, label), {});
   return config;
 }
@@ -91,6 +97,12 @@ std::vector<InputText> Config::input_texts() const {
   return out;
 }
 
+std::vector<InputReference> Config::input_references() const {
+  std::vector<InputReference> out;
+  for (const auto& [path, reference] : impl_->doc->references) out.push_back(reference);
+  return out;
+}
+
 std::string Config::hash() const {
   static_assert(std::endian::native == std::endian::little, "the hash is over little-endian numbers");
   XXH3_state_t state;
@@ -118,6 +130,11 @@ std::string Config::hash() const {
   for (const auto& [path, text] : impl_->doc->texts) {
     add_text(path);
     add_text(text);
+  }
+  for (const auto& [path, reference] : impl_->doc->references) {
+    add_text(path);
+    add_size(reference.size);
+    add_text(reference.hash);
   }
   const XXH128_hash_t h = XXH3_128bits_digest(&state);
   return fmt::format("{:016x}{:016x}", h.high64, h.low64);

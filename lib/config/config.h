@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "config/input_file.h"
 #include "config/input_table.h"
 
 namespace surveymc {
@@ -79,6 +80,9 @@ class ConfigReader {
   InputTable csv(const std::string& key);
   /// The text of the file that `key` names, relative to the config's folder, for a format of the study's own.
   InputText file_text(const std::string& key);
+  /// The same for a file of any size, to be read line by line. One of more than kLargestStoredFile bytes is read once
+  /// for its hash, and is not stored.
+  InputFile file(const std::string& key);
   /// A table of numbers out of the file that `key` names: load(path) reads it, unless the result that is run again has
   /// it. IoError of load becomes the message of an InputError.
   InputTable table(const std::string& key, const std::function<InputTable(const std::filesystem::path&)>& load);
@@ -115,9 +119,11 @@ class Config {
   /// A key named there is taken out of [sweep] and of every case, because the user has fixed it; `sweep.KEY=[...]`
   /// gives KEY's list anew. Throws InputError.
   static Config load(const std::filesystem::path& path, const std::vector<std::string>& overrides);
-  /// The config stored in a result, with the files that were stored beside it.
+  /// The config stored in a result, with the files that were stored beside it. `references` are files that were too
+  /// large for that: they are looked for in `folder`, and must be the same bytes.
   static Config from_text(const std::string& text, const std::string& label, std::vector<InputTable> files,
-                          std::vector<InputText> texts = {});
+                          std::vector<InputText> texts = {}, std::vector<InputReference> references = {},
+                          const std::filesystem::path& folder = {});
 
   ~Config();
   Config(Config&&) noexcept;
@@ -144,7 +150,9 @@ class Config {
   std::vector<InputTable> inputs() const;
   /// Every TOML file that was read besides the config (toml()), shipped ones too, once each, in order of path.
   std::vector<InputText> input_texts() const;
-  /// 128-bit XXH3 in hex of resolved_text() and the input files' contents.
+  /// Every file that was read and is too large to be stored, once each, in order of path.
+  std::vector<InputReference> input_references() const;
+  /// 128-bit XXH3 in hex of resolved_text() and the input files' contents (of large files, their hash).
   std::string hash() const;
 
  private:

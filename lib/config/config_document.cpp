@@ -162,6 +162,48 @@ InputText ConfigDocument::text(const TomlNode& n, const std::string& key, const 
   return {path, texts.emplace(path, shipped ? shipped->text : bytes_of(n, key, folder)).first->second};
 }
 
+InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {
+  const auto held = [&] {
+    InputText t = text(n, key, nullptr);
+    const std::uint64_t size = t.text.size();
+    return InputFile{t.path, std::make_shared<const std::string>(std::move(t.text)), {}, size};
+  };
+  if (!n.is_text() || n.text.empty() || n.text.find('\0') != std::string::npos) return held();  // which refuses it
+  const fs::path place = folder / n.text;
+  if (const auto it = references.find(n.text); it != references.end()) return {n.text, nullptr, place, it->second.size};
+  const auto stored = stored_references.find(n.text);
+  if (is_from_result && stored == stored_references.end()) return held();
+  std::error_code error;
+  const bool is_file = fs::is_regular_file(place, error);
+  if (is_from_result) {
+    const InputReference& was = stored->second;
+    const std::string what =
+        fmt::format("is too large to be stored in the result ({} bytes, hash {})", was.size, was.hash);
+    if (!is_file)
+      refuse(n, key,
+             fmt::format("{}: it is not at {}: name the folder of the config with --inputs", what, place.string()));
+    try {
+      const InputReference now = describe_file(n.text, place);
+      if (now.hash != was.hash || now.size != was.size)
+        refuse(n, key,
+               fmt::format("{}: the file at {} is another one ({} bytes, hash {})", what, place.string(), now.size,
+                           now.hash));
+    } catch (const IoError& e) {
+      refuse(n, key, fmt::format("{}: cannot be read: {}", what, e.what()));
+    }
+    references.emplace(*stored);
+    return {n.text, nullptr, place, was.size};
+  }
+  if (!is_file || fs::file_size(place, error) <= kLargestStoredFile) return held();
+  try {
+    const InputReference r = describe_file(n.text, place);
+    references.emplace(n.text, r);
+    return {n.text, nullptr, place, r.size};
+  } catch (const IoError& e) {
+    refuse(n, key, fmt::format("cannot be read: {}", e.what()));
+  }
+}
+
 // ---------------------------------------------------------------------------------------------------------- resolved
 
 namespace {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "config/input_file.h"
 #include "config/input_table.h"
 #include "config/sweep.h"
 #include "config/toml_tree.h"
@@ -24,9 +25,10 @@ struct UsedDefault {
 struct ConfigDocument {
   std::string label;             // the path as given, for messages
   std::filesystem::path folder;  // files are relative to it
-  bool is_from_result = false;   // files are those in `stored_files`, not on disk
+  bool is_from_result = false;   // files are those in `stored_files`, not on disk; large ones are in `folder`
   std::map<std::string, InputTable> stored_files;
   std::map<std::string, std::string> stored_texts;
+  std::map<std::string, InputReference> stored_references;
 
   TomlNode base;  // without [sweep], with overrides
   Sweep sweep;
@@ -37,6 +39,7 @@ struct ConfigDocument {
   std::set<std::string> known_absent;  // has() has said no: a default must not make it say yes
   std::map<std::string, InputTable> inputs;
   std::map<std::string, std::string> texts;
+  std::map<std::string, InputReference> references;  // files that are too large to be stored
 
   /// Takes the parsed file apart and checks the keys that every file has. Set the members above `base` before.
   void build(TomlNode root, const std::vector<std::string>& overrides);
@@ -51,6 +54,8 @@ struct ConfigDocument {
                           const std::function<InputTable(const std::filesystem::path&)>& load);
   /// A file other than a table that `n`, the value of `key`, names; `shipped` stands for it if it is not null.
   InputText text(const TomlNode& n, const std::string& key, const InputText* shipped);
+  /// The same for a file that may be too large to be held.
+  InputFile file(const TomlNode& n, const std::string& key);
   /// See Config.
   std::string resolved_text() const;
 };

@@ -220,6 +220,11 @@ InputText ConfigReader::file_text(const std::string& key) {
   return state_->point->doc->text(*found.node, found.key, nullptr);
 }
 
+InputFile ConfigReader::file(const std::string& key) {
+  const auto found = state_->need(key);
+  return state_->point->doc->file(*found.node, found.key);
+}
+
 InputTable ConfigReader::table(const std::string& key,
                                const std::function<InputTable(const std::filesystem::path&)>& load) {
   const auto found = state_->need(key);

@@ -4,23 +4,12 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <optional>
 
 #include "base/error.h"
 #include "config/text.h"
 
 namespace surveymc {
 namespace {
-
-/// Next line without its end; false at the end of the text.
-bool next_line(std::string_view& rest, std::string_view& line) {
-  if (rest.empty()) return false;
-  const std::size_t end = std::min(rest.find('\n'), rest.size());
-  line = rest.substr(0, end);
-  rest.remove_prefix(std::min(end + 1, rest.size()));
-  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-  return true;
-}
 
 /// Cells between commas; a cell in quotes may hold commas. Views into the line: reading is the whole run's cost.
 void split(std::string_view line, std::vector<std::string_view>& cells) {
@@ -85,53 +74,6 @@ std::size_t column_of(const std::vector<std::string_view>& header, const std::st
   return static_cast<std::size_t>(it - header.begin());
 }
 
-/// Where the columns stand, and how to read a time.
-struct Layout {
-  std::size_t width, time;
-  std::vector<std::size_t> sensors;
-  double time_unit;
-};
-
-struct Row {
-  std::optional<RowDefect> defect;
-  double seconds = 0;
-};
-
-/// Judges a row; appends its values, good or not, to `values`.
-Row judge_row(const std::vector<std::string_view>& cells, const Layout& at, bool zero_is_defect,
-              std::optional<double> latest, std::vector<double>& values) {
-  if (cells.size() != at.width) return {RowDefect::cells};
-  const std::string_view time = cells[at.time];
-  const auto clock = at.time_unit > 0 ? number_of(time) : iso_seconds(time);
-  if (!clock || !std::isfinite(*clock)) return {RowDefect::bad_time};
-  const double seconds = at.time_unit > 0 ? *clock * at.time_unit : *clock;
-  if (latest && seconds == *latest) return {RowDefect::repeated_time, seconds};
-  if (latest && seconds < *latest) return {RowDefect::unsorted_time, seconds};
-  Row row{std::nullopt, seconds};
-  for (const std::size_t c : at.sensors) {
-    const auto x = number_of(cells[c]);
-    if (cells[c].empty() || (x && std::isnan(*x)))
-      row.defect = std::min(row.defect.value_or(RowDefect::empty), RowDefect::empty);
-    else if (!x || !std::isfinite(*x))
-      row.defect = std::min(row.defect.value_or(RowDefect::text), RowDefect::text);
-    else if (*x == 0 && zero_is_defect && !row.defect)
-      row.defect = RowDefect::zero;
-    values.push_back(x.value_or(0));
-  }
-  return row;
-}
-
-void find_gaps(SensorCsv& csv, double factor) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < csv.time_h.size(); ++i) steps.push_back(csv.time_h[i] - csv.time_h[i - 1]);
-  std::vector<double> sorted = steps;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  csv.median_step_h = *middle;
-  for (std::size_t i = 0; i < steps.size(); ++i)
-    if (steps[i] > factor * csv.median_step_h) csv.gaps.add(csv.lines[i + 1]);
-}
-
 std::string in_words(const Finding& f, const std::string& what) {
   std::string lines;
   for (const auto l : f.lines) lines += (lines.empty() ? "" : ", ") + std::to_string(l);
@@ -151,46 +93,102 @@ const char* name(RowDefect d) {
   return kNames[static_cast<int>(d)];
 }
 
-SensorCsv read_sensor_csv(std::string_view text, const std::string& path, const SensorCsvOptions& options) {
-  if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
-  SensorCsv csv;
-  std::optional<Layout> layout;
-  std::vector<std::string_view> cells;
-  std::optional<double> first, latest;
-  std::string_view line;
-  for (std::int64_t number = 1; next_line(text, line); ++number) {
-    const std::string_view content = trimmed(line);
-    if (content.empty() || content.front() == '#') continue;
-    split(line, cells);
-    if (!layout) {
-      const std::string place = fmt::format("{}:{}", path, number);
-      layout = Layout{cells.size(), column_of(cells, options.time, place), {}, time_unit(options.time)};
-      for (const std::string& s : options.sensors) layout->sensors.push_back(column_of(cells, s, place));
-      continue;
-    }
-    ++csv.rows_read;
-    const std::size_t before = csv.values.size();
-    const Row row = judge_row(cells, *layout, options.zero_is_defect, latest, csv.values);
-    if (row.defect) {
-      csv.values.resize(before);
-      csv.defects[static_cast<int>(*row.defect)].add(number);
-      // The clock of a row with a dead sensor still counts; that of a wrong clock does not.
-      if (*row.defect >= RowDefect::empty) latest = row.seconds;
-      continue;
-    }
-    latest = row.seconds;
-    if (!first) first = row.seconds;
-    csv.time_h.push_back((row.seconds - *first) / 3600);
-    csv.lines.push_back(number);
-  }
-  require(layout.has_value(), "{}: is empty: must have a line of column names, then rows", path);
-  require(csv.lines.size() >= 2, "{}: {} good row{} of {}: must be at least two", path, csv.lines.size(),
-          csv.lines.size() == 1 ? "" : "s", csv.rows_read);
-  find_gaps(csv, options.gap_factor);
-  return csv;
+SensorCsvReader::SensorCsvReader(const InputFile& file, const SensorCsvOptions& options)
+    : lines_(file), options_(options), path_(file.path) {
+  read_header();
 }
 
-void reject_findings(const SensorCsv& csv, const std::string& path) {
+void SensorCsvReader::read_header() {
+  std::string_view line;
+  while (lines_.next(line)) {
+    const std::string_view content = trimmed(line);
+    if (content.empty() || content.front() == '#') continue;
+    split(line, cells_);
+    const std::string place = fmt::format("{}:{}", path_, lines_.number());
+    layout_ = Layout{cells_.size(), column_of(cells_, options_.time, place), {}, time_unit(options_.time)};
+    for (const std::string& s : options_.sensors) layout_.sensors.push_back(column_of(cells_, s, place));
+    return;
+  }
+  require(false, "{}: is empty: must have a line of column names, then rows", path_);
+}
+
+/// Judges the row in `cells_`; appends its values, good or not, to `values`.
+SensorCsvReader::Row SensorCsvReader::judge(std::vector<double>& values) const {
+  if (cells_.size() != layout_.width) return {RowDefect::cells};
+  const std::string_view time = cells_[layout_.time];
+  const auto clock = layout_.time_unit > 0 ? number_of(time) : iso_seconds(time);
+  if (!clock || !std::isfinite(*clock)) return {RowDefect::bad_time};
+  const double seconds = layout_.time_unit > 0 ? *clock * layout_.time_unit : *clock;
+  if (latest_ && seconds == *latest_) return {RowDefect::repeated_time, seconds};
+  if (latest_ && seconds < *latest_) return {RowDefect::unsorted_time, seconds};
+  Row row{std::nullopt, seconds};
+  for (const std::size_t c : layout_.sensors) {
+    const auto x = number_of(cells_[c]);
+    if (cells_[c].empty() || (x && std::isnan(*x)))
+      row.defect = std::min(row.defect.value_or(RowDefect::empty), RowDefect::empty);
+    else if (!x || !std::isfinite(*x))
+      row.defect = std::min(row.defect.value_or(RowDefect::text), RowDefect::text);
+    else if (*x == 0 && options_.zero_is_defect && !row.defect)
+      row.defect = RowDefect::zero;
+    values.push_back(x.value_or(0));
+  }
+  return row;
+}
+
+/// The median of the steps so far, and the gaps among them.
+void SensorCsvReader::settle_steps() {
+  settled_ = true;
+  if (steps_.empty()) return;
+  std::vector<double> sorted;
+  for (const auto& [step, line] : steps_) sorted.push_back(step);
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  found_.median_step_h = *middle;
+  for (const auto& [step, line] : steps_)
+    if (step > options_.gap_factor * found_.median_step_h) found_.gaps.add(line);
+  steps_ = {};
+}
+
+void SensorCsvReader::watch_step(double step_h, std::int64_t line) {
+  if (settled_) {
+    if (step_h > options_.gap_factor * found_.median_step_h) found_.gaps.add(line);
+    return;
+  }
+  steps_.emplace_back(step_h, line);
+  if (steps_.size() == kTypicalSteps) settle_steps();
+}
+
+bool SensorCsvReader::next(SensorBlock& block, std::size_t most) {
+  block.time_h.clear();
+  block.values.clear();
+  std::string_view line;
+  while (block.time_h.size() < most && lines_.next(line)) {
+    const std::string_view content = trimmed(line);
+    if (content.empty() || content.front() == '#') continue;
+    split(line, cells_);
+    ++found_.rows_read;
+    const std::size_t before = block.values.size();
+    const Row row = judge(block.values);
+    if (row.defect) {
+      block.values.resize(before);
+      found_.defects[static_cast<int>(*row.defect)].add(lines_.number());
+      // The clock of a row with a dead sensor still counts; that of a wrong clock does not.
+      if (*row.defect >= RowDefect::empty) latest_ = row.seconds;
+      continue;
+    }
+    latest_ = row.seconds;
+    if (!first_) first_ = row.seconds;
+    const double time_h = (row.seconds - *first_) / 3600;
+    if (latest_good_h_) watch_step(time_h - *latest_good_h_, lines_.number());
+    latest_good_h_ = time_h;
+    block.time_h.push_back(time_h);
+    ++found_.good_rows;
+  }
+  if (block.time_h.size() < most && !settled_) settle_steps();
+  return !block.time_h.empty();
+}
+
+void reject_findings(const SensorQuality& quality, const std::string& path) {
   constexpr const char* kWords[kRowDefects] = {"rows with another number of cells than the header",
                                                "rows without a valid time",
                                                "repeated times",
@@ -202,10 +200,11 @@ void reject_findings(const SensorCsv& csv, const std::string& path) {
   const auto add = [&](const Finding& f, const char* what) {
     if (f.rows > 0) found += (found.empty() ? "" : "; ") + in_words(f, what);
   };
-  for (int d = 0; d < kRowDefects; ++d) add(csv.defects[d], kWords[d]);
-  add(csv.gaps, "gaps in time");
-  require(found.empty(), "{}: {}: say source.bad_rows = \"skip\" to go on without these rows and over these gaps", path,
-          found);
+  for (int d = 0; d < kRowDefects; ++d) add(quality.defects[d], kWords[d]);
+  add(quality.gaps, "gaps in time");
+  const bool unsorted = quality.defects[static_cast<int>(RowDefect::unsorted_time)].rows > 0;
+  require(found.empty(), "{}: {}: say source.bad_rows = \"skip\" to go on without these rows and over these gaps{}",
+          path, found, unsorted ? ", or sort the file by time first: it is read as a stream, in its own order" : "");
 }
 
 std::string sensor_unit_of_name(const std::string& name) {

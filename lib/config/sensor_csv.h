@@ -1,9 +1,13 @@
 #pragma once
 /// Time series of a well's sensors as they come from a historian: with gaps, zeros, words and clocks that go back.
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "config/input_file.h"
 
 namespace surveymc {
 
@@ -35,22 +39,64 @@ struct Finding {
   void add(std::int64_t line);
 };
 
-struct SensorCsv {
-  std::vector<double> time_h;  ///< since the first good row
-  std::vector<double> values;  ///< rows x sensors, row by row: good rows only
-  std::vector<std::int64_t> lines;
-  std::uint64_t rows_read = 0;
+/// What was found while the rows passed by.
+struct SensorQuality {
+  std::uint64_t rows_read = 0, good_rows = 0;
   Finding defects[kRowDefects];
-  Finding gaps;  ///< the good row after each; nothing is left out for it
-  double median_step_h = 0;
+  Finding gaps;              ///< the good row after each; nothing is left out for it
+  double median_step_h = 0;  ///< of the first kTypicalSteps steps from good row to good row
+};
+/// What a gap is measured by: the median of so many steps (all of them in a shorter file).
+inline constexpr std::size_t kTypicalSteps = std::size_t{1} << 16;
+
+/// Some good rows that follow each other.
+struct SensorBlock {
+  std::vector<double> time_h;  ///< since the first good row of the file
+  std::vector<double> values;  ///< rows x sensors, row by row
 };
 
-/// Reads all rows; what is wrong with any of them is in the findings, never silent. Throws InputError
-/// "path:line: ..." if a column is missing or named twice, or if there are not two good rows.
-SensorCsv read_sensor_csv(std::string_view text, const std::string& path, const SensorCsvOptions& options);
+/// Reads a file from its first row to its last, block by block, in memory that does not depend on its length. What is
+/// wrong with any row is in the findings, never silent. Rows come in the order of the file: a stream cannot be sorted,
+/// so that a row before an earlier one is a defect.
+class SensorCsvReader {
+ public:
+  /// Throws InputError "path:line: ..." if a column is missing or named twice, or there is no header.
+  SensorCsvReader(const InputFile& file, const SensorCsvOptions& options);
+
+  /// Up to `most` good rows; false if there are none left. The findings are whole then.
+  bool next(SensorBlock& block, std::size_t most);
+  const SensorQuality& found() const { return found_; }
+
+ private:
+  /// Where the columns stand, and how to read a time.
+  struct Layout {
+    std::size_t width = 0, time = 0;
+    std::vector<std::size_t> sensors;
+    double time_unit = 0;
+  };
+  struct Row {
+    std::optional<RowDefect> defect;
+    double seconds = 0;
+  };
+  Row judge(std::vector<double>& values) const;
+  void read_header();
+  void watch_step(double step_h, std::int64_t line);
+  void settle_steps();
+
+  LineReader lines_;
+  SensorCsvOptions options_;
+  std::string path_;
+  Layout layout_;
+  std::vector<std::string_view> cells_;
+  std::optional<double> first_, latest_;  // seconds of the first good row, and of the last whose clock counts
+  std::optional<double> latest_good_h_;
+  std::vector<std::pair<double, std::int64_t>> steps_;  // until there are kTypicalSteps
+  bool settled_ = false;
+  SensorQuality found_;
+};
 
 /// Throws InputError "path: 3 rows with an empty cell (lines 5, 7, 9), ...: ..." if anything was found.
-void reject_findings(const SensorCsv& csv, const std::string& path);
+void reject_findings(const SensorQuality& found, const std::string& path);
 
 /// Unit that a column's name ends in ("pt_f_kPa" -> "kPa"), "" if it ends in none that sensors have.
 std::string sensor_unit_of_name(const std::string& name);

@@ -39,6 +39,7 @@ class Cusum {
  public:
   explicit Cusum(const CusumOptions& options) : options_(options) {}
   int update(double d);
+  double largest() const { return sum_[0] > sum_[1] ? sum_[0] : sum_[1]; }  ///< of the two sums, now
 
  private:
   CusumOptions options_;

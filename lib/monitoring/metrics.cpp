@@ -5,24 +5,31 @@
 
 namespace surveymc {
 
+void MeanSquareError::add(const Samples& predicted, const Samples& target) {
+  sum_ += (predicted - target).array().square().colwise().sum().matrix();
+  rows_ += predicted.rows();
+}
+
+void Sensitivities::add(const Samples& with_drift, const Samples& without, const Samples& drift) {
+  const Samples change = (with_drift - without).cwiseAbs();
+  for (Eigen::Index k = 0; k < drift.cols(); ++k)
+    for (Eigen::Index i = 0; i < drift.rows(); ++i) {
+      if (drift(i, k) == 0) continue;
+      rows_[k] += 1;
+      sum_.col(k) += change.row(i).transpose() / std::abs(drift(i, k));
+    }
+}
+
 Eigen::RowVectorXd mean_square_error(const Samples& predicted, const Samples& target) {
-  return (predicted - target).array().square().colwise().mean();
+  MeanSquareError e(predicted.cols());
+  e.add(predicted, target);
+  return e.value();
 }
 
 Eigen::MatrixXd sensitivities(const Samples& with_drift, const Samples& without, const Samples& drift) {
-  const Eigen::Index p = drift.cols();
-  const Samples change = (with_drift - without).cwiseAbs();
-  Eigen::MatrixXd s = Eigen::MatrixXd::Zero(p, p);
-  for (Eigen::Index k = 0; k < p; ++k) {
-    Eigen::Index count = 0;
-    for (Eigen::Index i = 0; i < drift.rows(); ++i) {
-      if (drift(i, k) == 0) continue;
-      ++count;
-      s.col(k) += change.row(i).transpose() / std::abs(drift(i, k));
-    }
-    s.col(k) = s.col(k) / static_cast<double>(count);  // 0 / 0 is NaN
-  }
-  return s;
+  Sensitivities s(drift.cols());
+  s.add(with_drift, without, drift);
+  return s.value();
 }
 
 namespace {

@@ -6,27 +6,32 @@ namespace surveymc {
 
 const char* name(Architecture a) { return a == Architecture::aakr_sprt ? "aakr_sprt" : "aakr_kf_sprt"; }
 
-MonitorTrace run_monitor(Architecture architecture, const Aakr& model, const DriftFilterOptions& options,
-                         const Samples& readings) {
+MonitorStream::MonitorStream(Architecture architecture, const Aakr& model, const DriftFilterOptions& filter)
+    : architecture_(architecture), model_(&model), filter_(filter, model.sensors()) {}
+
+MonitorTrace MonitorStream::next(const Samples& readings) {
   const Eigen::Index n = readings.rows(), p = readings.cols();
-  require(p == model.sensors(), "monitor: readings of {} sensors: the model has {}", p, model.sensors());
+  require(p == model_->sensors(), "monitor: readings of {} sensors: the model has {}", p, model_->sensors());
   MonitorTrace t{Samples(n, p), Samples(n, p), Eigen::VectorXd(n)};
-  Aakr::Scratch scratch;
-  if (architecture == Architecture::aakr_sprt) {
-    model.predict(readings.data(), static_cast<int>(n), t.prediction.data(), t.nearest.data(), scratch);
+  if (architecture_ == Architecture::aakr_sprt) {
+    model_->predict(readings.data(), static_cast<int>(n), t.prediction.data(), t.nearest.data(), scratch_);
     t.signal = readings - t.prediction;
     return t;
   }
-  DriftFilter filter(options, p);
   Eigen::RowVectorXd corrected(p), observed(p);
   for (Eigen::Index i = 0; i < n; ++i) {
-    corrected = readings.row(i) - filter.drift();
-    model.predict(corrected.data(), 1, t.prediction.row(i).data(), &t.nearest[i], scratch);
+    corrected = readings.row(i) - filter_.drift();
+    model_->predict(corrected.data(), 1, t.prediction.row(i).data(), &t.nearest[i], scratch_);
     observed = readings.row(i) - t.prediction.row(i);
-    if (!filter.update(observed)) ++t.skipped;
-    t.signal.row(i) = filter.drift();
+    if (!filter_.update(observed)) ++t.skipped;
+    t.signal.row(i) = filter_.drift();
   }
   return t;
+}
+
+MonitorTrace run_monitor(Architecture architecture, const Aakr& model, const DriftFilterOptions& options,
+                         const Samples& readings) {
+  return MonitorStream(architecture, model, options).next(readings);
 }
 
 }  // namespace surveymc

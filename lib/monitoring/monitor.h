@@ -21,7 +21,22 @@ struct MonitorTrace {
   Eigen::Index skipped = 0;  ///< rows that the gate of the filter left out
 };
 
-/// readings: n x p, scaled. `filter` is for AKS only.
+/// A monitor that is fed row by row or block by block: the same bits however the rows are divided.
+class MonitorStream {
+ public:
+  /// `model` must outlive it. `filter` is for AKS only.
+  MonitorStream(Architecture architecture, const Aakr& model, const DriftFilterOptions& filter);
+  /// readings: n x p, scaled; those that follow the last ones. InputError for another number of sensors.
+  MonitorTrace next(const Samples& readings);
+
+ private:
+  Architecture architecture_;
+  const Aakr* model_;
+  DriftFilter filter_;
+  Aakr::Scratch scratch_;
+};
+
+/// All readings in one go.
 MonitorTrace run_monitor(Architecture architecture, const Aakr& model, const DriftFilterOptions& filter,
                          const Samples& readings);
 

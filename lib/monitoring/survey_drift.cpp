@@ -24,7 +24,7 @@ ChannelJacobian survey_channel_jacobian(const Eigen::Vector3d& g, const Eigen::V
   return h;
 }
 
-void BiasFilter::update(const Eigen::Vector3d& y, const ChannelJacobian& h, const Eigen::Matrix3d& r) {
+double BiasFilter::update(const Eigen::Vector3d& y, const ChannelJacobian& h, const Eigen::Matrix3d& r) {
   Matrix6 predicted = covariance_;
   predicted.diagonal() += process_;
   // Channels differ by powers of ten (m/s2, nT, rad): the solve is on the correlation scale.
@@ -33,9 +33,19 @@ void BiasFilter::update(const Eigen::Vector3d& y, const ChannelJacobian& h, cons
   const Eigen::Matrix3d scaled = scale.asDiagonal() * s * scale.asDiagonal();
   const Eigen::Matrix<double, 3, 6> left = scale.asDiagonal() * h * predicted;
   const Eigen::Matrix<double, 6, 3> gain = scaled.llt().solve(left).transpose() * scale.asDiagonal();
-  bias_ += gain * (y - h * bias_);
+  const Eigen::Vector3d innovation = y - h * bias_;
+  bias_ += gain * innovation;
   const Matrix6 rest = Matrix6::Identity() - gain * h;
   covariance_ = rest * predicted * rest.transpose() + gain * r * gain.transpose();
+  const Eigen::Vector3d v = scale.cwiseProduct(innovation);
+  return v.dot(scaled.llt().solve(v));
+}
+
+double normalised_error(const Vector6& error, const Matrix6& covariance) {
+  // m/s2 and nT: the solve is on the correlation scale here, too.
+  const Vector6 scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
+  const Vector6 e = scale.cwiseProduct(error);
+  return e.dot((scale.asDiagonal() * covariance * scale.asDiagonal()).llt().solve(e));
 }
 
 }  // namespace surveymc

@@ -23,7 +23,9 @@ class BiasFilter {
   explicit BiasFilter(const Vector6& process_variance)
       : process_(process_variance), bias_(Vector6::Zero()), covariance_(Matrix6::Zero()) {}
 
-  void update(const Eigen::Vector3d& y, const ChannelJacobian& h, const Eigen::Matrix3d& r);
+  /// Returns the normalised innovation squared (NIS), v^T (H P' H^T + R)^-1 v with v = y - H d of before: chi-squared
+  /// with 3 degrees of freedom if the sensors are as the filter takes them to be.
+  double update(const Eigen::Vector3d& y, const ChannelJacobian& h, const Eigen::Matrix3d& r);
   const Vector6& bias() const { return bias_; }
   const Matrix6& covariance() const { return covariance_; }
 
@@ -31,5 +33,9 @@ class BiasFilter {
   Vector6 process_, bias_;
   Matrix6 covariance_;
 };
+
+/// Normalised estimation error squared (NEES), e^T P^-1 e: chi-squared with 6 degrees of freedom if the error e of the
+/// six biases has the covariance P.
+double normalised_error(const Vector6& error, const Matrix6& covariance);
 
 }  // namespace surveymc

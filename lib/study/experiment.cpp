@@ -163,6 +163,15 @@ Table table_of(const InputText& in) {
   return {in.path, "as read from " + in.path, {{"line", "", "line of the file", std::move(lines)}}};
 }
 
+/// One row: what identifies the file.
+Table table_of(const InputReference& in) {
+  return {in.path,
+          "not stored, as it is too large: what identifies " + in.path,
+          {{"file_hash", "", "128-bit XXH3 of the bytes of the file, in hex", std::vector<std::string>{in.hash}},
+           {"size_bytes", "1", "bytes of the file", std::vector<std::int64_t>{static_cast<std::int64_t>(in.size)}},
+           {"header", "", "its first line that is no comment", std::vector<std::string>{in.header}}}};
+}
+
 }  // namespace
 
 Result execute(const PreparedRun& run, const RunOptions& options) {
@@ -193,14 +202,15 @@ Result execute(const PreparedRun& run, const RunOptions& options) {
     streams.add(std::move(r.streams), axes);
   }
   result.streams = streams.take(options.stop);
-  for (const InputTable& in : run.config.inputs()) {
-    const Table t = table_of(in);
-    result.inputs.push_back({in.path, input_hash(t), t});
-  }
-  for (const InputText& in : run.config.input_texts()) {
-    const Table t = table_of(in);
-    result.inputs.push_back({in.path, input_hash(t), t});
-  }
+  const auto add_inputs = [&](const auto& files) {
+    for (const auto& in : files) {
+      const Table t = table_of(in);
+      result.inputs.push_back({in.path, input_hash(t), t});
+    }
+  };
+  add_inputs(run.config.inputs());
+  add_inputs(run.config.input_texts());
+  add_inputs(run.config.input_references());
   Provenance& p = result.provenance;
   p.title = run.config.title().empty() ? run.experiment.summary : run.config.title();
   p.experiment = run.experiment.name;

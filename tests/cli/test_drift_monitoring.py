@@ -105,6 +105,9 @@ class Monitoring(Case):
                 '[model]\nmemory_vectors = 10\n[drift]\nstart_h = 0.1\npattern = [1.0, 0.0]\n')
         self.write("csv.toml", text)
         self.refused(BAD_INPUT, "run", "csv.toml", says=r"text for a sensor: 1 \(line 21\); .*reads zero: 1 \(line 31\)")
+        self.write("unsorted.csv", "\n".join(lines[:40] + ["5,101,50"] + lines[40:]) + "\n")
+        self.refused(BAD_INPUT, "run", "csv.toml", "--set", "source.file=unsorted.csv",
+                     says=r"before that of an earlier row: 1 \(line 41\).* sort the file by time first")
         path = self.run_config("--set", "source.bad_rows=skip", config="csv.toml", output="csv.h5")
         found = {r["finding"]: (r["rows"], r["lines"]) for r in rows(path, "data_quality")}
         self.assertEqual((found["text"], found["zero"]), ((1, "21"), (1, "31")))
@@ -113,6 +116,99 @@ class Monitoring(Case):
         path = self.run_config("--set", "source.bad_rows=skip", "--set", "source.zeros_are_bad=false", config="csv.toml",
                                output="zeros.h5")
         self.assertEqual({r["finding"]: r["rows"] for r in rows(path, "data_quality")}["zero"], 0)
+
+    def test_a_file_too_large_to_be_stored(self):
+        """More than 16 MiB: name, size, hash and header are stored; the same numbers as of a file that is held."""
+        row = "{},{:.1f},{:.1f}                    \n"
+        lines = [row.format(i, 100 + i % 7 + i % 1000 / 100, 50 - i % 7 + 0.01 * (i % 3)) for i in range(450_000)]
+        lines[300_000] = "300000,,50\n"
+        text = "time_min,a_kPa,b_kPa\n" + "".join(lines)
+        self.assertGreater(len(text), 1 << 24)
+        self.write("long.csv", text)
+        self.write("short.csv", "time_min,a_kPa,b_kPa\n" + "".join(line.replace(" ", "") for line in lines))
+        self.write("csv.toml",
+                   'experiment = "drift_monitoring"\nseed = 1\n[source]\nname = "csv"\nfile = "long.csv"\n'
+                   'time = "time_min"\nsensors = ["a_kPa", "b_kPa"]\ntrain_fraction = 0.6\ntraining_rows = 5000\n'
+                   'bad_rows = "skip"\n[model]\nmemory_vectors = 20\n[drift]\nstart_h = 10.0\npattern = [1.0, 0.0]\n')
+        self.refused(BAD_INPUT, "run", "csv.toml", "--set", "source.bad_rows=reject", says=r"empty.*: 1 \(line 300002\)")
+        long = self.run_config(config="csv.toml", output="long.h5")
+        short = self.run_config("--set", "source.file=short.csv", config="csv.toml", output="short.h5")
+        with h5py.File(long) as a, h5py.File(short) as b:
+            self.assertEqual(list(a["inputs/long"]), ["row", "file_hash", "size_bytes", "header"])
+            self.assertEqual(a["inputs/long/size_bytes"][0], len(text))
+            self.assertEqual(a["inputs/long/header"].asstr()[0], "time_min,a_kPa,b_kPa")
+            self.assertEqual(len(b["inputs/short/line"]), 450_002)
+            for table in ("metrics", "alarms", "delay", "model", "series", "data_quality"):
+                for name in a["tables"][table]:
+                    np.testing.assert_array_equal(a["tables"][table][name][()], b["tables"][table][name][()])
+            self.assertLessEqual(len(a["tables/series/row"]), 2 * 60_000)
+            self.assertGreater(len(a["tables/series/row"]), 2 * 30_000)
+        found = {r["finding"]: r for r in rows(long, "data_quality")}
+        self.assertLessEqual(found["training_rows"]["rows"], 5000 + 4)
+        self.assertRegex(found["training_rows"]["action"], "of 269999: every 54th")
+
+        self.assertRegex(self.call("rerun", long).stdout, "^identical")  # the file is in this folder
+        self.assertRegex(self.call("rerun", "short.h5").stdout, "^identical")
+        (self.folder / "moved").mkdir()
+        (self.folder / "long.csv").rename(self.folder / "moved/long.csv")
+        self.refused(BAD_INPUT, "rerun", "long.h5", says="too large to be stored .* --inputs")
+        self.assertRegex(self.call("rerun", "long.h5", "--inputs", "moved").stdout, "^identical")
+        self.write("moved/long.csv", text.replace("1,", "2,", 1))
+        self.refused(BAD_INPUT, "rerun", "long.h5", "--inputs", "moved", says="is another one")
+
+    def test_training_on_part_of_the_rows_keeps_the_extremes(self):
+        lines = ["time_min,a_kPa,b_kPa"] + [f"{i},{100 + i % 7 + 0.001 * i},{50 - i % 5}" for i in range(9000)]
+        lines[1 + 777] = "777,190,50"
+        lines[1 + 3331] = "3331,100,7"
+        self.write("gauges.csv", "\n".join(lines) + "\n")
+        self.write("csv.toml",
+                   'experiment = "drift_monitoring"\nseed = 1\n[source]\nname = "csv"\nfile = "gauges.csv"\n'
+                   'time = "time_min"\nsensors = ["a_kPa", "b_kPa"]\ntrain_fraction = 0.5\ntraining_rows = 1000\n'
+                   '[model]\nmemory_vectors = 10\n[drift]\nstart_h = 1.0\n')
+        model = rows(self.run_config(config="csv.toml"), "model")
+        of = lambda j: [model[0][j] + model[1][j] * r[j] for r in model[3:]]  # noqa: E731
+        self.assertAlmostEqual(max(of("a_kPa")), 190, delta=1e-9)
+        self.assertAlmostEqual(min(of("b_kPa")), 7, delta=1e-9)
+
+    def test_series_never_hide_an_alarm_between_the_rows_they_keep(self):
+        path = self.run_config("--set", "series_rows=10")
+        series = [r for r in rows(path, "series") if r["sensor"] == "PT_f"]
+        self.assertEqual(len(series), 10)
+        self.assertAlmostEqual(series[-1]["time_h"], 18 - 1 / 12, delta=1e-9)
+        first = next(r for r in rows(path, "alarms") if r["architecture"] == "aakr_sprt" and r["sensor"] == "PT_f")
+        held = [r["time_h"] for r in series if r["decision_aakr_sprt"] != 0]
+        self.assertLess(held[0] - first["first_alarm_h"], 18 / 9)
+        self.assertGreaterEqual(held[0], first["first_alarm_h"])
+
+    def test_baselines_are_calibrated_on_draws_of_their_own(self):
+        fixed = self.run_config(output="fixed.h5")
+        path = self.run_config("--set", "baselines.calibration_trials=30", "--set", "sprt.shift_z=2.5",
+                               "--trials", "60", output="calibrated.h5")
+        base = {r["architecture"]: r for r in rows(path, "baselines")}
+        k = base["aakr_sprt"]["calibration_alarms"]
+        self.assertTrue(0 < k < 30, k)  # at this shift some runs have a false alarm, and not all
+        self.assertEqual(base["aakr_threshold"]["calibration_trials"], 30)
+        self.assertEqual({r["value_z"] for r in rows(fixed, "baselines") if r["architecture"] == "aakr_threshold"}, {3.0})
+        # On the draws of the run they are about as rare: binomials of 30 and of 60, four standard errors.
+        with_alarm = {m: max(r["p_alarm_without_drift"] for r in rows(path, "alarms") if r["architecture"] == m)
+                      for m in ("aakr_cusum", "aakr_threshold")}
+        for p in with_alarm.values():
+            self.assertLess(p, k / 30 + 4 * (0.25 / 30 + 0.25 / 60)**0.5)
+        self.refused(BAD_INPUT, "run", "base.toml", "--set", "baselines.calibration_trials=5", "--set",
+                     "baselines.threshold_z=1.0", says="leave out")
+
+    def test_operating_curves_are_those_of_runs_at_these_settings(self):
+        path = self.run_config("--set", "operating.shift_z=[1.0, 2.0]", "--set", "operating.threshold_z=0.7")
+        operating = {(r["architecture"], r["value_z"]): r for r in rows(path, "operating")}
+        self.assertEqual(set(operating), {(a, m) for a in ("aakr_sprt", "aakr_kf_sprt") for m in (1.0, 2.0)} |
+                         {("aakr_threshold", 0.7)})
+        other = self.run_config("--set", "sprt.shift_z=1.0", "--set", "baselines.threshold_z=0.7", output="other.h5")
+        for method, value in (("aakr_sprt", 1.0), ("aakr_kf_sprt", 1.0), ("aakr_threshold", 0.7)):
+            delay = next(r for r in rows(other, "delay") if r["architecture"] == method)
+            blame = next(r for r in rows(other, "blame") if r["architecture"] == method)
+            for name in ("p_miss", "delay_q05_h", "delay_q50_h", "delay_q95_h"):
+                self.assertEqual(operating[method, value][name], delay[name])
+            self.assertEqual(operating[method, value]["p_healthy_blamed"], blame["p_healthy_blamed"])
 
     def test_bad_settings(self):
         for setting, says in (("source.name=olga", "must be one of"), ("source.sample_s=62", "multiple of the 5 s"),

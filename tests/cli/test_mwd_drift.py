@@ -48,6 +48,47 @@ class MwdDrift(Case):
         self.assertLess(abs(bias[-1] - 1), 5 * sd[-1] + 0.3)  # a random walk lags behind a ramp
         self.assertTrue((column(path, "tables/series", "true_bz_nT") == 0).all())
 
+    def test_comparison_with_theory(self):
+        path = self.run_config("--trials", "400")
+        with h5py.File(path) as f:
+            t = f["tables/comparison"]
+            row = {(a, b): i for i, (a, b) in enumerate(zip(t["formulation"].asstr()[()], t["quantity"].asstr()[()]))}
+            value = lambda c, *key: t[c][row[key]]  # noqa: E731
+            # Standard errors of 400 wells: NIS sqrt(6 / 80 / 400) = .014; NEES from its own interval; 4 of them.
+            self.assertEqual(value("analytic", "bias_filter", "nis_mean"), 3)
+            self.assertLess(abs(value("monte_carlo", "bias_filter", "nis_mean") - 3), 4 * 0.014)
+            self.assertLess(abs(value("monte_carlo", "bias_filter", "nis_within_95") - 0.95),
+                            4 * (0.95 * 0.05 / 80 / 400)**0.5)
+            nees = value("monte_carlo", "bias_filter", "nees_mean")
+            half = nees - value("monte_carlo_ci_low", "bias_filter", "nees_mean")
+            self.assertLess(abs(nees - 6), 2.1 * half)  # 4 / 1.96
+            false_alarm = value("analytic", "channel_sprt", "p_alarm_without_drift")
+            self.assertTrue(0.005 < false_alarm < 0.01, false_alarm)
+            seen = value("monte_carlo", "channel_sprt", "p_alarm_without_drift")
+            self.assertLess(abs(seen - false_alarm), 4 * (false_alarm / 400)**0.5)
+            claims = f["tables/claims"]
+            verdicts = dict(zip(claims["quantity"].asstr()[()], claims["verdict"].asstr()[()]))
+            self.assertEqual((verdicts["detects_no_less"], verdicts["is_sooner"]), ("agrees", "agrees"))
+
+    def test_alarm_curve_ends_at_the_detection_rate(self):
+        row, path = self.detection()
+        curve = {k: column(path, "tables/alarm_curve", k) for k in ("method", "md_m", "p_alarm")}
+        for method, i in row.items():
+            share = [p for m, p in zip(curve["method"], curve["p_alarm"]) if m == method]
+            self.assertEqual(len(share), 80)
+            self.assertTrue(all(a <= b for a, b in zip(share, share[1:])))
+            self.assertEqual(share[19], 0)
+            self.assertEqual(share[-1], column(path, "tables/detection", "p_detected")[i])
+
+    def test_published_and_expected_rows(self):
+        self.write("base.toml", CONFIG + '[[published]]\nsource = "x"\ntable = "comparison"\n'
+                   'formulation = "bias_filter"\nvalues = { p_detected = 1.0 }\n'
+                   '[[expect]]\ntable = "claims"\nquantities = ["is_sooner"]\nverdict = "differs"\n')
+        done = self.call("run", "base.toml", "--check", "-o", "out.h5", code=1)
+        self.assertRegex(done.stdout, "claims .* is_sooner: agrees, expected differs")
+        self.write("base.toml", CONFIG + '[[expect]]\ntable = "claims"\nquantities = ["sooner"]\nverdict = "agrees"\n')
+        self.refused(BAD_INPUT, "run", "base.toml", says='no row "sooner"')
+
     def test_threads_and_rerun(self):
         one = self.run_config("--threads", "1", output="one.h5")
         three = self.run_config("--threads", "3", output="three.h5")

@@ -1,5 +1,11 @@
 #include "config/sensor_csv.h"
 
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <random>
+
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
@@ -9,7 +15,29 @@ using Catch::Contains;
 
 namespace {
 const SensorCsvOptions kOptions{"t_min", {"a_kPa", "b_kPa"}};
+
+InputFile held(const std::string& text) {
+  return {"w.csv", std::make_shared<const std::string>(text), {}, text.size()};
 }
+
+struct AllRows : SensorBlock, SensorQuality {};
+
+/// All of a file, read in blocks of `most` rows.
+AllRows read_all(const InputFile& file, const SensorCsvOptions& options, std::size_t most) {
+  SensorCsvReader reader(file, options);
+  AllRows all;
+  SensorBlock block;
+  while (reader.next(block, most)) {
+    all.time_h.insert(all.time_h.end(), block.time_h.begin(), block.time_h.end());
+    all.values.insert(all.values.end(), block.values.begin(), block.values.end());
+  }
+  static_cast<SensorQuality&>(all) = reader.found();
+  return all;
+}
+AllRows read_all(const std::string& text, const SensorCsvOptions& options = kOptions) {
+  return read_all(held(text), options, 1000);
+}
+}  // namespace
 
 TEST_CASE("Every kind of bad row is counted with its line, and the rest is read", "[sensor_csv]") {
   const std::string text =
@@ -29,11 +57,11 @@ TEST_CASE("Every kind of bad row is counted with its line, and the rest is read"
       "7,x,1.8e1,+10\n"  // after a gap, 14
       "8,x,19,inf\n"     // text, 15
       "9,x,0,bad\n";     // text comes before zero, 16
-  const SensorCsv csv = read_sensor_csv(text, "w.csv", kOptions);
+  const AllRows csv = read_all(text);
   CHECK(csv.values == std::vector<double>{1, 10, 2, 11, 10, 18});
   REQUIRE(csv.time_h.size() == 3);
   CHECK(csv.time_h[2] == 7.0 / 60);
-  CHECK(csv.lines == std::vector<std::int64_t>{3, 4, 14});
+  CHECK(csv.good_rows == 3);
   CHECK(csv.rows_read == 13);
   const auto lines = [&](RowDefect d) { return csv.defects[static_cast<int>(d)].lines; };
   using Lines = std::vector<std::int64_t>;
@@ -50,38 +78,91 @@ TEST_CASE("Every kind of bad row is counted with its line, and the rest is read"
 
 TEST_CASE("A clean file is not rejected; a gap is", "[sensor_csv]") {
   const std::string clean = "t_min,a_kPa,b_kPa\n0,1,2\n1,1,2\n2,1,2\n";
-  CHECK_NOTHROW(reject_findings(read_sensor_csv(clean, "w.csv", kOptions), "w.csv"));
-  const SensorCsv gap = read_sensor_csv(clean + "9,1,2\n10,1,2\n", "w.csv", kOptions);
+  CHECK_NOTHROW(reject_findings(read_all(clean), "w.csv"));
+  const AllRows gap = read_all(clean + "9,1,2\n10,1,2\n");
   CHECK(gap.gaps.lines == std::vector<std::int64_t>{5});
   CHECK(gap.time_h.size() == 5);
   CHECK_THROWS_WITH(reject_findings(gap, "w.csv"), Contains("gaps in time: 1 (line 5)"));
 }
 
+TEST_CASE("A file on the disk is read as one that is held, whatever the pieces", "[sensor_csv]") {
+  // 200,000 rows are 3 MB: several buffers of 1 MiB, and more steps than the median is taken of.
+  std::string text = "\xEF\xBB\xBF# comment\r\nt_min,a_kPa,b_kPa\r\n";
+  std::mt19937 gen(40);
+  for (int i = 0; i < 200'000; ++i) {
+    const auto kind = gen() % 1000;
+    text += kind == 0   ? fmt::format("{},,1\n", i)
+            : kind == 1 ? fmt::format("{},x,1\n", i)
+            : kind == 2 ? fmt::format("{},2,1\n", i - 5)
+            : kind == 3 ? "\n"
+                        : fmt::format("{},{},{}\n", i, 1 + gen() % 100'000, 1 + gen() % 10);
+  }
+  const auto place = std::filesystem::temp_directory_path() / fmt::format("surveymc_csv_{}.csv", getpid());
+  { std::ofstream(place, std::ios::binary) << text; }
+  const InputFile on_disk{"w.csv", nullptr, place, text.size()};
+  const AllRows a = read_all(held(text), kOptions, 1'000'000), b = read_all(on_disk, kOptions, 777);
+  CHECK(a.time_h == b.time_h);
+  CHECK(a.values == b.values);
+  CHECK(a.good_rows > 199'000);
+  CHECK(a.gaps.rows == b.gaps.rows);
+  CHECK(a.gaps.lines == b.gaps.lines);
+  CHECK(a.gaps.rows > 500);
+  for (int d = 0; d < kRowDefects; ++d) {
+    CHECK(a.defects[d].rows == b.defects[d].rows);
+    CHECK(a.defects[d].lines == b.defects[d].lines);
+  }
+  const InputReference r = describe_file("w.csv", place);
+  CHECK(r.size == text.size());
+  CHECK(r.header == "t_min,a_kPa,b_kPa");
+  CHECK(r.hash.size() == 32);
+
+  SECTION("what is appended meanwhile is not read, a file that shrinks is an error, and so is a line without end") {
+    { std::ofstream(place, std::ios::app) << "300000,1,1\n"; }
+    CHECK(read_all(on_disk, kOptions, 777).good_rows == a.good_rows);
+    CHECK(describe_file("w.csv", place).hash != r.hash);
+    std::filesystem::resize_file(place, text.size() / 2);
+    CHECK_THROWS_WITH(read_all(on_disk, kOptions, 777), Contains("became shorter"));
+    { std::ofstream(place, std::ios::trunc) << "t_min,a_kPa,b_kPa\n" << std::string(2'000'000, '1'); }
+    CHECK_THROWS_WITH(read_all({"w.csv", nullptr, place, 2'000'018}, kOptions, 777), Contains("w.csv:2: is longer"));
+  }
+  std::filesystem::remove(place);
+  CHECK_THROWS_AS(read_all(on_disk, kOptions, 777), IoError);
+}
+
+TEST_CASE("The typical step is that of the first 65536, and gaps are found before and after them", "[sensor_csv]") {
+  std::string text = "t_min,a_kPa,b_kPa\n";
+  for (int i = 0; i < 140'000; ++i)
+    text += fmt::format("{},1,1\n", i < 100 ? i : i < 70'000 ? i + 3 : 70'000 + 2 * i);  // later on, every two minutes
+  const AllRows csv = read_all(text);
+  CHECK(csv.median_step_h == Approx(1.0 / 60));
+  CHECK(csv.gaps.rows == 1 + 70'000);
+  CHECK(csv.gaps.lines.front() == 102);  // header, 100 rows, then the row after the gap
+}
+
 TEST_CASE("Zeros are readings where the user says so", "[sensor_csv]") {
   SensorCsvOptions options = kOptions;
   options.zero_is_defect = false;
-  CHECK(read_sensor_csv("t_min,a_kPa,b_kPa\n0,0,2\n1,1,2\n", "w.csv", options).lines.size() == 2);
+  CHECK(read_all("t_min,a_kPa,b_kPa\n0,0,2\n1,1,2\n", options).good_rows == 2);
 }
 
 TEST_CASE("Clocks are ISO 8601, across days and leap days", "[sensor_csv]") {
   const SensorCsvOptions options{"timestamp", {"a"}};
-  const SensorCsv csv = read_sensor_csv(
-      "timestamp,a\n2020-02-28 23:59:30.000000,1\n2020-02-29T00:00:30Z,2\n2020-03-01 00:00:30.5,3\n", "w.csv", options);
+  const AllRows csv =
+      read_all("timestamp,a\n2020-02-28 23:59:30.000000,1\n2020-02-29T00:00:30Z,2\n2020-03-01 00:00:30.5,3\n", options);
   REQUIRE(csv.time_h.size() == 3);
   CHECK(csv.time_h[1] == 60.0 / 3600);
   CHECK(csv.time_h[2] == (86400 + 60.5) / 3600);
   for (const char* bad : {"2019-02-29 00:00:00", "2020-03-02 24:00:00", "2020/03/02 01:00:00", "12", ""})
-    CHECK(read_sensor_csv("timestamp,a\n2019-01-01 00:00:00,1\n2019-01-01 00:01:00,1\n" + std::string(bad) + ",1\n",
-                          "w.csv", options)
+    CHECK(read_all("timestamp,a\n2019-01-01 00:00:00,1\n2019-01-01 00:01:00,1\n" + std::string(bad) + ",1\n", options)
               .defects[static_cast<int>(RowDefect::bad_time)]
               .rows == 1);
 }
 
 TEST_CASE("Columns that are not there, or twice, and files without rows are refused", "[sensor_csv]") {
-  CHECK_THROWS_WITH(read_sensor_csv("t_min,a_kPa\n0,1\n", "w.csv", kOptions), Contains("w.csv:1: no column \"b_kPa\""));
-  CHECK_THROWS_WITH(read_sensor_csv("t_min,a_kPa,b_kPa,a_kPa\n", "w.csv", kOptions), Contains("two columns"));
-  CHECK_THROWS_WITH(read_sensor_csv("", "w.csv", kOptions), Contains("is empty"));
-  CHECK_THROWS_WITH(read_sensor_csv("t_min,a_kPa,b_kPa\n0,1,2\n", "w.csv", kOptions), Contains("at least two"));
+  CHECK_THROWS_WITH(read_all("t_min,a_kPa\n0,1\n"), Contains("w.csv:1: no column \"b_kPa\""));
+  CHECK_THROWS_WITH(read_all("t_min,a_kPa,b_kPa,a_kPa\n"), Contains("two columns"));
+  CHECK_THROWS_WITH(read_all(""), Contains("is empty"));
+  CHECK(read_all("t_min,a_kPa,b_kPa\n0,1,2\n").good_rows == 1);
   CHECK(sensor_unit_of_name("pt_f_kPa") == "kPa");
   CHECK(sensor_unit_of_name("P-PDG").empty());
   CHECK(sensor_unit_of_name("_kPa").empty());

@@ -7,6 +7,7 @@
 #include "monitoring/alarm_tests.h"
 #include "monitoring/metrics.h"
 #include "monitoring/monitor.h"
+#include "monitoring/sprt_false_alarms.h"
 
 using namespace surveymc;
 using Catch::Matchers::WithinAbs;
@@ -154,4 +155,76 @@ TEST_CASE("AKS corrects what AS spreads: one drifting sensor of three", "[monito
   CHECK(std::abs(tail(aks, 0) - 1.8) < std::abs(tail(as, 0) - 1.8));
   CHECK(std::abs(tail(aks, 1)) < std::abs(tail(as, 1)));
   CHECK_THROWS_AS(run_monitor(Architecture::aakr_sprt, model, filter, Samples::Zero(3, 2)), InputError);
+}
+
+TEST_CASE("A monitor gives the same bits however its readings are divided", "[monitoring]") {
+  std::mt19937_64 g(22);
+  std::normal_distribution<double> normal;
+  Samples memory(50, 2), readings(300, 2);
+  for (Samples* x : {&memory, &readings})
+    for (Eigen::Index i = 0; i < x->size(); ++i) x->data()[i] = normal(g);
+  const Aakr model(memory, .3);
+  DriftFilterOptions filter;
+  filter.gate = 4;
+  for (const Architecture a : {Architecture::aakr_sprt, Architecture::aakr_kf_sprt}) {
+    const MonitorTrace whole = run_monitor(a, model, filter, readings);
+    MonitorStream stream(a, model, filter);
+    Eigen::Index at = 0, skipped = 0;
+    for (const Eigen::Index n : {1, 7, 200, 92}) {
+      const MonitorTrace part = stream.next(readings.middleRows(at, n));
+      CHECK(part.signal == whole.signal.middleRows(at, n));
+      CHECK(part.prediction == whole.prediction.middleRows(at, n));
+      CHECK(part.nearest == whole.nearest.segment(at, n));
+      skipped += part.skipped;
+      at += n;
+    }
+    CHECK(skipped == whole.skipped);
+  }
+}
+
+TEST_CASE("Alarms of the SPRT by integration are those of simulation, and of the first sample in closed form",
+          "[monitoring]") {
+  SprtOptions options;
+  options.shift = 1;
+  options.variance = 1;
+  const auto phi = [](double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); };
+  const auto p = sprt_alarm_probability(options, 0, 1, 40);
+  // S = d - 1/2 after the first sample.
+  CHECK_THAT(p[0], WithinAbs(1 - phi(sprt_upper(options) + 0.5), 1e-15));
+  // Two-dimensional by hand: not decided after one sample, then above; or H0 after one sample, then above at once.
+  double two = p[0] + phi(sprt_lower(options) + 0.5) * p[0];
+  constexpr int kSteps = 20000;
+  const double width = (sprt_upper(options) - sprt_lower(options)) / kSteps;
+  for (int i = 0; i < kSteps; ++i) {  // midpoint rule: error width^2 / 24 of a curvature of 1
+    const double s = sprt_lower(options) + (i + 0.5) * width;
+    two +=
+        width * std::exp(-0.5 * (s + 0.5) * (s + 0.5)) / std::sqrt(2 * M_PI) * (1 - phi(sprt_upper(options) - s + 0.5));
+  }
+  CHECK_THAT(p[1], WithinAbs(two, 1e-7 * two + 1e-8));
+
+  std::mt19937_64 g(23);
+  std::normal_distribution<double> normal;
+  constexpr int kRuns = 200'000;
+  std::vector<int> alarms(40, 0);
+  for (int r = 0; r < kRuns; ++r) {
+    double s = 0;
+    for (std::size_t i = 0; i < 40; ++i) {
+      s += normal(g) - 0.5;
+      if (s <= sprt_lower(options)) s = 0;
+      if (s < sprt_upper(options)) continue;
+      for (std::size_t k = i; k < 40; ++k) ++alarms[k];
+      break;
+    }
+  }
+  for (const std::size_t i : {std::size_t{4}, std::size_t{39}}) {
+    const double seen = static_cast<double>(alarms[i]) / kRuns;
+    CHECK(std::abs(seen - p[i]) < 4 * std::sqrt(p[i] * (1 - p[i]) / kRuns));
+  }
+  // Finer increments, more panels: the same sum scaled.
+  SprtOptions fine = options;
+  fine.shift = 0.1;
+  const auto q = sprt_alarm_probability(fine, 0.1, 1, 3000);
+  CHECK(q.back() > 0.99);  // under H1 it ends there
+  CHECK(std::is_sorted(q.begin(), q.end()));
+  CHECK(q.back() <= 1 + 1e-9);
 }

@@ -56,12 +56,27 @@ TEST_CASE("A step of the bias filter is the weighted least-squares estimate from
     for (int i = 0; i < 18; ++i) h.data()[i] = n(gen);
     const Eigen::Vector3d y(n(gen), n(gen), n(gen));
     covariance.diagonal() += walk;
+    const Eigen::Vector3d v = y - h * bias;
+    const double nis = v.dot((h * covariance * h.transpose() + r).inverse() * v);
     const Matrix6 prior = covariance.inverse();
     covariance = (prior + h.transpose() * r.inverse() * h).inverse();
     bias = covariance * (prior * bias + h.transpose() * r.inverse() * y);
-    filter.update(y, h, r);
+    REQUIRE(filter.update(y, h, r) == Approx(nis).epsilon(1e-9));
     // Matrices of condition 1e3 here: 1e-13 each step, which later ones forget.
     REQUIRE((filter.covariance() - covariance).cwiseAbs().maxCoeff() < 1e-11);
     REQUIRE((filter.bias() - bias).cwiseAbs().maxCoeff() < 1e-11);
   }
+}
+
+TEST_CASE("The normalised error does not depend on the units of the sensors", "[monitoring]") {
+  std::mt19937_64 gen(32);
+  std::normal_distribution<double> n;
+  Matrix6 a;
+  for (int i = 0; i < 36; ++i) a.data()[i] = n(gen);
+  const Matrix6 p = a * a.transpose() + Matrix6::Identity();
+  const Vector6 e = a.col(0), units = (Vector6() << 1e-5, 1e-5, 1e-5, 1e4, 1e4, 1e4).finished();
+  const double nees = e.dot(p.inverse() * e);
+  CHECK(normalised_error(e, p) == Approx(nees).epsilon(1e-10));
+  CHECK(normalised_error(units.cwiseProduct(e), units.asDiagonal() * p * units.asDiagonal()) ==
+        Approx(nees).epsilon(1e-10));
 }

@@ -11,12 +11,14 @@ import numpy as np
 
 SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
 sys.path.insert(0, SCRIPTS)
+import mwd_drift_figures  # noqa: E402
 import plot_monitoring as plot  # noqa: E402
 import plotting  # noqa: E402
 
 SCRIPT = os.path.join(SCRIPTS, "plot_monitoring.py")
 RESULT = os.environ.get("SURVEYMC_RESULT", "")
 SWEEP = os.environ.get("SURVEYMC_SWEEP_RESULT", "")
+MWD = os.environ.get("SURVEYMC_MWD_RESULT", "")
 
 
 def draw(*arguments):
@@ -52,7 +54,20 @@ class Figures(unittest.TestCase):
         self.assertEqual(self.figures(RESULT), [f"drift_csv_{n}.png" for n in ("decisions", "delay", "predictions")])
         self.assertEqual(self.figures(SWEEP, "--point", "1"),
                          ["drift_monitoring_operating.png"] +
-                         [f"drift_monitoring_point1_{n}.png" for n in ("decisions", "delay", "predictions")])
+                         [f"drift_monitoring_point1_{n}.png" for n in ("curves", "decisions", "delay", "predictions")])
+
+    @unittest.skipUnless(MWD, "SURVEYMC_MWD_RESULT is not set")
+    def test_mwd_drift(self):
+        self.assertEqual(self.figures(MWD, "--point", "1"),
+                         [f"mwd_drift_{n}.png" for n in ("detection", "point1_tracks", "verdicts")])
+        self.assertEqual(draw(MWD, "--point", "2").returncode, plotting.USAGE)
+        with plotting.open_result(MWD, "mwd_drift") as file:
+            series = plotting.at_point(plotting.read_table(file, "series"), ["case"], ("Gx",))
+        figure = mwd_drift_figures.tracks_figure("title", series)
+        ax = next(a for a in figure.axes if a.get_title() == "Gx: drifts")
+        self.assertEqual(ax.get_ylabel(), "Bias (mg)")
+        true = next(x for x in ax.lines if x.get_label() == "true bias")
+        self.assertAlmostEqual(true.get_ydata()[-1], 1.0)
 
     def test_predictions_are_in_the_units_of_the_sensor(self):
         with plotting.open_result(RESULT, "drift_monitoring") as file:

@@ -1,0 +1,89 @@
+#pragma once
+/// Parts of the study `mwd_drift` (see mwd_drift.cpp). SI: m/s2, nT, rad.
+#include <array>
+#include <string>
+#include <vector>
+
+#include "monitoring/alarm_tests.h"
+#include "monitoring/survey_drift.h"
+#include "study/annotations.h"
+#include "study/comparison.h"
+#include "study/scenario.h"
+
+namespace surveymc {
+
+inline constexpr double kMilliG = 9.80665e-3;  // m/s2
+inline constexpr std::array<const char*, 6> kMwdSensors{"gx", "gy", "gz", "bx", "by", "bz"};
+
+struct MwdScenario {
+  std::uint64_t seed = 0, trials = 0;
+  ReferenceField field;
+  int stations = 80, from_station = 20;
+  double spacing = 30, inclination_from = 0, inclination_to = 0, azimuth = 0;
+  Vector6 noise, drift_at_td, walk;  ///< one sd; at the last station; sd of a station's step
+  Eigen::Vector3d scatter;           ///< of the reference: gravity, total field, dip
+  SprtOptions sprt;                  ///< in sd of a channel
+  double alarm_sd = 3;               ///< of the filter: bias over its sd
+  VerdictRule verdict;
+  Annotations annotations;
+  int sensor = -1;  ///< that drifts
+
+  double inclination(int k) const {
+    return inclination_from + (inclination_to - inclination_from) * k / (stations - 1);
+  }
+  /// Share of the drift that has come at a station.
+  double ramp(int k) const {
+    return std::max(0.0, static_cast<double>(k - from_station) / (stations - 1 - from_station));
+  }
+};
+
+/// Throws InputError.
+MwdScenario read_mwd_scenario(ConfigReader& config, std::uint64_t seed);
+
+/// What the sensors do.
+enum class SensorBias {
+  none,
+  ramp,  ///< one sensor drifts linearly
+  walk,  ///< all six do just what the filter assumes: its consistency is tested against this
+};
+
+/// What is seen at one station.
+struct MwdStation {
+  Eigen::Vector3d channels;   ///< less reference, in their sd without drift
+  std::array<int, 3> sprt{};  ///< decision that holds, by channel
+  Vector6 truth, bias, sd;    ///< of the sensors' biases: true, estimated, sd of the estimate
+  int named = -1;             ///< sensor with the largest bias over sd, if that is an alarm
+};
+
+/// One well.
+struct MwdRun {
+  int sprt_alarm = -1, filter_alarm = -1, named = -1;  ///< stations of first alarms; sensor named at the filter's
+  double nis_mean = 0, nis_inside = 0, nees_mean = 0;  ///< over the stations; share of NIS below its 95 % quantile
+  std::vector<MwdStation> stations;                    ///< if asked for
+};
+MwdRun run_well(const MwdScenario& s, std::uint64_t trial, SensorBias bias, bool keep_stations = false);
+
+/// What is kept of a trial: wells with the ramp, without, and with biases that walk.
+struct MwdOutcome {
+  enum Value { sprt, filter, named, sprt_without, filter_without, nis_mean, nis_inside, nees_mean, kValues };
+};
+
+/// The rows of all trials as they stand in a tally.
+class MwdOutcomes {
+ public:
+  explicit MwdOutcomes(const std::vector<double>& rows) : rows_(rows) {}
+  std::size_t trials() const { return rows_.size() / MwdOutcome::kValues; }
+  double operator()(std::size_t trial, MwdOutcome::Value v) const { return rows_[trial * MwdOutcome::kValues + v]; }
+
+ private:
+  const std::vector<double>& rows_;
+};
+
+std::vector<ComparisonRow> mwd_comparison_rows(const MwdScenario& s, const MwdOutcomes& o);
+std::vector<ComparisonRow> mwd_claim_rows(const MwdScenario& s, const MwdOutcomes& o);
+Table mwd_detection_table(const MwdScenario& s, const MwdOutcomes& o);
+/// Share of wells with an alarm up to each station.
+Table mwd_alarm_curve_table(const MwdScenario& s, const MwdOutcomes& o);
+Table mwd_series_table(const MwdScenario& s);
+
+}  // namespace surveymc

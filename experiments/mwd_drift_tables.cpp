@@ -1,0 +1,231 @@
+/// Tables of mwd_drift.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "claims.h"
+#include "monitoring/sprt_false_alarms.h"
+#include "mwd_drift.h"
+#include "stats/order_statistics.h"
+#include "study/table_writer.h"
+
+namespace surveymc {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* kSprt = "channel_sprt";
+constexpr const char* kFilter = "bias_filter";
+
+using Value = MwdOutcome::Value;
+
+std::uint64_t alarms(const MwdOutcomes& o, Value v) {
+  std::uint64_t n = 0;
+  for (std::size_t t = 0; t < o.trials(); ++t) n += o(t, v) >= 0;
+  return n;
+}
+
+std::uint64_t rightly_named(const MwdScenario& s, const MwdOutcomes& o) {
+  std::uint64_t n = 0;
+  for (std::size_t t = 0; t < o.trials(); ++t) n += static_cast<int>(o(t, Value::named)) == s.sensor;
+  return n;
+}
+
+/// Stations from the start of the drift to the alarm, sorted; a miss is infinite.
+std::vector<double> delays(const MwdScenario& s, const MwdOutcomes& o, Value v) {
+  std::vector<double> d;
+  for (std::size_t t = 0; t < o.trials(); ++t)
+    d.push_back(o(t, v) >= 0 ? o(t, v) - s.from_station : std::numeric_limits<double>::infinity());
+  std::sort(d.begin(), d.end());
+  return d;
+}
+
+std::vector<double> all(const MwdOutcomes& o, Value v) {
+  std::vector<double> x;
+  for (std::size_t t = 0; t < o.trials(); ++t) x.push_back(o(t, v));
+  return x;
+}
+
+ComparisonRow of(const char* formulation, ComparisonRow row) {
+  row.formulation = formulation;
+  return row;
+}
+
+/// Mean over wells against the mean of a chi-squared variable.
+ComparisonRow mean_against(const std::string& quantity, const std::vector<double>& x, double expected,
+                           const MwdScenario& s) {
+  ComparisonRow row = mean_row(kFilter, quantity, "1", x, s.verdict.confidence);
+  row.analytic = expected;
+  if (std::isnan(row.monte_carlo)) return row;
+  row.ratio = expected / row.monte_carlo;
+  row.ratio_interval = {expected / row.interval.hi, expected / row.interval.lo};
+  row.verdict = judge(row.ratio_interval, s.verdict.margin, x.size()).word;
+  row.note = "all six biases walk as the filter assumes";
+  return row;
+}
+
+ComparisonRow median_row(const char* formulation, const std::vector<double>& sorted, double confidence) {
+  ComparisonRow row;
+  row.formulation = formulation;
+  row.quantity = "delay_q50_stations";
+  row.unit = "1";
+  if (sorted.empty()) return row;
+  row.monte_carlo = sorted_quantile(sorted, 0.5);
+  row.interval = median_interval(sorted, confidence);
+  return row;
+}
+
+void write_share(TableWriter& w, const MwdScenario& s, std::uint64_t count, std::uint64_t trials) {
+  const Interval ci = trials > 0 ? binomial_interval(count, trials, s.verdict.confidence) : Interval{kNone, kNone};
+  w << (trials > 0 ? static_cast<double>(count) / static_cast<double>(trials) : kNone) << ci.lo << ci.hi;
+}
+
+}  // namespace
+
+std::vector<ComparisonRow> mwd_comparison_rows(const MwdScenario& s, const MwdOutcomes& o) {
+  const std::uint64_t n = o.trials();
+  const auto rate = [&](const char* formulation, const char* quantity, std::uint64_t count, std::uint64_t runs,
+                        double predicted) {
+    return of(formulation, compare_rate(quantity, count, runs, predicted, s.verdict, n));
+  };
+  // Channels are independent: noise of a triad is alike on its axes, so that rows of the Jacobian are orthogonal in it.
+  const double one_side = sprt_alarm_probability(s.sprt, 0, 1, s.stations).back();
+  ComparisonRow false_alarm =
+      rate(kSprt, "p_alarm_without_drift", alarms(o, Value::sprt_without), n, 1 - std::pow(1 - one_side, 6));
+  false_alarm.note += (false_alarm.note.empty() ? "" : "; ") + std::string("analytic: three channels, two sides each");
+  ComparisonRow of_filter = rate(kFilter, "p_alarm_without_drift", alarms(o, Value::filter_without), n, kNone);
+  of_filter.note = "no closed form: made about as rare as that of the SPRT by alarm_sd";
+  std::vector<ComparisonRow> rows{mean_against("nis_mean", all(o, Value::nis_mean), 3, s),
+                                  mean_against("nis_within_95", all(o, Value::nis_inside), 0.95, s),
+                                  mean_against("nees_mean", all(o, Value::nees_mean), 6, s),
+                                  false_alarm,
+                                  of_filter,
+                                  rate(kSprt, "p_detected", alarms(o, Value::sprt), n, kNone),
+                                  rate(kFilter, "p_detected", alarms(o, Value::filter), n, kNone),
+                                  median_row(kSprt, delays(s, o, Value::sprt), s.verdict.confidence),
+                                  median_row(kFilter, delays(s, o, Value::filter), s.verdict.confidence),
+                                  rate(kFilter, "p_named", rightly_named(s, o), alarms(o, Value::filter), kNone)};
+  return rows;
+}
+
+std::vector<ComparisonRow> mwd_claim_rows(const MwdScenario& s, const MwdOutcomes& o) {
+  const double confidence = s.verdict.confidence;
+  const char* both = "bias_filter / channel_sprt";
+  std::vector<double> more;
+  std::uint64_t sooner = 0, decided = 0;
+  for (std::size_t t = 0; t < o.trials(); ++t) {
+    const double filter = o(t, Value::filter), sprt = o(t, Value::sprt);
+    more.push_back((filter >= 0 ? 1.0 : 0.0) - (sprt >= 0 ? 1.0 : 0.0));
+    const double f = filter >= 0 ? filter : s.stations, p = sprt >= 0 ? sprt : s.stations;
+    sooner += f < p;
+    decided += f != p;
+  }
+  const auto share = [&](const char* formulation, const char* quantity, std::uint64_t count, std::uint64_t runs) {
+    ComparisonRow row = of(formulation, compare_rate(quantity, count, runs, kNone, s.verdict, o.trials()));
+    row.note.clear();
+    return row;
+  };
+  return {judge_claim(mean_row(both, "detects_no_less", "1", more, confidence), -0.01, false,
+                      "share of wells found, less that of the SPRT: above -1 %"),
+          judge_claim(share(both, "is_sooner", sooner, decided), 0.5, false,
+                      "in more than half of the wells in which one is sooner"),
+          judge_claim(share(kFilter, "names_the_right_sensor", rightly_named(s, o), alarms(o, Value::filter)), 0.99,
+                      false, "in more than 99 % of its alarms"),
+          judge_claim(share(kSprt, "false_alarms_are_rare", alarms(o, Value::sprt_without), o.trials()), 0.01, true,
+                      "in less than 1 % of wells without drift"),
+          judge_claim(share(kFilter, "false_alarms_are_rare", alarms(o, Value::filter_without), o.trials()), 0.01, true,
+                      "in less than 1 % of wells without drift")};
+}
+
+Table mwd_detection_table(const MwdScenario& s, const MwdOutcomes& o) {
+  Table t{"detection", "drift of one sensor along a survey" + at_confidence(s.verdict.confidence)};
+  t.columns = {word_column("method", "channel_sprt or bias_filter"), word_column("sensor", "that drifts")};
+  add_with_interval(t, "p_detected", "1", "share of wells with an alarm once the drift has begun");
+  t.columns.push_back(
+      number_column("delay_q05_stations", "1", "stations from the start of the drift to the alarm, 5 %"));
+  add_with_interval(t, "delay_q50_stations", "1", "the same, median; a miss is infinite");
+  t.columns.push_back(number_column("delay_q95_stations", "1", "the same, 95 %"));
+  add_with_interval(t, "p_named", "1", "share of these alarms that name the right sensor");
+  add_with_interval(t, "p_alarm_without_drift", "1", "share of wells with any alarm if no sensor drifts");
+  t.columns.push_back(count_column("trials", "wells"));
+  t.columns.push_back(count_column("failed", "wells without a result"));
+  TableWriter w(std::move(t));
+  for (const bool filter : {false, true}) {
+    const Value with = filter ? Value::filter : Value::sprt,
+                without = filter ? Value::filter_without : Value::sprt_without;
+    const std::vector<double> sorted = delays(s, o, with);
+    const std::uint64_t detected = alarms(o, with);
+    w << std::string(filter ? kFilter : kSprt) << std::string(kMwdSensors[static_cast<std::size_t>(s.sensor)]);
+    write_share(w, s, detected, o.trials());
+    const Interval ci = median_interval(sorted, s.verdict.confidence);
+    w << sorted_quantile(sorted, 0.05) << sorted_quantile(sorted, 0.5) << ci.lo << ci.hi
+      << sorted_quantile(sorted, 0.95);
+    write_share(w, s, rightly_named(s, o), filter ? detected : 0);
+    write_share(w, s, alarms(o, without), o.trials());
+    w << static_cast<std::int64_t>(o.trials()) << std::int64_t{0};
+  }
+  return w.take();
+}
+
+Table mwd_alarm_curve_table(const MwdScenario& s, const MwdOutcomes& o) {
+  Table t{"alarm_curve", "share of wells with an alarm up to a station" + at_confidence(s.verdict.confidence)};
+  t.columns = {word_column("method", "channel_sprt or bias_filter"),
+               number_column("md_m", "m", "measured depth from the first station"),
+               number_column("drift_share", "1", "share of the drift that has come")};
+  add_with_interval(t, "p_alarm", "1", "one sensor drifts; alarms before the drift begins do not count");
+  add_with_interval(t, "p_alarm_without_drift", "1", "no sensor drifts");
+  t.columns.push_back(count_column("trials", "wells"));
+  t.columns.push_back(count_column("failed", "wells without a result"));
+  TableWriter w(std::move(t));
+  for (const bool filter : {false, true}) {
+    const auto up_to = [&](Value v) {
+      std::vector<std::uint64_t> n(static_cast<std::size_t>(s.stations), 0);
+      for (std::size_t i = 0; i < o.trials(); ++i)
+        if (o(i, v) >= 0) ++n[static_cast<std::size_t>(o(i, v))];
+      for (std::size_t k = 1; k < n.size(); ++k) n[k] += n[k - 1];
+      return n;
+    };
+    const auto with = up_to(filter ? Value::filter : Value::sprt),
+               without = up_to(filter ? Value::filter_without : Value::sprt_without);
+    for (int k = 0; k < s.stations; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      w << std::string(filter ? kFilter : kSprt) << k * s.spacing << s.ramp(k);
+      write_share(w, s, with[i], o.trials());
+      write_share(w, s, without[i], o.trials());
+      w << static_cast<std::int64_t>(o.trials()) << std::int64_t{0};
+    }
+  }
+  return w.take();
+}
+
+Table mwd_series_table(const MwdScenario& s) {
+  Table t{"series", "first well, with drift: channels in their sd, and the biases that the filter estimates"};
+  t.columns = {number_column("md_m", "m", "measured depth from the first station")};
+  const std::array<const char*, 3> channels{"gravity", "total_field", "dip"};
+  for (const std::string n : channels) {
+    t.columns.push_back(number_column(n + "_sd", "1", "channel less reference, over its sd without drift"));
+    t.columns.push_back(count_column("decision_" + n, "of the SPRT on this channel: 0, or the sign of the shift"));
+  }
+  for (std::size_t j = 0; j < 6; ++j) {
+    const std::string unit = j < 3 ? "mg" : "nT", name = kMwdSensors[j] + ("_" + unit);
+    t.columns.push_back(number_column("bias_" + name, unit, "estimate"));
+    t.columns.push_back(number_column("sd_" + name, unit, "of the estimate, one sigma"));
+    t.columns.push_back(number_column("true_" + name, unit, "drift of the sensor"));
+  }
+  t.columns.push_back(word_column("named", "sensor that the filter's alarm names at this station; empty: no alarm"));
+  const MwdRun run = run_well(s, 0, SensorBias::ramp, true);
+  TableWriter w(std::move(t));
+  for (int k = 0; k < s.stations; ++k) {
+    const MwdStation& at = run.stations[static_cast<std::size_t>(k)];
+    w << k * s.spacing;
+    for (std::size_t c = 0; c < 3; ++c)
+      w << at.channels[static_cast<Eigen::Index>(c)] << static_cast<std::int64_t>(at.sprt[c]);
+    for (int j = 0; j < 6; ++j) {
+      const double unit = j < 3 ? kMilliG : 1;
+      w << at.bias[j] / unit << at.sd[j] / unit << at.truth[j] / unit;
+    }
+    w << std::string(at.named < 0 ? "" : kMwdSensors[static_cast<std::size_t>(at.named)]);
+  }
+  return w.take();
+}
+
+}  // namespace surveymc

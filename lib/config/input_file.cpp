@@ -1,0 +1,100 @@
+#include "config/input_file.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <system_error>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "base/error.h"
+#include "config/text.h"
+
+namespace surveymc {
+namespace {
+
+constexpr std::size_t kPiece = std::size_t{1} << 20;
+
+[[noreturn]] void fail(const std::filesystem::path& place, const std::string& reason) {
+  throw IoError(fmt::format("{}: {}", place.string(), reason));
+}
+
+std::FILE* opened(const std::filesystem::path& place) {
+  std::FILE* f = std::fopen(place.c_str(), "rb");
+  if (!f) fail(place, std::generic_category().message(errno));
+  return f;
+}
+
+}  // namespace
+
+InputReference describe_file(const std::string& path, const std::filesystem::path& place) {
+  InputReference r;
+  r.path = path;
+  XXH3_state_t state;
+  XXH3_128bits_reset(&state);
+  {
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(opened(place), &std::fclose);
+    std::vector<char> piece(kPiece);
+    while (const std::size_t n = std::fread(piece.data(), 1, piece.size(), file.get())) {
+      XXH3_128bits_update(&state, piece.data(), n);
+      r.size += n;
+    }
+    if (std::ferror(file.get())) fail(place, std::generic_category().message(errno));
+  }
+  const XXH128_hash_t h = XXH3_128bits_digest(&state);
+  r.hash = fmt::format("{:016x}{:016x}", h.high64, h.low64);
+
+  constexpr std::size_t kLongestHeader = 1000;
+  LineReader lines({path, nullptr, place, r.size});
+  std::string_view line;
+  while (r.header.empty() && lines.next(line))
+    if (const std::string_view t = trimmed(line); !t.empty() && t.front() != '#')
+      r.header = std::string(t.substr(0, kLongestHeader));
+  return r;
+}
+
+LineReader::LineReader(const InputFile& file) : file_(file) {
+  if (file_.text) {
+    rest_ = *file_.text;
+  } else {
+    open_.reset(opened(file_.place));
+    buffer_.resize(kPiece);
+    left_ = file_.size;
+    fill();
+  }
+  if (rest_.substr(0, 3) == "\xEF\xBB\xBF") rest_.remove_prefix(3);
+}
+
+/// Moves the rest to the front of the buffer and reads behind it; false if there is nothing left, or no room.
+bool LineReader::fill() {
+  if (left_ == 0 || rest_.size() == buffer_.size()) return false;
+  if (!rest_.empty()) std::memmove(buffer_.data(), rest_.data(), rest_.size());
+  const std::size_t room = static_cast<std::size_t>(std::min<std::uint64_t>(buffer_.size() - rest_.size(), left_));
+  const std::size_t n = std::fread(buffer_.data() + rest_.size(), 1, room, open_.get());
+  if (n == 0)
+    fail(file_.place,
+         std::ferror(open_.get()) ? std::generic_category().message(errno) : "became shorter while it was read");
+  rest_ = {buffer_.data(), rest_.size() + n};
+  left_ -= n;
+  return true;
+}
+
+bool LineReader::next(std::string_view& line) {
+  std::size_t end = rest_.find('\n');
+  while (end == std::string_view::npos && fill()) end = rest_.find('\n');
+  if (end == std::string_view::npos) {
+    require(left_ == 0, "{}:{}: is longer than {} bytes: must be a text file with a row a line", file_.path,
+            number_ + 1, kPiece);
+    if (rest_.empty()) return false;
+    end = rest_.size();
+  }
+  line = rest_.substr(0, end);
+  rest_.remove_prefix(std::min(end + 1, rest_.size()));
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  ++number_;
+  return true;
+}
+
+}  // namespace surveymc

@@ -1,0 +1,60 @@
+#pragma once
+/// A user's file that may be larger than the memory: its bytes are read line by line, as often as they are wanted.
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace surveymc {
+
+/// Files up to this size are stored whole in the result; of larger ones it has name, size, hash and header only.
+inline constexpr std::uint64_t kLargestStoredFile = std::uint64_t{1} << 24;
+
+/// What a result keeps of a file that is too large to be stored in it.
+struct InputReference {
+  std::string path;        ///< as the config names it
+  std::uint64_t size = 0;  ///< bytes
+  std::string hash;        ///< 128-bit XXH3 of the bytes, in hex
+  std::string header;      ///< first line that is neither blank nor a comment (#), at most 1000 bytes of it
+};
+
+struct InputFile {
+  std::string path;                              ///< as the config names it, for messages
+  std::shared_ptr<const std::string> text = {};  ///< all of it; null if it is too large to be held
+  std::filesystem::path place = {};              ///< where it is on the disk, if it is not held
+  std::uint64_t size = 0;                        ///< bytes
+};
+
+/// Reads the whole file once, in pieces. Throws IoError with the reason.
+InputReference describe_file(const std::string& path, const std::filesystem::path& place);
+
+/// The lines of a file, without their ends (LF or CRLF) and without a UTF-8 byte order mark. Holds 1 MiB of it.
+class LineReader {
+ public:
+  /// Throws IoError if the file cannot be opened.
+  explicit LineReader(const InputFile& file);
+
+  /// The next line, valid until the next call; false at the end. InputError for a line of more than 1 MiB, IoError if
+  /// the file cannot be read or has become shorter. What is appended to it meanwhile is not read.
+  bool next(std::string_view& line);
+  /// Of the line that was read last, from 1.
+  std::int64_t number() const { return number_; }
+
+ private:
+  struct Close {
+    void operator()(std::FILE* f) const { std::fclose(f); }
+  };
+  bool fill();
+
+  InputFile file_;
+  std::unique_ptr<std::FILE, Close> open_;
+  std::vector<char> buffer_;
+  std::string_view rest_;   // not yet given out
+  std::uint64_t left_ = 0;  // bytes that are still on the disk
+  std::int64_t number_ = 0;
+};
+
+}  // namespace surveymc

@@ -1,0 +1,30 @@
+#include "stats/order_statistics.h"
+
+#include <cmath>
+
+#include <catch2/catch.hpp>
+
+using namespace surveymc;
+
+TEST_CASE("A quantile is the smallest value with its share at or below it", "[stats]") {
+  const std::vector<double> x{1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
+  CHECK(sorted_quantile(x, 0.5) == 5);
+  CHECK(sorted_quantile(x, 0.51) == 6);
+  CHECK(sorted_quantile(x, 0.05) == 1);
+  CHECK(sorted_quantile(x, 1) == 10);
+  CHECK(sorted_quantile({7}, 0.5) == 7);
+}
+
+TEST_CASE("The interval of a median is that of the binomial table", "[stats]") {
+  std::vector<double> x;
+  for (int i = 1; i <= 10; ++i) x.push_back(i);
+  // n = 10: P(B <= 1) = 11 / 1024 = .0107 <= .025 < P(B <= 2) = .0547: the 2nd and the 9th value.
+  CHECK(median_interval(x, 0.95).lo == 2);
+  CHECK(median_interval(x, 0.95).hi == 9);
+  CHECK(std::isinf(median_interval({1, 2, 3, 4, 5}, 0.95).hi));  // 2 / 32 > .05: no interval of five values
+  x.clear();
+  for (int i = 1; i <= 4000; ++i) x.push_back(i);  // 2^-4000 is no double
+  // Normal approximation: 2000 -+ 1.96 sqrt(4000) / 2 = 2000 -+ 62.
+  CHECK(std::abs(median_interval(x, 0.95).lo - 1938) <= 2);
+  CHECK(std::abs(median_interval(x, 0.95).hi - 2063) <= 2);
+}
