@@ -9,7 +9,8 @@ packages=(g++ cmake ninja-build git libeigen3-dev libhdf5-dev libnlopt-dev libnl
   python3 python3-numpy python3-h5py python3-matplotlib)
 for part in "$@"; do
   case "$part" in
-    test) packages+=(catch2 librandom123-dev python3-xarray python3-netcdf4 python3-h5netcdf netcdf-bin hdf5-tools) ;;
+    test) packages+=(catch2 librandom123-dev python3-xarray python3-netcdf4 python3-h5netcdf netcdf-bin hdf5-tools
+      libopenmpi-dev openmpi-bin) ;;
     style) packages+=(clang-format) ;;
     *) echo "bootstrap.sh: unknown part '$part': must be test or style" >&2; exit 64 ;;
   esac

@@ -1,88 +1,133 @@
 #include "montecarlo/run_blocks.h"
 
-#include <algorithm>
-#include <exception>
-#include <mutex>
-
-#include <omp.h>
-
 #include "base/error.h"
+#include "montecarlo/workers.h"
 
 namespace surveymc {
+namespace {
 
-void OrderedMerge::add(std::uint64_t block, Tally tally) {
-  int level = 0;
-  for (;;) {
-    const auto sibling = waiting_.find({level, block ^ 1});
-    if (sibling == waiting_.end()) break;
-    if (block % 2 == 0) {
-      tally.merge(sibling->second);
-    } else {
-      sibling->second.merge(tally);
-      tally = std::move(sibling->second);
+/// One run: blocks in parallel until a block number, again and again as a stopping rule looks.
+class BlockRun {
+ public:
+  BlockRun(std::uint64_t trials, std::uint64_t first, const BlockKernel& kernel, const RunOptions& options,
+           std::vector<Subtree> finished)
+      : trials_(trials), next_(first), expected_(trials), kernel_(kernel), options_(options) {
+    const std::uint64_t blocks = all_blocks(trials, options.block_trials).end;
+    std::erase_if(finished, [&](const Subtree& n) {
+      return n.end_block() > blocks ||
+             n.tally.trials != trials_in({n.first_block(), n.end_block()}, trials, options.block_trials);
+    });
+    for (Subtree& node : disjoint_subtrees(std::move(finished))) {
+      covered_.push_back({node.first_block(), node.end_block()});
+      done_ += node.tally.trials;
+      merge_.add(std::move(node), true);
     }
-    waiting_.erase(sibling);
-    block /= 2;
-    ++level;
   }
-  waiting_.emplace(std::pair{level, block}, std::move(tally));
-}
 
-Tally OrderedMerge::whole() const {
-  // Without gaps the complete subtrees left over have falling levels from left to right.
-  Tally sum;
-  for (auto node = waiting_.rbegin(); node != waiting_.rend(); ++node) sum.merge(node->second);
-  return sum;
-}
-
-int available_threads() { return omp_get_max_threads(); }
-
-Tally run_blocks(std::uint64_t trials, const std::function<Tally(TrialBlock)>& kernel, const RunOptions& options,
-                 const StoppingRule& rule) {
-  const auto size = static_cast<std::uint64_t>(options.block_trials);
-  const int threads = options.threads > 0 ? options.threads : available_threads();
-  OrderedMerge merge;
-  std::uint64_t done = 0, expected = trials;
-  std::exception_ptr error;
-  std::mutex merging;  // not omp critical: thread sanitizers see a mutex, and GCC's OpenMP they do not
-  std::atomic<bool> abandon = false;
-  std::atomic<std::uint64_t> next = 0;  // our own dynamic schedule: a stop leaves the loop, however many blocks remain
-
-  const auto run_until = [&](std::uint64_t end) {
-    const std::uint64_t blocks = (end + size - 1) / size;
-#pragma omp parallel num_threads(threads)
-    while (!abandon && !(options.stop && *options.stop)) {
-      std::uint64_t b = next;
-      do {
-        if (b >= blocks) break;
-      } while (!next.compare_exchange_weak(b, b + 1));
-      if (b >= blocks) break;
-      try {
-        const TrialBlock block{b * size, static_cast<int>(std::min(size, trials - b * size))};
-        Tally tally = kernel(block);
-        const std::scoped_lock lock(merging);
-        merge.add(b, std::move(tally));
-        done += static_cast<std::uint64_t>(block.count);
-        if (options.progress) options.progress(done, expected);
-      } catch (...) {
-        abandon = true;
-        const std::scoped_lock lock(merging);
-        if (!error) error = std::current_exception();
-      }
+  void until(std::uint64_t end_block) {
+    std::vector<std::vector<BlockRange>> shares = divide({next_, end_block});
+    next_ = end_block;
+    const std::vector<BlockRange> own = std::move(shares.front());
+    shares.erase(shares.begin());
+    const std::uint64_t of_all = count_of(own) == 0 ? 1 : 1 + total(shares) / count_of(own);  // for the progress
+    if (options_.workers) options_.workers->order(options_.point, shares);
+    bool whole = false;
+    try {
+      whole = compute_blocks(
+          {own, trials_, options_.block_trials, options_.threads}, kernel_, [&] { return stopped(); },
+          [&](std::uint64_t block, Tally tally) {
+            done_ += tally.trials * of_all;
+            merge_.add(block, std::move(tally));
+            if (options_.progress) options_.progress(std::min(done_, expected_), expected_);
+            if (options_.save && options_.save_due && options_.save_due()) options_.save(merge_);
+            if (options_.workers && options_.workers->poll()) other_stopped_ = true;
+          });
+    } catch (...) {
+      drop_others();
+      throw;
     }
-    const std::scoped_lock lock(merging);
-    if (error) std::rethrow_exception(error);
-    if (options.stop && *options.stop) throw Interrupted("stopped before all trials were done");
-  };
+    if (collect(whole) && whole) return;
+    save_rest();
+    throw Interrupted("stopped before all trials were done");
+  }
 
+  void save_rest() {
+    if (options_.save) options_.save(merge_);
+  }
+  void expect(std::uint64_t trials) { expected_ = trials; }
+  /// End of the last block that an earlier run has finished.
+  std::uint64_t reached() const { return covered_.empty() ? 0 : covered_.back().end; }
+  OrderedMerge& merged() { return merge_; }
+
+ private:
+  bool stopped() const { return other_stopped_ || (options_.stop && *options_.stop); }
+
+  std::vector<std::vector<BlockRange>> divide(BlockRange range) const {
+    return divided(gaps(range, covered_), 1 + (options_.workers ? options_.workers->count() : 0));
+  }
+
+  static std::uint64_t total(const std::vector<std::vector<BlockRange>>& shares) {
+    std::uint64_t n = 0;
+    for (const auto& s : shares) n += count_of(s);
+    return n;
+  }
+
+  /// Waits for the other ranks, telling them to stop if our own share is not `whole`. True if theirs are.
+  bool collect(bool whole) {
+    if (!options_.workers) return true;
+    if (!whole) options_.workers->stop();
+    Workers::Work work = options_.workers->collect([&] { return stopped(); });
+    for (Subtree& n : work.subtrees) merge_.add(std::move(n), false);
+    return !work.cut_short;
+  }
+
+  /// Our own error counts, and not what the others say when they are told to stop.
+  void drop_others() {
+    try {
+      collect(false);
+    } catch (const std::exception&) {
+    }
+  }
+
+  std::uint64_t trials_, next_, expected_, done_ = 0;
+  const BlockKernel& kernel_;
+  const RunOptions& options_;
+  std::atomic<bool> other_stopped_ = false;
+  std::vector<BlockRange> covered_;  // rising, apart
+  OrderedMerge merge_;
+};
+
+}  // namespace
+
+Tally run_blocks(std::uint64_t trials, const BlockKernel& kernel, const RunOptions& options, const StoppingRule& rule,
+                 std::vector<Subtree> finished) {
+  BlockRun run(trials, 0, kernel, options, std::move(finished));
   for (const std::uint64_t look : rule.looks) {
-    run_until(std::min(look, trials));
-    Tally so_far = merge.whole();
-    expected = std::min(std::max(rule.needed(so_far), so_far.trials), trials);
-    if (expected <= so_far.trials) return so_far;
+    // A block behind a look was begun because the look did not end the run: it need not be taken again, nor could it,
+    // since the tree may have merged across it.
+    const std::uint64_t end = all_blocks(std::min(look, trials), options.block_trials).end;
+    if (end < run.reached()) continue;
+    run.until(end);
+    Tally so_far = run.merged().whole();
+    const std::uint64_t needed = std::min(std::max(rule.needed(so_far), so_far.trials), trials);
+    run.expect(needed);
+    if (needed > so_far.trials) continue;
+    run.save_rest();
+    return so_far;
   }
-  run_until(trials);
-  return merge.whole();
+  run.until(all_blocks(trials, options.block_trials).end);
+  run.save_rest();
+  return run.merged().whole();
+}
+
+std::vector<Subtree> run_block_range(std::uint64_t trials, BlockRange range, const BlockKernel& kernel,
+                                     const RunOptions& options, std::vector<Subtree> finished) {
+  std::erase_if(finished, [&](const Subtree& n) { return n.first_block() < range.first || n.end_block() > range.end; });
+  BlockRun run(trials, range.first, kernel, options, std::move(finished));
+  run.expect(trials_in(range, trials, options.block_trials));
+  run.until(range.end);
+  run.save_rest();
+  return run.merged().take();
 }
 
 }  // namespace surveymc

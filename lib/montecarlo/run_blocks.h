@@ -1,44 +1,31 @@
 #pragma once
-/// Blocks of trials in parallel, merged so that the bits do not depend on who computed what. The only OpenMP.
+/// A run's blocks, from threads, other ranks and earlier attempts, merged so that the bits do not depend on who
+/// computed what.
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <vector>
 
-#include "stats/tally.h"
+#include "montecarlo/blocks.h"
+#include "montecarlo/ordered_merge.h"
 
 namespace surveymc {
 
-/// Trials first .. first + count - 1. `first` is a multiple of the trials per block.
-struct TrialBlock {
-  std::uint64_t first = 0;
-  int count = 0;
-};
-
-/// Trials per block. Part of every archived result: another size would sum in another order.
-inline constexpr int kBlockTrials = 512;
-
-/// Merges block tallies along a fixed binary tree over the block number, in whatever order they arrive: node
-/// (level, i) holds blocks i 2^level .. (i + 1) 2^level - 1. Holds a few tallies per level at a time, not one per
-/// block.
-class OrderedMerge {
- public:
-  void add(std::uint64_t block, Tally tally);
-  /// The whole of blocks 0 .. n - 1, all of which have been added. What has no sibling at the right end is merged from
-  /// left to right. More blocks may be added afterwards.
-  Tally whole() const;
-
- private:
-  std::map<std::pair<int, std::uint64_t>, Tally> waiting_;  // (level, index) whose sibling has not come yet
-};
+class Workers;
 
 struct RunOptions {
   int threads = 0;  ///< 0: all that the machine offers
   /// Trials done so far and expected in all; called by one thread at a time.
   std::function<void(std::uint64_t, std::uint64_t)> progress = {};
-  const std::atomic<bool>* stop = nullptr;  ///< set: no new block is begun and Interrupted is thrown
+  const std::atomic<bool>* stop = nullptr;  ///< set: no new block is begun; Interrupted is thrown if any is left
   int block_trials = kBlockTrials;          ///< a study of few long trials asks for less; part of its results
+  /// Asked behind each block whether `save` shall have what was not saved; by one thread at a time.
+  std::function<bool()> save_due = {};
+  /// Gets the merge whenever save_due says so, and before run_blocks returns or throws Interrupted: take_unsaved() of
+  /// it then has every finished block that it did not have before.
+  std::function<void(OrderedMerge&)> save = {};
+  Workers* workers = nullptr;  ///< other ranks that share the blocks; they know the kernel by
+  std::uint64_t point = 0;     ///< this number
 };
 
 /// Ends a run early: at each look (a rising number of trials, whole blocks) `needed` predicts from the trials so far
@@ -50,12 +37,14 @@ struct StoppingRule {
 };
 
 /// kernel(block) for trials 0 .. trials - 1, or until `rule` ends the run, merged: the same bits as a run of just as
-/// many trials without a rule. The first exception of a kernel is rethrown after all threads have stopped. kernel is
-/// called from several threads and must not change what it shares.
-Tally run_blocks(std::uint64_t trials, const std::function<Tally(TrialBlock)>& kernel, const RunOptions& options,
-                 const StoppingRule& rule = {});
+/// many trials without a rule. The first exception of a kernel is rethrown after all threads have stopped.
+/// `finished` are subtrees of an earlier run of the same trials, kernel and rule, which are not computed again; those
+/// that have another number of trials than their blocks are left out.
+Tally run_blocks(std::uint64_t trials, const BlockKernel& kernel, const RunOptions& options,
+                 const StoppingRule& rule = {}, std::vector<Subtree> finished = {});
 
-/// What `threads = 0` means here.
-int available_threads();
+/// The blocks `range` of these trials as subtrees, in order of the blocks. Of `finished` those within the range count.
+std::vector<Subtree> run_block_range(std::uint64_t trials, BlockRange range, const BlockKernel& kernel,
+                                     const RunOptions& options, std::vector<Subtree> finished = {});
 
 }  // namespace surveymc

@@ -174,34 +174,61 @@ Table table_of(const InputReference& in) {
 
 }  // namespace
 
-Result execute(const PreparedRun& run, const RunOptions& options) {
+RunOptions options_of_point(RunOptions options, const PreparedRun& run, std::size_t point, Journal* journal) {
+  options.block_trials = run.points[point]->block_trials();
+  options.point = point;
+  if (!journal) return options;
+  options.save_due = [journal] { return journal->due(); };
+  options.save = [journal, point](OrderedMerge& merge) {
+    merge.take_unsaved([&](const Subtree& s) { journal->add(point, s); });
+    if (journal->due()) journal->write();
+  };
+  return options;
+}
+
+Tally point_tally(const PreparedRun& run, std::size_t index, const RunOptions& options, const Checkpoint& checkpoint) {
+  const StudyPoint& point = *run.points[index];
+  if (point.trials() == 0) return {};
+  const auto kept = checkpoint.finished.find(index);
+  return run_blocks(
+      point.trials(), [&](TrialBlock b) { return point.run_block(b); },
+      options_of_point(options, run, index, checkpoint.journal),
+      {point.looks(), [&](const Tally& t) { return point.trials_needed(t); }},
+      kept == checkpoint.finished.end() ? std::vector<Subtree>{} : kept->second);
+}
+
+Result execute(const PreparedRun& run, const RunOptions& options, const Checkpoint& checkpoint) {
+  std::uint64_t done_before = 0, after = run.total_trials();
+  return assemble(
+      run,
+      [&](std::size_t i) {
+        after -= run.points[i]->trials();
+        RunOptions of_point = options;
+        if (options.progress)
+          of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
+            options.progress(done_before + done, done_before + expected + after);
+          };
+        const Tally tally = point_tally(run, i, of_point, checkpoint);
+        done_before += tally.trials;
+        return run.points[i]->finish(tally, of_point);
+      },
+      options.stop);
+}
+
+Result assemble(const PreparedRun& run, const std::function<PointResult(std::size_t)>& point_result,
+                const std::atomic<bool>* stop) {
   Result result;
   const std::vector<Axis> axes = sweep_axes(run.config);
   Streams streams;
-  std::uint64_t done_before = 0, after = run.total_trials();
   for (std::size_t i = 0; i < run.points.size(); ++i) {
-    const StudyPoint& point = *run.points[i];
-    after -= point.trials();
-    RunOptions of_point = options;
-    of_point.block_trials = point.block_trials();
-    if (options.progress)
-      of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
-        options.progress(done_before + done, done_before + expected + after);
-      };
-    const StoppingRule rule{point.looks(), [&](const Tally& t) { return point.trials_needed(t); }};
-    const Tally tally = point.trials() == 0
-                            ? Tally{}
-                            : run_blocks(
-                                  point.trials(), [&](TrialBlock b) { return point.run_block(b); }, of_point, rule);
-    done_before += tally.trials;
-    PointResult r = point.finish(tally, of_point);
+    PointResult r = point_result(i);
     const std::vector<SweepValue> sweep = run.config.sweep_values(i);
     add_point(result.tables, std::move(r.tables), sweep);
     add_point(result.samples, std::move(r.samples), sweep);
     add_maps(result.maps, std::move(r.maps), axes);
     streams.add(std::move(r.streams), axes);
   }
-  result.streams = streams.take(options.stop);
+  result.streams = streams.take(stop);
   const auto add_inputs = [&](const auto& files) {
     for (const auto& in : files) {
       const Table t = table_of(in);

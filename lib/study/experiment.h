@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "checkpoint/journal.h"
 #include "config/config.h"
 #include "montecarlo/run_blocks.h"
 #include "store/result_file.h"
@@ -62,11 +63,29 @@ struct PreparedRun {
 /// names.
 PreparedRun prepare_run(const Experiment& experiment, Config config);
 
+/// What an earlier attempt has left of a run, and where this one keeps what it finishes.
+struct Checkpoint {
+  FinishedBlocks finished = {};
+  Journal* journal = nullptr;  ///< none: nothing is kept
+};
+
+/// Tally of a point of `run`, computed or taken from the checkpoint; empty for a point without trials.
+/// Here and below: where Interrupted is thrown, the journal has all finished blocks; they are not yet synced.
+Tally point_tally(const PreparedRun& run, std::size_t point, const RunOptions& options, const Checkpoint& checkpoint);
+
+/// `options` with the point's number and block size, which keep its finished blocks in the journal, if there is one.
+RunOptions options_of_point(RunOptions options, const PreparedRun& run, std::size_t point, Journal* journal);
+
+/// A whole result from those of all points, which are asked for in order: tables below each other, the sweep's keys as
+/// the first columns of every table and the first axes of every map, inputs, and provenance from the config.
+Result assemble(const PreparedRun& run, const std::function<PointResult(std::size_t)>& point_result,
+                const std::atomic<bool>* stop);
+
 /// Runs every point and puts their tables together: the sweep's keys become the first columns of every table and the
 /// first axes of every map. Streams of the result compute while they are read; they refer to the points of `run`, which
 /// must outlive the result, and throw Interrupted when options.stop is set. Fills provenance from the config, but for
 /// versions and command, and not RunInfo. options.progress gets the trials done and expected over all points.
-Result execute(const PreparedRun& run, const RunOptions& options);
+Result execute(const PreparedRun& run, const RunOptions& options, const Checkpoint& checkpoint = {});
 
 /// The unit that a name ends in (`field.total_nT` -> "nT"); "1" if it ends in none that we know.
 std::string unit_of_name(const std::string& name);

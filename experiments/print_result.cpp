@@ -1,0 +1,81 @@
+#include "print_result.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "run_setup.h"
+#include "study/comparison.h"
+
+namespace surveymc {
+namespace {
+
+constexpr const char* kWarningsTable = "warnings";
+
+std::size_t longest_line(const std::string& text) {
+  std::size_t longest = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    longest = std::max(longest, end - begin);
+    begin = end + 1;
+  }
+  return longest;
+}
+
+}  // namespace
+
+void print_tables(const Result& result, const std::string& path) {
+  constexpr std::size_t kReadable = 30, kWidest = 400;
+  std::string left_out;
+  for (const Table& t : result.tables) {
+    if (t.rows() == 0 || t.name == kWarningsTable) continue;
+    const std::string text = t.rows() > kReadable || t.columns.size() > 40 ? "" : format_table(t);
+    if (text.empty() || longest_line(text) > kWidest)
+      left_out += (left_out.empty() ? "" : ", ") + t.name;
+    else
+      fmt::print("{}\n", text);
+  }
+  if (!left_out.empty()) fmt::print("more tables: {}: surveymc show {} TABLE\n", left_out, path);
+}
+
+void print_warnings(const Result& result) {
+  for (const Table& t : result.tables) {
+    if (t.name != kWarningsTable) continue;
+    const auto& severity = std::get<std::vector<std::string>>(t.column("severity").values);
+    const auto& message = std::get<std::vector<std::string>>(t.column("message").values);
+    for (std::size_t row = 0; row < t.rows(); ++row) {
+      std::string point;  // columns of the sweep stand in front
+      for (const Column& c : t.columns) {
+        if (c.name == "severity") break;
+        if (const auto* words = std::get_if<std::vector<std::string>>(&c.values))
+          point += printable((*words)[row]) + ": ";
+        else
+          point += fmt::format("{} = {:g}: ", c.name, std::get<std::vector<double>>(c.values)[row]);
+      }
+      fmt::print("{}: {}{}\n", severity[row], point, printable(message[row]));
+    }
+  }
+}
+
+int report_verdicts(const Result& result, bool check) {
+  std::size_t agrees = 0, differs = 0, undecided = 0;
+  bool judged = false;
+  for (const Table& t : result.tables)
+    for (const Column& c : t.columns)
+      if (c.name == "verdict") {
+        judged = true;
+        for (const std::string& v : std::get<std::vector<std::string>>(c.values)) {
+          agrees += v == "agrees";
+          differs += v == "differs";
+          undecided += v == "undecided";
+        }
+      }
+  const std::vector<std::string> unexpected = unexpected_verdicts(result.tables);
+  if (!judged) return kDone;  // a study that compares nothing
+  fmt::print("verdicts: {} agree, {} differ, {} undecided; {} not as expected\n", agrees, differs, undecided,
+             unexpected.size());
+  for (const std::string& u : unexpected) fmt::print("  {}\n", u);
+  return check && !unexpected.empty() ? kUnexpected : kDone;
+}
+
+}  // namespace surveymc

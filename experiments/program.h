@@ -1,0 +1,12 @@
+#pragma once
+#include <string>
+
+#include "montecarlo/messages.h"
+
+namespace surveymc {
+
+/// The program: parses the command line, does what it says, prints, returns the exit code. With `messages` every rank
+/// calls this: rank 0 does it, and the others compute for it and are silent. `mpi`: for --version.
+int program_main(int argc, char** argv, Messages* messages, const std::string& mpi);
+
+}  // namespace surveymc

@@ -1,0 +1,84 @@
+#pragma once
+/// Plain values as bytes and back: little endian, lists and texts behind their length. Nothing is aligned.
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "base/error.h"
+
+namespace surveymc {
+
+static_assert(std::endian::native == std::endian::little, "journals and part files are little endian");
+
+class ByteWriter {
+ public:
+  template <class T>
+  requires std::is_arithmetic_v<T>
+  void put(T x) { put(&x, sizeof x); }
+  void put(std::string_view text) {
+    put(std::uint64_t{text.size()});
+    bytes_.append(text);
+  }
+  template <class T>
+  requires std::is_arithmetic_v<T>
+  void put(const std::vector<T>& list) {
+    put(std::uint64_t{list.size()});
+    put(list.data(), list.size() * sizeof(T));
+  }
+  void put(const void* data, std::size_t size) {
+    if (size > 0) bytes_.append(static_cast<const char*>(data), size);
+  }
+
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+/// Reads what a ByteWriter wrote. Throws IoError where the bytes end too early or a length cannot be right: it never
+/// allocates more than the bytes that there are.
+class ByteReader {
+ public:
+  explicit ByteReader(std::string_view bytes) : left_(bytes) {}
+
+  template <class T>
+  requires std::is_arithmetic_v<T> T get() {
+    T x;
+    std::memcpy(&x, raw(sizeof x).data(), sizeof x);
+    return x;
+  }
+  std::string text() { return std::string(raw(length(1))); }
+  template <class T>
+  requires std::is_arithmetic_v<T> std::vector<T> list() {
+    const std::size_t n = length(sizeof(T));
+    std::vector<T> values(n);
+    get(values.data(), n * sizeof(T));
+    return values;
+  }
+  void get(void* data, std::size_t size) {
+    const std::string_view from = raw(size);
+    if (size > 0) std::memcpy(data, from.data(), size);
+  }
+  std::string_view raw(std::size_t size) {
+    if (size > left_.size()) throw IoError("damaged: the data end too early");
+    const std::string_view bytes = left_.substr(0, size);
+    left_.remove_prefix(size);
+    return bytes;
+  }
+  /// How many things follow, none of which is smaller than `least` bytes.
+  std::size_t length(std::size_t least) {
+    const auto n = get<std::uint64_t>();
+    if (n > left_.size() / least) throw IoError("damaged: a length is larger than the data");
+    return static_cast<std::size_t>(n);
+  }
+  std::size_t left() const { return left_.size(); }
+
+ private:
+  std::string_view left_;
+};
+
+}  // namespace surveymc

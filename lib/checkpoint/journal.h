@@ -1,0 +1,69 @@
+#pragma once
+/// Checkpoint journals: finished blocks of a run that is not done, beside its output. Each writer appends to a file of
+/// its own, "<output>.journal.<host>.<pid>", so two attempts at once do not disturb each other. One record per subtree
+/// of blocks, with a checksum; a killed writer leaves at worst half a record at the end, which is not read.
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "checkpoint/record.h"
+#include "montecarlo/run_blocks.h"
+
+namespace surveymc {
+
+/// Finished subtrees of every sweep point; they may be nested (disjoint_subtrees()).
+using FinishedBlocks = std::map<std::uint64_t, std::vector<Subtree>>;
+
+/// Journals beside `output`, whoever wrote them; sorted.
+std::vector<std::filesystem::path> journals_of(const std::filesystem::path& output);
+
+struct JournalContents {
+  FinishedBlocks finished;
+  std::vector<std::filesystem::path> damaged;  ///< journals that are not whole; what stands before the damage counts
+};
+
+/// Throws IoError if a journal beside `output` belongs to another config or another build of the program.
+JournalContents read_journals(const std::filesystem::path& output, const RunKey& key);
+
+/// Removes the journals of this run, once its output was written: those that read_journals() would read, and damaged
+/// ones. What is no journal stays.
+void remove_journals(const std::filesystem::path& output, const RunKey& key);
+
+/// A writer. Not thread-safe. The file is made at the first write: a run that ends before has none.
+class Journal {
+ public:
+  /// Writes at most every `interval`.
+  Journal(std::filesystem::path output, RunKey key, std::chrono::duration<double> interval);
+  ~Journal();
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
+
+  bool due() const { return std::chrono::steady_clock::now() - last_ >= interval_; }
+  /// Keeps the record for the next write.
+  void add(std::uint64_t point, const Subtree& subtree);
+  /// Appends in one write() all that was added. False, with the reason in error(), if that failed: it is kept for the
+  /// next time, and the file is as long as before.
+  bool write();
+  /// write(), and to the disk.
+  bool sync();
+  const std::string& error() const { return error_; }
+  /// True once there is a file.
+  bool started() const { return file_ >= 0; }
+
+ private:
+  bool fail();
+
+  std::filesystem::path output_;
+  RunKey key_;
+  std::chrono::duration<double> interval_;
+  std::chrono::steady_clock::time_point last_;
+  std::string pending_, error_;
+  std::filesystem::path path_;
+  int file_ = -1;
+  std::int64_t size_ = 0;
+};
+
+}  // namespace surveymc

@@ -1,0 +1,61 @@
+#include "checkpoint/record.h"
+
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "base/bytes.h"
+#include "base/error.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+namespace surveymc {
+namespace {
+
+constexpr std::size_t kHead = 8 + sizeof(std::uint64_t), kChecksum = sizeof(XXH128_canonical_t);
+
+std::string checksum(std::string_view bytes) {
+  XXH128_canonical_t canonical;
+  XXH128_canonicalFromHash(&canonical, XXH3_128bits(bytes.data(), bytes.size()));
+  return {reinterpret_cast<const char*>(canonical.digest), sizeof canonical.digest};
+}
+
+}  // namespace
+
+std::string sealed_record(std::string_view mark, std::string_view body) {
+  ByteWriter out;
+  out.put(mark.data(), mark.size());
+  out.put(body);
+  std::string bytes = out.take();
+  return bytes + checksum(bytes);
+}
+
+std::optional<Record> record_at(std::string_view bytes, std::size_t begin, std::string_view mark) {
+  const std::string_view here = bytes.substr(std::min(begin, bytes.size()));
+  if (here.size() < kHead + kChecksum || !here.starts_with(mark)) return std::nullopt;
+  const auto size = ByteReader(here.substr(mark.size())).get<std::uint64_t>();
+  if (size > here.size() - kHead - kChecksum) return std::nullopt;
+  const std::size_t sealed = kHead + static_cast<std::size_t>(size);
+  if (here.substr(sealed, kChecksum) != checksum(here.substr(0, sealed))) return std::nullopt;
+  return Record{here.substr(kHead, static_cast<std::size_t>(size)), begin + sealed + kChecksum};
+}
+
+std::string read_bytes(const std::filesystem::path& path) {
+  const auto fail = [&](const std::string& why) -> std::string {
+    throw IoError(fmt::format("{}: cannot be read: {}", path.string(), why));
+  };
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) return fail("is a folder");
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return fail(std::generic_category().message(errno));
+  std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  if (in.bad()) return fail("input error");
+  return bytes;
+}
+
+}  // namespace surveymc

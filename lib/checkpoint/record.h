@@ -1,0 +1,33 @@
+#pragma once
+/// Records with a checksum: what journals and part files are made of.
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace surveymc {
+
+/// What a stored tally belongs to. Tallies go together only if both are the same: another build may round otherwise.
+struct RunKey {
+  std::string config_hash;  ///< Config::hash()
+  std::string program;      ///< version, revision and compiler of the program
+
+  bool operator==(const RunKey&) const = default;
+};
+
+/// mark (8 bytes), length of the body (8), body, XXH3-128 of all of them (16).
+std::string sealed_record(std::string_view mark, std::string_view body);
+
+struct Record {
+  std::string_view body;  ///< within the bytes that were read
+  std::size_t end = 0;    ///< where the next one begins
+};
+
+/// The record at `begin`; none if it is incomplete, damaged, or of another mark.
+std::optional<Record> record_at(std::string_view bytes, std::size_t begin, std::string_view mark);
+
+/// All bytes of a file. Throws IoError.
+std::string read_bytes(const std::filesystem::path& path);
+
+}  // namespace surveymc

@@ -1,0 +1,80 @@
+#include "montecarlo/blocks.h"
+
+#include <atomic>
+#include <exception>
+#include <mutex>
+
+#include <omp.h>
+
+namespace surveymc {
+
+std::vector<BlockRange> gaps(BlockRange all, const std::vector<BlockRange>& covered) {
+  std::vector<BlockRange> left;
+  std::uint64_t reached = all.first;
+  for (const BlockRange& c : covered) {
+    if (c.first > reached && reached < all.end) left.push_back({reached, std::min(c.first, all.end)});
+    reached = std::max(reached, c.end);
+  }
+  if (reached < all.end) left.push_back({reached, all.end});
+  return left;
+}
+
+std::uint64_t count_of(const std::vector<BlockRange>& blocks) {
+  std::uint64_t n = 0;
+  for (const BlockRange& r : blocks) n += r.end - r.first;
+  return n;
+}
+
+std::vector<std::vector<BlockRange>> divided(const std::vector<BlockRange>& blocks, std::size_t shares) {
+  const std::uint64_t all = count_of(blocks);
+  std::vector<std::vector<BlockRange>> lists(shares);
+  std::uint64_t before = 0;  // blocks in front of the range
+  for (const BlockRange& r : blocks) {
+    for (std::size_t s = 0; s < shares; ++s) {
+      const std::uint64_t begin = std::max(all * s / shares, before),
+                          end = std::min(all * (s + 1) / shares, before + (r.end - r.first));
+      if (begin < end) lists[s].push_back({r.first + (begin - before), r.first + (end - before)});
+    }
+    before += r.end - r.first;
+  }
+  return lists;
+}
+
+int available_threads() { return omp_get_max_threads(); }
+
+bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std::function<bool()>& stopped,
+                    const std::function<void(std::uint64_t, Tally)>& take) {
+  std::vector<std::uint64_t> ends;  // of the ranges, counted in blocks of this work
+  for (const BlockRange& r : work.blocks) ends.push_back((ends.empty() ? 0 : ends.back()) + (r.end - r.first));
+  const std::uint64_t all = ends.empty() ? 0 : ends.back();
+  const auto number_of = [&](std::uint64_t n) {
+    const auto range = static_cast<std::size_t>(std::upper_bound(ends.begin(), ends.end(), n) - ends.begin());
+    return work.blocks[range].end - (ends[range] - n);
+  };
+  const auto size = static_cast<std::uint64_t>(work.block_trials);
+  const int threads = work.threads > 0 ? work.threads : available_threads();
+  std::exception_ptr error;
+  std::mutex taking;  // not omp critical: thread sanitizers see a mutex, and GCC's OpenMP they do not
+  std::atomic<bool> abandon = false;
+  std::atomic<std::uint64_t> next = 0;  // our own dynamic schedule: a stop leaves the loop, however many blocks remain
+#pragma omp parallel num_threads(threads)
+  while (!abandon && next < all && !stopped()) {
+    const std::uint64_t n = next++;
+    if (n >= all) break;
+    try {
+      const std::uint64_t block = number_of(n), first = block * size;
+      Tally tally = kernel({first, static_cast<int>(std::min(size, work.trials - first))});
+      const std::scoped_lock lock(taking);
+      take(block, std::move(tally));
+    } catch (...) {
+      abandon = true;
+      const std::scoped_lock lock(taking);
+      if (!error) error = std::current_exception();
+    }
+  }
+  const std::scoped_lock lock(taking);
+  if (error) std::rethrow_exception(error);
+  return next >= all;
+}
+
+}  // namespace surveymc

@@ -1,0 +1,84 @@
+#include "montecarlo/ordered_merge.h"
+
+#include <algorithm>
+
+#include "base/bytes.h"
+#include "base/error.h"
+#include "stats/tally_bytes.h"
+
+namespace surveymc {
+
+std::string subtree_to_bytes(const Subtree& node) {
+  ByteWriter out;
+  out.put(std::int32_t{node.level});
+  out.put(node.index);
+  const std::string tally = tally_to_bytes(node.tally);
+  out.put(tally.data(), tally.size());
+  return out.take();
+}
+
+Subtree subtree_from_bytes(std::string_view bytes) {
+  constexpr std::int32_t kHighest = 62;
+  ByteReader in(bytes);
+  Subtree node;
+  node.level = in.get<std::int32_t>();
+  node.index = in.get<std::uint64_t>();
+  if (node.level < 0 || node.level > kHighest || node.index >= (std::uint64_t{1} << (kHighest - node.level)))
+    throw IoError("damaged: no such block");
+  node.tally = tally_from_bytes(in.raw(in.left()));
+  return node;
+}
+
+std::vector<Subtree> disjoint_subtrees(std::vector<Subtree> nodes) {
+  // By first block, the largest first: whatever begins before the end of the one before lies within it.
+  std::stable_sort(nodes.begin(), nodes.end(), [](const Subtree& a, const Subtree& b) {
+    return std::pair{a.first_block(), -a.level} < std::pair{b.first_block(), -b.level};
+  });
+  std::vector<Subtree> kept;
+  for (Subtree& n : nodes)
+    if (kept.empty() || n.first_block() >= kept.back().end_block()) kept.push_back(std::move(n));
+  return kept;
+}
+
+void OrderedMerge::add(Subtree node, bool saved) {
+  for (;;) {
+    const auto sibling = waiting_.find({node.level, node.index ^ 1});
+    if (sibling == waiting_.end()) break;
+    Tally& other = sibling->second.subtree.tally;
+    if (node.index % 2 == 0) {
+      node.tally.merge(other);
+    } else {
+      other.merge(node.tally);
+      node.tally = std::move(other);
+    }
+    saved = saved && sibling->second.saved;
+    waiting_.erase(sibling);
+    node.index /= 2;
+    ++node.level;
+  }
+  const std::pair key{node.level, node.index};
+  waiting_.emplace(key, Node{std::move(node), saved});
+}
+
+Tally OrderedMerge::whole() const {
+  // Without gaps the complete subtrees left over have falling levels from left to right.
+  Tally sum;
+  for (auto node = waiting_.rbegin(); node != waiting_.rend(); ++node) sum.merge(node->second.subtree.tally);
+  return sum;
+}
+
+void OrderedMerge::take_unsaved(const std::function<void(const Subtree&)>& save) {
+  for (auto& [key, node] : waiting_) {
+    if (!node.saved) save(node.subtree);
+    node.saved = true;
+  }
+}
+
+std::vector<Subtree> OrderedMerge::take() {
+  std::vector<Subtree> nodes;
+  for (auto& [key, node] : waiting_) nodes.push_back(std::move(node.subtree));
+  waiting_.clear();
+  return disjoint_subtrees(std::move(nodes));
+}
+
+}  // namespace surveymc

@@ -1,0 +1,212 @@
+#include "montecarlo/workers.h"
+
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "base/bytes.h"
+#include "base/error.h"
+
+namespace surveymc {
+namespace {
+
+// First byte of a message; what follows it
+enum Kind : char {
+  kOrder = 'o',   // BlockOrder
+  kStop = 's',    // nothing
+  kEnd = 'e',     // exit code
+  kDone = 'd',    // subtrees: the whole share
+  kCut = 'c',     // subtrees: what was done before a stop
+  kInput = 'i',   // text of an InputError
+  kIo = 'f',      // text of an IoError
+  kFailed = 'x',  // text of another exception
+};
+
+std::string message(Kind kind, std::string body = {}) { return std::string(1, kind) + body; }
+
+std::string to_bytes(const BlockOrder& o) {
+  ByteWriter out;
+  out.put(o.run);
+  out.put(o.journal);
+  out.put(o.point);
+  out.put(std::uint64_t{o.blocks.size()});
+  for (const BlockRange& r : o.blocks) {
+    out.put(r.first);
+    out.put(r.end);
+  }
+  return out.take();
+}
+
+BlockOrder order_from(std::string_view bytes) {
+  ByteReader in(bytes);
+  BlockOrder o;
+  o.run = in.text();
+  o.journal = in.text();
+  o.point = in.get<std::uint64_t>();
+  o.blocks.resize(in.length(16));
+  for (BlockRange& r : o.blocks) {
+    r.first = in.get<std::uint64_t>();
+    r.end = in.get<std::uint64_t>();
+  }
+  return o;
+}
+
+std::string to_bytes(const std::vector<Subtree>& nodes) {
+  ByteWriter out;
+  out.put(std::uint64_t{nodes.size()});
+  for (const Subtree& n : nodes) out.put(subtree_to_bytes(n));
+  return out.take();
+}
+
+std::vector<Subtree> subtrees_from(std::string_view bytes) {
+  ByteReader in(bytes);
+  std::vector<Subtree> nodes(in.length(8));
+  for (Subtree& n : nodes) n = subtree_from_bytes(in.text());
+  return nodes;
+}
+
+/// Sleeps a little: the cores belong to those who compute.
+void doze() { std::this_thread::sleep_for(std::chrono::microseconds(500)); }
+
+int exit_code(std::string_view body) { return ByteReader(body).get<std::int32_t>(); }
+
+}  // namespace
+
+Message Messages::receive() {
+  for (;;) {
+    if (std::optional<Message> m = try_receive()) return std::move(*m);
+    doze();
+  }
+}
+
+void Workers::order(std::uint64_t point, const std::vector<std::vector<BlockRange>>& shares) {
+  for (std::size_t w = 0; w < shares.size(); ++w) {
+    if (shares[w].empty()) continue;
+    messages_->send(static_cast<int>(w) + 1, message(kOrder, to_bytes({run, journal, point, shares[w]})));
+    ++open_;
+  }
+}
+
+void Workers::take(const Message& m) {
+  --open_;
+  const std::string_view body = std::string_view(m.bytes).substr(1);
+  const char kind = m.bytes[0];
+  if (kind != kDone) stop();
+  if (kind == kDone || kind == kCut) {
+    for (Subtree& n : subtrees_from(body)) work_.subtrees.push_back(std::move(n));
+    if (kind == kCut) work_.cut_short = true;
+  } else if (error_.empty()) {
+    error_ = fmt::format("{}rank {}: {}", kind, m.from, body);
+  }
+}
+
+bool Workers::poll() {
+  while (open_ > 0) {
+    const std::optional<Message> m = messages_->try_receive();
+    if (!m) break;
+    take(*m);
+  }
+  return stopped_;
+}
+
+void Workers::stop() {
+  if (stopped_) return;
+  stopped_ = true;
+  for (std::size_t w = 0; w < count(); ++w) messages_->send(static_cast<int>(w) + 1, message(kStop));
+}
+
+Workers::Work Workers::collect(const std::function<bool()>& stopped) {
+  for (; open_ > 0; doze()) {
+    if (stopped()) stop();
+    poll();
+  }
+  Work work = std::move(work_);
+  work_ = {};
+  if (!error_.empty()) {
+    const std::string text = error_.substr(1);
+    if (error_[0] == kInput) throw InputError(text);
+    if (error_[0] == kIo) throw IoError(text);
+    throw std::runtime_error(text);
+  }
+  return work;
+}
+
+void Workers::end(int exit) {
+  for (stop(); open_ > 0; doze()) poll();  // nobody shall wait for us to take an answer
+  ByteWriter body;
+  body.put(std::int32_t{exit});
+  const std::string bytes = message(kEnd, body.take());
+  for (std::size_t w = 0; w < count(); ++w) messages_->send(static_cast<int>(w) + 1, bytes);
+}
+
+namespace {
+
+class Server {
+ public:
+  Server(Messages& messages, const std::function<Share(const BlockOrder&)>& share_of)
+      : messages_(messages), share_of_(share_of) {}
+
+  int run() {
+    while (!exit_) {
+      const Message m = messages_.receive();
+      if (m.bytes[0] == kOrder)
+        reply(answer(order_from(std::string_view(m.bytes).substr(1))));
+      else
+        take(m);
+    }
+    return *exit_;
+  }
+
+ private:
+  void reply(const std::string& bytes) {
+    try {
+      messages_.send(0, bytes);
+    } catch (const IoError& e) {  // too long
+      messages_.send(0, message(kIo, e.what()));
+    }
+  }
+
+  void take(const Message& m) {
+    told_ = true;
+    if (m.bytes[0] == kEnd) exit_ = exit_code(std::string_view(m.bytes).substr(1));
+  }
+
+  std::string answer(const BlockOrder& order) {
+    try {
+      const Share share = share_of_(order);
+      const RunOptions& options = share.options;
+      OrderedMerge merge;
+      const bool whole = compute_blocks(
+          {order.blocks, share.trials, options.block_trials, options.threads}, share.kernel,
+          [&] { return told_ || (options.stop && *options.stop); },
+          [&](std::uint64_t block, Tally tally) {
+            merge.add(block, std::move(tally));
+            if (options.save && options.save_due && options.save_due()) options.save(merge);
+            if (const std::optional<Message> m = messages_.try_receive()) take(*m);
+          });
+      if (options.save) options.save(merge);
+      return message(whole ? kDone : kCut, to_bytes(merge.take()));
+    } catch (const InputError& e) {
+      return message(kInput, e.what());
+    } catch (const IoError& e) {
+      return message(kIo, e.what());
+    } catch (const std::exception& e) {
+      return message(kFailed, e.what());
+    }
+  }
+
+  Messages& messages_;
+  const std::function<Share(const BlockOrder&)>& share_of_;
+  std::atomic<bool> told_ = false;  // to stop
+  std::optional<int> exit_;
+};
+
+}  // namespace
+
+int serve(Messages& messages, const std::function<Share(const BlockOrder&)>& share_of) {
+  return Server(messages, share_of).run();
+}
+
+}  // namespace surveymc

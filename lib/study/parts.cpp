@@ -1,0 +1,204 @@
+#include "study/parts.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "study/point_result_bytes.h"
+
+namespace surveymc {
+
+namespace {
+
+BlockRange blocks_of(const StudyPoint& point) { return all_blocks(point.trials(), point.block_trials()); }
+
+}  // namespace
+
+std::string part_name(const PartChoice& c) {
+  std::string name;
+  if (c.point) name = fmt::format("point-{:05}", *c.point);
+  if (c.shards > 1 || !c.point) name += fmt::format("{}shard-{}-of-{}", name.empty() ? "" : "-", c.shard, c.shards);
+  return name;
+}
+
+void check_choice(const PreparedRun& run, const PartChoice& c) {
+  if (c.point)
+    require(*c.point < run.points.size(), "--point {}: the points of this config are numbered 0 to {}", *c.point,
+            run.points.size() - 1);
+  require(c.shards > 0 && c.shard < c.shards, "--shard {}/{}: shards are numbered 0 to {}", c.shard, c.shards,
+          c.shards - (c.shards > 0));
+  if (c.point && c.shards == 1) return;
+  for (std::size_t i = 0; i < run.points.size(); ++i) {
+    if (c.point && *c.point != i) continue;
+    require(run.points[i]->trials() > 0,
+            "--shard {}/{}: a config of {} has no trials to divide; divide it by --point (0 to {})", c.shard, c.shards,
+            run.experiment.name, run.points.size() - 1);
+    require(run.points[i]->looks().empty(),
+            "--shard {}/{}: this config ends by [stop], which looks at all trials so far, and a shard sees only its "
+            "own; divide it by --point (0 to {}), or give trials instead of [stop]",
+            c.shard, c.shards, run.points.size() - 1);
+  }
+}
+
+std::vector<PartPiece> part_pieces(const PreparedRun& run, const PartChoice& c) {
+  std::vector<PartPiece> pieces;
+  for (std::uint64_t i = 0; i < run.points.size(); ++i) {
+    if (c.point && *c.point != i) continue;
+    const std::uint64_t blocks = blocks_of(*run.points[i]).end;
+    const bool whole = blocks == 0 || !run.points[i]->looks().empty();
+    pieces.push_back({i, {blocks * c.shard / c.shards, blocks * (c.shard + 1) / c.shards}, blocks, whole});
+  }
+  return pieces;
+}
+
+Part run_part(const PreparedRun& run, const PartChoice& choice, const RunOptions& options,
+              const Checkpoint& checkpoint) {
+  Part part;
+  part.pieces = part_pieces(run, choice);
+  std::uint64_t done_before = 0, after = 0;
+  const auto trials_of = [&](const PartPiece& p) {
+    return trials_in(p.blocks, run.points[p.point]->trials(), run.points[p.point]->block_trials());
+  };
+  for (const PartPiece& p : part.pieces) after += trials_of(p);
+  for (PartPiece& p : part.pieces) {
+    const StudyPoint& point = *run.points[p.point];
+    after -= trials_of(p);
+    RunOptions of_point = options;
+    if (options.progress)
+      of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
+        options.progress(done_before + done, done_before + expected + after);
+      };
+    if (point.trials() == 0) {
+      p.result = point_result_to_bytes(point.finish({}, of_point));
+    } else if (p.whole) {
+      p.subtrees.push_back({0, 0, point_tally(run, p.point, of_point, checkpoint)});
+    } else {
+      const auto kept = checkpoint.finished.find(p.point);
+      p.subtrees = run_block_range(
+          point.trials(), p.blocks, [&](TrialBlock b) { return point.run_block(b); },
+          options_of_point(of_point, run, p.point, checkpoint.journal),
+          kept == checkpoint.finished.end() ? std::vector<Subtree>{} : kept->second);
+    }
+    done_before += trials_of(p);
+  }
+  part.title = run.config.title().empty() ? run.experiment.summary : run.config.title();
+  part.experiment = run.experiment.name;
+  part.config = run.config.resolved_text();
+  part.key.config_hash = run.config.hash();
+  part.inputs = run.config.inputs();
+  part.texts = run.config.input_texts();
+  part.points = run.points.size();
+  return part;
+}
+
+std::vector<std::vector<BlockRange>> missing_blocks(const std::vector<PartPiece>& whole,
+                                                    const std::vector<const PartPiece*>& pieces) {
+  std::vector<std::vector<BlockRange>> there(whole.size());
+  std::vector<bool> complete(whole.size());
+  for (const PartPiece* p : pieces) {
+    if (p->point >= whole.size()) continue;
+    if (p->whole) complete[p->point] = true;
+    there[p->point].push_back(p->blocks);
+  }
+  std::vector<std::vector<BlockRange>> missing(whole.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    if (complete[i]) continue;
+    if (whole[i].whole) {  // such points are in one piece
+      missing[i].push_back(whole[i].blocks);
+      continue;
+    }
+    std::sort(there[i].begin(), there[i].end(), [](BlockRange a, BlockRange b) { return a.first < b.first; });
+    std::uint64_t reached = 0;
+    for (const BlockRange& r : there[i]) {
+      if (r.first > reached) missing[i].push_back({reached, r.first});
+      reached = std::max(reached, r.end);
+    }
+    if (reached < whole[i].blocks.end) missing[i].push_back({reached, whole[i].blocks.end});
+  }
+  return missing;
+}
+
+bool is_covered(const std::vector<PartPiece>& choice, const std::vector<std::vector<BlockRange>>& missing) {
+  return std::all_of(choice.begin(), choice.end(), [&](const PartPiece& p) {
+    const std::vector<BlockRange>& gaps = missing[p.point];
+    if (p.whole) return gaps.empty();
+    if (p.blocks.first == p.blocks.end) return true;  // more shards than blocks
+    return std::none_of(gaps.begin(), gaps.end(),
+                        [&](BlockRange g) { return g.first < p.blocks.end && p.blocks.first < g.end; });
+  });
+}
+
+std::string array_list(const std::vector<std::uint64_t>& rising) {
+  std::string text;
+  for (std::size_t i = 0; i < rising.size();) {
+    std::size_t last = i;
+    while (last + 1 < rising.size() && rising[last + 1] == rising[last] + 1) ++last;
+    text += fmt::format("{}{}", text.empty() ? "" : ",", rising[i]);
+    if (last > i) text += fmt::format("-{}", rising[last]);
+    i = last + 1;
+  }
+  return text;
+}
+
+Config config_of(const Part& part, const std::string& label) {
+  std::vector<InputTable> inputs = part.inputs;
+  return Config::from_text(part.config, label, std::move(inputs), part.texts);
+}
+
+namespace {
+
+/// Throws InputError that names all gaps.
+void require_complete(const PreparedRun& run, const std::vector<const PartPiece*>& pieces) {
+  const auto missing = missing_blocks(part_pieces(run, {}), pieces);
+  std::vector<std::uint64_t> whole;
+  std::string text;
+  for (std::size_t i = 0; i < missing.size(); ++i) {
+    if (missing[i].empty()) continue;
+    const std::uint64_t trials = run.points[i]->trials(), blocks = blocks_of(*run.points[i]).end;
+    const auto size = static_cast<std::uint64_t>(run.points[i]->block_trials());
+    if (missing[i].front().first == 0 && missing[i].front().end == blocks) {
+      whole.push_back(i);
+      continue;
+    }
+    for (const BlockRange& r : missing[i])
+      text += fmt::format("; of point {} the trials {} to {}", i, r.first * size, std::min(r.end * size, trials) - 1);
+  }
+  if (!whole.empty())
+    text = fmt::format("; {} {}{}", whole.size() == 1 ? "point" : "points", array_list(whole),
+                       run.points.size() == whole.size() ? " (all)" : "") +
+           text;
+  require(text.empty(), "the parts are not the whole run: missing {}", text.empty() ? text : text.substr(2));
+}
+
+}  // namespace
+
+Result merge_parts(const PreparedRun& run, const std::vector<Part>& parts, const RunOptions& options) {
+  std::vector<const PartPiece*> pieces;
+  for (const Part& part : parts)
+    for (const PartPiece& p : part.pieces) pieces.push_back(&p);
+  require_complete(run, pieces);
+  std::vector<std::vector<const PartPiece*>> of_point(run.points.size());
+  for (const PartPiece* p : pieces)
+    if (p->point < of_point.size()) of_point[p->point].push_back(p);
+
+  return assemble(
+      run,
+      [&](std::size_t i) {
+        const StudyPoint& point = *run.points[i];
+        const PartPiece& first = *of_point[i].front();
+        if (point.trials() == 0) return point_result_from_bytes(first.result);
+        if (first.whole && first.subtrees.size() == 1) return point.finish(first.subtrees.front().tally, options);
+        std::vector<Subtree> nodes;
+        for (const PartPiece* p : of_point[i]) nodes.insert(nodes.end(), p->subtrees.begin(), p->subtrees.end());
+        OrderedMerge merge;
+        for (Subtree& node : disjoint_subtrees(std::move(nodes))) merge.add(std::move(node), true);
+        const Tally tally = merge.whole();
+        if (tally.trials != point.trials())
+          throw IoError(fmt::format("the parts have {} trials of point {}, not {}", tally.trials, i, point.trials()));
+        return point.finish(tally, options);
+      },
+      options.stop);
+}
+
+}  // namespace surveymc

@@ -1,0 +1,211 @@
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include <unistd.h>
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "base/error.h"
+#include "checkpoint/journal.h"
+#include "checkpoint/part_file.h"
+#include "montecarlo/run_blocks.h"
+#include "random/stream.h"
+#include "stats/tally_bytes.h"
+
+using namespace surveymc;
+namespace fs = std::filesystem;
+
+namespace {
+
+Tally kernel(TrialBlock block) {
+  const Stream stream(7, 0);
+  Eigen::MatrixXd x(block.count, 3);
+  Tally t;
+  for (int i = 0; i < block.count; ++i)
+    for (std::uint32_t j = 0; j < 3; ++j)
+      x(i, j) = stream.normal(block.first + static_cast<std::uint64_t>(i), Channel::magnetometer_noise, j);
+  t.trials = static_cast<std::uint64_t>(block.count);
+  t.failed = block.first % 3;
+  t.left_out = 2;
+  t.moments = Moments::of(x);
+  t.groups = {Moments::of(x.leftCols(2)), Moments::of(x.rightCols(1))};
+  t.controlled = {Moments::of(x)};
+  t.pairs = Moments::of(x.topRows(block.count / 2));
+  t.controlled_pairs = {Moments(2)};
+  t.counts = {block.first, 1, 2};
+  t.failed_trials = {block.first + 1};
+  t.samples = {static_cast<double>(block.first), -0.0, 1e-310};
+  return t;
+}
+
+/// All of a tally's state takes part in its bytes.
+std::string bits(const Tally& t) { return tally_to_bytes(t); }
+
+struct Folder {
+  fs::path path = fs::temp_directory_path() / fs::path("surveymc-journal-" + std::to_string(getpid()));
+  Folder() { fs::create_directory(path); }
+  ~Folder() { fs::remove_all(path); }
+  fs::path output() const { return path / "out.h5"; }
+};
+
+std::string content(const fs::path& path) { return read_bytes(path); }
+void overwrite(const fs::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+}
+
+const RunKey kKey{"0123456789abcdef", "this build"};
+
+}  // namespace
+
+TEST_CASE("A tally comes back from its bytes with all of its state", "[checkpoint]") {
+  const Tally tally = run_blocks(3000, kernel, {2});
+  const Tally again = tally_from_bytes(tally_to_bytes(tally));
+  CHECK(bits(again) == bits(tally));
+  CHECK(again.moments.squares == tally.moments.squares);
+  CHECK(again.groups.size() == 2);
+  CHECK(again.groups[1].fourths == tally.groups[1].fourths);
+  CHECK(again.controlled_pairs[0].count == tally.controlled_pairs[0].count);
+  CHECK(std::signbit(again.samples[1]));
+  CHECK(again.left_out == tally.left_out);
+  CHECK(bits(tally_from_bytes(tally_to_bytes(Tally{}))) == bits(Tally{}));
+}
+
+TEST_CASE("Bytes of a tally that are cut or have wrong lengths are refused, not believed", "[checkpoint]") {
+  const std::string bytes = tally_to_bytes(kernel({0, 20}));
+  for (std::size_t n = 0; n < bytes.size(); ++n) CHECK_THROWS_AS(tally_from_bytes(bytes.substr(0, n)), IoError);
+  CHECK_THROWS_AS(tally_from_bytes(bytes + "x"), IoError);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {  // no crash, no huge allocation; numbers may change
+    std::string flipped = bytes;
+    flipped[i] = static_cast<char>(flipped[i] ^ 0x80);
+    try {
+      tally_from_bytes(flipped);
+    } catch (const IoError&) {
+    }
+  }
+}
+
+TEST_CASE("A node that no tree has is refused", "[checkpoint]") {
+  const std::string good = subtree_to_bytes({3, 5, kernel({0, 4})});
+  CHECK(subtree_from_bytes(good).end_block() == 48);
+  for (const char level : {'\x3f', '\x7f', '\xff'}) {
+    std::string bad = good;
+    bad[level == '\xff' ? 3 : 0] = level;  // 63, 127, negative
+    CHECK_THROWS_AS(subtree_from_bytes(bad), IoError);
+  }
+}
+
+TEST_CASE("Every flipped byte of a record is found", "[checkpoint]") {
+  const std::string bytes = sealed_record("SMCTEST1", "some body");
+  REQUIRE(record_at(bytes, 0, "SMCTEST1"));
+  CHECK(record_at(bytes, 0, "SMCTEST1")->body == "some body");
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    std::string flipped = bytes;
+    flipped[i] = static_cast<char>(flipped[i] ^ 1);
+    CHECK_FALSE(record_at(flipped, 0, "SMCTEST1"));
+  }
+}
+
+TEST_CASE("Any finished subtrees and any shards give the bits of one run", "[checkpoint]") {
+  constexpr std::uint64_t kTrials = 20001;
+  const std::uint64_t blocks = all_blocks(kTrials).end;
+  const std::string whole = bits(run_blocks(kTrials, kernel, {2}));
+  std::mt19937 g(1);
+  for (int rep = 0; rep < 20; ++rep) {
+    std::vector<Subtree> kept;  // nested ones, too
+    for (int k = 0; k < 4; ++k) {
+      OrderedMerge some;
+      for (std::uint64_t b = 0; b < blocks; ++b)
+        if (g() % 3 > 0)
+          some.add(b, kernel({b * kBlockTrials,
+                              static_cast<int>(std::min<std::uint64_t>(kBlockTrials, kTrials - b * kBlockTrials))}));
+      for (Subtree& n : some.take()) kept.push_back(std::move(n));
+    }
+    CHECK(bits(run_blocks(kTrials, kernel, {3}, {}, kept)) == whole);
+    const std::uint64_t cut = g() % (blocks + 1);
+    OrderedMerge merge;
+    for (const BlockRange r : {BlockRange{cut, blocks}, BlockRange{0, cut}})
+      for (Subtree& n : run_block_range(kTrials, r, kernel, {2}, kept)) merge.add(std::move(n), true);
+    CHECK(bits(merge.whole()) == whole);
+  }
+}
+
+TEST_CASE("A run that goes on behind a look ends where the first attempt would have", "[checkpoint]") {
+  const StoppingRule rule{{1024, 4096, 10000}, [](const Tally& t) { return t.trials < 4096 ? 5000u : 4096u; }};
+  const std::string whole = bits(run_blocks(100000, kernel, {1}, rule));
+  for (const std::uint64_t stop_at : {600u, 1024u, 1500u, 3000u}) {
+    std::vector<Subtree> kept;
+    std::atomic<bool> stop = false;
+    RunOptions options{2};
+    options.stop = &stop;
+    options.progress = [&](std::uint64_t done, std::uint64_t) { stop = done >= stop_at; };
+    options.save = [&](OrderedMerge& m) { m.take_unsaved([&](const Subtree& s) { kept.push_back(s); }); };
+    CHECK_THROWS_AS(run_blocks(100000, kernel, options, rule), Interrupted);
+    CHECK_FALSE(kept.empty());
+    CHECK(bits(run_blocks(100000, kernel, {2}, rule, kept)) == whole);
+  }
+}
+
+TEST_CASE("A journal gives back what stands before the damage, whatever byte it is", "[checkpoint]") {
+  const Folder folder;
+  {
+    Journal journal(folder.output(), kKey, std::chrono::seconds(0));
+    CHECK(journals_of(folder.output()).empty());  // nothing was added
+    for (std::uint64_t b = 0; b < 3; ++b) journal.add(b, {0, b, kernel({b * kBlockTrials, 4})});
+    REQUIRE(journal.sync());
+  }
+  REQUIRE(journals_of(folder.output()).size() == 1);
+  const fs::path path = journals_of(folder.output())[0];
+  const std::string bytes = content(path);
+  const JournalContents whole = read_journals(folder.output(), kKey);
+  CHECK(whole.finished.size() == 3);
+  CHECK(whole.damaged.empty());
+  CHECK(bits(whole.finished.at(2)[0].tally) == bits(kernel({2 * kBlockTrials, 4})));
+
+  const std::size_t record = bytes.size() / 3;  // all have one size
+  for (std::size_t i = 0; i < bytes.size(); i += 7) {
+    std::string flipped = bytes;
+    flipped[i] = static_cast<char>(flipped[i] ^ 4);
+    overwrite(path, flipped);
+    const JournalContents left = read_journals(folder.output(), kKey);
+    CHECK(left.finished.size() == i / record);
+    overwrite(path, bytes.substr(0, i));
+    CHECK(read_journals(folder.output(), kKey).finished.size() == i / record);
+  }
+  overwrite(path, bytes);
+  CHECK_THROWS_WITH(read_journals(folder.output(), {"ffff", "this build"}), Catch::Contains("another config"));
+  CHECK_THROWS_WITH(read_journals(folder.output(), {kKey.config_hash, "other"}), Catch::Contains("another build"));
+  remove_journals(folder.output(), {"ffff", "this build"});
+  CHECK(fs::exists(path));
+  overwrite(folder.path / "out.h5.journal.mine", "a user's notes");
+  remove_journals(folder.output(), kKey);
+  CHECK_FALSE(fs::exists(path));
+  CHECK(fs::exists(folder.path / "out.h5.journal.mine"));
+}
+
+TEST_CASE("A part file comes back whole, or is called damaged", "[checkpoint]") {
+  const Folder folder;
+  const fs::path path = folder.path / "a.part";
+  Part part;
+  part.key = kKey;
+  part.config = "seed = 1\n";
+  part.inputs = {{"a.csv", {"md_m"}, {{1.0, 2.0}}, {2, 3}}};
+  part.texts = {{"m.toml", "x = 1\n"}};
+  part.points = 4;
+  part.pieces = {{1, {2, 5}, 9, false, {{1, 1, kernel({1024, 512})}}}, {3, {0, 0}, 0, true, {}, "tables"}};
+  write_part(path, part);
+  const Part again = read_part(path);
+  CHECK(again.key == part.key);
+  CHECK(again.inputs[0].columns == part.inputs[0].columns);
+  CHECK(again.texts[0].text == "x = 1\n");
+  CHECK(again.pieces[0].subtrees[0].end_block() == 4);
+  CHECK(bits(again.pieces[0].subtrees[0].tally) == bits(part.pieces[0].subtrees[0].tally));
+  CHECK(again.pieces[1].result == "tables");
+  std::string bytes = content(path);
+  bytes[bytes.size() / 2] ^= 1;
+  overwrite(path, bytes);
+  CHECK(part_state(path) == PartState::damaged);
+  CHECK_THROWS_WITH(read_part(path), Catch::Contains("damaged"));
+  overwrite(path, "hello");
+  CHECK(part_state(path) == PartState::foreign);
+}

@@ -1,0 +1,51 @@
+#!/usr/bin/python3
+"""Every smoke config in parts, interrupted, and on several ranks gives the result of a plain run:
+test_every_study.py SURVEYMC_EXECUTABLE SOURCE_FOLDER [unittest arguments]. A study that keeps something of its trials
+outside of what journals, parts and ranks hand on fails here.
+"""
+import re
+import sys
+import unittest
+from pathlib import Path
+
+from durability import BAD_INPUT, Case, program_from_arguments
+
+CONFIGS = []
+
+
+class EveryStudy(Case):
+    def test_parts_and_interruptions(self):
+        for config in CONFIGS:
+            with self.subTest(config.stem):
+                self.check(config)
+
+    def check(self, config):
+        name = config.stem
+        self.call("run", config, "-o", f"{name}.h5")
+        whole = self.hash_of(f"{name}.h5")
+        points = int(self.call("plan", config, "--count"))
+        for point in reversed(range(points)):
+            self.call("run", config, "--point", point, "-o", f"{name}.points/")
+        self.call("merge", "-o", f"{name}.merged.h5", f"{name}.points")
+        self.assertEqual(self.hash_of(f"{name}.merged.h5"), whole, "points")
+
+        trials = int(re.search(r"(\d+) trials in all", self.call("check", config))[1])
+        if trials == 0 or "[stop]" in config.read_text():
+            self.call("run", config, "--shard", "0/2", "-o", f"{name}.shards/", code=BAD_INPUT, says="divide it by --point")
+        else:
+            for shard in (2, 0, 1):
+                self.call("run", config, "--shard", f"{shard}/3", "-o", f"{name}.shards/")
+            self.call("merge", "-o", f"{name}.shards.h5", f"{name}.shards")
+            self.assertEqual(self.hash_of(f"{name}.shards.h5"), whole, "shards")
+
+        self.run_until_done("run", config, "-o", f"{name}.again.h5", "--checkpoint-seconds", "0.001", "--threads", 2)
+        self.assertEqual(self.hash_of(f"{name}.again.h5"), whole, "resume")
+        self.assertEqual(self.journals(), [])
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 3:
+        sys.exit(__doc__)
+    CONFIGS = sorted((Path(sys.argv.pop(2)).resolve() / "configs/smoke").glob("*.toml"))
+    program_from_arguments(__doc__)
+    unittest.main()

@@ -1,0 +1,158 @@
+#!/usr/bin/python3
+"""Runs in parts, merge, status, and disks that fail: test_parts.py SURVEYMC_EXECUTABLE [unittest arguments]
+
+Every comparison is of content hashes with a run in one go.
+"""
+import os
+import random
+import subprocess
+import unittest
+
+from durability import BAD_INPUT, CANNOT_WRITE, DONE, Case, program_from_arguments
+
+
+class Parts(Case):
+    def setUp(self):
+        super().setUp()
+        self.call("run", "small.toml", "-o", "whole.h5")
+        self.whole = self.hash_of("whole.h5")
+
+    def part(self, *arguments, folder="p/", **more):
+        return self.call("run", "small.toml", "-o", folder, *arguments, **more)
+
+    def test_any_division_gives_the_same_file(self):
+        files = set()
+        divisions = [[("--shard", f"{i}/{n}") for i in range(n)] for n in (1, 2, 5)]
+        divisions.append([("--point", 0), ("--point", 2), ("--point", 1, "--shard", "1/2"), ("--point", 1, "--shard", "0/2")])
+        divisions.append([("--shard", "0/2"), ("--shard", "2/5"), ("--shard", "3/5"), ("--shard", "4/5"), ("--point", 1)])
+        for d, division in enumerate(divisions):
+            for i, choice in enumerate(division):
+                self.part(*choice, "--threads", (1, 2, 3, 7)[i % 4], folder=f"{d}/")
+            parts = sorted((self.folder / str(d)).iterdir())
+            random.Random(d).shuffle(parts)
+            self.call("merge", "-o", f"{d}.h5", *parts)
+            self.assertEqual(self.hash_of(f"{d}.h5"), self.whole, division)
+            files.add((self.folder / f"{d}.h5").read_bytes())
+        self.assertEqual(len(files), 1)
+        self.assertRegex(self.call("rerun", "0.h5"), "identical")
+
+    def test_plan_missing_array_and_status(self):
+        self.assertEqual(self.call("plan", "small.toml", "--count"), "3\n")
+        self.assertEqual(self.call("plan", "small.toml", "--missing", "p"), "0-2\n")
+        self.part("--array", env={"SLURM_ARRAY_TASK_ID": "1", "SLURM_ARRAY_TASK_COUNT": "3"})
+        self.assertEqual(self.call("plan", "small.toml", "--missing", "p"), "0,2\n")
+        self.assertRegex(self.call("status", "p"), "1 of 3 points done; missing, whole or in part: 0,2")
+        self.call("merge", "-o", "m.h5", "p", code=BAD_INPUT, says="missing points 0,2")
+        self.assertEqual(self.call("plan", "small.toml", "--missing", "s", "--shards", 9), "0-8\n")
+        for i in range(9):
+            if i not in (3, 7):
+                self.part("--array", "--shards", 9, folder="s/", env={"SLURM_ARRAY_TASK_ID": str(i)})
+        self.assertEqual(self.call("plan", "small.toml", "--missing", "s", "--shards", 9), "3,7\n")
+        self.call("merge", "-o", "m.h5", "s", code=BAD_INPUT, says="of point 0 the trials 1536 to 2047")
+        self.call("merge", "-o", "m.h5", "s", "p", code=BAD_INPUT, says="missing of point 0 the trials 1536 to")
+        self.assertFalse((self.folder / "m.h5").exists())
+        for i in (3, 7):
+            self.part("--shard", f"{i}/9", folder="s/")
+        self.assertEqual(self.call("plan", "small.toml", "--missing", "s", "--shards", 9), "")
+        self.call("merge", "-o", "m.h5", "s")
+        self.assertEqual(self.hash_of("m.h5"), self.whole)
+        self.part("--array", code=BAD_INPUT, says="SLURM_ARRAY_TASK_ID is not set")
+
+    def test_finished_parts_are_skipped_and_others_refused(self):
+        self.part("--point", 1)
+        path, = (self.folder / "p").iterdir()
+        before = path.stat().st_mtime_ns
+        self.part("--point", 1, says="is done already")
+        self.part("--point", 1, "--seed", 5, code=CANNOT_WRITE, says="another config")
+        self.part("--point", 2, folder=path, code=CANNOT_WRITE, says="another part")
+        self.assertEqual(path.stat().st_mtime_ns, before)
+        good = path.read_bytes()
+        path.write_bytes(good[:-50])
+        self.call("merge", "-o", "m.h5", path, code=CANNOT_WRITE, says="damaged")
+        self.part("--point", 1, says="damaged.*computed again")
+        path.write_text("my notes")
+        self.part("--point", 1, code=CANNOT_WRITE, says="no surveymc part file")
+        self.assertEqual(path.read_text(), "my notes")
+
+    def test_foreign_parts_are_not_merged(self):
+        for i in range(2):
+            self.part("--shard", f"{i}/2")
+        self.call("run", "small.toml", "--seed", 9, "--shard", "0/3", "-o", "q/")
+        self.call("merge", "-o", "m.h5", "p", "q", code=BAD_INPUT, says="is of another config")
+        self.call("merge", "-o", "m.h5", "whole.h5", code=CANNOT_WRITE, says="no surveymc part file")
+        self.call("merge", "-o", "survey.csv", "p", code=CANNOT_WRITE, says="refusing to overwrite")
+
+    def test_what_is_refused(self):
+        for rule, *arguments in (("numbered 0 to 2", "--point", 3), ("numbered 0 to 1", "--shard", "2/2"),
+                                 ("I/N", "--shard", "2"), ("whole number", "--shard", "a/b"), ("shards", "--shard", "0/0"),
+                                 ("verdicts", "--point", 0, "--check"), ("--array", "--shards", 3)):
+            self.part(*arguments, code=BAD_INPUT, says=rule)
+        self.call("run", "maps.toml", "--shard", "0/2", "-o", "p/", code=BAD_INPUT, says="no trials to divide")
+
+    def test_a_study_without_trials(self):
+        self.call("run", "maps.toml", "-o", "maps.h5")
+        for point in (1, 0):
+            self.call("run", "maps.toml", "--point", point, "-o", "p/")
+        self.call("merge", "-o", "m.h5", "p")
+        self.assertEqual(self.hash_of("m.h5"), self.hash_of("maps.h5"))
+
+    def test_a_killed_part_goes_on(self):
+        self.call("run", "large.toml", "-o", "large.h5")
+        for shard in ("0/2", "1/2"):
+            choice = ("run", "large.toml", "--shard", shard, "-o", "k/", "--resume", "--checkpoint-seconds", "0.02")
+            for _ in range(3):
+                self.interrupt(*choice)
+            self.call(*choice)
+        self.call("merge", "-o", "m.h5", "k")
+        self.assertEqual(self.hash_of("m.h5"), self.hash_of("large.h5"))
+        self.assertEqual(self.journals(), [])
+
+
+class Disks(Case):
+    def test_read_only_folder(self):
+        nobody = {"user": 65534} if os.geteuid() == 0 else {}  # root may write anywhere
+        self.folder.chmod(0o755)
+        (self.folder / "ro").mkdir(mode=0o555)
+        try:
+            done = subprocess.run([*self.PROGRAM, "run", "small.toml", "--point", "0", "-o", "ro/"], cwd=self.folder, text=True,
+                                  capture_output=True, **nobody)
+        except PermissionError:
+            self.skipTest("the program is in a folder that only root may enter")
+        self.assertEqual(done.returncode, CANNOT_WRITE, done.stderr)
+        self.assertRegex(done.stderr, "ro/point-00000.part: cannot be written: Permission denied")
+
+    def test_missing_folder_of_a_file(self):
+        self.call("run", "small.toml", "--point", 0, "-o", "no/a.part", code=CANNOT_WRITE, says="No such file")
+
+    def test_full_disk(self):
+        disk = self.folder / "disk"
+        disk.mkdir()
+        if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk],
+                                               capture_output=True).returncode:
+            self.skipTest("no tmpfs can be mounted here")
+        try:
+            (disk / "ballast").write_bytes(b"x" * 40_000)
+            # The journal does not fit: the run goes on, and says so when it is interrupted
+            self.call("run", "endless.toml", "--set", "save_samples=20000", "-o", "disk/out.h5", "--checkpoint-seconds", "0.01",
+                      "--max-seconds", 3, code=CANNOT_WRITE, says="interrupted, and the checkpoint .* could not be written: No space left")
+            self.call("run", "small.toml", "--set", "save_samples=2000", "--point", 0, "-o", "disk/", code=CANNOT_WRITE,
+                      says="No space left")
+            self.assertEqual(list(disk.glob("*.part")), [])
+        finally:
+            subprocess.run(["umount", disk], check=True)
+
+    def test_results_that_are_damaged_or_foreign_stay_as_they_are(self):
+        self.call("run", "small.toml", "-o", "r.h5")
+        good = (self.folder / "r.h5").read_bytes()
+        for bad in (good[:len(good) // 2], good[:-40], b"my notes", b""):
+            (self.folder / "r.h5").write_bytes(bad)
+            for command in (("show", "r.h5"), ("rerun", "r.h5")):
+                self.call(*command, code=CANNOT_WRITE, says="error: r.h5: ")
+            if bad == b"my notes":
+                self.call("run", "small.toml", "-o", "r.h5", code=CANNOT_WRITE, says="refusing to overwrite")
+            self.assertEqual((self.folder / "r.h5").read_bytes(), bad)
+
+
+if __name__ == "__main__":
+    program_from_arguments(__doc__)
+    unittest.main()

@@ -1,0 +1,122 @@
+#!/usr/bin/python3
+"""Kill anything at any time, lose nothing: test_resume.py SURVEYMC_EXECUTABLE [unittest arguments]
+
+Journals and --resume. Every comparison is of content hashes with an uninterrupted run. SURVEYMC_KILLS (100) is how many
+SIGKILLs a run has to survive.
+"""
+import os
+import random
+import signal
+import time
+import unittest
+
+from durability import BAD_INPUT, CANNOT_WRITE, CONFIG, DONE, INTERRUPTED, PATIENCE, Case, program_from_arguments
+
+
+class Resume(Case):
+    RUN = ("run", "large.toml", "-o", "out.h5", "--checkpoint-seconds", "0.01")
+    ENDLESS = ("run", "endless.toml", "-o", "out.h5", "--checkpoint-seconds", "0.01")
+
+    def whole(self):
+        """Content hash, and how long it takes."""
+        begin = time.monotonic()
+        self.call("run", "large.toml", "-o", "whole.h5")
+        return self.hash_of("whole.h5"), time.monotonic() - begin
+
+    def test_random_kills(self):
+        (whole, seconds), moment, kills, finished = self.whole(), random.Random(1), 0, 0
+        wanted = int(os.environ.get("SURVEYMC_KILLS", "100"))
+        while kills < wanted:
+            code, err = self.interrupt(*self.RUN, "--resume", "--threads", (1, 2, 3, 7)[kills % 4],
+                                       after=moment.uniform(0, 0.4 * seconds))
+            self.assertIn(code, (DONE, -signal.SIGKILL), err)
+            kills += code == -signal.SIGKILL
+            if (self.folder / "out.h5").exists():  # then it is whole
+                self.assertEqual(self.hash_of("out.h5"), whole)
+                self.assertFalse(code == DONE and self.journals())
+                (self.folder / "out.h5").unlink()
+                finished += 1
+                self.assertLess(finished, 10 * wanted)
+        self.call(*self.RUN, "--resume")
+        self.assertEqual(self.hash_of("out.h5"), whole)
+        self.assertEqual(self.journals(), [])
+        self.assertEqual(self.temporaries(), [])
+        print(f"{kills} kills, {finished} results beside them", flush=True)
+
+    def test_signals(self):
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1):
+            code, err = self.interrupt(*self.ENDLESS, "--resume", number=number)
+            self.assertEqual(code, INTERRUPTED, err)
+            self.assertRegex(err, r"interrupted: what is done is kept beside out.h5; go on with: surveymc run .* --resume")
+            self.assertTrue(self.journals())
+            self.assertFalse((self.folder / "out.h5").exists())
+
+    def test_a_signal_at_once_does_no_harm(self):
+        # Before main() a signal kills; behind it the program ends by itself, with or without anything that is done.
+        for i in range(20):
+            code, err = self.interrupt(*self.ENDLESS, "--resume", number=signal.SIGTERM, after=0.002 * i)
+            self.assertIn(code, (-signal.SIGTERM, INTERRUPTED), err)
+            self.assertEqual(self.temporaries(), [])
+        self.assertFalse((self.folder / "out.h5").exists())
+
+    def test_max_seconds(self):
+        whole, _ = self.whole()
+        self.assertGreater(self.run_until_done(*self.RUN), 0)
+        self.assertEqual(self.hash_of("out.h5"), whole)
+        self.assertEqual(self.journals(), [])
+        self.call("run", "endless.toml", "-o", "e.h5", "--max-seconds", "0.000001", code=INTERRUPTED, says="nothing was written")
+        self.assertEqual(self.journals(), [])
+
+    def test_what_is_refused(self):
+        self.assertEqual(self.interrupt(*self.ENDLESS, number=signal.SIGTERM)[0], INTERRUPTED)
+        journal = self.journals()[0].read_bytes()
+        self.call(*self.ENDLESS, code=CANNOT_WRITE, says="was not finished.*--resume, or delete")
+        self.call(*self.ENDLESS, "--resume", "--seed", 2, code=CANNOT_WRITE, says="another config")
+        self.call(*self.ENDLESS, "--seed", 2, code=CANNOT_WRITE, says="another config")
+        self.assertEqual(self.journals()[0].read_bytes(), journal)
+        self.assertFalse((self.folder / "out.h5").exists())
+
+    def test_damaged_journals(self):
+        whole, _ = self.whole()
+        code = INTERRUPTED
+        while not self.journals():
+            code, err = self.interrupt(*self.RUN, number=signal.SIGTERM)
+            self.assertIn(code, (DONE, INTERRUPTED), err)  # DONE: it was faster than the signal
+        path, = self.journals()
+        good = path.read_bytes()
+        for at in (0, 9, len(good) // 2, len(good) - 1):
+            for bad in (good[:at], good[:at] + bytes([good[at] ^ 1]) + good[at + 1:]):
+                path.write_bytes(bad)
+                self.call("run", "large.toml", "-o", "out.h5", "--resume")
+                self.assertEqual(self.hash_of("out.h5"), whole)
+        path.unlink(missing_ok=True)
+
+    def test_two_attempts_at_once(self):
+        whole, _ = self.whole()
+        for _ in range(3):
+            self.interrupt(*self.RUN, "--resume", number=signal.SIGTERM)
+            children = [self.start(*self.RUN, "--resume") for _ in range(2)]
+            ends = [(c.communicate(timeout=PATIENCE)[1], c.returncode) for c in children]
+            self.assertEqual([code for _, code in ends], [DONE, DONE], ends)
+            self.assertEqual(self.hash_of("out.h5"), whole)
+
+    def test_resume_on_the_first_start_and_with_a_stopping_rule(self):
+        text = CONFIG.format(trials=1).replace("trials = 1\n", "")
+        (self.folder / "stop.toml").write_text(text + '[stop]\nquantities = ["sigma3_north"]\nrelative_ci = 0.006\nmax_trials = 1000000\n')
+        begin = time.monotonic()
+        self.call("run", "stop.toml", "-o", "whole.h5", "--resume")
+        seconds = time.monotonic() - begin
+        for i in range(8):
+            self.interrupt("run", "stop.toml", "-o", "out.h5", "--resume", "--checkpoint-seconds", "0.01", after=seconds * i / 8)
+        self.call("run", "stop.toml", "-o", "out.h5", "--resume")
+        self.assertEqual(self.hash_of("out.h5"), self.hash_of("whole.h5"))
+        for point in range(3):
+            self.call("run", "stop.toml", "-o", "p/", "--point", point)
+        self.call("merge", "-o", "merged.h5", "p")
+        self.assertEqual(self.hash_of("merged.h5"), self.hash_of("whole.h5"))
+        self.call("run", "stop.toml", "-o", "p/", "--shard", "0/2", code=BAD_INPUT, says=r"ends by \[stop\]")
+
+
+if __name__ == "__main__":
+    program_from_arguments(__doc__)
+    unittest.main()
