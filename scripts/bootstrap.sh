@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing of the Debian packages that surveymc needs, and says so. Run it as often as you like.
 #   scripts/bootstrap.sh              to build and plot
+#   scripts/bootstrap.sh report       what the report and the Python reader need on top
 #   scripts/bootstrap.sh test style   what the tests and the style checks need on top
 set -euo pipefail
 
@@ -9,10 +10,12 @@ packages=(g++ cmake ninja-build git libeigen3-dev libhdf5-dev libnlopt-dev libnl
   python3 python3-numpy python3-h5py python3-matplotlib)
 for part in "$@"; do
   case "$part" in
-    test) packages+=(catch2 librandom123-dev python3-xarray python3-netcdf4 python3-h5netcdf netcdf-bin hdf5-tools
-      libopenmpi-dev openmpi-bin) ;;
+    report) packages+=(python3-pandas python3-xarray) ;;
+    test) packages+=(catch2 librandom123-dev libopenmpi-dev openmpi-bin hdf5-tools netcdf-bin
+      python3-pandas python3-xarray python3-netcdf4 python3-h5netcdf
+      chromium chromium-driver python3-selenium python3-pip python3-setuptools python3-wheel) ;;
     style) packages+=(clang-format) ;;
-    *) echo "bootstrap.sh: unknown part '$part': must be test or style" >&2; exit 64 ;;
+    *) echo "bootstrap.sh: unknown part '$part': must be report, test or style" >&2; exit 64 ;;
   esac
 done
 

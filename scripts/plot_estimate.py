@@ -221,9 +221,7 @@ def main():
             raise PlotError(f"{arguments.result}: table '{name}' is missing or empty")
     keys = plotting.sweep_keys(config, tables["parameters"])
     points = plotting.sweep_points(tables["parameters"], keys)
-    index = arguments.point
-    if index is not None and not 0 <= index < len(points):
-        raise PlotError(f"--point {index}: {arguments.result} has points 0 to {len(points) - 1}", plotting.USAGE)
+    index = plotting.chosen_point(arguments, points)
     if len(points) > 1 and index is None:
         raise PlotError(f"{arguments.result}: a sweep of {len(points)} points: choose one with --point I", plotting.USAGE)
     point = points[index or 0]

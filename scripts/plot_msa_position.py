@@ -458,9 +458,7 @@ def main():
 
     keys = plotting.sweep_keys(config, position)
     points = plotting.sweep_points(position, keys)
-    index = arguments.point
-    if index is not None and not 0 <= index < len(points):
-        raise PlotError(f"--point {index}: {arguments.result} has points 0 to {len(points) - 1}", plotting.USAGE)
+    index = plotting.chosen_point(arguments, points)
     figures, notes = {}, []
     if len(points) == 1 or index is not None:
         point = points[index or 0]

@@ -340,9 +340,7 @@ def main():
             raise PlotError(f"{arguments.result}: table '{name}' is missing or empty")
     keys = plotting.sweep_keys(config, tables["covariance"])
     points = plotting.sweep_points(tables["covariance"], keys)
-    index = arguments.point
-    if index is not None and not 0 <= index < len(points):
-        raise PlotError(f"--point {index}: {arguments.result} has points 0 to {len(points) - 1}", plotting.USAGE)
+    index = plotting.chosen_point(arguments, points)
     figures = {}
     if len(points) == 1 or index is not None:
         point = points[index or 0]

@@ -47,7 +47,7 @@ class PlotError(Exception):
         self.code = code
 
 
-class _Parser(argparse.ArgumentParser):
+class Parser(argparse.ArgumentParser):
     def error(self, message):
         self.print_usage(sys.stderr)
         self.exit(USAGE, f"{self.prog}: {message}\n")
@@ -55,7 +55,7 @@ class _Parser(argparse.ArgumentParser):
 
 def argument_parser(description):
     """Arguments every plot script has: the result file and the folder to write to."""
-    parser = _Parser(description=description)
+    parser = Parser(description=description)
     parser.add_argument("result", help="result file (HDF5) of surveymc")
     parser.add_argument("-o", "--output", metavar="FOLDER", help="where to write (default: the folder of the result)")
     return parser
@@ -171,6 +171,13 @@ def sweep_points(table, keys):
     for i in range(table.rows):
         points[tuple(table[k][i] for k in keys)] = None
     return list(points)
+
+
+def chosen_point(arguments, points):
+    """The index given with --point, or None; PlotError if the sweep has no such point."""
+    if arguments.point is not None and not 0 <= arguments.point < len(points):
+        raise PlotError(f"--point {arguments.point}: {arguments.result} has points 0 to {len(points) - 1}", USAGE)
+    return arguments.point
 
 
 def at_point(table, keys, point):

@@ -1,0 +1,128 @@
+#!/usr/bin/python3
+"""One page with all results: summary sentences, figures, comparison tables, drawings to play with.
+
+    report.py [RESULT.h5 | FOLDER ...] [-o REPORT.html] [--base FOLDER] [--figures FOLDER] [--jobs N] [--no-figures]
+              [--note TEXT]
+
+Reads the result files that are named, or all of a folder and its folders (results/, without its quick/), draws their
+figures with the plot scripts that studies.toml names (kept in FOLDER/figures, drawn again only when data or script have
+changed), and writes one self-contained HTML file: no network, no other files. Results of any experiment can be shown.
+"""
+
+import os
+import sys
+
+import plotting
+import studies
+import surveymc_results
+from plotting import PlotError
+from report_page import figures, page, text
+
+
+def result_files(paths):
+    """All result files that are meant, in their order and once each, and the folder that names are relative to."""
+    found = []
+    for path in paths:
+        if os.path.isdir(path):
+            for folder, inner, names in os.walk(path):
+                inner[:] = sorted(d for d in inner if d != "figures" and not (d == "quick" and folder == path))
+                found += [os.path.join(folder, n) for n in sorted(names) if n.endswith(".h5") and not n.startswith(".")]
+        elif os.path.exists(path):
+            found.append(path)
+        else:
+            raise PlotError(f"{path}: no such file or folder")
+    if not found:
+        raise PlotError(f"{', '.join(paths)}: no result files (*.h5); scripts/run_all.sh makes them")
+    return list(dict.fromkeys(os.path.normpath(f) for f in found))
+
+
+def read_all(paths):
+    """The results that can be read; the others are named on stderr, and left out."""
+    results = []
+    for path in paths:
+        try:
+            results.append(surveymc_results.open(path))
+        except surveymc_results.ResultError as error:
+            print(f"report.py: left out: {error}", file=sys.stderr)
+    if not results:
+        raise PlotError("no result file could be read")
+    return results
+
+
+def _order(known, result):
+    study = studies.study_of(known, result.experiment)
+    return study.order, study.experiment, result.path
+
+
+def make(results, base, folder, jobs, note, progress):
+    """The page of these results. base: folder that paths of figures are relative to; folder: for the figures, or None."""
+    known = studies.load()
+    results = sorted(results, key=lambda r: _order(known, r))
+    drawn = {}
+    if folder:
+        tasks = [(i, r, studies.study_of(known, r.experiment).scripts_for(r.path),
+                  os.path.join(folder, os.path.relpath(os.path.dirname(r.path) or ".", base).replace("..", "up")))
+                 for i, r in enumerate(results)]
+        drawn = figures.draw_all(tasks, jobs, progress)
+    groups, taken, number, versions = [], set(), 1, []
+    for i, result in enumerate(results):
+        study = studies.study_of(known, result.experiment)
+        stem = text.slug(os.path.splitext(os.path.relpath(result.path, base))[0])
+        identity = next(n for k in range(len(results) + 1) if (n := f"result-{stem}" + (f"-{k + 1}" if k else "")) not in taken)
+        taken.add(identity)
+        try:
+            html, counts, count = page.result_part(result, study, drawn.get(i, figures.Drawn()), identity,
+                                                   os.path.relpath(result.path), number)
+        except (surveymc_results.ResultError, OSError, ValueError) as error:  # opened, but not whole
+            print(f"report.py: left out: {result.path}: {error}", file=sys.stderr)
+            continue
+        if not groups or groups[-1][0].experiment != study.experiment:
+            groups.append((study, []))
+        number += count
+        title = result.title or os.path.splitext(os.path.basename(result.path))[0]
+        groups[-1][1].append({"id": identity, "title": title, "counts": counts, "html": html})
+        version = f"{result.version} ({result.revision})"
+        versions += [version] if version not in versions else []
+    broken = [b for d in drawn.values() for b in d.broken]
+    return page.page(groups, versions, note), broken
+
+
+def main():
+    parser = plotting.Parser(description="Write one self-contained HTML report of result files.")
+    parser.add_argument("results", nargs="*", metavar="RESULT", help="result files or folders (results/)")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the page (report.html in the first folder, or beside the file)")
+    parser.add_argument("--base", metavar="FOLDER", help="folder that results are named by (the one that all are in)")
+    parser.add_argument("--figures", metavar="FOLDER", help="where figures are kept (figures/ beside the page)")
+    parser.add_argument("--jobs", type=int, default=min(2, os.cpu_count() or 1), metavar="N", help="figures drawn at a time (2)")
+    parser.add_argument("--no-figures", action="store_true", help="only tables and interactive drawings")
+    parser.add_argument("--note", default="", help="a sentence for the head of the page")
+    arguments = parser.parse_args()
+    paths = arguments.results or [os.path.join(studies.ROOT, "results")]
+    files = result_files(paths)
+    base = arguments.base or os.path.commonpath([os.path.abspath(p) if os.path.isdir(p) else os.path.dirname(os.path.abspath(p))
+                                                 for p in paths])
+    output = arguments.output or os.path.join(os.path.relpath(base), "report.html")
+    folder = None if arguments.no_figures else arguments.figures or os.path.join(os.path.dirname(output) or ".", "figures")
+    results = read_all(files)
+
+    def progress(done, of):
+        if sys.stderr.isatty():
+            print(f"\rfigures of {done} of {of} results", end="\n" if done == of else "", file=sys.stderr, flush=True)
+
+    html, broken = make(results, base, folder, arguments.jobs, arguments.note, progress)
+    try:
+        os.makedirs(os.path.dirname(output) or ".", exist_ok=True)
+        with open(output + ".part", "w", encoding="utf-8") as file:
+            file.write(html)
+        os.replace(output + ".part", output)
+    except OSError as error:
+        raise PlotError(f"{output}: cannot write: {error.strerror}", plotting.CANNOT_WRITE) from None
+    print(f"{output}: {len(results)} result{'s' if len(results) != 1 else ''}, {len(html.encode()) / 1e6:.1f} MB")
+    for message in broken:
+        print(f"report.py: a plot script failed: {message}", file=sys.stderr)
+    if broken:
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    plotting.run(main)

@@ -1,0 +1,160 @@
+"""Draws the figures of results with the plot scripts, and makes their SVG fit to stand in a page."""
+
+import base64
+import contextlib
+import dataclasses
+import hashlib
+import io
+import json
+import multiprocessing
+import os
+import re
+import runpy
+import signal
+import sys
+import traceback
+
+import studies
+
+LARGEST_SVG = 300_000  # bytes; a figure with finer contours than that is embedded as the PNG that was drawn with it
+
+@dataclasses.dataclass
+class Drawn:
+    """Figures of one result: SVG files, and what the plot scripts said where there is no figure."""
+
+    files: list = dataclasses.field(default_factory=list)
+    messages: list = dataclasses.field(default_factory=list)
+    broken: list = dataclasses.field(default_factory=list)  # scripts that failed with a traceback
+
+
+def _run(script, arguments):
+    """A plot script in this process: its exit code, output and error output."""
+    out, err = io.StringIO(), io.StringIO()
+    argv, sys.argv = sys.argv, [script, *arguments]
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            try:
+                runpy.run_path(script, run_name="__main__")
+                code = 0
+            except SystemExit as end:
+                code = end.code or 0
+            except Exception:
+                traceback.print_exc()
+                code = 1
+    finally:
+        sys.argv = argv
+    return code, out.getvalue(), err.getvalue()
+
+
+def _stamp(result, scripts):
+    """What the figures depend on: the result's data, and the scripts that draw them."""
+    parts = [result.content_hash]
+    for name in (*scripts, "plotting.py", "style.mplstyle", "estimator_figures.py", "error_ellipsoids.py"):
+        with open(os.path.join(studies.SCRIPTS, name), "rb") as file:
+            parts.append(hashlib.sha256(file.read()).hexdigest())
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def _draw(result_path, stem, scripts, folder, stamp):
+    """Runs the plot scripts for one result; what they drew is kept in `folder` with a stamp, and not drawn again."""
+    record_path = os.path.join(folder, f".{stem}.figures.json")
+    with contextlib.suppress(OSError, ValueError, KeyError):
+        with open(record_path, encoding="utf-8") as file:
+            record = json.load(file)
+        files = [os.path.join(folder, f) for f in record["files"]]
+        if record["stamp"] == stamp and all(os.path.exists(f) for f in files):
+            return Drawn(files, record["messages"])
+    os.makedirs(folder, exist_ok=True)
+    drawn = Drawn()
+    for name in scripts:
+        arguments = [result_path, "-o", folder]
+        code, out, err = _run(os.path.join(studies.SCRIPTS, name), arguments)
+        if code and "choose one with --point" in err:  # a sweep: its first point stands for all
+            code, out, err = _run(os.path.join(studies.SCRIPTS, name), [*arguments, "--point", "0"])
+        drawn.files += [f for f in out.splitlines() if f.endswith(".svg") and f not in drawn.files]
+        if code == 1:
+            drawn.broken.append(f"{name}: {err.strip().splitlines()[-1] if err.strip() else 'failed'}")
+        elif code:
+            drawn.messages.append(err.strip().replace(f"{result_path}: ", ""))
+    if not drawn.broken:
+        with open(record_path, "w", encoding="utf-8") as file:
+            json.dump({"stamp": stamp, "files": [os.path.basename(f) for f in drawn.files], "messages": drawn.messages}, file)
+    return drawn
+
+
+def _warm_up():
+    """Imports what all plot scripts need, once a process. Ctrl-C is the parent's: it ends the pool without tracebacks."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.path.insert(0, studies.SCRIPTS)
+    import plotting  # noqa: F401
+
+
+def _task(task):
+    key, *arguments = task
+    return key, _draw(*arguments)
+
+
+def draw_all(tasks, jobs, progress):
+    """Figures of many results: {key: Drawn}.
+
+    tasks: (key, result, plot scripts, folder for the figures) each; jobs: processes; progress(done, all) is called after
+    each result. Scripts that are declared but are not there are left out. Ctrl-C ends the processes at once.
+    """
+    figures, waiting = {}, []
+    for key, result, scripts, folder in tasks:
+        there = [s for s in scripts if os.path.exists(os.path.join(studies.SCRIPTS, s))]
+        stem = os.path.splitext(os.path.basename(result.path))[0]
+        waiting.append((key, result.path, stem, there, folder, _stamp(result, there)))
+    with multiprocessing.get_context("spawn").Pool(max(1, jobs), _warm_up) as pool:
+        for key, drawn in pool.imap_unordered(_task, waiting):
+            figures[key] = drawn
+            progress(len(figures), len(waiting))
+    return figures
+
+
+def embedded(path):
+    """A figure for the page: (data URI, width, height in CSS pixels). path: its SVG; the PNG is beside it."""
+    with open(path, encoding="utf-8") as file:
+        svg = file.read()
+    address = as_address(svg)
+    picture = os.path.splitext(path)[0] + ".png"
+    if len(address) > LARGEST_SVG and os.path.exists(picture):
+        address = min(address, _small_png(picture), key=len)
+    return address, *size_of(svg)
+
+
+def _small_png(path):
+    """A PNG as data URI, in its 256 commonest colours: a third of the size, and the eye sees no difference in a figure."""
+    from PIL import Image  # comes with matplotlib
+
+    data = io.BytesIO()
+    with Image.open(path) as picture:
+        picture.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(data, "PNG", optimize=True)
+    return "data:image/png;base64," + base64.b64encode(data.getvalue()).decode("ascii")
+
+
+def as_address(svg):
+    """An SVG of matplotlib as a data URI: an image of its own, so that its ids and styles meet no others on the page.
+
+    Without XML and document type declarations, metadata (which names addresses) and needless digits. Rasterised parts stay.
+    """
+    svg = svg[svg.index("<svg"):]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
+    svg = re.sub(r"<!--.*?-->", "", svg, flags=re.S)
+
+    def shorter(match):  # positions are in points: 1/100 of one is below what any screen or printer shows
+        return match[1] + re.sub(r"-?\d+\.\d{3,}", lambda n: f"{float(n[0]):.2f}".rstrip("0").rstrip("."), match[2]) + '"'
+
+    parts = re.split(r"(<defs>.*?</defs>)", svg, flags=re.S)  # glyphs and markers are scaled: they keep their digits
+    for i in range(0, len(parts), 2):
+        parts[i] = re.sub(r'(\bd=")([^"]*)"', shorter, parts[i])
+    svg = re.sub(r"\s*\n\s*", " ", "".join(parts)).replace('"', "'")
+    for character in "%#<>&":  # "%" first
+        svg = svg.replace(character, f"%{ord(character):02X}")
+    return "data:image/svg+xml," + svg
+
+
+def size_of(svg):
+    """Width and height of an SVG in CSS pixels, for the page to leave room before it is decoded."""
+    found = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', svg)
+    return (round(float(found[1]) * 96 / 72), round(float(found[2]) * 96 / 72)) if found else (800, 500)

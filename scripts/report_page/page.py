@@ -1,0 +1,240 @@
+"""The report as one HTML file: what stands where. Colours and type are in report.css, behaviour in the .js files."""
+
+import json
+import os
+
+import studies
+
+from . import explore, figures, tables
+from .text import VERDICT_MARKS, counts_bar, counts_marks, counts_sentence, escape, grouped, prose, slug
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+POLICY = ("default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
+          "base-uri 'none'; form-action 'none'")
+
+
+def _read(name):
+    with open(os.path.join(HERE, name), encoding="utf-8") as file:
+        return file.read()
+
+
+def total(counts):
+    """How many rows have a verdict."""
+    return sum(counts[k] for k in VERDICT_MARKS)
+
+
+def added(all_counts):
+    """Verdict counts (tables.counts_of) of several tables or results together."""
+    found = tables.no_counts()
+    for counts in all_counts:
+        for k, v in counts.items():
+            found[k] += v
+    return found
+
+
+def expectation(counts):
+    """What a reader should know of the rows whose verdict is not the one that a config expects."""
+    contrary, open_rows = counts["contrary"], counts["unexpected"] - counts["contrary"]
+    parts = []
+    if contrary:
+        parts.append(f"<strong>{grouped(contrary)} {'is' if contrary == 1 else 'are'} not as the config expects</strong>"
+                     " (marked in the tables)")
+    if open_rows:
+        parts.append(f"{grouped(open_rows)} that should agree or differ {'is' if open_rows == 1 else 'are'} undecided with"
+                     " so many trials")
+    return ("; ".join(parts) if parts else "No verdict is other than the configs expect") + "."
+
+
+# --- one result -----------------------------------------------------------------------------------------------------
+
+
+def _summary(result, counts):
+    """One sentence: what was compared with what, and how it came out."""
+    judged = total(counts)
+    drawn = f"{grouped(result.trials)} Monte-Carlo trials at each point" if result.trials else "no Monte Carlo"
+    if not judged:
+        return f"<p class=\"summary\">Nothing in this result is held against a prediction or a published value ({drawn}).</p>"
+    return (f'<p class="summary">Of {grouped(judged)} predictions and published values held against the results ({drawn}), '
+            f"{counts_sentence(counts)}. {expectation(counts)}</p>{counts_bar(counts)}")
+
+
+def _figure(path, study, stem, number, identity):
+    address, width, height = figures.embedded(path)
+    suffix = os.path.splitext(os.path.basename(path))[0][len(stem):].lstrip("_")
+    caption = study.caption(suffix)
+    return (f'<figure id="{identity}" class="plot"><button type="button" class="figure" aria-pressed="false" '
+            f'aria-label="Enlarge figure {number}"><img src="{address}" width="{width}" height="{height}" '
+            f'loading="lazy" decoding="async" alt="{escape(caption)}"></button>'
+            f"<figcaption><b>Figure {number}.</b> {prose(caption)}</figcaption></figure>")
+
+
+def _explorer(kind, data, identity, heading, caption):
+    text = json.dumps(data, separators=(",", ":"), ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
+    return (f'<section class="explore" aria-labelledby="{identity}-t"><h4 id="{identity}-t">{heading}</h4>'
+            f'<div class="drawing" id="{identity}" data-kind="{kind}" data-source="{identity}-data">'
+            f'<noscript><p class="small">This drawing needs JavaScript.</p></noscript></div>'
+            f'<p class="small">{caption}</p><script type="application/json" id="{identity}-data">{text}</script></section>')
+
+
+def _explorers(result, frames, identity):
+    parts = []
+    samples = next((result.samples[s] for s in result.samples), None)
+    for name, frame in frames.items():
+        if explore.has_ellipses(frame):
+            data = explore.ellipses(frame, samples)
+            dots = " Dots are the first realisations, about their mean." if data["clouds"] else ""
+            parts.append(_explorer("ellipse", data, f"{identity}-{slug(name)}-drawing",
+                                   "Error ellipses: choose point and propagation",
+                                   f"Horizontal ellipses of table <code>{escape(name)}</code>.{dots}"))
+    data = explore.maps(result) if len(result.maps) else None
+    if data:
+        parts.append(_explorer("map", data, f"{identity}-map-drawing", "Maps: choose quantity, axes and point",
+                               "Hatched: infinite. White: no value."))
+    return parts
+
+
+def _provenance(result, config, name):
+    run = result.run
+    took = f", {run['elapsed_s']:.1f} s on {run.get('threads', 1)} threads" if "elapsed_s" in run else ""
+    trials = f" --trials {result.trials}" if "--trials" in result.command else ""
+    repeat = f"build/surveymc run {config or 'CONFIG'}{trials}"
+    rows = [("config", f"<code>{escape(config)}</code>" if config else ""), ("result", f"<code>{escape(name)}</code>"),
+            ("experiment", f"<code>{escape(result.experiment)}</code>"), ("seed", str(result.seed)),
+            ("trials", grouped(result.trials)),
+            ("version", f"surveymc {escape(result.version)} ({escape(result.revision)})"),
+            ("compiler", escape(result.compiler)), ("run", escape(run.get("created", "")) + took),
+            ("content hash", f"<code>{escape(result.content_hash)}</code>")]
+    listed = "".join(f"<dt>{k}</dt><dd>{v}</dd>" for k, v in rows if v)
+    return ('<details class="about"><summary>Config, seed, version, and how to run it again</summary>'
+            f"<dl>{listed}</dl><p>Run it again, from the config or from what is stored in the result:</p>"
+            f"<pre>{escape(repeat)}\nbuild/surveymc rerun {escape(name)}</pre>"
+            f"<p>Config as it was resolved:</p><pre>{escape(result.config)}</pre></details>")
+
+
+def result_part(result, study, drawn, identity, name, first_figure):
+    """One result as HTML, its verdict counts, and how many figures it has.
+
+    name: its path as the reader has it; identity: the id of its part of the page.
+    """
+    frames = {t: result.table(t) for t in result.tables}
+    judged = [t for t in frames if "verdict" in frames[t] and len(frames[t])]
+    counts = added(tables.counts_of(frames[t]) for t in judged)
+    config = studies.config_of(result.command, result.title)
+    margin = float(result.settings.get("verdict", {}).get("margin", 0))
+    stem = os.path.splitext(os.path.basename(result.path))[0]
+    parts = [f'<article class="result" id="{identity}"><h3><a href="#{identity}">{escape(result.title or stem)}</a></h3>']
+    if config:
+        for text in studies.description(config):
+            parts.append(f"<pre>{escape(text)}</pre>" if text.startswith("  ") else f"<p>{prose(text)}</p>")
+    parts.append(_summary(result, counts))
+    if "--trials" in result.command or "--set" in result.command:
+        parts.append(f'<p class="small">Run with other numbers than the config has: <code>{escape(result.command)}</code></p>')
+    if "warnings" in frames and len(frames["warnings"]):
+        parts.append(tables.table(frames["warnings"]))
+    for i, path in enumerate(drawn.files):
+        parts.append(_figure(path, study, stem, first_figure + i, f"{identity}-figure-{i + 1}"))
+    if drawn.broken:
+        parts.append('<p class="broken">No figure: ' + "; ".join(escape(b) for b in drawn.broken) + "</p>")
+    elif not drawn.files and drawn.messages and not len(result.maps):
+        parts.append(f'<p class="small">No figure: {escape(drawn.messages[0])}</p>')
+    parts += _explorers(result, frames, identity)
+    others = [t for t in frames if t not in judged and t != "warnings" and len(frames[t])]
+    for group, heading in ((judged, "Comparison"), (others, "Other tables")):
+        if group:
+            parts.append(f"<h4>{heading}</h4>")
+            parts += [tables.table(frames[t], margin, f"build/surveymc show {name} {t} --csv", t in study.fold) for t in group]
+    parts.append(_provenance(result, config, name))
+    parts.append("</article>")
+    return "\n".join(parts), counts, len(drawn.files)
+
+
+# --- the whole page -------------------------------------------------------------------------------------------------
+
+
+def _overview(groups):
+    """The table at the head of the page: a row for each result."""
+    rows = []
+    for study, entries in groups:
+        rows.append(f'<tr class="group"><th colspan="2" scope="rowgroup">{escape(study.name)}</th></tr>')
+        for entry in entries:
+            marks = counts_marks(entry["counts"]) or '<span class="small">not judged</span>'
+            alarm = f' <strong>{entry["counts"]["contrary"]} not as expected</strong>' if entry["counts"]["contrary"] else ""
+            rows.append(f'<tr><th scope="row"><a href="#{entry["id"]}">{escape(entry["title"])}</a></th>'
+                        f'<td>{counts_bar(entry["counts"])}<span class="marks">{marks}{alarm}</span></td></tr>')
+    return ('<div class="scroll" tabindex="0" role="region" aria-label="All results"><table class="overview"><thead><tr>'
+            f'<th scope="col">result</th><th scope="col">verdicts</th></tr></thead><tbody>{"".join(rows)}</tbody></table></div>')
+
+
+def _contents(groups):
+    items = []
+    for study, entries in groups:
+        inner = "".join(f'<li><a href="#{e["id"]}">{escape(e["title"])}</a></li>' for e in entries)
+        items.append(f'<li><a href="#study-{slug(study.experiment)}">{escape(study.name)}</a><ul>{inner}</ul></li>')
+    return ('<nav aria-label="Contents"><details id="contents" open><summary>Contents</summary>'
+            f'<ul><li><a href="#overview">Overview</a></li>{"".join(items)}</ul></details></nav>')
+
+
+def _style():
+    css, dark = _read("report.css").split("/* dark */")
+    return (css + "@media (prefers-color-scheme: dark) { :root:not([data-theme=light]) {" + dark + "} }\n"
+            + ":root[data-theme=dark] {" + dark + "}\n" + _read("print.css"))
+
+
+def page(groups, versions, note=""):
+    """The report. groups: [(study, [{id, title, counts, html}])] in their order; versions: of the programs that ran."""
+    counts = added(e["counts"] for _, entries in groups for e in entries)
+    results = sum(len(entries) for _, entries in groups)
+    judged = total(counts)
+    lead = (f"{results} result{'s' if results != 1 else ''} of {len(groups)} "
+            f"stud{'ies' if len(groups) != 1 else 'y'}. ")
+    if judged:
+        lead += (f"Of {grouped(judged)} predictions and published values, {counts_sentence(counts)}. {expectation(counts)} "
+                 "Where a prediction differs, that is a finding about the prediction.")
+    body = []
+    for study, entries in groups:
+        source = f'<p class="source">After {escape(study.source)}</p>' if study.source else ""
+        about = "".join(f"<p>{prose(t)}</p>" for t in (study.question, study.read) if t)
+        body.append(f'<section class="study" id="study-{slug(study.experiment)}"><h2>{escape(study.name)}</h2>{source}{about}'
+                    + "\n".join(e["html"] for e in entries) + "</section>")
+    scripts = "\n".join(_read(f) for f in ("drawing.js", "ellipses.js", "maps.js", "page.js"))
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="{POLICY}">
+<meta name="color-scheme" content="light dark">
+<title>surveymc: results</title>
+<link rel="icon" href="data:,">
+<style>{_style()}</style>
+</head>
+<body>
+<a class="skip" href="#main">Skip to the results</a>
+<header><div><h1>Results of surveymc</h1><p>Monte Carlo, analytic prediction and published values for wellbore directional
+surveying</p></div><button type="button" id="theme" hidden></button></header>
+<div class="page">
+{_contents(groups)}
+<main id="main" tabindex="-1">
+<section id="overview"><h2>Overview</h2>
+<p class="lead">{lead}</p>{counts_bar(counts)}
+{f'<p class="banner">{escape(note)}</p>' if note else ""}
+{_overview(groups)}
+<details class="about" id="reading"><summary>How to read the tables</summary>
+<p>A ratio is analytic (or published) over Monte Carlo: below 1 a prediction promises too much. Brackets are 95&nbsp;%
+intervals. The small scale beside a ratio goes from ½ to 2; its band is what counts as agreement.</p>
+<dl class="verdicts">
+<dt><span class="verdict agrees"><i aria-hidden="true">●</i> agrees</span></dt><dd>the whole interval is within the margin</dd>
+<dt><span class="verdict differs"><i aria-hidden="true">◆</i> differs</span></dt><dd>the whole interval is outside of it: this prediction is wrong here</dd>
+<dt><span class="verdict expected"><i aria-hidden="true">◇</i> differs, as expected</span></dt><dd>the same, and the config says so: a formulation that is wrong on purpose, or a known misprint</dd>
+<dt><span class="verdict undecided"><i aria-hidden="true">▲</i> undecided</span></dt><dd>more trials would tell</dd>
+</dl><p>“Not as expected” marks rows whose verdict is another than the one that the config asks for.</p></details>
+</section>
+{"".join(body)}
+<footer><p>Made by <code>scripts/report.py</code> from result files of surveymc {escape(", ".join(versions))}.</p></footer>
+</main></div>
+<script>
+{scripts}
+</script>
+</body>
+</html>
+"""

@@ -1,0 +1,162 @@
+"""Tables of result files as HTML: comparisons with their verdicts first, long ones folded."""
+
+import math
+
+from surveymc_results.result import VERDICTS, verdict_kind
+
+from .text import counts_marks, escape, grouped, interval, number, unit, verdict
+
+OPEN_ROWS = 14  # a table with more is folded
+MOST_ROWS = 150  # a table with more is shortened; the whole is a command away
+PRINTED_ROWS = 60  # a folded comparison with no more is unfolded on paper
+MERGED = ("expected", "trials", "failed")  # said in another column, or in the caption
+
+
+def _is_number(column):
+    return column.dtype != object
+
+
+def _nothing(column):
+    """Whether a column has no entry."""
+    return bool(column.isna().all()) if _is_number(column) else bool((column == "").all())
+
+
+def _shortened(frame):
+    """At most MOST_ROWS rows, in their order: those not as expected, then those with published values, then the first."""
+    if len(frame) <= MOST_ROWS:
+        return frame, ""
+    rank = [2] * len(frame)
+    if "published" in frame and _is_number(frame["published"]):
+        rank = [1 if math.isfinite(p) else 2 for p in frame["published"]]
+    if "verdict" in frame and "expected" in frame:
+        rank = [0 if is_contrary(v, e) else r for r, v, e in zip(rank, frame["verdict"], frame["expected"])]
+    chosen = sorted(sorted(range(len(frame)), key=lambda i: (rank[i], i))[:MOST_ROWS])
+    first = "those not as expected, then those with published values, then the first" if min(rank) < 2 else "the first"
+    shown = frame.iloc[chosen]
+    shown.attrs = frame.attrs
+    return shown, f"{grouped(MOST_ROWS)} of {grouped(len(frame))} rows are shown: {first}."
+
+
+def no_counts():
+    return dict.fromkeys((*VERDICTS, "unexpected", "contrary"), 0)
+
+
+def is_contrary(verdict_word, expected):
+    """Whether a row says the opposite of what the config expects: undecided, or no verdict at all, is not the opposite."""
+    return bool(expected) and verdict_word in ("agrees", "differs") and verdict_word != expected
+
+
+def counts_of(frame):
+    """Verdict counts of one table, as Result.verdicts has them of all, and "contrary": the unexpected ones that are decided."""
+    counts = no_counts()
+    expected = frame["expected"] if "expected" in frame else [""] * len(frame)
+    for got, wanted in zip(frame["verdict"], expected):
+        kind = verdict_kind(got, wanted)
+        if kind in counts:
+            counts[kind] += 1
+        counts["unexpected"] += bool(wanted) and got != wanted
+        counts["contrary"] += is_contrary(got, wanted)
+    return counts
+
+
+def _ratio_bar(value, low, high, margin):
+    """A ratio and its interval on a logarithmic scale from 1/2 to 2, the band that counts as agreement behind it."""
+    def place(x):
+        return 50 + 50 * max(-1.0, min(1.0, math.log2(x))) if x > 0 else 0.0
+
+    if not math.isfinite(value) or value <= 0:
+        return ""
+    low, high = (low, high) if math.isfinite(low) and math.isfinite(high) else (value, value)
+    style = (f"--l:{place(low):.1f}%;--w:{place(high) - place(low):.1f}%;--v:{place(value):.1f}%;"
+             f"--a:{place(1 - margin):.1f}%;--b:{place(1 + margin):.1f}%")
+    return f'<span class="ratio" aria-hidden="true" style="{style}"></span>'
+
+
+class _Columns:
+    """Which columns of a table are shown, and how each of its cells is written."""
+
+    def __init__(self, frame, margin):
+        self.frame, self.margin = frame, margin
+        self.units, self.intervals = frame.attrs["units"], frame.attrs["intervals"]
+        bounds = {c for pair in self.intervals.values() for c in pair}
+        self.constant = [k for k in frame.attrs["sweep_keys"] if len(frame) > 1 and frame[k].nunique() == 1]
+        left_out = {*bounds, *MERGED, *self.constant, "unit" if "quantity" in frame else ""}
+        self.shown = [c for c in frame if c not in left_out and not (_nothing(frame[c]) and c != "verdict")]
+        if "verdict" in self.shown and "monte_carlo" not in frame and "formulation" in self.shown:  # a wide table: in sight
+            self.shown.remove("verdict")
+            self.shown.insert(self.shown.index("formulation") + 1, "verdict")
+
+    def head(self, column):
+        found = unit(self.units.get(column, ""))
+        stem = column
+        for ending in ("_deg", "_m2", "_m", "_nT", "_mps2", "_h", "_z"):  # the unit stands beside the name
+            if found and column.endswith(ending):
+                stem = column[: -len(ending)]
+        title = escape(self.frame.attrs["descriptions"].get(column, ""))
+        names = {"monte_carlo": "Monte Carlo", "published_ratio": "published / Monte Carlo",
+                 "ratio": "analytic / Monte Carlo"} if "monte_carlo" in self.frame else {}
+        name = names.get(column, stem.replace("_", " "))
+        number_class = ' class="n"' if _is_number(self.frame[column]) else ""
+        return (f'<th scope="col"{number_class} title="{title}">{escape(name)}'
+                + (f' <span class="unit">({escape(found)})</span>' if found else "") + "</th>")
+
+    def cell(self, row, column):
+        value = row[column]
+        if column == "verdict":
+            wanted = row.get("expected", "")
+            return f"<td>{verdict(verdict_kind(value, wanted), is_contrary(value, wanted))}</td>"
+        if not _is_number(self.frame[column]):
+            if column == "quantity" and row.get("unit", "1") not in ("1", ""):
+                return f'<th scope="row">{escape(value)} <span class="unit">({escape(unit(row["unit"]))})</span></th>'
+            tag = 'th scope="row"' if column == "quantity" else "td"
+            return f'<{tag}{" class=note" if len(str(value)) > 40 else ""}>{escape(value)}</{tag[:2]}>'
+        value = value.item()
+        if column not in self.intervals:
+            return f'<td class="n">{number(value)}</td>'
+        low, high = (row[c].item() for c in self.intervals[column])
+        text, bounds = interval(value, low, high)
+        bounds = f' <span class="ci">{bounds}</span>' if bounds else ""
+        bar = _ratio_bar(value, low, high, self.margin) if column == "ratio" else ""
+        return f'<td class="n">{text}{bounds}{bar}</td>'
+
+
+def _caption(frame, columns):
+    text = frame.attrs["long_name"] or frame.attrs["name"]
+    parts = [escape(text[:1].upper() + text[1:]) + "."]
+    if columns.constant:
+        parts.append("Everywhere here: " + ", ".join(
+            f"{escape(k)} = {escape(frame[k].iloc[0])}" for k in columns.constant) + ".")
+    if "trials" in frame and len(frame):
+        trials, failed = frame["trials"].unique(), frame["failed"].sum() if "failed" in frame else 0
+        if len(trials) == 1:
+            parts.append(f"{grouped(int(trials[0]))} trials a row"
+                         + (", none failed." if not failed else ", some failed: see <code>failed</code> in the file."))
+    return " ".join(parts)
+
+
+def table(frame, margin=0.0, command="", fold=False):
+    """One table as HTML, folded if it is long or `fold` is set.
+
+    margin: what a ratio may differ from 1 and agree (0: not drawn); command: how to see all of it.
+    """
+    name = frame.attrs["name"]
+    counts = counts_of(frame) if "verdict" in frame else None
+    shown, shortened = _shortened(frame)
+    columns = _Columns(shown, margin)
+    head = "".join(columns.head(c) for c in columns.shown)
+    rows = []
+    for i in range(len(shown)):
+        row = {c: shown[c].iat[i] for c in shown}
+        unexpected = is_contrary(row.get("verdict", ""), row.get("expected", ""))
+        rows.append(f"<tr{' class=unexpected' if unexpected else ''}>" + "".join(columns.cell(row, c) for c in columns.shown)
+                    + "</tr>")
+    note = f'<p class="small">{shortened} All: <code>{escape(command)}</code></p>' if shortened else ""
+    body = (f'<div class="scroll" tabindex="0" role="region" aria-label="Table {escape(name)}"><table><caption>'
+            f'{_caption(frame, columns)}</caption><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>{note}')
+    title = f'<code>{escape(name)}</code>'
+    if not fold and len(frame) <= OPEN_ROWS:
+        return f'<div class="table"><p class="tablename">{title}</p>{body}</div>'
+    marks = counts_marks(counts) if counts else ""
+    rows_text = f"{grouped(len(frame))} row{'s' if len(frame) != 1 else ''}"
+    kind = "table print" if counts and len(shown) <= PRINTED_ROWS and not fold else "table"
+    return f'<details class="{kind}"><summary>{title} <span class="rows">{rows_text}</span> {marks}</summary>{body}</details>'

@@ -1,0 +1,198 @@
+#!/usr/bin/python3
+"""Runs the studies of configs/ one after the other, keeps what is done, and writes the report. See run_all.sh.
+
+A result is done if its file can be read and has the config hash (config with seed, and input files) and the program
+version (and revision) that a new run would have. Results are written whole or not at all; of the study that an
+interruption falls into, the finished blocks stay in a journal beside its result, and the next run goes on from there.
+"""
+
+import argparse
+import dataclasses
+import fnmatch
+import os
+import re
+import subprocess
+import sys
+import time
+import tomllib
+
+import studies
+import surveymc_results
+
+UNEXPECTED, USAGE, INTERRUPTED = 1, 64, 75
+QUICK_NOTE = "A quick run: far fewer trials than the configs ask for, to see that everything works. Do not quote its numbers."
+
+
+@dataclasses.dataclass
+class Job:
+    """One config, and what becomes of it."""
+
+    name: str  # "thesis/table8"
+    config: str
+    output: str
+    arguments: list  # of surveymc run, for a quick run
+    experiment: str
+    trials: int = 0  # in all
+    config_hash: str = ""
+    error: str = ""
+
+
+def jobs_of(patterns, output, quick, program):
+    """The jobs that the patterns choose, in the order of the report; those whose config is wrong have an error."""
+    known, found = studies.load(), []
+    for config in studies.configs():
+        name = config.removeprefix("configs/").removesuffix(".toml")
+        if patterns and not any(fnmatch.fnmatch(name, p) or p in name for p in patterns):
+            continue
+        with open(config, "rb") as file:
+            settings = tomllib.load(file)
+        study = studies.study_of(known, settings.get("experiment", ""))
+        few = quick and settings.get("trials", 0) > study.quick_trials
+        arguments = ["--trials", str(study.quick_trials)] if few else []
+        job = Job(name, config, os.path.join(output, name + ".h5"), arguments, study.experiment)
+        checked = subprocess.run([program, "check", config, *arguments], capture_output=True, text=True)
+        last = re.search(r"# \d+ sweep points?, (\d+) trials in all; config hash (\w+)", checked.stdout)
+        if checked.returncode or not last:
+            job.error = checked.stderr.strip() or "surveymc check says no config hash"
+        else:
+            job.trials, job.config_hash = int(last[1]), last[2]
+        found.append((study.order, name, job))
+    return [job for _, _, job in sorted(found, key=lambda f: f[:2])]
+
+
+def program_version(program):
+    """(version, revision) of the program, as its results have them."""
+    text = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout
+    found = re.match(r"surveymc (\S+) \(([^)]*)\)", text)
+    return (found[1], found[2]) if found else (text.strip(), "")
+
+
+def is_done(job, version):
+    try:
+        result = surveymc_results.open(job.output)
+    except surveymc_results.ResultError:
+        return False
+    return (result.config_hash, result.version, result.revision) == (job.config_hash, *version)
+
+
+def duration(seconds):
+    return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+
+
+class Pace:
+    """How long what is left will take, from how long the runs took: by experiment, seconds a trial and seconds a run."""
+
+    def __init__(self):
+        self.runs = []
+
+    def add(self, job, seconds):
+        self.runs.append((job.experiment, job.trials, seconds))
+
+    def left(self, waiting):
+        """Seconds for the jobs; None before anything is known."""
+        if not self.runs:
+            return None
+        return sum(self._guess(job) for job in waiting)
+
+    def _guess(self, job):
+        for alike in ([r for r in self.runs if r[0] == job.experiment and bool(r[1]) == bool(job.trials)],
+                      [r for r in self.runs if bool(r[1]) == bool(job.trials)], self.runs):
+            if alike:
+                seconds = sum(r[2] for r in alike)
+                return seconds / sum(r[1] for r in alike) * job.trials if job.trials and all(r[1] for r in alike) else seconds / len(alike)
+        return 0.0
+
+
+def run_job(job, program, threads):
+    """Runs one config; its exit code and what it said last. Ctrl-C reaches the program too, which keeps its finished blocks."""
+    os.makedirs(os.path.dirname(job.output), exist_ok=True)
+    command = [program, "run", job.config, "-o", job.output, "--resume", *job.arguments,
+               *(["--threads", str(threads)] if threads else [])]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace") as process:
+        try:
+            text = process.communicate()[0]
+        except KeyboardInterrupt:
+            try:
+                process.communicate(timeout=20)
+            except (subprocess.TimeoutExpired, KeyboardInterrupt):
+                process.kill()
+            raise
+    verdicts = next((line for line in text.splitlines() if line.startswith("verdicts: ")), "")
+    return process.returncode, verdicts.removeprefix("verdicts: ") if process.returncode == 0 else text.strip().splitlines()[-1:]
+
+
+def run_jobs(jobs, version, program, threads):
+    """Runs what is not done. Returns the names of the jobs that failed; raises KeyboardInterrupt when it is stopped."""
+    waiting = [j for j in jobs if not j.error and not is_done(j, version)]
+    broken = [j for j in jobs if j.error]
+    kept = len(jobs) - len(waiting) - len(broken)
+    print(f"{len(jobs)} studies: {kept} done already, {len(waiting)} to run", flush=True)
+    for job in broken:
+        print(f"  {job.name}: {job.error}", file=sys.stderr)
+    failed, pace = [j.name for j in broken], Pace()
+    for i, job in enumerate(waiting):
+        left = pace.left(waiting[i:])
+        about = f", about {duration(left)} left" if left is not None else ""
+        size = f"{job.trials:,} trials".replace(",", " ") if job.trials else "no trials"
+        print(f"[{i + 1}/{len(waiting)}] {job.name} ({size}{about}) ... ", end="", flush=True)
+        start = time.monotonic()
+        code, words = run_job(job, program, threads)
+        seconds = time.monotonic() - start
+        if code == INTERRUPTED or code < 0:
+            raise KeyboardInterrupt
+        pace.add(job, seconds)
+        if code:
+            failed.append(job.name)
+            print(f"failed (exit code {code})\n  {' '.join(words)}", flush=True)
+        else:
+            print(duration(seconds) + (f"; {words}" if words and not job.arguments else ""), flush=True)  # few trials decide little
+    return failed
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="few trials; into results/quick")
+    parser.add_argument("--only", action="append", default=[], metavar="PATTERN", help="studies whose name fits (thesis/*)")
+    parser.add_argument("--list", action="store_true", help="list the studies and whether they are done; run nothing")
+    parser.add_argument("--threads", type=int, metavar="N", help="of each run (all cores)")
+    parser.add_argument("--no-report", action="store_true", help="only the results")
+    parser.add_argument("--output", metavar="FOLDER", help="where results go (results, or results/quick)")
+    parser.add_argument("--program", default=os.path.join(studies.ROOT, "build", "surveymc"), help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    output = os.path.abspath(arguments.output) if arguments.output else ""
+    program = os.path.abspath(arguments.program)
+    os.chdir(studies.ROOT)  # configs are named as the README names them, and so in the results
+    output = os.path.relpath(output) if output else os.path.join("results", "quick") if arguments.quick else "results"
+    if not os.path.exists(program):
+        print(f"run_studies.py: {program}: not built: scripts/run_all.sh builds it", file=sys.stderr)
+        return USAGE
+    jobs = jobs_of(arguments.only, output, arguments.quick, program)
+    if not jobs:
+        print(f"run_studies.py: no study fits {', '.join(arguments.only)}: see --list", file=sys.stderr)
+        return USAGE
+    version = program_version(program)
+    if arguments.list:
+        for job in jobs:
+            state = "wrong config" if job.error else "done" if is_done(job, version) else "to run"
+            print(f"{job.name:36} {job.experiment:24} {state}")
+        return 0
+    start = time.monotonic()
+    try:
+        failed = run_jobs(jobs, version, program, arguments.threads)
+        code = UNEXPECTED if failed else 0
+        there = [j.output for j in jobs if os.path.exists(j.output) and j.name not in failed]
+        if there and not arguments.no_report:
+            print("figures and report ...", flush=True)
+            note = ["--note", QUICK_NOTE] if arguments.quick else []
+            page = os.path.join(output, "report.html")
+            code = max(code, subprocess.run([sys.executable, os.path.join(studies.SCRIPTS, "report.py"), *there, "--base", output,
+                                             "-o", page, *note]).returncode)
+    except KeyboardInterrupt:
+        print("\nstopped; finished results are kept: the same command goes on from there", file=sys.stderr)
+        return 130
+    print(f"done in {duration(time.monotonic() - start)}" + (f"; failed: {', '.join(failed)}" if failed else ""))
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,236 @@
+"""A result file of surveymc as Python objects. docs/results-format.md describes the file."""
+
+import collections.abc
+import difflib
+import os
+import re
+import tomllib
+
+import h5py
+import numpy as np
+
+from .ellipse import Ellipse
+
+VERDICTS = ("agrees", "differs as expected", "undecided", "differs")
+_ATTRIBUTES = {  # of the root group: name here, name there
+    "title": "title", "experiment": "experiment", "seed": "seed", "trials": "trials", "version": "surveymc_version",
+    "revision": "git_revision", "compiler": "compiler", "command": "command", "config": "config",
+    "config_hash": "config_hash", "content_hash": "content_hash"}
+
+
+class ResultError(Exception):
+    """The file cannot be read, or is not what was asked for; the message is one line."""
+
+
+class NotFound(ResultError, KeyError):
+    """There is no such table, map, column or row; the message lists what there is."""
+
+    __str__ = Exception.__str__  # KeyError would print the repr
+
+
+def not_found(what, name, names, where):
+    names = [str(n) for n in names]
+    close = difflib.get_close_matches(str(name), names, 1)
+    hint = f" (did you mean '{close[0]}'?)" if close else ""
+    return NotFound(f"{where}: no {what} '{name}'{hint}; there are: {', '.join(names) or 'none'}")
+
+
+def _python(value):
+    """An attribute as int, float or str, whichever way HDF5 stored it."""
+    if isinstance(value, bytes):
+        return value.decode("utf-8")
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _values(data):
+    return data.asstr()[()] if h5py.check_string_dtype(data.dtype) is not None else data[()]
+
+
+class _Collection(collections.abc.Mapping):
+    """The tables (or maps, ...) of a result by name; each is read when asked for."""
+
+    def __init__(self, names, read):
+        self._names, self._read = names, read
+
+    def __getitem__(self, name):
+        return self._read(name)
+
+    def __contains__(self, name):
+        return name in self._names
+
+    def __iter__(self):
+        return iter(self._names)
+
+    def __len__(self):
+        return len(self._names)
+
+    def __repr__(self):
+        return f"<{', '.join(self._names) or 'none'}>"
+
+
+class Result:
+    """What a run of surveymc wrote.
+
+    title, experiment, config (resolved TOML, whole), version, revision, compiler, command, config_hash, content_hash: str
+    seed, trials (of each sweep point; 0 where nothing is drawn): int
+    settings: the config as nested dicts; run: when, where and how long it ran
+    tables, maps, samples, inputs: mappings from name to data, read when asked for
+    """
+
+    def __init__(self, path):
+        self.path = os.fspath(path)
+        if not os.path.exists(self.path):
+            raise ResultError(f"{self.path}: no such file")
+        if os.path.isdir(self.path):
+            raise ResultError(f"{self.path}: is a folder, not a result file")
+        with self._file() as file:
+            if _python(file.attrs.get("format", "")) != "surveymc":
+                raise ResultError(f"{self.path}: not a result file of surveymc (attribute 'format' is not \"surveymc\")")
+            if _python(file.attrs.get("format_version", 1)) != 1:
+                raise ResultError(f"{self.path}: format version {_python(file.attrs['format_version'])} is not known here")
+            for name, stored in _ATTRIBUTES.items():
+                if stored not in file.attrs:
+                    raise ResultError(f"{self.path}: attribute '{stored}' is missing")
+                setattr(self, name, _python(file.attrs[stored]))
+            self.run = {k: _python(v) for k, v in file["run"].attrs.items()} if "run" in file else {}
+            groups = {g: list(file[g]) if g in file else [] for g in ("tables", "samples", "inputs")}
+            maps = [k for k, d in file.get("maps", {}).items() if not h5py.h5ds.is_scale(d.id)]
+        self.tables = _Collection(groups["tables"], self.table)
+        self.samples = _Collection(groups["samples"], lambda name: self._frame("samples", name))
+        self.inputs = _Collection(groups["inputs"], lambda name: self._frame("inputs", name))
+        self.maps = _Collection(maps, self.map)
+
+    def __repr__(self):
+        return (f"<surveymc result '{self.title or self.path}': {self.experiment}, seed {self.seed}, {self.trials} trials; "
+                f"tables {', '.join(self.tables) or 'none'}; maps {', '.join(self.maps) or 'none'}>")
+
+    def _file(self):
+        try:
+            return h5py.File(self.path, "r")
+        except PermissionError:
+            raise ResultError(f"{self.path}: cannot be read") from None
+        except OSError:
+            raise ResultError(f"{self.path}: not an HDF5 file, or damaged") from None
+
+    @property
+    def settings(self):
+        """The resolved config as nested dicts."""
+        return tomllib.loads(self.config)
+
+    @property
+    def verdicts(self):
+        """How many rows of all tables have which verdict: {"agrees", "differs as expected", "undecided", "differs",
+        "unexpected"}. "differs" are those that the config does not expect; "unexpected" is what `surveymc run --check`
+        fails on: rows whose verdict is not the one that the config expects."""
+        counts = dict.fromkeys((*VERDICTS, "unexpected"), 0)
+        with self._file() as file:
+            for table in file.get("tables", {}).values():
+                if "verdict" in table:
+                    expected = _values(table["expected"]) if "expected" in table else [""] * len(table["verdict"])
+                    for got, wanted in zip(_values(table["verdict"]), expected):
+                        kind = verdict_kind(got, wanted)
+                        if kind:
+                            counts[kind] += 1
+                        counts["unexpected"] += bool(wanted) and got != wanted
+        return counts
+
+    def table(self, name):
+        """Table `name` as pandas.DataFrame, columns in the order of the file. Its attrs:
+
+        name, long_name; sweep_keys: the columns that say which sweep point; units {column: unit} of the columns that
+        have one; descriptions {column: text}; intervals {column: (low column, high column)}; confidence of the
+        intervals (0.95), NaN if the file does not say.
+        """
+        return self._frame("tables", name)
+
+    def _frame(self, group, name):
+        import pandas  # here: attributes can be had without waiting for it
+
+        with self._file() as file:
+            if name not in file.get(group, {}):
+                raise not_found(group.rstrip("s"), name, file.get(group, {}), self.path)
+            stored = file[group][name]
+            columns = {k: d for k, d in stored.items() if k != "row"}
+            frame = pandas.DataFrame({k: _values(d) for k, d in columns.items()})
+            long_name = _python(stored.attrs.get("long_name", ""))
+            found = re.search(r"intervals at ([\d.]+) %$", long_name)
+            frame.attrs = {
+                "name": name, "long_name": long_name,
+                "sweep_keys": [k for k, d in columns.items() if _python(d.attrs.get("long_name", "")) == "sweep key"],
+                "units": {k: _python(d.attrs["units"]) for k, d in columns.items() if "units" in d.attrs},
+                "descriptions": {k: _python(d.attrs.get("long_name", "")) for k, d in columns.items()},
+                "intervals": {k: (f"{k}_ci_low", f"{k}_ci_high") for k in columns if f"{k}_ci_low" in columns},
+                "confidence": float(found[1]) / 100 if found else float("nan")}
+        return frame
+
+    def map(self, name):
+        """Map `name` as xarray.DataArray with its coordinates; `attrs` has units and long_name. Infinity is inf."""
+        import xarray
+
+        with self._file() as file:
+            if name not in self.maps:
+                raise not_found("map", name, self.maps, self.path)
+            data = file["maps"][name]
+            dimensions, coordinates = [], {}
+            for axis, dimension in enumerate(data.dims):
+                if len(dimension) == 0:
+                    raise ResultError(f"{self.path}: axis {axis} of map '{name}' has no values")
+                scale = dimension[0]
+                dimension_name = os.path.basename(scale.name)
+                dimensions.append(dimension_name)
+                coordinates[dimension_name] = (dimension_name, _values(scale), _described(scale))
+            return xarray.DataArray(data[()], dims=dimensions, coords=coordinates, name=name, attrs=_described(data))
+
+    def ellipse(self, propagation="monte_carlo", table="ellipse", at=None, **point):
+        """The horizontal one-sigma ellipse of one row of `table`.
+
+        propagation: "monte_carlo", or the analytic prediction ("joint", "systematic", ...: column `formulation`).
+        The sweep point by keyword, columns with a dot by their last or first part or with an underscore (estimator="msa"
+        is `estimator.name`), or whole: at={"noise.scale": 0.1}. Columns with one value need not be given.
+        `table` may be any with the columns semi_major_m, semi_minor_m and major_azimuth_deg: that named "covariance" of
+        position_covariance, with md_m= the station. NotFound, with what there is, unless exactly one row remains.
+        """
+        frame = self.table(table)
+        missing = {"semi_major_m", "semi_minor_m", "major_azimuth_deg"} - set(frame.columns)
+        if missing:
+            raise ResultError(f"{self.path}: table '{table}' has no ellipses: no column {', '.join(sorted(missing))}")
+        wanted = {self._column(frame, k): v for k, v in point.items()} | dict(at or {})
+        if "formulation" in frame:
+            wanted.setdefault("formulation", propagation)
+        for column, value in wanted.items():
+            if column not in frame:
+                raise not_found(f"column of table '{table}'", column, frame.columns, self.path)
+            number = isinstance(value, (int, float)) and frame[column].dtype != object
+            keep = np.isclose(frame[column].astype(float), value, rtol=1e-9, atol=0) if number else frame[column] == value
+            if not keep.any():
+                raise not_found(f"row of table '{table}' with {column} =", value, frame[column].unique(), self.path)
+            frame = frame[keep]
+        if len(frame) > 1:
+            keys = [*frame.attrs["sweep_keys"], "md_m", "formulation"]
+            open_keys = [k for k in keys if k in frame and frame[k].nunique() > 1]
+            choice = "; ".join(f"{k}: {', '.join(str(v) for v in frame[k].unique()[:12])}" for k in open_keys)
+            raise NotFound(f"{self.path}: {len(frame)} rows of table '{table}' fit; choose by {choice}")
+        row = frame.iloc[0].to_dict()
+        return Ellipse(row.get("center_north_m", 0.0), row.get("center_east_m", 0.0), row["semi_major_m"],
+                       row["semi_minor_m"], row["major_azimuth_deg"], row)
+
+    def _column(self, frame, word):
+        """The column a keyword means: whole, dots as underscores, or one part of a dotted name that only one has."""
+        if word in frame:
+            return word
+        for part in (lambda c: c.replace(".", "_"), lambda c: c.split(".")[0], lambda c: c.split(".")[-1]):
+            found = [c for c in frame.columns if "." in c and part(c) == word]
+            if len(found) == 1:
+                return found[0]
+        raise not_found("column", word, frame.columns, self.path)
+
+
+def _described(data):
+    return {k: _python(data.attrs[k]) for k in ("units", "long_name") if k in data.attrs}
+
+
+def verdict_kind(verdict, expected=""):
+    """One of VERDICTS, or "" for a row without a verdict."""
+    if verdict == "differs":
+        return "differs as expected" if expected == "differs" else "differs"
+    return verdict

@@ -1,0 +1,322 @@
+#!/usr/bin/python3
+"""Tests of the page that scripts/report.py made of smoke results: test_report.py REPORT.html SMOKE_FOLDER"""
+import html.parser
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+import urllib.parse
+import xml.etree.ElementTree
+
+import h5py
+import numpy as np
+
+SCRIPTS = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
+sys.path.insert(0, SCRIPTS)
+import studies  # noqa: E402
+import surveymc_results  # noqa: E402
+from report_page import explore, figures, text  # noqa: E402
+
+REPORT = SMOKE = ""
+VOID = {"meta", "link", "img", "br", "hr", "input"}
+
+
+class Page(html.parser.HTMLParser):
+    """Tags, ids and links of a page; faults of its structure."""
+
+    def __init__(self, source):
+        super().__init__()
+        self.stack, self.faults, self.ids, self.tags, self.words = [], [], [], [], []
+        self.feed(source)
+        self.close()
+        self.faults += [f"<{t}> is never closed" for t in self.stack]
+
+    def handle_starttag(self, tag, attrs):
+        attributes = dict(attrs)
+        if len(attributes) != len(attrs):
+            self.faults.append(f"<{tag}> has an attribute twice")
+        if "id" in attributes:
+            self.ids.append(attributes["id"])
+        self.tags.append((tag, attributes))
+        if tag not in VOID:
+            self.stack.append(tag)
+
+    def handle_endtag(self, tag):
+        if not self.stack or self.stack.pop() != tag:
+            self.faults.append(f"</{tag}> at {self.getpos()} closes nothing")
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+    def named(self, tag):
+        return [a for t, a in self.tags if t == tag]
+
+
+def make(*arguments, environment=None):
+    return subprocess.run([sys.executable, os.path.join(SCRIPTS, "report.py"), *arguments], capture_output=True, text=True,
+                          timeout=120, env={**os.environ, **(environment or {})})
+
+
+class Structure(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        with open(REPORT, encoding="utf-8") as file:
+            cls.source = file.read()
+        cls.page = Page(cls.source)
+
+    def test_is_well_formed(self):
+        self.assertEqual(self.page.faults, [])
+        self.assertTrue(self.source.startswith("<!DOCTYPE html>"))
+        self.assertEqual(self.page.named("html")[0]["lang"], "en")
+        levels = [int(t[1]) for t, _ in self.page.tags if re.fullmatch(r"h[1-6]", t)]
+        self.assertEqual(levels[0], 1)
+        self.assertEqual(levels.count(1), 1)
+        self.assertTrue(all(b <= a + 1 for a, b in zip(levels, levels[1:])), "a level of headings is left out")
+
+    def test_ids_are_unique_and_links_lead_somewhere(self):
+        self.assertEqual(len(self.page.ids), len(set(self.page.ids)))
+        links = [a["href"] for a in self.page.named("a")]
+        self.assertGreater(len(links), 10)
+        for link in links:
+            self.assertTrue(link.startswith("#"), link)
+            self.assertIn(link[1:], self.page.ids)
+        for _, attributes in self.page.tags:
+            for name in ("aria-labelledby", "for", "data-source"):
+                if name in attributes:
+                    self.assertIn(attributes[name], self.page.ids)
+
+    def test_loads_nothing(self):
+        for tag, attributes in self.page.tags:
+            self.assertFalse(tag in ("iframe", "object", "embed", "base", "form"), tag)
+            for name in ("src", "href", "srcset", "action", "data", "poster"):
+                if name in attributes:
+                    self.assertRegex(attributes[name], r"^(#|data:)", tag)
+            self.assertFalse([a for a in attributes if a.startswith("on")])
+        styles = re.findall(r"<style>(.*?)</style>", self.source, re.S)
+        self.assertEqual([w for s in styles for w in re.findall(r"@import|url\(.{0,40}", s)], [])
+        scripts = re.findall(r"<script>(.*?)</script>", self.source, re.S)
+        self.assertEqual([w for s in scripts for w in re.findall(r"fetch\(|XMLHttpRequest|import\(|https?://(?!www.w3.org/2000/svg).{0,40}", s)], [])
+        policy = next(a["content"] for a in self.page.named("meta") if a.get("http-equiv") == "Content-Security-Policy")
+        self.assertIn("default-src 'none'", policy)
+        self.assertLess(len(self.source.encode()), 12e6)  # of the smoke results; all studies at full size: docs/report.md
+
+    def test_every_figure_that_was_drawn_is_there_whole(self):
+        drawn = [os.path.join(folder, f) for folder, _, names in os.walk(os.path.join(os.path.dirname(REPORT), "figures"))
+                 for f in names if f.endswith(".svg")]
+        pictures = self.page.named("img")
+        self.assertGreater(len(drawn), 8)
+        self.assertEqual(len(pictures), len(drawn))
+        for picture in pictures:
+            self.assertTrue(picture["alt"])
+            self.assertEqual(picture["src"][:5], "data:")
+            if picture["src"].startswith("data:image/svg+xml,"):
+                root = xml.etree.ElementTree.fromstring(urllib.parse.unquote(picture["src"].split(",", 1)[1]))
+                width = float(root.get("viewBox").split()[2])
+                self.assertAlmostEqual(int(picture["width"]), width * 96 / 72, delta=1)
+                ids = [e.get("id") for e in root.iter() if e.get("id")]
+                self.assertEqual(len(ids), len(set(ids)))
+                for e in root.iter():
+                    for key, value in e.attrib.items():
+                        if key.endswith("href"):
+                            self.assertRegex(value, r"^(#|data:)")
+
+    def test_each_result_says_what_it_is_and_how_it_came_out(self):
+        results = [a["id"] for t, a in self.page.tags if t == "article"]
+        files = ("estimate", "msa_benefit", "msa_sweep", "mwd_drift", "reliability_map", "sensor_monte_carlo", "vertical_well")
+        self.assertEqual({r.removeprefix("result-") for r in results}, {f.replace("_", "-") for f in files})
+        for name in files:
+            result = surveymc_results.open(os.path.join(SMOKE, name + ".h5"))
+            part = re.search(rf'<article class="result" id="result-{name.replace("_", "-")}">(.*?)</article>', self.source, re.S)[1]
+            self.assertTrue(text.escape(result.title) in part, name)
+            for words in (result.content_hash, text.escape(result.config), f"<dt>seed</dt><dd>{result.seed}</dd>",
+                          "build/surveymc rerun ", f"build/surveymc run configs/smoke/{name}.toml"):
+                self.assertTrue(words in part, f"{name}: {words[:60]}")
+            counts = result.verdicts
+            if counts["agrees"]:
+                self.assertTrue(f"{text.grouped(counts['agrees'])} agree" in part, name)
+            for table, frame in result.tables.items():
+                self.assertEqual(len(frame) > 0, f'aria-label="Table {table}"' in part, (name, table))
+
+    def test_verdicts_are_marks_with_words(self):
+        cells = re.findall(r'<td><span class="verdict (\w+)"><i aria-hidden="true">(.)</i> ([^<]+)', self.source)
+        self.assertEqual({(c, w) for c, _, w in cells} - {("agrees", "agrees"), ("differs", "differs"), ("undecided", "undecided"),
+                                                          ("expected", "differs, as expected")}, set())
+        self.assertGreaterEqual(len({m for _, m, _ in cells}), 3)
+
+
+class Numbers(unittest.TestCase):
+    def test_digits_follow_the_interval(self):
+        for numbers, expected in (((1.00234, 0.9912, 1.0135), ("1.002", "[0.991, 1.014]")),
+                                  ((4831.2, 4700.0, 4960.0), ("4831", "[4700, 4960]")),
+                                  ((-0.0231, -0.0432, -0.0031), ("−0.023", "[−0.043, −0.003]")),
+                                  ((2.5, float("nan"), float("nan")), ("2.500", ""))):
+            self.assertEqual(text.interval(*numbers), expected)
+        self.assertEqual([text.number(v) for v in (float("inf"), float("nan"), 0.0, 1234.5678, 3e-9, 20000)],
+                         ["∞", "–", "0", "1235", "3.000·10<sup>−9</sup>", "20\u202f000"])
+
+    def test_large_maps_are_thinned_on_their_grid(self):
+        class Map:
+            maps = ["m"]
+
+            def map(self, name):
+                import xarray
+                a = np.arange(0.0, 361.0)
+                return xarray.DataArray(np.add.outer(a, 1000 * a)[None], dims=("case", "x", "y"), name=name,
+                                        coords={"case": np.array(["one"], object), "x": a, "y": a})
+
+        data = explore.maps(Map())
+        sizes = [len(a["values"]) for a in data["axes"]]
+        self.assertLessEqual(np.prod(sizes), explore.MAP_POINTS)
+        self.assertGreater(np.prod(sizes), explore.MAP_POINTS / 5)
+        self.assertEqual(data["axes"][1]["values"][-1], 360.0)
+        import base64
+        values = np.frombuffer(base64.b64decode(data["maps"][0]["data"]), "<f2").reshape(sizes).astype(float) * data["maps"][0]["scale"]
+        exact = np.add.outer(np.array(data["axes"][1]["values"]), 1000 * np.array(data["axes"][2]["values"]))[None]
+        np.testing.assert_allclose(values, exact, rtol=2.0**-11, atol=data["maps"][0]["scale"] * 2.0**-24)
+
+
+class AnyResult(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.output = os.path.join(self.folder, "r.html")
+
+    def changed(self, name, change):
+        path = os.path.join(self.folder, f"{name}.h5")
+        shutil.copy(os.path.join(SMOKE, "msa_sweep.h5"), path)
+        with h5py.File(path, "a") as file:
+            change(file)
+        return path
+
+    def report(self, *arguments):
+        run = make(*arguments, "-o", self.output, "--no-figures")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        with open(self.output, encoding="utf-8") as file:
+            source = file.read()
+        self.assertEqual(Page(source).faults, [])
+        return source, run
+
+    def test_all_smoke_results_make_a_page(self):
+        there = [f for f in os.listdir(SMOKE) if f.endswith(".h5")]  # other tests may be adding to them
+        source, _ = self.report(SMOKE)
+        self.assertGreaterEqual(source.count("<article"), len(there))
+
+    def test_an_unknown_experiment_is_shown_too(self):
+        def unknown(file):
+            file.attrs["experiment"] = "brand_new_study"
+            file.attrs["title"] = "A <script>alert(1)</script> & \"title\""
+            table = file.create_group("tables/rms")
+            table["row"] = np.arange(3)
+            table["quantity"] = np.array(["azimuth", "</script>", "c"], h5py.string_dtype())
+            table["value"] = np.array([1.0, np.inf, np.nan])
+            table["value"].attrs["units"] = "furlong"
+            file.create_group("tables/empty")["row"] = np.zeros(0)
+
+        source, _ = self.report(self.changed("new", unknown))
+        for words in ("Brand new study", "furlong", "A &lt;script&gt;alert(1)"):
+            self.assertTrue(words in source, words)
+        self.assertFalse("<script>alert" in source)
+
+    def test_rows_that_are_not_as_expected_stand_out(self):
+        def wrong(file):
+            table = file["tables/position"]
+            expected = table["expected"].asstr()[()]
+            verdicts = list(table["verdict"].asstr()[()])
+            expected[verdicts.index("agrees")] = "differs"
+            expected[verdicts.index("differs")] = "agrees"
+            table["expected"][...] = expected
+
+        source, _ = self.report(self.changed("wrong", wrong))
+        self.assertTrue("2 are not as the config expects" in source)
+        self.assertEqual(source.count("<tr class=unexpected>"), 2)
+
+    def test_same_names_in_two_folders_and_files_that_are_no_results(self):
+        for part in ("a", "b"):
+            os.makedirs(os.path.join(self.folder, part))
+            shutil.copy(os.path.join(SMOKE, "mwd_drift.h5"), os.path.join(self.folder, part, "fig1.h5"))
+        with open(os.path.join(self.folder, "a", "broken.h5"), "w", encoding="utf-8") as file:
+            file.write("no")
+        source, run = self.report(self.folder)
+        self.assertIn("left out", run.stderr)
+        self.assertIn("broken.h5", run.stderr)
+        self.assertEqual(re.findall(r'<article class="result" id="([^"]*)"', source), ["result-a-fig1", "result-b-fig1"])
+
+    def test_a_result_that_is_not_whole_is_left_out(self):
+        def uneven(file):
+            del file["tables/position/ratio"]
+            file["tables/position/ratio"] = np.zeros(2)
+
+        good = os.path.join(SMOKE, "mwd_drift.h5")
+        source, run = self.report(good, self.changed("uneven", uneven))
+        self.assertIn("uneven.h5", run.stderr)
+        self.assertEqual(source.count("<article"), 1)
+
+    def test_refusals(self):
+        for arguments, code, word in (([os.path.join(self.folder, "none.h5")], 65, "no such file"),
+                                      ([self.folder], 65, "run_all.sh"), (["--colour"], 64, "usage")):
+            run = make(*arguments)
+            self.assertEqual(run.returncode, code, run.stderr)
+            self.assertIn(word, run.stderr)
+            self.assertNotIn("Traceback", run.stderr)
+
+
+class PlotScripts(unittest.TestCase):
+    def test_what_a_script_says_is_kept_apart_from_what_breaks(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, body, code, word in (("fine", "print('a.svg')", 0, ""), ("refuses", "sys.exit(65)", 65, ""),
+                                           ("breaks", "1 / 0", 1, "ZeroDivisionError")):
+                script = os.path.join(folder, name + ".py")
+                with open(script, "w", encoding="utf-8") as file:
+                    file.write(f"import sys\nassert sys.argv[1:] == ['x']\n{body}\n")
+                got = figures._run(script, ["x"])
+                self.assertEqual(got[0], code)
+                self.assertIn(word, got[2])
+
+    def test_figures_are_drawn_again_only_when_something_changed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "well.h5")
+            shutil.copy(os.path.join(SMOKE, "mwd_drift.h5"), path)
+            first = figures._draw(path, "well", ["plot_estimate.py"], folder, "one")
+            self.assertEqual(len(first.messages), 1)  # a result of another experiment: said, not broken
+            self.assertEqual(first.broken, [])
+            record = os.path.join(folder, ".well.figures.json")
+            stamp = os.stat(record).st_mtime_ns
+            self.assertEqual(figures._draw(path, "well", ["plot_estimate.py"], folder, "one").messages, first.messages)
+            self.assertEqual(os.stat(record).st_mtime_ns, stamp)
+            figures._draw(path, "well", ["plot_estimate.py"], folder, "two")
+            self.assertNotEqual(os.stat(record).st_mtime_ns, stamp)
+
+
+class Declarations(unittest.TestCase):
+    def test_plot_scripts_that_are_named_exist_and_no_other_is_forgotten(self):
+        known = studies.load()
+        named = {p for s in known.values() for p in s.plots}
+        there = {f for f in os.listdir(SCRIPTS) if f.startswith("plot_") and f.endswith(".py")}
+        self.assertEqual(there - named, set(), "declare them in scripts/studies.toml")
+
+    def test_every_study_config_is_of_a_known_experiment(self):
+        import tomllib
+        known = studies.load()
+        for config in studies.configs():
+            with open(os.path.join(studies.ROOT, config), "rb") as file:
+                self.assertIn(tomllib.load(file)["experiment"], known, config)
+            self.assertTrue(studies.description(config), f"{config}: a comment at its head says what it shows")
+
+    def test_captions(self):
+        study = studies.load()["msa_position"]
+        self.assertEqual(study.caption("point3_ratio"), study.figures["ratio"])
+        self.assertEqual(study.caption("ellipsoid_test1"), study.figures["ellipsoid"])
+        self.assertEqual(study.caption("something_new"), "Something new.")
+        self.assertEqual(study.scripts_for("results/thesis/table8.h5"), ["plot_thesis.py"])
+        self.assertEqual(study.scripts_for("mine/well.h5"), study.plots)
+        self.assertEqual(set(study.plots_for) - {os.path.basename(c)[:-5] for c in studies.configs()}, set())
+
+
+if __name__ == "__main__":
+    SMOKE = os.path.abspath(sys.argv.pop())
+    REPORT = os.path.abspath(sys.argv.pop())
+    unittest.main()
