@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "config/readings_csv.h"
+#include "estimate_chained.h"
 #include "estimate_tables.h"
 #include "estimate_warnings.h"
 #include "experiments.h"
@@ -46,7 +47,7 @@ void read_run_estimator(ConfigReader& c, Scenario& s) {
   s.estimator = read_estimator(c, input_errors(s.noise, {}, s.field), s.field);
   const std::vector<std::string>& known = readings_estimators();
   c.require(std::find(known.begin(), known.end(), s.estimator.name) != known.end(), "estimator.name",
-            fmt::format("must be one of {} here: others need the true attitude, which readings do not tell",
+            fmt::format("must be one of {}, chained here: others need the true attitude, which readings do not tell",
                         fmt::join(known, ", ")));
 }
 
@@ -99,6 +100,8 @@ Experiment estimate_experiment() {
   return {"estimate", "Your own six-axis readings: gains and biases, corrected survey, covariance, tests, warnings",
           "multi-station analysis (S. Vis, TU Delft 2019, eqs 16-17), tests after Baarda 1968",
           [](ConfigReader& config, std::uint64_t) -> std::unique_ptr<StudyPoint> {
+            if (config.has("estimator.name") && config.text("estimator.name") == "chained")
+              return estimate_chained(config);
             const Scenario scenario = read_scenario(config);
             try {
               return std::make_unique<Estimate>(scenario);

@@ -6,6 +6,7 @@
 
 namespace surveymc {
 
+Experiment chained_multistation_experiment();
 Experiment msa_benefit_experiment();
 Experiment msa_position_experiment();
 Experiment position_covariance_experiment();

@@ -215,6 +215,8 @@ def main():
     with plotting.open_result(arguments.result, "estimate") as file:
         config = plotting.configuration(file)
         title = config.get("title") or plotting.text_attribute(file, "title")
+        if plotting.read_table(file, "modes") is not None:
+            raise PlotError(f"{arguments.result}: of the chained estimator: draw it with plot_chained.py")
         tables = {n: plotting.read_table(file, n) for n in TABLES}
     for name, table in tables.items():
         if table is None or (table.rows == 0 and name != "warnings"):

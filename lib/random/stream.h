@@ -31,6 +31,10 @@ enum class Channel : std::uint32_t {
   survey_sensor_noise = 31,  ///< index 6 station + {accelerometer x, y, z, magnetometer x, y, z}: drift monitoring
   survey_reference = 32,     ///< index 4 station + {gravity, total field, dip}: scatter of the reference
   survey_toolface = 33,      ///< index station: uniform toolfaces of a made-up well
+  chained_state = 40,        ///< index 9 station + state: first values and steps of a chain (sensor/chained_runs.h)
+  chained_noise = 41,        ///< index 6 station + {accelerometer x, y, z, magnetometer x, y, z}
+  chained_toolface = 42,     ///< index station: uniform
+  chained_profile = 43,      ///< index {0, 1}: uniform; what a study draws of the profile
   axial_magnetisation = 50,  ///< index station: of the string, new at every station (axial_correction)
   station_reference = 51,    ///< index 4 station + {gravity, horizontal field, vertical field} (axial_correction)
 };

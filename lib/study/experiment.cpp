@@ -55,10 +55,14 @@ void add_point(std::vector<Table>& all, std::vector<Table>&& tables, const std::
     for (const SweepValue& v : sweep) keys.push_back(sweep_column(v, rows));
     t.columns.insert(t.columns.begin(), keys.begin(), keys.end());
     const auto same = std::find_if(all.begin(), all.end(), [&](const Table& o) { return o.name == t.name; });
-    if (same == all.end())
+    if (same == all.end()) {
       all.push_back(std::move(t));
-    else
+    } else {
+      const auto named_alike = [](const Column& a, const Column& b) { return a.name == b.name; };
+      require(std::equal(same->columns.begin(), same->columns.end(), t.columns.begin(), t.columns.end(), named_alike),
+              "table {}: points of the sweep fill it with other columns: run them apart", t.name);
       append_rows(*same, t);
+    }
   }
 }
 

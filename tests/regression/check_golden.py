@@ -21,7 +21,8 @@ HERE = pathlib.Path(__file__).resolve().parent
 TABLES = ("parameters", "position", "ellipse", "control_variate", "observability", "fit", "stations", "covariance",
           "ellipsoid", "summary", "verification", "toolface_sequences", "axes", "statements", "tolerance",
           "worst_stations", "systematic", "detection", "injected", "alarms", "blame", "claims", "delay", "failures",
-          "profile", "metrics", "comparison", "operating", "baselines", "data_quality")
+          "profile", "metrics", "comparison", "operating", "baselines", "data_quality",
+          "interference", "modes", "outliers", "rms", "unstart", "worse")
 # Long tables: the mean over realisations, and nothing that follows from it.
 CHOSEN_COLUMNS = {"metrics": {"formulation", "quantity", "monte_carlo"}}
 

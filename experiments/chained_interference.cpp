@@ -1,0 +1,180 @@
+/// `chained_multistation`, study "interference": a disturbed field over the first stations, ignored, and estimated as a
+/// free vector or as an amplitude of known direction (slide 12, future work 3).
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "chained_quantities.h"
+#include "estimate/chained_attitude.h"
+#include "estimate/chained_newton.h"
+#include "estimate/chained_smoother.h"
+#include "study/comparison.h"
+
+namespace surveymc {
+namespace {
+
+enum Way { kUndisturbed, kIgnored, kVector, kDirection, kWays };
+constexpr std::array<const char*, kWays> kWayNames{"undisturbed", "ignored", "free_vector", "known_direction"};
+constexpr std::array<const char*, 3> kQuantities{"azimuth_deg", "horizontal_nT", "rejected"};
+
+struct Interference {
+  ChainedScenario s;
+  double size = 800;  ///< nT, of each component
+  bool drawn = true;  ///< components normal with sd `size`; otherwise each is `size`
+  int reported = 3;   ///< stations whose errors count
+  double prior_sd = 2000, alpha = 0.01;
+};
+
+class ChainedInterference final : public StudyPoint {
+ public:
+  explicit ChainedInterference(Interference in) : in_(std::move(in)), stream_(in_.s.seed, kChainedStudyId) {}
+  std::uint64_t trials() const override { return in_.s.trials; }
+  int block_trials() const override { return 32; }
+
+  Tally run_block(TrialBlock block) const override {
+    Tally tally;
+    tally.counts.assign(kWays, 0);
+    Eigen::MatrixXd numbers(block.count, 3 * kWays);
+    Eigen::Index row = 0;
+    for (int t = 0; t < block.count; ++t) {
+      ++tally.trials;
+      const std::uint64_t trial = block.first + static_cast<std::uint64_t>(t);
+      bool converged = true;
+      std::array<bool, kWays> rejected{};
+      for (std::size_t way = 0; way < kWays; ++way) {
+        const Outcome o = outcome(trial, static_cast<Way>(way));
+        converged = converged && o.converged;
+        rejected[way] = o.rejected;
+        const auto at = static_cast<Eigen::Index>(3 * way);
+        numbers.row(row).segment<3>(at) << o.azimuth2, o.horizontal2, o.claimed2;
+      }
+      if (!converged) {
+        ++tally.failed;
+        if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
+        continue;
+      }
+      for (std::size_t way = 0; way < kWays; ++way) tally.counts[way] += rejected[way];
+      ++row;
+    }
+    tally.moments = Moments::of(numbers.topRows(row));
+    return tally;
+  }
+
+  PointResult finish(const Tally& tally) const override {
+    std::vector<ComparisonRow> rows;
+    const Moments& m = tally.moments;
+    for (std::size_t way = 0; way < kWays; ++way) {
+      const auto first = static_cast<Eigen::Index>(3 * way);
+      for (Eigen::Index i = 0; i < 2; ++i) {
+        ComparisonRow row;
+        row.formulation = kWayNames[way];
+        row.quantity = kQuantities[static_cast<std::size_t>(i)];
+        row.unit = i == 0 ? "deg" : "nT";
+        if (m.count >= 2) {
+          const Interval ci =
+              mean_interval(m.mean[first + i], m.variance(first + i), m.count, in_.s.verdict.confidence);
+          row.monte_carlo = std::sqrt(m.mean[first + i]);
+          row.interval = {std::sqrt(std::max(ci.lo, 0.0)), std::sqrt(ci.hi)};
+          if (i == 0) {
+            row.analytic = std::sqrt(m.mean[first + 2]);
+            row.ratio = row.analytic / row.monte_carlo;
+            row.ratio_interval = {row.analytic / row.interval.hi, row.analytic / row.interval.lo};
+            row.verdict = judge(row.ratio_interval, in_.s.verdict.margin, tally.trials).word;
+          }
+        }
+        rows.push_back(row);
+      }
+      rows.push_back(compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[way], tally.trials - tally.failed,
+                                  way == kIgnored ? std::nan("") : in_.alpha, in_.s.verdict, tally.trials));
+      rows.back().formulation = kWayNames[way];
+    }
+    in_.s.annotations.apply("interference", rows);
+    PointResult r;
+    r.tables = {comparison_table(
+        "interference",
+        fmt::format("RMS over the first {} stations with a disturbed field, and how often chi-squared of the whole run "
+                    "rejects at {:g} %",
+                    in_.reported, 100 * in_.alpha) +
+            at_confidence(in_.s.verdict.confidence),
+        rows, tally.trials, tally.failed)};
+    return r;
+  }
+
+  std::string replay(std::uint64_t trial) const override {
+    std::string text = fmt::format("trial {}\n", trial);
+    for (std::size_t way = 0; way < kWays; ++way) {
+      const Outcome o = outcome(trial, static_cast<Way>(way));
+      text += fmt::format("{}: {}, RMS azimuth {:.12g} deg, cost {:.12g}\n", kWayNames[way],
+                          o.converged ? "converged" : "NOT converged", std::sqrt(o.azimuth2), o.cost);
+    }
+    return text;
+  }
+
+ private:
+  struct Outcome {
+    bool converged = false, rejected = false;
+    double azimuth2 = 0, horizontal2 = 0, claimed2 = 0, cost = 0;  ///< mean squares: deg2, nT2, deg2 claimed
+  };
+
+  Outcome outcome(std::uint64_t trial, Way way) const {
+    ChainedRunSetup setup = in_.s.truth;
+    ChainedModel m = in_.s.model(ChainReferences::chained);
+    m.interference.rate = setup.interference_rate;
+    m.interference.prior_sd = in_.prior_sd;
+    const auto z = stream_.normals<double>(trial, Channel::chained_profile, std::uint64_t{0});
+    Eigen::Vector3d a = Eigen::Vector3d::Constant(in_.size);
+    if (in_.drawn) a = in_.size * Eigen::Vector3d(z[0], z[1], z[2]);
+    if (way != kUndisturbed) setup.interference = from_eigen(a);
+    if (way == kVector) m.interference.directions.setIdentity(3, 3);
+    if (way == kDirection) {
+      m.interference.directions.setZero(3, 1);
+      m.interference.directions.col(0) = a.normalized();
+    }
+    const ChainedRun run = simulate_chained_run(setup, stream_, trial);
+    // East of a free vector is an azimuth by another name: only the prior holds it, in a curved valley that Levenberg
+    // creeps along. Gauss-Newton may rise on its way and does not mind.
+    ChainedSolution x = solve_chained(m, {run.readings, {}});
+    if (!x.converged) x = smooth_chained(m, {run.readings, {}});
+    Outcome o;
+    o.converged = x.converged;
+    o.cost = x.cost;
+    o.rejected = chi_squared_upper_tail(3.0 * in_.s.stations(), x.cost) < in_.alpha;
+    if (!o.converged) return o;
+    const RunCheck check = check_chained(in_.s, run, x);
+    for (int k = 0; k < in_.reported; ++k) {
+      const StationCheck& c = check.stations[static_cast<std::size_t>(k)];
+      o.azimuth2 += c.error[0] * c.error[0] / in_.reported;
+      o.horizontal2 += c.error[4] * c.error[4] / in_.reported;
+      o.claimed2 += c.claimed_sd[0] * c.claimed_sd[0] / in_.reported;
+    }
+    return o;
+  }
+
+  Interference in_;
+  Stream stream_;
+};
+
+}  // namespace
+
+std::unique_ptr<StudyPoint> chained_interference(ConfigReader& c, std::uint64_t seed) {
+  Interference in;
+  in.s = read_chained_scenario(c, seed);
+  c.require(in.s.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
+  in.size = c.number("interference.size_nT", Range::closed(0, 1e5), 800);
+  in.drawn = c.choice("interference.law", {"normal", "constant"}, "normal") == "normal";
+  in.s.truth.interference_rate = c.number("interference.rate", Range::non_negative(), 0.35);
+  in.prior_sd = c.number("interference.prior_sd_nT", Range::positive(), 2000);
+  in.alpha = c.number("interference.alpha", Range::open(0, 1), 0.01);
+  in.reported = static_cast<int>(c.integer("interference.stations", 1, in.s.stations(), 3));
+  c.require(in.size > 0, "interference.size_nT", "must be > 0: a direction has to be known");
+  std::vector<RowName> rows;
+  for (const char* way : kWayNames)
+    for (const char* q : kQuantities) rows.push_back({"interference", way, q});
+  in.s.annotations = Annotations::read(c, rows);
+  c.finish();
+  return std::make_unique<ChainedInterference>(std::move(in));
+}
+
+}  // namespace surveymc

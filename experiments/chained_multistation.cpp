@@ -1,0 +1,155 @@
+/// Study: chained multistation analysis. Attitude, biases and references of all stations together, biases chained from
+/// station to station, against one station alone. Source: ISCWSA slides "Chained multistation".
+///
+///   profile, toolfaces, walks and noise of a trial -> readings -> base, single, filter, smoother -> errors, claims
+///
+/// held against what the covariances claim: RMS, z-scores, NEES, and the cost against chi-squared(3 stations).
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "chained_performance_tables.h"
+#include "chained_quantities.h"
+#include "estimate/chained_newton.h"
+#include "estimate/chained_smoother.h"
+#include "experiments.h"
+
+namespace surveymc {
+namespace {
+
+class ChainedPerformance final : public StudyPoint {
+ public:
+  ChainedPerformance(ChainedScenario scenario, std::size_t kept)
+      : s_(std::move(scenario)), layout_(s_, kept), stream_(s_.seed, kChainedStudyId) {}
+
+  std::uint64_t trials() const override { return s_.trials; }
+  int block_trials() const override { return s_.stations() > 100 ? 32 : kBlockTrials; }
+
+  Tally run_block(TrialBlock block) const override {
+    Tally tally;
+    tally.counts.assign(layout_.counts(), 0);
+    const auto count = static_cast<Eigen::Index>(block.count);
+    Eigen::MatrixXd numbers = Eigen::MatrixXd::Zero(count, layout_.numbers());
+    std::vector<Eigen::MatrixXd> along(layout_.groups(), Eigen::MatrixXd::Zero(count, s_.stations()));
+    Eigen::Index row = 0;
+    constexpr int kBatch = 64;  // trials whose readings and answers stay in the caches
+    for (int first = 0; first < block.count; first += kBatch) {
+      const int batch = std::min(kBatch, block.count - first);
+      std::vector<ChainedRun> runs;
+      ChainedBatch readings(batch, s_.stations());
+      for (int t = 0; t < batch; ++t) {
+        runs.push_back(simulate_chained_run(s_.truth, stream_, block.first + static_cast<std::uint64_t>(first + t)));
+        for (int k = 0; k < s_.stations(); ++k) readings.set(t, k, runs.back().readings[static_cast<std::size_t>(k)]);
+      }
+      std::vector<ChainedBatchSolution> solved;
+      for (const ChainedEstimator e : s_.estimators) {
+        solved.emplace_back(is_chained(e) ? batch : 0, s_.stations());
+        if (is_chained(e)) solve_chained_batch(s_.model(references_of(e)), mode_of(e), readings, solved.back());
+      }
+      for (int t = 0; t < batch; ++t) {
+        const ChainedRun& run = runs[static_cast<std::size_t>(t)];
+        std::vector<RunCheck> checks;
+        bool converged = true;
+        for (std::size_t i = 0; i < s_.estimators.size(); ++i) {
+          checks.push_back(check(s_.estimators[i], run, solved[i], t));
+          converged = converged && checks.back().converged;
+        }
+        const std::uint64_t trial = block.first + static_cast<std::uint64_t>(first + t);
+        ++tally.trials;
+        if (!converged) {
+          ++tally.failed;
+          if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
+          continue;
+        }
+        layout_.add(checks, numbers.row(row), along, row, tally.counts);
+        if (trial < layout_.kept()) layout_.keep(checks, tally.samples);
+        ++row;
+      }
+    }
+    tally.moments = Moments::of(numbers.topRows(row));
+    for (const Eigen::MatrixXd& m : along) tally.groups.push_back(Moments::of(m.topRows(row)));
+    return tally;
+  }
+
+  PointResult finish(const Tally& tally) const override {
+    PointResult r;
+    r.tables = performance_tables(s_, layout_, tally);
+    r.tables.push_back(tracks_table(s_, stream_));
+    return r;
+  }
+
+  std::string replay(std::uint64_t trial) const override {
+    const ChainedRun run = simulate_chained_run(s_.truth, stream_, trial);
+    std::string text = fmt::format("trial {}\n", trial);
+    for (const ChainedEstimator e : s_.estimators) {
+      const RunCheck c = is_chained(e) ? check_chained(s_, run, solution_of(e, run)) : check_alone(s_, e, run);
+      text += fmt::format("{}: {}", chained_estimator_names()[static_cast<std::size_t>(e)],
+                          c.converged ? "converged" : "NOT converged");
+      text += is_chained(e) ? fmt::format(", cost {:.12g}\n", c.cost) : "\n";
+      for (std::size_t k = 0; k < c.stations.size(); ++k) {
+        text += fmt::format("  station {}: error", k + 1);
+        for (std::size_t q = 0; q < kChainedQuantities; ++q)
+          text += fmt::format(" {} {:.12g}", kChainedQuantityNames[q], c.stations[k].error[q]);
+        text += "\n";
+      }
+    }
+    return text;
+  }
+
+ private:
+  /// By the damped block solver where the lanes gave up; a filter has no such second chance.
+  RunCheck check(ChainedEstimator e, const ChainedRun& run, const ChainedBatchSolution& solved, int t) const {
+    if (!is_chained(e)) return check_alone(s_, e, run);
+    if (solved.converged(t)) return check_chained(s_, run, solved.solution(t));
+    return check_chained(s_, run, solution_of(e, run));
+  }
+  ChainedSolution solution_of(ChainedEstimator e, const ChainedRun& run) const {
+    const ChainedModel m = s_.model(references_of(e));
+    const ChainedSolution lanes = solve_chained_alone(m, mode_of(e), run.readings);
+    return lanes.converged || mode_of(e) == ChainedMode::filter ? lanes : solve_chained(m, {run.readings, {}});
+  }
+
+  ChainedScenario s_;
+  PerformanceLayout layout_;
+  Stream stream_;
+};
+
+}  // namespace
+
+std::unique_ptr<StudyPoint> chained_performance(ConfigReader& c, std::uint64_t seed) {
+  ChainedScenario s = read_chained_scenario(c, seed);
+  const std::vector<std::string>& names = chained_estimator_names();
+  std::vector<std::string> wanted = c.has("estimators") ? c.texts("estimators") : names;
+  for (const std::string& name : wanted) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    c.require(found != names.end(), "estimators",
+              fmt::format("\"{}\": must be one of base, single, filter, filter_independent, smoother, "
+                          "smoother_independent",
+                          printable(name)));
+    const auto e = static_cast<ChainedEstimator>(found - names.begin());
+    c.require(std::find(s.estimators.begin(), s.estimators.end(), e) == s.estimators.end(), "estimators",
+              fmt::format("\"{}\" is there twice", name));
+    s.estimators.push_back(e);
+  }
+  const auto kept = static_cast<std::size_t>(c.integer("kept_runs", 0, 1'000'000, 20'000));
+  s.annotations = Annotations::read(c, performance_rows(s));
+  c.finish();
+  return std::make_unique<ChainedPerformance>(std::move(s), kept);
+}
+
+Experiment chained_multistation_experiment() {
+  return {"chained_multistation",
+          "Attitudes, drifting biases and references of a run together: filter and smoother against single stations",
+          "ISCWSA slides, chained multistation; slide 12's future work",
+          [](ConfigReader& c, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
+            const std::string study =
+                c.choice("study", {"performance", "unstart", "outliers", "interference"}, "performance");
+            if (study == "unstart") return chained_unstart(c, seed);
+            if (study == "outliers") return chained_outliers(c, seed);
+            if (study == "interference") return chained_interference(c, seed);
+            return chained_performance(c, seed);
+          }};
+}
+
+}  // namespace surveymc

@@ -1,0 +1,254 @@
+/// `chained_multistation`, study "outliers": one wrong reading in a run. Is it found, is the right station blamed, is
+/// the right reading, and what do the remedies do to the azimuth (slide 12, future work 2)?
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "chained_quantities.h"
+#include "config/readings_csv.h"
+#include "estimate/chained_attitude.h"
+#include "estimate/chained_newton.h"
+#include "estimate/chained_tests.h"
+#include "study/comparison.h"
+#include "study/table_writer.h"
+
+namespace surveymc {
+namespace {
+
+constexpr std::array<const char*, 6> kReadingNames{"ax", "ay", "az", "hx", "hy", "hz"};
+
+enum Event {
+  kFalseAlarm,    ///< something is beyond the gate though nothing is wrong
+  kOwnTest,       ///< the wrong reading's own test is beyond the gate
+  kDetected,      ///< some test is
+  kStationRight,  ///< detected, and the station is the right one
+  kReadingRight,  ///< detected, and so is the reading
+  kDeleted,       ///< one reading is clearly dominant
+  kDeletedWrong,  ///< and it is another one
+  kEvents
+};
+constexpr std::array<const char*, kEvents> kEventNames{"false_alarm",   "own_test", "detected",     "station_right",
+                                                       "reading_right", "deleted",  "deleted_wrong"};
+/// Squared azimuth errors (deg2) at the station of the error.
+enum Remedy { kClean, kIgnored, kLargestDeleted, kGated, kRemedies };
+constexpr std::array<const char*, kRemedies> kRemedyNames{"azimuth_clean_deg", "azimuth_ignored_deg",
+                                                          "azimuth_largest_deleted_deg", "azimuth_gated_deg"};
+constexpr const char* kWronglyDeleted = "azimuth_wrong_deleted_deg";  // where the largest is not the wrong one
+constexpr std::size_t kW = kRemedies;  // after them: the mean square of all w, without an error; shift of its own w
+constexpr std::size_t kNumbers = kW + 5;
+
+struct Outliers {
+  ChainedScenario s;
+  std::size_t axis = 0;
+  int station = 0;  ///< from 0
+  double size = 0;  ///< m/s2 or nT
+  ChainedGate gate;
+  double unit() const { return axis < 3 ? kMilliG : 1; }
+  const char* unit_name() const { return axis < 3 ? "mg" : "nT"; }
+};
+
+class ChainedOutliers final : public StudyPoint {
+ public:
+  explicit ChainedOutliers(Outliers o)
+      : o_(std::move(o)), model_(o_.s.model(ChainReferences::chained)), stream_(o_.s.seed, kChainedStudyId) {}
+  std::uint64_t trials() const override { return o_.s.trials; }
+  int block_trials() const override { return 32; }
+
+  Tally run_block(TrialBlock block) const override {
+    Tally tally;
+    tally.counts.assign(kEvents, 0);
+    Eigen::MatrixXd numbers(block.count, kNumbers);
+    Eigen::Index row = 0;
+    for (int t = 0; t < block.count; ++t) {
+      ++tally.trials;
+      const std::uint64_t trial = block.first + static_cast<std::uint64_t>(t);
+      const std::optional<RunOutcome> r = outcome(trial);
+      if (!r) {
+        ++tally.failed;
+        if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
+        continue;
+      }
+      for (std::size_t e = 0; e < kEvents; ++e) tally.counts[e] += r->events[e];
+      numbers.row(row++) = Eigen::Map<const Eigen::RowVectorXd>(r->numbers.data(), kNumbers);
+    }
+    tally.moments = Moments::of(numbers.topRows(row));
+    return tally;
+  }
+
+  PointResult finish(const Tally& tally) const override {
+    PointResult r;
+    r.tables = {outliers_table(tally), detectable_table()};
+    return r;
+  }
+
+  std::string replay(std::uint64_t trial) const override {
+    const std::optional<RunOutcome> r = outcome(trial);
+    std::string text = fmt::format("trial {}: {}\n", trial, r ? "converged" : "NOT converged");
+    if (!r) return text;
+    for (std::size_t e = 0; e < kEvents; ++e) text += fmt::format("  {} {}\n", kEventNames[e], r->events[e]);
+    for (std::size_t k = 0; k < kRemedies; ++k)
+      text += fmt::format("  {} {:.12g}\n", kRemedyNames[k], std::sqrt(r->numbers[k]));
+    return text;
+  }
+
+ private:
+  struct RunOutcome {
+    std::array<bool, kEvents> events{};
+    std::array<double, kNumbers> numbers{};
+  };
+
+  double azimuth_error2(const ChainedRun& run, const ChainedSolution& x) const {
+    const auto k = static_cast<std::size_t>(o_.station);
+    const double e = std::remainder(attitude_of(x.stations[k].frame).azimuth - run.attitudes[k].azimuth, 2 * kPi);
+    return (e / kDegree) * (e / kDegree);
+  }
+
+  std::optional<RunOutcome> outcome(std::uint64_t trial) const {
+    const ChainedRun run = simulate_chained_run(o_.s.truth, stream_, trial);
+    const auto k = static_cast<std::size_t>(o_.station);
+    ChainedReadings clean{run.readings, {}}, wrong = clean;
+    wrong.y[k][o_.axis] += o_.size;
+    const ChainedSolution without = solve_chained(model_, clean), with = solve_chained(model_, wrong);
+    if (!without.converged || !with.converged) return std::nullopt;
+    const ChainedReadingTests clean_tests = chained_reading_tests(model_, clean, without),
+                              tests = chained_reading_tests(model_, wrong, with);
+    const ChainedSuspect suspect = find_suspect(tests, o_.gate);
+    const bool station_right = suspect.station == o_.station, right = station_right && suspect.axis == o_.axis;
+    RunOutcome r;
+    r.events = {find_suspect(clean_tests, o_.gate).found,
+                std::abs(tests.w[k][o_.axis]) > o_.gate.gate,
+                suspect.found,
+                suspect.found && station_right,
+                suspect.found && right,
+                suspect.dominant,
+                suspect.dominant && !right};
+    r.numbers[kClean] = azimuth_error2(run, without);
+    r.numbers[kIgnored] = r.numbers[kLargestDeleted] = r.numbers[kGated] = azimuth_error2(run, with);
+    if (suspect.found) {
+      ChainedReadings deleted = wrong;
+      deleted.left_out.assign(run.readings.size(), {});
+      deleted.left_out[static_cast<std::size_t>(suspect.station)][suspect.axis] = true;
+      const ChainedSolution again = solve_chained(model_, deleted);
+      if (!again.converged) return std::nullopt;
+      r.numbers[kLargestDeleted] = azimuth_error2(run, again);
+      if (!right) {
+        r.numbers[kW + 3] = 1;
+        r.numbers[kW + 4] = r.numbers[kLargestDeleted];
+      }
+      if (suspect.dominant) r.numbers[kGated] = r.numbers[kLargestDeleted];
+    }
+    double squares = 0;
+    for (const auto& station : clean_tests.w)
+      for (const double w : station) squares += w * w;
+    r.numbers[kW] = squares / (6 * static_cast<double>(clean_tests.w.size()));
+    r.numbers[kW + 1] = tests.w[k][o_.axis] - clean_tests.w[k][o_.axis];
+    r.numbers[kW + 2] = o_.size / model_.noise[o_.axis] * clean_tests.sensitivity[k][o_.axis];
+    return r;
+  }
+
+  Table outliers_table(const Tally& tally) const {
+    std::vector<ComparisonRow> rows;
+    const std::uint64_t runs = tally.trials - tally.failed;
+    // Linear theory: its own test is normal about the shift, averaged over the drawn toolfaces by its mean only
+    const double shift = tally.moments.count > 0 ? tally.moments.mean[kW + 2] : std::nan("");
+    const auto upper = [](double x) { return std::erfc(x / std::sqrt(2.0)) / 2; };
+    const double power = upper(o_.gate.gate - shift) + upper(o_.gate.gate + shift);
+    for (std::size_t e = 0; e < kEvents; ++e) {
+      rows.push_back(compare_rate(kEventNames[e], tally.counts.empty() ? 0 : tally.counts[e], runs,
+                                  e == kOwnTest ? power : std::nan(""), o_.s.verdict, tally.trials));
+      if (e == kOwnTest) rows.back().verdict.clear();  // the toolfaces scatter the shift: a guide, not a law
+      if (e == kOwnTest) rows.back().note = "analytic at the mean shift of its test";
+    }
+    const auto rms = [&](const std::string& quantity, const std::string& unit, std::size_t i, double analytic) {
+      ComparisonRow row;
+      row.quantity = quantity;
+      row.unit = unit;
+      row.analytic = analytic;
+      if (tally.moments.count >= 2) {
+        const auto at = static_cast<Eigen::Index>(i);
+        const Interval ci = mean_interval(tally.moments.mean[at], tally.moments.variance(at), tally.moments.count,
+                                          o_.s.verdict.confidence);
+        row.monte_carlo = std::sqrt(tally.moments.mean[at]);
+        row.interval = {std::sqrt(std::max(ci.lo, 0.0)), std::sqrt(ci.hi)};
+        if (std::isfinite(analytic)) {
+          row.ratio = analytic / row.monte_carlo;
+          row.ratio_interval = {analytic / row.interval.hi, analytic / row.interval.lo};
+          row.verdict = judge(row.ratio_interval, o_.s.verdict.margin, tally.trials).word;
+        }
+      }
+      rows.push_back(row);
+    };
+    for (std::size_t i = 0; i < kRemedies; ++i) rms(kRemedyNames[i], "deg", i, std::nan(""));
+    ComparisonRow wrong;
+    wrong.quantity = kWronglyDeleted;
+    wrong.unit = "deg";
+    if (tally.moments.count > 0 && tally.moments.mean[kW + 3] > 0) {
+      wrong.monte_carlo = std::sqrt(tally.moments.mean[kW + 4] / tally.moments.mean[kW + 3]);
+      wrong.note = fmt::format("{:.0f} runs", tally.moments.mean[kW + 3] * static_cast<double>(tally.moments.count));
+    }
+    rows.push_back(wrong);
+    rms("w_rms", "1", kW, 1);
+    o_.s.annotations.apply("outliers", rows);
+    return comparison_table("outliers",
+                            fmt::format("{} {:+g} {} at station {}: found, blamed, and what the remedies do to its "
+                                        "azimuth (RMS)",
+                                        kReadingNames[o_.axis], o_.size / o_.unit(), o_.unit_name(), o_.station + 1) +
+                                at_confidence(o_.s.verdict.confidence),
+                            rows, tally.trials, tally.failed);
+  }
+
+  /// Of every reading of the station, at the first trial's toolfaces.
+  Table detectable_table() const {
+    Table t{"detectable",
+            "minimal detectable errors of the station's readings, 80 % power at the gate; median over the "
+            "toolfaces of the first 201 runs"};
+    t.columns = {word_column("reading", "accelerometer a, magnetometer h"), word_column("unit", "of the error"),
+                 number_column("minimal_detectable_error", "1", "in the row's unit")};
+    std::array<std::vector<double>, 6> sizes;
+    constexpr int kRuns = 201;
+    for (std::uint64_t trial = 0; trial < kRuns; ++trial) {
+      const ChainedReadings y{simulate_chained_run(o_.s.truth, stream_, trial).readings, {}};
+      const ChainedReadingTests tests = chained_reading_tests(model_, y, solve_chained(model_, y));
+      for (std::size_t i = 0; i < 6; ++i)
+        sizes[i].push_back(minimal_detectable(model_, tests, static_cast<std::size_t>(o_.station), i, o_.gate.gate));
+    }
+    TableWriter w(std::move(t));
+    for (std::size_t i = 0; i < 6; ++i) {
+      std::nth_element(sizes[i].begin(), sizes[i].begin() + kRuns / 2, sizes[i].end());
+      w << std::string(kReadingNames[i]) << std::string(i < 3 ? "mg" : "nT")
+        << sizes[i][kRuns / 2] / (i < 3 ? kMilliG : 1.0);
+    }
+    return w.take();
+  }
+
+  Outliers o_;
+  ChainedModel model_;
+  Stream stream_;
+};
+
+}  // namespace
+
+std::unique_ptr<StudyPoint> chained_outliers(ConfigReader& c, std::uint64_t seed) {
+  Outliers o;
+  o.s = read_chained_scenario(c, seed);
+  c.require(o.s.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
+  const std::string reading = c.choice("outliers.reading", {kReadingNames.begin(), kReadingNames.end()});
+  o.axis =
+      static_cast<std::size_t>(std::find(kReadingNames.begin(), kReadingNames.end(), reading) - kReadingNames.begin());
+  o.station = static_cast<int>(c.integer("outliers.station", 1, o.s.stations(), (o.s.stations() + 1) / 2)) - 1;
+  o.size = o.unit() * c.number(fmt::format("outliers.size_{}", o.unit_name()),
+                               o.axis < 3 ? Range::closed(-500, 500) : Range::closed(-1e5, 1e5));
+  o.gate.gate = c.number("outliers.gate", Range::open(0, 100), o.gate.gate);
+  o.gate.dominance = c.number("outliers.dominance", Range::non_negative(), o.gate.dominance);
+  std::vector<RowName> rows;
+  for (const char* e : kEventNames) rows.push_back({"outliers", "", e});
+  for (const char* k : kRemedyNames) rows.push_back({"outliers", "", k});
+  for (const char* q : {kWronglyDeleted, "w_rms"}) rows.push_back({"outliers", "", q});
+  o.s.annotations = Annotations::read(c, rows);
+  c.finish();
+  return std::make_unique<ChainedOutliers>(std::move(o));
+}
+
+}  // namespace surveymc

@@ -1,0 +1,46 @@
+#pragma once
+/// What is kept of a solved run: errors against the truth, and what the covariances claim.
+#include <array>
+
+#include "chained_scenario.h"
+
+namespace surveymc {
+
+/// Quantities of the slides' tables, in their units: columns of every table.
+inline constexpr std::size_t kChainedQuantities = 6;
+inline constexpr std::array<const char*, kChainedQuantities> kChainedQuantityNames{
+    "azimuth_deg", "inclination_deg", "toolface_deg", "gravity_mg", "horizontal_nT", "down_nT"};
+inline constexpr std::array<const char*, kChainedQuantities> kChainedQuantityUnits{"deg", "deg", "deg",
+                                                                                   "mg",  "nT",  "nT"};
+/// The other states, tested for consistency only.
+inline constexpr std::size_t kChainedZ = 12;
+inline constexpr std::array<const char*, kChainedZ> kChainedZNames{
+    "z_azimuth",         "z_inclination",    "z_toolface",        "z_gravity",
+    "z_horizontal",      "z_down",           "z_accelerometer_x", "z_accelerometer_y",
+    "z_accelerometer_z", "z_magnetometer_x", "z_magnetometer_y",  "z_magnetometer_z"};
+
+/// Errors of one station, estimate less truth; angles wrapped.
+using QuantityArray = std::array<double, kChainedQuantities>;
+
+struct StationCheck {
+  QuantityArray error{}, claimed_sd{};  ///< sd: NaN where the estimator claims none
+  std::array<double, kChainedZ> z{};    ///< error over claimed sd
+  double nees = 0;                      ///< of all twelve states together
+};
+
+/// A whole run by one estimator.
+struct RunCheck {
+  bool converged = false;
+  double cost = 0;
+  std::vector<StationCheck> stations;
+};
+
+QuantityArray station_errors(const ChainedRun& run, const ReferenceField& field, std::size_t station,
+                             const Eigen::Matrix3d& frame, double gravity, double horizontal, double down);
+
+/// By base or single.
+RunCheck check_alone(const ChainedScenario& s, ChainedEstimator estimator, const ChainedRun& run);
+/// By a chained estimator's solution.
+RunCheck check_chained(const ChainedScenario& s, const ChainedRun& run, const ChainedSolution& solution);
+
+}  // namespace surveymc

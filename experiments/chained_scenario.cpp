@@ -1,0 +1,93 @@
+#include "chained_scenario.h"
+
+#include <cmath>
+
+#include "base/units.h"
+#include "config/readings_csv.h"
+
+namespace surveymc {
+
+const std::vector<std::string>& chained_estimator_names() {
+  static const std::vector<std::string> names{
+      "base", "single", "filter", "filter_independent", "smoother", "smoother_independent"};
+  return names;
+}
+
+namespace {
+
+ChainSize read_size(ConfigReader& c, const std::string& name, const std::string& unit, double random, double walk) {
+  const double si = unit == "mg" ? kMilliG : 1;
+  const std::string key = "model." + name + ".";
+  const Range range = Range::positive();
+  return {si * c.number(key + "random_" + unit, range, random), si * c.number(key + "walk_" + unit, range, walk),
+          si * c.number(key + "offset_" + unit, Range::non_negative(), 0)};
+}
+
+/// `[profile]`: a made-up well with inclinations linear along the stations, or `[survey]`: a file's.
+void read_profile(ConfigReader& c, ChainedScenario& s) {
+  if (c.has("survey.file")) {
+    for (const char* key : {"stations", "inclination_from_deg", "inclination_to_deg", "magnetic_azimuth_deg"})
+      c.require(!c.has(std::string("profile.") + key), std::string("profile.") + key, "not together with survey.file");
+    const bool own = c.choice("profile.toolface", {"random", "survey"}, "random") == "survey";
+    const Survey survey = read_survey(c, s.field, own);
+    s.truth.random_toolface = !own;
+    for (const Station& station : survey.stations)
+      s.truth.attitudes.push_back(magnetic_attitude(station, s.field.declination));
+    s.md = survey.md();
+  } else {
+    const int n = static_cast<int>(c.integer("profile.stations", 2, 100'000, 18));
+    const double from = kDegree * c.number("profile.inclination_from_deg", Range::closed(0, 180), 10),
+                 to = kDegree * c.number("profile.inclination_to_deg", Range::closed(0, 180), 45),
+                 azimuth = kDegree * c.number("profile.magnetic_azimuth_deg", Range::closed(-360, 360), 45),
+                 spacing = c.number("profile.spacing_m", Range::positive(), 30);
+    c.choice("profile.toolface", {"random"}, "random");
+    for (int k = 0; k < n; ++k) {
+      s.truth.attitudes.push_back({from + (to - from) * k / (n - 1), azimuth, 0});
+      s.md.push_back(spacing * k);
+    }
+  }
+}
+
+}  // namespace
+
+ChainSizes read_chain_sizes(ConfigReader& c, const ReferenceField& field) {
+  ChainSizes s;
+  s.accelerometer_xy = read_size(c, "accelerometer_xy", "mg", 0.3, 0.2);
+  s.accelerometer_z = read_size(c, "accelerometer_z", "mg", 0.3, 0.2);
+  s.magnetometer_xy = read_size(c, "magnetometer_xy", "nT", 80, 50);
+  s.magnetometer_z = read_size(c, "magnetometer_z", "nT", 80, 80);
+  s.gravity = read_size(c, "gravity", "mg", 0.1, 0.02);
+  s.field = read_size(c, "field", "nT", 80, 20);
+  s.gravity_reference = field.gravity;
+  s.horizontal = field.total * std::cos(field.dip);
+  s.down = field.total * std::sin(field.dip);
+  return s;
+}
+
+ChainedScenario read_chained_scenario(ConfigReader& c, std::uint64_t seed) {
+  ChainedScenario s;
+  s.seed = seed;
+  s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 100'000'000));
+  s.field = read_field(c);
+  s.sizes = read_chain_sizes(c, s.field);
+  read_profile(c, s);
+  s.offset_stations = static_cast<int>(c.integer("model.offset_stations", 1, 100'000, s.stations()));
+  const ChainedModel m = s.model(ChainReferences::chained);
+  s.truth.gravity = m.gravity;
+  s.truth.horizontal = m.horizontal;
+  s.truth.down = m.down;
+  s.truth.first_sd = m.prior_sd;
+  s.truth.step_sd = m.link_sd;
+  s.truth.noise = m.noise;
+  if (c.choice("model.truth_references", {"chained", "constant"}, "chained") == "constant") {
+    const std::array<ChainSize, kReferenceStates> references{s.sizes.gravity, s.sizes.field, s.sizes.field};
+    for (std::size_t i = 0; i < kReferenceStates; ++i) {
+      s.truth.first_sd[i] = references[i].random;
+      s.truth.step_sd[i] = 0;
+    }
+  }
+  s.verdict = read_verdict_rule(c);
+  return s;
+}
+
+}  // namespace surveymc

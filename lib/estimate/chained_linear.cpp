@@ -1,0 +1,114 @@
+#include "estimate/chained_linear.h"
+
+#include "estimate/chained_residual.h"
+
+namespace surveymc {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+Matrix3d cross_matrix(const Vector3d& v) {
+  Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Vector3d interference_N(const ChainedModel& m, const ChainedPoint& at, int k) {
+  if (m.interference.states() == 0) return Vector3d::Zero();
+  return m.interference.weight(k) * (m.interference.directions * at.interference);
+}
+
+}  // namespace
+
+StationLinear linearise(const ChainedModel& m, const ChainedReadings& readings, const ChainedPoint& at, int k) {
+  const auto i = static_cast<std::size_t>(k);
+  const Matrix3d& frame = at.frames[i];
+  const Vector3d n = frame.col(0), d = frame.col(2), a = interference_N(m, at, k);
+  ChainArray c;
+  Eigen::Map<ChainVector>(c.data()) = at.chain[i];
+  const auto e = chained_residual<double>(m.gravity, m.horizontal, m.down, readings.y[i],
+                                          {from_eigen(n), from_eigen(d)}, c, from_eigen(a));
+  const Vector3d f = -(m.gravity + c[0]) * d;
+  const Vector3d h = frame * (Vector3d(m.horizontal + c[1], 0, m.down + c[2]) + a);
+  StationLinear s;
+  s.residual = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(e.data());
+  s.by_delta << -cross_matrix(f), -cross_matrix(h);
+  s.by_chain.setZero();
+  s.by_chain.block<3, 1>(0, kGravityError) = -d;
+  s.by_chain.block<3, 3>(0, kAccelerometerOffset).setIdentity();
+  s.by_chain.block<3, 1>(3, kHorizontalError) = n;
+  s.by_chain.block<3, 1>(3, kDownError) = d;
+  s.by_chain.block<3, 3>(3, kMagnetometerOffset).setIdentity();
+  s.by_interference.setZero(6, m.interference.states());
+  if (m.interference.states() > 0)
+    s.by_interference.bottomRows<3>() = m.interference.weight(k) * (frame * m.interference.directions);
+  for (std::size_t r = 0; r < 6; ++r) {
+    const double w = readings.used(k, r) ? 1 / m.noise[r] : 0;
+    const auto row = static_cast<Eigen::Index>(r);
+    s.residual[row] *= w;
+    s.by_delta.row(row) *= w;
+    s.by_chain.row(row) *= w;
+    s.by_interference.row(row) *= w;
+  }
+  return s;
+}
+
+void step_station(ChainedPoint& point, int k, const Vector3d& delta, const ChainVector& dc) {
+  const auto i = static_cast<std::size_t>(k);
+  Matrix3d& m = point.frames[i];
+  const ToolFrame<double> next =
+      turned<double>(from_eigen(delta), {from_eigen(Vector3d(m.col(0))), from_eigen(Vector3d(m.col(2)))});
+  m.col(0) = to_eigen(next.n);
+  m.col(1) = to_eigen(cross(next.d, next.n));
+  m.col(2) = to_eigen(next.d);
+  point.chain[i] += dc;
+}
+
+double chained_cost(const ChainedModel& m, const ChainedReadings& readings, const ChainedPoint& at) {
+  double sum = 0;
+  const auto square = [&](double x, double sd) { sum += (x / sd) * (x / sd); };
+  for (int k = 0; k < readings.stations(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const Vector3d a = interference_N(m, at, k);
+    ChainArray c;
+    Eigen::Map<ChainVector>(c.data()) = at.chain[i];
+    const auto e = chained_residual<double>(
+        m.gravity, m.horizontal, m.down, readings.y[i],
+        {from_eigen(Vector3d(at.frames[i].col(0))), from_eigen(Vector3d(at.frames[i].col(2)))}, c, from_eigen(a));
+    for (std::size_t r = 0; r < 6; ++r)
+      if (readings.used(k, r)) square(e[r], m.noise[r]);
+    for (std::size_t s = 0; s < kChainStates; ++s) {
+      if (m.independent() && s < kReferenceStates)
+        square(c[s], m.reference_sd[s]);
+      else if (k == 0)
+        square(c[s], m.prior_sd[s]);
+      else
+        square(c[s] - at.chain[i - 1][static_cast<Eigen::Index>(s)], m.link_sd[s]);
+    }
+  }
+  for (const double a : at.interference) square(a, m.interference.prior_sd);
+  return sum;
+}
+
+ChainedPoint point_of(const ChainedSolution& solution) {
+  ChainedPoint p;
+  for (const StationEstimate& s : solution.stations) {
+    p.frames.push_back(s.frame);
+    p.chain.push_back(s.chain);
+  }
+  p.interference = solution.interference;
+  return p;
+}
+
+double step_size2(const ChainedModel& m, const std::vector<Vector3d>& delta, const std::vector<ChainVector>& dc,
+                  const Eigen::VectorXd& da) {
+  const Eigen::Map<const ChainVector> sd(m.prior_sd.data());
+  double sum = 0;
+  for (std::size_t k = 0; k < delta.size(); ++k)
+    sum += 1e6 * delta[k].squaredNorm() + dc[k].cwiseQuotient(sd).squaredNorm();
+  return sum / static_cast<double>(delta.size()) + (da / m.interference.prior_sd).squaredNorm();
+}
+
+}  // namespace surveymc

@@ -1,0 +1,90 @@
+/// Far starts, second minima, wrong readings of chained multistation.
+#include <catch2/catch.hpp>
+
+#include "chained_cases.h"
+#include "estimate/chained_search.h"
+#include "estimate/chained_tests.h"
+
+using namespace surveymc;
+using namespace surveymc::chained_case;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+
+namespace {
+
+ChainedReadings run_of(const ChainedModel& m, const std::vector<Attitude>& attitudes, std::uint64_t trial,
+                       double axial_bias = 0) {
+  ChainedRunSetup setup = run_setup(m, attitudes);
+  setup.constant_state[kMagnetometerOffset + 2] = axial_bias;
+  return {simulate_chained_run(setup, Stream(11, 8), trial).readings, {}};
+}
+
+}  // namespace
+
+TEST_CASE("The attitude search needs no start", "[chained]") {
+  const ChainedModel m = slide7();
+  for (const double inclination : {0.0, 35.0, 90.0, 140.0}) {
+    const std::vector<Attitude> attitudes(3, {inclination * kDegree, 250 * kDegree, 0});
+    const ChainedReadings r = run_of(m, attitudes, 1);
+    const ChainedSolution from_search = solve_chained(m, r, search_attitudes(m, r)), from_basic = solve_chained(m, r);
+    REQUIRE(from_search.converged);
+    REQUIRE(from_basic.converged);
+    CHECK_THAT(from_search.cost, WithinAbs(from_basic.cost, 1e-9));
+  }
+}
+
+TEST_CASE("Near horizontal, an axial bias and the sign of cosA are told apart by the prior alone", "[chained]") {
+  // A = 75 and A' = 105 differ by 2 Bh cos75 = 6699 nT of axial bias. Half of it, and a prior that allows both.
+  ChainSizes sizes = slide7_sizes();
+  sizes.magnetometer_z.offset = 1100;
+  const ChainedModel m = chained_model(sizes, 18, ChainReferences::chained);
+  const std::vector<Attitude> attitudes(18, {90 * kDegree, 75 * kDegree, 0});
+  int ambiguous = 0;
+  for (std::uint64_t trial = 0; trial < 6; ++trial) {
+    const ChainedModes modes = find_chained_modes(m, run_of(m, attitudes, trial, -3350));
+    REQUIRE(modes.modes.size() >= 2);
+    CHECK(modes.modes[0].cost <= modes.modes[1].cost);
+    const double first = attitude_of(modes.modes[0].stations[9].frame).azimuth / kDegree,
+                 second = attitude_of(modes.modes[1].stations[9].frame).azimuth / kDegree;
+    CHECK_THAT(first + second, WithinAbs(180, 6));  // mirror images, to the noise
+    ambiguous += modes.ambiguous;
+  }
+  // The axial bias of a run scatters by 1100 nT about the middle: J differs by less than 13.8 within 1300 nT.
+  CHECK(ambiguous >= 2);
+  const ChainedModes clear = find_chained_modes(slide7(), run_of(slide7(), building_profile(18), 1));
+  CHECK_FALSE(clear.ambiguous);
+}
+
+TEST_CASE("A wrong reading shifts its own test by its size times the sensitivity", "[chained]") {
+  const ChainedModel m = slide7();
+  const ChainedReadings clean = run_of(m, building_profile(18), 2);
+  const ChainedSolution before = solve_chained(m, clean);
+  const ChainedReadingTests tests = chained_reading_tests(m, clean, before);
+  for (std::size_t axis = 0; axis < 6; ++axis) {
+    ChainedReadings wrong = clean;
+    const double size = 0.5 * m.noise[axis];  // small: the model is not linear
+    wrong.y[8][axis] += size;
+    const ChainedReadingTests after = chained_reading_tests(m, wrong, solve_chained(m, wrong));
+    const double shift = size / m.noise[axis] * tests.sensitivity[8][axis];
+    CHECK_THAT(after.w[8][axis] - tests.w[8][axis], WithinAbs(shift, 0.02));
+    CHECK_THAT(minimal_detectable(m, tests, 8, axis, 4.2),
+               WithinRel((4.2 + 0.8416212335729143) * m.noise[axis] / tests.sensitivity[8][axis], 1e-12));
+  }
+}
+
+TEST_CASE("A gross error is blamed on its station; what is left out is not tested", "[chained]") {
+  const ChainedModel m = slide7();
+  ChainedReadings r = run_of(m, building_profile(18), 3);
+  CHECK_FALSE(find_suspect(chained_reading_tests(m, r, solve_chained(m, r))).found);
+  r.y[4][5] += 5000;
+  const ChainedSuspect s = find_suspect(chained_reading_tests(m, r, solve_chained(m, r)));
+  CHECK(s.found);
+  CHECK(s.station == 4);
+  CHECK(s.axis == 5);
+  CHECK(s.dominant);
+  r.left_out.assign(18, {});
+  r.left_out[4][5] = true;
+  const ChainedReadingTests again = chained_reading_tests(m, r, solve_chained(m, r));
+  CHECK(std::isnan(again.w[4][5]));
+  CHECK_FALSE(find_suspect(again).found);
+}
