@@ -47,9 +47,15 @@ class ByteReader {
 
   template <class T>
   requires std::is_arithmetic_v<T> T get() {
-    T x;
-    std::memcpy(&x, raw(sizeof x).data(), sizeof x);
-    return x;
+    if constexpr (std::is_same_v<T, bool>) {  // a bool of another value is undefined behaviour
+      const auto byte = get<unsigned char>();
+      if (byte > 1) throw IoError("damaged: a yes or no is neither");
+      return byte == 1;
+    } else {
+      T x;
+      std::memcpy(&x, raw(sizeof x).data(), sizeof x);
+      return x;
+    }
   }
   std::string text() { return std::string(raw(length(1))); }
   template <class T>

@@ -1,0 +1,59 @@
+#!/usr/bin/python3
+"""Snakemake and GNU parallel, as docs/cluster.md has them: test_workflows.py SURVEYMC SURVEYMC_MPI SOURCE_FOLDER
+
+Without a cluster; under Slurm, Snakemake is in test_slurm.py. What is not installed is skipped by name.
+"""
+import os
+import shutil
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "cli"))
+from durability import Case  # noqa: E402
+
+SERIAL, SOURCE = None, None
+
+
+class Workflows(Case):
+    def setUp(self):
+        super().setUp()
+        self.PROGRAM = [SERIAL]
+        self.call("run", "small.toml", "-o", "serial.h5")
+        self.serial = self.hash_of("serial.h5")
+
+    def shell(self, command):
+        done = subprocess.run(["bash", "-c", command], cwd=self.folder, text=True, capture_output=True,
+                              env={**os.environ, "SURVEYMC": SERIAL, "HOME": str(self.folder)})
+        self.assertEqual(done.returncode, 0, f"{command}\n{done.stdout}{done.stderr}")
+        return done.stdout + done.stderr
+
+    @unittest.skipUnless(shutil.which("snakemake"), "no snakemake")
+    def test_snakemake(self):
+        snakemake = f"snakemake -s {SOURCE}/scripts/snakemake/Snakefile --cores 2 --config surveymc={SERIAL} config=small.toml"
+        self.shell(f"{snakemake} out=out")
+        self.assertEqual(self.hash_of("out/small.h5"), self.serial)
+        self.assertIn("Nothing to be done", self.shell(f"{snakemake} out=out"))
+        (self.folder / "out/parts/point-00001.part").unlink()
+        self.shell(f"{snakemake} out=out shards=5 threads=2")
+        self.assertEqual(self.hash_of("out/small.h5"), self.serial)
+
+    @unittest.skipUnless(shutil.which("parallel"), "no GNU parallel")
+    def test_gnu_parallel(self):
+        line = ('parallel --joblog log --resume-failed -j 2 "$SURVEYMC" run small.toml --point {} --threads 1 --resume -o parts/ '
+                '::: $(seq 0 $(($("$SURVEYMC" plan small.toml --count) - 1))) && "$SURVEYMC" merge -o out.h5 parts')
+        self.shell(line)
+        self.assertEqual(self.hash_of("out.h5"), self.serial)
+        self.shell(line)  # again: nothing to do but the merge
+        self.assertEqual(self.hash_of("out.h5"), self.serial)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 4:
+        sys.exit(__doc__)
+    SERIAL, _, SOURCE = str(Path(sys.argv.pop(1)).resolve()), sys.argv.pop(1), Path(sys.argv.pop(1)).resolve()
+    if not shutil.which("snakemake") and not shutil.which("parallel"):
+        print("skipped: neither snakemake nor GNU parallel (Debian: snakemake parallel)")
+        sys.exit(77)
+    unittest.main()

@@ -1,0 +1,17 @@
+/// Part files, as they are and behind a right checksum.
+#include "checkpoint/part_file.h"
+#include "fuzz_input.h"
+
+using namespace surveymc;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const MemoryFolder folder;
+  static const std::filesystem::path path = folder / "a.part";
+  const std::string_view bytes = text_of(data, size);
+  for (const std::string& file : {std::string(bytes), sealed_record("SMCPART1", bytes)}) {
+    write_bytes(path, file);
+    is_accepted([&] { read_part(path); });
+    part_state(path);
+  }
+  return 0;
+}
