@@ -50,15 +50,13 @@ CommandLine::CommandLine(const std::string& version) {
   merge->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   status = app.add_subcommand("status", "part files and journals of a folder");
   status->add_option("folder", parts_plan.folder, "folder of part files")->required();
-  show = app.add_subcommand("show", "print the tables of a result file");
-  show->add_option("file", file, "result file")->required();
-  show->add_option("table", table, "only this table");
-  show->add_flag("--csv", csv, "as CSV");
+  show = add_show_command(app, shown);
   rerun = app.add_subcommand("rerun", "repeat a result from what is stored in it and compare");
   rerun->add_option("file", file, "result file")->required();
   rerun->add_option("--inputs", inputs,
                     "folder of the config, where input files are that were too large to be stored (this folder)");
   thread_option(rerun);
+  texts = add_text_commands(app, text_arguments);
 }
 
 }  // namespace surveymc

@@ -6,6 +6,8 @@
 
 #include "part_commands.h"
 #include "run_setup.h"
+#include "show_command.h"
+#include "text_commands.h"
 
 namespace surveymc {
 
@@ -18,9 +20,11 @@ struct CommandLine {
   CLI::App *list, *check, *run, *plan, *merge, *status, *show, *rerun;
   RunArguments arguments;
   PlanArguments parts_plan;
-  std::string file, table, inputs = ".";
+  ShowArguments shown;
+  TextArguments text_arguments;
+  TextCommands texts{};
+  std::string file, inputs = ".";
   std::vector<std::string> parts;
-  bool csv = false;
 };
 
 }  // namespace surveymc

@@ -1,5 +1,5 @@
-/// The command line: list, check, run, plan, merge, status, show, rerun (README.md). Prints; all work is in lib/ and
-/// the studies.
+/// The command line: list, check, run, plan, merge, status, show, rerun, man, completion (README.md). Prints; all work
+/// is in lib/ and the studies.
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -20,8 +20,8 @@
 #include "progress.h"
 #include "rank_work.h"
 #include "run_setup.h"
-#include "simd/instruction_set.h"
 #include "version.h"
+#include "version_text.h"
 
 namespace {
 
@@ -97,30 +97,6 @@ int run(const RunArguments& a, const std::string& command) {
   return exit;
 }
 
-int show(const std::string& file, const std::string& name, bool csv) {
-  const Result result = read_result(file);
-  std::vector<Table> all = result.tables;
-  all.insert(all.end(), result.samples.begin(), result.samples.end());
-  if (name.empty() && !csv) {
-    const Provenance& p = result.provenance;
-    fmt::print("{}\nexperiment {}, seed {}, {} trials a point; surveymc {} ({}), {}\n\n", printable(p.title),
-               p.experiment, p.seed, p.trials, p.surveymc_version, p.git_revision, result.run.created);
-    for (const Table& t : result.tables)
-      if (t.rows() > 0) fmt::print("{}\n", format_table(t));
-    return kDone;
-  }
-  std::string known;
-  for (const Table& t : all) {
-    if (t.name == name) {
-      fmt::print("{}", csv ? to_csv(t) : format_table(t));
-      return kDone;
-    }
-    known += (known.empty() ? "" : ", ") + t.name;
-  }
-  throw InputError(name.empty() ? fmt::format("{}: --csv writes one table: name it ({})", file, known)
-                                : fmt::format("{}: table {}: not in this file, which has {}", file, name, known));
-}
-
 int rerun(const std::string& file, const std::string& folder, const RunArguments& a, const std::string& command) {
   catch_signals();
   const Result stored = read_result(file);
@@ -144,8 +120,7 @@ int guarded_main(int argc, char** argv, Workers& workers, const Messages* messag
   spdlog::set_default_logger(spdlog::stderr_logger_st("surveymc"));
   spdlog::set_pattern("%H:%M:%S %v");
 
-  CommandLine line(
-      fmt::format("surveymc {} ({}), {}, {}, {}", kVersion, kGitRevision, kCompiler, name(instruction_set()), mpi));
+  CommandLine line(version_text(mpi));
   CLI::App& app = line.app;
   try {
     app.parse(argc, argv);
@@ -166,7 +141,9 @@ int guarded_main(int argc, char** argv, Workers& workers, const Messages* messag
   if (*line.plan) return plan_parts(a, line.parts_plan);
   if (*line.merge) return merge_files(a, line.parts);
   if (*line.status) return status_of(line.parts_plan.folder);
-  if (*line.show) return show(line.file, line.table, line.csv);
+  if (*line.show) return show(line.shown), kDone;
+  if (*line.texts.man) return fmt::print("{}", man_page(app, kVersion)), kDone;
+  if (*line.texts.completion) return fmt::print("{}", completion(app, line.text_arguments.shell)), kDone;
   return rerun(line.file, line.inputs, a, command);
 }
 

@@ -6,6 +6,7 @@
 
 #include "run_setup.h"
 #include "study/comparison.h"
+#include "verdict_counts.h"
 
 namespace surveymc {
 namespace {
@@ -58,22 +59,10 @@ void print_warnings(const Result& result) {
 }
 
 int report_verdicts(const Result& result, bool check) {
-  std::size_t agrees = 0, differs = 0, undecided = 0;
-  bool judged = false;
-  for (const Table& t : result.tables)
-    for (const Column& c : t.columns)
-      if (c.name == "verdict") {
-        judged = true;
-        for (const std::string& v : std::get<std::vector<std::string>>(c.values)) {
-          agrees += v == "agrees";
-          differs += v == "differs";
-          undecided += v == "undecided";
-        }
-      }
+  const VerdictCounts counts = count_verdicts(result.tables);
   const std::vector<std::string> unexpected = unexpected_verdicts(result.tables);
-  if (!judged) return kDone;  // a study that compares nothing
-  fmt::print("verdicts: {} agree, {} differ, {} undecided; {} not as expected\n", agrees, differs, undecided,
-             unexpected.size());
+  if (!counts.judged) return kDone;  // a study that compares nothing
+  fmt::print("verdicts: {}\n", in_words(counts));
   for (const std::string& u : unexpected) fmt::print("  {}\n", u);
   return check && !unexpected.empty() ? kUnexpected : kDone;
 }

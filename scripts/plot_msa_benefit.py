@@ -126,7 +126,7 @@ def figure_of(title, meaning, values, axes):
     rows = panels_of(values, axes)
     columns = len(rows[0])
     inclination, azimuth = axes[-2][1], axes[-1][1]
-    width, height = 3.1 * columns + 1.6, 2.35 * len(rows) + 1.35
+    width, height = max(3.1 * columns + 1.6, 6.4), 2.35 * len(rows) + 1.35  # the legend needs as much
     figure, grid = plt.subplots(len(rows), columns, squeeze=False, sharex=True, sharey=True, figsize=(width, height))
     figure.subplots_adjust(left=0.75 / width, right=1 - 1.35 / width, top=1 - 0.8 / height, bottom=0.95 / height,
                            hspace=0.32, wspace=0.12)

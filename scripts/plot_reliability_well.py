@@ -8,6 +8,7 @@ error in that observation matters most. A gap: an error of any size passes there
 share are horizontal lines.
 """
 import os
+import textwrap
 
 import numpy as np
 
@@ -60,10 +61,10 @@ def main():
     panels[0][0].set_ylim(top / 3000, top)
     panels[0][0].yaxis.set_major_formatter(plotting.matplotlib.ticker.FuncFormatter(lambda v, _: f"{v:g}"))
     panels[0][0].yaxis.set_minor_formatter(plotting.matplotlib.ticker.NullFormatter())
-    figure.legend(handles.values(), handles.keys(), loc="lower center", ncols=9, fontsize=9)
+    figure.legend(handles.values(), handles.keys(), loc="lower center", ncols=9, fontsize=9, columnspacing=1.4)
     words = "its worst toolface (x and y coincide)" if config.get("toolface") == "worst" else "the survey's toolface"
-    figure.suptitle(f"{title}\nan undetected error (∇₀) in one reading of one station, at {words};\nrings: worst station",
-                    fontsize=10)
+    meaning = f"an undetected error (∇₀) in one reading of one station, at {words}; rings: worst station"
+    figure.suptitle("\n".join([title, *textwrap.wrap(meaning, int(11 * figure.get_figwidth()))]), fontsize=10)
     figure.tight_layout(rect=(0, 0.06, 1, 1))
     folder = plotting.figures_folder(arguments.output, arguments.result)
     plotting.save(figure, folder, os.path.splitext(os.path.basename(arguments.result))[0])

@@ -20,4 +20,4 @@ scripts/plot_msa_position.py results/quickstart.h5
 scripts/plot_msa_position.py results/noise_scale.h5
 echo
 echo "every study and one page with all results: scripts/run_all.sh --quick    then open results/quick/report.html"
-echo "all tables: build/surveymc show results/quickstart.h5    again, elsewhere: build/surveymc rerun results/quickstart.h5"
+echo "what is in it: build/surveymc show results/quickstart.h5    again, elsewhere: build/surveymc rerun results/quickstart.h5"

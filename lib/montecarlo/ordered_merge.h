@@ -11,7 +11,7 @@
 
 namespace surveymc {
 
-/// A node of the fixed binary tree over the block number: (level, index) holds blocks index 2^level ..
+/// A node of the fixed binary tree over the block number: (level, index) holds blocks index 2^level to
 /// (index + 1) 2^level - 1. Any two nodes are nested or apart.
 struct Subtree {
   int level = 0;

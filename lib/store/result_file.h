@@ -37,10 +37,10 @@ struct InputData {
 struct Result {
   Provenance provenance;
   RunInfo run;
-  std::vector<Table> tables;            ///< /tables/<name>
-  std::vector<Table> samples;           ///< /samples/<name>
-  std::vector<Map> maps;                ///< /maps/<name>
-  std::vector<MapStream> streams = {};  ///< /maps/<name> as well, behind `maps`
+  std::vector<Table> tables;            ///< `/tables/<name>`
+  std::vector<Table> samples;           ///< `/samples/<name>`
+  std::vector<Map> maps;                ///< `/maps/<name>`
+  std::vector<MapStream> streams = {};  ///< `/maps/<name>` as well, behind `maps`
   std::vector<InputData> inputs;
 };
 
@@ -73,6 +73,9 @@ void write_result(const std::filesystem::path& path, const Result& result);
 /// known format version, or if it is damaged or edited: its contents do not match its content_hash or its checksum.
 /// Large maps come as one stream each, which reads from the file: it must stay as it is.
 Result read_result(const std::filesystem::path& path);
+
+/// Version of the HDF5 library that the program runs with, "1.10.8".
+std::string hdf5_version();
 
 /// The content_hash attribute stored in the file.
 std::string stored_content_hash(const std::filesystem::path& path);

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <variant>
 #include <vector>
@@ -60,11 +61,19 @@ void append_rows(Table& table, const Table& more);
 /// Text that is safe on a terminal and in a row: control characters become spaces.
 std::string printable(std::string text);
 
+/// How format_table() lays a table out.
+struct TableFormat {
+  std::size_t width = 160;  ///< letters in a line, if the table can be made as narrow
+  bool split = false;       ///< columns that do not fit go below, behind those that name the row
+  std::size_t most_rows =
+      std::numeric_limits<std::size_t>::max();  ///< the first and the last so many, if there are more
+};
+
 /// Aligned text for a terminal: a title line, column names with units, one line a row. Numbers have 6 significant
 /// digits, NaN is "-". Columns without any value are left out; x_ci_low and x_ci_high become one column "interval"
-/// behind x. If the rows get wider than 160 characters, counts that are the same in all rows go to a line of their own
-/// and the texts of the last column of sentences become footnotes.
-std::string format_table(const Table& table);
+/// behind x; a verdict that is not the `expected` one is marked "(!)". If the rows get too wide, counts that are the
+/// same in all rows go to a line of their own and the texts of the last column of sentences become footnotes.
+std::string format_table(const Table& table, const TableFormat& format = {});
 
 /// RFC 4180 text, but with lines that end in LF: names in the first line, numbers with the fewest digits that read back
 /// to the same bits, NaN as an empty cell.

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <catch2/catch.hpp>
 
 #include <limits>
@@ -199,4 +200,50 @@ TEST_CASE("A table too wide for a terminal puts equal counts above and sentences
   CHECK(contains(text, "differs  (1)"));
   CHECK(contains(text, "\n(1) a sentence of more than twenty characters\n"));
   CHECK(contains(text, "seen"));
+}
+
+TEST_CASE("A verdict that is not the expected one is marked and counted; others are not") {
+  const Table t{"t",
+                "",
+                {{"quantity", "", "", Texts{"a", "b", "c", "d"}},
+                 {"verdict", "", "", Texts{"agrees", "differs", "differs", ""}},
+                 {"expected", "", "", Texts{"", "differs", "agrees", "agrees"}}}};
+  const auto lines = lines_of(format_table(t));
+  REQUIRE(lines.size() == 8);
+  CHECK(lines[3] == "a         agrees");
+  CHECK(lines[4] == "b         differs      differs");
+  CHECK(lines[5] == "c         differs (!)  agrees");
+  CHECK(lines[6] == "d         none (!)     agrees");
+  CHECK(lines[7] == "(!) 2 not the expected verdict");
+}
+
+TEST_CASE("A long table shows its first and last rows and says how many are left out") {
+  Numbers x;
+  for (int i = 0; i < 100; ++i) x.push_back(i);
+  const Table t{"t", "", {{"x", "1", "", x}}};
+  TableFormat format;
+  format.most_rows = 5;
+  CHECK(format_table(t, format) == "t\n x\n--\n 0\n 1\n 2\n... 95 of 100 rows left out ...\n98\n99\n");
+  format.most_rows = 100;
+  CHECK(format_table(t, format) == format_table(t));
+}
+
+TEST_CASE("A split table is as narrow as asked, loses no column, and names the rows in every part") {
+  Table t{"t", "", {{"formulation", "", "", Texts{"joint", "random"}}, {"quantity", "", "", Texts{"north", "east"}}}};
+  for (int c = 0; c < 20; ++c) t.columns.push_back({fmt::format("x{}", c), "m", "", Numbers{c + 0.25, c + 0.5}});
+  for (const std::size_t width : {50, 61, 80, 1000}) {
+    TableFormat format;
+    format.width = width;
+    format.split = true;
+    const std::string text = format_table(t, format);
+    for (const std::string& line : lines_of(text)) CHECK(code_points(line) <= width);
+    for (int c = 0; c < 20; ++c) CHECK(contains(text, fmt::format("{}.25", c)));
+    std::size_t parts = 0, named = 0;
+    for (const std::string& line : lines_of(text)) {
+      parts += contains(line, "formulation  quantity");
+      named += contains(line, "joint        north");
+    }
+    CHECK(named == parts);
+    CHECK((parts > 1) == (width < 1000));
+  }
 }

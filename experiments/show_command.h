@@ -1,0 +1,23 @@
+#pragma once
+/// `surveymc show`: what is in a result file, for a terminal, as CSV, as JSON (docs/results-format.md).
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+namespace surveymc {
+
+struct ShowArguments {
+  std::string file;
+  std::string name;  ///< of a table, samples or map; "" for the list of them
+  bool all = false, csv = false, json = false;
+  std::optional<int> rows;  ///< most of a table; 0: all
+};
+
+/// Adds the command and its options, which go to `a`.
+CLI::App* add_show_command(CLI::App& app, ShowArguments& a);
+
+/// Prints. Throws InputError where there is nothing of that name, IoError where the file cannot be read.
+void show(const ShowArguments& a);
+
+}  // namespace surveymc

@@ -1,0 +1,22 @@
+#pragma once
+/// How many verdicts of each word tables hold.
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "store/table.h"
+
+namespace surveymc {
+
+struct VerdictCounts {
+  std::size_t agrees = 0, differs = 0, undecided = 0;
+  std::size_t unexpected = 0;  ///< of all rows, those whose verdict is not the one in the column `expected`
+  bool judged = false;         ///< there is a column `verdict`
+};
+
+VerdictCounts count_verdicts(const std::vector<Table>& tables);
+
+/// "3 agree, 1 differ, 0 undecided; 1 not as expected", "" if nothing was judged.
+std::string in_words(const VerdictCounts& counts);
+
+}  // namespace surveymc

@@ -1,0 +1,75 @@
+#include "store/json.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "store/stored_form.h"
+
+namespace surveymc {
+namespace {
+
+std::string element(double x) { return json_number(x); }
+std::string element(std::int64_t x) { return fmt::format("{}", x); }
+std::string element(const std::string& x) { return json_string(x); }
+
+template <class Variant>
+std::string array(const Variant& values) {
+  return std::visit(
+      [](const auto& list) {
+        std::string out = "[";
+        for (std::size_t i = 0; i < list.size(); ++i) out += (i > 0 ? "," : "") + element(list[i]);
+        return out + "]";
+      },
+      values);
+}
+
+std::string described(const std::string& name, const std::string& unit, const std::string& long_name) {
+  return fmt::format("\"name\": {}, \"unit\": {}, \"long_name\": {}", json_string(name), json_string(unit),
+                     json_string(long_name));
+}
+
+}  // namespace
+
+std::string json_string(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : canonical_text(text)) {
+    if (c == '"' || c == '\\')
+      out += {'\\', c};
+    else if (static_cast<unsigned char>(c) < 0x20)
+      out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
+    else
+      out += c;
+  }
+  return out + '"';
+}
+
+std::string json_number(double x) {
+  if (std::isnan(x)) return "null";
+  if (std::isinf(x)) return x > 0 ? "\"Infinity\"" : "\"-Infinity\"";
+  return fmt::format("{}", x);
+}
+
+std::string to_json(const Table& table, bool with_values) {
+  std::string out = fmt::format("{{\"name\": {}, \"long_name\": {}, \"rows\": {}, \"columns\": [",
+                                json_string(table.name), json_string(table.long_name), table.rows());
+  for (const Column& c : table.columns) {
+    out += fmt::format("{}\n  {{{}", &c == &table.columns.front() ? "" : ",", described(c.name, c.unit, c.long_name));
+    if (!c.ancillary.empty()) out += ", \"ancillary\": " + json_string(c.ancillary);
+    if (with_values) out += ", \"values\": " + array(c.values);
+    out += "}";
+  }
+  return out + "]}";
+}
+
+std::string map_members_json(const Map& map) {
+  std::string axes, shape;
+  for (const Axis& a : map.axes) {
+    const std::string separator = axes.empty() ? "" : ", ";
+    axes += separator + fmt::format("{{{}, \"values\": {}}}", described(a.name, a.unit, a.long_name), array(a.values));
+    shape += separator + fmt::format("{}", std::visit([](const auto& v) { return v.size(); }, a.values));
+  }
+  return fmt::format("{}, \"shape\": [{}], \"axes\": [{}]", described(map.name, map.unit, map.long_name), shape, axes);
+}
+
+}  // namespace surveymc

@@ -1,0 +1,133 @@
+#!/usr/bin/python3
+"""Man page and shell completions are those of the program: test_texts.py SURVEYMC_EXECUTABLE SOURCE_FOLDER
+
+The oracle is --help of every command, which CLI11 prints from the same definitions by code of its own.
+"""
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+EXECUTABLE, SOURCE = None, None
+
+
+def call(*arguments):
+    return subprocess.run([EXECUTABLE, *arguments], check=True, capture_output=True, text=True).stdout
+
+
+def commands():
+    """{command: its options}, read from --help; "" is the program."""
+    top = call("--help")
+    names = re.findall(r"^  ([a-z]+) ", top[top.index("Subcommands:"):], re.M)
+    options = lambda text: set(re.findall(r"(?<![\w-])--[a-z-]+|(?<![\w-])-[a-z](?![\w-])", text))  # noqa: E731
+
+    def of(text):
+        return {f for line in re.findall(r"^  (-[^ ]*(?:,-[^ ]*)*)", text, re.M) for f in options(line.replace(",", " "))}
+
+    return {"": of(top), **{name: of(call(name, "--help")) for name in names}}
+
+
+class ManPage(unittest.TestCase):
+    def test_the_page_in_the_repository_is_that_of_the_program(self):
+        page = SOURCE / "docs/man/surveymc.1"
+        self.assertEqual(page.read_text(), call("man"), f"build/surveymc man > {page.relative_to(SOURCE)}")
+
+    def test_every_command_and_option_is_in_it(self):
+        page = call("man").replace("\\-", "-")
+        known = commands()
+        self.assertIn("show", known)
+        self.assertIn("--trials", known["run"])
+        for command, options in known.items():
+            section = page if not command else page.split(f".SS surveymc {command}\n")[1].split("\n.S")[0]
+            for option in options - {"-h", "--help"}:
+                self.assertIn(f"\\fB{option}\\fR", section, command)
+        self.assertIn("\\fB--help\\fR", page)
+
+    def test_it_is_clean(self):
+        if not shutil.which("mandoc"):
+            self.skipTest("no mandoc")
+        with tempfile.NamedTemporaryFile("w", suffix=".1") as f:
+            f.write(call("man"))
+            f.flush()
+            out = subprocess.run(["mandoc", "-Tlint", "-Wwarning", f.name], capture_output=True, text=True).stdout
+        wrong = [line for line in out.splitlines() if "missing date" not in line]  # a date would change it every day
+        self.assertEqual(wrong, [])
+
+
+class Completions(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory(prefix="surveymc-completion-")
+        cls.folder = Path(cls.temporary.name)
+        subprocess.run([EXECUTABLE, "run", str(SOURCE / "configs/smoke/reliability_map.toml"), "-o", "maps.h5"],
+                       cwd=cls.folder, check=True, capture_output=True)
+        (cls.folder / "mine.toml").touch()
+        (cls.folder / "notes.txt").touch()
+        (cls.folder / "sub").mkdir()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def offers(self, *words):
+        """What bash offers for the last of these words."""
+        line = " ".join(f"'{w}'" for w in words)
+        script = (f"source <('{EXECUTABLE}' completion bash)\nCOMP_WORDS=('{EXECUTABLE}' {line})\n"
+                  f"COMP_CWORD={len(words)}\n_surveymc\nprintf '%s\\n' \"${{COMPREPLY[@]}}\"\n")
+        done = subprocess.run(["bash", "--norc", "-u", "-c", script], cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual(done.stderr, "")
+        return set(done.stdout.split("\n")) - {""}
+
+    def test_bash_offers_every_command_and_option(self):
+        known = commands()
+        self.assertEqual(self.offers(""), set(known) - {""} | known[""])
+        for command, options in known.items():
+            if command:
+                self.assertEqual(self.offers(command, "-"), options, command)
+
+    def test_bash_offers_files_and_tables(self):
+        self.assertEqual(self.offers("run", ""), {"mine.toml", "sub"})
+        self.assertEqual(self.offers("run", "--threads", "2", ""), {"mine.toml", "sub"})
+        self.assertEqual(self.offers("run", "mine.toml", "-o", ""), {"maps.h5", "sub"})
+        self.assertEqual(self.offers("run", "mine.toml", "--seed", ""), set())
+        self.assertEqual(self.offers("show", "m"), {"maps.h5"})
+        self.assertEqual(self.offers("show", "maps.h5", "re"), {"redundancy_number"})
+        self.assertEqual(self.offers("show", "--csv", "maps.h5", "s"), {"summary", "statements",
+                                                                       "share_of_toolfaces_within_tolerance"})
+        self.assertEqual(self.offers("completion", ""), {"bash", "zsh", "fish"})
+
+    def test_bash_does_not_run_what_it_offers(self):
+        self.assertEqual(self.offers("show", "maps.h5", "$(touch ran)"), set())
+        self.assertFalse((self.folder / "ran").exists())
+
+    def test_every_shell_has_every_option_and_can_read_its_script(self):
+        for shell in ["bash", "zsh", "fish"]:
+            script = call("completion", shell)
+            for command, options in commands().items():
+                for option in options if shell != "bash" else []:  # bash: test_bash_offers_every_command_and_option
+                    shown = option if shell != "fish" else re.sub("^--?", lambda m: "-l " if m[0] == "--" else "-s ", option)
+                    self.assertRegex(script, rf"(?<![\w-]){re.escape(shown)}(?![\w-])", f"{shell}: {command}")
+                self.assertIn(command, script)
+            if shutil.which(shell):
+                subprocess.run([shell, "-n"], input=script, text=True, check=True)
+
+    def test_zsh_and_fish_complete(self):
+        (self.folder / "bin").mkdir(exist_ok=True)
+        link = self.folder / "bin/surveymc"
+        if not link.exists():
+            link.symlink_to(Path(EXECUTABLE).resolve())
+        if not shutil.which("fish"):
+            self.skipTest("no fish")
+        script = (f"set PATH {self.folder}/bin $PATH; surveymc completion fish | source; "
+                  "complete -C 'surveymc sh'; complete -C 'surveymc run --tri'; complete -C 'surveymc show maps.h5 redu'")
+        out = subprocess.run(["fish", "--no-config", "-c", script], cwd=self.folder, capture_output=True, text=True)
+        words = {line.split("\t")[0] for line in out.stdout.splitlines()}
+        self.assertLessEqual({"show", "--trial", "--trials", "redundancy_number"}, words, out.stderr)
+
+
+if __name__ == "__main__":
+    EXECUTABLE, SOURCE = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]).resolve()
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])

@@ -1,0 +1,32 @@
+#!/usr/bin/python3
+"""LICENSE, CITATION.cff and CHANGELOG.md say what CMakeLists.txt says, in the form that readers of them expect.
+
+    check_files.py SOURCE
+"""
+import pathlib
+import re
+import sys
+
+source = pathlib.Path(sys.argv[1])
+version = re.search(r"^project\(surveymc VERSION ([\d.]+)", (source / "CMakeLists.txt").read_text(), re.M)[1]
+
+licence = (source / "LICENSE").read_text()
+assert licence.startswith("MIT License\n\nCopyright (c) The surveymc authors\n") and "AS IS" in licence
+
+cff = (source / "CITATION.cff").read_text()  # a subset of YAML: keys, and lists of texts or of one key
+keys = dict(re.findall(r'^([a-z-]+): *"?([^"\n]*)"?$', cff, re.M))
+for needed in ["cff-version", "message", "title", "authors", "version", "license", "type"]:
+    assert needed in keys, f"CITATION.cff: {needed} is missing"
+assert keys["cff-version"] == "1.2.0" and keys["type"] in ("software", "dataset") and keys["license"] == "MIT"
+assert keys["version"] == version, f"CITATION.cff: version {keys['version']}, CMakeLists.txt has {version}"
+assert re.search(r'^authors:\n  - name: "The surveymc authors"$', cff, re.M)
+for line in cff.splitlines():
+    assert re.fullmatch(r'[a-z-]+:( .+)?|  - .+|    [a-z-]+: .+', line), f"CITATION.cff: {line}"
+
+changes = (source / "CHANGELOG.md").read_text()
+sections = re.findall(r"^## \[([^\]]+)\]", changes, re.M)
+assert changes.startswith("# Changelog\n") and sections and sections[0] == "Unreleased", sections
+assert version in changes, f"CHANGELOG.md does not name version {version}"
+for heading in re.findall(r"^### (.*)$", changes, re.M):
+    assert heading in ("Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"), heading
+print(f"licence, citation and changelog of {version}")
