@@ -120,7 +120,7 @@ void print_list(const ShowArguments& a, const Result& r) {
   for (std::size_t i = 0; i < titles.size(); ++i) titles[i] = shortened(whole[i], room);
   const std::string text = format_table(list, format);
   fmt::print("\n{}", text.substr(text.find('\n') + 1));
-  fmt::print("\nsurveymc show {} NAME prints one; --all prints all tables; --csv and --json export\n", a.file);
+  fmt::print("\nsurveymc show {} NAME prints one of them; --csv and --json export\n", a.file);
 }
 
 std::string members(const Result& r, const std::string& file) {
@@ -143,7 +143,7 @@ void print_json(const ShowArguments& a, const Result& r) {
   fmt::print("{{{}", members(r, a.file));
   const auto print_tables = [&](const char* key, const std::vector<Table>& tables) {
     fmt::print(",\n\"{}\": [", key);
-    for (const Table& t : tables) fmt::print("{}\n{}", &t == &tables.front() ? "" : ",", to_json(t, a.all));
+    for (const Table& t : tables) fmt::print("{}\n{}", &t == &tables.front() ? "" : ",", to_json(t, !a.list));
     fmt::print("]");
   };
   print_tables("tables", r.tables);
@@ -151,11 +151,7 @@ void print_json(const ShowArguments& a, const Result& r) {
   fmt::print(",\n\"maps\": [");
   const std::vector<MapSource> maps = maps_of(r);
   for (const MapSource& m : maps) {
-    fmt::print("{}\n", &m == &maps.front() ? "" : ",");
-    if (a.all)
-      print_map_json(m);
-    else
-      fmt::print("{{{}}}", map_members_json(*m.map));
+    fmt::print("{}\n{{{}}}", &m == &maps.front() ? "" : ",", map_members_json(*m.map));
   }
   fmt::print("]}}\n");
 }
@@ -180,17 +176,17 @@ bool print_one(const ShowArguments& a, const Result& r) {
 }  // namespace
 
 CLI::App* add_show_command(CLI::App& app, ShowArguments& a) {
-  CLI::App* show_command = app.add_subcommand("show", "list what is in a result file, or print it");
+  CLI::App* show_command = app.add_subcommand("show", "print what is in a result file");
   show_command->add_option("file", a.file, "result file")->required();
   CLI::Option* name = show_command->add_option("table", a.name, "only this table or map");
-  CLI::Option* all = show_command->add_flag("--all", a.all, "all tables, not only a list of them");
+  CLI::Option* list = show_command->add_flag("--list", a.list, "only a list of the tables and maps");
   CLI::Option* csv = show_command->add_flag("--csv", a.csv, "as CSV");
   CLI::Option* json = show_command->add_flag("--json", a.json, "as JSON");
   show_command
       ->add_option("--rows", a.rows, "at most so many rows of a table, from its ends; 0 for all (40 on a terminal)")
       ->check(CLI::NonNegativeNumber);
   csv->excludes(json);
-  all->excludes(name)->excludes(csv);
+  list->excludes(name)->excludes(csv);
   return show_command;
 }
 
@@ -201,12 +197,10 @@ void show(const ShowArguments& a) {
       print_json(a, r);
     } else if (a.csv) {
       fmt::print("{}", to_csv(list_of(r)));
-    } else if (a.all) {
-      print_heading(r);
-      for (const Table& t : r.tables)
-        if (t.rows() > 0) fmt::print("\n{}", format_table(t, terminal_format(a)));
     } else {
       print_list(a, r);
+      for (const Table& t : r.tables)
+        if (t.rows() > 0 && !a.list) fmt::print("\n{}", format_table(t, terminal_format(a)));
     }
     return;
   }

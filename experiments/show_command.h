@@ -9,8 +9,8 @@ namespace surveymc {
 
 struct ShowArguments {
   std::string file;
-  std::string name;  ///< of a table, samples or map; "" for the list of them
-  bool all = false, csv = false, json = false;
+  std::string name;  ///< of a table, samples or map; "": all of them
+  bool list = false, csv = false, json = false;
   std::optional<int> rows;  ///< most of a table; 0: all
 };
 

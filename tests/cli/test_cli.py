@@ -225,7 +225,7 @@ class Basics(Case):
         done = self.call("run", "base.toml", "-o", "out.h5")
         self.assertIn("wrote out.h5", done.stdout)
         self.assertRegex(done.stderr, "600 trials in all")
-        shown = self.call("show", "out.h5", "--all").stdout
+        shown = self.call("show", "out.h5").stdout
         for table in ["parameters", "position", "ellipse"]:
             self.assertRegex(shown, rf"(?m)^{table}: ")
             self.assertRegex(done.stdout, rf"(?m)^{table}: ")
@@ -1027,7 +1027,7 @@ class Show(Case):
 
     def test_closed_pipe(self):
         for arguments in [["show", self.path, "realisations", "--csv"], ["show", self.path, "realisations"],
-                          ["show", self.path], ["show", self.path, "--all", "--json"], ["list"]]:
+                          ["show", self.path], ["show", self.path, "--json"], ["list"]]:
             with self.subTest(arguments=arguments):
                 child = subprocess.Popen([EXECUTABLE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
                 self.assertTrue(child.stdout.readline())
@@ -1427,7 +1427,7 @@ class Extremes(Case):
             for group in f["tables"].values():
                 for name, d in group.items():
                     self.assertFalse(d.dtype.kind == "f" and np.any(np.isinf(d[()])), f"{group.name}/{name} is infinite")
-        self.call("show", path, "--all")
+        self.call("show", path)
         self.call("rerun", path)
 
     def test_few_trials(self):
