@@ -88,7 +88,7 @@ def run(page, source, build):
         for part in ["configs", "scripts"]:
             shutil.copytree(source / part, folder / part)
         (folder / "build/tests").mkdir(parents=True)
-        for program, at in [("surveymc", "surveymc"), ("tests/tutorial_estimator", "tests/unit_tests")]:
+        for program, at in [("surveymc", "surveymc"), ("tests/tutorial_estimator", "tests/estimate_tests")]:
             if (build / program).exists():
                 (folder / "build" / at).symlink_to(build / program)
         commands, printed = 0, None

@@ -1,0 +1,1 @@
+// surveymc_precompiled has a source so that CMake builds its header.
