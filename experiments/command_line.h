@@ -1,30 +1,34 @@
 #pragma once
 #include <string>
+#include <variant>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
+#include "command_words.h"
 #include "part_commands.h"
 #include "run_setup.h"
 #include "show_command.h"
-#include "text_commands.h"
 
 namespace surveymc {
 
-/// Commands and options of the program (README.md), and what they were given.
-struct CommandLine {
-  explicit CommandLine(const std::string& version);
-  CommandLine(const CommandLine&) = delete;  // the app points to the members
+enum class Command { list, check, run, plan, merge, status, show, rerun, man, completion };
 
-  CLI::App app{"surveymc: Monte-Carlo research workbench for wellbore directional surveying"};
-  CLI::App *list, *check, *run, *plan, *merge, *status, *show, *rerun;
-  RunArguments arguments;
-  PlanArguments parts_plan;
-  ShowArguments shown;
-  TextArguments text_arguments;
-  TextCommands texts{};
+/// What a command line asks for (README.md).
+struct CommandLine {
+  Command command = Command::list;
+  RunArguments arguments = {};
+  PlanArguments parts_plan = {};
+  ShowArguments shown = {};
+  std::string shell;  ///< of completion
   std::string file, inputs = ".";
-  std::vector<std::string> parts;
+  std::vector<std::string> parts = {};
 };
+
+/// The line, or the exit code of one that asks for help or cannot be read; what there is to say of it is printed unless
+/// `silent`. `version`: text of --version.
+std::variant<CommandLine, int> read_command_line(int argc, char** argv, const std::string& version,
+                                                 bool silent = false);
+
+/// All commands and options, as read_command_line knows them.
+ProgramWords program_words();
 
 }  // namespace surveymc

@@ -1,10 +1,8 @@
 #pragma once
-/// Commands and options of the program as plain words, read from CLI11's definitions: what the man page and the shell
-/// completions are made of. Nothing is listed by hand.
+/// Commands and options of the program as plain words, read from the definitions of the command line: what the man page
+/// and the shell completions are made of. Nothing is listed by hand.
 #include <string>
 #include <vector>
-
-#include <CLI/CLI.hpp>
 
 namespace surveymc {
 
@@ -25,9 +23,10 @@ struct CommandWords {
   std::vector<OptionWords> options, positionals;
 };
 
-/// The program itself: name "", without positional arguments.
-CommandWords program_words(const CLI::App& app);
-/// Its commands, in the order in which they were added.
-std::vector<CommandWords> command_words(const CLI::App& app);
+struct ProgramWords {
+  std::string description;
+  std::vector<OptionWords> options;    ///< of the program itself
+  std::vector<CommandWords> commands;  ///< in the order in which they were added
+};
 
 }  // namespace surveymc

@@ -14,9 +14,9 @@ std::string joined(const std::vector<std::string>& words, const char* separator)
   return out;
 }
 
-std::vector<std::string> flags_of(const CommandWords& command, bool with_value_only = false) {
+std::vector<std::string> flags_of(const std::vector<OptionWords>& options, bool with_value_only = false) {
   std::vector<std::string> all;
-  for (const OptionWords& o : command.options)
+  for (const OptionWords& o : options)
     if (!with_value_only || !o.value.empty()) all.insert(all.end(), o.flags.begin(), o.flags.end());
   return all;
 }
@@ -30,7 +30,7 @@ std::vector<std::string> names_of(const std::vector<CommandWords>& commands) {
 /// `text` in single quotes of a POSIX shell.
 std::string quoted(const std::string& text) {
   std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  for (const char c : text) c == '\'' ? out.append("'\\''") : out.append(1, c);
   return out + "'";
 }
 
@@ -84,17 +84,17 @@ _surveymc_tables() {
 }
 )";
 
-std::string bash(const CLI::App& app) {
-  const std::vector<CommandWords> commands = command_words(app);
+std::string bash(const ProgramWords& words) {
+  const std::vector<CommandWords>& commands = words.commands;
   std::string with_value, offers, options, positionals;
   for (const CommandWords& c : commands) {
-    for (const std::string& flag : flags_of(c, true))
+    for (const std::string& flag : flags_of(c.options, true))
       with_value += (with_value.empty() ? "" : "|") + c.name + ":" + flag;
     for (const OptionWords& o : c.options)
       if (!o.value.empty())
         for (const std::string& flag : o.flags)
           offers += fmt::format("    {}:{}) {}; return ;;\n", c.name, flag, bash_offer(o.kind));
-    options += fmt::format("      {}) _surveymc_words $'{}' ;;\n", c.name, joined(flags_of(c), "\\n"));
+    options += fmt::format("      {}) _surveymc_words $'{}' ;;\n", c.name, joined(flags_of(c.options), "\\n"));
     for (std::size_t i = 0; i < c.positionals.size(); ++i)
       positionals += fmt::format("    {}:{}) {} ;;\n", c.name, c.positionals[i].repeated ? "*" : fmt::format("{}", i),
                                  bash_offer(c.positionals[i].kind));
@@ -132,7 +132,7 @@ complete -F _surveymc surveymc
       fmt::arg("helpers", kBashHelpers), fmt::arg("with_value", with_value), fmt::arg("offers", offers),
       fmt::arg("options", options), fmt::arg("positionals", positionals),
       fmt::arg("commands", joined(names_of(commands), "\\n")),
-      fmt::arg("flags", joined(flags_of(program_words(app)), "\\n")));
+      fmt::arg("flags", joined(flags_of(words.options), "\\n")));
 }
 
 // ---- zsh ----
@@ -155,18 +155,19 @@ std::string zsh_offer(ValueKind kind) {
 }
 
 std::string zsh_option(const OptionWords& o) {
-  const std::string says = "[" + escaped(o.description, "[]\\:") + "]";
-  const std::string value = o.value.empty() ? "" : ":" + escaped(o.value, ":") + ":" + zsh_offer(o.kind);
+  const std::string says = fmt::format("[{}]", escaped(o.description, "[]\\:"));
+  const std::string value = o.value.empty() ? "" : fmt::format(":{}:{}", escaped(o.value, ":"), zsh_offer(o.kind));
   std::string out;
-  for (const std::string& flag : o.flags) out += " " + quoted((o.repeated ? "*" : "") + flag + says + value);
+  for (const std::string& flag : o.flags)
+    out += fmt::format(" {}", quoted(fmt::format("{}{}{}{}", o.repeated ? "*" : "", flag, says, value)));
   return out;
 }
 
-std::string zsh(const CLI::App& app) {
-  const std::vector<CommandWords> commands = command_words(app);
+std::string zsh(const ProgramWords& words) {
+  const std::vector<CommandWords>& commands = words.commands;
   std::string list, cases;
   for (const CommandWords& c : commands) {
-    list += " " + quoted(c.name + ":" + c.description);
+    list += fmt::format(" {}", quoted(fmt::format("{}:{}", c.name, c.description)));
     std::string arguments;
     for (const OptionWords& o : c.options) arguments += zsh_option(o);
     for (std::size_t i = 0; i < c.positionals.size(); ++i) {
@@ -177,7 +178,7 @@ std::string zsh(const CLI::App& app) {
     cases += fmt::format("    {}) _arguments{} ;;\n", c.name, arguments);
   }
   std::string program;
-  for (const OptionWords& o : program_words(app).options) program += zsh_option(o);
+  for (const OptionWords& o : words.options) program += zsh_option(o);
   return fmt::format(R"ZSH(#compdef surveymc
 # zsh completion for surveymc; made by: surveymc completion zsh
 
@@ -237,7 +238,7 @@ std::string fish_option(const OptionWords& o, const std::string& condition) {
   return out + " -d " + quoted(o.description) + "\n";
 }
 
-std::string fish(const CLI::App& app) {
+std::string fish(const ProgramWords& words) {
   std::string out = R"(# fish completion for surveymc; made by: surveymc completion fish
 function __surveymc_tables
   set -l words (commandline -opc)
@@ -247,8 +248,8 @@ function __surveymc_tables
 end
 complete -c surveymc -f
 )";
-  for (const OptionWords& o : program_words(app).options) out += fish_option(o, "__fish_use_subcommand");
-  for (const CommandWords& c : command_words(app)) {
+  for (const OptionWords& o : words.options) out += fish_option(o, "__fish_use_subcommand");
+  for (const CommandWords& c : words.commands) {
     const std::string condition = "__fish_seen_subcommand_from " + c.name;
     out += fmt::format("complete -c surveymc -n __fish_use_subcommand -a {} -d {}\n", c.name, quoted(c.description));
     for (const OptionWords& o : c.options) out += fish_option(o, condition);
@@ -261,9 +262,9 @@ complete -c surveymc -f
 
 }  // namespace
 
-std::string completion(const CLI::App& app, const std::string& shell) {
-  if (shell == "bash") return bash(app);
-  return shell == "zsh" ? zsh(app) : fish(app);
+std::string completion(const ProgramWords& words, const std::string& shell) {
+  if (shell == "bash") return bash(words);
+  return shell == "zsh" ? zsh(words) : fish(words);
 }
 
 }  // namespace surveymc

@@ -5,14 +5,14 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <variant>
 
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_sinks.h>
-#include <spdlog/spdlog.h>
 
 #include "base/error.h"
 #include "command_line.h"
 #include "experiments.h"
+#include "log.h"
 #include "montecarlo/workers.h"
 #include "part_commands.h"
 #include "print_result.h"
@@ -20,6 +20,7 @@
 #include "progress.h"
 #include "rank_work.h"
 #include "run_setup.h"
+#include "text_commands.h"
 #include "version.h"
 #include "version_text.h"
 
@@ -78,8 +79,8 @@ int run(const RunArguments& a, const std::string& command) {
     if (error) throw IoError(fmt::format("results: cannot be made: {}; name a file with -o", error.message()));
   }
   check_output_path(output);
-  spdlog::info("{}: {} point{} of {}, {} trials in all", a.config, prepared.points.size(),
-               prepared.points.size() == 1 ? "" : "s", prepared.experiment.name, prepared.total_trials());
+  log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, prepared.points.size(),
+                       prepared.points.size() == 1 ? "" : "s", prepared.experiment.name, prepared.total_trials()));
   double elapsed = 0;
   const Result result = with_checkpoint(a, prepared, output, command, [&](const Checkpoint& checkpoint) {
     Result r = run_and_stamp(a, prepared, command, elapsed, checkpoint);
@@ -117,34 +118,40 @@ int rerun(const std::string& file, const std::string& folder, const RunArguments
 }
 
 int guarded_main(int argc, char** argv, Workers& workers, const Messages* messages, const std::string& mpi) {
-  spdlog::set_default_logger(spdlog::stderr_logger_st("surveymc"));
-  spdlog::set_pattern("%H:%M:%S %v");
+  start_log();
 
-  CommandLine line(version_text(mpi));
-  CLI::App& app = line.app;
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    if (app.get_subcommands().empty() && !app.remaining().empty())  // CLI11 would only miss a subcommand
-      return app.exit(CLI::ExtrasError(app.remaining())) == 0 ? kDone : kUsage;
-    return app.exit(e) == 0 ? kDone : kUsage;
-  }
+  std::variant<CommandLine, int> read = read_command_line(argc, argv, version_text(mpi));
+  if (const int* exit = std::get_if<int>(&read)) return *exit;
+  CommandLine& line = std::get<CommandLine>(read);
 
   std::string command = "surveymc";
   for (int i = 1; i < argc; ++i) command += fmt::format(" {}", argv[i]);
   RunArguments& a = line.arguments;
   if (messages) a.workers = &workers;
   if (messages && a.threads == 0) a.threads = messages->threads();
-  if (*line.list) return list();
-  if (*line.check) return check(a);
-  if (*line.run) return run(a, command);
-  if (*line.plan) return plan_parts(a, line.parts_plan);
-  if (*line.merge) return merge_files(a, line.parts);
-  if (*line.status) return status_of(line.parts_plan.folder);
-  if (*line.show) return show(line.shown), kDone;
-  if (*line.texts.man) return fmt::print("{}", man_page(app, kVersion)), kDone;
-  if (*line.texts.completion) return fmt::print("{}", completion(app, line.text_arguments.shell)), kDone;
-  return rerun(line.file, line.inputs, a, command);
+  switch (line.command) {
+    case Command::list:
+      return list();
+    case Command::check:
+      return check(a);
+    case Command::run:
+      return run(a, command);
+    case Command::plan:
+      return plan_parts(a, line.parts_plan);
+    case Command::merge:
+      return merge_files(a, line.parts);
+    case Command::status:
+      return status_of(line.parts_plan.folder);
+    case Command::show:
+      return show(line.shown), kDone;
+    case Command::rerun:
+      return rerun(line.file, line.inputs, a, command);
+    case Command::man:
+      return fmt::print("{}", man_page(program_words(), kVersion)), kDone;
+    case Command::completion:
+      return fmt::print("{}", completion(program_words(), line.shell)), kDone;
+  }
+  return kInternal;
 }
 
 /// guarded_main with every exception told and turned into its exit code.

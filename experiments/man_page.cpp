@@ -92,11 +92,11 @@ surveymc rerun results/test4.h5
 
 }  // namespace
 
-std::string man_page(const CLI::App& app, const std::string& version) {
-  const std::vector<CommandWords> commands = command_words(app);
+std::string man_page(const ProgramWords& program, const std::string& version) {
+  const std::vector<CommandWords>& commands = program.commands;
   std::string out =
       fmt::format(".\\\" Made by: surveymc man\n.TH SURVEYMC 1 \"\" \"surveymc {}\" \"User Commands\"\n", version);
-  const std::string summary = app.get_description();
+  const std::string summary = program.description;
   const std::size_t colon = summary.find(": ");
   out += ".SH NAME\nsurveymc \\- " + roff(colon == std::string::npos ? summary : summary.substr(colon + 2)) + "\n";
   out += ".SH SYNOPSIS\n";
@@ -108,7 +108,7 @@ std::string man_page(const CLI::App& app, const std::string& version) {
       "on every noisy realisation, predicts the same quantities analytically, and writes comparison tables with a\n"
       "statistical verdict in every row. The same config and seed give the same bits for any number of threads.\n";
   out += ".SH OPTIONS\n";
-  for (const OptionWords& o : program_words(app).options) out += paragraph(o);
+  for (const OptionWords& o : program.options) out += paragraph(o);
   out += ".SH COMMANDS\n";
   for (const CommandWords& c : commands) {
     out += fmt::format(".SS {}\n{}.\n", roff("surveymc " + c.name), roff(c.description));

@@ -6,9 +6,9 @@
 #include <system_error>
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include "experiments.h"
+#include "log.h"
 #include "print_result.h"
 #include "store/atomic_file.h"
 
@@ -68,7 +68,8 @@ bool is_done(const fs::path& path, const PreparedRun& run, const PartChoice& cho
   const PartState state = part_state(path);
   if (state == PartState::foreign)
     throw IoError(fmt::format("{}: exists and is no surveymc part file: refusing to overwrite it", path.string()));
-  if (state == PartState::damaged) spdlog::warn("{}: is damaged; that part is computed again", path.string());
+  if (state == PartState::damaged)
+    log_warning(fmt::format("{}: is damaged; that part is computed again", path.string()));
   if (state == PartState::whole) {
     const Part there = read_part(path);
     const RunKey key = run_key(run);
@@ -114,7 +115,7 @@ std::optional<Part> outline(const fs::path& path) {
     }
     return part;
   } catch (const IoError& e) {
-    spdlog::warn("{}", e.what());
+    log_warning(e.what());
     return std::nullopt;
   }
 }
@@ -148,7 +149,7 @@ int run_one_part(const RunArguments& a, const PreparedRun& run, const PartChoice
     fmt::print("{} is done already\n", path.string());
     return kDone;
   }
-  spdlog::info("{}: {} of {}", a.config, part_name(choice), run.experiment.name);
+  log_info(fmt::format("{}: {} of {}", a.config, part_name(choice), run.experiment.name));
   double elapsed = 0;
   with_checkpoint(a, run, path, command, [&](const Checkpoint& checkpoint) {
     Progress progress;
@@ -182,7 +183,7 @@ int plan_parts(const RunArguments& a, const PlanArguments& plan) {
     if (part->key == key)
       there.push_back(std::move(*part));
     else
-      spdlog::warn("{}: is of another config or build: not counted", path.string());
+      log_warning(fmt::format("{}: is of another config or build: not counted", path.string()));
   }
   std::vector<const PartPiece*> pieces;
   for (const Part& part : there)

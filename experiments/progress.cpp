@@ -1,9 +1,10 @@
 #include "progress.h"
 
+#include "log.h"
+
 #include <cstdio>
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 namespace surveymc {
@@ -35,7 +36,7 @@ void Progress::update(std::uint64_t done, std::uint64_t expected) {
   const std::string words = fmt::format("{:5.1f} % of {:.3g} trials  {:.3g}/s  {} left", 100 * share,
                                         static_cast<double>(expected), rate, format_duration(left));
   if (!terminal_) {
-    spdlog::info("{}", words);
+    log_info(words);
     return;
   }
   constexpr int kWidth = 30;

@@ -3,9 +3,13 @@
 #include <exception>
 #include <memory>
 #include <optional>
+#include <variant>
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
+
+#include "command_line.h"
+#include "log.h"
+#include "run_setup.h"
 
 namespace surveymc {
 
@@ -15,15 +19,18 @@ std::string run_name(const PreparedRun& run) {
 }
 
 int work_for_rank_0(Messages& messages, int argc, char** argv) {
-  spdlog::set_level(spdlog::level::off);
-  CommandLine line("");
+  silence_log();
+  CommandLine line;
   std::optional<PreparedRun> run;
   std::exception_ptr error;
   try {
-    line.app.parse(argc, argv);
-    if (*line.run || *line.rerun) catch_signals();
-    if (*line.run) run.emplace(load(line.arguments));
-    if (*line.rerun) run.emplace(prepare_rerun(line.file, read_result(line.file), line.inputs));
+    std::variant<CommandLine, int> read = read_command_line(argc, argv, "", /*silent=*/true);
+    if (std::holds_alternative<CommandLine>(read)) {  // else rank 0 says why and ends it
+      line = std::get<CommandLine>(std::move(read));
+      if (line.command == Command::run || line.command == Command::rerun) catch_signals();
+      if (line.command == Command::run) run.emplace(load(line.arguments));
+      if (line.command == Command::rerun) run.emplace(prepare_rerun(line.file, read_result(line.file), line.inputs));
+    }
   } catch (...) {
     error = std::current_exception();  // if it is not rank 0's, too, the first order brings it there
   }

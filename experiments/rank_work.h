@@ -1,8 +1,8 @@
 #pragma once
 /// What ranks other than 0 do in surveymc-mpi.
-#include "command_line.h"
 #include "montecarlo/messages.h"
 #include "montecarlo/workers.h"
+#include "study/experiment.h"
 
 namespace surveymc {
 

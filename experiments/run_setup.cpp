@@ -11,9 +11,9 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include "experiments.h"
+#include "log.h"
 #include "montecarlo/workers.h"
 #include "rank_work.h"
 #include "stored_inputs.h"
@@ -119,13 +119,13 @@ Result with_checkpoint(const RunArguments& a, const PreparedRun& run, const std:
         "delete this journal to begin anew",
         journals_of(output).front().string()));
   for (const auto& path : kept.damaged)
-    spdlog::warn("{}: damaged at the end; what cannot be read is computed again", path.string());
+    log_warning(fmt::format("{}: damaged at the end; what cannot be read is computed again", path.string()));
   std::uint64_t trials = 0;
   for (auto& [point, nodes] : kept.finished) {
     nodes = disjoint_subtrees(std::move(nodes));
     for (const Subtree& n : nodes) trials += n.tally.trials;
   }
-  if (trials > 0) spdlog::info("going on from {} trials that are done", trials);
+  if (trials > 0) log_info(fmt::format("going on from {} trials that are done", trials));
 
   Journal journal(output, key, std::chrono::duration<double>(a.checkpoint_seconds));
   if (a.workers) a.workers->journal = output.string();

@@ -175,21 +175,6 @@ bool print_one(const ShowArguments& a, const Result& r) {
 
 }  // namespace
 
-CLI::App* add_show_command(CLI::App& app, ShowArguments& a) {
-  CLI::App* show_command = app.add_subcommand("show", "print what is in a result file");
-  show_command->add_option("file", a.file, "result file")->required();
-  CLI::Option* name = show_command->add_option("table", a.name, "only this table or map");
-  CLI::Option* list = show_command->add_flag("--list", a.list, "only a list of the tables and maps");
-  CLI::Option* csv = show_command->add_flag("--csv", a.csv, "as CSV");
-  CLI::Option* json = show_command->add_flag("--json", a.json, "as JSON");
-  show_command
-      ->add_option("--rows", a.rows, "at most so many rows of a table, from its ends; 0 for all (40 on a terminal)")
-      ->check(CLI::NonNegativeNumber);
-  csv->excludes(json);
-  list->excludes(name)->excludes(csv);
-  return show_command;
-}
-
 void show(const ShowArguments& a) {
   const Result r = read_result(a.file);
   if (a.name.empty()) {

@@ -3,8 +3,6 @@
 #include <optional>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 namespace surveymc {
 
 struct ShowArguments {
@@ -13,9 +11,6 @@ struct ShowArguments {
   bool list = false, csv = false, json = false;
   std::optional<int> rows;  ///< most of a table; 0: all
 };
-
-/// Adds the command and its options, which go to `a`.
-CLI::App* add_show_command(CLI::App& app, ShowArguments& a);
 
 /// Prints. Throws InputError where there is nothing of that name, IoError where the file cannot be read.
 void show(const ShowArguments& a);
