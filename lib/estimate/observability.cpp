@@ -7,7 +7,8 @@
 #include <vector>
 
 #include <fmt/ranges.h>
-#include <Eigen/SVD>
+
+#include "stats/linear_algebra.h"
 
 namespace surveymc {
 
@@ -18,10 +19,10 @@ Observability observability(const Eigen::Matrix<double, Eigen::Dynamic, 6>& jaco
     const double length = scaled.col(i).norm();
     if (length > 0) scaled.col(i) /= length;
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const SingularValues svd = singular_values(scaled);
   Observability o;
-  o.singular_values = svd.singularValues().reverse();  // Eigen's fall
-  o.directions = svd.matrixV().rowwise().reverse();
+  o.singular_values = svd.values.reverse();  // Eigen's fall
+  o.directions = svd.right.rowwise().reverse();
   for (int j = 0; j < 6; ++j) {
     // What rounding leaves of a zero is 1e-16 of the largest.
     const bool zero = o.singular_values[j] < 1e-14 * o.singular_values[5];

@@ -6,7 +6,8 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/QR>
+
+#include "stats/linear_algebra.h"
 
 namespace surveymc {
 
@@ -45,8 +46,7 @@ ResidualTests residual_tests(const std::vector<StationFields>& stations, const s
   a.bottomRightCorner<2, 2>().setIdentity();
   for (Index c = 0; c < 6; ++c) a.col(c) /= std::max(a.col(c).norm(), std::numeric_limits<double>::min());
 
-  const Eigen::MatrixXd q =
-      Eigen::HouseholderQR<Eigen::MatrixXd>(a).householderQ() * Eigen::MatrixXd::Identity(2 * n + 2, kUnknowns);
+  const Eigen::MatrixXd q = orthonormal_columns(a);
   const Eigen::VectorXd left = v - q * (q.transpose() * v);  // whitened M v
   ResidualTests t;
   t.redundancy = static_cast<int>(2 * n - 6);

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 
 #include "base/error.h"
 #include "estimate/field_fit_estimators.h"
 #include "estimate/field_misfit.h"
+#include "stats/linear_algebra.h"
 
 namespace surveymc {
 
@@ -24,8 +25,8 @@ constexpr double kSingular = 1e13;
 /// they hardly see would pass as well conditioned.
 double condition_of(const Eigen::MatrixXd& normal, double visible) {
   if (normal.size() == 0) return 1;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normal);
-  return std::max(eigen.eigenvalues().maxCoeff(), visible) / std::max(eigen.eigenvalues().minCoeff(), 1e-300);
+  const Eigen::VectorXd eigenvalues = symmetric_eigen(normal).values;
+  return std::max(eigenvalues.maxCoeff(), visible) / std::max(eigenvalues.minCoeff(), 1e-300);
 }
 
 /// Unknowns: gain, bias / total, z (field_fit.h); fields in units of `total`. Without derivatives where singular.

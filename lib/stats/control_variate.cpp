@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include <Eigen/QR>
+#include "stats/linear_algebra.h"
 
 namespace surveymc {
 namespace {
@@ -38,10 +38,7 @@ Estimate with_controls(const Moments& m, const Estimate& plain, double control_c
       among(a, b) = m.squares(kControls[static_cast<std::size_t>(a)], kControls[static_cast<std::size_t>(b)]) *
                     scale[a] * scale[b];
   // l_i and l_j are one for i = j: the solution of least norm shares the weight between them.
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-  solver.setThreshold(1e-9);
-  solver.compute(among);
-  const Eigen::VectorXd weight = scale.cwiseProduct(solver.solve(with_plain));
+  const Eigen::VectorXd weight = scale.cwiseProduct(least_squares_solution(among, with_plain, 1e-9));
   Estimate e = plain;
   e.value -= weight.dot(excess);
   for (int a = 0; a < 3; ++a) e.influence[kControls[static_cast<std::size_t>(a)]] -= weight[a];

@@ -1,0 +1,47 @@
+#include "stats/linear_algebra.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+namespace surveymc {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+SymmetricEigen symmetric_eigen(const MatrixXd& a) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(a);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+VectorXd symmetric_eigenvalues(const MatrixXd& a) {
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(a, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+SingularValues singular_values(const MatrixXd& a) {
+  const Eigen::JacobiSVD<MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  return {svd.singularValues(), svd.matrixV()};
+}
+
+MatrixXd orthonormal_columns(const MatrixXd& a) {
+  return Eigen::HouseholderQR<MatrixXd>(a).householderQ() * MatrixXd::Identity(a.rows(), a.cols());
+}
+
+VectorXd least_squares_solution(const MatrixXd& a, const VectorXd& b, double threshold) {
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
+  solver.setThreshold(threshold);
+  solver.compute(a);
+  return solver.solve(b);
+}
+
+Cholesky cholesky(const MatrixXd& a) {
+  Cholesky c;
+  c.factor_.compute(a);
+  return c;
+}
+
+MatrixXd Cholesky::lower() const { return factor_.matrixL(); }
+MatrixXd Cholesky::solve(const MatrixXd& b) const { return factor_.solve(b); }
+MatrixXd Cholesky::solve_lower(const MatrixXd& b) const { return factor_.matrixL().solve(b); }
+
+}  // namespace surveymc

@@ -1,0 +1,49 @@
+#pragma once
+/// Decompositions of matrices whose size is known only when the program runs. They stand here so that one file
+/// instantiates Eigen's solvers: each takes ten to thirty seconds of a compiler.
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+namespace surveymc {
+
+struct SymmetricEigen {
+  Eigen::VectorXd values;   ///< ascending
+  Eigen::MatrixXd vectors;  ///< columns, orthonormal, in the order of the values
+};
+/// Eigenvalues and eigenvectors of a symmetric matrix; its lower triangle is read.
+SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& a);
+/// Eigenvalues alone, ascending.
+Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& a);
+
+struct SingularValues {
+  Eigen::VectorXd values;  ///< falling
+  Eigen::MatrixXd right;   ///< V: columns in the order of the values, n x min(m, n)
+};
+/// Thin singular value decomposition A = U S V' of an m x n matrix, by Jacobi rotations: small values keep their
+/// digits.
+SingularValues singular_values(const Eigen::MatrixXd& a);
+
+/// Orthonormal basis (m x n) of the column space of an m x n matrix of full rank, m >= n, by Householder reflections.
+Eigen::MatrixXd orthonormal_columns(const Eigen::MatrixXd& a);
+
+/// The shortest x with least |A x - b|. A pivot below `threshold` of the largest counts as zero.
+Eigen::VectorXd least_squares_solution(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, double threshold);
+
+/// The factor L of A = L L', A symmetric and positive definite; its lower triangle is read.
+class Cholesky {
+ public:
+  /// False where a pivot was not positive: nothing else may be asked then.
+  bool positive_definite() const { return factor_.info() == Eigen::Success; }
+  Eigen::MatrixXd lower() const;
+  /// A^-1 b.
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const;
+  /// L^-1 b.
+  Eigen::MatrixXd solve_lower(const Eigen::MatrixXd& b) const;
+
+ private:
+  friend Cholesky cholesky(const Eigen::MatrixXd& a);
+  Eigen::LLT<Eigen::MatrixXd> factor_;
+};
+Cholesky cholesky(const Eigen::MatrixXd& a);
+
+}  // namespace surveymc
