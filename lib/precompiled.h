@@ -1,6 +1,6 @@
 /// Precompiled for the library, the studies and the command line: what nearly every file of them reads first.
 /// Nothing of the project stands here, so that no edit of ours rebuilds all. Files include what they use all the same:
-/// a build with -D CMAKE_DISABLE_PRECOMPILE_HEADERS=ON must pass (the sanitized builds are such).
+/// a build with -D CMAKE_DISABLE_PRECOMPILE_HEADERS=ON must pass (scripts/check_includes.sh, not in CI).
 #include <algorithm>
 #include <array>
 #include <atomic>

@@ -17,7 +17,7 @@ fi
 
 if [ "$target" = build ]; then
   cd "$source_folder"
-  cmake --preset fuzz -B "$build" >/dev/null
+  cmake --preset asan -B "$build" >/dev/null
   exec cmake --build "$build" --target fuzz_targets
 fi
 
