@@ -16,24 +16,24 @@
 namespace surveymc {
 namespace {
 
-constexpr std::uint32_t kStudyId = 9;  // address of this study's random numbers
+std::vector<StationTruth> true_stations(const AxialScenario& s) {
+  std::vector<StationTruth> truth;
+  for (const Attitude& at : s.stations)
+    truth.push_back(station_truth(s, at, s.axial_is_drawn ? ConstantErrors{} : s.errors));
+  return truth;
+}
 
 class AxialCorrection final : public StudyPoint {
  public:
-  explicit AxialCorrection(AxialScenario scenario)
-      : s_(std::move(scenario)),
-        stream_(s_.seed, kStudyId),
+  AxialCorrection(const AxialScenario& scenario, std::vector<StationTruth> truth)
+      : s_(scenario),
+        stream_(s_.seed),
         layout_{s_.methods.size(), s_.stations.size()},
         draw_{s_.sigmas.accelerometer_xy, s_.sigmas.accelerometer_z,
               s_.sigmas.magnetometer_xy,  s_.sigmas.magnetometer_z,
               s_.sigmas.gravity,          s_.sigmas.horizontal,
-              s_.sigmas.vertical,         s_.axial_is_drawn ? s_.sigmas.axial : 0} {
-    for (const Attitude& at : s_.stations)
-      truth_.push_back(station_truth(s_, at, s_.axial_is_drawn ? ConstantErrors{} : s_.errors));
-  }
-
-  std::uint64_t trials() const override { return s_.stations.empty() ? 0 : s_.trials; }
-  std::vector<Axis> map_axes() const override { return axial_axes(s_); }
+              s_.sigmas.vertical,         s_.axial_is_drawn ? s_.sigmas.axial : 0},
+        truth_(std::move(truth)) {}
 
   Tally run_block(TrialBlock block) const override {
     const int groups = groups_for(block.count);
@@ -79,7 +79,7 @@ class AxialCorrection final : public StudyPoint {
     return tally;
   }
 
-  PointResult finish(const Tally& tally) const override {
+  PointResult report(const Tally& tally, const RunOptions&) const override {
     PointResult r;
     add_axial_maps(s_, r.maps, r.tables);
     if (!s_.stations.empty()) {
@@ -139,14 +139,27 @@ class AxialCorrection final : public StudyPoint {
   std::vector<StationTruth> truth_;
 };
 
+class AxialCorrectionPlan final : public PointPlan {
+ public:
+  explicit AxialCorrectionPlan(AxialScenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.stations.empty() ? 0 : s_.trials; }
+  std::vector<Axis> map_axes() const override { return axial_axes(s_); }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    return std::make_unique<AxialCorrection>(s_, true_stations(s_));
+  }
+
+ private:
+  AxialScenario s_;
+};
+
 }  // namespace
 
 Experiment axial_correction_experiment() {
-  return {"axial_correction",
+  return {StudyId::axial_correction,
           "Single stations and an axially magnetised string: azimuth errors of basic, simple and extended solutions",
           "slides on chained multistation analysis, 2 to 6",
-          [](ConfigReader& config, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
-            return std::make_unique<AxialCorrection>(read_axial_scenario(config, seed));
+          [](ConfigReader& config, StudySeed seed) -> std::unique_ptr<PointPlan> {
+            return std::make_unique<AxialCorrectionPlan>(read_axial_scenario(config, seed));
           }};
 }
 

@@ -8,6 +8,7 @@
 #include "estimate/single_station.h"
 #include "field/reference_field.h"
 #include "montecarlo/run_blocks.h"
+#include "random/study_id.h"
 #include "sensor/station_draws.h"
 #include "stats/tally.h"
 #include "store/table.h"
@@ -30,7 +31,8 @@ struct ExpectedVerdict {
 };
 
 struct AxialScenario {
-  std::uint64_t seed = 0, trials = 0;
+  StudySeed seed;
+  std::uint64_t trials = 0;
   ReferenceField field;
   StationSigmas sigmas;
   ConstantErrors errors;
@@ -51,7 +53,7 @@ struct AxialScenario {
 };
 
 /// Reads and checks a config; calls finish().
-AxialScenario read_axial_scenario(ConfigReader& config, std::uint64_t seed);
+AxialScenario read_axial_scenario(ConfigReader& config, StudySeed seed);
 
 /// What a station reads and is told without noise. In a vertical hole the toolface is taken as 0: only its sum with the
 /// azimuth is there to be read.

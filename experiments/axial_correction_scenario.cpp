@@ -91,7 +91,7 @@ const std::array<ProfileQuantity, kProfileQuantities>& profile_quantities() {
   return all;
 }
 
-AxialScenario read_axial_scenario(ConfigReader& c, std::uint64_t seed) {
+AxialScenario read_axial_scenario(ConfigReader& c, StudySeed seed) {
   AxialScenario s;
   s.seed = seed;
   s.field = read_field(c);

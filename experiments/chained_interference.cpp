@@ -29,9 +29,7 @@ struct Interference {
 
 class ChainedInterference final : public StudyPoint {
  public:
-  explicit ChainedInterference(Interference in) : in_(std::move(in)), stream_(in_.s.seed, kChainedStudyId) {}
-  std::uint64_t trials() const override { return in_.s.trials; }
-  int block_trials() const override { return 32; }
+  explicit ChainedInterference(Interference in) : in_(std::move(in)), stream_(in_.s.seed) {}
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
@@ -62,7 +60,7 @@ class ChainedInterference final : public StudyPoint {
     return tally;
   }
 
-  PointResult finish(const Tally& tally) const override {
+  PointResult report(const Tally& tally, const RunOptions&) const override {
     std::vector<ComparisonRow> rows;
     const Moments& m = tally.moments;
     for (std::size_t way = 0; way < kWays; ++way) {
@@ -156,9 +154,22 @@ class ChainedInterference final : public StudyPoint {
   Stream stream_;
 };
 
+class ChainedInterferencePlan final : public PointPlan {
+ public:
+  explicit ChainedInterferencePlan(Interference scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.s.trials; }
+  int block_trials() const override { return 32; }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    return std::make_unique<ChainedInterference>(s_);
+  }
+
+ private:
+  Interference s_;
+};
+
 }  // namespace
 
-std::unique_ptr<StudyPoint> chained_interference(ConfigReader& c, std::uint64_t seed) {
+std::unique_ptr<PointPlan> chained_interference(ConfigReader& c, StudySeed seed) {
   Interference in;
   in.s = read_chained_scenario(c, seed);
   c.require(in.s.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
@@ -174,7 +185,7 @@ std::unique_ptr<StudyPoint> chained_interference(ConfigReader& c, std::uint64_t 
     for (const char* q : kQuantities) rows.push_back({"interference", way, q});
   in.s.annotations = Annotations::read(c, rows);
   c.finish();
-  return std::make_unique<ChainedInterference>(std::move(in));
+  return std::make_unique<ChainedInterferencePlan>(std::move(in));
 }
 
 }  // namespace surveymc

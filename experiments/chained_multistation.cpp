@@ -21,10 +21,7 @@ namespace {
 class ChainedPerformance final : public StudyPoint {
  public:
   ChainedPerformance(ChainedScenario scenario, std::size_t kept)
-      : s_(std::move(scenario)), layout_(s_, kept), stream_(s_.seed, kChainedStudyId) {}
-
-  std::uint64_t trials() const override { return s_.trials; }
-  int block_trials() const override { return s_.stations() > 100 ? 32 : kBlockTrials; }
+      : s_(std::move(scenario)), layout_(s_, kept), stream_(s_.seed) {}
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
@@ -72,7 +69,7 @@ class ChainedPerformance final : public StudyPoint {
     return tally;
   }
 
-  PointResult finish(const Tally& tally) const override {
+  PointResult report(const Tally& tally, const RunOptions&) const override {
     PointResult r;
     r.tables = performance_tables(s_, layout_, tally);
     r.tables.push_back(tracks_table(s_, stream_));
@@ -115,9 +112,23 @@ class ChainedPerformance final : public StudyPoint {
   Stream stream_;
 };
 
+class ChainedPerformancePlan final : public PointPlan {
+ public:
+  ChainedPerformancePlan(ChainedScenario scenario, std::size_t kept) : s_(std::move(scenario)), kept_(kept) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  int block_trials() const override { return s_.stations() > 100 ? 32 : kBlockTrials; }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    return std::make_unique<ChainedPerformance>(s_, kept_);
+  }
+
+ private:
+  ChainedScenario s_;
+  std::size_t kept_;
+};
+
 }  // namespace
 
-std::unique_ptr<StudyPoint> chained_performance(ConfigReader& c, std::uint64_t seed) {
+std::unique_ptr<PointPlan> chained_performance(ConfigReader& c, StudySeed seed) {
   ChainedScenario s = read_chained_scenario(c, seed);
   const std::vector<std::string>& names = chained_estimator_names();
   std::vector<std::string> wanted = c.has("estimators") ? c.texts("estimators") : names;
@@ -135,14 +146,14 @@ std::unique_ptr<StudyPoint> chained_performance(ConfigReader& c, std::uint64_t s
   const auto kept = static_cast<std::size_t>(c.integer("kept_runs", 0, 1'000'000, 20'000));
   s.annotations = Annotations::read(c, performance_rows(s));
   c.finish();
-  return std::make_unique<ChainedPerformance>(std::move(s), kept);
+  return std::make_unique<ChainedPerformancePlan>(std::move(s), kept);
 }
 
 Experiment chained_multistation_experiment() {
-  return {"chained_multistation",
+  return {StudyId::chained_multistation,
           "Attitudes, drifting biases and references of a run together: filter and smoother against single stations",
           "ISCWSA slides, chained multistation; slide 12's future work",
-          [](ConfigReader& c, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
+          [](ConfigReader& c, StudySeed seed) -> std::unique_ptr<PointPlan> {
             const std::string study =
                 c.choice("study", {"performance", "unstart", "outliers", "interference"}, "performance");
             if (study == "unstart") return chained_unstart(c, seed);

@@ -52,9 +52,7 @@ struct Outliers {
 class ChainedOutliers final : public StudyPoint {
  public:
   explicit ChainedOutliers(Outliers o)
-      : o_(std::move(o)), model_(o_.s.model(ChainReferences::chained)), stream_(o_.s.seed, kChainedStudyId) {}
-  std::uint64_t trials() const override { return o_.s.trials; }
-  int block_trials() const override { return 32; }
+      : o_(std::move(o)), model_(o_.s.model(ChainReferences::chained)), stream_(o_.s.seed) {}
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
@@ -77,7 +75,7 @@ class ChainedOutliers final : public StudyPoint {
     return tally;
   }
 
-  PointResult finish(const Tally& tally) const override {
+  PointResult report(const Tally& tally, const RunOptions&) const override {
     PointResult r;
     r.tables = {outliers_table(tally), detectable_table()};
     return r;
@@ -228,9 +226,22 @@ class ChainedOutliers final : public StudyPoint {
   Stream stream_;
 };
 
+class ChainedOutliersPlan final : public PointPlan {
+ public:
+  explicit ChainedOutliersPlan(Outliers scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.s.trials; }
+  int block_trials() const override { return 32; }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    return std::make_unique<ChainedOutliers>(s_);
+  }
+
+ private:
+  Outliers s_;
+};
+
 }  // namespace
 
-std::unique_ptr<StudyPoint> chained_outliers(ConfigReader& c, std::uint64_t seed) {
+std::unique_ptr<PointPlan> chained_outliers(ConfigReader& c, StudySeed seed) {
   Outliers o;
   o.s = read_chained_scenario(c, seed);
   c.require(o.s.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
@@ -248,7 +259,7 @@ std::unique_ptr<StudyPoint> chained_outliers(ConfigReader& c, std::uint64_t seed
   for (const char* q : {kWronglyDeleted, "w_rms"}) rows.push_back({"outliers", "", q});
   o.s.annotations = Annotations::read(c, rows);
   c.finish();
-  return std::make_unique<ChainedOutliers>(std::move(o));
+  return std::make_unique<ChainedOutliersPlan>(std::move(o));
 }
 
 }  // namespace surveymc

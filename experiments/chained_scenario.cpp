@@ -64,7 +64,7 @@ ChainSizes read_chain_sizes(ConfigReader& c, const ReferenceField& field) {
   return s;
 }
 
-ChainedScenario read_chained_scenario(ConfigReader& c, std::uint64_t seed) {
+ChainedScenario read_chained_scenario(ConfigReader& c, StudySeed seed) {
   ChainedScenario s;
   s.seed = seed;
   s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 100'000'000));

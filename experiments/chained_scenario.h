@@ -14,8 +14,6 @@
 
 namespace surveymc {
 
-inline constexpr std::uint32_t kChainedStudyId = 8;  // address of this study's random numbers
-
 /// How a run is solved. The first two take every station alone.
 enum class ChainedEstimator { base, single, filter, filter_independent, smoother, smoother_independent };
 const std::vector<std::string>& chained_estimator_names();
@@ -31,7 +29,8 @@ inline ChainedMode mode_of(ChainedEstimator e) {
 }
 
 struct ChainedScenario {
-  std::uint64_t seed = 0, trials = 0;
+  StudySeed seed;
+  std::uint64_t trials = 0;
   ReferenceField field;
   ChainSizes sizes;
   int offset_stations = 18;  ///< n of the expected offsets
@@ -46,15 +45,15 @@ struct ChainedScenario {
 };
 
 /// `[field]`, `[model]`, `[profile]` or `[survey]`, trials, `[verdict]`: all but what one study alone reads.
-ChainedScenario read_chained_scenario(ConfigReader& config, std::uint64_t seed);
+ChainedScenario read_chained_scenario(ConfigReader& config, StudySeed seed);
 
 /// `[model]` alone; defaults are slide 7.
 ChainSizes read_chain_sizes(ConfigReader& config, const ReferenceField& field);
 
 /// One point of `chained_multistation`, by its `study`.
-std::unique_ptr<StudyPoint> chained_performance(ConfigReader& config, std::uint64_t seed);
-std::unique_ptr<StudyPoint> chained_unstart(ConfigReader& config, std::uint64_t seed);
-std::unique_ptr<StudyPoint> chained_outliers(ConfigReader& config, std::uint64_t seed);
-std::unique_ptr<StudyPoint> chained_interference(ConfigReader& config, std::uint64_t seed);
+std::unique_ptr<PointPlan> chained_performance(ConfigReader& config, StudySeed seed);
+std::unique_ptr<PointPlan> chained_unstart(ConfigReader& config, StudySeed seed);
+std::unique_ptr<PointPlan> chained_outliers(ConfigReader& config, StudySeed seed);
+std::unique_ptr<PointPlan> chained_interference(ConfigReader& config, StudySeed seed);
 
 }  // namespace surveymc

@@ -40,9 +40,7 @@ struct Unstart {
 
 class ChainedUnstart final : public StudyPoint {
  public:
-  explicit ChainedUnstart(Unstart u) : u_(std::move(u)), stream_(u_.s.seed, kChainedStudyId) {}
-  std::uint64_t trials() const override { return u_.s.trials; }
-  int block_trials() const override { return 8; }
+  explicit ChainedUnstart(Unstart u) : u_(std::move(u)), stream_(u_.s.seed) {}
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
@@ -57,7 +55,7 @@ class ChainedUnstart final : public StudyPoint {
     return tally;
   }
 
-  PointResult finish(const Tally& tally) const override {
+  PointResult report(const Tally& tally, const RunOptions&) const override {
     std::vector<ComparisonRow> rows;
     const auto rate = [&](const std::string& formulation, const std::string& quantity, std::uint64_t count) {
       rows.push_back(compare_rate(quantity, count, tally.trials, std::nan(""), u_.s.verdict, tally.trials));
@@ -145,9 +143,20 @@ class ChainedUnstart final : public StudyPoint {
   Stream stream_;
 };
 
+class ChainedUnstartPlan final : public PointPlan {
+ public:
+  explicit ChainedUnstartPlan(Unstart scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.s.trials; }
+  int block_trials() const override { return 8; }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override { return std::make_unique<ChainedUnstart>(s_); }
+
+ private:
+  Unstart s_;
+};
+
 }  // namespace
 
-std::unique_ptr<StudyPoint> chained_unstart(ConfigReader& c, std::uint64_t seed) {
+std::unique_ptr<PointPlan> chained_unstart(ConfigReader& c, StudySeed seed) {
   Unstart u;
   u.s = read_chained_scenario(c, seed);
   c.require(u.s.stations() <= 200, "profile.stations", "at most 200: every run is searched");
@@ -164,7 +173,7 @@ std::unique_ptr<StudyPoint> chained_unstart(ConfigReader& c, std::uint64_t seed)
   for (const char* e : kRunEventNames) rows.push_back({"unstart", "modes", e});
   u.s.annotations = Annotations::read(c, rows);
   c.finish();
-  return std::make_unique<ChainedUnstart>(std::move(u));
+  return std::make_unique<ChainedUnstartPlan>(std::move(u));
 }
 
 }  // namespace surveymc

@@ -4,8 +4,6 @@
 ///   truth -> noise (a realisation) -> scaling, memory (training) -> monitor without and with drift -> alarms, metrics
 #include "drift_monitoring.h"
 
-#include <mutex>
-
 #include <fmt/format.h>
 
 #include "base/error.h"
@@ -16,26 +14,20 @@ namespace {
 
 class DriftMonitoring final : public StudyPoint {
  public:
-  explicit DriftMonitoring(DriftScenario scenario) : given_(std::move(scenario)) {}
-
-  /// Nothing is drawn for a file: its one pass is in finish().
-  std::uint64_t trials() const override { return given_.data.simulated() ? given_.trials : 0; }
-  int block_trials() const override { return 4; }  // a realisation takes tens of milliseconds
+  explicit DriftMonitoring(DriftScenario scenario) : s_(std::move(scenario)) {}
 
   Tally run_block(TrialBlock block) const override {
-    const DriftScenario& s = scenario();
     Tally tally;
     tally.trials = static_cast<std::uint64_t>(block.count);
     for (int i = 0; i < block.count; ++i) {
-      const std::vector<double> row = monitor(s, block.first + static_cast<std::uint64_t>(i), false).outcome;
+      const std::vector<double> row = monitor(s_, block.first + static_cast<std::uint64_t>(i), false).outcome;
       tally.samples.insert(tally.samples.end(), row.begin(), row.end());
     }
     return tally;
   }
 
-  PointResult finish(const Tally& tally) const override { return finish(tally, {}); }
-  PointResult finish(const Tally& tally, const RunOptions& options) const override {
-    const DriftScenario& s = scenario();
+  PointResult report(const Tally& tally, const RunOptions& options) const override {
+    const DriftScenario& s = s_;
     const Monitored shown = monitor(s, 0, s.series_every > 0, options.stop);
     const Outcomes o(s, s.data.simulated() ? tally.samples : shown.outcome);
     const std::string at = at_confidence(s.verdict.confidence);
@@ -60,7 +52,7 @@ class DriftMonitoring final : public StudyPoint {
   }
 
   std::string replay(std::uint64_t trial) const override {
-    const DriftScenario& s = scenario();
+    const DriftScenario& s = s_;
     const OutcomeLayout at(s);
     const std::vector<double> row = monitor(s, trial, false).outcome;
     std::string text = fmt::format("realisation {}: first alarm, h into the test\n", trial);
@@ -72,14 +64,21 @@ class DriftMonitoring final : public StudyPoint {
   }
 
  private:
-  /// Calibration takes seconds: it is left to the first who needs it, so that reading a config does not.
-  const DriftScenario& scenario() const {
-    std::call_once(calibrated_, [this] { calibrate_baselines(given_); });
-    return given_;
+  DriftScenario s_;
+};
+
+class DriftMonitoringPlan final : public PointPlan {
+ public:
+  explicit DriftMonitoringPlan(DriftScenario scenario) : s_(std::move(scenario)) {}
+  /// Nothing is drawn for a file: its one pass is in report().
+  std::uint64_t trials() const override { return s_.data.simulated() ? s_.trials : 0; }
+  int block_trials() const override { return 4; }  // a realisation takes tens of milliseconds
+  std::unique_ptr<StudyPoint> prepare(const RunOptions& options) const override {
+    return std::make_unique<DriftMonitoring>(prepare_drift_scenario(s_, options.stop));
   }
 
-  mutable DriftScenario given_;
-  mutable std::once_flag calibrated_;
+ private:
+  DriftScenario s_;
 };
 
 /// Monitors of all architectures on one stream of readings.
@@ -130,10 +129,11 @@ Monitored monitor(const DriftScenario& s, std::uint64_t trial, bool with_series,
 }
 
 Experiment drift_monitoring_experiment() {
-  return {"drift_monitoring", "Sensor drift: when monitors find it, and whom they blame, by AAKR-SPRT and AAKR-KF-SPRT",
+  return {StudyId::drift_monitoring,
+          "Sensor drift: when monitors find it, and whom they blame, by AAKR-SPRT and AAKR-KF-SPRT",
           "Boechat, Moreno and Haramura, on-line calibration monitoring for oil well sensors",
-          [](ConfigReader& config, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
-            return std::make_unique<DriftMonitoring>(read_drift_scenario(config, seed));
+          [](ConfigReader& config, StudySeed seed) -> std::unique_ptr<PointPlan> {
+            return std::make_unique<DriftMonitoringPlan>(read_drift_scenario(config, seed));
           }};
 }
 

@@ -45,8 +45,8 @@ TrainedModel train_model(const DriftScenario& s, const Samples& training);
 
 /// Sets the thresholds of the baselines so that on calibration_trials fault-free realisations, which the run does not
 /// use, each of them raises an alarm (of any sensor) in as many as the SPRT does on the same residual: just above what
-/// the others reach.
-void calibrate_baselines(DriftScenario& s);
+/// the others reach. Throws Interrupted when *stop is set.
+void calibrate_baselines(DriftScenario& s, const std::atomic<bool>* stop);
 
 using AlarmTest = std::variant<Sprt, Cusum, Threshold>;
 AlarmTest make_test(const DriftScenario& s, const AlarmMethod& method);

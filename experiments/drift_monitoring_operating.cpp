@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 
+#include "base/error.h"
 #include "drift_monitoring.h"
 #include "stats/order_statistics.h"
 #include "study/table_writer.h"
@@ -70,11 +71,12 @@ void write_share(TableWriter& w, std::uint64_t count, std::uint64_t trials, doub
 
 }  // namespace
 
-void calibrate_baselines(DriftScenario& s) {
+void calibrate_baselines(DriftScenario& s, const std::atomic<bool>* stop) {
   if (s.calibration_trials == 0 || s.architectures.front() != Architecture::aakr_sprt) return;
   std::vector<double> cusum, residual;
   s.calibration_alarms = 0;
   for (std::uint64_t i = 0; i < s.calibration_trials; ++i) {
+    if (stop && *stop) throw Interrupted("stopped before the baselines were calibrated");
     const Quiet q = monitor_quiet(s, kFirstCalibrationTrial + i);
     s.calibration_alarms += q.alarm;
     cusum.push_back(q.cusum);

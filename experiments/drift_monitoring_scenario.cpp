@@ -1,4 +1,4 @@
-#include "drift_monitoring_scenario.h"
+#include "drift_monitoring.h"
 
 #include <cmath>
 
@@ -44,26 +44,43 @@ TrainedModel read_model(ConfigReader& c, const MonitoringData& d) {
   return {{all.row(0), all.row(1)}, all.bottomRows(rows - 3), all(2, 0)};
 }
 
-/// `[model] bandwidth`, or `[model.search] bandwidths, folds, target` on the first realisation's training data.
+/// `[model] bandwidth`, or `[model.search] bandwidths, folds, target`.
 void read_bandwidth(ConfigReader& c, DriftScenario& s) {
   if (!c.has("model.search")) {
     s.bandwidth = c.number("model.bandwidth", Range::positive(), 0.2);
     return;
   }
   c.require(!c.has("model.bandwidth"), "model.bandwidth", "leave it out where [model.search] chooses it");
-  const std::vector<double> tried = c.grid("model.search.bandwidths", Range::positive());
-  const auto folds = static_cast<int>(c.integer("model.search.folds", 2, 1000, 5));
-  const bool truth =
+  BandwidthSearch search;
+  search.tried = c.grid("model.search.bandwidths", Range::positive());
+  search.folds = static_cast<int>(c.integer("model.search.folds", 2, 1000, 5));
+  search.truth =
       c.choice("model.search.target", {"measured", "truth"}, s.data.simulated() ? "truth" : "measured") == "truth";
-  c.require(!truth || s.data.simulated(), "model.search.target", "the truth is known of a simulated well only");
+  c.require(!search.truth || s.data.simulated(), "model.search.target", "the truth is known of a simulated well only");
+  s.search = std::move(search);
+}
+
+/// Sets the bandwidth to that of the least error.
+void choose_bandwidth(DriftScenario& s) {
+  const auto& [tried, folds, truth] = *s.search;
   const Samples training = s.data.simulated() ? s.realisation(0).topRows(s.data.train) : s.data.training;
   const Scaling scaling = fit_scaling(training);
   const Samples clean = s.data.simulated() ? scaling.to_z(s.data.training) : Samples{};
   s.searched = search_bandwidth(scaling.to_z(training), clean, s.memory_vectors, tried, folds);
+  const bool by_truth = truth;
   const auto best = std::min_element(s.searched.begin(), s.searched.end(), [&](const auto& a, const auto& b) {
-    return truth ? a.mse_truth < b.mse_truth : a.mse_measured < b.mse_measured;
+    return by_truth ? a.mse_truth < b.mse_truth : a.mse_measured < b.mse_measured;
   });
   s.bandwidth = best->bandwidth;
+}
+
+void require_variation(const MonitoringData& d) {
+  const Eigen::RowVectorXd sd = population_sd(d.training);
+  for (std::size_t j = 0; j < d.sensors.size(); ++j) {
+    const auto column = static_cast<Eigen::Index>(j);
+    require(sd[column] > 1e-12 * d.training.col(column).cwiseAbs().maxCoeff(),
+            "sensor {}: does not vary in the training data: it cannot be monitored", d.sensors[j]);
+  }
 }
 
 void read_model_settings(ConfigReader& c, DriftScenario& s) {
@@ -74,16 +91,11 @@ void read_model_settings(ConfigReader& c, DriftScenario& s) {
   }
   const auto p = static_cast<std::int64_t>(s.sensors());
   s.memory_vectors =
-      c.integer("model.memory_vectors", 2 * p, 1'000'000, std::min<std::int64_t>(1350, s.data.training.rows()));
-  c.require(s.memory_vectors <= s.data.training.rows(), "model.memory_vectors",
-            fmt::format("must be at most the {} training samples{}", s.data.training.rows(),
+      c.integer("model.memory_vectors", 2 * p, 1'000'000, std::min<std::int64_t>(1350, s.data.training_rows()));
+  c.require(s.memory_vectors <= s.data.training_rows(), "model.memory_vectors",
+            fmt::format("must be at most the {} training samples{}", s.data.training_rows(),
                         s.data.thinned > 1 ? " that source.training_rows leaves" : ""));
-  const Samples& training = s.data.training;
-  const Eigen::RowVectorXd sd = population_sd(training);
-  for (Eigen::Index j = 0; j < s.sensors(); ++j)
-    require(sd[j] > 1e-12 * training.col(j).cwiseAbs().maxCoeff(),
-            "sensor {}: does not vary in the training data: it cannot be monitored",
-            s.data.sensors[static_cast<std::size_t>(j)]);
+  if (!s.data.simulated()) require_variation(s.data);
   read_bandwidth(c, s);
 }
 
@@ -162,7 +174,7 @@ Eigen::RowVectorXd DriftScenario::drift(double test_h) const {
 }
 
 Samples DriftScenario::realisation(std::uint64_t trial) const {
-  const Stream stream(seed, 3);
+  const Stream stream(seed);
   Samples x = data.readings;
   const auto total = static_cast<std::uint64_t>(x.size());
   for (std::uint64_t call = 0; 4 * call < total; ++call) {
@@ -175,7 +187,17 @@ Samples DriftScenario::realisation(std::uint64_t trial) const {
   return x;
 }
 
-DriftScenario read_drift_scenario(ConfigReader& c, std::uint64_t seed) {
+DriftScenario prepare_drift_scenario(DriftScenario s, const std::atomic<bool>* stop) {
+  if (s.data.simulated()) {
+    s.data = simulate_source(std::move(s.data));
+    if (!s.model) require_variation(s.data);
+  }
+  if (s.search) choose_bandwidth(s);
+  calibrate_baselines(s, stop);
+  return s;
+}
+
+DriftScenario read_drift_scenario(ConfigReader& c, StudySeed seed) {
   DriftScenario s;
   s.seed = seed;
   const bool has_model = c.has("model.file");

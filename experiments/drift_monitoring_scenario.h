@@ -1,5 +1,6 @@
 #pragma once
 /// What a config of `drift_monitoring` says, checked.
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -8,7 +9,9 @@
 #include "config/sensor_csv.h"
 #include "monitoring/alarm_tests.h"
 #include "monitoring/bandwidth.h"
+#include "monitoring/gas_lift_well.h"
 #include "monitoring/monitor.h"
+#include "random/study_id.h"
 #include "study/annotations.h"
 #include "study/verdict.h"
 
@@ -26,9 +29,11 @@ struct SensorFile {
 struct MonitoringData {
   std::vector<std::string> sensors, units;
   std::optional<SensorFile> file;  ///< else a simulated well, with:
-  std::vector<double> time_h;      ///< of every sample
-  Samples readings;                ///< without noise
-  Eigen::RowVectorXd noise_sd;     ///< drawn for every realisation
+  InjectionSchedule schedule;
+  double sample_s = 0, noise_to_signal = 0;
+  std::vector<double> time_h;   ///< of every sample; this and what follows by simulate_source()
+  Samples readings;             ///< without noise
+  Eigen::RowVectorXd noise_sd;  ///< drawn for every realisation
 
   Eigen::Index rows = 0, train = 0;         ///< samples; the first `train` of them train the model
   double test_start_h = 0, test_end_h = 0;  ///< first monitored sample; last one, hours from the first monitored
@@ -37,6 +42,7 @@ struct MonitoringData {
 
   bool simulated() const { return !file; }
   Eigen::Index tested() const { return rows - train; }
+  Eigen::Index training_rows() const { return simulated() ? train : training.rows(); }
 };
 
 /// A model that was trained before: the table `model` of a result.
@@ -54,8 +60,16 @@ struct AlarmMethod {
   double setting = 0;  ///< z: shift M of the SPRT, threshold of the others
 };
 
+/// `[model.search]`: bandwidths that are tried on the first realisation's training data.
+struct BandwidthSearch {
+  std::vector<double> tried;
+  int folds = 5;
+  bool truth = false;  ///< the target: the truth, as against what was measured
+};
+
 struct DriftScenario {
-  std::uint64_t seed = 0, trials = 1;
+  StudySeed seed;
+  std::uint64_t trials = 1;
   std::vector<Architecture> architectures;
   std::vector<AlarmMethod> methods;
   std::vector<AlarmMethod> operating;  ///< the same tests at other settings, for the operating curves
@@ -63,8 +77,9 @@ struct DriftScenario {
   std::optional<TrainedModel> model;  ///< else trained in every realisation
   Eigen::Index memory_vectors = 0;
   double bandwidth = 0;
-  std::vector<BandwidthScore> searched;  ///< if the bandwidth was
-  Eigen::RowVectorXd amplitude;          ///< z at the end of the test, signed; 0: healthy
+  std::optional<BandwidthSearch> search;  ///< else `bandwidth` as given
+  std::vector<BandwidthScore> searched;   ///< what it found
+  Eigen::RowVectorXd amplitude;           ///< z at the end of the test, signed; 0: healthy
   double start_h = 0;
   SprtOptions sprt;
   DriftFilterOptions filter;
@@ -93,8 +108,15 @@ struct DriftScenario {
 /// `[source]`. Throws InputError.
 MonitoringData read_monitoring_data(ConfigReader& config, bool has_model);
 
-/// Throws InputError.
-DriftScenario read_drift_scenario(ConfigReader& config, std::uint64_t seed);
+/// Throws InputError. A simulated well is not simulated yet, nor a bandwidth searched, nor a baseline calibrated.
+DriftScenario read_drift_scenario(ConfigReader& config, StudySeed seed);
+
+/// The same with all of that done. Throws InputError where a sensor of the well does not vary; Interrupted when *stop
+/// is set.
+DriftScenario prepare_drift_scenario(DriftScenario scenario, const std::atomic<bool>* stop);
+
+/// `data` of a simulated well, with its samples.
+MonitoringData simulate_source(MonitoringData data);
 
 /// Names of the rows of the tables `metrics` and `claims`.
 std::vector<RowName> drift_row_names(const DriftScenario& s);

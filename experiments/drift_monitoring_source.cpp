@@ -7,7 +7,6 @@
 
 #include "base/error.h"
 #include "drift_monitoring.h"
-#include "monitoring/gas_lift_well.h"
 
 namespace surveymc {
 namespace {
@@ -16,18 +15,20 @@ MonitoringData read_gas_lift_well(ConfigReader& c) {
   MonitoringData d;
   d.sensors = {"PT_f", "PT_t", "PT_g", "PT_m"};
   d.units.assign(4, "kPa");
-  InjectionSchedule schedule = gas_lift_schedule(c.boolean("source.out_of_range", false));
-  schedule.step_h = c.number("source.step_h", Range{0.5, 100, false, false}, schedule.step_h);
-  const double sample_s = c.number("source.sample_s", Range{10, 3600, false, false}, 60);
-  c.require(std::fmod(sample_s, 5) == 0, "source.sample_s", "must be a multiple of the 5 s of a simulation step");
-  const std::vector<double> rates =
-      c.numbers("source.injection_kgps", Range{0.05, 5, false, false}, -1, schedule.rates);
-  schedule.rates = rates;
-  d.readings = 1e-3 * simulate_gas_lift({}, schedule, sample_s, 5);
-  for (Eigen::Index i = 0; i < d.readings.rows(); ++i) d.time_h.push_back(static_cast<double>(i) * sample_s / 3600);
-  d.rows = d.readings.rows();
-  d.noise_sd = c.number("source.noise_to_signal", Range{0, 10, false, false}, 0.3) * population_sd(d.readings);
+  d.schedule = gas_lift_schedule(c.boolean("source.out_of_range", false));
+  d.schedule.step_h = c.number("source.step_h", Range{0.5, 100, false, false}, d.schedule.step_h);
+  d.sample_s = c.number("source.sample_s", Range{10, 3600, false, false}, 60);
+  c.require(std::fmod(d.sample_s, 5) == 0, "source.sample_s", "must be a multiple of the 5 s of a simulation step");
+  d.schedule.rates = c.numbers("source.injection_kgps", Range{0.05, 5, false, false}, -1, d.schedule.rates);
+  d.rows = gas_lift_samples(d.schedule, d.sample_s);
+  d.noise_to_signal = c.number("source.noise_to_signal", Range{0, 10, false, false}, 0.3);
   return d;
+}
+
+std::vector<double> sample_times_h(const MonitoringData& d) {
+  std::vector<double> time_h;
+  for (Eigen::Index i = 0; i < d.rows; ++i) time_h.push_back(static_cast<double>(i) * d.sample_s / 3600);
+  return time_h;
 }
 
 std::vector<std::string> sensor_units(ConfigReader& c, const std::vector<std::string>& sensors) {
@@ -176,14 +177,22 @@ MonitoringData read_monitoring_data(ConfigReader& c, bool has_model) {
   }
   MonitoringData d = read_gas_lift_well(c);
   const double train_h = c.number("source.train_h", Range::non_negative(), 90);
+  const std::vector<double> time_h = sample_times_h(d);
   // Times are sums of steps: a sample that is meant to lie at train_h belongs to the test.
-  d.train = std::lower_bound(d.time_h.begin(), d.time_h.end(), train_h - 1e-9) - d.time_h.begin();
+  d.train = std::lower_bound(time_h.begin(), time_h.end(), train_h - 1e-9) - time_h.begin();
   c.require(d.tested() >= 2, "source.train_h",
-            fmt::format("must leave samples to monitor: there are {:g} h", d.time_h.back()));
+            fmt::format("must leave samples to monitor: there are {:g} h", time_h.back()));
   c.require(has_model || d.train >= 2, "source.train_h", "must leave at least two samples to train on");
+  d.test_start_h = time_h[static_cast<std::size_t>(d.train)];
+  d.test_end_h = time_h.back() - d.test_start_h;
+  return d;
+}
+
+MonitoringData simulate_source(MonitoringData d) {
+  d.time_h = sample_times_h(d);
+  d.readings = 1e-3 * simulate_gas_lift({}, d.schedule, d.sample_s, 5);
+  d.noise_sd = d.noise_to_signal * population_sd(d.readings);
   d.training = d.readings.topRows(d.train);
-  d.test_start_h = d.time_h[static_cast<std::size_t>(d.train)];
-  d.test_end_h = d.time_h.back() - d.test_start_h;
   return d;
 }
 

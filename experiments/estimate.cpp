@@ -30,6 +30,7 @@ struct Scenario {
   EstimatorOptions estimator;
   TestLevels levels;
   bool has_trials = false;
+  ConfigPlace place;  ///< of the file
 };
 
 bool solves_by_station(ConfigReader& c) {
@@ -67,47 +68,55 @@ Scenario read_scenario(ConfigReader& c) {
   s.levels.alpha_w = c.number("tests.alpha_w", Range::open(0, 1), s.levels.alpha_w);
   s.has_trials = c.has("trials");
   if (s.has_trials) c.integer("trials", 0, 1'000'000'000'000);
+  s.place = c.place("readings");
   c.finish();
   return s;
 }
 
+std::vector<Table> estimate_run(const Scenario& s) {
+  if (s.by_station) return station_estimate_tables(s.readings, s.field, *s.by_station, s.levels);
+  const ReadingsAnalysis a = analyse_readings(s.readings, s.field, s.noise, s.estimator);
+  const std::vector<ReadingsTest> tests = judge_readings(s.readings, a, s.levels);
+  const std::optional<Suspect> examined = examine_suspect(s.readings, s.field, s.noise, s.estimator, a, tests);
+  std::vector<EstimateWarning> warnings = estimate_warnings(s.readings, s.field, s.noise, a, tests, examined);
+  if (s.has_trials) warnings.push_back({"info", "the config's trials are not used: there is one run of readings"});
+  return estimate_tables(s.readings, s.field, a, s.levels, tests, examined, warnings);
+}
+
 class Estimate final : public StudyPoint {
  public:
-  explicit Estimate(const Scenario& s) {
-    if (s.by_station) {
-      result_.tables = station_estimate_tables(s.readings, s.field, *s.by_station, s.levels);
-      return;
-    }
-    const ReadingsAnalysis a = analyse_readings(s.readings, s.field, s.noise, s.estimator);
-    const std::vector<ReadingsTest> tests = judge_readings(s.readings, a, s.levels);
-    const std::optional<Suspect> examined = examine_suspect(s.readings, s.field, s.noise, s.estimator, a, tests);
-    std::vector<EstimateWarning> warnings = estimate_warnings(s.readings, s.field, s.noise, a, tests, examined);
-    if (s.has_trials) warnings.push_back({"info", "the config's trials are not used: there is one run of readings"});
-    result_.tables = estimate_tables(s.readings, s.field, a, s.levels, tests, examined, warnings);
-  }
-  std::uint64_t trials() const override { return 0; }
-  Tally run_block(TrialBlock) const override { return {}; }
-  PointResult finish(const Tally&) const override { return result_; }
-  std::string replay(std::uint64_t) const override { return {}; }
+  explicit Estimate(std::vector<Table> tables) : tables_(std::move(tables)) {}
+  PointResult report(const Tally&, const RunOptions&) const override { return {tables_, {}, {}}; }
 
  private:
-  PointResult result_;
+  std::vector<Table> tables_;
+};
+
+class EstimatePlan final : public PointPlan {
+ public:
+  explicit EstimatePlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    try {
+      return std::make_unique<Estimate>(estimate_run(s_));
+    } catch (const InputError& e) {  // what the readings as a whole do not tell: say which file, in which case
+      s_.place.fail(e.what());
+    }
+  }
+
+ private:
+  Scenario s_;
 };
 
 }  // namespace
 
 Experiment estimate_experiment() {
-  return {"estimate", "Your own six-axis readings: gains and biases, corrected survey, covariance, tests, warnings",
+  return {StudyId::estimate,
+          "Your own six-axis readings: gains and biases, corrected survey, covariance, tests, warnings",
           "multi-station analysis (S. Vis, TU Delft 2019, eqs 16-17), tests after Baarda 1968",
-          [](ConfigReader& config, std::uint64_t) -> std::unique_ptr<StudyPoint> {
+          [](ConfigReader& config, StudySeed) -> std::unique_ptr<PointPlan> {
             if (config.has("estimator.name") && config.text("estimator.name") == "chained")
               return estimate_chained(config);
-            const Scenario scenario = read_scenario(config);
-            try {
-              return std::make_unique<Estimate>(scenario);
-            } catch (const InputError& e) {  // what the readings as a whole do not tell: say which file, in which case
-              config.fail("readings", e.what());
-            }
+            return std::make_unique<EstimatePlan>(read_scenario(config));
           }};
 }
 

@@ -34,6 +34,7 @@ struct Run {
   bool filter = false;
   ChainedGate gate;
   double confidence = 0.95, alpha = 0.05;
+  ConfigPlace place;  ///< of the file
 };
 
 Run read_run(ConfigReader& c) {
@@ -60,6 +61,7 @@ Run read_run(ConfigReader& c) {
   r.gate.dominance = c.number("tests.dominance", Range::non_negative(), r.gate.dominance);
   c.require(!c.has("noise"), "noise", "estimator \"chained\" takes its sizes from [model]");
   if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);
+  r.place = c.place("readings");
   c.finish();
   return r;
 }
@@ -281,29 +283,38 @@ Table warnings_table(const Run& r, const Answer& a) {
 
 class ChainedEstimate final : public StudyPoint {
  public:
-  explicit ChainedEstimate(const Run& r) {
-    const Answer a = answer_of(r);
-    result_.tables = {parameters_table(r, a), fit_table(r, a),   modes_table(r, a),
-                      stations_table(r, a),   tests_table(r, a), warnings_table(r, a)};
+  ChainedEstimate(Run run, Answer answer) : r_(std::move(run)), a_(std::move(answer)) {}
+  PointResult report(const Tally&, const RunOptions&) const override {
+    PointResult result;
+    result.tables = {parameters_table(r_, a_), fit_table(r_, a_),   modes_table(r_, a_),
+                     stations_table(r_, a_),   tests_table(r_, a_), warnings_table(r_, a_)};
+    return result;
   }
-  std::uint64_t trials() const override { return 0; }
-  Tally run_block(TrialBlock) const override { return {}; }
-  PointResult finish(const Tally&) const override { return result_; }
-  std::string replay(std::uint64_t) const override { return {}; }
 
  private:
-  PointResult result_;
+  Run r_;
+  Answer a_;
+};
+
+class ChainedEstimatePlan final : public PointPlan {
+ public:
+  explicit ChainedEstimatePlan(Run run) : r_(std::move(run)) {}
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    try {
+      return std::make_unique<ChainedEstimate>(r_, answer_of(r_));
+    } catch (const InputError& e) {  // what the readings as a whole do not tell: say which file, in which case
+      r_.place.fail(e.what());
+    }
+  }
+
+ private:
+  Run r_;
 };
 
 }  // namespace
 
-std::unique_ptr<StudyPoint> estimate_chained(ConfigReader& config) {
-  const Run run = read_run(config);
-  try {
-    return std::make_unique<ChainedEstimate>(run);
-  } catch (const InputError& e) {  // what the readings as a whole do not tell: say which file, in which case
-    config.fail("readings", e.what());
-  }
+std::unique_ptr<PointPlan> estimate_chained(ConfigReader& config) {
+  return std::make_unique<ChainedEstimatePlan>(read_run(config));
 }
 
 }  // namespace surveymc

@@ -52,9 +52,9 @@ std::vector<Attitude> read_attitudes(ConfigReader& c, const AdjustmentModel& mod
   return all;
 }
 
-/// Size of an error in internal units: a number with its unit, or a minimal detectable error times its own factor;
-/// both times `all`, the factor of all errors.
-double read_size(ConfigReader& e, const GrossErrorScenario& s, const InjectedError& injected, double all) {
+/// Size of an error: a number with its unit, or a minimal detectable error times its own factor; both times `all`, the
+/// factor of all errors.
+void read_size(ConfigReader& e, const GrossErrorScenario& s, InjectedError& injected, double all) {
   const std::size_t o = injected.observation;
   const std::string unit = observation_unit(o), number_key = "size_" + unit;
   if (!e.has("size")) {
@@ -63,21 +63,33 @@ double read_size(ConfigReader& e, const GrossErrorScenario& s, const InjectedErr
                 fmt::format("errors of {} are in {}", observation_names()[o], unit));
     // Large enough for anything that still is a reading
     const double most = unit == "nT" ? 1e5 : unit == "deg" ? 20 : 10;
-    return all * e.number(number_key, Range::closed(-most, most)) / observation_scale(o);
+    injected.error.size = all * e.number(number_key, Range::closed(-most, most)) / observation_scale(o);
+    return;
   }
   e.require(!e.has(number_key), number_key, "not together with size");
   const std::string size = e.choice("size", {"minimal_detectable", "nonlinear_detectable"});
-  const double factor = all * e.number("factor", Range::closed(-100, 100), 1), lambda = lambda0(s.levels);
-  if (size == "minimal_detectable") {
-    const double sensitivity = sensitivities(linear_model(s.model, s.attitudes))[injected.error.number];
-    e.require(sensitivity > 0, "size", "the linear minimal detectable error is infinite at this attitude");
-    return factor * lambda / sensitivity;
+  injected.factor = all * e.number("factor", Range::closed(-100, 100), 1);
+  injected.place = e.place("size");
+  injected.error.size = 1;
+  injected.size = size == "minimal_detectable" ? InjectedError::Size::minimal_detectable
+                                               : InjectedError::Size::nonlinear_detectable;
+  e.require(injected.size == InjectedError::Size::minimal_detectable ||
+                (s.attitudes.size() == 1 && !s.model.systematic_terms),
+            "size", "\"nonlinear_detectable\" is known for a single station only");
+}
+
+/// Size of an error that is detectable, in internal units.
+double detectable_size(const GrossErrorScenario& s, const InjectedError& e) {
+  const double lambda = lambda0(s.levels);
+  if (e.size == InjectedError::Size::minimal_detectable) {
+    const double sensitivity = sensitivities(linear_model(s.model, s.attitudes))[e.error.number];
+    e.place.require(sensitivity > 0, "the linear minimal detectable error is infinite at this attitude");
+    return e.factor * lambda / sensitivity;
   }
-  e.require(s.attitudes.size() == 1 && !s.model.systematic_terms, "size",
-            "\"nonlinear_detectable\" is known for a single station only");
-  const double detectable = nonlinear_detectable_error(s.model, s.attitudes.front(), o, lambda, factor < 0 ? -1 : 1);
-  e.require(std::isfinite(detectable), "size", "the nonlinear minimal detectable error is infinite at this attitude");
-  return std::abs(factor) * detectable;
+  const double detectable =
+      nonlinear_detectable_error(s.model, s.attitudes.front(), e.observation, lambda, e.factor < 0 ? -1 : 1);
+  e.place.require(std::isfinite(detectable), "the nonlinear minimal detectable error is infinite at this attitude");
+  return std::abs(e.factor) * detectable;
 }
 
 void read_injected(ConfigReader& c, GrossErrorScenario& s) {
@@ -85,7 +97,8 @@ void read_injected(ConfigReader& c, GrossErrorScenario& s) {
   for (ConfigReader& e : c.tables("inject")) {
     const std::vector<std::string> names(observation_names().begin(), observation_names().end());
     const std::string name = e.choice("observation", names);
-    InjectedError injected{name, 0, 0, {}};
+    InjectedError injected;
+    injected.label = name;
     injected.observation = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
     e.require(is_observed(s.model.mode, injected.observation), "observation",
               fmt::format("{} is not observed in mode {}", name,
@@ -97,7 +110,7 @@ void read_injected(ConfigReader& c, GrossErrorScenario& s) {
     injected.error.number = observation_number(s.model, s.attitudes.size(), injected.station, injected.observation);
     for (const InjectedError& other : s.injected)
       e.require(other.error.number != injected.error.number, "observation", "has two errors");
-    injected.error.size = read_size(e, s, injected, factor);
+    read_size(e, s, injected, factor);
     s.injected.push_back(std::move(injected));
   }
 }
@@ -157,7 +170,13 @@ std::vector<GrossError> GrossErrorScenario::errors() const {
   return all;
 }
 
-GrossErrorScenario read_gross_error_scenario(ConfigReader& c, std::uint64_t seed) {
+GrossErrorScenario with_sizes(GrossErrorScenario s) {
+  for (InjectedError& e : s.injected)
+    if (e.size != InjectedError::Size::given) e.error.size = detectable_size(s, e);
+  return s;
+}
+
+GrossErrorScenario read_gross_error_scenario(ConfigReader& c, StudySeed seed) {
   GrossErrorScenario s;
   s.seed = seed;
   s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 1'000'000'000'000));

@@ -19,14 +19,19 @@ const std::vector<std::string>& strategy_names();
 
 /// One error of `[[inject]]`.
 struct InjectedError {
-  std::string label;        ///< "bx"; with several stations "bx_2" for station 2, references without a number
-  std::size_t observation;  ///< in the order of Observation
-  std::size_t station;
-  GrossError error;  ///< its number in the adjustment, and its size in internal units
+  std::string label;            ///< "bx"; with several stations "bx_2" for station 2, references without a number
+  std::size_t observation = 0;  ///< in the order of Observation
+  std::size_t station = 0;
+  GrossError error;  ///< its number in the adjustment, and its size in internal units: of others than `given` 1
+
+  enum class Size { given, minimal_detectable, nonlinear_detectable } size = Size::given;
+  double factor = 1;  ///< of a detectable size
+  ConfigPlace place;  ///< of a detectable size
 };
 
 struct GrossErrorScenario {
-  std::uint64_t seed = 0, trials = 0;
+  StudySeed seed;
+  std::uint64_t trials = 0;
   AdjustmentModel model;
   TestLevels levels;
   std::vector<Attitude> attitudes;  ///< of the stations; azimuths magnetic
@@ -43,6 +48,10 @@ struct GrossErrorScenario {
 /// Names of what becomes of a trial by each strategy, in the order of SnoopingOutcome.
 const std::vector<std::string>& outcome_names();
 
-GrossErrorScenario read_gross_error_scenario(ConfigReader& config, std::uint64_t seed);
+/// Sizes that have to be computed are not there yet. Throws InputError.
+GrossErrorScenario read_gross_error_scenario(ConfigReader& config, StudySeed seed);
+
+/// The same with the sizes of all errors. Throws InputError where a detectable error is infinite.
+GrossErrorScenario with_sizes(GrossErrorScenario scenario);
 
 }  // namespace surveymc

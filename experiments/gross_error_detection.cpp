@@ -20,8 +20,6 @@
 namespace surveymc {
 namespace {
 
-constexpr std::uint32_t kStudyId = 20;  // address of this study's random numbers
-
 using Numbers = std::vector<Eigen::Index>;
 
 bool contains(const Numbers& all, Eigen::Index one) { return std::find(all.begin(), all.end(), one) != all.end(); }
@@ -56,15 +54,13 @@ SnoopingOutcome judge_snooping(const SnoopingResult& r, const Numbers& errors) {
 
 class GrossErrorDetection final : public StudyPoint {
  public:
-  explicit GrossErrorDetection(GrossErrorScenario scenario)
+  GrossErrorDetection(GrossErrorScenario scenario, GrossErrorTrials trials, GrossErrorPrediction prediction)
       : s_(std::move(scenario)),
-        trials_(s_.model, s_.attitudes, s_.errors(), Stream(s_.seed, kStudyId)),
-        prediction_(predict_gross_errors(s_, trials_)),
+        trials_(std::move(trials)),
+        prediction_(std::move(prediction)),
         layout_{s_.injected.size(), s_.strategies.size()} {
     for (const InjectedError& e : s_.injected) errors_.push_back(e.error.number);
   }
-
-  std::uint64_t trials() const override { return s_.trials; }
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
@@ -101,7 +97,7 @@ class GrossErrorDetection final : public StudyPoint {
     return tally;
   }
 
-  PointResult finish(const Tally& tally) const override {
+  PointResult report(const Tally& tally, const RunOptions&) const override {
     PointResult r;
     Table failures{"failed_trials",
                    "trials without a converged adjustment; replay one with `surveymc run CONFIG --trial K`"};
@@ -204,13 +200,29 @@ class GrossErrorDetection final : public StudyPoint {
   Numbers errors_;
 };
 
+class GrossErrorPlan final : public PointPlan {
+ public:
+  explicit GrossErrorPlan(GrossErrorScenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    GrossErrorScenario s = with_sizes(s_);
+    GrossErrorTrials trials(s.model, s.attitudes, s.errors(), Stream(s.seed));
+    GrossErrorPrediction prediction = predict_gross_errors(s, trials);
+    return std::make_unique<GrossErrorDetection>(std::move(s), std::move(trials), std::move(prediction));
+  }
+
+ private:
+  GrossErrorScenario s_;
+};
+
 }  // namespace
 
 Experiment gross_error_detection_experiment() {
-  return {"gross_error_detection", "Gross errors by Monte Carlo: false alarms, detection, identification by strategy",
+  return {StudyId::gross_error_detection,
+          "Gross errors by Monte Carlo: false alarms, detection, identification by strategy",
           "E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65, sections 2.1 and 2.2",
-          [](ConfigReader& config, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
-            return std::make_unique<GrossErrorDetection>(read_gross_error_scenario(config, seed));
+          [](ConfigReader& config, StudySeed seed) -> std::unique_ptr<PointPlan> {
+            return std::make_unique<GrossErrorPlan>(read_gross_error_scenario(config, seed));
           }};
 }
 

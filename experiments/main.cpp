@@ -28,7 +28,7 @@ namespace {
 
 using namespace surveymc;
 
-Result run_and_stamp(const RunArguments& a, const PreparedRun& run, const std::string& command, double& elapsed,
+Result run_and_stamp(const RunArguments& a, const RunPlan& run, const std::string& command, double& elapsed,
                      const Checkpoint& checkpoint = {}) {
   Progress progress;
   const auto created = std::chrono::system_clock::now();
@@ -41,12 +41,12 @@ Result run_and_stamp(const RunArguments& a, const PreparedRun& run, const std::s
 
 int list() {
   for (const Experiment& e : all_experiments())
-    fmt::print("{:<24} {}\n{:<24}   after {}\n", e.name, e.summary, "", e.reproduces);
+    fmt::print("{:<24} {}\n{:<24}   after {}\n", e.name(), e.summary, "", e.reproduces);
   return kDone;
 }
 
 int check(const RunArguments& a) {
-  const PreparedRun run = load(a);
+  const RunPlan run = load(a);
   fmt::print("{}\n", run.config.resolved_text());
   fmt::print("# {} sweep point{}, {} trials in all; config hash {}\n", run.points.size(),
              run.points.size() == 1 ? "" : "s", run.total_trials(), run.config.hash());
@@ -56,21 +56,21 @@ int check(const RunArguments& a) {
 int run(const RunArguments& a, const std::string& command) {
   catch_signals();
   stop_after(a.max_seconds);
-  const PreparedRun prepared = load(a);
+  const RunPlan plan = load(a);
   if (a.trial) {
     const std::uint64_t number = whole_number("--trial", *a.trial),
                         index = whole_number("--point", a.point.value_or("0"));
-    require(index < prepared.points.size(), "--point {}: the points of this config are numbered 0 to {}", index,
-            prepared.points.size() - 1);
-    const StudyPoint& point = *prepared.points[index];
-    require(point.trials() > 0, "--trial {}: a config of {} has no trials", number, prepared.experiment.name);
-    require(number < point.trials(), "--trial {}: the trials of this config are numbered 0 to {}", number,
-            point.trials() - 1);
-    fmt::print("{}", point.replay(number));
+    require(index < plan.points.size(), "--point {}: the points of this config are numbered 0 to {}", index,
+            plan.points.size() - 1);
+    const std::uint64_t trials = plan.points[index]->trials();
+    require(trials > 0, "--trial {}: a config of {} has no trials", number, plan.experiment.name());
+    require(number < trials, "--trial {}: the trials of this config are numbered 0 to {}", number, trials - 1);
+    RunOptions options;
+    options.stop = stop_flag();
+    fmt::print("{}", plan.prepare(index, options)->replay(number));
     return kDone;
   }
-  if (const std::optional<PartChoice> choice = part_choice(a, prepared))
-    return run_one_part(a, prepared, *choice, command);
+  if (const std::optional<PartChoice> choice = part_choice(a, plan)) return run_one_part(a, plan, *choice, command);
   std::filesystem::path output = a.output;
   if (output.empty()) {
     output = std::filesystem::path("results") / (std::filesystem::path(a.config).stem().string() + ".h5");
@@ -79,34 +79,34 @@ int run(const RunArguments& a, const std::string& command) {
     if (error) throw IoError(fmt::format("results: cannot be made: {}; name a file with -o", error.message()));
   }
   check_output_path(output);
-  log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, prepared.points.size(),
-                       prepared.points.size() == 1 ? "" : "s", prepared.experiment.name, prepared.total_trials()));
+  log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.points.size(),
+                       plan.points.size() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
   double elapsed = 0;
-  const Result result = with_checkpoint(a, prepared, output, command, [&](const Checkpoint& checkpoint) {
-    Result r = run_and_stamp(a, prepared, command, elapsed, checkpoint);
+  const Result result = with_checkpoint(a, plan, output, command, [&](const Checkpoint& checkpoint) {
+    Result r = run_and_stamp(a, plan, command, elapsed, checkpoint);
     write_result(output, r);
     return r;
   });
   print_tables(result, output.string());
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);
-  if (prepared.total_trials() == 0)
+  if (plan.total_trials() == 0)
     fmt::print("wrote {} (in {})\n", output.string(), format_duration(elapsed));
   else
-    fmt::print("wrote {} ({} trials in {}, {:.3g} trials/s)\n", output.string(), prepared.total_trials(),
-               format_duration(elapsed), static_cast<double>(prepared.total_trials()) / elapsed);
+    fmt::print("wrote {} ({} trials in {}, {:.3g} trials/s)\n", output.string(), plan.total_trials(),
+               format_duration(elapsed), static_cast<double>(plan.total_trials()) / elapsed);
   return exit;
 }
 
 int rerun(const std::string& file, const std::string& folder, const RunArguments& a, const std::string& command) {
   catch_signals();
   const Result stored = read_result(file);
-  const PreparedRun prepared = prepare_rerun(file, stored, folder);
+  const RunPlan plan = read_rerun(file, stored, folder);
   double elapsed = 0;
-  const Result again = run_and_stamp(a, prepared, command, elapsed);
+  const Result again = run_and_stamp(a, plan, command, elapsed);
   const std::string before = stored_content_hash(file), now = content_hash(again);
   if (before == now) {
-    fmt::print("identical: {} ({} trials in {})\n", now, prepared.total_trials(), format_duration(elapsed));
+    fmt::print("identical: {} ({} trials in {})\n", now, plan.total_trials(), format_duration(elapsed));
     return kDone;
   }
   fmt::print("not identical: the file has {}, this run {}\n", before, now);

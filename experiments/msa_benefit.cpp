@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "base/error.h"
 #include "base/units.h"
 #include "experiments.h"
 #include "sensor/tool_spread.h"
@@ -20,8 +21,7 @@ namespace surveymc {
 
 namespace {
 
-constexpr std::uint32_t kStudyId = 2;  // address of this study's random numbers
-constexpr int kPerDirection = 4;       // azimuth before, after (deg), lateral before, after (m)
+constexpr int kPerDirection = 4;  // azimuth before, after (deg), lateral before, after (m)
 
 /// Gains 1 and biases 0 in every lane: readings taken as they are.
 LaneArray no_correction() {
@@ -49,23 +49,34 @@ struct MsaBenefit::Errors {
   std::vector<bool> converged;
 };
 
-MsaBenefit::MsaBenefit(BenefitScenario scenario)
-    : s_(std::move(scenario)), estimator_(make_estimator(s_.estimator, s_.field)), uncorrected_(no_correction()) {
-  for (const VerifiedDirection& d : s_.verify) {
-    Verified v;
+std::vector<VerifiedWell> verified_wells(const BenefitScenario& s) {
+  std::vector<VerifiedWell> wells;
+  for (const VerifiedDirection& d : s.verify) {
+    VerifiedWell v;
     v.direction = d;
-    v.survey = benefit_well(s_, d.inclination_deg, d.azimuth_deg);
-    v.clean = clean_readings(v.survey, s_.field, {});
+    v.survey = benefit_well(s, d.inclination_deg, d.azimuth_deg);
+    v.clean = clean_readings(v.survey, s.field, {});
     const Station& last = v.survey.stations.back();
     v.lateral_N = rotation_hla_from_nev(last.inclination, last.azimuth).row(1);
     v.position = minimum_curvature_positions(v.survey).back().transpose();
-    v.benefit = predict_benefit(v.survey, s_.field, s_.errors, s_.estimator);
-    verified_.push_back(std::move(v));
+    v.benefit = predict_benefit(v.survey, s.field, s.errors, s.estimator);
+    d.place.require(std::isfinite(v.benefit.condition),
+                    fmt::format("with azimuth_deg = {}: the stations do not determine the estimated parameters, there "
+                                "is nothing to verify",
+                                d.azimuth_deg));
+    wells.push_back(std::move(v));
   }
+  return wells;
 }
 
-MsaBenefit::Errors MsaBenefit::simulate(const Verified& v, std::uint64_t first, int count) const {
-  const Stream stream(s_.seed, kStudyId);
+MsaBenefit::MsaBenefit(BenefitScenario scenario, std::vector<VerifiedWell> verified)
+    : s_(std::move(scenario)),
+      estimator_(make_estimator(s_.estimator, s_.field)),
+      uncorrected_(no_correction()),
+      verified_(std::move(verified)) {}
+
+MsaBenefit::Errors MsaBenefit::simulate(const VerifiedWell& v, std::uint64_t first, int count) const {
+  const Stream stream(s_.seed);
   ReadingBlock readings = make_reading_block(count, v.survey.size(), s_.noise);
   EstimateBlock estimates(count);
   LaneArray deviation(groups_for(count), 6), before(groups_for(count), 3), after(groups_for(count), 3);
@@ -147,11 +158,13 @@ Table MsaBenefit::verification_table(const Tally& tally) const {
   return t;
 }
 
-PointResult MsaBenefit::finish(const Tally& tally) const {
+PointResult MsaBenefit::report(const Tally& tally, const RunOptions& options) const {
   std::vector<Benefit> benefits;
-  for (const double inclination : s_.inclination_deg)
+  for (const double inclination : s_.inclination_deg) {
+    if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
     for (const double azimuth : s_.azimuth_deg)
       benefits.push_back(predict_benefit(benefit_well(s_, inclination, azimuth), s_.field, s_.errors, s_.estimator));
+  }
   PointResult r;
   r.maps = benefit_maps(s_, benefits);
   r.tables.push_back(benefit_summary(s_, benefits));
@@ -162,7 +175,7 @@ PointResult MsaBenefit::finish(const Tally& tally) const {
 std::string MsaBenefit::replay(std::uint64_t trial) const {
   std::string text = fmt::format("trial {}\n", trial);
   const auto lane = static_cast<std::size_t>(trial % kGroup);
-  for (const Verified& v : verified_) {
+  for (const VerifiedWell& v : verified_) {
     const Errors e = simulate(v, trial / kGroup * kGroup, kGroup);
     const std::array<double, kPerDirection>& x = e.of_trial[lane];
     text += fmt::format(
@@ -176,11 +189,28 @@ std::string MsaBenefit::replay(std::uint64_t trial) const {
   return text;
 }
 
+namespace {
+
+class MsaBenefitPlan final : public PointPlan {
+ public:
+  explicit MsaBenefitPlan(BenefitScenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    return std::make_unique<MsaBenefit>(s_, verified_wells(s_));
+  }
+
+ private:
+  BenefitScenario s_;
+};
+
+}  // namespace
+
 Experiment msa_benefit_experiment() {
-  return {"msa_benefit", "Where multi-station analysis makes azimuth and lateral position better, and where worse",
+  return {StudyId::msa_benefit,
+          "Where multi-station analysis makes azimuth and lateral position better, and where worse",
           "ISCWSA MWD error model (a-priori sensor errors); S. Vis, TU Delft 2019 (MSA)",
-          [](ConfigReader& config, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
-            return std::make_unique<MsaBenefit>(read_benefit_scenario(config, seed));
+          [](ConfigReader& config, StudySeed seed) -> std::unique_ptr<PointPlan> {
+            return std::make_unique<MsaBenefitPlan>(read_benefit_scenario(config, seed));
           }};
 }
 

@@ -9,32 +9,34 @@
 
 namespace surveymc {
 
+/// A direction of [[verify]]: what its trials start from.
+struct VerifiedWell {
+  VerifiedDirection direction;
+  Survey survey;
+  CleanReadings clean;
+  Eigen::RowVector3d lateral_N, position;  ///< the true ones
+  Benefit benefit;
+};
+/// Of all directions. Throws InputError where the stations do not determine the estimated parameters.
+std::vector<VerifiedWell> verified_wells(const BenefitScenario& scenario);
+
 class MsaBenefit final : public StudyPoint {
  public:
-  explicit MsaBenefit(BenefitScenario scenario);
+  MsaBenefit(BenefitScenario scenario, std::vector<VerifiedWell> verified);
 
-  std::uint64_t trials() const override { return s_.trials; }
   Tally run_block(TrialBlock block) const override;
-  PointResult finish(const Tally& tally) const override;
+  PointResult report(const Tally& tally, const RunOptions& options) const override;
   std::string replay(std::uint64_t trial) const override;
 
  private:
-  /// A direction of [[verify]]: what its trials start from.
-  struct Verified {
-    VerifiedDirection direction;
-    Survey survey;
-    CleanReadings clean;
-    Eigen::RowVector3d lateral_N, position;  ///< the true ones
-    Benefit benefit;
-  };
   struct Errors;  // of a batch
-  Errors simulate(const Verified& v, std::uint64_t first, int count) const;
+  Errors simulate(const VerifiedWell& v, std::uint64_t first, int count) const;
   Table verification_table(const Tally& tally) const;
 
   BenefitScenario s_;
   std::unique_ptr<Estimator> estimator_;
   LaneArray uncorrected_;  ///< parameters that leave readings as they are
-  std::vector<Verified> verified_;
+  std::vector<VerifiedWell> verified_;
 };
 
 /// `benefits` on the grid of the scenario, azimuth fastest.

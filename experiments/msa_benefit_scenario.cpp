@@ -11,7 +11,7 @@
 namespace surveymc {
 namespace {
 
-WellDesign read_well(ConfigReader& c, std::uint64_t seed) {
+WellDesign read_well(ConfigReader& c, StudySeed seed) {
   WellDesign w;
   w.seed = seed;
   w.kind = c.choice("well.kind", {"straight", "building"}) == "building" ? WellKind::building : WellKind::straight;
@@ -56,18 +56,13 @@ std::vector<RowName> row_names() {
 
 void read_verified(ConfigReader& c, BenefitScenario& s) {
   for (ConfigReader& entry : c.tables("verify")) {
-    const VerifiedDirection v{entry.number("inclination_deg", Range::closed(0, 180)),
-                              entry.number("azimuth_deg", Range::closed(0, 360))};
+    VerifiedDirection v{entry.number("inclination_deg", Range::closed(0, 180)),
+                        entry.number("azimuth_deg", Range::closed(0, 360))};
     // Nothing is asked of a vertical hole that could be compared: its azimuth is that of the tool.
     entry.require(v.inclination_deg >= 1 && v.inclination_deg <= 179, "inclination_deg",
                   "must be in [1, 179]: closer to the vertical an azimuth is not nearly linear in the readings");
-    const Benefit b =
-        predict_benefit(benefit_well(s, v.inclination_deg, v.azimuth_deg), s.field, s.errors, s.estimator);
-    entry.require(std::isfinite(b.condition), "inclination_deg",
-                  fmt::format("with azimuth_deg = {}: the stations do not determine the estimated parameters, there is "
-                              "nothing to verify",
-                              v.azimuth_deg));
-    s.verify.push_back(v);
+    v.place = entry.place("inclination_deg");
+    s.verify.push_back(std::move(v));
   }
   const bool given = c.has("trials");
   if (s.verify.empty()) {
@@ -85,7 +80,7 @@ Survey benefit_well(const BenefitScenario& s, double inclination_deg, double azi
                    azimuth_deg * kDegree);
 }
 
-BenefitScenario read_benefit_scenario(ConfigReader& c, std::uint64_t seed) {
+BenefitScenario read_benefit_scenario(ConfigReader& c, StudySeed seed) {
   BenefitScenario s;
   s.seed = seed;
   s.inclination_deg = c.grid("inclination_deg", Range::closed(0, 180));

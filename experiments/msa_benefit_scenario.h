@@ -17,10 +17,12 @@ constexpr std::array<const char*, 2> kBenefitUnits{"deg", "m"};
 /// A direction of the last station where Monte Carlo is asked for.
 struct VerifiedDirection {
   double inclination_deg = 0, azimuth_deg = 0;
+  ConfigPlace place = {};  ///< of the inclination
 };
 
 struct BenefitScenario {
-  std::uint64_t seed = 0, trials = 0;
+  StudySeed seed;
+  std::uint64_t trials = 0;
   std::vector<double> inclination_deg, azimuth_deg;  ///< the map, of the last station
   WellDesign well;
   ReferenceField field;
@@ -34,7 +36,7 @@ struct BenefitScenario {
 };
 
 /// Throws InputError.
-BenefitScenario read_benefit_scenario(ConfigReader& config, std::uint64_t seed);
+BenefitScenario read_benefit_scenario(ConfigReader& config, StudySeed seed);
 
 /// The well to a direction of the map. Along the vertical it is taken 1e-6 rad off it: there azimuth, and what is
 /// lateral, are limits.

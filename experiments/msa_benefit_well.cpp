@@ -9,17 +9,14 @@
 namespace surveymc {
 namespace {
 
-constexpr std::uint32_t kWellId = 3;  // address of random toolfaces: not that of the trials
-
 double toolface(const WellDesign& w, int station) {
   switch (w.toolface) {
     case ToolfaceSequence::even:
       return std::fmod(station * kPi * (3 - std::sqrt(5.0)), 2 * kPi);
-    case ToolfaceSequence::random: {
+    case ToolfaceSequence::random: {  // the study's trials draw nothing of this channel
       const auto call = static_cast<std::uint32_t>(station / 4);
       return 2 * kPi *
-             Stream(w.seed, kWellId)
-                 .uniforms<double>(0, Channel::toolface, call)[static_cast<std::size_t>(station % 4)];
+             Stream(w.seed).uniforms<double>(0, Channel::toolface, call)[static_cast<std::size_t>(station % 4)];
     }
     case ToolfaceSequence::constant:
       break;

@@ -1,7 +1,6 @@
 #pragma once
 /// The section of a well whose stations go into one multi-station analysis (study `msa_benefit`).
-#include <cstdint>
-
+#include "random/study_id.h"
 #include "survey/survey.h"
 
 namespace surveymc {
@@ -24,7 +23,7 @@ struct WellDesign {
   double spacing = 30;    ///< m
   double build_rate = 0;  ///< rad/m, of a building well
   ToolfaceSequence toolface = ToolfaceSequence::even;
-  std::uint64_t seed = 0;  ///< of random toolfaces
+  StudySeed seed;  ///< of random toolfaces
 };
 
 /// The last station has this inclination and azimuth (rad, true north). A building well has inclination

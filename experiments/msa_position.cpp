@@ -30,8 +30,6 @@ using Eigen::Matrix2d;
 
 namespace {
 
-constexpr std::uint32_t kStudyId = 1;  // address of this study's random numbers
-
 /// Index of "sigma3_<name>" among the first nine components.
 int component_of(const std::string& quantity) {
   for (std::size_t i = 0; i < 6; ++i)
@@ -79,26 +77,37 @@ MsaComponents::MsaComponents(const MsaScenario& s, const Estimator& estimator) {
   add(claimed, s.assumed_noise != AssumedNoise::constant, 6);
 }
 
-MsaPosition::MsaPosition(MsaScenario scenario)
-    : s_(std::move(scenario)),
-      clean_(clean_readings(s_.survey, s_.field, s_.errors)),
-      md_(s_.survey.md()),
-      prediction_(predict_msa(s_.survey, s_.field, s_.errors, s_.spread, s_.noise, clean_, s_.estimator)),
-      stream_(s_.seed, kStudyId),
-      estimator_(choose_estimator(s_, clean_, stream_)),
-      at_(s_, *estimator_),
-      intervals_(at_confidence(s_.verdict.confidence)) {
+MsaModel model_of(const MsaScenario& s) {
+  MsaModel m;
+  m.clean = clean_readings(s.survey, s.field, s.errors);
+  m.prediction = predict_msa(s.survey, s.field, s.errors, s.spread, s.noise, m.clean, s.estimator);
+  m.estimator = choose_estimator(s, m.clean, Stream(s.seed));
   for (std::size_t f = 0; f < kFormulations.size(); ++f) {
-    const Matrix2d horizontal = prediction_.position_covariance[f].topLeftCorner<2, 2>();
+    const Matrix2d horizontal = m.prediction.position_covariance[f].topLeftCorner<2, 2>();
     const Ellipse e = ellipse(horizontal);
     // An ellipse without area (all errors in one direction) has no Mahalanobis distance and covers nothing.
-    horizontal_weight_[f] = e.semi_minor > 0 ? Matrix2d(horizontal.inverse()) : Matrix2d::Constant(std::nan(""));
-    horizontal_axes_[f] = e.axes;
+    m.horizontal_weight[f] = e.semi_minor > 0 ? Matrix2d(horizontal.inverse()) : Matrix2d::Constant(std::nan(""));
+    m.horizontal_axes[f] = e.axes;
   }
-  const Station& last = s_.survey.stations.back();
-  hla_from_nev_ = rotation_hla_from_nev(last.inclination, last.azimuth);
-  parameter_weight_ = prediction_.parameter_covariance.inverse();
+  const Station& last = s.survey.stations.back();
+  m.hla_from_nev = rotation_hla_from_nev(last.inclination, last.azimuth);
+  m.parameter_weight = m.prediction.parameter_covariance.inverse();
+  return m;
 }
+
+MsaPosition::MsaPosition(MsaScenario scenario, MsaModel model)
+    : s_(std::move(scenario)),
+      clean_(std::move(model.clean)),
+      md_(s_.survey.md()),
+      prediction_(std::move(model.prediction)),
+      stream_(s_.seed),
+      estimator_(std::move(model.estimator)),
+      at_(s_, *estimator_),
+      intervals_(at_confidence(s_.verdict.confidence)),
+      horizontal_weight_(model.horizontal_weight),
+      horizontal_axes_(model.horizontal_axes),
+      hla_from_nev_(model.hla_from_nev),
+      parameter_weight_(model.parameter_weight) {}
 
 std::uint64_t MsaPosition::trials_needed(const Tally& tally) const {
   if (units(tally) < 2) return s_.plan.trials;  // nothing to predict from
@@ -222,7 +231,7 @@ Tally MsaPosition::run_block(TrialBlock block) const {
   return tally;
 }
 
-PointResult MsaPosition::finish(const Tally& tally) const {
+PointResult MsaPosition::report(const Tally& tally, const RunOptions&) const {
   PointResult r;
   const std::vector<ComparisonRow> parameters = parameter_rows(tally);
   r.tables = {
@@ -333,17 +342,33 @@ ControlledEstimate MsaPosition::sd_estimate(const Tally& tally, int component) c
   return e;
 }
 
+namespace {
+
+class MsaPositionPlan final : public PointPlan {
+ public:
+  explicit MsaPositionPlan(MsaScenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    try {
+      return std::make_unique<MsaPosition>(s_, model_of(s_));
+    } catch (const InputError& e) {  // the survey's geometry: say which survey, in which case of a sweep
+      s_.survey_place.fail(e.what());
+    }
+  }
+
+ private:
+  MsaScenario s_;
+};
+
+}  // namespace
+
 Experiment msa_position_experiment() {
-  return {"msa_position",
+  return {StudyId::msa_position,
           "Multi-station analysis and weighted least squares: errors left in parameters and final position",
           "S. Vis, TU Delft 2019, tables 5 to 11, figures 6 and 7",
-          [](ConfigReader& config, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
-            MsaScenario scenario = read_msa_scenario(config, seed);
-            try {
-              return std::make_unique<MsaPosition>(std::move(scenario));
-            } catch (const InputError& e) {  // the survey's geometry: say which survey, in which case of a sweep
-              config.fail("survey.file", e.what());
-            }
+          [](ConfigReader& config, StudySeed seed) -> std::unique_ptr<PointPlan> {
+            return std::make_unique<MsaPositionPlan>(read_msa_scenario(config, seed));
           }};
 }
 

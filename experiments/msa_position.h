@@ -29,15 +29,27 @@ struct MsaComponents {
   MsaComponents(const MsaScenario& scenario, const Estimator& estimator);
 };
 
+/// What the trials of a scenario start from, and what they are held against.
+struct MsaModel {
+  CleanReadings clean;
+  MsaPrediction prediction;
+  std::unique_ptr<Estimator> estimator;
+  std::array<Eigen::Matrix2d, 3> horizontal_weight;  ///< inverse horizontal covariances
+  std::array<Eigen::Matrix2d, 3> horizontal_axes;    ///< columns: major, minor
+  Eigen::Matrix3d hla_from_nev;                      ///< of the true hole at the last station
+  Eigen::Matrix<double, 6, 6> parameter_weight;
+};
+/// Predicts, and chooses the estimator on 64 trials. Throws InputError where the stations cannot determine the
+/// parameters.
+MsaModel model_of(const MsaScenario& scenario);
+
 class MsaPosition final : public StudyPoint {
  public:
-  explicit MsaPosition(MsaScenario scenario);
+  MsaPosition(MsaScenario scenario, MsaModel model);
 
-  std::uint64_t trials() const override { return s_.plan.trials; }
-  std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
   std::uint64_t trials_needed(const Tally& tally) const override;
   Tally run_block(TrialBlock block) const override;
-  PointResult finish(const Tally& tally) const override;
+  PointResult report(const Tally& tally, const RunOptions& options) const override;
   std::string replay(std::uint64_t trial) const override;
 
  private:
@@ -81,10 +93,9 @@ class MsaPosition final : public StudyPoint {
   Stream stream_;
   std::unique_ptr<Estimator> estimator_;
   MsaComponents at_;
-  std::string intervals_;                             ///< end of the long name of tables with intervals
-  std::array<Eigen::Matrix2d, 3> horizontal_weight_;  ///< inverse horizontal covariances
-  std::array<Eigen::Matrix2d, 3> horizontal_axes_;    ///< columns: major, minor
-  Eigen::Matrix3d hla_from_nev_;                      ///< of the true hole at the last station
+  std::string intervals_;  ///< end of the long name of tables with intervals
+  std::array<Eigen::Matrix2d, 3> horizontal_weight_, horizontal_axes_;
+  Eigen::Matrix3d hla_from_nev_;
   Eigen::Matrix<double, 6, 6> parameter_weight_;
 };
 

@@ -40,7 +40,7 @@ std::vector<std::string> stoppable(bool with_position) {
 
 }  // namespace
 
-MsaScenario read_msa_scenario(ConfigReader& c, std::uint64_t seed) {
+MsaScenario read_msa_scenario(ConfigReader& c, StudySeed seed) {
   MsaScenario s;
   s.seed = seed;
   s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
@@ -55,6 +55,7 @@ MsaScenario read_msa_scenario(ConfigReader& c, std::uint64_t seed) {
   s.control_variate = c.boolean("control_variate", true);
   s.field = read_field(c);
   s.survey = read_survey(c, s.field, true);
+  s.survey_place = c.place("survey.file");
   s.errors = read_magnetometer_errors(c);
   s.spread = read_tool_spread(c);
   s.noise = read_noise(c);

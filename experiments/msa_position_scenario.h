@@ -22,12 +22,14 @@ constexpr std::array<const char*, 2> kReference{"reference_total", "reference_di
 constexpr std::array<const char*, 2> kReferenceUnits{"nT", "deg"};
 
 struct MsaScenario {
-  std::uint64_t seed = 0, save_samples = 0;
+  StudySeed seed;
+  std::uint64_t save_samples = 0;
   TrialPlan plan;
   bool with_position = true;    ///< false: parameters only, for throughput
   bool control_variate = true;  ///< tally the first-order prediction of every trial beside it
   ReferenceField field;
   Survey survey;
+  ConfigPlace survey_place;  ///< of its file
   MagnetometerErrors errors;
   ToolSpread spread;
   NoiseModel noise;
@@ -38,6 +40,6 @@ struct MsaScenario {
 };
 
 /// Throws InputError.
-MsaScenario read_msa_scenario(ConfigReader& config, std::uint64_t seed);
+MsaScenario read_msa_scenario(ConfigReader& config, StudySeed seed);
 
 }  // namespace surveymc

@@ -15,8 +15,6 @@ namespace {
 class MwdDrift final : public StudyPoint {
  public:
   explicit MwdDrift(MwdScenario s) : s_(std::move(s)) {}
-  std::uint64_t trials() const override { return s_.trials; }
-  int block_trials() const override { return 64; }
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
@@ -32,7 +30,7 @@ class MwdDrift final : public StudyPoint {
     return tally;
   }
 
-  PointResult finish(const Tally& tally) const override {
+  PointResult report(const Tally& tally, const RunOptions&) const override {
     const MwdOutcomes o(tally.samples);
     const std::string at = at_confidence(s_.verdict.confidence);
     std::vector<ComparisonRow> rows = mwd_comparison_rows(s_, o), claims = mwd_claim_rows(s_, o);
@@ -58,13 +56,25 @@ class MwdDrift final : public StudyPoint {
   MwdScenario s_;
 };
 
+class MwdDriftPlan final : public PointPlan {
+ public:
+  explicit MwdDriftPlan(MwdScenario s) : s_(std::move(s)) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  int block_trials() const override { return 64; }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override { return std::make_unique<MwdDrift>(s_); }
+
+ private:
+  MwdScenario s_;
+};
+
 }  // namespace
 
 Experiment mwd_drift_experiment() {
-  return {"mwd_drift", "Drift of a survey tool's own sensors: a Kalman filter on six biases against an SPRT by channel",
+  return {StudyId::mwd_drift,
+          "Drift of a survey tool's own sensors: a Kalman filter on six biases against an SPRT by channel",
           "the idea of AAKR-KF-SPRT, with the reference field as the prediction",
-          [](ConfigReader& config, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
-            return std::make_unique<MwdDrift>(read_mwd_scenario(config, seed));
+          [](ConfigReader& config, StudySeed seed) -> std::unique_ptr<PointPlan> {
+            return std::make_unique<MwdDriftPlan>(read_mwd_scenario(config, seed));
           }};
 }
 

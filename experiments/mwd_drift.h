@@ -6,6 +6,7 @@
 
 #include "monitoring/alarm_tests.h"
 #include "monitoring/survey_drift.h"
+#include "random/study_id.h"
 #include "study/annotations.h"
 #include "study/comparison.h"
 #include "study/scenario.h"
@@ -16,7 +17,8 @@ inline constexpr double kMilliG = 9.80665e-3;  // m/s2
 inline constexpr std::array<const char*, 6> kMwdSensors{"gx", "gy", "gz", "bx", "by", "bz"};
 
 struct MwdScenario {
-  std::uint64_t seed = 0, trials = 0;
+  StudySeed seed;
+  std::uint64_t trials = 0;
   ReferenceField field;
   int stations = 80, from_station = 20;
   double spacing = 30, inclination_from = 0, inclination_to = 0, azimuth = 0;
@@ -38,7 +40,7 @@ struct MwdScenario {
 };
 
 /// Throws InputError.
-MwdScenario read_mwd_scenario(ConfigReader& config, std::uint64_t seed);
+MwdScenario read_mwd_scenario(ConfigReader& config, StudySeed seed);
 
 /// What the sensors do.
 enum class SensorBias {

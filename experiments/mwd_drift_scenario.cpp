@@ -29,7 +29,7 @@ double sensor_draw(const Stream& stream, std::uint64_t trial, std::uint32_t firs
 
 }  // namespace
 
-MwdScenario read_mwd_scenario(ConfigReader& c, std::uint64_t seed) {
+MwdScenario read_mwd_scenario(ConfigReader& c, StudySeed seed) {
   MwdScenario s;
   s.seed = seed;
   s.trials = static_cast<std::uint64_t>(c.integer("trials", 1, 100'000'000));
@@ -69,7 +69,7 @@ MwdScenario read_mwd_scenario(ConfigReader& c, std::uint64_t seed) {
 }
 
 MwdRun run_well(const MwdScenario& s, std::uint64_t trial, SensorBias kind, bool keep_stations) {
-  const Stream stream(s.seed, 4);
+  const Stream stream(s.seed);
   static const double inside = chi_squared_quantile(3, 0.95);
   MwdRun run;
   BiasFilter filter(s.walk.cwiseAbs2());

@@ -31,7 +31,7 @@ std::uint64_t shard_count(const RunArguments& a) {
   return n;
 }
 
-PartChoice array_choice(const RunArguments& a, const PreparedRun& run) {
+PartChoice array_choice(const RunArguments& a, const RunPlan& run) {
   const std::uint64_t id = slurm_number("SLURM_ARRAY_TASK_ID");
   if (const std::uint64_t n = shard_count(a)) return {std::nullopt, id, n};
   const bool divisible = run.points.size() == 1 && run.total_trials() > 0 && run.points[0]->looks().empty();
@@ -64,7 +64,7 @@ bool same_pieces(const std::vector<PartPiece>& a, const std::vector<PartPiece>& 
 }
 
 /// True if the part is there already. Throws IoError if something else is, or it could not be written.
-bool is_done(const fs::path& path, const PreparedRun& run, const PartChoice& choice) {
+bool is_done(const fs::path& path, const RunPlan& run, const PartChoice& choice) {
   const PartState state = part_state(path);
   if (state == PartState::foreign)
     throw IoError(fmt::format("{}: exists and is no surveymc part file: refusing to overwrite it", path.string()));
@@ -122,7 +122,7 @@ std::optional<Part> outline(const fs::path& path) {
 
 }  // namespace
 
-std::optional<PartChoice> part_choice(const RunArguments& a, const PreparedRun& run) {
+std::optional<PartChoice> part_choice(const RunArguments& a, const RunPlan& run) {
   require(!a.shards || a.array, "--shards: belongs to --array; without Slurm it is --shard I/N");
   require(!a.array || (!a.point && !a.shard), "--array: chooses the part itself: not together with --point or --shard");
   if (!a.array && !a.point && !a.shard) return std::nullopt;
@@ -142,14 +142,14 @@ std::optional<PartChoice> part_choice(const RunArguments& a, const PreparedRun& 
   return choice;
 }
 
-int run_one_part(const RunArguments& a, const PreparedRun& run, const PartChoice& choice, const std::string& command) {
+int run_one_part(const RunArguments& a, const RunPlan& run, const PartChoice& choice, const std::string& command) {
   const fs::path path = part_path(a, choice);
   if (is_done(path, run, choice)) {
     remove_journals(path, run_key(run));
     fmt::print("{} is done already\n", path.string());
     return kDone;
   }
-  log_info(fmt::format("{}: {} of {}", a.config, part_name(choice), run.experiment.name));
+  log_info(fmt::format("{}: {} of {}", a.config, part_name(choice), run.experiment.name()));
   double elapsed = 0;
   with_checkpoint(a, run, path, command, [&](const Checkpoint& checkpoint) {
     Progress progress;
@@ -168,7 +168,7 @@ int run_one_part(const RunArguments& a, const PreparedRun& run, const PartChoice
 
 int plan_parts(const RunArguments& a, const PlanArguments& plan) {
   require(plan.count || !plan.folder.empty(), "plan: say --count or --missing FOLDER");
-  const PreparedRun run = load(a);
+  const RunPlan run = load(a);
   const std::uint64_t shards = shard_count(a), parts = shards > 0 ? shards : run.points.size();
   if (shards > 0) check_choice(run, {std::nullopt, 0, shards});
   if (plan.count) {
@@ -226,7 +226,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names) {
   Config config = config_of(parts.front(), paths[0].string());
   const std::vector<Experiment> all = all_experiments();
   const Experiment& experiment = find_experiment(all, config);
-  const PreparedRun run = prepare_run(experiment, std::move(config));
+  const RunPlan run = read_run(experiment, std::move(config), stop_flag());
   if (run.config.hash() != parts.front().key.config_hash)
     throw IoError(fmt::format("{}: its config does not have the hash it says", paths[0].string()));
   Progress progress;

@@ -15,9 +15,9 @@ struct PlanArguments {
 };
 
 /// The part that the arguments or Slurm's environment ask for. Throws InputError.
-std::optional<PartChoice> part_choice(const RunArguments& a, const PreparedRun& run);
+std::optional<PartChoice> part_choice(const RunArguments& a, const RunPlan& run);
 
-int run_one_part(const RunArguments& a, const PreparedRun& run, const PartChoice& choice, const std::string& command);
+int run_one_part(const RunArguments& a, const RunPlan& run, const PartChoice& choice, const std::string& command);
 int plan_parts(const RunArguments& a, const PlanArguments& plan);
 int merge_files(const RunArguments& a, const std::vector<std::string>& names);
 int status_of(const std::string& folder);

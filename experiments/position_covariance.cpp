@@ -77,46 +77,63 @@ std::vector<PublishedElement> compare(const std::vector<Published>& published, c
   return out;
 }
 
+struct Scenario {
+  ReferenceField field;
+  Survey survey;
+  SurveyLegs legs;
+  std::vector<double> tvd;
+  double margin = 0;
+  std::vector<Published> published;
+};
+
+Scenario read_scenario(ConfigReader& c) {
+  Scenario s;
+  s.field = read_field(c);
+  s.survey = read_survey(c, s.field, false);
+  s.legs = read_survey_legs(c, s.survey);
+  s.tvd = read_true_vertical_depths(c, s.survey);
+  if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
+  s.margin = c.number("verdict.margin", Range::open(0, 1), 1e-6);
+  s.published = read_published(c, s.survey, s.legs);
+  c.finish();
+  return s;
+}
+
 class PositionCovariance final : public StudyPoint {
  public:
-  explicit PositionCovariance(ConfigReader& c)
-      : field_(read_field(c)), survey_(read_survey(c, field_, false)), legs_(read_survey_legs(c, survey_)) {
-    tvd_ = read_true_vertical_depths(c, survey_);
-    if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
-    margin_ = c.number("verdict.margin", Range::open(0, 1), 1e-6);
-    published_ = read_published(c, survey_, legs_);
-    c.finish();
-  }
+  explicit PositionCovariance(Scenario scenario) : s_(std::move(scenario)) {}
 
-  std::uint64_t trials() const override { return 0; }
-  Tally run_block(TrialBlock) const override { return {}; }
-  std::string replay(std::uint64_t) const override { return {}; }
-
-  PointResult finish(const Tally&) const override {
-    const PositionCovariances result = position_covariances(survey_, tvd_, legs_.legs, field_, true);
+  PointResult report(const Tally&, const RunOptions&) const override {
+    const PositionCovariances result = position_covariances(s_.survey, s_.tvd, s_.legs.legs, s_.field, true);
     PointResult r;
-    r.tables = {covariance_table(survey_, result), covariance_by_source_table(survey_, result),
-                ellipsoid_table(survey_, tvd_, result), error_terms_table(legs_),
-                published_table(compare(published_, survey_, result), margin_)};
+    r.tables = {covariance_table(s_.survey, result), covariance_by_source_table(s_.survey, result),
+                ellipsoid_table(s_.survey, s_.tvd, result), error_terms_table(s_.legs),
+                published_table(compare(s_.published, s_.survey, result), s_.margin)};
     return r;
   }
 
  private:
-  ReferenceField field_;
-  Survey survey_;
-  SurveyLegs legs_;
-  std::vector<double> tvd_;
-  double margin_ = 0;
-  std::vector<Published> published_;
+  Scenario s_;
+};
+
+class PositionCovariancePlan final : public PointPlan {
+ public:
+  explicit PositionCovariancePlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    return std::make_unique<PositionCovariance>(s_);
+  }
+
+ private:
+  Scenario s_;
 };
 
 }  // namespace
 
 Experiment position_covariance_experiment() {
-  return {"position_covariance", "Position uncertainty of a well by the error models of its survey tools",
+  return {StudyId::position_covariance, "Position uncertainty of a well by the error models of its survey tools",
           "ISCWSA MWD error model Rev 4 and Rev 5.10, example wells 1 and 2",
-          [](ConfigReader& config, std::uint64_t) -> std::unique_ptr<StudyPoint> {
-            return std::make_unique<PositionCovariance>(config);
+          [](ConfigReader& config, StudySeed) -> std::unique_ptr<PointPlan> {
+            return std::make_unique<PositionCovariancePlan>(read_scenario(config));
           }};
 }
 

@@ -13,7 +13,7 @@
 
 namespace surveymc {
 
-std::string run_name(const PreparedRun& run) {
+std::string run_name(const RunPlan& run) {
   const RunKey key = run_key(run);
   return fmt::format("config hash {}, {}", key.config_hash, key.program);
 }
@@ -21,7 +21,7 @@ std::string run_name(const PreparedRun& run) {
 int work_for_rank_0(Messages& messages, int argc, char** argv) {
   silence_log();
   CommandLine line;
-  std::optional<PreparedRun> run;
+  std::optional<RunPlan> run;
   std::exception_ptr error;
   try {
     std::variant<CommandLine, int> read = read_command_line(argc, argv, "", /*silent=*/true);
@@ -29,13 +29,15 @@ int work_for_rank_0(Messages& messages, int argc, char** argv) {
       line = std::get<CommandLine>(std::move(read));
       if (line.command == Command::run || line.command == Command::rerun) catch_signals();
       if (line.command == Command::run) run.emplace(load(line.arguments));
-      if (line.command == Command::rerun) run.emplace(prepare_rerun(line.file, read_result(line.file), line.inputs));
+      if (line.command == Command::rerun) run.emplace(read_rerun(line.file, read_result(line.file), line.inputs));
     }
   } catch (...) {
     error = std::current_exception();  // if it is not rank 0's, too, the first order brings it there
   }
   const RunArguments& a = line.arguments;
   std::unique_ptr<Journal> journal;
+  std::optional<std::uint64_t> prepared;  // rank 0 goes from point to point
+  std::shared_ptr<const StudyPoint> point;
   return serve(messages, [&](const BlockOrder& order) -> Share {
     if (error) std::rethrow_exception(error);
     if (!run || run_name(*run) != order.run)
@@ -46,11 +48,14 @@ int work_for_rank_0(Messages& messages, int argc, char** argv) {
     if (!order.journal.empty() && !journal)
       journal =
           std::make_unique<Journal>(order.journal, run_key(*run), std::chrono::duration<double>(a.checkpoint_seconds));
-    const StudyPoint& point = *run->points.at(order.point);
     RunOptions options;
     options.threads = a.threads > 0 ? a.threads : messages.threads();
     options.stop = stop_flag();
-    return {point.trials(), [&point](TrialBlock b) { return point.run_block(b); },
+    if (prepared != order.point) {
+      point = run->prepare(order.point, options);
+      prepared = order.point;
+    }
+    return {run->points[order.point]->trials(), [point](TrialBlock b) { return point->run_block(b); },
             options_of_point(options, *run, order.point, journal.get())};
   });
 }

@@ -7,7 +7,7 @@
 namespace surveymc {
 
 /// Says that two ranks run the same thing: config, program.
-std::string run_name(const PreparedRun& run);
+std::string run_name(const RunPlan& run);
 
 /// Computes blocks of what the command line says until rank 0 ends it; returns rank 0's exit code. Prints nothing:
 /// errors are rank 0's to tell.

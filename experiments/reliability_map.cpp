@@ -83,21 +83,31 @@ Scenario read_scenario(ConfigReader& c) {
     s.statements = read_statements(c, s.grid, s.subjects, s.layers);
   }
   c.finish();
-  s.layer_model.maps = std::make_shared<ReliabilityMaps>(s.layer_model.model, s.grid, s.layer_model.lambda0);
   return s;
+}
+
+std::vector<Axis> axes_of(const Scenario& s) {
+  std::vector<Axis> axes;
+  if (s.subjects.size() > 1) {
+    std::vector<std::string> names;
+    for (const ErrorSubject& subject : s.subjects) names.push_back(subject_name(subject));
+    axes.push_back({"observation", "", "observation in which the error is", names});
+  }
+  const ReliabilityGrid& g = s.grid;
+  if (g.noise_scale.size() > 1) axes.push_back({"noise_scale", "1", "factor on the sd of the noise", g.noise_scale});
+  if (g.dip_deg.size() > 1) axes.push_back({"dip", "deg", "dip of the field, positive down", g.dip_deg});
+  axes.push_back({"inclination", "deg", "inclination", g.inclination_deg});
+  axes.push_back({"toolface", "deg", "toolface from the y axis (tau of the paper)", g.toolface_deg});
+  axes.push_back({"magnetic_azimuth", "deg", "magnetic azimuth", g.magnetic_azimuth_deg});
+  return axes;
 }
 
 class ReliabilityMapPoint final : public StudyPoint {
  public:
-  explicit ReliabilityMapPoint(Scenario scenario) : s_(std::move(scenario)), axes_(make_axes()) {}
+  /// `scenario` with its layer_model.maps.
+  explicit ReliabilityMapPoint(Scenario scenario) : s_(std::move(scenario)), axes_(axes_of(s_)) {}
 
-  std::uint64_t trials() const override { return 0; }
-  Tally run_block(TrialBlock) const override { return {}; }
-  std::string replay(std::uint64_t) const override { return ""; }
-  std::vector<Axis> map_axes() const override { return axes_; }
-
-  PointResult finish(const Tally& tally) const override { return finish(tally, {}); }
-  PointResult finish(const Tally&, const RunOptions& options) const override {
+  PointResult report(const Tally&, const RunOptions& options) const override {
     const auto check = [&] {
       if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
     };
@@ -143,22 +153,6 @@ class ReliabilityMapPoint final : public StudyPoint {
   }
 
  private:
-  std::vector<Axis> make_axes() const {
-    std::vector<Axis> axes;
-    if (s_.subjects.size() > 1) {
-      std::vector<std::string> names;
-      for (const ErrorSubject& s : s_.subjects) names.push_back(subject_name(s));
-      axes.push_back({"observation", "", "observation in which the error is", names});
-    }
-    const ReliabilityGrid& g = s_.grid;
-    if (g.noise_scale.size() > 1) axes.push_back({"noise_scale", "1", "factor on the sd of the noise", g.noise_scale});
-    if (g.dip_deg.size() > 1) axes.push_back({"dip", "deg", "dip of the field, positive down", g.dip_deg});
-    axes.push_back({"inclination", "deg", "inclination", g.inclination_deg});
-    axes.push_back({"toolface", "deg", "toolface from the y axis (tau of the paper)", g.toolface_deg});
-    axes.push_back({"magnetic_azimuth", "deg", "magnetic azimuth", g.magnetic_azimuth_deg});
-    return axes;
-  }
-
   std::string unit_of(const std::string& layer) const {
     const std::string first = layer_unit(layer, s_.subjects.front());
     for (const ErrorSubject& s : s_.subjects)
@@ -253,13 +247,28 @@ class ReliabilityMapPoint final : public StudyPoint {
   std::vector<Axis> axes_;
 };
 
+class ReliabilityMapPlan final : public PointPlan {
+ public:
+  explicit ReliabilityMapPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::vector<Axis> map_axes() const override { return axes_of(s_); }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    Scenario s = s_;
+    s.layer_model.maps = std::make_shared<ReliabilityMaps>(s.layer_model.model, s.grid, s.layer_model.lambda0);
+    return std::make_unique<ReliabilityMapPoint>(std::move(s));
+  }
+
+ private:
+  Scenario s_;
+};
+
 }  // namespace
 
 Experiment reliability_map_experiment() {
-  return {"reliability_map", "Gross errors: minimal detectable errors and their effect, over a grid of attitudes",
+  return {StudyId::reliability_map,
+          "Gross errors: minimal detectable errors and their effect, over a grid of attitudes",
           "E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65, figures 1 to 6",
-          [](ConfigReader& config, std::uint64_t) -> std::unique_ptr<StudyPoint> {
-            return std::make_unique<ReliabilityMapPoint>(read_scenario(config));
+          [](ConfigReader& config, StudySeed) -> std::unique_ptr<PointPlan> {
+            return std::make_unique<ReliabilityMapPlan>(read_scenario(config));
           }};
 }
 

@@ -49,12 +49,7 @@ class ReliabilityWellPoint final : public StudyPoint {
  public:
   explicit ReliabilityWellPoint(Scenario scenario) : s_(std::move(scenario)) {}
 
-  std::uint64_t trials() const override { return 0; }
-  Tally run_block(TrialBlock) const override { return {}; }
-  std::string replay(std::uint64_t) const override { return ""; }
-
-  PointResult finish(const Tally& tally) const override { return finish(tally, {}); }
-  PointResult finish(const Tally&, const RunOptions& options) const override {
+  PointResult report(const Tally&, const RunOptions& options) const override {
     std::vector<std::vector<Found>> found(s_.observations.size());  // [observation][station]
     WellReliability well;
     std::vector<double> toolfaces = {std::nan("")};
@@ -168,13 +163,25 @@ class ReliabilityWellPoint final : public StudyPoint {
   Scenario s_;
 };
 
+class ReliabilityWellPlan final : public PointPlan {
+ public:
+  explicit ReliabilityWellPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    return std::make_unique<ReliabilityWellPoint>(s_);
+  }
+
+ private:
+  Scenario s_;
+};
+
 }  // namespace
 
 Experiment reliability_well_experiment() {
-  return {"reliability_well", "Gross errors along a well: minimal detectable errors, effect on the final position",
+  return {StudyId::reliability_well,
+          "Gross errors along a well: minimal detectable errors, effect on the final position",
           "beyond E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65",
-          [](ConfigReader& config, std::uint64_t) -> std::unique_ptr<StudyPoint> {
-            return std::make_unique<ReliabilityWellPoint>(read_scenario(config));
+          [](ConfigReader& config, StudySeed) -> std::unique_ptr<PointPlan> {
+            return std::make_unique<ReliabilityWellPlan>(read_scenario(config));
           }};
 }
 

@@ -44,13 +44,13 @@ void stop_after(double seconds) {
   setitimer(ITIMER_REAL, &timer, nullptr);
 }
 
-PreparedRun prepare_rerun(const std::string& file, const Result& stored, const std::string& folder) {
+RunPlan read_rerun(const std::string& file, const Result& stored, const std::string& folder) {
   StoredInputs in = stored_inputs(stored);
   Config config = Config::from_text(stored.provenance.config, file, std::move(in.tables), std::move(in.texts),
                                     std::move(in.references), folder);
   const std::vector<Experiment> all = all_experiments();
   const Experiment& experiment = find_experiment(all, config);
-  return prepare_run(experiment, std::move(config));
+  return read_run(experiment, std::move(config), &g_stop);
 }
 
 std::uint64_t whole_number(const std::string& option, const std::string& text) {
@@ -64,23 +64,23 @@ std::uint64_t whole_number(const std::string& option, const std::string& text) {
 const Experiment& find_experiment(const std::vector<Experiment>& all, const Config& config) {
   std::string known;
   for (const Experiment& e : all) {
-    if (e.name == config.experiment()) return e;
-    known += (known.empty() ? "" : ", ") + e.name;
+    if (e.name() == config.experiment()) return e;
+    known += (known.empty() ? "" : ", ") + e.name();
   }
   config.fail("experiment", "must be one of " + known);
 }
 
-PreparedRun load(const RunArguments& a) {
+RunPlan load(const RunArguments& a) {
   std::vector<std::string> overrides = a.set;
   if (a.seed) overrides.push_back(fmt::format("seed={}", whole_number("--seed", *a.seed)));
   if (a.trials) overrides.push_back(fmt::format("trials={}", whole_number("--trials", *a.trials)));
   Config config = Config::load(a.config, overrides);
   const std::vector<Experiment> all = all_experiments();
   const Experiment& experiment = find_experiment(all, config);
-  return prepare_run(experiment, std::move(config));
+  return read_run(experiment, std::move(config), &g_stop);
 }
 
-RunOptions run_options(const RunArguments& a, const PreparedRun& run, Progress& progress) {
+RunOptions run_options(const RunArguments& a, const RunPlan& run, Progress& progress) {
   RunOptions options;
   options.threads = a.threads;
   options.progress = [&](std::uint64_t done, std::uint64_t expected) { progress.update(done, expected); };
@@ -92,7 +92,7 @@ RunOptions run_options(const RunArguments& a, const PreparedRun& run, Progress& 
 
 std::string program_name() { return fmt::format("surveymc {} ({}), {}", kVersion, kGitRevision, kCompiler); }
 
-RunKey run_key(const PreparedRun& run) { return {run.config.hash(), program_name()}; }
+RunKey run_key(const RunPlan& run) { return {run.config.hash(), program_name()}; }
 
 void stamp(Result& result, const std::string& command) {
   result.provenance.command = command;
@@ -109,7 +109,7 @@ RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, 
           a.workers ? static_cast<int>(a.workers->count()) + 1 : 1};
 }
 
-Result with_checkpoint(const RunArguments& a, const PreparedRun& run, const std::filesystem::path& output,
+Result with_checkpoint(const RunArguments& a, const RunPlan& run, const std::filesystem::path& output,
                        const std::string& command, const std::function<Result(const Checkpoint&)>& compute_and_write) {
   const RunKey key = run_key(run);
   JournalContents kept = read_journals(output, key);

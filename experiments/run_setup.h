@@ -46,11 +46,11 @@ struct RunArguments {
 std::uint64_t whole_number(const std::string& option, const std::string& text);
 
 const Experiment& find_experiment(const std::vector<Experiment>& all, const Config& config);
-PreparedRun load(const RunArguments& a);
+RunPlan load(const RunArguments& a);
 
 /// The run that `stored`, read from `file`, says it is of. `folder`: that of the config, where files are that were too
 /// large to be stored.
-PreparedRun prepare_rerun(const std::string& file, const Result& stored, const std::string& folder);
+RunPlan read_rerun(const std::string& file, const Result& stored, const std::string& folder);
 
 /// From now on SIGINT, SIGTERM, SIGUSR1 and SIGALRM set the stop flag and do nothing else. Called before anything that
 /// takes time, so that no signal finds the program without it.
@@ -61,17 +61,17 @@ const std::atomic<bool>* stop_flag();
 void stop_after(double seconds);
 
 /// Options of a run whose stop flag is that one.
-RunOptions run_options(const RunArguments& a, const PreparedRun& run, Progress& progress);
+RunOptions run_options(const RunArguments& a, const RunPlan& run, Progress& progress);
 
 /// This program: version, revision, compiler.
 std::string program_name();
-RunKey run_key(const PreparedRun& run);
+RunKey run_key(const RunPlan& run);
 void stamp(Result& result, const std::string& command);
 RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, const RunArguments& a);
 
 /// Runs `compute_and_write` with the journals of `output`, which are gone when it returns. Throws IoError if there are
 /// some and a.resume is not set, or of another config; Resumable if it was interrupted and something was kept.
-Result with_checkpoint(const RunArguments& a, const PreparedRun& run, const std::filesystem::path& output,
+Result with_checkpoint(const RunArguments& a, const RunPlan& run, const std::filesystem::path& output,
                        const std::string& command, const std::function<Result(const Checkpoint&)>& compute_and_write);
 
 }  // namespace surveymc

@@ -29,7 +29,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::uint32_t kStudyId = 5;  // address of this study's random numbers
 constexpr std::size_t kMostDepths = 50;
 
 constexpr std::array<const char*, 3> kDirections{"north", "east", "vertical"};
@@ -40,7 +39,8 @@ constexpr auto& kFormulations = kSensorFormulations;
 enum Component { kPosition = 0, kAxes = 3, kNeesHorizontal = 12, kNees = 15, kHorizontalAxes = 18, kComponents = 24 };
 
 struct Scenario {
-  std::uint64_t seed = 0, trials = 0, save_samples = 0;
+  StudySeed seed;
+  std::uint64_t trials = 0, save_samples = 0;
   ReferenceField field;
   Survey survey;
   ToolfacePlan plan;
@@ -81,7 +81,7 @@ std::vector<int> read_reported(ConfigReader& c, const Survey& survey) {
   return reported;
 }
 
-Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
+Scenario read_scenario(ConfigReader& c, StudySeed seed) {
   Scenario s;
   s.seed = seed;
   s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000));
@@ -92,7 +92,7 @@ Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
   const bool surveyed = c.choice("drilling.mode", modes) == "survey";
   s.survey = read_survey(c, s.field, surveyed);
   const double zero = c.choice("survey.toolface_zero", {"x", "y"}) == "x" ? kPi / 2 : 0.0;
-  s.plan = read_drilling(c, s.survey.md(), zero, Stream(seed, kStudyId), modes);
+  s.plan = read_drilling(c, s.survey.md(), zero, Stream(seed), modes);
   if (surveyed) s.plan = surveyed_toolfaces(s.survey);
   s.sd = read_sensor_errors(c);
   c.require(std::any_of(s.sd.begin(), s.sd.end(), [](double x) { return x > 0; }), "sensor_errors",
@@ -104,18 +104,22 @@ Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
   return s;
 }
 
+std::vector<Vector3d> reported_positions(const Scenario& s) {
+  const std::vector<Vector3d> positions = minimum_curvature_positions(s.survey);
+  std::vector<Vector3d> reported;
+  for (const int k : s.reported) reported.push_back(positions[static_cast<std::size_t>(k)]);
+  return reported;
+}
+
 class SensorMonteCarlo final : public StudyPoint {
  public:
-  explicit SensorMonteCarlo(Scenario scenario)
-      : s_(std::move(scenario)),
-        setup_(sensor_run_setup(s_.survey, s_.field, s_.sd, s_.plan, PositionMethod::minimum_curvature, s_.reported)),
-        stream_(s_.seed, kStudyId),
-        predictions_(predict_sensor_runs(s_.survey, s_.field, s_.sd, s_.plan, s_.reported)) {
-    const std::vector<Vector3d> positions = minimum_curvature_positions(s_.survey);
-    for (const int k : s_.reported) truth_.push_back(positions[static_cast<std::size_t>(k)]);
-  }
-
-  std::uint64_t trials() const override { return s_.trials; }
+  SensorMonteCarlo(const Scenario& scenario, SensorRunSetup setup, std::vector<Vector3d> truth,
+                   std::vector<PositionPredictions> predictions)
+      : s_(scenario),
+        setup_(std::move(setup)),
+        stream_(s_.seed),
+        truth_(std::move(truth)),
+        predictions_(std::move(predictions)) {}
 
   Tally run_block(TrialBlock block) const override {
     const std::size_t depths = truth_.size();
@@ -145,7 +149,7 @@ class SensorMonteCarlo final : public StudyPoint {
     return tally;
   }
 
-  PointResult finish(const Tally& tally) const override {
+  PointResult report(const Tally& tally, const RunOptions&) const override {
     PointResult r;
     r.tables = {axes_table(tally), ellipse_table(tally), covariance_table(tally)};
     if (s_.save_samples > 0) r.samples = {samples_table(tally)};
@@ -313,13 +317,27 @@ Table SensorMonteCarlo::samples_table(const Tally& tally) const {
   return w.take();
 }
 
+class SensorMonteCarloPlan final : public PointPlan {
+ public:
+  explicit SensorMonteCarloPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    return std::make_unique<SensorMonteCarlo>(
+        s_, sensor_run_setup(s_.survey, s_.field, s_.sd, s_.plan, PositionMethod::minimum_curvature, s_.reported),
+        reported_positions(s_), predict_sensor_runs(s_.survey, s_.field, s_.sd, s_.plan, s_.reported));
+  }
+
+ private:
+  Scenario s_;
+};
+
 }  // namespace
 
 Experiment sensor_monte_carlo_experiment() {
-  return {"sensor_monte_carlo", "Twelve constant sensor errors through any survey, against the covariance model",
+  return {StudyId::sensor_monte_carlo, "Twelve constant sensor errors through any survey, against the covariance model",
           "ISCWSA MWD error model, sensor terms; Torkildsen and Bang 2000",
-          [](ConfigReader& config, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
-            return std::make_unique<SensorMonteCarlo>(read_scenario(config, seed));
+          [](ConfigReader& config, StudySeed seed) -> std::unique_ptr<PointPlan> {
+            return std::make_unique<SensorMonteCarloPlan>(read_scenario(config, seed));
           }};
 }
 

@@ -27,8 +27,6 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr std::uint32_t kStudyId = 4;  // address of this study's random numbers
-
 const std::string kToolfaceDependent = "toolface_dependent";
 
 /// Tallied of every trial: position (N, E), position over the sd of the run's own toolfaces (N, E), the square of that
@@ -42,7 +40,8 @@ constexpr std::array<std::pair<const char*, double>, 5> kQuantiles{
     {{"ratio_q05", .05}, {"ratio_q25", .25}, {"ratio_q50", .5}, {"ratio_q75", .75}, {"ratio_q95", .95}}};
 
 struct Scenario {
-  std::uint64_t seed = 0, trials = 0, save_samples = 0;
+  StudySeed seed;
+  std::uint64_t trials = 0, save_samples = 0;
   int legs = 0;
   double spacing = 0;  ///< m
   ReferenceField field;
@@ -68,7 +67,7 @@ std::vector<RowName> row_names() {
   return rows;
 }
 
-Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
+Scenario read_scenario(ConfigReader& c, StudySeed seed) {
   Scenario s;
   s.seed = seed;
   s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000));
@@ -83,7 +82,7 @@ Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
   s.field = read_field(c);
   c.require(s.field.declination == 0, "field.declination_deg", "must be 0: north is magnetic north in this study");
   s.bias_sd = c.number("sensor_errors.accelerometer_bias_mps2", Range{0, 0.5, true, false});
-  s.plan = read_drilling(c, station_depths(s.legs, s.spacing), 0, Stream(seed, kStudyId));
+  s.plan = read_drilling(c, station_depths(s.legs, s.spacing), 0, Stream(seed));
   s.formulations = c.has("formulations") ? c.texts("formulations") : vertical_well_formulations();
   const std::vector<std::string>& known = vertical_well_formulations();
   for (std::size_t f = 0; f < s.formulations.size(); ++f) {
@@ -99,19 +98,37 @@ Scenario read_scenario(ConfigReader& c, std::uint64_t seed) {
   return s;
 }
 
+SensorRunSetup run_setup(const Scenario& s) {
+  Survey survey;
+  for (const double md : station_depths(s.legs, s.spacing)) survey.stations.push_back({md, 0, 0, 0});
+  SensorTermArray sd{};
+  sd[kAccelerometerBias] = sd[kAccelerometerBias + 1] = s.bias_sd;
+  return sensor_run_setup(survey, s.field, sd, s.plan, PositionMethod::balanced_tangential, {s.legs});
+}
+
+/// What the trials are held against.
+struct Prediction {
+  VerticalWellRun run;
+  double independent_sd;            ///< m, of eqs 41, 42 as random
+  std::vector<Matrix2d> predicted;  ///< covariance of every formulation
+};
+Prediction predict(const Scenario& s) {
+  Prediction p{vertical_well_run(s.legs, s.spacing, s.field, s.bias_sd, s.plan, Stream(s.seed)), 0, {}};
+  p.independent_sd = std::sqrt(vertical_well_covariance("ti_random", p.run)(0, 0));
+  for (const std::string& f : s.formulations) p.predicted.push_back(vertical_well_covariance(f, p.run));
+  return p;
+}
+
 class VerticalWell final : public StudyPoint {
  public:
-  explicit VerticalWell(Scenario scenario)
-      : s_(std::move(scenario)),
-        stream_(s_.seed, kStudyId),
+  VerticalWell(const Scenario& scenario, SensorRunSetup setup, Prediction p)
+      : s_(scenario),
+        stream_(s_.seed),
         varies_(s_.plan.has(ToolfaceSource::own)),
-        setup_(make_setup(s_)),
-        run_(vertical_well_run(s_.legs, s_.spacing, s_.field, s_.bias_sd, s_.plan, stream_)),
-        independent_sd_(std::sqrt(vertical_well_covariance("ti_random", run_)(0, 0))) {
-    for (const std::string& f : s_.formulations) predicted_.push_back(vertical_well_covariance(f, run_));
-  }
-
-  std::uint64_t trials() const override { return s_.trials; }
+        setup_(std::move(setup)),
+        run_(std::move(p.run)),
+        independent_sd_(p.independent_sd),
+        predicted_(std::move(p.predicted)) {}
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
@@ -134,7 +151,7 @@ class VerticalWell final : public StudyPoint {
     return tally;
   }
 
-  PointResult finish(const Tally& tally) const override {
+  PointResult report(const Tally& tally, const RunOptions&) const override {
     PointResult r;
     r.tables = {ellipse_table(tally), sequences_table(tally)};
     if (s_.save_samples > 0) r.samples = {samples_table(tally)};
@@ -159,14 +176,6 @@ class VerticalWell final : public StudyPoint {
   }
 
  private:
-  static SensorRunSetup make_setup(const Scenario& s) {
-    Survey survey;
-    for (const double md : station_depths(s.legs, s.spacing)) survey.stations.push_back({md, 0, 0, 0});
-    SensorTermArray sd{};
-    sd[kAccelerometerBias] = sd[kAccelerometerBias + 1] = s.bias_sd;
-    return sensor_run_setup(survey, s.field, sd, s.plan, PositionMethod::balanced_tangential, {s.legs});
-  }
-
   template <class Row>
   void observe(const SensorRuns& runs, int t, Row& x, std::vector<std::uint64_t>& counts) const {
     const double n = runs.positions.value(t, 0), e = runs.positions.value(t, 1);
@@ -301,14 +310,26 @@ Table VerticalWell::samples_table(const Tally& tally) const {
   return w.take();
 }
 
+class VerticalWellPlan final : public PointPlan {
+ public:
+  explicit VerticalWellPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    return std::make_unique<VerticalWell>(s_, run_setup(s_), predict(s_));
+  }
+
+ private:
+  Scenario s_;
+};
+
 }  // namespace
 
 Experiment vertical_well_experiment() {
-  return {"vertical_well",
+  return {StudyId::vertical_well,
           "Cross-axis accelerometer bias in a vertical well: every weighting function against Monte Carlo",
           "C. Hanak, Superior QC 2016, figures 1 and 2",
-          [](ConfigReader& config, std::uint64_t seed) -> std::unique_ptr<StudyPoint> {
-            return std::make_unique<VerticalWell>(read_scenario(config, seed));
+          [](ConfigReader& config, StudySeed seed) -> std::unique_ptr<PointPlan> {
+            return std::make_unique<VerticalWellPlan>(read_scenario(config, seed));
           }};
 }
 

@@ -35,6 +35,22 @@ struct SweepValue {
   std::variant<double, std::string> value;
 };
 
+/// Where a value stands and what it is, for a rule that only computing can check: it outlives the reader.
+class ConfigPlace {
+ public:
+  ConfigPlace() = default;
+  /// `place`: "file:line". `key`: with its value, "key = value".
+  ConfigPlace(std::string place, std::string key) : place_(std::move(place)), key_(std::move(key)) {}
+  /// Throws InputError "file:line: key = value: rule".
+  [[noreturn]] void fail(const std::string& rule) const;
+  void require(bool ok, const std::string& rule) const {
+    if (!ok) fail(rule);
+  }
+
+ private:
+  std::string place_, key_;
+};
+
 /// Strict, typed view of one point's config, or of one table inside it.
 ///
 /// Keys are dotted ("field.dip_deg"). Every getter names its rule and throws InputError
@@ -97,6 +113,8 @@ class ConfigReader {
   void require(bool ok, const std::string& key, const std::string& rule) const {
     if (!ok) fail(key, rule);
   }
+  /// The place that fail() would name.
+  ConfigPlace place(const std::string& key) const;
   /// Throws InputError if a key was never asked for. Call it when everything was read.
   void finish() const;
 

@@ -257,14 +257,19 @@ ConfigReader ConfigReader::toml(const std::string& key, const InputText& shipped
 
 // ------------------------------------------------------------------------------------------------------------- checks
 
-void ConfigReader::fail(const std::string& key, const std::string& rule) const {
-  if (const auto found = State::name_or_self(state_->look_up(key))) refuse(*found.node, found.key, rule);
+void ConfigPlace::fail(const std::string& rule) const { refuse(place_, key_, rule); }
+
+ConfigPlace ConfigReader::place(const std::string& key) const {
+  if (const auto found = State::name_or_self(state_->look_up(key)))
+    return {found.node->place, shown_key(*found.node, found.key)};
   const std::string full = state_->full_key(key);
   const auto& defaults = state_->point->defaults;
   const auto it = defaults.find(full);
-  if (it == defaults.end()) refuse(state_->place(), full, rule);
-  refuse(state_->place(), fmt::format("{} = {} (the default)", full, shortened(plain_text(it->second))), rule);
+  if (it == defaults.end()) return {state_->place(), full};
+  return {state_->place(), fmt::format("{} = {} (the default)", full, shortened(plain_text(it->second)))};
 }
+
+void ConfigReader::fail(const std::string& key, const std::string& rule) const { place(key).fail(rule); }
 
 void ConfigReader::finish() const {
   std::vector<State::UnknownKey> unknown;

@@ -196,9 +196,12 @@ void refuse(const std::string& place, const std::string& key, const std::string&
   throw InputError(fmt::format("{}: {}: {}", place, key, rule));
 }
 
+std::string shown_key(const TomlNode& n, const std::string& key) {
+  return has_header(n) ? key : fmt::format("{} = {}", key, shortened(plain_text(n)));
+}
+
 void refuse(const TomlNode& n, const std::string& key, const std::string& rule) {
-  if (has_header(n)) refuse(n.place, key, rule);
-  refuse(n.place, fmt::format("{} = {}", key, shortened(plain_text(n))), rule);
+  refuse(n.place, shown_key(n, key), rule);
 }
 
 void refuse_kind(const TomlNode& n, const std::string& key, const std::string& rule) {

@@ -82,6 +82,8 @@ std::string toml_document(const TomlNode& root);
 // ---- errors: InputError "place: key = value: rule"
 
 [[noreturn]] void refuse(const std::string& place, const std::string& key, const std::string& rule);
+/// "key = value", or only the key of a table.
+std::string shown_key(const TomlNode& n, const std::string& key);
 /// Shows the value, unless it is a table.
 [[noreturn]] void refuse(const TomlNode& n, const std::string& key, const std::string& rule);
 /// The kind is wrong, so show it: 10000.0 is not an integer, 10000 would be.

@@ -131,9 +131,13 @@ InjectionSchedule gas_lift_schedule(bool out_of_range) {
   return s;
 }
 
-Samples simulate_gas_lift(const GasLiftWell& well, const InjectionSchedule& schedule, double sample_s, double dt_s) {
-  const auto samples = static_cast<Eigen::Index>(
+Eigen::Index gas_lift_samples(const InjectionSchedule& schedule, double sample_s) {
+  return static_cast<Eigen::Index>(
       std::llround(schedule.step_h * 3600 * static_cast<double>(schedule.rates.size()) / sample_s));
+}
+
+Samples simulate_gas_lift(const GasLiftWell& well, const InjectionSchedule& schedule, double sample_s, double dt_s) {
+  const Eigen::Index samples = gas_lift_samples(schedule, sample_s);
   const auto steps = std::llround(sample_s / dt_s);
   const auto rate = [&](double t) {  // a step at a whole multiple of its length belongs to the next rate
     const auto i = static_cast<std::size_t>(std::floor(t / (schedule.step_h * 3600) + 1e-9));

@@ -55,6 +55,9 @@ struct InjectionSchedule {
 /// 30 steps, 12 to train and 18 to test, between .40 and .90 kg/s. `out_of_range`: the last six are .92 to 1.10.
 InjectionSchedule gas_lift_schedule(bool out_of_range);
 
+/// How many samples simulate_gas_lift() gives.
+Eigen::Index gas_lift_samples(const InjectionSchedule& schedule, double sample_s);
+
 /// Pressures (Pa; columns PT_f, PT_t, PT_g, PT_m) every `sample_s` from time 0 to the end of the schedule (excluded),
 /// from the steady state of the first rate; Runge-Kutta steps of `dt_s`, of which a sample takes a whole number.
 Samples simulate_gas_lift(const GasLiftWell& well, const InjectionSchedule& schedule, double sample_s, double dt_s);

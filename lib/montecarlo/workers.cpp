@@ -188,6 +188,8 @@ class Server {
           });
       if (options.save) options.save(merge);
       return message(whole ? kDone : kCut, to_bytes(merge.take()));
+    } catch (const Interrupted&) {  // before the first block
+      return message(kCut, to_bytes(std::vector<Subtree>{}));
     } catch (const InputError& e) {
       return message(kInput, e.what());
     } catch (const IoError& e) {

@@ -7,19 +7,32 @@
 
 namespace surveymc {
 
-std::uint64_t PreparedRun::total_trials() const {
+std::uint64_t RunPlan::total_trials() const {
   std::uint64_t n = 0;
   for (const auto& p : points) n += p->trials();
   return n;
 }
 
-PreparedRun prepare_run(const Experiment& experiment, Config config) {
-  PreparedRun run{experiment, std::move(config), {}};
-  const std::uint64_t seed = run.config.seed();
+std::shared_ptr<const StudyPoint> RunPlan::prepare(std::size_t point, const RunOptions& options) const {
+  if (options.stop && *options.stop) throw Interrupted("stopped before all points were prepared");
+  try {
+    return points.at(point)->prepare(options);
+  } catch (const InputError& e) {
+    if (points.size() == 1) throw;
+    throw InputError(fmt::format("{} (point {} of the sweep)", e.what(), point));
+  }
+}
+
+RunPlan read_run(const Experiment& experiment, Config config, const std::atomic<bool>* stop) {
+  RunPlan run{experiment, std::move(config), {}};
+  const StudySeed seed{run.config.seed(), experiment.id};
+  std::vector<Axis> first;
   for (std::size_t i = 0; i < run.config.point_count(); ++i) {
+    if (stop && *stop) throw Interrupted("stopped before all points were read");
     ConfigReader reader = run.config.reader(i);
     run.points.push_back(experiment.read(reader, seed));
-    const std::vector<Axis> first = run.points.front()->map_axes(), own = run.points.back()->map_axes();
+    const std::vector<Axis> own = run.points.back()->map_axes();
+    if (i == 0) first = own;
     for (std::size_t a = 0; a < std::max(first.size(), own.size()); ++a)
       require(a < first.size() && a < own.size() && first[a].name == own[a].name && first[a].values == own[a].values,
               "sweep: point {} has other values of the map axis {} than point 0: give all of them as the grid itself",
@@ -178,7 +191,7 @@ Table table_of(const InputReference& in) {
 
 }  // namespace
 
-RunOptions options_of_point(RunOptions options, const PreparedRun& run, std::size_t point, Journal* journal) {
+RunOptions options_of_point(RunOptions options, const RunPlan& run, std::size_t point, Journal* journal) {
   options.block_trials = run.points[point]->block_trials();
   options.point = point;
   if (!journal) return options;
@@ -190,18 +203,29 @@ RunOptions options_of_point(RunOptions options, const PreparedRun& run, std::siz
   return options;
 }
 
-Tally point_tally(const PreparedRun& run, std::size_t index, const RunOptions& options, const Checkpoint& checkpoint) {
-  const StudyPoint& point = *run.points[index];
-  if (point.trials() == 0) return {};
+Tally point_tally(const RunPlan& run, std::size_t index, const StudyPoint& point, const RunOptions& options,
+                  const Checkpoint& checkpoint) {
+  const PointPlan& plan = *run.points[index];
+  if (plan.trials() == 0) return {};
   const auto kept = checkpoint.finished.find(index);
   return run_blocks(
-      point.trials(), [&](TrialBlock b) { return point.run_block(b); },
+      plan.trials(), [&](TrialBlock b) { return point.run_block(b); },
       options_of_point(options, run, index, checkpoint.journal),
-      {point.looks(), [&](const Tally& t) { return point.trials_needed(t); }},
+      {plan.looks(), [&](const Tally& t) { return point.trials_needed(t); }},
       kept == checkpoint.finished.end() ? std::vector<Subtree>{} : kept->second);
 }
 
-Result execute(const PreparedRun& run, const RunOptions& options, const Checkpoint& checkpoint) {
+PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const Tally& tally,
+                         const RunOptions& options) {
+  PointResult r = point->report(tally, options);
+  for (MapStream& s : r.streams)
+    s.values = [point, values = std::move(s.values)](std::size_t first, std::size_t count) {
+      return values(first, count);
+    };
+  return r;
+}
+
+Result execute(const RunPlan& run, const RunOptions& options, const Checkpoint& checkpoint) {
   std::uint64_t done_before = 0, after = run.total_trials();
   return assemble(
       run,
@@ -212,14 +236,15 @@ Result execute(const PreparedRun& run, const RunOptions& options, const Checkpoi
           of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
             options.progress(done_before + done, done_before + expected + after);
           };
-        const Tally tally = point_tally(run, i, of_point, checkpoint);
+        const std::shared_ptr<const StudyPoint> point = run.prepare(i, of_point);
+        const Tally tally = point_tally(run, i, *point, of_point, checkpoint);
         done_before += tally.trials;
-        return run.points[i]->finish(tally, of_point);
+        return point_report(point, tally, of_point);
       },
       options.stop);
 }
 
-Result assemble(const PreparedRun& run, const std::function<PointResult(std::size_t)>& point_result,
+Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)>& point_result,
                 const std::atomic<bool>* stop) {
   Result result;
   const std::vector<Axis> axes = sweep_axes(run.config);
@@ -244,7 +269,7 @@ Result assemble(const PreparedRun& run, const std::function<PointResult(std::siz
   add_inputs(run.config.input_references());
   Provenance& p = result.provenance;
   p.title = run.config.title().empty() ? run.experiment.summary : run.config.title();
-  p.experiment = run.experiment.name;
+  p.experiment = run.experiment.name();
   p.config = run.config.resolved_text();
   p.config_hash = run.config.hash();
   p.seed = run.config.seed();

@@ -11,7 +11,7 @@ namespace surveymc {
 
 namespace {
 
-BlockRange blocks_of(const StudyPoint& point) { return all_blocks(point.trials(), point.block_trials()); }
+BlockRange blocks_of(const PointPlan& point) { return all_blocks(point.trials(), point.block_trials()); }
 
 }  // namespace
 
@@ -22,7 +22,7 @@ std::string part_name(const PartChoice& c) {
   return name;
 }
 
-void check_choice(const PreparedRun& run, const PartChoice& c) {
+void check_choice(const RunPlan& run, const PartChoice& c) {
   if (c.point)
     require(*c.point < run.points.size(), "--point {}: the points of this config are numbered 0 to {}", *c.point,
             run.points.size() - 1);
@@ -33,7 +33,7 @@ void check_choice(const PreparedRun& run, const PartChoice& c) {
     if (c.point && *c.point != i) continue;
     require(run.points[i]->trials() > 0,
             "--shard {}/{}: a config of {} has no trials to divide; divide it by --point (0 to {})", c.shard, c.shards,
-            run.experiment.name, run.points.size() - 1);
+            run.experiment.name(), run.points.size() - 1);
     require(run.points[i]->looks().empty(),
             "--shard {}/{}: this config ends by [stop], which looks at all trials so far, and a shard sees only its "
             "own; divide it by --point (0 to {}), or give trials instead of [stop]",
@@ -41,10 +41,10 @@ void check_choice(const PreparedRun& run, const PartChoice& c) {
   }
 }
 
-std::vector<PartPiece> part_pieces(const PreparedRun& run, const PartChoice& c) {
+std::vector<PartPiece> part_pieces(const RunPlan& run, const PartChoice& c) {
   std::vector<PartPiece> pieces;
-  for (std::uint64_t i = 0; i < run.points.size(); ++i) {
-    if (c.point && *c.point != i) continue;
+  const std::uint64_t first = c.point.value_or(0), end = c.point ? first + 1 : run.points.size();
+  for (std::uint64_t i = first; i < end; ++i) {
     const std::uint64_t blocks = blocks_of(*run.points[i]).end;
     const bool whole = blocks == 0 || !run.points[i]->looks().empty();
     pieces.push_back({i, {blocks * c.shard / c.shards, blocks * (c.shard + 1) / c.shards}, blocks, whole});
@@ -52,8 +52,7 @@ std::vector<PartPiece> part_pieces(const PreparedRun& run, const PartChoice& c) 
   return pieces;
 }
 
-Part run_part(const PreparedRun& run, const PartChoice& choice, const RunOptions& options,
-              const Checkpoint& checkpoint) {
+Part run_part(const RunPlan& run, const PartChoice& choice, const RunOptions& options, const Checkpoint& checkpoint) {
   Part part;
   part.pieces = part_pieces(run, choice);
   std::uint64_t done_before = 0, after = 0;
@@ -62,28 +61,30 @@ Part run_part(const PreparedRun& run, const PartChoice& choice, const RunOptions
   };
   for (const PartPiece& p : part.pieces) after += trials_of(p);
   for (PartPiece& p : part.pieces) {
-    const StudyPoint& point = *run.points[p.point];
+    const PointPlan& plan = *run.points[p.point];
     after -= trials_of(p);
     RunOptions of_point = options;
     if (options.progress)
       of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
         options.progress(done_before + done, done_before + expected + after);
       };
-    if (point.trials() == 0) {
-      p.result = point_result_to_bytes(point.finish({}, of_point));
+    if (!p.whole && p.blocks.first == p.blocks.end) continue;  // more shards than blocks
+    const std::shared_ptr<const StudyPoint> point = run.prepare(p.point, of_point);
+    if (plan.trials() == 0) {
+      p.result = point_result_to_bytes(point_report(point, {}, of_point));
     } else if (p.whole) {
-      p.subtrees.push_back({0, 0, point_tally(run, p.point, of_point, checkpoint)});
+      p.subtrees.push_back({0, 0, point_tally(run, p.point, *point, of_point, checkpoint)});
     } else {
       const auto kept = checkpoint.finished.find(p.point);
       p.subtrees = run_block_range(
-          point.trials(), p.blocks, [&](TrialBlock b) { return point.run_block(b); },
+          plan.trials(), p.blocks, [&](TrialBlock b) { return point->run_block(b); },
           options_of_point(of_point, run, p.point, checkpoint.journal),
           kept == checkpoint.finished.end() ? std::vector<Subtree>{} : kept->second);
     }
     done_before += trials_of(p);
   }
   part.title = run.config.title().empty() ? run.experiment.summary : run.config.title();
-  part.experiment = run.experiment.name;
+  part.experiment = run.experiment.name();
   part.config = run.config.resolved_text();
   part.key.config_hash = run.config.hash();
   part.inputs = run.config.inputs();
@@ -149,7 +150,7 @@ Config config_of(const Part& part, const std::string& label) {
 namespace {
 
 /// Throws InputError that names all gaps.
-void require_complete(const PreparedRun& run, const std::vector<const PartPiece*>& pieces) {
+void require_complete(const RunPlan& run, const std::vector<const PartPiece*>& pieces) {
   const auto missing = missing_blocks(part_pieces(run, {}), pieces);
   std::vector<std::uint64_t> whole;
   std::string text;
@@ -173,7 +174,7 @@ void require_complete(const PreparedRun& run, const std::vector<const PartPiece*
 
 }  // namespace
 
-Result merge_parts(const PreparedRun& run, const std::vector<Part>& parts, const RunOptions& options) {
+Result merge_parts(const RunPlan& run, const std::vector<Part>& parts, const RunOptions& options) {
   std::vector<const PartPiece*> pieces;
   for (const Part& part : parts)
     for (const PartPiece& p : part.pieces) pieces.push_back(&p);
@@ -185,18 +186,20 @@ Result merge_parts(const PreparedRun& run, const std::vector<Part>& parts, const
   return assemble(
       run,
       [&](std::size_t i) {
-        const StudyPoint& point = *run.points[i];
+        const std::uint64_t trials = run.points[i]->trials();
         const PartPiece& first = *of_point[i].front();
-        if (point.trials() == 0) return point_result_from_bytes(first.result);
-        if (first.whole && first.subtrees.size() == 1) return point.finish(first.subtrees.front().tally, options);
+        if (trials == 0) return point_result_from_bytes(first.result);
+        const std::shared_ptr<const StudyPoint> point = run.prepare(i, options);
+        if (first.whole && first.subtrees.size() == 1)
+          return point_report(point, first.subtrees.front().tally, options);
         std::vector<Subtree> nodes;
         for (const PartPiece* p : of_point[i]) nodes.insert(nodes.end(), p->subtrees.begin(), p->subtrees.end());
         OrderedMerge merge;
         for (Subtree& node : disjoint_subtrees(std::move(nodes))) merge.add(std::move(node), true);
         const Tally tally = merge.whole();
-        if (tally.trials != point.trials())
-          throw IoError(fmt::format("the parts have {} trials of point {}, not {}", tally.trials, i, point.trials()));
-        return point.finish(tally, options);
+        if (tally.trials != trials)
+          throw IoError(fmt::format("the parts have {} trials of point {}, not {}", tally.trials, i, trials));
+        return point_report(point, tally, options);
       },
       options.stop);
 }

@@ -20,14 +20,13 @@ std::string part_name(const PartChoice& choice);
 
 /// Throws InputError if the run has no such part: a number is out of range, or there are shards where a point has no
 /// trials or a [stop] rule, which looks at all trials so far.
-void check_choice(const PreparedRun& run, const PartChoice& choice);
+void check_choice(const RunPlan& run, const PartChoice& choice);
 
 /// The pieces of a part without their tallies.
-std::vector<PartPiece> part_pieces(const PreparedRun& run, const PartChoice& choice);
+std::vector<PartPiece> part_pieces(const RunPlan& run, const PartChoice& choice);
 
 /// Computes a part; but for key.program, command and run all is filled in.
-Part run_part(const PreparedRun& run, const PartChoice& choice, const RunOptions& options,
-              const Checkpoint& checkpoint);
+Part run_part(const RunPlan& run, const PartChoice& choice, const RunOptions& options, const Checkpoint& checkpoint);
 
 /// Blocks of each point that no piece has, rising. `whole` is every point of a run, as part_pieces() gives it.
 std::vector<std::vector<BlockRange>> missing_blocks(const std::vector<PartPiece>& whole,
@@ -44,6 +43,6 @@ Config config_of(const Part& part, const std::string& label);
 
 /// The result of the whole run, whatever the order, number and overlap of the parts. Throws InputError that names what
 /// is missing. All parts must have the run's key (not checked here).
-Result merge_parts(const PreparedRun& run, const std::vector<Part>& parts, const RunOptions& options);
+Result merge_parts(const RunPlan& run, const std::vector<Part>& parts, const RunOptions& options);
 
 }  // namespace surveymc

@@ -287,7 +287,7 @@ TEST_CASE("Toolfaces are spread evenly, drawn, or constant") {
   w.toolface = ToolfaceSequence::random;
   const std::vector<double> first = toolfaces();
   CHECK(first == toolfaces());
-  w.seed = 1;
+  w.seed.seed = 1;
   CHECK(first != toolfaces());
   double sum = 0;
   for (const double t : first) {
