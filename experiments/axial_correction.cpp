@@ -12,6 +12,7 @@
 #include "base/units.h"
 #include "estimate/station_batch.h"
 #include "experiments.h"
+#include "random/study_stream.h"
 
 namespace surveymc {
 namespace {
@@ -27,7 +28,7 @@ class AxialCorrection final : public StudyPoint {
  public:
   AxialCorrection(const AxialScenario& scenario, std::vector<StationTruth> truth)
       : s_(scenario),
-        stream_(s_.seed),
+        stream_(stream_of(s_.seed)),
         layout_{s_.methods.size(), s_.stations.size()},
         draw_{s_.sigmas.accelerometer_xy, s_.sigmas.accelerometer_z,
               s_.sigmas.magnetometer_xy,  s_.sigmas.magnetometer_z,

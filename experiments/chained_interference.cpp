@@ -10,6 +10,7 @@
 #include "estimate/chained_attitude.h"
 #include "estimate/chained_newton.h"
 #include "estimate/chained_smoother.h"
+#include "random/study_stream.h"
 #include "study/comparison.h"
 
 namespace surveymc {
@@ -29,7 +30,7 @@ struct Interference {
 
 class ChainedInterference final : public StudyPoint {
  public:
-  explicit ChainedInterference(Interference in) : in_(std::move(in)), stream_(in_.s.seed) {}
+  explicit ChainedInterference(Interference in) : in_(std::move(in)), stream_(stream_of(in_.s.seed)) {}
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;

@@ -14,6 +14,7 @@
 #include "estimate/chained_newton.h"
 #include "estimate/chained_smoother.h"
 #include "experiments.h"
+#include "random/study_stream.h"
 
 namespace surveymc {
 namespace {
@@ -21,7 +22,7 @@ namespace {
 class ChainedPerformance final : public StudyPoint {
  public:
   ChainedPerformance(ChainedScenario scenario, std::size_t kept)
-      : s_(std::move(scenario)), layout_(s_, kept), stream_(s_.seed) {}
+      : s_(std::move(scenario)), layout_(s_, kept), stream_(stream_of(s_.seed)) {}
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;

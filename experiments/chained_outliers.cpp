@@ -11,6 +11,7 @@
 #include "estimate/chained_attitude.h"
 #include "estimate/chained_newton.h"
 #include "estimate/chained_tests.h"
+#include "random/study_stream.h"
 #include "study/comparison.h"
 #include "study/table_writer.h"
 
@@ -52,7 +53,7 @@ struct Outliers {
 class ChainedOutliers final : public StudyPoint {
  public:
   explicit ChainedOutliers(Outliers o)
-      : o_(std::move(o)), model_(o_.s.model(ChainReferences::chained)), stream_(o_.s.seed) {}
+      : o_(std::move(o)), model_(o_.s.model(ChainReferences::chained)), stream_(stream_of(o_.s.seed)) {}
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;

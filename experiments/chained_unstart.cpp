@@ -9,6 +9,7 @@
 #include "chained_quantities.h"
 #include "estimate/chained_attitude.h"
 #include "estimate/chained_search.h"
+#include "random/study_stream.h"
 #include "study/comparison.h"
 
 namespace surveymc {
@@ -40,7 +41,7 @@ struct Unstart {
 
 class ChainedUnstart final : public StudyPoint {
  public:
-  explicit ChainedUnstart(Unstart u) : u_(std::move(u)), stream_(u_.s.seed) {}
+  explicit ChainedUnstart(Unstart u) : u_(std::move(u)), stream_(stream_of(u_.s.seed)) {}
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;

@@ -74,7 +74,9 @@ class DriftMonitoringPlan final : public PointPlan {
   std::uint64_t trials() const override { return s_.data.simulated() ? s_.trials : 0; }
   int block_trials() const override { return 4; }  // a realisation takes tens of milliseconds
   std::unique_ptr<StudyPoint> prepare(const RunOptions& options) const override {
-    return std::make_unique<DriftMonitoring>(prepare_drift_scenario(s_, options.stop));
+    DriftScenario s = with_data(s_);
+    calibrate_baselines(s, options.stop);
+    return std::make_unique<DriftMonitoring>(std::move(s));
   }
 
  private:

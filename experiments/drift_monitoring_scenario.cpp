@@ -1,11 +1,11 @@
-#include "drift_monitoring.h"
+#include "drift_monitoring_scenario.h"
 
 #include <cmath>
 
 #include <fmt/format.h>
 
 #include "base/error.h"
-#include "random/stream.h"
+#include "random/study_stream.h"
 #include "store/result_file.h"
 #include "study/scenario.h"
 
@@ -174,7 +174,7 @@ Eigen::RowVectorXd DriftScenario::drift(double test_h) const {
 }
 
 Samples DriftScenario::realisation(std::uint64_t trial) const {
-  const Stream stream(seed);
+  const Stream stream = stream_of(seed);
   Samples x = data.readings;
   const auto total = static_cast<std::uint64_t>(x.size());
   for (std::uint64_t call = 0; 4 * call < total; ++call) {
@@ -187,13 +187,12 @@ Samples DriftScenario::realisation(std::uint64_t trial) const {
   return x;
 }
 
-DriftScenario prepare_drift_scenario(DriftScenario s, const std::atomic<bool>* stop) {
+DriftScenario with_data(DriftScenario s) {
   if (s.data.simulated()) {
     s.data = simulate_source(std::move(s.data));
     if (!s.model) require_variation(s.data);
   }
   if (s.search) choose_bandwidth(s);
-  calibrate_baselines(s, stop);
   return s;
 }
 

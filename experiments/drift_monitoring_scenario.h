@@ -1,6 +1,5 @@
 #pragma once
 /// What a config of `drift_monitoring` says, checked.
-#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -111,9 +110,9 @@ MonitoringData read_monitoring_data(ConfigReader& config, bool has_model);
 /// Throws InputError. A simulated well is not simulated yet, nor a bandwidth searched, nor a baseline calibrated.
 DriftScenario read_drift_scenario(ConfigReader& config, StudySeed seed);
 
-/// The same with all of that done. Throws InputError where a sensor of the well does not vary; Interrupted when *stop
-/// is set.
-DriftScenario prepare_drift_scenario(DriftScenario scenario, const std::atomic<bool>* stop);
+/// The same with the well simulated and the bandwidth chosen; calibrate_baselines() is left. Throws InputError where a
+/// sensor of the well does not vary.
+DriftScenario with_data(DriftScenario scenario);
 
 /// `data` of a simulated well, with its samples.
 MonitoringData simulate_source(MonitoringData data);

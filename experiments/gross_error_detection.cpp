@@ -14,6 +14,7 @@
 
 #include "experiments.h"
 #include "gross_error_summary.h"
+#include "random/study_stream.h"
 #include "reliability/gross_error_lanes.h"
 #include "reliability/snooping.h"
 
@@ -206,7 +207,7 @@ class GrossErrorPlan final : public PointPlan {
   std::uint64_t trials() const override { return s_.trials; }
   std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
     GrossErrorScenario s = with_sizes(s_);
-    GrossErrorTrials trials(s.model, s.attitudes, s.errors(), Stream(s.seed));
+    GrossErrorTrials trials(s.model, s.attitudes, s.errors(), stream_of(s.seed));
     GrossErrorPrediction prediction = predict_gross_errors(s, trials);
     return std::make_unique<GrossErrorDetection>(std::move(s), std::move(trials), std::move(prediction));
   }

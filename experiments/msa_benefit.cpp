@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "experiments.h"
+#include "random/study_stream.h"
 #include "sensor/tool_spread.h"
 #include "survey/corrected_position.h"
 
@@ -76,7 +77,7 @@ MsaBenefit::MsaBenefit(BenefitScenario scenario, std::vector<VerifiedWell> verif
       verified_(std::move(verified)) {}
 
 MsaBenefit::Errors MsaBenefit::simulate(const VerifiedWell& v, std::uint64_t first, int count) const {
-  const Stream stream(s_.seed);
+  const Stream stream = stream_of(s_.seed);
   ReadingBlock readings = make_reading_block(count, v.survey.size(), s_.noise);
   EstimateBlock estimates(count);
   LaneArray deviation(groups_for(count), 6), before(groups_for(count), 3), after(groups_for(count), 3);

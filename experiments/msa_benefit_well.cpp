@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/units.h"
-#include "random/stream.h"
+#include "random/study_stream.h"
 
 namespace surveymc {
 namespace {
@@ -16,7 +16,7 @@ double toolface(const WellDesign& w, int station) {
     case ToolfaceSequence::random: {  // the study's trials draw nothing of this channel
       const auto call = static_cast<std::uint32_t>(station / 4);
       return 2 * kPi *
-             Stream(w.seed).uniforms<double>(0, Channel::toolface, call)[static_cast<std::size_t>(station % 4)];
+             stream_of(w.seed).uniforms<double>(0, Channel::toolface, call)[static_cast<std::size_t>(station % 4)];
     }
     case ToolfaceSequence::constant:
       break;

@@ -20,6 +20,7 @@
 #include "base/units.h"
 #include "experiments.h"
 #include "propagate/ellipse.h"
+#include "random/study_stream.h"
 #include "stats/antithetic.h"
 #include "study/position_comparison.h"
 #include "survey/corrected_position.h"
@@ -81,7 +82,7 @@ MsaModel model_of(const MsaScenario& s) {
   MsaModel m;
   m.clean = clean_readings(s.survey, s.field, s.errors);
   m.prediction = predict_msa(s.survey, s.field, s.errors, s.spread, s.noise, m.clean, s.estimator);
-  m.estimator = choose_estimator(s, m.clean, Stream(s.seed));
+  m.estimator = choose_estimator(s, m.clean, stream_of(s.seed));
   for (std::size_t f = 0; f < kFormulations.size(); ++f) {
     const Matrix2d horizontal = m.prediction.position_covariance[f].topLeftCorner<2, 2>();
     const Ellipse e = ellipse(horizontal);
@@ -100,7 +101,7 @@ MsaPosition::MsaPosition(MsaScenario scenario, MsaModel model)
       clean_(std::move(model.clean)),
       md_(s_.survey.md()),
       prediction_(std::move(model.prediction)),
-      stream_(s_.seed),
+      stream_(stream_of(s_.seed)),
       estimator_(std::move(model.estimator)),
       at_(s_, *estimator_),
       intervals_(at_confidence(s_.verdict.confidence)),

@@ -4,7 +4,7 @@
 
 #include "base/units.h"
 #include "mwd_drift.h"
-#include "random/stream.h"
+#include "random/study_stream.h"
 #include "stats/intervals.h"
 
 namespace surveymc {
@@ -69,7 +69,7 @@ MwdScenario read_mwd_scenario(ConfigReader& c, StudySeed seed) {
 }
 
 MwdRun run_well(const MwdScenario& s, std::uint64_t trial, SensorBias kind, bool keep_stations) {
-  const Stream stream(s.seed);
+  const Stream stream = stream_of(s.seed);
   static const double inside = chi_squared_quantile(3, 0.95);
   MwdRun run;
   BiasFilter filter(s.walk.cwiseAbs2());

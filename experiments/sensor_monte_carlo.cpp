@@ -14,6 +14,7 @@
 
 #include "base/units.h"
 #include "experiments.h"
+#include "random/study_stream.h"
 #include "sensor/sensor_runs.h"
 #include "sensor_prediction.h"
 #include "stats/tests.h"
@@ -92,7 +93,7 @@ Scenario read_scenario(ConfigReader& c, StudySeed seed) {
   const bool surveyed = c.choice("drilling.mode", modes) == "survey";
   s.survey = read_survey(c, s.field, surveyed);
   const double zero = c.choice("survey.toolface_zero", {"x", "y"}) == "x" ? kPi / 2 : 0.0;
-  s.plan = read_drilling(c, s.survey.md(), zero, Stream(seed), modes);
+  s.plan = read_drilling(c, s.survey.md(), zero, stream_of(seed), modes);
   if (surveyed) s.plan = surveyed_toolfaces(s.survey);
   s.sd = read_sensor_errors(c);
   c.require(std::any_of(s.sd.begin(), s.sd.end(), [](double x) { return x > 0; }), "sensor_errors",
@@ -117,7 +118,7 @@ class SensorMonteCarlo final : public StudyPoint {
                    std::vector<PositionPredictions> predictions)
       : s_(scenario),
         setup_(std::move(setup)),
-        stream_(s_.seed),
+        stream_(stream_of(s_.seed)),
         truth_(std::move(truth)),
         predictions_(std::move(predictions)) {}
 

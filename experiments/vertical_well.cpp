@@ -12,6 +12,7 @@
 
 #include "base/units.h"
 #include "experiments.h"
+#include "random/study_stream.h"
 #include "sensor/sensor_runs.h"
 #include "stats/histogram.h"
 #include "stats/tests.h"
@@ -82,7 +83,7 @@ Scenario read_scenario(ConfigReader& c, StudySeed seed) {
   s.field = read_field(c);
   c.require(s.field.declination == 0, "field.declination_deg", "must be 0: north is magnetic north in this study");
   s.bias_sd = c.number("sensor_errors.accelerometer_bias_mps2", Range{0, 0.5, true, false});
-  s.plan = read_drilling(c, station_depths(s.legs, s.spacing), 0, Stream(seed));
+  s.plan = read_drilling(c, station_depths(s.legs, s.spacing), 0, stream_of(seed));
   s.formulations = c.has("formulations") ? c.texts("formulations") : vertical_well_formulations();
   const std::vector<std::string>& known = vertical_well_formulations();
   for (std::size_t f = 0; f < s.formulations.size(); ++f) {
@@ -113,7 +114,7 @@ struct Prediction {
   std::vector<Matrix2d> predicted;  ///< covariance of every formulation
 };
 Prediction predict(const Scenario& s) {
-  Prediction p{vertical_well_run(s.legs, s.spacing, s.field, s.bias_sd, s.plan, Stream(s.seed)), 0, {}};
+  Prediction p{vertical_well_run(s.legs, s.spacing, s.field, s.bias_sd, s.plan, stream_of(s.seed)), 0, {}};
   p.independent_sd = std::sqrt(vertical_well_covariance("ti_random", p.run)(0, 0));
   for (const std::string& f : s.formulations) p.predicted.push_back(vertical_well_covariance(f, p.run));
   return p;
@@ -123,7 +124,7 @@ class VerticalWell final : public StudyPoint {
  public:
   VerticalWell(const Scenario& scenario, SensorRunSetup setup, Prediction p)
       : s_(scenario),
-        stream_(s_.seed),
+        stream_(stream_of(s_.seed)),
         varies_(s_.plan.has(ToolfaceSource::own)),
         setup_(std::move(setup)),
         run_(std::move(p.run)),

@@ -13,7 +13,6 @@
 #include <cstdint>
 
 #include "base/units.h"
-#include "random/study_id.h"
 #include "simd/singles.h"
 
 namespace surveymc {
@@ -42,8 +41,6 @@ enum class Channel : std::uint32_t {
 
 class Stream {
  public:
-  explicit Stream(StudySeed s) : Stream(s.seed, static_cast<std::uint32_t>(s.study)) {}
-  /// For tests: a study has its StudySeed from the registry.
   Stream(std::uint64_t seed, std::uint32_t study) : study_(study) {
     std::uint64_t k0 = seed & 0xffffffffu, k1 = seed >> 32;
     for (auto& key : keys_) {

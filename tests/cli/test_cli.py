@@ -738,15 +738,21 @@ class BadConfigs(Case):
             (head + "0,10,20,0\n", r"survey\.csv: 1 station"),
             ("", r"survey\.csv: is empty"),
             (b"\x89HDF\r\n\x1a\n\0\0\0", r"survey\.csv:1: is not plain UTF-8 text"),
-            (head + attitude, "cannot determine"),
-            (head + rotated, "cannot determine"),
-            (head + "0,10,20,0\n30,12,25,70\n", "cannot determine"),
         ]:
             with self.subTest(survey=text):
                 self.write("survey.csv", text)
                 self.refuse("base.toml", says)
                 self.assertIn("survey.csv", self.call("check", "base.toml", code=BAD_INPUT).stderr,
                               "the message must name the file")
+        # What only computing shows comes from the task that runs the point, at once, and with the point of a sweep
+        for text in [head + attitude, head + rotated, head + "0,10,20,0\n30,12,25,70\n"]:
+            with self.subTest(survey=text):
+                self.write("survey.csv", text)
+                self.call("check", "base.toml")
+                says = r"^error: base\.toml:\d+: survey\.file = \"survey\.csv\": .*cannot determine"
+                self.refused(BAD_INPUT, "run", "base.toml", "-o", "old.h5", says=says + r"[^()]*(\([^()]*\)[^()]*)*$")
+                self.refused(BAD_INPUT, "run", "base.toml", "-o", "new.h5", "--set", "sweep.noise.scale=[1.0, 0.5]",
+                             says=says + r".*\(point 0 of the sweep\)$")
 
     def test_files_that_are_no_config(self):
         (self.folder / "folder.toml").mkdir()

@@ -1,0 +1,187 @@
+/// Points are read in every task, and prepared only in the task that runs them.
+#include <array>
+#include <atomic>
+#include <cmath>
+
+#include <catch2/catch.hpp>
+
+#include "base/error.h"
+#include "random/study_stream.h"
+#include "study/parts.h"
+
+using namespace surveymc;
+using Catch::Matchers::Contains;
+using Catch::Matchers::EndsWith;
+using Catch::Matchers::StartsWith;
+
+namespace {
+
+constexpr std::size_t kPoints = 4;
+std::atomic<int> g_read = 0;
+std::array<std::atomic<int>, kPoints> g_prepared;
+
+void forget() {
+  g_read = 0;
+  for (auto& p : g_prepared) p = 0;
+}
+std::array<int, kPoints> prepared() {
+  std::array<int, kPoints> n{};
+  for (std::size_t i = 0; i < kPoints; ++i) n[i] = g_prepared[i];
+  return n;
+}
+using Times = std::array<int, kPoints>;
+
+struct Scenario {
+  StudySeed seed;
+  std::uint64_t trials = 0;
+  std::size_t number = 0;
+  ConfigPlace place;
+};
+
+/// Mean of the trials' draws, times the point's number; a stream of three numbers.
+class CountedPoint final : public StudyPoint {
+ public:
+  explicit CountedPoint(const Scenario& s) : s_(s), stream_(stream_of(s.seed)) {}
+  Tally run_block(TrialBlock block) const override {
+    Eigen::MatrixXd x(block.count, 1);
+    for (int t = 0; t < block.count; ++t)
+      x(t, 0) = static_cast<double>(s_.number) *
+                stream_.normal(block.first + static_cast<std::uint64_t>(t), Channel::toolface, 0);
+    Tally tally;
+    tally.trials = static_cast<std::uint64_t>(block.count);
+    tally.moments = Moments::of(x);
+    return tally;
+  }
+  PointResult report(const Tally& tally, const RunOptions&) const override {
+    PointResult r;
+    const double mean = tally.trials > 0 ? tally.moments.mean[0] : 0;
+    r.tables.push_back({"t", "", {{"mean", "1", "", std::vector<double>{mean}}}});
+    r.streams.push_back({{{"m", "1", "", {{"k", "1", "", std::vector<double>{0, 1, 2}}}, {}}},
+                         [this](std::size_t first, std::size_t n) {
+                           return std::vector<std::vector<double>>{
+                               std::vector<double>(n, static_cast<double>(s_.number) + static_cast<double>(first))};
+                         }});
+    return r;
+  }
+
+ private:
+  Scenario s_;
+  Stream stream_;
+};
+
+class CountedPlan final : public PointPlan {
+ public:
+  explicit CountedPlan(Scenario s) : s_(std::move(s)) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+    ++g_prepared.at(s_.number);
+    s_.place.require(s_.trials != 13, "what only computing shows");
+    return std::make_unique<CountedPoint>(s_);
+  }
+
+ private:
+  Scenario s_;
+};
+
+Experiment counted() {
+  return {StudyId::none, "", "", [](ConfigReader& c, StudySeed seed) -> std::unique_ptr<PointPlan> {
+            ++g_read;
+            Scenario s{seed, 0, 0, {}};
+            s.trials = static_cast<std::uint64_t>(c.integer("trials", 0, 1'000'000));
+            s.number = static_cast<std::size_t>(c.integer("number", 0, kPoints - 1));
+            s.place = c.place("number");
+            c.finish();
+            return std::make_unique<CountedPlan>(std::move(s));
+          }};
+}
+
+Config config_of(int trials, const std::string& numbers = "[0, 1, 2, 3]") {
+  const std::string text =
+      fmt::format("experiment = 'e'\nseed = 9\ntrials = {}\n[sweep]\nnumber = {}\n", trials, numbers);
+  return Config::from_text(text, "t.toml", {});
+}
+
+/// Read anew, as a task does it.
+RunPlan task(int trials) {
+  forget();
+  return read_run(counted(), config_of(trials));
+}
+
+std::vector<double> means(const Result& r) { return std::get<std::vector<double>>(r.tables[0].column("mean").values); }
+
+}  // namespace
+
+TEST_CASE("Reading, checking and planning a sweep prepare no point") {
+  const RunPlan run = task(2000);
+  CHECK(g_read == 4);
+  CHECK(run.total_trials() == 8000);
+  check_choice(run, {2});
+  CHECK(part_pieces(run, {}).size() == 4);
+  CHECK(prepared() == Times{});
+}
+
+TEST_CASE("A part of a run prepares its own points, and a whole run each of them once") {
+  const Result whole = execute(task(2000), {});
+  CHECK(prepared() == Times{1, 1, 1, 1});
+  std::vector<Part> points, shards;
+  for (std::uint64_t i = 0; i < kPoints; ++i) {
+    points.push_back(run_part(task(2000), {i}, {}, {}));
+    Times only{};
+    only[i] = 1;
+    CHECK(prepared() == only);
+  }
+  // 4 blocks a point: of 6 shards some have no block of it
+  for (std::uint64_t i = 0; i < 6; ++i) {
+    const RunPlan run = task(2000);
+    shards.push_back(run_part(run, {std::nullopt, i, 6}, {}, {}));
+    Times those{};
+    for (const PartPiece& p : part_pieces(run, {std::nullopt, i, 6})) those[p.point] = p.blocks.first < p.blocks.end;
+    CHECK(prepared() == those);
+  }
+  CHECK(prepared() != Times{});
+  CHECK(means(merge_parts(task(2000), points, {})) == means(whole));
+  CHECK(prepared() == Times{1, 1, 1, 1});  // reports need the points
+  CHECK(means(merge_parts(task(2000), shards, {})) == means(whole));
+}
+
+TEST_CASE("Merging a study without trials prepares nothing: the parts have its tables") {
+  std::vector<Part> points;
+  for (std::uint64_t i = 0; i < kPoints; ++i) points.push_back(run_part(task(0), {i}, {}, {}));
+  const RunPlan run = task(0);
+  CHECK(means(merge_parts(run, points, {})) == std::vector<double>(4, 0.0));
+  CHECK(prepared() == Times{});
+}
+
+TEST_CASE("Streams of a result outlive the plan") {
+  const Result r = [] { return execute(task(0), {}); }();
+  // points behind each other, three values each
+  CHECK(r.streams.at(0).values(2, 2) == std::vector<std::vector<double>>{{2, 1}});
+}
+
+TEST_CASE("A value that only computing shows to be wrong is named with its place and point") {
+  const RunPlan run = task(13);
+  CHECK_NOTHROW(check_choice(run, {2}));
+  try {
+    run.prepare(2, {});
+    FAIL("must throw");
+  } catch (const InputError& e) {
+    CHECK_THAT(e.what(), StartsWith("t.toml:5: number = 2: what only computing shows"));
+    CHECK_THAT(e.what(), EndsWith("(point 2 of the sweep)"));
+  }
+  forget();
+  const RunPlan one = read_run(counted(), config_of(13, "[3]"));
+  CHECK_THROWS_WITH(one.prepare(0, {}), !Contains("point"));
+}
+
+TEST_CASE("A stop flag is looked at between points") {
+  std::atomic<bool> stop = true;
+  forget();
+  CHECK_THROWS_AS(read_run(counted(), config_of(2000), &stop), Interrupted);
+  CHECK(g_read == 0);
+  const RunPlan run = task(0);
+  RunOptions options;
+  options.stop = &stop;
+  CHECK_THROWS_AS(execute(run, options), Interrupted);
+  CHECK_THROWS_AS(run_part(run, {1}, options, {}), Interrupted);
+  CHECK(prepared() == Times{});
+}
