@@ -137,9 +137,6 @@ Result with_checkpoint(const RunArguments& a, const RunPlan& run, const std::fil
     if (!journal.started() || !journal.sync()) throw;
     throw IoError(
         fmt::format("{}; what is done is kept beside it: when it can be written, go on with --resume", e.what()));
-  } catch (const InputError&) {  // a point cannot be prepared: a config that is mended has another key
-    remove_journals(output, key);
-    throw;
   } catch (const Interrupted&) {
     if (!journal.sync())
       throw IoError(fmt::format("interrupted, and the checkpoint beside {} could not be written: {}", output.string(),

@@ -4,7 +4,7 @@
     scripts/slurm/scale_plan.py [--points N] [--trials N] [--cores N] [--group N] [--surveymc PROGRAM] [--config CONFIG]
 
 Makes sweeps of CONFIG (configs/bench/msa_traj4.toml) over `noise.magnetometer_nT`, and measures, in processor seconds of
-this machine: preparing a sweep of N points (every `run --point` does it), a point, the size of a part and of a journal
+this machine: reading a sweep of N points (every `run --point` does it), preparing and running a point, the size of a part and of a journal
 record, merging 100, 200 and 400 real parts. The rest is arithmetic: the printed formulas. Takes about a minute.
 """
 import argparse
@@ -47,10 +47,10 @@ with tempfile.TemporaryDirectory(prefix="surveymc-scale-") as name:
 
     # A journal record in a large sweep, from a run that ends before it is done
     one = sweep(args.points)
-    prepare, _ = seconds("plan", one, "--count", "--trials", args.trials)
+    reading, _ = seconds("plan", one, "--count", "--trials", args.trials)
     whole, _ = seconds("run", one, "--point", 3, "--trials", args.trials, "--threads", 1, "-o", folder / "a.part")
     part_bytes = (folder / "a.part").stat().st_size
-    compute = max(whole - prepare, 0.0)
+    compute = max(whole - reading, 0.0)
     done = subprocess.run([args.surveymc, "run", sweep(1), "-o", folder / "j.h5", "--trials", str(10**10), "--threads", "1",
                            "--checkpoint-seconds", "0.5", "--max-seconds", "3"], capture_output=True, text=True)
     journal, = folder.glob("j.h5.journal.*")
@@ -66,8 +66,8 @@ with tempfile.TemporaryDirectory(prefix="surveymc-scale-") as name:
         merges.append((points, spent, memory, (folder / "m.h5").stat().st_size, sum(p.stat().st_size for p in parts.iterdir())))
 
 n, tasks = args.points, -(-args.points // args.group)
-core_hours = n * (prepare + compute) / 3600
-print(f"measured: preparing {n} points {prepare:.2f} s; a point of {args.trials:.0e} trials {compute:.2f} s; a part {part_bytes / 1e3:.1f} kB; "
+core_hours = n * (reading + compute) / 3600
+print(f"measured: reading {n} points {reading:.2f} s; a point of {args.trials:.0e} trials {compute:.2f} s; a part {part_bytes / 1e3:.1f} kB; "
       f"a journal {journal_rate / 1e3:.1f} kB/s")
 for points, spent, memory, result_bytes, bytes_in in merges:
     print(f"measured: merging {points} parts ({bytes_in / 1e6:.2f} MB) {spent:.3f} s, peak {memory:.0f} MB, result {result_bytes / 1e6:.2f} MB")
@@ -77,7 +77,7 @@ c2 = max((b[1] / b[0] - a[1] / a[0]) / (b[0] - a[0]), 0.0)
 c1 = max(b[1] / b[0] - c2 * b[0], 0.0)
 result = (b[3] - a[3]) / (b[0] - a[0]) * n
 print(f"part files        {n}, {n * part_bytes / 1e6:.0f} MB (a part carries the resolved config, so N parts of an N-point list grow as N^2)")
-print(f"processor time    {core_hours:.1f} core hours, {prepare / (prepare + compute):.0%} of it preparing; on {args.cores} cores {core_hours * 3600 / args.cores:.0f} s")
-print(f"tasks             {tasks} of {args.group} points, {args.group * (prepare + compute):.0f} s each; {tasks / max(args.group * (prepare + compute), 1e-9) * min(1, args.cores / tasks):.0f} starts and ends a second")
+print(f"processor time    {core_hours:.1f} core hours, {reading / (reading + compute):.0%} of it reading; on {args.cores} cores {core_hours * 3600 / args.cores:.0f} s")
+print(f"tasks             {tasks} of {args.group} points, {args.group * (reading + compute):.0f} s each; {tasks / max(args.group * (reading + compute), 1e-9) * min(1, args.cores / tasks):.0f} starts and ends a second")
 print(f"journals          {min(args.cores, tasks)} at once; nothing for points shorter than --checkpoint-seconds (5 s)")
 print(f"merge             {c1 * n + c2 * n * n:.0f} s, {n * part_bytes / 1e6:.0f} MB of parts in memory; result {result / 1e6:.0f} MB")
