@@ -52,15 +52,25 @@ std::vector<ComparisonRow> rms_rows(const ChainedScenario& s, const PerformanceL
   std::vector<ComparisonRow> rows;
   for (std::size_t e = 0; e < s.estimators.size(); ++e)
     for (std::size_t q = 0; q < kChainedQuantities; ++q) {
-      const double claimed = is_chained(s.estimators[e]) && tally.moments.count > 0
-                                 ? std::sqrt(tally.moments.mean[layout.claimed(e, q)])
-                                 : kNaN;
+      const Moments& m = layout.moments(tally, e);
+      const double claimed = is_chained(s.estimators[e]) && m.count > 0 ? std::sqrt(m.mean[layout.claimed(q)]) : kNaN;
       rows.push_back(rms_row(name_of(s.estimators[e]), kChainedQuantityNames[q], kChainedQuantityUnits[q],
-                             rms_of(tally.moments, layout.square(e, q), s.verdict.confidence), claimed, s.verdict,
-                             tally.trials));
+                             rms_of(m, layout.square(q), s.verdict.confidence), claimed, s.verdict, tally.trials));
     }
   s.annotations.apply("rms", rows);
   return rows;
+}
+
+/// Rows of a comparison by estimator, each with the trials that its own estimator failed in.
+Table by_estimator(Table t, const std::vector<ComparisonRow>& rows, const ChainedScenario& s,
+                   const PerformanceLayout& layout, const Tally& tally) {
+  std::vector<std::int64_t> failed;
+  for (const ComparisonRow& row : rows)
+    for (std::size_t e = 0; e < s.estimators.size(); ++e)
+      if (row.formulation == name_of(s.estimators[e]))
+        failed.push_back(static_cast<std::int64_t>(layout.failed(tally, e)));
+  t.columns.back().values = std::move(failed);
+  return t;
 }
 
 /// A mean that theory knows, judged as a ratio.
@@ -73,28 +83,29 @@ ComparisonRow mean_row(const std::string& formulation, const std::string& quanti
 
 Table consistency_table(const ChainedScenario& s, const PerformanceLayout& layout, const Tally& tally) {
   std::vector<ComparisonRow> rows;
-  const Moments& m = tally.moments;
   const double equations = 3.0 * s.stations();
   for (std::size_t e = 0; e < s.estimators.size(); ++e) {
     if (!is_chained(s.estimators[e])) continue;
+    const Moments& m = layout.moments(tally, e);
     const std::string& name = name_of(s.estimators[e]);
     for (std::size_t z = 0; z < kChainedZ; ++z)
-      rows.push_back(rms_row(name, kChainedZNames[z], "1", rms_of(m, layout.z_square(e, z), s.verdict.confidence), 1,
+      rows.push_back(rms_row(name, kChainedZNames[z], "1", rms_of(m, layout.z_square(z), s.verdict.confidence), 1,
                              s.verdict, tally.trials));
-    rows.push_back(mean_row(name, "nees", m, layout.nees(e), kChainedZ, s.verdict, tally.trials));
-    rows.push_back(mean_row(name, "cost", m, layout.cost(e), equations, s.verdict, tally.trials));
+    rows.push_back(mean_row(name, "nees", m, layout.nees(), kChainedZ, s.verdict, tally.trials));
+    rows.push_back(mean_row(name, "cost", m, layout.cost(), equations, s.verdict, tally.trials));
     ComparisonRow sd =
-        compare_sd("cost_sd", "1", 1, m, layout.cost(e), std::sqrt(2 * equations), s.verdict, tally.trials);
+        compare_sd("cost_sd", "1", 1, m, layout.cost(), std::sqrt(2 * equations), s.verdict, tally.trials);
     sd.formulation = name;
-    sd.note = sd.note.empty() ? "" : sd.note;
     rows.push_back(sd);
   }
   s.annotations.apply("consistency", rows);
-  return comparison_table("consistency",
-                          "do the covariances claim what the errors are: RMS of z-scores, NEES of twelve states, cost "
-                          "against chi-squared(3 stations)" +
-                              at_confidence(s.verdict.confidence),
-                          rows, tally.trials, tally.failed, true);
+  return by_estimator(
+      comparison_table("consistency",
+                       "do the covariances claim what the errors are: RMS of z-scores, NEES of twelve states, cost "
+                       "against chi-squared(3 stations)" +
+                           at_confidence(s.verdict.confidence),
+                       rows, tally.trials, tally.failed, true),
+      rows, s, layout, tally);
 }
 
 /// RMS at every station, beside what the covariances claim over all of them.
@@ -136,9 +147,10 @@ Table worse_table(const ChainedScenario& s, const PerformanceLayout& layout, con
   TableWriter w(std::move(t));
   const bool compared =
       std::find(s.estimators.begin(), s.estimators.end(), ChainedEstimator::single) != s.estimators.end();
-  const std::uint64_t runs = tally.trials - tally.failed;
-  for (std::size_t e = 0; compared && runs > 0 && e < s.estimators.size(); ++e) {
-    if (!is_chained(s.estimators[e])) continue;
+  for (std::size_t e = 0; compared && e < s.estimators.size(); ++e) {
+    const Moments& m = layout.moments(tally, e);
+    const std::uint64_t runs = m.count;
+    if (!is_chained(s.estimators[e]) || runs == 0) continue;
     for (std::size_t q = 0; q < kChainedQuantities; ++q) {
       w << name_of(s.estimators[e]) << std::string(kChainedQuantityNames[q]);
       const auto share = [&](std::uint64_t count) {
@@ -148,12 +160,10 @@ Table worse_table(const ChainedScenario& s, const PerformanceLayout& layout, con
       const std::uint64_t count = tally.counts[layout.worse_runs(e, q)], last = tally.counts[layout.worse_last(e, q)];
       w << static_cast<std::int64_t>(count);
       share(count);
-      w << (count > 0 ? tally.moments.mean[layout.worse(e, q)] * static_cast<double>(tally.moments.count) /
-                            static_cast<double>(count)
-                      : kNaN)
+      w << (count > 0 ? m.mean[layout.worse(q)] * static_cast<double>(runs) / static_cast<double>(count) : kNaN)
         << static_cast<std::int64_t>(last);
       share(last);
-      w << static_cast<std::int64_t>(tally.trials) << static_cast<std::int64_t>(tally.failed);
+      w << static_cast<std::int64_t>(tally.trials) << static_cast<std::int64_t>(layout.failed(tally, e));
     }
   }
   return w.take();
@@ -175,13 +185,18 @@ Table runs_table(const std::vector<ComparisonRow>& rms, const Tally& tally) {
   const std::size_t n = tally.samples.size() / rms.size();
   for (std::size_t i = 0; i < rms.size() && n > 0; ++i) {
     std::vector<double> x;
-    for (std::size_t r = 0; r < n; ++r) x.push_back(tally.samples[r * rms.size() + i]);
+    for (std::size_t r = 0; r < n; ++r)
+      if (const double sample = tally.samples[r * rms.size() + i]; !std::isnan(sample)) x.push_back(sample);
+    if (x.empty()) continue;
     std::sort(x.begin(), x.end());
-    const auto quantile = [&](double p) { return x[static_cast<std::size_t>(p * static_cast<double>(n - 1) + 0.5)]; };
+    const auto quantile = [&](double p) {
+      return x[static_cast<std::size_t>(p * static_cast<double>(x.size() - 1) + 0.5)];
+    };
     const auto below = std::lower_bound(x.begin(), x.end(), rms[i].published) - x.begin();
     w << rms[i].formulation << rms[i].quantity << rms[i].unit << quantile(0.025) << quantile(0.5) << quantile(0.975)
-      << rms[i].published << (std::isnan(rms[i].published) ? kNaN : static_cast<double>(below) / static_cast<double>(n))
-      << static_cast<std::int64_t>(n);
+      << rms[i].published
+      << (std::isnan(rms[i].published) ? kNaN : static_cast<double>(below) / static_cast<double>(x.size()))
+      << static_cast<std::int64_t>(x.size());
   }
   return w.take();
 }
@@ -200,10 +215,11 @@ Table histogram_table(const ChainedScenario& s, const PerformanceLayout& layout,
                              "expected count by theory: normal, chi-squared(12), chi-squared(3 "
                              "stations)")};
   TableWriter w(std::move(t));
-  const double runs = static_cast<double>(tally.trials - tally.failed), equations = 3.0 * s.stations();
+  const double equations = 3.0 * s.stations();
   constexpr std::size_t kBins = PerformanceLayout::kBins;
-  for (std::size_t e = 0; e < s.estimators.size() && runs > 0; ++e) {
-    if (!is_chained(s.estimators[e])) continue;
+  for (std::size_t e = 0; e < s.estimators.size(); ++e) {
+    const double runs = static_cast<double>(layout.moments(tally, e).count);
+    if (!is_chained(s.estimators[e]) || runs == 0) continue;
     const auto bins = [&](const char* quantity, std::size_t first, double from, double width, double values,
                           const auto& upper_tail) {
       for (std::size_t b = 0; b < kBins; ++b) {
@@ -224,6 +240,21 @@ Table histogram_table(const ChainedScenario& s, const PerformanceLayout& layout,
   return w.take();
 }
 
+/// How every chained estimator ended, by reason.
+Table failures_table(const ChainedScenario& s, const PerformanceLayout& layout, const Tally& tally) {
+  Table t{"failures", "how the trials of every chained estimator ended; each leaves out its own failures only"};
+  t.columns = {word_column("formulation", "estimator"),
+               word_column("status", "converged, or why not: iteration_limit, no_descent, saddle, not_finite"),
+               count_column("count", "trials"), count_column("trials", "trials run")};
+  TableWriter w(std::move(t));
+  for (std::size_t e = 0; e < s.estimators.size() && !tally.counts.empty(); ++e)
+    for (std::size_t i = 0; is_chained(s.estimators[e]) && i < kChainedStatuses; ++i)
+      w << name_of(s.estimators[e]) << std::string(kChainedStatusNames[i])
+        << static_cast<std::int64_t>(tally.counts[layout.ended(e, static_cast<ChainedStatus>(i))])
+        << static_cast<std::int64_t>(tally.trials);
+  return w.take();
+}
+
 }  // namespace
 
 std::vector<RowName> performance_rows(const ChainedScenario& s) {
@@ -239,20 +270,24 @@ std::vector<RowName> performance_rows(const ChainedScenario& s) {
 
 std::vector<Table> performance_tables(const ChainedScenario& s, const PerformanceLayout& layout, const Tally& tally) {
   const std::vector<ComparisonRow> rms = rms_rows(s, layout, tally);
-  Table failures{"failed_trials",
-                 "trials without a converged estimate; replay one with `surveymc run CONFIG --trial K`"};
+  Table failures{
+      "failed_trials",
+      "trials without a converged estimate of some estimator; replay one with `surveymc run CONFIG --trial K`"};
   failures.columns = {{"trial", "1", "number of the trial, from 0",
                        std::vector<std::int64_t>(tally.failed_trials.begin(), tally.failed_trials.end())}};
-  return {comparison_table("rms",
-                           "RMS errors over all stations and trials; analytic: by the claimed covariances" +
-                               at_confidence(s.verdict.confidence),
-                           rms, tally.trials, tally.failed, true),
-          consistency_table(s, layout, tally),
-          stations_table(s, layout, tally),
-          worse_table(s, layout, tally),
-          runs_table(rms, tally),
-          histogram_table(s, layout, tally),
-          failures};
+  return {
+      by_estimator(comparison_table("rms",
+                                    "RMS errors over all stations and trials; analytic: by the claimed covariances" +
+                                        at_confidence(s.verdict.confidence),
+                                    rms, tally.trials, tally.failed, true),
+                   rms, s, layout, tally),
+      consistency_table(s, layout, tally),
+      stations_table(s, layout, tally),
+      worse_table(s, layout, tally),
+      runs_table(rms, tally),
+      histogram_table(s, layout, tally),
+      failures_table(s, layout, tally),
+      failures};
 }
 
 }  // namespace surveymc

@@ -28,7 +28,6 @@ QuantityArray station_errors(const ChainedRun& run, const ReferenceField& field,
 
 RunCheck check_alone(const ChainedScenario& s, ChainedEstimator estimator, const ChainedRun& run) {
   RunCheck out;
-  out.converged = true;
   const ChainedModel m = s.model(ChainReferences::chained);
   const SingleWeights weights = single_weights(m);
   for (std::size_t k = 0; k < run.readings.size(); ++k) {
@@ -44,7 +43,7 @@ RunCheck check_alone(const ChainedScenario& s, ChainedEstimator estimator, const
 
 RunCheck check_chained(const ChainedScenario& s, const ChainedRun& run, const ChainedSolution& solution) {
   RunCheck out;
-  out.converged = solution.converged;
+  out.status = solution.status;
   out.cost = solution.cost;
   const double bh = s.field.total * std::cos(s.field.dip), bd = s.field.total * std::sin(s.field.dip);
   for (std::size_t k = 0; k < run.readings.size(); ++k) {

@@ -30,7 +30,8 @@ struct StationCheck {
 
 /// A whole run by one estimator.
 struct RunCheck {
-  bool converged = false;
+  ChainedStatus status = ChainedStatus::converged;
+  bool converged() const { return status == ChainedStatus::converged; }
   double cost = 0;
   std::vector<StationCheck> stations;
 };

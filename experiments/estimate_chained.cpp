@@ -11,6 +11,7 @@
 #include "chained_scenario.h"
 #include "config/readings_csv.h"
 #include "estimate/chained_attitude.h"
+#include "estimate/chained_profile.h"
 #include "estimate/chained_search.h"
 #include "estimate/chained_smoother.h"
 #include "estimate/chained_start.h"
@@ -72,7 +73,23 @@ struct Answer {
   ChainedSolution solution;
   ChainedReadingTests tests;  ///< of the smoother's residuals, whichever was asked for
   ChainedSuspect suspect;
+  std::vector<ChainedProfile> profiles;  ///< of the smoother
 };
+
+/// Of every station; in long runs of a hundred along it, so that the work stays linear in stations.
+std::vector<ChainedProfile> profiles_of(const Run& r, const ChainedModes& modes) {
+  constexpr int kMost = 100;
+  std::vector<ChainedProfile> out;
+  const int n = r.readings.stations(), most = std::min(n, kMost);
+  ChainedProfileOptions options;
+  options.confidence = r.confidence;
+  for (int i = 0; i < most; ++i) {
+    const int k = most < 2 ? 0 : static_cast<int>(static_cast<std::int64_t>(i) * (n - 1) / (most - 1));
+    out.push_back(profile_azimuth(r.model, r.readings, modes.modes, k, options));
+  }
+  return out;
+}
+
 Answer answer_of(const Run& r) {
   Answer a;
   ChainedSearchOptions options;
@@ -82,9 +99,12 @@ Answer answer_of(const Run& r) {
   a.solution = a.modes.modes.front();
   a.tests = chained_reading_tests(r.model, r.readings, a.solution);
   a.suspect = find_suspect(a.tests, r.gate);
+  a.profiles = profiles_of(r, a.modes);
   if (r.filter) {
     a.solution = filter_chained(r.model, r.readings, point_of(a.solution));
-    require(a.solution.converged, "chained: the filter does not converge at some station: use mode = \"smoother\"");
+    require(a.solution.converged,
+            fmt::format("chained: the filter does not converge at some station ({}): use mode = \"smoother\"",
+                        kChainedStatusNames[static_cast<std::size_t>(a.solution.status)]));
   }
   return a;
 }
@@ -209,6 +229,40 @@ Table modes_table(const Run& r, const Answer& a) {
   return w.take();
 }
 
+/// Do the claims hold, and what holds where they do not.
+Table profile_table(const Run& r, const Answer& a) {
+  Table t{"profile",
+          "the smoother's claims against the cost, minimised at values of the station's axial bias; azimuth: by the "
+          "covariance where the claims hold, else by the mixture over the bias" +
+              at_confidence(r.confidence)};
+  const auto number = [&](const char* name, const char* unit, const char* meaning) {
+    t.columns.push_back(number_column(name, unit, meaning));
+  };
+  t.columns = {count_column("station", "number of the station, from 1")};
+  number("md_m", "m", "measured depth");
+  t.columns.push_back(
+      count_column("claims_hold", "1: the cost rises as the covariance says, and there is one minimum"));
+  number("cost_rise_low", "1", "of the cost at the axial bias less 2 claimed sd: 4 where the claims hold");
+  number("cost_rise_high", "1", "of the cost at the axial bias and 2 claimed sd: 4 where the claims hold");
+  number("bias_z_nT", "nT", "axial bias at the lowest minimum");
+  number("claimed_sd_bias_z_nT", "nT", "by the covariance");
+  number("sd_bias_z_nT", "nT", "by the profile");
+  number("azimuth_magnetic_deg", "deg", "at the lowest minimum");
+  number("claimed_sd_azimuth_deg", "deg", "by the covariance");
+  number("mean_azimuth_magnetic_deg", "deg", "by the profile");
+  number("sd_azimuth_deg", "deg", "by the profile");
+  number("azimuth_magnetic_ci_low_deg", "deg", "lower bound of the confidence interval by the profile");
+  number("azimuth_magnetic_ci_high_deg", "deg", "upper bound; below the lower one where the interval contains north");
+  t.columns.push_back(count_column("complete", "0: a part of the profile was not found"));
+  TableWriter w(std::move(t));
+  for (const ChainedProfile& p : a.profiles)
+    w << static_cast<std::int64_t>(p.station + 1) << r.file.md[static_cast<std::size_t>(p.station)]
+      << static_cast<std::int64_t>(p.parabola) << p.rise_low << p.rise_high << p.bias << p.claimed_sd << p.sd_bias
+      << degrees_of(p.azimuth) << p.azimuth_claimed_sd / kDegree << degrees_of(p.azimuth_mean) << p.azimuth_sd / kDegree
+      << degrees_of(p.azimuth_low) << degrees_of(p.azimuth_high) << static_cast<std::int64_t>(p.complete);
+  return w.take();
+}
+
 Table tests_table(const Run& r, const Answer& a) {
   Table t{"tests", "does the run as a whole, and does every reading, fit the model"};
   t.columns = {word_column("test", "cost (chi-squared of the run) or reading (w, standard normal)"),
@@ -259,6 +313,23 @@ Table warnings_table(const Run& r, const Answer& a) {
     warnings.push_back({"severe", fmt::format("ambiguous: a second minimum has cost {:.2f}, the first {:.2f}; table "
                                               "`modes` has both: choose by what is known of the well",
                                               a.modes.modes[1].cost, cost)});
+  const ChainedProfile* worst = nullptr;
+  std::size_t unheld = 0;
+  for (const ChainedProfile& p : a.profiles) {
+    if (p.parabola || std::isnan(p.azimuth_claimed_sd)) continue;
+    ++unheld;
+    if (!worst || p.azimuth_sd / p.azimuth_claimed_sd > worst->azimuth_sd / worst->azimuth_claimed_sd) worst = &p;
+  }
+  if (worst)
+    warnings.push_back(
+        {"severe",
+         fmt::format(
+             "the claimed sd do not hold at {} of {} stations looked at: the cost is no parabola along the axial "
+             "bias. At station {} the azimuth's sd is {:.3g} deg, not {:.3g}: use the intervals of table "
+             "`profile`{}",
+             unheld, a.profiles.size(), worst->station + 1, worst->azimuth_sd / kDegree,
+             worst->azimuth_claimed_sd / kDegree,
+             worst->complete ? "" : ", which is incomplete: a wider one cannot be excluded")});
   if (cost > chi_squared_quantile(equations, 1 - r.alpha / 2))
     warnings.push_back(
         {"severe", fmt::format("cost {:.2f} (expected {:.0f}): a gross error, a wrong reference, or more "
@@ -287,7 +358,7 @@ class ChainedEstimate final : public StudyPoint {
   PointResult report(const Tally&, const RunOptions&) const override {
     PointResult result;
     result.tables = {parameters_table(r_, a_), fit_table(r_, a_),   modes_table(r_, a_),
-                     stations_table(r_, a_),   tests_table(r_, a_), warnings_table(r_, a_)};
+                     stations_table(r_, a_),   profile_table(r_, a_), tests_table(r_, a_), warnings_table(r_, a_)};
     return result;
   }
 

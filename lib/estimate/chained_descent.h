@@ -13,9 +13,9 @@
 /// Why it ends at a stationary point, from any start (Nocedal and Wright 2006, theorem 4.5 in this notation): the set
 /// {J <= J(start)} is compact (priors and links hold the chain, rotations are bounded), so on it B, D and the third
 /// order of J are bounded, and there is a lambda* beyond which every step is taken. Hence lambda <= 10 lambda* always,
-/// every step taken lowers J by at least least_gain |g|^2 / |B + lambda D|, and as J >= 0 the sum of all |g|^2 is finite:
-/// g -> 0. Where the Hessian at the limit is positive definite, lambda -> 0 and the last steps are Newton's, which
-/// converge quadratically.
+/// every step taken lowers J by at least least_gain |g|^2 / |B + lambda D|, and as J >= 0 the sum of all |g|^2 is
+/// finite: g -> 0. Where the Hessian at the limit is positive definite, lambda -> 0 and the last steps are Newton's,
+/// which converge quadratically.
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -60,8 +60,7 @@ Descent<typename Problem::Point> descend(const Problem& problem, const typename 
     if (curved && !by_newton) step = problem.solve(gauss_newton, damping);
     const double size2 = problem.size2(step);
     const bool finite = step.positive && std::isfinite(size2) && std::isfinite(step.promise);
-    if (finite && damping == 0 && size2 <= tolerance2 &&
-        step.promise <= options.gradient_tolerance * (1 + out.cost)) {
+    if (finite && damping == 0 && size2 <= tolerance2 && step.promise <= options.gradient_tolerance * (1 + out.cost)) {
       out.at = problem.moved(out.at, step);
       out.cost = problem.cost(out.at);
       out.status = curved && !by_newton ? ChainedStatus::saddle : ChainedStatus::converged;

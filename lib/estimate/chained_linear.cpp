@@ -77,7 +77,8 @@ StationCurvature curvature(const ChainedModel& m, const StationLinear& s, const 
   c.delta_chain.col(kDownError) = d.cross(uh);
   c.delta_interference.setZero(3, m.interference.states());
   for (Eigen::Index q = 0; q < m.interference.states(); ++q)
-    c.delta_interference.col(q) = m.interference.weight(k) * Vector3d(frame * m.interference.directions.col(q)).cross(uh);
+    c.delta_interference.col(q) =
+        m.interference.weight(k) * Vector3d(frame * m.interference.directions.col(q)).cross(uh);
   return c;
 }
 

@@ -98,14 +98,14 @@ enum class ChainedStatus {
   not_finite        ///< readings or steps that are not numbers
 };
 inline constexpr std::size_t kChainedStatuses = 5;
-inline constexpr std::array<const char*, kChainedStatuses> kChainedStatusNames{
-    "converged", "iteration_limit", "no_descent", "saddle", "not_finite"};
+inline constexpr std::array<const char*, kChainedStatuses> kChainedStatusNames{"converged", "iteration_limit",
+                                                                               "no_descent", "saddle", "not_finite"};
 
 struct ChainedSolution {
   bool converged = false;  ///< status is ChainedStatus::converged
   ChainedStatus status = ChainedStatus::iteration_limit;
   int iterations = 0;  ///< steps tried, rejected ones included
-  double cost = 0;  ///< J: squares of all whitened equations; chi-squared(3 stations) under the model
+  double cost = 0;     ///< J: squares of all whitened equations; chi-squared(3 stations) under the model
   /// ln det of half the Hessian of J by Gauss-Newton, of all unknowns in rad and SI and nT: of solve_chained alone.
   double log_determinant = 0;
   std::vector<StationEstimate> stations;

@@ -27,7 +27,8 @@ struct NormalBlocks {
   VectorXd border_rhs;
   MatrixXd border;
   // Levenberg's scale D: steps of the chain and the border in prior sd, of attitudes in 0.1 rad. Marquardt's diagonal
-  // would hold back most where the accelerometers see the attitude, and the weak direction is a turn about the vertical.
+  // would hold back most where the accelerometers see the attitude, and the weak direction is a turn about the
+  // vertical.
   ChainVector chain_scale;
   double border_scale;
 };
@@ -202,9 +203,8 @@ Step step_of(const NormalBlocks& b, const BlockSolution& s, double damping) {
     const Eigen::Matrix<double, 12, 1> own = x.col(0) - x.rightCols(step.da.size()) * step.da;
     step.delta.push_back(own.head<3>());
     step.dc.push_back(own.tail<kChainStates>());
-    step.promise += b.columns[k].col(0).dot(own) +
-                    damping * (kAttitudeScale * step.delta[k].squaredNorm() +
-                               b.chain_scale.dot(step.dc[k].cwiseAbs2()));
+    step.promise += b.columns[k].col(0).dot(own) + damping * (kAttitudeScale * step.delta[k].squaredNorm() +
+                                                              b.chain_scale.dot(step.dc[k].cwiseAbs2()));
   }
   return step;
 }
