@@ -12,6 +12,7 @@
 #include "estimate/chained_smoother.h"
 #include "random/study_stream.h"
 #include "study/comparison.h"
+#include "study/table_writer.h"
 
 namespace surveymc {
 namespace {
@@ -34,50 +35,46 @@ class ChainedInterference final : public StudyPoint {
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
-    tally.counts.assign(kWays, 0);
-    Eigen::MatrixXd numbers(block.count, 3 * kWays);
-    Eigen::Index row = 0;
+    tally.counts.assign(kWays * (1 + kChainedStatuses), 0);
+    std::array<Eigen::MatrixXd, kWays> numbers;
+    numbers.fill(Eigen::MatrixXd(block.count, 3));
+    std::array<Eigen::Index, kWays> rows{};
     for (int t = 0; t < block.count; ++t) {
       ++tally.trials;
       const std::uint64_t trial = block.first + static_cast<std::uint64_t>(t);
       bool converged = true;
-      std::array<bool, kWays> rejected{};
-      for (std::size_t way = 0; way < kWays; ++way) {
+      for (std::size_t way = 0; way < kWays; ++way) {  // each leaves out its own failures only
         const Outcome o = outcome(trial, static_cast<Way>(way));
-        converged = converged && o.converged;
-        rejected[way] = o.rejected;
-        const auto at = static_cast<Eigen::Index>(3 * way);
-        numbers.row(row).segment<3>(at) << o.azimuth2, o.horizontal2, o.claimed2;
+        ++tally.counts[ended(way, o.status)];
+        converged = converged && o.converged();
+        if (!o.converged()) continue;
+        tally.counts[way] += o.rejected;
+        numbers[way].row(rows[way]++) << o.azimuth2, o.horizontal2, o.claimed2;
       }
-      if (!converged) {
-        ++tally.failed;
-        if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
-        continue;
-      }
-      for (std::size_t way = 0; way < kWays; ++way) tally.counts[way] += rejected[way];
-      ++row;
+      if (converged) continue;
+      ++tally.failed;
+      if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
     }
-    tally.moments = Moments::of(numbers.topRows(row));
+    for (std::size_t way = 0; way < kWays; ++way) tally.groups.push_back(Moments::of(numbers[way].topRows(rows[way])));
     return tally;
   }
 
   PointResult report(const Tally& tally, const RunOptions&) const override {
     std::vector<ComparisonRow> rows;
-    const Moments& m = tally.moments;
+    std::vector<std::int64_t> failed;
     for (std::size_t way = 0; way < kWays; ++way) {
-      const auto first = static_cast<Eigen::Index>(3 * way);
+      const Moments m = tally.groups.empty() ? Moments() : tally.groups[way];
       for (Eigen::Index i = 0; i < 2; ++i) {
         ComparisonRow row;
         row.formulation = kWayNames[way];
         row.quantity = kQuantities[static_cast<std::size_t>(i)];
         row.unit = i == 0 ? "deg" : "nT";
         if (m.count >= 2) {
-          const Interval ci =
-              mean_interval(m.mean[first + i], m.variance(first + i), m.count, in_.s.verdict.confidence);
-          row.monte_carlo = std::sqrt(m.mean[first + i]);
+          const Interval ci = mean_interval(m.mean[i], m.variance(i), m.count, in_.s.verdict.confidence);
+          row.monte_carlo = std::sqrt(m.mean[i]);
           row.interval = {std::sqrt(std::max(ci.lo, 0.0)), std::sqrt(ci.hi)};
           if (i == 0) {
-            row.analytic = std::sqrt(m.mean[first + 2]);
+            row.analytic = std::sqrt(m.mean[2]);
             row.ratio = row.analytic / row.monte_carlo;
             row.ratio_interval = {row.analytic / row.interval.hi, row.analytic / row.interval.lo};
             row.verdict = judge(row.ratio_interval, in_.s.verdict.margin, tally.trials).word;
@@ -85,9 +82,10 @@ class ChainedInterference final : public StudyPoint {
         }
         rows.push_back(row);
       }
-      rows.push_back(compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[way], tally.trials - tally.failed,
+      rows.push_back(compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[way], m.count,
                                   way == kIgnored ? std::nan("") : in_.alpha, in_.s.verdict, tally.trials));
       rows.back().formulation = kWayNames[way];
+      failed.resize(rows.size(), static_cast<std::int64_t>(tally.trials - m.count));
     }
     in_.s.annotations.apply("interference", rows);
     PointResult r;
@@ -98,6 +96,8 @@ class ChainedInterference final : public StudyPoint {
                     in_.reported, 100 * in_.alpha) +
             at_confidence(in_.s.verdict.confidence),
         rows, tally.trials, tally.failed)};
+    r.tables.front().columns.back().values = std::move(failed);
+    r.tables.push_back(failures_table(tally));
     return r;
   }
 
@@ -106,16 +106,36 @@ class ChainedInterference final : public StudyPoint {
     for (std::size_t way = 0; way < kWays; ++way) {
       const Outcome o = outcome(trial, static_cast<Way>(way));
       text += fmt::format("{}: {}, RMS azimuth {:.12g} deg, cost {:.12g}\n", kWayNames[way],
-                          o.converged ? "converged" : "NOT converged", std::sqrt(o.azimuth2), o.cost);
+                          o.converged() ? "converged" : "NOT converged", std::sqrt(o.azimuth2), o.cost);
     }
     return text;
   }
 
  private:
   struct Outcome {
-    bool converged = false, rejected = false;
+    ChainedStatus status = ChainedStatus::iteration_limit;
+    bool rejected = false;
+    bool converged() const { return status == ChainedStatus::converged; }
     double azimuth2 = 0, horizontal2 = 0, claimed2 = 0, cost = 0;  ///< mean squares: deg2, nT2, deg2 claimed
   };
+
+  static std::size_t ended(std::size_t way, ChainedStatus status) {
+    return kWays + way * kChainedStatuses + static_cast<std::size_t>(status);
+  }
+
+  static Table failures_table(const Tally& tally) {
+    Table t{"failures", "how the trials of every formulation ended; each leaves out its own failures only"};
+    t.columns = {word_column("formulation", "what is made of the interference"),
+                 word_column("status", "converged, or why not: iteration_limit, no_descent, saddle, not_finite"),
+                 count_column("count", "trials"), count_column("trials", "trials run")};
+    TableWriter w(std::move(t));
+    for (std::size_t way = 0; way < kWays && !tally.counts.empty(); ++way)
+      for (std::size_t i = 0; i < kChainedStatuses; ++i)
+        w << std::string(kWayNames[way]) << std::string(kChainedStatusNames[i])
+          << static_cast<std::int64_t>(tally.counts[ended(way, static_cast<ChainedStatus>(i))])
+          << static_cast<std::int64_t>(tally.trials);
+    return w.take();
+  }
 
   Outcome outcome(std::uint64_t trial, Way way) const {
     ChainedRunSetup setup = in_.s.truth;
@@ -132,15 +152,15 @@ class ChainedInterference final : public StudyPoint {
       m.interference.directions.col(0) = a.normalized();
     }
     const ChainedRun run = simulate_chained_run(setup, stream_, trial);
-    // East of a free vector is an azimuth by another name: only the prior holds it, in a curved valley that Levenberg
-    // creeps along. Gauss-Newton may rise on its way and does not mind.
+    // East of a free vector is an azimuth by another name: only the prior holds it, in a curved valley along which the
+    // descent may need more steps than it has. Gauss-Newton may rise on its way and does not mind.
     ChainedSolution x = solve_chained(m, {run.readings, {}});
     if (!x.converged) x = smooth_chained(m, {run.readings, {}});
     Outcome o;
-    o.converged = x.converged;
+    o.status = x.status;
     o.cost = x.cost;
     o.rejected = chi_squared_upper_tail(3.0 * in_.s.stations(), x.cost) < in_.alpha;
-    if (!o.converged) return o;
+    if (!o.converged()) return o;
     const RunCheck check = check_chained(in_.s, run, x);
     for (int k = 0; k < in_.reported; ++k) {
       const StationCheck& c = check.stations[static_cast<std::size_t>(k)];
