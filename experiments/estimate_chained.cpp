@@ -102,9 +102,8 @@ Answer answer_of(const Run& r) {
   a.profiles = profiles_of(r, a.modes);
   if (r.filter) {
     a.solution = filter_chained(r.model, r.readings, point_of(a.solution));
-    require(a.solution.converged,
-            fmt::format("chained: the filter does not converge at some station ({}): use mode = \"smoother\"",
-                        kChainedStatusNames[static_cast<std::size_t>(a.solution.status)]));
+    require(a.solution.converged, "chained: the filter does not converge at some station ({}): use mode = \"smoother\"",
+            kChainedStatusNames[static_cast<std::size_t>(a.solution.status)]);
   }
   return a;
 }
