@@ -98,7 +98,7 @@ Descent<typename Problem::Point> descend(const Problem& problem, const typename 
         damping = damping > kLeastDamping ? damping / kFactor : 0;
       else if (gain < 0.25)
         damping *= 2;
-      curved = curved || slow || coarse || gain < 0.25;
+      curved = curved || slow || (!coarse && gain < 0.25);
       gauss_newton = problem.system(out.at);
       newton.reset();
     } else if (!curved && finite) {
