@@ -67,23 +67,12 @@ class ChainedInterference final : public StudyPoint {
     for (std::size_t way = 0; way < kWays; ++way) {
       const auto first = static_cast<Eigen::Index>(3 * way);
       for (Eigen::Index i = 0; i < 2; ++i) {
-        ComparisonRow row;
-        row.formulation = kWayNames[way];
-        row.quantity = kQuantities[static_cast<std::size_t>(i)];
-        row.unit = i == 0 ? "deg" : "nT";
-        if (m.count >= 2) {
-          const Interval ci =
-              mean_interval(m.mean[first + i], m.variance(first + i), m.count, in_.s.verdict.confidence);
-          row.monte_carlo = std::sqrt(m.mean[first + i]);
-          row.interval = {std::sqrt(std::max(ci.lo, 0.0)), std::sqrt(ci.hi)};
-          if (i == 0) {
-            row.analytic = std::sqrt(m.mean[first + 2]);
-            row.ratio = row.analytic / row.monte_carlo;
-            row.ratio_interval = {row.analytic / row.interval.hi, row.analytic / row.interval.lo};
-            row.verdict = judge(row.ratio_interval, in_.s.verdict.margin, tally.trials).word;
-          }
-        }
-        rows.push_back(row);
+        const double claimed = i == 0 && m.count >= 2 ? std::sqrt(m.mean[first + 2]) : std::nan("");
+        rows.push_back(compare_value(kQuantities[static_cast<std::size_t>(i)], i == 0 ? "deg" : "nT",
+                                     rms_estimate(m, first + i, in_.s.verdict.confidence), claimed, in_.s.verdict,
+                                     tally.trials));
+        rows.back().formulation = kWayNames[way];
+        rows.back().note.clear();  // this table does not say how many trials would decide
       }
       rows.push_back(compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[way], tally.trials - tally.failed,
                                   way == kIgnored ? std::nan("") : in_.alpha, in_.s.verdict, tally.trials));

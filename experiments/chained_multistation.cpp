@@ -26,10 +26,10 @@ class ChainedPerformance final : public StudyPoint {
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
-    tally.counts.assign(layout_.counts(), 0);
+    tally.counts.assign(layout_.counts.size(), 0);
     const auto count = static_cast<Eigen::Index>(block.count);
-    Eigen::MatrixXd numbers = Eigen::MatrixXd::Zero(count, layout_.numbers());
-    std::vector<Eigen::MatrixXd> along(layout_.groups(), Eigen::MatrixXd::Zero(count, s_.stations()));
+    Eigen::MatrixXd numbers = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(layout_.numbers.size()));
+    std::vector<Eigen::MatrixXd> along(layout_.groups.size(), Eigen::MatrixXd::Zero(count, s_.stations()));
     Eigen::Index row = 0;
     constexpr int kBatch = 64;  // trials whose readings and answers stay in the caches
     for (int first = 0; first < block.count; first += kBatch) {

@@ -12,8 +12,10 @@
 #include "estimate/chained_newton.h"
 #include "estimate/chained_tests.h"
 #include "random/study_stream.h"
+#include "stats/normal_tail.h"
+#include "stats/order_statistics.h"
 #include "study/comparison.h"
-#include "study/table_writer.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
@@ -152,8 +154,7 @@ class ChainedOutliers final : public StudyPoint {
     const std::uint64_t runs = tally.trials - tally.failed;
     // Linear theory: its own test is normal about the shift, averaged over the drawn toolfaces by its mean only
     const double shift = tally.moments.count > 0 ? tally.moments.mean[kW + 2] : std::nan("");
-    const auto upper = [](double x) { return std::erfc(x / std::sqrt(2.0)) / 2; };
-    const double power = upper(o_.gate.gate - shift) + upper(o_.gate.gate + shift);
+    const double power = normal_upper_tail(o_.gate.gate - shift) + normal_upper_tail(o_.gate.gate + shift);
     for (std::size_t e = 0; e < kEvents; ++e) {
       rows.push_back(compare_rate(kEventNames[e], tally.counts.empty() ? 0 : tally.counts[e], runs,
                                   e == kOwnTest ? power : std::nan(""), o_.s.verdict, tally.trials));
@@ -161,23 +162,10 @@ class ChainedOutliers final : public StudyPoint {
       if (e == kOwnTest) rows.back().note = "analytic at the mean shift of its test";
     }
     const auto rms = [&](const std::string& quantity, const std::string& unit, std::size_t i, double analytic) {
-      ComparisonRow row;
-      row.quantity = quantity;
-      row.unit = unit;
-      row.analytic = analytic;
-      if (tally.moments.count >= 2) {
-        const auto at = static_cast<Eigen::Index>(i);
-        const Interval ci = mean_interval(tally.moments.mean[at], tally.moments.variance(at), tally.moments.count,
-                                          o_.s.verdict.confidence);
-        row.monte_carlo = std::sqrt(tally.moments.mean[at]);
-        row.interval = {std::sqrt(std::max(ci.lo, 0.0)), std::sqrt(ci.hi)};
-        if (std::isfinite(analytic)) {
-          row.ratio = analytic / row.monte_carlo;
-          row.ratio_interval = {analytic / row.interval.hi, analytic / row.interval.lo};
-          row.verdict = judge(row.ratio_interval, o_.s.verdict.margin, tally.trials).word;
-        }
-      }
-      rows.push_back(row);
+      rows.push_back(compare_value(quantity, unit,
+                                   rms_estimate(tally.moments, static_cast<Eigen::Index>(i), o_.s.verdict.confidence),
+                                   analytic, o_.s.verdict, tally.trials));
+      rows.back().note.clear();  // this table does not say how many trials would decide
     };
     for (std::size_t i = 0; i < kRemedies; ++i) rms(kRemedyNames[i], "deg", i, std::nan(""));
     ComparisonRow wrong;
@@ -200,11 +188,6 @@ class ChainedOutliers final : public StudyPoint {
 
   /// Of every reading of the station, at the first trial's toolfaces.
   Table detectable_table() const {
-    Table t{"detectable",
-            "minimal detectable errors of the station's readings, 80 % power at the gate; median over the "
-            "toolfaces of the first 201 runs"};
-    t.columns = {word_column("reading", "accelerometer a, magnetometer h"), word_column("unit", "of the error"),
-                 number_column("minimal_detectable_error", "1", "in the row's unit")};
     std::array<std::vector<double>, 6> sizes;
     constexpr int kRuns = 201;
     for (std::uint64_t trial = 0; trial < kRuns; ++trial) {
@@ -213,13 +196,15 @@ class ChainedOutliers final : public StudyPoint {
       for (std::size_t i = 0; i < 6; ++i)
         sizes[i].push_back(minimal_detectable(model_, tests, static_cast<std::size_t>(o_.station), i, o_.gate.gate));
     }
-    TableWriter w(std::move(t));
+    TableRows t("detectable",
+                "minimal detectable errors of the station's readings, 80 % power at the gate; median over the "
+                "toolfaces of the first 201 runs");
     for (std::size_t i = 0; i < 6; ++i) {
-      std::nth_element(sizes[i].begin(), sizes[i].begin() + kRuns / 2, sizes[i].end());
-      w << std::string(kReadingNames[i]) << std::string(i < 3 ? "mg" : "nT")
-        << sizes[i][kRuns / 2] / (i < 3 ? kMilliG : 1.0);
+      t.word("reading", "accelerometer a, magnetometer h", kReadingNames[i]);
+      t.word("unit", "of the error", i < 3 ? "mg" : "nT");
+      t.number("minimal_detectable_error", "1", "in the row's unit", median(sizes[i]) / (i < 3 ? kMilliG : 1.0));
     }
-    return w.take();
+    return t.take();
   }
 
   Outliers o_;

@@ -2,6 +2,7 @@
 /// Counting and tables of `chained_multistation`, study "performance".
 #include "chained_quantities.h"
 #include "montecarlo/run_blocks.h"
+#include "stats/layout.h"
 #include "store/table.h"
 
 namespace surveymc {
@@ -11,47 +12,49 @@ class PerformanceLayout {
  public:
   PerformanceLayout(const ChainedScenario& s, std::size_t kept_runs);
 
-  Eigen::Index numbers() const { return number_count_; }
-  std::size_t groups() const { return along_ ? estimators_ * kChainedQuantities : 0; }
-  std::size_t counts() const { return count_count_; }
-  std::size_t kept() const { return kept_; }
-  bool along() const { return along_; }
-
-  // Columns of Moments; all are means over the stations of a trial
-  Eigen::Index square(std::size_t estimator, std::size_t quantity) const;   ///< of the error
-  Eigen::Index claimed(std::size_t estimator, std::size_t quantity) const;  ///< variance
-  Eigen::Index z_square(std::size_t estimator, std::size_t z) const;
-  Eigen::Index nees(std::size_t estimator) const;
-  Eigen::Index cost(std::size_t estimator) const;
-  Eigen::Index worse(std::size_t estimator, std::size_t quantity) const;  ///< its RMS in runs worse than single, else 0
-  std::size_t group(std::size_t estimator, std::size_t quantity) const {
-    return estimator * kChainedQuantities + quantity;
-  }
-  // Counts
-  std::size_t worse_runs(std::size_t estimator, std::size_t quantity) const;  ///< RMS over the run above single's
-  std::size_t worse_last(std::size_t estimator, std::size_t quantity) const;  ///< error at the last station
-  std::size_t z_bin(std::size_t estimator) const;                             ///< the first of kBins
-  std::size_t nees_bin(std::size_t estimator) const;                          ///< the first of kBins
-  std::size_t cost_bin(std::size_t estimator) const;                          ///< the first of kBins
-
   static constexpr std::size_t kBins = 40;
+
+  /// Columns of Moments, by estimator and quantity or state; all are means over the stations of a trial.
+  struct Numbers : Layout {
+    explicit Numbers(std::size_t n) : estimators(n) {}
+    std::size_t estimators;
+    Slots square = slots(estimators, kChainedQuantities);   ///< of the error
+    Slots claimed = slots(estimators, kChainedQuantities);  ///< variance
+    Slots worse = slots(estimators, kChainedQuantities);    ///< its RMS in runs worse than single, else 0
+    Slots z_square = slots(estimators, kChainedZ), nees = slots(estimators), cost = slots(estimators);
+  };
+  struct Counts : Layout {
+    explicit Counts(std::size_t n) : estimators(n) {}
+    std::size_t estimators;
+    Slots worse_runs = slots(estimators, kChainedQuantities);  ///< RMS over the run above single's
+    Slots worse_last = slots(estimators, kChainedQuantities);  ///< error at the last station
+    Slots z = slots(estimators, kBins), nees = slots(estimators, kBins), cost = slots(estimators, kBins);
+  };
+  struct Groups : Layout {  ///< squared errors at every station; none if there are too many of them
+    explicit Groups(std::size_t estimators) : square(slots(estimators, kChainedQuantities)) {}
+    Slots square;
+  };
+  const Numbers numbers;
+  const Counts counts;
+  const Groups groups;
+
+  std::size_t kept() const { return kept_; }
+  bool along() const { return groups.size() > 0; }
+
   static constexpr double kZWidth = 0.25, kZFirst = -5, kNeesWidth = 1;
   double cost_width() const { return cost_width_; }
 
   /// One trial; `row` of the arrays is its own.
-  void add(const std::vector<RunCheck>& checks, Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> numbers,
-           std::vector<Eigen::MatrixXd>& along, Eigen::Index row, std::vector<std::uint64_t>& counts) const;
+  void add(const std::vector<RunCheck>& checks, Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> values,
+           std::vector<Eigen::MatrixXd>& along, Eigen::Index row, std::vector<std::uint64_t>& events) const;
   /// RMS of the run, by estimator and quantity, behind the others.
   void keep(const std::vector<RunCheck>& checks, std::vector<double>& samples) const;
 
  private:
   std::vector<bool> chained_;
-  std::size_t estimators_, kept_;
+  std::size_t kept_;
   int single_ = -1;  ///< its place among the estimators
-  bool along_;
   double cost_width_;
-  Eigen::Index number_count_;
-  std::size_t count_count_;
 };
 
 /// Rows that annotations may name.
