@@ -29,7 +29,8 @@ class AxialCorrection final : public StudyPoint {
   AxialCorrection(const AxialScenario& scenario, std::vector<StationTruth> truth)
       : s_(scenario),
         stream_(stream_of(s_.seed)),
-        layout_{s_.methods.size(), s_.stations.size()},
+        groups_(s_.methods.size(), s_.stations.size()),
+        counts_(s_.methods.size(), s_.stations.size()),
         draw_{s_.sigmas.accelerometer_xy, s_.sigmas.accelerometer_z,
               s_.sigmas.magnetometer_xy,  s_.sigmas.magnetometer_z,
               s_.sigmas.gravity,          s_.sigmas.horizontal,
@@ -41,8 +42,8 @@ class AxialCorrection final : public StudyPoint {
     const auto methods = s_.methods.size(), stations = s_.stations.size(), runs = static_cast<std::size_t>(block.count);
     Tally tally;
     tally.trials = runs;
-    tally.counts.assign(layout_.counts(), 0);
-    tally.groups.resize(layout_.groups());
+    tally.counts.assign(counts_.size(), 0);
+    tally.groups.resize(groups_.size());
     std::vector<Eigen::MatrixXd> squares(methods, Eigen::MatrixXd::Zero(block.count, kProfileQuantities));
     std::vector<std::vector<bool>> whole(methods, std::vector<bool>(runs, true));
     for (std::size_t first = 0; first < stations; first += kStationBatch) {
@@ -58,16 +59,16 @@ class AxialCorrection final : public StudyPoint {
           for (int t = 0; t < block.count; ++t) {
             const auto e = errors_of(readings, found, t, static_cast<int>(k), s_.stations[first + k]);
             if (!e.found) {
-              ++tally.counts[layout_.failed(m, first + k)];
+              ++tally.counts[counts_.failed(m, first + k)];
               whole[m][static_cast<std::size_t>(t)] = false;
               continue;
             }
-            tally.counts[layout_.over_tolerance(m, first + k)] += std::abs(e.values[0]) > s_.tolerance;
+            tally.counts[counts_.over_tolerance(m, first + k)] += std::abs(e.values[0]) > s_.tolerance;
             for (std::size_t q = 0; q < kProfileQuantities; ++q)
               squares[m](t, static_cast<Eigen::Index>(q)) += e.values[q] * e.values[q] / static_cast<double>(stations);
             errors.row(kept++) << e.values[0], e.values[6];
           }
-          tally.groups[layout_.station_group(m, first + k)] = Moments::of(errors.topRows(kept));
+          tally.groups[groups_.station(m, first + k)] = Moments::of(errors.topRows(kept));
         }
       }
     }
@@ -75,7 +76,7 @@ class AxialCorrection final : public StudyPoint {
       Eigen::Index kept = 0;
       for (int t = 0; t < block.count; ++t)
         if (whole[m][static_cast<std::size_t>(t)]) squares[m].row(kept++) = squares[m].row(t).eval();
-      tally.groups[layout_.profile_group(m)] = Moments::of(squares[m].topRows(kept));
+      tally.groups[groups_.profile(m)] = Moments::of(squares[m].topRows(kept));
     }
     return tally;
   }
@@ -135,7 +136,8 @@ class AxialCorrection final : public StudyPoint {
 
   AxialScenario s_;
   Stream stream_;
-  AxialLayout layout_;
+  AxialGroups groups_;
+  AxialCounts counts_;
   StationDrawSd draw_;
   std::vector<StationTruth> truth_;
 };

@@ -10,6 +10,7 @@
 #include "montecarlo/run_blocks.h"
 #include "random/study_id.h"
 #include "sensor/station_draws.h"
+#include "stats/layout.h"
 #include "stats/tally.h"
 #include "store/table.h"
 #include "study/annotations.h"
@@ -83,15 +84,16 @@ struct ProfileQuantity {
 inline constexpr std::size_t kProfileQuantities = 7;
 const std::array<ProfileQuantity, kProfileQuantities>& profile_quantities();
 
-/// Where a tally of the study has what.
-struct AxialLayout {
-  std::size_t methods, stations;
-  std::size_t station_group(std::size_t m, std::size_t k) const { return m * stations + k; }  ///< azimuth, Mz errors
-  std::size_t profile_group(std::size_t m) const { return methods * stations + m; }  ///< mean squares over the stations
-  std::size_t groups() const { return methods * (stations + 1); }
-  std::size_t failed(std::size_t m, std::size_t k) const { return 2 * (m * stations + k); }
-  std::size_t over_tolerance(std::size_t m, std::size_t k) const { return failed(m, k) + 1; }
-  std::size_t counts() const { return 2 * methods * stations; }
+/// Where a tally of the study has what: its groups of moments, and its counts, of every method and station.
+struct AxialGroups : Layout {
+  AxialGroups(std::size_t methods, std::size_t stations) : station(slots(methods, stations)), profile(slots(methods)) {}
+  Slots station;  ///< azimuth, Mz errors
+  Slots profile;  ///< mean squares over the stations
+};
+struct AxialCounts : Layout {
+  AxialCounts(std::size_t methods, std::size_t stations)
+      : failed(slots(methods, stations)), over_tolerance(slots(methods, stations)) {}
+  Slots failed, over_tolerance;
 };
 
 std::vector<Axis> axial_axes(const AxialScenario& scenario);

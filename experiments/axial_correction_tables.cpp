@@ -7,7 +7,9 @@
 
 #include "axial_correction.h"
 #include "base/units.h"
-#include "study/table_writer.h"
+#include "stats/normal_tail.h"
+#include "stats/order_statistics.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
@@ -30,30 +32,18 @@ std::string expected_verdict(const AxialScenario& s, std::size_t m, std::size_t 
   return verdict;
 }
 
-/// Mean of values of which `mean` was found over `count` of them, and its root: of squares, an RMS.
+/// An RMS and its prediction, both to be multiplied by `factor`.
 ComparisonRow compare_rms(const char* quantity, const char* unit, double factor, double mean_square, double variance,
                           std::uint64_t count, double analytic, const VerdictRule& rule, std::uint64_t trials) {
-  ComparisonRow row;
-  row.quantity = quantity;
-  row.unit = unit;
-  row.analytic = factor * analytic;
-  if (count < 2) {
+  Estimate found = rms_estimate(mean_square, variance, count, rule.confidence);
+  found = {factor * found.value, {factor * found.interval.lo, factor * found.interval.hi}};
+  ComparisonRow row = compare_value(quantity, unit, found, factor * analytic, rule, trials);
+  if (count < 2)
     row.note = "no trial has a solution";
-    return row;
-  }
-  const Interval ci = mean_interval(mean_square, variance, count, rule.confidence);
-  row.monte_carlo = factor * std::sqrt(mean_square);
-  row.interval = {factor * std::sqrt(std::max(0.0, ci.lo)), factor * std::sqrt(ci.hi)};
-  if (!(mean_square > 0) || !std::isfinite(analytic)) {
-    row.note = mean_square > 0 ? "no finite prediction" : "every trial gave the truth";
-    return row;
-  }
-  row.ratio = row.analytic / row.monte_carlo;
-  row.ratio_interval = {row.analytic / row.interval.hi, row.analytic / row.interval.lo};
-  const Verdict v = judge(row.ratio_interval, rule.margin, trials);
-  row.verdict = v.word;
-  if (v.trials_to_decide > 0)
-    row.note = fmt::format("about {:.2g} trials would decide", static_cast<double>(v.trials_to_decide));
+  else if (!(mean_square > 0))
+    row.note = "every trial gave the truth";
+  else if (!std::isfinite(analytic))
+    row.note = "no finite prediction";
   return row;
 }
 
@@ -70,8 +60,7 @@ ComparisonRow compare_rms(const char* quantity, const char* unit, double factor,
 
 /// P(|x| > limit), x normal.
 double outside(double limit, double mean, double sd) {
-  const double root2 = std::sqrt(2.0);
-  return (std::erfc((limit - mean) / sd / root2) + std::erfc((limit + mean) / sd / root2)) / 2;
+  return normal_upper_tail((limit - mean) / sd) + normal_upper_tail((limit + mean) / sd);
 }
 
 StationSigmas drawn_sigmas(const AxialScenario& s) {
@@ -100,22 +89,8 @@ void add_axial_maps(const AxialScenario& s, std::vector<Map>& maps, std::vector<
          "sd of the azimuth by the sigmas, first order; inf: undefined, or no solution",
          axes,
          {}};
-  Table t{"failures",
-          fmt::format("attitudes of the maps where the azimuth is off by more than {:g} deg", s.tolerance / kDegree)};
-  t.columns = {
-      word_column("method", "single-station solution"),
-      count_column("attitudes", "of the map"),
-      count_column("without_solution", "attitudes at which the method has none"),
-      number_column("tolerance_deg", "deg", "of the azimuth"),
-      number_column("share_error", "1", "attitudes with a larger error by the constant errors, or no solution"),
-      number_column("share_sd", "1", "attitudes with a larger sd, or no solution"),
-      number_column("error_median_deg", "deg", "median |error|; inf if most have no solution"),
-      number_column("error_largest_deg", "deg", "largest finite |error|"),
-      number_column("sd_median_deg", "deg", "median sd"),
-      number_column("sd_largest_deg", "deg", "largest finite sd"),
-      number_column("sd_largest_inclination_deg", "deg", "where"),
-      number_column("sd_largest_azimuth_deg", "deg", "where")};
-  TableWriter w(std::move(t));
+  TableRows t("failures", fmt::format("attitudes of the maps where the azimuth is off by more than {:g} deg",
+                                      s.tolerance / kDegree));
   for (std::size_t m = 0; m < s.methods.size(); ++m) {
     std::vector<double> errors, sds;
     std::int64_t without = 0, over_error = 0, over_sd = 0;
@@ -137,22 +112,28 @@ void add_axial_maps(const AxialScenario& s, std::vector<Map>& maps, std::vector<
         if (std::isfinite(e) && !(e <= error_largest)) error_largest = e;
         if (std::isfinite(x) && !(x <= sd_largest)) sd_largest = x, where_i = i, where_a = a;
       }
-    const auto median = [](std::vector<double> v) {
-      std::sort(v.begin(), v.end());
-      const std::size_t n = v.size();
-      return n % 2 == 1 ? v[n / 2] : (v[n / 2 - 1] + v[n / 2]) / 2;
-    };
     const double n = static_cast<double>(errors.size());
-    w << s.name_of(m) << static_cast<std::int64_t>(errors.size()) << without << s.tolerance / kDegree
-      << static_cast<double>(over_error) / n << static_cast<double>(over_sd) / n << median(errors) << error_largest
-      << median(sds) << sd_largest << where_i << where_a;
+    t.word("method", "single-station solution", s.name_of(m));
+    t.count("attitudes", "of the map", errors.size());
+    t.count("without_solution", "attitudes at which the method has none", without);
+    t.number("tolerance_deg", "deg", "of the azimuth", s.tolerance / kDegree);
+    t.number("share_error", "1", "attitudes with a larger error by the constant errors, or no solution",
+             static_cast<double>(over_error) / n);
+    t.number("share_sd", "1", "attitudes with a larger sd, or no solution", static_cast<double>(over_sd) / n);
+    t.number("error_median_deg", "deg", "median |error|; inf if most have no solution", median(errors));
+    t.number("error_largest_deg", "deg", "largest finite |error|", error_largest);
+    t.number("sd_median_deg", "deg", "median sd", median(sds));
+    t.number("sd_largest_deg", "deg", "largest finite sd", sd_largest);
+    t.number("sd_largest_inclination_deg", "deg", "where", where_i);
+    t.number("sd_largest_azimuth_deg", "deg", "where", where_a);
   }
   maps = {std::move(error), std::move(sd), std::move(axial)};
-  tables.push_back(w.take());
+  tables.push_back(t.take());
 }
 
 Table axial_verification(const AxialScenario& s, const Tally& tally) {
-  const AxialLayout layout{s.methods.size(), s.stations.size()};
+  const AxialGroups groups(s.methods.size(), s.stations.size());
+  const AxialCounts counts(s.methods.size(), s.stations.size());
   std::vector<ComparisonRow> rows;
   std::vector<double> inclination, azimuth;
   std::vector<std::int64_t> failed;
@@ -160,8 +141,8 @@ Table axial_verification(const AxialScenario& s, const Tally& tally) {
     for (std::size_t m = 0; m < s.methods.size(); ++m) {
       const Attitude& at = s.stations[k];
       const AxialPrediction p = predict_axial(s, at, s.methods[m], constant_errors(s), drawn_sigmas(s));
-      const Moments& found = tally.groups[layout.station_group(m, k)];
-      const std::uint64_t none = tally.counts[layout.failed(m, k)], solved = tally.trials - none;
+      const Moments& found = tally.groups[groups.station(m, k)];
+      const std::uint64_t none = tally.counts[counts.failed(m, k)], solved = tally.trials - none;
       const double sd = p.sd(StationQuantity::azimuth);
       const auto add = [&](ComparisonRow row) {
         row.formulation = s.name_of(m);
@@ -176,7 +157,7 @@ Table axial_verification(const AxialScenario& s, const Tally& tally) {
       if (s.methods[m] != StationMethod::basic && s.methods[m] != StationMethod::optimising)
         add(compare_rms("axial_magnetisation", "nT", 1, found, 1,
                         std::hypot(p.axial_error, p.sd(StationQuantity::axial)), s.verdict, tally.trials));
-      add(compare_rate("over_tolerance", tally.counts[layout.over_tolerance(m, k)], solved,
+      add(compare_rate("over_tolerance", tally.counts[counts.over_tolerance(m, k)], solved,
                        std::isfinite(sd) ? outside(s.tolerance, p.azimuth_error, sd) : kNaN, s.verdict, tally.trials));
     }
   Table t = comparison_table("verification",
@@ -195,7 +176,7 @@ Table axial_profile(const AxialScenario& s, const Tally& tally) {
   constexpr std::array<StationQuantity, kProfileQuantities> kQuantity{
       StationQuantity::azimuth,    StationQuantity::inclination, StationQuantity::toolface, StationQuantity::gravity,
       StationQuantity::horizontal, StationQuantity::vertical,    StationQuantity::axial};
-  const AxialLayout layout{s.methods.size(), s.stations.size()};
+  const AxialGroups groups(s.methods.size(), s.stations.size());
   const double bh = s.field.total * std::cos(s.field.dip), bd = s.field.total * std::sin(s.field.dip);
   std::vector<ComparisonRow> rows;
   std::vector<std::int64_t> failed;
@@ -211,7 +192,7 @@ Table axial_profile(const AxialScenario& s, const Tally& tally) {
         mean_square[q] += (bias[q] * bias[q] + sd * sd) / static_cast<double>(s.stations.size());
       }
     }
-    const Moments& found = tally.groups[layout.profile_group(m)];
+    const Moments& found = tally.groups[groups.profile(m)];
     for (std::size_t q = 0; q < kProfileQuantities; ++q) {
       const ProfileQuantity& name = profile_quantities()[q];
       const auto i = static_cast<Eigen::Index>(q);

@@ -11,8 +11,8 @@
 #include "estimate/chained_newton.h"
 #include "estimate/chained_smoother.h"
 #include "random/study_stream.h"
+#include "stats/layout.h"
 #include "study/comparison.h"
-#include "study/table_writer.h"
 
 namespace surveymc {
 namespace {
@@ -20,6 +20,11 @@ namespace {
 enum Way { kUndisturbed, kIgnored, kVector, kDirection, kWays };
 constexpr std::array<const char*, kWays> kWayNames{"undisturbed", "ignored", "free_vector", "known_direction"};
 constexpr std::array<const char*, 3> kQuantities{"azimuth_deg", "horizontal_nT", "rejected"};
+
+struct Counts : Layout {
+  Slots rejected = slots(kWays), ended = slots(kWays, kChainedStatuses);
+};
+constexpr Counts kCounts;
 
 struct Interference {
   ChainedScenario s;
@@ -35,7 +40,7 @@ class ChainedInterference final : public StudyPoint {
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
-    tally.counts.assign(kWays * (1 + kChainedStatuses), 0);
+    tally.counts.assign(kCounts.size(), 0);
     std::array<Eigen::MatrixXd, kWays> numbers;
     numbers.fill(Eigen::MatrixXd(block.count, 3));
     std::array<Eigen::Index, kWays> rows{};
@@ -45,10 +50,10 @@ class ChainedInterference final : public StudyPoint {
       bool converged = true;
       for (std::size_t way = 0; way < kWays; ++way) {  // each leaves out its own failures only
         const Outcome o = outcome(trial, static_cast<Way>(way));
-        ++tally.counts[ended(way, o.status)];
+        ++tally.counts[kCounts.ended(way, static_cast<std::size_t>(o.status))];
         converged = converged && o.converged();
         if (!o.converged()) continue;
-        tally.counts[way] += o.rejected;
+        tally.counts[kCounts.rejected(way)] += o.rejected;
         numbers[way].row(rows[way]++) << o.azimuth2, o.horizontal2, o.claimed2;
       }
       if (converged) continue;
@@ -65,24 +70,14 @@ class ChainedInterference final : public StudyPoint {
     for (std::size_t way = 0; way < kWays; ++way) {
       const Moments m = tally.groups.empty() ? Moments() : tally.groups[way];
       for (Eigen::Index i = 0; i < 2; ++i) {
-        ComparisonRow row;
-        row.formulation = kWayNames[way];
-        row.quantity = kQuantities[static_cast<std::size_t>(i)];
-        row.unit = i == 0 ? "deg" : "nT";
-        if (m.count >= 2) {
-          const Interval ci = mean_interval(m.mean[i], m.variance(i), m.count, in_.s.verdict.confidence);
-          row.monte_carlo = std::sqrt(m.mean[i]);
-          row.interval = {std::sqrt(std::max(ci.lo, 0.0)), std::sqrt(ci.hi)};
-          if (i == 0) {
-            row.analytic = std::sqrt(m.mean[2]);
-            row.ratio = row.analytic / row.monte_carlo;
-            row.ratio_interval = {row.analytic / row.interval.hi, row.analytic / row.interval.lo};
-            row.verdict = judge(row.ratio_interval, in_.s.verdict.margin, tally.trials).word;
-          }
-        }
-        rows.push_back(row);
+        const double claimed = i == 0 && m.count >= 2 ? std::sqrt(m.mean[2]) : std::nan("");
+        rows.push_back(labelled(
+            kWayNames[way],
+            compare_value(kQuantities[static_cast<std::size_t>(i)], i == 0 ? "deg" : "nT",
+                          rms_estimate(m, i, in_.s.verdict.confidence), claimed, in_.s.verdict, tally.trials)));
+        rows.back().note.clear();  // this table does not say how many trials would decide
       }
-      rows.push_back(compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[way], m.count,
+      rows.push_back(compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[kCounts.rejected(way)], m.count,
                                   way == kIgnored ? std::nan("") : in_.alpha, in_.s.verdict, tally.trials));
       rows.back().formulation = kWayNames[way];
       failed.resize(rows.size(), static_cast<std::int64_t>(tally.trials - m.count));
@@ -119,22 +114,14 @@ class ChainedInterference final : public StudyPoint {
     double azimuth2 = 0, horizontal2 = 0, claimed2 = 0, cost = 0;  ///< mean squares: deg2, nT2, deg2 claimed
   };
 
-  static std::size_t ended(std::size_t way, ChainedStatus status) {
-    return kWays + way * kChainedStatuses + static_cast<std::size_t>(status);
-  }
-
   static Table failures_table(const Tally& tally) {
-    Table t{"failures", "how the trials of every formulation ended; each leaves out its own failures only"};
-    t.columns = {word_column("formulation", "what is made of the interference"),
-                 word_column("status", "converged, or why not: iteration_limit, no_descent, saddle, not_finite"),
-                 count_column("count", "trials"), count_column("trials", "trials run")};
-    TableWriter w(std::move(t));
-    for (std::size_t way = 0; way < kWays && !tally.counts.empty(); ++way)
-      for (std::size_t i = 0; i < kChainedStatuses; ++i)
-        w << std::string(kWayNames[way]) << std::string(kChainedStatusNames[i])
-          << static_cast<std::int64_t>(tally.counts[ended(way, static_cast<ChainedStatus>(i))])
-          << static_cast<std::int64_t>(tally.trials);
-    return w.take();
+    std::vector<ChainedEndings> endings;
+    for (std::size_t way = 0; way < kWays && !tally.counts.empty(); ++way) {
+      endings.push_back({kWayNames[way]});
+      for (std::size_t i = 0; i < kChainedStatuses; ++i) endings.back().counts[i] = tally.counts[kCounts.ended(way, i)];
+    }
+    return endings_table("how the trials of every formulation ended; each leaves out its own failures only",
+                         "formulation", "what is made of the interference", endings, tally.trials);
   }
 
   Outcome outcome(std::uint64_t trial, Way way) const {

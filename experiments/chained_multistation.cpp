@@ -26,7 +26,7 @@ class ChainedPerformance final : public StudyPoint {
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
-    tally.counts.assign(layout_.counts(), 0);
+    tally.counts.assign(layout_.counts.size(), 0);
     PerformanceLayout::Block numbers = layout_.block(block.count, s_.stations());
     constexpr int kBatch = 64;  // trials whose readings and answers stay in the caches
     for (int first = 0; first < block.count; first += kBatch) {
@@ -60,7 +60,7 @@ class ChainedPerformance final : public StudyPoint {
         if (trial < layout_.kept()) layout_.keep(checks, tally.samples);
       }
     }
-    tally.groups = layout_.groups(numbers);
+    tally.groups = layout_.moments_of(numbers);
     return tally;
   }
 

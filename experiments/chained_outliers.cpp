@@ -13,8 +13,11 @@
 #include "estimate/chained_newton.h"
 #include "estimate/chained_tests.h"
 #include "random/study_stream.h"
+#include "stats/layout.h"
+#include "stats/normal_tail.h"
+#include "stats/order_statistics.h"
 #include "study/comparison.h"
-#include "study/table_writer.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
@@ -44,6 +47,11 @@ constexpr std::size_t kNumbers = kW + 5;
 constexpr std::size_t kSolves = 3;
 constexpr std::array<const char*, kSolves> kSolveNames{"clean", "wrong", "deleted"};
 
+struct Counts : Layout {
+  Slots events = slots(kEvents), ended = slots(kSolves, kChainedStatuses);
+};
+constexpr Counts kCounts;
+
 struct Outliers {
   ChainedScenario s;
   std::size_t axis = 0;
@@ -61,7 +69,7 @@ class ChainedOutliers final : public StudyPoint {
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
-    tally.counts.assign(kEvents + kSolves * kChainedStatuses, 0);
+    tally.counts.assign(kCounts.size(), 0);
     Eigen::MatrixXd numbers(block.count, kNumbers);
     Eigen::Index row = 0;
     for (int t = 0; t < block.count; ++t) {
@@ -70,7 +78,7 @@ class ChainedOutliers final : public StudyPoint {
       Ends ends;
       const std::optional<RunOutcome> r = outcome(trial, ends);
       for (std::size_t i = 0; i < ends.size(); ++i)
-        if (ends[i]) ++tally.counts[ended(i, *ends[i])];
+        if (ends[i]) ++tally.counts[kCounts.ended(i, static_cast<std::size_t>(*ends[i]))];
       if (!r) {
         ++tally.failed;
         if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
@@ -114,21 +122,16 @@ class ChainedOutliers final : public StudyPoint {
 
   /// How the solutions of a run ended; none: it was not needed.
   using Ends = std::array<std::optional<ChainedStatus>, kSolves>;
-  static std::size_t ended(std::size_t solve, ChainedStatus status) {
-    return kEvents + solve * kChainedStatuses + static_cast<std::size_t>(status);
-  }
 
   static Table failures_table(const Tally& tally) {
-    Table t{"failures", "how the solutions of the runs ended; a run is compared if all of its solutions converged"};
-    t.columns = {word_column("solution", "without the error, with it, or with the largest residual deleted"),
-                 word_column("status", "converged, or why not: iteration_limit, no_descent, saddle, not_finite"),
-                 count_column("count", "runs")};
-    TableWriter w(std::move(t));
-    for (std::size_t i = 0; i < kSolves && !tally.counts.empty(); ++i)
-      for (std::size_t k = 0; k < kChainedStatuses; ++k)
-        w << std::string(kSolveNames[i]) << std::string(kChainedStatusNames[k])
-          << static_cast<std::int64_t>(tally.counts[ended(i, static_cast<ChainedStatus>(k))]);
-    return w.take();
+    std::vector<ChainedEndings> endings;
+    for (std::size_t i = 0; i < kSolves && !tally.counts.empty(); ++i) {
+      endings.push_back({kSolveNames[i]});
+      for (std::size_t k = 0; k < kChainedStatuses; ++k) endings.back().counts[k] = tally.counts[kCounts.ended(i, k)];
+    }
+    return endings_table("how the solutions of the runs ended; a run is compared if all of its solutions converged",
+                         "solution", "without the error, with it, or with the largest residual deleted", endings,
+                         tally.trials);
   }
 
   std::optional<RunOutcome> outcome(std::uint64_t trial, Ends& ends) const {
@@ -182,8 +185,7 @@ class ChainedOutliers final : public StudyPoint {
     const std::uint64_t runs = tally.trials - tally.failed;
     // Linear theory: its own test is normal about the shift, averaged over the drawn toolfaces by its mean only
     const double shift = tally.moments.count > 0 ? tally.moments.mean[kW + 2] : std::nan("");
-    const auto upper = [](double x) { return std::erfc(x / std::sqrt(2.0)) / 2; };
-    const double power = upper(o_.gate.gate - shift) + upper(o_.gate.gate + shift);
+    const double power = normal_upper_tail(o_.gate.gate - shift) + normal_upper_tail(o_.gate.gate + shift);
     for (std::size_t e = 0; e < kEvents; ++e) {
       rows.push_back(compare_rate(kEventNames[e], tally.counts.empty() ? 0 : tally.counts[e], runs,
                                   e == kOwnTest ? power : std::nan(""), o_.s.verdict, tally.trials));
@@ -191,23 +193,10 @@ class ChainedOutliers final : public StudyPoint {
       if (e == kOwnTest) rows.back().note = "analytic at the mean shift of its test";
     }
     const auto rms = [&](const std::string& quantity, const std::string& unit, std::size_t i, double analytic) {
-      ComparisonRow row;
-      row.quantity = quantity;
-      row.unit = unit;
-      row.analytic = analytic;
-      if (tally.moments.count >= 2) {
-        const auto at = static_cast<Eigen::Index>(i);
-        const Interval ci = mean_interval(tally.moments.mean[at], tally.moments.variance(at), tally.moments.count,
-                                          o_.s.verdict.confidence);
-        row.monte_carlo = std::sqrt(tally.moments.mean[at]);
-        row.interval = {std::sqrt(std::max(ci.lo, 0.0)), std::sqrt(ci.hi)};
-        if (std::isfinite(analytic)) {
-          row.ratio = analytic / row.monte_carlo;
-          row.ratio_interval = {analytic / row.interval.hi, analytic / row.interval.lo};
-          row.verdict = judge(row.ratio_interval, o_.s.verdict.margin, tally.trials).word;
-        }
-      }
-      rows.push_back(row);
+      rows.push_back(compare_value(quantity, unit,
+                                   rms_estimate(tally.moments, static_cast<Eigen::Index>(i), o_.s.verdict.confidence),
+                                   analytic, o_.s.verdict, tally.trials));
+      rows.back().note.clear();  // this table does not say how many trials would decide
     };
     for (std::size_t i = 0; i < kRemedies; ++i) rms(kRemedyNames[i], "deg", i, std::nan(""));
     ComparisonRow wrong;
@@ -230,11 +219,6 @@ class ChainedOutliers final : public StudyPoint {
 
   /// Of every reading of the station, at the first trial's toolfaces.
   Table detectable_table() const {
-    Table t{"detectable",
-            "minimal detectable errors of the station's readings, 80 % power at the gate; median over the "
-            "toolfaces of the first 201 runs"};
-    t.columns = {word_column("reading", "accelerometer a, magnetometer h"), word_column("unit", "of the error"),
-                 number_column("minimal_detectable_error", "1", "in the row's unit")};
     std::array<std::vector<double>, 6> sizes;
     constexpr int kRuns = 201;
     for (std::uint64_t trial = 0; trial < kRuns; ++trial) {
@@ -243,13 +227,15 @@ class ChainedOutliers final : public StudyPoint {
       for (std::size_t i = 0; i < 6; ++i)
         sizes[i].push_back(minimal_detectable(model_, tests, static_cast<std::size_t>(o_.station), i, o_.gate.gate));
     }
-    TableWriter w(std::move(t));
+    TableRows t("detectable",
+                "minimal detectable errors of the station's readings, 80 % power at the gate; median over the "
+                "toolfaces of the first 201 runs");
     for (std::size_t i = 0; i < 6; ++i) {
-      std::nth_element(sizes[i].begin(), sizes[i].begin() + kRuns / 2, sizes[i].end());
-      w << std::string(kReadingNames[i]) << std::string(i < 3 ? "mg" : "nT")
-        << sizes[i][kRuns / 2] / (i < 3 ? kMilliG : 1.0);
+      t.word("reading", "accelerometer a, magnetometer h", kReadingNames[i]);
+      t.word("unit", "of the error", i < 3 ? "mg" : "nT");
+      t.number("minimal_detectable_error", "1", "in the row's unit", median(sizes[i]) / (i < 3 ? kMilliG : 1.0));
     }
-    return w.take();
+    return t.take();
   }
 
   Outliers o_;

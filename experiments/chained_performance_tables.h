@@ -2,6 +2,7 @@
 /// Counting and tables of `chained_multistation`, study "performance".
 #include "chained_quantities.h"
 #include "montecarlo/run_blocks.h"
+#include "stats/layout.h"
 #include "store/table.h"
 
 namespace surveymc {
@@ -11,36 +12,41 @@ class PerformanceLayout {
  public:
   PerformanceLayout(const ChainedScenario& s, std::size_t kept_runs);
 
-  std::size_t estimators() const { return estimators_; }
-  Eigen::Index numbers() const;  ///< of one estimator
-  std::size_t counts() const { return count_count_; }
-  std::size_t kept() const { return kept_; }
-  bool along() const { return along_; }
+  static constexpr std::size_t kBins = 40;
 
-  // Groups of a tally: one of every estimator, over the trials that it solved; then squared errors along the well
-  std::size_t along_groups() const { return along_ ? estimators_ * kChainedQuantities : 0; }
-  std::size_t group(std::size_t estimator, std::size_t quantity) const {
-    return estimators_ + estimator * kChainedQuantities + quantity;
-  }
+  /// Columns of an estimator's Moments, by quantity or state; all are means over the stations of a trial.
+  struct Numbers : Layout {
+    Slots square = slots(kChainedQuantities);   ///< of the error
+    Slots claimed = slots(kChainedQuantities);  ///< variance
+    Slots worse = slots(kChainedQuantities);    ///< its RMS in runs worse than single, else 0
+    Slots z_square = slots(kChainedZ), nees = slots(), cost = slots();
+  };
+  struct Counts : Layout {
+    explicit Counts(std::size_t n) : estimators(n) {}
+    std::size_t estimators;
+    Slots worse_runs = slots(estimators, kChainedQuantities);  ///< RMS over the run above single's
+    Slots worse_last = slots(estimators, kChainedQuantities);  ///< error at the last station
+    Slots z = slots(estimators, kBins), nees = slots(estimators, kBins), cost = slots(estimators, kBins);
+    Slots ended = slots(estimators, kChainedStatuses);  ///< trials that ended so
+  };
+  struct Groups : Layout {
+    Groups(std::size_t n, bool along) : estimators(n), squares(along ? n : 0) {}
+    std::size_t estimators, squares;
+    Slots solved = slots(estimators);                   ///< Numbers, over the trials that the estimator solved
+    Slots square = slots(squares, kChainedQuantities);  ///< errors at every station; none if there are too many
+  };
+  const Numbers numbers;
+  const Counts counts;
+  const Groups groups;
+
   /// Empty before the first trial.
   const Moments& moments(const Tally& tally, std::size_t estimator) const;
-  // Columns of an estimator's group; all are means over the stations of a trial
-  Eigen::Index square(std::size_t quantity) const;   ///< of the error
-  Eigen::Index claimed(std::size_t quantity) const;  ///< variance
-  Eigen::Index z_square(std::size_t z) const;
-  Eigen::Index nees() const;
-  Eigen::Index cost() const;
-  Eigen::Index worse(std::size_t quantity) const;  ///< its RMS in runs worse than single, else 0
-  // Counts
-  std::size_t worse_runs(std::size_t estimator, std::size_t quantity) const;  ///< RMS over the run above single's
-  std::size_t worse_last(std::size_t estimator, std::size_t quantity) const;  ///< error at the last station
-  std::size_t z_bin(std::size_t estimator) const;                             ///< the first of kBins
-  std::size_t nees_bin(std::size_t estimator) const;                          ///< the first of kBins
-  std::size_t cost_bin(std::size_t estimator) const;                          ///< the first of kBins
-  std::size_t ended(std::size_t estimator, ChainedStatus status) const;       ///< trials that ended so
-  std::uint64_t failed(const Tally& tally, std::size_t estimator) const;      ///< trials that did not converge
+  /// Trials that did not converge.
+  std::uint64_t failed(const Tally& tally, std::size_t estimator) const;
 
-  static constexpr std::size_t kBins = 40;
+  std::size_t kept() const { return kept_; }
+  bool along() const { return groups.squares > 0; }
+
   static constexpr double kZWidth = 0.25, kZFirst = -5, kNeesWidth = 1;
   double cost_width() const { return cost_width_; }
 
@@ -51,19 +57,17 @@ class PerformanceLayout {
   };
   Block block(Eigen::Index trials, int stations) const;
   /// One trial; estimators that failed are counted, by status, and left out one by one.
-  void add(const std::vector<RunCheck>& checks, Block& block, std::vector<std::uint64_t>& counts) const;
+  void add(const std::vector<RunCheck>& checks, Block& block, std::vector<std::uint64_t>& events) const;
   /// As groups of a tally.
-  std::vector<Moments> groups(const Block& block) const;
+  std::vector<Moments> moments_of(const Block& block) const;
   /// RMS of the run, by estimator and quantity, behind the others; NaN of those that failed.
   void keep(const std::vector<RunCheck>& checks, std::vector<double>& samples) const;
 
  private:
   std::vector<bool> chained_;
-  std::size_t estimators_, kept_;
+  std::size_t kept_;
   int single_ = -1;  ///< its place among the estimators
-  bool along_;
   double cost_width_;
-  std::size_t count_count_;
 };
 
 /// Rows that annotations may name.

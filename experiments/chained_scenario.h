@@ -6,6 +6,7 @@
 #include "estimate/chained_batch.h"
 #include "estimate/chained_linear.h"
 #include "estimate/chained_model.h"
+#include "random/study_id.h"
 #include "sensor/chained_runs.h"
 #include "study/annotations.h"
 #include "study/experiment.h"

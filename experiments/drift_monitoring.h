@@ -8,8 +8,10 @@
 
 #include "drift_monitoring_scenario.h"
 #include "monitoring/metrics.h"
+#include "stats/layout.h"
 #include "study/comparison.h"
 #include "study/experiment.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 
@@ -56,7 +58,9 @@ inline int update(AlarmTest& test, double d) {
 }
 
 /// Where the numbers of a realisation stand in its row of Tally::samples.
-class OutcomeLayout {
+class OutcomeLayout : public Layout {
+  std::size_t p_, methods_, architectures_;
+
  public:
   explicit OutcomeLayout(const DriftScenario& s)
       : p_(static_cast<std::size_t>(s.sensors())), methods_(s.method_count()), architectures_(s.architectures.size()) {}
@@ -64,22 +68,10 @@ class OutcomeLayout {
   enum Alarm { first, first_after_start, count, first_without_drift, kAlarmValues };  // h, or NaN: none
   enum Error { measured, truth, drift_measured, drift_truth, kErrors };               // mean squares, z2
 
-  std::size_t alarm(std::size_t method, std::size_t sensor, Alarm what) const {
-    return (method * p_ + sensor) * kAlarmValues + what;
-  }
-  std::size_t error(std::size_t architecture, std::size_t sensor, Error what) const {
-    return methods_ * p_ * kAlarmValues + (architecture * kErrors + what) * p_ + sensor;
-  }
-  /// Of sensor j to a drift of sensor k.
-  std::size_t sensitivity(std::size_t architecture, std::size_t j, std::size_t k) const {
-    return error(architectures_, 0, measured) + (architecture * p_ + j) * p_ + k;
-  }
-  std::size_t skipped(std::size_t architecture) const { return sensitivity(architectures_, 0, 0) + architecture; }
-  std::size_t sd(std::size_t sensor) const { return skipped(architectures_) + sensor; }
-  std::size_t size() const { return sd(p_); }
-
- private:
-  std::size_t p_, methods_, architectures_;
+  Slots alarm = slots(methods_, p_, kAlarmValues);    ///< of a method and sensor
+  Slots error = slots(architectures_, p_, kErrors);   ///< of an architecture and sensor
+  Slots sensitivity = slots(architectures_, p_, p_);  ///< of sensor j to a drift of sensor k
+  Slots skipped = slots(architectures_), sd = slots(p_);
 };
 
 /// Gathers the row of one realisation from its blocks.
@@ -135,6 +127,20 @@ class Outcomes {
 std::vector<ComparisonRow> metric_rows(const DriftScenario& s, const Outcomes& o);
 /// The paper's qualitative claims: "agrees" where the interval (of one realisation, the value) holds them.
 std::vector<ComparisonRow> claim_rows(const DriftScenario& s, const Outcomes& o);
+
+/// Hours from the start of a sensor's drift to its first alarm by a method, rising; a miss is infinite.
+struct Delays {
+  std::vector<double> sorted;
+  std::uint64_t missed = 0;
+};
+Delays delays_of(const DriftScenario& s, const Outcomes& o, std::size_t method, std::size_t sensor);
+
+/// Realisations in which any healthy sensor raised an alarm by a method.
+std::uint64_t count_blames(const DriftScenario& s, const Outcomes& o, std::size_t method);
+
+/// Columns that several tables have: quantiles of delays; trials and failed.
+void write_delays(TableRows& t, const Delays& delays, double confidence);
+void write_counts(TableRows& t, const Outcomes& o);
 
 Table alarms_table(const DriftScenario& s, const Outcomes& o);
 Table delay_table(const DriftScenario& s, const Outcomes& o);

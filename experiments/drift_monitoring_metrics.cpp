@@ -68,22 +68,12 @@ std::vector<double> ratios(const std::vector<double>& a, const std::vector<doubl
 
 /// In how many realisations a healthy sensor was blamed.
 ComparisonRow blamed(const DriftScenario& s, const Outcomes& o, std::size_t method, const std::string& quantity) {
-  std::uint64_t count = 0;
-  bool any_healthy = false;
-  for (std::size_t t = 0; t < o.trials(); ++t) {
-    bool blame = false;
-    for (std::size_t j = 0; j < s.data.sensors.size(); ++j) {
-      if (s.drifts(static_cast<Eigen::Index>(j))) continue;
-      any_healthy = true;
-      blame = blame || !std::isnan(o(t, o.at.alarm(method, j, OutcomeLayout::first)));
-    }
-    count += blame;
-  }
+  const std::uint64_t count = count_blames(s, o, method);
   ComparisonRow row;
   row.formulation = s.methods[method].name;
   row.quantity = quantity;
   row.unit = "1";
-  if (!any_healthy) return row;
+  if (!s.any_healthy()) return row;
   row.monte_carlo = static_cast<double>(count) / static_cast<double>(o.trials());
   if (o.trials() > 1) row.interval = binomial_interval(count, o.trials(), s.verdict.confidence);
   return row;

@@ -6,15 +6,12 @@
 
 #include "base/error.h"
 #include "drift_monitoring.h"
-#include "stats/order_statistics.h"
-#include "study/table_writer.h"
 
 namespace surveymc {
 namespace {
 
 /// Calibration takes realisations from here on; a run has at most 10^6.
 constexpr std::uint64_t kFirstCalibrationTrial = std::uint64_t{1} << 40;
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Of one fault-free realisation, over all sensors: whether the SPRT raised an alarm, the largest CUSUM and residual.
@@ -60,15 +57,6 @@ const char* setting_key(const AlarmMethod& m) {
                                               : "baselines.threshold_z";
 }
 
-void write_share(TableWriter& w, std::uint64_t count, std::uint64_t trials, double confidence) {
-  if (trials == 0) {
-    w << kNone << kNone << kNone;
-    return;
-  }
-  const Interval ci = binomial_interval(count, trials, confidence);
-  w << static_cast<double>(count) / static_cast<double>(trials) << ci.lo << ci.hi;
-}
-
 }  // namespace
 
 void calibrate_baselines(DriftScenario& s, const std::atomic<bool>* stop) {
@@ -91,73 +79,60 @@ void calibrate_baselines(DriftScenario& s, const std::atomic<bool>* stop) {
 }
 
 Table baselines_table(const DriftScenario& s) {
-  Table t{"baselines",
-          "settings of the methods; with calibration, baselines have as many fault-free alarms as AAKR-SPRT"};
-  t.columns = {word_column("architecture", "monitor, or test on the residual of AAKR"),
-               word_column("setting", "key of the config"), number_column("value_z", "1", "as used, z"),
-               count_column("calibration_trials", "fault-free realisations for it; 0: as given"),
-               count_column("calibration_alarms", "of them, those with an alarm of any sensor")};
-  TableWriter w(std::move(t));
-  for (const AlarmMethod& m : s.methods) {
+  TableRows t("baselines",
+              "settings of the methods; with calibration, baselines have as many fault-free alarms as AAKR-SPRT");
+  write_rows(t, s.methods, [&](const AlarmMethod& m) {
     const bool counted = m.name != name(Architecture::aakr_kf_sprt);
-    w << m.name << std::string(setting_key(m)) << m.setting
-      << static_cast<std::int64_t>(counted ? s.calibration_trials : 0)
-      << static_cast<std::int64_t>(counted ? s.calibration_alarms : 0);
-  }
-  return w.take();
+    t.word("architecture", "monitor, or test on the residual of AAKR", m.name);
+    t.word("setting", "key of the config", setting_key(m));
+    t.number("value_z", "1", "as used, z", m.setting);
+    t.count("calibration_trials", "fault-free realisations for it; 0: as given", counted ? s.calibration_trials : 0);
+    t.count("calibration_alarms", "of them, those with an alarm of any sensor", counted ? s.calibration_alarms : 0);
+  });
+  return t.take();
 }
+
+/// One row: a method at a setting, and a sensor that drifts.
+struct OperatingPoint {
+  AlarmMethod method;
+  std::string sensor;
+  std::uint64_t quiet = 0, blamed = 0;
+  Delays delays{{0.0}, 0};
+};
 
 Table operating_table(const DriftScenario& s, const Outcomes& o) {
   const double confidence = s.verdict.confidence;
-  Table t{"operating",
-          "delay against false alarms at other settings; a miss counts as infinite" + at_confidence(confidence)};
-  t.columns = {word_column("architecture", "monitor, or test on the residual of AAKR"),
-               word_column("setting", "key of the config"), number_column("value_z", "1", "its value, z"),
-               word_column("sensor", "that drifts")};
-  add_with_interval(t, "p_alarm_without_drift", "1",
-                    "share of realisations with an alarm of any sensor, none drifting");
-  add_with_interval(t, "p_healthy_blamed", "1", "share with an alarm of any healthy sensor, others drifting");
-  add_with_interval(t, "p_miss", "1", "share without an alarm of this sensor after its drift began");
-  t.columns.push_back(number_column("delay_q05_h", "h", "quantile of the delay, 5 %"));
-  add_with_interval(t, "delay_q50_h", "h", "median of the delay");
-  t.columns.push_back(number_column("delay_q95_h", "h", "quantile of the delay, 95 %"));
-  t.columns.push_back(count_column("trials", "realisations"));
-  t.columns.push_back(count_column("failed", "realisations without a result"));
-  TableWriter w(std::move(t));
   const std::size_t p = s.data.sensors.size();
+  std::vector<OperatingPoint> points;
   for (std::size_t m = s.methods.size(); m < s.method_count(); ++m) {
-    std::uint64_t quiet = 0, blamed = 0;
-    bool any_healthy = false;
+    std::uint64_t quiet = 0;
     for (std::size_t i = 0; i < o.trials(); ++i) {
-      bool alarm = false, blame = false;
-      for (std::size_t j = 0; j < p; ++j) {
+      bool alarm = false;
+      for (std::size_t j = 0; j < p; ++j)
         alarm = alarm || !std::isnan(o(i, o.at.alarm(m, j, OutcomeLayout::first_without_drift)));
-        if (s.drifts(static_cast<Eigen::Index>(j))) continue;
-        any_healthy = true;
-        blame = blame || !std::isnan(o(i, o.at.alarm(m, j, OutcomeLayout::first)));
-      }
       quiet += alarm;
-      blamed += blame;
     }
-    for (std::size_t j = 0; j < p; ++j) {
-      if (!s.drifts(static_cast<Eigen::Index>(j))) continue;
-      std::vector<double> delays = o.all(o.at.alarm(m, j, OutcomeLayout::first_after_start));
-      std::uint64_t missed = 0;
-      for (double& d : delays) {
-        missed += std::isnan(d);
-        d = std::isnan(d) ? kInfinity : d - s.start_h;
-      }
-      std::sort(delays.begin(), delays.end());
-      w << s.method(m).name << std::string(setting_key(s.method(m))) << s.method(m).setting << s.data.sensors[j];
-      write_share(w, quiet, o.trials(), confidence);
-      write_share(w, blamed, any_healthy ? o.trials() : 0, confidence);
-      write_share(w, missed, o.trials(), confidence);
-      const Interval ci = median_interval(delays, confidence);
-      w << sorted_quantile(delays, 0.05) << sorted_quantile(delays, 0.5) << ci.lo << ci.hi
-        << sorted_quantile(delays, 0.95) << static_cast<std::int64_t>(o.trials()) << std::int64_t{0};
-    }
+    for (std::size_t j = 0; j < p; ++j)
+      if (s.drifts(static_cast<Eigen::Index>(j)))
+        points.push_back({s.method(m), s.data.sensors[j], quiet, count_blames(s, o, m), delays_of(s, o, m, j)});
   }
-  return w.take();
+  TableRows t("operating",
+              "delay against false alarms at other settings; a miss counts as infinite" + at_confidence(confidence));
+  write_rows(t, points, [&](const OperatingPoint& x) {
+    t.word("architecture", "monitor, or test on the residual of AAKR", x.method.name);
+    t.word("setting", "key of the config", setting_key(x.method));
+    t.number("value_z", "1", "its value, z", x.method.setting);
+    t.word("sensor", "that drifts", x.sensor);
+    t.share("p_alarm_without_drift", "share of realisations with an alarm of any sensor, none drifting", x.quiet,
+            o.trials(), confidence);
+    t.share("p_healthy_blamed", "share with an alarm of any healthy sensor, others drifting", x.blamed,
+            s.any_healthy() ? o.trials() : 0, confidence);
+    t.share("p_miss", "share without an alarm of this sensor after its drift began", x.delays.missed, o.trials(),
+            confidence);
+    write_delays(t, x.delays, confidence);
+    write_counts(t, o);
+  });
+  return t.take();
 }
 
 }  // namespace surveymc

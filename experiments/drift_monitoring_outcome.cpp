@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "drift_monitoring.h"
-#include "study/table_writer.h"
 
 namespace surveymc {
 namespace {
@@ -124,37 +123,31 @@ void SeriesSum::add(const MonitoredBlock& b) {
 }
 
 Table SeriesSum::take() {
-  Table t{"series", "first realisation, with drift: what each monitor sees; scaled by the model's mean and sd (z)"};
-  t.columns = {word_column("sensor", "gauge"), number_column("time_h", "h", "hours into the test"),
-               number_column("reading_z", "1", "with drift"),
-               number_column("truth_z", "1", "without noise and drift, where it is known"),
-               number_column("drift_z", "1", "added to the reading")};
-  for (const Architecture a : s_.architectures) {
-    const std::string of = std::string("_") + name(a);
-    t.columns.push_back(number_column("prediction" + of, "1", "AAKR, z"));
-    t.columns.push_back(number_column(
-        "signal" + of, "1", a == Architecture::aakr_sprt ? "residual of the reading, z" : "estimated drift, z"));
-    t.columns.push_back(
-        count_column("decision" + of,
-                     "of the SPRT: 0, or the sign of the drift if it was held since the sample that was kept before"));
-    t.columns.push_back(number_column("nearest" + of, "1", "distance to the nearest memory vector, z"));
-  }
-  TableWriter w(std::move(t));
+  TableRows t("series", "first realisation, with drift: what each monitor sees; scaled by the model's mean and sd (z)");
   const std::size_t width = 4 + 4 * s_.architectures.size();
   for (std::size_t j = 0; j < kept_.size(); ++j) {
-    for (std::size_t i = 0; i < kept_[j].size(); i += width) {
-      w << s_.data.sensors[j];
-      for (std::size_t c = 0; c < width; ++c) {
-        const double x = kept_[j][i + c];
-        if (c >= 4 && (c - 4) % 4 == 2)
-          w << static_cast<std::int64_t>(x);
-        else
-          w << x;
+    for (auto x = kept_[j].begin(); x != kept_[j].end(); x += static_cast<std::ptrdiff_t>(width)) {
+      t.word("sensor", "gauge", s_.data.sensors[j]);
+      t.number("time_h", "h", "hours into the test", x[0]);
+      t.number("reading_z", "1", "with drift", x[1]);
+      t.number("truth_z", "1", "without noise and drift, where it is known", x[2]);
+      t.number("drift_z", "1", "added to the reading", x[3]);
+      auto seen = x + 4;
+      for (const Architecture a : s_.architectures) {
+        const std::string of = std::string("_") + name(a);
+        t.number("prediction" + of, "1", "AAKR, z", seen[0]);
+        t.number("signal" + of, "1", a == Architecture::aakr_sprt ? "residual of the reading, z" : "estimated drift, z",
+                 seen[1]);
+        t.count("decision" + of,
+                "of the SPRT: 0, or the sign of the drift if it was held since the sample that was kept before",
+                static_cast<int>(seen[2]));
+        t.number("nearest" + of, "1", "distance to the nearest memory vector, z", seen[3]);
+        seen += 4;
       }
     }
     kept_[j] = {};
   }
-  return w.take();
+  return t.take();
 }
 
 }  // namespace surveymc

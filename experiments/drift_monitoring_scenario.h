@@ -100,6 +100,7 @@ struct DriftScenario {
   /// z, of all sensors, so many hours into the test: linear from start_h to the last sample.
   Eigen::RowVectorXd drift(double test_h) const;
   bool any_drifts() const { return amplitude.cwiseAbs().maxCoeff() > 0; }
+  bool any_healthy() const { return (amplitude.array() == 0).any(); }
   /// Readings of one realisation of a simulated well, all samples, in the units of the sensors.
   Samples realisation(std::uint64_t trial) const;
 };

@@ -8,35 +8,21 @@
 
 #include "drift_monitoring.h"
 #include "stats/order_statistics.h"
-#include "study/table_writer.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// Writes value and interval of a probability.
-void write_share(TableWriter& w, std::uint64_t count, std::uint64_t trials, double confidence) {
-  if (trials == 0) {
-    w << kNaN << kNaN << kNaN;
-    return;
-  }
-  const Interval ci = binomial_interval(count, trials, confidence);
-  w << static_cast<double>(count) / static_cast<double>(trials) << ci.lo << ci.hi;
-}
-
 /// Events per hour of exposure, with the exact interval of a Poisson count.
-void write_rate(TableWriter& w, std::uint64_t count, double hours, double confidence) {
+void write_rate(TableRows& t, const char* name, const char* meaning, std::uint64_t count, double hours,
+                double confidence) {
   const double n = static_cast<double>(count), tail = (1 - confidence) / 2;
-  w << n / hours << (count == 0 ? 0 : chi_squared_quantile(2 * n, tail) / 2 / hours)
-    << chi_squared_quantile(2 * n + 2, 1 - tail) / 2 / hours;
+  t.estimate(name, "1/h", meaning, n / hours,
+             {count == 0 ? 0 : chi_squared_quantile(2 * n, tail) / 2 / hours,
+              chi_squared_quantile(2 * n + 2, 1 - tail) / 2 / hours});
 }
-
-void add_counts(Table& t) {
-  t.columns.push_back(count_column("trials", "realisations"));
-  t.columns.push_back(count_column("failed", "realisations without a result"));
-}
-void write_counts(TableWriter& w, const Outcomes& o) { w << static_cast<std::int64_t>(o.trials()) << std::int64_t{0}; }
 
 template <class Each>
 void for_methods_and_sensors(const DriftScenario& s, Each each) {
@@ -46,21 +32,44 @@ void for_methods_and_sensors(const DriftScenario& s, Each each) {
 
 }  // namespace
 
+void write_counts(TableRows& t, const Outcomes& o) {
+  t.count("trials", "realisations", o.trials());
+  t.count("failed", "realisations without a result", 0);
+}
+
+Delays delays_of(const DriftScenario& s, const Outcomes& o, std::size_t method, std::size_t sensor) {
+  Delays d;
+  d.sorted = o.all(o.at.alarm(method, sensor, OutcomeLayout::first_after_start));
+  for (double& x : d.sorted) {
+    d.missed += std::isnan(x);
+    x = std::isnan(x) ? std::numeric_limits<double>::infinity() : x - s.start_h;
+  }
+  std::sort(d.sorted.begin(), d.sorted.end());
+  return d;
+}
+
+std::uint64_t count_blames(const DriftScenario& s, const Outcomes& o, std::size_t method) {
+  std::uint64_t count = 0;
+  for (std::size_t t = 0; t < o.trials(); ++t) {
+    bool blame = false;
+    for (std::size_t j = 0; j < s.data.sensors.size(); ++j)
+      blame = blame || (!s.drifts(static_cast<Eigen::Index>(j)) &&
+                        !std::isnan(o(t, o.at.alarm(method, j, OutcomeLayout::first))));
+    count += blame;
+  }
+  return count;
+}
+
+void write_delays(TableRows& t, const Delays& d, double confidence) {
+  t.number("delay_q05_h", "h", "quantile of the delay, 5 %", sorted_quantile(d.sorted, 0.05));
+  t.estimate("delay_q50_h", "h", "median of the delay", sorted_quantile(d.sorted, 0.5),
+             median_interval(d.sorted, confidence));
+  t.number("delay_q95_h", "h", "quantile of the delay, 95 %", sorted_quantile(d.sorted, 0.95));
+}
+
 Table alarms_table(const DriftScenario& s, const Outcomes& o) {
   const double confidence = s.verdict.confidence;
-  Table t{"alarms", "alarms of every sensor; the first realisation, and all" + at_confidence(confidence)};
-  t.columns = {word_column("architecture", "monitor, or test on the residual of AAKR"),
-               word_column("sensor", "whose alarms"),
-               number_column("amplitude_z", "1", "drift at the end of the test, training sd; 0: healthy"),
-               number_column("first_alarm_h", "h", "first realisation: first alarm, hours into the test"),
-               number_column("alarms", "1", "first realisation: how many"),
-               word_column("judgement", "first realisation: correct, false, early (before the drift), missed or none")};
-  add_with_interval(t, "p_alarm", "1", "share of realisations with any alarm");
-  add_with_interval(t, "p_false_alarm", "1", "share with an alarm of the healthy sensor, or before its drift");
-  add_with_interval(t, "p_alarm_without_drift", "1", "share with an alarm if no sensor drifts");
-  add_with_interval(t, "alarms_per_h_without_drift", "1/h", "first alarms per hour until then, if no sensor drifts");
-  add_counts(t);
-  TableWriter w(std::move(t));
+  TableRows t("alarms", "alarms of every sensor; the first realisation, and all" + at_confidence(confidence));
   const double end = s.data.test_end_h;
   for_methods_and_sensors(s, [&](std::size_t m, std::size_t j) {
     const double amplitude = s.amplitude[static_cast<Eigen::Index>(j)];
@@ -75,127 +84,105 @@ Table alarms_table(const DriftScenario& s, const Outcomes& o) {
       exposure += std::isnan(quiet) ? end : quiet;
     }
     const double first = value(0, OutcomeLayout::first);
-    const char* judgement = std::isnan(first)   ? (amplitude == 0 ? "none" : "missed")
-                            : amplitude == 0    ? "false"
-                            : first < s.start_h ? "early"
-                                                : "correct";
-    w << s.methods[m].name << s.data.sensors[j] << amplitude << first << value(0, OutcomeLayout::count)
-      << std::string(judgement);
-    write_share(w, any, o.trials(), confidence);
-    write_share(w, wrong, o.trials(), confidence);
-    write_share(w, without, o.trials(), confidence);
-    write_rate(w, without, exposure, confidence);
-    write_counts(w, o);
+    t.word("architecture", "monitor, or test on the residual of AAKR", s.methods[m].name);
+    t.word("sensor", "whose alarms", s.data.sensors[j]);
+    t.number("amplitude_z", "1", "drift at the end of the test, training sd; 0: healthy", amplitude);
+    t.number("first_alarm_h", "h", "first realisation: first alarm, hours into the test", first);
+    t.number("alarms", "1", "first realisation: how many", value(0, OutcomeLayout::count));
+    t.word("judgement", "first realisation: correct, false, early (before the drift), missed or none",
+           std::isnan(first)   ? (amplitude == 0 ? "none" : "missed")
+           : amplitude == 0    ? "false"
+           : first < s.start_h ? "early"
+                               : "correct");
+    t.share("p_alarm", "share of realisations with any alarm", any, o.trials(), confidence);
+    t.share("p_false_alarm", "share with an alarm of the healthy sensor, or before its drift", wrong, o.trials(),
+            confidence);
+    t.share("p_alarm_without_drift", "share with an alarm if no sensor drifts", without, o.trials(), confidence);
+    write_rate(t, "alarms_per_h_without_drift", "first alarms per hour until then, if no sensor drifts", without,
+               exposure, confidence);
+    write_counts(t, o);
   });
-  return w.take();
+  return t.take();
 }
 
 Table delay_table(const DriftScenario& s, const Outcomes& o) {
-  const double confidence = s.verdict.confidence;
-  Table t{"delay", "hours from the start of a drift to the first alarm of its sensor; a miss counts as infinite" +
-                       at_confidence(confidence)};
-  t.columns = {word_column("architecture", "monitor, or test on the residual of AAKR"),
-               word_column("sensor", "that drifts"),
-               number_column("amplitude_z", "1", "drift at the end of the test, training sd")};
-  add_with_interval(t, "p_miss", "1", "share of realisations without an alarm after the drift began");
-  t.columns.push_back(number_column("delay_q05_h", "h", "quantile of the delay, 5 %"));
-  add_with_interval(t, "delay_q50_h", "h", "median of the delay");
-  t.columns.push_back(number_column("delay_q95_h", "h", "quantile of the delay, 95 %"));
-  t.columns.push_back(number_column("drift_at_q50_z", "1", "size of the drift at the median delay"));
-  add_counts(t);
-  TableWriter w(std::move(t));
-  const double ramp = s.data.test_end_h - s.start_h;
+  const double confidence = s.verdict.confidence, ramp = s.data.test_end_h - s.start_h;
+  TableRows t("delay", "hours from the start of a drift to the first alarm of its sensor; a miss counts as infinite" +
+                           at_confidence(confidence));
   for_methods_and_sensors(s, [&](std::size_t m, std::size_t j) {
     const double amplitude = s.amplitude[static_cast<Eigen::Index>(j)];
-    if (amplitude == 0) return;
-    std::vector<double> delays = o.all(o.at.alarm(m, j, OutcomeLayout::first_after_start));
-    std::uint64_t missed = 0;
-    for (double& d : delays) {
-      missed += std::isnan(d);
-      d = std::isnan(d) ? std::numeric_limits<double>::infinity() : d - s.start_h;
-    }
-    std::sort(delays.begin(), delays.end());
-    const double median = sorted_quantile(delays, 0.5);
-    w << s.methods[m].name << s.data.sensors[j] << amplitude;
-    write_share(w, missed, o.trials(), confidence);
-    const Interval ci = median_interval(delays, confidence);
-    w << sorted_quantile(delays, 0.05) << median << ci.lo << ci.hi << sorted_quantile(delays, 0.95)
-      << (std::isfinite(median) ? amplitude * median / ramp : kNaN);
-    write_counts(w, o);
+    if (amplitude == 0 && s.any_drifts()) return;
+    const Delays d = delays_of(s, o, m, j);
+    const double median = sorted_quantile(d.sorted, 0.5);
+    t.word("architecture", "monitor, or test on the residual of AAKR", s.methods[m].name);
+    t.word("sensor", "that drifts", s.data.sensors[j]);
+    t.number("amplitude_z", "1", "drift at the end of the test, training sd", amplitude);
+    t.share("p_miss", "share of realisations without an alarm after the drift began", d.missed, o.trials(), confidence);
+    write_delays(t, d, confidence);
+    t.number("drift_at_q50_z", "1", "size of the drift at the median delay",
+             std::isfinite(median) ? amplitude * median / ramp : kNaN);
+    write_counts(t, o);
   });
-  return w.take();
+  if (!s.any_drifts()) t.drop_rows();
+  return t.take();
 }
 
 Table blame_table(const DriftScenario& s, const Outcomes& o) {
-  Table t{"blame", "realisations in which a healthy sensor raised an alarm" + at_confidence(s.verdict.confidence)};
-  t.columns = {word_column("architecture", "monitor, or test on the residual of AAKR")};
-  add_with_interval(t, "p_healthy_blamed", "1", "share of realisations with an alarm of any healthy sensor");
-  add_with_interval(t, "p_all_found", "1", "share of realisations in which every drift was found");
-  add_counts(t);
-  TableWriter w(std::move(t));
+  TableRows t("blame", "realisations in which a healthy sensor raised an alarm" + at_confidence(s.verdict.confidence));
   for (std::size_t m = 0; m < s.methods.size(); ++m) {
-    std::uint64_t blamed = 0, found = 0, healthy = 0;
+    std::uint64_t found = 0;
     for (std::size_t i = 0; i < o.trials(); ++i) {
-      bool blame = false, all = true;
-      for (std::size_t j = 0; j < s.data.sensors.size(); ++j) {
-        const bool drifts = s.drifts(static_cast<Eigen::Index>(j));
-        healthy += !drifts;
-        if (drifts)
+      bool all = true;
+      for (std::size_t j = 0; j < s.data.sensors.size(); ++j)
+        if (s.drifts(static_cast<Eigen::Index>(j)))
           all = all && !std::isnan(o(i, o.at.alarm(m, j, OutcomeLayout::first_after_start)));
-        else
-          blame = blame || !std::isnan(o(i, o.at.alarm(m, j, OutcomeLayout::first)));
-      }
-      blamed += blame;
       found += all;
     }
-    const bool any_drifts = healthy < o.trials() * s.data.sensors.size();
-    w << s.methods[m].name;
-    write_share(w, blamed, healthy > 0 ? o.trials() : 0, s.verdict.confidence);
-    write_share(w, found, any_drifts ? o.trials() : 0, s.verdict.confidence);
-    write_counts(w, o);
+    t.word("architecture", "monitor, or test on the residual of AAKR", s.methods[m].name);
+    t.share("p_healthy_blamed", "share of realisations with an alarm of any healthy sensor", count_blames(s, o, m),
+            s.any_healthy() ? o.trials() : 0, s.verdict.confidence);
+    t.share("p_all_found", "share of realisations in which every drift was found", found,
+            s.any_drifts() ? o.trials() : 0, s.verdict.confidence);
+    write_counts(t, o);
   }
-  return w.take();
+  return t.take();
 }
 
 Table model_table(const DriftScenario& s, const TrainedModel& m) {
-  Table t{"model", "the model of the first realisation, for [model] file: scaling in the sensors' units, memory in z"};
-  t.columns = {word_column("item", "mean, sd, bandwidth (z), then memory vectors (z)")};
-  for (std::size_t j = 0; j < s.data.sensors.size(); ++j)
-    t.columns.push_back(number_column(s.data.sensors[j], s.data.units[j], "sensor"));
-  TableWriter w(std::move(t));
+  TableRows t("model",
+              "the model of the first realisation, for [model] file: scaling in the sensors' units, memory in z");
   const auto put = [&](const char* item, const Eigen::RowVectorXd& x) {
-    w << std::string(item);
-    for (const double v : x) w << v;
+    t.word("item", "mean, sd, bandwidth (z), then memory vectors (z)", item);
+    for (std::size_t j = 0; j < s.data.sensors.size(); ++j)
+      t.number(s.data.sensors[j], s.data.units[j], "sensor", x[static_cast<Eigen::Index>(j)]);
   };
   put("mean", m.scaling.mean);
   put("sd", m.scaling.sd);
   put("bandwidth", Eigen::RowVectorXd::Constant(s.sensors(), m.bandwidth));
   for (Eigen::Index i = 0; i < m.memory.rows(); ++i) put("memory", m.memory.row(i));
-  return w.take();
+  return t.take();
 }
 
 Table bandwidth_table(const DriftScenario& s) {
-  Table t{"bandwidth", "cross-validation of the kernel's bandwidth on the training data of the first realisation"};
-  t.columns = {number_column("bandwidth_z", "1", "h"),
-               number_column("mse_measured_z2", "1", "mean square error against the readings left out"),
-               number_column("mse_truth_z2", "1", "the same against readings without noise, where they are known"),
-               count_column("chosen", "1: this one is used")};
-  TableWriter w(std::move(t));
-  for (const BandwidthScore& b : s.searched)
-    w << b.bandwidth << b.mse_measured << b.mse_truth << static_cast<std::int64_t>(b.bandwidth == s.bandwidth);
-  return w.take();
+  TableRows t("bandwidth", "cross-validation of the kernel's bandwidth on the training data of the first realisation");
+  write_rows(t, s.searched, [&](const BandwidthScore& b) {
+    t.number("bandwidth_z", "1", "h", b.bandwidth);
+    t.number("mse_measured_z2", "1", "mean square error against the readings left out", b.mse_measured);
+    t.number("mse_truth_z2", "1", "the same against readings without noise, where they are known", b.mse_truth);
+    t.count("chosen", "1: this one is used", b.bandwidth == s.bandwidth);
+  });
+  return t.take();
 }
 
 Table data_quality_table(const MonitoringData& d) {
   const SensorQuality& found = d.file->found;
-  Table t{"data_quality", "what was wrong with the rows of the file"};
-  t.columns = {word_column("finding", "kind of defect, or gap"), count_column("rows", "how many rows have it"),
-               word_column("action", "what was done"), word_column("lines", "the first ten lines of the file")};
-  TableWriter w(std::move(t));
+  TableRows t("data_quality", "what was wrong with the rows of the file");
   const auto put = [&](const std::string& kind, std::uint64_t rows, const std::string& action,
                        const std::vector<std::int64_t>& lines = {}) {
-    w << kind << static_cast<std::int64_t>(rows) << (rows > 0 ? action : "")
-      << fmt::format("{}", fmt::join(lines, " "));
+    t.word("finding", "kind of defect, or gap", kind);
+    t.count("rows", "how many rows have it", rows);
+    t.word("action", "what was done", rows > 0 ? action : "");
+    t.word("lines", "the first ten lines of the file", fmt::format("{}", fmt::join(lines, " ")));
   };
   for (int i = 0; i < kRowDefects; ++i)
     put(name(static_cast<RowDefect>(i)), found.defects[i].rows, "rows left out", found.defects[i].lines);
@@ -206,7 +193,7 @@ Table data_quality_table(const MonitoringData& d) {
       d.thinned > 1 ? fmt::format("of {}: every {}th, and the largest and smallest of each sensor", d.train, d.thinned)
                     : "used");
   put("monitored_rows", static_cast<std::uint64_t>(d.tested()), "used");
-  return w.take();
+  return t.take();
 }
 
 }  // namespace surveymc

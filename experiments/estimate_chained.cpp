@@ -18,7 +18,8 @@
 #include "estimate/chained_tests.h"
 #include "estimate_warnings.h"
 #include "stats/intervals.h"
-#include "study/table_writer.h"
+#include "stats/normal_tail.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
@@ -114,36 +115,31 @@ double degrees_of(double angle) {
 }
 
 Table stations_table(const Run& r, const Answer& a) {
-  Table t{"stations", "attitude of every station, one standard deviation each"};
-  const auto number = [&](const char* name, const char* unit, const char* meaning) {
-    t.columns.push_back(number_column(name, unit, meaning));
-  };
-  number("md_m", "m", "measured depth");
-  for (const char* name : {"inclination_deg", "toolface_deg"}) number(name, "deg", "toolface from y");
-  number("raw_azimuth_magnetic_deg", "deg", "basic solution of the readings as they are");
-  number("azimuth_magnetic_deg", "deg", "from magnetic north");
-  number("azimuth_true_deg", "deg", "from true north");
-  number("azimuth_grid_deg", "deg", "from grid north");
-  number("sd_inclination_deg", "deg", "one standard deviation");
-  number("sd_toolface_deg", "deg", "one standard deviation; absent in a vertical hole");
-  number("sd_azimuth_deg", "deg", "one standard deviation; absent in a vertical hole");
-  number("correlation_azimuth_inclination", "1", "of the two errors");
-  for (const char* name : kReadings)
-    number((std::string("w_") + name).c_str(), "1", "normalised residual: standard normal if nothing is wrong");
-  TableWriter w(std::move(t));
+  TableRows t("stations", "attitude of every station, one standard deviation each");
+  const auto angle = [&](const char* name, const char* meaning, double x) { t.number(name, "deg", meaning, x); };
   for (std::size_t k = 0; k < r.readings.y.size(); ++k) {
     const StationEstimate& s = a.solution.stations[k];
     const Attitude at = attitude_of(s.frame), raw = attitude_of(basic_station(r.readings.y[k]).frame);
     const Eigen::Matrix3d c = s.covariance.topLeftCorner<3, 3>(), g = attitude_derivatives(s.frame);
     const Eigen::Vector3d sd = attitude_sd(s.frame, c);
-    const double correlation = g.row(0).dot(c * g.row(1).transpose()) / (sd[0] * sd[1]);
-    w << r.file.md[k] << at.inclination / kDegree << degrees_of(at.toolface) << degrees_of(raw.azimuth)
-      << degrees_of(at.azimuth) << degrees_of(at.azimuth + r.field.declination)
-      << degrees_of(at.azimuth + r.field.declination - r.field.convergence) << sd[0] / kDegree << sd[2] / kDegree
-      << sd[1] / kDegree << (std::isfinite(sd[1]) ? correlation : kNaN);
-    for (std::size_t i = 0; i < 6; ++i) w << a.tests.w[k][i] * (i < 3 ? r.accelerometer_sign : 1);
+    const double correlation = g.row(0).dot(c * g.row(1).transpose()) / (sd[0] * sd[1]),
+                 true_azimuth = at.azimuth + r.field.declination;
+    t.number("md_m", "m", "measured depth", r.file.md[k]);
+    angle("inclination_deg", "toolface from y", at.inclination / kDegree);
+    angle("toolface_deg", "toolface from y", degrees_of(at.toolface));
+    angle("raw_azimuth_magnetic_deg", "basic solution of the readings as they are", degrees_of(raw.azimuth));
+    angle("azimuth_magnetic_deg", "from magnetic north", degrees_of(at.azimuth));
+    angle("azimuth_true_deg", "from true north", degrees_of(true_azimuth));
+    angle("azimuth_grid_deg", "from grid north", degrees_of(true_azimuth - r.field.convergence));
+    angle("sd_inclination_deg", "one standard deviation", sd[0] / kDegree);
+    angle("sd_toolface_deg", "one standard deviation; absent in a vertical hole", sd[2] / kDegree);
+    angle("sd_azimuth_deg", "one standard deviation; absent in a vertical hole", sd[1] / kDegree);
+    t.number("correlation_azimuth_inclination", "1", "of the two errors", std::isfinite(sd[1]) ? correlation : kNaN);
+    for (std::size_t i = 0; i < 6; ++i)
+      t.number(std::string("w_") + kReadings[i], "1", "normalised residual: standard normal if nothing is wrong",
+               a.tests.w[k][i] * (i < 3 ? r.accelerometer_sign : 1));
   }
-  return w.take();
+  return t.take();
 }
 
 Table parameters_table(const Run& r, const Answer& a) {
@@ -156,18 +152,10 @@ Table parameters_table(const Run& r, const Answer& a) {
                                                                 "bias_x_nT",
                                                                 "bias_y_nT",
                                                                 "bias_z_nT"};
-  Table t{"parameters",
-          "errors of the reference (truth less reference) and biases of the sensors (in the sign of the "
-          "file), station by station" +
-              at_confidence(r.confidence)};
-  t.columns = {count_column("station", "number of the station, from 1"),
-               number_column("md_m", "m", "measured depth"),
-               word_column("quantity", "with its unit: mg or nT"),
-               number_column("estimate", "1", "in the unit of the quantity", "ci_low ci_high"),
-               number_column("sd", "1", "one standard deviation"),
-               number_column("ci_low", "1", "lower bound of the confidence interval"),
-               number_column("ci_high", "1", "upper bound of the confidence interval")};
-  TableWriter w(std::move(t));
+  TableRows t("parameters",
+              "errors of the reference (truth less reference) and biases of the sensors (in the sign of the file), "
+              "station by station" +
+                  at_confidence(r.confidence));
   const double z = normal_quantile((1 + r.confidence) / 2);
   for (std::size_t k = 0; k < r.readings.y.size(); ++k)
     for (std::size_t i = 0; i < kChainStates; ++i) {
@@ -177,43 +165,36 @@ Table parameters_table(const Run& r, const Answer& a) {
       const StationEstimate& s = a.solution.stations[k];
       const double x = s.chain[state] / unit * (accelerometer ? r.accelerometer_sign : 1),
                    sd = std::sqrt(s.covariance(3 + state, 3 + state)) / unit;
-      w << static_cast<std::int64_t>(k + 1) << r.file.md[k] << std::string(kNames[i]) << x << sd << x - z * sd
-        << x + z * sd;
+      t.count("station", "number of the station, from 1", k + 1);
+      t.number("md_m", "m", "measured depth", r.file.md[k]);
+      t.word("quantity", "with its unit: mg or nT", kNames[i]);
+      t.number("estimate", "1", "in the unit of the quantity", x, "ci_low ci_high");
+      t.number("sd", "1", "one standard deviation", sd);
+      t.number("ci_low", "1", "lower bound of the confidence interval", x - z * sd);
+      t.number("ci_high", "1", "upper bound of the confidence interval", x + z * sd);
     }
-  return w.take();
+  return t.take();
 }
 
 Table fit_table(const Run& r, const Answer& a) {
-  Table t{"fit", "the minimum, and whether there is another"};
-  t.columns = {count_column("stations", "stations of the run"),
-               count_column("redundancy", "equations less unknowns: three a station"),
-               number_column("cost", "1", "sum of the squared whitened equations at the lowest minimum"),
-               number_column("p_value", "1", "of the cost under chi-squared(redundancy), upper tail"),
-               count_column("iterations", "of the solver"),
-               count_column("modes", "different minima found"),
-               count_column("ambiguous", "1: a second minimum explains the readings almost as well"),
-               number_column("cost_of_second", "1", "its cost")};
-  TableWriter w(std::move(t));
+  TableRows t("fit", "the minimum, and whether there is another");
   const double equations = 3.0 * r.readings.stations();
   const ChainedSolution& best = a.modes.modes.front();
-  w << static_cast<std::int64_t>(r.readings.stations()) << static_cast<std::int64_t>(equations) << best.cost
-    << chi_squared_upper_tail(equations, best.cost) << static_cast<std::int64_t>(best.iterations)
-    << static_cast<std::int64_t>(a.modes.modes.size()) << static_cast<std::int64_t>(a.modes.ambiguous)
-    << (a.modes.modes.size() > 1 ? a.modes.modes[1].cost : kNaN);
-  return w.take();
+  t.count("stations", "stations of the run", r.readings.stations());
+  t.count("redundancy", "equations less unknowns: three a station", 3 * r.readings.stations());
+  t.number("cost", "1", "sum of the squared whitened equations at the lowest minimum", best.cost);
+  t.number("p_value", "1", "of the cost under chi-squared(redundancy), upper tail",
+           chi_squared_upper_tail(equations, best.cost));
+  t.count("iterations", "of the solver", best.iterations);
+  t.count("modes", "different minima found", a.modes.modes.size());
+  t.count("ambiguous", "1: a second minimum explains the readings almost as well", a.modes.ambiguous);
+  t.number("cost_of_second", "1", "its cost", a.modes.modes.size() > 1 ? a.modes.modes[1].cost : kNaN);
+  return t.take();
 }
 
 /// Every minimum of the smoother, so that one who knows the well can choose.
 Table modes_table(const Run& r, const Answer& a) {
-  Table t{"modes", "minima of the smoother, lowest cost first; bias_z is the mean over the stations"};
-  t.columns = {count_column("mode", "from 1"),
-               number_column("cost", "1", "J"),
-               number_column("bias_z_nT", "nT", "axial magnetometer bias"),
-               count_column("station", "number of the station, from 1"),
-               number_column("md_m", "m", "measured depth"),
-               number_column("inclination_deg", "deg", "of the station in this mode"),
-               number_column("azimuth_magnetic_deg", "deg", "of the station in this mode")};
-  TableWriter w(std::move(t));
+  TableRows t("modes", "minima of the smoother, lowest cost first; bias_z is the mean over the stations");
   for (std::size_t i = 0; i < a.modes.modes.size(); ++i) {
     const ChainedSolution& m = a.modes.modes[i];
     double bias = 0;
@@ -221,91 +202,100 @@ Table modes_table(const Run& r, const Answer& a) {
       bias += s.chain[kMagnetometerOffset + 2] / static_cast<double>(m.stations.size());
     for (std::size_t k = 0; k < m.stations.size(); ++k) {
       const Attitude at = attitude_of(m.stations[k].frame);
-      w << static_cast<std::int64_t>(i + 1) << m.cost << bias << static_cast<std::int64_t>(k + 1) << r.file.md[k]
-        << at.inclination / kDegree << degrees_of(at.azimuth);
+      t.count("mode", "from 1", i + 1);
+      t.number("cost", "1", "J", m.cost);
+      t.number("bias_z_nT", "nT", "axial magnetometer bias", bias);
+      t.count("station", "number of the station, from 1", k + 1);
+      t.number("md_m", "m", "measured depth", r.file.md[k]);
+      t.number("inclination_deg", "deg", "of the station in this mode", at.inclination / kDegree);
+      t.number("azimuth_magnetic_deg", "deg", "of the station in this mode", degrees_of(at.azimuth));
     }
   }
-  return w.take();
+  return t.take();
 }
 
 /// Do the claims hold, and what holds where they do not.
 Table profile_table(const Run& r, const Answer& a) {
-  Table t{"profile",
-          "the smoother's claims against the cost, minimised at values of the station's axial bias; azimuth: by the "
-          "covariance where the claims hold, else by the mixture over the bias" +
-              at_confidence(r.confidence)};
-  const auto number = [&](const char* name, const char* unit, const char* meaning) {
-    t.columns.push_back(number_column(name, unit, meaning));
-  };
-  t.columns = {count_column("station", "number of the station, from 1")};
-  number("md_m", "m", "measured depth");
-  t.columns.push_back(
-      count_column("claims_hold", "1: the cost rises as the covariance says, and there is one minimum"));
-  number("cost_rise_low", "1", "of the cost at the axial bias less 2 claimed sd: 4 where the claims hold");
-  number("cost_rise_high", "1", "of the cost at the axial bias and 2 claimed sd: 4 where the claims hold");
-  number("bias_z_nT", "nT", "axial bias at the lowest minimum");
-  number("claimed_sd_bias_z_nT", "nT", "by the covariance");
-  number("sd_bias_z_nT", "nT", "by the profile");
-  number("azimuth_magnetic_deg", "deg", "at the lowest minimum");
-  number("claimed_sd_azimuth_deg", "deg", "by the covariance");
-  number("mean_azimuth_magnetic_deg", "deg", "by the profile");
-  number("sd_azimuth_deg", "deg", "by the profile");
-  number("azimuth_magnetic_ci_low_deg", "deg", "lower bound of the confidence interval by the profile");
-  number("azimuth_magnetic_ci_high_deg", "deg", "upper bound; below the lower one where the interval contains north");
-  t.columns.push_back(count_column("complete", "0: a part of the profile was not found"));
-  TableWriter w(std::move(t));
-  for (const ChainedProfile& p : a.profiles)
-    w << static_cast<std::int64_t>(p.station + 1) << r.file.md[static_cast<std::size_t>(p.station)]
-      << static_cast<std::int64_t>(p.parabola) << p.rise_low << p.rise_high << p.bias << p.claimed_sd << p.sd_bias
-      << degrees_of(p.azimuth) << p.azimuth_claimed_sd / kDegree << degrees_of(p.azimuth_mean) << p.azimuth_sd / kDegree
-      << degrees_of(p.azimuth_low) << degrees_of(p.azimuth_high) << static_cast<std::int64_t>(p.complete);
-  return w.take();
+  TableRows t(
+      "profile",
+      "the smoother's claims against the cost, minimised at values of the station's axial bias; azimuth: by the "
+      "covariance where the claims hold, else by the mixture over the bias" +
+          at_confidence(r.confidence));
+  const auto angle = [&](const char* name, const char* meaning, double x) { t.number(name, "deg", meaning, x); };
+  for (const ChainedProfile& p : a.profiles) {
+    t.count("station", "number of the station, from 1", p.station + 1);
+    t.number("md_m", "m", "measured depth", r.file.md[static_cast<std::size_t>(p.station)]);
+    t.count("claims_hold", "1: the cost rises as the covariance says, and there is one minimum", p.parabola);
+    t.number("cost_rise_low", "1", "of the cost at the axial bias less 2 claimed sd: 4 where the claims hold",
+             p.rise_low);
+    t.number("cost_rise_high", "1", "of the cost at the axial bias and 2 claimed sd: 4 where the claims hold",
+             p.rise_high);
+    t.number("bias_z_nT", "nT", "axial bias at the lowest minimum", p.bias);
+    t.number("claimed_sd_bias_z_nT", "nT", "by the covariance", p.claimed_sd);
+    t.number("sd_bias_z_nT", "nT", "by the profile", p.sd_bias);
+    angle("azimuth_magnetic_deg", "at the lowest minimum", degrees_of(p.azimuth));
+    angle("claimed_sd_azimuth_deg", "by the covariance", p.azimuth_claimed_sd / kDegree);
+    angle("mean_azimuth_magnetic_deg", "by the profile", degrees_of(p.azimuth_mean));
+    angle("sd_azimuth_deg", "by the profile", p.azimuth_sd / kDegree);
+    angle("azimuth_magnetic_ci_low_deg", "lower bound of the confidence interval by the profile",
+          degrees_of(p.azimuth_low));
+    angle("azimuth_magnetic_ci_high_deg", "upper bound; below the lower one where the interval contains north",
+          degrees_of(p.azimuth_high));
+    t.count("complete", "0: a part of the profile was not found", p.complete);
+  }
+  return t.take();
 }
 
+/// A row of the table `tests`: the run as a whole, or a reading.
+struct TestRow {
+  std::string test, component, unit;
+  std::size_t station = 0;  ///< from 1; 0 for the run
+  double md = kNaN, statistic, low, high, p_value, error = kNaN, error_sd = kNaN, detectable = kNaN;
+  std::string note;
+};
+
 Table tests_table(const Run& r, const Answer& a) {
-  Table t{"tests", "does the run as a whole, and does every reading, fit the model"};
-  t.columns = {word_column("test", "cost (chi-squared of the run) or reading (w, standard normal)"),
-               count_column("station", "number of the station, from 1; 0 for the run as a whole"),
-               number_column("md_m", "m", "measured depth of the station"),
-               word_column("component", "accelerometer g, magnetometer b, axis"),
-               number_column("statistic", "1", "what is tested"),
-               number_column("critical_low", "1", "rejected below"),
-               number_column("critical_high", "1", "rejected above"),
-               number_column("p_value", "1", "probability of a statistic as extreme, by noise alone"),
-               word_column("unit", "of error and minimal_detectable_error"),
-               number_column("error", "1", "size of the error in this reading, if it is the only one"),
-               number_column("sd_error", "1", "its standard deviation"),
-               number_column("minimal_detectable_error", "1", "found with a probability of 80 %"),
-               word_column("decision", "accepted or rejected"),
-               word_column("note", "what follows")};
-  TableWriter w(std::move(t));
   const double equations = 3.0 * r.readings.stations(), cost = a.modes.modes.front().cost,
                low = chi_squared_quantile(equations, r.alpha / 2),
                high = chi_squared_quantile(equations, 1 - r.alpha / 2), tail = chi_squared_upper_tail(equations, cost);
-  w << std::string("cost") << std::int64_t{0} << kNaN << std::string() << cost << low << high
-    << 2 * std::min(tail, 1 - tail) << std::string() << kNaN << kNaN << kNaN
-    << std::string(cost < low || cost > high ? "rejected" : "accepted")
-    << std::string(cost > high  ? "more than the noise of the model: a gross error, a wrong reference, or more noise"
-                   : cost < low ? "less than the noise of the model: its sizes are too large"
-                                : "");
+  std::vector<TestRow> rows{{"cost", "", "", 0, kNaN, cost, low, high, 2 * std::min(tail, 1 - tail), kNaN, kNaN, kNaN,
+                             cost > high  ? "more than the noise of the model: a gross error, a wrong reference, or "
+                                            "more noise"
+                             : cost < low ? "less than the noise of the model: its sizes are too large"
+                                          : ""}};
   for (std::size_t k = 0; k < a.tests.w.size(); ++k)
     for (std::size_t i = 0; i < 6; ++i) {
       const double x = a.tests.w[k][i], s = a.tests.sensitivity[k][i], unit = i < 3 ? kMilliG : 1,
                    sign = i < 3 ? r.accelerometer_sign : 1, sd = r.model.noise[i] / s / unit;
       const bool suspect = a.suspect.found && a.suspect.station == static_cast<int>(k) && a.suspect.axis == i;
-      w << std::string("reading") << static_cast<std::int64_t>(k + 1) << r.file.md[k] << std::string(kReadings[i])
-        << sign * x << -r.gate.gate << r.gate.gate << std::erfc(std::abs(x) / std::sqrt(2.0))
-        << std::string(i < 3 ? "mg" : "nT") << sign * x * sd << sd
-        << minimal_detectable(r.model, a.tests, k, i, r.gate.gate) / unit
-        << std::string(std::abs(x) > r.gate.gate ? "rejected" : "accepted")
-        << std::string(!suspect             ? ""
-                       : a.suspect.dominant ? "the suspect; it dominates its station clearly"
-                                            : "the station is suspect; which of its readings is not clear");
+      rows.push_back({"reading", kReadings[i], i < 3 ? "mg" : "nT", k + 1, r.file.md[k], sign * x, -r.gate.gate,
+                      r.gate.gate, 2 * normal_upper_tail(std::abs(x)), sign * x * sd, sd,
+                      minimal_detectable(r.model, a.tests, k, i, r.gate.gate) / unit,
+                      !suspect             ? ""
+                      : a.suspect.dominant ? "the suspect; it dominates its station clearly"
+                                           : "the station is suspect; which of its readings is not clear"});
     }
-  return w.take();
+  TableRows t("tests", "does the run as a whole, and does every reading, fit the model");
+  for (const TestRow& x : rows) {
+    t.word("test", "cost (chi-squared of the run) or reading (w, standard normal)", x.test);
+    t.count("station", "number of the station, from 1; 0 for the run as a whole", x.station);
+    t.number("md_m", "m", "measured depth of the station", x.md);
+    t.word("component", "accelerometer g, magnetometer b, axis", x.component);
+    t.number("statistic", "1", "what is tested", x.statistic);
+    t.number("critical_low", "1", "rejected below", x.low);
+    t.number("critical_high", "1", "rejected above", x.high);
+    t.number("p_value", "1", "probability of a statistic as extreme, by noise alone", x.p_value);
+    t.word("unit", "of error and minimal_detectable_error", x.unit);
+    t.number("error", "1", "size of the error in this reading, if it is the only one", x.error);
+    t.number("sd_error", "1", "its standard deviation", x.error_sd);
+    t.number("minimal_detectable_error", "1", "found with a probability of 80 %", x.detectable);
+    t.word("decision", "accepted or rejected", x.statistic < x.low || x.statistic > x.high ? "rejected" : "accepted");
+    t.word("note", "what follows", x.note);
+  }
+  return t.take();
 }
 
-Table warnings_table(const Run& r, const Answer& a) {
+std::vector<EstimateWarning> warnings_of(const Run& r, const Answer& a) {
   std::vector<EstimateWarning> warnings;
   const double equations = 3.0 * r.readings.stations(), cost = a.modes.modes.front().cost;
   if (a.modes.ambiguous)
@@ -343,12 +333,7 @@ Table warnings_table(const Run& r, const Answer& a) {
                      a.suspect.dominant ? "" : "; another of its readings is nearly as bad: do not delete one alone")});
   if (r.filter)
     warnings.push_back({"info", "stations and parameters are those of the filter; tests and modes of the smoother"});
-  Table t{"warnings", "what to know before the estimate is used"};
-  t.columns = {word_column("severity", "severe, warning or info"),
-               word_column("message", "what is wrong, and what to do")};
-  TableWriter w(std::move(t));
-  for (const EstimateWarning& x : warnings) w << x.severity << x.message;
-  return w.take();
+  return warnings;
 }
 
 class ChainedEstimate final : public StudyPoint {
@@ -356,8 +341,13 @@ class ChainedEstimate final : public StudyPoint {
   ChainedEstimate(Run run, Answer answer) : r_(std::move(run)), a_(std::move(answer)) {}
   PointResult report(const Tally&, const RunOptions&) const override {
     PointResult result;
-    result.tables = {parameters_table(r_, a_), fit_table(r_, a_),   modes_table(r_, a_),
-                     stations_table(r_, a_),   profile_table(r_, a_), tests_table(r_, a_), warnings_table(r_, a_)};
+    result.tables = {parameters_table(r_, a_),
+                     fit_table(r_, a_),
+                     modes_table(r_, a_),
+                     stations_table(r_, a_),
+                     profile_table(r_, a_),
+                     tests_table(r_, a_),
+                     warnings_table(warnings_of(r_, a_))};
     return result;
   }
 

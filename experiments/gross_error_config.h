@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "config/config.h"
+#include "random/study_id.h"
 #include "reliability/gross_error_trials.h"
 #include "reliability/significance.h"
 #include "study/annotations.h"

@@ -17,6 +17,7 @@
 #include "random/study_stream.h"
 #include "reliability/gross_error_lanes.h"
 #include "reliability/snooping.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
@@ -100,11 +101,8 @@ class GrossErrorDetection final : public StudyPoint {
 
   PointResult report(const Tally& tally, const RunOptions&) const override {
     PointResult r;
-    Table failures{"failed_trials",
-                   "trials without a converged adjustment; replay one with `surveymc run CONFIG --trial K`"};
-    std::vector<std::int64_t> numbers(tally.failed_trials.begin(), tally.failed_trials.end());
-    failures.columns = {{"trial", "1", "number of the trial, from 0", std::move(numbers)}};
-    r.tables = {detection_table(s_, prediction_, tally), injected_table(s_, prediction_), std::move(failures)};
+    r.tables = {detection_table(s_, prediction_, tally), injected_table(s_, prediction_),
+                failed_trials_table("trials without a converged adjustment", tally.failed_trials)};
     return r;
   }
 
@@ -183,7 +181,7 @@ class GrossErrorDetection final : public StudyPoint {
         }
         r = snoop(s_.strategies[k], wrong, parity ? *parity : own);
       }
-      ++counts[layout_.outcome(k, judge_snooping(r, errors_))];
+      ++counts[layout_.outcome(k, static_cast<std::size_t>(judge_snooping(r, errors_)))];
     }
 
     int tested = 0, alarms = 0;

@@ -9,7 +9,7 @@
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/snooping.h"
 #include "study/comparison.h"
-#include "study/table_writer.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
@@ -111,22 +111,10 @@ Table detection_table(const GrossErrorScenario& s, const GrossErrorPrediction& p
     const bool tested = p.model.columns.col(s.injected[k].error.number).squaredNorm() > 0;
     rate("design", "false_alarm_" + s.injected[k].label, layout.false_alarm(k), tested ? p.two_sided_alpha : 0, alarms);
   }
-  ComparisonRow mean;
+  const Estimate share = mean_estimate(tally.moments, 0, s.verdict.confidence);
+  ComparisonRow mean = compare_value("false_alarm_mean", "1", share, p.two_sided_alpha, alarms, tally.trials);
   mean.formulation = "design";
-  mean.quantity = "false_alarm_mean";
-  mean.unit = "1";
-  mean.analytic = p.two_sided_alpha;
-  if (tally.moments.count > 1) {
-    mean.monte_carlo = tally.moments.mean[0];
-    mean.interval =
-        mean_interval(mean.monte_carlo, tally.moments.variance(0), tally.moments.count, s.verdict.confidence);
-    if (mean.interval.lo > 0) {
-      mean.ratio = mean.analytic / mean.monte_carlo;
-      mean.ratio_interval = {mean.analytic / mean.interval.hi, mean.analytic / mean.interval.lo};
-      mean.verdict = judge(mean.ratio_interval, alarms.margin, tally.trials).word;
-    }
-    mean.note = "mean over all observations that can be tested";
-  }
+  mean.note = tally.moments.count > 1 ? "mean over all observations that can be tested" : "";
   rows.push_back(mean);
   rate("design", "false_alarm_any", layout.false_alarm_any(), p.false_alarm_any, alarms);
   rate("design", "false_alarm_general", layout.false_alarm_general(), p.general.alpha, alarms);
@@ -158,7 +146,7 @@ Table detection_table(const GrossErrorScenario& s, const GrossErrorPrediction& p
         if (outcome == SnoopingOutcome::missed) predicted = if_large(1 - p.any);
       }
       ComparisonRow& row = rate(strategy_names()[static_cast<std::size_t>(s.strategies[k])], outcome_names()[o],
-                                layout.outcome(k, outcome), predicted, s.verdict);
+                                layout.outcome(k, o), predicted, s.verdict);
       if (predicted == 0 && row.monte_carlo == 0) row.verdict = "agrees";
     }
   s.annotations.apply("detection", rows);
@@ -168,41 +156,38 @@ Table detection_table(const GrossErrorScenario& s, const GrossErrorPrediction& p
 }
 
 Table injected_table(const GrossErrorScenario& s, const GrossErrorPrediction& p) {
-  Table t{"injected", "the gross errors, and what theory says of them"};
-  t.columns = {
-      word_column("observation", "in which the error is"),
-      count_column("station", "number of the station, from 0; -1: a reference"),
-      word_column("unit", "of the sizes in this row"),
-      number_column("size", "1", "the error, in the row's unit"),
-      number_column("minimal_detectable_error", "1", "linear, in the row's unit"),
-      number_column("nonlinear_detectable_error_plus", "1", "nonlinear, in the row's unit; single station only"),
-      number_column("nonlinear_detectable_error_minus", "1", "the same for negative errors"),
-      number_column("redundancy_number", "1", "redundancy number"),
-      number_column("shift_linear", "1", "of its w by all errors, linear theory"),
-      number_column("shift_nonlinear", "1", "of its w by all errors, nonlinear adjustment without noise"),
-      word_column("rival", "the observation whose test is most correlated with its own"),
-      number_column("rival_correlation", "1", "correlation of the two; 1 or -1: inseparable")};
-  TableWriter w(std::move(t));
+  TableRows t("injected", "the gross errors, and what theory says of them");
   const double lambda = lambda0(s.levels);
   const VectorXd redundancy = redundancy_numbers(p.model), sensitivity = sensitivities(p.model);
-  for (std::size_t k = 0; k < s.injected.size(); ++k) {
-    const InjectedError& e = s.injected[k];
-    const double unit = observation_scale(e.observation);
-    const bool single = s.attitudes.size() == 1 && !s.model.systematic_terms;
+  const bool single = s.attitudes.size() == 1 && !s.model.systematic_terms;
+  std::size_t k = 0;
+  write_rows(t, s.injected, [&](const InjectedError& e) {
+    const double unit = observation_scale(e.observation), size = sensitivity[e.error.number];
     const auto nonlinear = [&](int sign) {
       return single ? nonlinear_detectable_error(s.model, s.attitudes.front(), e.observation, lambda, sign) * unit
                     : kNaN;
     };
+    const auto shift = [&](const ErrorShift& x) { return k < x.w.size() ? x.w[k] : kNaN; };
     const Rival rival = closest_rival(p.model, e.error.number);
-    w << observation_names()[e.observation]
-      << (e.observation < kReadings ? static_cast<std::int64_t>(e.station) : std::int64_t{-1})
-      << observation_unit(e.observation) << e.error.size * unit
-      << (sensitivity[e.error.number] > 0 ? lambda / sensitivity[e.error.number] * unit
-                                          : std::numeric_limits<double>::infinity())
-      << nonlinear(1) << nonlinear(-1) << redundancy[e.error.number] << p.linear.w[k] << p.nonlinear.w[k]
-      << (rival.number < 0 ? std::string() : name_of(s, rival.number)) << (rival.number < 0 ? kNaN : rival.correlation);
-  }
-  return w.take();
+    t.word("observation", "in which the error is", observation_names()[e.observation]);
+    t.count("station", "number of the station, from 0; -1: a reference",
+            e.observation < kReadings ? static_cast<std::int64_t>(e.station) : std::int64_t{-1});
+    t.word("unit", "of the sizes in this row", observation_unit(e.observation));
+    t.number("size", "1", "the error, in the row's unit", e.error.size * unit);
+    t.number("minimal_detectable_error", "1", "linear, in the row's unit",
+             size > 0 ? lambda / size * unit : std::numeric_limits<double>::infinity());
+    t.number("nonlinear_detectable_error_plus", "1", "nonlinear, in the row's unit; single station only", nonlinear(1));
+    t.number("nonlinear_detectable_error_minus", "1", "the same for negative errors", nonlinear(-1));
+    t.number("redundancy_number", "1", "redundancy number", redundancy[e.error.number]);
+    t.number("shift_linear", "1", "of its w by all errors, linear theory", shift(p.linear));
+    t.number("shift_nonlinear", "1", "of its w by all errors, nonlinear adjustment without noise", shift(p.nonlinear));
+    t.word("rival", "the observation whose test is most correlated with its own",
+           rival.number < 0 ? std::string() : name_of(s, rival.number));
+    t.number("rival_correlation", "1", "correlation of the two; 1 or -1: inseparable",
+             rival.number < 0 ? kNaN : rival.correlation);
+    ++k;
+  });
+  return t.take();
 }
 
 }  // namespace surveymc

@@ -4,6 +4,7 @@
 
 #include "gross_error_config.h"
 #include "montecarlo/run_blocks.h"
+#include "stats/layout.h"
 #include "store/table.h"
 
 namespace surveymc {
@@ -19,18 +20,12 @@ enum class SnoopingOutcome {
 inline constexpr std::size_t kOutcomes = 5;
 
 /// Where events are counted in a tally; the order of counting is that of the tables.
-struct EventLayout {
+struct EventLayout : Layout {
+  EventLayout(std::size_t errors, std::size_t snooping) : injected(errors), strategies(snooping) {}
   std::size_t injected, strategies;
-  std::size_t false_alarm(std::size_t k) const { return k; }
-  std::size_t false_alarm_any() const { return injected; }
-  std::size_t false_alarm_general() const { return injected + 1; }
-  std::size_t detection(std::size_t k) const { return injected + 2 + k; }
-  std::size_t detection_any() const { return 2 * injected + 2; }
-  std::size_t detection_general() const { return 2 * injected + 3; }
-  std::size_t outcome(std::size_t strategy, SnoopingOutcome o) const {
-    return 2 * injected + 4 + strategy * kOutcomes + static_cast<std::size_t>(o);
-  }
-  std::size_t size() const { return 2 * injected + 4 + strategies * kOutcomes; }
+  Slots false_alarm = slots(injected), false_alarm_any = slots(), false_alarm_general = slots();
+  Slots detection = slots(injected), detection_any = slots(), detection_general = slots();
+  Slots outcome = slots(strategies, kOutcomes);  ///< by strategy and SnoopingOutcome
 };
 
 /// Shifts of the tests by the injected errors, without noise.

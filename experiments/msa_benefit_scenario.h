@@ -5,6 +5,7 @@
 
 #include "msa_benefit_prediction.h"
 #include "msa_benefit_well.h"
+#include "random/study_id.h"
 #include "study/annotations.h"
 #include "study/scenario.h"
 

@@ -6,7 +6,8 @@
 
 #include "base/units.h"
 #include "msa_benefit.h"
-#include "study/table_writer.h"
+#include "stats/order_statistics.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
@@ -17,13 +18,6 @@ double sd_of(const BenefitSd& sd, std::size_t quantity) { return quantity == 0 ?
 
 double ratio_of(const Benefit& b, std::size_t quantity) {
   return benefit_ratio(sd_of(b.before, quantity), sd_of(b.after, quantity));
-}
-
-/// Middle one of the values; the mean of the two middle ones of an even number, which may be infinite.
-double median(std::vector<double> v) {
-  std::sort(v.begin(), v.end());
-  const std::size_t n = v.size();
-  return n % 2 == 1 ? v[n / 2] : (v[n / 2 - 1] + v[n / 2]) / 2;
 }
 
 }  // namespace
@@ -56,19 +50,7 @@ std::vector<Map> benefit_maps(const BenefitScenario& s, const std::vector<Benefi
 }
 
 Table benefit_summary(const BenefitScenario& s, const std::vector<Benefit>& benefits) {
-  Table t{"summary", "sd after MSA over sd before, over all directions of the map"};
-  t.columns = {word_column("quantity", "azimuth of the last station, or last position to the side of the hole"),
-               count_column("directions", "of the map"),
-               count_column("undetermined", "directions whose stations do not determine the estimated parameters"),
-               number_column("worse_share", "1", "share of the directions with a ratio above 1.01, or undetermined"),
-               number_column("ratio_median", "1", "median of the ratio; inf if most are undetermined"),
-               number_column("ratio_best", "1", "smallest ratio, of determined directions"),
-               number_column("best_inclination_deg", "deg", "where: inclination"),
-               number_column("best_azimuth_deg", "deg", "where: azimuth"),
-               number_column("ratio_worst", "1", "largest ratio, of determined directions"),
-               number_column("worst_inclination_deg", "deg", "where: inclination"),
-               number_column("worst_azimuth_deg", "deg", "where: azimuth")};
-  TableWriter rows(std::move(t));
+  TableRows t("summary", "sd after MSA over sd before, over all directions of the map");
   for (std::size_t q = 0; q < 2; ++q) {
     std::vector<double> ratio;
     std::int64_t undetermined = 0, worse = 0;
@@ -83,16 +65,24 @@ Table benefit_summary(const BenefitScenario& s, const std::vector<Benefit>& bene
       if (best == benefits.size() || ratio[i] < ratio[best]) best = i;
       if (worst == benefits.size() || ratio[i] > ratio[worst]) worst = i;
     }
-    rows << std::string(kBenefits[q]) << static_cast<std::int64_t>(benefits.size()) << undetermined
-         << static_cast<double>(worse) / static_cast<double>(benefits.size()) << median(ratio);
-    for (const std::size_t i : {best, worst}) {
-      const bool there = i < benefits.size();
+    t.word("quantity", "azimuth of the last station, or last position to the side of the hole", kBenefits[q]);
+    t.count("directions", "of the map", benefits.size());
+    t.count("undetermined", "directions whose stations do not determine the estimated parameters", undetermined);
+    t.number("worse_share", "1", "share of the directions with a ratio above 1.01, or undetermined",
+             static_cast<double>(worse) / static_cast<double>(benefits.size()));
+    t.number("ratio_median", "1", "median of the ratio; inf if most are undetermined", median(ratio));
+    const auto extreme = [&](const std::string& which, const char* meaning, std::size_t i) {
       const double nan = std::numeric_limits<double>::quiet_NaN();
-      rows << (there ? ratio[i] : nan) << (there ? s.inclination_deg[i / s.azimuth_deg.size()] : nan)
-           << (there ? s.azimuth_deg[i % s.azimuth_deg.size()] : nan);
-    }
+      const bool there = i < benefits.size();
+      const std::size_t azimuths = s.azimuth_deg.size();
+      t.number("ratio_" + which, "1", meaning, there ? ratio[i] : nan);
+      t.number(which + "_inclination_deg", "deg", "where: inclination", there ? s.inclination_deg[i / azimuths] : nan);
+      t.number(which + "_azimuth_deg", "deg", "where: azimuth", there ? s.azimuth_deg[i % azimuths] : nan);
+    };
+    extreme("best", "smallest ratio, of determined directions", best);
+    extreme("worst", "largest ratio, of determined directions", worst);
   }
-  return rows.take();
+  return t.take();
 }
 
 }  // namespace surveymc

@@ -259,7 +259,7 @@ PointResult MsaPosition::report(const Tally& tally, const RunOptions&) const {
   r.tables.push_back(correlation_table(tally));
   if (s_.control_variate) r.tables.push_back(control_variate_table(tally));
   if (s_.annotations.has_published()) r.tables.push_back(published_fit_table(published));
-  r.tables.push_back(failures_table(tally));
+  r.tables.push_back(failed_trials_table("trials without a converged estimate", tally.failed_trials));
   if (antithetic()) r.tables.push_back(pairs_table(tally));
   if (s_.save_samples > 0) r.samples = {samples_table(tally)};
   return r;

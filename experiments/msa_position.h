@@ -82,7 +82,6 @@ class MsaPosition final : public StudyPoint {
   Table covariance_table(const Tally& tally) const;
   Table correlation_table(const Tally& tally) const;
   Table control_variate_table(const Tally& tally) const;
-  Table failures_table(const Tally& tally) const;
   Table pairs_table(const Tally& tally) const;
   Table samples_table(const Tally& tally) const;
 

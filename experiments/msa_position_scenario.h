@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "random/study_id.h"
 #include "study/annotations.h"
 #include "study/scenario.h"
 

@@ -8,12 +8,21 @@
 #include "msa_position.h"
 #include "stats/tests.h"
 #include "study/position_comparison.h"
-#include "study/table_writer.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 
 using Eigen::Matrix2d;
 using Eigen::Matrix3d;
+
+namespace {
+
+void write_counts(TableRows& t, const Tally& tally) {
+  t.count("trials", "trials run", tally.trials);
+  t.count("failed", "trials without a converged estimate, not in the statistics", tally.failed);
+}
+
+}  // namespace
 
 Table MsaPosition::ellipse_table(const Tally& tally) const {
   constexpr int at = MsaComponents::position;
@@ -22,9 +31,9 @@ Table MsaPosition::ellipse_table(const Tally& tally) const {
     found.mean = prediction_.position.head<2>() + tally.moments.mean.segment<2>(at);
     found.covariance = covariance(tally).block<2, 2>(at, at);
   }
-  TableWriter w(ellipse_columns("horizontal one-sigma ellipses of the final position, and how Monte Carlo fills them" +
-                                intervals_));
-  write_sample_ellipse(w, found);
+  TableRows t("ellipse",
+              "horizontal one-sigma ellipses of the final position, and how Monte Carlo fills them" + intervals_);
+  write_sample_ellipse(t, found);
   for (std::size_t f = 0; f < kFormulations.size(); ++f) {
     const int which = static_cast<int>(f);
     EllipseRow row{kFormulations[f], prediction_.position.head<2>(),
@@ -36,36 +45,27 @@ Table MsaPosition::ellipse_table(const Tally& tally) const {
       row.wishart_p = wishart_test(found.covariance, row.predicted, found.units).p_value;
     }
     row.expected = s_.annotations.expected("ellipse", kFormulations[f], "ellipse");
-    write_ellipse(w, row, found, s_.verdict);
+    write_ellipse(t, row, found, s_.verdict);
   }
-  return w.take();
+  return t.take();
 }
 
 Table MsaPosition::covariance_table(const Tally& tally) const {
-  Table t{"position_covariance", "covariance of the final position, true north"};
-  t.columns = {word_column("formulation", "monte_carlo, or which analytic prediction")};
-  for (const char* name : {"nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2"})
-    t.columns.push_back(number_column(name, "m2", "element of the covariance"));
-  TableWriter w(std::move(t));
+  TableRows t("position_covariance", "covariance of the final position, true north");
   const auto row = [&](const std::string& name, const Matrix3d& c) {
-    w << name << c(0, 0) << c(1, 1) << c(2, 2) << c(0, 1) << c(0, 2) << c(1, 2);
+    t.word("formulation", "monte_carlo, or which analytic prediction", name);
+    t.covariance("nev", "element of the covariance", c);
   };
   if (units(tally) > 1)
     row("monte_carlo", covariance(tally).block<3, 3>(MsaComponents::position, MsaComponents::position));
   for (std::size_t f = 0; f < kFormulations.size(); ++f) row(kFormulations[f], prediction_.position_covariance[f]);
-  return w.take();
+  return t.take();
 }
 
 Table MsaPosition::correlation_table(const Tally& tally) const {
-  Table t{"parameter_correlation",
-          "correlation of the estimates; near -1 or 1: the two can hardly be told apart" + intervals_};
-  t.columns = {word_column("parameter_a", "first parameter"), word_column("parameter_b", "second parameter")};
-  add_with_interval(t, "monte_carlo", "1", "correlation of the Monte-Carlo estimates");
-  t.columns.push_back(number_column("analytic", "1", "correlation by the first-order covariance"));
-  t.columns.push_back(count_column("trials", "trials run"));
-  t.columns.push_back(count_column("failed", "trials without a converged estimate, not in the statistics"));
+  TableRows t("parameter_correlation",
+              "correlation of the estimates; near -1 or 1: the two can hardly be told apart" + intervals_);
   const auto correlation = [](const auto& c, int i, int j) { return c(i, j) / std::sqrt(c(i, i) * c(j, j)); };
-  TableWriter w(std::move(t));
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < i; ++j) {
       double r = std::nan("");
@@ -77,52 +77,48 @@ Table MsaPosition::correlation_table(const Tally& tally) const {
             normal_quantile(1 - (1 - s_.verdict.confidence) / 2) / std::sqrt(static_cast<double>(units(tally)) - 3);
         ci = {std::tanh(std::atanh(r) - half), std::tanh(std::atanh(r) + half)};
       }
-      w << std::string(kParameters[static_cast<std::size_t>(j)])
-        << std::string(kParameters[static_cast<std::size_t>(i)]) << r << ci.lo << ci.hi
-        << correlation(prediction_.parameter_covariance, i, j) << static_cast<std::int64_t>(tally.trials)
-        << static_cast<std::int64_t>(tally.failed);
+      t.word("parameter_a", "first parameter", kParameters[static_cast<std::size_t>(j)]);
+      t.word("parameter_b", "second parameter", kParameters[static_cast<std::size_t>(i)]);
+      t.estimate("monte_carlo", "1", "correlation of the Monte-Carlo estimates", r, ci);
+      t.number("analytic", "1", "correlation by the first-order covariance",
+               correlation(prediction_.parameter_covariance, i, j));
+      write_counts(t, tally);
     }
-  return w.take();
+  return t.take();
 }
 
 /// Plain and controlled estimates side by side. The controlled one removes what the first-order prediction says of the
 /// very noise of each trial: its interval is narrower, and its difference from the analytic value is nonlinearity.
 Table MsaPosition::control_variate_table(const Tally& tally) const {
-  Table t{"control_variate",
-          "estimates without and with the first-order prediction of each trial as control variate" + intervals_};
-  t.columns = {word_column("quantity", "what is estimated"), word_column("unit", "unit of the values in this row")};
-  add_with_interval(t, "plain", "1", "Monte-Carlo estimate");
-  add_with_interval(t, "controlled", "1", "Monte-Carlo estimate with control variate");
-  t.columns.push_back(number_column("analytic", "1", "first-order prediction, exact for this noise"));
-  add_with_interval(t, "ratio", "1", "analytic / controlled; absent for means and covariances");
-  t.columns.push_back(
-      number_column("variance_reduction", "1",
-                    "how many times more independent trials the plain estimate needs for the same interval"));
-  t.columns.push_back(word_column("verdict", "agrees, differs or undecided, by the controlled estimate"));
-  t.columns.push_back(count_column("trials", "trials run"));
-  t.columns.push_back(count_column("failed", "trials without a converged estimate, not in the statistics"));
-  TableWriter w(std::move(t));
-  // Without the trials that failed, the mean of the control is no longer known.
-  if (tally.failed > 0 || units(tally) < 20) return w.take();
-
+  TableRows t("control_variate",
+              "estimates without and with the first-order prediction of each trial as control variate" + intervals_);
   const double nan = std::nan("");
   const auto put = [&](const std::string& quantity, const std::string& unit, const ControlledEstimate& e, double offset,
                        double factor, double analytic, bool judged) {
-    const auto interval = [&](double x, const Interval& i) {
-      w << offset + factor * x << offset + factor * i.lo << offset + factor * i.hi;
+    const auto estimate = [&](const char* name, const char* meaning, double x, const Interval& i) {
+      t.estimate(name, "1", meaning, offset + factor * x, {offset + factor * i.lo, offset + factor * i.hi});
     };
-    w << quantity << unit;
-    interval(e.plain, e.plain_interval);
-    interval(e.controlled, e.controlled_interval);
-    w << offset + factor * analytic;
     const Interval ratio{analytic / e.controlled_interval.hi, analytic / e.controlled_interval.lo};
-    if (judged)
-      w << analytic / e.controlled << ratio.lo << ratio.hi;
-    else
-      w << nan << nan << nan;
-    w << e.variance_reduction << (judged ? judge(ratio, s_.verdict.margin, tally.trials).word : std::string())
-      << static_cast<std::int64_t>(tally.trials) << static_cast<std::int64_t>(tally.failed);
+    t.word("quantity", "what is estimated", quantity);
+    t.word("unit", "unit of the values in this row", unit);
+    estimate("plain", "Monte-Carlo estimate", e.plain, e.plain_interval);
+    estimate("controlled", "Monte-Carlo estimate with control variate", e.controlled, e.controlled_interval);
+    t.number("analytic", "1", "first-order prediction, exact for this noise", offset + factor * analytic);
+    t.estimate("ratio", "1", "analytic / controlled; absent for means and covariances",
+               judged ? analytic / e.controlled : nan, judged ? ratio : Interval{nan, nan});
+    t.number("variance_reduction", "1",
+             "how many times more independent trials the plain estimate needs for the same interval",
+             e.variance_reduction);
+    t.word("verdict", "agrees, differs or undecided, by the controlled estimate",
+           judged ? judge(ratio, s_.verdict.margin, tally.trials).word : "");
+    write_counts(t, tally);
   };
+  // Without the trials that failed, the mean of the control is no longer known.
+  if (tally.failed > 0 || units(tally) < 20) {
+    put("", "", {}, 0, 1, nan, false);
+    t.drop_rows();
+    return t.take();
+  }
   const double confidence = s_.verdict.confidence;
   const auto& linear = prediction_.linear.covariance;
   const auto both = [&](int i, const std::string& name, const std::string& mean_name, const std::string& unit,
@@ -148,26 +144,15 @@ Table MsaPosition::control_variate_table(const Tally& tally) const {
           linear(i, j), false);
     }
   }
-  return w.take();
-}
-
-Table MsaPosition::failures_table(const Tally& tally) const {
-  Table t{"failed_trials", "trials without a converged estimate; replay one with `surveymc run CONFIG --trial K`"};
-  std::vector<std::int64_t> numbers(tally.failed_trials.begin(), tally.failed_trials.end());
-  t.columns = {{"trial", "1", "number of the trial, from 0", std::move(numbers)}};
-  return t;
+  return t.take();
 }
 
 Table MsaPosition::pairs_table(const Tally& tally) const {
-  Table t{"antithetic_pairs", "trials 2j and 2j + 1 with opposite draws; a pair is the unit of all intervals"};
-  const auto column = [&](const char* name, const char* what, std::uint64_t count) {
-    t.columns.push_back({name, "1", what, std::vector<std::int64_t>{static_cast<std::int64_t>(count)}});
-  };
-  column("trials", "trials run", tally.trials);
-  column("failed", "trials without a converged estimate, not in the statistics", tally.failed);
-  column("left_out", "converged trials not in the statistics: the other of their pair failed", tally.left_out);
-  column("pairs", "pairs in the statistics", tally.pairs.count);
-  return t;
+  TableRows t("antithetic_pairs", "trials 2j and 2j + 1 with opposite draws; a pair is the unit of all intervals");
+  write_counts(t, tally);
+  t.count("left_out", "converged trials not in the statistics: the other of their pair failed", tally.left_out);
+  t.count("pairs", "pairs in the statistics", tally.pairs.count);
+  return t.take();
 }
 
 Table MsaPosition::samples_table(const Tally& tally) const {
@@ -181,10 +166,10 @@ Table MsaPosition::samples_table(const Tally& tally) const {
     for (const char* d : kDirections)
       t.columns.push_back(number_column(fmt::format("{}_m", d), "m", "final position relative to the first station"));
   const std::size_t columns = t.columns.size();
-  TableWriter w(std::move(t));
+  std::vector<double> shown;
   for (std::size_t i = 0; i < tally.samples.size(); ++i)
-    if (i % with_position < columns) w << tally.samples[i];
-  return w.take();
+    if (i % with_position < columns) shown.push_back(tally.samples[i]);
+  return table_of_numbers(std::move(t), shown);
 }
 
 }  // namespace surveymc

@@ -7,7 +7,7 @@
 #include "monitoring/sprt_false_alarms.h"
 #include "mwd_drift.h"
 #include "stats/order_statistics.h"
-#include "study/table_writer.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
@@ -45,21 +45,13 @@ std::vector<double> all(const MwdOutcomes& o, Value v) {
   return x;
 }
 
-ComparisonRow of(const char* formulation, ComparisonRow row) {
-  row.formulation = formulation;
-  return row;
-}
-
 /// Mean over wells against the mean of a chi-squared variable.
 ComparisonRow mean_against(const std::string& quantity, const std::vector<double>& x, double expected,
                            const MwdScenario& s) {
-  ComparisonRow row = mean_row(kFilter, quantity, "1", x, s.verdict.confidence);
-  row.analytic = expected;
-  if (std::isnan(row.monte_carlo)) return row;
-  row.ratio = expected / row.monte_carlo;
-  row.ratio_interval = {expected / row.interval.hi, expected / row.interval.lo};
-  row.verdict = judge(row.ratio_interval, s.verdict.margin, x.size()).word;
-  row.note = "all six biases walk as the filter assumes";
+  const ComparisonRow found = mean_row(kFilter, quantity, "1", x, s.verdict.confidence);
+  ComparisonRow row = labelled(
+      kFilter, compare_value(quantity, "1", {found.monte_carlo, found.interval}, expected, s.verdict, x.size()));
+  row.note = std::isnan(row.monte_carlo) ? "" : "all six biases walk as the filter assumes";
   return row;
 }
 
@@ -74,9 +66,9 @@ ComparisonRow median_row(const char* formulation, const std::vector<double>& sor
   return row;
 }
 
-void write_share(TableWriter& w, const MwdScenario& s, std::uint64_t count, std::uint64_t trials) {
-  const Interval ci = trials > 0 ? binomial_interval(count, trials, s.verdict.confidence) : Interval{kNone, kNone};
-  w << (trials > 0 ? static_cast<double>(count) / static_cast<double>(trials) : kNone) << ci.lo << ci.hi;
+void write_counts(TableRows& t, const MwdOutcomes& o) {
+  t.count("trials", "wells", o.trials());
+  t.count("failed", "wells without a result", 0);
 }
 
 }  // namespace
@@ -85,7 +77,7 @@ std::vector<ComparisonRow> mwd_comparison_rows(const MwdScenario& s, const MwdOu
   const std::uint64_t n = o.trials();
   const auto rate = [&](const char* formulation, const char* quantity, std::uint64_t count, std::uint64_t runs,
                         double predicted) {
-    return of(formulation, compare_rate(quantity, count, runs, predicted, s.verdict, n));
+    return labelled(formulation, compare_rate(quantity, count, runs, predicted, s.verdict, n));
   };
   // Channels are independent: noise of a triad is alike on its axes, so that rows of the Jacobian are orthogonal in it.
   const double one_side = sprt_alarm_probability(s.sprt, 0, 1, s.stations).back();
@@ -120,7 +112,7 @@ std::vector<ComparisonRow> mwd_claim_rows(const MwdScenario& s, const MwdOutcome
     decided += f != p;
   }
   const auto share = [&](const char* formulation, const char* quantity, std::uint64_t count, std::uint64_t runs) {
-    ComparisonRow row = of(formulation, compare_rate(quantity, count, runs, kNone, s.verdict, o.trials()));
+    ComparisonRow row = labelled(formulation, compare_rate(quantity, count, runs, kNone, s.verdict, o.trials()));
     row.note.clear();
     return row;
   };
@@ -137,45 +129,33 @@ std::vector<ComparisonRow> mwd_claim_rows(const MwdScenario& s, const MwdOutcome
 }
 
 Table mwd_detection_table(const MwdScenario& s, const MwdOutcomes& o) {
-  Table t{"detection", "drift of one sensor along a survey" + at_confidence(s.verdict.confidence)};
-  t.columns = {word_column("method", "channel_sprt or bias_filter"), word_column("sensor", "that drifts")};
-  add_with_interval(t, "p_detected", "1", "share of wells with an alarm once the drift has begun");
-  t.columns.push_back(
-      number_column("delay_q05_stations", "1", "stations from the start of the drift to the alarm, 5 %"));
-  add_with_interval(t, "delay_q50_stations", "1", "the same, median; a miss is infinite");
-  t.columns.push_back(number_column("delay_q95_stations", "1", "the same, 95 %"));
-  add_with_interval(t, "p_named", "1", "share of these alarms that name the right sensor");
-  add_with_interval(t, "p_alarm_without_drift", "1", "share of wells with any alarm if no sensor drifts");
-  t.columns.push_back(count_column("trials", "wells"));
-  t.columns.push_back(count_column("failed", "wells without a result"));
-  TableWriter w(std::move(t));
+  const double confidence = s.verdict.confidence;
+  TableRows t("detection", "drift of one sensor along a survey" + at_confidence(confidence));
   for (const bool filter : {false, true}) {
     const Value with = filter ? Value::filter : Value::sprt,
                 without = filter ? Value::filter_without : Value::sprt_without;
     const std::vector<double> sorted = delays(s, o, with);
     const std::uint64_t detected = alarms(o, with);
-    w << std::string(filter ? kFilter : kSprt) << std::string(kMwdSensors[static_cast<std::size_t>(s.sensor)]);
-    write_share(w, s, detected, o.trials());
-    const Interval ci = median_interval(sorted, s.verdict.confidence);
-    w << sorted_quantile(sorted, 0.05) << sorted_quantile(sorted, 0.5) << ci.lo << ci.hi
-      << sorted_quantile(sorted, 0.95);
-    write_share(w, s, rightly_named(s, o), filter ? detected : 0);
-    write_share(w, s, alarms(o, without), o.trials());
-    w << static_cast<std::int64_t>(o.trials()) << std::int64_t{0};
+    t.word("method", "channel_sprt or bias_filter", filter ? kFilter : kSprt);
+    t.word("sensor", "that drifts", kMwdSensors[static_cast<std::size_t>(s.sensor)]);
+    t.share("p_detected", "share of wells with an alarm once the drift has begun", detected, o.trials(), confidence);
+    t.number("delay_q05_stations", "1", "stations from the start of the drift to the alarm, 5 %",
+             sorted_quantile(sorted, 0.05));
+    t.estimate("delay_q50_stations", "1", "the same, median; a miss is infinite", sorted_quantile(sorted, 0.5),
+               median_interval(sorted, confidence));
+    t.number("delay_q95_stations", "1", "the same, 95 %", sorted_quantile(sorted, 0.95));
+    t.share("p_named", "share of these alarms that name the right sensor", rightly_named(s, o), filter ? detected : 0,
+            confidence);
+    t.share("p_alarm_without_drift", "share of wells with any alarm if no sensor drifts", alarms(o, without),
+            o.trials(), confidence);
+    write_counts(t, o);
   }
-  return w.take();
+  return t.take();
 }
 
 Table mwd_alarm_curve_table(const MwdScenario& s, const MwdOutcomes& o) {
-  Table t{"alarm_curve", "share of wells with an alarm up to a station" + at_confidence(s.verdict.confidence)};
-  t.columns = {word_column("method", "channel_sprt or bias_filter"),
-               number_column("md_m", "m", "measured depth from the first station"),
-               number_column("drift_share", "1", "share of the drift that has come")};
-  add_with_interval(t, "p_alarm", "1", "one sensor drifts; alarms before the drift begins do not count");
-  add_with_interval(t, "p_alarm_without_drift", "1", "no sensor drifts");
-  t.columns.push_back(count_column("trials", "wells"));
-  t.columns.push_back(count_column("failed", "wells without a result"));
-  TableWriter w(std::move(t));
+  const double confidence = s.verdict.confidence;
+  TableRows t("alarm_curve", "share of wells with an alarm up to a station" + at_confidence(confidence));
   for (const bool filter : {false, true}) {
     const auto up_to = [&](Value v) {
       std::vector<std::uint64_t> n(static_cast<std::size_t>(s.stations), 0);
@@ -188,44 +168,42 @@ Table mwd_alarm_curve_table(const MwdScenario& s, const MwdOutcomes& o) {
                without = up_to(filter ? Value::filter_without : Value::sprt_without);
     for (int k = 0; k < s.stations; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      w << std::string(filter ? kFilter : kSprt) << k * s.spacing << s.ramp(k);
-      write_share(w, s, with[i], o.trials());
-      write_share(w, s, without[i], o.trials());
-      w << static_cast<std::int64_t>(o.trials()) << std::int64_t{0};
+      t.word("method", "channel_sprt or bias_filter", filter ? kFilter : kSprt);
+      t.number("md_m", "m", "measured depth from the first station", k * s.spacing);
+      t.number("drift_share", "1", "share of the drift that has come", s.ramp(k));
+      t.share("p_alarm", "one sensor drifts; alarms before the drift begins do not count", with[i], o.trials(),
+              confidence);
+      t.share("p_alarm_without_drift", "no sensor drifts", without[i], o.trials(), confidence);
+      write_counts(t, o);
     }
   }
-  return w.take();
+  return t.take();
 }
 
 Table mwd_series_table(const MwdScenario& s) {
-  Table t{"series", "first well, with drift: channels in their sd, and the biases that the filter estimates"};
-  t.columns = {number_column("md_m", "m", "measured depth from the first station")};
-  const std::array<const char*, 3> channels{"gravity", "total_field", "dip"};
-  for (const std::string n : channels) {
-    t.columns.push_back(number_column(n + "_sd", "1", "channel less reference, over its sd without drift"));
-    t.columns.push_back(count_column("decision_" + n, "of the SPRT on this channel: 0, or the sign of the shift"));
-  }
-  for (std::size_t j = 0; j < 6; ++j) {
-    const std::string unit = j < 3 ? "mg" : "nT", name = kMwdSensors[j] + ("_" + unit);
-    t.columns.push_back(number_column("bias_" + name, unit, "estimate"));
-    t.columns.push_back(number_column("sd_" + name, unit, "of the estimate, one sigma"));
-    t.columns.push_back(number_column("true_" + name, unit, "drift of the sensor"));
-  }
-  t.columns.push_back(word_column("named", "sensor that the filter's alarm names at this station; empty: no alarm"));
+  TableRows t("series", "first well, with drift: channels in their sd, and the biases that the filter estimates");
+  constexpr std::array<const char*, 3> kChannels{"gravity", "total_field", "dip"};
   const MwdRun run = run_well(s, 0, SensorBias::ramp, true);
-  TableWriter w(std::move(t));
   for (int k = 0; k < s.stations; ++k) {
     const MwdStation& at = run.stations[static_cast<std::size_t>(k)];
-    w << k * s.spacing;
-    for (std::size_t c = 0; c < 3; ++c)
-      w << at.channels[static_cast<Eigen::Index>(c)] << static_cast<std::int64_t>(at.sprt[c]);
-    for (int j = 0; j < 6; ++j) {
-      const double unit = j < 3 ? kMilliG : 1;
-      w << at.bias[j] / unit << at.sd[j] / unit << at.truth[j] / unit;
+    t.number("md_m", "m", "measured depth from the first station", k * s.spacing);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::string name = kChannels[c];
+      t.number(name + "_sd", "1", "channel less reference, over its sd without drift",
+               at.channels[static_cast<Eigen::Index>(c)]);
+      t.count("decision_" + name, "of the SPRT on this channel: 0, or the sign of the shift", at.sprt[c]);
     }
-    w << std::string(at.named < 0 ? "" : kMwdSensors[static_cast<std::size_t>(at.named)]);
+    for (int j = 0; j < 6; ++j) {
+      const double size = j < 3 ? kMilliG : 1;
+      const std::string unit = j < 3 ? "mg" : "nT", name = kMwdSensors[static_cast<std::size_t>(j)] + ("_" + unit);
+      t.number("bias_" + name, unit, "estimate", at.bias[j] / size);
+      t.number("sd_" + name, unit, "of the estimate, one sigma", at.sd[j] / size);
+      t.number("true_" + name, unit, "drift of the sensor", at.truth[j] / size);
+    }
+    t.word("named", "sensor that the filter's alarm names at this station; empty: no alarm",
+           at.named < 0 ? "" : kMwdSensors[static_cast<std::size_t>(at.named)]);
   }
-  return w.take();
+  return t.take();
 }
 
 }  // namespace surveymc

@@ -16,7 +16,7 @@
 #include "reliability_layers.h"
 #include "reliability_responses.h"
 #include "reliability_summary.h"
-#include "study/table_writer.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
@@ -200,15 +200,7 @@ class ReliabilityMapPoint final : public StudyPoint {
         axes_,
         {}};
     for (Map* m : {&worst, &share}) std::erase_if(m->axes, [](const Axis& a) { return a.name == "toolface"; });
-    Table t{"tolerance", "share of the points whose undetected errors stay within the tolerances"};
-    t.columns = {
-        word_column("observation", "in which the error is"),
-        number_column("tolerance_inclination_deg", "deg", "largest effect on the inclination that is accepted"),
-        number_column("tolerance_azimuth_deg", "deg", "largest effect on the azimuth that is accepted"),
-        number_column("share_inclination", "1", "share of points within, inclination"),
-        number_column("share_azimuth", "1", "share of points within, azimuth"),
-        number_column("share_both", "1", "share of points within, both")};
-    TableWriter w(std::move(t));
+    TableRows t("tolerance", "share of the points whose undetected errors stay within the tolerances");
     const std::size_t azimuths = s_.grid.magnetic_azimuth_deg.size(), toolfaces = s_.grid.toolface_deg.size(),
                       points = s_.grid.points();
     for (const ErrorSubject& subject : s_.subjects) {
@@ -222,8 +214,8 @@ class ReliabilityMapPoint final : public StudyPoint {
       for (std::size_t outer = 0; outer < points / (azimuths * toolfaces); ++outer)
         for (std::size_t a = 0; a < azimuths; ++a) {
           double largest = 0, kept = 0;
-          for (std::size_t t_number = 0; t_number < toolfaces; ++t_number) {
-            const std::size_t k = (outer * toolfaces + t_number) * azimuths + a;
+          for (std::size_t toolface = 0; toolface < toolfaces; ++toolface) {
+            const std::size_t k = (outer * toolfaces + toolface) * azimuths + a;
             const auto [i_ok, a_ok] = within(k);
             inclination += i_ok;
             azimuth += a_ok;
@@ -235,10 +227,16 @@ class ReliabilityMapPoint final : public StudyPoint {
           share.values.push_back(kept / static_cast<double>(toolfaces));
         }
       const double all = static_cast<double>(points);
-      w << subject_name(subject) << s_.tolerance.inclination_deg << s_.tolerance.azimuth_deg << inclination / all
-        << azimuth / all << both / all;
+      t.word("observation", "in which the error is", subject_name(subject));
+      t.number("tolerance_inclination_deg", "deg", "largest effect on the inclination that is accepted",
+               s_.tolerance.inclination_deg);
+      t.number("tolerance_azimuth_deg", "deg", "largest effect on the azimuth that is accepted",
+               s_.tolerance.azimuth_deg);
+      t.number("share_inclination", "1", "share of points within, inclination", inclination / all);
+      t.number("share_azimuth", "1", "share of points within, azimuth", azimuth / all);
+      t.number("share_both", "1", "share of points within, both", both / all);
     }
-    r.tables.push_back(w.take());
+    r.tables.push_back(t.take());
     r.maps.push_back(std::move(worst));
     r.maps.push_back(std::move(share));
   }

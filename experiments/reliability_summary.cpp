@@ -8,8 +8,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "stats/order_statistics.h"
 #include "store/result_file.h"
-#include "study/table_writer.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
@@ -52,15 +53,6 @@ class StreamedMedian {
   bool refining_ = false, empty_ = false;
 };
 
-double exact_median(std::vector<double> x) {
-  if (x.empty()) return kNaN;
-  const std::size_t half = x.size() / 2;
-  std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(half), x.end());
-  const double upper = x[half];
-  if (x.size() % 2 == 1) return upper;
-  return (upper + *std::max_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(half))) / 2;
-}
-
 struct Extremes {
   double smallest = kNaN, largest = kNaN;
   std::size_t smallest_at = 0, largest_at = 0, infinite = 0;
@@ -68,15 +60,17 @@ struct Extremes {
   StreamedMedian streamed;
 };
 
-void write_place(TableWriter& w, const ReliabilityGrid& grid, double value, std::size_t at) {
-  w << value;
-  if (std::isnan(value)) {
-    for (int i = 0; i < 5; ++i) w << kNaN;
-    return;
-  }
+void write_place(TableRows& t, const std::string& which, const ReliabilityGrid& grid, double value, std::size_t at) {
+  t.number(which, "1", which + " of the finite |x|, in the row's unit", value);
   const GridPoint p = grid_point(grid, at);
-  w << p.inclination_deg << p.toolface_deg << p.magnetic_azimuth_deg << (grid.dip_deg.size() > 1 ? p.dip_deg : kNaN)
-    << (grid.noise_scale.size() > 1 ? p.noise_scale : kNaN);
+  const auto place = [&](const char* axis, const char* unit, double x) {
+    t.number(which + "_" + axis, unit, "where the " + which + " is", std::isnan(value) ? kNaN : x);
+  };
+  place("inclination_deg", "deg", p.inclination_deg);
+  place("toolface_deg", "deg", p.toolface_deg);
+  place("magnetic_azimuth_deg", "deg", p.magnetic_azimuth_deg);
+  place("dip_deg", "deg", grid.dip_deg.size() > 1 ? p.dip_deg : kNaN);
+  place("noise_scale", "1", grid.noise_scale.size() > 1 ? p.noise_scale : kNaN);
 }
 
 }  // namespace
@@ -84,22 +78,8 @@ void write_place(TableWriter& w, const ReliabilityGrid& grid, double value, std:
 Table summary_table(const ReliabilityGrid& grid, const std::vector<ErrorSubject>& subjects,
                     const std::vector<std::string>& layers, const LayerSource& source, bool exact,
                     const std::function<void()>& check) {
-  Table t{"summary", "sizes |x| over all points of the maps: extremes of the finite ones and where they are, median"};
-  t.columns = {word_column("observation", "in which the error is"), word_column("quantity", "map"),
-               word_column("unit", "of the sizes"), count_column("points", "points of the map"),
-               count_column("infinite", "points where it is infinite")};
-  for (const char* which : {"minimum", "maximum"}) {
-    t.columns.push_back(number_column(which, "1", fmt::format("{} of the finite |x|, in the row's unit", which)));
-    for (const char* axis : {"inclination_deg", "toolface_deg", "magnetic_azimuth_deg", "dip_deg"})
-      t.columns.push_back(
-          number_column(fmt::format("{}_{}", which, axis), "deg", fmt::format("where the {} is", which)));
-    t.columns.push_back(
-        number_column(fmt::format("{}_noise_scale", which), "1", fmt::format("where the {} is", which)));
-  }
-  t.columns.push_back(number_column(
-      "median", "1",
-      exact ? "median of the finite |x|, in the row's unit" : "median of the finite |x|, in the row's unit, to 1e-6"));
-  TableWriter w(std::move(t));
+  TableRows t("summary",
+              "sizes |x| over all points of the maps: extremes of the finite ones and where they are, median");
   const std::size_t points = grid.points();
   for (std::size_t o = 0; o < subjects.size(); ++o) {
     std::vector<Extremes> of_layer(layers.size());
@@ -125,14 +105,20 @@ Table summary_table(const ReliabilityGrid& grid, const std::vector<ErrorSubject>
     }
     for (std::size_t l = 0; l < layers.size(); ++l) {
       Extremes& e = of_layer[l];
-      w << subject_name(subjects[o]) << layers[l] << layer_unit(layers[l], subjects[o])
-        << static_cast<std::int64_t>(points) << static_cast<std::int64_t>(e.infinite);
-      write_place(w, grid, e.smallest, e.smallest_at);
-      write_place(w, grid, e.largest, e.largest_at);
-      w << (exact ? exact_median(std::move(e.finite)) : e.streamed.value());
+      t.word("observation", "in which the error is", subject_name(subjects[o]));
+      t.word("quantity", "map", layers[l]);
+      t.word("unit", "of the sizes", layer_unit(layers[l], subjects[o]));
+      t.count("points", "points of the map", points);
+      t.count("infinite", "points where it is infinite", e.infinite);
+      write_place(t, "minimum", grid, e.smallest, e.smallest_at);
+      write_place(t, "maximum", grid, e.largest, e.largest_at);
+      t.number("median", "1",
+               exact ? "median of the finite |x|, in the row's unit"
+                     : "median of the finite |x|, in the row's unit, to 1e-6",
+               exact ? median(std::move(e.finite)) : e.streamed.value());
     }
   }
-  return w.take();
+  return t.take();
 }
 
 namespace {
@@ -184,7 +170,7 @@ double statistic_of(const Sizes& s, const Statement& statement) {
   if (finite.empty()) return kNaN;
   if (statement.statistic == "minimum") return *std::min_element(finite.begin(), finite.end());
   if (statement.statistic == "maximum") return *std::max_element(finite.begin(), finite.end());
-  return exact_median(finite);
+  return median(finite);
 }
 
 /// `values` and `crossed`: those of the quantity, and of the map that it crosses, if any.
@@ -258,20 +244,7 @@ std::vector<Statement> read_statements(ConfigReader& config, const ReliabilityGr
 Table statements_table(const ReliabilityGrid& grid, const std::vector<ErrorSubject>& subjects,
                        const std::vector<std::string>& layers, const std::vector<Statement>& statements,
                        const LayerSource& source) {
-  Table t{"statements", "statements of the publication, held against the maps"};
-  t.columns = {word_column("observation", "in which the error is"),
-               word_column("quantity", "map"),
-               word_column("statistic", "of the sizes |x|"),
-               word_column("where", "part of the map; and what it is divided by"),
-               word_column("unit", "of found and published"),
-               number_column("found", "1", "here, in the row's unit"),
-               number_column("published", "1", "there, in the row's unit"),
-               number_column("published_ratio", "1", "published over found"),
-               number_column("tolerance", "1", "of the ratio from 1 that counts as agreement"),
-               word_column("verdict", "agrees or differs"),
-               word_column("expected", "verdict that the config asks for"),
-               word_column("note", "the statement")};
-  TableWriter w(std::move(t));
+  TableRows t("statements", "statements of the publication, held against the maps");
   for (const Statement& s : statements) {
     const auto number = [&](const std::string& layer) {
       return static_cast<std::size_t>(std::find(layers.begin(), layers.end(), layer) - layers.begin());
@@ -281,15 +254,24 @@ Table statements_table(const ReliabilityGrid& grid, const std::vector<ErrorSubje
                                   s.crosses.empty() ? std::vector<double>{} : values[number(s.crosses)], s);
     const double ratio = found == s.published ? 1 : s.published / found;
     const bool pure = !s.relative_to.empty() || s.statistic == "infinite_points";
-    w << subject_name(subjects[s.subject]) << s.quantity << s.statistic
-      << words_of(s.where) + (s.relative_to.empty() ? "" : " / " + words_of(s.relative_to))
-      << (pure                        ? "1"
-          : s.statistic == "crossing" ? std::string("deg")
-                                      : layer_unit(s.quantity, subjects[s.subject]))
-      << found << s.published << ratio << s.tolerance
-      << std::string(std::abs(ratio - 1) <= s.tolerance ? "agrees" : "differs") << s.expected << s.text;
+    t.word("observation", "in which the error is", subject_name(subjects[s.subject]));
+    t.word("quantity", "map", s.quantity);
+    t.word("statistic", "of the sizes |x|", s.statistic);
+    t.word("where", "part of the map; and what it is divided by",
+           words_of(s.where) + (s.relative_to.empty() ? "" : " / " + words_of(s.relative_to)));
+    t.word("unit", "of found and published",
+           pure                        ? "1"
+           : s.statistic == "crossing" ? "deg"
+                                       : layer_unit(s.quantity, subjects[s.subject]));
+    t.number("found", "1", "here, in the row's unit", found);
+    t.number("published", "1", "there, in the row's unit", s.published);
+    t.number("published_ratio", "1", "published over found", ratio);
+    t.number("tolerance", "1", "of the ratio from 1 that counts as agreement", s.tolerance);
+    t.word("verdict", "agrees or differs", std::abs(ratio - 1) <= s.tolerance ? "agrees" : "differs");
+    t.word("expected", "verdict that the config asks for", s.expected);
+    t.word("note", "the statement", s.text);
   }
-  return w.take();
+  return t.take();
 }
 
 }  // namespace surveymc

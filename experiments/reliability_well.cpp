@@ -10,7 +10,7 @@
 #include "reliability/along_well.h"
 #include "reliability_config.h"
 #include "study/scenario.h"
-#include "study/table_writer.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
@@ -89,46 +89,46 @@ class ReliabilityWellPoint final : public StudyPoint {
                                             : well.stations[station][observation];
   }
 
-  static Table rows(const std::string& name, const std::string& long_name) {
-    Table t{name, long_name};
-    t.columns = {word_column("observation", "in which the error is"),
-                 count_column("station", "number of the station, from 0; -1: an error of all stations"),
-                 number_column("md_m", "m", "measured depth"),
-                 number_column("toolface_deg", "deg", "toolface from y, of the survey or the worst one"),
-                 word_column("unit", "of the minimal detectable error"),
-                 number_column("redundancy_number", "1", "redundancy number"),
-                 number_column("minimal_detectable_error", "1", "minimal detectable error nabla_0, in the row's unit"),
-                 number_column("external_inclination_deg", "deg", "effect of +nabla_0 on the station's inclination"),
-                 number_column("external_toolface_deg", "deg", "effect of +nabla_0 on the station's toolface"),
-                 number_column("external_azimuth_deg", "deg", "effect of +nabla_0 on the station's azimuth"),
-                 number_column("position_north_m", "m", "effect of +nabla_0 on the final position, north"),
-                 number_column("position_east_m", "m", "effect of +nabla_0 on the final position, east"),
-                 number_column("position_vertical_m", "m", "effect of +nabla_0 on the final position, down"),
-                 number_column("position_m", "m", "length of that")};
-    return t;
+  static void write_position(TableRows& t, const std::string& effect, const Eigen::Vector3d& position) {
+    t.number("position_north_m", "m", effect + ", north", position[0]);
+    t.number("position_east_m", "m", effect + ", east", position[1]);
+    t.number("position_vertical_m", "m", effect + ", down", position[2]);
+    t.number("position_m", "m", "length of that", position.norm());
   }
 
-  void put(TableWriter& w, std::size_t observation, std::size_t station, const Found& f) const {
+  void put(TableRows& t, std::size_t observation, std::size_t station, const Found& f) const {
     const bool common = is_shared_reference(observation);
     const StationEffect& e = f.effect;
-    const double nan = std::nan("");
-    w << observation_names()[observation] << (common ? std::int64_t{-1} : static_cast<std::int64_t>(station))
-      << (common ? nan : s_.survey.stations[station].md) << (common ? nan : f.toolface / kDegree)
-      << observation_unit(observation) << e.redundancy << e.detectable * observation_scale(observation);
-    for (const double angle : {e.inclination, e.toolface, e.azimuth}) w << (common ? nan : angle / kDegree);
-    for (const double x : {e.position[0], e.position[1], e.position[2], e.position.norm()}) w << x;
+    const auto of_station = [&](double x) { return common ? std::nan("") : x; };
+    t.word("observation", "in which the error is", observation_names()[observation]);
+    t.count("station", "number of the station, from 0; -1: an error of all stations",
+            common ? std::int64_t{-1} : static_cast<std::int64_t>(station));
+    t.number("md_m", "m", "measured depth", of_station(s_.survey.stations[station].md));
+    t.number("toolface_deg", "deg", "toolface from y, of the survey or the worst one",
+             of_station(f.toolface / kDegree));
+    t.word("unit", "of the minimal detectable error", observation_unit(observation));
+    t.number("redundancy_number", "1", "redundancy number", e.redundancy);
+    t.number("minimal_detectable_error", "1", "minimal detectable error nabla_0, in the row's unit",
+             e.detectable * observation_scale(observation));
+    t.number("external_inclination_deg", "deg", "effect of +nabla_0 on the station's inclination",
+             of_station(e.inclination / kDegree));
+    t.number("external_toolface_deg", "deg", "effect of +nabla_0 on the station's toolface",
+             of_station(e.toolface / kDegree));
+    t.number("external_azimuth_deg", "deg", "effect of +nabla_0 on the station's azimuth",
+             of_station(e.azimuth / kDegree));
+    write_position(t, "effect of +nabla_0 on the final position", e.position);
   }
 
   Table stations_table(const std::vector<std::vector<Found>>& found) const {
-    TableWriter w(rows("stations", "every observation of every station"));
+    TableRows t("stations", "every observation of every station");
     for (std::size_t o = 0; o < s_.observations.size(); ++o)
       for (std::size_t k = 0; k < found[o].size(); ++k)
-        if (k == 0 || !is_shared_reference(s_.observations[o])) put(w, s_.observations[o], k, found[o][k]);
-    return w.take();
+        if (k == 0 || !is_shared_reference(s_.observations[o])) put(t, s_.observations[o], k, found[o][k]);
+    return t.take();
   }
 
   Table worst_table(const std::vector<std::vector<Found>>& found) const {
-    TableWriter w(rows("worst_stations", "stations where an undetected error matters most to the final position"));
+    TableRows t("worst_stations", "stations where an undetected error matters most to the final position");
     for (std::size_t o = 0; o < s_.observations.size(); ++o) {
       std::vector<std::size_t> order(is_shared_reference(s_.observations[o]) ? 1 : found[o].size());
       for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
@@ -136,28 +136,25 @@ class ReliabilityWellPoint final : public StudyPoint {
         return found[o][a].effect.position.norm() > found[o][b].effect.position.norm();
       });
       order.resize(std::min(order.size(), static_cast<std::size_t>(s_.listed)));
-      for (const std::size_t k : order) put(w, s_.observations[o], k, found[o][k]);
+      for (const std::size_t k : order) put(t, s_.observations[o], k, found[o][k]);
     }
-    return w.take();
+    return t.take();
   }
 
   Table systematic_table(const WellReliability& well) const {
-    Table t{"systematic", "the same error in one sensor at all stations, which the model does not know"};
-    t.columns = {word_column("observation", "in which the error is"),
-                 word_column("unit", "of the minimal detectable error"),
-                 number_column("minimal_detectable_error", "1", "minimal detectable common error, in the row's unit"),
-                 number_column("position_north_m", "m", "its effect on the final position, north"),
-                 number_column("position_east_m", "m", "its effect on the final position, east"),
-                 number_column("position_vertical_m", "m", "its effect on the final position, down"),
-                 number_column("position_m", "m", "length of that")};
-    TableWriter w(std::move(t));
-    for (const std::size_t o : s_.observations) {
+    TableRows t("systematic", "the same error in one sensor at all stations, which the model does not know");
+    const bool none = std::none_of(s_.observations.begin(), s_.observations.end(),
+                                   [](std::size_t o) { return o < kReadings; });  // all are references
+    for (const std::size_t o : none ? std::vector<std::size_t>{0} : s_.observations) {
       if (o >= kReadings) continue;
       const CommonEffect& e = well.common[o];
-      w << observation_names()[o] << observation_unit(o) << e.detectable;
-      for (const double x : {e.position[0], e.position[1], e.position[2], e.position.norm()}) w << x;
+      t.word("observation", "in which the error is", observation_names()[o]);
+      t.word("unit", "of the minimal detectable error", observation_unit(o));
+      t.number("minimal_detectable_error", "1", "minimal detectable common error, in the row's unit", e.detectable);
+      write_position(t, "its effect on the final position", e.position);
     }
-    return w.take();
+    if (none) t.drop_rows();
+    return t.take();
   }
 
   Scenario s_;

@@ -17,6 +17,7 @@
 #include "random/study_stream.h"
 #include "sensor/sensor_runs.h"
 #include "sensor_prediction.h"
+#include "stats/layout.h"
 #include "stats/tests.h"
 #include "study/annotations.h"
 #include "study/drilling.h"
@@ -37,7 +38,14 @@ constexpr auto& kFormulations = kSensorFormulations;
 
 /// Tallied at every depth: position error, the same along the axes of each formulation's ellipsoid and horizontal
 /// ellipse, squared Mahalanobis distances of the horizontal and of all three coordinates in each formulation.
-enum Component { kPosition = 0, kAxes = 3, kNeesHorizontal = 12, kNees = 15, kHorizontalAxes = 18, kComponents = 24 };
+struct Components : Layout {
+  Slots position = slots(3), axes = slots(3, 3), nees_horizontal = slots(3), nees = slots(3),
+        horizontal_axes = slots(3, 2);
+};
+constexpr Components kAt;
+Eigen::Index at(const Slots& slots, int i, int j = 0) {
+  return static_cast<Eigen::Index>(slots(static_cast<std::size_t>(i), static_cast<std::size_t>(j)));
+}
 
 struct Scenario {
   StudySeed seed;
@@ -127,7 +135,7 @@ class SensorMonteCarlo final : public StudyPoint {
     Tally tally;
     tally.trials = static_cast<std::uint64_t>(block.count);
     tally.counts.assign(9 * depths, 0);
-    std::vector<Eigen::MatrixXd> values(depths, Eigen::MatrixXd(block.count, kComponents));
+    std::vector<Eigen::MatrixXd> values(depths, Eigen::MatrixXd(block.count, static_cast<Eigen::Index>(kAt.size())));
     Eigen::Index kept = 0;
     for_each_batch(setup_, stream_, block.first, block.count, [&](std::uint64_t first, const SensorRuns& runs) {
       for (int t = 0; t < runs.trials; ++t) {
@@ -190,19 +198,19 @@ class SensorMonteCarlo final : public StudyPoint {
   void observe(const SensorRuns& runs, int t, std::size_t depth, Row& x, std::uint64_t* inside) const {
     Vector3d error;
     for (int i = 0; i < 3; ++i)
-      x[kPosition + i] = error[i] = runs.positions.value(t, 3 * static_cast<int>(depth) + i) - truth_[depth][i];
+      x[at(kAt.position, i)] = error[i] = runs.positions.value(t, 3 * static_cast<int>(depth) + i) - truth_[depth][i];
     for (int f = 0; f < 3; ++f) {
       const PositionPrediction& p = predictions_[depth][static_cast<std::size_t>(f)];
       double nees = 0;
       for (int a = 0; a < 3; ++a) {
-        const double along = x[kAxes + 3 * f + a] = p.axes.col(a).dot(error);
+        const double along = x[at(kAt.axes, f, a)] = p.axes.col(a).dot(error);
         nees += along * along / (p.sd[a] * p.sd[a]);
       }
       const Vector2d h = error.head<2>();
-      for (int a = 0; a < 2; ++a) x[kHorizontalAxes + 2 * f + a] = p.horizontal_axes.col(a).dot(h);
+      for (int a = 0; a < 2; ++a) x[at(kAt.horizontal_axes, f, a)] = p.horizontal_axes.col(a).dot(h);
       const double horizontal = h.dot(p.horizontal_weight * h);
-      x[kNeesHorizontal + f] = horizontal;
-      x[kNees + f] = p.sd[2] > 0 ? nees : std::nan("");
+      x[at(kAt.nees_horizontal, f)] = horizontal;
+      x[at(kAt.nees, f)] = p.sd[2] > 0 ? nees : std::nan("");
       count_inside(horizontal, inside + 3 * f);
     }
   }
@@ -230,7 +238,7 @@ Table SensorMonteCarlo::axes_table(const Tally& tally) const {
     for (int f = 0; f < 3; ++f) {
       const PositionPrediction& p = predictions_[d][static_cast<std::size_t>(f)];
       for (int a = 0; a < 3; ++a) {
-        rows.push_back(compare_sd(fmt::format("sd_axis_{}", a + 1), "m", 1, m, kAxes + 3 * f + a, p.sd[a], s_.verdict,
+        rows.push_back(compare_sd(fmt::format("sd_axis_{}", a + 1), "m", 1, m, at(kAt.axes, f, a), p.sd[a], s_.verdict,
                                   tally.trials));
         ComparisonRow& row = rows.back();
         if (p.sd[a] == 0) {
@@ -241,8 +249,8 @@ Table SensorMonteCarlo::axes_table(const Tally& tally) const {
         row.formulation = kFormulations[static_cast<std::size_t>(f)];
       }
       if (p.sd[2] == 0) continue;
-      rows.push_back(
-          compare_nees("nees", m.count < 2 ? SampleSummary{} : summarise(m, kNees + f), 3, s_.verdict, tally.trials));
+      rows.push_back(compare_nees("nees", m.count < 2 ? SampleSummary{} : summarise(m, at(kAt.nees, f)), 3, s_.verdict,
+                                  tally.trials));
       rows.back().formulation = kFormulations[static_cast<std::size_t>(f)];
     }
     s_.annotations.apply("axes", rows);
@@ -262,49 +270,50 @@ Table SensorMonteCarlo::axes_table(const Tally& tally) const {
 
 Table SensorMonteCarlo::ellipse_table(const Tally& tally) const {
   const bool drawn = s_.plan.has(ToolfaceSource::slide) || s_.plan.has(ToolfaceSource::own);
-  TableWriter w(ellipse_columns(
-      "horizontal one-sigma ellipses, and how Monte Carlo fills them" + at_confidence(s_.verdict.confidence),
-      {number_column("md_m", "m", "measured depth")}));
+  TableRows t("ellipse",
+              "horizontal one-sigma ellipses, and how Monte Carlo fills them" + at_confidence(s_.verdict.confidence));
   for (std::size_t d = 0; d < truth_.size(); ++d) {
     const Moments& m = tally.groups[d];
     if (m.count < 3) continue;
     const Vector2d truth = truth_[d].head<2>();
     const HorizontalSample sample{
         tally.trials, tally.failed, m.count, false, truth + m.mean.head<2>(), m.covariance().topLeftCorner<2, 2>()};
-    w << md(d);
-    write_sample_ellipse(w, sample);
+    t.number("md_m", "m", "measured depth", md(d));
+    write_sample_ellipse(t, sample);
     for (std::size_t f = 0; f < kFormulations.size(); ++f) {
       EllipseRow row{kFormulations[f], truth, predictions_[d][f].covariance.topLeftCorner<2, 2>()};
-      const Eigen::Index nees = kNeesHorizontal + static_cast<Eigen::Index>(f);
+      const int which = static_cast<int>(f);
       std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(9 * d + 3 * f), 3, row.inside.begin());
-      row.nees = summarise(m, nees);
-      for (std::size_t a = 0; a < 2; ++a)
-        row.along[a] = summarise(m, kHorizontalAxes + static_cast<Eigen::Index>(2 * f + a));
+      row.nees = summarise(m, at(kAt.nees_horizontal, which));
+      for (int a = 0; a < 2; ++a)
+        row.along[static_cast<std::size_t>(a)] = summarise(m, at(kAt.horizontal_axes, which, a));
       // Drawn toolfaces make a mixture of normal distributions, which the test would refuse whatever its covariance.
       row.wishart_p = drawn ? std::nan("") : wishart_test(sample.covariance, row.predicted, m.count).p_value;
       row.expected = s_.annotations.expected("ellipse", row.formulation, "ellipse");
-      w << md(d);
-      write_ellipse(w, row, sample, s_.verdict);
+      t.number("md_m", "m", "measured depth", md(d));
+      write_ellipse(t, row, sample, s_.verdict);
     }
   }
-  return w.take();
+  if (std::all_of(tally.groups.begin(), tally.groups.end(), [](const Moments& m) { return m.count < 3; })) {
+    t.number("md_m", "m", "measured depth", 0);
+    write_ellipse(t, {"", Vector2d::Zero(), Eigen::Matrix2d::Zero()}, {}, s_.verdict);
+    t.drop_rows();
+  }
+  return t.take();
 }
 
 Table SensorMonteCarlo::covariance_table(const Tally& tally) const {
-  Table t{"position_covariance", "covariance of the position, true north"};
-  t.columns = {number_column("md_m", "m", "measured depth"),
-               word_column("formulation", "monte_carlo, or which analytic prediction")};
-  for (const char* name : {"nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2"})
-    t.columns.push_back(number_column(name, "m2", "element of the covariance"));
-  TableWriter w(std::move(t));
+  TableRows t("position_covariance", "covariance of the position, true north");
   for (std::size_t d = 0; d < truth_.size(); ++d) {
     const auto row = [&](const std::string& name, const Matrix3d& c) {
-      w << md(d) << name << c(0, 0) << c(1, 1) << c(2, 2) << c(0, 1) << c(0, 2) << c(1, 2);
+      t.number("md_m", "m", "measured depth", md(d));
+      t.word("formulation", "monte_carlo, or which analytic prediction", name);
+      t.covariance("nev", "element of the covariance", c);
     };
     if (tally.groups[d].count > 1) row("monte_carlo", tally.groups[d].covariance().topLeftCorner<3, 3>());
     for (std::size_t f = 0; f < kFormulations.size(); ++f) row(kFormulations[f], predictions_[d][f].covariance);
   }
-  return w.take();
+  return t.take();
 }
 
 Table SensorMonteCarlo::samples_table(const Tally& tally) const {
@@ -313,9 +322,7 @@ Table SensorMonteCarlo::samples_table(const Tally& tally) const {
                number_column("trial", "1", "number of the trial, from 0")};
   for (const char* d : kDirections)
     t.columns.push_back(number_column(fmt::format("{}_m", d), "m", "position less the true one"));
-  TableWriter w(std::move(t));
-  for (const double x : tally.samples) w << x;
-  return w.take();
+  return table_of_numbers(std::move(t), tally.samples);
 }
 
 class SensorMonteCarloPlan final : public PointPlan {

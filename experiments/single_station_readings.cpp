@@ -6,20 +6,16 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "estimate_warnings.h"
 #include "single_station_config.h"
 #include "stats/intervals.h"
-#include "study/table_writer.h"
+#include "study/table_rows.h"
 #include "study/verdict.h"
 
 namespace surveymc {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-double degrees_of_turn(double angle) {
-  const double turn = std::fmod(angle / kDegree, 360.0);
-  return turn < 0 ? turn + 360 : turn;
-}
 
 /// One station: by the method, and as the readings are (basic), which is what quality control looks at.
 struct SolvedStation {
@@ -59,114 +55,83 @@ bool estimates_axial(StationMethod m) {
 
 Table stations_table(const std::vector<SolvedStation>& stations, const ReferenceField& field, StationMethod method,
                      double confidence) {
-  Table t{"stations", fmt::format("every station by itself, method {}{}",
-                                  station_method_names()[static_cast<std::size_t>(method)], at_confidence(confidence))};
-  const auto number = [&](const char* name, const char* unit, const char* meaning, const char* ancillary = "") {
-    t.columns.push_back(number_column(name, unit, meaning, ancillary));
-  };
-  number("md_m", "m", "measured depth");
-  t.columns.push_back(count_column("determined", "1; 0 where the method gives no answer"));
-  number("inclination_deg", "deg", "inclination");
-  number("sd_inclination_deg", "deg", "its standard deviation");
-  number("toolface_deg", "deg", "from the tool's y axis; 0 in a vertical hole");
-  number("sd_toolface_deg", "deg", "its standard deviation; inf in a vertical hole");
-  number("raw_azimuth_magnetic_deg", "deg", "of the readings as they are (basic), from magnetic north");
-  number("azimuth_magnetic_deg", "deg", "from magnetic north");
-  number("azimuth_true_deg", "deg", "from true north");
-  number("azimuth_grid_deg", "deg", "from grid north");
-  number("azimuth_change_deg", "deg", "less that of the readings as they are");
-  number("sd_azimuth_deg", "deg", "standard deviation; declination is taken as exact; inf in a vertical hole");
-  number("sd_turn_deg", "deg", "of azimuth + toolface (- above the horizontal), which a vertical hole has, too");
-  number("gravity_mps2", "mps2", "length of the gravity vector");
-  number("horizontal_field_nT", "nT", "Bh");
-  number("sd_horizontal_field_nT", "nT", "its standard deviation");
-  number("vertical_field_nT", "nT", "Bd, down");
-  number("sd_vertical_field_nT", "nT", "its standard deviation");
+  TableRows t("stations",
+              fmt::format("every station by itself, method {}{}",
+                          station_method_names()[static_cast<std::size_t>(method)], at_confidence(confidence)));
   const bool axial = estimates_axial(method);
-  if (axial) {
-    number("axial_magnetisation_nT", "nT", "Mz: what the string adds to bz",
-           "axial_magnetisation_ci_low_nT axial_magnetisation_ci_high_nT");
-    number("sd_axial_magnetisation_nT", "nT", "its standard deviation");
-    number("axial_magnetisation_ci_low_nT", "nT", "lower bound of the confidence interval");
-    number("axial_magnetisation_ci_high_nT", "nT", "upper bound of the confidence interval");
-  }
-  TableWriter w(std::move(t));
   const double z = normal_quantile((1 + confidence) / 2);
-  for (const SolvedStation& s : stations) {
+  write_rows(t, stations, [&](const SolvedStation& s) {
     const bool ok = s.solved.determined;
-    const auto put = [&](double x) { w << (ok ? x : kNaN); };
+    const auto number = [&](const char* name, const char* unit, const char* meaning, double x,
+                            const char* ancillary = "") { t.number(name, unit, meaning, ok ? x : kNaN, ancillary); };
+    const auto sd_of = [&](StationQuantity q) { return sd(s.covariance, q); };
     const Attitude& at = s.solved.attitude;
     const double true_azimuth = at.azimuth + field.declination;
-    w << s.md << std::int64_t{ok};
-    put(at.inclination / kDegree);
-    put(sd(s.covariance, StationQuantity::inclination) / kDegree);
-    put(at.toolface / kDegree);
-    put(sd(s.covariance, StationQuantity::toolface) / kDegree);
-    w << (s.raw.determined ? s.raw.attitude.azimuth / kDegree : kNaN);
-    put(degrees_of_turn(at.azimuth));
-    put(degrees_of_turn(true_azimuth));
-    put(degrees_of_turn(true_azimuth - field.convergence));
-    put(std::remainder((at.azimuth - s.raw.attitude.azimuth) / kDegree, 360.0));
-    put(sd(s.covariance, StationQuantity::azimuth) / kDegree);
-    put(sd(s.covariance, StationQuantity::turn) / kDegree);
-    put(s.solved.gravity);
-    put(s.solved.horizontal());
-    put(sd(s.covariance, StationQuantity::horizontal));
-    put(s.solved.vertical);
-    put(sd(s.covariance, StationQuantity::vertical));
-    if (!axial) continue;
-    const double x = s.solved.axial, d = sd(s.covariance, StationQuantity::axial);
-    put(x);
-    put(d);
-    put(x - z * d);
-    put(x + z * d);
-  }
-  return w.take();
+    t.number("md_m", "m", "measured depth", s.md);
+    t.count("determined", "1; 0 where the method gives no answer", ok);
+    number("inclination_deg", "deg", "inclination", at.inclination / kDegree);
+    number("sd_inclination_deg", "deg", "its standard deviation", sd_of(StationQuantity::inclination) / kDegree);
+    number("toolface_deg", "deg", "from the tool's y axis; 0 in a vertical hole", at.toolface / kDegree);
+    number("sd_toolface_deg", "deg", "its standard deviation; inf in a vertical hole",
+           sd_of(StationQuantity::toolface) / kDegree);
+    t.number("raw_azimuth_magnetic_deg", "deg", "of the readings as they are (basic), from magnetic north",
+             s.raw.determined ? s.raw.attitude.azimuth / kDegree : kNaN);
+    number("azimuth_magnetic_deg", "deg", "from magnetic north", turn_in_degrees(at.azimuth));
+    number("azimuth_true_deg", "deg", "from true north", turn_in_degrees(true_azimuth));
+    number("azimuth_grid_deg", "deg", "from grid north", turn_in_degrees(true_azimuth - field.convergence));
+    number("azimuth_change_deg", "deg", "less that of the readings as they are",
+           std::remainder((at.azimuth - s.raw.attitude.azimuth) / kDegree, 360.0));
+    number("sd_azimuth_deg", "deg", "standard deviation; declination is taken as exact; inf in a vertical hole",
+           sd_of(StationQuantity::azimuth) / kDegree);
+    number("sd_turn_deg", "deg", "of azimuth + toolface (- above the horizontal), which a vertical hole has, too",
+           sd_of(StationQuantity::turn) / kDegree);
+    number("gravity_mps2", "mps2", "length of the gravity vector", s.solved.gravity);
+    number("horizontal_field_nT", "nT", "Bh", s.solved.horizontal());
+    number("sd_horizontal_field_nT", "nT", "its standard deviation", sd_of(StationQuantity::horizontal));
+    number("vertical_field_nT", "nT", "Bd, down", s.solved.vertical);
+    number("sd_vertical_field_nT", "nT", "its standard deviation", sd_of(StationQuantity::vertical));
+    if (!axial) return;
+    const double x = s.solved.axial, d = sd_of(StationQuantity::axial);
+    number("axial_magnetisation_nT", "nT", "Mz: what the string adds to bz", x,
+           "axial_magnetisation_ci_low_nT axial_magnetisation_ci_high_nT");
+    number("sd_axial_magnetisation_nT", "nT", "its standard deviation", d);
+    number("axial_magnetisation_ci_low_nT", "nT", "lower bound of the confidence interval", x - z * d);
+    number("axial_magnetisation_ci_high_nT", "nT", "upper bound of the confidence interval", x + z * d);
+  });
+  return t.take();
 }
 
 struct Rejections {
   std::int64_t references = 0, fit = 0, axial = 0, undetermined = 0;
 };
 
+/// A row of the table `tests`.
+struct StationTest {
+  std::string test, unit;
+  std::size_t station = 0;  ///< from 0
+  double difference = kNaN, sd = kNaN, statistic = kNaN, low = kNaN, high = kNaN, p_value = kNaN;
+};
+
 Table tests_table(const std::vector<SolvedStation>& stations, const StationReferences& ref,
                   const StationEstimation& how, double alpha, Rejections& rejected) {
-  Table t{"tests",
-          "quality control of every station: the readings as they are against the references, what the method "
-          "leaves over, and whether there is a magnetisation"};
-  t.columns = {word_column("test",
-                           "gravity, horizontal_field, vertical_field (readings less reference over its sd), fit "
-                           "(chi-squared of the method's least squares), axial_magnetisation (Mz over its sd if none)"),
-               count_column("station", "number of the station, from 1"),
-               number_column("md_m", "m", "measured depth of the station"),
-               number_column("difference", "1", "readings less reference, or Mz, in the row's unit"),
-               number_column("sd", "1", "its standard deviation without any magnetisation, reference included"),
-               word_column("unit", "of difference and sd"),
-               number_column("statistic", "1", "what is tested"),
-               number_column("critical_low", "1", "rejected below"),
-               number_column("critical_high", "1", "rejected above"),
-               number_column("p_value", "1", "probability of a statistic as extreme, by noise alone"),
-               word_column("decision", "accepted, rejected or not tested")};
-  TableWriter w(std::move(t));
+  std::vector<StationTest> rows;
+  const auto is_bad = [](const StationTest& x) { return x.statistic < x.low || x.statistic > x.high; };
   const double critical = normal_quantile(1 - alpha / 2);
   const auto normal = [&](const char* test, std::size_t k, double difference, double s, const char* unit,
                           std::int64_t& count) {
     const bool tested = std::isfinite(difference) && s > 0 && std::isfinite(s);
     const double x = tested ? difference / s : kNaN;
-    const bool bad = tested && std::abs(x) > critical;
-    count += bad;
-    w << std::string(test) << static_cast<std::int64_t>(k + 1) << stations[k].md << difference << s << std::string(unit)
-      << x << -critical << critical << (tested ? chi_squared_upper_tail(1, x * x) : kNaN)
-      << std::string(!tested ? "not tested"
-                     : bad   ? "rejected"
-                             : "accepted");
+    rows.push_back(
+        {test, unit, k, difference, s, x, -critical, critical, tested ? chi_squared_upper_tail(1, x * x) : kNaN});
+    count += is_bad(rows.back());
   };
   for (std::size_t k = 0; k < stations.size(); ++k) {
     const SolvedStation& s = stations[k];
-    const bool raw = s.raw.determined;
+    const bool raw = s.raw.determined, ok = s.solved.determined;
     const auto with = [&](StationQuantity q, double reference_sd) {
       return raw ? std::hypot(sd(s.raw_covariance, q), reference_sd) : kNaN;
     };
-    rejected.undetermined += !s.solved.determined;
+    rejected.undetermined += !ok;
     normal("gravity", k, raw ? s.raw.gravity - ref.gravity : kNaN, with(StationQuantity::gravity, how.sigmas.gravity),
            "mps2", rejected.references);
     normal("horizontal_field", k, raw ? s.raw.horizontal() - ref.horizontal : kNaN,
@@ -174,31 +139,45 @@ Table tests_table(const std::vector<SolvedStation>& stations, const StationRefer
     normal("vertical_field", k, raw ? s.raw.vertical - ref.vertical : kNaN,
            with(StationQuantity::vertical, how.sigmas.vertical), "nT", rejected.references);
     if (s.solved.redundancy > 0) {
-      const double high = chi_squared_quantile(s.solved.redundancy, 1 - alpha);
-      const bool ok = s.solved.determined, bad = ok && s.solved.cost > high;
-      rejected.fit += bad;
-      w << std::string("fit") << static_cast<std::int64_t>(k + 1) << s.md << kNaN << kNaN << std::string("1")
-        << (ok ? s.solved.cost : kNaN) << kNaN << high
-        << (ok ? chi_squared_upper_tail(s.solved.redundancy, s.solved.cost) : kNaN)
-        << std::string(!ok   ? "not tested"
-                       : bad ? "rejected"
-                             : "accepted");
+      rows.push_back({"fit", "1", k, kNaN, kNaN, ok ? s.solved.cost : kNaN, kNaN,
+                      chi_squared_quantile(s.solved.redundancy, 1 - alpha),
+                      ok ? chi_squared_upper_tail(s.solved.redundancy, s.solved.cost) : kNaN});
+      rejected.fit += is_bad(rows.back());
     }
     if (estimates_axial(how.method))
-      normal("axial_magnetisation", k, s.solved.determined ? s.solved.axial : kNaN,
-             s.solved.determined ? s.axial_sd_without : kNaN, "nT", rejected.axial);
+      normal("axial_magnetisation", k, ok ? s.solved.axial : kNaN, ok ? s.axial_sd_without : kNaN, "nT",
+             rejected.axial);
   }
-  return w.take();
+  TableRows t("tests",
+              "quality control of every station: the readings as they are against the references, what the method "
+              "leaves over, and whether there is a magnetisation");
+  write_rows(t, rows, [&](const StationTest& x) {
+    t.word("test",
+           "gravity, horizontal_field, vertical_field (readings less reference over its sd), fit "
+           "(chi-squared of the method's least squares), axial_magnetisation (Mz over its sd if none)",
+           x.test);
+    t.count("station", "number of the station, from 1", x.station + 1);
+    t.number("md_m", "m", "measured depth of the station", stations.empty() ? kNaN : stations[x.station].md);
+    t.number("difference", "1", "readings less reference, or Mz, in the row's unit", x.difference);
+    t.number("sd", "1", "its standard deviation without any magnetisation, reference included", x.sd);
+    t.word("unit", "of difference and sd", x.unit);
+    t.number("statistic", "1", "what is tested", x.statistic);
+    t.number("critical_low", "1", "rejected below", x.low);
+    t.number("critical_high", "1", "rejected above", x.high);
+    t.number("p_value", "1", "probability of a statistic as extreme, by noise alone", x.p_value);
+    t.word("decision", "accepted, rejected or not tested",
+           std::isnan(x.statistic) ? "not tested"
+           : is_bad(x)             ? "rejected"
+                                   : "accepted");
+  });
+  return t.take();
 }
 
-Table warnings_table(const std::vector<SolvedStation>& stations, const StationEstimation& how,
-                     const Rejections& rejected, double alpha) {
-  TableWriter w(Table{
-      "warnings",
-      "what to know before the estimate is used",
-      {word_column("severity", "severe, warning or info"), word_column("message", "what is wrong, and what to do")}});
+std::vector<EstimateWarning> warnings_of(const std::vector<SolvedStation>& stations, const StationEstimation& how,
+                                         const Rejections& rejected, double alpha) {
+  std::vector<EstimateWarning> warnings;
   const auto n = stations.size();
-  const auto warn = [&](const char* severity, const std::string& message) { w << std::string(severity) << message; };
+  const auto warn = [&](const char* severity, const std::string& message) { warnings.push_back({severity, message}); };
   if (rejected.undetermined > 0)
     warn("severe", fmt::format("{} of {} stations have no solution{}", rejected.undetermined, n,
                                how.method == StationMethod::simple
@@ -225,7 +204,7 @@ Table warnings_table(const std::vector<SolvedStation>& stations, const StationEs
                                   "cos I there; take method = \"extended\"",
                                   weak));
   }
-  return w.take();
+  return warnings;
 }
 
 }  // namespace
@@ -256,7 +235,7 @@ std::vector<Table> station_estimate_tables(const SixAxisReadings& readings, cons
   Rejections rejected;
   Table tests = tests_table(stations, ref, how, levels.alpha_w, rejected);
   return {stations_table(stations, field, how.method, levels.confidence), std::move(tests),
-          warnings_table(stations, how, rejected, levels.alpha_w)};
+          warnings_table(warnings_of(stations, how, rejected, levels.alpha_w))};
 }
 
 }  // namespace surveymc

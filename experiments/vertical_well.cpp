@@ -221,11 +221,11 @@ class VerticalWell final : public StudyPoint {
 };
 
 Table VerticalWell::ellipse_table(const Tally& tally) const {
-  TableWriter w(ellipse_columns("horizontal one-sigma ellipses of the last position, and how Monte Carlo fills them" +
-                                at_confidence(s_.verdict.confidence)));
+  TableRows t("ellipse", "horizontal one-sigma ellipses of the last position, and how Monte Carlo fills them" +
+                             at_confidence(s_.verdict.confidence));
   const Moments& m = tally.moments;
   const HorizontalSample sample = sample_of(tally);
-  write_sample_ellipse(w, sample);
+  write_sample_ellipse(t, sample);
   for (std::size_t f = 0; f < predicted_.size(); ++f) {
     const std::string& name = s_.formulations[f];
     EllipseRow row{name, Vector2d::Zero(), predicted_[f]};
@@ -252,9 +252,9 @@ Table VerticalWell::ellipse_table(const Tally& tally) const {
     s_.annotations.apply("ellipse", published);
     row.published_major = published[0].published;
     row.published_minor = published[1].published;
-    write_ellipse(w, row, sample, s_.verdict);
+    write_ellipse(t, row, sample, s_.verdict);
   }
-  return w.take();
+  return t.take();
 }
 
 /// How far one toolface sequence is from the mean over all: eqs 41, 42 as random describe only the latter.
@@ -263,17 +263,8 @@ Table VerticalWell::sequences_table(const Tally& tally) const {
   std::vector<ComparisonRow> rows;
   const auto add = [&](const char* quantity, double monte_carlo, const Interval& interval, double analytic,
                        const char* note) {
-    ComparisonRow row;
-    row.quantity = quantity;
-    row.unit = "1";
-    row.monte_carlo = monte_carlo;
-    row.interval = interval;
-    row.analytic = analytic;
-    row.ratio = analytic / monte_carlo;
-    row.ratio_interval = {analytic / interval.hi, analytic / interval.lo};
-    row.verdict = judge(row.ratio_interval, s_.verdict.margin, tally.trials).word;
-    row.note = note;
-    rows.push_back(row);
+    rows.push_back(compare_value(quantity, "1", {monte_carlo, interval}, analytic, s_.verdict, tally.trials));
+    rows.back().note = note;
   };
   const HorizontalSample sample = sample_of(tally);
   const double mean_variance = sample.covariance.trace() / 2;
@@ -306,9 +297,7 @@ Table VerticalWell::samples_table(const Tally& tally) const {
       number_column("north_m", "m", "error of the last position"),
       number_column("east_m", "m", "error of the last position"),
       number_column("own_variance_ratio", "1", "variance of this run's toolfaces over that of eqs 41, 42 as random")};
-  TableWriter w(std::move(t));
-  for (const double x : tally.samples) w << x;
-  return w.take();
+  return table_of_numbers(std::move(t), tally.samples);
 }
 
 class VerticalWellPlan final : public PointPlan {

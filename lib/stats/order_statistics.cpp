@@ -12,6 +12,13 @@ double sorted_quantile(const std::vector<double>& sorted, double share) {
   return sorted[std::min(rank, sorted.size()) - 1];
 }
 
+double median(std::vector<double> x) {
+  if (x.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto half = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(x.begin(), half, x.end());
+  return x.size() % 2 == 1 ? *half : (*half + *std::max_element(x.begin(), half)) / 2;
+}
+
 Interval median_interval(const std::vector<double>& sorted, double confidence) {
   const std::size_t n = sorted.size();
   // Logarithms: 2^-n is 0 from n = 1075 on.

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "study/table_rows.h"
+
 namespace surveymc {
 
 Verdict judge(const Interval& r, double margin, std::uint64_t trials) {
@@ -24,6 +26,14 @@ std::string at_confidence(double confidence) { return fmt::format(", intervals a
 
 namespace {
 
+ComparisonRow row_of(const std::string& quantity, const std::string& unit, double predicted) {
+  ComparisonRow row;
+  row.quantity = quantity;
+  row.unit = unit;
+  row.analytic = predicted;
+  return row;
+}
+
 void set_verdict(ComparisonRow& row, const Interval& ratio, const VerdictRule& rule, std::uint64_t trials) {
   const Verdict v = judge(ratio, rule.margin, trials);
   row.verdict = v.word;
@@ -35,6 +45,34 @@ void set_verdict(ComparisonRow& row, const Interval& ratio, const VerdictRule& r
 
 }  // namespace
 
+Estimate mean_estimate(const Moments& m, Eigen::Index i, double confidence) {
+  if (m.count < 2) return {};
+  return {m.mean[i], mean_interval(m.mean[i], m.variance(i), m.count, confidence)};
+}
+
+Estimate rms_estimate(const Moments& m, Eigen::Index i, double confidence) {
+  return m.count < 2 ? Estimate{} : rms_estimate(m.mean[i], m.variance(i), m.count, confidence);
+}
+
+Estimate rms_estimate(double mean_square, double variance, std::uint64_t count, double confidence) {
+  if (count < 2) return {};
+  const Interval ci = mean_interval(mean_square, variance, count, confidence);
+  return {std::sqrt(mean_square), {std::sqrt(std::max(ci.lo, 0.0)), std::sqrt(ci.hi)}};
+}
+
+ComparisonRow compare_value(const std::string& quantity, const std::string& unit, const Estimate& found,
+                            double predicted, const VerdictRule& rule, std::uint64_t trials) {
+  ComparisonRow row = row_of(quantity, unit, predicted);
+  row.monte_carlo = found.value;
+  row.interval = found.interval;
+  if (!std::isfinite(predicted) || !(found.value > 0)) return row;
+  row.ratio = predicted / found.value;
+  row.ratio_interval = {predicted / found.interval.hi, found.interval.lo > 0 ? predicted / found.interval.lo
+                                                                             : std::numeric_limits<double>::infinity()};
+  set_verdict(row, row.ratio_interval, rule, trials);
+  return row;
+}
+
 ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas, const Moments& m,
                          Eigen::Index i, double predicted_sd, const VerdictRule& rule, std::uint64_t trials) {
   return compare_sd(quantity, unit, sigmas, m.count < 2 ? SampleSummary{} : summarise(m, i), predicted_sd, rule,
@@ -43,10 +81,7 @@ ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, d
 
 ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas, const SampleSummary& s,
                          double predicted_sd, const VerdictRule& rule, std::uint64_t trials) {
-  ComparisonRow row;
-  row.quantity = quantity;
-  row.unit = unit;
-  row.analytic = sigmas * predicted_sd;
+  ComparisonRow row = row_of(quantity, unit, sigmas * predicted_sd);
   if (s.units < 2) {
     row.note = "fewer than two converged trials";
     return row;
@@ -77,10 +112,7 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
 
 ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const SampleSummary& s, double offset,
                            double predicted, const VerdictRule& rule, std::uint64_t trials) {
-  ComparisonRow row;
-  row.quantity = quantity;
-  row.unit = unit;
-  row.analytic = predicted;
+  ComparisonRow row = row_of(quantity, unit, predicted);
   if (s.units < 2) {
     row.note = "fewer than two converged trials";
     return row;
@@ -102,10 +134,7 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
 
 ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, std::uint64_t runs, double predicted,
                            const VerdictRule& rule, std::uint64_t trials) {
-  ComparisonRow row;
-  row.quantity = quantity;
-  row.unit = "1";
-  row.analytic = predicted;
+  ComparisonRow row = row_of(quantity, "1", predicted);
   if (runs == 0) {
     row.note = "no converged trial";
     return row;
@@ -124,56 +153,34 @@ ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, st
   return row;
 }
 
+ComparisonRow labelled(const std::string& formulation, ComparisonRow row) {
+  row.formulation = formulation;
+  return row;
+}
+
 Table comparison_table(const std::string& name, const std::string& long_name, const std::vector<ComparisonRow>& rows,
                        std::uint64_t trials, std::uint64_t failed, bool with_formulation) {
-  const auto numbers = [&](auto get) {
-    std::vector<double> v;
-    for (const ComparisonRow& r : rows) v.push_back(get(r));
-    return v;
-  };
-  const auto words = [&](auto get) {
-    std::vector<std::string> v;
-    for (const ComparisonRow& r : rows) v.push_back(get(r));
-    return v;
-  };
-  using Row = ComparisonRow;
-  Table t{name, long_name};
+  TableRows t(name, long_name);
   bool labelled = with_formulation;
-  for (const Row& r : rows) labelled = labelled || !r.formulation.empty();
-  if (labelled)
-    t.columns.push_back(
-        {"formulation", "", "which analytic prediction", words([](const Row& r) { return r.formulation; })});
-  t.columns.push_back({"quantity", "", "what is compared", words([](const Row& r) { return r.quantity; })});
-  t.columns.push_back({"unit", "", "unit of the values in this row", words([](const Row& r) { return r.unit; })});
-  t.columns.push_back({"monte_carlo", "1", "Monte-Carlo value, in the row's unit",
-                       numbers([](const Row& r) { return r.monte_carlo; }), "monte_carlo_ci_low monte_carlo_ci_high"});
-  t.columns.push_back({"monte_carlo_ci_low", "1", "lower bound of the confidence interval",
-                       numbers([](const Row& r) { return r.interval.lo; })});
-  t.columns.push_back({"monte_carlo_ci_high", "1", "upper bound of the confidence interval",
-                       numbers([](const Row& r) { return r.interval.hi; })});
-  t.columns.push_back(
-      {"analytic", "1", "analytic value, in the row's unit", numbers([](const Row& r) { return r.analytic; })});
-  t.columns.push_back({"ratio", "1", "analytic / Monte Carlo; absent for means, which are judged on their shift in sd",
-                       numbers([](const Row& r) { return r.ratio; }), "ratio_ci_low ratio_ci_high"});
-  t.columns.push_back({"ratio_ci_low", "1", "lower bound of the confidence interval",
-                       numbers([](const Row& r) { return r.ratio_interval.lo; })});
-  t.columns.push_back({"ratio_ci_high", "1", "upper bound of the confidence interval",
-                       numbers([](const Row& r) { return r.ratio_interval.hi; })});
-  t.columns.push_back(
-      {"published", "1", "published value, in the row's unit", numbers([](const Row& r) { return r.published; })});
-  t.columns.push_back({"published_ratio", "1", "published / Monte Carlo", numbers([](const Row& r) {
-                         return r.monte_carlo != 0 ? r.published / r.monte_carlo : std::nan("");
-                       })});
-  t.columns.push_back({"verdict", "", "agrees, differs or undecided", words([](const Row& r) { return r.verdict; })});
-  t.columns.push_back({"expected", "",
-                       "the verdict this row should have; differs where a formulation is wrong on purpose",
-                       words([](const Row& r) { return r.expected; })});
-  t.columns.push_back({"note", "", "what else there is to say", words([](const Row& r) { return r.note; })});
-  t.columns.push_back(
-      {"trials", "1", "trials run", std::vector<std::int64_t>(rows.size(), static_cast<std::int64_t>(trials))});
-  t.columns.push_back({"failed", "1", "trials without a converged estimate, not in the statistics",
-                       std::vector<std::int64_t>(rows.size(), static_cast<std::int64_t>(failed))});
-  return t;
+  for (const ComparisonRow& r : rows) labelled = labelled || !r.formulation.empty();
+  write_rows(t, rows, [&](const ComparisonRow& r) {
+    if (labelled) t.word("formulation", "which analytic prediction", r.formulation);
+    t.word("quantity", "what is compared", r.quantity);
+    t.word("unit", "unit of the values in this row", r.unit);
+    t.estimate("monte_carlo", "1", "Monte-Carlo value, in the row's unit", r.monte_carlo, r.interval);
+    t.number("analytic", "1", "analytic value, in the row's unit", r.analytic);
+    t.estimate("ratio", "1", "analytic / Monte Carlo; absent for means, which are judged on their shift in sd", r.ratio,
+               r.ratio_interval);
+    t.number("published", "1", "published value, in the row's unit", r.published);
+    t.number("published_ratio", "1", "published / Monte Carlo",
+             r.monte_carlo != 0 ? r.published / r.monte_carlo : std::nan(""));
+    t.word("verdict", "agrees, differs or undecided", r.verdict);
+    t.word("expected", "the verdict this row should have; differs where a formulation is wrong on purpose", r.expected);
+    t.word("note", "what else there is to say", r.note);
+    t.count("trials", "trials run", trials);
+    t.count("failed", "trials without a converged estimate, not in the statistics", failed);
+  });
+  return t.take();
 }
 
 Table published_fit_table(const std::vector<ComparisonRow>& rows) {
@@ -189,17 +196,16 @@ Table published_fit_table(const std::vector<ComparisonRow>& rows) {
     lowest = std::min(lowest, ratio);
     highest = std::max(highest, ratio);
   }
-  Table t{"published_fit", "published over Monte-Carlo standard deviations, over all rows that have both"};
+  TableRows t("published_fit", "published over Monte-Carlo standard deviations, over all rows that have both");
   const auto number = [&](const char* name, const char* what, double value) {
-    t.columns.push_back({name, "1", what, std::vector<double>{count > 0 ? value : std::nan("")}});
+    t.number(name, "1", what, count > 0 ? value : std::nan(""));
   };
-  t.columns.push_back(
-      {"quantities", "1", "rows with a published standard deviation", std::vector<std::int64_t>{count}});
+  t.count("quantities", "rows with a published standard deviation", count);
   number("rms_log_ratio", "root mean square of ln(published / Monte Carlo)",
          std::sqrt(squares / static_cast<double>(std::max<std::int64_t>(count, 1))));
   number("ratio_min", "smallest published / Monte Carlo", lowest);
   number("ratio_max", "largest published / Monte Carlo", highest);
-  return t;
+  return t.take();
 }
 
 std::vector<std::string> unexpected_verdicts(const std::vector<Table>& tables) {

@@ -24,6 +24,22 @@ struct ComparisonRow {
   std::string verdict, expected, note;
 };
 
+/// A Monte-Carlo value and its interval. NaN: not there.
+struct Estimate {
+  double value = std::numeric_limits<double>::quiet_NaN();
+  Interval interval{value, value};
+};
+/// Mean of component `index`, and the root of it, which of squares is an RMS; NaN with fewer than two values.
+Estimate mean_estimate(const Moments& moments, Eigen::Index index, double confidence);
+Estimate rms_estimate(const Moments& squares, Eigen::Index index, double confidence);
+/// The same from a mean of `count` squares and their variance.
+Estimate rms_estimate(double mean_square, double variance, std::uint64_t count, double confidence);
+
+/// A positive value against a prediction of it, judged by their ratio. Without a finite prediction, or if the value is
+/// 0, there is neither ratio nor verdict.
+ComparisonRow compare_value(const std::string& quantity, const std::string& unit, const Estimate& found,
+                            double predicted, const VerdictRule& rule, std::uint64_t trials);
+
 /// Standard deviation of component `index`, times `sigmas`, against a predicted one (not yet multiplied).
 /// Skewness and kurtosis go to the note where the distribution is clearly not normal.
 ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas, const Moments& moments,
@@ -44,6 +60,9 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
 /// exact (Clopper and Pearson).
 ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, std::uint64_t runs, double predicted,
                            const VerdictRule& rule, std::uint64_t trials);
+
+/// The same row of this formulation.
+ComparisonRow labelled(const std::string& formulation, ComparisonRow row);
 
 /// The columns of every comparison table (docs/results-format.md) from rows. `trials` and `failed` are repeated. The
 /// column `formulation` is there if a row has one, or if it is asked for: tables of one study must be alike.

@@ -8,7 +8,7 @@
 #include "propagate/ellipse.h"
 #include "stats/sample_summary.h"
 #include "study/comparison.h"
-#include "study/table_writer.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 
@@ -43,13 +43,12 @@ struct EllipseRow {
   std::string expected = {}, note = {};
 };
 
-/// Columns of the table `ellipse`: first those of `leading`, then as in docs/results-format.md.
-Table ellipse_columns(const std::string& long_name, std::vector<Column> leading = {});
-/// Row `monte_carlo`, nothing with fewer than three units; the caller has written the leading columns.
-void write_sample_ellipse(TableWriter& w, const HorizontalSample& sample);
+/// The table `ellipse` (docs/results-format.md), a row at a time; the caller has written the leading columns, if any.
+/// Row `monte_carlo`, nothing with fewer than three units.
+void write_sample_ellipse(TableRows& t, const HorizontalSample& sample);
 /// Row of a prediction: sd and ratio along the *predicted* axes (the sorted axes of a sample ellipse are biased),
 /// coverage, NEES, and one verdict for both axes: differs if one differs, agrees if both agree, otherwise undecided.
-void write_ellipse(TableWriter& w, const EllipseRow& row, const HorizontalSample& sample, const VerdictRule& rule);
+void write_ellipse(TableRows& t, const EllipseRow& row, const HorizontalSample& sample, const VerdictRule& rule);
 
 /// Mean squared Mahalanobis distance of `dimension` coordinates; predicted is the dimension. The distance goes with the
 /// square of a sd, so it is held to twice the margin.

@@ -1,6 +1,7 @@
 #include "stats/order_statistics.h"
 
 #include <cmath>
+#include <limits>
 
 #include <catch2/catch.hpp>
 
@@ -13,6 +14,16 @@ TEST_CASE("A quantile is the smallest value with its share at or below it", "[st
   CHECK(sorted_quantile(x, 0.05) == 1);
   CHECK(sorted_quantile(x, 1) == 10);
   CHECK(sorted_quantile({7}, 0.5) == 7);
+}
+
+TEST_CASE("A median is the middle value, or the mean of the two middle ones", "[stats]") {
+  const double infinity = std::numeric_limits<double>::infinity();
+  CHECK(median({3, 1, 2}) == 2);
+  CHECK(median({4, 1, 3, 2}) == 2.5);
+  CHECK(median({7}) == 7);
+  CHECK(median({1, infinity, 2}) == 2);
+  CHECK(median({1, infinity, infinity, 2}) == infinity);
+  CHECK(std::isnan(median({})));
 }
 
 TEST_CASE("The interval of a median is that of the binomial table", "[stats]") {

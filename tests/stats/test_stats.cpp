@@ -5,6 +5,7 @@
 
 #include "random/stream.h"
 #include "stats/intervals.h"
+#include "stats/normal_tail.h"
 #include "stats/tally.h"
 #include "stats/tests.h"
 
@@ -105,6 +106,12 @@ TEST_CASE("95 % intervals hold the truth in 95 % of repetitions, for normal and 
   CHECK(std::abs(normal / double(repetitions) - 0.95) < 4 * se + 0.01);  // kurtosis is estimated: a little conservative
   CHECK(std::abs(mean / double(repetitions) - 0.95) < 4 * se);
   CHECK(heavy / double(repetitions) > 0.89);  // the sample kurtosis runs low at n = 400; chi-squared alone gives 0.67
+}
+
+TEST_CASE("The tail of a normal distribution: tabulated probabilities") {
+  CHECK(normal_upper_tail(0) == 0.5);
+  CHECK(std::abs(normal_upper_tail(1.959963984540054) - 0.025) < 1e-15);  // rounding of a value below 1/4
+  CHECK(normal_upper_tail(3, 1.5) == normal_upper_tail(2));
 }
 
 TEST_CASE("Clopper-Pearson: tabulated bounds and the ends") {

@@ -44,6 +44,25 @@ TEST_CASE("A predicted sd is judged by its ratio to the Monte-Carlo one") {
   CHECK(compare_sd("x", "m", 1, Moments(1), 0, 3.0, {}, 0).verdict.empty());
 }
 
+TEST_CASE("A root mean square is judged by its ratio to the predicted one") {
+  // Squares with mean 9 and sd 3 over 10,000 trials: RMS 3, its interval half of .0196 / 3 wide on either side,
+  // relatively
+  const Estimate found = rms_estimate(9, 9, 10000, 0.95);
+  CHECK(found.value == 3);
+  CHECK(found.interval.lo == std::sqrt(9 - normal_quantile(0.975) * 0.03));
+  CHECK(found.interval.hi == std::sqrt(9 + normal_quantile(0.975) * 0.03));
+  const ComparisonRow row = compare_value("rms", "m", found, 3.01, {}, 10000);
+  CHECK(row.verdict == "agrees");
+  CHECK(row.ratio == 3.01 / 3);
+  CHECK(compare_value("rms", "m", found, 4, {}, 10000).verdict == "differs");
+  CHECK(compare_value("rms", "m", found, std::nan(""), {}, 10000).verdict.empty());
+  const ComparisonRow wide = compare_value("rms", "m", rms_estimate(1, 100, 10, 0.95), 1, {}, 10);
+  CHECK(wide.interval.lo == 0);  // as a mean of squares may be 0
+  CHECK(std::isinf(wide.ratio_interval.hi));
+  CHECK(wide.verdict.empty());
+  CHECK(std::isnan(rms_estimate(9, 9, 1, 0.95).value));
+}
+
 TEST_CASE("A mean is judged on its shift in standard deviations") {
   const Moments m = normal_moments(50000, 3.0);
   const ComparisonRow good = compare_mean("mean_x", "m", m, 0, 100, 100, {0.02, 0.95}, 50000);

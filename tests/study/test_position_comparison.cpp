@@ -17,7 +17,7 @@ std::string word(const Table& t, const std::string& column, std::size_t row) {
 Table table_of(const Eigen::Matrix2d& predicted, const Eigen::Matrix2d& sampled,
                const Eigen::Vector2d& kurtosis = {3, 3}) {
   const HorizontalSample sample{100000, 0, 100000, false, Eigen::Vector2d::Zero(), sampled};
-  TableWriter w(ellipse_columns("test"));
+  TableRows w("ellipse", "test");
   write_sample_ellipse(w, sample);
   EllipseRow row{"theory", Eigen::Vector2d(7, 8), predicted};
   row.inside = {39000, 86000, 98900};

@@ -1,0 +1,103 @@
+#include "study/table_rows.h"
+
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "base/units.h"
+
+namespace surveymc {
+
+TableRows::TableRows(std::string name, std::string long_name) : table_{std::move(name), std::move(long_name)} {}
+
+template <class T>
+void TableRows::put(std::string_view name, std::string_view unit, std::string_view meaning, T value,
+                    std::string_view ancillary) {
+  std::vector<Column>& columns = table_.columns;
+  if (next_ == columns.size()) {
+    if (first_row_ && (columns.empty() || columns.front().name != name)) {
+      columns.push_back(
+          {std::string(name), std::string(unit), std::string(meaning), std::vector<T>{}, std::string(ancillary)});
+    } else {
+      first_row_ = false;
+      next_ = 0;
+    }
+  }
+  Column& column = columns[next_++];
+  assert(column.name == name);
+  std::get<std::vector<T>>(column.values).push_back(std::move(value));
+}
+
+void TableRows::word(std::string_view name, std::string_view meaning, std::string value) {
+  put(name, "", meaning, std::move(value), {});
+}
+void TableRows::count(std::string_view name, std::string_view meaning, std::int64_t value) {
+  put(name, "1", meaning, value, {});
+}
+void TableRows::count(std::string_view name, std::string_view meaning, std::uint64_t value) {
+  count(name, meaning, static_cast<std::int64_t>(value));
+}
+void TableRows::count(std::string_view name, std::string_view meaning, int value) {
+  count(name, meaning, std::int64_t{value});
+}
+void TableRows::number(std::string_view name, std::string_view unit, std::string_view meaning, double value,
+                       std::string_view ancillary) {
+  put(name, unit, meaning, value, ancillary);
+}
+
+void TableRows::estimate(std::string_view name, std::string_view unit, std::string_view meaning, double value,
+                         const Interval& interval) {
+  const std::string low = std::string(name) + "_ci_low", high = std::string(name) + "_ci_high";
+  number(name, unit, meaning, value, low + " " + high);
+  number(low, unit, "lower bound of the confidence interval", interval.lo);
+  number(high, unit, "upper bound of the confidence interval", interval.hi);
+}
+
+void TableRows::share(std::string_view name, std::string_view meaning, std::uint64_t events, std::uint64_t trials,
+                      double confidence) {
+  const double nan = std::nan("");
+  if (trials == 0)
+    estimate(name, "1", meaning, nan, {nan, nan});
+  else
+    estimate(name, "1", meaning, static_cast<double>(events) / static_cast<double>(trials),
+             binomial_interval(events, trials, confidence));
+}
+
+void TableRows::covariance(std::string_view axes, std::string_view meaning, const Eigen::Matrix3d& c) {
+  constexpr std::array<std::array<std::size_t, 2>, 6> kElements{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
+  for (const auto& [i, j] : kElements)
+    number(std::string{axes[i], axes[j]} + "_m2", "m2", meaning,
+           c(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+}
+
+void TableRows::drop_rows() {
+  for (Column& c : table_.columns) std::visit([](auto& values) { values.clear(); }, c.values);
+}
+
+Table TableRows::take() {
+  assert(next_ == table_.columns.size());
+  return std::move(table_);
+}
+
+double turn_in_degrees(double angle) {
+  const double turn = std::fmod(angle / kDegree, 360.0);
+  return turn < 0 ? turn + 360 : turn;
+}
+
+Column number_column(const std::string& name, const std::string& unit, const std::string& meaning) {
+  return {name, unit, meaning, std::vector<double>{}};
+}
+
+Table table_of_numbers(Table t, const std::vector<double>& values) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    std::get<std::vector<double>>(t.columns[i % t.columns.size()].values).push_back(values[i]);
+  return t;
+}
+
+Table failed_trials_table(const std::string& what, const std::vector<std::uint64_t>& trials) {
+  TableRows t("failed_trials", what + "; replay one with `surveymc run CONFIG --trial K`");
+  write_rows(t, trials, [&](std::uint64_t trial) { t.count("trial", "number of the trial, from 0", trial); });
+  return t.take();
+}
+
+}  // namespace surveymc
