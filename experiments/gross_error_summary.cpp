@@ -8,6 +8,7 @@
 #include "reliability/identification.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/snooping.h"
+#include "stats/share_interval.h"
 #include "study/comparison.h"
 #include "study/table_writer.h"
 
@@ -18,6 +19,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 const double kNaN = std::nan("");
+constexpr double kMostFailed = 0.01;  // share of trials without a converged adjustment above which nothing is judged
 
 ErrorShift shift_of(const GrossErrorScenario& s, const VectorXd& w, double omega) {
   ErrorShift shift;
@@ -119,7 +121,7 @@ Table detection_table(const GrossErrorScenario& s, const GrossErrorPrediction& p
   if (tally.moments.count > 1) {
     mean.monte_carlo = tally.moments.mean[0];
     mean.interval =
-        mean_interval(mean.monte_carlo, tally.moments.variance(0), tally.moments.count, s.verdict.confidence);
+        share_interval(mean.monte_carlo, tally.moments.variance(0), tally.moments.count, s.verdict.confidence);
     if (mean.interval.lo > 0) {
       mean.ratio = mean.analytic / mean.monte_carlo;
       mean.ratio_interval = {mean.analytic / mean.interval.hi, mean.analytic / mean.interval.lo};
@@ -161,6 +163,14 @@ Table detection_table(const GrossErrorScenario& s, const GrossErrorPrediction& p
                                 layout.outcome(k, outcome), predicted, s.verdict);
       if (predicted == 0 && row.monte_carlo == 0) row.verdict = "agrees";
     }
+  if (static_cast<double>(tally.failed) > kMostFailed * static_cast<double>(tally.trials))
+    for (ComparisonRow& row : rows) {
+      // The trials that are left are not a sample of all: no rate of theirs can be judged
+      if (!row.verdict.empty() || std::isfinite(row.analytic)) row.verdict = "undecided";
+      const std::string why = fmt::format("{} of {} adjustments did not converge (more than {:g} %)", tally.failed,
+                                          tally.trials, 100 * kMostFailed);
+      row.note = row.note.empty() ? why : why + "; " + row.note;
+    }
   s.annotations.apply("detection", rows);
   return comparison_table(
       "detection", "false alarms, detection and identification of gross errors" + at_confidence(s.verdict.confidence),
@@ -169,19 +179,21 @@ Table detection_table(const GrossErrorScenario& s, const GrossErrorPrediction& p
 
 Table injected_table(const GrossErrorScenario& s, const GrossErrorPrediction& p) {
   Table t{"injected", "the gross errors, and what theory says of them"};
-  t.columns = {
-      word_column("observation", "in which the error is"),
-      count_column("station", "number of the station, from 0; -1: a reference"),
-      word_column("unit", "of the sizes in this row"),
-      number_column("size", "1", "the error, in the row's unit"),
-      number_column("minimal_detectable_error", "1", "linear, in the row's unit"),
-      number_column("nonlinear_detectable_error_plus", "1", "nonlinear, in the row's unit; single station only"),
-      number_column("nonlinear_detectable_error_minus", "1", "the same for negative errors"),
-      number_column("redundancy_number", "1", "redundancy number"),
-      number_column("shift_linear", "1", "of its w by all errors, linear theory"),
-      number_column("shift_nonlinear", "1", "of its w by all errors, nonlinear adjustment without noise"),
-      word_column("rival", "the observation whose test is most correlated with its own"),
-      number_column("rival_correlation", "1", "correlation of the two; 1 or -1: inseparable")};
+  t.columns = {word_column("observation", "in which the error is"),
+               count_column("station", "number of the station, from 0; -1: a reference"),
+               word_column("unit", "of the sizes in this row"),
+               number_column("size", "1", "the error, in the row's unit"),
+               number_column("minimal_detectable_error", "1", "linear, in the row's unit"),
+               number_column("nonlinear_detectable_error_plus", "1",
+                             "nonlinear, by the general test, in the row's unit; single station only"),
+               number_column("nonlinear_detectable_error_minus", "1", "the same for negative errors"),
+               number_column("nonlinear_own_test_plus", "1", "nonlinear, by the reading's own test"),
+               number_column("nonlinear_own_test_minus", "1", "the same for negative errors"),
+               number_column("redundancy_number", "1", "redundancy number"),
+               number_column("shift_linear", "1", "of its w by all errors, linear theory"),
+               number_column("shift_nonlinear", "1", "of its w by all errors, nonlinear adjustment without noise"),
+               word_column("rival", "the observation whose test is most correlated with its own"),
+               number_column("rival_correlation", "1", "correlation of the two; 1 or -1: inseparable")};
   TableWriter w(std::move(t));
   const double lambda = lambda0(s.levels);
   const VectorXd redundancy = redundancy_numbers(p.model), sensitivity = sensitivities(p.model);
@@ -189,8 +201,8 @@ Table injected_table(const GrossErrorScenario& s, const GrossErrorPrediction& p)
     const InjectedError& e = s.injected[k];
     const double unit = observation_scale(e.observation);
     const bool single = s.attitudes.size() == 1 && !s.model.systematic_terms;
-    const auto nonlinear = [&](int sign) {
-      return single ? nonlinear_detectable_error(s.model, s.attitudes.front(), e.observation, lambda, sign) * unit
+    const auto nonlinear = [&](int sign, DetectedBy test) {
+      return single ? nonlinear_detectable_error(s.model, s.attitudes.front(), e.observation, lambda, sign, test) * unit
                     : kNaN;
     };
     const Rival rival = closest_rival(p.model, e.error.number);
@@ -199,8 +211,10 @@ Table injected_table(const GrossErrorScenario& s, const GrossErrorPrediction& p)
       << observation_unit(e.observation) << e.error.size * unit
       << (sensitivity[e.error.number] > 0 ? lambda / sensitivity[e.error.number] * unit
                                           : std::numeric_limits<double>::infinity())
-      << nonlinear(1) << nonlinear(-1) << redundancy[e.error.number] << p.linear.w[k] << p.nonlinear.w[k]
-      << (rival.number < 0 ? std::string() : name_of(s, rival.number)) << (rival.number < 0 ? kNaN : rival.correlation);
+      << nonlinear(1, DetectedBy::general_test) << nonlinear(-1, DetectedBy::general_test)
+      << nonlinear(1, DetectedBy::own_test) << nonlinear(-1, DetectedBy::own_test) << redundancy[e.error.number]
+      << p.linear.w[k] << p.nonlinear.w[k] << (rival.number < 0 ? std::string() : name_of(s, rival.number))
+      << (rival.number < 0 ? kNaN : rival.correlation);
   }
   return w.take();
 }
