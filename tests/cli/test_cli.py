@@ -1643,6 +1643,9 @@ class ReliabilityMaps(Case):
                                 '[survey]\nfile = "survey.csv"\ntoolface_zero = "y"\n')
         self.call("run", "well.toml", "-o", "well.h5")
         self.assertEqual(len(column(self.folder / "well.h5", "tables/stations", "md_m")), 6 * 6 + 3)
+        for angle in ("inclination", "toolface", "azimuth"):
+            sizes = np.abs(column(self.folder / "well.h5", "tables/stations", f"external_{angle}_deg"))
+            self.assertTrue(np.all(np.isnan(sizes) | (sizes <= 180)), angle)
         self.write("mine.csv", SURVEY.replace(",toolface_deg", "").replace(",0\n", "\n").replace(",50\n", "\n")
                    .replace(",120\n", "\n").replace(",200\n", "\n").replace(",300\n", "\n").replace(",40\n", "\n"))
         self.refused(BAD_INPUT, "run", "well.toml", "-o", "b.h5", "--set", "survey.file=mine.csv", says="toolface")
