@@ -24,9 +24,10 @@ numbers are tied to commands by comments that no reader sees, behind the text th
   written as in the text: −.5, 1,000, 4·10⁻¹², 12 % (= .12), ∞. Trailing zeros of a whole number count up to its second
   digit: 6800 stands for 6750 to 6850. The numbers 0 and 1 are exact.
 * An expression is Python. A table's name selects rows by the values of columns and gives columns: table(column="value",
-  other=["a", "b"]).column; rows come in the order of a list's values. Where a column's name has a dot, write "_". A map's
-  name selects by its axes: azimuth_ratio(inclination=90, azimuth=90). `samples("realisations")` and `config` are there,
-  too. max, min, median, mean, abs, sqrt, count, rows work on columns; several values are separated by commas.
+  other=["a", "b"]).column; rows come in the order of a list's values, the
+  first list slowest. Where a column's name has a dot, write "_". A map's
+  name selects by its axes: azimuth_ratio(inclination=90, azimuth=90). samples("realisations") is there, too. max, min, median, mean, abs, sqrt, count, rows work on columns; several values are separated by commas. rows.cells("a",
+  "b") gives two columns row by row. A line `let NAME = EXPRESSION` before the numbers gives a name to what several of them use.
 
 A value of Monte Carlo has an interval, 95 % in the file. Here it is widened to what all numbers of the page keep together
 with probability 99 %, and once more by the square root of 2, because the number in the text is a draw as well. Products and
@@ -207,7 +208,7 @@ class Rows:
 
     def __call__(self, **wanted):
         index = self._index
-        for key, value in wanted.items():
+        for key, value in reversed(wanted.items()):  # the first key varies slowest
             column = self._columns[self._column(key)]
             choices = value if isinstance(value, (list, tuple)) else [value]
             index = np.concatenate([index[np.asarray(equal(column[index], c), bool)] for c in choices])
@@ -232,7 +233,15 @@ class Rows:
         if name + "_ci_low" in self._columns:
             low, high = (self._columns[f"{name}_ci_{end}"][self._index] for end in ("low", "high"))
             half = np.nan_to_num(np.maximum(high - column, column - low), nan=0.0, posinf=0.0)
+        if name == "published_ratio" and "monte_carlo_ci_low" in self._columns:  # published / monte_carlo
+            monte_carlo = self.monte_carlo
+            half = np.abs(column * monte_carlo.half / monte_carlo.values)
         return Measured(column, half)
+
+    def cells(self, *names):
+        """Several columns, row by row, as a table of the text has them."""
+        columns = [Measured.of(getattr(self, name)) for name in names]
+        return Measured(np.stack([c.values for c in columns], 1).ravel(), np.stack([c.half for c in columns], 1).ravel())
 
     def __len__(self):
         return len(self._index)
@@ -248,7 +257,7 @@ def names_of(path):
         isinf=lambda x: np.isinf(Measured.of(x).values), samples=lambda name: opened(path, "samples", name),
         N_E=["sigma3_north", "sigma3_east"], NEV=["sigma3_north", "sigma3_east", "sigma3_vertical"],
         GAINS=["sigma3_gain_x", "sigma3_gain_y", "sigma3_gain_z"], BIASES=["sigma3_bias_x", "sigma3_bias_y", "sigma3_bias_z"],
-        TESTS=["test 1", "test 2", "test 3", "test 4"])
+        each=lambda text, *words: [text.format(w) for w in words], TESTS=["test 1", "test 2", "test 3", "test 4"])
     with h5py.File(path) as file:
         for group in ("tables", "maps"):
             for name in file.get(group, {}):
@@ -306,6 +315,7 @@ class Tied(NamedTuple):
     line: int
     command: list  # arguments of surveymc
     small: list | None
+    lets: list  # names for parts of expressions: (line, name, expression)
     claims: list
 
 
@@ -346,7 +356,7 @@ def read_page(text):
         begin = max(b for b, _ in bounds if b <= hit.start())
         seen = plain(text[begin:hit.start()])
         head, *rest = hit[1].split("\n")
-        command, small, claims = command_of(head, line), None, []
+        command, small, lets, claims = command_of(head, line), None, [], []
         for number, raw in enumerate(rest, line + 1):
             raw = raw.strip()
             if not raw:
@@ -354,6 +364,9 @@ def read_page(text):
             if raw.startswith("small: "):
                 options = raw.removeprefix("small: ")
                 small = command if options == "the same" else command[:2] + shlex.split(options)
+                continue
+            if let := re.fullmatch(r"let (\w+) = (.+)", raw):
+                lets.append((number, let[1], let[2]))
                 continue
             claim = CLAIM.fullmatch(raw)
             if not claim:
@@ -368,12 +381,12 @@ def read_page(text):
                                 float(note.split("± ")[1]) if note.startswith("small") else None, note == "full"))
         if not claims:
             raise Wrong(f"{line}: no number")
-        stated = plain(text[max((m.start() for m in re.finditer(r"^## ", text[:hit.start()], re.M)), default=0):hit.start()])
+        chapter = max((m.start() for m in re.finditer(r"^## ", text[:hit.start()], re.M)), default=0)
         config = pathlib.Path(command[1])
-        named = len(command) == 2 and re.search(rf"(?<![\w.]){re.escape(config.stem)}(?![\w])", stated)
-        if not named and "surveymc " + shlex.join(command) not in stated:
+        named = len(command) == 2 and re.search(rf"(?<![\w.]){re.escape(config.stem)}(?!\w)", plain(text[chapter:hit.start()]))
+        if not named and command not in [words for _, words, _ in commands_shown(text[chapter:hit.start()])]:
             raise Wrong(f"{line}: the text does not say 'surveymc {shlex.join(command)}'")
-        found.append(Tied(line, command, small, claims))
+        found.append(Tied(line, command, small, lets, claims))
     return found
 
 
@@ -405,12 +418,12 @@ def not_tied(text, tied):
             bad.append(f"{line}: `{whole}` is not whole: surveymc run configs/…")
         elif words not in known and len(words) > 2:
             bad.append(f"{line}: no number is tied to `{whole}` (or <!-- not run: WHY --> behind it)")
-    for begin, end in sections(text):
+    for begin, _ in sections(text):
         if not text.startswith("## ", begin):
             continue
-        whole = text[begin:text.find("\n## ", begin + 1) if "\n## " in text[begin + 1:] else end]
-        if not COMMENT.search(whole):
-            bad.append(f"{text.count(chr(10), 0, begin) + 1}: no number is tied: {whole.splitlines()[0]}")
+        whole = re.split(r"^## ", text[begin + 1:], 1, re.M)[0]
+        if not COMMENT.search(whole) and "<!-- not run: " not in whole:
+            bad.append(f"{text.count(chr(10), 0, begin) + 1}: no number is tied: #{whole.splitlines()[0]}")
     return bad
 
 
@@ -453,18 +466,28 @@ def compare(claim, measured, factor, small):
     words, wrong = [], []
     for number, value, half in zip(quoted, measured.values, measured.half):
         own = small and claim.small is not None
-        slack = number.rounding * (1 + 1e-9) + (claim.small if own else factor * half) + 1e-9 * abs(number.value)
+        width = claim.small if own else factor * half
+        slack = number.rounding * (1 + 1e-9) + width + 1e-9 * abs(number.value)
         if claim.relation == "=":
             good = value == number.value if math.isinf(number.value) else abs(value - number.value) <= slack
         elif claim.relation == ">=":
             good = value <= number.value + (slack - number.rounding)
         else:
             good = value >= number.value - (slack - number.rounding)
-        word = f"{number.text}: {value:.5g}" + (f" ± {factor * half:.2g}" if half else "")
+        word = f"{number.text}: {value:.5g}" + (f" ± {width:.2g}" if width else "")
         words.append(word)
         if not good:  # NaN is never good
             wrong.append(word)
     return "; ".join(words), "; ".join(wrong)
+
+
+def value_of(expression, names, line):
+    try:
+        return eval(expression, names)
+    except Wrong:
+        raise
+    except Exception as error:  # whatever an expression can do wrong
+        raise Wrong(f"{line}: {expression}: {type(error).__name__}: {error}") from error
 
 
 def check_page(program, page, options, folder):
@@ -488,13 +511,18 @@ def check_page(program, page, options, folder):
         commands.add(shlex.join(arguments))
         if took:
             seconds.append((took, shlex.join(arguments)))
+        try:
+            for line, name, expression in t.lets:
+                names[name] = value_of(expression, names, line)
+        except Wrong as error:
+            bad.append(str(error))
+            continue
         for claim in claims:
             try:
-                words, wrong = compare(claim, joined(eval(claim.expression, names)), factor, not options.full)
+                value = joined(value_of(claim.expression, names, claim.line))
+                words, wrong = compare(claim, value, factor, not options.full)
             except Wrong as error:
                 words, wrong = "", str(error)
-            except Exception as error:  # of the expression
-                words, wrong = "", f"{claim.expression}: {type(error).__name__}: {error}"
             count += len(numbers_in(claim.quote))
             if wrong:
                 bad.append(f"{claim.line}: {wrong}    (surveymc {shlex.join(arguments)})")
