@@ -15,7 +15,7 @@ numbers are tied to commands by comments that no reader sees, behind the text th
     50 times = ... [full]
     -->
 
-* The first line is the whole command, as it stands in the text, or the config alone, if the text names that. The line
+* The first line is the whole command, as it stands in the text (of docs/studies.md), or the config alone, if the text names that. The line
   `small:` has the options of a run of seconds instead of the command's own. `small: the same` runs the command as it is.
   Without that line the command is run with --full only.
 * Each other line has a quote, a relation and an expression. The quote stands in the text between the heading (or the table's
@@ -250,7 +250,7 @@ class Rows:
 def names_of(path):
     """Names of an expression: tables and maps of a result file, and a few functions."""
     names = dict(
-        __builtins__={}, max=at(np.nanargmax), min=at(np.nanargmin), abs=abs, inf=math.inf, rows=len, row=joined, any=np.any,
+        __builtins__={}, max=at(np.nanargmax), min=at(np.nanargmin), abs=abs, inf=math.inf, rows=len, row=lambda *x: joined(x), any=np.any,
         median=lambda *x: Measured(np.median(joined(x).values)), mean=lambda *x: Measured(np.mean(joined(x).values)),
         sd=lambda *x: Measured(np.std(joined(x).values, ddof=1)), sqrt=lambda x: Measured.of(x) ** 0.5,
         count=lambda x: int(np.sum(np.asarray(x, bool))), share=lambda x: float(np.mean(np.asarray(x, bool))),
@@ -348,8 +348,11 @@ def sections(text):
     return list(zip(starts, [*starts[1:], len(text)]))
 
 
-def read_page(text):
-    """All that is tied to commands. Wrong, with the line, where it is not written as it has to be."""
+def read_page(text, says_command):
+    """All that is tied to commands. Wrong, with the line, where it is not written as it has to be.
+
+    says_command: the text has to say the command, or name its config, in the chapter of the comment.
+    """
     found, bounds = [], sections(text)
     for hit in COMMENT.finditer(text):
         line = text.count("\n", 0, hit.start()) + 1
@@ -384,7 +387,7 @@ def read_page(text):
         chapter = max((m.start() for m in re.finditer(r"^## ", text[:hit.start()], re.M)), default=0)
         config = pathlib.Path(command[1])
         named = len(command) == 2 and re.search(rf"(?<![\w.]){re.escape(config.stem)}(?!\w)", plain(text[chapter:hit.start()]))
-        if not named and command not in [words for _, words, _ in commands_shown(text[chapter:hit.start()])]:
+        if says_command and not named and command not in [words for _, words, _ in commands_shown(text[chapter:hit.start()])]:
             raise Wrong(f"{line}: the text does not say 'surveymc {shlex.join(command)}'")
         found.append(Tied(line, command, small, lets, claims))
     return found
@@ -492,7 +495,7 @@ def value_of(expression, names, line):
 
 def check_page(program, page, options, folder):
     text = page.read_text()
-    tied = read_page(text)
+    tied = read_page(text, page.name == ALL_TIED)
     bad = not_tied(text, tied) if page.name == ALL_TIED else []
     if options.syntax:
         for t in tied:
