@@ -15,27 +15,28 @@ numbers are tied to commands by comments that no reader sees, behind the text th
     50 times = ... [full]
     -->
 
-* The first line is the whole command, as it stands in the text (of docs/studies.md), or the config alone, if the text names that. The line
-  `small:` has the options of a run of seconds instead of the command's own. `small: the same` runs the command as it is.
-  Without that line the command is run with --full only.
-* Each other line has a quote, a relation and an expression. The quote stands in the text between the heading (or the table's
-  head) and the comment, word by word, its line breaks aside. All numbers in it are compared, in their order, with the
-  values of the expression. `=`: the value rounds to the number; `>=`, `<=`: the number bounds the value. Numbers are
-  written as in the text: −.5, 1,000, 4·10⁻¹², 12 % (= .12), ∞. Trailing zeros of a whole number count up to its second
-  digit: 6800 stands for 6750 to 6850. The numbers 0 and 1 are exact.
-* An expression is Python. A table's name selects rows by the values of columns and gives columns: table(column="value",
-  other=["a", "b"]).column; rows come in the order of a list's values, the
-  first list slowest. Where a column's name has a dot, write "_". A map's
-  name selects by its axes: azimuth_ratio(inclination=90, azimuth=90). samples("realisations") is there, too. max, min, median, mean, abs, sqrt, count, rows work on columns; several values are separated by commas. rows.cells("a",
-  "b") gives two columns row by row. A line `let NAME = EXPRESSION` before the numbers gives a name to what several of them use.
+* The first line is the whole command as it stands in the text, or the config alone, if the text names that (checked in
+  docs/studies.md). The line `small:` has the options of a run of seconds instead of the command's own; `small: the same`
+  runs the command as it is. Without that line the command is run with --full only.
+* Each other line has a quote, a relation and an expression. The quote stands in the text between the heading and the
+  comment, word by word, its line breaks aside. All numbers in it are compared, in their order, with the values of the
+  expression. `=`: the value rounds to the number; `>=`, `<=`: the number bounds the value. Numbers are written as in the
+  text: −.5, 1,000, 4·10⁻¹², 12 % (= .12), ∞. Trailing zeros of a whole number count up to its second digit: 6800 stands
+  for 6750 to 6850. The numbers 0 and 1 are exact.
+* An expression is Python. The name of a table selects rows by the values of columns and gives columns:
+  table(column="value", other=["a", "b"]).column. Rows come in the order of a list's values, the first list slowest. Where
+  a column's name has a dot, write "_". The name of a map selects by its axes: azimuth_ratio(inclination=90, azimuth=90).
+  samples("realisations") is there, too. max, min, median, mean, sd, abs, sqrt, count, share, rows work on columns; several
+  values are separated by commas. table().cells("a", "b") gives two columns row by row.
+* A line `let NAME = EXPRESSION` before the numbers gives a name to what several of them use.
 
 A value of Monte Carlo has an interval, 95 % in the file. Here it is widened to what all numbers of the page keep together
-with probability 99 %, and once more by the square root of 2, because the number in the text is a draw as well. Products and
-ratios of such values are taken as independent. What has no interval (medians, counts) has to come out in every digit, or
-states its own tolerance for the small run: `[small ± X]`. `[full]` is a number that a small run cannot say.
+with probability 99 %, and once more by the square root of 2, because the number in the text is a draw as well. Products
+and ratios of such values are taken as independent. What has no interval (medians, counts) has to come out in every digit,
+or states its own tolerance for the small run: `[small ± X]`. `[full]` is a number that a small run cannot say.
 
-Every command `surveymc run` in docs/studies.md has to be tied to a number, unless `<!-- not run: WHY -->` follows it.
-Exit: 0, or 1 with a line for every number that is wrong.
+Every command `surveymc run` in docs/studies.md has to be tied to a number, unless `<!-- not run: WHY -->` follows it, and
+every chapter of it has such numbers. Exit: 0, or 1 with a line for every number that is wrong.
 """
 import argparse
 import functools
