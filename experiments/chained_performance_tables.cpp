@@ -51,13 +51,15 @@ Table consistency_table(const ChainedScenario& s, const PerformanceLayout& layou
     if (!is_chained(s.estimators[e])) continue;
     const Moments& m = layout.moments(tally, e);
     const std::string& name = name_of(s.estimators[e]);
-    const auto compare = [&](const char* quantity, const Estimate& found, double expected) {
-      rows.push_back(labelled(name, compare_value(quantity, "1", found, expected, s.verdict, tally.trials)));
+    VerdictRule of_nees = s.verdict;
+    of_nees.margin = s.verdict.nees_margin;
+    const auto compare = [&](const char* quantity, const Estimate& found, double expected, const VerdictRule& rule) {
+      rows.push_back(labelled(name, compare_value(quantity, "1", found, expected, rule, tally.trials)));
     };
     for (std::size_t z = 0; z < kChainedZ; ++z)
-      compare(kChainedZNames[z], rms_estimate(m, layout.numbers.z_square(z), s.verdict.confidence), 1);
-    compare("nees", mean_estimate(m, layout.numbers.nees(), s.verdict.confidence), kChainedZ);
-    compare("cost", mean_estimate(m, layout.numbers.cost(), s.verdict.confidence), equations);
+      compare(kChainedZNames[z], rms_estimate(m, layout.numbers.z_square(z), s.verdict.confidence), 1, s.verdict);
+    compare("nees", mean_estimate(m, layout.numbers.nees(), s.verdict.confidence), kChainedZ, of_nees);
+    compare("cost", mean_estimate(m, layout.numbers.cost(), s.verdict.confidence), equations, s.verdict);
     rows.push_back(labelled(name, compare_sd("cost_sd", "1", 1, m, layout.numbers.cost(), std::sqrt(2 * equations),
                                              s.verdict, tally.trials)));
   }

@@ -67,15 +67,16 @@ void read_size(ConfigReader& e, const GrossErrorScenario& s, InjectedError& inje
     return;
   }
   e.require(!e.has(number_key), number_key, "not together with size");
-  const std::string size = e.choice("size", {"minimal_detectable", "nonlinear_detectable"});
+  const std::string size = e.choice("size", {"minimal_detectable", "nonlinear_detectable", "nonlinear_own_test"});
   injected.factor = all * e.number("factor", Range::closed(-100, 100), 1);
   injected.place = e.place("size");
   injected.error.size = 1;
-  injected.size = size == "minimal_detectable" ? InjectedError::Size::minimal_detectable
-                                               : InjectedError::Size::nonlinear_detectable;
+  injected.size = size == "minimal_detectable"     ? InjectedError::Size::minimal_detectable
+                  : size == "nonlinear_detectable" ? InjectedError::Size::nonlinear_detectable
+                                                   : InjectedError::Size::nonlinear_own_test;
   e.require(injected.size == InjectedError::Size::minimal_detectable ||
                 (s.attitudes.size() == 1 && !s.model.systematic_terms),
-            "size", "\"nonlinear_detectable\" is known for a single station only");
+            "size", fmt::format("\"{}\" is known for a single station only", size));
 }
 
 /// Size of an error that is detectable, in internal units.
@@ -86,8 +87,10 @@ double detectable_size(const GrossErrorScenario& s, const InjectedError& e) {
     e.place.require(sensitivity > 0, "the linear minimal detectable error is infinite at this attitude");
     return e.factor * lambda / sensitivity;
   }
+  const DetectedBy test =
+      e.size == InjectedError::Size::nonlinear_own_test ? DetectedBy::own_test : DetectedBy::general_test;
   const double detectable =
-      nonlinear_detectable_error(s.model, s.attitudes.front(), e.observation, lambda, e.factor < 0 ? -1 : 1);
+      nonlinear_detectable_error(s.model, s.attitudes.front(), e.observation, lambda, e.factor < 0 ? -1 : 1, test);
   e.place.require(std::isfinite(detectable), "the nonlinear minimal detectable error is infinite at this attitude");
   return std::abs(e.factor) * detectable;
 }

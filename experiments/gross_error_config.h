@@ -25,7 +25,7 @@ struct InjectedError {
   std::size_t station = 0;
   GrossError error;  ///< its number in the adjustment, and its size in internal units: of others than `given` 1
 
-  enum class Size { given, minimal_detectable, nonlinear_detectable } size = Size::given;
+  enum class Size { given, minimal_detectable, nonlinear_detectable, nonlinear_own_test } size = Size::given;
   double factor = 1;  ///< of a detectable size
   ConfigPlace place;  ///< of a detectable size
 };

@@ -8,6 +8,7 @@
 #include "reliability/identification.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/snooping.h"
+#include "stats/share_interval.h"
 #include "study/comparison.h"
 #include "study/table_rows.h"
 
@@ -18,6 +19,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 const double kNaN = std::nan("");
+constexpr double kMostFailed = 0.01;  // share of trials without a converged adjustment above which nothing is judged
 
 ErrorShift shift_of(const GrossErrorScenario& s, const VectorXd& w, double omega) {
   ErrorShift shift;
@@ -111,7 +113,9 @@ Table detection_table(const GrossErrorScenario& s, const GrossErrorPrediction& p
     const bool tested = p.model.columns.col(s.injected[k].error.number).squaredNorm() > 0;
     rate("design", "false_alarm_" + s.injected[k].label, layout.false_alarm(k), tested ? p.two_sided_alpha : 0, alarms);
   }
-  const Estimate share = mean_estimate(tally.moments, 0, s.verdict.confidence);
+  Estimate share = mean_estimate(tally.moments, 0, s.verdict.confidence);
+  if (tally.moments.count > 1)  // a share: its interval must not leave [0, 1]
+    share.interval = share_interval(share.value, tally.moments.variance(0), tally.moments.count, s.verdict.confidence);
   ComparisonRow mean = compare_value("false_alarm_mean", "1", share, p.two_sided_alpha, alarms, tally.trials);
   mean.formulation = "design";
   mean.note = tally.moments.count > 1 ? "mean over all observations that can be tested" : "";
@@ -149,6 +153,14 @@ Table detection_table(const GrossErrorScenario& s, const GrossErrorPrediction& p
                                 layout.outcome(k, o), predicted, s.verdict);
       if (predicted == 0 && row.monte_carlo == 0) row.verdict = "agrees";
     }
+  if (static_cast<double>(tally.failed) > kMostFailed * static_cast<double>(tally.trials))
+    for (ComparisonRow& row : rows) {
+      // The trials that are left are not a sample of all: no rate of theirs can be judged
+      if (!row.verdict.empty() || std::isfinite(row.analytic)) row.verdict = "undecided";
+      const std::string why = fmt::format("{} of {} adjustments did not converge (more than {:g} %)", tally.failed,
+                                          tally.trials, 100 * kMostFailed);
+      row.note = row.note.empty() ? why : why + "; " + row.note;
+    }
   s.annotations.apply("detection", rows);
   return comparison_table(
       "detection", "false alarms, detection and identification of gross errors" + at_confidence(s.verdict.confidence),
@@ -163,8 +175,8 @@ Table injected_table(const GrossErrorScenario& s, const GrossErrorPrediction& p)
   std::size_t k = 0;
   write_rows(t, s.injected, [&](const InjectedError& e) {
     const double unit = observation_scale(e.observation), size = sensitivity[e.error.number];
-    const auto nonlinear = [&](int sign) {
-      return single ? nonlinear_detectable_error(s.model, s.attitudes.front(), e.observation, lambda, sign) * unit
+    const auto nonlinear = [&](int sign, DetectedBy test) {
+      return single ? nonlinear_detectable_error(s.model, s.attitudes.front(), e.observation, lambda, sign, test) * unit
                     : kNaN;
     };
     const auto shift = [&](const ErrorShift& x) { return k < x.w.size() ? x.w[k] : kNaN; };
@@ -176,8 +188,14 @@ Table injected_table(const GrossErrorScenario& s, const GrossErrorPrediction& p)
     t.number("size", "1", "the error, in the row's unit", e.error.size * unit);
     t.number("minimal_detectable_error", "1", "linear, in the row's unit",
              size > 0 ? lambda / size * unit : std::numeric_limits<double>::infinity());
-    t.number("nonlinear_detectable_error_plus", "1", "nonlinear, in the row's unit; single station only", nonlinear(1));
-    t.number("nonlinear_detectable_error_minus", "1", "the same for negative errors", nonlinear(-1));
+    t.number("nonlinear_detectable_error_plus", "1",
+             "nonlinear, by the general test, in the row's unit; single station only",
+             nonlinear(1, DetectedBy::general_test));
+    t.number("nonlinear_detectable_error_minus", "1", "the same for negative errors",
+             nonlinear(-1, DetectedBy::general_test));
+    t.number("nonlinear_own_test_plus", "1", "nonlinear, by the reading's own test",
+             nonlinear(1, DetectedBy::own_test));
+    t.number("nonlinear_own_test_minus", "1", "the same for negative errors", nonlinear(-1, DetectedBy::own_test));
     t.number("redundancy_number", "1", "redundancy number", redundancy[e.error.number]);
     t.number("shift_linear", "1", "of its w by all errors, linear theory", shift(p.linear));
     t.number("shift_nonlinear", "1", "of its w by all errors, nonlinear adjustment without noise", shift(p.nonlinear));

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
+#include "estimate/estimators.h"
 #include "msa_position_scenario.h"
 #include "msa_prediction.h"
 
@@ -28,6 +29,8 @@ WellDesign read_well(ConfigReader& c, StudySeed seed) {
   w.toolface = toolface == "random"     ? ToolfaceSequence::random
                : toolface == "constant" ? ToolfaceSequence::constant
                                         : ToolfaceSequence::even;
+  if (w.toolface == ToolfaceSequence::random && !c.has("seed"))
+    c.fail("well.toolface", "\"random\" is drawn by the config's seed: give it, in the file's first lines");
   return w;
 }
 
@@ -92,8 +95,8 @@ BenefitScenario read_benefit_scenario(ConfigReader& c, StudySeed seed) {
   c.require(symmetric(s.noise.law), "noise.law", "must be symmetric about zero (\"gaussian\", \"uniform\")");
   s.errors = input_errors(s.noise, s.spread, s.field);
   s.estimator = read_estimator(c, s.errors, s.field);
-  c.require(s.estimator.name != "wls", "estimator.name",
-            "must be one that compares with a reference: wls takes the true attitude as known");
+  c.require(!estimator_kind(s.estimator.name).needs_attitude, "estimator.name",
+            "must be one that compares with a reference: " + s.estimator.name + " takes the true attitude as known");
   s.estimator.estimated = read_estimated(c);
   s.verdict = read_verdict_rule(c);
   read_verified(c, s);

@@ -115,7 +115,7 @@ std::uint64_t MsaPosition::trials_needed(const Tally& tally) const {
   double needed = 0;
   for (const std::string& quantity : s_.plan.quantities) {
     const ControlledEstimate e = sd_estimate(tally, component_of(quantity));
-    const bool controlled = s_.control_variate && tally.failed == 0;
+    const bool controlled = s_.control_variate;
     const Interval ci = controlled ? e.controlled_interval : e.plain_interval;
     const double width = (ci.hi - ci.lo) / 2 / (controlled ? e.controlled : e.plain) / s_.plan.relative_ci;
     needed = std::max(needed, std::isfinite(width) ? static_cast<double>(tally.trials) * width * width : 1e18);
@@ -188,6 +188,13 @@ Tally MsaPosition::run_block(TrialBlock block) const {
   // One quantity a column; a few spare rows, or all columns would fall into the same sets of the cache.
   Eigen::MatrixXd values(block.count + 8, at_.count);
   Eigen::MatrixXd controls(s_.control_variate ? block.count + 8 : 0, NoiseWeights::kSums);
+  // Controls of trials that are not in the statistics: of the failed, and of the others of their antithetic pairs.
+  std::vector<Eigen::VectorXd> lost;
+  const auto lose = [&](int t) {
+    if (!s_.control_variate) return;
+    lost.emplace_back(static_cast<int>(NoiseWeights::kSums));
+    for (int q = 0; q < NoiseWeights::kSums; ++q) lost.back()[q] = b.sums.value(t, q) - prediction_.linear.mean[q];
+  };
   Eigen::Index kept = 0;
   for (int begin = 0; begin < block.count; begin += batch) {
     const int count = std::min(batch, block.count - begin);
@@ -201,10 +208,12 @@ Tally MsaPosition::run_block(TrialBlock block) const {
       if (!converged(t)) {
         ++tally.failed;
         if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
+        lose(t);
         continue;
       }
       if (antithetic() && !converged(t ^ 1)) {
         ++tally.left_out;
+        lose(t);
       } else {
         auto x = values.row(kept);
         observe(b, t, x, tally.counts);
@@ -226,6 +235,14 @@ Tally MsaPosition::run_block(TrialBlock block) const {
     const auto [i, j] = kControlledPairs[p];
     const Eigen::MatrixXd columns = control_columns(values.col(i).head(kept), values.col(j).head(kept),
                                                     controls.col(i).head(kept), controls.col(j).head(kept));
+    tally.controlled.push_back(Moments::of(columns));
+    if (antithetic()) tally.controlled_pairs.push_back(Moments::of(pair_means(columns)));
+  }
+  for (std::size_t p = 0; p < kControlledPairs.size() && !lost.empty(); ++p) {
+    const auto [i, j] = kControlledPairs[p];
+    Eigen::MatrixXd of_pair(static_cast<Eigen::Index>(lost.size()), 2);
+    for (std::size_t t = 0; t < lost.size(); ++t) of_pair.row(static_cast<Eigen::Index>(t)) << lost[t][i], lost[t][j];
+    const Eigen::MatrixXd columns = lost_columns(of_pair.col(0), of_pair.col(1));
     tally.controlled.push_back(Moments::of(columns));
     if (antithetic()) tally.controlled_pairs.push_back(Moments::of(pair_means(columns)));
   }
@@ -331,11 +348,17 @@ Eigen::MatrixXd MsaPosition::covariance(const Tally& tally) const {
   return antithetic() ? paired_covariance(tally.moments, tally.pairs) : tally.moments.covariance();
 }
 
+LostTrials MsaPosition::lost_trials(const Tally& tally, std::size_t p) {
+  const std::size_t at = kControlledPairs.size() + p;
+  return {at < tally.controlled.size() ? &tally.controlled[at] : nullptr,
+          at < tally.controlled_pairs.size() ? &tally.controlled_pairs[at] : nullptr};
+}
+
 ControlledEstimate MsaPosition::sd_estimate(const Tally& tally, int component) const {
   const auto p = static_cast<std::size_t>(component);  // kControlledPairs begins with the nine variances
   if (s_.control_variate)
     return controlled_sd(tally.controlled[p], prediction_.linear.covariance(component, component),
-                         s_.verdict.confidence, controlled_pairs(tally, p));
+                         s_.verdict.confidence, controlled_pairs(tally, p), lost_trials(tally, p));
   ControlledEstimate e;
   const SampleSummary s = sample(tally, component);
   e.plain = std::sqrt(s.variance);

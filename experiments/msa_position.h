@@ -69,6 +69,8 @@ class MsaPosition final : public StudyPoint {
   const Moments* controlled_pairs(const Tally& tally, std::size_t p) const {
     return antithetic() ? &tally.controlled_pairs[p] : nullptr;
   }
+  /// The same of the trials that are not in the statistics; nothing where none failed.
+  static LostTrials lost_trials(const Tally& tally, std::size_t p);
   ControlledEstimate sd_estimate(const Tally& tally, int component) const;
 
   std::vector<ComparisonRow> parameter_rows(const Tally& tally) const;

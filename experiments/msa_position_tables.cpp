@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "estimate/estimators.h"
 #include "msa_position.h"
 #include "stats/tests.h"
 #include "study/position_comparison.h"
@@ -34,7 +35,7 @@ std::vector<ComparisonRow> MsaPosition::parameter_rows(const Tally& tally) const
     rows.back().formulation = "first_order";
   }
   // What the estimator says of itself, by the errors it assumes; of MSA, which assumes nothing, there is no such claim.
-  for (int i = 0; i < 6 && s_.estimator.name != "msa"; ++i) {
+  for (int i = 0; i < 6 && estimator_kind(s_.estimator.name).weighs; ++i) {
     const auto a = static_cast<std::size_t>(i);
     const double claimed = predicted                 ? std::sqrt(prediction_.claimed_covariance(i, i))
                            : tally.moments.count > 0 ? std::sqrt(tally.moments.mean[at_.claimed + i])

@@ -90,8 +90,13 @@ Table MsaPosition::correlation_table(const Tally& tally) const {
 /// Plain and controlled estimates side by side. The controlled one removes what the first-order prediction says of the
 /// very noise of each trial: its interval is narrower, and its difference from the analytic value is nonlinearity.
 Table MsaPosition::control_variate_table(const Tally& tally) const {
-  TableRows t("control_variate",
-              "estimates without and with the first-order prediction of each trial as control variate" + intervals_);
+  std::string title =
+      "estimates without and with the first-order prediction of each trial as control variate" + intervals_;
+  if (tally.failed > 0)
+    title +=
+        fmt::format("; of the converged trials: {} failed ({:.2g} of all), whose control is known and accounted for",
+                    tally.failed, static_cast<double>(tally.failed) / static_cast<double>(tally.trials));
+  TableRows t("control_variate", title);
   const double nan = std::nan("");
   const auto put = [&](const std::string& quantity, const std::string& unit, const ControlledEstimate& e, double offset,
                        double factor, double analytic, bool judged) {
@@ -109,12 +114,12 @@ Table MsaPosition::control_variate_table(const Tally& tally) const {
     t.number("variance_reduction", "1",
              "how many times more independent trials the plain estimate needs for the same interval",
              e.variance_reduction);
+    t.number("margin", "1", "what agrees: the ratio within 1 -+ margin", judged ? s_.verdict.margin : nan);
     t.word("verdict", "agrees, differs or undecided, by the controlled estimate",
            judged ? judge(ratio, s_.verdict.margin, tally.trials).word : "");
     write_counts(t, tally);
   };
-  // Without the trials that failed, the mean of the control is no longer known.
-  if (tally.failed > 0 || units(tally) < 20) {
+  if (units(tally) < 20) {
     put("", "", {}, 0, 1, nan, false);
     t.drop_rows();
     return t.take();
@@ -125,8 +130,9 @@ Table MsaPosition::control_variate_table(const Tally& tally) const {
                         double offset) {
     const auto p = static_cast<std::size_t>(i);
     const Moments *m = &tally.controlled[p], *pairs = controlled_pairs(tally, p);
-    put(mean_name, unit, controlled_mean(*m, linear(i, i), confidence, pairs), offset, 1, 0, false);
-    put("sigma3_" + name, unit, controlled_sd(*m, linear(i, i), confidence, pairs), 0, 3, std::sqrt(linear(i, i)),
+    const LostTrials lost = lost_trials(tally, p);
+    put(mean_name, unit, controlled_mean(*m, linear(i, i), confidence, pairs, lost), offset, 1, 0, false);
+    put("sigma3_" + name, unit, controlled_sd(*m, linear(i, i), confidence, pairs, lost), 0, 3, std::sqrt(linear(i, i)),
         true);
   };
   for (std::size_t i = 0; i < 6; ++i)
@@ -140,8 +146,10 @@ Table MsaPosition::control_variate_table(const Tally& tally) const {
       const auto [i, j] = kControlledPairs[p];
       put(fmt::format("covariance_{}_{}", kDirections[static_cast<std::size_t>(i - MsaComponents::position)],
                       kDirections[static_cast<std::size_t>(j - MsaComponents::position)]),
-          "m2", controlled_covariance(tally.controlled[p], linear(i, j), confidence, controlled_pairs(tally, p)), 0, 1,
-          linear(i, j), false);
+          "m2",
+          controlled_covariance(tally.controlled[p], linear(i, j), confidence, controlled_pairs(tally, p),
+                                lost_trials(tally, p)),
+          0, 1, linear(i, j), false);
     }
   }
   return t.take();

@@ -57,6 +57,7 @@ MwdScenario read_mwd_scenario(ConfigReader& c, StudySeed seed) {
   s.alarm_sd = c.number("filter.alarm_sd", Range::positive(), 3);
   s.verdict.confidence = c.number("verdict.confidence", Range::open(0, 1), 0.95);
   s.verdict.margin = c.number("verdict.margin", Range::open(0, 1), s.verdict.margin);
+  s.verdict.nees_margin = c.number("verdict.nees_margin", Range::open(0, 1), s.verdict.nees_margin);
   const std::vector<double> no_rows;
   const MwdOutcomes none(no_rows);
   std::vector<RowName> names;

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "estimate/estimators.h"
 #include "propagate/well_covariance.h"
 #include "survey/minimum_curvature.h"
 
@@ -17,7 +18,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 const std::vector<std::string>& readings_estimators() {
-  static const std::vector<std::string> names{"msa", "msa_weighted", "msa_joint", "wls_consider"};
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const EstimatorKind& k : estimators())
+      if (!k.needs_attitude && k.predict) all.emplace_back(k.name);
+    return all;
+  }();
   return names;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "reliability/adjustment.h"
 #include "reliability/nonlinear_detectable.h"
@@ -15,13 +16,22 @@ namespace {
 struct SlowLayer {
   const char *name, *meaning;
 };
-constexpr std::array<SlowLayer, 4> kSlow{{
+constexpr std::array<SlowLayer, 10> kSlow{{
     {"max_correlation", "largest |correlation| of the test with another one; 1: not separable"},
     {"minimal_identifiable_error",
      "smallest error that is detected and has the larger |w| against every other "
      "observation in turn, each with probability `power`"},
-    {"nonlinear_detectable_error_plus", "minimal detectable error without linearisation, positive sign"},
-    {"nonlinear_detectable_error_minus", "minimal detectable error without linearisation, negative sign"},
+    {"nonlinear_detectable_error_plus",
+     "minimal detectable error without linearisation, positive sign, by the general test"},
+    {"nonlinear_detectable_error_minus",
+     "minimal detectable error without linearisation, negative sign, by the general test"},
+    {"nonlinear_own_test_plus", "the same by the observation's own test, positive sign"},
+    {"nonlinear_own_test_minus", "the same by the observation's own test, negative sign"},
+    {"nonlinear_external_inclination_deg",
+     "effect on the inclination of the nonlinear detectable error (general test) with the sign that turns it more"},
+    {"nonlinear_external_toolface_deg", "the same on the toolface, at most 180"},
+    {"nonlinear_external_azimuth_deg", "the same on the magnetic azimuth, at most 180"},
+    {"linear_differs", "1 where nabla_0 of linear theory is off by more than 20 % for either sign (general test)"},
 }};
 
 const char* fast_meaning(MapQuantity q) {
@@ -50,6 +60,48 @@ std::size_t fast_number(const std::string& layer) {
   const auto& names = map_quantity_names();
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), layer) - names.begin());
 }
+
+/// A linear effect beyond half a turn is no angle: no bound is known.
+void without_impossible_angles(MapQuantity quantity, std::vector<double>& values) {
+  if (quantity != MapQuantity::external_inclination && quantity != MapQuantity::external_toolface &&
+      quantity != MapQuantity::external_azimuth)
+    return;
+  for (double& x : values)
+    if (std::abs(x) > 180) x = std::copysign(std::numeric_limits<double>::infinity(), x);
+}
+
+bool is_detectable_layer(const std::string& l) {
+  return l.starts_with("nonlinear_detectable_error") || l.starts_with("nonlinear_own_test");
+}
+bool is_effect_layer(const std::string& l) { return l.starts_with("nonlinear_external") || l == "linear_differs"; }
+
+/// The effect layers of one observation at one point.
+class NonlinearEffects {
+ public:
+  NonlinearEffects(const AdjustmentModel& m, const Attitude& at, std::size_t observation, double lambda0)
+      : linear_(station_reliability(m, at, lambda0)[observation].detectable) {
+    for (const int sign : {1, -1}) {
+      const DetectedError e = detected_error(m, at, observation, lambda0, sign, DetectedBy::general_test);
+      const AngleEffects a = angle_effects(at, e);
+      const std::array<double, 3> angles{a.inclination, a.toolface, a.azimuth};
+      for (std::size_t k = 0; k < 3; ++k)
+        if (sign > 0 || std::abs(angles[k]) > std::abs(angles_[k])) angles_[k] = angles[k];
+      const double size = std::abs(e.size);
+      if (std::isinf(size) != std::isinf(linear_) ||
+          (std::isfinite(size) && (size > 1.2 * linear_ || linear_ > 1.2 * size)))
+        differs_ = true;
+    }
+  }
+  double of(const std::string& layer) const {
+    if (layer == "linear_differs") return differs_ ? 1 : 0;
+    return angles_[layer.ends_with("inclination_deg") ? 0 : layer.ends_with("toolface_deg") ? 1 : 2] / kDegree;
+  }
+
+ private:
+  double linear_;
+  std::array<double, 3> angles_{};
+  bool differs_ = false;
+};
 
 /// Correlation and identifiable error of the observations of one point.
 struct Separability {
@@ -128,7 +180,8 @@ std::string layer_meaning(const std::string& layer) {
 }
 
 std::string layer_unit(const std::string& layer, const ErrorSubject& subject) {
-  if (layer == "max_correlation") return "1";
+  if (layer == "max_correlation" || layer == "linear_differs") return "1";
+  if (layer.starts_with("nonlinear_external")) return "deg";
   const std::string response = response_unit(layer);
   if (!response.empty()) return response;
   if (is_slow_layer(layer) || layer == "minimal_detectable_error") return subject_unit(subject);
@@ -173,18 +226,21 @@ std::vector<std::vector<std::vector<double>>> layer_values(const LayerModel& m,
   for (const ErrorSubject& s : subjects) observations.push_back(s.observations.front());
   std::vector<MapQuantity> fast;
   std::vector<std::string> responses;
-  bool tells_apart = false, nonlinear = false;
+  bool tells_apart = false, has_effects = false;
   for (const std::string& l : layers) {
     if (fast_number(l) < kMapQuantities) fast.push_back(static_cast<MapQuantity>(fast_number(l)));
     if (is_response_layer(l)) responses.push_back(l);
     tells_apart |= l == "max_correlation" || l == "minimal_identifiable_error";
-    nonlinear |= l.starts_with("nonlinear");
+    has_effects |= is_effect_layer(l);
   }
   auto from_kernel = m.maps->values(observations, fast, first, count);
   for (std::size_t o = 0; o < observations.size(); ++o) {
     std::size_t next = 0;
     for (std::size_t l = 0; l < layers.size(); ++l)
-      if (fast_number(layers[l]) < kMapQuantities) out[o][l] = std::move(from_kernel[o][next++]);
+      if (fast_number(layers[l]) < kMapQuantities) {
+        out[o][l] = std::move(from_kernel[o][next++]);
+        without_impossible_angles(static_cast<MapQuantity>(fast_number(layers[l])), out[o][l]);
+      }
   }
   if (fast.size() == layers.size()) return out;
   for (std::size_t k = 0; k < count; ++k) {
@@ -197,14 +253,19 @@ std::vector<std::vector<std::vector<double>>> layer_values(const LayerModel& m,
     const Attitude attitude{p.inclination_deg * kDegree, p.magnetic_azimuth_deg * kDegree, p.toolface_deg * kDegree};
     for (std::size_t o = 0; o < observations.size(); ++o) {
       std::size_t next = 0;
+      std::optional<NonlinearEffects> effects;
+      if (has_effects) effects.emplace(at, attitude, observations[o], m.lambda0);
       for (std::size_t l = 0; l < layers.size(); ++l) {
+        if (is_effect_layer(layers[l])) out[o][l][k] = effects->of(layers[l]);
         if (layers[l] == "max_correlation") out[o][l][k] = apart[o].correlation;
         if (layers[l] == "minimal_identifiable_error") out[o][l][k] = apart[o].identifiable;
         if (is_response_layer(layers[l])) out[o][l][k] = response[o][next++];
-        if (nonlinear && layers[l].starts_with("nonlinear"))
-          out[o][l][k] = nonlinear_detectable_error(at, attitude, observations[o], m.lambda0,
-                                                    layers[l].ends_with("plus") ? 1 : -1) *
-                         observation_scale(observations[o]);
+        if (is_detectable_layer(layers[l]))
+          out[o][l][k] =
+              nonlinear_detectable_error(
+                  at, attitude, observations[o], m.lambda0, layers[l].ends_with("plus") ? 1 : -1,
+                  layers[l].starts_with("nonlinear_own_test") ? DetectedBy::own_test : DetectedBy::general_test) *
+              observation_scale(observations[o]);
       }
     }
   }

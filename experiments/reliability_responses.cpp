@@ -144,7 +144,9 @@ std::vector<double> combination_values(const LayerModel& m, const GridPoint& p, 
       1e-12 / kDegree, 1e-12 / kDegree, 1e-12 / kDegree, 1e-12 * m.model.field.gravity, 1e-12 * m.model.field.total,
       1e-12 / kDegree};
   const auto external = [&](std::size_t k) {
-    return std::abs(per_length[k]) <= nothing[k] && std::isinf(detectable) ? 0 : per_length[k] * detectable;
+    const double effect =
+        std::abs(per_length[k]) <= nothing[k] && std::isinf(detectable) ? 0 : per_length[k] * detectable;
+    return k < 3 && std::abs(effect) > 180 ? std::copysign(kInfinity, effect) : effect;  // no angle: no bound known
   };
   std::vector<double> values;
   for (const std::string& l : layers) {

@@ -55,6 +55,7 @@ struct Scenario {
   ToolfacePlan plan;
   SensorTermArray sd{};
   std::vector<int> reported;  ///< stations, ascending
+  bool first_is_tie_on = false;
   VerdictRule verdict;
   Annotations annotations;
 };
@@ -107,6 +108,7 @@ Scenario read_scenario(ConfigReader& c, StudySeed seed) {
   c.require(std::any_of(s.sd.begin(), s.sd.end(), [](double x) { return x > 0; }), "sensor_errors",
             "must have one size greater than 0");
   s.reported = read_reported(c, s.survey);
+  s.first_is_tie_on = c.choice("first_station", {"measured", "tie_on"}, "measured") == "tie_on";
   s.verdict = read_verdict_rule(c);
   s.annotations = Annotations::read(c, row_names());
   c.finish();
@@ -128,7 +130,9 @@ class SensorMonteCarlo final : public StudyPoint {
         setup_(std::move(setup)),
         stream_(stream_of(s_.seed)),
         truth_(std::move(truth)),
-        predictions_(std::move(predictions)) {}
+        predictions_(std::move(predictions)) {
+    setup_.first_is_tie_on = s_.first_is_tie_on;
+  }
 
   Tally run_block(TrialBlock block) const override {
     const std::size_t depths = truth_.size();
@@ -332,7 +336,8 @@ class SensorMonteCarloPlan final : public PointPlan {
   std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
     return std::make_unique<SensorMonteCarlo>(
         s_, sensor_run_setup(s_.survey, s_.field, s_.sd, s_.plan, PositionMethod::minimum_curvature, s_.reported),
-        reported_positions(s_), predict_sensor_runs(s_.survey, s_.field, s_.sd, s_.plan, s_.reported));
+        reported_positions(s_),
+        predict_sensor_runs(s_.survey, s_.field, s_.sd, s_.plan, s_.reported, s_.first_is_tie_on));
   }
 
  private:

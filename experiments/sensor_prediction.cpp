@@ -39,10 +39,14 @@ PositionPrediction::PositionPrediction(const Matrix3d& c)
 
 std::vector<PositionPredictions> predict_sensor_runs(const Survey& survey, const ReferenceField& field,
                                                      const SensorTermArray& sd, const ToolfacePlan& plan,
-                                                     const std::vector<int>& reported) {
+                                                     const std::vector<int>& reported, bool first_is_tie_on) {
   const std::vector<double> md = survey.md();
   const std::vector<Vec3<double>> tangents = true_tangents(survey);
-  const auto covariances = [&](const std::vector<TangentErrors>& errors) {
+  const auto covariances = [&](std::vector<TangentErrors> errors) {
+    if (first_is_tie_on) {
+      errors.front().constant.setZero();
+      errors.front().independent.setZero();
+    }
     return propagate_tangent_errors(md, tangents, errors, PositionMethod::minimum_curvature);
   };
   using enum ToolfacePropagation;

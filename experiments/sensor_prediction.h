@@ -28,9 +28,10 @@ struct PositionPrediction {
 /// By formulation, in the order of kSensorFormulations.
 using PositionPredictions = std::vector<PositionPrediction>;
 
-/// At each of the `reported` stations.
+/// At each of the `reported` stations. `first_is_tie_on`: the first station's direction has no error, as in
+/// position_covariance; else it is measured.
 std::vector<PositionPredictions> predict_sensor_runs(const Survey& survey, const ReferenceField& field,
                                                      const SensorTermArray& sd, const ToolfacePlan& plan,
-                                                     const std::vector<int>& reported);
+                                                     const std::vector<int>& reported, bool first_is_tie_on);
 
 }  // namespace surveymc

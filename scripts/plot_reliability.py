@@ -101,8 +101,10 @@ def main():
         residuals = {unit: [Grid(file, n) for n in file["maps"] if n.startswith("residual_") and n.endswith(f"_{unit}")]
                      for unit in ("mps2", "nT", "deg")}
         directions = [Grid(file, n) for n in file["maps"] if n.startswith("direction_")]
-        nonlinear = [Grid(file, n) for n in ("nonlinear_detectable_error_plus", "nonlinear_detectable_error_minus")
+        nonlinear = [Grid(file, n) for n in ("nonlinear_detectable_error_plus", "nonlinear_detectable_error_minus",
+                                              "nonlinear_own_test_plus", "nonlinear_own_test_minus")
                      if f"maps/{n}" in file]
+        differs = Grid(file, "linear_differs") if "maps/linear_differs" in file else None
     tolerance = config.get("tolerance", {}).get(f"{effect_name}_deg")
 
     observations = detectable.axes.get("observation")
@@ -138,9 +140,9 @@ def main():
     draw = maps_figure if len(plane) == 2 else curves_figure
     plotting.save(draw(title, detectable, effect, plane if len(plane) == 2 else plane[0], rows, observation_of,
                        effect_name, tolerance), folder, f"{stem}_{effect_name}")
-    if len(plane) == 2 and len(nonlinear) == 2:
-        plotting.save(nonlinear_figure(title, [detectable, *nonlinear], plane, rows, observation_of), folder,
-                      f"{stem}_nonlinear")
+    if len(plane) == 2 and len(nonlinear) in (2, 4):
+        plotting.save(nonlinear_figure(title, [detectable, *nonlinear], plane, rows, observation_of, differs),
+                      folder, f"{stem}_nonlinear")
     if len(plane) == 2 and directions:
         plotting.save(direction_figure(title, directions, plane, rows), folder, f"{stem}_direction")
     if len(plane) == 1 and response and all(residuals[unit_of_residual(observation_of(c))] for _, c in rows):

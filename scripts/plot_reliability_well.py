@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Along a well: what an undetected error of the minimal detectable size in one reading does to the final position.
+"""Along a well: what the smallest error that is found, in one reading, does to the final position, without linearisation.
 
     plot_reliability_well.py RESULT.h5 [-o FOLDER]
 
 A panel for each point of the sweep, over measured depth, PNG and SVG next to the result. Rings: the station where an
-error in that observation matters most. A gap: an error of any size passes there (infinite). References that all stations
-share are horizontal lines.
+error in that observation matters most. Pale crosses: what linear theory says where it is off by more than 20 %. A gap: an
+error of any size passes there (infinite). References that all stations share are horizontal lines.
 """
 import os
 import textwrap
@@ -50,6 +50,11 @@ def main():
                 handles[NAMES[name]] = axes.axhline(size[0], color=colour, linestyle=line, linewidth=1.3)
             else:
                 handles[NAMES[name]], = axes.plot(own["md_m"], size, color=colour, linestyle=line, linewidth=1.3)
+                off = np.array([note == "linear differs" for note in own["note"]])
+                linear = np.asarray(own["linear_position_m"], float)
+                off &= np.isfinite(linear)
+                if off.any():
+                    axes.plot(np.asarray(own["md_m"])[off], linear[off], "x", color=colour, alpha=0.35, markersize=4)
                 worst = int(np.nanargmax(size))
                 axes.plot(own["md_m"][worst], size[worst], "o", color=colour, markersize=7, markerfacecolor="none")
             largest.append(np.nanmax(size))
@@ -63,7 +68,9 @@ def main():
     panels[0][0].yaxis.set_minor_formatter(plotting.matplotlib.ticker.NullFormatter())
     figure.legend(handles.values(), handles.keys(), loc="lower center", ncols=9, fontsize=9, columnspacing=1.4)
     words = "its worst toolface (x and y coincide)" if config.get("toolface") == "worst" else "the survey's toolface"
-    meaning = f"an undetected error (∇₀) in one reading of one station, at {words}; rings: worst station"
+    test = "the reading's own test" if config.get("detected_by") == "own" else "the general test"
+    meaning = (f"the smallest error that {test} finds in one reading of one station, at {words}, without linearisation; "
+               "rings: worst station; pale crosses: linear theory, where it is off by more than 20 %")
     figure.suptitle("\n".join([title, *textwrap.wrap(meaning, int(11 * figure.get_figwidth()))]), fontsize=10)
     figure.tight_layout(rect=(0, 0.06, 1, 1))
     folder = plotting.figures_folder(arguments.output, arguments.result)

@@ -105,11 +105,14 @@ def plane_of(grid, names):
     return (np.asarray(grid.axes[n], float) for n in (names[1], names[0]))
 
 
-def nonlinear_figure(title, grids, names, rows, observation_of):
-    """Detectable errors: linear, and without linearisation for both signs, on the same levels."""
-    words = ("linear", "nonlinear, positive", "nonlinear, negative")
-    figure, panels = plt.subplots(len(rows), 3, figsize=(11.4, 3.4 * len(rows) + 0.7), squeeze=False,
-                                  layout="constrained")
+def nonlinear_figure(title, grids, names, rows, observation_of, differs=None):
+    """Detectable errors on the same levels: linear, and without linearisation for both signs, by the general test and,
+    if there, by the reading's own. `differs`: where linear theory is off, as a line in the linear panel."""
+    words = ["linear", "general test, positive", "general test, negative", "own test, positive", "own test, negative"]
+    words = words[:len(grids)]
+    figure, panels = plt.subplots(len(rows), len(grids), figsize=(3.8 * min(len(grids), 3) + 2.6 * max(len(grids) - 3, 0),
+                                                                  3.4 * len(rows) + 0.7),
+                                  squeeze=False, layout="constrained")
     x, y = plane_of(grids[0], names)
     for row, (suffix, chosen) in zip(panels, rows):
         observation = observation_of(chosen)
@@ -117,8 +120,15 @@ def nonlinear_figure(title, grids, names, rows, observation_of):
         levels = levels_of(np.concatenate([s.ravel() for s in sizes]), 8, 0.995)
         for axes, size, word in zip(row, sizes, words):
             panel(axes, x, y, size, names, ", ".join(filter(None, (NAMES[observation], word, suffix))), levels=levels)
+        if differs is not None:
+            wrong = differs.slice(chosen)
+            if 0 < np.mean(wrong) < 1:
+                row[0].contour(x, y, wrong if wrong.shape == (len(y), len(x)) else wrong.T, [0.5], colors="#D55E00",
+                               linewidths=1.6)
     units = ", ".join(sorted({unit_of(grids[0], observation_of(chosen)) for _, chosen in rows}))
-    figure.suptitle(f"{title}\nminimal detectable errors ({units}); hatched: infinite (never detected)", fontsize=10)
+    line = "; inside the orange line linear theory is off by more than 20 %" if differs is not None else ""
+    figure.suptitle(f"{title}\nminimal detectable errors ({units}); hatched: infinite (never detected){line}",
+                    fontsize=10)
     return figure
 
 

@@ -54,7 +54,9 @@ Config Config::from_text(const std::string& text, const std::string& label, std:
 
 std::string Config::experiment() const { return impl_->doc->base.entry("experiment")->text; }
 
-std::uint64_t Config::seed() const { return static_cast<std::uint64_t>(impl_->doc->base.entry("seed")->integer); }
+bool Config::has_seed() const { return impl_->doc->base.entry("seed") != nullptr; }
+
+std::uint64_t Config::seed() const { return impl_->doc->seed(); }
 
 std::string Config::title() const {
   const TomlNode* n = impl_->doc->base.entry("title");

@@ -146,9 +146,10 @@ class Config {
   ~Config();
   Config(Config&&) noexcept;
 
-  /// experiment, seed (0 .. 2^63 - 1), both required, and title ("" if absent) of the file. No reader has to ask for
-  /// them.
+  /// experiment, required, seed (0 .. 2^63 - 1) and title ("" if absent) of the file. No reader has to ask for them.
+  /// seed() throws InputError where there is none: a file without is right where nothing is drawn.
   std::string experiment() const;
+  bool has_seed() const;
   std::uint64_t seed() const;
   std::string title() const;
 

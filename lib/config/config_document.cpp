@@ -81,13 +81,16 @@ void ConfigDocument::build(TomlNode root, const std::vector<std::string>& overri
   const TomlNode& experiment = required(*this, "experiment");
   if (!experiment.is_text()) refuse_kind(experiment, "experiment", "must be a string");
   if (experiment.text.empty()) refuse(experiment, "experiment", "must not be empty");
-  const TomlNode& seed = required(*this, "seed");
-  if (seed.kind != TomlNode::Kind::integer) refuse_kind(seed, "seed", "must be an integer");
-  if (seed.integer < 0) refuse(seed, "seed", "must be in [0, 9223372036854775807]");
+  if (const TomlNode* seed = base.entry("seed")) {
+    if (seed->kind != TomlNode::Kind::integer) refuse_kind(*seed, "seed", "must be an integer");
+    if (seed->integer < 0) refuse(*seed, "seed", "must be in [0, 9223372036854775807]");
+  }
   if (const TomlNode* title = base.entry("title"); title && !title->is_text()) {
     refuse_kind(*title, "title", "must be a string");
   }
 }
+
+std::uint64_t ConfigDocument::seed() const { return static_cast<std::uint64_t>(required(*this, "seed").integer); }
 
 // ----------------------------------------------------------------------------------------------------------- reading
 

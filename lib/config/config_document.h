@@ -43,6 +43,8 @@ struct ConfigDocument {
 
   /// Takes the parsed file apart and checks the keys that every file has. Set the members above `base` before.
   void build(TomlNode root, const std::vector<std::string>& overrides);
+  /// Throws InputError if there is none.
+  std::uint64_t seed() const;
   /// The config of one point. Throws InputError if there is no such point.
   TomlNode point_root(std::size_t point) const;
   void require_point(std::size_t point) const;

@@ -41,13 +41,7 @@ class Estimator {
 };
 
 struct EstimatorOptions {
-  /// What is minimised (field_fit.h, wls.h):
-  ///   msa           (Bh, Bv) of all stations against the reference, unweighted
-  ///   msa_weighted  the same with the covariance of (Bh, Bv), the reference's part as if new at every station
-  ///   msa_joint     (Bh, Bv) with the sensors' covariance; the reference (B, dip) is unknown too, with priors
-  ///   wls           readings against the true field in the tool frame (attitude known), with priors
-  ///   wls_consider  (Bh, Bv) with the sensors' covariance; the reference's error is considered, not estimated
-  std::string name = "msa";
+  std::string name = "msa";  ///< a line of the table of estimators (estimators.h); models: field_fit.h, wls.h
   /// "gauss_newton" (lanes), or "nlopt_neldermead", "nlopt_bobyqa", "nlopt_lbfgs" (one trial at a time; a second,
   /// independent way to the same minimum). wls is linear and has none.
   std::string solver = "gauss_newton";
@@ -57,11 +51,16 @@ struct EstimatorOptions {
   /// Which of gain x, y, z and bias x, y, z are unknowns. The others are taken as 1 and 0, whatever they are; their
   /// errors go into the estimates. Of wls all are.
   std::array<bool, 6> estimated{true, true, true, true, true, true};
+  /// Of msa_weighted, msa_joint and wls_consider, where the derivative by a gain is taken (field_fit.h): "measured", at
+  /// the reading, which is the minimum; or "fitted", at the fitted field, without its shift by noise. "": the one that
+  /// the table of estimators names.
+  std::string derivative;
 };
 
-/// Names that make_estimator knows, for messages and checks.
+/// Names of the table of estimators, of solvers and of derivatives, for messages and checks.
 const std::vector<std::string>& estimator_names();
 const std::vector<std::string>& solver_names();
+const std::vector<std::string>& derivative_names();
 
 /// `field` is the nominal reference: scale of the unknowns, and the point that weights are made at. `truth` (one entry
 /// a station) is what wls has to know; the others use it only with `expected`: readings (nT, one entry a station) that

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 
 #include "base/error.h"
+#include "estimate/estimators.h"
 #include "estimate/field_fit_estimators.h"
 #include "estimate/field_fit_lanes.h"
 #include "simd/instruction_set.h"
@@ -31,10 +32,13 @@ FieldFitModel field_fit_model(const EstimatorOptions& o, const ReferenceField& f
   m.total = field.total;
   m.estimated = o.estimated;
   if (o.name == "msa") return m;
+  require(o.name == "msa_weighted" || o.name == "msa_joint" || o.name == "wls_consider",
+          "estimator.name = \"{}\": no fit of the horizontal and vertical field", o.name);
   const InputErrors& a = o.assumed;
   require(a.magnetometer > 0, "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",
           a.magnetometer);
   m.joint = o.name == "msa_joint";
+  m.fitted_derivative = (o.derivative.empty() ? estimator_kind(o.name).derivative : o.derivative) == "fitted";
   // R has the reference's errors as if drawn anew at every station: for a joint estimate where they are.
   const bool in_weights = o.name == "msa_weighted" || (m.joint && a.reference_per_station);
   const double s2 = a.magnetometer * a.magnetometer;

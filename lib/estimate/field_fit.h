@@ -10,6 +10,14 @@
 /// that is B' = B + z0 sd_total, dip' = dip + z1 sd_dip with z ~ N(0, 1); else z = 0. Where a prior's sd is given as 0,
 /// that prior of p or q is absent.
 /// With W = 1, z = 0 and no priors this is MSA.
+///
+/// The equation of a gain at this minimum is  sum_k a_i'W r_k m_i + prior = 0,  a_i = d(Bh, Bv)/db_i: the derivative by
+/// a gain is the reading m_i, whose noise is in r_k too. So at the truth its expectation is not zero but
+/// s0^2 sum_k a_i'W a_i, and gains come out too large, by some (stations) sd(gain)^2: errors in variables (Fuller 1987,
+/// Measurement Error Models, 2.2). With `fitted_derivative` the reading is replaced there by that of the
+/// fitted field, the horizontal direction of the corrected reading times Bh' plus u times Bv', and the shift is gone to
+/// first order of the noise squared. These equations are no gradient of a cost; their root is looked for from the
+/// minimum.
 #include <array>
 
 #include <Eigen/Core>
@@ -31,6 +39,7 @@ struct FieldFitModel {
   double gain_prior = 0;                ///< weight (s0 / total)^2 / sd^2 of p - 1; 0: no prior
   std::array<double, 3> bias_prior{};   ///< the same of q / total, per axis
   std::array<bool, 6> estimated{true, true, true, true, true, true};  ///< of p, q; others stay at p = 1, q = 0
+  bool fitted_derivative = false;                                     ///< see above; else the minimum
 };
 
 /// Covariance of (Bh, Bv) at a station (nT^2), for unit gains: magnetometer noise s^2 1, a tilt of the down direction
@@ -40,8 +49,8 @@ Eigen::Matrix2d field_covariance(const InputErrors& assumed, const ReferenceFiel
 
 struct EstimatorOptions;  // of estimator.h, which no kernel includes
 
-/// What the estimator of this name (estimator.h; not wls) minimises. Throws InputError unless, for all but msa,
-/// assumed.magnetometer > 0 (weights are relative to it).
+/// What msa, msa_weighted, msa_joint and wls_consider minimise. Throws InputError on any other name, and unless, for
+/// all but msa, assumed.magnetometer > 0 (weights are relative to it).
 FieldFitModel field_fit_model(const EstimatorOptions& options, const ReferenceField& field);
 
 /// Residuals of one station before weighting, in units of the total field; m, bh_ref, bv_ref in the same unit.

@@ -10,6 +10,12 @@
 ///       [      .             .         c_l'W c_m    ]        [  c_l' f  ]
 /// Of the residuals Bh is curved, d2Bh/db2 = e e' / Bh, which adds f_h / Bh e_i e_j to M_ij for the exact second
 /// derivative, and the reference is, which adds to the lower right block.
+///
+/// The right side above has the *measured* reading m_i in the derivative by a gain. Its noise is in r too, so that the
+/// expectation of g_i m_i at the truth is not zero (errors in variables). The derivative at the *fitted* field
+///   b' = Bh' n + Bv' u,   m'_i = (b'_i + q_i) / p_i = m_i - s_i / p_i,   s = b - b' = r_h n + r_v u
+/// takes C_i / p_i from the equation of p_i, C_i = sum_k g_i s_i. With K_ij = delta_ij - (1 - r_h / Bh) e_i e_j,
+///   dC_i/db_j = M_ij s_i + K_ij g_i,   dC_i/dz_l = (a_i'W c_l) s_i + (a_i'c_l) g_i   (M with the second derivative).
 #include "estimate/field_fit.h"
 #include "estimate/newton.h"
 
@@ -21,16 +27,28 @@ struct FieldFitData {
   int stations, reference_stride;
 };
 
-/// N = 6: unknowns p, q / total. N = 8: z too.
-template <class T, std::size_t N, bool WithMatrix>
+/// What the derivative at the fitted field takes from the equations of p, and from the rows of their matrix.
+template <class T, std::size_t N>
+struct FittedCorrection {
+  std::array<T, 3> value;
+  std::array<std::array<T, N>, 3> derivative;  ///< set with the matrix
+};
+
+/// N = 6: unknowns p, q / total. N = 8: z too. `correction` is written if Fitted.
+template <class T, std::size_t N, bool WithMatrix, bool Fitted = false>
 NormalEquations<T, N> field_fit_equations(const FieldFitModel& model, const FieldFitData& d, const std::array<T, N>& x,
-                                          const T& second_order) {
+                                          const T& second_order, FittedCorrection<T, N>* correction = nullptr) {
   constexpr bool joint = N == 8;
   static_assert(N == 6 || joint);
   NormalEquations<T, N> out;
   for (T& a : out.matrix) a = T(0.0);
   for (T& a : out.gradient) a = T(0.0);
   out.cost = T(0.0);
+  if constexpr (Fitted) {
+    for (T& c : correction->value) c = T(0.0);
+    for (auto& row : correction->derivative)
+      for (T& c : row) c = T(0.0);
+  }
   const T per_total(1 / model.total), w_hh(model.w_hh), w_hv(model.w_hv), w_vv(model.w_vv), dip_sd(model.dip_sd);
   T sine(0.0), cosine(1.0), stretch(1.0), stretch_sd(0.0);
   if constexpr (joint) {
@@ -69,6 +87,12 @@ NormalEquations<T, N> field_fit_equations(const FieldFitModel& model, const Fiel
       out.gradient[i] = fma(g[i], m[i], out.gradient[i]);
       out.gradient[3 + i] = out.gradient[3 + i] - g[i];
     }
+    std::array<T, 3> s;  // corrected less fitted field
+    if constexpr (Fitted)
+      for (std::size_t i = 0; i < 3; ++i) {
+        s[i] = fma(rh, n[i], rv * u[i]);
+        correction->value[i] = fma(g[i], s[i], correction->value[i]);
+      }
     std::array<T, 2> ch, cv;  // columns of z
     if constexpr (joint) {
       ch = {-h_ref * relative_stretch_sd, v_ref * dip_sd};
@@ -97,12 +121,27 @@ NormalEquations<T, N> field_fit_equations(const FieldFitModel& model, const Fiel
           }
           out.matrix[packed(3 + i, j)] = out.matrix[packed(3 + i, j)] - am;
         }
+      if constexpr (Fitted) {
+        const T bent = T(1.0) - rh * per_bh;
+        for (std::size_t i = 0; i < 3; ++i)
+          for (std::size_t j = 0; j < 3; ++j) {
+            const T kij = fma(-bent * e[i], e[j], T(i == j ? 1.0 : 0.0));
+            const T by_b = fma(a[i >= j ? packed(i, j) : packed(j, i)], s[i], kij * g[i]);
+            T &by_p = correction->derivative[i][j], &by_q = correction->derivative[i][3 + j];
+            by_p = fma(by_b, m[j], by_p);
+            by_q = by_q - by_b;
+          }
+      }
       if constexpr (joint) {
         for (std::size_t l = 0; l < 2; ++l)
           for (std::size_t i = 0; i < 3; ++i) {
-            const T s = fma(wh[i], ch[l], wv[i] * cv[l]);
-            out.matrix[packed(6 + l, i)] = fma(s, m[i], out.matrix[packed(6 + l, i)]);
-            out.matrix[packed(6 + l, 3 + i)] = out.matrix[packed(6 + l, 3 + i)] - s;
+            const T awc = fma(wh[i], ch[l], wv[i] * cv[l]);
+            out.matrix[packed(6 + l, i)] = fma(awc, m[i], out.matrix[packed(6 + l, i)]);
+            out.matrix[packed(6 + l, 3 + i)] = out.matrix[packed(6 + l, 3 + i)] - awc;
+            if constexpr (Fitted) {
+              T& by_z = correction->derivative[i][6 + l];
+              by_z = fma(awc, s[i], fma(fma(n[i], ch[l], u[i] * cv[l]), g[i], by_z));
+            }
           }
         for (std::size_t l = 0; l < 2; ++l)
           for (std::size_t r = 0; r <= l; ++r) {
@@ -138,6 +177,38 @@ NormalEquations<T, N> field_fit_equations(const FieldFitModel& model, const Fiel
       if constexpr (WithMatrix)
         for (std::size_t j = 0; j < N; ++j) out.matrix[i > j ? packed(i, j) : packed(j, i)] = T(i == j ? 1.0 : 0.0);
     }
+  if constexpr (Fitted)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const T weight = T(model.estimated[i] ? 1.0 : 0.0) / x[i];
+      T& c = correction->value[i];
+      c = c * weight;
+      for (std::size_t j = 0; j < N; ++j) {
+        T& by = correction->derivative[i][j];
+        by = j < 6 && !model.estimated[j] ? T(0.0) : by * weight;
+      }
+      correction->derivative[i][i] = fma(-c, weight, correction->derivative[i][i]);
+    }
+  return out;
+}
+
+/// The equations of the derivative at the fitted field, with their exact derivative: no gradient, the matrix is not
+/// symmetric.
+template <class T, std::size_t N, bool WithMatrix>
+RootEquations<T, N> fitted_field_equations(const FieldFitModel& model, const FieldFitData& d,
+                                           const std::array<T, N>& x) {
+  FittedCorrection<T, N> correction;
+  const NormalEquations<T, N> e = field_fit_equations<T, N, WithMatrix, true>(model, d, x, T(1.0), &correction);
+  RootEquations<T, N> out;
+  out.value = e.gradient;
+  out.cost = e.cost;
+  if constexpr (WithMatrix)
+    for (std::size_t i = 0; i < N; ++i)
+      for (std::size_t j = 0; j < N; ++j) out.matrix[i * N + j] = e.matrix[i >= j ? packed(i, j) : packed(j, i)];
+  for (std::size_t i = 0; i < 3; ++i) {
+    out.value[i] = out.value[i] - correction.value[i];
+    if constexpr (WithMatrix)
+      for (std::size_t j = 0; j < N; ++j) out.matrix[i * N + j] = out.matrix[i * N + j] - correction.derivative[i][j];
+  }
   return out;
 }
 

@@ -16,6 +16,31 @@ struct Equations {
 };
 
 template <std::size_t N>
+struct FittedEquations {
+  const FieldFitModel& model;
+  const FieldFitData& data;
+  template <bool WithMatrix>
+  RootEquations<T, N> operator()(const std::array<T, N>& x) const {
+    return fitted_field_equations<T, N, WithMatrix>(model, data, x);
+  }
+};
+
+/// The minimum; from there, if asked for, the root of the equations with the derivative at the fitted field. The
+/// minimum, a few tenths of a standard deviation off, then need not be sharp.
+template <std::size_t N>
+NewtonSolution<T, N> solution(const FieldFitBatch& b, const FieldFitData& data, const std::array<T, N>& start) {
+  constexpr double kNear = 1e-3;
+  if (!b.model.fitted_derivative) return newton_minimum<T, N>(Equations<N>{b.model, data}, start, b.options);
+  NewtonOptions rough = b.options;
+  rough.step_tolerance = rough.step_tolerance < kNear ? kNear : rough.step_tolerance;
+  const NewtonSolution<T, N> near = newton_minimum<T, N>(Equations<N>{b.model, data}, start, rough);
+  NewtonSolution<T, N> s = newton_root<T, N>(FittedEquations<N>{b.model, data}, near.x, b.options);
+  s.iterations = s.iterations + near.iterations;
+  s.converged = s.converged * near.converged;
+  return s;
+}
+
+template <std::size_t N>
 void solve_lanes(const FieldFitBatch& b, std::size_t group, std::size_t lane) {
   FieldFitData data = b.first;
   data.magnetic += group * b.magnetic_stride + lane;
@@ -23,7 +48,7 @@ void solve_lanes(const FieldFitBatch& b, std::size_t group, std::size_t lane) {
   data.reference += group * b.reference_stride + lane;
   std::array<T, N> start;
   for (std::size_t i = 0; i < N; ++i) start[i] = T(i < 3 ? 1.0 : 0.0);
-  const NewtonSolution<T, N> s = newton_minimum<T, N>(Equations<N>{b.model, data}, start, b.options);
+  const NewtonSolution<T, N> s = solution<N>(b, data, start);
 
   double* parameters = b.parameters + group * b.parameters_stride + lane;
   auto sound = T(0.0) < s.converged;  // a gain has to be positive and finite; NaN fails every comparison

@@ -24,6 +24,7 @@ struct Problem {
   FieldFitModel model;
   std::vector<Row> rows;
   Vector start;
+  Vector tilt;   ///< of the equations of p: twice what the derivative at the fitted field takes from them, else 0
   Matrix scale;  ///< x = start + scale z: near-round contours in z for the derivative-free methods
   int evaluations = 0;
 
@@ -91,23 +92,50 @@ struct Problem {
   }
 };
 
+/// What the derivative at the fitted field takes from the equation of p_i (field_fit_kernel.h):
+/// sum_k (a_i'W r)(a_i'r) / p_i, with a_i = -dr/dq_i by dual numbers from the readable residual.
+Vector fitted_correction(const Problem& p, const Vector& x) {
+  using D = Dual<double, 3>;
+  std::array<double, 8> v{};
+  for (Eigen::Index i = 0; i < p.size(); ++i) v[static_cast<std::size_t>(i)] = x[i];
+  const MsaUnknowns<D> unknowns{{D(v[0]), D(v[1]), D(v[2])},
+                                {D::variable(v[3], 0), D::variable(v[4], 1), D::variable(v[5], 2)}};
+  Vector c = Vector::Zero(p.size());
+  for (const Problem::Row& row : p.rows) {
+    const auto r =
+        field_fit_residual<D>(p.model, {D(row.m.x), D(row.m.y), D(row.m.z)}, {D(row.u.x), D(row.u.y), D(row.u.z)},
+                              row.bh, row.bv, unknowns, {D(v[6]), D(v[7])});
+    const double fh = p.model.w_hh * r[0].a + p.model.w_hv * r[1].a, fv = p.model.w_hv * r[0].a + p.model.w_vv * r[1].a;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (p.model.estimated[i])
+        c[static_cast<Eigen::Index>(i)] +=
+            (r[0].d[i] * fh + r[1].d[i] * fv) * (r[0].d[i] * r[0].a + r[1].d[i] * r[1].a) / v[i];
+  }
+  return c;
+}
+
 double objective(const std::vector<double>& z, std::vector<double>& gradient, void* data) {
   Problem& p = *static_cast<Problem*>(data);
   ++p.evaluations;
   const Vector x = p.at(z);
-  if (gradient.empty()) return p.cost(x, nullptr, nullptr);
+  const double tilted = p.tilt.dot(x - p.start);
+  if (gradient.empty()) return p.cost(x, nullptr, nullptr) - tilted;
   Vector g;
-  const double value = p.cost(x, &g, nullptr);
+  const double value = p.cost(x, &g, nullptr) - tilted;
+  g -= p.tilt;
   Eigen::Map<Vector>(gradient.data(), p.size()) = p.scale.transpose() * g;
   return value;
 }
 
-/// Moves the start to x and scales the unknowns by the normal matrix there.
+/// Moves the start to x and scales the unknowns by the normal matrix there. With the derivative at the fitted field the
+/// cost is tilted by what that takes from the equations at x: a minimum that stays where it is solves them.
 void recenter(Problem& p, const Vector& x) {
   Vector g;
   Matrix normal;
   p.start = x;
   p.cost(x, &g, &normal);
+  p.tilt = Vector::Zero(p.size());
+  if (p.model.fitted_derivative) p.tilt = 2 * fitted_correction(p, x);
   // An unknown that nothing depends on (a reference without uncertainty and without weight) keeps its place.
   for (Eigen::Index i = 0; i < p.size(); ++i)
     if (normal(i, i) == 0) normal(i, i) = 1;

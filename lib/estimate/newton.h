@@ -1,5 +1,6 @@
 #pragma once
-/// The minimum of a sum of squares on lanes of trials: Gauss-Newton far away, Newton near by.
+/// The minimum of a sum of squares on lanes of trials: Gauss-Newton far away, Newton near by. And the root of
+/// equations that are no gradient, from a start close to it.
 #include <array>
 #include <cstddef>
 
@@ -89,6 +90,66 @@ NewtonSolution<T, N> newton_minimum(const Evaluate& evaluate, const std::array<T
     active = active & !done;
   }
   return {best, best_cost, iterations, select(converged, one, zero)};
+}
+
+template <class T, std::size_t N>
+struct RootEquations {
+  Square<T, N> matrix;     ///< derivative of value, row i that of value[i]
+  std::array<T, N> value;  ///< the root has 0
+  T cost;                  ///< carried to the solution
+};
+
+/// `evaluate.template operator()<WithMatrix>(x)` gives RootEquations<T, N>; without matrix the same values, bit by bit.
+///
+/// Damped Newton with the natural monotonicity test (Deuflhard 2011, Newton Methods for Nonlinear Problems, 3.3.3):
+/// from x the step f dx, f = 1, 1/2, 1/4 ..., is taken if the next step by the *same* matrix is at most (1 - f / 2)
+/// |dx|. That step is the next one, by the old matrix, as long as each is a tenth of the one before; else x gets a
+/// matrix of its own. A lane fails where f falls below 1 / 64. As in newton_minimum a lane does not depend on its
+/// neighbours.
+template <class T, std::size_t N, class Evaluate>
+NewtonSolution<T, N> newton_root(const Evaluate& evaluate, const std::array<T, N>& start,
+                                 const NewtonOptions& options) {
+  const T zero(0.0), one(1.0);
+  std::array<T, N> best = start, step;
+  for (T& s : step) s = zero;
+  Square<T, N> factor;
+  for (T& f : factor) f = zero;
+  T cost = zero, iterations = zero, damping = one, last(1e300);
+  auto active = zero < one, needs_matrix = zero < one;
+  auto converged = one < zero;
+  for (int it = 0; it < options.max_iterations && any(active); ++it) {
+    std::array<T, N> x, minus_value;
+    for (std::size_t i = 0; i < N; ++i) x[i] = select(needs_matrix, best[i], fma(damping, step[i], best[i]));
+    RootEquations<T, N> e;
+    if (any(needs_matrix & active)) {
+      e = evaluate.template operator()<true>(x);
+      const Square<T, N> fresh = lu<T, N>(e.matrix);
+      for (std::size_t i = 0; i < factor.size(); ++i) factor[i] = select(needs_matrix, fresh[i], factor[i]);
+    } else {
+      e = evaluate.template operator()<false>(x);
+    }
+    for (std::size_t i = 0; i < N; ++i) minus_value[i] = -e.value[i];
+    const std::array<T, N> next = lu_solve<T, N>(factor, minus_value);
+    T largest = zero;
+    for (std::size_t i = 0; i < N; ++i) largest = max(largest, abs(next[i]));
+    // NaN fails both comparisons.
+    const auto accept =
+        active & ((needs_matrix & (largest < T(1e300))) | (largest <= fma(T(-0.5) * damping, last, last)));
+    const auto done = accept & (largest <= T(options.step_tolerance));
+    const auto keeps_matrix = needs_matrix | ((largest <= T(0.1) * last) & (one <= damping));
+    for (std::size_t i = 0; i < N; ++i) {
+      best[i] = select(accept, select(done, x[i] + next[i], x[i]), best[i]);  // the last step is free: take it
+      step[i] = select(accept, next[i], step[i]);
+    }
+    cost = select(accept, e.cost, cost);
+    last = select(accept, largest, last);
+    iterations = iterations + select(active, one, zero);
+    damping = select(accept, one, T(0.5) * damping);
+    converged = converged | done;
+    active = active & (!done) & (accept | ((!needs_matrix) & (T(1.0 / 64) <= damping)));
+    needs_matrix = accept & (!keeps_matrix);
+  }
+  return {best, cost, iterations, select(converged, one, zero)};
 }
 
 }  // namespace surveymc

@@ -5,7 +5,8 @@
 #include <Eigen/LU>
 
 #include "base/error.h"
-#include "estimate/field_fit_estimators.h"
+#include "estimate/estimators.h"
+#include "estimate/field_fit.h"
 #include "estimate/field_misfit.h"
 #include "stats/linear_algebra.h"
 
@@ -30,7 +31,7 @@ double condition_of(const Eigen::MatrixXd& normal, double visible) {
 }
 
 /// Unknowns: gain, bias / total, z (field_fit.h); fields in units of `total`. Without derivatives where singular.
-Sensitivity field_fit_sensitivity(const FieldFitModel& model, const NominalTruth& truth) {
+Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth) {
   const std::size_t n = truth.stations.size();
   const double total = truth.field.total;
   const Vector3d gain(truth.gain.data()), bias = Vector3d(truth.bias.data()) / total, per_gain = gain.cwiseInverse();
@@ -108,8 +109,28 @@ Sensitivity field_fit_sensitivity(const FieldFitModel& model, const NominalTruth
   return s;
 }
 
+Sensitivity linearise(const EstimatorOptions& options, const NominalTruth& truth) {
+  const EstimatorKind& kind = estimator_kind(options.name);
+  require(
+      kind.predict != nullptr,
+      "estimator.name = \"{}\": a prediction to first order is needed here, and this estimator has none (its line in "
+      "lib/estimate/estimators.cpp has no `predict`)",
+      options.name);
+  const auto estimated = std::count(options.estimated.begin(), options.estimated.end(), true);
+  require(kind.takes_subset || estimated == 6, "estimator.estimated: {} estimates {}", options.name,
+          kind.estimates_all ? "all six parameters" : "its own parameters only");
+  return kind.predict(options, truth);
+}
+
+}  // namespace
+
+Sensitivity field_fit_sensitivity(const EstimatorOptions& options, const NominalTruth& truth) {
+  return linearised_fit(field_fit_model(options, truth.field), truth);
+}
+
 /// wls.h: per axis, unknowns e_S and bias.
-Sensitivity wls_sensitivity(const InputErrors& assumed, const NominalTruth& truth) {
+Sensitivity wls_sensitivity(const EstimatorOptions& options, const NominalTruth& truth) {
+  const InputErrors& assumed = options.assumed;
   require(assumed.magnetometer > 0,
           "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",
           assumed.magnetometer);
@@ -146,15 +167,6 @@ Sensitivity wls_sensitivity(const InputErrors& assumed, const NominalTruth& trut
   }
   return s;
 }
-
-Sensitivity linearise(const EstimatorOptions& options, const NominalTruth& truth) {
-  const auto estimated = std::count(options.estimated.begin(), options.estimated.end(), true);
-  require(options.name != "wls" || estimated == 6, "estimator.estimated: wls estimates all six parameters");
-  if (options.name == "wls") return wls_sensitivity(options.assumed, truth);
-  return field_fit_sensitivity(field_fit_model(options, truth.field), truth);
-}
-
-}  // namespace
 
 Sensitivity sensitivity(const EstimatorOptions& options, const NominalTruth& truth) {
   Sensitivity s = linearise(options, truth);

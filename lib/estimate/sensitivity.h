@@ -46,13 +46,18 @@ struct NominalTruth {
   ReferenceField field;                                ///< total (nT) and dip (rad) are used
 };
 
-/// Throws InputError when the stations (and priors) cannot determine the unknown parameters: normal matrix numerically
-/// singular. Options as for make_estimator. A parameter that is not estimated counts to first order in how far its
-/// nominal truth is from 1 or 0.
+/// Throws InputError where the estimator has no prediction of its own (estimators.h), and when the stations (and
+/// priors) cannot determine the unknown parameters: normal matrix numerically singular. Options as for make_estimator.
+/// A parameter that is not estimated counts to first order in how far its nominal truth is from 1 or 0.
 Sensitivity sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
 
 /// The same, but nothing where sensitivity() throws because the stations determine too little.
 std::optional<Sensitivity> find_sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
+
+/// Predictions for the table of estimators (estimators.h): of all that fit (Bh, Bv), and of wls. Without derivatives,
+/// and with their condition, where the stations determine too little.
+Sensitivity field_fit_sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
+Sensitivity wls_sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
 
 /// Covariance of the error, rows as in Sensitivity: the sum of what every input contributes. Magnetometer noise and
 /// tilts of the down direction are independent per station; the reference is drawn once (a consider parameter) or per

@@ -8,6 +8,7 @@
 #include <Eigen/QR>
 
 #include "reliability/conditions.h"
+#include "reliability/levenberg.h"
 #include "simd/dual.h"
 
 namespace surveymc {
@@ -145,7 +146,7 @@ Index observation_number(const AdjustmentModel& model, std::size_t stations, std
 
 StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in, const VectorXd& variances,
                          const std::vector<Index>& left_out) {
-  constexpr int kMost = 100;
+  constexpr int kMost = 30;  // Gauss-Newton steps; where residuals are large beside the curvature they never settle
   constexpr double kTolerance = 1e-9;  // converged: no adjusted observation moves by more of its sd in a step
   const std::size_t stations = in.readings.size();
   check_stations(model, stations);
@@ -196,6 +197,16 @@ StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in
     if (step <= kTolerance) {
       a.converged = true;
       break;
+    }
+  }
+  if (!a.converged) {
+    const Minimum m = minimum_of_omega(model, in, variances, out);
+    a.iterations += m.steps;
+    a.converged = m.converged;
+    if (m.adjusted.allFinite()) {
+      adjusted = m.adjusted;
+      a.residuals = y - adjusted;
+      a.omega = m.omega;
     }
   }
 

@@ -4,7 +4,8 @@
 /// Minimises sum e_i^2 / sigma_i^2 over observations that meet all conditions f(y - e) = 0. Each step linearises at the
 /// adjusted observations: e = Q C' (C Q C')^-1 (f + C e_before). At its end it is the Gauss-Newton solution of section
 /// 4.3, without angles: a vertical hole is no special case. An observation that is left out has an unknown error
-/// instead of a residual.
+/// instead of a residual. Where 30 such steps have not settled (they go round a minimum whose curvature the residuals
+/// change by more than its own size), levenberg.h finds it.
 #include <vector>
 
 #include "reliability/observations.h"

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include <Eigen/Dense>
 
@@ -253,6 +254,88 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const Surve
       out.position = position(e, size, reference_variance[j]);
     }
   return r;
+}
+
+/// What the stations share, in units of the prior sd.
+struct WellErrors::Shared {
+  std::vector<StationTerms> terms;
+  VectorXd sd, unit;     ///< of z: relative, and internal per relative
+  MatrixXd information;  ///< of all stations and the prior
+  MatrixXd position;     ///< of the last station by z (relative), over all stations
+};
+
+WellErrors::~WellErrors() = default;
+
+WellErrors::WellErrors(const AdjustmentModel& model, const Survey& survey, double lambda0, DetectedBy test)
+    : model_(model), survey_(survey), lambda0_(lambda0), test_(test) {
+  if (model.mode != AdjustmentMode::mse_shared) return;
+  shared_ = std::make_unique<Shared>();
+  Shared& s = *shared_;
+  s.terms = station_terms(model, survey);
+  const Index width = s.terms.front().shared.cols();
+  const ReferenceField& f = model.field;
+  s.unit = VectorXd::Ones(width);
+  s.sd = VectorXd(width);
+  s.sd.head<3>() << model.sigma.gravity / f.gravity, model.sigma.total_field / f.total, model.sigma.dip;
+  s.unit.head<2>() << f.gravity, f.total;
+  if (width > 3) {
+    s.sd.segment<6>(3) = s.terms.front().bias.cwiseSqrt();
+    s.sd.tail<6>() = s.terms.front().scale.cwiseSqrt();
+    s.unit.segment<3>(3).setConstant(f.gravity);
+    s.unit.segment<3>(6).setConstant(f.total);
+  }
+  s.information = MatrixXd::Identity(width, width);
+  s.position = MatrixXd::Zero(3, width);
+  for (const StationTerms& t : s.terms) {
+    const MatrixXd scaled = t.shared * s.sd.asDiagonal();
+    s.information += scaled.transpose() * t.weight * scaled;
+    s.position += t.position * t.residuals * t.shared - t.shared_position;
+  }
+}
+
+FoundError WellErrors::of(std::size_t k, std::size_t observation, int sign) const {
+  if (shared_ && observation >= kReadings)
+    throw std::invalid_argument("a reference that all stations share is no error of one");
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Station& station = survey_.stations[k];
+  StationInWell in{model_, magnetic_attitude(station, model_.field.declination), {}};
+  if (shared_) {
+    const StationTerms& own = shared_->terms[k];
+    const MatrixXd scaled = own.shared * shared_->sd.asDiagonal();
+    const MatrixXd others = shared_->information - scaled.transpose() * own.weight * scaled;
+    VectorXd size = shared_->sd.cwiseProduct(shared_->unit);
+    // Errors of what is observed: of references as here, but systematic terms are observed as 0, less the true ones
+    size.tail(size.size() - 3) *= -1;
+    in.shared = size.asDiagonal() * MatrixXd(others.llt().solve(MatrixXd::Identity(others.rows(), others.cols()))) *
+                size.asDiagonal();
+  }
+  const DetectedError e = detected_error(in, observation, lambda0_, sign, test_);
+  FoundError found{e.size, nan, nan, nan, Vector3d::Constant(sign * kInfinity)};
+  if (!std::isfinite(e.size)) return found;
+
+  const AngleEffects angles = angle_effects(in.at, e);
+  found.inclination = angles.inclination;
+  found.toolface = angles.toolface;
+  found.azimuth = angles.azimuth;
+  const Vec3<double> moved = magnetic_to_true(tangent_from_fields(from_eigen(e.down.normalized()), from_eigen(e.field)),
+                                              std::sin(model_.field.declination), std::cos(model_.field.declination));
+  const auto tangent = [&](std::size_t j) {
+    const Station& s = survey_.stations[j];
+    return tangent_N({s.inclination, s.azimuth, s.toolface});
+  };
+  found.position.setZero();
+  const auto leg = [&](std::size_t from, const Vec3<double>& a, const Vec3<double>& b) {
+    return to_eigen(minimum_curvature_leg(survey_.stations[from + 1].md - survey_.stations[from].md, a, b));
+  };
+  const Vec3<double> here = tangent(k);
+  if (k > 0) found.position += leg(k - 1, tangent(k - 1), moved) - leg(k - 1, tangent(k - 1), here);
+  if (k + 1 < survey_.stations.size()) found.position += leg(k, moved, tangent(k + 1)) - leg(k, here, tangent(k + 1));
+  if (shared_) {
+    const StationTerms& own = shared_->terms[k];
+    found.position += (shared_->position - (own.position * own.residuals * own.shared - own.shared_position)) *
+                      e.shared_errors.cwiseQuotient(shared_->unit);
+  }
+  return found;
 }
 
 }  // namespace surveymc

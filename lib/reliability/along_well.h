@@ -9,11 +9,12 @@
 /// for an error that moves the misclosures by c: 3x3 and 3x3 (15x15) systems only, linear in the stations. For one
 /// station it is the reference covariance S_k = (S_ref^-1 + sum_{l != k} M_l^-1)^-1 of the single station that it looks
 /// like.
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "reliability/observations.h"
+#include "reliability/nonlinear_detectable.h"
 #include "survey/survey.h"
 
 namespace surveymc {
@@ -42,5 +43,34 @@ struct WellReliability {
 /// the error. In a vertical station toolface and azimuth are infinite, and the position is not: it hangs on the
 /// direction of the hole, which has a value there.
 WellReliability reliability_along_well(const AdjustmentModel& model, const Survey& survey, double lambda0);
+
+/// The smallest error in one reading that is found, without linearisation, and what it does.
+struct FoundError {
+  double size = 0;                        ///< with its sign, internal units; infinite: none is found up to 1e4 sd
+  double inclination, toolface, azimuth;  ///< of that station, in (-pi, pi]; NaN: the angle has no value there
+  Eigen::Vector3d position;               ///< of the last station, N frame, m; infinite like `size`
+};
+
+/// Errors of single readings (and, where stations do not share them, references) of a well. The station in error is
+/// adjusted without linearisation, and its attitude carried through minimum curvature. In mse_shared the other stations
+/// are free of error: what they know of the references (and systematic terms) is their linear information, which is
+/// exact to first order in an error of the references of some tenths of their sd, and so are their own attitudes.
+class WellErrors {
+ public:
+  /// `survey` as of reliability_along_well.
+  WellErrors(const AdjustmentModel& model, const Survey& survey, double lambda0, DetectedBy test);
+  ~WellErrors();
+
+  /// Throws std::invalid_argument for an observation that the model does not have, and for a reference in mse_shared.
+  FoundError of(std::size_t station, std::size_t observation, int sign) const;
+
+ private:
+  struct Shared;
+  AdjustmentModel model_;
+  Survey survey_;
+  double lambda0_;
+  DetectedBy test_;
+  std::unique_ptr<Shared> shared_;  ///< mse_shared only
+};
 
 }  // namespace surveymc

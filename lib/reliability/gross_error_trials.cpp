@@ -81,6 +81,25 @@ void GrossErrorTrials::simulate(std::uint64_t first, LaneArray& without, LaneArr
     isa_v4::gross_error_trials(b);
   else
     isa_v3::gross_error_trials(b);
+  // Rare trials whose Gauss-Newton steps do not settle, by the general adjustment: the same for both instruction sets
+  for (int t = 0; t < groups * kGroup; ++t)
+    for (const bool with_errors : {false, true}) {
+      LaneArray& block = with_errors ? with : without;
+      if (block.value(t, kConvergedRow) != 0) continue;
+      put(tests_of(adjusted(readings(first + static_cast<std::uint64_t>(t), with_errors))), t, block);
+    }
+}
+
+void GrossErrorTrials::put(const TrialTests& tests, int trial, LaneArray& block) {
+  const auto cell = [&](int row) -> double& { return block.row(trial / kGroup, row)[trial % kGroup]; };
+  if (!tests.converged) return;
+  for (int i = 0; i < static_cast<int>(kStationObservations); ++i) cell(i) = i < tests.w.size() ? tests.w[i] : 0;
+  cell(kOmegaRow) = tests.omega;
+  cell(kLargestRow) = tests.largest;
+  unsigned tied = 0;
+  for (const Index i : tests.suspects) tied |= 1u << i;
+  cell(kTiedRow) = tied;
+  cell(kConvergedRow) = 1;
 }
 
 TrialTests GrossErrorTrials::tests_of(const LaneArray& block, int trial) {

@@ -43,6 +43,7 @@ class GrossErrorTrials {
   StationAdjustment adjusted(const StationReadings& y) const { return adjust(model_, y, variances_); }
 
   /// Tests of trials first .. first + 8 `groups` - 1, without and with errors; kTestRows rows (gross_error_lanes.h).
+  /// Those that do not converge on lanes are adjusted one by one, by adjusted().
   void simulate(std::uint64_t first, LaneArray& without, LaneArray& with, int groups) const;
   /// One trial of such a block; the same as of adjusted(readings(...)) to rounding.
   static TrialTests tests_of(const LaneArray& block, int trial);
@@ -53,6 +54,7 @@ class GrossErrorTrials {
   const std::vector<GrossError>& errors() const { return errors_; }
 
  private:
+  static void put(const TrialTests& tests, int trial, LaneArray& block);
   StationReadings readings_of(const Eigen::VectorXd& noise, bool with_errors) const;
 
   AdjustmentModel model_;

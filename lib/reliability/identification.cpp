@@ -1,5 +1,6 @@
 #include "reliability/identification.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -18,6 +19,22 @@ double radial(double from, double c) {
   return (x + 2 * c) * density + (1 + c * c) * above;
 }
 
+/// Cosine v that the angle between t = shift + N(0, 1) (three dimensions) and the shift has with P(cosine <= v) = p:
+///   P(cosine <= v) = Phi(-s) + v exp(-s^2 (1 - v^2) / 2) Phi(s v),  s = |shift|
+/// whose derivative is the integral of R^2 over the ray, radial(0, s v), times the normal factor across it.
+double cosine_within(double p, double s) {
+  const auto below = [&](double v) {
+    return std::erfc(s / std::sqrt(2.0)) / 2 +
+           v * std::exp(-s * s * (1 - v * v) / 2) * std::erfc(-s * v / std::sqrt(2.0)) / 2;
+  };
+  double lo = -1, hi = 1;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (lo + hi) / 2;
+    (below(middle) < p ? lo : hi) = middle;
+  }
+  return (lo + hi) / 2;
+}
+
 }  // namespace
 
 LinearRates linear_rates(const ParityModel& m, const Eigen::VectorXd& shift, Eigen::Index number, double critical) {
@@ -30,29 +47,29 @@ LinearRates linear_rates(const ParityModel& m, const Eigen::VectorXd& shift, Eig
   const Eigen::Vector3d own = size[number] > 0 ? Eigen::Vector3d(m.columns.col(number) / size[number])
                                                : Eigen::Vector3d(Eigen::Vector3d::Zero());
 
-  // Polar coordinates about the shift, where the probability is
-  const Eigen::Vector3d towards = shift.norm() > 0 ? Eigen::Vector3d(shift.normalized()) : Eigen::Vector3d::UnitZ();
+  // Polar coordinates about the shift, in rings of equal probability: the weights add up to one exactly, and the share
+  // of a ray beyond the critical value is a probability, so no rate can leave [0, 1].
+  const double size_of_shift = shift.norm();
+  const Eigen::Vector3d towards = size_of_shift > 0 ? Eigen::Vector3d(shift / size_of_shift) : Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d x = towards.unitOrthogonal(), y = towards.cross(x);
   constexpr int kPolar = 400, kAround = 240;
   LinearRates rates;
   for (int p = 0; p < kPolar; ++p) {
-    const double polar = (p + 0.5) * kPi / kPolar;
-    const double c = std::cos(polar) * shift.norm();
-    const double weight = std::sin(polar) * (kPi / kPolar) * (2 * kPi / kAround) / (2 * kPi) *
-                          std::exp(-(shift.squaredNorm() - c * c) / 2);
-    if (weight < 1e-16) continue;
+    const double cosine = cosine_within((p + 0.5) / kPolar, size_of_shift), c = cosine * size_of_shift;
+    const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine)), whole = radial(0, c);
     for (int a = 0; a < kAround; ++a) {
       const double around = (a + 0.5) * 2 * kPi / kAround;
-      const Eigen::Vector3d d =
-          std::cos(polar) * towards + std::sin(polar) * (std::cos(around) * x + std::sin(around) * y);
+      const Eigen::Vector3d d = cosine * towards + sine * (std::cos(around) * x + std::sin(around) * y);
       double largest = 0;
       for (const Eigen::Vector3d& test : tests) largest = std::max(largest, std::abs(test.dot(d)));
       if (!(largest > 0)) continue;
-      const double mass = weight * radial(critical / largest, c);
-      rates.any += mass;
-      if (std::abs(own.dot(d)) >= largest * (1 - 1e-9)) rates.identified += mass;
+      const double share = std::min(1.0, radial(critical / largest, c) / whole) / (kPolar * kAround);
+      rates.any += share;
+      if (std::abs(own.dot(d)) >= largest * (1 - 1e-9)) rates.identified += share;
     }
   }
+  rates.any = std::min(rates.any, 1.0);  // the sum of 96,000 shares rounds
+  rates.identified = std::min(rates.identified, rates.any);
   return rates;
 }
 

@@ -8,16 +8,18 @@
 
 #include "reliability/adjustment.h"
 #include "reliability/conditions.h"
+#include "reliability/levenberg.h"
 
 namespace surveymc {
 namespace {
 
 /// What adjust() does, on the stack: maps need it a million times. One station, or two of which the second stands for
-/// all others of a shared adjustment; observations in the order of StationReadings (adjustment.h).
-template <int kStations, bool kSystematic>
+/// all others of a shared adjustment; observations in the order of StationReadings (adjustment.h). kFull: what the
+/// stations share has a covariance of its own instead of variances.
+template <int kStations, bool kSystematic, bool kFull = false>
 class ErrorShift {
   static constexpr int kReferencesAt = 6 * kStations, kBiasesAt = kReferencesAt + 3, kScalesAt = kBiasesAt + 6;
-  static constexpr int kCount = kBiasesAt + (kSystematic ? 12 : 0), kConditions = 3 * kStations;
+  static constexpr int kShared = kSystematic ? 15 : 3, kCount = kReferencesAt + kShared, kConditions = 3 * kStations;
   static constexpr int kBz = static_cast<int>(index_of(Observation::bz));
   using Values = Eigen::Matrix<double, kCount, 1>;
   using Misfits = Eigen::Matrix<double, kConditions, 1>;
@@ -25,7 +27,9 @@ class ErrorShift {
   using Covariance = Eigen::Matrix<double, kConditions, kConditions>;
 
  public:
-  ErrorShift(const AdjustmentModel& model, const Attitude& at, std::size_t observation) {
+  ErrorShift(const AdjustmentModel& model, const Attitude& at, std::size_t observation,
+             const Eigen::MatrixXd& shared = {})
+      : model_(model) {
     const Observations y = true_observations(at, model.field), v = observation_variances(model, y);
     truth_.setZero();
     for (int k = 0; k < kStations; ++k)
@@ -39,59 +43,121 @@ class ErrorShift {
     }
     if constexpr (kSystematic)
       variance_.template tail<12>() = adjustment_variances(model, {{y[0], y[1], y[2], y[3], y[4], y[5]}}).tail<12>();
+    if constexpr (kFull) {
+      shared_ = shared;
+      variance_.template tail<kShared>() = shared_.diagonal();
+    }
     in_error_ = static_cast<int>(observation) + (observation < kReadings ? 0 : kReferencesAt - 6);
     without_bz_ = model.mode == AdjustmentMode::sse_axial;
   }
 
   double sd() const { return std::sqrt(variance_[in_error_]); }
 
-  double operator()(double nabla) const {
+  struct Solution {
+    TestShift shift;
+    Values adjusted;
+  };
+
+  TestShift operator()(double nabla) const { return solve(nabla).shift; }
+
+  Solution solve(double nabla) const {
     constexpr int kMost = 60;
     Values y = truth_;
     y[in_error_] += nabla;
     Values adjusted = y;
     for (int i = 0; i < kMost; ++i) {
-      Misfits w;
-      Jacobian jacobian;
-      linearise(adjusted, w, jacobian);
-      w += jacobian * (y - adjusted);
-      const Eigen::Matrix<double, kCount, kConditions> weighted = variance_.asDiagonal() * jacobian.transpose();
-      const Covariance covariance = jacobian * weighted;
-      const Misfits scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
-      const Eigen::LLT<Covariance> factor(scale.asDiagonal() * covariance * scale.asDiagonal());
-      Misfits t = factor.matrixL().solve(scale.cwiseProduct(w));
-      double bz = 0;
-      if (without_bz_) {
-        const double sd_z = std::sqrt(variance_[kBz]);
-        const Misfits z = factor.matrixL().solve(scale.cwiseProduct(jacobian.col(kBz) * sd_z));
-        if (z.squaredNorm() > 1e-10) {  // kLeastRedundancy
-          bz = z.dot(t) / z.squaredNorm() * sd_z;
-          t -= z * (bz / sd_z);
-        }
-      }
-      Values next = y - weighted * (scale.asDiagonal() * factor.matrixU().solve(t));
-      if (without_bz_) next[kBz] = y[kBz] - bz;
-      double step = 0;
+      const Step s = step_from(adjusted, y);
+      double moved = 0;
       for (int k = 0; k < kCount; ++k)
-        if (variance_[k] > 0) step = std::max(step, std::abs(next[k] - adjusted[k]) / std::sqrt(variance_[k]));
-      adjusted = next;
-      if (step <= 1e-8) return t.norm();
+        if (variance_[k] > 0) moved = std::max(moved, std::abs(s.next[k] - adjusted[k]) / std::sqrt(variance_[k]));
+      adjusted = s.next;
+      if (moved <= 1e-8) return {s.shift, adjusted};
     }
-    return std::numeric_limits<double>::quiet_NaN();
+    const Minimum m = minimum(y);
+    if (!m.converged) return {{kNaN, kNaN}, y};
+    adjusted.template head<kReferencesAt>() = m.adjusted.template head<kReferencesAt>();
+    adjusted.template tail<kShared>().head(m.adjusted.size() - kReferencesAt) =
+        m.adjusted.tail(m.adjusted.size() - kReferencesAt);
+    return {step_from(adjusted, y).shift, adjusted};
+  }
+
+  /// Readings of the station in error, systematic terms taken off.
+  static std::array<double, kReadings> corrected(const Values& y, int k = 0) {
+    std::array<double, kReadings> r;
+    for (int i = 0; i < 6; ++i) {
+      r[static_cast<std::size_t>(i)] = y[6 * k + i];
+      if constexpr (kSystematic) r[static_cast<std::size_t>(i)] -= y[kBiasesAt + i] + y[kScalesAt + i] * y[6 * k + i];
+    }
+    return r;
+  }
+
+  /// Estimated errors of what the stations share: of references observed less adjusted, and the systematic terms.
+  Eigen::VectorXd shared_errors(const Values& adjusted, double nabla) const {
+    Values y = truth_;
+    y[in_error_] += nabla;
+    Eigen::Matrix<double, kShared, 1> z = adjusted.template tail<kShared>();
+    z.template head<3>() = y.template segment<3>(kReferencesAt) - z.template head<3>();
+    return z;
   }
 
  private:
+  static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+  /// One Gauss-Newton step, and the tests of the linear problem that it solves.
+  struct Step {
+    Values next;
+    TestShift shift;
+  };
+  Step step_from(const Values& adjusted, const Values& y) const {
+    Misfits w;
+    Jacobian jacobian;
+    linearise(adjusted, w, jacobian);
+    w += jacobian * (y - adjusted);
+    Eigen::Matrix<double, kCount, kConditions> weighted = variance_.asDiagonal() * jacobian.transpose();
+    if constexpr (kFull)
+      weighted.template bottomRows<kShared>() = shared_ * jacobian.template rightCols<kShared>().transpose();
+    const Covariance covariance = jacobian * weighted;
+    const Misfits scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::LLT<Covariance> factor(scale.asDiagonal() * covariance * scale.asDiagonal());
+    Misfits t = factor.matrixL().solve(scale.cwiseProduct(w));
+    Misfits own = factor.matrixL().solve(scale.cwiseProduct(jacobian.col(in_error_)));
+    double bz = 0;
+    if (without_bz_) {
+      const double sd_z = std::sqrt(variance_[kBz]);
+      const Misfits z = factor.matrixL().solve(scale.cwiseProduct(jacobian.col(kBz) * sd_z));
+      if (z.squaredNorm() > 1e-10) {  // kLeastRedundancy
+        bz = z.dot(t) / z.squaredNorm() * sd_z;
+        t -= z * (bz / sd_z);
+        own -= z * (z.dot(own) / z.squaredNorm());
+      }
+    }
+    Step s;
+    s.next = y - weighted * (scale.asDiagonal() * factor.matrixU().solve(t));
+    if (without_bz_) s.next[kBz] = y[kBz] - bz;
+    const double size = own.norm();
+    s.shift = {t.norm(), size * sd() > 1e-5 ? std::abs(own.dot(t)) / size : 0};  // r of 1e-10, kLeastRedundancy
+    return s;
+  }
+
+  Minimum minimum(const Values& y) const {
+    StationReadings readings;
+    for (int k = 0; k < kStations; ++k) {
+      readings.readings.emplace_back();
+      for (int i = 0; i < 6; ++i) readings.readings.back()[static_cast<std::size_t>(i)] = y[6 * k + i];
+    }
+    for (int j = 0; j < 3; ++j) readings.references[static_cast<std::size_t>(j)] = y[kReferencesAt + j];
+    AdjustmentModel m = model_;
+    m.rotational_shot = false;
+    std::optional<Eigen::MatrixXd> shared;
+    if constexpr (kFull) shared = shared_;
+    return minimum_of_omega(m, readings, variance_, {}, shared);
+  }
+
   /// Conditions at the observations `y`, and their derivatives. Corrected reading = reading - bias - scale reading.
   static void linearise(const Values& y, Misfits& values, Jacobian& jacobian) {
     jacobian.setZero();
     for (int k = 0; k < kStations; ++k) {
-      std::array<double, kReadings> corrected;
-      for (int i = 0; i < 6; ++i) {
-        corrected[static_cast<std::size_t>(i)] = y[6 * k + i];
-        if constexpr (kSystematic)
-          corrected[static_cast<std::size_t>(i)] -= y[kBiasesAt + i] + y[kScalesAt + i] * y[6 * k + i];
-      }
-      const Conditions c = station_conditions(corrected.data());
+      const Conditions c = station_conditions(corrected(y, k).data());
       values.template segment<3>(3 * k) = c.values - y.template segment<3>(kReferencesAt);
       jacobian.template block<3, 6>(3 * k, 6 * k) = c.jacobian;
       jacobian.template block<3, 3>(3 * k, kReferencesAt) = -Eigen::Matrix3d::Identity();
@@ -104,16 +170,22 @@ class ErrorShift {
     }
   }
 
+  AdjustmentModel model_;
   Values truth_, variance_;
+  Eigen::Matrix<double, kFull ? kShared : 0, kFull ? kShared : 0> shared_;
   int in_error_;
   bool without_bz_;
 };
 
-/// Calls use(shift) with the smallest adjustment that is the whole one.
-template <class Use>
-double with_shift(const AdjustmentModel& model, const Attitude& at, std::size_t observation, const Use& use) {
+void check_observed(const AdjustmentModel& model, std::size_t observation) {
   if (!is_observed(model.mode, observation))
     throw std::invalid_argument(observation_names()[observation] + " is not observed");
+}
+
+/// Calls use(shift) with the smallest adjustment that is the whole one.
+template <class Use>
+auto with_shift(const AdjustmentModel& model, const Attitude& at, std::size_t observation, const Use& use) {
+  check_observed(model, observation);
   const bool shared = model.mode == AdjustmentMode::mse_shared, systematic = shared && model.systematic_terms;
   const bool alone = !shared || model.stations == 1;
   if (alone)
@@ -123,29 +195,92 @@ double with_shift(const AdjustmentModel& model, const Attitude& at, std::size_t 
                     : use(ErrorShift<2, false>(model, at, observation));
 }
 
+/// Smallest size whose shift reaches lambda0. size(nabla) -> shift.
+template <class Size>
+double first_found(const Size& size, double sd, double lambda0, double tolerance) {
+  constexpr double kStep = 1.1, kMostSd = 1e4;
+  // r <= 1: no error is found below lambda0 sd, but nonlinearity may make it a little easier
+  double below = 0, above = 0.5 * lambda0 * sd, missing = -lambda0, excess = size(above) - lambda0;
+  while (above < kMostSd * sd && !(excess >= 0)) {
+    below = above;
+    missing = excess;
+    above *= kStep;
+    excess = size(above) - lambda0;
+  }
+  if (!(above < kMostSd * sd)) return std::numeric_limits<double>::infinity();
+  // Regula falsi that halves the value of an end that stays (Illinois), and halves the bracket where that is slow: the
+  // shift may have kinks
+  int kept = 0;
+  for (int i = 0; i < 100 && above - below > tolerance * above; ++i) {
+    const bool halve = i % 4 == 3 || std::isnan(missing);
+    double middle = halve ? (below + above) / 2 : below - missing * (above - below) / (excess - missing);
+    // Not nearer to an end than the tolerance: the bracket then closes on the other side
+    const double margin = 0.4 * tolerance * above;
+    middle = std::min(std::max(middle, below + margin), above - margin);
+    const double value = size(middle) - lambda0;
+    if (value >= 0) {
+      above = middle;
+      excess = value;
+      if (kept == 1) missing /= 2;
+      kept = 1;
+    } else {
+      below = middle;
+      missing = value;
+      if (kept == -1) excess /= 2;
+      kept = -1;
+    }
+  }
+  return above;
+}
+
+template <class Shift>
+DetectedError detected_in(const Shift& shift, double lambda0, int sign, DetectedBy test) {
+  DetectedError e;
+  e.size = sign * first_found([&](double size) { return shift(sign * size).by(test); }, shift.sd(), lambda0, 1e-8);
+  if (!std::isfinite(e.size)) return e;
+  const auto solution = shift.solve(e.size);
+  const auto y = Shift::corrected(solution.adjusted);
+  e.down = {y[0], y[1], y[2]};
+  e.field = {y[3], y[4], y[5]};
+  e.shared_errors = shift.shared_errors(solution.adjusted, e.size);
+  return e;
+}
+
 }  // namespace
 
-double error_shift(const AdjustmentModel& model, const Attitude& at, std::size_t observation, double nabla) {
+TestShift error_shift(const AdjustmentModel& model, const Attitude& at, std::size_t observation, double nabla) {
   return with_shift(model, at, observation, [&](const auto& shift) { return shift(nabla); });
 }
 
 double nonlinear_detectable_error(const AdjustmentModel& model, const Attitude& at, std::size_t observation,
-                                  double lambda0, int sign) {
-  constexpr double kStep = 1.1, kMostSd = 1e4;
+                                  double lambda0, int sign, DetectedBy test) {
   return with_shift(model, at, observation, [&](const auto& shift) {
-    // r <= 1: no error is found below lambda0 sd, but nonlinearity may make it a little easier
-    double below = 0, above = 0.5 * lambda0 * shift.sd();
-    while (above < kMostSd * shift.sd() && !(shift(sign * above) >= lambda0)) {
-      below = above;
-      above *= kStep;
-    }
-    if (!(above < kMostSd * shift.sd())) return sign * std::numeric_limits<double>::infinity();
-    for (int i = 0; i < 60 && above - below > 1e-10 * above; ++i) {  // bisection: the shift may have kinks
-      const double middle = (below + above) / 2;
-      (shift(sign * middle) >= lambda0 ? above : below) = middle;
-    }
-    return sign * above;
+    return sign * first_found([&](double size) { return shift(sign * size).by(test); }, shift.sd(), lambda0, 1e-10);
   });
+}
+
+DetectedError detected_error(const StationInWell& s, std::size_t observation, double lambda0, int sign,
+                             DetectedBy test) {
+  check_observed(s.model, observation);
+  if (s.shared.size() == 0) return detected_in(ErrorShift<1, false>(s.model, s.at, observation), lambda0, sign, test);
+  if (s.shared.rows() == 3)
+    return detected_in(ErrorShift<1, false, true>(s.model, s.at, observation, s.shared), lambda0, sign, test);
+  return detected_in(ErrorShift<1, true, true>(s.model, s.at, observation, s.shared), lambda0, sign, test);
+}
+
+DetectedError detected_error(const AdjustmentModel& model, const Attitude& at, std::size_t observation, double lambda0,
+                             int sign, DetectedBy test) {
+  return with_shift(model, at, observation, [&](const auto& shift) { return detected_in(shift, lambda0, sign, test); });
+}
+
+AngleEffects angle_effects(const Attitude& at, const DetectedError& e) {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  if (!std::isfinite(e.size)) return {e.size, e.size, e.size};
+  const Attitude with = attitude_from_fields(from_eigen(e.down), from_eigen(e.field));
+  const auto turned = [](double angle) { return std::remainder(angle, 2 * kPi); };
+  const bool vertical = std::abs(std::sin(at.inclination)) < 1e-12;
+  return {with.inclination - at.inclination, vertical ? none : turned(with.toolface - at.toolface),
+          vertical ? none : turned(with.azimuth - at.azimuth)};
 }
 
 }  // namespace surveymc

@@ -56,6 +56,7 @@ SensorRunBatch batch_of(const SensorRunSetup& s, SensorRuns& runs) {
           groups_for(runs.trials),
           s.reported.data(),
           static_cast<int>(s.reported.size()),
+          s.first_is_tie_on,
           s.method,
           std::sin(s.declination),
           std::cos(s.declination),

@@ -24,6 +24,9 @@ struct SensorRunSetup {
   SensorTermArray sd{};  ///< one standard deviation of each error, normal and independent
   ToolfacePlan plan;
   std::vector<int> reported;  ///< stations whose position is wanted, ascending
+  /// The first station is a tie-on: its direction is known, the tool does not measure it. Else it is measured as the
+  /// others are, and its errors move the half leg that follows it.
+  bool first_is_tie_on = false;
 
   int stations() const { return static_cast<int>(md.size()); }
 };

@@ -74,8 +74,10 @@ void positions_of(const SensorRunBatch& b, const double* errors, const double* t
   int next = 0;
   for (int k = 0; k < b.stations && next < b.reported_count; ++k) {
     const T c = load<T>(toolface + 2 * k * kGroup), s = load<T>(toolface + (2 * k + 1) * kGroup);
-    const Vec3<T> g = reading(b.gravity + 3 * k, c, s, g_gain, g_bias);
-    const Vec3<T> m = reading(b.field + 3 * k, c, s, b_gain, b_bias);
+    const bool exact = k == 0 && b.first_is_tie_on;
+    const Vec3<T> one{T(1.0), T(1.0), T(1.0)}, none{T(0.0), T(0.0), T(0.0)};
+    const Vec3<T> g = reading(b.gravity + 3 * k, c, s, exact ? one : g_gain, exact ? none : g_bias);
+    const Vec3<T> m = reading(b.field + 3 * k, c, s, exact ? one : b_gain, exact ? none : b_bias);
     const Vec3<T> tangent = tangent_from_fields(scale(T(1.0) / norm(g), g), m);
     if (k > 0) position = position + leg(b.method, T(b.md[k] - b.md[k - 1]), before, tangent);
     before = tangent;

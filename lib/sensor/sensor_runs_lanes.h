@@ -20,6 +20,7 @@ struct SensorRunBatch {
   int stations, groups;
   const int* reported;
   int reported_count;
+  bool first_is_tie_on;
   PositionMethod method;
   double sin_declination, cos_declination;
   SensorTermArray sd;

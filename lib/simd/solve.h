@@ -1,5 +1,6 @@
 #pragma once
-/// Small fixed-size symmetric systems for any scalar type, unrolled by the compiler; lanes never diverge.
+/// Small fixed-size systems, most of them symmetric, for any scalar type, unrolled by the compiler; lanes never
+/// diverge.
 #include <array>
 #include <cstddef>
 
@@ -53,6 +54,46 @@ std::array<T, N> ldlt_solve(const Symmetric<T, N>& f, std::array<T, N> x) {
     const std::size_t i = N - 1 - back;
 #pragma GCC unroll 8
     for (std::size_t k = i + 1; k < N; ++k) x[i] = fma(-f[packed(k, i)], x[k], x[i]);
+  }
+  return x;
+}
+
+/// Full N x N matrix, row by row.
+template <class T, std::size_t N>
+using Square = std::array<T, N * N>;
+
+/// A = L U: L with unit diagonal below the diagonal, U above it, and 1 / U_ii on it. No pivoting: meant for matrices
+/// whose symmetric part is positive definite, as a positive definite matrix with a small perturbation. Where a pivot
+/// vanishes the factor is not finite, and so is the solution: callers test the solution.
+template <class T, std::size_t N>
+Square<T, N> lu(Square<T, N> a) {
+#pragma GCC unroll 8
+  for (std::size_t k = 0; k < N; ++k) {
+    a[k * N + k] = T(1.0) / a[k * N + k];
+#pragma GCC unroll 8
+    for (std::size_t i = k + 1; i < N; ++i) {
+      const T factor = a[i * N + k] * a[k * N + k];
+      a[i * N + k] = factor;
+#pragma GCC unroll 8
+      for (std::size_t j = k + 1; j < N; ++j) a[i * N + j] = fma(-factor, a[k * N + j], a[i * N + j]);
+    }
+  }
+  return a;
+}
+
+/// Solves A x = b from lu(A).
+template <class T, std::size_t N>
+std::array<T, N> lu_solve(const Square<T, N>& f, std::array<T, N> x) {
+#pragma GCC unroll 8
+  for (std::size_t i = 0; i < N; ++i)
+#pragma GCC unroll 8
+    for (std::size_t k = 0; k < i; ++k) x[i] = fma(-f[i * N + k], x[k], x[i]);
+#pragma GCC unroll 8
+  for (std::size_t back = 1; back <= N; ++back) {
+    const std::size_t i = N - back;
+#pragma GCC unroll 8
+    for (std::size_t k = i + 1; k < N; ++k) x[i] = fma(-f[i * N + k], x[k], x[i]);
+    x[i] = x[i] * f[i * N + i];
   }
   return x;
 }

@@ -21,6 +21,12 @@
 /// fourth order, and its variance of order eight instead of six.
 /// The price: fourth-order terms have heavy tails, and the interval of the standard deviation is a little too narrow
 /// with few pairs (the toy model of the tests: it holds 90 % with 500 pairs, 93 % with 2000, 95 % with 8000).
+///
+/// Trials that fail have no y, but their draws are known and so is their control. What is estimated is of the trials
+/// that do not fail: with c = 1 of these and 0 of the failed, E[c y] / E[c]. The control's known mean is that over
+/// *all* trials, so it is held against the sample mean over all of them, and the ratio enters as every mean does, by
+/// its per-trial term (y - ratio) c / E[c]. Dropping the failed trials from the control's mean instead would shift the
+/// estimate by what failure and control have in common.
 #include <array>
 
 #include "stats/intervals.h"
@@ -44,17 +50,28 @@ Eigen::MatrixXd control_columns(const Eigen::Ref<const Eigen::VectorXd>& y_i,
                                 const Eigen::Ref<const Eigen::VectorXd>& l_i,
                                 const Eigen::Ref<const Eigen::VectorXd>& l_j);
 
+/// Columns of the trials that failed: those of control_columns() with y = 0. If the trials are antithetic pairs, of all
+/// trials whose pair has one that failed, and their pair_means().
+Eigen::MatrixXd lost_columns(const Eigen::Ref<const Eigen::VectorXd>& l_i,
+                             const Eigen::Ref<const Eigen::VectorXd>& l_j);
+
+/// Moments of lost_columns(); null: no trial failed.
+struct LostTrials {
+  const Moments *trials = nullptr, *pairs = nullptr;
+};
+
 /// Mean of y_i less its prediction, from the moments of the columns of (i, i); `control_variance` is that of l_i.
 /// Here and below: if the trials are antithetic pairs, `pairs` has the moments of the pair_means() of the columns.
+/// `columns` and `pairs` are of the trials that did not fail, `lost` is of the others.
 ControlledEstimate controlled_mean(const Moments& columns, double control_variance, double confidence,
-                                   const Moments* pairs = nullptr);
+                                   const Moments* pairs = nullptr, const LostTrials& lost = {});
 
 /// Standard deviation of y_i from the columns of (i, i); `control_variance` is the known one of l_i.
 ControlledEstimate controlled_sd(const Moments& columns, double control_variance, double confidence,
-                                 const Moments* pairs = nullptr);
+                                 const Moments* pairs = nullptr, const LostTrials& lost = {});
 
 /// Covariance of y_i and y_j; `control_covariance` is the known one of l_i and l_j.
 ControlledEstimate controlled_covariance(const Moments& columns, double control_covariance, double confidence,
-                                         const Moments* pairs = nullptr);
+                                         const Moments* pairs = nullptr, const LostTrials& lost = {});
 
 }  // namespace surveymc

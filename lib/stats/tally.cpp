@@ -88,7 +88,7 @@ double Moments::kurtosis(Index i) const {
 namespace {
 
 void merge_each(std::vector<Moments>& all, const std::vector<Moments>& next) {
-  if (all.empty()) all.resize(next.size());
+  if (all.size() < next.size()) all.resize(next.size());
   for (std::size_t i = 0; i < next.size(); ++i) all[i].merge(next[i]);
 }
 

@@ -37,6 +37,7 @@ ComparisonRow row_of(const std::string& quantity, const std::string& unit, doubl
 void set_verdict(ComparisonRow& row, const Interval& ratio, const VerdictRule& rule, std::uint64_t trials) {
   const Verdict v = judge(ratio, rule.margin, trials);
   row.verdict = v.word;
+  row.margin = v.word.empty() ? std::nan("") : rule.margin;
   if (v.trials_to_decide > 0) {
     if (!row.note.empty()) row.note += "; ";
     row.note += fmt::format("about {:.2g} trials would decide", static_cast<double>(v.trials_to_decide));
@@ -144,7 +145,10 @@ ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, st
   if (std::isnan(predicted)) return row;
   if (events == 0) {  // no ratio, but perhaps a verdict: the prediction may lie above all that is possible
     row.note = "never seen";
-    if (predicted * (1 - rule.margin) > row.interval.hi) row.verdict = "differs";
+    if (predicted * (1 - rule.margin) > row.interval.hi) {
+      row.verdict = "differs";
+      row.margin = rule.margin;
+    }
     return row;
   }
   row.ratio = predicted / row.monte_carlo;
@@ -174,6 +178,8 @@ Table comparison_table(const std::string& name, const std::string& long_name, co
     t.number("published", "1", "published value, in the row's unit", r.published);
     t.number("published_ratio", "1", "published / Monte Carlo",
              r.monte_carlo != 0 ? r.published / r.monte_carlo : std::nan(""));
+    t.number("margin", "1", "what agrees: the ratio within 1 -+ margin; of a mean, its shift in sd within it",
+             r.margin);
     t.word("verdict", "agrees, differs or undecided", r.verdict);
     t.word("expected", "the verdict this row should have; differs where a formulation is wrong on purpose", r.expected);
     t.word("note", "what else there is to say", r.note);

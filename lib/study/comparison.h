@@ -22,6 +22,7 @@ struct ComparisonRow {
   Interval ratio_interval{ratio, ratio};
   double published = std::numeric_limits<double>::quiet_NaN();
   std::string verdict, expected, note;
+  double margin = std::numeric_limits<double>::quiet_NaN();  ///< that the verdict was given by
 };
 
 /// A Monte-Carlo value and its interval. NaN: not there.

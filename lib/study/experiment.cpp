@@ -13,6 +13,13 @@ std::uint64_t RunPlan::total_trials() const {
   return n;
 }
 
+namespace {
+
+/// 0 where there is none, which is for what draws nothing.
+std::uint64_t seed_of(const Config& config) { return config.has_seed() ? config.seed() : 0; }
+
+}  // namespace
+
 std::shared_ptr<const StudyPoint> RunPlan::prepare(std::size_t point, const RunOptions& options) const {
   if (options.stop && *options.stop) throw Interrupted("stopped before all points were prepared");
   try {
@@ -25,12 +32,13 @@ std::shared_ptr<const StudyPoint> RunPlan::prepare(std::size_t point, const RunO
 
 RunPlan read_run(const Experiment& experiment, Config config, const std::atomic<bool>* stop) {
   RunPlan run{experiment, std::move(config), {}};
-  const StudySeed seed{run.config.seed(), experiment.id};
+  const StudySeed seed{seed_of(run.config), experiment.id};
   std::vector<Axis> first;
   for (std::size_t i = 0; i < run.config.point_count(); ++i) {
     if (stop && *stop) throw Interrupted("stopped before all points were read");
     ConfigReader reader = run.config.reader(i);
     run.points.push_back(experiment.read(reader, seed));
+    if (run.points.back()->trials() > 0) run.config.seed();  // trials draw: there must be one
     const std::vector<Axis> own = run.points.back()->map_axes();
     if (i == 0) first = own;
     for (std::size_t a = 0; a < std::max(first.size(), own.size()); ++a)
@@ -272,7 +280,7 @@ Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)
   p.experiment = run.experiment.name();
   p.config = run.config.resolved_text();
   p.config_hash = run.config.hash();
-  p.seed = run.config.seed();
+  p.seed = seed_of(run.config);
   p.trials = run.points.empty() ? 0 : run.points.front()->trials();
   return result;
 }

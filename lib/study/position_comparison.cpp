@@ -57,6 +57,8 @@ void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector
            has_area ? row->wishart_p : kNan);
   t.number("published_ratio_major", "1", "published ratio along the major axis", row ? row->published_major : kNan);
   t.number("published_ratio_minor", "1", "published ratio along the minor axis", row ? row->published_minor : kNan);
+  t.number("margin", "1", "what agrees: the ratio of both axes within 1 -+ margin",
+           word[0].empty() && word[1].empty() ? kNan : rule.margin);
   t.word("verdict", "both axes agree, one differs, or undecided",
          word[0] == "differs" || word[1] == "differs" ? "differs"
          : word[0] == word[1]                         ? word[0]
@@ -82,7 +84,7 @@ ComparisonRow compare_nees(const std::string& quantity, const SampleSummary& dis
                            const VerdictRule& rule, std::uint64_t trials) {
   const bool enough = distance.units >= 2;
   const Estimate found = enough ? Estimate{distance.mean, mean_interval(distance, rule.confidence)} : Estimate{};
-  ComparisonRow row = compare_value(quantity, "1", found, dimension, {2 * rule.margin, rule.confidence}, trials);
+  ComparisonRow row = compare_value(quantity, "1", found, dimension, {rule.nees_margin, rule.confidence}, trials);
   const Interval band = enough ? nees_band(dimension, distance.units, rule.confidence) : Interval{};
   row.note =
       enough ? fmt::format("consistent predictions give {:.3f} .. {:.3f}", band.lo, band.hi) : "fewer than two trials";

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
+#include "estimate/estimators.h"
 #include "montecarlo/run_blocks.h"
 #include "survey/minimum_curvature.h"
 
@@ -79,16 +80,37 @@ ToolSpread read_tool_spread(ConfigReader& c) {
           c.number("sensor.spread.axial_bias_nT", Range::closed(0, 1e5), 0)};
 }
 
+namespace {
+
+/// Estimators with this trait, for messages.
+template <class Trait>
+std::string names_with(const Trait& has_trait) {
+  std::vector<std::string_view> names;
+  for (const EstimatorKind& k : estimators())
+    if (has_trait(k)) names.push_back(k.name);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+}  // namespace
+
 EstimatorOptions read_estimator(ConfigReader& c, const InputErrors& truth, const ReferenceField& field) {
   EstimatorOptions o;
   o.name = c.choice("estimator.name", estimator_names());
+  const EstimatorKind& kind = estimator_kind(o.name);
+  c.require(kind.predict != nullptr, "estimator.name",
+            "this study compares with a prediction to first order, and \"" + o.name + "\" has none");
   o.solver = c.choice("estimator.solver", solver_names(), o.solver);
-  c.require(o.name != "wls" || o.solver == "gauss_newton", "estimator.solver",
-            "wls is linear and solved in closed form: must be \"gauss_newton\"");
+  c.require(kind.has_second_solvers || o.solver == "gauss_newton", "estimator.solver",
+            o.name + " is solved in closed form: must be \"gauss_newton\"");
   o.max_iterations = static_cast<int>(c.integer("estimator.max_iterations", 1, 10000, o.max_iterations));
   o.step_tolerance = c.number("estimator.step_tolerance", Range{0, 1e-2, true, false}, o.step_tolerance);
   o.assumed = truth;
-  if (o.name == "msa") return o;
+  if (!kind.derivative.empty())
+    o.derivative = c.choice("estimator.derivative", derivative_names(), std::string(kind.derivative));
+  else if (c.has("estimator.derivative"))
+    c.fail("estimator.derivative",
+           "only " + names_with([](const EstimatorKind& k) { return !k.derivative.empty(); }) + " have it");
+  if (!kind.weighs) return o;
   o.assumed.magnetometer = c.number("estimator.magnetometer_nT", Range::closed(0, 1e5), truth.magnetometer);
   c.require(o.assumed.magnetometer > 0, "estimator.magnetometer_nT",
             "must be > 0: " + o.name + " weighs the readings by it");
@@ -103,8 +125,10 @@ EstimatorOptions read_estimator(ConfigReader& c, const InputErrors& truth, const
 }
 
 AssumedNoise read_assumed_noise(ConfigReader& c, const std::string& estimator) {
-  if (estimator != "wls") {
-    if (c.has("estimator.magnetometer_drawn")) c.fail("estimator.magnetometer_drawn", "only wls has it");
+  if (!estimator_kind(estimator).weighs_each_reading) {
+    if (c.has("estimator.magnetometer_drawn"))
+      c.fail("estimator.magnetometer_drawn",
+             "only " + names_with([](const EstimatorKind& k) { return k.weighs_each_reading; }) + " has it");
     return AssumedNoise::constant;
   }
   const std::string drawn = c.choice("estimator.magnetometer_drawn", {"constant", "sd", "variance"}, "constant");
@@ -114,7 +138,10 @@ AssumedNoise read_assumed_noise(ConfigReader& c, const std::string& estimator) {
 }
 
 VerdictRule read_verdict_rule(ConfigReader& c) {
-  return {c.number("verdict.margin", Range::open(0, 1), 0.02), c.number("verdict.confidence", Range::open(0, 1), 0.95)};
+  const VerdictRule usual;
+  return {c.number("verdict.margin", Range::open(0, 1), usual.margin),
+          c.number("verdict.confidence", Range::open(0, 1), usual.confidence),
+          c.number("verdict.nees_margin", Range::open(0, 1), usual.nees_margin)};
 }
 
 TrialPlan read_trial_plan(ConfigReader& c, const std::vector<std::string>& stoppable, VerdictRule& verdict) {

@@ -33,16 +33,18 @@ NoiseModel read_noise(ConfigReader& config);
 /// axial_bias_nT adds to the bias of z only.
 ToolSpread read_tool_spread(ConfigReader& config);
 
-/// `estimator = "msa"` or `[estimator] name, solver, max_iterations, step_tolerance`, and what all but msa assume, by
-/// default what is true of the simulation (`noise`, and `spread` for the priors): magnetometer_nT, accelerometer_mps2,
-/// `reference = { total_nT, dip_deg }`, `prior = { gain, bias_nT, axial_bias_nT }` (0: no prior). One sd each.
+/// `estimator = "msa"` or `[estimator] name, solver, max_iterations, step_tolerance`; `derivative` of those that have
+/// it; and what all that weigh assume, by default what is true of the simulation (`noise`, and `spread` for the
+/// priors): magnetometer_nT, accelerometer_mps2, `reference = { total_nT, dip_deg }`, `prior = { gain, bias_nT,
+/// axial_bias_nT }` (0: no prior). One sd each. An estimator without a prediction to first order is refused: every
+/// study that reads one compares with it.
 EstimatorOptions read_estimator(ConfigReader& config, const InputErrors& truth, const ReferenceField& field);
 
 /// `estimator.magnetometer_drawn` ("constant"), of wls only: whether what it assumes of a reading is drawn anew in each
 /// run, as "sd" or as "variance".
 AssumedNoise read_assumed_noise(ConfigReader& config, const std::string& estimator);
 
-/// `[verdict] margin (0.02), confidence (0.95)`.
+/// `[verdict] margin (0.02), confidence (0.95), nees_margin (0.06)`.
 VerdictRule read_verdict_rule(ConfigReader& config);
 
 /// How many trials: a number, or until the intervals are narrow enough.

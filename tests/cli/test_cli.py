@@ -621,7 +621,13 @@ class BadConfigs(Case):
             ([estimator('name = "msa_joint"'), ("magnetometer_nT = 50.0", "magnetometer_nT = 0.0")], "",
              r"^error: bad\.toml\S*: estimator\.magnetometer_nT\b.*must be > 0: msa_joint weighs"),
             ([estimator('name = "wls", solver = "nlopt_lbfgs"')], "",
-             line + r"estimator\.solver = \"nlopt_lbfgs\": wls is linear .*must be \"gauss_newton\"$"),
+             line + r"estimator\.solver = \"nlopt_lbfgs\": wls is solved in closed form: must be \"gauss_newton\"$"),
+            ([estimator('name = "msa_joint", derivative = "true"')], "",
+             line + r"estimator\.derivative = \"true\": must be one of \"measured\", \"fitted\""),
+            ([estimator('name = "msa", derivative = "fitted"')], "",
+             line + r"estimator\.derivative = \"fitted\": only msa_weighted, msa_joint, wls_consider have it$"),
+            ([estimator('name = "wls", derivative = "fitted"')], "",
+             line + r"estimator\.derivative = \"fitted\": only msa_weighted, msa_joint, wls_consider have it$"),
             ([estimator(drawn + '"sd"')], "", line + r"estimator\.magnetometer_drawn = \"sd\": .*outputs = \[\"parameters\"\]"),
             ([estimator(drawn + '"sd"'), ("seed = 1", 'seed = 1\noutputs = ["parameters"]')], "",
              r"^error: bad\.toml:6: estimator\.magnetometer_drawn = \"sd\": .*control_variate = false"),
@@ -1235,6 +1241,28 @@ class Replay(Case):
         k = next(i for i in range(600) if i not in set(failed.tolist()))
         self.assertNotIn("NOT converged", self.call("run", "base.toml", "--trial", k, *options).stdout)
 
+    def test_failed_trials_leave_the_control_variate_in_force(self):
+        options = ["--set", "estimator.max_iterations=3"]
+        path = self.run_config(*options)
+        failed = len(column(path, "tables/failed_trials", "trial"))
+        get = lambda name: column(path, "tables/control_variate", name)
+        self.assertGreaterEqual(len(get("controlled")), 12)
+        self.assertTrue(np.isfinite(get("controlled")).all())
+        width = lambda name: np.subtract(get(f"{name}_ci_high"), get(f"{name}_ci_low"))
+        self.assertTrue((width("controlled") <= width("plain") * (1 + 1e-9)).all())
+        self.assertLess(np.median(width("controlled") / width("plain")), 0.7)
+        with h5py.File(path) as f:
+            self.assertIn(f"{failed} failed", f["tables/control_variate"].attrs["long_name"])
+        # The stopping rule goes by the controlled interval too: the first look suffices.
+        self.write("stop.toml", CONFIG.replace("trials = 600\n", "") +
+                   '[stop]\nrelative_ci = 0.02\nquantities = ["sigma3_gain_x"]\nmax_trials = 200000\n')
+        trials = {}
+        for controlled in ["true", "false"]:
+            stopped = self.run_config(*options, "--set", f"control_variate={controlled}", config="stop.toml",
+                                      output=f"{controlled}.h5")
+            trials[controlled] = int(column(stopped, "tables/parameters", "trials")[0])
+        self.assertLess(trials["true"], trials["false"])
+
 
 class Antithetic(Case):
     ON = ["--set", "antithetic=true", "--set", "noise.accelerometer_mps2=0.002", "--set", "noise.reference.per=run",
@@ -1643,6 +1671,9 @@ class ReliabilityMaps(Case):
                                 '[survey]\nfile = "survey.csv"\ntoolface_zero = "y"\n')
         self.call("run", "well.toml", "-o", "well.h5")
         self.assertEqual(len(column(self.folder / "well.h5", "tables/stations", "md_m")), 6 * 6 + 3)
+        for angle in ("inclination", "toolface", "azimuth"):
+            sizes = np.abs(column(self.folder / "well.h5", "tables/stations", f"external_{angle}_deg"))
+            self.assertTrue(np.all(np.isnan(sizes) | (sizes <= 180)), angle)
         self.write("mine.csv", SURVEY.replace(",toolface_deg", "").replace(",0\n", "\n").replace(",50\n", "\n")
                    .replace(",120\n", "\n").replace(",200\n", "\n").replace(",300\n", "\n").replace(",40\n", "\n"))
         self.refused(BAD_INPUT, "run", "well.toml", "-o", "b.h5", "--set", "survey.file=mine.csv", says="toolface")

@@ -81,6 +81,16 @@ class Tables(CovarianceCase):
         np.testing.assert_allclose(column(path, "tables/covariance", "sd_along_hole_m"),
                                    column(path, "tables/covariance", "sd_vertical_m"), rtol=1e-15)
 
+    def test_no_seed_is_asked_for_where_nothing_is_drawn(self):
+        a = self.covariance(output="a.h5")
+        self.write("base.toml", CONFIG.replace("seed = 1\n", ""))
+        b = self.covariance(output="b.h5")
+        np.testing.assert_array_equal(a, b)
+        self.call("rerun", "b.h5")
+        self.write("base.toml", test_cli.CONFIG.replace("seed = 1\n", ""))
+        self.write("survey.csv", test_cli.SURVEY)
+        self.refused(BAD_INPUT, "run", "base.toml", "-o", "never.h5", says=r"base\.toml\S*: seed: missing")
+
     def test_trials_and_seed_change_nothing(self):
         """There is no Monte Carlo, but any config may name them."""
         a = self.covariance()

@@ -212,6 +212,21 @@ class SensorMonteCarlo(Case):
                 checked += 1
         self.assertEqual(checked, 4 * 2 * 3)
 
+    def test_a_tie_on_has_no_error(self):
+        """Config key first_station: Monte Carlo and predictions both leave the first station's errors out, a sixth of the
+        variance 60 m from it."""
+        variance = {}
+        for first in ["measured", "tie_on"]:
+            path = self.run_config("sensors.toml", "--set", f"first_station={first}", "--trials", 20000,
+                                   output=f"{first}.h5")
+            found = {row["formulation"]: row["nn_m2"] + row["ee_m2"] + row["vv_m2"]
+                     for row in self.rows(path, "position_covariance") if row["md_m"] == 60}
+            variance[first] = found["toolface_dependent"]
+            # 4 standard errors of a variance from 20,000 runs (sqrt(2 / n) = 1 %)
+            self.assertAlmostEqual(found["monte_carlo"] / found["toolface_dependent"], 1, delta=0.04)
+        self.assertLess(variance["tie_on"], 0.95 * variance["measured"])
+        self.refused("sensors.toml", "first_station=known", says=r'first_station = "known": must be one of "measured"')
+
     def test_ellipses_are_the_eigenvectors_of_the_covariances(self):
         path = self.run_config("sensors.toml")
         covariances = {(r["md_m"], r["formulation"]): r for r in self.rows(path, "position_covariance")}

@@ -118,8 +118,12 @@ TEST_CASE("Config: experiment, seed and title belong to the file") {
   CHECK(config.sweep_values(0).empty());
   CHECK(config_of("").title().empty());
 
-  const auto of = [](const std::string& text) { return message_of([&] { Config::from_text(text, "t.toml", {}); }); };
+  const auto of = [](const std::string& text) {
+    return message_of([&] { Config::from_text(text, "t.toml", {}).seed(); });
+  };
   CHECK(of("") == "t.toml: experiment: missing");
+  CHECK(config.has_seed());
+  CHECK_FALSE(Config::from_text("experiment = 'e'\n", "t.toml", {}).has_seed());  // right where nothing is drawn
   CHECK(of("experiment = 'e'\n") == "t.toml: seed: missing");
   CHECK(of("experiment = 'e'\n[field]\nseed = 4\n") ==
         "t.toml:3: seed: missing (found field.seed: write it above the first [table])");

@@ -162,6 +162,76 @@ void check_derivatives(const FieldFitModel& model, const Data& d) {
   }
 }
 
+/// The equations with the derivative by a gain at the fitted field, as field_fit.h says them: half the gradient of the
+/// cost, with the reading in the derivative by p replaced by that of the field n Bh' + u Bv'.
+template <class T, std::size_t N>
+std::array<T, N> fitted_equations(const FieldFitModel& model, const Data& d, int trial, const std::array<T, N>& x) {
+  using D = Dual<T, N>;
+  std::array<D, N> variables;
+  for (std::size_t i = 0; i < N; ++i) variables[i] = D::variable(x[i], i);
+  std::array<T, N> out;
+  for (std::size_t i = 0; i < N; ++i) out[i] = T(0.0);
+  const double per_total = 1 / d.c.field.total;
+  for (int k = 0; k < d.block.stations; ++k) {
+    const auto r = residual<D, N>(model, d, trial, k, variables);
+    const T fh = T(model.w_hh) * r[0].a + T(model.w_hv) * r[1].a, fv = T(model.w_hv) * r[0].a + T(model.w_vv) * r[1].a;
+    const auto row = [&](const LaneArray& a, double unit) {
+      return Vec3<T>{T(a.value(trial, 3 * k) * unit), T(a.value(trial, 3 * k + 1) * unit),
+                     T(a.value(trial, 3 * k + 2) * unit)};
+    };
+    const Vec3<T> m = row(d.block.magnetic, per_total), u = row(d.block.down, 1);
+    const Vec3<T> b{x[0] * m.x - x[3], x[1] * m.y - x[4], x[2] * m.z - x[5]};
+    const T bv = dot(u, b);
+    const Vec3<T> level = b - scale(bv, u);
+    const T bh = norm(level), fitted_bh = bh - r[0].a, fitted_bv = bv - r[1].a;
+    const Vec3<T> fitted = scale(fitted_bh / bh, level) + scale(fitted_bv, u);
+    const std::array<T, 3> fitted_reading{(fitted.x + x[3]) / x[0], (fitted.y + x[4]) / x[1], (fitted.z + x[5]) / x[2]};
+    for (std::size_t i = 0; i < N; ++i) {
+      // By p_i the derivative is the reading times minus that by q_i.
+      const std::size_t from = i < 3 ? 3 + i : i;
+      const T g = r[0].d[from] * fh + r[1].d[from] * fv;
+      out[i] = out[i] + (i < 3 ? T(-1.0) * fitted_reading[i] * g : g);
+    }
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    out[i] = out[i] + T(model.gain_prior) * (x[i] - T(1.0));
+    out[3 + i] = out[3 + i] + T(model.bias_prior[i]) * x[3 + i];
+  }
+  for (std::size_t i = 6; i < N; ++i) out[i] = out[i] + T(model.unit_weight) * x[i];
+  return out;
+}
+
+/// Equations at the fitted field and their matrix against dual numbers.
+template <std::size_t N>
+void check_fitted(const FieldFitModel& model, const Data& d) {
+  using D = Dual<double, N>;
+  constexpr int trial = 3;
+  const std::array<double, N> x = somewhere<N>();
+  std::array<D, N> variables;
+  for (std::size_t i = 0; i < N; ++i) variables[i] = D::variable(x[i], i);
+  const auto exact = fitted_equations<D, N>(model, d, trial, variables);
+  const auto kernel = fitted_field_equations<double, N, true>(model, d.lane(trial), x);
+  const auto bare = fitted_field_equations<double, N, false>(model, d.lane(trial), x);
+  const auto measured = field_fit_equations<double, N, true>(model, d.lane(trial), x, 1.0);
+  CHECK(bare.value == kernel.value);  // the same bits without the matrix
+  CHECK(bare.cost == measured.cost);
+  double largest = 0, unsymmetric = 0;
+  for (std::size_t i = 0; i < N; ++i) {
+    CAPTURE(i);
+    const double own = std::sqrt(measured.matrix[packed(i, i)] * measured.cost);
+    CHECK(std::abs(kernel.value[i] - exact[i].a) < 1e-12 * own);  // rounding of 53 stations of both signs
+    largest = std::max(largest, std::abs(kernel.value[i] - measured.gradient[i]) / own);
+    for (std::size_t j = 0; j < N; ++j) {
+      CAPTURE(j);
+      const double bound = std::sqrt(measured.matrix[packed(i, i)] * measured.matrix[packed(j, j)]);
+      CHECK(std::abs(kernel.matrix[i * N + j] - exact[i].d[j]) < 1e-12 * bound);
+      unsymmetric = std::max(unsymmetric, std::abs(kernel.matrix[i * N + j] - kernel.matrix[j * N + i]) / bound);
+    }
+  }
+  CHECK(largest > 1e-3);  // what the fitted field changes is there to be wrong
+  CHECK(unsymmetric > 1e-3);
+}
+
 template <class T, std::size_t N>
 struct Equations {
   const FieldFitModel& model;
@@ -173,10 +243,21 @@ struct Equations {
 };
 
 template <class T, std::size_t N>
+struct FittedEquations {
+  const FieldFitModel& model;
+  FieldFitData data;
+  template <bool WithMatrix>
+  RootEquations<T, N> operator()(const std::array<T, N>& x) const {
+    return fitted_field_equations<T, N, WithMatrix>(model, data, x);
+  }
+};
+
+template <class T, std::size_t N>
 NewtonSolution<T, N> solve(const FieldFitModel& model, const FieldFitData& data) {
   std::array<T, N> start;
   for (std::size_t i = 0; i < N; ++i) start[i] = T(i < 3 ? 1.0 : 0.0);
-  return newton_minimum<T, N>(Equations<T, N>{model, data}, start, {});
+  const auto minimum = newton_minimum<T, N>(Equations<T, N>{model, data}, start, {});
+  return model.fitted_derivative ? newton_root<T, N>(FittedEquations<T, N>{model, data}, minimum.x, {}) : minimum;
 }
 
 template <std::size_t N>
@@ -205,6 +286,31 @@ TEST_CASE("Field fit: gradient and matrices are those of dual numbers and of dif
     InputErrors no_priors = all_errors();
     no_priors.gain = no_priors.bias = 0;
     check_derivatives<8>(model_of("msa_joint", no_priors, d.c.field), d);
+  }
+}
+
+TEST_CASE("Field fit: equations with the derivative at the fitted field, and their matrix, are those of dual numbers") {
+  for (const int number : {1, 3, 4}) {
+    const Data d(number);
+    CAPTURE(number);
+    for (const char* name : {"wls_consider", "msa_weighted"})
+      check_fitted<6>(model_of(name, all_errors(), d.c.field), d);
+    check_fitted<8>(model_of("msa_joint", all_errors(), d.c.field), d);
+  }
+}
+
+TEST_CASE("Field fit: what is not estimated has no part in the equations at the fitted field") {
+  const Data d(4);
+  FieldFitModel m = model_of("msa_joint", all_errors(), d.c.field);
+  m.estimated = {true, false, true, false, true, false};
+  const auto e = fitted_field_equations<double, 8, true>(m, d.lane(0), somewhere<8>());
+  for (std::size_t i = 0; i < 6; ++i) {
+    if (m.estimated[i]) continue;
+    CHECK(e.value[i] == 0);
+    for (std::size_t j = 0; j < 8; ++j) {
+      CHECK(e.matrix[8 * i + j] == (i == j ? 1 : 0));
+      CHECK(e.matrix[8 * j + i] == (i == j ? 1 : 0));
+    }
   }
 }
 
@@ -237,7 +343,12 @@ TEST_CASE("Field fit: a trial solved in a lane has the same bits as the trial so
       const Data d(number, first);
       InputErrors errors = all_errors();
       errors.gain = errors.bias = 0;
-      check_lanes<6>(model_of("msa_weighted", errors, d.c.field), d);
-      check_lanes<8>(model_of("msa_joint", errors, d.c.field), d);
+      for (const bool fitted : {false, true}) {
+        FieldFitModel weighted = model_of("msa_weighted", errors, d.c.field),
+                      joint = model_of("msa_joint", errors, d.c.field);
+        weighted.fitted_derivative = joint.fitted_derivative = fitted;
+        check_lanes<6>(weighted, d);
+        check_lanes<8>(joint, d);
+      }
     }
 }

@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 """The paper's protocol on a real well: check_real_well.py SURVEYMC TABLE2.toml FOLDER. Exit 77 where FOLDER is absent.
 
-Bounds are on what must hold of this file: how it is read, that AKS follows faulty inputs less than AS, and that the
-depletion of the well is taken for a drift of its healthy bottom-hole gauge, by both.
+Bounds are on what must hold of this file: how it is read, that AKS follows faulty inputs less than AS, that the depletion of
+the well is taken for a drift of its healthy bottom-hole gauge, by both, and which of the source's claims hold, as
+docs/studies.md says.
 """
 import csv
 import io
@@ -41,6 +42,12 @@ def main():
         assert 0.3 < ratio < 0.8, ratio
         blamed = {r["architecture"]: r["p_alarm_without_drift"] for r in rows("alarms") if r["sensor"] == "P-PDG"}
         assert blamed["aakr_sprt"] == blamed["aakr_kf_sprt"] == "1", blamed
+        claims = {r["quantity"]: (r["verdict"], float(r["monte_carlo"])) for r in rows("claims")}
+        agree = {"blames_a_healthy_sensor", "auto_sensitivity_is_lower", "unfaulted_mse_is_higher"}
+        assert len(claims) == 6 and {c for c, (verdict, _) in claims.items() if verdict == "agrees"} == agree, claims
+        for claim, quoted, digits in [("auto_sensitivity_is_lower", 0.546, 3), ("cross_sensitivity_is_lower", 1.54, 2),
+                                      ("unfaulted_mse_is_higher", 1.047, 3), ("drifting_mse_is_lower", 1.007, 3)]:
+            assert round(claims[claim][1], digits) == quoted, claims[claim]  # one realisation, nothing is drawn
         assert subprocess.run([SURVEYMC, "rerun", out], capture_output=True, text=True).stdout.startswith("identical")
     print("as it must be")
     return 0

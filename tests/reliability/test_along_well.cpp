@@ -163,3 +163,73 @@ TEST_CASE("A vertical station has an effect on the position, and none on angles 
     }
   }
 }
+
+TEST_CASE("Errors that are just found, without linearisation: against the adjustment of the whole well") {
+  // The near-vertical stations of a_well are where linear theory is worst. What is left is the curvature of the other
+  // stations, whose adjusted readings move by tenths of their sd: parts in a thousand of the shift. The bound of the
+  // position with systematic terms was set after it was seen: .8 % with four stations.
+  const Survey well = a_well(4);
+  const auto end = [](const Survey& s) { return minimum_curvature_positions(s).back(); };
+  for (const bool systematic : {false, true}) {
+    AdjustmentModel m;
+    m.mode = AdjustmentMode::mse_shared;
+    m.systematic_terms = systematic;
+    m.field.declination = 7 * kDegree;
+    StationReadings y{{}, {m.field.gravity, m.field.total, m.field.dip}};
+    for (const Attitude& at : attitudes(well, m.field.declination)) {
+      const Observations of = true_observations(at, m.field);
+      y.readings.push_back({of[0], of[1], of[2], of[3], of[4], of[5]});
+    }
+    const Eigen::VectorXd variances = adjustment_variances(m, y.readings);
+    const WellErrors errors(m, well, kLambda, DetectedBy::general_test);
+    for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t i = 0; i < kReadings; ++i)
+        for (const int sign : {1, -1}) {
+          const FoundError found = errors.of(k, i, sign);
+          INFO("systematic " << systematic << " station " << k << " " << observation_names()[i] << " " << found.size);
+          REQUIRE(std::isfinite(found.size));
+          CHECK(found.size * sign > 0);
+          StationReadings with = y;
+          with.readings[k][i] += found.size;
+          const StationAdjustment a = adjust(m, with, variances);
+          REQUIRE(a.converged);
+          CHECK_THAT(std::sqrt(a.omega), WithinRel(kLambda, 5e-3));
+          Survey moved = well;
+          for (std::size_t l = 0; l < 4; ++l) {
+            moved.stations[l].inclination = a.attitudes[l].inclination;
+            moved.stations[l].azimuth = a.attitudes[l].azimuth + m.field.declination;
+          }
+          const Eigen::Vector3d expected = end(moved) - end(well);
+          CHECK_THAT((found.position - expected).norm(),
+                     WithinAbs(0, (systematic ? 2e-2 : 5e-3) * (expected.norm() + 0.1)));
+          CHECK(std::abs(found.azimuth) <= kPi);
+          CHECK(std::abs(found.toolface) <= kPi);
+        }
+  }
+}
+
+TEST_CASE("On their own, errors that are just found are those of the maps, and small ones are linear") {
+  const Survey well = a_well(4);
+  for (const AdjustmentMode mode : {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed}) {
+    AdjustmentModel m;
+    m.mode = mode;
+    const WellErrors errors(m, well, kLambda, DetectedBy::own_test);
+    for (std::size_t k = 0; k < 4; ++k)
+      for (const std::size_t o : observed(mode)) {
+        const double size = errors.of(k, o, -1).size;
+        const double expected =
+            nonlinear_detectable_error(m, attitudes(well, 0)[k], o, kLambda, -1, DetectedBy::own_test);
+        if (std::isfinite(expected)) CHECK_THAT(size, WithinRel(expected, 1e-7));
+      }
+    // A thousandth of lambda0: the curvature is of the order of its ratio to the field
+    const WellErrors small(m, well, 1e-3 * kLambda, DetectedBy::general_test);
+    const WellReliability linear = reliability_along_well(m, well, 1e-3 * kLambda);
+    const FoundError e = small.of(2, 5 - (mode == AdjustmentMode::sse_axial), 1);
+    const StationEffect& l = linear.stations[2][5 - (mode == AdjustmentMode::sse_axial)];
+    CHECK_THAT(e.size, WithinRel(l.detectable, 2e-3));
+    CHECK_THAT((e.position - l.position).norm(), WithinAbs(0, 5e-3 * l.position.norm()));
+  }
+  AdjustmentModel shared;
+  shared.mode = AdjustmentMode::mse_shared;
+  CHECK_THROWS_AS(WellErrors(shared, well, kLambda, DetectedBy::general_test).of(0, 7, 1), std::invalid_argument);
+}

@@ -169,3 +169,28 @@ TEST_CASE("Rates of independent tests by linear theory") {
                               Eigen::VectorXd::Zero(4), 0, k)
                      .any));
 }
+
+TEST_CASE("Rates are probabilities, however large the shift") {
+  const ParityModel m = linear_model(model_of(AdjustmentMode::sse), {degrees(30, 45, 60)});
+  for (const double size : {0.0, 1.0, 5.0, 14.0, 50.0, 200.0}) {
+    const Eigen::Vector3d shift = m.columns.col(kBx).normalized() * size;
+    const LinearRates rates = linear_rates(m, shift, kBx, kCritical);
+    CHECK(rates.any >= 0);
+    CHECK(rates.any <= 1);
+    CHECK(rates.identified <= rates.any);
+    // The union is no rarer than its largest member; 2e-4 is the accuracy of the integral
+    CHECK(rates.any >= w_power(size, kCritical) - 2e-4);
+  }
+  CHECK_THAT(linear_rates(m, m.columns.col(kBx).normalized() * 50, kBx, kCritical).any, WithinAbs(1, 1e-12));
+}
+
+TEST_CASE("Trials near horizontal in sse_axial converge: on lanes, or one by one") {
+  const GrossErrorTrials trials(model_of(AdjustmentMode::sse_axial), {degrees(85, 45, 85)}, {{kBx, 673}},
+                                Stream(3, 20));
+  LaneArray without(64, kTestRows), with(64, kTestRows);
+  trials.simulate(0, without, with, 64);
+  int converged = 0;
+  for (int t = 0; t < 512; ++t)
+    converged += GrossErrorTrials::tests_of(without, t).converged && GrossErrorTrials::tests_of(with, t).converged;
+  CHECK(converged == 512);
+}

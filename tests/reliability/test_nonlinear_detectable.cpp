@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "reliability/adjustment.h"
+#include "reliability/levenberg.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/reliability_grid.h"
 #include "reliability/significance.h"
@@ -55,7 +56,7 @@ TEST_CASE("The shift in a shared adjustment is that of the adjustment of all its
           INFO(stations << " stations, systematic " << systematic << ", " << observation_names()[observation] << " "
                         << nabla << ", I " << at.inclination / kDegree);
           // Both stop at steps of 1e-8 or 1e-9 sd; the shift is flat there, and 1e-7 is of its rounding
-          CHECK_THAT(error_shift(m, at, observation, nabla), WithinAbs(expected, 1e-7 * (1 + expected)));
+          CHECK_THAT(error_shift(m, at, observation, nabla).general, WithinAbs(expected, 1e-7 * (1 + expected)));
         }
       }
 }
@@ -67,7 +68,7 @@ TEST_CASE("Small errors in a shared adjustment show as linear theory says") {
     const auto linear = station_reliability(m, at, kLambda);
     for (std::size_t o = 0; o < kObservations; ++o) {
       const double small = 1e-3 * linear[o].detectable;  // curvature is of the order of its ratio to the field
-      CHECK_THAT(error_shift(m, at, o, small), WithinRel(1e-3 * kLambda, 1e-4));
+      CHECK_THAT(error_shift(m, at, o, small).general, WithinRel(1e-3 * kLambda, 1e-4));
     }
   }
 }
@@ -103,4 +104,106 @@ TEST_CASE("A nonlinear error needs an observation that the mode has") {
   CHECK_THROWS_AS(error_shift(m, degrees(30, 45, 60), kDip, 0.01), std::invalid_argument);
   m.mode = AdjustmentMode::sse_axial;
   CHECK_THROWS_AS(error_shift(m, degrees(30, 45, 60), 5, 100), std::invalid_argument);
+}
+
+TEST_CASE("Levenberg's steps and Gauss-Newton's end at the same minimum") {
+  // Errors of up to 8 sd, all modes, attitudes with right angles among them; two and three stations as well
+  int compared = 0;
+  for (const AdjustmentMode mode :
+       {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed, AdjustmentMode::mse_shared})
+    for (const bool systematic : {false, true})
+      for (const bool shots : {false, true})
+        for (const double inclination : {0.0, 1e-8, 40.0, 90.0, 135.0, 180.0}) {
+          const bool shared = mode == AdjustmentMode::mse_shared;
+          if (!shared && (systematic || shots)) continue;
+          AdjustmentModel m;
+          m.mode = mode;
+          m.systematic_terms = systematic;
+          m.rotational_shot = shots;
+          StationReadings y{{}, {m.field.gravity, m.field.total, m.field.dip}};
+          for (const double toolface : {20.0, 100.0, 250.0}) {
+            if (!shared && !y.readings.empty()) break;
+            const Observations of = true_observations(degrees(inclination, toolface, 130), m.field);
+            y.readings.push_back({of[0], of[1], of[2], of[3], of[4], of[5]});
+          }
+          const Eigen::VectorXd variances = adjustment_variances(m, y.readings);
+          y.readings.front()[3] += 500;
+          y.readings.back()[1] -= 0.03;
+          const StationAdjustment a = adjust(m, y, variances);
+          const Minimum b = minimum_of_omega(m, y, variances);
+          INFO("mode " << int(mode) << " systematic " << systematic << " shots " << shots << " I " << inclination);
+          REQUIRE(a.converged);
+          REQUIRE(b.converged);
+          // Within 1e-9 and 1e-7 sd of it, where Omega is flat; 1e-9 is of the rounding of residuals of 500 sd
+          CHECK_THAT(b.omega, WithinRel(a.omega, 1e-9));
+          ++compared;
+        }
+  CHECK(compared == 6 * (3 + 4));
+}
+
+TEST_CASE("Where Gauss-Newton goes round, the adjustment still converges, to a minimum") {
+  AdjustmentModel m;
+  m.mode = AdjustmentMode::sse_axial;
+  const Observations of = true_observations(degrees(85, 45, 85), m.field);
+  std::array<double, kReadings> y{of[0], of[1], of[2], of[3], of[4], of[5]};
+  const Eigen::VectorXd variances = adjustment_variances(m, {y});
+  y[kBx] += 673;
+  const StationReadings readings{{y}, {of[6], of[7], of[8]}};
+  const StationAdjustment a = adjust(m, readings, variances);
+  REQUIRE(a.converged);
+  // No other value of bz, which is free, nor of the tool's direction lowers Omega: a brute search over both
+  const auto omega = [&](const Attitude& at, double gravity, double total, double dip) {
+    const Vec3<double> g = scale(gravity, down_T(at)), b = magnetic_T(at, total, dip);
+    const double e[] = {y[0] - g.x, y[1] - g.y, y[2] - g.z, y[3] - b.x, y[4] - b.y};
+    double sum = 0;
+    for (int i = 0; i < 5; ++i) sum += e[i] * e[i] / variances[i];
+    return sum + std::pow(of[6] - gravity, 2) / variances[6] + std::pow(of[7] - total, 2) / variances[7] +
+           std::pow(of[8] - dip, 2) / variances[8];
+  };
+  const Attitude& best = a.attitudes.front();
+  CHECK_THAT(omega(best, a.references[0], a.references[1], a.references[2]), WithinRel(a.omega, 1e-9));
+  for (int i = 0; i < 6; ++i)
+    for (const double h : {1e-4, -1e-4, 1e-2, -1e-2}) {
+      Attitude at = best;
+      std::array<double, 3> r = a.references;
+      double* unknown[] = {&at.inclination, &at.azimuth, &at.toolface, &r[0], &r[1], &r[2]};
+      *unknown[i] *= 1 + h;
+      CHECK(omega(at, r[0], r[1], r[2]) > a.omega);
+    }
+}
+
+TEST_CASE("Minimal detectable errors in sse_axial are finite near horizontal") {
+  AdjustmentModel m;
+  m.mode = AdjustmentMode::sse_axial;
+  CHECK_THAT(nonlinear_detectable_error(m, degrees(85, 45, 85), kBx, kLambda, 1), WithinAbs(667.6, 0.05));
+  for (const double inclination : {81.0, 87.0, 90.0})
+    for (double toolface = 0; toolface < 180; toolface += 30)
+      for (double azimuth = 0; azimuth <= 180; azimuth += 30)
+        for (const int sign : {1, -1}) {
+          const double nabla =
+              nonlinear_detectable_error(m, degrees(inclination, toolface, azimuth), kBx, kLambda, sign);
+          INFO(inclination << " " << toolface << " " << azimuth << " " << sign);
+          REQUIRE(std::isfinite(nabla));
+          // The bracket is 1e-10 of its size, and the shift at most 1e4 times as steep
+          CHECK_THAT(error_shift(m, degrees(inclination, toolface, azimuth), kBx, nabla).general,
+                     WithinRel(kLambda, 1e-6));
+        }
+}
+
+TEST_CASE("An error that the general test finds may show in the tests of other readings") {
+  const AdjustmentModel m;
+  const Attitude at = degrees(30, 12, 150);
+  const double general = nonlinear_detectable_error(m, at, kBx, kLambda, -1),
+               own = nonlinear_detectable_error(m, at, kBx, kLambda, -1, DetectedBy::own_test);
+  CHECK_THAT(error_shift(m, at, kBx, general).general, WithinRel(kLambda, 1e-8));
+  CHECK(error_shift(m, at, kBx, general).own < 0.5 * kLambda);
+  CHECK_THAT(error_shift(m, at, kBx, own).own, WithinRel(kLambda, 1e-6));
+  CHECK(own < 1.1 * general);
+  for (double nabla = 200; nabla < 20000; nabla *= 1.3) {
+    const TestShift shift = error_shift(m, at, kBx, -nabla);
+    CHECK(shift.own <= shift.general * (1 + 1e-12));
+  }
+  // Where geometry is strong there is but one size, to 1 %
+  CHECK_THAT(nonlinear_detectable_error(m, degrees(30, 45, 60), kBx, kLambda, 1, DetectedBy::own_test),
+             WithinRel(nonlinear_detectable_error(m, degrees(30, 45, 60), kBx, kLambda, 1), 0.01));
 }

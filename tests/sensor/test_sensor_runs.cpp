@@ -87,6 +87,40 @@ TEST_CASE("Positions of the lanes are those of the readable chain through inclin
       }
 }
 
+TEST_CASE("A tie-on has no error: what the first station would have read moves nothing") {
+  const Survey survey = winding_well();
+  const Stream stream(5, 9);
+  const ReferenceField field = reference(72);
+  // An error of the first station alone moves the half leg after it; a second leg does not know it.
+  const auto positions = [&](bool tie_on, double accelerometer_bias) {
+    SensorRunSetup setup = sensor_run_setup(survey, field, equal_axes(accelerometer_bias, 0, 0, 0),
+                                            surveyed_toolfaces(survey), PositionMethod::balanced_tangential, {1, 2});
+    setup.first_is_tie_on = tie_on;
+    SensorRuns runs(8, setup);
+    draw_runs(setup, stream, 0, runs);
+    run_positions(setup, runs);
+    return runs;
+  };
+  const SensorRuns perfect = positions(false, 0), measured = positions(false, 0.02), tied = positions(true, 0.02),
+                   tied_perfect = positions(true, 0);
+  const std::vector<double> md = survey.md();
+  for (int t = 0; t < 8; ++t) {
+    double before[2] = {}, after[2] = {};
+    for (int i = 0; i < 3; ++i) {
+      CHECK(tied_perfect.positions.value(t, i) == perfect.positions.value(t, i));
+      for (const int leg : {0, 1}) {
+        const double shift = measured.positions.value(t, 3 * leg + i) - tied.positions.value(t, 3 * leg + i);
+        before[leg] += shift * shift;
+        const double error = tied.positions.value(t, 3 * leg + i) - perfect.positions.value(t, 3 * leg + i);
+        after[leg] += error * error;
+      }
+    }
+    CHECK(before[0] > 1e-6);                         // the first station's error, half a leg of it
+    CHECK(std::abs(before[1] - before[0]) < 1e-11);  // stays as it is further down
+    CHECK(after[0] > 1e-6);                          // the second station is measured all the same
+  }
+}
+
 TEST_CASE("Toolfaces are addressed by station, a slide by its first station") {
   const Survey survey = winding_well();
   const Stream stream(11, 9);

@@ -42,6 +42,28 @@ TEST_CASE("An indefinite matrix shows a negative 1/D") {
   CHECK(ldlt<double, 6>(pack(a))[packed(3, 3)] < 0);
 }
 
+TEST_CASE("LU solves what Eigen solves where a positive definite matrix is a little unsymmetric") {
+  std::mt19937_64 g(2);
+  std::normal_distribution<double> n;
+  const auto random = [&] { return Eigen::Matrix<double, 6, 6>::NullaryExpr([&] { return n(g); }).eval(); };
+  for (const double smallest : {1.0, 1e-3, 1e-6}) {
+    const Eigen::Matrix<double, 6, 6> q = random().householderQr().householderQ();
+    Eigen::Matrix<double, 6, 1> d = Eigen::Matrix<double, 6, 1>::Ones();
+    d[5] = smallest;
+    const Eigen::Matrix<double, 6, 6> a = q * d.asDiagonal() * q.transpose() + 0.01 * smallest * random();
+    const Eigen::Matrix<double, 6, 1> x = Eigen::Matrix<double, 6, 1>::NullaryExpr([&] { return n(g); }), b = a * x;
+    Square<double, 6> rows;
+    std::array<double, 6> rhs;
+    for (int i = 0; i < 6; ++i) {
+      rhs[static_cast<std::size_t>(i)] = b[i];
+      for (int j = 0; j < 6; ++j) rows[static_cast<std::size_t>(6 * i + j)] = a(i, j);
+    }
+    const auto solved = lu_solve<double, 6>(lu<double, 6>(rows), rhs);
+    for (int i = 0; i < 6; ++i)  // forward error: a few eps times the condition number
+      CHECK(std::abs(solved[static_cast<std::size_t>(i)] - x[i]) < 40 * 2.2e-16 / smallest * x.norm());
+  }
+}
+
 TEST_CASE("Dual numbers differentiate products, quotients and roots") {
   using D = Dual<double, 2>;
   const D x = D::variable(1.7, 0), y = D::variable(0.3, 1);

@@ -6,6 +6,7 @@
 #include "random/stream.h"
 #include "stats/intervals.h"
 #include "stats/normal_tail.h"
+#include "stats/share_interval.h"
 #include "stats/tally.h"
 #include "stats/tests.h"
 
@@ -144,4 +145,23 @@ TEST_CASE("NEES band is centred on the dimension and shrinks") {
   CHECK(b.lo < 6);
   CHECK(b.hi > 6);
   CHECK((b.hi - b.lo) / 2 == Approx(1.96 * std::sqrt(2 * 6.0 / 100)).epsilon(0.01));
+}
+
+TEST_CASE("The interval of a mean share stays in [0, 1]") {
+  // Events, that is shares of 0 and 1, have the exact interval of their probability
+  const Interval exact = binomial_interval(7, 100, 0.95), same = share_interval(0.07, 0.07 * 0.93, 100, 0.95);
+  CHECK(same.lo == Approx(exact.lo).epsilon(1e-9));
+  CHECK(same.hi == Approx(exact.hi).epsilon(1e-9));
+  // One share of 1/9 among 1000: the normal interval would reach below 0
+  const double mean = 1.0 / 9000, variance = mean / 9 - mean * mean;
+  const Interval rare = share_interval(mean, variance, 1000, 0.95);
+  CHECK(rare.lo > 0);
+  CHECK(rare.lo < mean);
+  CHECK(rare.hi > mean);
+  CHECK(mean_interval(mean, variance, 1000, 0.95).lo < 0);
+  const Interval never = share_interval(0, 0, 1000, 0.95), always = share_interval(1, 0, 1000, 0.95);
+  CHECK(never.lo == 0);
+  CHECK(never.hi == Approx(binomial_interval(0, 1000, 0.95).hi).epsilon(1e-9));
+  CHECK(always.hi == 1);
+  CHECK(always.lo < 1);
 }

@@ -1,6 +1,10 @@
 #include "study/comparison.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
 #include <catch2/catch.hpp>
 
 #include "random/stream.h"
@@ -124,6 +128,20 @@ TEST_CASE("Units are read from names") {
   CHECK(unit_of_name("md_ft") == "ft");
   CHECK(unit_of_name("m") == "1");
   CHECK(unit_of_name("gain_x") == "1");
+}
+
+TEST_CASE("A row shows the margin of its verdict, and none without one") {
+  VerdictRule rule;
+  rule.margin = .07;
+  const ComparisonRow judged = compare_rate("rate", 32000, 40000, 0.8, rule, 40000);
+  CHECK(judged.margin == .07);
+  CHECK(std::isnan(compare_rate("rate", 5, 10, std::nan(""), rule, 10).margin));
+  const Table t = comparison_table("t", "", {judged}, 40000, 0);
+  const auto column =
+      std::find_if(t.columns.begin(), t.columns.end(), [](const Column& c) { return c.name == "margin"; });
+  REQUIRE(column != t.columns.end());
+  CHECK(std::get<std::vector<double>>(column->values) == std::vector<double>{.07});
+  CHECK(std::next(column)->name == "verdict");
 }
 
 TEST_CASE("Rates are judged by their exact interval") {

@@ -73,13 +73,18 @@ TEST_CASE("A line has neither coverage nor distance") {
     CHECK(std::isnan(number(t, column, 1)));
 }
 
-TEST_CASE("Mean squared distances are held to the dimension, at twice the margin of a sd") {
+TEST_CASE("Mean squared distances are held to the dimension by a margin of their own, which the row shows") {
   SampleSummary distance{100000, 3.05, 6, 6, 7, 0, 7};  // variance of a chi-squared of 3 degrees
   CHECK(compare_nees("nees", distance, 3, {}, 100000).verdict == "agrees");
   distance.mean = 3.3;
   const ComparisonRow row = compare_nees("nees", distance, 3, {}, 100000);
   CHECK(row.verdict == "differs");
   CHECK(row.ratio == Approx(3 / 3.3).epsilon(1e-15));
+  CHECK(row.margin == .06);
+  // Thesis test 1, 400,000 trials: 8.37 against 6 is no agreement, however wide the margin of sds is.
+  const SampleSummary far{400000, 8.37, 60, 60, 30, 0, 30};
+  CHECK(compare_nees("nees", far, 6, {.15, .95}, 400000).verdict == "differs");
+  CHECK(compare_nees("nees", far, 6, {.15, .95, .3}, 400000).margin == .3);
 }
 
 TEST_CASE("Points are counted in every ellipse that holds them") {

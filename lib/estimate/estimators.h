@@ -1,0 +1,47 @@
+#pragma once
+/// The table of estimators: what each is called, needs and gives, how it is made and how its errors are predicted.
+/// Factory, predictions, config check, law tests and the test of the docs all read this table and nothing else.
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "estimate/estimator.h"
+#include "estimate/sensitivity.h"
+
+namespace surveymc {
+
+/// What an estimator is made of. `truth` and `expected`: see make_estimator.
+struct EstimatorInput {
+  const EstimatorOptions& options;
+  const ReferenceField& field;
+  const std::vector<StationFields>& truth;
+  const std::vector<Vec3<double>>& expected;
+};
+
+/// One line of the table.
+struct EstimatorKind {
+  std::string_view name;        ///< of `estimator.name`
+  std::string_view fits;        ///< what is fitted, for messages and documents
+  bool estimates_all = true;    ///< all six gains and biases; else it has its own subset, and takes no other
+  bool takes_subset = false;    ///< EstimatorOptions::estimated may leave some out
+  bool needs_attitude = false;  ///< needs the true field at every station: not for readings alone
+  /// Weighs by EstimatorOptions::assumed: needs assumed.magnetometer > 0, and claims a covariance by what it assumes.
+  bool weighs = false;
+  bool weighs_each_reading = false;  ///< by ReadingBlock::assumed_sd, if the readings have it
+  bool estimates_reference = false;  ///< total field and dip too
+  std::string_view derivative = {};  ///< EstimatorOptions::derivative unless it says otherwise; "": there is no choice
+  bool has_second_solvers = false;   ///< NLopt's
+  /// The options have been checked. Never null.
+  std::unique_ptr<Estimator> (*make)(const EstimatorInput& input) = nullptr;
+  /// First-order effect of its inputs; null: the estimator has no prediction of its own, and is refused where one is
+  /// needed. Returns a condition >= 1e13 and no derivatives where the stations determine too little.
+  Sensitivity (*predict)(const EstimatorOptions& options, const NominalTruth& truth) = nullptr;
+};
+
+/// All estimators, in the order in which messages list them.
+const std::vector<EstimatorKind>& estimators();
+
+/// The line of this name. Throws InputError ("estimator.name = ...: must be one of ...") if there is none.
+const EstimatorKind& estimator_kind(std::string_view name);
+
+}  // namespace surveymc
