@@ -66,7 +66,7 @@ void PerformanceLayout::add(const std::vector<RunCheck>& checks, Block& block,
     const RunCheck& run = checks[e];
     ++events[counts.ended(e, static_cast<std::size_t>(run.status))];
     if (!run.converged()) continue;
-    const Index row = block.rows[e]++;
+    const Eigen::Index row = block.rows[e]++;
     auto values = block.numbers[e].row(row);
     const double per_station = 1 / static_cast<double>(run.stations.size());
     const QuantityArray squares = mean_squares(run);
