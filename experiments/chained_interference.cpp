@@ -9,7 +9,6 @@
 #include "chained_quantities.h"
 #include "estimate/chained_attitude.h"
 #include "estimate/chained_newton.h"
-#include "estimate/chained_smoother.h"
 #include "random/study_stream.h"
 #include "stats/layout.h"
 #include "study/comparison.h"
@@ -139,10 +138,7 @@ class ChainedInterference final : public StudyPoint {
       m.interference.directions.col(0) = a.normalized();
     }
     const ChainedRun run = simulate_chained_run(setup, stream_, trial);
-    // East of a free vector is an azimuth by another name: only the prior holds it, in a curved valley along which the
-    // descent may need more steps than it has. Gauss-Newton may rise on its way and does not mind.
-    ChainedSolution x = solve_chained(m, {run.readings, {}});
-    if (!x.converged) x = smooth_chained(m, {run.readings, {}});
+    const ChainedSolution x = solve_chained(m, {run.readings, {}});
     Outcome o;
     o.status = x.status;
     o.cost = x.cost;
