@@ -127,15 +127,15 @@ double objective(const std::vector<double>& z, std::vector<double>& gradient, vo
   return value;
 }
 
-/// Moves the start to x and scales the unknowns by the normal matrix there. With the derivative at the fitted field the
-/// cost is tilted by what that takes from the equations at x: a minimum that stays where it is solves them.
-void recenter(Problem& p, const Vector& x) {
+/// Moves the start to x and scales the unknowns by the normal matrix there. `tilted`: with the derivative at the fitted
+/// field the cost is tilted by what that takes from the equations at x; a minimum that stays where it is solves them.
+void recenter(Problem& p, const Vector& x, bool tilted) {
   Vector g;
   Matrix normal;
   p.start = x;
   p.cost(x, &g, &normal);
   p.tilt = Vector::Zero(p.size());
-  if (p.model.fitted_derivative) p.tilt = 2 * fitted_correction(p, x);
+  if (tilted) p.tilt = 2 * fitted_correction(p, x);
   // An unknown that nothing depends on (a reference without uncertainty and without weight) keeps its place.
   for (Eigen::Index i = 0; i < p.size(); ++i)
     if (normal(i, i) == 0) normal(i, i) = 1;
@@ -171,7 +171,9 @@ class FieldFitNlopt final : public Estimator {
     bool converged = false;
     // Restart from the answer with fresh scaling until it no longer moves: one Nelder-Mead run may stall.
     for (int run = 0; run < 30 && !converged; ++run) {
-      recenter(p, x);
+      // The first search is for the minimum: far from it the tilt would lead astray.
+      const bool tilted = model_.fitted_derivative && run > 0;
+      recenter(p, x, tilted);
       if (!p.scale.allFinite()) break;
       nlopt::opt opt(algorithm_, static_cast<unsigned>(p.size()));
       opt.set_min_objective(objective, &p);
@@ -190,7 +192,8 @@ class FieldFitNlopt final : public Estimator {
       const Vector next = p.at(z);
       const double moved = (next - x).cwiseAbs().maxCoeff();
       x = next;
-      converged = std::isfinite(moved) && moved <= std::max(options_.step_tolerance, 1e-9);
+      converged = tilted == model_.fitted_derivative && std::isfinite(moved) &&
+                  moved <= std::max(options_.step_tolerance, 1e-9);
     }
     const int group = t / kGroup, i = t % kGroup;
     for (int a = 0; a < 3; ++a) {

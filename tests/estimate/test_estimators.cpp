@@ -244,7 +244,8 @@ TEST_CASE("NLopt and Gauss-Newton find the same minimum, or the same root, on ev
       for (int t = 0; t < trials; ++t) {
         CAPTURE(number, way, t);
         REQUIRE(out.converged.value(t, 0) == 1);
-        CHECK(out.cost.value(t, 0) >= reference.cost.value(t, 0) * (1 - 1e-9));
+        if (way.derivative != "fitted")  // a root is no minimum of the cost
+          CHECK(out.cost.value(t, 0) >= reference.cost.value(t, 0) * (1 - 1e-9));
         for (int i = 0; i < 3; ++i) {
           CHECK(std::abs(out.parameters.value(t, i) - reference.parameters.value(t, i)) < 1e-6);
           // 1e-6 of the bias' scale, the total field

@@ -112,7 +112,7 @@ TEST_CASE("Trials that fail are accounted for: of those that do not, means and s
     mean += holds(of_mean.controlled_interval, truth.mean);
     sd += holds(controlled_sd(m, 1, 0.95, nullptr, {&lost, nullptr}).controlled_interval, truth.sd);
     ignored += holds(controlled_mean(m, 1, 0.95).controlled_interval, truth.mean);
-    CHECK(of_mean.plain == y.mean());
+    CHECK(std::abs(of_mean.plain - y.mean()) < 1e-13);  // two orders of one sum of 1000 terms below 10
     reduction += of_mean.variance_reduction / repetitions;
   }
   // 4 standard errors of a share of .95 (0.0225), and .5 % for n = 1000 not being infinite
