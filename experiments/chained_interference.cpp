@@ -9,8 +9,8 @@
 #include "chained_quantities.h"
 #include "estimate/chained_attitude.h"
 #include "estimate/chained_newton.h"
-#include "estimate/chained_smoother.h"
 #include "random/study_stream.h"
+#include "stats/layout.h"
 #include "study/comparison.h"
 
 namespace surveymc {
@@ -19,6 +19,11 @@ namespace {
 enum Way { kUndisturbed, kIgnored, kVector, kDirection, kWays };
 constexpr std::array<const char*, kWays> kWayNames{"undisturbed", "ignored", "free_vector", "known_direction"};
 constexpr std::array<const char*, 3> kQuantities{"azimuth_deg", "horizontal_nT", "rejected"};
+
+struct Counts : Layout {
+  Slots rejected = slots(kWays), ended = slots(kWays, kChainedStatuses);
+};
+constexpr Counts kCounts;
 
 struct Interference {
   ChainedScenario s;
@@ -34,49 +39,47 @@ class ChainedInterference final : public StudyPoint {
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
-    tally.counts.assign(kWays, 0);
-    Eigen::MatrixXd numbers(block.count, 3 * kWays);
-    Eigen::Index row = 0;
+    tally.counts.assign(kCounts.size(), 0);
+    std::array<Eigen::MatrixXd, kWays> numbers;
+    numbers.fill(Eigen::MatrixXd(block.count, 3));
+    std::array<Eigen::Index, kWays> rows{};
     for (int t = 0; t < block.count; ++t) {
       ++tally.trials;
       const std::uint64_t trial = block.first + static_cast<std::uint64_t>(t);
       bool converged = true;
-      std::array<bool, kWays> rejected{};
-      for (std::size_t way = 0; way < kWays; ++way) {
+      for (std::size_t way = 0; way < kWays; ++way) {  // each leaves out its own failures only
         const Outcome o = outcome(trial, static_cast<Way>(way));
-        converged = converged && o.converged;
-        rejected[way] = o.rejected;
-        const auto at = static_cast<Eigen::Index>(3 * way);
-        numbers.row(row).segment<3>(at) << o.azimuth2, o.horizontal2, o.claimed2;
+        ++tally.counts[kCounts.ended(way, static_cast<std::size_t>(o.status))];
+        converged = converged && o.converged();
+        if (!o.converged()) continue;
+        tally.counts[kCounts.rejected(way)] += o.rejected;
+        numbers[way].row(rows[way]++) << o.azimuth2, o.horizontal2, o.claimed2;
       }
-      if (!converged) {
-        ++tally.failed;
-        if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
-        continue;
-      }
-      for (std::size_t way = 0; way < kWays; ++way) tally.counts[way] += rejected[way];
-      ++row;
+      if (converged) continue;
+      ++tally.failed;
+      if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
     }
-    tally.moments = Moments::of(numbers.topRows(row));
+    for (std::size_t way = 0; way < kWays; ++way) tally.groups.push_back(Moments::of(numbers[way].topRows(rows[way])));
     return tally;
   }
 
   PointResult report(const Tally& tally, const RunOptions&) const override {
     std::vector<ComparisonRow> rows;
-    const Moments& m = tally.moments;
+    std::vector<std::int64_t> failed;
     for (std::size_t way = 0; way < kWays; ++way) {
-      const auto first = static_cast<Eigen::Index>(3 * way);
+      const Moments m = tally.groups.empty() ? Moments() : tally.groups[way];
       for (Eigen::Index i = 0; i < 2; ++i) {
-        const double claimed = i == 0 && m.count >= 2 ? std::sqrt(m.mean[first + 2]) : std::nan("");
-        rows.push_back(compare_value(kQuantities[static_cast<std::size_t>(i)], i == 0 ? "deg" : "nT",
-                                     rms_estimate(m, first + i, in_.s.verdict.confidence), claimed, in_.s.verdict,
-                                     tally.trials));
-        rows.back().formulation = kWayNames[way];
+        const double claimed = i == 0 && m.count >= 2 ? std::sqrt(m.mean[2]) : std::nan("");
+        rows.push_back(labelled(
+            kWayNames[way],
+            compare_value(kQuantities[static_cast<std::size_t>(i)], i == 0 ? "deg" : "nT",
+                          rms_estimate(m, i, in_.s.verdict.confidence), claimed, in_.s.verdict, tally.trials)));
         rows.back().note.clear();  // this table does not say how many trials would decide
       }
-      rows.push_back(compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[way], tally.trials - tally.failed,
+      rows.push_back(compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[kCounts.rejected(way)], m.count,
                                   way == kIgnored ? std::nan("") : in_.alpha, in_.s.verdict, tally.trials));
       rows.back().formulation = kWayNames[way];
+      failed.resize(rows.size(), static_cast<std::int64_t>(tally.trials - m.count));
     }
     in_.s.annotations.apply("interference", rows);
     PointResult r;
@@ -87,6 +90,8 @@ class ChainedInterference final : public StudyPoint {
                     in_.reported, 100 * in_.alpha) +
             at_confidence(in_.s.verdict.confidence),
         rows, tally.trials, tally.failed)};
+    r.tables.front().columns.back().values = std::move(failed);
+    r.tables.push_back(failures_table(tally));
     return r;
   }
 
@@ -95,16 +100,28 @@ class ChainedInterference final : public StudyPoint {
     for (std::size_t way = 0; way < kWays; ++way) {
       const Outcome o = outcome(trial, static_cast<Way>(way));
       text += fmt::format("{}: {}, RMS azimuth {:.12g} deg, cost {:.12g}\n", kWayNames[way],
-                          o.converged ? "converged" : "NOT converged", std::sqrt(o.azimuth2), o.cost);
+                          o.converged() ? "converged" : "NOT converged", std::sqrt(o.azimuth2), o.cost);
     }
     return text;
   }
 
  private:
   struct Outcome {
-    bool converged = false, rejected = false;
+    ChainedStatus status = ChainedStatus::iteration_limit;
+    bool rejected = false;
+    bool converged() const { return status == ChainedStatus::converged; }
     double azimuth2 = 0, horizontal2 = 0, claimed2 = 0, cost = 0;  ///< mean squares: deg2, nT2, deg2 claimed
   };
+
+  static Table failures_table(const Tally& tally) {
+    std::vector<ChainedEndings> endings;
+    for (std::size_t way = 0; way < kWays && !tally.counts.empty(); ++way) {
+      endings.push_back({kWayNames[way]});
+      for (std::size_t i = 0; i < kChainedStatuses; ++i) endings.back().counts[i] = tally.counts[kCounts.ended(way, i)];
+    }
+    return endings_table("how the trials of every formulation ended; each leaves out its own failures only",
+                         "formulation", "what is made of the interference", endings, tally.trials);
+  }
 
   Outcome outcome(std::uint64_t trial, Way way) const {
     ChainedRunSetup setup = in_.s.truth;
@@ -121,15 +138,12 @@ class ChainedInterference final : public StudyPoint {
       m.interference.directions.col(0) = a.normalized();
     }
     const ChainedRun run = simulate_chained_run(setup, stream_, trial);
-    // East of a free vector is an azimuth by another name: only the prior holds it, in a curved valley that Levenberg
-    // creeps along. Gauss-Newton may rise on its way and does not mind.
-    ChainedSolution x = solve_chained(m, {run.readings, {}});
-    if (!x.converged) x = smooth_chained(m, {run.readings, {}});
+    const ChainedSolution x = solve_chained(m, {run.readings, {}});
     Outcome o;
-    o.converged = x.converged;
+    o.status = x.status;
     o.cost = x.cost;
     o.rejected = chi_squared_upper_tail(3.0 * in_.s.stations(), x.cost) < in_.alpha;
-    if (!o.converged) return o;
+    if (!o.converged()) return o;
     const RunCheck check = check_chained(in_.s, run, x);
     for (int k = 0; k < in_.reported; ++k) {
       const StationCheck& c = check.stations[static_cast<std::size_t>(k)];

@@ -27,10 +27,7 @@ class ChainedPerformance final : public StudyPoint {
   Tally run_block(TrialBlock block) const override {
     Tally tally;
     tally.counts.assign(layout_.counts.size(), 0);
-    const auto count = static_cast<Eigen::Index>(block.count);
-    Eigen::MatrixXd numbers = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(layout_.numbers.size()));
-    std::vector<Eigen::MatrixXd> along(layout_.groups.size(), Eigen::MatrixXd::Zero(count, s_.stations()));
-    Eigen::Index row = 0;
+    PerformanceLayout::Block numbers = layout_.block(block.count, s_.stations());
     constexpr int kBatch = 64;  // trials whose readings and answers stay in the caches
     for (int first = 0; first < block.count; first += kBatch) {
       const int batch = std::min(kBatch, block.count - first);
@@ -51,22 +48,19 @@ class ChainedPerformance final : public StudyPoint {
         bool converged = true;
         for (std::size_t i = 0; i < s_.estimators.size(); ++i) {
           checks.push_back(check(s_.estimators[i], run, solved[i], t));
-          converged = converged && checks.back().converged;
+          converged = converged && checks.back().converged();
         }
         const std::uint64_t trial = block.first + static_cast<std::uint64_t>(first + t);
         ++tally.trials;
-        if (!converged) {
+        if (!converged) {  // some estimator: the others have the trial
           ++tally.failed;
           if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
-          continue;
         }
-        layout_.add(checks, numbers.row(row), along, row, tally.counts);
+        layout_.add(checks, numbers, tally.counts);
         if (trial < layout_.kept()) layout_.keep(checks, tally.samples);
-        ++row;
       }
     }
-    tally.moments = Moments::of(numbers.topRows(row));
-    for (const Eigen::MatrixXd& m : along) tally.groups.push_back(Moments::of(m.topRows(row)));
+    tally.groups = layout_.moments_of(numbers);
     return tally;
   }
 
@@ -82,8 +76,10 @@ class ChainedPerformance final : public StudyPoint {
     std::string text = fmt::format("trial {}\n", trial);
     for (const ChainedEstimator e : s_.estimators) {
       const RunCheck c = is_chained(e) ? check_chained(s_, run, solution_of(e, run)) : check_alone(s_, e, run);
-      text += fmt::format("{}: {}", chained_estimator_names()[static_cast<std::size_t>(e)],
-                          c.converged ? "converged" : "NOT converged");
+      text += fmt::format(
+          "{}: {}", chained_estimator_names()[static_cast<std::size_t>(e)],
+          c.converged() ? "converged"
+                        : fmt::format("NOT converged ({})", kChainedStatusNames[static_cast<std::size_t>(c.status)]));
       text += is_chained(e) ? fmt::format(", cost {:.12g}\n", c.cost) : "\n";
       for (std::size_t k = 0; k < c.stations.size(); ++k) {
         text += fmt::format("  station {}: error", k + 1);
@@ -96,7 +92,7 @@ class ChainedPerformance final : public StudyPoint {
   }
 
  private:
-  /// By the damped block solver where the lanes gave up; a filter has no such second chance.
+  /// By the damped solvers where the lanes gave up.
   RunCheck check(ChainedEstimator e, const ChainedRun& run, const ChainedBatchSolution& solved, int t) const {
     if (!is_chained(e)) return check_alone(s_, e, run);
     if (solved.converged(t)) return check_chained(s_, run, solved.solution(t));
@@ -105,7 +101,9 @@ class ChainedPerformance final : public StudyPoint {
   ChainedSolution solution_of(ChainedEstimator e, const ChainedRun& run) const {
     const ChainedModel m = s_.model(references_of(e));
     const ChainedSolution lanes = solve_chained_alone(m, mode_of(e), run.readings);
-    return lanes.converged || mode_of(e) == ChainedMode::filter ? lanes : solve_chained(m, {run.readings, {}});
+    if (lanes.converged) return lanes;
+    return mode_of(e) == ChainedMode::filter ? filter_chained(m, {run.readings, {}})
+                                             : solve_chained(m, {run.readings, {}});
   }
 
   ChainedScenario s_;

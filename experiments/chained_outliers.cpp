@@ -2,6 +2,7 @@
 /// the right reading, and what do the remedies do to the azimuth (slide 12, future work 2)?
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -12,6 +13,7 @@
 #include "estimate/chained_newton.h"
 #include "estimate/chained_tests.h"
 #include "random/study_stream.h"
+#include "stats/layout.h"
 #include "stats/normal_tail.h"
 #include "stats/order_statistics.h"
 #include "study/comparison.h"
@@ -42,6 +44,14 @@ constexpr const char* kWronglyDeleted = "azimuth_wrong_deleted_deg";  // where t
 constexpr std::size_t kW = kRemedies;  // after them: the mean square of all w, without an error; shift of its own w
 constexpr std::size_t kNumbers = kW + 5;
 
+constexpr std::size_t kSolves = 3;
+constexpr std::array<const char*, kSolves> kSolveNames{"clean", "wrong", "deleted"};
+
+struct Counts : Layout {
+  Slots events = slots(kEvents), ended = slots(kSolves, kChainedStatuses);
+};
+constexpr Counts kCounts;
+
 struct Outliers {
   ChainedScenario s;
   std::size_t axis = 0;
@@ -59,13 +69,16 @@ class ChainedOutliers final : public StudyPoint {
 
   Tally run_block(TrialBlock block) const override {
     Tally tally;
-    tally.counts.assign(kEvents, 0);
+    tally.counts.assign(kCounts.size(), 0);
     Eigen::MatrixXd numbers(block.count, kNumbers);
     Eigen::Index row = 0;
     for (int t = 0; t < block.count; ++t) {
       ++tally.trials;
       const std::uint64_t trial = block.first + static_cast<std::uint64_t>(t);
-      const std::optional<RunOutcome> r = outcome(trial);
+      Ends ends;
+      const std::optional<RunOutcome> r = outcome(trial, ends);
+      for (std::size_t i = 0; i < ends.size(); ++i)
+        if (ends[i]) ++tally.counts[kCounts.ended(i, static_cast<std::size_t>(*ends[i]))];
       if (!r) {
         ++tally.failed;
         if (tally.failed_trials.size() < Tally::kMaxListed) tally.failed_trials.push_back(trial);
@@ -80,12 +93,13 @@ class ChainedOutliers final : public StudyPoint {
 
   PointResult report(const Tally& tally, const RunOptions&) const override {
     PointResult r;
-    r.tables = {outliers_table(tally), detectable_table()};
+    r.tables = {outliers_table(tally), detectable_table(), failures_table(tally)};
     return r;
   }
 
   std::string replay(std::uint64_t trial) const override {
-    const std::optional<RunOutcome> r = outcome(trial);
+    Ends ends;
+    const std::optional<RunOutcome> r = outcome(trial, ends);
     std::string text = fmt::format("trial {}: {}\n", trial, r ? "converged" : "NOT converged");
     if (!r) return text;
     for (std::size_t e = 0; e < kEvents; ++e) text += fmt::format("  {} {}\n", kEventNames[e], r->events[e]);
@@ -106,12 +120,28 @@ class ChainedOutliers final : public StudyPoint {
     return (e / kDegree) * (e / kDegree);
   }
 
-  std::optional<RunOutcome> outcome(std::uint64_t trial) const {
+  /// How the solutions of a run ended; none: it was not needed.
+  using Ends = std::array<std::optional<ChainedStatus>, kSolves>;
+
+  static Table failures_table(const Tally& tally) {
+    std::vector<ChainedEndings> endings;
+    for (std::size_t i = 0; i < kSolves && !tally.counts.empty(); ++i) {
+      endings.push_back({kSolveNames[i]});
+      for (std::size_t k = 0; k < kChainedStatuses; ++k) endings.back().counts[k] = tally.counts[kCounts.ended(i, k)];
+    }
+    return endings_table("how the solutions of the runs ended; a run is compared if all of its solutions converged",
+                         "solution", "without the error, with it, or with the largest residual deleted", endings,
+                         tally.trials);
+  }
+
+  std::optional<RunOutcome> outcome(std::uint64_t trial, Ends& ends) const {
     const ChainedRun run = simulate_chained_run(o_.s.truth, stream_, trial);
     const auto k = static_cast<std::size_t>(o_.station);
     ChainedReadings clean{run.readings, {}}, wrong = clean;
     wrong.y[k][o_.axis] += o_.size;
     const ChainedSolution without = solve_chained(model_, clean), with = solve_chained(model_, wrong);
+    ends[0] = without.status;
+    ends[1] = with.status;
     if (!without.converged || !with.converged) return std::nullopt;
     const ChainedReadingTests clean_tests = chained_reading_tests(model_, clean, without),
                               tests = chained_reading_tests(model_, wrong, with);
@@ -132,6 +162,7 @@ class ChainedOutliers final : public StudyPoint {
       deleted.left_out.assign(run.readings.size(), {});
       deleted.left_out[static_cast<std::size_t>(suspect.station)][suspect.axis] = true;
       const ChainedSolution again = solve_chained(model_, deleted);
+      ends[2] = again.status;
       if (!again.converged) return std::nullopt;
       r.numbers[kLargestDeleted] = azimuth_error2(run, again);
       if (!right) {

@@ -20,25 +20,36 @@ std::vector<ComparisonRow> rms_rows(const ChainedScenario& s, const PerformanceL
   std::vector<ComparisonRow> rows;
   for (std::size_t e = 0; e < s.estimators.size(); ++e)
     for (std::size_t q = 0; q < kChainedQuantities; ++q) {
-      const double claimed = is_chained(s.estimators[e]) && tally.moments.count > 0
-                                 ? std::sqrt(tally.moments.mean[layout.numbers.claimed(e, q)])
-                                 : kNaN;
-      rows.push_back(
-          labelled(name_of(s.estimators[e]),
-                   compare_value(kChainedQuantityNames[q], kChainedQuantityUnits[q],
-                                 rms_estimate(tally.moments, layout.numbers.square(e, q), s.verdict.confidence),
-                                 claimed, s.verdict, tally.trials)));
+      const Moments& m = layout.moments(tally, e);
+      const double claimed =
+          is_chained(s.estimators[e]) && m.count > 0 ? std::sqrt(m.mean[layout.numbers.claimed(q)]) : kNaN;
+      rows.push_back(labelled(name_of(s.estimators[e]),
+                              compare_value(kChainedQuantityNames[q], kChainedQuantityUnits[q],
+                                            rms_estimate(m, layout.numbers.square(q), s.verdict.confidence), claimed,
+                                            s.verdict, tally.trials)));
     }
   s.annotations.apply("rms", rows);
   return rows;
 }
 
+/// Rows of a comparison by estimator, each with the trials that its own estimator failed in.
+Table by_estimator(Table t, const std::vector<ComparisonRow>& rows, const ChainedScenario& s,
+                   const PerformanceLayout& layout, const Tally& tally) {
+  std::vector<std::int64_t> failed;
+  for (const ComparisonRow& row : rows)
+    for (std::size_t e = 0; e < s.estimators.size(); ++e)
+      if (row.formulation == name_of(s.estimators[e]))
+        failed.push_back(static_cast<std::int64_t>(layout.failed(tally, e)));
+  t.columns.back().values = std::move(failed);
+  return t;
+}
+
 Table consistency_table(const ChainedScenario& s, const PerformanceLayout& layout, const Tally& tally) {
   std::vector<ComparisonRow> rows;
-  const Moments& m = tally.moments;
   const double equations = 3.0 * s.stations();
   for (std::size_t e = 0; e < s.estimators.size(); ++e) {
     if (!is_chained(s.estimators[e])) continue;
+    const Moments& m = layout.moments(tally, e);
     const std::string& name = name_of(s.estimators[e]);
     VerdictRule of_nees = s.verdict;
     of_nees.margin = s.verdict.nees_margin;
@@ -46,18 +57,20 @@ Table consistency_table(const ChainedScenario& s, const PerformanceLayout& layou
       rows.push_back(labelled(name, compare_value(quantity, "1", found, expected, rule, tally.trials)));
     };
     for (std::size_t z = 0; z < kChainedZ; ++z)
-      compare(kChainedZNames[z], rms_estimate(m, layout.numbers.z_square(e, z), s.verdict.confidence), 1, s.verdict);
-    compare("nees", mean_estimate(m, layout.numbers.nees(e), s.verdict.confidence), kChainedZ, of_nees);
-    compare("cost", mean_estimate(m, layout.numbers.cost(e), s.verdict.confidence), equations, s.verdict);
-    rows.push_back(labelled(name, compare_sd("cost_sd", "1", 1, m, layout.numbers.cost(e), std::sqrt(2 * equations),
+      compare(kChainedZNames[z], rms_estimate(m, layout.numbers.z_square(z), s.verdict.confidence), 1, s.verdict);
+    compare("nees", mean_estimate(m, layout.numbers.nees(), s.verdict.confidence), kChainedZ, of_nees);
+    compare("cost", mean_estimate(m, layout.numbers.cost(), s.verdict.confidence), equations, s.verdict);
+    rows.push_back(labelled(name, compare_sd("cost_sd", "1", 1, m, layout.numbers.cost(), std::sqrt(2 * equations),
                                              s.verdict, tally.trials)));
   }
   s.annotations.apply("consistency", rows);
-  return comparison_table("consistency",
-                          "do the covariances claim what the errors are: RMS of z-scores, NEES of twelve states, cost "
-                          "against chi-squared(3 stations)" +
-                              at_confidence(s.verdict.confidence),
-                          rows, tally.trials, tally.failed, true);
+  return by_estimator(
+      comparison_table("consistency",
+                       "do the covariances claim what the errors are: RMS of z-scores, NEES of twelve states, cost "
+                       "against chi-squared(3 stations)" +
+                           at_confidence(s.verdict.confidence),
+                       rows, tally.trials, tally.failed, true),
+      rows, s, layout, tally);
 }
 
 /// RMS at every station, beside what the covariances claim over all of them.
@@ -85,36 +98,36 @@ Table stations_table(const ChainedScenario& s, const PerformanceLayout& layout, 
 /// How often a chained estimator is worse than a single station's.
 struct WorseRow {
   std::string formulation, quantity;
-  std::uint64_t runs = 0, last = 0;
+  std::uint64_t worse = 0, last = 0, runs = 0, failed = 0;  ///< `runs`: that the estimator solved
   double mean_rms = kNaN;
 };
 Table worse_table(const ChainedScenario& s, const PerformanceLayout& layout, const Tally& tally) {
   const bool compared =
       std::find(s.estimators.begin(), s.estimators.end(), ChainedEstimator::single) != s.estimators.end();
-  const std::uint64_t runs = tally.trials - tally.failed;
   std::vector<WorseRow> rows;
-  for (std::size_t e = 0; compared && runs > 0 && e < s.estimators.size(); ++e) {
-    if (!is_chained(s.estimators[e])) continue;
+  for (std::size_t e = 0; compared && e < s.estimators.size(); ++e) {
+    const Moments& m = layout.moments(tally, e);
+    if (!is_chained(s.estimators[e]) || m.count == 0) continue;
     for (std::size_t q = 0; q < kChainedQuantities; ++q) {
       const std::uint64_t count = tally.counts[layout.counts.worse_runs(e, q)];
       rows.push_back({name_of(s.estimators[e]), kChainedQuantityNames[q], count,
-                      tally.counts[layout.counts.worse_last(e, q)],
-                      count > 0 ? tally.moments.mean[layout.numbers.worse(e, q)] *
-                                      static_cast<double>(tally.moments.count) / static_cast<double>(count)
-                                : kNaN});
+                      tally.counts[layout.counts.worse_last(e, q)], m.count, layout.failed(tally, e),
+                      count > 0
+                          ? m.mean[layout.numbers.worse(q)] * static_cast<double>(m.count) / static_cast<double>(count)
+                          : kNaN});
     }
   }
   TableRows t("worse", "runs in which chaining is worse than single stations" + at_confidence(s.verdict.confidence));
   write_rows(t, rows, [&](const WorseRow& x) {
     t.word("formulation", "estimator", x.formulation);
     t.word("quantity", "whose error is compared", x.quantity);
-    t.count("worse_runs", "runs whose RMS over the stations is above that of the single stations", x.runs);
-    t.share("p_worse_run", "their share", x.runs, runs, s.verdict.confidence);
+    t.count("worse_runs", "runs whose RMS over the stations is above that of the single stations", x.worse);
+    t.share("p_worse_run", "their share", x.worse, x.runs, s.verdict.confidence);
     t.number("mean_rms_worse", "1", "mean RMS of the estimator in these runs, in the quantity's unit", x.mean_rms);
     t.count("worse_last", "runs whose error at the last station is larger than single's", x.last);
-    t.share("p_worse_last", "their share", x.last, runs, s.verdict.confidence);
+    t.share("p_worse_last", "their share", x.last, x.runs, s.verdict.confidence);
     t.count("trials", "trials run", tally.trials);
-    t.count("failed", "trials without a converged estimate, not in the statistics", tally.failed);
+    t.count("failed", "trials without a converged estimate, not in the statistics", x.failed);
   });
   return t.take();
 }
@@ -125,13 +138,15 @@ Table runs_table(const std::vector<ComparisonRow>& rms, const Tally& tally) {
   const std::size_t n = tally.samples.size() / rms.size();
   for (std::size_t i = 0; i < rms.size(); ++i) {
     std::vector<double> x;
-    for (std::size_t r = 0; r < n; ++r) x.push_back(tally.samples[r * rms.size() + i]);
+    for (std::size_t r = 0; r < n; ++r)
+      if (const double sample = tally.samples[r * rms.size() + i]; !std::isnan(sample)) x.push_back(sample);
     std::sort(x.begin(), x.end());
     const auto quantile = [&](double p) {
-      return n > 0 ? x[static_cast<std::size_t>(p * static_cast<double>(n - 1) + 0.5)] : kNaN;
+      return x.empty() ? kNaN : x[static_cast<std::size_t>(p * static_cast<double>(x.size() - 1) + 0.5)];
     };
     const double published = rms[i].published;
     const auto below = std::lower_bound(x.begin(), x.end(), published) - x.begin();
+    const bool placed = !std::isnan(published) && !x.empty();
     t.word("formulation", "estimator", rms[i].formulation);
     t.word("quantity", "whose error", rms[i].quantity);
     t.word("unit", "unit of the values in this row", rms[i].unit);
@@ -140,8 +155,8 @@ Table runs_table(const std::vector<ComparisonRow>& rms, const Tally& tally) {
     t.number("q975", "1", "97.5 % of the runs are below", quantile(0.975));
     t.number("published", "1", "published value of the row in table rms", published);
     t.number("published_rank", "1", "share of the runs below the published value",
-             std::isnan(published) ? kNaN : static_cast<double>(below) / static_cast<double>(n));
-    t.count("runs", "runs kept", n);
+             placed ? static_cast<double>(below) / static_cast<double>(x.size()) : kNaN);
+    t.count("runs", "runs kept", x.size());
   }
   if (n == 0) t.drop_rows();
   return t.take();
@@ -155,11 +170,12 @@ struct HistogramRow {
   double expected = 0;
 };
 Table histogram_table(const ChainedScenario& s, const PerformanceLayout& layout, const Tally& tally) {
-  const double runs = static_cast<double>(tally.trials - tally.failed), equations = 3.0 * s.stations();
+  const double equations = 3.0 * s.stations();
   constexpr std::size_t kBins = PerformanceLayout::kBins;
   std::vector<HistogramRow> rows;
-  for (std::size_t e = 0; e < s.estimators.size() && runs > 0; ++e) {
-    if (!is_chained(s.estimators[e])) continue;
+  for (std::size_t e = 0; e < s.estimators.size(); ++e) {
+    const double runs = static_cast<double>(layout.moments(tally, e).count);
+    if (!is_chained(s.estimators[e]) || runs == 0) continue;
     const auto bins = [&](const char* quantity, std::size_t first, double from, double width, double values,
                           const auto& upper_tail) {
       for (std::size_t b = 0; b < kBins; ++b) {
@@ -190,6 +206,19 @@ Table histogram_table(const ChainedScenario& s, const PerformanceLayout& layout,
   return t.take();
 }
 
+/// How every chained estimator ended, by reason.
+Table failures_table(const ChainedScenario& s, const PerformanceLayout& layout, const Tally& tally) {
+  std::vector<ChainedEndings> endings;
+  for (std::size_t e = 0; e < s.estimators.size() && !tally.counts.empty(); ++e) {
+    if (!is_chained(s.estimators[e])) continue;
+    endings.push_back({name_of(s.estimators[e])});
+    for (std::size_t i = 0; i < kChainedStatuses; ++i)
+      endings.back().counts[i] = tally.counts[layout.counts.ended(e, i)];
+  }
+  return endings_table("how the trials of every chained estimator ended; each leaves out its own failures only",
+                       "formulation", "estimator", endings, tally.trials);
+}
+
 }  // namespace
 
 std::vector<RowName> performance_rows(const ChainedScenario& s) {
@@ -205,16 +234,19 @@ std::vector<RowName> performance_rows(const ChainedScenario& s) {
 
 std::vector<Table> performance_tables(const ChainedScenario& s, const PerformanceLayout& layout, const Tally& tally) {
   const std::vector<ComparisonRow> rms = rms_rows(s, layout, tally);
-  return {comparison_table("rms",
-                           "RMS errors over all stations and trials; analytic: by the claimed covariances" +
-                               at_confidence(s.verdict.confidence),
-                           rms, tally.trials, tally.failed, true),
-          consistency_table(s, layout, tally),
-          stations_table(s, layout, tally),
-          worse_table(s, layout, tally),
-          runs_table(rms, tally),
-          histogram_table(s, layout, tally),
-          failed_trials_table("trials without a converged estimate", tally.failed_trials)};
+  return {
+      by_estimator(comparison_table("rms",
+                                    "RMS errors over all stations and trials; analytic: by the claimed covariances" +
+                                        at_confidence(s.verdict.confidence),
+                                    rms, tally.trials, tally.failed, true),
+                   rms, s, layout, tally),
+      consistency_table(s, layout, tally),
+      stations_table(s, layout, tally),
+      worse_table(s, layout, tally),
+      runs_table(rms, tally),
+      histogram_table(s, layout, tally),
+      failures_table(s, layout, tally),
+      failed_trials_table("trials without a converged estimate of some estimator", tally.failed_trials)};
 }
 
 }  // namespace surveymc

@@ -14,14 +14,12 @@ class PerformanceLayout {
 
   static constexpr std::size_t kBins = 40;
 
-  /// Columns of Moments, by estimator and quantity or state; all are means over the stations of a trial.
+  /// Columns of an estimator's Moments, by quantity or state; all are means over the stations of a trial.
   struct Numbers : Layout {
-    explicit Numbers(std::size_t n) : estimators(n) {}
-    std::size_t estimators;
-    Slots square = slots(estimators, kChainedQuantities);   ///< of the error
-    Slots claimed = slots(estimators, kChainedQuantities);  ///< variance
-    Slots worse = slots(estimators, kChainedQuantities);    ///< its RMS in runs worse than single, else 0
-    Slots z_square = slots(estimators, kChainedZ), nees = slots(estimators), cost = slots(estimators);
+    Slots square = slots(kChainedQuantities);   ///< of the error
+    Slots claimed = slots(kChainedQuantities);  ///< variance
+    Slots worse = slots(kChainedQuantities);    ///< its RMS in runs worse than single, else 0
+    Slots z_square = slots(kChainedZ), nees = slots(), cost = slots();
   };
   struct Counts : Layout {
     explicit Counts(std::size_t n) : estimators(n) {}
@@ -29,25 +27,40 @@ class PerformanceLayout {
     Slots worse_runs = slots(estimators, kChainedQuantities);  ///< RMS over the run above single's
     Slots worse_last = slots(estimators, kChainedQuantities);  ///< error at the last station
     Slots z = slots(estimators, kBins), nees = slots(estimators, kBins), cost = slots(estimators, kBins);
+    Slots ended = slots(estimators, kChainedStatuses);  ///< trials that ended so
   };
-  struct Groups : Layout {  ///< squared errors at every station; none if there are too many of them
-    explicit Groups(std::size_t estimators) : square(slots(estimators, kChainedQuantities)) {}
-    Slots square;
+  struct Groups : Layout {
+    Groups(std::size_t n, bool along) : estimators(n), squares(along ? n : 0) {}
+    std::size_t estimators, squares;
+    Slots solved = slots(estimators);                   ///< Numbers, over the trials that the estimator solved
+    Slots square = slots(squares, kChainedQuantities);  ///< errors at every station; none if there are too many
   };
   const Numbers numbers;
   const Counts counts;
   const Groups groups;
 
+  /// Empty before the first trial.
+  const Moments& moments(const Tally& tally, std::size_t estimator) const;
+  /// Trials that did not converge.
+  std::uint64_t failed(const Tally& tally, std::size_t estimator) const;
+
   std::size_t kept() const { return kept_; }
-  bool along() const { return groups.size() > 0; }
+  bool along() const { return groups.squares > 0; }
 
   static constexpr double kZWidth = 0.25, kZFirst = -5, kNeesWidth = 1;
   double cost_width() const { return cost_width_; }
 
-  /// One trial; `row` of the arrays is its own.
-  void add(const std::vector<RunCheck>& checks, Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> values,
-           std::vector<Eigen::MatrixXd>& along, Eigen::Index row, std::vector<std::uint64_t>& events) const;
-  /// RMS of the run, by estimator and quantity, behind the others.
+  /// What estimators know of a block's trials: as many rows are filled as each has solved.
+  struct Block {
+    std::vector<Eigen::MatrixXd> numbers, along;
+    std::vector<Eigen::Index> rows;
+  };
+  Block block(Eigen::Index trials, int stations) const;
+  /// One trial; estimators that failed are counted, by status, and left out one by one.
+  void add(const std::vector<RunCheck>& checks, Block& block, std::vector<std::uint64_t>& events) const;
+  /// As groups of a tally.
+  std::vector<Moments> moments_of(const Block& block) const;
+  /// RMS of the run, by estimator and quantity, behind the others; NaN of those that failed.
   void keep(const std::vector<RunCheck>& checks, std::vector<double>& samples) const;
 
  private:
@@ -60,7 +73,7 @@ class PerformanceLayout {
 /// Rows that annotations may name.
 std::vector<RowName> performance_rows(const ChainedScenario& s);
 
-/// rms, consistency, stations, worse, runs, histogram.
+/// rms, consistency, stations, worse, runs, histogram, failures, failed_trials.
 std::vector<Table> performance_tables(const ChainedScenario& s, const PerformanceLayout& layout, const Tally& tally);
 
 /// Biases of the first trial, true and estimated (slide 9).

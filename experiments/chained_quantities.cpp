@@ -8,6 +8,7 @@
 #include "config/readings_csv.h"
 #include "estimate/chained_attitude.h"
 #include "estimate/chained_start.h"
+#include "study/table_rows.h"
 
 namespace surveymc {
 
@@ -28,7 +29,6 @@ QuantityArray station_errors(const ChainedRun& run, const ReferenceField& field,
 
 RunCheck check_alone(const ChainedScenario& s, ChainedEstimator estimator, const ChainedRun& run) {
   RunCheck out;
-  out.converged = true;
   const ChainedModel m = s.model(ChainReferences::chained);
   const SingleWeights weights = single_weights(m);
   for (std::size_t k = 0; k < run.readings.size(); ++k) {
@@ -44,7 +44,7 @@ RunCheck check_alone(const ChainedScenario& s, ChainedEstimator estimator, const
 
 RunCheck check_chained(const ChainedScenario& s, const ChainedRun& run, const ChainedSolution& solution) {
   RunCheck out;
-  out.converged = solution.converged;
+  out.status = solution.status;
   out.cost = solution.cost;
   const double bh = s.field.total * std::cos(s.field.dip), bd = s.field.total * std::sin(s.field.dip);
   for (std::size_t k = 0; k < run.readings.size(); ++k) {
@@ -67,6 +67,22 @@ RunCheck check_chained(const ChainedScenario& s, const ChainedRun& run, const Ch
     out.stations.push_back(check);
   }
   return out;
+}
+
+Table endings_table(const std::string& what, const char* kind, const char* meaning,
+                    const std::vector<ChainedEndings>& endings, std::uint64_t trials) {
+  TableRows t("failures", what);
+  const auto write = [&](const ChainedEndings& x) {
+    for (std::size_t i = 0; i < kChainedStatuses; ++i) {
+      t.word(kind, meaning, x.name);
+      t.word("status", "converged, or why not: iteration_limit, no_descent, saddle, not_finite",
+             kChainedStatusNames[i]);
+      t.count("count", "trials", x.counts[i]);
+      t.count("trials", "trials run", trials);
+    }
+  };
+  write_rows(t, endings, write);
+  return t.take();
 }
 
 }  // namespace surveymc

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "chained_scenario.h"
+#include "store/table.h"
 
 namespace surveymc {
 
@@ -30,7 +31,8 @@ struct StationCheck {
 
 /// A whole run by one estimator.
 struct RunCheck {
-  bool converged = false;
+  ChainedStatus status = ChainedStatus::converged;
+  bool converged() const { return status == ChainedStatus::converged; }
   double cost = 0;
   std::vector<StationCheck> stations;
 };
@@ -42,5 +44,14 @@ QuantityArray station_errors(const ChainedRun& run, const ReferenceField& field,
 RunCheck check_alone(const ChainedScenario& s, ChainedEstimator estimator, const ChainedRun& run);
 /// By a chained estimator's solution.
 RunCheck check_chained(const ChainedScenario& s, const ChainedRun& run, const ChainedSolution& solution);
+
+/// How the solutions of one kind ended: trials by ChainedStatus.
+struct ChainedEndings {
+  std::string name;
+  std::array<std::uint64_t, kChainedStatuses> counts{};
+};
+/// Table `failures`: one row a kind of solution and status; `kind` is its first column.
+Table endings_table(const std::string& what, const char* kind, const char* meaning,
+                    const std::vector<ChainedEndings>& endings, std::uint64_t trials);
 
 }  // namespace surveymc

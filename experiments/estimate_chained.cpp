@@ -11,6 +11,7 @@
 #include "chained_scenario.h"
 #include "config/readings_csv.h"
 #include "estimate/chained_attitude.h"
+#include "estimate/chained_profile.h"
 #include "estimate/chained_search.h"
 #include "estimate/chained_smoother.h"
 #include "estimate/chained_start.h"
@@ -73,7 +74,23 @@ struct Answer {
   ChainedSolution solution;
   ChainedReadingTests tests;  ///< of the smoother's residuals, whichever was asked for
   ChainedSuspect suspect;
+  std::vector<ChainedProfile> profiles;  ///< of the smoother
 };
+
+/// Of every station; in long runs of a hundred along it, so that the work stays linear in stations.
+std::vector<ChainedProfile> profiles_of(const Run& r, const ChainedModes& modes) {
+  constexpr int kMost = 100;
+  std::vector<ChainedProfile> out;
+  const int n = r.readings.stations(), most = std::min(n, kMost);
+  ChainedProfileOptions options;
+  options.confidence = r.confidence;
+  for (int i = 0; i < most; ++i) {
+    const int k = most < 2 ? 0 : static_cast<int>(static_cast<std::int64_t>(i) * (n - 1) / (most - 1));
+    out.push_back(profile_azimuth(r.model, r.readings, modes.modes, k, options));
+  }
+  return out;
+}
+
 Answer answer_of(const Run& r) {
   Answer a;
   ChainedSearchOptions options;
@@ -83,9 +100,11 @@ Answer answer_of(const Run& r) {
   a.solution = a.modes.modes.front();
   a.tests = chained_reading_tests(r.model, r.readings, a.solution);
   a.suspect = find_suspect(a.tests, r.gate);
+  a.profiles = profiles_of(r, a.modes);
   if (r.filter) {
     a.solution = filter_chained(r.model, r.readings, point_of(a.solution));
-    require(a.solution.converged, "chained: the filter does not converge at some station: use mode = \"smoother\"");
+    require(a.solution.converged, "chained: the filter does not converge at some station ({}): use mode = \"smoother\"",
+            kChainedStatusNames[static_cast<std::size_t>(a.solution.status)]);
   }
   return a;
 }
@@ -195,6 +214,38 @@ Table modes_table(const Run& r, const Answer& a) {
   return t.take();
 }
 
+/// Do the claims hold, and what holds where they do not.
+Table profile_table(const Run& r, const Answer& a) {
+  TableRows t(
+      "profile",
+      "the smoother's claims against the cost, minimised at values of the station's axial bias; azimuth: by the "
+      "covariance where the claims hold, else by the mixture over the bias" +
+          at_confidence(r.confidence));
+  const auto angle = [&](const char* name, const char* meaning, double x) { t.number(name, "deg", meaning, x); };
+  for (const ChainedProfile& p : a.profiles) {
+    t.count("station", "number of the station, from 1", p.station + 1);
+    t.number("md_m", "m", "measured depth", r.file.md[static_cast<std::size_t>(p.station)]);
+    t.count("claims_hold", "1: the cost rises as the covariance says, and there is one minimum", p.parabola);
+    t.number("cost_rise_low", "1", "of the cost at the axial bias less 2 claimed sd: 4 where the claims hold",
+             p.rise_low);
+    t.number("cost_rise_high", "1", "of the cost at the axial bias and 2 claimed sd: 4 where the claims hold",
+             p.rise_high);
+    t.number("bias_z_nT", "nT", "axial bias at the lowest minimum", p.bias);
+    t.number("claimed_sd_bias_z_nT", "nT", "by the covariance", p.claimed_sd);
+    t.number("sd_bias_z_nT", "nT", "by the profile", p.sd_bias);
+    angle("azimuth_magnetic_deg", "at the lowest minimum", degrees_of(p.azimuth));
+    angle("claimed_sd_azimuth_deg", "by the covariance", p.azimuth_claimed_sd / kDegree);
+    angle("mean_azimuth_magnetic_deg", "by the profile", degrees_of(p.azimuth_mean));
+    angle("sd_azimuth_deg", "by the profile", p.azimuth_sd / kDegree);
+    angle("azimuth_magnetic_ci_low_deg", "lower bound of the confidence interval by the profile",
+          degrees_of(p.azimuth_low));
+    angle("azimuth_magnetic_ci_high_deg", "upper bound; below the lower one where the interval contains north",
+          degrees_of(p.azimuth_high));
+    t.count("complete", "0: a part of the profile was not found", p.complete);
+  }
+  return t.take();
+}
+
 /// A row of the table `tests`: the run as a whole, or a reading.
 struct TestRow {
   std::string test, component, unit;
@@ -251,6 +302,23 @@ std::vector<EstimateWarning> warnings_of(const Run& r, const Answer& a) {
     warnings.push_back({"severe", fmt::format("ambiguous: a second minimum has cost {:.2f}, the first {:.2f}; table "
                                               "`modes` has both: choose by what is known of the well",
                                               a.modes.modes[1].cost, cost)});
+  const ChainedProfile* worst = nullptr;
+  std::size_t unheld = 0;
+  for (const ChainedProfile& p : a.profiles) {
+    if (p.parabola || std::isnan(p.azimuth_claimed_sd)) continue;
+    ++unheld;
+    if (!worst || p.azimuth_sd / p.azimuth_claimed_sd > worst->azimuth_sd / worst->azimuth_claimed_sd) worst = &p;
+  }
+  if (worst)
+    warnings.push_back(
+        {"severe",
+         fmt::format(
+             "the claimed sd do not hold at {} of {} stations looked at: the cost is no parabola along the axial "
+             "bias. At station {} the azimuth's sd is {:.3g} deg, not {:.3g}: use the intervals of table "
+             "`profile`{}",
+             unheld, a.profiles.size(), worst->station + 1, worst->azimuth_sd / kDegree,
+             worst->azimuth_claimed_sd / kDegree,
+             worst->complete ? "" : ", which is incomplete: a wider one cannot be excluded")});
   if (cost > chi_squared_quantile(equations, 1 - r.alpha / 2))
     warnings.push_back(
         {"severe", fmt::format("cost {:.2f} (expected {:.0f}): a gross error, a wrong reference, or more "
@@ -273,8 +341,13 @@ class ChainedEstimate final : public StudyPoint {
   ChainedEstimate(Run run, Answer answer) : r_(std::move(run)), a_(std::move(answer)) {}
   PointResult report(const Tally&, const RunOptions&) const override {
     PointResult result;
-    result.tables = {parameters_table(r_, a_), fit_table(r_, a_),   modes_table(r_, a_),
-                     stations_table(r_, a_),   tests_table(r_, a_), warnings_table(warnings_of(r_, a_))};
+    result.tables = {parameters_table(r_, a_),
+                     fit_table(r_, a_),
+                     modes_table(r_, a_),
+                     stations_table(r_, a_),
+                     profile_table(r_, a_),
+                     tests_table(r_, a_),
+                     warnings_table(warnings_of(r_, a_))};
     return result;
   }
 

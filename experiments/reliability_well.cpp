@@ -121,14 +121,16 @@ class ReliabilityWellPoint final : public StudyPoint {
     return survey;
   }
 
-  /// Both signs of an error; keeps the one that moves the end of the well more. Returns that distance.
+  /// Both signs of an error; keeps the one that moves the end of the well more. Returns that distance. What comes first
+  /// stays where another is larger by rounding alone: the toolface of an axial sensor, which does not matter, is 0.
   double keep_larger(Found& f, const WellErrors& errors, double toolface, std::size_t o, std::size_t k) const {
+    constexpr double kTie = 1e-9;  // the nonlinear sizes end within 1e-10 of themselves
     double larger = 0;
     for (const int sign : {1, -1}) {
       const FoundError e = errors.of(k, s_.observations[o], sign);
       const double moves = e.position.norm();
       larger = std::max(larger, moves);
-      if (f.error.size == 0 || moves > f.moves()) f = {e, {}, toolface, false};
+      if (f.error.size == 0 || moves > f.moves() * (1 + kTie)) f = {e, {}, toolface, false};
     }
     return larger;
   }

@@ -62,6 +62,7 @@ StationEstimate ChainedBatchSolution::station(int trial, int k) const {
 ChainedSolution ChainedBatchSolution::solution(int trial) const {
   ChainedSolution s;
   s.converged = converged(trial);
+  s.status = s.converged ? ChainedStatus::converged : ChainedStatus::iteration_limit;
   s.iterations = iterations(trial);
   s.cost = cost(trial);
   for (int k = 0; k < stations; ++k) s.stations.push_back(station(trial, k));

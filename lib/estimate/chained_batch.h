@@ -22,7 +22,8 @@ struct ChainedBatch {
 
 enum class ChainedMode { smoother, filter };
 
-/// Answers of a batch. Where `converged` is false the trial needs solve_chained, which is damped.
+/// Answers of a batch, by undamped Gauss-Newton. Where `converged` is false the trial needs what is damped:
+/// solve_chained for a smoother, filter_chained for a filter.
 class ChainedBatchSolution {
  public:
   ChainedBatchSolution(int trials, int stations);

@@ -1,5 +1,7 @@
 #include "estimate/chained_linear.h"
 
+#include <Eigen/Geometry>
+
 #include "estimate/chained_residual.h"
 
 namespace surveymc {
@@ -55,6 +57,31 @@ StationLinear linearise(const ChainedModel& m, const ChainedReadings& readings, 
   return s;
 }
 
+StationCurvature curvature(const ChainedModel& m, const StationLinear& s, const ChainedPoint& at, int k) {
+  const auto i = static_cast<std::size_t>(k);
+  const Matrix3d& frame = at.frames[i];
+  const Vector3d n = frame.col(0), d = frame.col(2), a = interference_N(m, at, k);
+  const Vector3d f = -(m.gravity + at.chain[i][kGravityError]) * d;
+  const Vector3d h =
+      frame * (Vector3d(m.horizontal + at.chain[i][kHorizontalError], 0, m.down + at.chain[i][kDownError]) + a);
+  const Eigen::Map<const Eigen::Matrix<double, 6, 1>> noise(m.noise.data());
+  const Eigen::Matrix<double, 6, 1> u = s.residual.cwiseQuotient(noise);  // 0 for readings left out
+  const Vector3d uf = u.head<3>(), uh = u.tail<3>();
+  const auto turn = [](const Vector3d& w, const Vector3d& v) -> Matrix3d {
+    return (w * v.transpose() + v * w.transpose()) / 2 - w.dot(v) * Matrix3d::Identity();
+  };
+  StationCurvature c;
+  c.delta_delta = turn(uf, f) + turn(uh, h);
+  c.delta_chain.col(kGravityError) = -d.cross(uf);
+  c.delta_chain.col(kHorizontalError) = n.cross(uh);
+  c.delta_chain.col(kDownError) = d.cross(uh);
+  c.delta_interference.setZero(3, m.interference.states());
+  for (Eigen::Index q = 0; q < m.interference.states(); ++q)
+    c.delta_interference.col(q) =
+        m.interference.weight(k) * Vector3d(frame * m.interference.directions.col(q)).cross(uh);
+  return c;
+}
+
 void step_station(ChainedPoint& point, int k, const Vector3d& delta, const ChainVector& dc) {
   const auto i = static_cast<std::size_t>(k);
   Matrix3d& m = point.frames[i];
@@ -66,9 +93,8 @@ void step_station(ChainedPoint& point, int k, const Vector3d& delta, const Chain
   point.chain[i] += dc;
 }
 
-double chained_cost(const ChainedModel& m, const ChainedReadings& readings, const ChainedPoint& at) {
+double readings_cost(const ChainedModel& m, const ChainedReadings& readings, const ChainedPoint& at) {
   double sum = 0;
-  const auto square = [&](double x, double sd) { sum += (x / sd) * (x / sd); };
   for (int k = 0; k < readings.stations(); ++k) {
     const auto i = static_cast<std::size_t>(k);
     const Vector3d a = interference_N(m, at, k);
@@ -78,17 +104,30 @@ double chained_cost(const ChainedModel& m, const ChainedReadings& readings, cons
         m.gravity, m.horizontal, m.down, readings.y[i],
         {from_eigen(Vector3d(at.frames[i].col(0))), from_eigen(Vector3d(at.frames[i].col(2)))}, c, from_eigen(a));
     for (std::size_t r = 0; r < 6; ++r)
-      if (readings.used(k, r)) square(e[r], m.noise[r]);
+      if (readings.used(k, r)) sum += (e[r] / m.noise[r]) * (e[r] / m.noise[r]);
+  }
+  return sum;
+}
+
+double chained_cost(const ChainedModel& m, const ChainedReadings& readings, const ChainedPoint& at) {
+  double sum = readings_cost(m, readings, at);
+  const auto square = [&](double x, double sd) { sum += (x / sd) * (x / sd); };
+  for (int k = 0; k < readings.stations(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const ChainVector& c = at.chain[i];
     for (std::size_t s = 0; s < kChainStates; ++s) {
+      const auto state = static_cast<Eigen::Index>(s);
       if (m.independent() && s < kReferenceStates)
-        square(c[s], m.reference_sd[s]);
+        square(c[state], m.reference_sd[s]);
       else if (k == 0)
-        square(c[s], m.prior_sd[s]);
+        square(c[state], m.prior_sd[s]);
       else
-        square(c[s] - at.chain[i - 1][static_cast<Eigen::Index>(s)], m.link_sd[s]);
+        square(c[state] - at.chain[i - 1][state], m.link_sd[s]);
     }
   }
   for (const double a : at.interference) square(a, m.interference.prior_sd);
+  for (const KnownState& known : readings.known)
+    square(at.chain[static_cast<std::size_t>(known.station)][known.state] - known.value, known.sd);
   return sum;
 }
 

@@ -8,10 +8,19 @@
 namespace surveymc {
 
 using ChainVector = Eigen::Matrix<double, kChainStates, 1>;
+using ChainMatrix = Eigen::Matrix<double, kChainStates, kChainStates>;
+
+/// A chained state that is known from elsewhere: adds ((c - value) / sd)^2 to the cost.
+struct KnownState {
+  int station = 0;  ///< from 0
+  int state = 0;    ///< as of ChainState
+  double value = 0, sd = 1;
+};
 
 struct ChainedReadings {
   std::vector<StationReading> y;
   std::vector<std::array<bool, 6>> left_out = {};  ///< readings that are not to be used; empty: all are
+  std::vector<KnownState> known = {};              ///< for solve_chained alone
 
   int stations() const { return static_cast<int>(y.size()); }
   bool used(int station, std::size_t axis) const {
@@ -42,6 +51,8 @@ void step_station(ChainedPoint& point, int station, const Eigen::Vector3d& delta
 /// J at a point: squares of the whitened residuals, of the first station's states, of the links, of references where
 /// they are independent, of interference.
 double chained_cost(const ChainedModel& model, const ChainedReadings& readings, const ChainedPoint& at);
+/// The readings' part of it.
+double readings_cost(const ChainedModel& model, const ChainedReadings& readings, const ChainedPoint& at);
 
 /// J of a solution's own frames and states.
 ChainedPoint point_of(const ChainedSolution& solution);
@@ -50,11 +61,30 @@ ChainedPoint point_of(const ChainedSolution& solution);
 double step_size2(const ChainedModel& model, const std::vector<Eigen::Vector3d>& delta,
                   const std::vector<ChainVector>& dc, const Eigen::VectorXd& da);
 
+/// What the cost has beyond first order at a station, whitened as above: half its Hessian is
+///   J'J - (delta_delta, delta_chain, delta_interference; their transposes)
+/// with u = W e, the residual over its variance:
+///   delta_delta        = sum of (u v' + v u')/2 - (u.v) 1   over (u_f, f) and (u_h, h)
+///   delta_chain        = -d x u_f to e_g,  n x u_h to e_H,  d x u_h to e_D;  0 to offsets
+///   delta_interference = weight(k) (M directions) x u_h.
+struct StationCurvature {
+  Eigen::Matrix3d delta_delta;
+  Eigen::Matrix<double, 3, kReferenceStates> delta_chain;
+  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> delta_interference;
+};
+/// `linear`: of the same station at the same point.
+StationCurvature curvature(const ChainedModel& model, const StationLinear& linear, const ChainedPoint& at, int station);
+
 struct ChainedOptions {
-  int max_iterations = 100;
-  /// Converged when the root mean square step is below this part of a prior sd (of a mrad for attitudes).
+  int max_iterations = 200;  ///< steps tried, rejected ones included
+  /// Converged when the undamped step d, of gradient g and quadratic model B (halves), satisfies both
+  ///   sqrt(step_size2(d)) <= step_tolerance    (root mean square over the stations, in prior sd and in mrad)
+  ///   g.B^-1 g <= gradient_tolerance (1 + J)   (what the model still promises J to fall by)
   double step_tolerance = 1e-9;
-  bool damped = true;  ///< Levenberg's damping; false: plain Gauss-Newton, which may not converge
+  double gradient_tolerance = 1e-10;
+  /// A step is taken when J falls by more than this part of what the quadratic model promises.
+  double least_gain = 1e-4;
+  bool damped = true;  ///< false: plain Gauss-Newton, every step taken, which may not converge
 };
 
 }  // namespace surveymc

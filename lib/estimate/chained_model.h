@@ -89,10 +89,25 @@ struct StationEstimate {
   Eigen::Matrix<double, 12, 12> covariance = Eigen::Matrix<double, 12, 12>::Zero();
 };
 
+/// How an iteration ended: only `converged` is an answer.
+enum class ChainedStatus {
+  converged,
+  iteration_limit,  ///< the options' max_iterations
+  no_descent,       ///< no damping makes the cost fall
+  saddle,           ///< the gradient is zero, but the cost falls to some side
+  not_finite        ///< readings or steps that are not numbers
+};
+inline constexpr std::size_t kChainedStatuses = 5;
+inline constexpr std::array<const char*, kChainedStatuses> kChainedStatusNames{"converged", "iteration_limit",
+                                                                               "no_descent", "saddle", "not_finite"};
+
 struct ChainedSolution {
-  bool converged = false;
-  int iterations = 0;
-  double cost = 0;  ///< J: squares of all whitened equations; chi-squared(3 stations) under the model
+  bool converged = false;  ///< status is ChainedStatus::converged
+  ChainedStatus status = ChainedStatus::iteration_limit;
+  int iterations = 0;  ///< steps tried, rejected ones included
+  double cost = 0;     ///< J: squares of all whitened equations; chi-squared(3 stations) under the model
+  /// ln det of half the Hessian of J by Gauss-Newton, of all unknowns in rad and SI and nT: of solve_chained alone.
+  double log_determinant = 0;
   std::vector<StationEstimate> stations;
   Eigen::VectorXd interference;  ///< amplitudes, nT
   Eigen::MatrixXd interference_covariance;

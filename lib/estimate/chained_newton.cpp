@@ -5,6 +5,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "estimate/chained_descent.h"
+
 namespace surveymc {
 
 using Eigen::Index;
@@ -24,19 +26,29 @@ struct NormalBlocks {
   std::vector<Columns> columns;  ///< first the negative gradient, then the border
   VectorXd border_rhs;
   MatrixXd border;
-  ChainVector
-      prior_weight;     ///< Levenberg's scale of the chain: steps in prior sd. Attitudes: Marquardt's, the diagonal.
-  double border_scale;  ///< the same for the border
+  // Levenberg's scale D: steps of the chain and the border in prior sd, of attitudes in 0.1 rad. Marquardt's diagonal
+  // would hold back most where the accelerometers see the attitude, and the weak direction is a turn about the
+  // vertical.
+  ChainVector chain_scale;
+  double border_scale;
+};
+constexpr double kAttitudeScale = 1 / (0.1 * 0.1);
+
+/// What is known of the first station's chain before its readings, instead of the model's prior.
+struct ChainPrior {
+  ChainVector mean;
+  Eigen::Matrix<double, kChainStates, kChainStates> information;
 };
 
-NormalBlocks normal_blocks(const ChainedModel& m, const ChainedReadings& readings, const ChainedPoint& at) {
+NormalBlocks normal_blocks(const ChainedModel& m, const ChainedReadings& readings, const ChainedPoint& at,
+                           const ChainPrior* first) {
   const int n = readings.stations();
   const Index q = m.interference.states();
   const Eigen::Map<const ChainVector> prior(m.prior_sd.data()), link(m.link_sd.data());
   NormalBlocks b;
   b.link_weight = link.cwiseAbs2().cwiseInverse();
   if (m.independent()) b.link_weight.head<kReferenceStates>().setZero();
-  b.prior_weight = prior.cwiseAbs2().cwiseInverse();
+  b.chain_scale = prior.cwiseAbs2().cwiseInverse();
   b.border_scale = 1 / (m.interference.prior_sd * m.interference.prior_sd);
   b.border_rhs = -at.interference / (m.interference.prior_sd * m.interference.prior_sd);
   b.border = MatrixXd::Identity(q, q) / (m.interference.prior_sd * m.interference.prior_sd);
@@ -52,8 +64,8 @@ NormalBlocks normal_blocks(const ChainedModel& m, const ChainedReadings& reading
     b.border_rhs += s.by_interference.transpose() * s.residual;
     b.border += s.by_interference.transpose() * s.by_interference;
 
-    ChainVector weight = k == 0 ? b.prior_weight : ChainVector(ChainVector::Zero());
-    if (m.independent())
+    ChainVector weight = k == 0 && !first ? b.chain_scale : ChainVector(ChainVector::Zero());
+    if (m.independent() && !first)
       weight.head<kReferenceStates>() = Eigen::Map<const Vector3d>(m.reference_sd.data()).cwiseAbs2().cwiseInverse();
     const auto chain = c.col(0).tail<kChainStates>();
     ChainVector pull = -weight.cwiseProduct(at.chain[i]);
@@ -65,10 +77,33 @@ NormalBlocks normal_blocks(const ChainedModel& m, const ChainedReadings& reading
       pull += b.link_weight.cwiseProduct(at.chain[i + 1] - at.chain[i]);
       weight += b.link_weight;
     }
+    if (k == 0 && first) {
+      pull += first->information * (first->mean - at.chain[i]);
+      h.bottomRightCorner<kChainStates, kChainStates>() += first->information;
+    }
+    for (const KnownState& known : readings.known)
+      if (known.station == k) {
+        weight[known.state] += 1 / (known.sd * known.sd);
+        pull[known.state] += (known.value - at.chain[i][known.state]) / (known.sd * known.sd);
+      }
     c.col(0).tail<kChainStates>() = chain + pull;
     h.diagonal().tail<kChainStates>() += weight;
     b.diagonal.push_back(h);
     b.columns.push_back(c);
+  }
+  return b;
+}
+
+/// The same with half the true Hessian.
+NormalBlocks exact_blocks(NormalBlocks b, const ChainedModel& m, const ChainedReadings& readings,
+                          const ChainedPoint& at) {
+  for (int k = 0; k < readings.stations(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const StationCurvature c = curvature(m, linearise(m, readings, at, k), at, k);
+    b.diagonal[i].topLeftCorner<3, 3>() -= c.delta_delta;
+    b.diagonal[i].block<3, kReferenceStates>(0, 3) -= c.delta_chain;
+    b.diagonal[i].block<kReferenceStates, 3>(3, 0) -= c.delta_chain.transpose();
+    b.columns[i].topRightCorner(3, m.interference.states()) -= c.delta_interference;
   }
   return b;
 }
@@ -79,7 +114,7 @@ struct BlockSolution {
   std::vector<Columns> x;
   VectorXd border;  ///< solution of the border
   Eigen::LDLT<MatrixXd> schur;
-  bool sound = true;
+  bool sound = true;  ///< all pivots are positive definite
 };
 
 BlockSolution solve_blocks(const NormalBlocks& b, double damping) {
@@ -89,8 +124,8 @@ BlockSolution solve_blocks(const NormalBlocks& b, double damping) {
   std::vector<Columns> reduced;
   for (std::size_t k = 0; k < n; ++k) {
     Matrix12 d = b.diagonal[k];
-    d.diagonal().head<3>() *= 1 + damping;
-    d.diagonal().tail<kChainStates>() += damping * b.prior_weight;
+    d.diagonal().head<3>().array() += damping * kAttitudeScale;
+    d.diagonal().tail<kChainStates>() += damping * b.chain_scale;
     Columns r = b.columns[k];
     if (k > 0) {
       // Off-diagonal block: -W on the chain. Schur complement: D - E' P^-1 E, with E = (0; -W).
@@ -122,6 +157,7 @@ BlockSolution solve_blocks(const NormalBlocks& b, double damping) {
   if (q > 0) {
     s.schur.compute(schur);
     s.border = s.schur.solve(rhs);
+    s.sound = s.sound && s.schur.info() == Eigen::Success && s.schur.vectorD().minCoeff() > 0;
   }
   return s;
 }
@@ -132,6 +168,8 @@ void set_covariances(const NormalBlocks& b, const BlockSolution& s, ChainedSolut
   const std::size_t n = b.diagonal.size();
   const Index q = b.border.rows();
   if (q > 0) out.interference_covariance = s.schur.solve(MatrixXd::Identity(q, q));
+  if (q > 0) out.log_determinant = s.schur.vectorD().array().log().sum();
+  for (const auto& pivot : s.pivots) out.log_determinant += 2 * pivot.matrixLLT().diagonal().array().log().sum();
   Matrix12 next;
   for (std::size_t back = 0; back < n; ++back) {
     const std::size_t k = n - 1 - back;
@@ -152,17 +190,58 @@ struct Step {
   std::vector<Vector3d> delta;
   std::vector<ChainVector> dc;
   VectorXd da;
+  bool positive = true;
+  double promise = 0;  ///< chained_descent.h
 };
-Step step_of(const BlockSolution& s) {
+Step step_of(const NormalBlocks& b, const BlockSolution& s, double damping) {
   Step step;
   step.da = s.border;
-  for (const Columns& x : s.x) {
+  step.positive = s.sound;
+  step.promise = b.border_rhs.dot(step.da) + damping * b.border_scale * step.da.squaredNorm();
+  for (std::size_t k = 0; k < s.x.size(); ++k) {
+    const Columns& x = s.x[k];
     const Eigen::Matrix<double, 12, 1> own = x.col(0) - x.rightCols(step.da.size()) * step.da;
     step.delta.push_back(own.head<3>());
     step.dc.push_back(own.tail<kChainStates>());
+    step.promise += b.columns[k].col(0).dot(own) + damping * (kAttitudeScale * step.delta[k].squaredNorm() +
+                                                              b.chain_scale.dot(step.dc[k].cwiseAbs2()));
   }
   return step;
 }
+
+/// The chain as a problem of chained_descent.h.
+struct ChainProblem {
+  using Point = ChainedPoint;
+  using System = NormalBlocks;
+  const ChainedModel& m;
+  const ChainedReadings& readings;
+  const ChainPrior* first = nullptr;
+
+  double cost(const ChainedPoint& at) const {
+    if (!first) return chained_cost(m, readings, at);
+    const ChainVector away = at.chain[0] - first->mean;
+    return readings_cost(m, readings, at) + away.dot(first->information * away);
+  }
+  NormalBlocks system(const ChainedPoint& at) const { return normal_blocks(m, readings, at, first); }
+  NormalBlocks exact(const NormalBlocks& b, const ChainedPoint& at) const { return exact_blocks(b, m, readings, at); }
+  Step solve(const NormalBlocks& b, double damping) const { return step_of(b, solve_blocks(b, damping), damping); }
+  double size2(const Step& step) const { return step_size2(m, step.delta, step.dc, step.da); }
+  ChainedPoint moved(ChainedPoint at, const Step& step) const {
+    for (int k = 0; k < readings.stations(); ++k)
+      step_station(at, k, step.delta[static_cast<std::size_t>(k)], step.dc[static_cast<std::size_t>(k)]);
+    at.interference += step.da;
+    return at;
+  }
+  /// A whitened residual is the difference of two numbers of the size y/s, each to a part of epsilon: J, the sum of n
+  /// squares, to 2 epsilon (y/s) sqrt(n J), and to epsilon of itself. Four times that.
+  double rounding(double cost) const {
+    double largest = 0;
+    for (std::size_t i = 0; i < 6; ++i)
+      largest = std::max(largest, (i < 3 ? m.gravity : std::hypot(m.horizontal, m.down)) / m.noise[i]);
+    const double equations = 15.0 * readings.stations();
+    return 4 * std::numeric_limits<double>::epsilon() * (2 * largest * std::sqrt(equations * (1 + cost)) + cost);
+  }
+};
 
 }  // namespace
 
@@ -177,47 +256,33 @@ ChainedPoint basic_start(const ChainedModel& model, const ChainedReadings& readi
 ChainedSolution solve_chained(const ChainedModel& model, const ChainedReadings& readings, const ChainedPoint& start,
                               const ChainedOptions& options) {
   check(model);
+  ChainedPoint from = start;
+  from.interference.conservativeResize(model.interference.states());
+  const ChainProblem problem{model, readings};
+  const Descent<ChainedPoint> end = descend(problem, from, options);
   ChainedSolution out;
-  ChainedPoint at = start;
-  at.interference.conservativeResize(model.interference.states());
-  // Undamped as long as that goes down: damping would tilt a step into directions that only the prior holds, and the
-  // valley of a free interference vector is curved.
-  double cost = chained_cost(model, readings, at), damping = 0;
-  const double tolerance2 = options.step_tolerance * options.step_tolerance;
-  NormalBlocks blocks = normal_blocks(model, readings, at);
-  while (out.iterations < options.max_iterations && !out.converged && std::isfinite(cost)) {
-    ++out.iterations;
-    const BlockSolution solution = solve_blocks(blocks, damping);
-    const Step step = step_of(solution);
-    const double size2 = step_size2(model, step.delta, step.dc, step.da);
-    ChainedPoint next = at;
-    for (int k = 0; k < readings.stations(); ++k)
-      step_station(next, k, step.delta[static_cast<std::size_t>(k)], step.dc[static_cast<std::size_t>(k)]);
-    next.interference += step.da;
-    const double next_cost = chained_cost(model, readings, next);
-    const bool near = size2 <= 1e-6 && damping == 0;  // so near that the cost differs by rounding only
-    const double rounding = 1e-10 * (1 + cost);
-    const bool accept =
-        solution.sound && std::isfinite(size2) && (!options.damped || near || next_cost <= cost + rounding);
-    if (!accept) {
-      if (!options.damped) break;
-      damping = std::max(10 * damping, 1e-2);
-      if (damping > 1e12) break;
-      continue;
-    }
-    out.converged = size2 <= tolerance2 && damping == 0;
-    damping = damping > 1e-7 ? damping / 10 : 0;
-    at = std::move(next);
-    cost = next_cost;
-    blocks = normal_blocks(model, readings, at);
-  }
-  out.cost = cost;
-  out.interference = at.interference;
-  for (std::size_t k = 0; k < at.frames.size(); ++k)
-    out.stations.push_back({at.frames[k], at.chain[k], Matrix12::Zero()});
-  const BlockSolution last = solve_blocks(blocks, 0);
-  set_covariances(blocks, last, out);
+  out.status = end.status;
+  out.converged = end.status == ChainedStatus::converged;
+  out.iterations = end.iterations;
+  out.cost = end.cost;
+  out.interference = end.at.interference;
+  for (std::size_t k = 0; k < end.at.frames.size(); ++k)
+    out.stations.push_back({end.at.frames[k], end.at.chain[k], Matrix12::Zero()});
+  const NormalBlocks blocks = problem.system(end.at);
+  set_covariances(blocks, solve_blocks(blocks, 0), out);
   return out;
+}
+
+StationMinimum solve_chained_station(const ChainedModel& model, const ChainedReadings& readings, int station,
+                                     const Eigen::Matrix3d& frame, const ChainVector& mean,
+                                     const ChainMatrix& covariance, const ChainedOptions& options) {
+  const auto k = static_cast<std::size_t>(station);
+  ChainedReadings one{{readings.y[k]}};
+  if (!readings.left_out.empty()) one.left_out = {readings.left_out[k]};
+  const ChainPrior prior{mean, covariance.llt().solve(ChainMatrix::Identity())};
+  const Descent<ChainedPoint> end =
+      descend(ChainProblem{model, one, &prior}, ChainedPoint{{frame}, {mean}, VectorXd(0)}, options);
+  return {end.at.frames[0], end.at.chain[0], end.status, end.iterations};
 }
 
 ChainedSolution solve_chained(const ChainedModel& model, const ChainedReadings& readings,

@@ -1,5 +1,6 @@
 #include "estimate/chained_smoother.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -20,6 +21,8 @@ using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 
 using ByState = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 12>;
 
 namespace {
+
+constexpr int kFilterUndamped = 30;  // steps of Gauss-Newton at a station, as ChainedBatchOptions has them
 
 struct Gaussian {
   State mean;
@@ -153,6 +156,7 @@ ChainedPoint resized(const ChainedModel& m, ChainedPoint p) {
 ChainedSolution smooth_chained(const ChainedModel& m, const ChainedReadings& readings, const ChainedPoint& start,
                                const ChainedOptions& options) {
   check(m);
+  require(readings.known.empty(), "chained smoother: known states: must be none, they are for solve_chained");
   ChainedSolution out;
   ChainedPoint at = resized(m, start);
   const auto n = static_cast<std::size_t>(readings.stations());
@@ -167,11 +171,15 @@ ChainedSolution smooth_chained(const ChainedModel& m, const ChainedReadings& rea
       dc.push_back(dx.head<kChainStates>());
     }
     const double size2 = step_size2(m, delta, dc, da);
-    if (!std::isfinite(size2)) break;
+    if (!std::isfinite(size2)) {
+      out.status = ChainedStatus::not_finite;
+      break;
+    }
     for (std::size_t k = 0; k < n; ++k) step_station(at, static_cast<int>(k), delta[k], dc[k]);
     at.interference += da;
     out.converged = size2 <= options.step_tolerance * options.step_tolerance;
   }
+  if (out.converged) out.status = ChainedStatus::converged;
   const Pass p = pass(m, readings, at);
   for (std::size_t k = 0; k < n; ++k)
     out.stations.push_back({at.frames[k], at.chain[k],
@@ -188,9 +196,11 @@ ChainedSolution filter_chained(const ChainedModel& m, const ChainedReadings& rea
                                const ChainedOptions& options) {
   check(m);
   require(m.interference.states() == 0, "chained filter: interference: must be none, it is for the smoother");
+  require(readings.known.empty(), "chained filter: known states: must be none, they are for solve_chained");
   ChainedSolution out;
-  ChainedPoint at = resized(m, start);
-  out.converged = true;
+  const ChainedPoint at_start = resized(m, start);
+  ChainedPoint at = at_start;
+  out.status = ChainedStatus::converged;
   Gaussian after;
   for (int k = 0; k < readings.stations(); ++k) {
     const auto i = static_cast<std::size_t>(k);
@@ -198,7 +208,7 @@ ChainedSolution filter_chained(const ChainedModel& m, const ChainedReadings& rea
     at.chain[i] = before.mean;
     bool converged = false;
     int it = 0;
-    for (; it < options.max_iterations && !converged; ++it) {
+    for (; it < std::min(options.max_iterations, kFilterUndamped) && !converged; ++it) {
       const Parted p = parted(m, readings, at, k);
       after = updated(p, at.chain[i], before);
       const ChainVector dc = after.mean - at.chain[i];
@@ -208,6 +218,17 @@ ChainedSolution filter_chained(const ChainedModel& m, const ChainedReadings& rea
       step_station(at, k, delta, dc);
       converged = size2 <= options.step_tolerance * options.step_tolerance;
     }
+    if (!converged && options.damped) {  // from the start, not from where Gauss-Newton was left
+      const StationMinimum minimum =
+          solve_chained_station(m, readings, k, at_start.frames[i], before.mean, before.covariance, options);
+      at.frames[i] = minimum.frame;
+      at.chain[i] = minimum.chain;
+      it += minimum.iterations;
+      if (minimum.status != ChainedStatus::converged && out.status == ChainedStatus::converged)
+        out.status = minimum.status;
+    } else if (!converged && out.status == ChainedStatus::converged) {
+      out.status = ChainedStatus::iteration_limit;
+    }
     const Parted p = parted(m, readings, at, k);
     after = updated(p, at.chain[i], before);
     out.stations.push_back(
@@ -215,8 +236,8 @@ ChainedSolution filter_chained(const ChainedModel& m, const ChainedReadings& rea
     const State pull = after.mean - before.mean;
     out.cost += p.linear.residual.squaredNorm() + pull.dot(before.covariance.llt().solve(pull));
     out.iterations = std::max(out.iterations, it);
-    out.converged = out.converged && converged;
   }
+  out.converged = out.status == ChainedStatus::converged;
   return out;
 }
 

@@ -756,9 +756,10 @@ class BadConfigs(Case):
                 self.write("survey.csv", text)
                 self.call("check", "base.toml")
                 says = r"^error: base\.toml:\d+: survey\.file = \"survey\.csv\": .*cannot determine"
-                self.refused(BAD_INPUT, "run", "base.toml", "-o", "old.h5", says=says + r"[^()]*(\([^()]*\)[^()]*)*$")
+                self.refused(BAD_INPUT, "run", "base.toml", "-o", "old.h5",
+                             says="(?m)" + says + r"[^()]*(\([^()]*\)[^()]*)*$")
                 self.refused(BAD_INPUT, "run", "base.toml", "-o", "new.h5", "--set", "sweep.noise.scale=[1.0, 0.5]",
-                             says=says + r".*\(point 0 of the sweep\)$")
+                             says="(?m)" + says + r".*\(point 0 of the sweep\)$")
 
     def test_files_that_are_no_config(self):
         (self.folder / "folder.toml").mkdir()
