@@ -121,16 +121,14 @@ class ReliabilityWellPoint final : public StudyPoint {
     return survey;
   }
 
-  /// Both signs of an error; keeps the one that moves the end of the well more. Returns that distance. What comes first
-  /// stays where another is larger by rounding alone: the toolface of an axial sensor, which does not matter, is 0.
+  /// Both signs of an error; keeps the one that moves the end of the well more. Returns that distance.
   double keep_larger(Found& f, const WellErrors& errors, double toolface, std::size_t o, std::size_t k) const {
-    constexpr double kTie = 1e-9;  // the nonlinear sizes end within 1e-10 of themselves
     double larger = 0;
     for (const int sign : {1, -1}) {
       const FoundError e = errors.of(k, s_.observations[o], sign);
       const double moves = e.position.norm();
       larger = std::max(larger, moves);
-      if (f.error.size == 0 || moves > f.moves() * (1 + kTie)) f = {e, {}, toolface, false};
+      if (f.error.size == 0 || moves > f.moves()) f = {e, {}, toolface, false};
     }
     return larger;
   }
@@ -141,6 +139,7 @@ class ReliabilityWellPoint final : public StudyPoint {
   void search_toolfaces(std::vector<std::vector<Found>>& found, const Check& check) const {
     constexpr std::size_t kGrid = 36;
     constexpr double kStep = kPi / kGrid, kNear = 0.8;
+    constexpr double kFlat = 1e-6;  // sizes end within 1e-10 of themselves
     const std::size_t stations = s_.survey.stations.size();
     std::vector<std::vector<std::array<double, kGrid>>> moves(found.size());
     for (auto& of_observation : moves) of_observation.resize(stations);
@@ -154,12 +153,18 @@ class ReliabilityWellPoint final : public StudyPoint {
             moves[o][k][t] = keep_larger(found[o][k], errors, toolface, o, k);
       }
     }
+    const WellErrors at_zero(s_.model, at_toolface(0), s_.lambda0, s_.test);
     for (std::size_t o = 0; o < found.size(); ++o)
       for (std::size_t k = 0; k < stations && !is_shared_reference(s_.observations[o]); ++k) {
         check();
         const auto& m = moves[o][k];
         const double largest = *std::max_element(m.begin(), m.end());
         if (!std::isfinite(largest)) continue;
+        if (largest - *std::min_element(m.begin(), m.end()) <= kFlat * largest) {
+          found[o][k].error.size = 0;  // an axial sensor: rounding must not choose the toolface
+          keep_larger(found[o][k], at_zero, 0, o, k);
+          continue;
+        }
         for (std::size_t t = 0; t < kGrid; ++t) {
           const double before = m[(t + kGrid - 1) % kGrid], after = m[(t + 1) % kGrid];
           if (m[t] < kNear * largest || m[t] < before || m[t] <= after) continue;
