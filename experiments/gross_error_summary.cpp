@@ -153,14 +153,7 @@ Table detection_table(const GrossErrorScenario& s, const GrossErrorPrediction& p
                                 layout.outcome(k, o), predicted, s.verdict);
       if (predicted == 0 && row.monte_carlo == 0) row.verdict = "agrees";
     }
-  if (static_cast<double>(tally.failed) > kMostFailed * static_cast<double>(tally.trials))
-    for (ComparisonRow& row : rows) {
-      // The trials that are left are not a sample of all: no rate of theirs can be judged
-      if (!row.verdict.empty() || std::isfinite(row.analytic)) row.verdict = "undecided";
-      const std::string why = fmt::format("{} of {} adjustments did not converge (more than {:g} %)", tally.failed,
-                                          tally.trials, 100 * kMostFailed);
-      row.note = row.note.empty() ? why : why + "; " + row.note;
-    }
+  leave_undecided(rows, tally.failed, tally.trials, kMostFailed, "adjustments");
   s.annotations.apply("detection", rows);
   return comparison_table(
       "detection", "false alarms, detection and identification of gross errors" + at_confidence(s.verdict.confidence),

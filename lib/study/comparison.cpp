@@ -133,6 +133,17 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
   return row;
 }
 
+void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std::uint64_t trials, double most,
+                     const std::string& what) {
+  if (static_cast<double>(failed) <= most * static_cast<double>(trials)) return;
+  const std::string why =
+      fmt::format("{} of {} {} did not converge (more than {:g} %)", failed, trials, what, 100 * most);
+  for (ComparisonRow& row : rows) {
+    if (!row.verdict.empty() || std::isfinite(row.analytic)) row.verdict = "undecided";
+    row.note = row.note.empty() ? why : why + "; " + row.note;
+  }
+}
+
 ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, std::uint64_t runs, double predicted,
                            const VerdictRule& rule, std::uint64_t trials) {
   ComparisonRow row = row_of(quantity, "1", predicted);

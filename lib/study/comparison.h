@@ -57,6 +57,12 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
 ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const SampleSummary& sample,
                            double offset, double predicted, const VerdictRule& rule, std::uint64_t trials);
 
+/// Where more than the share `most` of the trials failed, those that are left are no sample of all: each row with a
+/// verdict or a finite prediction becomes "undecided", and its note begins with the reason. `what` failed:
+/// "adjustments".
+void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std::uint64_t trials, double most,
+                     const std::string& what);
+
 /// Rate of an event seen `events` times in `runs` against a predicted probability; NaN: there is none. Intervals are
 /// exact (Clopper and Pearson).
 ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, std::uint64_t runs, double predicted,

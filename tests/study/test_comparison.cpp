@@ -144,6 +144,20 @@ TEST_CASE("A row shows the margin of its verdict, and none without one") {
   CHECK(std::next(column)->name == "verdict");
 }
 
+TEST_CASE("Where too many trials failed nothing is judged, and the row says why") {
+  ComparisonRow judged = compare_rate("detection", 800, 1000, 0.8, VerdictRule{}), empty;
+  judged.note = "by its own test";
+  std::vector<ComparisonRow> rows{judged, empty};
+  rows[0].verdict = "agrees";
+  leave_undecided(rows, 10, 1000, 0.01, "adjustments");  // one per cent is allowed
+  CHECK(rows[0].verdict == "agrees");
+  CHECK(rows[0].note == "by its own test");
+  leave_undecided(rows, 11, 1000, 0.01, "adjustments");
+  CHECK(rows[0].verdict == "undecided");
+  CHECK(rows[0].note == "11 of 1000 adjustments did not converge (more than 1 %); by its own test");
+  CHECK(rows[1].verdict.empty());  // there is nothing to judge in it
+}
+
 TEST_CASE("Rates are judged by their exact interval") {
   const VerdictRule rule;
   CHECK(compare_rate("rate", 32000, 40000, 0.8, rule, 40000).verdict == "agrees");
