@@ -11,6 +11,8 @@ Of a source whose heading says how many equations it has ("... (49 equations)"):
   every citation in a comment of lib/**/*.h ("eq 14", "eqs 8-10, 19") is in the table, and the header is named there. What
   follows the word "Errata" in a comment may also be in the line;
 Every work that these comments cite by name and year stands on the page.
+
+docs/architecture.md: `file.h`: `name` exists in the same sense, and every module of lib is named.
 """
 import functools
 import pathlib
@@ -20,6 +22,7 @@ import sys
 NUMBERS = r"\d+(?:(?:-|–|, | and )\d+)*"
 CITATION = re.compile(rf"\b(?:[Ee]qs?|relations?)\.? ({NUMBERS})")
 WORK = re.compile(r"[A-Z][A-Za-z]+(?: et al\.|,? [A-Z][A-Za-z]+| and [A-Z][A-Za-z]+)* \(?(?:19|20)\d\d")
+FUNCTIONS = re.compile(r"`([\w./]+\.(?:h|cpp))`: ((?:`[\w:]+`(?:, )?)+)")
 NO_WORK = {"January 2016"}
 #: Which source the comments of a header mean: the first part of the path that fits; all else must say "thesis".
 SOURCES = [("/reliability/", "Nyrnes"), ("/monitoring/", "Boechat"), ("/vertical_well", "Hanak"), ("", "Vis")]
@@ -75,9 +78,13 @@ class Page:
         return fits[0]
 
     def functions(self, cell, where):
-        found = re.findall(r"`([\w./]+\.(?:h|cpp))`: ((?:`[\w:]+`(?:, )?)+)", cell)
-        if not found or re.sub(r"`[\w./]+\.(?:h|cpp)`: (?:`[\w:]+`(?:, )?)+", "", cell).strip("; "):
+        found = FUNCTIONS.findall(cell)
+        if not found or FUNCTIONS.sub("", cell).strip("; "):
             self.bad.append(f"{where}: functions must be `file.h`: `name`, `name`; ...: {cell}")
+        self.look_up(found, where)
+
+    def look_up(self, found, where):
+        """`found`: (file, names in backquotes)."""
         for name, words in found:
             path = self.file(name, where)
             code = without_comments(path.read_text()) if path else ""
@@ -137,6 +144,14 @@ class Page:
             self.bad.append(f"docs/equations.md: {heading}: there is no equation {n}")
         return built, left
 
+    def architecture(self):
+        where = "docs/architecture.md"
+        text = (self.source / where).read_text()
+        self.look_up(FUNCTIONS.findall(text), where)
+        for folder in sorted(p.name for p in (self.source / "lib").iterdir() if p.is_dir()):
+            if f"`{folder}`" not in text:
+                self.bad.append(f"{where}: module {folder} of lib is not named")
+
     def citations(self, sources):
         """Every citation of a header has its row; returns how many there are."""
         found = 0
@@ -168,6 +183,7 @@ class Page:
 
 def main():
     page = Page(pathlib.Path(sys.argv[1]).resolve())
+    page.architecture()
     sources, rows_in_all = {}, 0
     for heading in page.sections:
         rows = list(page.rows(heading))

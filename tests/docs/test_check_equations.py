@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""check_equations.py finds whatever is wrong with docs/equations.md: test_check_equations.py SOURCE
+"""check_equations.py finds whatever is wrong with docs/equations.md and architecture.md: test_check_equations.py SOURCE
 
 Takes the project's own page and headers, spoils one thing at a time, and asks for the complaint.
 """
@@ -86,6 +86,10 @@ class CheckEquations(unittest.TestCase):
         self.wrong("lib/reliability/snooping.h", "(section 2.2.3)", "(eq 4)", "snooping.h: cites eq 4: not named")
         self.wrong("lib/monitoring/metrics.h", "(eq 12)", "(eq 15)", "cites equation 15: no row")
         self.page("Muirhead 1982", "Muirhead", "Muirhead 1982: not on")
+
+    def test_architecture(self):
+        self.wrong("docs/architecture.md", "`predict_msa`", "`predict_all`", "`msa_prediction.h` has no predict_all")
+        self.wrong("docs/architecture.md", "`montecarlo`", "`casino`", "module montecarlo of lib is not named")
 
     def test_numbers_are_read_as_written(self):
         self.assertEqual(check_equations.expand("8–10, 19 and 21"), [8, 9, 10, 19, 21])
