@@ -48,7 +48,7 @@ LENGTHS = {"m": "m", "meter": "m", "meters": "m", "metre": "m", "metres": "m", "
 ANGLE_UNITS = {"deg": "deg", "degs": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "º": "deg", "dega": "deg", "ø": "deg",
                "rad": "rad", "rads": "rad", "radian": "rad", "radians": "rad",
                "gon": "gon", "grad": "gon", "grads": "gon", "gr": "gon"}
-ACCELERATIONS = {"g": "g", "gn": "g", "mg": "mg", "milli-g": "mg", "millig": "mg", "m/s2": "mps2", "m/s^2": "mps2", "m/s²": "mps2",
+ACCELERATIONS = {"g": "g", "mg": "mg", "milli-g": "mg", "millig": "mg", "m/s2": "mps2", "m/s^2": "mps2", "m/s²": "mps2",
                  "mps2": "mps2", "m/sec2": "mps2", "m/s/s": "mps2", "ms-2": "mps2", "m.s-2": "mps2", "m s-2": "mps2"}
 INDUCTIONS = {"nt": "nT", "ntesla": "nT", "nanotesla": "nT", "gamma": "nT", "gammas": "nT", "ut": "uT", "µt": "uT", "μt": "uT",
               "microtesla": "uT", "gauss": "gauss", "g": "gauss", "gs": "gauss", "mgauss": "mgauss", "milligauss": "mgauss", "mg": "mgauss"}
@@ -93,7 +93,7 @@ def read_heading(text, unit=None):
     # A unit without brackets stands last: "MD ft", "md_us_ft", "Incl deg".
     for take in (3, 2, 1):
         tail = " ".join(words[-take:])
-        if not units and len(words) > take and unit_key(tail) in ALL_UNITS and unit_key(tail) not in ("gn", "gr", "f"):
+        if not units and len(words) > take and unit_key(tail) in ALL_UNITS and unit_key(tail) not in ("gr", "f"):
             units, words = [tail], words[:-take]
     found.unit = units[0] if units else None
     small = [w.casefold() for w in words]

@@ -15,10 +15,11 @@ def read_file(path):
         handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     except (OSError, ValueError) as fault:
         raise Problem(f"{shown(path)}: cannot be read: {getattr(fault, 'strerror', fault)}", IO)
+    found = os.fstat(handle)
+    if not stat.S_ISREG(found.st_mode):
+        os.close(handle)
+        raise Problem(f"{shown(path)}: must be a regular file, no folder, pipe or device; save it to a file first", IO)
     with os.fdopen(handle, "rb") as file:
-        found = os.fstat(file.fileno())
-        if not stat.S_ISREG(found.st_mode):
-            raise Problem(f"{shown(path)}: must be a regular file, no folder, pipe or device; save it to a file first", IO)
         if found.st_size > MOST_BYTES:
             raise Problem(f"{shown(path)}: {found.st_size} bytes: must be at most {MOST_BYTES >> 20} MiB: a survey is far smaller; cut it")
         try:

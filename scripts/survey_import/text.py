@@ -82,13 +82,16 @@ def delimited(lines, separator, options):
                 break
             parts.insert(0, cells[i])
             used.insert(0, i + 1)
-            # The fewest lines that name all do; a line above them is a title.
             count = max(len(p) for p in parts)
             if columns.complete(joined_headings(parts, count), options.readings):
+                # "Measured" over "Depth": a line above that goes on belongs to it, if all is still named.
+                above = cells[i - 1] if i else []
+                if sum(map(bool, above)) >= 2 and len(above) <= count and numeric[i - 1] == 0:
+                    if columns.complete(joined_headings([above, *parts], count), options.readings):
+                        parts.insert(0, above)
+                        used.insert(0, i)
                 break
             i -= 1
-        else:
-            i = max(i, -1)
         count = max([len(p) for p in parts], default=len(cells[first]))
         headings = joined_headings(parts, count)
         if not options.columns and not columns.complete(headings, options.readings):
