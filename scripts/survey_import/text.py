@@ -218,7 +218,7 @@ def north_in_titles(lines):
     """The north that a title line names: 'North Reference: Grid', 'Azimuths are to True North'."""
     found = None
     for n, line in enumerate(lines[:2000]):
-        hit = (re.search(r"(?:north|azimuth|azi)\s*(?:ref\w*\.?)\s*(?:to|is)?\s*[:=,;\t ]\s*\"?(true|grid|magnetic)\b", line, re.I)
+        hit = (re.search(r"(?:north|azimuth|azi)\s*(?:ref\w*\.?)\s*(?:to|is)?[:=,;|\"\s]+(true|grid|magnetic)\b", line, re.I)
                or re.search(r"azimuths?\s+(?:are\s+)?(?:referenced|referred|relative|given|corrected)?\s*to\s+(true|grid|magnetic)", line, re.I)
                or re.search(r"all\s+azimuths?\s+(?:are\s+)?(true|grid|magnetic)\b", line, re.I))
         if not hit:

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts/import_survey.py"
 sys.path.insert(0, str(SCRIPT.parent))
@@ -32,6 +33,9 @@ class Case(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.folder)
         self.addCleanup(os.chdir, os.getcwd())
         os.chdir(self.folder)
+        synced = mock.patch.object(output.os, "fsync")  # a disk takes its time; test_as_a_program has the real one
+        self.synced = synced.start()
+        self.addCleanup(synced.stop)
 
     def run_on(self, content, *options, name="in.csv"):
         """(code, what was printed or the message, what was written or None)."""
@@ -53,6 +57,7 @@ class Case(unittest.TestCase):
     def gives(self, content, wanted, *options, says=(), name="in.csv"):
         code, said, written = self.run_on(content, *options, name=name)
         self.assertEqual((code, written), (0, wanted), said)
+        self.assertGreaterEqual(self.synced.call_count, 2, "file and folder must be synced")
         for text in says:
             self.assertIn(text, said)
         return said
