@@ -22,7 +22,7 @@ STRONG = {
     "inc": "inc incl inclination incli incln inclin deviation devi dev drift driftangle hdev hinc holeinclination sinc "
            "inclinationangle deviationangle angle incangle inclangle wellinclination",
     "azi": "azi azim azimuth azm azmth azimu az hazi hazim azin azit azig azimuthangle holeazimuth wellazimuth sazi "
-           "azimuthgn azimuthtn azimuthmn hdaz haz holedirection direction",
+           "azimuthgn azimuthtn azimuthmn hdaz haz holedirection direction driftdirection driftazimuth",
     "tf": "toolface tf gtf hstf highsidetoolface gravitytoolface gravtoolface tfo toolfaceangle tfhs",
 }
 WEAK = {"md": "depth dept dep"}

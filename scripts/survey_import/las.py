@@ -7,7 +7,7 @@ import re
 
 from .problem import Problem, shown
 from .table import Row, Table
-from .text import lines_of
+from .text import check_size, lines_of
 
 _LINE = re.compile(r"^\s*([^.\s][^.]*?)\s*\.([^\s:]*)\s*(.*?)\s*(?::([^:]*))?$")
 
@@ -21,7 +21,9 @@ def is_las(text):
 
 def read(text, file, options):
     section, keys, curves, data, data_line = "", {}, [], [], 0
-    for n, line in enumerate(lines_of(text), 1):
+    lines = lines_of(text)
+    check_size(lines, file)
+    for n, line in enumerate(lines, 1):
         bare = line.strip()
         if not bare or bare.startswith("#") or n in options.skip_lines:
             continue
@@ -34,7 +36,7 @@ def read(text, file, options):
         if section == "A":
             data.append((n, re.split(r"[\s,]+" if keys.get("DLM", "").upper() == "COMMA" else r"\s+", bare)))
             continue
-        hit = _LINE.match(line)
+        hit = _LINE.match(line[:2000])
         if section in "VWC" and not hit:
             raise Problem(f"{file}:line {n}: '{shown(bare)}': must be MNEMONIC.UNIT VALUE : DESCRIPTION")
         if hit and section in "VWP":

@@ -14,6 +14,7 @@ from . import columns
 from .problem import Problem, shown
 from .table import Row, Table
 
+MOST_LINES, LONGEST_LINE = 500_000, 20_000  # what no survey comes near, and what is still read in seconds
 SEPARATORS = {"\t": "tab", ";": "semicolon", "|": "bar", ",": "comma"}
 _MARKS = [(codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF32_LE, "utf-32"), (codecs.BOM_UTF32_BE, "utf-32"),
           (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16")]
@@ -46,6 +47,14 @@ def decode(data, file, encoding=None):
 
 def lines_of(text):
     return re.split(r"\r\n|\n|\r|\f", text)
+
+
+def check_size(lines, file):
+    if len(lines) > MOST_LINES:
+        raise Problem(f"{file}: {len(lines)} lines: must be at most {MOST_LINES}: a survey is far shorter; cut it")
+    for n, line in enumerate(lines, 1):
+        if len(line) > LONGEST_LINE:
+            raise Problem(f"{file}:line {n}: {len(line)} characters: must be at most {LONGEST_LINE}; is it a table of text?")
 
 
 def split(line, separator):
@@ -92,6 +101,8 @@ def delimited(lines, separator, options):
                         used.insert(0, i)
                 break
             i -= 1
+        if not parts and not options.columns:
+            continue
         count = max([len(p) for p in parts], default=len(cells[first]))
         headings = joined_headings(parts, count)
         if not options.columns and not columns.complete(headings, options.readings):
@@ -190,7 +201,7 @@ def spaced(lines, options):
                         headings = longer
                 break
             i -= 1
-        if not options.columns and not columns.complete(headings, options.readings):
+        if not options.columns and not (used and columns.complete(headings, options.readings)):
             if options.last_resort is None and used:
                 options.last_resort = (f"line {used[-1]}", headings)
             continue
@@ -218,6 +229,7 @@ def north_in_titles(lines):
     """The north that a title line names: 'North Reference: Grid', 'Azimuths are to True North'."""
     found = None
     for n, line in enumerate(lines[:2000]):
+        line = line[:400]
         hit = (re.search(r"(?:north|azimuth|azi)\s*(?:ref\w*\.?)\s*(?:to|is)?[:=,;|\"\s]+(true|grid|magnetic)\b", line, re.I)
                or re.search(r"azimuths?\s+(?:are\s+)?(?:referenced|referred|relative|given|corrected)?\s*to\s+(true|grid|magnetic)", line, re.I)
                or re.search(r"all\s+azimuths?\s+(?:are\s+)?(true|grid|magnetic)\b", line, re.I))
@@ -234,6 +246,7 @@ def read(text, file, options):
     lines = lines_of(text)
     if not text.strip():
         raise Problem(f"{file}: is empty: must hold a header and rows of stations")
+    check_size(lines, file)
     options.last_resort = None
     tables = [t for t in (delimited(lines, s, options) for s in SEPARATORS) if t]
     table = max(tables, key=lambda t: len(t.headings), default=None) or spaced(lines, options)

@@ -445,6 +445,8 @@ class Files(Case):
         self.refused(b"\x7fELF\x02\x01\x01" + bytes(200), "binary")
         self.refused("no survey\nat all\n", "no header")
         self.refused(b"\xff\xfe\x41", "utf-16")
+        self.refused(table() + "x" * 30000, "in.csv:line 5: 30000 characters: must be at most 20000")
+        self.refused("1,2,3\n" * 500_001, "500002 lines: must be at most 500000")
         for path in "/dev/zero", "missing.csv", ".":
             with self.assertRaises(Problem) as caught:
                 import_survey.run(import_survey.arguments([path]))
