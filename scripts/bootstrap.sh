@@ -2,6 +2,7 @@
 # Installs what is missing of the Debian packages that surveymc needs, and says so. Run it as often as you like.
 #   scripts/bootstrap.sh              to build and plot
 #   scripts/bootstrap.sh report       what the report and the Python reader need on top
+#   scripts/bootstrap.sh import       what import_survey.py needs to read WITSML and Excel
 #   scripts/bootstrap.sh test style   what the tests and the style checks need on top
 set -euo pipefail
 
@@ -11,12 +12,13 @@ packages=(g++ cmake ninja-build git libeigen3-dev libhdf5-dev libnlopt-dev libnl
 for part in "$@"; do
   case "$part" in
     report) packages+=(python3-pandas python3-xarray) ;;
-    test) packages+=(catch2 librandom123-dev libopenmpi-dev openmpi-bin hdf5-tools netcdf-bin
+    import) packages+=(python3-lxml python3-openpyxl) ;;
+    test) packages+=(python3-lxml python3-openpyxl catch2 librandom123-dev libopenmpi-dev openmpi-bin hdf5-tools netcdf-bin
       python3-pandas python3-xarray python3-netcdf4 python3-h5netcdf
       chromium chromium-driver python3-selenium python3-pip python3-setuptools python3-wheel doxygen mandoc
       slurm-wlm munge parallel snakemake clang libclang-rt-14-dev libomp-14-dev) ;;
     style) packages+=(clang-format) ;;
-    *) echo "bootstrap.sh: unknown part '$part': must be report, test or style" >&2; exit 64 ;;
+    *) echo "bootstrap.sh: unknown part '$part': must be report, import, test or style" >&2; exit 64 ;;
   esac
 done
 

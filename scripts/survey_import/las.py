@@ -1,0 +1,86 @@
+"""LAS 1.2 and 2.0 (Canadian Well Logging Society): the sections ~V, ~C and ~A, as a survey log has them.
+
+A reader of our own: Debian 12 has no lasio. Values are separated by spaces; wrapped files give a depth on its own line.
+"""
+
+import re
+
+from .problem import Problem, shown
+from .table import Row, Table
+from .text import check_size, lines_of
+
+_LINE = re.compile(r"^\s*([^.\s][^.]*?)\s*\.([^\s:]*)\s*(.*?)\s*(?::([^:]*))?$")
+
+
+def is_las(text):
+    for line in lines_of(text[:65536]):
+        if line.strip() and not line.lstrip().startswith("#"):
+            return line.lstrip().upper().startswith("~V")
+    return False
+
+
+def read(text, file, options):
+    section, keys, curves, data, data_line = "", {}, [], [], 0
+    lines = lines_of(text)
+    check_size(lines, file)
+    for n, line in enumerate(lines, 1):
+        bare = line.strip()
+        if not bare or bare.startswith("#") or n in options.skip_lines:
+            continue
+        if bare.startswith("~"):
+            if section == "A":
+                raise Problem(f"{file}:line {n}: section '{shown(bare, 20)}' behind ~A: the data must be the last section")
+            section = bare[1:2].upper()
+            data_line = n if section == "A" else 0
+            continue
+        if section == "A":
+            data.append((n, re.split(r"[\s,]+" if keys.get("DLM", "").upper() == "COMMA" else r"\s+", bare)))
+            continue
+        hit = _LINE.match(line[:2000])
+        if section in "VWC" and not hit:
+            raise Problem(f"{file}:line {n}: '{shown(bare)}': must be MNEMONIC.UNIT VALUE : DESCRIPTION")
+        if hit and section in "VWP":
+            keys.setdefault(hit[1].upper(), hit[3].strip())
+        elif hit and section == "C":
+            curves.append((hit[1].strip(), hit[2].strip(), (hit[4] or "").strip(), n))
+    version = keys.get("VERS", "")
+    if not re.match(r"(1\.2|2\.)", version):
+        raise Problem(f"{file}: ~V: VERS = '{shown(version)}': must be 1.2 or 2.0; write it as LAS 2.0 or CSV")
+    if not curves or not data_line:
+        raise Problem(f"{file}: section {'~A' if curves else '~C'} is missing or empty: a LAS file must have curves and data")
+    rows, wrapped = [], keys.get("WRAP", "NO").upper() == "YES"
+    if wrapped:
+        values = []
+        start = 0
+        for n, cells in data:
+            start = start or n
+            values += cells
+            if len(values) >= len(curves):
+                rows.append(Row(f"line {start}", values))
+                if len(values) > len(curves):
+                    raise Problem(f"{file}:line {n}: {len(values)} values of one depth: must be {len(curves)}, the curves of ~C")
+                values, start = [], 0
+        if values:
+            raise Problem(f"{file}:line {start}: {len(values)} values at the end: must be {len(curves)}, the curves of ~C: is the file cut?")
+    else:
+        for n, cells in data:
+            if len(cells) != len(curves):
+                raise Problem(f"{file}:line {n}: {len(cells)} values: must be {len(curves)}, the curves of ~C; correct it, or leave it out: "
+                              f"--skip-lines {n}")
+            rows.append(Row(f"line {n}", cells))
+    table = Table(f"LAS {version}" + (", wrapped" if wrapped else ""), [c[0] for c in curves], rows,
+                  f"lines {curves[0][3]}-{curves[-1][3]}", [c[1] or None for c in curves], null=keys.get("NULL"), plain_numbers=True)
+    table.reference = described_north(curves)
+    return table
+
+
+def described_north(curves):
+    """The north that the description of the only azimuth curve names, if it names one."""
+    from . import columns
+
+    azimuths = [c for c in curves if "azi" in columns.read_heading(c[0]).strong]
+    for c in azimuths if len(azimuths) == 1 else []:
+        reference = columns.read_heading(c[2]).reference
+        if reference:
+            return reference, f"line {c[3]} '{shown(c[2], 50)}'"
+    return None

@@ -1,0 +1,127 @@
+"""The file that is written, whole or not at all, and the account of what was read."""
+
+import os
+import stat
+import tempfile
+
+from .problem import IO, USAGE, Problem, shown
+
+MOST_BYTES = 64 << 20
+
+
+def read_file(path):
+    """All bytes of a regular file of at most 64 MiB; a pipe or device is refused before it can block or never end."""
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    except (OSError, ValueError) as fault:
+        raise Problem(f"{shown(path)}: cannot be read: {getattr(fault, 'strerror', fault)}", IO)
+    found = os.fstat(handle)
+    if not stat.S_ISREG(found.st_mode):
+        os.close(handle)
+        raise Problem(f"{shown(path)}: must be a regular file, no folder, pipe or device; save it to a file first", IO)
+    with os.fdopen(handle, "rb") as file:
+        if found.st_size > MOST_BYTES:
+            raise Problem(f"{shown(path)}: {found.st_size} bytes: must be at most {MOST_BYTES >> 20} MiB: a survey is far smaller; cut it")
+        try:
+            data = file.read(MOST_BYTES + 1)
+        except OSError as fault:
+            raise Problem(f"{shown(path)}: cannot be read: {fault.strerror}", IO)
+    if len(data) > MOST_BYTES:
+        raise Problem(f"{shown(path)}: more than {MOST_BYTES >> 20} MiB: must be less; cut it")
+    return data
+
+
+def check_target(path, source, overwrite):
+    """Says early what write() would refuse."""
+    if os.path.exists(path):
+        if not os.path.isfile(path):
+            raise Problem(f"{shown(path)}: must be a regular file, or none yet", IO)
+        if os.path.samefile(path, source):
+            raise Problem(f"-o: {shown(path)}: must not be the file that is read", USAGE)
+        if not overwrite:
+            raise Problem(f"{shown(path)}: exists: must not; choose another name, or --overwrite", IO)
+
+
+def write(path, text, overwrite):
+    """To a temporary file beside it, synced, then its name at once: no reader sees half a file."""
+    folder, temporary = os.path.dirname(os.path.abspath(path)), None
+    try:
+        handle, temporary = tempfile.mkstemp(prefix="." + os.path.basename(path) + ".", dir=folder)
+        with os.fdopen(handle, "w", encoding="ascii", newline="\n") as file:
+            mask = os.umask(0)
+            os.umask(mask)
+            os.fchmod(file.fileno(), 0o666 & ~mask)
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        if overwrite:
+            os.replace(temporary, path)
+        else:
+            os.link(temporary, path)  # fails if the name was taken meanwhile
+            os.unlink(temporary)
+        temporary = None
+        parent = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(parent)
+        finally:
+            os.close(parent)
+    except FileExistsError:
+        raise Problem(f"{shown(path)}: exists: must not; choose another name, or --overwrite", IO)
+    except OSError as fault:
+        raise Problem(f"{shown(path)}: cannot be written: {fault.strerror}; choose another place: -o", IO)
+    finally:
+        if temporary:
+            try:
+                os.unlink(temporary)
+            except OSError:
+                pass
+
+
+def csv_of(stations):
+    return "".join(",".join(row) + "\n" for row in [stations.heads, *stations.texts])
+
+
+def toml_text(text):
+    return '"' + "".join({'"': '\\"', "\\": "\\\\"}.get(c, c) if c.isprintable() else f"\\u{ord(c):04x}" for c in text) + '"'
+
+
+def few(places, most=6):
+    kind = places[0].rsplit(" ", 1)[0]
+    numbers = [p.rsplit(" ", 1)[-1] for p in places]
+    return f"{kind}{'s' if len(places) > 1 else ''} {', '.join(numbers[:most])}{' ...' if len(numbers) > most else ''}"
+
+
+def account(file, table, chosen, stations, reference, facts, encoding, options):
+    """What was read and how, line by line."""
+    unit = {"mps2": "m/s2"}
+    out = [f"{file}: {table.form}{', ' + encoding if encoding else ''}, decimal {stations.mark}; header: {table.header_place}"]
+    for role, head in zip(stations.roles, stations.heads):
+        c = chosen[role]
+        name = unit.get(c.unit, c.unit)
+        by = "" if c.unit_from == "heading" else f" ({c.unit_from})"
+        exact = " x 1200/3937 m" if c.unit == "usft" else ""
+        out.append(f"  {head:<16} from column {c.index + 1} '{shown(c.heading, 40)}', {name}{exact}{by}")
+    taken = {c.index for c in chosen.values()}
+    ignored = [shown(h, 30) for i, h in enumerate(table.headings) if i not in taken and h] + list(getattr(table, "ignored", []))
+    out.append(f"  ignored          {', '.join(ignored) if ignored else 'no column'}")
+    if stations.notes:
+        out.append(f"  no data          {few(stations.notes)}")
+    if options.skip_lines:
+        out.append(f"  left out         lines {', '.join(map(str, sorted(options.skip_lines)))} (--skip-lines)")
+    if stations.empty:
+        out.append(f"  no value         {stations.empty} rows that hold only the null value {table.null}")
+    md = stations.texts
+    out.append(f"{len(md)} {'readings' if options.readings else 'stations'}, {stations.heads[0]} {md[0][0]} to {md[-1][0]}" + facts)
+    if reference:
+        out.append(f"azimuths from {reference[0]} north ({reference[1]})")
+    return out
+
+
+def config_lines(path, reference, options, has_toolface):
+    name = toml_text(os.path.basename(path))
+    if options.readings:
+        return ["In the config beside it:", f"  readings = {name}"]
+    lines = ["In the config beside it:", "  [survey]", f"  file = {name}", f'  azimuth_reference = "{reference[0]}"']
+    if has_toolface:
+        lines.append(f'  toolface_zero = "{options.toolface_zero}"')
+    return lines

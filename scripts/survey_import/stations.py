@@ -1,0 +1,96 @@
+"""Rows of a table to stations: which rows are data, their numbers, the unit of the angles."""
+
+from dataclasses import dataclass
+
+from . import columns
+from .problem import Problem, shown
+
+
+@dataclass
+class Stations:
+    roles: list  # in the order of the output
+    heads: list  # names of the columns that are written: md_m, inclination_deg ...
+    texts: list  # rows of texts, as they are written
+    values: list  # rows of floats in the written units
+    places: list  # of each row
+    notes: list  # places of lines that were left out as no data
+    empty: int  # rows of a form whose values are its null
+    mark: str
+
+
+NAMES = {"md": "md", "inc": "inclination", "azi": "azimuth", "tf": "toolface"}
+
+
+def is_data(row, chosen, table, file):
+    """Is a row a station? False for a note. A row that is half a station is an error: nothing is dropped in silence."""
+    cells = {r: row.cells[c.index] if c.index < len(row.cells) else "" for r, c in chosen.items()}
+    empty = {r for r, t in cells.items() if columns.is_null(t, table.null)}
+    numeric = {r for r, t in cells.items() if columns.looks_numeric(t)} - empty
+    if table.null is not None and empty == set(cells) - {"md"}:
+        return None
+    more = [c for c in row.cells[len(table.headings):] if c.strip()]
+    if len(numeric) == len(cells):
+        if any(columns.looks_numeric(c) for c in more):
+            raise Problem(f"{file}:{row.place}: {len(row.cells)} values: must be {len(table.headings)}, as the header has; a decimal comma in "
+                          "a file separated by commas must be quoted")
+        return True
+    if "md" not in numeric and len(numeric) < 2:
+        return False
+    role = next(r for r in cells if r not in numeric)
+    line = row.place.rsplit(" ", 1)[-1]
+    what = "is empty" if role in empty else f"= '{shown(cells[role])}'"
+    raise Problem(f"{file}:{row.place}: {chosen[role].heading} {what}: must be a number; correct it, or leave the line out: --skip-lines {line}")
+
+
+def angle_units(chosen, rows, options, file, table):
+    """Names the unit of angles whose headings do not: degrees, if the values can be nothing else."""
+    open_ones = [c for c in chosen.values() if c.unit is None]
+    if not open_ones:
+        return
+    said = {c.unit for r, c in chosen.items() if r in columns.ANGLES and c.unit}
+    if len(said) == 1:
+        for c in open_ones:
+            c.unit, c.unit_from = next(iter(said)), "the other angles"
+        return
+    # No inclination above pi and no azimuth above 2 pi: radians would do as well.
+    above = next(((p, v) for p, v in rows if v["inc"] > columns.Decimal("3.15") or v["azi"] > columns.Decimal("6.29")), None)
+    if above is None:
+        raise Problem(f"{file}:{table.header_place}: no unit of angles, and no inclination is above 3.15, no azimuth above 6.29: these may be "
+                      "radians or small angles in degrees: must be known: --angle-unit deg|rad|gon")
+    over = next((p for p, v in rows if v["inc"] > 180 or v["azi"] > 360), None)
+    if over:
+        return  # the check names the value
+    for c in open_ones:
+        c.unit, c.unit_from = "deg", f"no unit in the heading; no radians, by {above[0]}"
+
+
+def collect(table, chosen, options, file):
+    data, notes, empty = [], [], 0
+    for row in table.rows:
+        kind = is_data(row, chosen, table, file)
+        if kind:
+            data.append(row)
+        elif kind is None:
+            empty += 1
+        elif any(c.strip() for c in row.cells):
+            notes.append(row.place)
+    roles = list(chosen)
+    cells = [(f"{file}:{row.place}: {c.heading}", row.cells[c.index]) for row in data for c in chosen.values()]
+    mark = "point" if table.plain_numbers else columns.decimal_mark(cells, options)
+    read = []
+    for row in data:
+        read.append({r: columns.number(row.cells[c.index], mark, f"{file}:{row.place}: {c.heading}") for r, c in chosen.items()})
+    if not options.readings:
+        angle_units(chosen, [(row.place, {r: v[0] for r, v in values.items()}) for row, values in zip(data, read)], options, file, table)
+        for c in chosen.values():
+            c.unit = c.unit or "deg"
+    heads, texts = [], [[] for _ in data]
+    for r, c in chosen.items():
+        for k, values in enumerate(read):
+            texts[k].append(columns.converted(*values[r], c.unit)[1])
+        heads.append(f"{NAMES.get(r, r)}_{columns.converted(columns.Decimal(0), '0', c.unit)[0]}")
+    for axes in ("gx gy gz", "bx by bz"):
+        units = {h.rsplit("_", 1)[1]: chosen[h[:2]] for h in heads if h[:2] in axes.split() and h[:2] in chosen}
+        if len(units) > 1:
+            raise Problem(f"{file}:{table.header_place}: {axes}: units {', '.join(sorted(units))}: the three axes must have one; correct the headings")
+    return Stations(roles, heads, texts, [[float(t) for t in row] for row in texts], [row.place for row in data], notes, empty, mark)

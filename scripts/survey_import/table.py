@@ -1,0 +1,22 @@
+"""The one thing that all forms are read into: rows of text cells, with the place that each came from."""
+
+from dataclasses import dataclass, field
+
+
+@dataclass
+class Row:
+    place: str  # "line 12", "sheet Survey, row 12": stands behind the file name in messages
+    cells: list  # one text a column, "" where the file has none
+
+
+@dataclass
+class Table:
+    form: str  # "comma-separated text", "WITSML 1.4.1.1 trajectory" ...
+    headings: list  # one text a column, its unit where the file has one
+    rows: list
+    header_place: str
+    units: list = None  # one text a column where the form keeps units apart from names, else None
+    reference: tuple = None  # (true|magnetic|grid, where the file says so), else None
+    notes: list = field(default_factory=list)  # what was left out, for the account
+    null: str = None  # the number that stands for "no value" in this form
+    plain_numbers: bool = False  # the form itself fixes the decimal point (LAS, XML, Excel)

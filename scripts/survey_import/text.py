@@ -1,0 +1,262 @@
+"""Text: separated by commas, semicolons, tabs, bars or spaces, and reports of fixed columns.
+
+The header is searched: up to four lines above the first row of data whose headings, joined column by column, name all that
+is needed. Lines before it are titles. Behind it, a line of which no taken cell is a number is a note (a page break, a header
+again); a row of data that cannot be read is never left out without being asked to.
+"""
+
+import codecs
+import csv
+import re
+from collections import Counter
+
+from . import columns
+from .problem import Problem, shown
+from .table import Row, Table
+
+MOST_LINES, LONGEST_LINE = 500_000, 20_000  # what no survey comes near, and what is still read in seconds
+SEPARATORS = {"\t": "tab", ";": "semicolon", "|": "bar", ",": "comma"}
+_MARKS = [(codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF32_LE, "utf-32"), (codecs.BOM_UTF32_BE, "utf-32"),
+          (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16")]
+
+
+def decode(data, file, encoding=None):
+    """(text, name of the encoding): by its mark, UTF-8, UTF-16 by its zero bytes, else Latin-1 (Windows-1252)."""
+    tried = encoding or next((name for mark, name in _MARKS if data.startswith(mark)), None)
+    if tried is None:
+        even, odd = data[0:4096:2].count(0), data[1:4096:2].count(0)
+        most = len(data[:4096]) // 4
+        tried = "utf-16-le" if odd > most and even == 0 else "utf-16-be" if even > most and odd == 0 else "utf-8"
+    try:
+        text = data.decode(tried)
+    except LookupError:
+        raise Problem(f"--encoding: {shown(encoding)}: unknown; must be one that Python knows, such as utf-8, utf-16 or latin-1", 64)
+    except UnicodeDecodeError as fault:
+        if encoding or tried != "utf-8":
+            raise Problem(f"{file}: byte {fault.start + 1}: is no {tried}: the text must be of one encoding; name it: --encoding")
+        tried = "windows-1252"
+        text = data.decode("cp1252", errors="replace") if b"\x81" not in data else data.decode("latin-1")
+    text = text.rstrip("\x1a\x00").lstrip("\ufeff")
+    bad = re.search(r"[\x00-\x08\x0e-\x1f\x7f]", text)
+    if bad:
+        line = text.count("\n", 0, bad.start()) + 1
+        raise Problem(f"{file}:line {line}: byte 0x{ord(bad[0]):02x}: must be text (or .xlsx); is it a binary file? "
+                      "Save it as CSV, or name its encoding: --encoding")
+    return text, {"utf-8-sig": "UTF-8", "utf-8": "UTF-8", "utf-16": "UTF-16"}.get(tried, tried)
+
+
+def lines_of(text):
+    return re.split(r"\r\n|\n|\r|\f", text)
+
+
+def check_size(lines, file):
+    if len(lines) > MOST_LINES:
+        raise Problem(f"{file}: {len(lines)} lines: must be at most {MOST_LINES}: a survey is far shorter; cut it")
+    for n, line in enumerate(lines, 1):
+        if len(line) > LONGEST_LINE:
+            raise Problem(f"{file}:line {n}: {len(line)} characters: must be at most {LONGEST_LINE}; is it a table of text?")
+
+
+def split(line, separator):
+    """Cells of one line; quotes as CSV has them."""
+    try:
+        return [c.strip() for c in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])]
+    except csv.Error:
+        return [c.strip() for c in line.split(separator)]
+
+
+def is_ruler(line):
+    return bool(line.strip()) and not re.search(r"[\w%°º'\"]", line.replace("_", ""))
+
+
+def joined_headings(parts, count):
+    """Headings of several lines, joined column by column, those of a line with fewer cells from the left."""
+    return [" ".join(p[i] for p in parts if i < len(p) and p[i]).strip() for i in range(count)]
+
+
+def delimited(lines, separator, options):
+    """A Table of one separator, or None if no header is found with it."""
+    cells = [split(line, separator) if separator in line else [line.strip()] for line in lines]
+    numeric = [sum(columns.looks_numeric(c) for c in row) for row in cells]
+    for first in range(len(cells)):
+        if numeric[first] < 3 or first + 1 in options.skip_lines:
+            continue
+        parts, used, i = [], [], first - 1
+        while i >= 0 and len(parts) < 4 and first - i <= 8:
+            filled = [c for c in cells[i] if c]
+            if not filled or is_ruler(lines[i]) or i + 1 in options.skip_lines:
+                i -= 1
+                continue
+            if len(filled) < 2 or numeric[i] >= 3:
+                break
+            parts.insert(0, cells[i])
+            used.insert(0, i + 1)
+            count = max(len(p) for p in parts)
+            if columns.complete(joined_headings(parts, count), options.readings):
+                # "Measured" over "Depth": a line above that goes on belongs to it, if all is still named.
+                above = cells[i - 1] if i else []
+                if sum(map(bool, above)) >= 2 and len(above) <= count and numeric[i - 1] == 0:
+                    if columns.complete(joined_headings([above, *parts], count), options.readings):
+                        parts.insert(0, above)
+                        used.insert(0, i)
+                break
+            i -= 1
+        if not parts and not options.columns:
+            continue
+        count = max([len(p) for p in parts], default=len(cells[first]))
+        headings = joined_headings(parts, count)
+        if not options.columns and not columns.complete(headings, options.readings):
+            # Two lines above may still be a heading with a name over it; else this is a number in a title.
+            if options.last_resort is None and parts and count >= 3:
+                options.last_resort = (f"line {used[-1]}", headings)
+            continue
+        if options.columns and not parts:
+            headings = [""] * len(cells[first])
+        rows = [Row(f"line {n + 1}", cells[n]) for n in range(first, len(cells)) if n + 1 not in options.skip_lines]
+        return Table(f"{SEPARATORS[separator]}-separated text", headings, rows, place_of(used, first))
+    return None
+
+
+def place_of(used, first):
+    if not used:
+        return f"line {first + 1}"
+    return f"line {used[0]}" if used[0] == used[-1] else f"lines {used[0]}-{used[-1]}"
+
+
+def tokens(line):
+    return [(m.start(), m.end(), m[0]) for m in re.finditer(r"\S+", line)]
+
+
+def phrases(line):
+    """Words with single spaces between them, and where they stand."""
+    return [(m.start(), m.end(), m[0]) for m in re.finditer(r"\S+(?: \S+)*", line)]
+
+
+def overlap(a, b):
+    return min(a[1], b[1]) - max(a[0], b[0])
+
+
+def nearest(word, spans):
+    """The column that a word of the header stands over: most overlap, else the nearest middle."""
+    best = max(range(len(spans)), key=lambda k: overlap(word, spans[k]))
+    if overlap(word, spans[best]) > 0:
+        return best
+    return min(range(len(spans)), key=lambda k: abs(spans[k][0] + spans[k][1] - word[0] - word[1]))
+
+
+def header_cells(line, spans):
+    """Cells of a header line over columns of numbers: by count where counts agree, else by place."""
+    words, groups, count = tokens(line), phrases(line), len(spans)
+    cells = [""] * count
+    for kind in (groups, words):
+        if len(kind) == count:
+            return [w[2] for w in kind]
+    for group in groups:
+        over = [k for k in range(count) if overlap(group, spans[k]) > 0]
+        if len(over) <= 1:
+            k = nearest(group, spans)
+            cells[k] = (cells[k] + " " + group[2]).strip()
+        else:
+            for m in re.finditer(r"\S+", group[2]):
+                k = nearest((group[0] + m.start(), group[0] + m.end()), spans)
+                cells[k] = (cells[k] + " " + m[0]).strip()
+    return cells
+
+
+def spaced(lines, options):
+    """A Table of columns with spaces between, fixed or not, or None."""
+    expanded = [line.expandtabs(8) for line in lines]
+    words = [tokens(line) for line in expanded]
+    wanted = len(columns.roles_wanted(options.readings))
+    numeric = [sum(columns.looks_numeric(t[2]) for t in w) for w in words]
+    data = [n for n, w in enumerate(words)
+            if numeric[n] >= 3 and 2 * numeric[n] >= len(w) and len(w) >= wanted and n + 1 not in options.skip_lines]
+    if not data:
+        return None
+    count = Counter(len(words[n]) for n in data).most_common(1)[0][0]
+    regular = [n for n in data if len(words[n]) == count]
+    spans = [(min(words[n][k][0] for n in regular), max(words[n][k][1] for n in regular)) for k in range(count)]
+    fixed = all(a[1] <= b[0] for a, b in zip(spans, spans[1:]))
+    for first in data:
+        parts, used, i = [], [], first - 1
+        headings = [""] * count
+        while i >= 0 and len(parts) < 4 and first - i <= 8:
+            if not expanded[i].strip() or is_ruler(expanded[i]) or i + 1 in options.skip_lines:
+                i -= 1
+                continue
+            if len(phrases(expanded[i])) < 2 and len(words[i]) < wanted or numeric[i] >= 3:
+                break
+            line = re.sub(r"^(\s*)[#%]", r"\1 ", expanded[i])
+            parts.insert(0, header_cells(line, spans))
+            used.insert(0, i + 1)
+            headings = joined_headings(parts, count)
+            if columns.complete(headings, options.readings):
+                above = expanded[i - 1] if i else ""  # "Measured / Depth": a line above that continues the columns
+                more = header_cells(above, spans)
+                if len(phrases(above)) >= 2 and numeric[i - 1] == 0 and not re.search(r"[:=]", above) and len(parts) < 4:
+                    longer = joined_headings([more, *parts], count)
+                    if columns.complete(longer, options.readings):
+                        parts.insert(0, more)
+                        used.insert(0, i)
+                        headings = longer
+                break
+            i -= 1
+        if not options.columns and not (used and columns.complete(headings, options.readings)):
+            if options.last_resort is None and used:
+                options.last_resort = (f"line {used[-1]}", headings)
+            continue
+        rows = []
+        for n in range(first, len(lines)):
+            if n + 1 in options.skip_lines:
+                continue
+            if fixed:
+                cells = [""] * count
+                for w in words[n]:
+                    k = nearest(w, spans)
+                    if overlap(w, spans[k]) > 0 or k == count - 1:
+                        cells[k] = (cells[k] + " " + w[2]).strip()
+                rows.append(Row(f"line {n + 1}", cells))
+            elif len(words[n]) >= count or numeric[n] < 2:
+                rows.append(Row(f"line {n + 1}", [w[2] for w in words[n]]))
+            else:
+                raise Problem(f"{options.name}:line {n + 1}: {len(words[n])} values: must be {count}, as in line {regular[0] + 1}: which one is "
+                              f"missing cannot be seen; correct it, or leave it out: --skip-lines {n + 1}")
+        return Table("fixed-width text" if fixed else "space-separated text", headings, rows, place_of(used, first))
+    return None
+
+
+def north_in_titles(lines):
+    """The north that a title line names: 'North Reference: Grid', 'Azimuths are to True North'."""
+    found = None
+    for n, line in enumerate(lines[:2000]):
+        line = line[:400]
+        hit = (re.search(r"(?:north|azimuth|azi)\s*(?:ref\w*\.?)\s*(?:to|is)?[:=,;|\"\s]+(true|grid|magnetic)\b", line, re.I)
+               or re.search(r"azimuths?\s+(?:are\s+)?(?:referenced|referred|relative|given|corrected)?\s*to\s+(true|grid|magnetic)", line, re.I)
+               or re.search(r"all\s+azimuths?\s+(?:are\s+)?(true|grid|magnetic)\b", line, re.I))
+        if not hit:
+            continue
+        if found and found[0] != hit[1].lower():
+            return "several", f"line {n + 1} '{shown(line.strip(), 40)}' and {found[1]}"
+        if not found:
+            found = hit[1].lower(), f"line {n + 1} '{shown(line.strip(), 50)}'"
+    return found
+
+
+def read(text, file, options):
+    lines = lines_of(text)
+    if not text.strip():
+        raise Problem(f"{file}: is empty: must hold a header and rows of stations")
+    check_size(lines, file)
+    options.last_resort = None
+    tables = [t for t in (delimited(lines, s, options) for s in SEPARATORS) if t]
+    table = max(tables, key=lambda t: len(t.headings), default=None) or spaced(lines, options)
+    if table is None:
+        wanted = "md, gx, gy, gz, bx, by, bz" if options.readings else "measured depth, inclination and azimuth"
+        if options.last_resort:
+            place, headings = options.last_resort
+            raise Problem(f"{file}:{place}: headings {columns.listed(headings)}: must name {wanted}; name the columns: "
+                          f"--columns {','.join(r + '=NUMBER' for r in columns.roles_wanted(options.readings))}")
+        raise Problem(f"{file}: {sum(map(bool, map(str.strip, lines)))} lines, no header over rows of numbers: must name {wanted}; name the "
+                      f"columns if there is none: --columns {','.join(r + '=NUMBER' for r in columns.roles_wanted(options.readings))}")
+    table.reference = north_in_titles(lines)
+    return table

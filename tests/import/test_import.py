@@ -1,0 +1,531 @@
+#!/usr/bin/python3
+"""import_survey.py: every form it reads, with no digit lost, and every bad input told with place, value, rule, way out.
+
+    test_import.py [SURVEYMC]      with the program: it reads what is written
+"""
+import contextlib
+import io
+import os
+import pathlib
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from unittest import mock
+
+SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts/import_survey.py"
+sys.path.insert(0, str(SCRIPT.parent))
+import import_survey  # noqa: E402
+from survey_import import columns, output  # noqa: E402
+from survey_import.problem import Problem  # noqa: E402
+
+PROGRAM = None
+STATIONS = [("1000.10", "2.50", "45.00"), ("1030.0", "4.8", "46.25"), ("1060.55", "7.125", "46.5")]
+METRES = "md_m,inclination_deg,azimuth_deg\n" + "".join(",".join(s) + "\n" for s in STATIONS)
+FEET = METRES.replace("md_m", "md_ft")
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="surveymc-import-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(self.folder)
+        synced = mock.patch.object(output.os, "fsync")  # a disk takes its time; test_as_a_program has the real one
+        self.synced = synced.start()
+        self.addCleanup(synced.stop)
+
+    def run_on(self, content, *options, name="in.csv"):
+        """(code, what was printed or the message, what was written or None)."""
+        data = content if isinstance(content, bytes) else content.encode()
+        (self.folder / name).write_bytes(data)
+        target, printed = self.folder / "out.csv", io.StringIO()
+        target.unlink(missing_ok=True)
+        code = 0
+        try:
+            with contextlib.redirect_stdout(printed):
+                import_survey.run(import_survey.arguments([name, "-o", "out.csv", *options]))
+        except Problem as problem:
+            code = problem.code
+            printed.write(str(problem))
+        left = sorted(p.name for p in self.folder.iterdir())
+        self.assertFalse([n for n in left if n.startswith(".")], "a temporary file is left")
+        return code, printed.getvalue(), target.read_text() if target.exists() else None
+
+    def gives(self, content, wanted, *options, says=(), name="in.csv"):
+        code, said, written = self.run_on(content, *options, name=name)
+        self.assertEqual((code, written), (0, wanted), said)
+        self.assertGreaterEqual(self.synced.call_count, 2, "file and folder must be synced")
+        for text in says:
+            self.assertIn(text, said)
+        return said
+
+    def refused(self, content, *texts, options=(), code=65, name="in.csv"):
+        got, said, written = self.run_on(content, *options, name=name)
+        self.assertEqual(got, code, said)
+        self.assertIsNone(written)
+        self.assertNotIn("\n", said)
+        for text in texts:
+            self.assertIn(text, said)
+
+
+def table(separator=",", head=("MD (m)", "Incl (deg)", "Azimuth Grid (deg)"), rows=STATIONS, end="\n"):
+    return end.join(separator.join(r) for r in [head, *rows]) + end
+
+
+class Text(Case):
+    def test_separators_and_line_ends(self):
+        for separator in ",;\t|":
+            for end in "\n", "\r\n", "\r":
+                self.gives(table(separator, end=end), METRES)
+        self.gives(table(" ", ("MD_m", "Inc", "AziG")), METRES)
+
+    def test_usual_headings(self):
+        for md in "MD", "md", "Measured Depth", "MEAS. DEPTH", "Meas Depth", "Measured_Depth", "MeasuredDepth", "Depth", "DEPT", "MD (RKB)":
+            for inc, azi in [("INC", "AZI"), ("Incl.", "Azim"), ("Inclination", "Azimuth"), ("DEVI", "HAZI"), ("Hole Inclination", "AZIMUTH"),
+                             ("inclination_deg", "azimuth_deg"), ("Inc (°)", "Azi (°)"), ("Drift", "AZM"), ("Incl [degrees]", "Azimuth Angle [degrees]")]:
+                self.gives(table(head=(f"{md} [m]", inc, azi)), METRES, "--azimuth-reference", "grid")
+
+    def test_depth_units(self):
+        for unit in "(ft)", "[feet]", "ft", "(FT)", "_ft":
+            self.gives(table(head=(f"Measured Depth {unit}", "INC", "AZI TRUE")), FEET)
+        self.gives(table(head=("MD", "INC", "AZI TRUE")), FEET, "--depth-unit", "ft")
+        self.refused(table(head=("MD", "INC", "AZI TRUE")), "in.csv:line 1: column 'MD': no unit", "--depth-unit m|ft|usft")
+        self.refused(table(head=("MD (ft)", "INC", "AZI TRUE")), "heading says ft", options=["--depth-unit", "m"])
+        self.refused(table(head=("MD (m)", "INC", "AZI TRUE")), "heading says m", options=["--depth-unit", "usft"])
+        self.refused(table(head=("MD (deg)", "INC", "AZI TRUE")), "unit 'deg': must be one of ft, m, usft")
+
+    def test_us_survey_feet_are_not_feet(self):
+        rows = [("3937", "1", "10"), ("39370.00", "2", "12")]
+        wanted = "md_m,inclination_deg,azimuth_deg\n1200,1,10\n12000,2,12\n"  # exactly, by the definition of the unit
+        for unit in "usft", "ftUS", "US ft", "ft[US]", "US Survey Feet":
+            self.gives(table(head=(f"MD ({unit})", "INC", "AZI GRID"), rows=rows), wanted, says=["1200/3937"])
+        self.gives(table(head=("MD (ft)", "INC", "AZI GRID"), rows=rows), wanted, "--depth-unit", "usft")
+
+    def test_north(self):
+        for word, name in [("True", "true"), ("TN", "true"), ("Grid", "grid"), ("GN", "grid"), ("Magnetic", "magnetic"), ("Mag", "magnetic")]:
+            self.gives(table(head=("MD (m)", "Inc", f"Azimuth {word} (deg)")), METRES, says=[f'azimuth_reference = "{name}"'])
+            self.gives(table(head=("MD (m)", "Inc", f"Azi ({word})")), METRES, says=[f'azimuth_reference = "{name}"'])
+        plain = table(head=("MD (m)", "Inc", "Azi"))
+        self.refused(plain, "which north", "--azimuth-reference true|magnetic|grid")
+        self.gives("North Reference:,Grid\n\n" + plain, METRES, says=['"grid"', "line 1"])
+        self.refused("North Reference: Grid\nNorth Reference: True\n" + plain, "more than one north")
+        self.refused(table(), "says grid north, --azimuth-reference says true", options=["--azimuth-reference", "true"])
+        both = table(head=("MD (m)", "Inc", "Azi True", "Azi Grid"), rows=[(*s, "99") for s in STATIONS])
+        self.refused(both, "2 columns are the azimuth", "--azimuth-reference or --columns")
+        self.gives(both, METRES, "--azimuth-reference", "true", says=["ignored          Azi Grid"])
+
+    def test_titles_units_notes_and_more_columns(self):
+        text = ("Survey of a well\nCompany: A\nField,50000,72.1,63.0\n\nMD,TVD,Incl,Azim,Comment\n(m),(m),(deg),(deg),\n"
+                "1000.10,1000,2.50,45.00,tie-on\n\n1030.0,1029,4.8,46.25,\n1060.55,1059,7.125,46.5,\nEnd of survey\nprinted by A\n")
+        said = self.gives(text, METRES, "--azimuth-reference", "true", says=["header: lines 5-6", "TVD", "Comment", "lines 11, 12"])
+        self.assertIn("3 stations, md_m 1000.10 to 1060.55; largest inclination 7.125 deg, largest dogleg 2.31 deg/30 m (line 9)", said)
+
+    def test_heading_over_two_lines(self):
+        self.gives("Measured,Hole,Grid,Vertical\nDepth,Incl,Azimuth,Depth\nm,deg,deg,m\n" + "".join(",".join(s) + ",9\n" for s in STATIONS), METRES,
+                   says=['"grid"', "ignored          Vertical Depth m"])
+
+    def test_decimal_commas_and_thousands(self):
+        comma = [tuple(c.replace(".", ",") for c in s) for s in STATIONS]
+        wanted = METRES
+        self.gives(table(";", rows=comma), wanted, says=["decimal comma"])
+        self.gives(table(",", rows=[tuple(f'"{c}"' for c in s) for s in comma]), wanted)
+        self.gives(table(" ", ("MD_m", "Inc", "AziG"), comma), wanted)
+        groups = lambda sep, rows: [(s[0][0] + sep + s[0][1:], *s[1:]) for s in rows]
+        self.gives(table(";", rows=groups(".", comma)), wanted)
+        self.gives(table(";", rows=groups(" ", comma)), wanted)
+        self.gives(table(";", rows=groups("\u00a0", comma)), wanted)
+        self.gives(table("\t", rows=groups(",", STATIONS)), wanted)
+        self.refused(table(","  , rows=comma), "6 values: must be 3", "quoted")
+
+    def test_a_comma_that_may_be_either_is_asked_for(self):
+        text = table(";", rows=[("1,234", "10", "20"), ("1,264", "12", "21")])
+        self.refused(text, "in.csv:line 2: MD (m): '1,234'", "--decimal comma or --decimal point")
+        self.gives(text, "md_m,inclination_deg,azimuth_deg\n1234,10,20\n1264,12,21\n", "--decimal", "point")
+        said = self.gives(text, "md_m,inclination_deg,azimuth_deg\n1.234,10,20\n1.264,12,21\n", "--decimal", "comma")
+        self.assertIn("decimal comma", said)
+        self.refused(table(";", rows=[("1000,5", "10.5", "20"), ("1010", "12", "21")]), "'10.5'", "decimal comma", "decimal point")
+        self.refused(table(";", rows=[("10,00.5", "10.5", "20"), ("1010", "12", "21")]), "'10,00.5': must be a number", "groups")
+
+    def test_encodings(self):
+        text = table(head=("MD (m)", "Incl (°)", "Azimuth Grid (°)"))
+        for encoding in "utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1", "utf-32":
+            self.gives(text.encode(encoding), METRES)
+        self.gives(text.encode("cp037"), METRES, "--encoding", "cp037")
+        self.refused(text, "unknown", options=["--encoding", "klingon"], code=64)
+        self.refused(text.encode("latin-1"), "byte", "--encoding", options=["--encoding", "utf-8"])
+
+    def test_every_digit(self):
+        rows = [("1000.123456789012345678", "1.00000000000000000001", "1e1"), ("2000.10", "2.5000", "10.50")]
+        self.gives(table(rows=rows), "md_m,inclination_deg,azimuth_deg\n" + "".join(",".join(r) + "\n" for r in rows))
+
+    def test_columns_by_option(self):
+        bare = "".join(",".join(("7", *s)) + "\n" for s in STATIONS)
+        options = ["--columns", "md=2,inc=3,azi=4", "--depth-unit", "m", "--azimuth-reference", "grid"]
+        self.gives(bare, METRES, *options)
+        self.refused(bare, "no header", "--columns md=NUMBER")
+        self.gives(table(head=("a [m]", "b", "c")), METRES, "--columns", "md=a [m],inc=b,azi=3", "--azimuth-reference", "grid")
+        self.refused(table(), "md=9: must be in [1, 3]", options=["--columns", "md=9"], code=64)
+        self.refused(table(), "no column has this heading", options=["--columns", "md=zz"], code=64)
+        self.refused(table(), "unknown; must be one of md, inc, azi, tf", options=["--columns", "x=1"], code=64)
+        self.refused(table(), "taken twice", options=["--columns", "md=2,inc=2"], code=64)
+        self.refused(table(head=("MD (m)", "what", "Azi Grid")), "headings 1 'MD (m)', 2 'what'", "--columns")
+        self.refused(table(head=("MD (m)", "Measured Depth (ft)", "Inc", "Azi Grid"), rows=[("5", *s) for s in STATIONS]), "2 columns are the measured depth")
+
+    def test_toolface(self):
+        text = table(head=("MD (m)", "Inc", "Azi Grid", "GTF"), rows=[(*s, "120.0") for s in STATIONS])
+        self.refused(text, "--toolface-zero x|y, or --no-toolface")
+        wanted = METRES.replace("\n", ",120.0\n").replace("deg,120.0", "deg,toolface_deg")
+        self.gives(text, wanted, "--toolface-zero", "x", says=['toolface_zero = "x"'])
+        self.gives(text, METRES, "--no-toolface")
+
+
+REPORT = """\
+                             Example Drilling
+                              Survey Report
+Company:    Example AS                     North Reference:      Grid
+Site:       Pad 7                          Survey Calculation Method:   Minimum Curvature
+
+Survey
+   Measured                              Vertical                          Dogleg
+    Depth    Inclination   Azimuth        Depth      +N/-S      +E/-W       Rate
+    (usft)       (°)         (°)         (usft)     (usft)     (usft)   (°/100usft)
+
+       0.00       0.00         0.00         0.00       0.00       0.00        0.00
+   3,937.00       2.50        45.00     3,936.00      10.00      10.00        0.10
+                 KOP
+\f   Measured                              Vertical                          Dogleg
+    Depth    Inclination   Azimuth        Depth      +N/-S      +E/-W       Rate
+    (usft)       (°)         (°)         (usft)     (usft)     (usft)   (°/100usft)
+
+   7,874.00      12.50        46.00     7,850.00     100.00     100.00        0.25
+
+  22 November                            Page 2                        Example 5.0
+"""
+
+
+class Reports(Case):
+    def test_fixed_columns_with_pages(self):
+        self.gives(REPORT, "md_m,inclination_deg,azimuth_deg\n0,0.00,0.00\n1200,2.50,45.00\n2400,12.50,46.00\n",
+                   says=["fixed-width text", "header: lines 7-9", '"grid"', "line 3", "Vertical Depth (usft)"])
+
+    def test_a_missing_value_is_seen_by_its_place(self):
+        self.refused(REPORT.replace("   3,937.00       2.50        45.00", "   3,937.00                   45.00"), "in.csv:line 12", "is empty", "--skip-lines 12")
+
+    def test_ragged(self):
+        text = "MD_ft Inc Azi_true TVD\n0 0 0 0\n30.5 1 10 3\n1000.25 20 10\n"
+        self.refused(text, "in.csv:line 4: ")
+        self.gives(text, "md_ft,inclination_deg,azimuth_deg\n0,0,0\n30.5,1,10\n", "--skip-lines", "4")
+
+
+LAS = """\
+~VERSION INFORMATION
+ VERS.   2.0 : CWLS LOG ASCII STANDARD
+ WRAP.   NO  : ONE LINE A DEPTH
+~Well
+ STRT.M  1000.10 : START
+ STOP.M  1060.55 : STOP
+ NULL.   -999.25 : NULL VALUE
+ WELL.   Example-1 : WELL
+~Curve
+ DEPT.M        : Measured depth
+ DEVI.DEG      : Deviation
+ GR  .GAPI     : Gamma ray
+ HAZI.DEG      : Hole azimuth, grid north
+# a comment
+~A  DEPT DEVI GR HAZI
+ 1000.10  2.50 80 45.00
+ 1010.00 -999.25 81 -999.25
+ 1030.0   4.8 -999.25 46.25
+ 1060.55  7.125 83 46.5
+"""
+
+
+class Las(Case):
+    def test_versions(self):
+        self.gives(LAS, METRES, says=["LAS 2.0", "GR", '"grid"', "1 rows that hold only the null value -999.25"])
+        self.gives(LAS.replace("2.0 :", "1.2 :").replace("M  ", "M "), METRES, says=["LAS 1.2"])
+        self.gives(LAS.replace("DEPT.M ", "DEPT.F "), FEET)
+        body = LAS.replace("WRAP.   NO", "WRAP.   YES").replace(" 1000.10  2.50 80 45.00", " 1000.10\n 2.50 80\n 45.00")
+        self.gives(body, METRES, says=["wrapped"])
+
+    def test_bad(self):
+        self.refused(LAS.replace("2.0 :", "3.0 :"), "VERS = '3.0': must be 1.2 or 2.0")
+        self.refused(LAS.replace(" 1000.10  2.50 80 45.00", " 1000.10  2.50 45.00"), "in.csv:line 16: 3 values: must be 4")
+        self.refused(LAS.replace("1030.0   4.8", "1030.0   -999.25"), "in.csv:line 18: DEVI is empty")
+        self.refused(LAS.replace("DEPT.M ", "DEPT.  "), "DEPT", "--depth-unit")
+        self.refused(LAS.split("~A")[0], "~A is missing")
+        self.refused(LAS.replace(", grid north", ""), "--azimuth-reference")
+
+
+def witsml(version="1.4.1.1", md="md", station="trajectoryStation", uom="m", stations=STATIONS, azi_ref="<aziRef>grid north</aziRef>", name="A"):
+    incl, azi = ("Incl", "Azi") if md == "Md" else ("incl", "azi")
+    rows = "".join(f'<{station} uid="{i}">\n<{md} uom="{uom}">{s[0]}</{md}><tvd uom="m">1</tvd><{incl} uom="dega">{s[1]}</{incl}>'
+                   f'<{azi} uom="dega">{s[2]}</{azi}></{station}>\n' for i, s in enumerate(stations))
+    return f'<trajectory uid="t{name}"><name>{name}</name>{azi_ref}\n{rows}</trajectory>\n', version
+
+
+def document(*trajectories):
+    return ('<?xml version="1.0" encoding="UTF-8"?>\n<trajectorys xmlns="http://www.witsml.org/schemas/1series" version="'
+            f'{trajectories[0][1]}">\n' + "".join(t[0] for t in trajectories) + "</trajectorys>\n")
+
+
+class Witsml(Case):
+    def test_versions(self):
+        for version in "1.3.1.1", "1.4.1.1":
+            self.gives(document(witsml(version)), METRES, says=[f"WITSML {version} trajectory 'A'", '"grid"', "tvd"])
+        new, _ = witsml(md="Md", station="TrajectoryStation", azi_ref="<AziRef>true north</AziRef>")
+        new = new.replace('<trajectory uid="tA"', '<Trajectory uuid="tA" schemaVersion="2.0" xmlns="http://www.energistics.org/energyml/data/witsmlv2"')
+        new = new.replace("</trajectory>", "</Trajectory>").replace("<name>A</name>", "<Citation><Title>A</Title></Citation>")
+        self.gives(new, METRES, says=["WITSML 2.0 trajectory 'A'", '"true"'])
+        deeper = new.replace('<Md uom="m">', '<Md><MeasuredDepth uom="m">').replace("</Md>", "</MeasuredDepth></Md>")
+        self.gives(deeper.replace('"2.0"', '"2.1"'), METRES, says=["WITSML 2.1"])
+
+    def test_units(self):
+        self.gives(document(witsml(uom="ft")), FEET)
+        self.gives(document(witsml(uom="ftUS", stations=[("3937", "1", "2"), ("7874", "2", "3")])), "md_m,inclination_deg,azimuth_deg\n1200,1,2\n2400,2,3\n",
+                   "--angle-unit", "deg")
+        self.refused(document(witsml(uom="km")), "uom = 'km': must be one of")
+        self.refused(document(witsml()).replace(' uom="m"', ""), "attribute uom is missing")
+        self.refused(document(witsml(azi_ref="")), "--azimuth-reference")
+
+    def test_several(self):
+        two = document(witsml(name="A"), witsml(name="B", stations=[("1", "1", "1"), ("2", "1", "1")]))
+        self.refused(two, "2 trajectories: 1 'A', 2 'B'", "--trajectory")
+        for which in "A", "tA", "1":
+            self.gives(two, METRES, "--trajectory", which)
+        self.refused(two, "must be meant", options=["--trajectory", "C"], code=64)
+
+    def test_hostile(self):
+        secret = self.folder / "secret"
+        secret.write_text("1000")
+        text = document(witsml())
+        outside = text.replace("<trajectorys", f'<!DOCTYPE t [<!ENTITY x SYSTEM "file://{secret}">]>\n<trajectorys').replace("1000.10", "&x;")
+        self.refused(outside, "document type")
+        bomb = "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10 if i else "ha"}">' for i in range(12))
+        self.refused(text.replace("<trajectorys", f"<!DOCTYPE t [{bomb}]>\n<trajectorys").replace("1000.10", "&a11;"), "in.csv")
+        self.refused(text[:-30], "must be well-formed XML")
+        self.refused("<a/>", "must hold a WITSML trajectory")
+        self.refused("<a>" * 5000, "well-formed")
+
+
+@unittest.skipUnless(__import__("importlib").util.find_spec("openpyxl"), "python3-openpyxl is not installed: scripts/bootstrap.sh import")
+class Excel(Case):
+    def book(self, sheets):
+        import openpyxl
+        book = openpyxl.Workbook()
+        book.remove(book.active)
+        for name, rows in sheets.items():
+            sheet = book.create_sheet(name)
+            for row in rows:
+                sheet.append(row)
+        held = io.BytesIO()
+        book.save(held)
+        return held.getvalue()
+
+    ROWS = [["A survey"], [], ["MD", "Incl", "Azimuth Grid", "TVD"], ["(m)", "(deg)", "(deg)", "(m)"],
+            [1000, 0.1, 45.5, 1], [1030, 4.8, 46.25, 2], [1060.55, 7.125, 46.5, 3], ["end"]]
+    WANTED = "md_m,inclination_deg,azimuth_deg\n1000,0.1,45.5\n1030,4.8,46.25\n1060.55,7.125,46.5\n"
+
+    def test_sheets(self):
+        self.gives(self.book({"S": self.ROWS, "empty": []}), self.WANTED, says=["sheet 'S'", "rows 3-4", "row 8", '"grid"'])
+        two = self.book({"S": self.ROWS, "T": [["x"]]})
+        self.refused(two, "2 sheets with content: 'S', 'T'", "--sheet NAME")
+        self.gives(two, self.WANTED, "--sheet", "S")
+        self.refused(two, "must be one of 'S', 'T'", options=["--sheet", "U"], code=64)
+
+    def test_bad(self):
+        broken = [r[:] for r in self.ROWS]
+        broken[5][1] = "n.m."
+        self.refused(self.book({"S": broken}), "row 6: Incl (deg) = 'n.m.': must be a number", "--skip-lines 6")
+        formula = [r[:] for r in self.ROWS]
+        formula[5][1] = "=A6/2"  # without a value that a spreadsheet program kept
+        self.refused(self.book({"S": formula}), "row 6", "is empty")
+        self.refused(self.book({"S": self.ROWS})[:900], "must be an Excel workbook")
+        self.refused(b"\xd0\xcf\x11\xe0" + bytes(100), "must be .xlsx")
+
+
+class Readings(Case):
+    HEAD = ("Depth (m)", "Gx", "Gy", "Gz", "Bx", "By", "Bz", "Temp")
+    ROWS = [("100.0", "0.1", "-0.25", "0.95", "15000", "-2000.5", "44000", "30"), ("130.0", "0.15", "-0.2", "0.96", "15100", "2000", "44100", "31")]
+
+    def make(self, g, b, rows=None):
+        head = [h if i in (0, 7) else f"{h} ({g if i < 4 else b})" for i, h in enumerate(self.HEAD)]
+        return table(";", head, rows or self.ROWS)
+
+    def test_units(self):
+        head = "md_m,gx_{g},gy_{g},gz_{g},bx_{b},by_{b},bz_{b}\n"
+        mg = [("100", "-250", "950"), ("150", "-200", "960")]
+        nt, ut = [r[4:7] for r in self.ROWS], [("15.000", "-2.0005", "44.000"), ("15.1", "2", "44.1")]
+        write = lambda g, b, gs, bs: head.format(g=g, b=b) + "".join(",".join((r[0], *x, *y)) + "\n" for r, x, y in zip(self.ROWS, gs, bs))
+        self.gives(self.make("g", "nT"), write("mg", "nT", [("100", "-250", "950"), ("150", "-200", "960")], nt), "--readings", says=["Temp"])
+        rows = [(r[0], *m, *u, r[7]) for r, m, u in zip(self.ROWS, mg, ut)]
+        for micro in "uT", "µT":
+            self.gives(self.make("mg", micro, rows), write("mg", "uT", mg, ut), "--readings")
+        si = [(r[0], "1.0", "-2.5", "9.4", *r[4:]) for r in self.ROWS]
+        for name in "m/s2", "m/s^2", "m/s²":
+            self.gives(self.make(name, "nT", si), write("mps2", "nT", [r[1:4] for r in si], nt), "--readings")
+        gauss = [(*r[:4], "0.15", "-0.020005", "0.44", "3") for r in self.ROWS]
+        self.gives(self.make("g", "gauss", gauss), write("mg", "uT", mg, [("15", "-2.0005", "44")] * 2), "--readings")
+
+    def test_asked_for(self):
+        self.refused(table(";", self.HEAD, self.ROWS), "column 'Gx': no unit", "--gravity-unit", options=["--readings"])
+        code, said, _ = self.run_on(table(";", self.HEAD, self.ROWS), "--readings", "--gravity-unit", "g", "--field-unit", "nT")
+        self.assertEqual(code, 0, said)
+        self.refused(self.make("mps2", "nT"), "g long: must be in (0.5, 2)", "--gravity-unit", options=["--readings"])
+        self.refused(self.make("g", "uT"), "uT long: must be in (10, 120)", options=["--readings"])
+        self.refused(self.make("g", "nT").replace("Gy (g)", "Gy (mps2)"), "three axes must have one", options=["--readings"])
+        self.refused(self.make("g", "nT"), "have no angles", options=["--readings", "--azimuth-reference", "grid"], code=64)
+
+    def test_several_shots_at_one_depth(self):
+        rows = [("100.0", *r[1:]) for r in self.ROWS]
+        code, said, written = self.run_on(self.make("g", "nT", rows), "--readings")
+        self.assertEqual(code, 0, said)
+        self.assertEqual([line.split(",")[0] for line in written.splitlines()], ["md_m", "100.0", "100.0"])
+        self.assertIn("1 rows repeat", said)
+        self.refused(self.make("g", "nT", [self.ROWS[1], self.ROWS[0]]), "md_m = 100.0: must be greater", options=["--readings"])
+
+
+class Checks(Case):
+    def rows(self, *rows):
+        return table(rows=[tuple(map(str, r)) for r in rows])
+
+    def test_depths(self):
+        self.refused(self.rows((100, 1, 1), (130, 2, 9), (130, 2, 9)), "in.csv:line 4: md_m = 130: must be greater", "stands twice", "--skip-lines 4")
+        self.refused(self.rows((100, 1, 1), (90, 2, 9), (120, 2, 9)), "in.csv:line 3: md_m = 90: must be greater")
+        self.refused(self.rows((100, 1, 1), (130, 2, 9), (1600, 2, 9), (190, 3, 9)), "in.csv:line 4: md_m = 1600: must be between its neighbours", "jumps out and back")
+        self.refused(self.rows((-1, 1, 1), (130, 2, 9)), "must not be negative")
+        self.refused(self.rows((1, 1, 1), (30000, 2, 9)), "at most 20000 m", "--accept-depths")
+        last = [(100 + 30 * i, i, 9) for i in range(8)] + [(3400, 8, 9)]
+        self.assertIn("warning: in.csv:line 10: md_m = 3400: 3090 after", self.run_on(self.rows(*last))[1])
+
+    def test_angles(self):
+        self.refused(self.rows((100, 1, 1), (130, 181, 9)), "in.csv:line 3: inclination_deg = 181: must be in [0, 180]")
+        self.refused(self.rows((100, -1, 1), (130, 1, 9)), "inclination_deg = -1")
+        self.refused(self.rows((100, 1, 1), (130, 2, 361)), "azimuth_deg = 361: must be in [0, 360]")
+        self.refused(self.rows((100, 1, 1), (130, 2, -9)), "plus 360")
+        self.gives(self.rows((100, 0, 0), (130, 180, 360)), "md_m,inclination_deg,azimuth_deg\n100,0,0\n130,180,360\n", "--accept-doglegs")
+
+    def test_radians(self):
+        rows = [("100", "0.5", "1.5"), ("130", "0.6", "1.6")]
+        open_units = table(head=("MD (m)", "Inc", "Azi Grid"), rows=rows)
+        self.refused(open_units, "may be radians", "--angle-unit deg|rad|gon")
+        self.gives(open_units, "md_m,inclination_deg,azimuth_deg\n100,0.5,1.5\n130,0.6,1.6\n", "--angle-unit", "deg")
+        code, said, written = self.run_on(open_units, "--angle-unit", "rad", "--accept-doglegs")
+        self.assertEqual(code, 0, said)
+        self.assertEqual(written.splitlines()[1], "100,28.64788975654116,85.943669269623481")
+        self.assertIn("are they radians?", self.run_on(table(rows=rows))[1])
+        self.gives(table(head=("MD (m)", "Inc (gon)", "Azi Grid (gon)"), rows=[("1", "10", "100"), ("31", "10", "100")]),
+                   "md_m,inclination_deg,azimuth_deg\n1,9.0,90.0\n31,9.0,90.0\n")
+
+    def test_doglegs(self):
+        code, said, _ = self.run_on(self.rows((100, 30, 10), (130, 30, 190)))
+        self.assertEqual(code, 0)
+        self.assertIn("warning: in.csv:line 2 to line 3: dogleg 60 deg/30 m", said)
+        self.refused(self.rows((100, 90, 10), (160, 90, 190)), "line 2 to line 3", "turns by 180 deg", "--accept-doglegs")
+        self.refused(self.rows((100, 10, 10), (105, 50, 10)), "turns by 40 deg over 5 m")
+        self.assertEqual(self.run_on(self.rows((100, 10, 10), (105, 50, 10)), "--accept-doglegs")[0], 0)
+        self.assertNotIn("warning", self.run_on(self.rows((100, 1, 10), (130, 30.9, 10)))[1])
+
+    def test_half_rows(self):
+        self.refused(self.rows((100, 1, 1), (130, "x", 9), (160, 1, 1)), "in.csv:line 3: Incl (deg) = 'x': must be a number", "--skip-lines 3")
+        self.refused(self.rows((100, 1, 1), (130, "", 9), (160, 1, 1)), "in.csv:line 3: Incl (deg) is empty")
+        self.refused(table() + "1090,1", "in.csv:line 5", "is empty")
+        self.refused(self.rows((100, 1, 1)), "1 station: must be at least 2")
+        self.gives(table() + "1090,1", METRES, "--skip-lines", "5", says=["left out         lines 5"])
+
+
+class Files(Case):
+    def test_bad_files(self):
+        self.refused("", "in.csv: is empty")
+        self.refused("\n \r\n", "is empty")
+        self.refused(bytes(range(256)) * 4, "binary")
+        self.refused(b"\x7fELF\x02\x01\x01" + bytes(200), "binary")
+        self.refused("no survey\nat all\n", "no header")
+        self.refused(b"\xff\xfe\x41", "utf-16")
+        self.refused(table() + "x" * 30000, "in.csv:line 5: 30000 characters: must be at most 20000")
+        self.refused("1,2,3\n" * 500_001, "500002 lines: must be at most 500000")
+        for path in "/dev/zero", "missing.csv", ".":
+            with self.assertRaises(Problem) as caught:
+                import_survey.run(import_survey.arguments([path]))
+            self.assertEqual(caught.exception.code, 74)
+        os.mkfifo("pipe")
+        with self.assertRaisesRegex(Problem, "must be a regular file"):
+            import_survey.run(import_survey.arguments(["pipe"]))
+        with open("large.csv", "wb") as file:
+            file.truncate(output.MOST_BYTES + 1)
+        with self.assertRaisesRegex(Problem, "at most 64 MiB"):
+            import_survey.run(import_survey.arguments(["large.csv"]))
+
+    def test_damaged_files_end_in_a_message_or_a_survey(self):
+        chance = random.Random(17)
+        forms = [table(), REPORT, LAS, document(witsml()), table(";"), table(" ", ("MD_m", "Inc", "AziG"))]
+        ends = set()
+        for k in range(240):
+            data = bytearray(forms[k % len(forms)].encode())
+            for _ in range(chance.randint(1, 6)):
+                at = chance.randrange(len(data))
+                what = chance.choice(["byte", "cut", "double", "drop"])
+                if what == "byte":
+                    data[at] = chance.choice(b"0,;.\t \"-<>&~[(\xff\x00eE\n")
+                elif what == "cut" and at > 20:
+                    del data[at:]
+                elif what == "double":
+                    data[at:at] = data[at:at + chance.randint(1, 60)]
+                else:
+                    del data[at:at + chance.randint(1, 20)]
+                data = data or bytearray(b"x")
+            code, said, written = self.run_on(bytes(data), *(["--azimuth-reference", "grid"] if k % 2 else []))
+            self.assertIn(code, (0, 65), (bytes(data), said))
+            self.assertEqual(written is None, code == 65)
+            ends.add(code)
+        self.assertEqual(ends, {0, 65})
+
+    def test_no_file_is_touched(self):
+        (self.folder / "in.csv").write_text(table())
+        (self.folder / "mine.csv").write_text("mine")
+        cases = [(["in.csv", "-o", "mine.csv"], 74), (["in.csv", "-o", "in.csv", "--overwrite"], 64), (["in.csv", "-o", "no/such.csv"], 74),
+                 (["in.csv", "-o", "/dev/null", "--overwrite"], 74), (["in.csv", "-o", "mine.csv", "--overwrite", "--depth-unit", "ft"], 65)]
+        for given, code in cases:
+            with self.assertRaises(Problem) as caught:
+                import_survey.run(import_survey.arguments(given))
+            self.assertEqual(caught.exception.code, code, str(caught.exception))
+        self.assertEqual((self.folder / "mine.csv").read_text(), "mine")
+        self.assertEqual((self.folder / "in.csv").read_text(), table())
+        with contextlib.redirect_stdout(io.StringIO()):
+            import_survey.run(import_survey.arguments(["in.csv", "-o", "mine.csv", "--overwrite"]))
+        self.assertEqual((self.folder / "mine.csv").read_text(), METRES)
+
+    def test_as_a_program(self):
+        (self.folder / "in.csv").write_text(table())
+        run = lambda *given: subprocess.run([SCRIPT, *given], capture_output=True, text=True, timeout=60)
+        done = run("in.csv", "-o", "out.csv")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertTrue(done.stdout.endswith('In the config beside it:\n  [survey]\n  file = "out.csv"\n  azimuth_reference = "grid"\n'))
+        self.assertEqual(run("in.csv", "-o", "out.csv").returncode, 74)
+        done = run("in.csv", "--azimuth-referense", "grid")
+        self.assertEqual((done.returncode, done.stdout), (64, ""))
+        self.assertIn("did you mean --azimuth-reference?", done.stderr)
+        self.assertEqual(run().returncode, 64)
+        self.assertEqual(run("in.csv", "--depth-unit", "km").returncode, 64)
+        self.assertEqual(run("in.csv", "--skip-lines", "x").returncode, 64)
+
+    def test_the_program_reads_what_is_written(self):
+        if not PROGRAM:
+            self.skipTest("no program was named")
+        said = self.gives(table(rows=[("1000", "02.50", "+45."), ("1030", ".5e1", "046"), ("1060", "7", "46")]),
+                          "md_m,inclination_deg,azimuth_deg\n1000,02.50,45.\n1030,.5e1,046\n1060,7,46\n")
+        survey = said.split("In the config beside it:\n")[1]
+        (self.folder / "c.toml").write_text('experiment = "position_covariance"\nseed = 1\n' + survey +
+                                            '[field]\ntotal_nT = 50000.0\ndip_deg = 70.0\ndeclination_deg = 2.0\nconvergence_deg = -1.0\n'
+                                            '[error_model]\nname = "iscwsa_mwd_rev5.10"\n')
+        done = subprocess.run([PROGRAM, "check", "c.toml"], capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1 and os.path.exists(sys.argv[1]):
+        PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
