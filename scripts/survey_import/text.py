@@ -221,6 +221,11 @@ def spaced(lines, options):
             else:
                 raise Problem(f"{options.name}:line {n + 1}: {len(words[n])} values: must be {count}, as in line {regular[0] + 1}: which one is "
                               f"missing cannot be seen; correct it, or leave it out: --skip-lines {n + 1}")
+        for k in range(1, count if not options.columns else 0):
+            pairs = [(words[n][k - 1][2], words[n][k][2]) for n in regular]
+            if headings[k] and not headings[k - 1] and all(re.fullmatch(r"\d{1,3}", a) and re.fullmatch(r"\d{3}([.,]\d*)?", b) for a, b in pairs):
+                raise Problem(f"{options.name}:line {regular[0] + 1}: '{' '.join(pairs[0])}' under '{shown(headings[k])}': may be one number with a "
+                              "space for thousands, or two: must be known: write it without the space, or name the columns: --columns")
         return Table("fixed-width text" if fixed else "space-separated text", headings, rows, place_of(used, first))
     return None
 

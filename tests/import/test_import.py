@@ -214,6 +214,9 @@ class Reports(Case):
     def test_a_missing_value_is_seen_by_its_place(self):
         self.refused(REPORT.replace("   3,937.00       2.50        45.00", "   3,937.00                   45.00"), "in.csv:line 12", "is empty", "--skip-lines 12")
 
+    def test_a_space_for_thousands_is_no_column(self):
+        self.refused("    MD (m)   Inc   Azi (True)\n  1 000.00  1.00   10.00\n  1 030.00  2.00   10.00\n", "'1 000.00'", "--columns")
+
     def test_ragged(self):
         text = "MD_ft Inc Azi_true TVD\n0 0 0 0\n30.5 1 10 3\n1000.25 20 10\n"
         self.refused(text, "in.csv:line 4: ")
