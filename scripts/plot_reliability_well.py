@@ -70,9 +70,10 @@ def main():
     words = "its worst toolface (x and y coincide)" if config.get("toolface") == "worst" else "the survey's toolface"
     test = "the reading's own test" if config.get("detected_by") == "own" else "the general test"
     meaning = (f"the smallest error that {test} finds in one reading of one station, at {words}, without linearisation; "
-               "rings: worst station; pale crosses: linear theory, where it is off by more than 20 %")
-    figure.suptitle("\n".join([title, *textwrap.wrap(meaning, int(11 * figure.get_figwidth()))]), fontsize=10)
-    figure.tight_layout(rect=(0, 0.06, 1, 1))
+               "rings: worst station; pale crosses: linear theory, where it is off by more than 20\N{NO-BREAK SPACE}%")
+    lines = textwrap.wrap(meaning[0].upper() + meaning[1:], int(14 * figure.get_figwidth()))
+    plotting.heading(figure, title, "\n".join(lines))
+    figure.tight_layout(rect=(0, 0.06, 1, 1 - (0.4 + 0.17 * len(lines)) / figure.get_figheight()))
     folder = plotting.figures_folder(arguments.output, arguments.result)
     plotting.save(figure, folder, os.path.splitext(os.path.basename(arguments.result))[0])
 
