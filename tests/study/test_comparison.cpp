@@ -145,7 +145,7 @@ TEST_CASE("A row shows the margin of its verdict, and none without one") {
 }
 
 TEST_CASE("Where too many trials failed nothing is judged, and the row says why") {
-  ComparisonRow judged = compare_rate("detection", 800, 1000, 0.8, VerdictRule{}), empty;
+  ComparisonRow judged = compare_rate("detection", 800, 1000, 0.8, VerdictRule{}, 1000), empty;
   judged.note = "by its own test";
   std::vector<ComparisonRow> rows{judged, empty};
   rows[0].verdict = "agrees";
