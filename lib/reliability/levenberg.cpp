@@ -298,8 +298,10 @@ class Descent {
 
   /// 1 / |column of J|: unknowns of which one unit moves the observations by one sd.
   static Columns scale_of(const Linear& l) {
-    Columns size = l.jacobian.colwise().norm().transpose();
-    const double least = 1e-8 * size.maxCoeff();
+    const Columns size = l.jacobian.colwise().norm().transpose();
+    double largest = 0;
+    for (Eigen::Index i = 0; i < size.size(); ++i) largest = std::max(largest, size[i]);
+    const double least = 1e-8 * largest;
     return size.cwiseMax(least).cwiseInverse();
   }
 
