@@ -18,7 +18,10 @@ std::string array(const Variant& values) {
   return std::visit(
       [](const auto& list) {
         std::string out = "[";
-        for (std::size_t i = 0; i < list.size(); ++i) out += (i > 0 ? "," : "") + element(list[i]);
+        for (std::size_t i = 0; i < list.size(); ++i) {
+          if (i > 0) out += ',';
+          out += element(list[i]);
+        }
         return out + "]";
       },
       values);
