@@ -6,7 +6,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-LAYERS = ["base simd", "survey field random stats", "sensor estimate propagate reliability monitoring",
+LAYERS = ["base simd", "survey field random stats", "error_model sensor estimate propagate reliability monitoring",
           "montecarlo config store checkpoint", "study"]
 OWNER = {"toml++/": "config", "hdf5": "store", "H5": "store", "omp.h": "montecarlo", "mpi.h": "montecarlo",
          "nlopt": "estimate", "Random123/": "random", "CLI/": "experiments", "spdlog/": "experiments"}
