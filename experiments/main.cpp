@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <set>
+#include <sstream>
 #include <variant>
 
 #include <fmt/format.h>
@@ -48,6 +50,13 @@ int list() {
 int check(const RunArguments& a) {
   const RunPlan run = load(a);
   fmt::print("{}\n", run.config.resolved_text());
+  std::set<std::string> printed;
+  for (const auto& point : run.points) {
+    const std::string details = point->details();
+    if (!printed.insert(details).second) continue;
+    std::istringstream lines(details);
+    for (std::string text; std::getline(lines, text);) fmt::print("#{}{}\n", text.empty() ? "" : " ", text);
+  }
   fmt::print("# {} sweep point{}, {} trials in all; config hash {}\n", run.points.size(),
              run.points.size() == 1 ? "" : "s", run.total_trials(), run.config.hash());
   return kDone;

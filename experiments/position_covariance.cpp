@@ -1,5 +1,6 @@
-/// Study: position uncertainty of a surveyed well by the error models of its tools (ISCWSA MWD Rev 4, Rev 5.10, or the
-/// user's own). No Monte Carlo: the covariance of every station, whole and by source, held against published figures.
+/// Study: position uncertainty of a surveyed well by the error models of its tools (ISCWSA MWD Rev 4, Rev 5.10, the
+/// OWSG tool codes, or the user's own). No Monte Carlo: the covariance of every station, whole and by source, held
+/// against published figures.
 ///
 ///   survey, field, models (config) -> effects of every term at every station, summed as their modes say (propagate)
 ///   -> covariance, ellipse and ellipsoid per station
@@ -36,15 +37,15 @@ std::size_t read_station(ConfigReader& entry, const Survey& survey) {
   entry.fail("md_m", "the survey has no station at this depth");
 }
 
-bool has_source(const SurveyLegs& legs, const std::string& code) {
-  for (const SurveyLeg& leg : legs.legs)
-    for (const ErrorTerm& term : leg.model.terms)
+bool has_source(const ToolRuns& tools, const std::string& code) {
+  for (const ToolRun& run : tools.runs)
+    for (const error_model::Term& term : run.model->terms)
       if (term.code == code) return true;
   return false;
 }
 
 /// `[[published]] source, table, error_source (for covariance_by_source), md_m, values = { nn_m2 = ... }, at`.
-std::vector<Published> read_published(ConfigReader& c, const Survey& survey, const SurveyLegs& legs) {
+std::vector<Published> read_published(ConfigReader& c, const Survey& survey, const ToolRuns& tools) {
   std::vector<Published> out;
   for (ConfigReader& entry : c.tables("published")) {
     Published p{0, "total", {}, entry.text("source")};
@@ -56,14 +57,14 @@ std::vector<Published> read_published(ConfigReader& c, const Survey& survey, con
                     "must be of nn_m2, ee_m2, vv_m2, ne_m2, nv_m2, ev_m2");
     if (!entry.matches_point("at")) continue;  // another point may have another survey or model
     p.station = read_station(entry, survey);
-    entry.require(p.source == "total" || has_source(legs, p.source), "error_source", "no model here has this code");
+    entry.require(p.source == "total" || has_source(tools, p.source), "error_source", "no model here has this code");
     out.push_back(std::move(p));
   }
   return out;
 }
 
 std::vector<PublishedElement> compare(const std::vector<Published>& published, const Survey& survey,
-                                      const PositionCovariances& result) {
+                                      const ToolCovariances& result) {
   std::vector<PublishedElement> out;
   for (const Published& p : published) {
     const auto row = static_cast<std::size_t>(std::find(result.sources.begin(), result.sources.end(), p.source) -
@@ -79,22 +80,39 @@ std::vector<PublishedElement> compare(const std::vector<Published>& published, c
 
 struct Scenario {
   ReferenceField field;
+  double latitude = 0;  ///< rad; NaN where no model needs it
   Survey survey;
-  SurveyLegs legs;
+  ToolRuns tools;
   std::vector<double> tvd;
+  std::vector<Validity> validity;
+  SourceDetail detail = SourceDetail::all;
   double margin = 0;
   std::vector<Published> published;
 };
+
+SourceDetail read_source_detail(ConfigReader& c) {
+  const std::string word = c.choice("output.by_source", {"all", "last", "none"}, "all");
+  return word == "all" ? SourceDetail::all : word == "last" ? SourceDetail::last : SourceDetail::none;
+}
 
 Scenario read_scenario(ConfigReader& c) {
   Scenario s;
   s.field = read_field(c);
   s.survey = read_survey(c, s.field, false);
-  s.legs = read_survey_legs(c, s.survey);
+  s.tools = read_tool_runs(c, s.survey);
+  std::vector<SharedModel> models;
+  for (const ToolRun& run : s.tools.runs) models.push_back(run.model);
+  s.latitude = read_latitude(c, models);
   s.tvd = read_true_vertical_depths(c, s.survey);
+  s.validity = tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
+  read_outside_range(c, s.survey, s.tools.runs, s.validity);
+  s.detail = read_source_detail(c);
   if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
   s.margin = c.number("verdict.margin", Range::open(0, 1), 1e-6);
-  s.published = read_published(c, s.survey, s.legs);
+  s.published = read_published(c, s.survey, s.tools);
+  for (const Published& p : s.published)
+    if (p.source != "total" && s.detail != SourceDetail::all)
+      c.fail("output.by_source", "must be \"all\": there are published values of a source");
   c.finish();
   return s;
 }
@@ -104,11 +122,18 @@ class PositionCovariance final : public StudyPoint {
   explicit PositionCovariance(Scenario scenario) : s_(std::move(scenario)) {}
 
   PointResult report(const Tally&, const RunOptions&) const override {
-    const PositionCovariances result = position_covariances(s_.survey, s_.tvd, s_.legs.legs, s_.field, true);
+    const ToolCovariances result = tool_covariances(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.detail);
+    std::vector<Validity> validity = s_.validity;
+    for (const NonFiniteTerm& term : result.non_finite) validity.push_back(validity_of(term, s_.tools.runs));
     PointResult r;
-    r.tables = {covariance_table(s_.survey, result), covariance_by_source_table(s_.survey, result),
-                ellipsoid_table(s_.survey, s_.tvd, result), error_terms_table(s_.legs),
-                published_table(compare(s_.published, s_.survey, result), s_.margin)};
+    r.tables.push_back(covariance_table(s_.survey, result));
+    if (s_.detail != SourceDetail::none) r.tables.push_back(covariance_by_source_table(s_.survey, result, s_.detail));
+    for (const Table& t : std::initializer_list<Table>{
+             ellipsoid_table(s_.survey, s_.tvd, result), tool_codes_table(s_.tools), error_terms_table(s_.tools),
+             validity_table(s_.survey, s_.tools, validity), gyro_table(s_.survey, s_.tools, result),
+             published_table(compare(s_.published, s_.survey, result), s_.margin),
+             validity_warnings_table(s_.survey, s_.tools, validity)})
+      r.tables.push_back(t);
     return r;
   }
 
@@ -122,6 +147,13 @@ class PositionCovariancePlan final : public PointPlan {
   std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
     return std::make_unique<PositionCovariance>(s_);
   }
+  /// The models with their terms, everything that they extend applied.
+  std::string details() const override {
+    std::string out;
+    for (const ToolRun& run : s_.tools.runs)
+      if (const std::string text = model_text(*run.model); out.find(text) == std::string::npos) out += text;
+    return out;
+  }
 
  private:
   Scenario s_;
@@ -131,7 +163,7 @@ class PositionCovariancePlan final : public PointPlan {
 
 Experiment position_covariance_experiment() {
   return {StudyId::position_covariance, "Position uncertainty of a well by the error models of its survey tools",
-          "ISCWSA MWD error model Rev 4 and Rev 5.10, example wells 1 and 2",
+          "ISCWSA MWD error model Rev 4 and Rev 5.10, OWSG tool codes",
           [](ConfigReader& config, StudySeed) -> std::unique_ptr<PointPlan> {
             return std::make_unique<PositionCovariancePlan>(read_scenario(config));
           }};

@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "propagate/survey_errors.h"
 #include "store/table.h"
 #include "study/error_models.h"
 
@@ -20,13 +19,21 @@ struct PublishedElement {
 };
 
 /// One row a station: covariance in NEV and HLA, standard deviations, horizontal ellipse.
-Table covariance_table(const Survey& survey, const PositionCovariances& result);
+Table covariance_table(const Survey& survey, const ToolCovariances& result);
 /// One row a station: where it is, and the ellipsoid of its covariance.
-Table ellipsoid_table(const Survey& survey, const std::vector<double>& tvd, const PositionCovariances& result);
-/// One row a station and source.
-Table covariance_by_source_table(const Survey& survey, const PositionCovariances& result);
+Table ellipsoid_table(const Survey& survey, const std::vector<double>& tvd, const ToolCovariances& result);
+/// One row a station and source; of the last station alone for SourceDetail::last.
+Table covariance_by_source_table(const Survey& survey, const ToolCovariances& result, SourceDetail detail);
+/// One row a leg: its model and where that holds.
+Table tool_codes_table(const ToolRuns& tools);
 /// One row a leg and term: the models as they were used.
-Table error_terms_table(const SurveyLegs& legs);
+Table error_terms_table(const ToolRuns& tools);
+/// One row a leg and rule that is not kept, or note.
+Table validity_table(const Survey& survey, const ToolRuns& tools, const std::vector<Validity>& validity);
+/// The same but for notes, as sentences that `run` prints last.
+Table validity_warnings_table(const Survey& survey, const ToolRuns& tools, const std::vector<Validity>& validity);
+/// One row a leg and stretch of a hybrid gyro.
+Table gyro_table(const Survey& survey, const ToolRuns& tools, const ToolCovariances& result);
 /// One row an element; verdict "agrees" where the difference is within `margin` of the trace.
 Table published_table(const std::vector<PublishedElement>& elements, double margin);
 

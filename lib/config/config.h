@@ -46,6 +46,8 @@ class ConfigPlace {
   void require(bool ok, const std::string& rule) const {
     if (!ok) fail(rule);
   }
+  /// "file:line"
+  const std::string& text() const { return place_; }
 
  private:
   std::string place_, key_;
@@ -67,6 +69,8 @@ class ConfigReader {
   std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi);
   std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi, std::int64_t fallback);
   bool boolean(const std::string& key, bool fallback);
+  /// True if the key is there and has a string: for keys that may have a number or a word.
+  bool is_text(const std::string& key) const;
   std::string text(const std::string& key);
   std::string text(const std::string& key, const std::string& fallback);
   std::string choice(const std::string& key, const std::vector<std::string>& allowed);

@@ -160,6 +160,12 @@ const InputTable& ConfigDocument::table(const TomlNode& n, const std::string& ke
 }
 
 InputText ConfigDocument::text(const TomlNode& n, const std::string& key, const InputText* shipped) {
+  if (parent) {
+    TomlNode beside = n;
+    if (!shipped && n.is_text() && !n.text.empty())
+      beside.text = (fs::path(label).parent_path() / n.text).lexically_normal().string();
+    return parent->text(beside, key, shipped);
+  }
   const std::string& path = shipped ? shipped->path : n.text;
   if (const auto* known = known_file(n, key, path, texts, stored_texts, is_from_result)) return {path, *known};
   return {path, texts.emplace(path, shipped ? shipped->text : bytes_of(n, key, folder)).first->second};

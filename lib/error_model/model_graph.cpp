@@ -51,9 +51,9 @@ void set_station(Evaluation& evaluation, std::size_t i, const SampleStation& s) 
        {Variable::md_before, s.md - s.dmd},
        {Variable::tvd, s.tvd},
        {Variable::inclination, s.inclination},
-       {Variable::inclination_before, s.inclination},
+       {Variable::inclination_before, s.inclination_before.value_or(s.inclination)},
        {Variable::azimuth, s.azimuth},
-       {Variable::azimuth_before, s.azimuth},
+       {Variable::azimuth_before, s.azimuth_before.value_or(s.azimuth)},
        {Variable::azimuth_magnetic, magnetic},
        {Variable::noise_reduction, s.noise_reduction},
        {Variable::running_speed, s.running_speed},
@@ -76,6 +76,10 @@ double value(const Evaluation& e, const std::optional<std::size_t>& node, std::s
   return node ? e.output(*node)[i] : 0;
 }
 
+std::vector<Term> term_of(const Function& f) {
+  return {{"", std::make_shared<const Function>(f), 1, "", 1, PropagationMode::random}};
+}
+
 /// A function alone, at 24 azimuths of one inclination, in a field like the North Sea's.
 struct Ring {
   ModelGraph model;
@@ -83,7 +87,7 @@ struct Ring {
   const FunctionNodes& f;
 
   Ring(const Function& function, const Parameters& p)
-      : model(model_graph({{"", std::make_shared<const Function>(function), 1, "", 1, PropagationMode::random}})),
+      : model(model_graph(term_of(function))),
         evaluation(model.graph, surroundings_of(p, 72 * kDegree, 50000, 9.80665, 60 * kDegree)),
         f(model.functions[0]) {}
 
@@ -132,6 +136,15 @@ double vertical_difference(Ring& ring) {
 }
 
 }  // namespace
+
+Weights weights_at(const Function& f, const SampleStation& s, const Surroundings& surroundings) {
+  const ModelGraph model = model_graph(term_of(f));
+  Evaluation evaluation(model.graph, surroundings);
+  set_station(evaluation, 0, s);
+  evaluation.run(1);
+  const FunctionNodes& n = model.functions[0];
+  return {value(evaluation, n.depth, 0), value(evaluation, n.inclination, 0), value(evaluation, n.lateral, 0)};
+}
 
 std::string vertical_fault(const Function& f, const Parameters& parameters) {
   if (f.kind == Kind::continuous || f.azimuth_or_lateral().is_absent()) {

@@ -33,13 +33,24 @@ Surroundings surroundings_of(const Parameters& p, double dip, double total_field
 
 /// A station for a formula alone, outside of a survey.
 struct SampleStation {
-  double inclination = 0, azimuth = 0;    ///< rad; the station before has the same
+  double inclination = 0, azimuth = 0;    ///< rad
   double declination = 0;                 ///< rad
   double md = 1000, dmd = 30, tvd = 900;  ///< m
   double noise_reduction = 1;
   double running_speed = 1;  ///< m/s
+  /// rad, of the station before; without them it has the same.
+  std::optional<double> inclination_before, azimuth_before;
 };
 void set_station(Evaluation& evaluation, std::size_t i, const SampleStation& s);
+
+/// Effect of one unit of an error source. Of a course function: over metres of the course.
+struct Weights {
+  double depth = 0;        ///< m
+  double inclination = 0;  ///< rad
+  double lateral = 0;      ///< sinI w_A, rad
+};
+/// Of a station or stationary function at one station.
+Weights weights_at(const Function& f, const SampleStation& s, const Surroundings& surroundings);
 
 // ---------------------------------------------------------------------------------------------- checks of a function
 

@@ -1,28 +1,41 @@
 #pragma once
 /// Which error model each part of a survey has: the keys that studies of covariance models share.
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "config/config.h"
-#include "propagate/survey_errors.h"
+#include "config/error_model_file.h"
+#include "propagate/tool_covariance.h"
+#include "propagate/tool_validity.h"
 
 namespace surveymc {
 
 /// The model that `config` names, and what it was called.
 struct NamedErrorModel {
-  std::string name;  ///< as in the config: of a shipped model, or of a file
-  ErrorModel model;
+  std::string name;  ///< as in the config: of a shipped model, of a file, or "file: name"
+  SharedModel model;
 };
 
-/// `error_model = NAME`, `[error_model] name` (a shipped model) or `file`, of the whole config or of a [[leg]].
+/// `error_model = NAME`, `[error_model] name` (a shipped model: "MWD+IFR1" or "owsg_a_rev5.1/MWD+IFR1") or `file`, with
+/// `name` if the file has several; of the whole config or of a [[leg]].
 NamedErrorModel read_error_model_choice(ConfigReader& config);
 
-/// Survey legs: the first with `[error_model]` from the tie-on, the next ones each from a
-/// `[[leg]] from_md_m or from_md_ft, error_model (the one before)`. A leg has the stations deeper than its `from`.
-struct SurveyLegs {
-  std::vector<SurveyLeg> legs;
+/// Tool runs (ISCWSA: survey legs): the first with `[error_model]` from the tie-on, the next ones each from a
+/// `[[leg]] from_md_m or from_md_ft, error_model (the one before)`. A run has the stations deeper than its `from`.
+struct ToolRuns {
+  std::vector<ToolRun> runs;
   std::vector<std::string> model_names;
   std::vector<double> from_md;  ///< m
 };
-SurveyLegs read_survey_legs(ConfigReader& config, const Survey& survey);
+ToolRuns read_tool_runs(ConfigReader& config, const Survey& survey);
+
+/// `field.latitude_deg` in rad: required where a formula of a model has Latitude, else NaN where it is not given.
+double read_latitude(ConfigReader& config, const std::vector<SharedModel>& models);
+
+/// `error_model.outside_range` = "mark" (default) or "refuse": stations at which a model does not hold are listed, or
+/// refused by InputError with the first station and the range.
+void read_outside_range(ConfigReader& config, const Survey& survey, const std::vector<ToolRun>& runs,
+                        const std::vector<Validity>& validity);
 
 }  // namespace surveymc

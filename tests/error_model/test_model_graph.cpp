@@ -84,7 +84,10 @@ TEST_CASE("Terms that name the same function share it; sinI goes to the azimuth'
   CHECK(g.functions.size() == 2);
   CHECK(g.function_of_term == std::vector<std::size_t>{0, 1, 0});
   Evaluation e(g.graph, {0, 50000, 9.8, 0, 10, 0});
-  set_station(e, 0, {0.5, 1, 0.1});
+  SampleStation station;
+  station.inclination = 0.5;
+  station.azimuth = 1;
+  set_station(e, 0, station);
   e.run(1);
   CHECK(e.output(*g.functions[0].lateral)[0] == std::sin(0.5));
   CHECK(e.output(*g.functions[1].lateral)[0] == std::sin(0.5) * (1 / 50000.0));
