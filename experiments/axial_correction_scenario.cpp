@@ -8,8 +8,8 @@
 #include "axial_correction.h"
 #include "base/error.h"
 #include "base/units.h"
-#include "single_station_config.h"
 #include "study/scenario.h"
+#include "study/station_sigmas.h"
 
 namespace surveymc {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "base/units.h"
 #include "chained_quantities.h"
+#include "chained_studies.h"
 #include "estimate/chained_attitude.h"
 #include "estimate/chained_newton.h"
 #include "random/study_stream.h"

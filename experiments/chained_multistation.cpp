@@ -11,6 +11,7 @@
 
 #include "chained_performance_tables.h"
 #include "chained_quantities.h"
+#include "chained_studies.h"
 #include "estimate/chained_newton.h"
 #include "estimate/chained_smoother.h"
 #include "experiments.h"

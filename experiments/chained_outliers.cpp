@@ -8,6 +8,7 @@
 
 #include "base/units.h"
 #include "chained_quantities.h"
+#include "chained_studies.h"
 #include "config/readings_csv.h"
 #include "estimate/chained_attitude.h"
 #include "estimate/chained_newton.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/units.h"
-#include "config/readings_csv.h"
+#include "study/chain_sizes.h"
 
 namespace surveymc {
 
@@ -14,14 +14,6 @@ const std::vector<std::string>& chained_estimator_names() {
 }
 
 namespace {
-
-ChainSize read_size(ConfigReader& c, const std::string& name, const std::string& unit, double random, double walk) {
-  const double si = unit == "mg" ? kMilliG : 1;
-  const std::string key = "model." + name + ".";
-  const Range range = Range::positive();
-  return {si * c.number(key + "random_" + unit, range, random), si * c.number(key + "walk_" + unit, range, walk),
-          si * c.number(key + "offset_" + unit, Range::non_negative(), 0)};
-}
 
 /// `[profile]`: a made-up well with inclinations linear along the stations, or `[survey]`: a file's.
 void read_profile(ConfigReader& c, ChainedScenario& s) {
@@ -49,20 +41,6 @@ void read_profile(ConfigReader& c, ChainedScenario& s) {
 }
 
 }  // namespace
-
-ChainSizes read_chain_sizes(ConfigReader& c, const ReferenceField& field) {
-  ChainSizes s;
-  s.accelerometer_xy = read_size(c, "accelerometer_xy", "mg", 0.3, 0.2);
-  s.accelerometer_z = read_size(c, "accelerometer_z", "mg", 0.3, 0.2);
-  s.magnetometer_xy = read_size(c, "magnetometer_xy", "nT", 80, 50);
-  s.magnetometer_z = read_size(c, "magnetometer_z", "nT", 80, 80);
-  s.gravity = read_size(c, "gravity", "mg", 0.1, 0.02);
-  s.field = read_size(c, "field", "nT", 80, 20);
-  s.gravity_reference = field.gravity;
-  s.horizontal = field.total * std::cos(field.dip);
-  s.down = field.total * std::sin(field.dip);
-  return s;
-}
 
 ChainedScenario read_chained_scenario(ConfigReader& c, StudySeed seed) {
   ChainedScenario s;

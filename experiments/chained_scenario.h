@@ -48,13 +48,4 @@ struct ChainedScenario {
 /// `[field]`, `[model]`, `[profile]` or `[survey]`, trials, `[verdict]`: all but what one study alone reads.
 ChainedScenario read_chained_scenario(ConfigReader& config, StudySeed seed);
 
-/// `[model]` alone; defaults are slide 7.
-ChainSizes read_chain_sizes(ConfigReader& config, const ReferenceField& field);
-
-/// One point of `chained_multistation`, by its `study`.
-std::unique_ptr<PointPlan> chained_performance(ConfigReader& config, StudySeed seed);
-std::unique_ptr<PointPlan> chained_unstart(ConfigReader& config, StudySeed seed);
-std::unique_ptr<PointPlan> chained_outliers(ConfigReader& config, StudySeed seed);
-std::unique_ptr<PointPlan> chained_interference(ConfigReader& config, StudySeed seed);
-
 }  // namespace surveymc

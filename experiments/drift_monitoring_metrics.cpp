@@ -1,8 +1,8 @@
 /// Tables `metrics` and `claims` of drift_monitoring.
 #include <cmath>
 
-#include "claims.h"
 #include "drift_monitoring.h"
+#include "study/claims.h"
 
 namespace surveymc {
 namespace {

@@ -8,7 +8,6 @@
 
 #include "base/error.h"
 #include "base/units.h"
-#include "chained_scenario.h"
 #include "config/readings_csv.h"
 #include "estimate/chained_attitude.h"
 #include "estimate/chained_profile.h"
@@ -16,9 +15,11 @@
 #include "estimate/chained_smoother.h"
 #include "estimate/chained_start.h"
 #include "estimate/chained_tests.h"
-#include "estimate_warnings.h"
+#include "estimate_tables.h"
 #include "stats/intervals.h"
 #include "stats/normal_tail.h"
+#include "study/chain_sizes.h"
+#include "study/scenario.h"
 #include "study/table_rows.h"
 
 namespace surveymc {

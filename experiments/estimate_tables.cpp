@@ -259,6 +259,15 @@ Table without_suspect_table(const ReadingsAnalysis& a, const Suspect& s) {
 
 }  // namespace
 
+Table warnings_table(const std::vector<EstimateWarning>& warnings) {
+  TableRows t("warnings", "what to know before the estimate is used");
+  write_rows(t, warnings, [&](const EstimateWarning& x) {
+    t.word("severity", "severe, warning or info", x.severity);
+    t.word("message", "what is wrong, and what to do", x.message);
+  });
+  return t.take();
+}
+
 std::vector<Table> estimate_tables(const SixAxisReadings& readings, const ReferenceField& field,
                                    const ReadingsAnalysis& analysis, const TestLevels& levels,
                                    const std::vector<ReadingsTest>& tests, const std::optional<Suspect>& examined,

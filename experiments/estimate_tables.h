@@ -8,6 +8,9 @@
 
 namespace surveymc {
 
+/// Table `warnings`.
+Table warnings_table(const std::vector<EstimateWarning>& warnings);
+
 /// The tables of an estimate result, in the order of docs/results-format.md.
 std::vector<Table> estimate_tables(const SixAxisReadings& readings, const ReferenceField& field,
                                    const ReadingsAnalysis& analysis, const TestLevels& levels,

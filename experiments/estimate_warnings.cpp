@@ -7,7 +7,6 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
-#include "study/table_rows.h"
 
 namespace surveymc {
 namespace {
@@ -195,15 +194,6 @@ Warnings estimate_warnings(const SixAxisReadings& readings, const ReferenceField
   std::stable_sort(all.begin(), all.end(),
                    [&](const EstimateWarning& a, const EstimateWarning& b) { return rank(a) < rank(b); });
   return all;
-}
-
-Table warnings_table(const Warnings& warnings) {
-  TableRows t("warnings", "what to know before the estimate is used");
-  write_rows(t, warnings, [&](const EstimateWarning& x) {
-    t.word("severity", "severe, warning or info", x.severity);
-    t.word("message", "what is wrong, and what to do", x.message);
-  });
-  return t.take();
 }
 
 }  // namespace surveymc

@@ -5,7 +5,6 @@
 #include "readings_analysis.h"
 #include "readings_suspect.h"
 #include "readings_tests.h"
-#include "store/table.h"
 
 namespace surveymc {
 
@@ -20,8 +19,5 @@ std::vector<EstimateWarning> estimate_warnings(const SixAxisReadings& readings, 
                                                const NoiseModel& noise, const ReadingsAnalysis& analysis,
                                                const std::vector<ReadingsTest>& tests,
                                                const std::optional<Suspect>& examined);
-
-/// Table `warnings`.
-Table warnings_table(const std::vector<EstimateWarning>& warnings);
 
 }  // namespace surveymc

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "reliability/nonlinear_detectable.h"
-#include "reliability_config.h"
+#include "study/adjustment_scenario.h"
 #include "study/scenario.h"
 
 namespace surveymc {

@@ -11,7 +11,6 @@
 
 #include "base/error.h"
 #include "command_line.h"
-#include "experiments.h"
 #include "log.h"
 #include "montecarlo/workers.h"
 #include "part_commands.h"
@@ -39,8 +38,8 @@ Result run_and_stamp(const RunArguments& a, const RunPlan& run, const std::strin
   return result;
 }
 
-int list() {
-  for (const Experiment& e : all_experiments())
+int list(const std::vector<Experiment>& studies) {
+  for (const Experiment& e : studies)
     fmt::print("{:<24} {}\n{:<24}   after {}\n", e.name(), e.summary, "", e.reproduces);
   return kDone;
 }
@@ -101,7 +100,7 @@ int run(const RunArguments& a, const std::string& command) {
 int rerun(const std::string& file, const std::string& folder, const RunArguments& a, const std::string& command) {
   catch_signals();
   const Result stored = read_result(file);
-  const RunPlan plan = read_rerun(file, stored, folder);
+  const RunPlan plan = read_rerun(*a.studies, file, stored, folder);
   double elapsed = 0;
   const Result again = run_and_stamp(a, plan, command, elapsed);
   const std::string before = stored_content_hash(file), now = content_hash(again);
@@ -117,7 +116,8 @@ int rerun(const std::string& file, const std::string& folder, const RunArguments
   return kUnexpected;
 }
 
-int guarded_main(int argc, char** argv, Workers& workers, const Messages* messages, const std::string& mpi) {
+int guarded_main(int argc, char** argv, const std::vector<Experiment>& studies, Workers& workers,
+                 const Messages* messages, const std::string& mpi) {
   start_log();
 
   std::variant<CommandLine, int> read = read_command_line(argc, argv, version_text(mpi));
@@ -127,11 +127,12 @@ int guarded_main(int argc, char** argv, Workers& workers, const Messages* messag
   std::string command = "surveymc";
   for (int i = 1; i < argc; ++i) command += fmt::format(" {}", argv[i]);
   RunArguments& a = line.arguments;
+  a.studies = &studies;
   if (messages) a.workers = &workers;
   if (messages && a.threads == 0) a.threads = messages->threads();
   switch (line.command) {
     case Command::list:
-      return list();
+      return list(studies);
     case Command::check:
       return check(a);
     case Command::run:
@@ -155,13 +156,14 @@ int guarded_main(int argc, char** argv, Workers& workers, const Messages* messag
 }
 
 /// guarded_main with every exception told and turned into its exit code.
-int told_main(int argc, char** argv, Workers& workers, const Messages* messages, const std::string& mpi) {
+int told_main(int argc, char** argv, const std::vector<Experiment>& studies, Workers& workers, const Messages* messages,
+              const std::string& mpi) {
   const auto fails = [](int exit, const char* kind, const char* what) {  // fmt would throw: the log's disk may be full
     std::fprintf(stderr, "%s%s\n", kind, what);
     return exit;
   };
   try {
-    const int exit = guarded_main(argc, argv, workers, messages, mpi);
+    const int exit = guarded_main(argc, argv, studies, workers, messages, mpi);
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit;
     return fails(kCannotWrite, "error: standard output: ", "cannot be written");
   } catch (const surveymc::InputError& e) {
@@ -180,12 +182,13 @@ int told_main(int argc, char** argv, Workers& workers, const Messages* messages,
 
 }  // namespace
 
-int surveymc::program_main(int argc, char** argv, Messages* messages, const std::string& mpi) {
+int surveymc::program_main(int argc, char** argv, const std::vector<Experiment>& studies, Messages* messages,
+                           const std::string& mpi) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is an error of write(), with a message, and not our death
   try {
-    if (messages && messages->rank() > 0) return work_for_rank_0(*messages, argc, argv);
+    if (messages && messages->rank() > 0) return work_for_rank_0(studies, *messages, argc, argv);
     Workers workers(messages);
-    const int exit = told_main(argc, argv, workers, messages, mpi);
+    const int exit = told_main(argc, argv, studies, workers, messages, mpi);
     workers.end(exit);
     return exit;
   } catch (const std::exception& e) {  // between ranks: one that went on alone would wait for ever

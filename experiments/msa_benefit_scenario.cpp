@@ -6,7 +6,7 @@
 
 #include "base/units.h"
 #include "estimate/estimators.h"
-#include "msa_position_scenario.h"
+#include "estimate/observability.h"
 #include "msa_prediction.h"
 
 namespace surveymc {
@@ -39,10 +39,10 @@ std::array<bool, 6> read_estimated(ConfigReader& c) {
   if (!c.has("estimator.estimated")) return estimated;
   estimated.fill(false);
   for (const std::string& name : c.texts("estimator.estimated")) {
-    const auto* at = std::find(kParameters.begin(), kParameters.end(), name);
-    if (at == kParameters.end())
-      c.fail("estimator.estimated", fmt::format("\"{}\" is none of {}", name, fmt::join(kParameters, ", ")));
-    bool& flag = estimated[static_cast<std::size_t>(at - kParameters.begin())];
+    const auto* at = std::find(kParameterNames.begin(), kParameterNames.end(), name);
+    if (at == kParameterNames.end())
+      c.fail("estimator.estimated", fmt::format("\"{}\" is none of {}", name, fmt::join(kParameterNames, ", ")));
+    bool& flag = estimated[static_cast<std::size_t>(at - kParameterNames.begin())];
     c.require(!flag, "estimator.estimated", "\"" + name + "\" is there twice");
     flag = true;
   }

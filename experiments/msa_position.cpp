@@ -34,7 +34,7 @@ namespace {
 /// Index of "sigma3_<name>" among the first nine components.
 int component_of(const std::string& quantity) {
   for (std::size_t i = 0; i < 6; ++i)
-    if (quantity == std::string("sigma3_") + kParameters[i]) return MsaComponents::parameter + static_cast<int>(i);
+    if (quantity == std::string("sigma3_") + kParameterNames[i]) return MsaComponents::parameter + static_cast<int>(i);
   for (std::size_t i = 0; i < 3; ++i)
     if (quantity == std::string("sigma3_") + kDirections[i]) return MsaComponents::position + static_cast<int>(i);
   throw std::logic_error("no component " + quantity);
@@ -292,14 +292,14 @@ std::string MsaPosition::replay(std::uint64_t trial) const {
                       b.readings.reference.value(lane, 0), b.readings.reference.value(lane, 1));
   for (std::size_t i = 0; i < 6 && s_.spread.any(); ++i)
     text +=
-        fmt::format("  true {:<11} {:.17g} {}\n", kParameters[i],
+        fmt::format("  true {:<11} {:.17g} {}\n", kParameterNames[i],
                     (i < 3 ? s_.errors.gain[i] : s_.errors.bias[i - 3]) + b.deviation.value(lane, static_cast<int>(i)),
                     kParameterUnits[i]);
   if (at_.reference >= 0)
     text += fmt::format("  estimated field  Bh {:.17g} nT, Bv {:.17g} nT (station 0)\n",
                         b.estimates.reference.value(lane, 0), b.estimates.reference.value(lane, 1));
   for (int i = 0; i < 6; ++i)
-    text += fmt::format("  {:<16} {:.17g} {}\n", kParameters[static_cast<std::size_t>(i)],
+    text += fmt::format("  {:<16} {:.17g} {}\n", kParameterNames[static_cast<std::size_t>(i)],
                         b.estimates.parameters.value(lane, i), kParameterUnits[static_cast<std::size_t>(i)]);
   text += fmt::format("  cost             {:.17g} nT2 after {} evaluations, {}\n", b.estimates.cost.value(lane, 0),
                       b.estimates.iterations.value(lane, 0),

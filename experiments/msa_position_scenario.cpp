@@ -14,7 +14,7 @@ std::vector<RowName> row_names() {
     rows.push_back({"parameters", "", "mean_" + name});
     for (const char* f : {"first_order", "claimed"}) rows.push_back({"parameters", f, "sigma3_" + name});
   };
-  for (const char* p : kParameters) parameter(p);
+  for (const char* p : kParameterNames) parameter(p);
   for (const char* p : kReference) parameter(p);
   rows.push_back({"parameters", "", "nees"});
   for (const char* p : kHanakParameters)
@@ -32,7 +32,7 @@ std::vector<RowName> row_names() {
 /// What [stop] may ask for: sd that have an analytic prediction and a control variate.
 std::vector<std::string> stoppable(bool with_position) {
   std::vector<std::string> names;
-  for (const char* p : kParameters) names.push_back(std::string("sigma3_") + p);
+  for (const char* p : kParameterNames) names.push_back(std::string("sigma3_") + p);
   for (const char* d : kDirections)
     if (with_position) names.push_back(std::string("sigma3_") + d);
   return names;

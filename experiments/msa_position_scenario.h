@@ -4,14 +4,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "estimate/observability.h"
 #include "random/study_id.h"
 #include "study/annotations.h"
 #include "study/scenario.h"
 
 namespace surveymc {
 
-constexpr std::array<const char*, 6> kParameters{"gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z"};
-constexpr std::array<const char*, 6> kParameterUnits{"1", "1", "1", "nT", "nT", "nT"};
 constexpr std::array<const char*, 3> kDirections{"north", "east", "vertical"};
 constexpr std::array<const char*, 3> kHoleDirections{"high_side", "lateral", "along_hole"};
 constexpr std::array<const char*, 3> kFormulations{"joint", "systematic", "random"};  // as in MsaPrediction

@@ -23,14 +23,14 @@ std::vector<ComparisonRow> MsaPosition::parameter_rows(const Tally& tally) const
   std::vector<ComparisonRow> rows;
   for (int i = 0; i < 6; ++i) {
     const auto a = static_cast<std::size_t>(i);
-    rows.push_back(compare_mean(std::string("mean_") + kParameters[a], kParameterUnits[a],
+    rows.push_back(compare_mean(std::string("mean_") + kParameterNames[a], kParameterUnits[a],
                                 sample(tally, at_.parameter + i), prediction_.parameters[i],
                                 predicted ? prediction_.parameters[i] : nan, s_.verdict, tally.trials));
   }
   for (int i = 0; i < 6; ++i) {
     const auto a = static_cast<std::size_t>(i);
     rows.push_back(
-        compare_sd(std::string("sigma3_") + kParameters[a], kParameterUnits[a], 3, sample(tally, at_.parameter + i),
+        compare_sd(std::string("sigma3_") + kParameterNames[a], kParameterUnits[a], 3, sample(tally, at_.parameter + i),
                    predicted ? std::sqrt(prediction_.parameter_covariance(i, i)) : nan, s_.verdict, tally.trials));
     rows.back().formulation = "first_order";
   }
@@ -40,7 +40,7 @@ std::vector<ComparisonRow> MsaPosition::parameter_rows(const Tally& tally) const
     const double claimed = predicted                 ? std::sqrt(prediction_.claimed_covariance(i, i))
                            : tally.moments.count > 0 ? std::sqrt(tally.moments.mean[at_.claimed + i])
                                                      : nan;
-    rows.push_back(compare_sd(std::string("sigma3_") + kParameters[a], kParameterUnits[a], 3,
+    rows.push_back(compare_sd(std::string("sigma3_") + kParameterNames[a], kParameterUnits[a], 3,
                               sample(tally, at_.parameter + i), claimed, s_.verdict, tally.trials));
     rows.back().formulation = "claimed";
   }

@@ -77,8 +77,8 @@ Table MsaPosition::correlation_table(const Tally& tally) const {
             normal_quantile(1 - (1 - s_.verdict.confidence) / 2) / std::sqrt(static_cast<double>(units(tally)) - 3);
         ci = {std::tanh(std::atanh(r) - half), std::tanh(std::atanh(r) + half)};
       }
-      t.word("parameter_a", "first parameter", kParameters[static_cast<std::size_t>(j)]);
-      t.word("parameter_b", "second parameter", kParameters[static_cast<std::size_t>(i)]);
+      t.word("parameter_a", "first parameter", kParameterNames[static_cast<std::size_t>(j)]);
+      t.word("parameter_b", "second parameter", kParameterNames[static_cast<std::size_t>(i)]);
       t.estimate("monte_carlo", "1", "correlation of the Monte-Carlo estimates", r, ci);
       t.number("analytic", "1", "correlation by the first-order covariance",
                correlation(prediction_.parameter_covariance, i, j));
@@ -136,7 +136,7 @@ Table MsaPosition::control_variate_table(const Tally& tally) const {
         true);
   };
   for (std::size_t i = 0; i < 6; ++i)
-    both(static_cast<int>(i), kParameters[i], std::string("mean_") + kParameters[i], kParameterUnits[i],
+    both(static_cast<int>(i), kParameterNames[i], std::string("mean_") + kParameterNames[i], kParameterUnits[i],
          prediction_.parameters[static_cast<int>(i)]);
   if (s_.with_position) {
     for (std::size_t i = 0; i < 3; ++i)
@@ -167,8 +167,8 @@ Table MsaPosition::samples_table(const Tally& tally) const {
   Table t{"realisations", "estimates and final positions of the first converged trials"};
   t.columns = {number_column("trial", "1", "number of the trial, from 0")};
   for (std::size_t i = 0; i < 6; ++i)
-    t.columns.push_back(number_column(i < 3 ? kParameters[i] : fmt::format("{}_nT", kParameters[i]), kParameterUnits[i],
-                                      "MSA estimate"));
+    t.columns.push_back(number_column(i < 3 ? kParameterNames[i] : fmt::format("{}_nT", kParameterNames[i]),
+                                      kParameterUnits[i], "MSA estimate"));
   const std::size_t with_position = t.columns.size() + 3;
   if (s_.with_position)
     for (const char* d : kDirections)

@@ -13,7 +13,6 @@
 
 namespace surveymc {
 
-inline constexpr double kMilliG = 9.80665e-3;  // m/s2
 inline constexpr std::array<const char*, 6> kMwdSensors{"gx", "gy", "gz", "bx", "by", "bz"};
 
 struct MwdScenario {

@@ -3,10 +3,11 @@
 #include <cmath>
 #include <limits>
 
-#include "claims.h"
+#include "base/units.h"
 #include "monitoring/sprt_false_alarms.h"
 #include "mwd_drift.h"
 #include "stats/order_statistics.h"
+#include "study/claims.h"
 #include "study/table_rows.h"
 
 namespace surveymc {

@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "experiments.h"
 #include "log.h"
 #include "print_result.h"
 #include "store/atomic_file.h"
@@ -224,8 +223,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names) {
             path.string(), key.program, program_name());
   }
   Config config = config_of(parts.front(), paths[0].string());
-  const std::vector<Experiment> all = all_experiments();
-  const Experiment& experiment = find_experiment(all, config);
+  const Experiment& experiment = find_experiment(*a.studies, config);
   const RunPlan run = read_run(experiment, std::move(config), stop_flag());
   if (run.config.hash() != parts.front().key.config_hash)
     throw IoError(fmt::format("{}: its config does not have the hash it says", paths[0].string()));

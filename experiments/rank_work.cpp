@@ -18,7 +18,7 @@ std::string run_name(const RunPlan& run) {
   return fmt::format("config hash {}, {}", key.config_hash, key.program);
 }
 
-int work_for_rank_0(Messages& messages, int argc, char** argv) {
+int work_for_rank_0(const std::vector<Experiment>& studies, Messages& messages, int argc, char** argv) {
   silence_log();
   CommandLine line;
   std::optional<RunPlan> run;
@@ -27,9 +27,11 @@ int work_for_rank_0(Messages& messages, int argc, char** argv) {
     std::variant<CommandLine, int> read = read_command_line(argc, argv, "", /*silent=*/true);
     if (std::holds_alternative<CommandLine>(read)) {  // else rank 0 says why and ends it
       line = std::get<CommandLine>(std::move(read));
+      line.arguments.studies = &studies;
       if (line.command == Command::run || line.command == Command::rerun) catch_signals();
       if (line.command == Command::run) run.emplace(load(line.arguments));
-      if (line.command == Command::rerun) run.emplace(read_rerun(line.file, read_result(line.file), line.inputs));
+      if (line.command == Command::rerun)
+        run.emplace(read_rerun(studies, line.file, read_result(line.file), line.inputs));
     }
   } catch (...) {
     error = std::current_exception();  // if it is not rank 0's, too, the first order brings it there

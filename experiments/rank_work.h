@@ -11,6 +11,6 @@ std::string run_name(const RunPlan& run);
 
 /// Computes blocks of what the command line says until rank 0 ends it; returns rank 0's exit code. Prints nothing:
 /// errors are rank 0's to tell.
-int work_for_rank_0(Messages& messages, int argc, char** argv);
+int work_for_rank_0(const std::vector<Experiment>& studies, Messages& messages, int argc, char** argv);
 
 }  // namespace surveymc

@@ -1,21 +1,12 @@
 #pragma once
-/// Keys that the reliability studies share (docs/results-format.md).
+/// What the configs of `reliability_map` and `reliability_well` say of errors and of the grid (docs/results-format.md).
 #include <array>
 
 #include "config/config.h"
 #include "error_subject.h"
 #include "reliability/reliability_grid.h"
-#include "reliability/significance.h"
 
 namespace surveymc {
-
-/// `mode`; `[field] total_nT (51000), gravity_mps2 (9.82), declination_deg (0)` without the dip; `[sigma] ...` with the
-/// defaults of Table 1; `stations` (30) and `systematic_terms` (false), which only mse_shared uses. Sigmas that the
-/// mode does not use may be given all the same, so that the mode can be swept.
-AdjustmentModel read_adjustment_model(ConfigReader& config);
-
-/// `alpha` (1e-4), `tails` ("one"), `power` (0.8).
-TestLevels read_test_levels(ConfigReader& config);
 
 /// `observation`: one, a list, or "all". Each must be observed in that mode.
 std::vector<std::size_t> read_observations(ConfigReader& config, AdjustmentMode mode);

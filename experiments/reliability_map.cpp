@@ -16,6 +16,7 @@
 #include "reliability_layers.h"
 #include "reliability_responses.h"
 #include "reliability_summary.h"
+#include "study/adjustment_scenario.h"
 #include "study/table_rows.h"
 
 namespace surveymc {

@@ -10,6 +10,7 @@
 #include "experiments.h"
 #include "reliability/along_well.h"
 #include "reliability_config.h"
+#include "study/adjustment_scenario.h"
 #include "study/scenario.h"
 #include "study/table_rows.h"
 

@@ -12,7 +12,6 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "experiments.h"
 #include "log.h"
 #include "montecarlo/workers.h"
 #include "rank_work.h"
@@ -44,12 +43,12 @@ void stop_after(double seconds) {
   setitimer(ITIMER_REAL, &timer, nullptr);
 }
 
-RunPlan read_rerun(const std::string& file, const Result& stored, const std::string& folder) {
+RunPlan read_rerun(const std::vector<Experiment>& studies, const std::string& file, const Result& stored,
+                   const std::string& folder) {
   StoredInputs in = stored_inputs(stored);
   Config config = Config::from_text(stored.provenance.config, file, std::move(in.tables), std::move(in.texts),
                                     std::move(in.references), folder);
-  const std::vector<Experiment> all = all_experiments();
-  const Experiment& experiment = find_experiment(all, config);
+  const Experiment& experiment = find_experiment(studies, config);
   return read_run(experiment, std::move(config), &g_stop);
 }
 
@@ -61,9 +60,9 @@ std::uint64_t whole_number(const std::string& option, const std::string& text) {
   return value;
 }
 
-const Experiment& find_experiment(const std::vector<Experiment>& all, const Config& config) {
+const Experiment& find_experiment(const std::vector<Experiment>& studies, const Config& config) {
   std::string known;
-  for (const Experiment& e : all) {
+  for (const Experiment& e : studies) {
     if (e.name() == config.experiment()) return e;
     known += (known.empty() ? "" : ", ") + e.name();
   }
@@ -75,8 +74,7 @@ RunPlan load(const RunArguments& a) {
   if (a.seed) overrides.push_back(fmt::format("seed={}", whole_number("--seed", *a.seed)));
   if (a.trials) overrides.push_back(fmt::format("trials={}", whole_number("--trials", *a.trials)));
   Config config = Config::load(a.config, overrides);
-  const std::vector<Experiment> all = all_experiments();
-  const Experiment& experiment = find_experiment(all, config);
+  const Experiment& experiment = find_experiment(*a.studies, config);
   return read_run(experiment, std::move(config), &g_stop);
 }
 

@@ -38,19 +38,21 @@ struct RunArguments {
   int threads = 0;
   std::optional<std::string> trials, seed, trial, point, shard, shards;  // as typed, so that a message can show it
   bool check = false, array = false, resume = false;
-  double max_seconds = 0, checkpoint_seconds = 5;  // 0: no limit
-  Workers* workers = nullptr;                      // in surveymc-mpi
+  double max_seconds = 0, checkpoint_seconds = 5;    // 0: no limit
+  Workers* workers = nullptr;                        // in surveymc-mpi
+  const std::vector<Experiment>* studies = nullptr;  // that the program knows
 };
 
 /// A whole number that an option was given.
 std::uint64_t whole_number(const std::string& option, const std::string& text);
 
-const Experiment& find_experiment(const std::vector<Experiment>& all, const Config& config);
+const Experiment& find_experiment(const std::vector<Experiment>& studies, const Config& config);
 RunPlan load(const RunArguments& a);
 
 /// The run that `stored`, read from `file`, says it is of. `folder`: that of the config, where files are that were too
 /// large to be stored.
-RunPlan read_rerun(const std::string& file, const Result& stored, const std::string& folder);
+RunPlan read_rerun(const std::vector<Experiment>& studies, const std::string& file, const Result& stored,
+                   const std::string& folder);
 
 /// From now on SIGINT, SIGTERM, SIGUSR1 and SIGALRM set the stop flag and do nothing else. Called before anything that
 /// takes time, so that no signal finds the program without it.

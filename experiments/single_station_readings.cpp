@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
-#include "estimate_warnings.h"
-#include "single_station_config.h"
+#include "estimate_tables.h"
 #include "stats/intervals.h"
+#include "study/station_sigmas.h"
 #include "study/table_rows.h"
 #include "study/verdict.h"
 

@@ -14,9 +14,6 @@ struct ReadingsConventions {
   double total_field = 0;    ///< nT, of the reference
 };
 
-/// 1 mg = 1e-3 of standard gravity, m/s2.
-inline constexpr double kMilliG = 9.80665e-3;
-
 /// Fewest stations that six unknowns can come from: two residuals each.
 inline constexpr std::size_t kFewestStations = 3;
 

@@ -39,11 +39,6 @@ Observability observability(const Eigen::Matrix<double, Eigen::Dynamic, 6>& jaco
   return o;
 }
 
-const char* parameter_name(int parameter) {
-  static constexpr std::array<const char*, 6> kNames{"gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z"};
-  return kNames[static_cast<std::size_t>(parameter)];
-}
-
 std::string combination_name(const Eigen::Matrix<double, 6, 1>& direction) {
   const double enough = 0.4 * direction.cwiseAbs().maxCoeff();
   std::vector<const char*> with, against;

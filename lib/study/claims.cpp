@@ -1,4 +1,4 @@
-#include "claims.h"
+#include "study/claims.h"
 
 #include <cmath>
 

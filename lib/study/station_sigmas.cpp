@@ -1,4 +1,4 @@
-#include "single_station_config.h"
+#include "study/station_sigmas.h"
 
 #include <fmt/format.h>
 
