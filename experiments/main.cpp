@@ -23,9 +23,8 @@
 #include "version.h"
 #include "version_text.h"
 
+namespace surveymc {
 namespace {
-
-using namespace surveymc;
 
 Result run_and_stamp(const RunArguments& a, const RunPlan& run, const std::string& command, double& elapsed,
                      const Checkpoint& checkpoint = {}) {
@@ -166,13 +165,13 @@ int told_main(int argc, char** argv, const std::vector<Experiment>& studies, Wor
     const int exit = guarded_main(argc, argv, studies, workers, messages, mpi);
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit;
     return fails(kCannotWrite, "error: standard output: ", "cannot be written");
-  } catch (const surveymc::InputError& e) {
+  } catch (const InputError& e) {
     return fails(kBadInput, "error: ", e.what());
-  } catch (const surveymc::IoError& e) {
+  } catch (const IoError& e) {
     return fails(kCannotWrite, "error: ", e.what());
-  } catch (const surveymc::Resumable& e) {
+  } catch (const Resumable& e) {
     return fails(kInterrupted, "interrupted: ", e.what());
-  } catch (const surveymc::Interrupted&) {
+  } catch (const Interrupted&) {
     return fails(kInterrupted, "interrupted: ", "nothing was written");
   } catch (const std::exception& e) {
     return std::ferror(stdout) != 0 ? fails(kCannotWrite, "error: standard output: ", e.what())
@@ -182,8 +181,8 @@ int told_main(int argc, char** argv, const std::vector<Experiment>& studies, Wor
 
 }  // namespace
 
-int surveymc::program_main(int argc, char** argv, const std::vector<Experiment>& studies, Messages* messages,
-                           const std::string& mpi) {
+int program_main(int argc, char** argv, const std::vector<Experiment>& studies, Messages* messages,
+                 const std::string& mpi) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is an error of write(), with a message, and not our death
   try {
     if (messages && messages->rank() > 0) return work_for_rank_0(studies, *messages, argc, argv);
@@ -197,3 +196,5 @@ int surveymc::program_main(int argc, char** argv, const std::vector<Experiment>&
     return kInternal;
   }
 }
+
+}  // namespace surveymc
