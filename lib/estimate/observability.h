@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 /// Combinations are numbered from the weakest. Parameters: gain x, y, z, bias x, y, z.
 struct Observability {
@@ -37,4 +37,4 @@ inline constexpr std::array<const char*, 6> kParameterNames{"gain_x", "gain_y", 
 inline constexpr std::array<const char*, 6> kParameterUnits{"1", "1", "1", "nT", "nT", "nT"};
 inline const char* parameter_name(int parameter) { return kParameterNames[static_cast<std::size_t>(parameter)]; }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -4,21 +4,22 @@
 
 #include "base/units.h"
 
-namespace surveymc {
+namespace surveymc::study {
 namespace {
 
-ChainSize read_size(ConfigReader& c, const std::string& name, const std::string& unit, double random, double walk) {
+chained::ChainSize read_size(config::ConfigReader& c, const std::string& name, const std::string& unit, double random,
+                             double walk) {
   const double si = unit == "mg" ? kMilliG : 1;
   const std::string key = "model." + name + ".";
-  const Range range = Range::positive();
+  const config::Range range = config::Range::positive();
   return {si * c.number(key + "random_" + unit, range, random), si * c.number(key + "walk_" + unit, range, walk),
-          si * c.number(key + "offset_" + unit, Range::non_negative(), 0)};
+          si * c.number(key + "offset_" + unit, config::Range::non_negative(), 0)};
 }
 
 }  // namespace
 
-ChainSizes read_chain_sizes(ConfigReader& c, const ReferenceField& field) {
-  ChainSizes s;
+chained::ChainSizes read_chain_sizes(config::ConfigReader& c, const survey::ReferenceField& field) {
+  chained::ChainSizes s;
   s.accelerometer_xy = read_size(c, "accelerometer_xy", "mg", 0.3, 0.2);
   s.accelerometer_z = read_size(c, "accelerometer_z", "mg", 0.3, 0.2);
   s.magnetometer_xy = read_size(c, "magnetometer_xy", "nT", 80, 50);
@@ -31,4 +32,4 @@ ChainSizes read_chain_sizes(ConfigReader& c, const ReferenceField& field) {
   return s;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::study

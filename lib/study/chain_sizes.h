@@ -1,12 +1,12 @@
 #pragma once
+#include "chained/model.h"
 #include "config/config.h"
-#include "estimate/chained_model.h"
-#include "field/reference_field.h"
+#include "survey/reference_field.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 /// `[model]` of the chained multistation solution: standard deviations of what the stations share. Defaults are those
 /// of slide 7.
-ChainSizes read_chain_sizes(ConfigReader& config, const ReferenceField& field);
+chained::ChainSizes read_chain_sizes(config::ConfigReader& config, const survey::ReferenceField& field);
 
-}  // namespace surveymc
+}  // namespace surveymc::study

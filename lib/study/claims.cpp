@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace surveymc {
+namespace surveymc::study {
 
 ComparisonRow mean_row(const std::string& formulation, const std::string& quantity, const std::string& unit,
                        const std::vector<double>& x, double confidence) {
@@ -17,7 +17,7 @@ ComparisonRow mean_row(const std::string& formulation, const std::string& quanti
   for (const double v : x) squares += (v - mean) * (v - mean);
   row.monte_carlo = mean;
   if (x.size() > 1)
-    row.interval = mean_interval(mean, squares / static_cast<double>(x.size() - 1), x.size(), confidence);
+    row.interval = stats::mean_interval(mean, squares / static_cast<double>(x.size() - 1), x.size(), confidence);
   return row;
 }
 
@@ -30,4 +30,4 @@ ComparisonRow judge_claim(ComparisonRow row, double bound, bool below, const std
   return row;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::study

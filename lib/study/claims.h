@@ -5,7 +5,7 @@
 
 #include "study/comparison.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 /// Mean of one number a realisation, with its interval; of one realisation the number alone.
 ComparisonRow mean_row(const std::string& formulation, const std::string& quantity, const std::string& unit,
@@ -15,4 +15,4 @@ ComparisonRow mean_row(const std::string& formulation, const std::string& quanti
 /// whole interval (without one: the value) lies on one side.
 ComparisonRow judge_claim(ComparisonRow row, double bound, bool below, const std::string& note);
 
-}  // namespace surveymc
+}  // namespace surveymc::study
