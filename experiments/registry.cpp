@@ -1,13 +1,26 @@
-#include "experiments.h"
+#include "registry.h"
 
-namespace surveymc {
+// One line a study: its folder, and the function there that says what it is. In the order of `surveymc list`.
+#define SURVEYMC_STUDIES(line)                                                                                         \
+  line(msa_position, experiment) line(msa_benefit, experiment) line(estimate, experiment)                              \
+      line(position_covariance, experiment) line(vertical_well, experiment) line(sensor_monte_carlo, experiment)       \
+          line(reliability, map_experiment) line(reliability, well_experiment) line(gross_error_detection, experiment) \
+              line(drift_monitoring, experiment) line(mwd_drift, experiment) line(axial_correction, experiment)        \
+                  line(chained_multistation, experiment)
 
-std::vector<Experiment> all_experiments() {
-  return {msa_position_experiment(),        msa_benefit_experiment(),      estimate_experiment(),
-          position_covariance_experiment(), vertical_well_experiment(),    sensor_monte_carlo_experiment(),
-          reliability_map_experiment(),     reliability_well_experiment(), gross_error_detection_experiment(),
-          drift_monitoring_experiment(),    mwd_drift_experiment(),        axial_correction_experiment(),
-          chained_multistation_experiment()};
+namespace surveymc::studies {
+
+#define SURVEYMC_DECLARE(folder, function) \
+  namespace folder {                       \
+  study::Experiment function();            \
+  }
+SURVEYMC_STUDIES(SURVEYMC_DECLARE)
+#undef SURVEYMC_DECLARE
+
+std::vector<study::Experiment> all_experiments() {
+#define SURVEYMC_CALL(folder, function) folder::function(),
+  return {SURVEYMC_STUDIES(SURVEYMC_CALL)};
+#undef SURVEYMC_CALL
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::studies

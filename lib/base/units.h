@@ -4,7 +4,8 @@
 namespace surveymc {
 
 inline constexpr double kPi = 3.14159265358979323846;
-inline constexpr double kDegree = kPi / 180;  ///< radians per degree
-inline constexpr double kFoot = 0.3048;       ///< metres per international foot
+inline constexpr double kDegree = kPi / 180;   ///< radians per degree
+inline constexpr double kMilliG = 9.80665e-3;  ///< m/s2 in 1e-3 of standard gravity
+inline constexpr double kFoot = 0.3048;        ///< metres per international foot
 
 }  // namespace surveymc

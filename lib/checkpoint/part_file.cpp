@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "store/atomic_file.h"
 
-namespace surveymc {
+namespace surveymc::checkpoint {
 namespace {
 
 namespace fs = std::filesystem;
@@ -24,7 +24,7 @@ std::string encode(const Part& p) {
   out.put(p.run.threads);
   out.put(p.run.ranks);
   out.put(std::uint64_t{p.inputs.size()});
-  for (const InputTable& t : p.inputs) {
+  for (const config::InputTable& t : p.inputs) {
     out.put(t.path);
     out.put(std::uint64_t{t.names.size()});
     for (std::size_t c = 0; c < t.names.size(); ++c) {
@@ -34,7 +34,7 @@ std::string encode(const Part& p) {
     out.put(t.lines);
   }
   out.put(std::uint64_t{p.texts.size()});
-  for (const InputText& t : p.texts) {
+  for (const config::InputText& t : p.texts) {
     out.put(t.path);
     out.put(t.text);
   }
@@ -44,7 +44,7 @@ std::string encode(const Part& p) {
     for (const std::uint64_t n : {piece.point, piece.blocks.first, piece.blocks.end, piece.blocks_in_all}) out.put(n);
     out.put(piece.whole);
     out.put(std::uint64_t{piece.subtrees.size()});
-    for (const Subtree& s : piece.subtrees) out.put(subtree_to_bytes(s));
+    for (const montecarlo::Subtree& s : piece.subtrees) out.put(montecarlo::subtree_to_bytes(s));
     out.put(piece.result);
   }
   return out.take();
@@ -60,7 +60,7 @@ Part decode(std::string_view body) {
   p.run.threads = in.get<std::int64_t>();
   p.run.ranks = in.get<std::int64_t>();
   p.inputs.resize(in.length(8));
-  for (InputTable& t : p.inputs) {
+  for (config::InputTable& t : p.inputs) {
     t.path = in.text();
     const std::size_t columns = in.length(16);
     for (std::size_t c = 0; c < columns; ++c) {
@@ -70,7 +70,7 @@ Part decode(std::string_view body) {
     t.lines = in.list<int>();
   }
   p.texts.resize(in.length(16));
-  for (InputText& t : p.texts) {
+  for (config::InputText& t : p.texts) {
     t.path = in.text();
     t.text = in.text();
   }
@@ -81,7 +81,7 @@ Part decode(std::string_view body) {
       *n = in.get<std::uint64_t>();
     piece.whole = in.get<bool>();
     piece.subtrees.resize(in.length(16));
-    for (Subtree& s : piece.subtrees) s = subtree_from_bytes(in.text());
+    for (montecarlo::Subtree& s : piece.subtrees) s = montecarlo::subtree_from_bytes(in.text());
     piece.result = in.text();
   }
   return p;
@@ -92,7 +92,7 @@ Part decode(std::string_view body) {
 void write_part(const fs::path& path, const Part& part) {
   const std::string bytes = sealed_record(kMark, encode(part));
   try {
-    AtomicFile file(resolved(path));
+    store::AtomicFile file(store::resolved(path));
     file.write({bytes.begin(), bytes.end()});
     file.commit();
   } catch (const std::system_error& e) {
@@ -122,4 +122,4 @@ PartState part_state(const fs::path& path) {
   return record && record->end == bytes.size() ? PartState::whole : PartState::damaged;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::checkpoint

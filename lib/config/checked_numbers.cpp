@@ -7,7 +7,7 @@
 
 #include "config/suggest.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 constexpr double kMostValues = 1e7;     // more is a typing error in `step`, and would fill the memory
@@ -89,4 +89,4 @@ std::vector<double> expand_steps(const TomlNode& n, const std::string& key, cons
   return x;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -15,7 +15,7 @@
 #include "config/input_file.h"
 #include "config/input_table.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// Closed or open interval of allowed numbers.
 struct Range {
@@ -187,4 +187,4 @@ class Config {
 /// Shortest decimal text that reads back to the same double ("0.1", "51000").
 std::string format_number(double x);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

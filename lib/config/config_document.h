@@ -13,7 +13,7 @@
 #include "config/sweep.h"
 #include "config/toml_tree.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// A default that readers used: its value, and by which points.
 struct UsedDefault {
@@ -71,4 +71,4 @@ struct FileText {
 };
 FileText read_file(const std::filesystem::path& path);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -16,7 +16,7 @@
 #include "config/text.h"
 #include "error_model/model_graph.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 namespace em = error_model;
@@ -445,4 +445,4 @@ std::string model_text(const em::Model& m) {
   return out + "]\n";
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

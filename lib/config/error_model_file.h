@@ -8,7 +8,7 @@
 #include "config/shipped_models.h"
 #include "error_model/model.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 using SharedModel = std::shared_ptr<const error_model::Model>;
 
@@ -37,4 +37,4 @@ SharedModel load_shipped_model(const ShippedModel& shipped);
 /// The model with its functions as TOML that reads back to the same: one [[model]], nothing extended.
 std::string model_text(const error_model::Model& model);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -10,7 +10,7 @@
 #include "base/units.h"
 #include "config/config.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 constexpr std::size_t kColumns = 7;
@@ -82,11 +82,11 @@ std::array<std::vector<double>, kColumns> columns_in_si(const InputTable& table,
 
 }  // namespace
 
-SixAxisReadings readings_from_table(const InputTable& table, const ReadingsConventions& conventions) {
+survey::SixAxisReadings readings_from_table(const InputTable& table, const ReadingsConventions& conventions) {
   std::array<std::string, kColumns> names;
   const auto si = columns_in_si(table, names);
   const double down = conventions.accelerometers == AccelerometerSign::gravity ? 1 : -1;
-  SixAxisReadings r;
+  survey::SixAxisReadings r;
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const int line = table.lines[row];
     if (row > 0 && !(si[0][row] > si[0][row - 1])) {
@@ -94,8 +94,8 @@ SixAxisReadings readings_from_table(const InputTable& table, const ReadingsConve
       throw InputError(fmt::format("{}:{}: {} = {}: must be greater than the one before ({})", table.path, line,
                                    names[0], format_number(md[row]), format_number(md[row - 1])));
     }
-    const Vec3<double> g{down * si[1][row], down * si[2][row], down * si[3][row]};
-    const Vec3<double> b{si[4][row], si[5][row], si[6][row]};
+    const survey::Vec3<double> g{down * si[1][row], down * si[2][row], down * si[3][row]};
+    const survey::Vec3<double> b{si[4][row], si[5][row], si[6][row]};
     const double gravity = norm(g) / conventions.gravity, field = norm(b) / conventions.total_field;
     require(gravity > 0.5 && gravity < 2,
             "{}:{}: {}, {}, {}: their vector is {:.4g} m/s2 long, the reference is {:.4g}: is the unit right, are the "
@@ -116,4 +116,4 @@ SixAxisReadings readings_from_table(const InputTable& table, const ReadingsConve
   return r;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

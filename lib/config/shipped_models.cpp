@@ -9,7 +9,7 @@
 #include "config/suggest.h"
 #include "config/text.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 constexpr std::string_view kHeader = "[[model]]\n";
@@ -112,4 +112,4 @@ const FunctionTable& shipped_functions() {
   return functions;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

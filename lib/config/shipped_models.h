@@ -9,7 +9,7 @@
 #include "config/input_table.h"
 #include "error_model/model.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// The files; `path` is a file's name without folder and ending.
 const std::vector<InputText>& shipped_error_model_files();
@@ -40,4 +40,4 @@ using FunctionTable = std::map<std::string, std::shared_ptr<const error_model::F
 /// The weighting functions that every model may name: functions.toml.
 const FunctionTable& shipped_functions();
 
-}  // namespace surveymc
+}  // namespace surveymc::config

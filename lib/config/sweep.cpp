@@ -10,7 +10,7 @@
 #include "config/shipped_models.h"
 #include "config/text.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 constexpr double kMostPoints = 1e7;  // more is a typing error, and would fill the memory
@@ -312,4 +312,4 @@ std::string Sweep::toml() const {
   return out;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

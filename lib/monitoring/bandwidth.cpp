@@ -6,7 +6,7 @@
 #include "monitoring/aakr.h"
 #include "monitoring/training.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 std::vector<BandwidthScore> search_bandwidth(const Samples& z, const Samples& truth, Eigen::Index vectors,
                                              const std::vector<double>& bandwidths, int folds) {
@@ -37,4 +37,4 @@ std::vector<BandwidthScore> search_bandwidth(const Samples& z, const Samples& tr
   return scores;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

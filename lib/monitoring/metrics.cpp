@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 void MeanSquareError::add(const Samples& predicted, const Samples& target) {
   sum_ += (predicted - target).array().square().colwise().sum().matrix();
@@ -57,4 +57,4 @@ double mean_cross_sensitivity(const Eigen::MatrixXd& s) {
   return mean_where(s, [&](Eigen::Index j, Eigen::Index) { return std::isnan(s(j, j)); });
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

@@ -8,7 +8,7 @@
 
 #include "base/units.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 std::vector<double> sprt_alarm_probability(const SprtOptions& o, double mean, double sd, int samples) {
   const double lower = sprt_lower(o), upper = sprt_upper(o), slope = o.shift / o.variance;
@@ -57,4 +57,4 @@ std::vector<double> sprt_alarm_probability(const SprtOptions& o, double mean, do
   return by_sample;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

@@ -3,7 +3,7 @@
 
 #include "error_model/model.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 using error_model::PropagationMode;
 
@@ -47,4 +47,4 @@ class ErrorSum {
   Eigen::Matrix3d past_ = Eigen::Matrix3d::Zero();
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -1,8 +1,8 @@
 #include "propagate/gyro_sections.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
-std::vector<GyroStretch> gyro_stretches(const Survey& survey, std::size_t first, std::size_t end,
+std::vector<GyroStretch> gyro_stretches(const survey::Survey& survey, std::size_t first, std::size_t end,
                                         const error_model::Gyro& gyro) {
   const auto is_initialised = [&](std::size_t k) {
     return !gyro.initialise_at || survey.stations[k].inclination >= *gyro.initialise_at;
@@ -18,7 +18,7 @@ std::vector<GyroStretch> gyro_stretches(const Survey& survey, std::size_t first,
     stretch.section = section;
     if (stretch.is_continuous) {
       ++section;
-      const Station& before = survey.stations[stretch.first - 1];
+      const survey::Station& before = survey.stations[stretch.first - 1];
       stretch.initialised_from = stretch.first - 1;
       stretch.initialised_inclination = gyro.initialise_at.value_or(before.inclination);
       stretch.initialised_azimuth = before.azimuth;
@@ -37,4 +37,4 @@ const error_model::GyroZone* zone_at(const error_model::Gyro& gyro, const std::s
   return nullptr;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -18,7 +18,7 @@
 #include "error_model/model.h"
 #include "survey/survey.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 /// Stations of one mode, one after the other.
 struct GyroStretch {
@@ -32,10 +32,10 @@ struct GyroStretch {
 };
 
 /// The stretches of the leg with the stations first to end - 1; first >= 1.
-std::vector<GyroStretch> gyro_stretches(const Survey& survey, std::size_t first, std::size_t end,
+std::vector<GyroStretch> gyro_stretches(const survey::Survey& survey, std::size_t first, std::size_t end,
                                         const error_model::Gyro& gyro);
 
 /// The zone of `axis` that an inclination (rad) is in; null if it is in none. The last zone of all has no upper end.
 const error_model::GyroZone* zone_at(const error_model::Gyro& gyro, const std::string& axis, double inclination);
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -9,7 +9,7 @@
 
 #include "error_model/model_graph.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 namespace {
 
 namespace em = error_model;
@@ -26,11 +26,11 @@ struct Directions {
   std::vector<double> sin_i, cos_i, sin_a, cos_a, sin_am, cos_am;
   std::vector<double> north, east;  ///< of the tangents; down is cos_i
 
-  Directions(const Survey& survey, double declination) {
+  Directions(const survey::Survey& survey, double declination) {
     const std::size_t n = survey.stations.size();
     for (auto* v : {&sin_i, &cos_i, &sin_a, &cos_a, &sin_am, &cos_am, &north, &east}) v->resize(n);
     for (std::size_t k = 0; k < n; ++k) {
-      const Station& s = survey.stations[k];
+      const survey::Station& s = survey.stations[k];
       sin_i[k] = std::sin(s.inclination);
       cos_i[k] = std::cos(s.inclination);
       sin_a[k] = std::sin(s.azimuth);
@@ -54,7 +54,8 @@ struct Displacements {
   Column length;                    ///< of the interval before the station, m
   std::array<bool, kBlock> is_vertical;
 
-  void set(const Survey& survey, const Directions& d, std::size_t first, std::size_t count, bool first_doubled) {
+  void set(const survey::Survey& survey, const Directions& d, std::size_t first, std::size_t count,
+           bool first_doubled) {
     const std::size_t last = survey.stations.size() - 1;
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t k = first + i, after = std::min(k + 1, last);  // nothing asks for the full ones of the last
@@ -108,8 +109,9 @@ std::size_t stretch_index(const std::vector<GyroStretch>& stretches, std::size_t
 /// The functions of one tool run, evaluated block after block.
 class RunWeights {
  public:
-  RunWeights(const em::Model& model, const em::ModelGraph& graph, const Survey& survey, const std::vector<double>& tvd,
-             const Directions& directions, const ReferenceField& field, double latitude)
+  RunWeights(const em::Model& model, const em::ModelGraph& graph, const survey::Survey& survey,
+             const std::vector<double>& tvd, const Directions& directions, const survey::ReferenceField& field,
+             double latitude)
       : model_(model),
         graph_(graph),
         survey_(survey),
@@ -254,7 +256,7 @@ class RunWeights {
 
   const em::Model& model_;
   const em::ModelGraph& graph_;
-  const Survey& survey_;
+  const survey::Survey& survey_;
   const std::vector<double>& tvd_;
   const Directions& directions_;
   double declination_;
@@ -464,7 +466,7 @@ std::array<bool, kBlock> group_begins(const std::vector<GyroStretch>& stretches,
 /// The sources, moved along the well.
 class Propagation {
  public:
-  Propagation(const Survey& survey, const std::vector<ToolRun>& runs, SourceDetail detail, ToolCovariances& out)
+  Propagation(const survey::Survey& survey, const std::vector<ToolRun>& runs, SourceDetail detail, ToolCovariances& out)
       : survey_(survey), runs_(runs), detail_(detail), sources_(runs), out_(out) {
     const std::size_t n = survey.stations.size();
     out.sources = sources_.codes;
@@ -562,7 +564,7 @@ class Propagation {
       if (f == &formula) all.push_back({run, t, 1, k, k, fmt::format("{} = \"{}\"", key, formula.text)});
   }
 
-  const Survey& survey_;
+  const survey::Survey& survey_;
   const std::vector<ToolRun>& runs_;
   SourceDetail detail_;
   Sources sources_;
@@ -574,14 +576,15 @@ class Propagation {
 
 }  // namespace
 
-double azimuth_before(const Station& before, const Station& at) {
+double azimuth_before(const survey::Station& before, const survey::Station& at) {
   if (before.inclination < em::kVerticalLimit) return at.azimuth;
   const double turn = at.azimuth - before.azimuth;
   return std::abs(turn) <= kPi ? before.azimuth : at.azimuth - std::remainder(turn, 2 * kPi);
 }
 
-ToolCovariances tool_covariances(const Survey& survey, const std::vector<double>& tvd, const std::vector<ToolRun>& runs,
-                                 const ReferenceField& field, double latitude, SourceDetail detail) {
+ToolCovariances tool_covariances(const survey::Survey& survey, const std::vector<double>& tvd,
+                                 const std::vector<ToolRun>& runs, const survey::ReferenceField& field, double latitude,
+                                 SourceDetail detail) {
   const std::size_t n = survey.stations.size();
   const Directions directions(survey, field.declination);
   ToolCovariances out;
@@ -611,4 +614,4 @@ ToolCovariances tool_covariances(const Survey& survey, const std::vector<double>
   return out;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -8,11 +8,11 @@
 #include <Eigen/Core>
 
 #include "error_model/model.h"
-#include "field/reference_field.h"
 #include "propagate/gyro_sections.h"
+#include "survey/reference_field.h"
 #include "survey/survey.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 /// A part of a survey that was measured with one tool: the stations `first` (index, at least 1: the tie-on belongs to
 /// no run) and after, up to the next run.
@@ -61,11 +61,12 @@ struct ToolCovariances {
 ///
 /// `tvd`: true vertical depth of every station, m. `latitude`: rad, NaN where no formula needs it. Runs in order, the
 /// first with first = 1. Time is linear in stations times terms; a function is evaluated once a station.
-ToolCovariances tool_covariances(const Survey& survey, const std::vector<double>& tvd, const std::vector<ToolRun>& runs,
-                                 const ReferenceField& field, double latitude, SourceDetail detail);
+ToolCovariances tool_covariances(const survey::Survey& survey, const std::vector<double>& tvd,
+                                 const std::vector<ToolRun>& runs, const survey::ReferenceField& field, double latitude,
+                                 SourceDetail detail);
 
 /// The azimuth of the station before, within 180 deg of the azimuth at hand; that itself, if the station before is
 /// vertical. rad
-double azimuth_before(const Station& before, const Station& at);
+double azimuth_before(const survey::Station& before, const survey::Station& at);
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -7,7 +7,7 @@
 
 #include "error_model/model_graph.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 namespace {
 
 namespace em = error_model;
@@ -59,8 +59,8 @@ bool holds_at(const em::Model& m, double inclination, double magnetic_azimuth) {
   return is_in_range(m, inclination) && !is_excluded(m, inclination, magnetic_azimuth);
 }
 
-std::vector<Validity> tool_validity(const Survey& survey, const std::vector<ToolRun>& runs, const ReferenceField& field,
-                                    double latitude) {
+std::vector<Validity> tool_validity(const survey::Survey& survey, const std::vector<ToolRun>& runs,
+                                    const survey::ReferenceField& field, double latitude) {
   std::vector<Validity> out;
   std::map<std::pair<std::string, em::PropagationMode>, std::pair<const em::Function*, std::string>> functions;
   for (std::size_t r = 0; r < runs.size(); ++r) {
@@ -111,4 +111,4 @@ Validity validity_of(const NonFiniteTerm& t, const std::vector<ToolRun>& runs) {
                       term.code, term.function->name, t.formula, kLargestAngle)};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

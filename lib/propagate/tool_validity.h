@@ -6,7 +6,7 @@
 
 #include "propagate/tool_covariance.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 enum class ValidityRule {
   inclination_range,    ///< stations outside of the model's range of inclinations
@@ -28,8 +28,8 @@ struct Validity {
 
 /// In the order of runs and rules; `latitude` as for tool_covariances. What only the covariance itself shows
 /// (not_finite) is not among them.
-std::vector<Validity> tool_validity(const Survey& survey, const std::vector<ToolRun>& runs, const ReferenceField& field,
-                                    double latitude);
+std::vector<Validity> tool_validity(const survey::Survey& survey, const std::vector<ToolRun>& runs,
+                                    const survey::ReferenceField& field, double latitude);
 /// NonFiniteTerm as a row of validity.
 Validity validity_of(const NonFiniteTerm& term, const std::vector<ToolRun>& runs);
 
@@ -37,4 +37,4 @@ Validity validity_of(const NonFiniteTerm& term, const std::vector<ToolRun>& runs
 /// west.
 bool holds_at(const error_model::Model& model, double inclination, double magnetic_azimuth);
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -3,7 +3,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 namespace {
 
@@ -26,48 +26,49 @@ Weights turn(double lateral) { return {0, lateral}; }
 
 struct Kind {
   const char* code;
-  SensorTerm kind;
+  survey::SensorTerm kind;
   int axis;
   bool with_toolface;
   Weights (*weights)(const Geometry&);
 };
 /// The formulas of configs/error_models/functions.toml in closed form (held together by a test).
 constexpr std::array<Kind, 14> kKinds{{
-    {"ABXY-TI1", kAccelerometerBias, 0, true, [](const G& s) { return tilt(s, -s.cos_i / s.gravity); }},
-    {"ABXY-TI2", kAccelerometerBias, 0, true,
+    {"ABXY-TI1", survey::kAccelerometerBias, 0, true, [](const G& s) { return tilt(s, -s.cos_i / s.gravity); }},
+    {"ABXY-TI2", survey::kAccelerometerBias, 0, true,
      [](const G& s) { return turn((s.cos_i - s.tan_dip * s.sin_i * s.cos_am) / s.gravity); }},
-    {"ABZ", kAccelerometerBias, 2, false, [](const G& s) { return tilt(s, -s.sin_i / s.gravity); }},
-    {"ASXY-TI1", kAccelerometerScale, 0, false, [](const G& s) { return tilt(s, s.sin_i * s.cos_i / kSqrt2); }},
-    {"ASXY-TI2", kAccelerometerScale, 0, true, [](const G& s) { return tilt(s, s.sin_i * s.cos_i / 2); }},
-    {"ASXY-TI3", kAccelerometerScale, 0, true,
+    {"ABZ", survey::kAccelerometerBias, 2, false, [](const G& s) { return tilt(s, -s.sin_i / s.gravity); }},
+    {"ASXY-TI1", survey::kAccelerometerScale, 0, false, [](const G& s) { return tilt(s, s.sin_i * s.cos_i / kSqrt2); }},
+    {"ASXY-TI2", survey::kAccelerometerScale, 0, true, [](const G& s) { return tilt(s, s.sin_i * s.cos_i / 2); }},
+    {"ASXY-TI3", survey::kAccelerometerScale, 0, true,
      [](const G& s) { return turn(s.sin_i * (s.tan_dip * s.sin_i * s.cos_am - s.cos_i) / 2); }},
-    {"ASZ", kAccelerometerScale, 2, false, [](const G& s) { return tilt(s, -s.sin_i * s.cos_i); }},
-    {"MBXY-TI1", kMagnetometerBias, 0, true,
+    {"ASZ", survey::kAccelerometerScale, 2, false, [](const G& s) { return tilt(s, -s.sin_i * s.cos_i); }},
+    {"MBXY-TI1", survey::kMagnetometerBias, 0, true,
      [](const G& s) { return turn(-s.sin_i * s.cos_i * s.sin_am / s.horizontal_field); }},
-    {"MBXY-TI2", kMagnetometerBias, 0, true, [](const G& s) { return turn(s.sin_i * s.cos_am / s.horizontal_field); }},
-    {"MBZ", kMagnetometerBias, 2, false,
+    {"MBXY-TI2", survey::kMagnetometerBias, 0, true,
+     [](const G& s) { return turn(s.sin_i * s.cos_am / s.horizontal_field); }},
+    {"MBZ", survey::kMagnetometerBias, 2, false,
      [](const G& s) { return turn(-s.sin_i * s.sin_i * s.sin_am / s.horizontal_field); }},
-    {"MSXY-TI1", kMagnetometerScale, 0, false,
+    {"MSXY-TI1", survey::kMagnetometerScale, 0, false,
      [](const G& s) {
        return turn(s.sin_i * s.sin_i * s.sin_am * (s.tan_dip * s.cos_i + s.sin_i * s.cos_am) / kSqrt2);
      }},
-    {"MSXY-TI2", kMagnetometerScale, 0, true,
+    {"MSXY-TI2", survey::kMagnetometerScale, 0, true,
      [](const G& s) {
        return turn(s.sin_i * s.sin_am * (s.tan_dip * s.sin_i * s.cos_i - s.cos_i * s.cos_i * s.cos_am - s.cos_am) / 2);
      }},
-    {"MSXY-TI3", kMagnetometerScale, 0, true,
+    {"MSXY-TI3", survey::kMagnetometerScale, 0, true,
      [](const G& s) {
        return turn(s.sin_i * (s.cos_i * (s.cos_am * s.cos_am - s.sin_am * s.sin_am) - s.tan_dip * s.sin_i * s.cos_am) /
                    2);
      }},
-    {"MSZ", kMagnetometerScale, 2, false,
+    {"MSZ", survey::kMagnetometerScale, 2, false,
      [](const G& s) { return turn(-s.sin_i * s.sin_i * s.sin_am * (s.sin_i * s.cos_am + s.tan_dip * s.cos_i)); }},
 }};
 
 }  // namespace
 
 std::array<ToolfaceIndependentTerm, 14> toolface_independent_terms(double inclination, double azimuth,
-                                                                   const ReferenceField& field) {
+                                                                   const survey::ReferenceField& field) {
   const Geometry s{std::sin(inclination),
                    std::cos(inclination),
                    std::sin(azimuth),
@@ -84,10 +85,12 @@ std::array<ToolfaceIndependentTerm, 14> toolface_independent_terms(double inclin
   return terms;
 }
 
-std::vector<TangentErrors> toolface_independent_errors(const Survey& survey, const ReferenceField& field,
-                                                       const SensorTermArray& sd, ToolfacePropagation propagation) {
+std::vector<TangentErrors> toolface_independent_errors(const survey::Survey& survey,
+                                                       const survey::ReferenceField& field,
+                                                       const survey::SensorTermArray& sd,
+                                                       ToolfacePropagation propagation) {
   std::vector<TangentErrors> errors;
-  for (const Station& s : survey.stations) {
+  for (const survey::Station& s : survey.stations) {
     const auto terms = toolface_independent_terms(s.inclination, s.azimuth - field.declination, field);
     const double si = std::sin(s.inclination), ci = std::cos(s.inclination), sa = std::sin(s.azimuth),
                  ca = std::cos(s.azimuth);
@@ -106,4 +109,4 @@ std::vector<TangentErrors> toolface_independent_errors(const Survey& survey, con
   return errors;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -5,7 +5,7 @@
 
 #include "base/units.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
@@ -16,7 +16,7 @@ std::vector<double> vertical_station_weights(int legs, double spacing) {
   return w;
 }
 
-double magnetic_toolface(const Vec3<double>& field_T) {
+double magnetic_toolface(const survey::Vec3<double>& field_T) {
   const double t = std::atan2(field_T.x, field_T.y);
   return t < 0 ? t + 2 * kPi : t;
 }
@@ -108,4 +108,4 @@ Matrix2d as_drilled_covariance(const TwoSources& sources, const std::vector<doub
   return c;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -13,13 +13,13 @@
 
 #include "survey/frames.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 /// w_k of `legs` equal legs: spacing / 2 at both ends, spacing between.
 std::vector<double> vertical_station_weights(int legs, double spacing);
 
 /// Direction of the horizontal field in the tool, from y: Bx = |..| sin alpha_m, By = |..| cos alpha_m (eq 17).
-double magnetic_toolface(const Vec3<double>& field_T);
+double magnetic_toolface(const survey::Vec3<double>& field_T);
 
 /// Eqs 19 and 20 for a given sequence of magnetic toolfaces:
 ///   dr/dABX = w (-sin alpha_m, cos alpha_m)/G,  dr/dABY = w (-cos alpha_m, -sin alpha_m)/G.
@@ -52,4 +52,4 @@ Eigen::Matrix2d random_covariance(const TwoSources& sources);
 /// S among stations of equal toolface (fictive_correlation), R between others: a slide as S, rotation as R.
 Eigen::Matrix2d as_drilled_covariance(const TwoSources& sources, const std::vector<double>& toolfaces);
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace surveymc {
+namespace surveymc::random {
 
 /// The numbers are part of every archived result: a study keeps its own for good, and a new study takes one that no
 /// study ever had. At most 65535.
@@ -65,4 +65,4 @@ struct StudySeed {
   StudyId study = StudyId::none;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::random

@@ -11,7 +11,7 @@
 #include "reliability/levenberg.h"
 #include "simd/dual.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 using Eigen::Index;
@@ -40,11 +40,11 @@ struct Direction {
   StationJacobian jacobian;
 };
 Direction direction_of(const std::array<double, kReadings>& readings) {
-  using D = Dual<double, kReadings>;
+  using D = simd::Dual<double, kReadings>;
   std::array<D, kReadings> y;
   for (std::size_t i = 0; i < kReadings; ++i) y[i] = D::variable(readings[i], i);
-  const Vec3<D> g{y[0], y[1], y[2]};
-  const Vec3<D> t = tangent_from_fields(scale(D(1.0) / norm(g), g), {y[3], y[4], y[5]});
+  const survey::Vec3<D> g{y[0], y[1], y[2]};
+  const survey::Vec3<D> t = survey::tangent_from_fields(scale(D(1.0) / norm(g), g), {y[3], y[4], y[5]});
   Direction d;
   for (const auto& [row, x] : {std::pair{0, &t.x}, std::pair{1, &t.y}, std::pair{2, &t.z}}) {
     d.values[row] = x->a;
@@ -219,15 +219,15 @@ StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in
       const Index term = refs + 3 + static_cast<Index>(i);
       corrected[i] = has_systematic(model) ? r[i] - adjusted[term] - adjusted[term + kSix] * r[i] : r[i];
     }
-    a.attitudes.push_back(
-        attitude_from_fields({corrected[0], corrected[1], corrected[2]}, {corrected[3], corrected[4], corrected[5]}));
+    a.attitudes.push_back(survey::attitude_from_fields({corrected[0], corrected[1], corrected[2]},
+                                                       {corrected[3], corrected[4], corrected[5]}));
   }
   for (std::size_t j = 0; j < 3; ++j)
     a.references[j] = has_references(model) ? adjusted[refs + static_cast<Index>(j)] : in.references[j];
   return a;
 }
 
-ParityModel linear_model(const AdjustmentModel& model, const std::vector<Attitude>& attitudes) {
+ParityModel linear_model(const AdjustmentModel& model, const std::vector<survey::Attitude>& attitudes) {
   check_stations(model, attitudes.size());
   std::vector<std::array<double, kReadings>> readings(attitudes.size());
   VectorXd y = VectorXd::Zero(count_of(model, attitudes.size()));
@@ -246,4 +246,4 @@ ParityModel linear_model(const AdjustmentModel& model, const std::vector<Attitud
   return without(all, {static_cast<Index>(index_of(Observation::bz))});
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

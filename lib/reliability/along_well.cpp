@@ -10,7 +10,7 @@
 #include "reliability/reliability_grid.h"
 #include "survey/minimum_curvature.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 using Eigen::Index;
@@ -42,8 +42,8 @@ struct StationTerms {
 struct Turning {
   Six tangent, angles;
 };
-Turning turning(const Attitude& at, double dip) {
-  const Vector3d u = to_eigen(down_T(at)), h = to_eigen(magnetic_T(at, 1, dip));
+Turning turning(const survey::Attitude& at, double dip) {
+  const Vector3d u = survey::to_eigen(survey::down_T(at)), h = survey::to_eigen(survey::magnetic_T(at, 1, dip));
   const Vector3d n = (h - std::sin(dip) * u) / std::cos(dip), e = u.cross(n);
   Six phi;
   phi << -e.transpose(), Eigen::RowVector3d::Zero(), n.transpose(), Eigen::RowVector3d::Zero(),
@@ -64,18 +64,19 @@ Turning turning(const Attitude& at, double dip) {
   return r;
 }
 
-std::vector<StationTerms> station_terms(const AdjustmentModel& model, const Survey& survey) {
-  const ReferenceField& f = model.field;
-  std::vector<Vec3<double>> tangents;
-  for (const Station& s : survey.stations) tangents.push_back(tangent_N({s.inclination, s.azimuth, s.toolface}));
-  const std::vector<Matrix3d> by_tangent = final_position_by_tangent(survey.md(), tangents);
+std::vector<StationTerms> station_terms(const AdjustmentModel& model, const survey::Survey& survey) {
+  const survey::ReferenceField& f = model.field;
+  std::vector<survey::Vec3<double>> tangents;
+  for (const survey::Station& s : survey.stations)
+    tangents.push_back(survey::tangent_N({s.inclination, s.azimuth, s.toolface}));
+  const std::vector<Matrix3d> by_tangent = survey::final_position_by_tangent(survey.md(), tangents);
   Matrix3d north;  // from magnetic to true
   north << std::cos(f.declination), -std::sin(f.declination), 0, std::sin(f.declination), std::cos(f.declination), 0, 0,
       0, 1;
   const bool systematic = model.mode == AdjustmentMode::mse_shared && model.systematic_terms;
   std::vector<StationTerms> all;
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
-    const Attitude at = magnetic_attitude(survey.stations[k], f.declination);
+    const survey::Attitude at = survey::magnetic_attitude(survey.stations[k], f.declination);
     const Observations y = true_observations(at, f), v = observation_variances(model, y);
     StationTerms s;
     Observations relative = y;
@@ -137,10 +138,10 @@ Vector3d reach(const Vector3d& per_unit, double sd, double detectable) {
 
 }  // namespace
 
-WellReliability reliability_along_well(const AdjustmentModel& model, const Survey& survey, double lambda0) {
+WellReliability reliability_along_well(const AdjustmentModel& model, const survey::Survey& survey, double lambda0) {
   const std::vector<StationTerms> terms = station_terms(model, survey);
   const bool shared = model.mode == AdjustmentMode::mse_shared;
-  const ReferenceField& f = model.field;
+  const survey::ReferenceField& f = model.field;
   const SigmaModel& sigma = model.sigma;
   const Index width = terms.front().shared.cols();
 
@@ -266,14 +267,14 @@ struct WellErrors::Shared {
 
 WellErrors::~WellErrors() = default;
 
-WellErrors::WellErrors(const AdjustmentModel& model, const Survey& survey, double lambda0, DetectedBy test)
+WellErrors::WellErrors(const AdjustmentModel& model, const survey::Survey& survey, double lambda0, DetectedBy test)
     : model_(model), survey_(survey), lambda0_(lambda0), test_(test) {
   if (model.mode != AdjustmentMode::mse_shared) return;
   shared_ = std::make_unique<Shared>();
   Shared& s = *shared_;
   s.terms = station_terms(model, survey);
   const Index width = s.terms.front().shared.cols();
-  const ReferenceField& f = model.field;
+  const survey::ReferenceField& f = model.field;
   s.unit = VectorXd::Ones(width);
   s.sd = VectorXd(width);
   s.sd.head<3>() << model.sigma.gravity / f.gravity, model.sigma.total_field / f.total, model.sigma.dip;
@@ -297,8 +298,8 @@ FoundError WellErrors::of(std::size_t k, std::size_t observation, int sign) cons
   if (shared_ && observation >= kReadings)
     throw std::invalid_argument("a reference that all stations share is no error of one");
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const Station& station = survey_.stations[k];
-  StationInWell in{model_, magnetic_attitude(station, model_.field.declination), {}};
+  const survey::Station& station = survey_.stations[k];
+  StationInWell in{model_, survey::magnetic_attitude(station, model_.field.declination), {}};
   if (shared_) {
     const StationTerms& own = shared_->terms[k];
     const MatrixXd scaled = own.shared * shared_->sd.asDiagonal();
@@ -317,17 +318,19 @@ FoundError WellErrors::of(std::size_t k, std::size_t observation, int sign) cons
   found.inclination = angles.inclination;
   found.toolface = angles.toolface;
   found.azimuth = angles.azimuth;
-  const Vec3<double> moved = magnetic_to_true(tangent_from_fields(from_eigen(e.down.normalized()), from_eigen(e.field)),
-                                              std::sin(model_.field.declination), std::cos(model_.field.declination));
+  const survey::Vec3<double> moved = survey::magnetic_to_true(
+      survey::tangent_from_fields(survey::from_eigen(e.down.normalized()), survey::from_eigen(e.field)),
+      std::sin(model_.field.declination), std::cos(model_.field.declination));
   const auto tangent = [&](std::size_t j) {
-    const Station& s = survey_.stations[j];
-    return tangent_N({s.inclination, s.azimuth, s.toolface});
+    const survey::Station& s = survey_.stations[j];
+    return survey::tangent_N({s.inclination, s.azimuth, s.toolface});
   };
   found.position.setZero();
-  const auto leg = [&](std::size_t from, const Vec3<double>& a, const Vec3<double>& b) {
-    return to_eigen(minimum_curvature_leg(survey_.stations[from + 1].md - survey_.stations[from].md, a, b));
+  const auto leg = [&](std::size_t from, const survey::Vec3<double>& a, const survey::Vec3<double>& b) {
+    return survey::to_eigen(
+        survey::minimum_curvature_interval(survey_.stations[from + 1].md - survey_.stations[from].md, a, b));
   };
-  const Vec3<double> here = tangent(k);
+  const survey::Vec3<double> here = tangent(k);
   if (k > 0) found.position += leg(k - 1, tangent(k - 1), moved) - leg(k - 1, tangent(k - 1), here);
   if (k + 1 < survey_.stations.size()) found.position += leg(k, moved, tangent(k + 1)) - leg(k, here, tangent(k + 1));
   if (shared_) {
@@ -338,4 +341,4 @@ FoundError WellErrors::of(std::size_t k, std::size_t observation, int sign) cons
   return found;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

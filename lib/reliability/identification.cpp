@@ -9,7 +9,7 @@
 
 #include "base/units.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 /// Integral of R^2 phi(R - c) over R > from: with x = R - c, (x + c)^2 phi(x) has a closed integral.
@@ -73,4 +73,4 @@ LinearRates linear_rates(const ParityModel& m, const Eigen::VectorXd& shift, Eig
   return rates;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

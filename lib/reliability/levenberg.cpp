@@ -8,7 +8,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 using Eigen::Dynamic;
@@ -340,4 +340,4 @@ Minimum minimum_of_omega(const AdjustmentModel& model, const StationReadings& y,
   return Descent<Dynamic, Dynamic>(model, y, variances, out, shared_covariance).run();
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -9,7 +9,7 @@
 
 #include "reliability/station_kernel.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 using Eigen::Index;
@@ -159,4 +159,4 @@ double detectable_along(const ParityModel& m, const VectorXd& direction, double 
   return size > 0 ? lambda0 / size : kInfinity;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -12,7 +12,7 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <boost/math/tools/roots.hpp>
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 namespace bm = boost::math;
@@ -99,4 +99,4 @@ double identifiable_shift(double rho, double power) {
   return (bracket.first + bracket.second) / 2;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

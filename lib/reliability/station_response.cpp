@@ -9,7 +9,7 @@
 
 #include "reliability/reliability_grid.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 using Eigen::Index;
@@ -55,7 +55,7 @@ StationSines<double> station_sines(double inclination_deg, double toolface_deg, 
 
 StationResponse::StationResponse(const AdjustmentModel& model, const StationSines<double>& s)
     : sines_(s), stations_(model.mode == AdjustmentMode::mse_shared ? model.stations : 1), mode_(model.mode) {
-  const ReferenceField& f = model.field;
+  const survey::ReferenceField& f = model.field;
   unit_ << Vector3::Constant(f.gravity), Vector3::Constant(f.total), f.gravity, f.total, 1;
   const Directions d = directions_of(s);
   const Vector3 field = s.cd * d.north + s.sd * d.down, by_dip = s.cd * d.down - s.sd * d.north;
@@ -184,4 +184,4 @@ WeakestDirection weakest_direction(const Eigen::MatrixXd& information) {
   return w;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

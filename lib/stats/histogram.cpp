@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 std::size_t HistogramBins::bin(double value) const {
   if (!(value > 0)) return 0;
@@ -33,4 +33,4 @@ Interval histogram_quantile_interval(const HistogramBins& b, const std::uint64_t
   return {histogram_quantile(b, counts, probability - half), histogram_quantile(b, counts, probability + half)};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -4,7 +4,7 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -44,4 +44,4 @@ MatrixXd Cholesky::lower() const { return factor_.matrixL(); }
 MatrixXd Cholesky::solve(const MatrixXd& b) const { return factor_.solve(b); }
 MatrixXd Cholesky::solve_lower(const MatrixXd& b) const { return factor_.matrixL().solve(b); }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

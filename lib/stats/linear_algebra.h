@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 struct SymmetricEigen {
   Eigen::VectorXd values;   ///< ascending
@@ -46,4 +46,4 @@ class Cholesky {
 };
 Cholesky cholesky(const Eigen::MatrixXd& a);
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 double sorted_quantile(const std::vector<double>& sorted, double share) {
   const auto rank =
@@ -33,4 +33,4 @@ Interval median_interval(const std::vector<double>& sorted, double confidence) {
   return {sorted[l - 1], sorted[n - l]};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -6,7 +6,7 @@
 #include "stats/intervals.h"
 #include "stats/linear_algebra.h"
 
-namespace surveymc {
+namespace surveymc::stats {
 
 WishartTest wishart_test(const Eigen::MatrixXd& sample, const Eigen::MatrixXd& predicted, std::uint64_t count) {
   const double d = static_cast<double>(predicted.rows()), n = static_cast<double>(count) - 1;
@@ -20,4 +20,4 @@ WishartTest wishart_test(const Eigen::MatrixXd& sample, const Eigen::MatrixXd& p
   return {statistic, chi_squared_upper_tail(d * (d + 1) / 2, statistic)};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

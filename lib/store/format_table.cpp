@@ -6,7 +6,7 @@
 
 #include "store/table.h"
 
-namespace surveymc {
+namespace surveymc::store {
 namespace {
 
 constexpr std::size_t kSentence = 20;  // a wider text is a note, not a word
@@ -297,4 +297,4 @@ std::string format_table(const Table& table, const TableFormat& format) {
   return out;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::store

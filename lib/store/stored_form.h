@@ -10,7 +10,7 @@
 
 #include "store/table.h"
 
-namespace surveymc {
+namespace surveymc::store {
 
 static_assert(std::endian::native == std::endian::little, "hashes and native HDF5 types assume little endian");
 
@@ -35,4 +35,4 @@ std::string input_group_name(const std::string& path, std::set<std::string>& tak
 
 std::size_t axis_size(const Axis& axis);
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-namespace surveymc {
+namespace surveymc::store {
 
 /// One column of a table. All columns of a table have one length.
 struct Column {
@@ -79,4 +79,4 @@ std::string format_table(const Table& table, const TableFormat& format = {});
 /// to the same bits, NaN as an empty cell.
 std::string to_csv(const Table& table);
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-namespace surveymc {
+namespace surveymc::study {
 namespace {
 
 /// An entry without `formulation` speaks of every formulation.
@@ -13,7 +13,7 @@ bool covers(const RowName& entry, const RowName& row) {
          (entry.formulation.empty() || entry.formulation == row.formulation);
 }
 
-void require_known(const ConfigReader& entry, const std::string& key, const RowName& name,
+void require_known(const config::ConfigReader& entry, const std::string& key, const RowName& name,
                    const std::vector<RowName>& rows) {
   if (std::any_of(rows.begin(), rows.end(), [&](const RowName& r) { return covers(name, r); })) return;
   std::string known;
@@ -29,9 +29,9 @@ void require_known(const ConfigReader& entry, const std::string& key, const RowN
 
 }  // namespace
 
-Annotations Annotations::read(ConfigReader& config, const std::vector<RowName>& rows) {
+Annotations Annotations::read(config::ConfigReader& config, const std::vector<RowName>& rows) {
   Annotations a;
-  for (ConfigReader& entry : config.tables("published")) {
+  for (config::ConfigReader& entry : config.tables("published")) {
     entry.text("source");
     a.has_published_ = true;
     RowName name{entry.text("table"), entry.has("formulation") ? entry.text("formulation") : "", ""};
@@ -42,7 +42,7 @@ Annotations Annotations::read(ConfigReader& config, const std::vector<RowName>& 
       if (here) a.published_.push_back({name, value});
     }
   }
-  for (ConfigReader& entry : config.tables("expect")) {
+  for (config::ConfigReader& entry : config.tables("expect")) {
     RowName name{entry.text("table"), entry.has("formulation") ? entry.text("formulation") : "", ""};
     const std::string verdict = entry.choice("verdict", {"agrees", "differs", "undecided"});
     const bool here = entry.matches_point("at");
@@ -71,4 +71,4 @@ void Annotations::apply(const std::string& table, std::vector<ComparisonRow>& ro
   }
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::study

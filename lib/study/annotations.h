@@ -6,7 +6,7 @@
 #include "config/config.h"
 #include "study/comparison.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 /// Names of a row that a table will have.
 struct RowName {
@@ -19,7 +19,7 @@ struct RowName {
 class Annotations {
  public:
   /// Throws InputError for a table, formulation or quantity that is not among `rows`.
-  static Annotations read(ConfigReader& config, const std::vector<RowName>& rows);
+  static Annotations read(config::ConfigReader& config, const std::vector<RowName>& rows);
 
   /// True if the config has published values, for this point or for another.
   bool has_published() const { return has_published_; }
@@ -42,4 +42,4 @@ class Annotations {
   bool has_published_ = false;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -7,23 +7,23 @@
 
 #include "base/units.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 namespace {
 
 /// The model of a file that `error_model.name` names, or its only one.
-NamedErrorModel read_model_of_file(ConfigReader& c) {
+NamedErrorModel read_model_of_file(config::ConfigReader& c) {
   const std::string file = c.text("error_model.file");
-  const std::vector<SharedModel> models = read_error_models(c.toml("error_model.file"), file);
+  const std::vector<config::SharedModel> models = config::read_error_models(c.toml("error_model.file"), file);
   if (!c.has("error_model.name")) {
     std::string names;
-    for (const SharedModel& m : models) names += (names.empty() ? "\"" : ", \"") + m->name + "\"";
+    for (const config::SharedModel& m : models) names += (names.empty() ? "\"" : ", \"") + m->name + "\"";
     c.require(models.size() == 1, "error_model.file",
               fmt::format("has {} models: choose one with error_model.name, of {}", models.size(), names));
     return {file, models.front()};
   }
   std::vector<std::string> names;
-  for (const SharedModel& m : models) names.push_back(m->name);
+  for (const config::SharedModel& m : models) names.push_back(m->name);
   const std::string name = c.choice("error_model.name", names);
   const auto at = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
   return {file + ": " + name, models[at]};
@@ -31,39 +31,39 @@ NamedErrorModel read_model_of_file(ConfigReader& c) {
 
 }  // namespace
 
-NamedErrorModel read_error_model_choice(ConfigReader& c) {
+NamedErrorModel read_error_model_choice(config::ConfigReader& c) {
   if (c.has("error_model.file")) return read_model_of_file(c);
   const std::string name = c.text("error_model.name");
-  const ShippedModel* shipped = find_shipped_model(name);
-  if (shipped == nullptr) c.fail("error_model.name", "unknown error model: " + shipped_model_suggestion(name));
-  return {name, read_shipped_model(c, "error_model.name", *shipped)};
+  const config::ShippedModel* shipped = config::find_shipped_model(name);
+  if (shipped == nullptr) c.fail("error_model.name", "unknown error model: " + config::shipped_model_suggestion(name));
+  return {name, config::read_shipped_model(c, "error_model.name", *shipped)};
 }
 
 namespace {
 
 /// Depth at which a leg begins, in metres.
-double read_from_md(ConfigReader& leg, std::string& key) {
+double read_from_md(config::ConfigReader& leg, std::string& key) {
   key = leg.has("from_md_ft") ? "from_md_ft" : "from_md_m";
-  if (key == "from_md_m") return leg.number(key, Range::non_negative());
+  if (key == "from_md_m") return leg.number(key, config::Range::non_negative());
   if (leg.has("from_md_m")) leg.fail("from_md_m", "not together with from_md_ft");
-  return kFoot * leg.number(key, Range::non_negative());
+  return kFoot * leg.number(key, config::Range::non_negative());
 }
 
 }  // namespace
 
-ToolRuns read_tool_runs(ConfigReader& c, const Survey& survey) {
+ToolRuns read_tool_runs(config::ConfigReader& c, const survey::Survey& survey) {
   constexpr double kSameDepth = 1e-6;  // m: a depth in feet may be written in metres, too
   ToolRuns out;
   NamedErrorModel model = read_error_model_choice(c);
   out.runs.push_back({1, model.model});
   out.model_names.push_back(model.name);
   out.from_md.push_back(survey.stations.front().md);
-  for (ConfigReader& leg : c.tables("leg")) {
+  for (config::ConfigReader& leg : c.tables("leg")) {
     std::string key;
     const double from = read_from_md(leg, key);
     if (leg.has("error_model")) model = read_error_model_choice(leg);
     const auto first = std::find_if(survey.stations.begin() + 1, survey.stations.end(),
-                                    [&](const Station& s) { return s.md > from + kSameDepth; });
+                                    [&](const survey::Station& s) { return s.md > from + kSameDepth; });
     leg.require(first != survey.stations.end(), key, "no station is deeper");
     const int index = static_cast<int>(first - survey.stations.begin());
     leg.require(index > out.runs.back().first, key, "the leg before has no station: legs must be in order of depth");
@@ -74,23 +74,23 @@ ToolRuns read_tool_runs(ConfigReader& c, const Survey& survey) {
   return out;
 }
 
-double read_latitude(ConfigReader& c, const std::vector<SharedModel>& models) {
+double read_latitude(config::ConfigReader& c, const std::vector<config::SharedModel>& models) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  if (c.has("field.latitude_deg")) return c.number("field.latitude_deg", Range::closed(-90, 90)) * kDegree;
-  for (const SharedModel& m : models)
+  if (c.has("field.latitude_deg")) return c.number("field.latitude_deg", config::Range::closed(-90, 90)) * kDegree;
+  for (const config::SharedModel& m : models)
     for (const error_model::Term& t : m->terms)
       if (t.function->names(error_model::Variable::latitude))
         c.fail("field.latitude_deg", fmt::format("missing: {} of {} needs the latitude", t.code, m->name));
   return kNone;
 }
 
-void read_outside_range(ConfigReader& c, const Survey& survey, const std::vector<ToolRun>& runs,
-                        const std::vector<Validity>& validity) {
+void read_outside_range(config::ConfigReader& c, const survey::Survey& survey,
+                        const std::vector<propagate::ToolRun>& runs, const std::vector<propagate::Validity>& validity) {
   if (c.choice("error_model.outside_range", {"mark", "refuse"}, "mark") == "mark") return;
-  for (const Validity& v : validity)
-    if (v.rule == ValidityRule::inclination_range || v.rule == ValidityRule::east_west_exclusion)
+  for (const propagate::Validity& v : validity)
+    if (v.rule == propagate::ValidityRule::inclination_range || v.rule == propagate::ValidityRule::east_west_exclusion)
       c.fail("error_model.outside_range",
              fmt::format("{}: station at md {} m: {}", runs[v.run].model->name, survey.stations[v.first].md, v.detail));
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -19,7 +19,9 @@
 
 #include "simd/lanes.h"
 
-namespace surveymc {
+namespace surveymc::survey {
+
+using namespace simd;
 
 template <class T>
 struct Vec3 {
@@ -111,4 +113,4 @@ inline Eigen::Matrix3d rotation_hla_from_nev(double inclination, double azimuth)
   return r;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

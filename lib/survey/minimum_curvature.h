@@ -12,7 +12,9 @@
 #include "simd/math.h"
 #include "survey/survey.h"
 
-namespace surveymc {
+namespace surveymc::survey {
+
+using namespace simd;
 
 /// RF(s) for s in [0, 1); relative error below 1e-15 for s < 1/4, growing like 1e-16 / (1 - s) towards a reversal.
 /// T: double, Lanes or Dual.
@@ -32,14 +34,14 @@ T ratio_factor(const T& s) {
 
 /// Displacement of one leg in the frame of the tangents, metres.
 template <class T>
-Vec3<T> minimum_curvature_leg(const T& dmd, const Vec3<T>& from, const Vec3<T>& to) {
+Vec3<T> minimum_curvature_interval(const T& dmd, const Vec3<T>& from, const Vec3<T>& to) {
   const Vec3<T> chord = to - from;
   const T s = dot(chord, chord) * T(0.25);
   return scale(T(0.5) * dmd * ratio_factor(s), from + to);
 }
 
 template <class T>
-Vec3<T> balanced_tangential_leg(const T& dmd, const Vec3<T>& from, const Vec3<T>& to) {
+Vec3<T> balanced_tangential_interval(const T& dmd, const Vec3<T>& from, const Vec3<T>& to) {
   return scale(T(0.5) * dmd, from + to);
 }
 
@@ -47,10 +49,10 @@ Vec3<T> balanced_tangential_leg(const T& dmd, const Vec3<T>& from, const Vec3<T>
 double ratio_factor_slope(double s);
 
 /// Derivatives of one leg's displacement by its two tangents (metres per unit of a tangent component).
-struct LegDerivatives {
+struct IntervalDerivatives {
   Eigen::Matrix3d by_from, by_to;
 };
-LegDerivatives minimum_curvature_derivatives(double dmd, const Vec3<double>& from, const Vec3<double>& to);
+IntervalDerivatives minimum_curvature_derivatives(double dmd, const Vec3<double>& from, const Vec3<double>& to);
 
 /// Positions of all stations relative to the first (N, E, V in metres), tangents in N, true north.
 std::vector<Eigen::Vector3d> minimum_curvature_positions(const std::vector<double>& md,
@@ -69,4 +71,4 @@ std::vector<Eigen::Matrix3d> final_position_by_tangent(const std::vector<double>
 Eigen::Vector3d tangent_by_inclination(double inclination, double azimuth);
 Eigen::Vector3d tangent_by_azimuth(double inclination, double azimuth);
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

@@ -8,18 +8,20 @@
 namespace surveymc::bench {
 namespace {
 
-SharedModel shipped(const char* name) { return load_shipped_model(*find_shipped_model(name)); }
+config::SharedModel shipped(const char* name) { return config::load_shipped_model(*config::find_shipped_model(name)); }
 
 /// Items: stations. With range(1) also by source.
 void covariances(benchmark::State& state, const char* model) {
-  const Survey survey = synthetic_survey(static_cast<int>(state.range(0)));
-  const std::vector<double> tvd = true_vertical_depths(survey);
-  const std::vector<ToolRun> runs{{1, shipped(model)}};
-  ReferenceField field;
+  const survey::Survey survey = synthetic_survey(static_cast<int>(state.range(0)));
+  const std::vector<double> tvd = survey::true_vertical_depths(survey);
+  const std::vector<propagate::ToolRun> runs{{1, shipped(model)}};
+  survey::ReferenceField field;
   field.total = 50000;
   field.dip = 72 * kDegree;
-  const SourceDetail detail = state.range(1) != 0 ? SourceDetail::all : SourceDetail::none;
-  for (auto _ : state) benchmark::DoNotOptimize(tool_covariances(survey, tvd, runs, field, 60 * kDegree, detail));
+  const propagate::SourceDetail detail =
+      state.range(1) != 0 ? propagate::SourceDetail::all : propagate::SourceDetail::none;
+  for (auto _ : state)
+    benchmark::DoNotOptimize(propagate::tool_covariances(survey, tvd, runs, field, 60 * kDegree, detail));
   count_items(state, survey.size());
 }
 BENCHMARK_CAPTURE(covariances, iscwsa, "iscwsa_mwd_rev5.10")
@@ -33,7 +35,7 @@ BENCHMARK_CAPTURE(covariances, gyro, "GYRO-NS-CT")->ArgNames({"stations", "by_so
 
 /// The formulas of a model at 10,000 stations, without the sums. Items: stations.
 void formulas(benchmark::State& state, const char* name) {
-  const SharedModel model = shipped(name);
+  const config::SharedModel model = shipped(name);
   const error_model::ModelGraph g = error_model::model_graph(model->terms);
   error_model::Evaluation e(g.graph, error_model::surroundings_of(model->parameters, 72 * kDegree, 50000, 9.8, 1));
   for (std::size_t i = 0; i < error_model::Evaluation::kBlock; ++i) {
@@ -56,8 +58,9 @@ BENCHMARK_CAPTURE(formulas, axial, "MWD+SRGM+AX");
 /// All shipped models, read from their text.
 void load_models(benchmark::State& state) {
   for (auto _ : state)
-    for (const ShippedModel& m : shipped_models()) benchmark::DoNotOptimize(load_shipped_model(m));
-  count_items(state, static_cast<int>(shipped_models().size()));
+    for (const config::ShippedModel& m : config::shipped_models())
+      benchmark::DoNotOptimize(config::load_shipped_model(m));
+  count_items(state, static_cast<int>(config::shipped_models().size()));
 }
 BENCHMARK(load_models);
 

@@ -7,6 +7,9 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::config;
+using namespace surveymc::propagate;
+using namespace surveymc::survey;
 using Catch::Matchers::Equals;
 using Catch::Matchers::StartsWith;
 

@@ -11,6 +11,7 @@
 #include "base/error.h"
 
 using namespace surveymc;
+using namespace surveymc::config;
 using Catch::Contains;
 
 namespace {

@@ -11,6 +11,9 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::config;
+using namespace surveymc::propagate;
+using namespace surveymc::survey;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 

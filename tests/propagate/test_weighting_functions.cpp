@@ -14,6 +14,9 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::config;
+using namespace surveymc::propagate;
+using namespace surveymc::survey;
 using Eigen::Vector3d;
 
 namespace {

@@ -11,15 +11,16 @@
 #include "stats/tests.h"
 
 using namespace surveymc;
+using namespace surveymc::stats;
 
 namespace {
 Eigen::MatrixXd draws(int dimension, int count, std::uint64_t seed) {
   Eigen::MatrixXd x(dimension, count);
-  const Stream stream(seed, 99);
+  const random::Stream stream(seed, 99);
   for (int t = 0; t < count; ++t)
     for (int i = 0; i < dimension; ++i)
-      x(i, t) =
-          stream.normal(static_cast<std::uint64_t>(t), Channel::magnetometer_noise, static_cast<std::uint32_t>(i));
+      x(i, t) = stream.normal(static_cast<std::uint64_t>(t), random::Channel::magnetometer_noise,
+                              static_cast<std::uint32_t>(i));
   return x;
 }
 }  // namespace

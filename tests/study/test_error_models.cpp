@@ -6,6 +6,10 @@
 #include "base/units.h"
 
 using namespace surveymc;
+using namespace surveymc::config;
+using namespace surveymc::propagate;
+using namespace surveymc::survey;
+using namespace surveymc::study;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
 
