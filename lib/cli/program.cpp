@@ -143,6 +143,8 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
   switch (line.command) {
     case Command::list:
       return list(studies);
+    case Command::models:
+      return fmt::print("{}", models_text(line.models)), kDone;
     case Command::check:
       return check(a);
     case Command::run:

@@ -122,6 +122,9 @@ class ConfigReader {
   /// Throws InputError if a key was never asked for. Call it when everything was read.
   void finish() const;
 
+  /// A strict reader of a TOML file that no config names, relative to the working folder. Call its finish(), too.
+  static ConfigReader of_file(const std::string& path);
+
   struct State;  // shared with the Config that made it
   explicit ConfigReader(std::shared_ptr<State> state);
 

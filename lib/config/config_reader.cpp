@@ -261,6 +261,13 @@ ConfigReader ConfigReader::toml(const std::string& key, const InputText& shipped
   return reader_of_document(state_->point->doc->text(*found.node, found.key, &shipped), state_->point->doc);
 }
 
+ConfigReader ConfigReader::of_file(const std::string& path) {
+  const auto parent = std::make_shared<ConfigDocument>();
+  TomlNode name = node_of(path);
+  name.place = path;
+  return reader_of_document(parent->text(name, "file", nullptr), parent);
+}
+
 // ------------------------------------------------------------------------------------------------------------- checks
 
 void ConfigPlace::fail(const std::string& rule) const { refuse(place_, key_, rule); }

@@ -21,6 +21,7 @@ enum class StudyId : std::uint32_t {
   position_covariance = 10,
   reliability_map = 11,
   reliability_well = 12,
+  tool_code_map = 18,
   gross_error_detection = 20,
 };
 
@@ -49,6 +50,8 @@ constexpr std::string_view name_of(StudyId id) {
       return "axial_correction";
     case StudyId::position_covariance:
       return "position_covariance";
+    case StudyId::tool_code_map:
+      return "tool_code_map";
     case StudyId::reliability_map:
       return "reliability_map";
     case StudyId::reliability_well:
