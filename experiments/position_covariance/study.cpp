@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "position_covariance/tables.h"
+#include "study/experiment.h"
 #include "study/scenario.h"
 
 namespace surveymc::studies::position_covariance {

@@ -100,6 +100,9 @@ class ConfigReader {
   InputTable csv(const std::string& key);
   /// The text of the file that `key` names, relative to the config's folder, for a format of the study's own.
   InputText file_text(const std::string& key);
+  /// The same for a text that the program brings with it; `key` has chosen it. Of a result that is run again, the text
+  /// that is stored there.
+  InputText file_text(const std::string& key, const InputText& shipped);
   /// The same for a file of any size, to be read line by line. One of more than kLargestStoredFile bytes is read once
   /// for its hash, and is not stored.
   InputFile file(const std::string& key);

@@ -225,6 +225,11 @@ InputText ConfigReader::file_text(const std::string& key) {
   return state_->point->doc->text(*found.node, found.key, nullptr);
 }
 
+InputText ConfigReader::file_text(const std::string& key, const InputText& shipped) {
+  const auto found = state_->need_name(key);
+  return state_->point->doc->text(*found.node, found.key, &shipped);
+}
+
 InputFile ConfigReader::file(const std::string& key) {
   const auto found = state_->need(key);
   return state_->point->doc->file(*found.node, found.key);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <map>
+#include <mutex>
 #include <set>
 #include <utility>
 
@@ -110,7 +111,7 @@ class FunctionEntry {
       }
     }
     try {
-      em::magnitude_dimension(f_);
+      f_.magnitude = em::magnitude_dimension(f_);
     } catch (const em::FormulaError& e) {
       fail(f_.formulas().front().first, e.what());
     }
@@ -131,6 +132,11 @@ void read_functions_into(ConfigReader& document, const std::string& file, Functi
 }
 
 // -------------------------------------------------------------------------------------------------------------- models
+
+const std::vector<std::string>& mode_letters() {
+  static const std::vector<std::string> letters{"R", "S", "W", "G"};
+  return letters;
+}
 
 em::PropagationMode mode_named(const std::string& letter) {
   return letter == "R"   ? em::PropagationMode::random
@@ -303,19 +309,13 @@ class ModelFile {
     term.function = function_named(entry);
     term.magnitude = entry.number("magnitude", Range::non_negative());
     term.unit = entry.text("unit");
-    const em::Dimension dimension = dimension_of(*term.function);
-    const double factor = em::unit_factor(dimension, term.unit);
-    entry.require(factor > 0, "unit",
-                  fmt::format("the unit of {} must be {}", term.function->name, em::unit_names(dimension)));
+    const double factor = em::unit_factor(term.function->magnitude, term.unit);
+    if (factor == 0)
+      entry.fail("unit", fmt::format("the unit of {} must be {}", term.function->name,
+                                     em::unit_names(term.function->magnitude)));
     term.sigma = factor * term.magnitude;
-    term.mode = mode_named(entry.choice("mode", {"R", "S", "W", "G"}));
+    term.mode = mode_named(entry.choice("mode", mode_letters()));
     return term;
-  }
-
-  const em::Dimension& dimension_of(const em::Function& f) {
-    const auto [at, is_new] = dimensions_.try_emplace(&f);
-    if (is_new) at->second = em::magnitude_dimension(f);
-    return at->second;
   }
 
   std::shared_ptr<const em::Function> function_named(ConfigReader& entry) {
@@ -361,7 +361,6 @@ class ModelFile {
   std::string catalogue_;
   FunctionTable own_, in_file_of_functions_;
   std::vector<Entry> entries_;
-  std::map<const em::Function*, em::Dimension> dimensions_;
 };
 
 }  // namespace
@@ -378,14 +377,34 @@ std::vector<SharedModel> read_error_models(ConfigReader document, const std::str
 }
 
 SharedModel read_shipped_model(ConfigReader& config, const std::string& key, const ShippedModel& shipped) {
+  // All texts that the model is made of are inputs of the config. A result that another version of the program has made
+  // may have others.
+  bool are_own = true;
+  for (const ShippedModel* m = &shipped; m != nullptr;
+       m = m->extends.empty() ? nullptr : find_shipped_model(m->extends)) {
+    const InputText document = shipped_document(*m);
+    are_own = are_own && config.file_text(key, document).text == document.text;
+  }
+  if (are_own) return load_shipped_model(shipped);
   return read_error_models(config.toml(key, shipped_document(shipped)), shipped.catalogue).back();
 }
 
 SharedModel load_shipped_model(const ShippedModel& shipped) {
-  const InputText document = shipped_document(shipped);
-  Config config = Config::from_text("experiment = \"shipped model\"\nmodel = \"name\"\n", "model", {}, {document});
-  ConfigReader reader = config.reader(0);
-  return read_shipped_model(reader, "model", shipped);
+  // What a name stands for never changes: the text is parsed when the model is first named.
+  static std::mutex mutex;
+  static std::map<const ShippedModel*, SharedModel> loaded;
+  {
+    const std::lock_guard lock(mutex);
+    if (const auto at = loaded.find(&shipped); at != loaded.end()) return at->second;
+  }
+  std::vector<InputText> documents;
+  for (const ShippedModel* m = &shipped; m != nullptr;
+       m = m->extends.empty() ? nullptr : find_shipped_model(m->extends))
+    documents.push_back(shipped_document(*m));
+  Config config = Config::from_text("experiment = \"shipped model\"\nmodel = \"name\"\n", "model", {}, documents);
+  SharedModel model = read_error_models(config.reader(0).toml("model", documents.front()), shipped.catalogue).back();
+  const std::lock_guard lock(mutex);
+  return loaded.emplace(&shipped, std::move(model)).first->second;
 }
 
 // ------------------------------------------------------------------------------------------------------------- writing

@@ -69,12 +69,7 @@ const ShippedModel* find_shipped_model(const std::string& name) {
 }
 
 InputText shipped_document(const ShippedModel& model) {
-  std::string text(model.text);
-  for (const ShippedModel* m = &model; !m->extends.empty();) {
-    m = find_shipped_model(m->extends);
-    text = std::string(m->text) + text;
-  }
-  return {fmt::format("<shipped>/{}.toml", model.name), text};
+  return {fmt::format("<shipped>/{}.toml", model.name), std::string(model.text)};
 }
 
 std::string shipped_model_suggestion(const std::string& name) {

@@ -25,7 +25,7 @@ struct ShippedModel {
 const std::vector<ShippedModel>& shipped_models();
 /// By name, or by catalogue and name: "owsg_a_rev5.1/MWD+IFR1". Null if there is none.
 const ShippedModel* find_shipped_model(const std::string& name);
-/// The model and those that it extends as one document, with the path "<shipped>/NAME.toml". The model is the last one.
+/// The model's text as a document, with the path "<shipped>/NAME.toml"; what it extends is a document of its own.
 InputText shipped_document(const ShippedModel& model);
 /// What a user may have meant by a name that is no model's, for the end of a message.
 std::string shipped_model_suggestion(const std::string& name);

@@ -45,6 +45,7 @@ struct Function {
   /// Displacement by north and east over metres of the course, in place of all effects of angles below
   /// kVerticalLimit. With `azimuth` only.
   Expression vertical_north, vertical_east;
+  Dimension magnitude;  ///< of a source with this function: magnitude_dimension()
   std::string file;  ///< where it is from, for tables
 
   /// The formula of the azimuth or of the lateral effect, whichever there is.
