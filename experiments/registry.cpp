@@ -1,12 +1,23 @@
 #include "registry.h"
 
 // One line a study: its folder, and the function there that says what it is. In the order of `surveymc list`.
-#define SURVEYMC_STUDIES(line)                                                                                       \
-  line(msa_position, experiment) line(msa_benefit, experiment) line(estimate, experiment)                            \
-      line(position_covariance, experiment) line(tool_code_map, experiment) line(vertical_well, experiment)          \
-          line(sensor_monte_carlo, experiment) line(reliability, map_experiment) line(reliability, well_experiment)  \
-              line(gross_error_detection, experiment) line(drift_monitoring, experiment) line(mwd_drift, experiment) \
-                  line(axial_correction, experiment) line(chained_multistation, experiment)
+// clang-format off
+#define SURVEYMC_STUDIES(study)            \
+  study(msa_position, experiment)          \
+  study(msa_benefit, experiment)           \
+  study(estimate, experiment)              \
+  study(position_covariance, experiment)   \
+  study(tool_code_map, experiment)         \
+  study(vertical_well, experiment)         \
+  study(sensor_monte_carlo, experiment)    \
+  study(reliability, map_experiment)       \
+  study(reliability, well_experiment)      \
+  study(gross_error_detection, experiment) \
+  study(drift_monitoring, experiment)      \
+  study(mwd_drift, experiment)             \
+  study(axial_correction, experiment)      \
+  study(chained_multistation, experiment)
+// clang-format on
 
 namespace surveymc::studies {
 
@@ -15,12 +26,10 @@ namespace surveymc::studies {
   study::Experiment function();            \
   }
 SURVEYMC_STUDIES(SURVEYMC_DECLARE)
-#undef SURVEYMC_DECLARE
 
 std::vector<study::Experiment> all_experiments() {
 #define SURVEYMC_CALL(folder, function) folder::function(),
   return {SURVEYMC_STUDIES(SURVEYMC_CALL)};
-#undef SURVEYMC_CALL
 }
 
 }  // namespace surveymc::studies

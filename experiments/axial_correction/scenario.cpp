@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -152,8 +151,8 @@ Prediction predict_azimuth_errors(const Scenario& s, const survey::Attitude& at,
   p.solution = single_station::solve_station(t.gravity_T, t.magnetic_T, {t.reference_gravity, t.horizontal, t.vertical},
                                              s.sigmas, method);
   if (!p.solution.determined) {
-    p.azimuth_error = p.axial_error = std::numeric_limits<double>::infinity();
-    p.covariance.setConstant(std::numeric_limits<double>::infinity());
+    p.azimuth_error = p.axial_error = kInfinity;
+    p.covariance.setConstant(kInfinity);
     return p;
   }
   p.azimuth_error = std::remainder(p.solution.attitude.azimuth - at.azimuth, 2 * kPi);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/units.h"
 #include "stats/normal_tail.h"
@@ -11,8 +10,6 @@
 
 namespace surveymc::studies::chained_multistation {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 const std::string& name_of(Solver e) { return solver_names()[static_cast<std::size_t>(e)]; }
 

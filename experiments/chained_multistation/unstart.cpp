@@ -125,7 +125,7 @@ class ChainedUnstart final : public study::StudyPoint {
                             levenberg = chained::solve_blocks(m, readings, start);
     const chained::Solution* ends[kWays] = {&gauss_newton, &levenberg, raw.modes.empty() ? nullptr : &raw.modes[0],
                                             modes.modes.empty() ? nullptr : &modes.modes[0]};
-    double lowest = at_truth.converged ? at_truth.cost : std::numeric_limits<double>::infinity();
+    double lowest = at_truth.converged ? at_truth.cost : kInfinity;
     for (const chained::Solution* end : ends)
       if (end && end->converged) lowest = std::min(lowest, end->cost);
     RunOutcome r;

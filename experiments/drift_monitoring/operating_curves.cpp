@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "drift_monitoring/study.h"
 
 namespace surveymc::studies::drift_monitoring {
@@ -12,7 +13,6 @@ namespace {
 
 /// Calibration takes realisations from here on; a run has at most 10^6.
 constexpr std::uint64_t kFirstCalibrationTrial = std::uint64_t{1} << 40;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Of one fault-free realisation, over all sensors: whether the SPRT raised an alarm, the largest CUSUM and residual.
 struct Quiet {

@@ -1,13 +1,13 @@
 /// What drift_monitoring gathers while the rows of a realisation pass by: its numbers, and its series.
 #include <cmath>
-#include <limits>
 
+#include "base/units.h"
 #include "drift_monitoring/study.h"
 
 namespace surveymc::studies::drift_monitoring {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNone = kNaN;
 
 void keep_first(double& first, double time_h) {
   if (std::isnan(first)) first = time_h;

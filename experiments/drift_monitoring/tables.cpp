@@ -1,19 +1,17 @@
 /// Tables of drift_monitoring besides metrics and claims (docs/results-format.md).
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/units.h"
 #include "drift_monitoring/study.h"
 #include "stats/order_statistics.h"
 #include "study/table_rows.h"
 
 namespace surveymc::studies::drift_monitoring {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Events per hour of exposure, with the exact interval of a Poisson count.
 void write_rate(study::TableRows& t, const char* name, const char* meaning, std::uint64_t count, double hours,
@@ -42,7 +40,7 @@ Delays delays_of(const Scenario& s, const Outcomes& o, std::size_t method, std::
   d.sorted = o.all(o.at.alarm(method, sensor, OutcomeLayout::first_after_start));
   for (double& x : d.sorted) {
     d.missed += std::isnan(x);
-    x = std::isnan(x) ? std::numeric_limits<double>::infinity() : x - s.start_h;
+    x = std::isnan(x) ? kInfinity : x - s.start_h;
   }
   std::sort(d.sorted.begin(), d.sorted.end());
   return d;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -25,7 +24,6 @@
 namespace surveymc::studies::estimate {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<const char*, 6> kReadings{"gx", "gy", "gz", "bx", "by", "bz"};
 
 struct Run {

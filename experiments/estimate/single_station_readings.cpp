@@ -1,7 +1,6 @@
 #include "estimate/single_station_readings.h"
 
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -14,8 +13,6 @@
 
 namespace surveymc::studies::estimate {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// One station: by the method, and as the readings are (basic), which is what quality control looks at.
 struct SolvedStation {

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "base/units.h"
 #include "reliability/identification.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/snooping.h"
@@ -186,8 +187,7 @@ store::Table injected_table(const Scenario& s, const Prediction& p) {
             e.observation < reliability::kReadings ? static_cast<std::int64_t>(e.station) : std::int64_t{-1});
     t.word("unit", "of the sizes in this row", reliability::observation_unit(e.observation));
     t.number("size", "1", "the error, in the row's unit", e.error.size * unit);
-    t.number("minimal_detectable_error", "1", "linear, in the row's unit",
-             size > 0 ? lambda / size * unit : std::numeric_limits<double>::infinity());
+    t.number("minimal_detectable_error", "1", "linear, in the row's unit", size > 0 ? lambda / size * unit : kInfinity);
     t.number("nonlinear_detectable_error_plus", "1",
              "nonlinear, by the general test, in the row's unit; single station only",
              nonlinear(1, reliability::DetectedBy::general_test));

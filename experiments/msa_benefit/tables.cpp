@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "base/units.h"
 #include "msa_benefit/study.h"
@@ -75,7 +74,7 @@ store::Table benefit_summary(const Scenario& s, const std::vector<analysis::Bene
              static_cast<double>(worse) / static_cast<double>(benefits.size()));
     t.number("ratio_median", "1", "median of the ratio; inf if most are undetermined", stats::median(ratio));
     const auto extreme = [&](const std::string& which, const char* meaning, std::size_t i) {
-      const double nan = std::numeric_limits<double>::quiet_NaN();
+      const double nan = kNaN;
       const bool there = i < benefits.size();
       const std::size_t azimuths = s.azimuth_deg.size();
       t.number("ratio_" + which, "1", meaning, there ? ratio[i] : nan);

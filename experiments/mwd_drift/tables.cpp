@@ -1,7 +1,6 @@
 /// Tables of mwd_drift.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/units.h"
 #include "monitoring/sprt_false_alarms.h"
@@ -13,7 +12,7 @@
 namespace surveymc::studies::mwd_drift {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNone = kNaN;
 constexpr const char* kSprt = "channel_sprt";
 constexpr const char* kFilter = "bias_filter";
 
@@ -34,8 +33,7 @@ std::uint64_t rightly_named(const Scenario& s, const Outcomes& o) {
 /// Stations from the start of the drift to the alarm, sorted; a miss is infinite.
 std::vector<double> delays(const Scenario& s, const Outcomes& o, Value v) {
   std::vector<double> d;
-  for (std::size_t t = 0; t < o.trials(); ++t)
-    d.push_back(o(t, v) >= 0 ? o(t, v) - s.from_station : std::numeric_limits<double>::infinity());
+  for (std::size_t t = 0; t < o.trials(); ++t) d.push_back(o(t, v) >= 0 ? o(t, v) - s.from_station : kInfinity);
   std::sort(d.begin(), d.end());
   return d;
 }

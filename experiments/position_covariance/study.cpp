@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "position_covariance/tables.h"
+#include "study/annotations.h"
 #include "study/experiment.h"
 #include "study/scenario.h"
 
@@ -49,14 +50,14 @@ std::vector<Published> read_published(config::ConfigReader& c, const survey::Sur
                                       const study::ToolRuns& tools) {
   std::vector<Published> out;
   for (config::ConfigReader& entry : c.tables("published")) {
-    Published p{0, "total", {}, entry.text("source")};
+    const study::PublishedEntry given = study::read_published(entry);
+    Published p{0, "total", given.values, given.source};
     if (entry.choice("table", {"covariance", "covariance_by_source"}) == "covariance_by_source")
       p.source = entry.text("error_source");
-    p.values = entry.number_table("values", {});
     for (const auto& [quantity, value] : p.values)
       entry.require(std::find(kElements.begin(), kElements.end(), quantity) != kElements.end(), "values",
                     "must be of nn_m2, ee_m2, vv_m2, ne_m2, nv_m2, ev_m2");
-    if (!entry.matches_point("at")) continue;  // another point may have another survey or model
+    if (!given.here) continue;  // another point may have another survey or model
     p.station = read_station(entry, survey);
     entry.require(p.source == "total" || has_source(tools, p.source), "error_source", "no model here has this code");
     out.push_back(std::move(p));

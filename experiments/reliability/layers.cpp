@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
+#include "base/units.h"
 #include "reliability/adjustment.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/responses.h"
@@ -68,7 +68,7 @@ void without_impossible_angles(surveymc::reliability::MapQuantity quantity, std:
       quantity != surveymc::reliability::MapQuantity::external_azimuth)
     return;
   for (double& x : values)
-    if (std::abs(x) > 180) x = std::copysign(std::numeric_limits<double>::infinity(), x);
+    if (std::abs(x) > 180) x = std::copysign(kInfinity, x);
 }
 
 bool is_detectable_layer(const std::string& l) {
@@ -125,7 +125,7 @@ std::vector<Separability> separability(const LayerModel& m, const GridPoint& p,
   std::vector<Separability> all;
   for (const std::size_t o : observations) {
     const Eigen::Index i = surveymc::reliability::observation_number(at, stations, 0, o);
-    Separability s{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
+    Separability s{kNaN, kInfinity};
     if (size[i] > 0) {
       s.correlation = 0;
       for (Eigen::Index j = 0; j < parity.observations(); ++j)

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/units.h"
 #include "reliability/significance.h"
 #include "reliability/station_response.h"
 
 namespace surveymc::studies::reliability {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kParameters = 6;
 const std::string kResidual = "residual_", kDirection = "direction_";
 

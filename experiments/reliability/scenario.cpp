@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include "base/units.h"
 
 namespace surveymc::studies::reliability {
 
@@ -78,7 +79,7 @@ std::array<double, 3> read_gross_error(config::ConfigReader& c, const std::vecto
   bool any = false;
   for (std::size_t u = 0; u < units.size(); ++u) {
     const std::string key = "gross_error_" + units[u];
-    sizes[u] = std::numeric_limits<double>::quiet_NaN();
+    sizes[u] = kNaN;
     if (!c.has(key)) continue;
     any = true;
     sizes[u] = c.number(key, config::Range::closed(-1e6, 1e6));

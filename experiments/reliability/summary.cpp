@@ -3,19 +3,17 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/units.h"
 #include "stats/order_statistics.h"
 #include "store/result_file.h"
 #include "study/table_rows.h"
 
 namespace surveymc::studies::reliability {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Median of positive numbers by their bit patterns, which have their order: the first pass finds the upper 16 bits,
 /// the second the next 16.

@@ -1,8 +1,8 @@
 #include "analysis/msa_benefit_prediction.h"
 
 #include <cmath>
-#include <limits>
 
+#include "base/units.h"
 #include "estimate/sensitivity.h"
 #include "propagate/station_effects.h"
 #include "sensor/magnetometer.h"
@@ -84,7 +84,6 @@ Benefit predict_benefit(const survey::Survey& survey, const survey::ReferenceFie
   }
   out.before = root(variance);
 
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   out.gain_bias_correlation = std::nan("");
   const std::optional<estimate::Sensitivity> s =
       estimate::find_sensitivity(estimator, {fields, {1, 1, 1}, {0, 0, 0}, field});
@@ -118,7 +117,7 @@ Benefit predict_benefit(const survey::Survey& survey, const survey::ReferenceFie
 
 double benefit_ratio(double before, double after) {
   if (before > 0) return after / before;
-  return after > 0 ? std::numeric_limits<double>::infinity() : 1;
+  return after > 0 ? kInfinity : 1;
 }
 
 }  // namespace surveymc::analysis

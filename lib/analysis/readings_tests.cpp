@@ -4,16 +4,17 @@
 
 #include <fmt/format.h>
 
+#include "base/units.h"
 #include "stats/intervals.h"
 
 namespace surveymc::analysis {
 namespace {
 
-const double kNan = std::nan("");
+const double kNaN = std::nan("");
 
 /// Chi-squared, both tails: residuals may be too large or too small for the claimed noise.
 ReadingsTest variance_factor_test(const estimate::ResidualTests& t, double alpha) {
-  ReadingsTest row{"variance_factor", -1, kNan, "", t.variance_factor(), kNan, kNan, kNan, kNan, kNan, "", ""};
+  ReadingsTest row{"variance_factor", -1, kNaN, "", t.variance_factor(), kNaN, kNaN, kNaN, kNaN, kNaN, "", ""};
   if (t.redundancy == 0) {
     row.decision = "not tested";
     row.note = "as many residuals as unknowns: nothing is left to test";
@@ -36,14 +37,14 @@ ReadingsTest variance_factor_test(const estimate::ResidualTests& t, double alpha
 ReadingsTest perfect_tool_test(double statistic, double alpha) {
   ReadingsTest row{"perfect_tool",
                    -1,
-                   kNan,
+                   kNaN,
                    "",
                    statistic,
-                   kNan,
+                   kNaN,
                    stats::chi_squared_quantile(6, 1 - alpha),
                    stats::chi_squared_upper_tail(6, statistic),
-                   kNan,
-                   kNan,
+                   kNaN,
+                   kNaN,
                    "",
                    ""};
   row.decision = statistic > row.critical_high ? "rejected" : "accepted";
@@ -75,7 +76,7 @@ std::vector<ReadingsTest> judge_readings(const survey::SixAxisReadings& readings
                        std::abs(w) > critical ? "rejected" : "accepted",
                        ""};
       if (std::isnan(w)) {
-        row.p_value = kNan;
+        row.p_value = kNaN;
         row.decision = "not tested";
         row.note = "no other reading checks this one";
       }

@@ -1,9 +1,10 @@
 #include "chained/attitude.h"
 
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Geometry>
+
+#include "base/units.h"
 
 namespace surveymc::chained {
 
@@ -42,7 +43,7 @@ Vector3d attitude_sd(const Matrix3d& m, const Matrix3d& covariance) {
   const Matrix3d g = attitude_derivatives(m);
   Vector3d sd;
   for (int i = 0; i < 3; ++i) sd[i] = std::sqrt(g.row(i).dot(covariance * g.row(i).transpose()));
-  if (std::hypot(m(0, 2), m(1, 2)) < 1e-6) sd[1] = sd[2] = std::numeric_limits<double>::quiet_NaN();
+  if (std::hypot(m(0, 2), m(1, 2)) < 1e-6) sd[1] = sd[2] = kNaN;
   return sd;
 }
 

@@ -6,6 +6,8 @@
 
 #include "base/units.h"
 #include "chained/attitude.h"
+#include "stats/intervals.h"
+#include "stats/normal_tail.h"
 
 namespace surveymc::chained {
 namespace {
@@ -67,50 +69,18 @@ double mixture_quantile(const std::vector<Conditional>& points, const std::vecto
     const double x = (low + high) / 2;
     double below = 0;
     for (std::size_t i = 0; i < points.size(); ++i)
-      below += weights[i] * std::erfc((points[i].azimuth - x) / points[i].azimuth_sd / std::sqrt(2.0)) / 2;
+      below += weights[i] * stats::normal_upper_tail((points[i].azimuth - x) / points[i].azimuth_sd);
     (below < p ? low : high) = x;
   }
   return (low + high) / 2;
 }
 
-}  // namespace
-
-AxialProfile profile_azimuth(const Model& m, const Readings& readings, const std::vector<Solution>& modes, int station,
-                             const AxialProfileOptions& options, bool always) {
+/// The profile around every minimum, in steps that change J by something like 1/2; `out.complete` becomes false where
+/// it could not be followed.
+std::vector<std::vector<Conditional>> trace_segments(const Profile& profile, const std::vector<Solution>& modes,
+                                                     const AxialProfileOptions& options, AxialProfile& out) {
   const Solution& lowest = modes.front();
-  const auto k = static_cast<std::size_t>(station);
-  const Profile profile(m, readings, lowest, station);
-  AxialProfile out;
-  out.station = station;
-  out.bias = out.mean_bias = lowest.stations[k].chain[kBias];
-  out.claimed_sd = out.sd_bias = profile.claimed_sd();
-  out.azimuth = out.azimuth_mean = profile.azimuth();
-  out.azimuth_claimed_sd = out.azimuth_sd =
-      attitude_sd(lowest.stations[k].frame, lowest.stations[k].covariance.topLeftCorner<3, 3>())[1];
-  const auto by_sd = [&](double z) {
-    out.azimuth_low = out.azimuth - z * out.azimuth_sd;
-    out.azimuth_high = out.azimuth + z * out.azimuth_sd;
-  };
-  const double normal = [&] {  // quantile of the normal, by bisection of erfc
-    double low = 0, high = 40;
-    for (int it = 0; it < 80; ++it) {
-      const double x = (low + high) / 2;
-      (std::erfc(x / std::sqrt(2.0)) > 1 - options.confidence ? low : high) = x;
-    }
-    return low;
-  }();
-  by_sd(normal);
-  const std::optional<Conditional> low = profile.at(out.bias - 2 * out.claimed_sd, lowest),
-                                   high = profile.at(out.bias + 2 * out.claimed_sd, lowest);
-  out.complete = low && high;
-  out.rise_low = low ? low->cost - lowest.cost : std::nan("");
-  out.rise_high = high ? high->cost - lowest.cost : std::nan("");
-  const auto four = [&](double rise) { return std::abs(rise / 4 - 1) <= options.parabola; };
-  const bool one_mode = modes.size() < 2 || modes[1].cost - lowest.cost > options.cutoff;
-  out.parabola = one_mode && four(out.rise_low) && four(out.rise_high);
-  if ((out.parabola && !always) || !std::isfinite(out.azimuth_claimed_sd)) return out;
-
-  // From every minimum outwards, in steps that change J by something like 1/2
+  const auto k = static_cast<std::size_t>(out.station);
   std::vector<std::pair<double, double>> ranges;
   std::vector<std::vector<Conditional>> segments;
   int count = 0;
@@ -153,6 +123,12 @@ AxialProfile profile_azimuth(const Model& m, const Readings& readings, const std
     ranges.emplace_back(segment.front().bias, segment.back().bias);
     segments.push_back(std::move(segment));
   }
+  return segments;
+}
+
+/// Mean, sd and interval of the azimuth and of the bias by integration over the profile.
+void integrate_azimuth(std::vector<std::vector<Conditional>> segments, const AxialProfileOptions& options,
+                       AxialProfile& out) {
   double top = -1e300;
   for (const auto& segment : segments)
     for (const Conditional& c : segment) top = std::max(top, c.log_density);
@@ -170,7 +146,7 @@ AxialProfile profile_azimuth(const Model& m, const Readings& readings, const std
     }
   if (!(sum > 0)) {
     out.complete = false;
-    return out;
+    return;
   }
   double mean_bias = 0, square_bias = 0, mean = 0, square = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -187,6 +163,39 @@ AxialProfile profile_azimuth(const Model& m, const Readings& readings, const std
   out.azimuth_sd = std::sqrt(square - mean * mean);
   out.azimuth_low = out.azimuth + mixture_quantile(points, weights, (1 - options.confidence) / 2);
   out.azimuth_high = out.azimuth + mixture_quantile(points, weights, (1 + options.confidence) / 2);
+}
+
+}  // namespace
+
+AxialProfile profile_azimuth(const Model& m, const Readings& readings, const std::vector<Solution>& modes, int station,
+                             const AxialProfileOptions& options, bool always) {
+  const Solution& lowest = modes.front();
+  const auto k = static_cast<std::size_t>(station);
+  const Profile profile(m, readings, lowest, station);
+  AxialProfile out;
+  out.station = station;
+  out.bias = out.mean_bias = lowest.stations[k].chain[kBias];
+  out.claimed_sd = out.sd_bias = profile.claimed_sd();
+  out.azimuth = out.azimuth_mean = profile.azimuth();
+  out.azimuth_claimed_sd = out.azimuth_sd =
+      attitude_sd(lowest.stations[k].frame, lowest.stations[k].covariance.topLeftCorner<3, 3>())[1];
+  const auto by_sd = [&](double z) {
+    out.azimuth_low = out.azimuth - z * out.azimuth_sd;
+    out.azimuth_high = out.azimuth + z * out.azimuth_sd;
+  };
+  by_sd(stats::normal_quantile((1 + options.confidence) / 2));
+  const std::optional<Conditional> low = profile.at(out.bias - 2 * out.claimed_sd, lowest),
+                                   high = profile.at(out.bias + 2 * out.claimed_sd, lowest);
+  out.complete = low && high;
+  out.rise_low = low ? low->cost - lowest.cost : std::nan("");
+  out.rise_high = high ? high->cost - lowest.cost : std::nan("");
+  const auto four = [&](double rise) { return std::abs(rise / 4 - 1) <= options.parabola; };
+  const bool one_mode = modes.size() < 2 || modes[1].cost - lowest.cost > options.cutoff;
+  out.parabola = one_mode && four(out.rise_low) && four(out.rise_high);
+  if ((out.parabola && !always) || !std::isfinite(out.azimuth_claimed_sd)) return out;
+
+  std::vector<std::vector<Conditional>> segments = trace_segments(profile, modes, options, out);
+  integrate_azimuth(std::move(segments), options, out);
   return out;
 }
 

@@ -17,9 +17,9 @@
 /// finite: g -> 0. Where the Hessian at the limit is positive definite, lambda -> 0 and the last steps are Newton's,
 /// which converge quadratically.
 #include <cmath>
-#include <limits>
 #include <optional>
 
+#include "base/units.h"
 #include "chained/linearised_station.h"
 
 namespace surveymc::chained {
@@ -46,7 +46,7 @@ Descent<typename Problem::Point> descend(const Problem& problem, const typename 
   System gauss_newton = problem.system(out.at);
   std::optional<System> newton;
   bool curved = false;  // Gauss-Newton does not serve
-  double damping = 0, last2 = std::numeric_limits<double>::infinity();
+  double damping = 0, last2 = kInfinity;
   int held = 0;  // steps in a row that J is too coarse to judge
   while (out.iterations < options.max_iterations) {
     if (!std::isfinite(out.cost)) {
@@ -93,7 +93,7 @@ Descent<typename Problem::Point> descend(const Problem& problem, const typename 
     }
     if (taken) {
       const bool slow = damping == 0 && size2 > kSlow * last2;
-      last2 = damping == 0 ? size2 : std::numeric_limits<double>::infinity();
+      last2 = damping == 0 ? size2 : kInfinity;
       if (coarse || gain > 0.75)
         damping = damping > kLeastDamping ? damping / kFactor : 0;
       else if (gain < 0.25)

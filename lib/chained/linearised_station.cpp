@@ -11,12 +11,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-Matrix3d cross_matrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 Vector3d interference_N(const Model& m, const Point& at, int k) {
   if (m.interference.states() == 0) return Vector3d::Zero();
   return m.interference.weight(k) * (m.interference.directions * at.interference);
@@ -36,7 +30,7 @@ StationLinear linearise(const Model& m, const Readings& readings, const Point& a
   const Vector3d h = frame * (Vector3d(m.horizontal + c[1], 0, m.down + c[2]) + a);
   StationLinear s;
   s.residual = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(e.data());
-  s.by_delta << -cross_matrix(f), -cross_matrix(h);
+  s.by_delta << -survey::cross_matrix(f), -survey::cross_matrix(h);
   s.by_chain.setZero();
   s.by_chain.block<3, 1>(0, kGravityError) = -d;
   s.by_chain.block<3, 3>(0, kAccelerometerOffset).setIdentity();

@@ -1,7 +1,8 @@
 #include "chained/reading_tests.h"
 
 #include <cmath>
-#include <limits>
+
+#include "base/units.h"
 
 namespace surveymc::chained {
 
@@ -18,7 +19,7 @@ ReadingTests reading_tests(const Model& m, const Readings& readings, const Solut
       const double left =
           1 - j.row(row).dot(solution.stations[static_cast<std::size_t>(k)].covariance * j.row(row).transpose());
       const bool tested = readings.used(k, i) && left > 1e-12;
-      sensitivity[i] = tested ? std::sqrt(left) : std::numeric_limits<double>::quiet_NaN();
+      sensitivity[i] = tested ? std::sqrt(left) : kNaN;
       w[i] = s.residual[row] / sensitivity[i];
     }
     t.w.push_back(w);

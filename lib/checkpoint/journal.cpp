@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kMark = "SMCJRNL1";
+constexpr std::string_view kJournalMark = "SMCJRNL1";
 
 std::string prefix_of(const fs::path& output) { return store::resolved(output).filename().string() + ".journal."; }
 
@@ -31,7 +31,7 @@ RunKey read_key(ByteReader& in) {
 }
 
 /// A file that has our name, but begins otherwise, is a user's.
-bool is_journal(std::string_view bytes) { return bytes.starts_with(kMark) || kMark.starts_with(bytes); }
+bool is_journal(std::string_view bytes) { return bytes.starts_with(kJournalMark) || kJournalMark.starts_with(bytes); }
 
 }  // namespace
 
@@ -61,7 +61,7 @@ JournalContents read_journals(const fs::path& output, const RunKey& key) {
     }
     if (!is_journal(bytes)) continue;
     std::size_t at = 0;
-    while (const std::optional<Record> record = record_at(bytes, at, kMark)) {
+    while (const std::optional<Record> record = record_at(bytes, at, kJournalMark)) {
       at = record->end;
       ByteReader in(record->body);
       const RunKey of = read_key(in);  // before the tally, whose form another build may not know
@@ -88,7 +88,7 @@ void remove_journals(const fs::path& output, const RunKey& key) {
     try {
       const std::string bytes = read_bytes(path);
       if (!is_journal(bytes)) continue;
-      const std::optional<Record> first = record_at(bytes, 0, kMark);
+      const std::optional<Record> first = record_at(bytes, 0, kJournalMark);
       ByteReader in(first ? first->body : std::string_view{});
       if (!first || read_key(in) == key) unlink(path.c_str());
     } catch (const IoError&) {  // gone already, or not ours to read
@@ -113,7 +113,7 @@ void Journal::add(std::uint64_t point, const montecarlo::Subtree& subtree) {
   body.put(point);
   const std::string node = montecarlo::subtree_to_bytes(subtree);
   body.put(node.data(), node.size());
-  pending_ += sealed_record(kMark, body.take());
+  pending_ += sealed_record(kJournalMark, body.take());
 }
 
 bool Journal::fail() {

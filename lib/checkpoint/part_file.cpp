@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kMark = "SMCPART1";
+constexpr std::string_view kPartMark = "SMCPART1";
 
 std::string encode(const Part& p) {
   ByteWriter out;
@@ -90,7 +90,7 @@ Part decode(std::string_view body) {
 }  // namespace
 
 void write_part(const fs::path& path, const Part& part) {
-  const std::string bytes = sealed_record(kMark, encode(part));
+  const std::string bytes = sealed_record(kPartMark, encode(part));
   try {
     store::AtomicFile file(store::resolved(path));
     file.write({bytes.begin(), bytes.end()});
@@ -102,8 +102,8 @@ void write_part(const fs::path& path, const Part& part) {
 
 Part read_part(const fs::path& path) {
   const std::string bytes = read_bytes(path);
-  if (!bytes.starts_with(kMark)) throw IoError(fmt::format("{}: is no surveymc part file", path.string()));
-  const std::optional<Record> record = record_at(bytes, 0, kMark);
+  if (!bytes.starts_with(kPartMark)) throw IoError(fmt::format("{}: is no surveymc part file", path.string()));
+  const std::optional<Record> record = record_at(bytes, 0, kPartMark);
   if (!record || record->end != bytes.size())
     throw IoError(fmt::format("{}: is damaged: delete it and run that part again", path.string()));
   try {
@@ -117,8 +117,8 @@ PartState part_state(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(path, error)) return PartState::missing;
   const std::string bytes = read_bytes(path);
-  if (!bytes.starts_with(kMark)) return PartState::foreign;
-  const std::optional<Record> record = record_at(bytes, 0, kMark);
+  if (!bytes.starts_with(kPartMark)) return PartState::foreign;
+  const std::optional<Record> record = record_at(bytes, 0, kPartMark);
   return record && record->end == bytes.size() ? PartState::whole : PartState::damaged;
 }
 

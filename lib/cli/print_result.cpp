@@ -13,16 +13,6 @@ namespace {
 
 constexpr const char* kWarningsTable = "warnings";
 
-std::size_t longest_line(const std::string& text) {
-  std::size_t longest = 0;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    longest = std::max(longest, end - begin);
-    begin = end + 1;
-  }
-  return longest;
-}
-
 }  // namespace
 
 void print_tables(const store::Result& result, const std::string& path) {
@@ -31,7 +21,7 @@ void print_tables(const store::Result& result, const std::string& path) {
   for (const store::Table& t : result.tables) {
     if (t.rows() == 0 || t.name == kWarningsTable) continue;
     const std::string text = t.rows() > kReadable || t.columns.size() > 40 ? "" : store::format_table(t);
-    if (text.empty() || longest_line(text) > kWidest)
+    if (text.empty() || store::longest_line(text) > kWidest)
       left_out += (left_out.empty() ? "" : ", ") + t.name;
     else
       fmt::print("{}\n", text);

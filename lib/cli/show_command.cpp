@@ -84,16 +84,6 @@ void print_heading(const store::Result& r) {
   if (!verdicts.empty()) fmt::print("verdicts: {}\n", verdicts);
 }
 
-std::size_t longest_line(const std::string& text) {
-  std::size_t longest = 0;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    longest = std::max(longest, end - begin);
-    begin = end + 1;
-  }
-  return longest;
-}
-
 /// The first letters, and "..." where there are more than `most`.
 std::string shortened(const std::string& text, std::size_t most) {
   std::size_t letters = 0, keep = 0;
@@ -115,7 +105,7 @@ void print_list(const ShowArguments& a, const store::Result& r) {
   for (std::string& t : titles) t.clear();
   format.width = format.most_rows = kNoLimit;
   constexpr std::size_t kGap = 2, kLeastTitle = 20;
-  const std::size_t taken = longest_line(store::format_table(list, format)) + kGap;
+  const std::size_t taken = store::longest_line(store::format_table(list, format)) + kGap;
   const std::size_t room = std::max(screen - std::min(screen, taken), kLeastTitle);
   for (std::size_t i = 0; i < titles.size(); ++i) titles[i] = shortened(whole[i], room);
   const std::string text = store::format_table(list, format);

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
+#include "base/units.h"
 #include "store/json.h"
 
 namespace surveymc::cli {
@@ -60,7 +60,7 @@ std::string axis_text(const store::Axis& axis) {
 }
 
 struct Range {
-  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+  double lowest = kInfinity, highest = -lowest;
   std::size_t lowest_at = 0, highest_at = 0, finite = 0, infinite = 0, missing = 0;
 };
 

@@ -3,17 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include <fmt/ranges.h>
 
+#include "base/units.h"
 #include "stats/linear_algebra.h"
 
 namespace surveymc::estimate {
 
 Observability observability(const Eigen::Matrix<double, Eigen::Dynamic, 6>& jacobian) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Eigen::Matrix<double, Eigen::Dynamic, 6> scaled = jacobian;
   for (int i = 0; i < 6; ++i) {
     const double length = scaled.col(i).norm();

@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "base/units.h"
 #include "stats/linear_algebra.h"
 
 namespace surveymc::estimate {
@@ -16,9 +17,7 @@ using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
-double ResidualTests::variance_factor() const {
-  return redundancy > 0 ? statistic / redundancy : std::numeric_limits<double>::quiet_NaN();
-}
+double ResidualTests::variance_factor() const { return redundancy > 0 ? statistic / redundancy : kNaN; }
 
 ResidualTests residual_tests(const std::vector<survey::StationFields>& stations,
                              const std::vector<FieldMisfit>& misfits, const InputErrors& noise) {
@@ -75,7 +74,7 @@ ResidualTests residual_tests(const std::vector<survey::StationFields>& stations,
 }
 
 DirectionTest direction_test(const ResidualTests& t, std::size_t station, const Vector2d& c) {
-  const double information = c.dot(t.precision[station] * c), nan = std::numeric_limits<double>::quiet_NaN();
+  const double information = c.dot(t.precision[station] * c), nan = kNaN;
   // Rounding of 1 - q q', as above.
   if (!(information > 1e-10 * c.squaredNorm() * t.precision[station].trace())) return {nan, nan, nan};
   const double along = c.dot(t.pull[station]);

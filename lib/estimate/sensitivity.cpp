@@ -82,10 +82,7 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
   unit.tail<2>() = z_unit;
   Matrix8d inverse = Matrix8d::Zero();  // of the unknowns; what is held does not move
   if (!unknown.empty()) {
-    const Eigen::MatrixXd of_unknown = normal(unknown, unknown);
-    const Eigen::MatrixXd inverse_of_unknown =
-        of_unknown.ldlt().solve(Eigen::MatrixXd::Identity(of_unknown.rows(), of_unknown.cols()));
-    inverse(unknown, unknown) = inverse_of_unknown;
+    inverse(unknown, unknown) = stats::symmetric_inverse(normal(unknown, unknown));
   }
   inverse = unit.asDiagonal() * inverse;
   for (std::size_t k = 0; k < n; ++k) {

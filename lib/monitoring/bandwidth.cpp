@@ -1,8 +1,7 @@
 #include "monitoring/bandwidth.h"
 
-#include <limits>
-
 #include "base/error.h"
+#include "base/units.h"
 #include "monitoring/aakr.h"
 #include "monitoring/training.h"
 
@@ -31,8 +30,7 @@ std::vector<BandwidthScore> search_bandwidth(const Samples& z, const Samples& tr
   }
   for (BandwidthScore& s : scores) {
     s.mse_measured /= static_cast<double>(z.size());
-    s.mse_truth =
-        truth.size() > 0 ? s.mse_truth / static_cast<double>(z.size()) : std::numeric_limits<double>::quiet_NaN();
+    s.mse_truth = truth.size() > 0 ? s.mse_truth / static_cast<double>(z.size()) : kNaN;
   }
   return scores;
 }

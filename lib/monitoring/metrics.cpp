@@ -1,7 +1,8 @@
 #include "monitoring/metrics.h"
 
 #include <cmath>
-#include <limits>
+
+#include "base/units.h"
 
 namespace surveymc::monitoring {
 
@@ -44,7 +45,7 @@ double mean_where(const Eigen::MatrixXd& s, Wanted wanted) {
         sum += s(j, k);
         ++count;
       }
-  return count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
+  return count > 0 ? sum / count : kNaN;
 }
 
 }  // namespace

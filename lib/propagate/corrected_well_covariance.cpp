@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "survey/minimum_curvature.h"
+#include "survey/position_method.h"
 
 namespace surveymc::propagate {
 
@@ -43,18 +43,15 @@ std::vector<Matrix3d> position_covariances(const std::vector<double>& md,
     m += moved * s.parameters_by_draws.transpose();
     p += by_tangent * s.tangent_by_parameters;
   };
-  Matrix3d arriving = Matrix3d::Zero();  // of the leg that ends at station k - 1, by its tangent
-  for (std::size_t k = 1; k < md.size(); ++k) {
-    const survey::IntervalDerivatives leg =
-        survey::minimum_curvature_derivatives(md[k] - md[k - 1], tangents[k - 1], tangents[k]);
-    add(stations[k - 1], arriving + leg.by_from, own, own_with_estimate, by_parameters);
-    Matrix3d o = own;
-    Matrix36d m = own_with_estimate, p = by_parameters;
-    add(stations[k], leg.by_to, o, m, p);
-    const Matrix3d mixed = m * p.transpose();
-    all[k] = o + mixed + mixed.transpose() + p * parameter_covariance * p.transpose();
-    arriving = leg.by_to;
-  }
+  survey::walk_intervals(survey::PositionMethod::minimum_curvature, md, tangents,
+                         [&](std::size_t k, const survey::IntervalDerivatives& d, const Matrix3d& arriving) {
+                           add(stations[k - 1], arriving + d.by_from, own, own_with_estimate, by_parameters);
+                           Matrix3d o = own;
+                           Matrix36d m = own_with_estimate, p = by_parameters;
+                           add(stations[k], d.by_to, o, m, p);
+                           const Matrix3d mixed = m * p.transpose();
+                           all[k] = o + mixed + mixed.transpose() + p * parameter_covariance * p.transpose();
+                         });
   return all;
 }
 

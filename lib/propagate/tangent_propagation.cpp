@@ -24,16 +24,13 @@ std::vector<Matrix3d> propagate_tangent_errors(const std::vector<double>& md,
   std::vector<Matrix3d> covariances(md.size(), Matrix3d::Zero());
   if (md.empty()) return covariances;
   Eigen::Matrix3Xd constant = Eigen::Matrix3Xd::Zero(3, errors[0].constant.cols());
-  Matrix3d independent = Matrix3d::Zero();  // of the stations passed, whose both legs are known
-  Matrix3d leg_before = Matrix3d::Zero();   // by the tangent of station k - 1, of the leg that ends there
-  for (std::size_t k = 1; k < md.size(); ++k) {
-    const survey::IntervalDerivatives d =
-        survey::interval_derivatives(method, md[k] - md[k - 1], tangents[k - 1], tangents[k]);
-    constant += d.by_from * errors[k - 1].constant + d.by_to * errors[k].constant;
-    independent += square(leg_before + d.by_from, errors[k - 1].independent);
-    covariances[k] = constant * constant.transpose() + independent + square(d.by_to, errors[k].independent);
-    leg_before = d.by_to;
-  }
+  Matrix3d independent = Matrix3d::Zero();  // of the stations passed, whose both intervals are known
+  survey::walk_intervals(
+      method, md, tangents, [&](std::size_t k, const survey::IntervalDerivatives& d, const Matrix3d& arriving) {
+        constant += d.by_from * errors[k - 1].constant + d.by_to * errors[k].constant;
+        independent += square(arriving + d.by_from, errors[k - 1].independent);
+        covariances[k] = constant * constant.transpose() + independent + square(d.by_to, errors[k].independent);
+      });
   return covariances;
 }
 

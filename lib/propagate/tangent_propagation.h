@@ -16,7 +16,7 @@ struct TangentErrors {
 
 /// Covariance of the position (N, E, V, m2) at every station, to first order; zero at the first.
 ///   C_r = (sum_k D_rk X_k)(sum_k D_rk X_k)' + sum_k D_rk Y_k Y_k' D_rk',  D_rk = dr_r/dt_k,
-/// X constant, Y independent. The station reached has only its leg before (ISCWSA's e*), the others both (e).
+/// X constant, Y independent. The station reached has only its interval before (ISCWSA's e*), the others both (e).
 /// `md` in metres, `tangents` in N, one `errors` a station, all with as many constant columns. Linear time.
 std::vector<Eigen::Matrix3d> propagate_tangent_errors(const std::vector<double>& md,
                                                       const std::vector<survey::Vec3<double>>& tangents,

@@ -10,8 +10,8 @@ namespace surveymc::propagate {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-std::vector<double> vertical_station_weights(int legs, double spacing) {
-  std::vector<double> w(static_cast<std::size_t>(legs) + 1, spacing);
+std::vector<double> vertical_station_weights(int intervals, double spacing) {
+  std::vector<double> w(static_cast<std::size_t>(intervals) + 1, spacing);
   w.front() = w.back() = spacing / 2;
   return w;
 }
@@ -77,9 +77,9 @@ TwoSources spe_67616_sources(const std::vector<double>& weights, double tilt_sd)
 TwoSources copegrove_sources(const std::vector<double>& weights, double tilt_sd, bool with_half_leg) {
   TwoSources s;
   for (std::size_t k = 0; k < weights.size(); ++k) {
-    // Without dD/2 each leg that meets at the station counts as one metre.
-    const double legs = k == 0 || k + 1 == weights.size() ? 1 : 2;
-    s.push_back(tilt_sd * Vector2d(-weights[k], with_half_leg ? weights[k] : legs).asDiagonal().toDenseMatrix());
+    // Without dD/2 each interval that meets at the station counts as one metre.
+    const double intervals = k == 0 || k + 1 == weights.size() ? 1 : 2;
+    s.push_back(tilt_sd * Vector2d(-weights[k], with_half_leg ? weights[k] : intervals).asDiagonal().toDenseMatrix());
   }
   return s;
 }

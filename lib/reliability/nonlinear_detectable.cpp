@@ -1,11 +1,11 @@
 #include "reliability/nonlinear_detectable.h"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include <Eigen/Cholesky>
 
+#include "base/units.h"
 #include "reliability/adjustment.h"
 #include "reliability/conditions.h"
 #include "reliability/levenberg.h"
@@ -101,8 +101,6 @@ class ErrorShift {
   }
 
  private:
-  static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
   /// One Gauss-Newton step, and the tests of the linear problem that it solves.
   struct Step {
     Values next;
@@ -207,7 +205,7 @@ double first_found(const Size& size, double sd, double lambda0, double tolerance
     above *= kStep;
     excess = size(above) - lambda0;
   }
-  if (!(above < kMostSd * sd)) return std::numeric_limits<double>::infinity();
+  if (!(above < kMostSd * sd)) return kInfinity;
   // Regula falsi that halves the value of an end that stays (Illinois), and halves the bracket where that is slow: the
   // shift may have kinks
   int kept = 0;
@@ -274,7 +272,7 @@ DetectedError detected_error(const AdjustmentModel& model, const survey::Attitud
 }
 
 AngleEffects angle_effects(const survey::Attitude& at, const DetectedError& e) {
-  const double none = std::numeric_limits<double>::quiet_NaN();
+  const double none = kNaN;
   if (!std::isfinite(e.size)) return {e.size, e.size, e.size};
   const survey::Attitude with = survey::attitude_from_fields(survey::from_eigen(e.down), survey::from_eigen(e.field));
   const auto turned = [](double angle) { return std::remainder(angle, 2 * kPi); };

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
+#include "base/units.h"
 #include "simd/instruction_set.h"
 
 namespace surveymc::reliability {
@@ -196,7 +196,7 @@ std::array<ObservationReliability<double>, kObservations> station_reliability(co
   const StationSines<double> s{std::sin(at.inclination),  std::cos(at.inclination), std::sin(at.toolface),
                                std::cos(at.toolface),     std::sin(at.azimuth),     std::cos(at.azimuth),
                                std::sin(model.field.dip), std::cos(model.field.dip)};
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double nan = kNaN;
   std::array<ObservationReliability<double>, kObservations> all;
   all.fill({nan, nan, nan, nan, nan, nan, nan, nan});
   unsigned wanted = 0;

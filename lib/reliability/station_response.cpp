@@ -1,13 +1,13 @@
 #include "reliability/station_response.h"
 
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "base/units.h"
 #include "reliability/reliability_grid.h"
+#include "stats/linear_algebra.h"
 
 namespace surveymc::reliability {
 namespace {
@@ -16,8 +16,6 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNothing = 1e-12;  // rad per sd of the error: rounding, as in station_kernel.h
 constexpr Index kBz = static_cast<Index>(index_of(Observation::bz));
 
@@ -168,11 +166,11 @@ ErrorResponse StationResponse::of(const Observations& error) const {
 }
 
 WeakestDirection weakest_direction(const Eigen::MatrixXd& information) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(information);
-  const Eigen::VectorXd& values = eigen.eigenvalues();  // rising, at most 1
-  Index equal = 1;                                      // directions that show as little
+  const stats::SymmetricEigen eigen = stats::symmetric_eigen(information);
+  const Eigen::VectorXd& values = eigen.values;  // rising, at most 1
+  Index equal = 1;                               // directions that show as little
   while (equal < values.size() && values[equal] - values[0] < kLeastRedundancy) ++equal;
-  const Eigen::MatrixXd space = eigen.eigenvectors().leftCols(equal);
+  const Eigen::MatrixXd space = eigen.vectors.leftCols(equal);
   // Nearest to a single observation: the longest projection of a unit vector, of equal ones the first
   const Eigen::VectorXd lengths = space.rowwise().norm();
   Index first = 0;

@@ -25,7 +25,7 @@ struct SensorRunSetup {
   survey::ToolfacePlan plan;
   std::vector<int> reported;  ///< stations whose position is wanted, ascending
   /// The first station is a tie-on: its direction is known, the tool does not measure it. Else it is measured as the
-  /// others are, and its errors move the half leg that follows it.
+  /// others are, and its errors move the half interval that follows it.
   bool first_is_tie_on = false;
 
   int stations() const { return static_cast<int>(md.size()); }

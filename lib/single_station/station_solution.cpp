@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -127,7 +126,7 @@ StationGains station_gains(const StationSolution& x, const StationSigmas& s, Sta
     mz += p.axial_north * ca / v * missing;
   }
 
-  const double infinity = std::numeric_limits<double>::infinity();
+  const double infinity = kInfinity;
   const Row azimuth = (ca * east - sa * north) / bh;
   StationGains gains;
   gains << inclination, across, azimuth, azimuth, si * lean + ci * z, ca * north + sa * east, vertical, mz;

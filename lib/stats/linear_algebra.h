@@ -39,11 +39,16 @@ class Cholesky {
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const;
   /// L^-1 b.
   Eigen::MatrixXd solve_lower(const Eigen::MatrixXd& b) const;
+  /// L'^-1 b.
+  Eigen::MatrixXd solve_upper(const Eigen::MatrixXd& b) const;
 
  private:
   friend Cholesky cholesky(const Eigen::MatrixXd& a);
   Eigen::LLT<Eigen::MatrixXd> factor_;
 };
 Cholesky cholesky(const Eigen::MatrixXd& a);
+
+/// Inverse of a symmetric matrix, by L D L' with pivots; its lower triangle is read.
+Eigen::MatrixXd symmetric_inverse(const Eigen::MatrixXd& a);
 
 }  // namespace surveymc::stats

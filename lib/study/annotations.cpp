@@ -29,17 +29,25 @@ void require_known(const config::ConfigReader& entry, const std::string& key, co
 
 }  // namespace
 
+PublishedEntry read_published(config::ConfigReader& entry) {
+  PublishedEntry p;
+  p.source = entry.text("source");
+  p.table = entry.text("table");
+  p.values = entry.number_table("values", {});
+  p.here = entry.matches_point("at");
+  return p;
+}
+
 Annotations Annotations::read(config::ConfigReader& config, const std::vector<RowName>& rows) {
   Annotations a;
   for (config::ConfigReader& entry : config.tables("published")) {
-    entry.text("source");
+    const PublishedEntry published = read_published(entry);
     a.has_published_ = true;
-    RowName name{entry.text("table"), entry.has("formulation") ? entry.text("formulation") : "", ""};
-    const bool here = entry.matches_point("at");
-    for (const auto& [quantity, value] : entry.number_table("values", {})) {
+    RowName name{published.table, entry.has("formulation") ? entry.text("formulation") : "", ""};
+    for (const auto& [quantity, value] : published.values) {
       name.quantity = quantity;
       require_known(entry, "values", name, rows);
-      if (here) a.published_.push_back({name, value});
+      if (published.here) a.published_.push_back({name, value});
     }
   }
   for (config::ConfigReader& entry : config.tables("expect")) {

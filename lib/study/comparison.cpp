@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/units.h"
 #include "study/table_rows.h"
 
 namespace surveymc::study {
@@ -68,8 +69,8 @@ ComparisonRow compare_value(const std::string& quantity, const std::string& unit
   row.interval = found.interval;
   if (!std::isfinite(predicted) || !(found.value > 0)) return row;
   row.ratio = predicted / found.value;
-  row.ratio_interval = {predicted / found.interval.hi, found.interval.lo > 0 ? predicted / found.interval.lo
-                                                                             : std::numeric_limits<double>::infinity()};
+  row.ratio_interval = {predicted / found.interval.hi,
+                        found.interval.lo > 0 ? predicted / found.interval.lo : kInfinity};
   set_verdict(row, row.ratio_interval, rule, trials);
   return row;
 }
@@ -205,7 +206,7 @@ store::Table comparison_table(const std::string& name, const std::string& long_n
 }
 
 store::Table published_fit_table(const std::vector<ComparisonRow>& rows) {
-  double squares = 0, lowest = std::numeric_limits<double>::infinity(), highest = 0;
+  double squares = 0, lowest = kInfinity, highest = 0;
   std::int64_t count = 0;
   std::set<std::string> seen;  // a published value stands beside each formulation: once is enough
   for (const ComparisonRow& row : rows) {

@@ -1,10 +1,10 @@
 #pragma once
 /// Comparison tables: Monte Carlo, analytic and published values of one quantity in a row, with a verdict.
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "base/units.h"
 #include "stats/sample_summary.h"
 #include "store/table.h"
 #include "study/verdict.h"
@@ -15,19 +15,19 @@ namespace surveymc::study {
 struct ComparisonRow {
   std::string formulation;  ///< which prediction; "" where a table has only one
   std::string quantity, unit;
-  double monte_carlo = std::numeric_limits<double>::quiet_NaN();
+  double monte_carlo = kNaN;
   stats::Interval interval{monte_carlo, monte_carlo};
-  double analytic = std::numeric_limits<double>::quiet_NaN();
-  double ratio = std::numeric_limits<double>::quiet_NaN();
+  double analytic = kNaN;
+  double ratio = kNaN;
   stats::Interval ratio_interval{ratio, ratio};
-  double published = std::numeric_limits<double>::quiet_NaN();
+  double published = kNaN;
   std::string verdict, expected, note;
-  double margin = std::numeric_limits<double>::quiet_NaN();  ///< that the verdict was given by
+  double margin = kNaN;  ///< that the verdict was given by
 };
 
 /// A Monte-Carlo value and its interval. NaN: not there.
 struct Estimate {
-  double value = std::numeric_limits<double>::quiet_NaN();
+  double value = kNaN;
   stats::Interval interval{value, value};
 };
 /// Mean of component `index`, and the root of it, which of squares is an RMS; NaN with fewer than two values.

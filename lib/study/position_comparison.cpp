@@ -1,7 +1,6 @@
 #include "study/position_comparison.h"
 
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -13,8 +12,7 @@ namespace surveymc::study {
 
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr stats::Interval kNoInterval{kNan, kNan};
+constexpr stats::Interval kNoInterval{kNaN, kNaN};
 
 /// Everything of a row but the leading columns; `row` is null for the ellipse of the trials themselves.
 void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector2d& center, const propagate::Ellipse& e,
@@ -27,7 +25,7 @@ void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector
   t.number("major_azimuth_deg", "deg", "direction of the major axis, clockwise from north", e.azimuth / kDegree);
   const bool usable = row && s.units > 2;
   const std::array<double, 2> predicted{e.semi_major, e.semi_minor};
-  std::array<double, 2> sd{kNan, kNan};
+  std::array<double, 2> sd{kNaN, kNaN};
   std::array<stats::Interval, 2> sd_ci{kNoInterval, kNoInterval}, ratio_ci = sd_ci;
   std::array<std::string, 2> word;
   for (std::size_t a = 0; a < 2 && usable; ++a) {
@@ -46,20 +44,20 @@ void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector
     t.estimate(fmt::format("coverage_{}sigma", k), "1",
                fmt::format("share of trials inside the {}-sigma ellipse; {:.4f} if normal", k,
                            propagate::ellipse_coverage(static_cast<double>(k))),
-               has_area ? static_cast<double>(inside) / static_cast<double>(s.paired ? 2 * s.units : s.units) : kNan,
+               has_area ? static_cast<double>(inside) / static_cast<double>(s.paired ? 2 * s.units : s.units) : kNaN,
                !has_area  ? kNoInterval
                : s.paired ? stats::paired_binomial_interval(inside, s.units, rule.confidence)
                           : stats::binomial_interval(inside, s.units, rule.confidence));
   }
   t.estimate("nees", "1", "mean squared Mahalanobis distance from the truth; 2 if consistent",
-             has_area ? row->nees.mean : kNan,
+             has_area ? row->nees.mean : kNaN,
              has_area ? stats::mean_interval(row->nees, rule.confidence) : kNoInterval);
   t.number("wishart_p", "1", "p-value of the likelihood-ratio test of the 2x2 covariance",
-           has_area ? row->wishart_p : kNan);
-  t.number("published_ratio_major", "1", "published ratio along the major axis", row ? row->published_major : kNan);
-  t.number("published_ratio_minor", "1", "published ratio along the minor axis", row ? row->published_minor : kNan);
+           has_area ? row->wishart_p : kNaN);
+  t.number("published_ratio_major", "1", "published ratio along the major axis", row ? row->published_major : kNaN);
+  t.number("published_ratio_minor", "1", "published ratio along the minor axis", row ? row->published_minor : kNaN);
   t.number("margin", "1", "what agrees: the ratio of both axes within 1 -+ margin",
-           word[0].empty() && word[1].empty() ? kNan : rule.margin);
+           word[0].empty() && word[1].empty() ? kNaN : rule.margin);
   t.word("verdict", "both axes agree, one differs, or undecided",
          word[0] == "differs" || word[1] == "differs" ? "differs"
          : word[0] == word[1]                         ? word[0]

@@ -1,5 +1,7 @@
 #include "survey/minimum_curvature.h"
 
+#include "survey/position_method.h"
+
 namespace surveymc::survey {
 
 double ratio_factor_slope(double s) {
@@ -20,10 +22,11 @@ IntervalDerivatives minimum_curvature_derivatives(double dmd, const Vec3<double>
 
 namespace {
 
-template <class Leg>
-std::vector<Eigen::Vector3d> positions(const std::vector<double>& md, const std::vector<Vec3<double>>& t, Leg leg) {
+template <class Interval>
+std::vector<Eigen::Vector3d> positions(const std::vector<double>& md, const std::vector<Vec3<double>>& t,
+                                       Interval interval) {
   std::vector<Eigen::Vector3d> p(md.size(), Eigen::Vector3d::Zero());
-  for (std::size_t k = 1; k < md.size(); ++k) p[k] = p[k - 1] + to_eigen(leg(md[k] - md[k - 1], t[k - 1], t[k]));
+  for (std::size_t k = 1; k < md.size(); ++k) p[k] = p[k - 1] + to_eigen(interval(md[k] - md[k - 1], t[k - 1], t[k]));
   return p;
 }
 
@@ -56,11 +59,11 @@ std::vector<double> true_vertical_depths(const Survey& survey) {
 std::vector<Eigen::Matrix3d> final_position_by_tangent(const std::vector<double>& md,
                                                        const std::vector<Vec3<double>>& tangents) {
   std::vector<Eigen::Matrix3d> d(md.size(), Eigen::Matrix3d::Zero());
-  for (std::size_t k = 1; k < md.size(); ++k) {
-    const IntervalDerivatives leg = minimum_curvature_derivatives(md[k] - md[k - 1], tangents[k - 1], tangents[k]);
-    d[k - 1] += leg.by_from;
-    d[k] += leg.by_to;
-  }
+  walk_intervals(PositionMethod::minimum_curvature, md, tangents,
+                 [&](std::size_t k, const IntervalDerivatives& interval, const Eigen::Matrix3d&) {
+                   d[k - 1] += interval.by_from;
+                   d[k] += interval.by_to;
+                 });
   return d;
 }
 

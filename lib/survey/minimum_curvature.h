@@ -1,7 +1,7 @@
 #pragma once
 /// From directions along the hole to positions: minimum curvature and balanced tangential, with derivatives.
 ///
-/// A leg of length dD between unit tangents t1 and t2 (N frame) that enclose the dogleg beta displaces by
+/// An interval of length dD between unit tangents t1 and t2 (N frame) that enclose the dogleg beta displaces by
 ///   minimum curvature   dr = dD/2 RF (t1 + t2),  RF = tan(beta/2) / (beta/2)    (thesis eq 18; RF = 1 at beta = 0)
 ///   balanced tangential dr = dD/2 (t1 + t2)
 /// RF is a smooth function of s = sin^2(beta/2) = |t2 - t1|^2 / 4: no angle is computed and nothing is 0/0.
@@ -32,7 +32,7 @@ T ratio_factor(const T& s) {
   return T(1.0) / (sqrt(T(1.0) - s) * half_dogleg_per_sine);
 }
 
-/// Displacement of one leg in the frame of the tangents, metres.
+/// Displacement of one interval in the frame of the tangents, metres.
 template <class T>
 Vec3<T> minimum_curvature_interval(const T& dmd, const Vec3<T>& from, const Vec3<T>& to) {
   const Vec3<T> chord = to - from;
@@ -48,7 +48,7 @@ Vec3<T> balanced_tangential_interval(const T& dmd, const Vec3<T>& from, const Ve
 /// dRF/ds, relative error below 1e-10.
 double ratio_factor_slope(double s);
 
-/// Derivatives of one leg's displacement by its two tangents (metres per unit of a tangent component).
+/// Derivatives of one interval's displacement by its two tangents (metres per unit of a tangent component).
 struct IntervalDerivatives {
   Eigen::Matrix3d by_from, by_to;
 };

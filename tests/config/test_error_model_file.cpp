@@ -44,15 +44,15 @@ TEST_CASE("A model file gives terms in SI units") {
   CHECK(m.source == "me");
   CHECK(m.first_leg_doubled);
   REQUIRE(m.terms.size() == 4);
-  CHECK(m.terms[0].sigma == Approx(3.048));
+  CHECK(m.terms[0].sigma == Approx(3.048).epsilon(1e-13));
   CHECK(m.terms[0].magnitude == 10);
   CHECK(m.terms[0].unit == "ft");
   CHECK(m.terms[0].mode == error_model::PropagationMode::random);
-  CHECK(m.terms[1].sigma == Approx(3000 * kDegree));
+  CHECK(m.terms[1].sigma == Approx(3000 * kDegree).epsilon(1e-13));
   CHECK(m.terms[1].mode == error_model::PropagationMode::well);
   CHECK(m.terms[2].sigma == 0);
   CHECK(m.terms[2].mode == error_model::PropagationMode::global);
-  CHECK(m.terms[3].sigma == Approx(70));
+  CHECK(m.terms[3].sigma == Approx(70).epsilon(1e-13));
   CHECK(m.terms[3].mode == error_model::PropagationMode::systematic);
 }
 

@@ -58,7 +58,7 @@ TEST_CASE("A leg has the stations deeper than its from; it keeps the model of th
   CHECK(legs.runs[2].first == 3);  // 200 ft, written in metres
   CHECK(legs.model_names[1] == "tool.toml");
   CHECK(legs.model_names[2] == "tool.toml");
-  CHECK(legs.from_md[2] == Approx(60.96));
+  CHECK(legs.from_md[2] == Approx(60.96).epsilon(1e-13));
 }
 
 TEST_CASE("Legs out of order, without stations or with two depths are refused") {
