@@ -19,9 +19,9 @@ enum class StudyId : std::uint32_t {
   chained_multistation = 8,
   axial_correction = 9,
   position_covariance = 10,
+  tool_code_map = 18,
   reliability_map = 11,
   reliability_well = 12,
-  tool_code_map = 18,
   gross_error_detection = 20,
 };
 
