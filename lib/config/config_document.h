@@ -28,7 +28,7 @@ struct ConfigDocument {
   std::filesystem::path folder;  // files are relative to it
   /// Of a TOML file that a config names: the config. Files are read through it, relative to this file.
   std::shared_ptr<ConfigDocument> parent;
-  bool is_from_result = false;   // files are those in `stored_files`, not on disk; large ones are in `folder`
+  bool is_from_result = false;  // files are those in `stored_files`, not on disk; large ones are in `folder`
   std::map<std::string, InputTable> stored_files;
   std::map<std::string, std::string> stored_texts;
   std::map<std::string, InputReference> stored_references;

@@ -46,7 +46,7 @@ struct Function {
   /// kVerticalLimit. With `azimuth` only.
   Expression vertical_north, vertical_east;
   Dimension magnitude;  ///< of a source with this function: magnitude_dimension()
-  std::string file;  ///< where it is from, for tables
+  std::string file;     ///< where it is from, for tables
 
   /// The formula of the azimuth or of the lateral effect, whichever there is.
   const Expression& azimuth_or_lateral() const { return lateral.empty() ? azimuth : lateral; }

@@ -204,10 +204,10 @@ TEST_CASE("A model extends another: terms are replaced, added and removed, and w
   const error_model::Model o = read(text);
   CHECK(o.name == "O");
   CHECK(o.title == "changed");
-  CHECK(o.east_west_exclusion == Approx(15 * kDegree));
+  CHECK(o.east_west_exclusion == Approx(15 * kDegree).epsilon(1e-13));
   REQUIRE(o.terms.size() == 1);
   CHECK(o.terms[0].code == "U");
-  CHECK(o.terms[0].sigma == Approx(2 * kDegree));
+  CHECK(o.terms[0].sigma == Approx(2 * kDegree).epsilon(1e-13));
 }
 
 TEST_CASE("Functions of a file go before the shipped ones, and a file of functions is found beside the model") {

@@ -116,7 +116,7 @@ TEST_CASE("Units have the dimension that a function's magnitude needs") {
   CHECK(unit_factor(rate.to_power({1, 2}), "deg/sqrt(hr)") == unit_factor(rate.to_power({1, 2}), "deg/sqr(hr)"));
   CHECK(unit_factor(rate, "deg") == 0);
   CHECK(unit_factor(kMetre, "ft") == 0.3048);
-  CHECK(unit_factor(kNanotesla, "deg.nT") == Approx(kDegree));
+  CHECK(unit_factor(kNanotesla, "deg.nT") == Approx(kDegree).epsilon(1e-15));
 
   Function mixed;
   mixed.depth = parse_expression("1");
@@ -175,7 +175,7 @@ TEST_CASE("A term without any effect is found") {
 TEST_CASE("The angle to magnetic east or west is that between the directions") {
   CHECK(angle_to_east_west(90 * kDegree, 90 * kDegree) == Approx(0).margin(1e-7));
   CHECK(angle_to_east_west(90 * kDegree, 270 * kDegree) == Approx(0).margin(1e-7));
-  CHECK(angle_to_east_west(90 * kDegree, 60 * kDegree) == Approx(30 * kDegree));
-  CHECK(angle_to_east_west(75 * kDegree, 90 * kDegree) == Approx(15 * kDegree));
-  CHECK(angle_to_east_west(0, 90 * kDegree) == Approx(90 * kDegree));
+  CHECK(angle_to_east_west(90 * kDegree, 60 * kDegree) == Approx(30 * kDegree).epsilon(1e-13));
+  CHECK(angle_to_east_west(75 * kDegree, 90 * kDegree) == Approx(15 * kDegree).epsilon(1e-13));
+  CHECK(angle_to_east_west(0, 90 * kDegree) == Approx(90 * kDegree).epsilon(1e-13));
 }
