@@ -1,5 +1,5 @@
-/// The command line: list, check, run, plan, merge, status, show, rerun, man, completion (README.md). Prints; all work
-/// is in lib/ and the studies.
+/// The command line: list, models, check, run, plan, merge, status, show, rerun, man, completion (README.md). Prints;
+/// all work is in lib/ and the studies.
 #include <chrono>
 #include <csignal>
 #include <cstdio>
