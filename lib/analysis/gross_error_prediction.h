@@ -1,6 +1,6 @@
 #pragma once
-/// What theory says of the trials of gross errors: rates of false alarms, detection and identification, linear (Nyrnes
-/// et al., eqs 16 to 20) and by the solution of the nonlinear adjustment.
+/// What theory says of the trials of gross errors: rates of false alarms, detection and identification, in linear
+/// theory (reliability/significance.h, reliability/identification.h) and by the solution of the nonlinear adjustment.
 #include <vector>
 
 #include "base/units.h"
