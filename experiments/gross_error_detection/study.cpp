@@ -56,7 +56,8 @@ SnoopingOutcome judge_snooping(const reliability::SnoopingResult& r, const Numbe
 
 class GrossErrorDetection final : public study::StudyPoint {
  public:
-  GrossErrorDetection(Scenario scenario, reliability::GrossErrorTrials trials, Prediction prediction)
+  GrossErrorDetection(Scenario scenario, reliability::GrossErrorTrials trials,
+                      analysis::GrossErrorPrediction prediction)
       : s_(std::move(scenario)),
         trials_(std::move(trials)),
         prediction_(std::move(prediction)),
@@ -197,7 +198,7 @@ class GrossErrorDetection final : public study::StudyPoint {
 
   Scenario s_;
   reliability::GrossErrorTrials trials_;
-  Prediction prediction_;
+  analysis::GrossErrorPrediction prediction_;
   EventLayout layout_;
   Numbers errors_;
 };
@@ -209,7 +210,7 @@ class GrossErrorPlan final : public study::PointPlan {
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     Scenario s = with_sizes(s_);
     reliability::GrossErrorTrials trials(s.model, s.attitudes, s.errors(), random::stream_of(s.seed));
-    Prediction prediction = predict_gross_errors(s, trials);
+    analysis::GrossErrorPrediction prediction = analysis::predict_gross_errors(trials, s.levels, s.pope);
     return std::make_unique<GrossErrorDetection>(std::move(s), std::move(trials), std::move(prediction));
   }
 

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
-#include "reliability/identification.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/snooping.h"
 #include "stats/share_interval.h"
@@ -19,15 +18,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-const double kNaN = std::nan("");
 constexpr double kMostFailed = 0.01;  // share of trials without a converged adjustment above which nothing is judged
-
-ErrorShift shift_of(const Scenario& s, const VectorXd& w, double omega) {
-  ErrorShift shift;
-  for (const InjectedError& e : s.injected) shift.w.push_back(w[e.error.number]);
-  shift.omega = omega;
-  return shift;
-}
 
 /// The test that is most correlated with that of `number`, tied ones included.
 struct Rival {
@@ -53,50 +44,9 @@ std::string name_of(const Scenario& s, Index number) {
   return s.attitudes.size() > 1 ? fmt::format("{}_{}", name, i / reliability::kReadings) : name;
 }
 
-/// Power of the single test of injected observation k.
-double single_power(const Scenario& s, const Prediction& p, const ErrorShift& shift, std::size_t k) {
-  if (std::isnan(shift.w[k])) return kNaN;
-  if (!s.pope) return reliability::w_power(shift.w[k], p.critical);
-  // The denominator of Pope's test is free of the error only if there is one error, and in linear theory
-  const bool central = s.injected.size() == 1 && &shift == &p.linear;
-  return central ? reliability::pope_power(shift.w[k], p.redundancy, p.two_sided_alpha) : kNaN;
-}
-
 }  // namespace
 
-Prediction predict_gross_errors(const Scenario& s, const reliability::GrossErrorTrials& trials) {
-  Prediction p;
-  p.two_sided_alpha = reliability::two_sided_alpha(s.levels);
-  p.model = reliability::linear_model(s.model, s.attitudes);
-  p.redundancy = static_cast<double>(p.model.redundancy);
-  p.critical = s.pope ? reliability::pope_critical(p.redundancy, p.two_sided_alpha) : reliability::w_critical(s.levels);
-  const double lambda = reliability::lambda0(s.levels);
-  p.general = reliability::b_method_level(p.redundancy, lambda * lambda, s.levels.power);
-
-  reliability::ParityModel shifted = p.model;
-  shifted.whitened.setZero();
-  for (const InjectedError& e : s.injected) shifted.whitened += shifted.columns.col(e.error.number) * e.error.size;
-  p.linear = shift_of(s, reliability::w_statistics(shifted), shifted.omega());
-  const reliability::StationAdjustment noise_free = trials.adjusted(trials.readings_without_noise(true));
-  p.nonlinear = noise_free.converged ? shift_of(s, reliability::w_statistics(noise_free.parity), noise_free.omega)
-                                     : shift_of(s, VectorXd::Constant(p.model.observations(), kNaN), kNaN);
-
-  if (!s.pope)
-    p.false_alarm_any = reliability::linear_rates(p.model, VectorXd::Zero(p.model.columns.rows()), 0, p.critical).any;
-  if (s.injected.empty() || s.pope) return p;
-  const Index number = s.injected.front().error.number;
-  p.linear_any = reliability::linear_rates(p.model, shifted.whitened, number, p.critical).any;
-  if (!noise_free.converged) return p;
-  const reliability::ParityModel& m = noise_free.parity;
-  const reliability::LinearRates rates = reliability::linear_rates(m, m.whitened, number, p.critical);
-  p.any = rates.any;
-  if (s.injected.size() == 1) p.identified = rates.identified;
-  for (const reliability::SuspectGroup& g : reliability::inseparable_groups(m))
-    if (g.size() > 1 && std::find(g.begin(), g.end(), number) != g.end()) p.in_group = true;
-  return p;
-}
-
-store::Table detection_table(const Scenario& s, const Prediction& p, const stats::Tally& tally) {
+store::Table detection_table(const Scenario& s, const analysis::GrossErrorPrediction& p, const stats::Tally& tally) {
   const EventLayout layout{s.injected.size(), s.strategies.size()};
   const std::uint64_t runs = tally.trials - tally.failed;
   study::VerdictRule alarms = s.verdict;
@@ -133,8 +83,8 @@ store::Table detection_table(const Scenario& s, const Prediction& p, const stats
     if (s.injected.empty()) break;
     const bool linear = shift == &p.linear;
     for (std::size_t k = 0; k < s.injected.size(); ++k)
-      rate(formulation, "detection_" + s.injected[k].label, layout.detection(k), single_power(s, p, *shift, k),
-           s.verdict);
+      rate(formulation, "detection_" + s.injected[k].label, layout.detection(k),
+           analysis::single_test_power(p, *shift, k, s.pope), s.verdict);
     rate(formulation, "detection_any", layout.detection_any(), linear ? p.linear_any : p.any, s.verdict);
     rate(formulation, "detection_general", layout.detection_general(),
          std::isnan(shift->omega) ? kNaN
@@ -165,7 +115,7 @@ store::Table detection_table(const Scenario& s, const Prediction& p, const stats
       tally.trials, tally.failed);
 }
 
-store::Table injected_table(const Scenario& s, const Prediction& p) {
+store::Table injected_table(const Scenario& s, const analysis::GrossErrorPrediction& p) {
   study::TableRows t("injected", "the gross errors, and what theory says of them");
   const double lambda = reliability::lambda0(s.levels);
   const VectorXd redundancy = reliability::redundancy_numbers(p.model),
@@ -180,7 +130,7 @@ store::Table injected_table(const Scenario& s, const Prediction& p) {
                           unit
                     : kNaN;
     };
-    const auto shift = [&](const ErrorShift& x) { return k < x.w.size() ? x.w[k] : kNaN; };
+    const auto shift = [&](const analysis::ErrorShift& x) { return k < x.w.size() ? x.w[k] : kNaN; };
     const Rival rival = closest_rival(p.model, e.error.number);
     t.word("observation", "in which the error is", reliability::observation_names()[e.observation]);
     t.count("station", "number of the station, from 0; -1: a reference",

@@ -1,7 +1,6 @@
 #pragma once
-/// Predicted rates of a gross-error study, and its tables.
-#include <cmath>
-
+/// Tables of a gross-error study.
+#include "analysis/gross_error_prediction.h"
 #include "gross_error_detection/scenario.h"
 #include "montecarlo/run_blocks.h"
 #include "stats/layout.h"
@@ -28,31 +27,9 @@ struct EventLayout : stats::Layout {
   stats::Slots outcome = slots(strategies, kOutcomes);  ///< by strategy and SnoopingOutcome
 };
 
-/// Shifts of the tests by the injected errors, without noise.
-struct ErrorShift {
-  std::vector<double> w;  ///< of each injected observation's test; NaN where the adjustment does not converge
-  double omega = 0;       ///< noncentrality of the general test
-};
-
-/// Everything that the rates are held against.
-struct Prediction {
-  double two_sided_alpha, critical;     ///< of the single test: |w| or |tau|
-  reliability::DimensionLevel general;  ///< B-method: the general test finds nabla_0 with the power of the single test
-  double redundancy;
-  ErrorShift linear, nonlinear;
-  reliability::ParityModel model;         ///< at the error-free readings
-  double false_alarm_any = std::nan("");  ///< some test rejects though there is no error, linear theory
-  double linear_any = std::nan("");       ///< some test rejects, linear theory
-  /// By the shift of the nonlinear adjustment and the tests at its solution; NaN: not known (linear_rates).
-  double any = std::nan("");
-  double identified = std::nan("");  ///< one error, strategy single
-  bool in_group = false;             ///< the observation in error is in a group: `identified` is the group's
-};
-Prediction predict_gross_errors(const Scenario& s, const reliability::GrossErrorTrials& trials);
-
 /// Comparison table of all rates.
-store::Table detection_table(const Scenario& s, const Prediction& p, const stats::Tally& tally);
+store::Table detection_table(const Scenario& s, const analysis::GrossErrorPrediction& p, const stats::Tally& tally);
 /// One row per error: size, minimal detectable errors, shifts, and the test that is most like its own.
-store::Table injected_table(const Scenario& s, const Prediction& p);
+store::Table injected_table(const Scenario& s, const analysis::GrossErrorPrediction& p);
 
 }  // namespace surveymc::studies::gross_error_detection

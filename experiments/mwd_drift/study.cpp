@@ -21,8 +21,9 @@ class MwdDrift final : public study::StudyPoint {
     tally.trials = static_cast<std::uint64_t>(block.count);
     for (int i = 0; i < block.count; ++i) {
       const std::uint64_t trial = block.first + static_cast<std::uint64_t>(i);
-      const Run with = run_well(s_, trial, SensorBias::ramp), without = run_well(s_, trial, SensorBias::none),
-                walk = run_well(s_, trial, SensorBias::walk);
+      const analysis::DriftRun with = analysis::drift_run(s_, trial, analysis::SensorBias::ramp),
+                               without = analysis::drift_run(s_, trial, analysis::SensorBias::none),
+                               walk = analysis::drift_run(s_, trial, analysis::SensorBias::walk);
       for (const int x : {with.sprt_alarm, with.filter_alarm, with.named, without.sprt_alarm, without.filter_alarm})
         tally.samples.push_back(x);
       for (const double x : {walk.nis_mean, walk.nis_inside, walk.nees_mean}) tally.samples.push_back(x);
@@ -46,7 +47,7 @@ class MwdDrift final : public study::StudyPoint {
   }
 
   std::string replay(std::uint64_t trial) const override {
-    const Run run = run_well(s_, trial, SensorBias::ramp);
+    const analysis::DriftRun run = analysis::drift_run(s_, trial, analysis::SensorBias::ramp);
     return fmt::format("well {}: first alarm at station {} (SPRT), {} (filter, which names {}); -1: none\n", trial,
                        run.sprt_alarm, run.filter_alarm,
                        run.named < 0 ? "none" : kSensors[static_cast<std::size_t>(run.named)]);

@@ -187,9 +187,9 @@ store::Table series_table(const Scenario& s) {
   study::TableRows t("series",
                      "first well, with drift: channels in their sd, and the biases that the filter estimates");
   constexpr std::array<const char*, 3> kChannels{"gravity", "total_field", "dip"};
-  const Run run = run_well(s, 0, SensorBias::ramp, true);
+  const analysis::DriftRun run = analysis::drift_run(s, 0, analysis::SensorBias::ramp, true);
   for (int k = 0; k < s.stations; ++k) {
-    const DriftingStation& at = run.stations[static_cast<std::size_t>(k)];
+    const analysis::DriftingStation& at = run.stations[static_cast<std::size_t>(k)];
     t.number("md_m", "m", "measured depth from the first station", k * s.spacing);
     for (std::size_t c = 0; c < 3; ++c) {
       const std::string name = kChannels[c];

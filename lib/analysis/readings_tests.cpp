@@ -10,8 +10,6 @@
 namespace surveymc::analysis {
 namespace {
 
-const double kNaN = std::nan("");
-
 /// Chi-squared, both tails: residuals may be too large or too small for the claimed noise.
 ReadingsTest variance_factor_test(const estimate::ResidualTests& t, double alpha) {
   ReadingsTest row{"variance_factor", -1, kNaN, "", t.variance_factor(), kNaN, kNaN, kNaN, kNaN, kNaN, "", ""};
