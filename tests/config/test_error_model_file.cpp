@@ -8,8 +8,6 @@
 
 using namespace surveymc;
 using namespace surveymc::config;
-using namespace surveymc::propagate;
-using namespace surveymc::survey;
 using Catch::Matchers::Equals;
 using Catch::Matchers::StartsWith;
 
