@@ -157,8 +157,10 @@ class PositionCovariancePlan final : public study::PointPlan {
   /// The models with their terms, everything that they extend applied.
   std::string details() const override {
     std::string out;
-    for (const propagate::ToolRun& run : s_.tools.runs)
-      if (const std::string text = config::model_text(*run.model); out.find(text) == std::string::npos) out += text;
+    for (const propagate::ToolRun& run : s_.tools.runs) {
+      const std::string text = config::model_text(*run.model), terms = text.substr(text.find("[[model]]"));
+      if (out.find(terms) == std::string::npos) out += terms;
+    }
     return out;
   }
 
