@@ -150,7 +150,11 @@ def draw_bars(file, md, order):
         if not np.isfinite(values[model]["lateral"]):
             panel.text(0, i, " no covariance", va="center", fontsize=6)
     panel.set_yticks(y, models, fontsize=7)
-    panel.invert_yaxis()
+    panel.set_ylim(len(models) - 0.4, -0.6)
+    sizes = [v for m in models for v in values[m].values() if np.isfinite(v) and v > 0]
+    if sizes and max(sizes) > 20 * np.median(sizes):  # a blind hole would make all others look alike
+        panel.set_xscale("log")
+        panel.set_xlim(0.5 * min(sizes), 1.5 * max(sizes))
     panel.set_xlabel("one standard deviation (m)")
     panel.set_title(f"md {at:g} m", fontsize=9)
     handles, _ = panel.get_legend_handles_labels()

@@ -8,8 +8,6 @@
 
 using namespace surveymc;
 using namespace surveymc::config;
-using namespace surveymc::propagate;
-using namespace surveymc::survey;
 using Catch::Matchers::Equals;
 using Catch::Matchers::StartsWith;
 
@@ -186,11 +184,11 @@ TEST_CASE("A bad model is refused with its line and rule") {
   refused(good + model("") + "[[model]]\nname = 'N'\nextends = 'M'\nremove = ['X']\n", "has no term \"X\"");
   const std::string sum = "kind = 'continuous'\naxis = 'XY'\nazimuth = 'Previous + (MD - MDPrev) / RunningSpeed'";
   refused(function(sum) + model("", "deg/hr"), "term T: F is continuous: the model must have gyro");
-  const std::string zone = "gyro = { initialise_at_deg = 15, zones = [ { axis = 'Z', from_deg = 0, to_deg = 90, ";
-  refused(function(sum) + model(zone + "speed_m_per_h = 3600 } ] }", "deg/hr"), "needs a zone of axis \"XY\"");
+  const std::string zone = "gyro = { initialise_at_deg = 15, zones = [ { axis = 'Z', from_deg = 0, to_deg = 90";
+  refused(function(sum) + model(zone + ", speed_m_per_h = 3600 } ] }", "deg/hr"), "needs a zone of axis \"XY\"");
   refused(function(sum) + model(zone + "} ] }", "deg/hr"), "speed_m_per_h: missing");
   refused(
-      good + model(zone + "speed_m_per_h = 1 }, { axis = 'XY', from_deg = 50, to_deg = 90, speed_m_per_h = 2 } ] }"),
+      good + model(zone + ", speed_m_per_h = 1 }, { axis = 'XY', from_deg = 50, to_deg = 90, speed_m_per_h = 2 } ] }"),
       "zones that overlap must have one speed");
   refused(good + model("gyro = { initialise_at_deg = 'top', zones = [] }"), "must be \"leg start\"");
 }

@@ -7,7 +7,7 @@
 #include "base/units.h"
 #include "config/shipped_models.h"
 #include "error_model/model_graph.h"
-#include "propagate/position_covariance.h"
+#include "propagate/station_effects.h"
 #include "propagate/tool_covariance.h"
 #include "propagate/toolface_independent.h"
 #include "survey/minimum_curvature.h"
