@@ -16,7 +16,7 @@ import os
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.colors import LogNorm, TwoSlopeNorm
+from matplotlib.colors import LogNorm
 from matplotlib.patches import Patch
 
 import plotting
@@ -81,7 +81,11 @@ def panels(maps, values, norm, cmap, label):
             panel.set_xlabel(f"azimuth ({DEGREE})")
         if panel.get_subplotspec().is_first_col():
             panel.set_ylabel(f"inclination ({DEGREE})")
-    figure.colorbar(drawn, ax=axes, label=label)
+    bar = figure.colorbar(drawn, ax=axes, label=label, extend="max")
+    ticks = [t * 10.0**e for e in range(-3, 4) for t in (1, 1.5, 2, 3, 5, 7)]
+    bar.set_ticks([t for t in ticks if norm.vmin <= t <= norm.vmax])
+    bar.ax.minorticks_off()
+    bar.ax.yaxis.set_major_formatter("{x:g}")
     return figure
 
 
@@ -103,8 +107,9 @@ def draw_ratio(maps, reference):
     finite = ratio[np.isfinite(ratio)]
     if finite.size == 0:
         raise PlotError("no cell in which two models hold")
-    top = max(1.05, float(np.quantile(finite, 0.98)))
-    norm = TwoSlopeNorm(1.0, vmin=min(0.95, float(finite.min())), vmax=top)
+    # A scale of factors, the same both ways; a pole of a gyrocompass would take the whole of it.
+    top = float(np.clip(np.quantile(np.maximum(finite, 1 / finite), 0.98), 1.1, 3.0))
+    norm = LogNorm(1 / top, top)
     name = reference if reference is not None else maps.models[0]
     return panels(maps, ratio, norm, "RdBu_r", f"lateral sd over that of {name}")
 
