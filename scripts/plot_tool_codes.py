@@ -152,8 +152,9 @@ def draw_bars(file, md, order):
             if model in outside:
                 bar.set(facecolor="white", edgecolor=color, hatch="////", linewidth=0.5)
     for i, model in enumerate(models):
-        if not np.isfinite(values[model]["lateral"]):
-            panel.text(0, i, " no covariance", va="center", fontsize=6)
+        if not values[model]["lateral"] > 0:
+            text = "0 m" if values[model]["lateral"] == 0 else "no covariance: a weight is not finite"
+            panel.text(0.006, i, text, va="center", fontsize=6, transform=panel.get_yaxis_transform())
     panel.set_yticks(y, models, fontsize=7)
     panel.set_ylim(len(models) - 0.4, -0.6)
     sizes = [v for m in models for v in values[m].values() if np.isfinite(v) and v > 0]
@@ -162,7 +163,7 @@ def draw_bars(file, md, order):
         panel.set_xlim(0.5 * min(sizes), 1.5 * max(sizes))
     panel.set_xlabel("one standard deviation (m)")
     panel.set_title(f"md {at:g} m", fontsize=9)
-    handles, _ = panel.get_legend_handles_labels()
+    handles = [Patch(color=color, label=direction.replace("_", " ")) for direction, color in DIRECTIONS]
     if outside:
         handles.append(Patch(facecolor="white", edgecolor="k", hatch="////", label="the model does not hold"))
     panel.legend(handles=handles, fontsize=7)
