@@ -1,5 +1,5 @@
 #pragma once
-/// Plain values as bytes and back: little endian, lists and texts behind their length. Nothing is aligned.
+/// Plain values as bytes and back: little endian; the length of a list or text stands before it. Nothing is aligned.
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -39,8 +39,8 @@ class ByteWriter {
   std::string bytes_;
 };
 
-/// Reads what a ByteWriter wrote. Throws IoError where the bytes end too early or a length cannot be right: it never
-/// allocates more than the bytes that there are.
+/// Reads the bytes that a ByteWriter wrote. Throws IoError where the bytes end too early or a length cannot be right,
+/// so that a reader never allocates more than the number of bytes it was given.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : left_(bytes) {}
@@ -75,7 +75,7 @@ class ByteReader {
     left_.remove_prefix(size);
     return bytes;
   }
-  /// How many things follow, none of which is smaller than `least` bytes.
+  /// How many items follow, none of which is smaller than `least` bytes.
   std::size_t length(std::size_t least) {
     const auto n = get<std::uint64_t>();
     if (n > left_.size() / least) throw IoError("damaged: a length is larger than the data");

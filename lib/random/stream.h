@@ -1,8 +1,8 @@
 #pragma once
-/// Random numbers addressed by what they are for.
+/// Random numbers that are addressed by their purpose.
 ///
-/// A draw is a pure function of (seed, study, trial, channel, index): not of thread, block, lane or the draws before
-/// it. Two estimators on one seed see the same noise, and any single trial can be replayed.
+/// A draw is a pure function of (seed, study, trial, channel, index): not of thread, block, lane or earlier draws. Two
+/// estimators on one seed see the same noise, and any single trial can be replayed.
 ///
 /// Philox 4x32-10 (Salmon et al., SC'11; the tests compare it with Random123) gives four 32-bit words for each counter
 ///   (trial low, trial high, index / 4, study << 16 | channel), key = (seed low, seed high).
@@ -19,7 +19,7 @@ namespace surveymc::random {
 
 using namespace simd;
 
-/// What a draw is for. The numbers are part of every archived result: new channels go at the end.
+/// The purpose of a draw. The numbers are part of every archived result: new channels go at the end.
 enum class Channel : std::uint32_t {
   magnetometer_noise = 0,    ///< index 3 station + axis
   accelerometer_noise = 1,   ///< index 3 station + axis
@@ -76,12 +76,12 @@ class Stream {
   }
 
  private:
-  /// The low halves; what stands above them is not part of the draw.
+  /// The low halves of the lanes; the bits above them are not part of the draw.
   template <class T>
   [[gnu::always_inline]] std::array<Bits<T>, 4> words(const Bits<T>& trial, Channel channel,
                                                       const Bits<T>& call) const {
     using B = Bits<T>;
-    // 32-bit words in 64-bit lanes. What stands above a word is left to stand: the product looks at the low half only.
+    // 32-bit words in 64-bit lanes. The bits above a word may be anything: the product reads the low half only.
     B c0 = trial, c1 = trial >> 32, c2 = call, c3((std::uint64_t{study_} << 16) | static_cast<std::uint32_t>(channel));
     for (const auto& key : keys_) {
       const B p0 = multiply_low32(c0, B(0xD2511F53u)), p1 = multiply_low32(c2, B(0xCD9E8D57u));

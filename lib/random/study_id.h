@@ -8,7 +8,7 @@ namespace surveymc::random {
 /// The numbers are part of every archived result: a study keeps its own for good, and a new study takes one that no
 /// study ever had. At most 65535.
 enum class StudyId : std::uint32_t {
-  none = 0,  ///< no study: of values that were not read from a config
+  none = 0,  ///< no study: for values that were not read from a config
   msa_position = 1,
   msa_benefit = 2,
   drift_monitoring = 3,
@@ -28,7 +28,7 @@ enum class StudyId : std::uint32_t {
 /// The study's name, as configs have it; "" of none.
 std::string_view name_of(StudyId id);
 
-/// What all draws of one run of a study have in common.
+/// The part of the address that all draws of one run of a study have in common.
 struct StudySeed {
   std::uint64_t seed = 0;  ///< of the config
   StudyId study = StudyId::none;

@@ -12,8 +12,8 @@
 
 namespace surveymc::sensor {
 
-/// All of a run but chance; sizes are one standard deviation. States: errors of gravity (m/s2), horizontal and downward
-/// field (nT), offsets of accelerometers (m/s2) and magnetometers (nT) x, y, z.
+/// All inputs of a run except the random draws; sizes are one standard deviation. States: errors of gravity (m/s2),
+/// horizontal and downward field (nT), offsets of accelerometers (m/s2) and magnetometers (nT) x, y, z.
 struct ChainedRunSetup {
   double gravity = 9.80665, horizontal = 0, down = 0;  ///< references: m/s2, nT, nT
   std::array<double, 9> first_sd{}, step_sd{};

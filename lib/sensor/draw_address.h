@@ -1,5 +1,5 @@
 #pragma once
-/// Which of the stream's draws a trial gets, and with which sign.
+/// Which draws of the stream a trial gets, and with which sign.
 #include "simd/math.h"
 
 namespace surveymc::sensor {

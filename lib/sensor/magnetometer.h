@@ -1,5 +1,5 @@
 #pragma once
-/// Truth -> readings: what magnetometers and accelerometers report of a true field, trial by trial.
+/// Truth -> readings: the readings of magnetometers and accelerometers in a true field, trial by trial.
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -38,8 +38,8 @@ struct NoiseModel {
   ReferenceNoise reference = ReferenceNoise::none;
   double reference_total = 0;  ///< nT, one standard deviation
   double reference_dip = 0;    ///< rad, one standard deviation
-  /// Trials 2j and 2j + 1 are a pair: the second has exactly the negated draws of the first, all of them. Needs a law
-  /// that is symmetric about zero; each trial by itself then has the same distribution as without.
+  /// Trials 2j and 2j + 1 are a pair: all draws of the second are exactly the negated draws of the first. Needs a law
+  /// that is symmetric about zero; each trial by itself then has the same distribution as without pairs.
   bool antithetic = false;
 };
 
@@ -54,7 +54,7 @@ struct CleanReadings {
   std::vector<survey::Vec3<double>> field_T;     ///< true field in the tool frame, nT
   std::vector<survey::Vec3<double>> magnetic_T;  ///< magnetometer readings, nT
   std::vector<survey::Vec3<double>> gravity_T;   ///< accelerometer readings, m/s2, pointing down
-  std::vector<survey::Vec3<double>> down_T;      ///< their direction, unit vectors
+  std::vector<survey::Vec3<double>> down_T;      ///< direction of gravity_T, unit vectors
 };
 CleanReadings clean_readings(const survey::Survey& survey, const survey::ReferenceField& field,
                              const MagnetometerErrors& errors);
@@ -62,9 +62,9 @@ CleanReadings clean_readings(const survey::Survey& survey, const survey::Referen
 /// What an error-free tool sees at the stations.
 std::vector<survey::StationFields> station_fields(const CleanReadings& clean);
 
-/// Linear functions of a trial's draws: sums of weight times draw, kSums of them at a time. Draws are those of size 1,
-/// so the weight carries the noise's size. With the weights of a first-order prediction they are what that prediction
-/// says of this very trial: its control variate.
+/// Linear functions of a trial's draws: kSums sums of weight times draw at a time. Draws are those of size 1, so the
+/// weight carries the noise's size. With the weights of a first-order prediction the sums are the prediction for this
+/// very trial: its control variate.
 struct NoiseWeights {
   static constexpr int kSums = 9;     ///< six parameters and three coordinates
   std::vector<double> magnetometer;   ///< [3 station + axis][kSums]

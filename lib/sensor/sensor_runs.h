@@ -14,8 +14,8 @@
 
 namespace surveymc::sensor {
 
-/// All of a run but chance. `gravity_H` (m/s2) and `field_H` (nT) are what a perfect tool at toolface 0 reads: frame H
-/// is the tool's with y towards the high side.
+/// All inputs of a run except the random draws. `gravity_H` (m/s2) and `field_H` (nT) are the readings of a perfect
+/// tool at toolface 0: frame H is the tool's with y towards the high side.
 struct SensorRunSetup {
   std::vector<survey::Vec3<double>> gravity_H, field_H;
   std::vector<double> md;  ///< metres
@@ -24,8 +24,8 @@ struct SensorRunSetup {
   survey::SensorTermArray sd{};  ///< one standard deviation of each error, normal and independent
   survey::ToolfacePlan plan;
   std::vector<int> reported;  ///< stations whose position is wanted, ascending
-  /// The first station is a tie-on: its direction is known, the tool does not measure it. Else it is measured as the
-  /// others are, and its errors move the half interval that follows it.
+  /// True: the first station is a tie-on, whose direction is known and not measured by the tool. False: the tool
+  /// measures it as the other stations, and its errors move half of the interval that follows.
   bool first_is_tie_on = false;
 
   int stations() const { return static_cast<int>(md.size()); }
@@ -52,11 +52,12 @@ void draw_runs(const SensorRunSetup& setup, const random::Stream& stream, std::u
 void run_positions(const SensorRunSetup& setup, SensorRuns& runs);
 
 /// Runs trials first_trial .. first_trial + count - 1 in batches that fit the caches and calls `use` on each batch,
-/// with the number of its first trial. first_trial is a multiple of kGroup. The batches change no bit of a trial.
+/// with the number of its first trial. first_trial is a multiple of kGroup. The bits of a trial do not depend on
+/// batches.
 void for_each_batch(const SensorRunSetup& setup, const random::Stream& stream, std::uint64_t first_trial, int count,
                     const std::function<void(std::uint64_t, const SensorRuns&)>& use);
 
-/// The toolfaces of one trial in rad, [0, 2 pi) where drawn, as given elsewhere.
+/// The toolfaces of one trial in rad: in [0, 2 pi) at stations where they are drawn, as given at the others.
 std::vector<double> toolfaces_of_trial(const survey::ToolfacePlan& plan, const random::Stream& stream,
                                        std::uint64_t trial);
 

@@ -8,7 +8,7 @@
 
 namespace surveymc::sensor {
 
-/// What one station reads and is told without any draw.
+/// The readings and references of one station without any draw.
 struct StationTruth {
   survey::Vec3<double> gravity_T;                              ///< m/s2
   survey::Vec3<double> magnetic_T;                             ///< nT, constant errors included
@@ -23,7 +23,7 @@ struct StationDrawSd {
   double axial = 0;
 };
 
-/// Stations drawn in one go: first_station is a multiple of it.
+/// Number of stations drawn in one call: first_station is a multiple of it.
 inline constexpr int kStationBatch = 4;
 
 /// Draws stations first_station .. first_station + stations.size() - 1 (at most kStationBatch of them) of the trials

@@ -1,5 +1,5 @@
 #pragma once
-/// Forward-mode derivative numbers: the oracle of every hand-written Jacobian. Not for hot loops.
+/// Dual numbers: forward-mode derivatives, with which tests compare every hand-written Jacobian. Not for hot loops.
 #include <array>
 #include <cstddef>
 #include <type_traits>

@@ -4,7 +4,8 @@ namespace surveymc::simd {
 /// Levels of x86-64 that kernels are built for (lanes.h). Both give the same bits.
 enum class InstructionSet { v3, v4 };
 
-/// The best that this processor has. The environment variable SURVEYMC_INSTRUCTION_SET = "x86-64-v3" asks for less.
+/// The best set that this processor has. The environment variable SURVEYMC_INSTRUCTION_SET = "x86-64-v3" asks for the
+/// smaller one.
 InstructionSet instruction_set();
 
 /// "x86-64-v3" or "x86-64-v4".

@@ -1,5 +1,6 @@
 #pragma once
-/// The one place that knows how trials are put side by side, and with which instructions.
+/// Lanes: several trials side by side in one vector register. Only this file knows how many there are, and which
+/// instructions compute them.
 ///
 /// A kernel is written once, as `template <class T>`, and is called with T = double (one trial: tests, replay),
 /// T = Lanes (one trial per lane) or T = Dual<...> (derivatives). It has no `if` on a T: use select(). All arithmetic
@@ -7,9 +8,9 @@
 /// result of trial i, on every instruction set.
 ///
 /// Kernel files (`*_lanes.cpp`) are compiled twice, for x86-64-v3 (AVX2: 4 lanes) and x86-64-v4 (AVX-512: 8 lanes); the
-/// program chooses when it runs (instruction_set.h). What depends on the width lives in an inline namespace of its own,
-/// so that the linker cannot mix the two. Kernel files therefore use no inline function of other headers but templates
-/// on T.
+/// program chooses when it runs (instruction_set.h). Code that depends on the width lives in an inline namespace of its
+/// own, so that the linker cannot mix the two versions. Kernel files therefore use no inline function of other headers
+/// but templates on T.
 #include <cmath>
 #include <cstdint>
 
@@ -17,7 +18,7 @@
 
 namespace surveymc::simd {
 
-/// Trials lie in memory in groups of this many, whatever the width of a register: the layout, and with it every sum
+/// Trials lie in memory in groups of this many, whatever the width of a register. So the layout, and with it every sum
 /// over trials, is the same on all machines.
 inline constexpr int kGroup = 8;
 

@@ -1,9 +1,9 @@
 #pragma once
-/// Elementary functions for any scalar type, from one source: the system's libm chooses variants by processor, and its
-/// last bits differ between machines.
+/// Elementary functions for any scalar type. They are our own because the system's libm chooses variants by processor,
+/// so that its last bits differ between machines.
 ///
 /// Polynomials and reductions are those of fdlibm (Sun Microsystems 1993, freely distributable): e_log.c, e_exp.c,
-/// k_sin.c, k_cos.c, e_asin.c. Errors below 1 ulp for log, exp, sin and cos in their range; see
+/// k_sin.c, k_cos.c, e_asin.c. Errors are below 1 ulp for log, exp, sin and cos in their range; see
 /// tests/simd/test_math.cpp.
 #include <utility>
 

@@ -1,14 +1,14 @@
 #pragma once
-/// Several registers worked on in turn. One long chain of operations leaves the processor waiting for results; N chains
-/// side by side, operation by operation, fill these gaps. Elementwise like Lanes: element i of a Pack has bit for bit
-/// the result of a kernel called with element i alone.
+/// A Pack: several registers worked on in turn. One long chain of operations leaves the processor waiting for results;
+/// N chains side by side, operation by operation, fill these gaps. A Pack is elementwise like Lanes: element i has bit
+/// for bit the result of a kernel called with element i alone.
 #include <concepts>
 
 #include "simd/lanes.h"
 
 namespace surveymc::simd {
 
-/// Of numbers (T = double, Lanes) or of their bits (T = std::uint64_t, LaneBits): the operators are those of T.
+/// A Pack of numbers (T = double, Lanes) or of their bits (T = std::uint64_t, LaneBits). The operators are those of T.
 template <class T, std::size_t N>
 struct Pack {
   T v[N];

@@ -1,7 +1,7 @@
 #pragma once
-/// Single precision, two numbers in the place of one double: for random normals, which need no more and take 0.6 of the
-/// time so (docs/performance.md). Elementwise IEEE like Lanes, so element i has the same bits on every instruction set
-/// and in a Pack.
+/// Single precision: two numbers in the place of one double. Random normals use it, because they need no more precision
+/// and take only 0.6 of the time (docs/performance.md). Arithmetic is elementwise IEEE like that of Lanes, so element i
+/// has the same bits on every instruction set and in a Pack.
 #include "simd/lanes.h"
 #include "simd/pack.h"
 
@@ -142,7 +142,7 @@ struct SinglesOf<Pack<T, N>> {
   using words = Pack<typename SinglesOf<T>::words, N>;
 };
 
-// --- of the elements of a Pack in turn ---
+// --- the same functions for each element of a Pack ---
 
 template <class W, std::size_t N>
 auto from_words(const Pack<W, N>& a) {
@@ -175,8 +175,8 @@ auto upper(const Pack<S, N>& a) {
 
 // --- elementary functions ---
 
-/// -ln u for u in (0, 1], given u - 1 too: near 1 the logarithm hangs on it, and u has lost most of its digits.
-/// Relative error below 2e-7.
+/// -ln u for u in (0, 1], given u - 1 too: near 1 the logarithm depends on u - 1, of which u itself has lost most
+/// digits. Relative error below 2e-7.
 template <class W, class S>
 [[gnu::always_inline]] inline S minus_log(const S& u, const S& u_less_1) {
   // u = 2^e (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)): adding the gap from sqrt(1/2) to 1 carries at sqrt(2)

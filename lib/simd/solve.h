@@ -1,6 +1,6 @@
 #pragma once
-/// Small fixed-size systems, most of them symmetric, for any scalar type, unrolled by the compiler; lanes never
-/// diverge.
+/// Small linear systems of fixed size, most of them symmetric, for any scalar type. The compiler unrolls all loops; all
+/// lanes take the same path.
 #include <array>
 #include <cstddef>
 

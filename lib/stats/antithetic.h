@@ -9,9 +9,9 @@
 ///   mean        mean of h, variance S(h h) / (P - 1) / P;
 ///   covariance  S(h h) / (P - 1) + sum d d' / P, unbiased: E d is known and takes no degree of freedom;
 ///   its error   to first order the mean over the pairs of u = mean of (y_i - m_i)(y_j - m_j) over the pair.
-/// Of a quantity linear in z h is its mean: the pairs then have all of its mean and half the trials' information on its
-/// variance, as many chi-squared degrees of freedom as there are pairs. What pairs gain for the variance they gain with
-/// a control variate (control_variate.h).
+/// For a quantity that is linear in z, h is the mean of the distribution. Every pair then gives the mean exactly, but
+/// the variance has only as many chi-squared degrees of freedom as there are pairs, half of those of as many
+/// independent trials. Pairs improve the variance only together with a control variate (control_variate.h).
 #include <Eigen/Core>
 
 #include "stats/sample_summary.h"
@@ -21,14 +21,15 @@ namespace surveymc::stats {
 /// Means of rows 2j and 2j + 1: n x d -> n / 2 x d, n even.
 Eigen::MatrixXd pair_means(const Eigen::Ref<const Eigen::MatrixXd>& x);
 
-/// What is tallied of pairs beside the moments of their n trials (x: n x d, one quantity a column): pair means of x,
-/// and pair means of x^2. n / 2 x 2 d. Take quantities less their prediction, so that squares keep their digits.
+/// The columns that a tally of pairs has beside the moments of their n trials (x: n x d, one quantity a column): pair
+/// means of x, and pair means of x^2. n / 2 x 2 d. Take quantities less their prediction, so that squares keep their
+/// digits.
 Eigen::MatrixXd pair_columns(const Eigen::Ref<const Eigen::MatrixXd>& x);
 
-/// Of component i, from the moments of the trials and those of pair_columns().
+/// Summary of component i, from the moments of the trials and those of pair_columns().
 SampleSummary summarise_pairs(const Moments& trials, const Moments& pairs, Eigen::Index i);
 
-/// Unbiased covariance of the quantities, d x d, from the same.
+/// Unbiased covariance of the quantities, d x d, from the same moments.
 Eigen::MatrixXd paired_covariance(const Moments& trials, const Moments& pairs);
 
 /// Probability of an event seen `successes` times in 2 `pairs` trials: the exact interval (intervals.h) as if both

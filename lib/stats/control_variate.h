@@ -1,32 +1,32 @@
 #pragma once
 /// Control variates: a quantity y is compared, trial by trial, with a control l whose mean and covariance are known
-/// exactly (the first-order prediction evaluated on the same noise). What they have in common is chance and is taken
-/// out; what remains is nonlinearity. Works for means, standard deviations and covariances.
+/// exactly (the first-order prediction evaluated on the same noise). Chance moves both in the same way, and this common
+/// part is removed; nonlinearity remains. Works for means, standard deviations and covariances.
 ///
 /// Each estimate (mean of y_i; mean of y_i y_j less the product of the means) is to first order the mean of a per-trial
-/// term. That term is regressed on l_i, l_j and l_i l_j, and what the regression explains is replaced by its known
-/// mean: the variance can only become smaller. Intervals follow from the variance of what is left.
+/// term. That term is regressed on l_i, l_j and l_i l_j. The part that the regression explains is replaced by its known
+/// mean, which can only make the variance smaller. Intervals follow from the variance of the residual.
 ///
-/// Antithetic pairs (antithetic.h; trials y+, y- of draws z, -z; h = (y+ + y-) / 2, d = (y+ - y-) / 2) go the same way
-/// with the pair as the unit and pair means in the place of values. The control of a pair is (l, -l): l_i and l_j have
-/// the pair mean 0 and drop out, l_i l_j stays. The term of the mean is h_i; that of the covariance is the pair mean of
-/// (y_i - m_i)(y_j - m_j), which is
+/// Antithetic pairs (antithetic.h; trials y+, y- of draws z, -z; h = (y+ + y-) / 2, d = (y+ - y-) / 2) are treated
+/// alike, with the pair as the unit and pair means in the place of values. The control of a pair is (l, -l): l_i and
+/// l_j have the pair mean 0 and drop out, l_i l_j stays. The term of the mean is h_i; that of the covariance is the
+/// pair mean of (y_i - m_i)(y_j - m_j), which is
 ///   d_i d_j + (h_i - m_i)(h_j - m_j),
-/// the part of the half-differences and the part of the half-sums. Both are even in z, as is their control l_i l_j, and
-/// one regression of their sum is the sum of one regression for each; its residual has their covariance in it, which
-/// two intervals put together would miss.
-///   Why this pays: with y = l + q + c + ... (orders one, two, three in z) a trial leaves
+/// the part of the half-differences and the part of the half-sums. Both are even in z, as is their control l_i l_j. One
+/// regression of their sum is the sum of one regression for each part. The residual of the one regression includes the
+/// covariance of the two parts, which two separate intervals would miss.
+///   Why pairs help: with y = l + q + c + ... (orders one, two, three in z) a single trial leaves
 ///     y^2 - l^2 = 2 l q + (q^2 + 2 l c) + ...,
-/// third order first. l q is odd in z, so that h^2 + d^2 - l^2 = q^2 + 2 l c + ... has none of it: what is left is of
-/// fourth order, and its variance of order eight instead of six.
+/// which begins with the third order. l q is odd in z, so that it vanishes from h^2 + d^2 - l^2 = q^2 + 2 l c + ...:
+/// the residual of a pair is of fourth order, and its variance of order eight instead of six.
 /// The price: fourth-order terms have heavy tails, and the interval of the standard deviation is a little too narrow
 /// with few pairs (the toy model of the tests: it holds 90 % with 500 pairs, 93 % with 2000, 95 % with 8000).
 ///
-/// Trials that fail have no y, but their draws are known and so is their control. What is estimated is of the trials
-/// that do not fail: with c = 1 of these and 0 of the failed, E[c y] / E[c]. The control's known mean is that over
-/// *all* trials, so it is held against the sample mean over all of them, and the ratio enters as every mean does, by
-/// its per-trial term (y - ratio) c / E[c]. Dropping the failed trials from the control's mean instead would shift the
-/// estimate by what failure and control have in common.
+/// Trials that fail have no y, but their draws are known and so is their control. The estimate is that of the trials
+/// that do not fail: with c = 1 for these and c = 0 for the failed, E[c y] / E[c]. The control's known mean is that
+/// over *all* trials, so the sample mean of the control is taken over all trials, too. The ratio enters as every mean
+/// does, by its per-trial term (y - ratio) c / E[c]. If the sample mean of the control left out the failed trials, a
+/// correlation of failure and control would shift the estimate.
 #include <array>
 
 #include "stats/intervals.h"
@@ -39,7 +39,8 @@ struct ControlledEstimate {
   double plain = 0, controlled = 0;
   Interval plain_interval, controlled_interval;
   /// Variance of the plain estimate from as many *independent* trials over that of the controlled one: how many times
-  /// fewer trials do for one interval. (Of antithetic pairs the plain estimate above is another: that of the pairs.)
+  /// fewer trials give the same interval. (With antithetic pairs the plain estimate above is that of the pairs
+  /// instead.)
   double variance_reduction = 1;
 };
 

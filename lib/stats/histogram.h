@@ -8,8 +8,8 @@
 
 namespace surveymc::stats {
 
-/// Bins [i width, (i + 1) width), i = 0 .. bins - 1; what lies beyond counts in the nearest bin. The counts themselves
-/// are in a tally, where they merge.
+/// Bins [i width, (i + 1) width), i = 0 .. bins - 1; values beyond count in the nearest bin. The counts themselves are
+/// in a tally, where they merge.
 struct HistogramBins {
   std::size_t bins = 4096;
   double width = 1;

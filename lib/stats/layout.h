@@ -1,5 +1,5 @@
 #pragma once
-/// Named ranges of numbers that stand in one row: what a tally's counts, groups, moments or samples are.
+/// Names for ranges of numbers in one row: they say what each of a tally's counts, groups, moments or samples is.
 ///
 ///   struct Events : Layout {
 ///     Events(std::size_t errors, std::size_t methods) : found(slots(errors)), outcome(slots(methods, 5)) {}

@@ -1,6 +1,6 @@
 #pragma once
-/// Decompositions of matrices whose size is known only when the program runs. They stand here so that one file
-/// instantiates Eigen's solvers: each takes ten to thirty seconds of a compiler.
+/// Decompositions of matrices whose size is known only when the program runs. Only this module's source file
+/// instantiates Eigen's solvers, because each takes ten to thirty seconds to compile.
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
@@ -32,7 +32,7 @@ Eigen::VectorXd least_squares_solution(const Eigen::MatrixXd& a, const Eigen::Ve
 /// The factor L of A = L L', A symmetric and positive definite; its lower triangle is read.
 class Cholesky {
  public:
-  /// False where a pivot was not positive: nothing else may be asked then.
+  /// False where a pivot was not positive: then no other member may be called.
   bool positive_definite() const { return factor_.info() == Eigen::Success; }
   Eigen::MatrixXd lower() const;
   /// A^-1 b.

@@ -1,5 +1,5 @@
 #pragma once
-/// Streaming statistics of vectors: what is kept of a million trials.
+/// Streaming statistics of vectors: the moments that are kept of a million trials.
 #include <cstdint>
 #include <vector>
 
@@ -18,7 +18,7 @@ struct Moments {
 
   Moments() = default;
   explicit Moments(Eigen::Index dimension);
-  /// Of n values of d quantities: x is n x d, one quantity a column. Two passes; sums run in eight fixed partial sums.
+  /// Moments of n values of d quantities: x is n x d, one quantity a column. Two passes; eight fixed partial sums each.
   static Moments of(const Eigen::Ref<const Eigen::MatrixXd>& x);
 
   void merge(const Moments& other);

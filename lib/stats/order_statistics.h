@@ -1,5 +1,5 @@
 #pragma once
-/// Quantiles of a sample, and what is known of the median of its distribution without assuming anything of it.
+/// Quantiles of a sample, and an interval of the median that assumes nothing about the distribution.
 #include <vector>
 
 #include "stats/intervals.h"
@@ -9,7 +9,8 @@ namespace surveymc::stats {
 /// Quantile of sorted values (at least one): the smallest with at least that share, in (0, 1], at or below it.
 double sorted_quantile(const std::vector<double>& sorted, double share);
 
-/// Middle one of the values, the mean of the two middle ones of an even number; NaN of none. Values may be infinite.
+/// The middle value, or the mean of the two middle values of an even number; NaN without values. Values may be
+/// infinite.
 double median(std::vector<double> values);
 
 /// Order statistics that hold the median with at least this confidence, whatever the distribution:

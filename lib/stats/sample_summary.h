@@ -1,5 +1,6 @@
 #pragma once
-/// What intervals and verdicts need to know of one quantity, however its trials were drawn.
+/// The numbers that intervals and verdicts need of one quantity, whether its trials are independent or antithetic
+/// pairs.
 #include <cstdint>
 
 #include <Eigen/Core>
@@ -18,7 +19,7 @@ struct SampleSummary {
   double skewness = 0, kurtosis = 0;  ///< of the quantity
 };
 
-/// Of component i of independent trials.
+/// Summary of component i of independent trials.
 SampleSummary summarise(const Moments& trials, Eigen::Index i);
 
 /// Intervals of the mean and of the standard deviation (intervals.h).

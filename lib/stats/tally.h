@@ -1,5 +1,5 @@
 #pragma once
-/// What a block of trials leaves behind. Tallies of neighbouring blocks merge; nothing else of the trials is kept.
+/// The statistics of a block of trials. Tallies of neighbouring blocks merge; nothing else of the trials is kept.
 #include <cstdint>
 #include <vector>
 
@@ -10,11 +10,11 @@ namespace surveymc::stats {
 struct Tally {
   std::uint64_t trials = 0;     ///< all that were run
   std::uint64_t failed = 0;     ///< of them, those whose estimate did not converge: not in the moments
-  std::uint64_t left_out = 0;   ///< converged, but the other of their antithetic pair failed: not in either
+  std::uint64_t left_out = 0;   ///< converged, but the other trial of the antithetic pair failed: not in the moments
   Moments moments;              ///< of the study's quantities
-  std::vector<Moments> groups;  ///< of groups of quantities, without what relates one group to another
-  /// Of quantities with their control variates (control_variate.h), then of the controls of the trials that are not in
-  /// `moments`; a block without such trials may leave the latter away.
+  std::vector<Moments> groups;  ///< of groups of quantities, without covariances between the groups
+  /// Moments of quantities with their control variates (control_variate.h), then of the controls of the trials that are
+  /// not in `moments`; a block without such trials may omit the latter.
   std::vector<Moments> controlled;
   Moments pairs;                             ///< of antithetic pairs (antithetic.h), beside `moments` of their trials
   std::vector<Moments> controlled_pairs;     ///< the same for `controlled`

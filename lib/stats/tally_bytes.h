@@ -7,13 +7,13 @@
 
 namespace surveymc::stats {
 
-/// Grows when a member of Tally or Moments is added or changes its meaning.
+/// Increase this number when a member of Tally or Moments is added or changes its meaning.
 inline constexpr std::uint32_t kTallyVersion = 1;
 
 std::string tally_to_bytes(const Tally& tally);
 
 /// The same tally, bit for bit. Throws IoError if the bytes are of another version, too few or too many, or of sizes
-/// that do not go together. Bytes that changed within a number are not noticed here: records have a checksum.
+/// that do not go together. Damage within a number is not noticed here, but by the checksum of the record.
 Tally tally_from_bytes(std::string_view bytes);
 
 }  // namespace surveymc::stats
