@@ -31,8 +31,8 @@ Scenario read_scenario(config::ConfigReader& c) {
   Scenario s;
   c.integer("trials", 0, 1'000'000'000'000, 0);
   s.model = study::read_adjustment_model(c);
-  s.model.field.dip = c.number("field.dip_deg", config::Range::closed(-89, 89), 75) * kDegree;
-  s.model.field.convergence = c.number("field.convergence_deg", config::Range::closed(-180, 180), 0) * kDegree;
+  s.model.field.dip = study::read_dip(c, s.model);
+  if (!c.has("field.model")) s.model.field.convergence = study::read_convergence(c);
   s.lambda0 = surveymc::reliability::lambda0(study::read_test_levels(c));
   s.observations = read_observations(c, s.model.mode);
   s.worst_toolface = c.choice("toolface", {"survey", "worst"}, "survey") == "worst";

@@ -46,6 +46,7 @@ int list(const std::vector<study::Experiment>& studies) {
 int check(const RunArguments& a) {
   const study::RunPlan run = load(a);
   fmt::print("{}\n", run.config.resolved_text());
+  for (const std::string& line : remark_lines(run.config)) fmt::print("# {}\n", store::printable(line));
   fmt::print("# {} sweep point{}, {} trials in all; config hash {}\n", run.points.size(),
              run.points.size() == 1 ? "" : "s", run.total_trials(), run.config.hash());
   return kDone;
@@ -80,6 +81,7 @@ int run(const RunArguments& a, const std::string& command) {
   store::check_output_path(output);
   log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.points.size(),
                        plan.points.size() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
+  log_remarks(plan.config);
   double elapsed = 0;
   const store::Result result = with_checkpoint(a, plan, output, command, [&](const study::Checkpoint& checkpoint) {
     store::Result r = run_and_stamp(a, plan, command, elapsed, checkpoint);
