@@ -306,7 +306,7 @@ void ConfigReader::fail(const std::string& key, const std::string& rule) const {
 void ConfigReader::note(const std::string& text) const { state_->point->doc->remark(false, text); }
 
 void ConfigReader::warn(const std::string& key, const std::string& text) const {
-  state_->point->doc->remark(true, place(key).remark(text));
+  state_->point->doc->remark(true, key.empty() ? text : place(key).remark(text));
 }
 
 void ConfigReader::finish() const {

@@ -7,12 +7,16 @@
 #include "base/units.h"
 #include "estimate/estimators.h"
 #include "montecarlo/run_blocks.h"
+#include "study/told_inputs.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::study {
 
 survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField& field, bool needs_toolface) {
   config::SurveyConventions conventions;
+  const config::InputTable table = c.csv("survey.file");
+  // Before its zero is asked for, which a file without toolface does not have: this throws.
+  if (needs_toolface && table.find("toolface_deg") < 0) config::survey_from_table(table, conventions, true);
   const std::vector<std::string> zeros{"x", "y"};
   const std::string zero =
       needs_toolface ? c.choice("survey.toolface_zero", zeros) : c.choice("survey.toolface_zero", zeros, "y");
@@ -23,7 +27,9 @@ survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField
                                                       : config::AzimuthReference::true_north;
   conventions.declination = field.declination;
   conventions.convergence = field.convergence;
-  return config::survey_from_table(c.csv("survey.file"), conventions, needs_toolface);
+  survey::Survey survey = config::survey_from_table(table, conventions, needs_toolface);
+  tell_survey(c, table, survey, conventions);
+  return survey;
 }
 
 std::vector<double> read_true_vertical_depths(config::ConfigReader& c, const survey::Survey& survey) {
