@@ -7,7 +7,7 @@
 set -euo pipefail
 
 packages=(g++ cmake ninja-build git libeigen3-dev libhdf5-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libspdlog-dev
-  libcli11-dev libtomlplusplus-dev libboost-dev libxxhash-dev libbenchmark-dev
+  libcli11-dev libtomlplusplus-dev libboost-dev libgeographiclib-dev libxxhash-dev libbenchmark-dev
   python3 python3-numpy python3-h5py python3-matplotlib)
 for part in "$@"; do
   case "$part" in

@@ -95,8 +95,7 @@ const std::array<ProfileQuantity, kProfileQuantities>& profile_quantities() {
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
-  s.field = study::read_field(c);
-  c.require(s.field.declination == 0, "field.declination_deg", "must be 0: azimuths are magnetic in this study");
+  s.field = study::read_field_of_magnetic_north(c);
   c.require(std::abs(s.field.dip) < 89.999 * kDegree, "field.dip_deg", "must leave a horizontal field: |dip| < 89.999");
   s.sigmas = study::read_station_sigmas(c);
   s.methods = read_methods(c, s.sigmas);

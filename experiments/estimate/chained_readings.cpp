@@ -20,6 +20,7 @@
 #include "study/chain_sizes.h"
 #include "study/scenario.h"
 #include "study/table_rows.h"
+#include "study/told_inputs.h"
 
 namespace surveymc::studies::estimate {
 namespace {
@@ -45,6 +46,7 @@ Run read_run(config::ConfigReader& c) {
   r.file = config::readings_from_table(
       c.csv("readings"), {gravity ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force,
                           r.field.gravity, r.field.total});
+  study::tell_readings(c, r.file, r.field);
   r.accelerometer_sign = gravity ? -1 : 1;
   for (std::size_t k = 0; k < r.file.md.size(); ++k) {
     const survey::Vec3<double>&g = r.file.gravity_T[k], &b = r.file.magnetic_T[k];

@@ -18,6 +18,7 @@
 #include "estimate/tables.h"
 #include "study/experiment.h"
 #include "study/scenario.h"
+#include "study/told_inputs.h"
 
 namespace surveymc::studies::estimate {
 namespace {
@@ -61,6 +62,7 @@ Scenario read_scenario(config::ConfigReader& c) {
       c.csv("readings"),
       {sign == "gravity" ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force,
        s.field.gravity, s.field.total});
+  study::tell_readings(c, s.readings, s.field);
   if (solves_by_station(c))
     s.by_station = read_station_estimation(c);
   else

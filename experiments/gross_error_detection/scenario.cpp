@@ -191,7 +191,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 1'000'000'000'000));
   const bool stations_given = c.has("stations");
   s.model = study::read_adjustment_model(c);
-  s.model.field.dip = c.number("field.dip_deg", config::Range::closed(-89, 89), 75) * kDegree;
+  s.model.field.dip = study::read_dip(c, s.model);
   s.model.rotational_shot = c.boolean("rotational_shot", false);
   const bool shared = s.model.mode == reliability::AdjustmentMode::mse_shared;
   c.require(shared || !s.model.rotational_shot, "rotational_shot", "only with mode = \"mse_shared\"");

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "analysis/msa_prediction.h"
+#include "study/drilling.h"
 
 namespace surveymc::studies::msa_position {
 namespace {
@@ -54,7 +55,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   }
   s.control_variate = c.boolean("control_variate", true);
   s.field = study::read_field(c);
-  s.survey = study::read_survey(c, s.field, true);
+  s.survey = study::read_drilled_survey(c, s.field, seed);
   s.survey_place = c.place("survey.file");
   s.errors = study::read_magnetometer_errors(c);
   s.spread = study::read_tool_spread(c);

@@ -63,7 +63,7 @@ Scenario read_scenario(config::ConfigReader& c) {
   s.layer_model.power = levels.power;
   s.subjects = read_subjects(c, s.layer_model.model.mode);
   s.layer_model.gross_error = read_gross_error(c, s.subjects);
-  s.grid = read_grid(c);
+  s.grid = read_grid(c, s.layer_model.model.field.dip);
   s.layers = read_layers(c, s.layer_model, s.subjects.front());
   double points = static_cast<double>(s.subjects.size());
   for (const auto* axis : {&s.grid.noise_scale, &s.grid.dip_deg, &s.grid.inclination_deg, &s.grid.toolface_deg,

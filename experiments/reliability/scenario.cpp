@@ -97,11 +97,12 @@ std::array<double, 3> read_gross_error(config::ConfigReader& c, const std::vecto
   return sizes;
 }
 
-surveymc::reliability::ReliabilityGrid read_grid(config::ConfigReader& c) {
+surveymc::reliability::ReliabilityGrid read_grid(config::ConfigReader& c, double dip_of_place) {
   surveymc::reliability::ReliabilityGrid g;
   const config::Range dip = config::Range::closed(-89, 89);
-  g.dip_deg =
-      c.has("field.dip_deg") ? c.grid("field.dip_deg", dip) : std::vector<double>{c.number("field.dip_deg", dip, 75)};
+  g.dip_deg = c.has("field.model")     ? std::vector<double>{dip_of_place / kDegree}
+              : c.has("field.dip_deg") ? c.grid("field.dip_deg", dip)
+                                       : std::vector<double>{c.number("field.dip_deg", dip, 75)};
   const config::Range factor{0, 1000, true, false};
   g.noise_scale =
       c.has("noise_scale") ? c.grid("noise_scale", factor) : std::vector<double>{c.number("noise_scale", factor, 1)};

@@ -23,7 +23,7 @@ std::vector<ErrorSubject> read_subjects(config::ConfigReader& config, surveymc::
 std::array<double, 3> read_gross_error(config::ConfigReader& config, const std::vector<ErrorSubject>& subjects);
 
 /// `inclination_deg, toolface_deg, magnetic_azimuth_deg`, `field.dip_deg` (75), `noise_scale` (1): numbers, lists or
-/// { from, to, step }.
-surveymc::reliability::ReliabilityGrid read_grid(config::ConfigReader& config);
+/// { from, to, step }. Where field.model is given, the one dip is `dip_of_place`, rad.
+surveymc::reliability::ReliabilityGrid read_grid(config::ConfigReader& config, double dip_of_place);
 
 }  // namespace surveymc::studies::reliability

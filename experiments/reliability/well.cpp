@@ -10,6 +10,7 @@
 #include "reliability/along_well.h"
 #include "reliability/scenario.h"
 #include "study/adjustment_scenario.h"
+#include "study/drilling.h"
 #include "study/experiment.h"
 #include "study/scenario.h"
 #include "study/table_rows.h"
@@ -27,12 +28,12 @@ struct Scenario {
   std::int64_t listed = 5;
 };
 
-Scenario read_scenario(config::ConfigReader& c) {
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   c.integer("trials", 0, 1'000'000'000'000, 0);
   s.model = study::read_adjustment_model(c);
-  s.model.field.dip = c.number("field.dip_deg", config::Range::closed(-89, 89), 75) * kDegree;
-  s.model.field.convergence = c.number("field.convergence_deg", config::Range::closed(-180, 180), 0) * kDegree;
+  s.model.field.dip = study::read_dip(c, s.model);
+  if (!c.has("field.model")) s.model.field.convergence = study::read_convergence(c);
   s.lambda0 = surveymc::reliability::lambda0(study::read_test_levels(c));
   s.observations = read_observations(c, s.model.mode);
   s.worst_toolface = c.choice("toolface", {"survey", "worst"}, "survey") == "worst";
@@ -40,7 +41,8 @@ Scenario read_scenario(config::ConfigReader& c) {
                ? surveymc::reliability::DetectedBy::own_test
                : surveymc::reliability::DetectedBy::general_test;
   s.listed = c.integer("listed", 1, 1000, 5);
-  s.survey = study::read_survey(c, s.model.field, !s.worst_toolface);
+  s.survey = s.worst_toolface ? study::read_survey(c, s.model.field, false)
+                              : study::read_drilled_survey(c, s.model.field, seed);
   c.finish();
   return s;
 }
@@ -318,8 +320,8 @@ study::Experiment well_experiment() {
   return {random::StudyId::reliability_well,
           "Gross errors along a well: minimal detectable errors, effect on the final position",
           "beyond E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65",
-          [](config::ConfigReader& config, random::StudySeed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<ReliabilityWellPlan>(read_scenario(config));
+          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+            return std::make_unique<ReliabilityWellPlan>(read_scenario(config, seed));
           }};
 }
 

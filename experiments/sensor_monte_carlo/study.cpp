@@ -101,7 +101,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   modes.push_back("survey");
   const bool surveyed = c.choice("drilling.mode", modes) == "survey";
   s.survey = study::read_survey(c, s.field, surveyed);
-  const double zero = c.choice("survey.toolface_zero", {"x", "y"}) == "x" ? kPi / 2 : 0.0;
+  // read_survey() has asked for it where the file's toolfaces are used.
+  const double zero = c.choice("survey.toolface_zero", {"x", "y"}, "y") == "x" ? kPi / 2 : 0.0;
   s.plan = study::read_drilling(c, s.survey.md(), zero, random::stream_of(seed), modes);
   if (surveyed) s.plan = survey::surveyed_toolfaces(s.survey);
   s.sd = study::read_sensor_errors(c);

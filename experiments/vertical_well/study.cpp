@@ -80,8 +80,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
             "must divide depth_m into whole legs");
   c.require(legs < 3000.5, "spacing_m", "makes more than 3000 legs");
   s.legs = static_cast<int>(std::lround(legs));
-  s.field = study::read_field(c);
-  c.require(s.field.declination == 0, "field.declination_deg", "must be 0: north is magnetic north in this study");
+  s.field = study::read_field_of_magnetic_north(c);
   s.bias_sd = c.number("sensor_errors.accelerometer_bias_mps2", config::Range{0, 0.5, true, false});
   s.plan = study::read_drilling(c, station_depths(s.legs, s.spacing), 0, random::stream_of(seed));
   s.formulations = c.has("formulations") ? c.texts("formulations") : analysis::vertical_well_formulations();

@@ -152,6 +152,7 @@ int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::
     return kDone;
   }
   log_info(fmt::format("{}: {} of {}", a.config, study::part_name(choice), run.experiment.name()));
+  log_remarks(run.config);
   double elapsed = 0;
   with_checkpoint(a, run, path, command, [&](const study::Checkpoint& checkpoint) {
     Progress progress;

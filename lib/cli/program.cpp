@@ -55,6 +55,7 @@ int check(const RunArguments& a) {
     std::istringstream lines(details);
     for (std::string text; std::getline(lines, text);) fmt::print("#{}{}\n", text.empty() ? "" : " ", text);
   }
+  for (const std::string& line : remark_lines(run.config)) fmt::print("# {}\n", store::printable(line));
   fmt::print("# {} sweep point{}, {} trials in all; config hash {}\n", run.points.size(),
              run.points.size() == 1 ? "" : "s", run.total_trials(), run.config.hash());
   return kDone;
@@ -89,6 +90,7 @@ int run(const RunArguments& a, const std::string& command) {
   store::check_output_path(output);
   log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.points.size(),
                        plan.points.size() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
+  log_remarks(plan.config);
   double elapsed = 0;
   const store::Result result = with_checkpoint(a, plan, output, command, [&](const study::Checkpoint& checkpoint) {
     store::Result r = run_and_stamp(a, plan, command, elapsed, checkpoint);

@@ -60,6 +60,23 @@ std::uint64_t whole_number(const std::string& option, const std::string& text) {
   return value;
 }
 
+std::vector<std::string> remark_lines(const config::Config& config) {
+  std::vector<std::string> lines;
+  for (const bool warnings : {false, true}) {
+    std::size_t count = 0;
+    for (const config::Remark& r : config.remarks())
+      if (r.is_warning == warnings && ++count <= kMostRemarks) lines.push_back((warnings ? "warning: " : "") + r.text);
+    if (count > kMostRemarks)
+      lines.push_back(fmt::format("{}and {} more of this kind", warnings ? "warning: " : "", count - kMostRemarks));
+  }
+  return lines;
+}
+
+void log_remarks(const config::Config& config) {
+  for (const std::string& line : remark_lines(config))
+    line.starts_with("warning: ") ? log_warning(line) : log_info(line);
+}
+
 const study::Experiment& find_experiment(const std::vector<study::Experiment>& studies, const config::Config& config) {
   std::string known;
   for (const study::Experiment& e : studies) {

@@ -46,6 +46,13 @@ struct RunArguments {
 /// A whole number that an option was given.
 std::uint64_t whole_number(const std::string& option, const std::string& text);
 
+/// What a run tells of the inputs that were read before it begins: notes and warnings, at most so many of each; of more
+/// (a sweep over places) how many.
+inline constexpr std::size_t kMostRemarks = 8;
+std::vector<std::string> remark_lines(const config::Config& config);
+/// Says them in the log.
+void log_remarks(const config::Config& config);
+
 const study::Experiment& find_experiment(const std::vector<study::Experiment>& studies, const config::Config& config);
 study::RunPlan load(const RunArguments& a);
 

@@ -105,6 +105,8 @@ std::vector<InputReference> Config::input_references() const {
   return out;
 }
 
+const std::vector<Remark>& Config::remarks() const { return impl_->doc->remarks; }
+
 std::string Config::hash() const {
   static_assert(std::endian::native == std::endian::little, "the hash is over little-endian numbers");
   XXH3_state_t state;

@@ -35,6 +35,13 @@ struct SweepValue {
   std::variant<double, std::string> value;
 };
 
+/// What reading a config has to tell its user besides errors.
+struct Remark {
+  bool is_warning = false;
+  std::string text;  ///< one line; of a warning "file:line: key = value: what is unusual"
+  friend bool operator==(const Remark&, const Remark&) = default;
+};
+
 /// Where a value stands and what it is, for a rule that only computing can check: it outlives the reader.
 class ConfigPlace {
  public:
@@ -43,6 +50,8 @@ class ConfigPlace {
   ConfigPlace(std::string place, std::string key) : place_(std::move(place)), key_(std::move(key)) {}
   /// Throws InputError "file:line: key = value: rule".
   [[noreturn]] void fail(const std::string& rule) const;
+  /// "file:line: key = value: text", for a warning.
+  std::string remark(const std::string& text) const;
   void require(bool ok, const std::string& rule) const {
     if (!ok) fail(rule);
   }
@@ -75,6 +84,9 @@ class ConfigReader {
   std::string text(const std::string& key, const std::string& fallback);
   std::string choice(const std::string& key, const std::vector<std::string>& allowed);
   std::string choice(const std::string& key, const std::vector<std::string>& allowed, const std::string& fallback);
+  /// A date as decimal year, years of 365 or 366 days: 2026-07-01 (with or without quotes, from the year 1600 on) or
+  /// the number 2026.4959.
+  double decimal_year(const std::string& key);
   /// Array of exactly `count` numbers; any number of them, but at least one, if count < 0.
   /// (All getters: a fallback that the getter's own rule would refuse, such as an empty text or a number out of range,
   /// stands for "absent" and is not written into the resolved config.)
@@ -122,6 +134,10 @@ class ConfigReader {
   }
   /// The place that fail() would name.
   ConfigPlace place(const std::string& key) const;
+
+  /// Tells the user what was read, or warns of what may be a mistake but need not be one: see Config::remarks().
+  void note(const std::string& text) const;
+  void warn(const std::string& key, const std::string& text) const;
   /// Throws InputError if a key was never asked for. Call it when everything was read.
   void finish() const;
 
@@ -181,6 +197,8 @@ class Config {
   std::vector<InputText> input_texts() const;
   /// Every file that was read and is too large to be stored, once each, in order of path.
   std::vector<InputReference> input_references() const;
+  /// What the readers of all points had to tell, once each, in order. No part of hash().
+  const std::vector<Remark>& remarks() const;
   /// 128-bit XXH3 in hex of resolved_text() and the input files' contents (of large files, their hash).
   std::string hash() const;
 

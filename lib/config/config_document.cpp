@@ -219,6 +219,10 @@ InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {
   }
 }
 
+void ConfigDocument::remark(bool is_warning, const std::string& text) {
+  if (remarked.insert(text).second) remarks.push_back({is_warning, text});
+}
+
 // ---------------------------------------------------------------------------------------------------------- resolved
 
 namespace {

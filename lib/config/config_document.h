@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "config/config.h"
 #include "config/input_file.h"
 #include "config/input_table.h"
 #include "config/sweep.h"
@@ -43,6 +44,10 @@ struct ConfigDocument {
   std::map<std::string, InputTable> inputs;
   std::map<std::string, std::string> texts;
   std::map<std::string, InputReference> references;  // files that are too large to be stored
+  std::vector<Remark> remarks;
+  std::set<std::string> remarked;  // their texts
+
+  void remark(bool is_warning, const std::string& text);
 
   /// Takes the parsed file apart and checks the keys that every file has. Set the members above `base` before.
   void build(TomlNode root, const std::vector<std::string>& overrides);

@@ -1,5 +1,8 @@
 #include <algorithm>
+#include <chrono>
+#include <cstdio>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -107,6 +110,33 @@ std::string ConfigReader::choice(const std::string& key, const std::vector<std::
   if (state_->find(key)) return choice(key, allowed);
   state_->use_default(key, node_of(fallback), contains(allowed, fallback));
   return fallback;
+}
+
+namespace {
+
+/// Of "2026-07-01"; nothing if it is no such date.
+std::optional<double> decimal_year_of(const std::string& text) {
+  int year = 0, month = 0, day = 0, used = 0;
+  if (text.size() != 10 || std::sscanf(text.c_str(), "%4d-%2d-%2d%n", &year, &month, &day, &used) != 3 || used != 10)
+    return std::nullopt;
+  using namespace std::chrono;
+  const year_month_day date{std::chrono::year{year}, std::chrono::month{static_cast<unsigned>(month)},
+                            std::chrono::day{static_cast<unsigned>(day)}};
+  if (!date.ok() || year < 1600) return std::nullopt;
+  const sys_days first{date.year() / January / 1}, next{(date.year() + years{1}) / January / 1};
+  return year + static_cast<double>((sys_days{date} - first).count()) / static_cast<double>((next - first).count());
+}
+
+}  // namespace
+
+double ConfigReader::decimal_year(const std::string& key) {
+  const auto found = state_->need(key);
+  const TomlNode& n = *found.node;
+  if (n.is_number()) return checked_number(n, found.key, {});
+  const bool may_be = n.is_text() || n.kind == TomlNode::Kind::date;
+  const std::optional<double> year = may_be ? decimal_year_of(n.text) : std::nullopt;
+  if (!year) refuse_kind(n, found.key, "must be a date, 2026-07-01, or a decimal year, 2026.5");
+  return *year;
 }
 
 // ------------------------------------------------------------------------------------------------------------- lists
@@ -277,6 +307,8 @@ ConfigReader ConfigReader::of_file(const std::string& path) {
 
 void ConfigPlace::fail(const std::string& rule) const { refuse(place_, key_, rule); }
 
+std::string ConfigPlace::remark(const std::string& text) const { return fmt::format("{}: {}: {}", place_, key_, text); }
+
 ConfigPlace ConfigReader::place(const std::string& key) const {
   if (const auto found = State::name_or_self(state_->look_up(key)))
     return {found.node->place, shown_key(*found.node, found.key)};
@@ -288,6 +320,12 @@ ConfigPlace ConfigReader::place(const std::string& key) const {
 }
 
 void ConfigReader::fail(const std::string& key, const std::string& rule) const { place(key).fail(rule); }
+
+void ConfigReader::note(const std::string& text) const { state_->point->doc->remark(false, text); }
+
+void ConfigReader::warn(const std::string& key, const std::string& text) const {
+  state_->point->doc->remark(true, key.empty() ? text : place(key).remark(text));
+}
 
 void ConfigReader::finish() const {
   std::vector<State::UnknownKey> unknown;

@@ -67,7 +67,9 @@ survey::Survey survey_from_table(const InputTable& table, const SurveyConvention
   for (std::size_t q = 0; q < kTvd; ++q)
     require(column[q] >= 0 || (q == kToolface && !needs_toolface), "{}:1: column {}: missing{}", table.path,
             spellings(known_columns()[q]),
-            q == kToolface ? " (this experiment needs the toolface of every station)" : "");
+            q == kToolface ? " (this experiment needs the toolface of every station; or say how the tool was "
+                             "turned: [drilling] mode = \"rotating\", \"sliding\" or \"random\")"
+                           : "");
 
   const double to_true = conventions.azimuth_reference == AzimuthReference::magnetic ? conventions.declination
                          : conventions.azimuth_reference == AzimuthReference::grid   ? conventions.convergence
@@ -87,7 +89,10 @@ survey::Survey survey_from_table(const InputTable& table, const SurveyConvention
           defect.rule);
   const auto row = static_cast<std::size_t>(defect.station);
   const std::size_t q = defect.quantity == "md" ? 0 : 1;
-  const std::string before = q == 0 ? fmt::format(" ({})", format_number(cell(q, row - 1))) : "";
+  std::string before = q == 0 ? fmt::format(" ({})", format_number(cell(q, row - 1))) : "";
+  if (q == 0 && row > 1 && cell(q, row) > cell(q, row - 2) &&
+      cell(q, row - 1) - cell(q, row - 2) > 5 * (cell(q, row) - cell(q, row - 2)))
+    before += fmt::format("; or is that one, in line {}, the typing error?", table.lines[row - 1]);
   throw InputError(fmt::format("{}:{}: {} = {}: {}{}", table.path, table.lines[row],
                                table.names[static_cast<std::size_t>(column[q])], format_number(cell(q, row)),
                                defect.rule, before));

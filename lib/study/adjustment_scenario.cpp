@@ -1,15 +1,32 @@
 #include "study/adjustment_scenario.h"
 
 #include "base/units.h"
+#include "study/reference_field.h"
 
 namespace surveymc::study {
+
+namespace {
+
+/// All of the field but the dip, unless the place gives the dip as well. `usual`: what is not given.
+survey::ReferenceField read_adjustment_field(config::ConfigReader& c, survey::ReferenceField usual) {
+  if (const std::optional<PlacedField> placed = read_placed_field(c)) return placed->field;
+  usual.total = c.number("field.total_nT", config::Range::closed(1e3, 1e6), usual.total);
+  usual.gravity = c.number("field.gravity_mps2", config::Range::closed(9.7, 9.9), usual.gravity);
+  usual.declination = c.number("field.declination_deg", config::Range::closed(-180, 180), 0) * kDegree;
+  return usual;
+}
+
+}  // namespace
+
+double read_dip(config::ConfigReader& c, const reliability::AdjustmentModel& model) {
+  if (c.has("field.model")) return model.field.dip;
+  return c.number("field.dip_deg", config::Range::closed(-89, 89), 75) * kDegree;
+}
 
 reliability::AdjustmentModel read_adjustment_model(config::ConfigReader& c) {
   reliability::AdjustmentModel m;
   m.mode = reliability::adjustment_mode(c.choice("mode", reliability::adjustment_mode_names()));
-  m.field.total = c.number("field.total_nT", config::Range::closed(1e3, 1e6), m.field.total);
-  m.field.gravity = c.number("field.gravity_mps2", config::Range::closed(9.7, 9.9), m.field.gravity);
-  m.field.declination = c.number("field.declination_deg", config::Range::closed(-180, 180), 0) * kDegree;
+  m.field = read_adjustment_field(c, m.field);
   m.stations = static_cast<int>(c.integer("stations", 1, 1'000'000, m.stations));
   m.systematic_terms = c.boolean("systematic_terms", false);
 
@@ -26,8 +43,11 @@ reliability::AdjustmentModel read_adjustment_model(config::ConfigReader& c) {
   s.magnetometer_noise = c.number("sigma.magnetometer_noise_nT", positive, s.magnetometer_noise);
   s.axial_interference = c.number("sigma.axial_interference_nT", any, s.axial_interference);
   s.gravity = c.number("sigma.gravity_mps2", config::Range{0, 1, true, false}, s.gravity);
-  s.total_field = c.number("sigma.total_field_nT", positive, s.total_field);
-  s.dip = c.number("sigma.dip_deg", config::Range{0, 45, true, false}, 0.12) * kDegree;
+  const bool named = c.has("sigma.reference");
+  const ReferenceSize size =
+      named ? reference_size(c.choice("sigma.reference", kFieldModels)) : ReferenceSize{s.total_field, 0.12 * kDegree};
+  s.total_field = c.number("sigma.total_field_nT", positive, size.total);
+  s.dip = c.number("sigma.dip_deg", config::Range{0, 45, true, false}, named ? size.dip / kDegree : 0.12) * kDegree;
   return m;
 }
 

@@ -31,13 +31,14 @@ std::shared_ptr<const StudyPoint> RunPlan::prepare(std::size_t point, const mont
 }
 
 RunPlan read_run(const Experiment& experiment, config::Config config, const std::atomic<bool>* stop) {
-  RunPlan run{experiment, std::move(config), {}};
+  RunPlan run{experiment, std::move(config), {}, {}};
   const random::StudySeed seed{seed_of(run.config), experiment.id};
   std::vector<store::Axis> first;
   for (std::size_t i = 0; i < run.config.point_count(); ++i) {
     if (stop && *stop) throw Interrupted("stopped before all points were read");
     config::ConfigReader reader = run.config.reader(i);
     run.points.push_back(experiment.read(reader, seed));
+    run.placed.push_back(reader.has("field.model") ? read_placed_field(reader) : std::nullopt);
     if (run.points.back()->trials() > 0) run.config.seed();  // trials draw: there must be one
     const std::vector<store::Axis> own = run.points.back()->map_axes();
     if (i == 0) first = own;
@@ -261,6 +262,8 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
   Streams streams;
   for (std::size_t i = 0; i < run.points.size(); ++i) {
     PointResult r = point_result(i);
+    if (run.placed[i])
+      for (store::Table& t : field_tables(*run.placed[i])) r.tables.push_back(std::move(t));
     const std::vector<config::SweepValue> sweep = run.config.sweep_values(i);
     add_point(result.tables, std::move(r.tables), sweep);
     add_point(result.samples, std::move(r.samples), sweep);

@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "montecarlo/run_blocks.h"
 #include "random/study_id.h"
 #include "store/result_file.h"
+#include "study/reference_field.h"
 
 namespace surveymc::study {
 
@@ -79,6 +81,7 @@ struct RunPlan {
   Experiment experiment;
   config::Config config;
   std::vector<std::unique_ptr<PointPlan>> points;
+  std::vector<std::optional<PlacedField>> placed;  ///< of each point whose reference field is that of a place
 
   std::uint64_t total_trials() const;
   /// The point, ready to run. InputError of a sweep's point says which point it is. Throws Interrupted if options.stop

@@ -7,24 +7,16 @@
 #include "base/units.h"
 #include "estimate/estimators.h"
 #include "montecarlo/run_blocks.h"
+#include "study/told_inputs.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::study {
 
-survey::ReferenceField read_field(config::ConfigReader& c) {
-  survey::ReferenceField f;
-  f.total = c.number("field.total_nT", config::Range::closed(1e3, 1e6));
-  f.dip = c.number("field.dip_deg", config::Range::closed(-90, 90)) * kDegree;
-  c.require(std::abs(f.dip) < 89.99 * kDegree, "field.dip_deg",
-            "the horizontal field vanishes: there is no magnetic azimuth");
-  f.declination = c.number("field.declination_deg", config::Range::closed(-180, 180), 0) * kDegree;
-  f.convergence = c.number("field.convergence_deg", config::Range::closed(-180, 180), 0) * kDegree;
-  f.gravity = c.number("field.gravity_mps2", config::Range::closed(9.7, 9.9), 9.80665);
-  return f;
-}
-
 survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField& field, bool needs_toolface) {
   config::SurveyConventions conventions;
+  const config::InputTable table = c.csv("survey.file");
+  // Before its zero is asked for, which a file without toolface does not have: this throws.
+  if (needs_toolface && table.find("toolface_deg") < 0) config::survey_from_table(table, conventions, true);
   const std::vector<std::string> zeros{"x", "y"};
   const std::string zero =
       needs_toolface ? c.choice("survey.toolface_zero", zeros) : c.choice("survey.toolface_zero", zeros, "y");
@@ -35,7 +27,9 @@ survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField
                                                       : config::AzimuthReference::true_north;
   conventions.declination = field.declination;
   conventions.convergence = field.convergence;
-  return config::survey_from_table(c.csv("survey.file"), conventions, needs_toolface);
+  survey::Survey survey = config::survey_from_table(table, conventions, needs_toolface);
+  tell_survey(c, table, survey, conventions);
+  return survey;
 }
 
 std::vector<double> read_true_vertical_depths(config::ConfigReader& c, const survey::Survey& survey) {
@@ -60,13 +54,16 @@ sensor::NoiseModel read_noise(config::ConfigReader& c) {
           : law == "uniform"           ? sensor::NoiseLaw::uniform
           : law == "uniform_half_open" ? sensor::NoiseLaw::uniform_half_open
                                        : sensor::NoiseLaw::gaussian;
-  const std::string per = c.choice("noise.reference.per", {"none", "run", "station"}, "none");
+  // The model's name stands for its sizes, one draw a run: a model that is wrong is so for the whole well.
+  const bool named = c.has("noise.reference.name");
+  const ReferenceSize size = named ? reference_size(c.choice("noise.reference.name", kFieldModels)) : ReferenceSize{};
+  const std::string per = c.choice("noise.reference.per", {"none", "run", "station"}, named ? "run" : "none");
   n.reference = per == "run"       ? sensor::ReferenceNoise::per_run
                 : per == "station" ? sensor::ReferenceNoise::per_station
                                    : sensor::ReferenceNoise::none;
   // Given but unused values stay allowed, so that `per` can be swept.
-  const double total = c.number("noise.reference.total_nT", config::Range::closed(0, 1e5), 0);
-  const double dip = c.number("noise.reference.dip_deg", config::Range::closed(0, 45), 0);
+  const double total = c.number("noise.reference.total_nT", config::Range::closed(0, 1e5), size.total);
+  const double dip = c.number("noise.reference.dip_deg", config::Range::closed(0, 45), size.dip / kDegree);
   if (n.reference != sensor::ReferenceNoise::none) {
     n.reference_total = scale * total;
     n.reference_dip = scale * dip * kDegree;

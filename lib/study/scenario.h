@@ -7,13 +7,11 @@
 #include "estimate/estimator.h"
 #include "sensor/magnetometer.h"
 #include "sensor/tool_spread.h"
+#include "study/reference_field.h"
 #include "study/verdict.h"
 #include "survey/reference_field.h"
 
 namespace surveymc::study {
-
-/// `[field] total_nT, dip_deg, declination_deg (0), convergence_deg (0), gravity_mps2 (9.80665)`.
-survey::ReferenceField read_field(config::ConfigReader& config);
 
 /// `[survey] file, toolface_zero ("y" where toolface is not needed), azimuth_reference ("true")`.
 survey::Survey read_survey(config::ConfigReader& config, const survey::ReferenceField& field, bool needs_toolface);
@@ -25,7 +23,8 @@ std::vector<double> read_true_vertical_depths(config::ConfigReader& config, cons
 /// `[sensor] gain (1, 1, 1), bias_nT (0, 0, 0)`.
 sensor::MagnetometerErrors read_magnetometer_errors(config::ConfigReader& config);
 
-/// `[noise] magnetometer_nT, accelerometer_mps2 (0), scale (1), law ("gaussian"), reference ({ per = "none" })`.
+/// `[noise] magnetometer_nT, accelerometer_mps2 (0), scale (1), law ("gaussian"), reference ({ per = "none" })`, or
+/// `reference = "wmm2025"`: the error of that model as one draw a run of total field and dip.
 /// `scale` multiplies every size, so that a sweep over it tells first-order from higher-order effects.
 sensor::NoiseModel read_noise(config::ConfigReader& config);
 

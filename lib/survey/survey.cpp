@@ -35,7 +35,11 @@ SurveyDefect find_defect(const Survey& survey) {
     if (!(s.md > before.md)) return {k, "md", "must be greater than the one before"};
     // Minimum curvature has no answer for a reversal: the arc's plane is not defined there.
     const double c = dot(tangent_N({before.inclination, before.azimuth, 0}), tangent_N({s.inclination, s.azimuth, 0}));
-    if (!(c > -1 + 1e-12)) return {k, "inclination", "the hole turns by 180 degrees from the station before"};
+    if (!(c > -1 + 1e-12))
+      return {k, "inclination",
+              "the hole turns by 180 degrees from the station before, which leaves the plane of its arc open: correct "
+              "it, or leave a "
+              "station out"};
   }
   return {};
 }

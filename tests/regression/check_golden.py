@@ -22,7 +22,7 @@ TABLES = ("parameters", "position", "ellipse", "control_variate", "observability
           "ellipsoid", "summary", "verification", "toolface_sequences", "axes", "statements", "tolerance",
           "worst_stations", "systematic", "detection", "injected", "alarms", "blame", "claims", "delay", "failures",
           "profile", "metrics", "comparison", "operating", "baselines", "data_quality",
-          "interference", "modes", "outliers", "rms", "unstart", "worse",
+          "reference_field", "magnetic_elements", "interference", "modes", "outliers", "rms", "unstart", "worse",
           "gyro", "tool_codes", "validity")
 # Long tables: the mean over realisations, and nothing that follows from it.
 CHOSEN_COLUMNS = {"metrics": {"formulation", "quantity", "monte_carlo"}}

@@ -1,0 +1,111 @@
+#include "config/survey_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "config/config.h"
+#include "survey/survey_summary.h"
+
+namespace surveymc::config {
+namespace {
+
+constexpr double kDeepest = 16000;                // m; the deepest wells measure 15 km
+constexpr double kDrillable = 30 * kDegree / 30;  // rad/m
+constexpr double kLeastDogleg = 3 * kDegree, kTurnedBack = 179 * kDegree;
+constexpr double kStepRatio = 30, kLongStep = 1500;  // m
+
+/// The columns of a survey file as they are written.
+struct Columns {
+  const InputTable& table;
+  int md, inclination, azimuth;
+
+  explicit Columns(const InputTable& t)
+      : table(t),
+        md(std::max(t.find("md_m"), t.find("md_ft"))),
+        inclination(t.find("inclination_deg")),
+        azimuth(t.find("azimuth_deg")) {}
+  const std::vector<double>& values(int column) const { return table.columns[static_cast<std::size_t>(column)]; }
+  std::string cell(int column, std::size_t row) const {
+    return fmt::format("{} = {}", table.names[static_cast<std::size_t>(column)], format_number(values(column)[row]));
+  }
+  std::string place(std::size_t row) const { return fmt::format("{}:{}", table.path, table.lines[row]); }
+};
+
+/// Inclinations up to pi and azimuths up to 2 pi, of which several differ: hardly degrees, unless the hole is vertical.
+bool looks_like_radians(const Columns& c) {
+  const auto &inclination = c.values(c.inclination), &azimuth = c.values(c.azimuth);
+  const double steepest = *std::max_element(inclination.begin(), inclination.end());
+  const auto [least, most] = std::minmax_element(azimuth.begin(), azimuth.end());
+  const std::set<double> distinct(azimuth.begin(), azimuth.end());
+  return steepest > 0.2 && steepest <= kPi && *least >= 0 && *most <= 2 * kPi && distinct.size() >= 3;
+}
+
+void find_bad_depths(const Columns& c, const survey::Survey& survey, std::vector<SurveyFinding>& out) {
+  const bool metres = c.table.names[static_cast<std::size_t>(c.md)] == "md_m";
+  for (const std::size_t row : {std::size_t{0}, c.table.rows() - 1}) {  // depths increase
+    const double md = survey.stations[row].md;
+    if (md < 0)
+      out.push_back({true, fmt::format("{}: {}: measured depth counts from the drill floor: must be 0 or more",
+                                       c.place(row), c.cell(c.md, row))});
+    if (md > kDeepest)
+      out.push_back({true, fmt::format("{}: {}: no well is deeper than {:g} km{}", c.place(row), c.cell(c.md, row),
+                                       kDeepest / 1000, metres ? ", unless these are feet (md_ft)" : "")});
+  }
+  std::vector<double> steps;
+  for (std::size_t k = 2; k < survey.stations.size(); ++k)  // the first station may be a tie-on far above the second
+    steps.push_back(survey.stations[k].md - survey.stations[k - 1].md);
+  if (steps.size() < 3) return;
+  std::vector<double> sorted = steps;
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+  const double usual = sorted[sorted.size() / 2];
+  for (std::size_t k = 0; k < steps.size(); ++k)
+    if (steps[k] > kLongStep && steps[k] > kStepRatio * usual)
+      out.push_back(
+          {false, fmt::format("{}: {}: {:.6g} m beyond the station before, where {:.4g} m are usual: a typing "
+                              "error?",
+                              c.place(k + 2), c.cell(c.md, k + 2), steps[k], usual)});
+}
+
+void find_bad_angles(const Columns& c, const survey::Survey& survey, std::vector<SurveyFinding>& out) {
+  if (looks_like_radians(c)) {
+    const auto &inclination = c.values(c.inclination), &azimuth = c.values(c.azimuth);
+    out.push_back(
+        {true, fmt::format("{}: columns inclination_deg, azimuth_deg: no inclination is larger than {:.4g}, and "
+                           "no azimuth than {:.4g}: these look like radians; they must be degrees",
+                           c.table.path, *std::max_element(inclination.begin(), inclination.end()),
+                           *std::max_element(azimuth.begin(), azimuth.end()))});
+  }
+  for (std::size_t row = 0; row < c.table.rows(); ++row) {
+    const double azimuth = c.values(c.azimuth)[row];
+    if (azimuth >= 0 && azimuth <= 360) continue;
+    out.push_back({true, fmt::format("{}: {}: must be in [0, 360]: {:.10g} if no digit is wrong", c.place(row),
+                                     c.cell(c.azimuth, row), azimuth - 360 * std::floor(azimuth / 360))});
+  }
+  for (std::size_t k = 1; k < survey.stations.size(); ++k) {
+    const survey::Station &before = survey.stations[k - 1], &at = survey.stations[k];
+    const double angle = survey::dogleg(before, at), length = at.md - before.md;
+    const std::string where = fmt::format("{}: {}, {}: the hole turns by {:.4g} degrees in {:.4g} m", c.place(k),
+                                          c.cell(c.inclination, k), c.cell(c.azimuth, k), angle / kDegree, length);
+    if (angle > kTurnedBack)
+      out.push_back({true, where + ": it would turn back on itself"});
+    else if (angle > kLeastDogleg && angle > kDrillable * length)
+      out.push_back({false, fmt::format("{} ({:.4g} deg/30 m): no tool drills more than {:g} deg/30 m: a typing error?",
+                                        where, angle / length * 30 / kDegree, kDrillable * 30 / kDegree)});
+  }
+}
+
+}  // namespace
+
+std::vector<SurveyFinding> unusual_in_survey(const InputTable& table, const survey::Survey& survey) {
+  const Columns columns(table);
+  std::vector<SurveyFinding> out;
+  find_bad_angles(columns, survey, out);
+  find_bad_depths(columns, survey, out);
+  return out;
+}
+
+}  // namespace surveymc::config
