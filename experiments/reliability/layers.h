@@ -21,10 +21,10 @@ struct LayerModel {
 
 bool has_gross_error(const LayerModel& m);
 
-/// Names of all maps of such an error, in order. One observation: those of the kernel (reliability_grid.h), those of
-/// one point at a time ("max_correlation", ..., "nonlinear_detectable_error_minus"), and with a gross error its
-/// responses
-/// ("residual_gx_mps2", ..., "effect_azimuth_deg", ...). A combination: those of combination_layers.h.
+/// Names of all maps of such an error, in order. For one observation: those of the kernel (reliability_grid.h), those
+/// that are computed point by point ("max_correlation", ..., "nonlinear_detectable_error_minus"), and with a gross
+/// error its responses ("residual_gx_mps2", ..., "effect_azimuth_deg", ...). For a combination: those of
+/// combination_layers() in layers.cpp.
 std::vector<std::string> layer_names(const LayerModel& m, const ErrorSubject& subject);
 /// Those that are made where the config names none.
 std::vector<std::string> default_layers(const LayerModel& m, const ErrorSubject& subject);
