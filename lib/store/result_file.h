@@ -9,7 +9,7 @@
 
 namespace surveymc::store {
 
-/// What the result is and what makes it again. Written as root attributes; all of it but `command`,
+/// The identity of a result and the data that repeat it. Written as root attributes; all of it but `command`,
 /// `surveymc_version`, `git_revision` and `compiler` enters the content hash.
 struct Provenance {
   std::string title, experiment;
@@ -31,7 +31,7 @@ struct RunInfo {
 struct InputData {
   std::string path;  ///< as written in the config, relative to it
   std::string hash;  ///< of names and values, see input_hash()
-  Table table;       ///< its name does not count: the file's group is named after the path
+  Table table;       ///< the table's own name is not used: the group is named after the path
 };
 
 struct Result {
