@@ -75,8 +75,10 @@ StationSolution solve_station(const survey::Vec3<double>& g_T, const survey::Vec
                               const StationReferences& references, const StationSigmas& sigmas, StationMethod method);
 
 /// First-order effect of the errors of the inputs on the solution: 8 quantities by the inputs
-///   0-2 accelerometers: outwards (along -(sin tau, cos tau)), across (along -(cos tau, -sin tau)), z;  3 gravity
-///   reference 4-6 magnetometers: along (sin tau, cos tau), across (cos tau, -sin tau), z;  7 Mz;  8 Bd_ref;  9 Bh_ref
+///   0-2  accelerometers: outwards (along -(sin tau, cos tau)), across (along -(cos tau, -sin tau)), z
+///   3    gravity reference
+///   4-6  magnetometers: along (sin tau, cos tau), across (cos tau, -sin tau), z
+///   7 Mz,  8 Bd_ref,  9 Bh_ref
 /// in rad and the units above. The row of Mz is the error of its estimate. In a vertical hole azimuth and toolface have
 /// an infinite entry 1.
 using StationGains = Eigen::Matrix<double, 8, 10>;

@@ -1,5 +1,5 @@
 #pragma once
-/// From a config to how the tool was turned, and to the sizes of its constant sensor errors.
+/// Reads from a config how the tool was turned, and the sizes of its constant sensor errors.
 #include "config/config.h"
 #include "random/stream.h"
 #include "survey/sensor_terms.h"
@@ -12,9 +12,9 @@ inline const std::vector<std::string> kDrillingModes{"sliding", "rotating", "fix
 
 /// `[drilling] mode` (one of kDrillingModes) and
 ///   toolface_deg               sliding: the toolface; drawn once a run if absent
-///   sequence (0)               fixed_sequence: toolfaces of the run of this number of the rotated well of the same
-///   seed slide_from_m, slide_to_m   mixed: slid between these measured depths, rotated elsewhere
-/// Values that the mode does not use may stand there, so that `mode` can be swept. `toolface_zero` (rad) is added to
+///   sequence (0)               fixed_sequence: the toolfaces of this run of the rotated well with the same seed
+///   slide_from_m, slide_to_m   mixed: slid between these measured depths, rotated elsewhere
+/// Keys that the mode does not use are allowed, so that `mode` can be swept. `toolface_zero` (rad) is added to
 /// toolface_deg. Throws InputError.
 survey::ToolfacePlan read_drilling(config::ConfigReader& config, const std::vector<double>& md, double toolface_zero,
                                    const random::Stream& stream,
