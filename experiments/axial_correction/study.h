@@ -43,7 +43,7 @@ struct Scenario {
   double tolerance = 0;                                              ///< of the azimuth, rad
   std::vector<survey::Attitude> stations;                            ///< of the Monte Carlo
   std::vector<double> station_inclination_deg, station_azimuth_deg;  ///< the same as given, for tables
-  bool axial_is_drawn = true;                                        ///< as against given by `errors`
+  bool axial_is_drawn = true;                                        ///< false: given by `errors`
   study::VerdictRule verdict;
   std::vector<ExpectedVerdict> expected;
   study::Annotations annotations;
@@ -56,8 +56,8 @@ struct Scenario {
 /// Reads and checks a config; calls finish().
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 
-/// What a station reads and is told without noise. In a vertical hole the toolface is taken as 0: only its sum with the
-/// azimuth is there to be read.
+/// Readings and references of a station without noise. In a vertical hole the toolface is taken as 0, because the
+/// readings depend only on its sum with the azimuth.
 sensor::StationTruth station_truth(const Scenario& scenario, const survey::Attitude& at, const ConstantErrors& errors);
 
 /// A method at an attitude, without Monte Carlo.
@@ -85,7 +85,7 @@ struct ProfileQuantity {
 inline constexpr std::size_t kProfileQuantities = 7;
 const std::array<ProfileQuantity, kProfileQuantities>& profile_quantities();
 
-/// Where a tally of the study has what: its groups of moments, and its counts, of every method and station.
+/// Layout of a tally of the study: its groups of moments, and its counts, of every method and station.
 struct Groups : stats::Layout {
   Groups(std::size_t methods, std::size_t stations) : station(slots(methods, stations)), profile(slots(methods)) {}
   stats::Slots station;  ///< azimuth, Mz errors

@@ -7,7 +7,7 @@
 
 namespace surveymc::studies::chained_multistation {
 
-/// Where the numbers of a trial stand in a tally.
+/// Layout of the numbers of a trial in a tally.
 class PerformanceLayout {
  public:
   PerformanceLayout(const Scenario& s, std::size_t kept_runs);
@@ -18,7 +18,7 @@ class PerformanceLayout {
   struct Numbers : stats::Layout {
     stats::Slots square = slots(kRunQuantities);   ///< of the error
     stats::Slots claimed = slots(kRunQuantities);  ///< variance
-    stats::Slots worse = slots(kRunQuantities);    ///< its RMS in runs worse than single, else 0
+    stats::Slots worse = slots(kRunQuantities);    ///< RMS of the error in runs worse than single, else 0
     stats::Slots z_square = slots(kTestedStates), nees = slots(), cost = slots();
   };
   struct Counts : stats::Layout {
@@ -27,7 +27,7 @@ class PerformanceLayout {
     stats::Slots worse_runs = slots(estimators, kRunQuantities);  ///< RMS over the run above single's
     stats::Slots worse_last = slots(estimators, kRunQuantities);  ///< error at the last station
     stats::Slots z = slots(estimators, kBins), nees = slots(estimators, kBins), cost = slots(estimators, kBins);
-    stats::Slots ended = slots(estimators, chained::kStatuses);  ///< trials that ended so
+    stats::Slots ended = slots(estimators, chained::kStatuses);  ///< trials that ended with this status
   };
   struct Groups : stats::Layout {
     Groups(std::size_t n, bool along) : estimators(n), squares(along ? n : 0) {}
@@ -50,7 +50,7 @@ class PerformanceLayout {
   static constexpr double kZWidth = 0.25, kZFirst = -5, kNeesWidth = 1;
   double cost_width() const { return cost_width_; }
 
-  /// What estimators know of a block's trials: as many rows are filled as each has solved.
+  /// Results of the estimators for a block's trials: each fills as many rows as it has solved trials.
   struct Block {
     std::vector<Eigen::MatrixXd> numbers, along;
     std::vector<Eigen::Index> rows;
@@ -58,7 +58,7 @@ class PerformanceLayout {
   Block block(Eigen::Index trials, int stations) const;
   /// One trial; estimators that failed are counted, by status, and left out one by one.
   void add(const std::vector<RunCheck>& checks, Block& block, std::vector<std::uint64_t>& events) const;
-  /// As groups of a tally.
+  /// The moments of a block, as groups of a tally.
   std::vector<stats::Moments> moments_of(const Block& block) const;
   /// RMS of the run, by estimator and quantity, behind the others; NaN of those that failed.
   void keep(const std::vector<RunCheck>& checks, std::vector<double>& samples) const;

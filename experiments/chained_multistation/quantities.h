@@ -1,5 +1,5 @@
 #pragma once
-/// What is kept of a solved run: errors against the truth, and what the covariances claim.
+/// The numbers that are kept of a solved run: errors against the truth, and the claims of the covariances.
 #include <array>
 
 #include "chained_multistation/scenario.h"
@@ -39,9 +39,9 @@ struct RunCheck {
 QuantityArray station_errors(const sensor::ChainedRun& run, const survey::ReferenceField& field, std::size_t station,
                              const Eigen::Matrix3d& frame, double gravity, double horizontal, double down);
 
-/// By base or single.
+/// The check of a run solved by base or single.
 RunCheck check_alone(const Scenario& s, Solver estimator, const sensor::ChainedRun& run);
-/// By a chained estimator's solution.
+/// The check of a chained estimator's solution.
 RunCheck check_chained(const Scenario& s, const sensor::ChainedRun& run, const chained::Solution& solution);
 
 /// How the solutions of one kind ended: trials by Status.

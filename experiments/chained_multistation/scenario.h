@@ -1,5 +1,5 @@
 #pragma once
-/// What a config of `chained_multistation` says, in internal units.
+/// The settings of a config of `chained_multistation`, in internal units.
 #include <string>
 #include <vector>
 
@@ -45,7 +45,7 @@ struct Scenario {
   }
 };
 
-/// `[field]`, `[model]`, `[profile]` or `[survey]`, trials, `[verdict]`: all but what one study alone reads.
+/// `[field]`, `[model]`, `[profile]` or `[survey]`, trials, `[verdict]`: all keys but those that one study alone reads.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 
 }  // namespace surveymc::studies::chained_multistation

@@ -1,5 +1,5 @@
 #pragma once
-/// What a config of `drift_monitoring` says, checked.
+/// The checked settings of a config of `drift_monitoring`.
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -16,21 +16,21 @@
 
 namespace surveymc::studies::drift_monitoring {
 
-/// A user's file: what to read of it, and what is wrong with its rows.
+/// A user's file: the columns to read, and the findings on its rows.
 struct SensorFile {
   config::InputFile file;
   config::SensorCsvOptions options;
   config::SensorQuality found;
 };
 
-/// Readings to train on and to monitor, in the units of the sensors. A file is not held, but read again as it is
-/// monitored; what is held of it is a bounded part to train on.
+/// Readings to train on and to monitor, in the units of the sensors. A file is not held in memory, but read again while
+/// it is monitored; only a bounded part to train on is held.
 struct MonitoringData {
   std::vector<std::string> sensors, units;
   std::optional<SensorFile> file;  ///< else a simulated well, with:
   monitoring::InjectionSchedule schedule;
   double sample_s = 0, noise_to_signal = 0;
-  std::vector<double> time_h;    ///< of every sample; this and what follows by simulate_source()
+  std::vector<double> time_h;    ///< of every sample; set, as the next members, by simulate_source()
   monitoring::Samples readings;  ///< without noise
   Eigen::RowVectorXd noise_sd;   ///< drawn for every realisation
 
@@ -63,7 +63,7 @@ struct AlarmMethod {
 struct BandwidthSearch {
   std::vector<double> tried;
   int folds = 5;
-  bool truth = false;  ///< the target: the truth, as against what was measured
+  bool truth = false;  ///< the target is the truth; false: the measured values
 };
 
 struct Scenario {
@@ -77,7 +77,7 @@ struct Scenario {
   Eigen::Index memory_vectors = 0;
   double bandwidth = 0;
   std::optional<BandwidthSearch> search;             ///< else `bandwidth` as given
-  std::vector<monitoring::BandwidthScore> searched;  ///< what it found
+  std::vector<monitoring::BandwidthScore> searched;  ///< results of the search
   Eigen::RowVectorXd amplitude;                      ///< z at the end of the test, signed; 0: healthy
   double start_h = 0;
   monitoring::SprtOptions sprt;
@@ -111,8 +111,8 @@ MonitoringData read_monitoring_data(config::ConfigReader& config, bool has_model
 /// Throws InputError. A simulated well is not simulated yet, nor a bandwidth searched, nor a baseline calibrated.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 
-/// The same with the well simulated and the bandwidth chosen; calibrate_baselines() is left. Throws InputError where a
-/// sensor of the well does not vary.
+/// The scenario with the well simulated and the bandwidth chosen; calibrate_baselines() is not called yet. Throws
+/// InputError where a sensor of the well does not vary.
 Scenario with_data(Scenario scenario);
 
 /// `data` of a simulated well, with its samples.

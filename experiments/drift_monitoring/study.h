@@ -44,9 +44,9 @@ Monitored monitor(const Scenario& s, std::uint64_t trial, bool with_series, cons
 /// Scaling and memory of fault-free readings (n x p, in their units), or the model that the config names.
 TrainedModel train_model(const Scenario& s, const monitoring::Samples& training);
 
-/// Sets the thresholds of the baselines so that on calibration_trials fault-free realisations, which the run does not
-/// use, each of them raises an alarm (of any sensor) in as many as the SPRT does on the same residual: just above what
-/// the others reach. Throws Interrupted when *stop is set.
+/// Sets the thresholds of the baselines by calibration_trials fault-free realisations, which the run does not use. Each
+/// baseline then raises an alarm (of any sensor) in as many realisations as the SPRT on the same residual: its
+/// threshold is just above the largest value in the others. Throws Interrupted when *stop is set.
 void calibrate_baselines(Scenario& s, const std::atomic<bool>* stop);
 
 using AlarmTest = std::variant<monitoring::Sprt, monitoring::Cusum, monitoring::Threshold>;
@@ -56,7 +56,7 @@ inline int update(AlarmTest& test, double d) {
   return std::visit([d](auto& t) { return t.update(d); }, test);
 }
 
-/// Where the numbers of a realisation stand in its row of Tally::samples.
+/// Layout of the numbers of a realisation in its row of Tally::samples.
 class OutcomeLayout : public stats::Layout {
   std::size_t p_, methods_, architectures_;
 
@@ -124,7 +124,7 @@ class Outcomes {
 };
 
 std::vector<study::ComparisonRow> metric_rows(const Scenario& s, const Outcomes& o);
-/// The paper's qualitative claims: "agrees" where the interval (of one realisation, the value) holds them.
+/// The paper's qualitative claims: "agrees" where the interval (with one realisation: the value) confirms them.
 std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& o);
 
 /// Hours from the start of a sensor's drift to its first alarm by a method, rising; a miss is infinite.

@@ -1,6 +1,6 @@
 #pragma once
-/// Estimators "single_station" and "axial_correction" of the experiment `estimate`: every station of a user's run by
-/// itself.
+/// Estimators "single_station" and "axial_correction" of the experiment `estimate`, which solve every station of a
+/// user's run by itself.
 #include <vector>
 
 #include "analysis/readings_tests.h"

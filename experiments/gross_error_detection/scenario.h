@@ -1,5 +1,5 @@
 #pragma once
-/// What a config of `gross_error_detection` says, checked; and the names of the rows that follow from it.
+/// The checked settings of a config of `gross_error_detection`, and the names of the rows that follow from them.
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -47,13 +47,13 @@ struct Scenario {
   std::vector<reliability::GrossError> errors() const;
 };
 
-/// Names of what becomes of a trial by each strategy, in the order of SnoopingOutcome.
+/// Names of the outcomes of a trial by each strategy, in the order of SnoopingOutcome.
 const std::vector<std::string>& outcome_names();
 
-/// Sizes that have to be computed are not there yet. Throws InputError.
+/// Reads the scenario without the sizes that have to be computed. Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 
-/// The same with the sizes of all errors. Throws InputError where a detectable error is infinite.
+/// The scenario with the sizes of all errors. Throws InputError where a detectable error is infinite.
 Scenario with_sizes(Scenario scenario);
 
 }  // namespace surveymc::studies::gross_error_detection

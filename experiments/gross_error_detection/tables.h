@@ -8,17 +8,17 @@
 
 namespace surveymc::studies::gross_error_detection {
 
-/// What becomes of a trial by one strategy.
+/// Outcome of a trial by one strategy.
 enum class SnoopingOutcome {
   identified,  ///< the rejected observations are those in error, each of them told from all others
-  group,       ///< they are among the rejected groups, one each, but at least one group has other members, or ties
-  partly,      ///< some are rejected, or others with them
-  wrong,       ///< only others are rejected
+  group,       ///< those in error are in the rejected groups, one each, but a group has other members, or ties
+  partly,      ///< some of those in error are rejected, or others with them
+  wrong,       ///< only observations without error are rejected
   missed       ///< nothing is rejected
 };
 inline constexpr std::size_t kOutcomes = 5;
 
-/// Where events are counted in a tally; the order of counting is that of the tables.
+/// Layout of the counts of events in a tally; their order is that of the tables.
 struct EventLayout : stats::Layout {
   EventLayout(std::size_t errors, std::size_t snooping) : injected(errors), strategies(snooping) {}
   std::size_t injected, strategies;
@@ -29,7 +29,7 @@ struct EventLayout : stats::Layout {
 
 /// Comparison table of all rates.
 store::Table detection_table(const Scenario& s, const analysis::GrossErrorPrediction& p, const stats::Tally& tally);
-/// One row per error: size, minimal detectable errors, shifts, and the test that is most like its own.
+/// One row per error: size, minimal detectable errors, shifts, and the test most correlated with its own.
 store::Table injected_table(const Scenario& s, const analysis::GrossErrorPrediction& p);
 
 }  // namespace surveymc::studies::gross_error_detection

@@ -1,5 +1,5 @@
 #pragma once
-/// What a config of `msa_benefit` says, checked.
+/// The checked settings of a config of `msa_benefit`.
 #include <cstdint>
 #include <vector>
 
@@ -11,7 +11,7 @@
 
 namespace surveymc::studies::msa_benefit {
 
-/// What is mapped and verified: "azimuth", "lateral".
+/// The quantities that are mapped and verified: "azimuth", "lateral".
 constexpr std::array<const char*, 2> kBenefits{"azimuth", "lateral"};
 constexpr std::array<const char*, 2> kBenefitUnits{"deg", "m"};
 
@@ -39,8 +39,8 @@ struct Scenario {
 /// Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 
-/// The well to a direction of the map. Along the vertical it is taken 1e-6 rad off it: there azimuth, and what is
-/// lateral, are limits.
+/// The well to a direction of the map. A vertical direction is moved 1e-6 rad off the vertical, so that azimuth and
+/// lateral are limits.
 survey::Survey benefit_well(const Scenario& scenario, double inclination_deg, double azimuth_deg);
 
 }  // namespace surveymc::studies::msa_benefit

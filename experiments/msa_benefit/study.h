@@ -9,7 +9,7 @@
 
 namespace surveymc::studies::msa_benefit {
 
-/// A direction of [[verify]]: what its trials start from.
+/// A direction of [[verify]], with the inputs of its trials.
 struct VerifiedWell {
   VerifiedDirection direction;
   survey::Survey survey;

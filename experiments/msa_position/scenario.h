@@ -1,5 +1,5 @@
 #pragma once
-/// What a config of `msa_position` says, checked.
+/// The checked settings of a config of `msa_position`.
 #include <array>
 #include <cstdint>
 #include <vector>

@@ -14,7 +14,7 @@
 
 namespace surveymc::studies::msa_position {
 
-/// Where each quantity stands in the tallied vector. -1: not tallied in this scenario.
+/// Index of each quantity in the tallied vector. -1: not tallied in this scenario.
 struct Components {
   static constexpr int parameter = 0, position = 6;  ///< errors of six parameters and three coordinates: always there
   int nees_parameters = 9;
@@ -29,7 +29,7 @@ struct Components {
   Components(const Scenario& scenario, const estimate::Estimator& estimator);
 };
 
-/// What the trials of a scenario start from, and what they are held against.
+/// The inputs of the trials of a scenario, and the predictions with which they are compared.
 struct Model {
   sensor::CleanReadings clean;
   analysis::MsaPrediction prediction;
@@ -64,14 +64,14 @@ class PositionPoint final : public study::StudyPoint {
   std::uint64_t units(const stats::Tally& tally) const {
     return antithetic() ? tally.pairs.count : tally.moments.count;
   }
-  /// Of one component, and the covariance of all; with fewer than two units there is none.
+  /// Statistics of one component, and the covariance of all; with fewer than two units there is none.
   stats::SampleSummary sample(const stats::Tally& tally, int component) const;
   Eigen::MatrixXd covariance(const stats::Tally& tally) const;
   /// Moments of the pairs' control columns for kControlledPairs[p]; null where the trials are independent.
   const stats::Moments* controlled_pairs(const stats::Tally& tally, std::size_t p) const {
     return antithetic() ? &tally.controlled_pairs[p] : nullptr;
   }
-  /// The same of the trials that are not in the statistics; nothing where none failed.
+  /// The control columns of the trials that are not in the statistics; null where none failed.
   static stats::LostTrials lost_trials(const stats::Tally& tally, std::size_t p);
   stats::ControlledEstimate sd_estimate(const stats::Tally& tally, int component) const;
 

@@ -18,13 +18,13 @@ struct Scenario : analysis::DriftRunSetup {
   double spacing = 30;  ///< m
   study::VerdictRule verdict;
   study::Annotations annotations;
-  int sensor = -1;  ///< that drifts
+  int sensor = -1;  ///< the drifting sensor
 };
 
 /// Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 
-/// What is kept of a trial: wells with the ramp, without, and with biases that walk.
+/// The results of a trial: wells with the ramp, without drift, and with biases that walk.
 struct Outcome {
   enum Value { sprt, filter, named, sprt_without, filter_without, nis_mean, nis_inside, nees_mean, kValues };
 };

@@ -14,7 +14,7 @@ struct PublishedElement {
   std::string source;    ///< code of the error source, or "total"
   std::string quantity;  ///< nn_m2 ...
   double own, published;
-  double trace;  ///< of our own covariance: what differences are measured against
+  double trace;  ///< of our own covariance, the unit of differences
   std::string origin;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What a gross error of a reliability map is in: one observation, or several at once.
+/// The observation, or several observations at once, that have the gross error of a reliability map.
 #include <string>
 #include <vector>
 

@@ -11,7 +11,7 @@
 
 namespace surveymc::studies::reliability {
 
-/// What they are computed from.
+/// The inputs from which the maps are computed.
 struct LayerModel {
   surveymc::reliability::AdjustmentModel model;
   double lambda0 = 0, power = 0;
@@ -21,12 +21,12 @@ struct LayerModel {
 
 bool has_gross_error(const LayerModel& m);
 
-/// Names of all maps of such an error, in order. One observation: those of the kernel (reliability_grid.h), those of
-/// one point at a time ("max_correlation", ..., "nonlinear_detectable_error_minus"), and with a gross error its
-/// responses
-/// ("residual_gx_mps2", ..., "effect_azimuth_deg", ...). A combination: those of combination_layers.h.
+/// Names of all maps of such an error, in order. For one observation: those of the kernel (reliability_grid.h), those
+/// that are computed point by point ("max_correlation", ..., "nonlinear_detectable_error_minus"), and with a gross
+/// error its responses ("residual_gx_mps2", ..., "effect_azimuth_deg", ...). For a combination: those of
+/// combination_layers() in responses.h.
 std::vector<std::string> layer_names(const LayerModel& m, const ErrorSubject& subject);
-/// Those that are made where the config names none.
+/// The maps that are made where the config names none.
 std::vector<std::string> default_layers(const LayerModel& m, const ErrorSubject& subject);
 /// One line for a reader.
 std::string layer_meaning(const std::string& layer);

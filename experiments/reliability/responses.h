@@ -1,6 +1,6 @@
 #pragma once
-/// Maps of what an error of a given size does (figure 1 of Nyrnes et al.), and of errors in several observations at
-/// once: those of station_response.h. A microsecond a point.
+/// Maps of the effects of an error of given size (figure 1 of Nyrnes et al.), and of errors in several observations at
+/// once, by station_response.h. They take a microsecond a point.
 #include <string>
 #include <vector>
 
@@ -10,7 +10,7 @@ namespace surveymc::studies::reliability {
 
 /// "residual_gx_mps2", ..., "residual_dip_deg", "effect_inclination_deg", ..., "effect_dip_deg".
 const std::vector<std::string>& response_layers();
-/// Those of them that the mode has: no residual without its observation.
+/// Those layers that the mode has: an observation that the mode does not have has no residual.
 std::vector<std::string> response_layers(surveymc::reliability::AdjustmentMode mode);
 bool is_response_layer(const std::string& layer);
 
@@ -18,7 +18,8 @@ bool is_response_layer(const std::string& layer);
 /// weakest combination also "direction_<observation>" of those combined, "test_dimension" and "test_alpha".
 std::vector<std::string> combination_layers(const ErrorSubject& subject);
 
-/// One line for a reader, and the unit; of a response, or of a combination that the kernel has not. "" for others.
+/// One line for a reader, and the unit, of a layer of a response, or of a combination that the kernel does not have. ""
+/// for other layers.
 std::string response_meaning(const std::string& layer);
 std::string response_unit(const std::string& layer);
 
@@ -28,7 +29,7 @@ std::vector<std::vector<double>> response_values(const LayerModel& m, const Grid
                                                  const std::vector<std::string>& layers);
 
 /// Reliability of a combination at a point, by layer. An external reliability is infinite where the combination is
-/// never detected, unless it does not reach the parameter.
+/// never detected, unless it has no effect on the parameter.
 std::vector<double> combination_values(const LayerModel& m, const GridPoint& p, const ErrorSubject& subject,
                                        const std::vector<std::string>& layers);
 

@@ -1,5 +1,6 @@
 #pragma once
-/// What a reliability map says in a few rows: extremes, medians, infinities, and published statements held against it.
+/// Summary of a reliability map in a few rows: extremes, medians, infinities, and the comparison with published
+/// statements.
 #include <functional>
 #include <string>
 #include <vector>

@@ -28,20 +28,20 @@ struct DriftRunSetup {
   double inclination(int k) const {
     return inclination_from + (inclination_to - inclination_from) * k / (stations - 1);
   }
-  /// Share of the drift that has come at a station.
+  /// Share of the drift that a station has.
   double ramp(int k) const {
     return std::max(0.0, static_cast<double>(k - from_station) / (stations - 1 - from_station));
   }
 };
 
-/// What the sensors do.
+/// How the biases of the sensors change.
 enum class SensorBias {
   none,
   ramp,  ///< one sensor drifts linearly
-  walk,  ///< all six do just what the filter assumes: its consistency is tested against this
+  walk,  ///< all six walk exactly as the filter assumes, to test the filter's consistency
 };
 
-/// What is seen at one station.
+/// Truth and results at one station.
 struct DriftingStation {
   Eigen::Vector3d channels;             ///< less reference, in their sd without drift
   std::array<int, 3> sprt{};            ///< decision that holds, by channel

@@ -1,6 +1,6 @@
 #pragma once
-/// What theory says of the trials of gross errors: rates of false alarms, detection and identification, in linear
-/// theory (reliability/significance.h, reliability/identification.h) and by the solution of the nonlinear adjustment.
+/// Predictions for the trials of gross errors: rates of false alarms, detection and identification, by linear theory
+/// (reliability/significance.h, reliability/identification.h) and by the solution of the nonlinear adjustment.
 #include <vector>
 
 #include "base/units.h"
@@ -16,7 +16,7 @@ struct ErrorShift {
   double omega = 0;       ///< noncentrality of the general test
 };
 
-/// Everything that the rates are held against.
+/// All values with which the rates of the trials are compared.
 struct GrossErrorPrediction {
   double two_sided_alpha, critical;     ///< of the single test: |w| or |tau|
   reliability::DimensionLevel general;  ///< B-method: the general test finds nabla_0 with the power of the single test

@@ -15,20 +15,20 @@ struct BenefitSd {
 };
 
 struct Benefit {
-  BenefitSd before, after;       ///< infinite after, where the stations do not determine the estimated parameters
-  double condition = 1;          ///< as in Sensitivity; infinite there
-  double gain_bias_correlation;  ///< of the errors of gain z and bias z; NaN there and unless both are estimated
+  BenefitSd before, after;       ///< `after`: infinite where the stations do not determine the estimated parameters
+  double condition = 1;          ///< as in Sensitivity; infinite where `after` is
+  double gain_bias_correlation;  ///< of the errors of gain z and bias z; NaN where `after` is infinite or one is fixed
 };
 
 /// Every run has a tool of its own: gains 1 and biases 0, each with an error of sd errors.gain, errors.bias_sd.
-///   before  the readings as they are: these errors, and the last station's (all stations') own noise
-///   after   corrected with what `estimator` finds: its error, which has in it the reference's error, the noise of all
+///   before  uncorrected readings: the errors of the tool, and the last station's (all stations') own noise
+///   after   readings corrected with the estimate: its error, which comes from the reference's error, the noise of all
 ///           stations, and the errors of parameters that are not estimated; and the same noise, with its correlation
 /// Both are linear in all draws and exact to first order. Undefined in azimuth at inclination 0 and 180 deg.
 Benefit predict_benefit(const survey::Survey& survey, const survey::ReferenceField& field,
                         const estimate::InputErrors& errors, const estimate::EstimatorOptions& estimator);
 
-/// after / before. Nothing to gain and nothing done (0 / 0) is 1; infinite where only `before` is 0.
+/// after / before. 1 where both are 0; infinite where only `before` is 0.
 double benefit_ratio(double before, double after);
 
 }  // namespace surveymc::analysis

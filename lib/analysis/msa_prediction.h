@@ -1,5 +1,5 @@
 #pragma once
-/// What first-order theory says of an estimator and the position after it, before any trial: shared by the studies of
+/// First-order predictions for an estimator and the position after it, made before any trial: shared by the studies of
 /// MSA.
 #include <array>
 
@@ -16,15 +16,15 @@ namespace surveymc::analysis {
 struct MsaPrediction {
   Eigen::Matrix<double, 6, 1> parameters;            ///< mean of the estimate: gain x, y, z (1), bias x, y, z (nT)
   Eigen::Matrix<double, 6, 6> parameter_covariance;  ///< of the estimate less the truth of the run
-  Eigen::Matrix2d reference_covariance;              ///< of the reference the estimator ends with: nT, rad
-  /// Of parameters and reference, by the errors that the estimator assumes: what it says of itself.
+  Eigen::Matrix2d reference_covariance;              ///< of the reference after the estimate: nT, rad
+  /// Covariance of parameters and reference that the estimator claims, by the errors that it assumes.
   Eigen::Matrix<double, 8, 8> claimed_covariance;
   Eigen::Vector3d position;     ///< mean final position, N, E, V in metres from the first station
   Eigen::Vector3d uncorrected;  ///< final position of the noise-free, uncorrected readings
-  /// Of the final position, by propagation: joint (with station noise), systematic, random.
+  /// Covariance of the final position, by propagation: joint (with station noise), systematic, random.
   std::array<Eigen::Matrix3d, 3> position_covariance;
-  /// The errors of parameters and position as linear functions of a trial's draws, and their exact moments. Unlike
-  /// `joint`, this keeps the correlation of a station's own noise with the estimate that it also enters.
+  /// The errors of parameters and position as linear functions of a trial's draws, and their exact moments. A station's
+  /// noise also enters the estimate; unlike `joint`, these functions keep the correlation of the two.
   sensor::NoiseWeights weights;
   sensor::NoiseSumMoments linear;
 };

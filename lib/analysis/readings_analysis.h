@@ -1,6 +1,7 @@
 #pragma once
-/// All that one run of six-axis readings says: gains and biases with covariance, what the stations cannot determine,
-/// the corrected survey with its covariance, and whether the residuals fit the noise. Composed of lib/; no files.
+/// Analysis of one run of six-axis readings: gains and biases with covariance, the combinations that the stations
+/// cannot determine, the corrected survey with its covariance, and whether the residuals fit the noise. Reads and
+/// writes no files.
 #include <optional>
 #include <vector>
 
@@ -25,10 +26,10 @@ struct FieldResiduals {
 };
 
 struct StationAnalysis {
-  survey::Attitude raw, corrected;  ///< azimuth magnetic; the correction is to the magnetometers, so only it changes
-  double azimuth_sd = 0;            ///< rad; NaN in a vertical hole, when the accelerometers have noise
-  double gravity_residual = 0;      ///< |g| less the reference, m/s2
-  FieldResiduals before, after;     ///< of the readings as they are, and corrected
+  survey::Attitude raw, corrected;         ///< azimuth magnetic: all that changes, as only magnetometers are corrected
+  double azimuth_sd = 0;                   ///< rad; NaN in a vertical hole, when the accelerometers have noise
+  double gravity_residual = 0;             ///< |g| less the reference, m/s2
+  FieldResiduals before, after;            ///< of the uncorrected and of the corrected readings
   Eigen::Vector3d raw_position, position;  ///< N, E, V from the first station, true north, m
   Eigen::Matrix3d position_covariance;     ///< of `position`, m2
 };
@@ -36,7 +37,7 @@ struct StationAnalysis {
 struct ReadingsAnalysis {
   estimate::Vector6d parameters;            ///< gain x, y, z (1), bias x, y, z (nT)
   estimate::Matrix6d covariance;            ///< by the a-priori noise
-  estimate::Matrix6d reference_covariance;  ///< the part of it that the reference's uncertainty makes
+  estimate::Matrix6d reference_covariance;  ///< the part of `covariance` that comes from the reference's uncertainty
   /// Total field (nT) and dip (rad) where the estimator estimates them, and their covariance.
   std::optional<Eigen::Vector2d> reference;
   Eigen::Matrix2d reference_estimate_covariance = Eigen::Matrix2d::Zero();

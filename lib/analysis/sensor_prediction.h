@@ -1,5 +1,5 @@
 #pragma once
-/// What first-order theory says of positions under constant sensor errors, before any trial.
+/// First-order predictions of positions under constant sensor errors, made before any trial.
 #include <array>
 #include <vector>
 
@@ -14,7 +14,7 @@ namespace surveymc::analysis {
 /// Names of the predictions, in the order of PositionPredictions.
 inline constexpr std::array<const char*, 3> kSensorFormulations{"toolface_dependent", "ti_systematic", "ti_random"};
 
-/// A predicted covariance with all that a tally needs of it.
+/// A predicted covariance with the quantities that a tally needs.
 struct PositionPrediction {
   explicit PositionPrediction(const Eigen::Matrix3d& position_covariance);
 
@@ -28,8 +28,8 @@ struct PositionPrediction {
 /// By formulation, in the order of kSensorFormulations.
 using PositionPredictions = std::vector<PositionPrediction>;
 
-/// At each of the `reported` stations. `first_is_tie_on`: the first station's direction has no error, as in
-/// position_covariance; else it is measured.
+/// Predictions at each of the `reported` stations. `first_is_tie_on`: the first station's direction has no error, as in
+/// position_covariance; otherwise it is measured.
 std::vector<PositionPredictions> predict_sensor_runs(const survey::Survey& survey, const survey::ReferenceField& field,
                                                      const survey::SensorTermArray& sd,
                                                      const survey::ToolfacePlan& plan, const std::vector<int>& reported,

@@ -1,5 +1,5 @@
 #pragma once
-/// Which reading of a suspect station is wrong, as far as its residuals tell, and what the estimate is without it.
+/// Which reading of a suspect station is wrong, as far as the residuals tell, and the estimate without this station.
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,8 +26,9 @@ struct Suspect {
   std::optional<ReadingsAnalysis> without;  ///< the run without this station; none where too little is left
 };
 
-/// Tests whose correlation is at least this cannot be told apart: with exact ties at 1 (the least angle of two of six
-/// directions in the plane of two residuals is seldom 0), this much decides for the wrong one in half of all cases.
+/// Tests whose correlation is at least this cannot be told apart: with such a correlation the larger test would name
+/// the wrong reading in about half of all cases. (Exact ties with correlation 1 are rare: the least angle between two
+/// of six directions in the plane of two residuals is seldom 0.)
 inline constexpr double kInseparableTests = 0.99;
 
 /// None if no residual was rejected.

@@ -14,7 +14,7 @@ namespace surveymc::analysis {
 /// Names of all formulations, right and wrong, in the order of the memo.
 const std::vector<std::string>& vertical_well_formulations();
 
-/// Of the well and of one run of it.
+/// Data of the well and of one run.
 struct VerticalWellRun {
   std::vector<double> weights;                  ///< m, by vertical_station_weights
   std::vector<double> magnetic_toolfaces;       ///< rad
@@ -23,12 +23,13 @@ struct VerticalWellRun {
 };
 
 /// The first trial of a plan as the tool sees it: the formulations get their toolfaces from readings.
-///   spacing  m, of `legs` equal legs;  bias_sd  m/s2, of ABX and ABY
+///   legs  number of equal intervals;  spacing  m, of each;  bias_sd  m/s2, of ABX and ABY
 VerticalWellRun vertical_well_run(int legs, double spacing, const survey::ReferenceField& field, double bias_sd,
                                   const survey::ToolfacePlan& plan, const random::Stream& stream);
 
-/// Predicted covariance (N, E) of the last position, m2. All but `toolface_dependent` only ask which stations of `run`
-/// have one toolface, so that any run with drawn toolfaces gives the same. Asserts that the name is known.
+/// Predicted covariance (N, E) of the last position, m2. All formulations but `toolface_dependent` use only which
+/// stations of `run` have the same toolface, so that any run with drawn toolfaces gives the same. Asserts that the name
+/// is known.
 Eigen::Matrix2d vertical_well_covariance(const std::string& formulation, const VerticalWellRun& run);
 
 }  // namespace surveymc::analysis

@@ -1,5 +1,5 @@
 #pragma once
-/// Frames M = [n e d] (make_model.h) and the attitudes that they are. Azimuths are magnetic.
+/// Frames M = [n e d] (model.h) and their attitudes. Azimuths are magnetic.
 #include <Eigen/Core>
 
 #include "survey/frames.h"

@@ -1,6 +1,6 @@
 #pragma once
-/// Solutions of one station alone, in closed form or nearly so: where the chained solvers begin, and what they are
-/// compared with (slides 1, 4 and 5).
+/// Solutions of one station alone, in closed form or nearly so (slides 1, 4 and 5). The chained solvers begin at them
+/// and are compared with them.
 #include <functional>
 
 #include "chained/model.h"
@@ -16,12 +16,12 @@ struct SingleStation {
 /// attitude, vertical ones included. Field and gravity must not be parallel.
 SingleStation basic_station(const StationReading& y);
 
-/// Sizes that the fully optimising solution weighs with.
+/// Standard deviations by which the fully optimising solution weighs.
 struct SingleWeights {
   StationReading reading_sd{};
   std::array<double, kReferenceStates> reference_sd{};
 };
-/// The expected offsets XO of slide 7, as the slides do.
+/// Weights by the expected offsets XO of slide 7, as on the slides.
 SingleWeights single_weights(const Model& model);
 
 /// Fully optimising gravity, then azimuth (slides 4 and 5): minimises
@@ -29,7 +29,7 @@ SingleWeights single_weights(const Model& model);
 ///   sum ((y - h)/s)^2 + ((h_horizontal - Bh)/s_B)^2 + ((h.d - Bd)/s_B)^2   over h.
 SingleStation fully_optimised_station(const Model& model, const SingleWeights& weights, const StationReading& y);
 
-/// How a station is solved alone before the chain; may be replaced.
+/// A function that solves a station alone, before the chain; a caller may give another.
 using StationSolver = std::function<Eigen::Matrix3d(const StationReading&)>;
 inline Eigen::Matrix3d basic_frame(const StationReading& y) { return basic_station(y).frame; }
 

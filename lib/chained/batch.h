@@ -22,7 +22,7 @@ struct Batch {
 
 enum class Mode { smoother, filter };
 
-/// Answers of a batch, by undamped Gauss-Newton. Where `converged` is false the trial needs what is damped:
+/// Solutions of a batch, by undamped Gauss-Newton. A trial whose `converged` is false needs a damped solver:
 /// solve_blocks for a smoother, run_filter for a filter.
 class BatchSolution {
  public:
@@ -47,7 +47,7 @@ struct BatchOptions {
 void solve_batch(const Model& model, Mode mode, const Batch& batch, BatchSolution& out,
                  const BatchOptions& options = {});
 
-/// One trial by the same kernel in plain doubles: the readable oracle of the lanes. Same bits.
+/// One trial by the same kernel in plain doubles, with which tests compare the lanes. Same bits.
 Solution solve_alone(const Model& model, Mode mode, const std::vector<StationReading>& readings,
                      const BatchOptions& options = {});
 

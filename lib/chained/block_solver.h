@@ -6,7 +6,8 @@
 
 namespace surveymc::chained {
 
-/// Every station as `solver` solves it alone (the basic solution), chain and interference zero.
+/// The point at which every station has the attitude that `solver` finds for it alone (the basic solution), and chain
+/// and interference are zero.
 Point basic_start(const Model& model, const Readings& readings, const StationSolver& solver = basic_frame);
 
 /// Minimises J (chain_cost) from `start`; covariances are those of Gauss-Newton's normal matrix at the minimum,
@@ -14,7 +15,7 @@ Point basic_start(const Model& model, const Readings& readings, const StationSol
 Solution solve_blocks(const Model& model, const Readings& readings, const Point& start, const Options& options = {});
 Solution solve_blocks(const Model& model, const Readings& readings, const Options& options = {});
 
-/// One station alone, its chain known beforehand as a Gaussian: what a filter minimises at `station`.
+/// One station alone, with a Gaussian prior of its chained states: the cost that a filter minimises at `station`.
 struct StationMinimum {
   Eigen::Matrix3d frame;
   ChainVector chain;

@@ -15,13 +15,13 @@ namespace surveymc::chained {
 
 using namespace simd;
 
-/// The model in numbers only. No interference, no readings left out.
+/// The model as plain numbers. No interference, no readings left out.
 struct KernelModel {
   double gravity, horizontal, down, total;  ///< references; total = |(horizontal, down)|
   double noise_variance[6];
   double prior_variance[kChainStates],
       link_variance[kChainStates];  ///< of references: as they apply at a later station
-  bool independent;                 ///< references forget what earlier stations said
+  bool independent;                 ///< references are observed anew at every station
   int stations, max_iterations;
   double step_tolerance;
 };
@@ -29,14 +29,14 @@ struct KernelModel {
 template <class T>
 using ChainCovariance = Symmetric<T, kChainStates>;
 
-/// What filter and smoother know of a trial's station.
+/// The state of filter and smoother at a trial's station.
 template <class T>
 struct StationPoint {
   ToolFrame<T> frame;
   std::array<T, kChainStates> c;
 };
 
-/// First-order model of a station at a point: z, H, and what gives the attitude afterwards.
+/// First-order model of a station at a point: z, H, and the terms from which the attitude follows afterwards.
 template <class T>
 struct StationTerms {
   std::array<T, 6> residual;
@@ -73,13 +73,13 @@ StationTerms<T> station_terms(const KernelModel& m, const std::array<T, 6>& y, c
   return t;
 }
 
-/// One update of the filter, and what the smoother needs of it: with V = P H' S^-1 and u = S^-1 innovation.
+/// One update of the filter, with the terms that the smoother needs: V = P H' S^-1 and u = S^-1 innovation.
 template <class T>
 struct Update {
   std::array<std::array<T, 3>, kChainStates> gain;  ///< V
   std::array<T, 3> u;
   Symmetric<T, 3> inverse;  ///< S^-1
-  T minimum;                ///< innovation' S^-1 innovation: what the station adds to the cost
+  T minimum;                ///< innovation' S^-1 innovation: the station's part of the cost
 };
 
 /// Updates mean and covariance in place. `at`: where the terms are linearised.
@@ -119,7 +119,7 @@ Update<T> update_chain(const StationTerms<T>& t, const std::array<T, kChainState
   return up;
 }
 
-/// Before the first station.
+/// The state before the first station.
 template <class T>
 void begin_chain(const KernelModel& m, std::array<T, kChainStates>& mean, ChainCovariance<T>& p) {
   for (std::size_t i = 0; i < kChainStates; ++i) {
@@ -129,7 +129,7 @@ void begin_chain(const KernelModel& m, std::array<T, kChainStates>& mean, ChainC
   }
 }
 
-/// From a station to the next.
+/// Prediction from a station to the next.
 template <class T>
 void predict_chain(const KernelModel& m, std::array<T, kChainStates>& mean, ChainCovariance<T>& p) {
   for (std::size_t i = 0; i < kChainStates; ++i) {
@@ -173,7 +173,8 @@ StationAttitude<T> station_attitude(const KernelModel& m, const StationTerms<T>&
   return {ldlt<T, 3>(add(add({zero, zero, zero, zero, zero, zero}, t.f, m.noise_variance), t.h, m.noise_variance + 3))};
 }
 
-/// Backwards through a station: adjoint state and, where wanted, its covariance, from after the update to before it:
+/// Backwards through a station: takes the adjoint state and, where wanted, its covariance from after the update to
+/// before:
 ///   l <- l - H'(u + V' l),   L <- L - H' E' - E H,  E = L V - H'(S^-1 + V' L V)/2
 template <class T, bool WithCovariance>
 void smooth_back(const std::array<std::array<T, kChainStates>, 3>& rows, const Update<T>& up,

@@ -3,18 +3,18 @@
 ///
 ///   step:     (B + lambda D) d = g                       g: minus half the gradient, B: half the Hessian or its model
 ///   promise:  p = 2 g.d - d.B d = g.d + lambda d.D d > 0, as B + lambda D is positive definite
-///   gain:     (J(x) - J(x + d)) / p;  the step is taken if that exceeds least_gain, else lambda rises tenfold
+///   gain:     (J(x) - J(x + d)) / p;  the step is taken if the gain exceeds least_gain, else lambda rises tenfold
 ///
-/// B is Gauss-Newton's as long as its steps shrink fast, which costs nothing where the model is nearly linear. Where
-/// they do not, B is half the true Hessian wherever B + lambda D is positive definite, and Gauss-Newton's elsewhere:
-/// near horizontal east or west the curvature of the readings' equations is many times Gauss-Newton's, whose undamped
-/// steps then run to and fro between two points for ever.
+/// B is Gauss-Newton's matrix as long as its steps shrink fast, which is cheap where the model is nearly linear. Where
+/// the steps do not shrink fast, B is half the true Hessian wherever B + lambda D is then positive definite, and
+/// Gauss-Newton's matrix elsewhere. The reason: near horizontal east or west the curvature of the readings' equations
+/// is many times that of Gauss-Newton's matrix, whose undamped steps then jump between two points for ever.
 ///
-/// Why it ends at a stationary point, from any start (Nocedal and Wright 2006, theorem 4.5 in this notation): the set
-/// {J <= J(start)} is compact (priors and links hold the chain, rotations are bounded), so on it B, D and the third
-/// order of J are bounded, and there is a lambda* beyond which every step is taken. Hence lambda <= 10 lambda* always,
-/// every step taken lowers J by at least least_gain |g|^2 / |B + lambda D|, and as J >= 0 the sum of all |g|^2 is
-/// finite: g -> 0. Where the Hessian at the limit is positive definite, lambda -> 0 and the last steps are Newton's,
+/// Why the descent ends at a stationary point, from any start (Nocedal and Wright 2006, theorem 4.5 in this notation):
+/// the set {J <= J(start)} is compact (priors and links hold the chain, rotations are bounded), so on it B, D and the
+/// third order of J are bounded, and there is a lambda* beyond which every step is taken. Hence lambda <= 10 lambda*
+/// always, every step taken lowers J by at least least_gain |g|^2 / |B + lambda D|, and as J >= 0 the sum of all |g|^2
+/// is finite: g -> 0. Where the Hessian at the limit is positive definite, lambda -> 0 and the last steps are Newton's,
 /// which converge quadratically.
 #include <cmath>
 #include <optional>
@@ -32,20 +32,20 @@ struct Descent {
   int iterations = 0;
 };
 
-/// Problem: Point; System; cost(point); system(point): Gauss-Newton's; exact(system, point): with the true Hessian;
-/// solve(system, lambda): an object with `positive` (definite), `promise` and what size2() and moved(point, .) need;
-/// rounding(cost): below this a difference of two costs says nothing.
+/// A Problem has Point; System; cost(point); system(point): Gauss-Newton's; exact(system, point): with the true
+/// Hessian; solve(system, lambda): an object with `positive` (definite), `promise` and the members that size2() and
+/// moved(point, .) need; rounding(cost): a difference of two costs below it is only rounding.
 template <class Problem>
 Descent<typename Problem::Point> descend(const Problem& problem, const typename Problem::Point& start,
                                          const Options& options) {
   using System = typename Problem::System;
   constexpr double kFirstDamping = 1e-2, kLeastDamping = 1e-4, kLargestDamping = 1e15, kFactor = 10;
-  constexpr double kSlow = 1.0 / 16;  // squared contraction of steps above which Gauss-Newton does not serve
+  constexpr double kSlow = 1.0 / 16;  // squared contraction of steps above which Gauss-Newton is given up
   const double tolerance2 = options.step_tolerance * options.step_tolerance;
   Descent<typename Problem::Point> out{start, problem.cost(start)};
   System gauss_newton = problem.system(out.at);
   std::optional<System> newton;
-  bool curved = false;  // Gauss-Newton does not serve
+  bool curved = false;  // Gauss-Newton is given up
   double damping = 0, last2 = kInfinity;
   int held = 0;  // steps in a row that J is too coarse to judge
   while (out.iterations < options.max_iterations) {
@@ -83,7 +83,7 @@ Descent<typename Problem::Point> descend(const Problem& problem, const typename 
       const auto next = problem.moved(out.at, step);
       const double cost = problem.cost(next);
       gain = (out.cost - cost) / step.promise;
-      // So near the minimum that costs differ by rounding only: the model is as good as exact, its step is an answer.
+      // So near the minimum costs differ by rounding only. The model is as good as exact there, so its step is taken.
       held = coarse ? held + 1 : 0;
       taken = coarse ? cost <= out.cost + problem.rounding(out.cost) : gain > options.least_gain;
       if (taken) {

@@ -13,14 +13,14 @@ using ChainMatrix = Eigen::Matrix<double, kChainStates, kChainStates>;
 /// A chained state that is known from elsewhere: adds ((c - value) / sd)^2 to the cost.
 struct KnownState {
   int station = 0;  ///< from 0
-  int state = 0;    ///< as of ChainState
+  int state = 0;    ///< as in ChainState
   double value = 0, sd = 1;
 };
 
 struct Readings {
   std::vector<StationReading> y;
-  std::vector<std::array<bool, 6>> left_out = {};  ///< readings that are not to be used; empty: all are
-  std::vector<KnownState> known = {};              ///< for solve_blocks alone
+  std::vector<std::array<bool, 6>> left_out = {};  ///< readings not to be used; empty: all are used
+  std::vector<KnownState> known = {};              ///< read by solve_blocks alone
 
   int stations() const { return static_cast<int>(y.size()); }
   bool used(int station, std::size_t axis) const {
@@ -28,7 +28,7 @@ struct Readings {
   }
 };
 
-/// A place to linearise at, and to begin from.
+/// A point of linearisation, or the start of an iteration.
 struct Point {
   std::vector<Eigen::Matrix3d> frames;
   std::vector<ChainVector> chain;
@@ -44,13 +44,13 @@ struct StationLinear {
 };
 StationLinear linearise(const Model& model, const Readings& readings, const Point& at, int station);
 
-/// Turns frames and adds to the states: what a solver's step does to its point.
+/// Applies a solver's step to its point: turns frames and adds to the states.
 void step_station(Point& point, int station, const Eigen::Vector3d& delta, const ChainVector& dc);
 
 /// J at a point: squares of the whitened residuals, of the first station's states, of the links, of references where
 /// they are independent, of interference.
 double chain_cost(const Model& model, const Readings& readings, const Point& at);
-/// The readings' part of it.
+/// The part of J that comes from the readings.
 double readings_cost(const Model& model, const Readings& readings, const Point& at);
 
 /// J of a solution's own frames and states.
@@ -60,7 +60,7 @@ Point point_of(const Solution& solution);
 double step_size2(const Model& model, const std::vector<Eigen::Vector3d>& delta, const std::vector<ChainVector>& dc,
                   const Eigen::VectorXd& da);
 
-/// What the cost has beyond first order at a station, whitened as above: half its Hessian is
+/// Second-order terms of the cost at a station, whitened as above: half the Hessian is
 ///   J'J - (delta_delta, delta_chain, delta_interference; their transposes)
 /// with u = W e, the residual over its variance:
 ///   delta_delta        = sum of (u v' + v u')/2 - (u.v) 1   over (u_f, f) and (u_h, h)
@@ -71,17 +71,17 @@ struct StationCurvature {
   Eigen::Matrix<double, 3, kReferenceStates> delta_chain;
   Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> delta_interference;
 };
-/// `linear`: of the same station at the same point.
+/// `linear` belongs to the same station and point.
 StationCurvature curvature(const Model& model, const StationLinear& linear, const Point& at, int station);
 
 struct Options {
   int max_iterations = 200;  ///< steps tried, rejected ones included
   /// Converged when the undamped step d, of gradient g and quadratic model B (halves), satisfies both
   ///   sqrt(step_size2(d)) <= step_tolerance    (root mean square over the stations, in prior sd and in mrad)
-  ///   g.B^-1 g <= gradient_tolerance (1 + J)   (what the model still promises J to fall by)
+  ///   g.B^-1 g <= gradient_tolerance (1 + J)   (the fall of J that the model still predicts)
   double step_tolerance = 1e-9;
   double gradient_tolerance = 1e-10;
-  /// A step is taken when J falls by more than this part of what the quadratic model promises.
+  /// A step is taken when J falls by more than this part of the fall that the quadratic model predicts.
   double least_gain = 1e-4;
   bool damped = true;  ///< false: plain Gauss-Newton, every step taken, which may not converge
 };

@@ -1,11 +1,11 @@
 #pragma once
-/// Where to begin when nothing is known of the attitudes, or when an axial bias is so large that the basic solution
-/// begins on the wrong side ("unstart", slide 12): derivative-free sub-searches (NLopt, Nelder-Mead), each polished by
-/// Levenberg, and all the minima that they lead to.
+/// Search for all minima. It is needed when nothing is known of the attitudes, or when an axial bias is so large that
+/// the basic solution begins on the wrong side ("unstart", slide 12). Derivative-free sub-searches (NLopt, Nelder-Mead)
+/// find starts, and the descent (Levenberg) goes from each start to a minimum.
 ///
 /// Near horizontal east-west an axial bias and the sign of cosA can hardly be told apart: with A' = 180 deg - A and
 ///   b_z' = b_z + 2 Bh cosA / sinI,   Bd' = Bd - 2 Bh cosA cosI / sinI
-/// a station reads the same. The lowest J need not be the truth then.
+/// a station reads the same. Then the lowest J need not be the truth.
 #include "chained/block_solver.h"
 
 namespace surveymc::chained {
@@ -18,8 +18,8 @@ Point search_attitudes(const Model& model, const Readings& readings);
 /// minimises the misfit of gravity, horizontal and downward field over all stations, from no offset.
 Point search_offsets(const Model& model, const Readings& readings);
 
-/// The mirror image of a point, as above, b_z shifted by the mean over the stations; searched again from there if
-/// `search`.
+/// The mirror image of a point, as above, b_z shifted by the mean over the stations. With `search`, the result of a new
+/// search from this image.
 Point mirrored(const Model& model, const Readings& readings, const Point& point, bool search);
 
 struct SearchOptions {

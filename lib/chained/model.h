@@ -1,7 +1,7 @@
 #pragma once
 /// The model of chained multistation analysis (ISCWSA slides, chained multistation; decoded in docs/studies.md).
 ///
-/// Notation of all files chained_*: at station k
+/// Notation of all files of this folder: at station k
 ///   M = [n e d]  directions of magnetic north, east and down in the tool frame: a rotation, free at every station
 ///   c            nine states that are chained from station to station, in the order of ChainState
 ///   f = -(g + e_g) d + b_a                       accelerometers: specific force, which points up (slides' sign)
@@ -16,7 +16,7 @@
 namespace surveymc::chained {
 
 inline constexpr int kChainStates = 9;
-/// Where the chained states begin.
+/// Index of the first component of each chained state.
 enum ChainState {
   kGravityError = 0,         ///< e_g, m/s2: gravity less its reference
   kHorizontalError = 1,      ///< e_H, nT: horizontal field less its reference
@@ -36,7 +36,7 @@ enum class ChainReferences {
 
 /// Interference from the drill string or a casing left behind: a vector fixed in N that fades as the survey goes on,
 ///   i_k = (1 + rate k)^-2 M (directions a),  k = 0, 1, ...,
-/// a: amplitudes, constant, of known sd beforehand.
+/// a: amplitudes, constant in a run, with a prior sd.
 struct InterferenceModel {
   Eigen::Matrix3Xd directions = Eigen::Matrix3Xd(3, 0);  ///< one a column, N-E-V unit vectors; none: no interference
   double rate = 0.35;
@@ -49,7 +49,7 @@ struct InterferenceModel {
 /// Sizes are one standard deviation each.
 struct Model {
   double gravity = 9.80665, horizontal = 0, down = 0;   ///< references: m/s2, nT, nT
-  StationReading noise{};                               ///< of a reading, white
+  StationReading noise{};                               ///< of a reading, independent from station to station
   ChainArray prior_sd{};                                ///< of c at the first station
   ChainArray link_sd{};                                 ///< of the change of c from a station to the next
   std::array<double, kReferenceStates> reference_sd{};  ///< with ChainReferences::independent, at every station
@@ -67,7 +67,7 @@ struct ChainSize {
 };
 /// XO, "random value plus random walk effect (approx)", of n stations:
 ///   XO^2 = s^2 + D^2 (n + 1)(2 n + 1) / (6 n)
-/// reproduces all five printed values of slide 7. size.offset instead, if that is given.
+/// reproduces all five printed values of slide 7. If size.offset is given, the result is size.offset.
 double expected_offset(const ChainSize& size, int stations);
 
 /// Slide 7 as a model. Internal units.
@@ -85,16 +85,17 @@ void check(const Model& model);
 struct StationEstimate {
   Eigen::Matrix3d frame = Eigen::Matrix3d::Identity();  ///< M: columns n, e, d
   Eigen::Matrix<double, kChainStates, 1> chain = Eigen::Matrix<double, kChainStates, 1>::Zero();
-  /// Of (delta, c): delta turns the frame, M_true = exp([delta]x) M, rad, tool axes; then the chained states.
+  /// Covariance of (delta, c): delta turns the frame, M_true = exp([delta]x) M, rad, tool axes; then the chained
+  /// states.
   Eigen::Matrix<double, 12, 12> covariance = Eigen::Matrix<double, 12, 12>::Zero();
 };
 
-/// How an iteration ended: only `converged` is an answer.
+/// How an iteration ended. Only a `converged` one gives a solution.
 enum class Status {
   converged,
   iteration_limit,  ///< the options' max_iterations
   no_descent,       ///< no damping makes the cost fall
-  saddle,           ///< the gradient is zero, but the cost falls to some side
+  saddle,           ///< the gradient is zero, but the cost falls in some direction
   not_finite        ///< readings or steps that are not numbers
 };
 inline constexpr std::size_t kStatuses = 5;
@@ -106,7 +107,7 @@ struct Solution {
   Status status = Status::iteration_limit;
   int iterations = 0;  ///< steps tried, rejected ones included
   double cost = 0;     ///< J: squares of all whitened equations; chi-squared(3 stations) under the model
-  /// ln det of half the Hessian of J by Gauss-Newton, of all unknowns in rad and SI and nT: of solve_blocks alone.
+  /// ln det of half the Hessian of J by Gauss-Newton, of all unknowns in rad, m/s2 and nT. Set by solve_blocks alone.
   double log_determinant = 0;
   std::vector<StationEstimate> stations;
   Eigen::VectorXd interference;  ///< amplitudes, nT

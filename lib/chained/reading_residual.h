@@ -1,6 +1,6 @@
 #pragma once
-/// What the readings of a station say against the model of make_model.h: the one readable formula. The solvers have
-/// its Jacobian by hand; tests hold that against Dual numbers of this.
+/// Residuals of the readings of a station against the model of model.h, in readable form. The solvers have the Jacobian
+/// by hand; tests compare it with Dual numbers through this formula.
 #include <array>
 
 #include "chained/model.h"
@@ -23,7 +23,7 @@ survey::Vec3<T> turned(const survey::Vec3<T>& delta, const survey::Vec3<T>& v) {
   return v + scale(T(2.0) / (T(1.0) + dot(s, s)), a + cross(s, a));
 }
 
-/// Removes what rounding does to orthonormality.
+/// Makes the base orthonormal again after rounding.
 template <class T>
 ToolFrame<T> orthonormal(const ToolFrame<T>& m) {
   const survey::Vec3<T> d = scale(T(1.0) / norm(m.d), m.d), n = m.n - scale(dot(m.n, d), d);

@@ -1,14 +1,16 @@
 #pragma once
-/// Is a reading wrong? Normalised residuals of a chained solution, and what to do about the largest.
+/// Is a reading wrong? Normalised residuals of a chained solution, and whether the reading of the largest may be
+/// deleted.
 #include "chained/linearised_station.h"
 
 namespace surveymc::chained {
 
 /// Six numbers a station, in the order of StationReading. NaN for readings left out.
 struct ReadingTests {
-  /// w = e / sqrt(s^2 - J C J'): standard normal if the model is right and nothing is wrong.
+  /// w = e / sqrt(s^2 - J C J'): standard normal if the model is right and no reading is wrong.
   std::vector<std::array<double, 6>> w;
-  /// Root of the redundancy number: sqrt(1 - J C J' / s^2). An error of x shifts its own w by x/s times it.
+  /// Root of the redundancy number: sqrt(1 - J C J' / s^2). An error x of a reading shifts its own w by x/s times this
+  /// root.
   std::vector<std::array<double, 6>> sensitivity;
 };
 ReadingTests reading_tests(const Model& model, const Readings& readings, const Solution& solution);

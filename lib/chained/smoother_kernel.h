@@ -1,14 +1,14 @@
 #pragma once
-/// Smoother and filter over all stations of the trials in the lanes, from the basic solution to convergence. Lanes
-/// never wait for each other: what has converged is frozen, so a trial's bits do not depend on its neighbours.
+/// Smoother and filter over all stations of the trials in the lanes, from the basic solution to convergence. A lane
+/// that has converged is frozen, so a trial's bits do not depend on the other lanes.
 #include "chained/chain_kernel.h"
 
 namespace surveymc::chained {
 
 using namespace simd;
 
-/// What the smoother keeps of a station from the way forwards. Little, as long runs have to fit the caches: terms are
-/// made again on the way back.
+/// The numbers that the smoother keeps of a station from the forward pass. They are few, because long runs have to fit
+/// the caches; the backward pass computes the other terms again.
 template <class T>
 struct StationMemory {
   StationPoint<T> at;                     ///< the point
@@ -200,7 +200,7 @@ Outcome<T> smooth_lanes(const KernelModel& m, const double* readings, StationMem
     out.iterations = out.iterations + select(active, one, zero);
     const auto done = active & (size2 <= tolerance2);
     out.converged = select(done, one, out.converged);
-    active = active & !done & (size2 < T(1e12));  // NaN fails it: no way back
+    active = active & !done & (size2 < T(1e12));  // NaN fails this comparison: such a lane cannot recover
   }
   forward_pass(m, readings, stations);
   out.cost = chain_cost(m, readings, stations);

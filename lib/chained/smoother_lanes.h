@@ -1,5 +1,5 @@
 #pragma once
-/// The kernel behind solve_lane_batch.h, for both instruction sets (simd/lanes.h).
+/// The kernel behind batch.h, for both instruction sets (simd/lanes.h).
 #include <cstddef>
 
 #include "chained/chain_kernel.h"
@@ -7,7 +7,7 @@
 
 namespace surveymc::chained {
 
-/// Raw view of a batch; rows are kGroup doubles apart. Output rows are those of solve_lane_batch.h.
+/// Raw view of a batch; rows are kGroup doubles apart. Output rows are those of station_rows.h.
 struct LaneBatch {
   KernelModel model;
   bool filter;

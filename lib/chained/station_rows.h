@@ -1,5 +1,5 @@
 #pragma once
-/// Where the results of a station stand in a batch: rows kStationRows k + ...
+/// The rows of a batch that hold the results of station k: kStationRows k + ...
 #include "chained/smoother_kernel.h"
 
 namespace surveymc::chained {

@@ -1,7 +1,8 @@
 #pragma once
-/// Checkpoint journals: finished blocks of a run that is not done, beside its output. Each writer appends to a file of
-/// its own, "<output>.journal.<host>.<pid>", so two attempts at once do not disturb each other. One record per subtree
-/// of blocks, with a checksum; a killed writer leaves at worst half a record at the end, which is not read.
+/// Checkpoint journals: finished blocks of a run that is not done, in files beside its output. Each writer appends to a
+/// file of its own, "<output>.journal.<host>.<pid>", so two attempts at once do not disturb each other. A journal has
+/// one record per subtree of blocks, with a checksum. A killed writer leaves at worst half a record at the end, which
+/// is not read.
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -22,7 +23,7 @@ std::vector<std::filesystem::path> journals_of(const std::filesystem::path& outp
 
 struct JournalContents {
   FinishedBlocks finished;
-  std::vector<std::filesystem::path> damaged;  ///< journals that are not whole; what stands before the damage counts
+  std::vector<std::filesystem::path> damaged;  ///< journals that are not whole; records before the damage count
 };
 
 /// Throws IoError if a journal beside `output` belongs to another config or another build of the program.

@@ -19,7 +19,7 @@ struct PartPiece {
   std::uint64_t point = 0;
   montecarlo::BlockRange blocks;    ///< first .. end - 1
   std::uint64_t blocks_in_all = 0;  ///< of the point, at most; 0: a point without trials
-  bool whole = false;               ///< all of the point, also where a stopping rule has ended it before blocks_in_all
+  bool whole = false;               ///< all of the point, even if a stopping rule ended it before blocks_in_all
   std::vector<montecarlo::Subtree> subtrees = {};
   std::string result = {};  ///< of a point without trials: its tables and maps (study/point_result_bytes.h)
 };

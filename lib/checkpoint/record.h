@@ -1,5 +1,5 @@
 #pragma once
-/// Records with a checksum: what journals and part files are made of.
+/// Records with a checksum, of which journals and part files consist.
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -8,7 +8,8 @@
 
 namespace surveymc::checkpoint {
 
-/// What a stored tally belongs to. Tallies go together only if both are the same: another build may round otherwise.
+/// The config and the program to which a stored tally belongs. Tallies can be merged only if both are the same, because
+/// another build may round differently.
 struct RunKey {
   std::string config_hash;  ///< Config::hash()
   std::string program;      ///< version, revision and compiler of the program

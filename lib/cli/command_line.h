@@ -13,7 +13,7 @@ namespace surveymc::cli {
 
 enum class Command { list, models, check, run, plan, merge, status, show, rerun, man, completion };
 
-/// What a command line asks for (README.md).
+/// The command and options of a command line (README.md).
 struct CommandLine {
   Command command = Command::list;
   RunArguments arguments = {};
@@ -25,8 +25,8 @@ struct CommandLine {
   std::vector<std::string> parts = {};
 };
 
-/// The line, or the exit code of one that asks for help or cannot be read; what there is to say of it is printed unless
-/// `silent`. `version`: text of --version.
+/// The command line, or the exit code if it asks for help or is wrong; help and errors are printed unless `silent`.
+/// `version`: text of --version.
 std::variant<CommandLine, int> read_command_line(int argc, char** argv, const std::string& version,
                                                  bool silent = false);
 

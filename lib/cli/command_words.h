@@ -1,12 +1,12 @@
 #pragma once
-/// Commands and options of the program as plain words, read from the definitions of the command line: what the man page
-/// and the shell completions are made of. Nothing is listed by hand.
+/// Commands and options of the program as plain words, read from the definitions of the command line. The man page and
+/// the shell completions are made of them, so that nothing is listed by hand.
 #include <string>
 #include <vector>
 
 namespace surveymc::cli {
 
-/// What a value is, for a shell to offer.
+/// The kind of an option's value, so that a shell can offer values.
 enum class ValueKind { none, text, config_file, result_file, folder, table, shell };
 
 struct OptionWords {

@@ -4,9 +4,9 @@
 
 namespace surveymc::cli {
 
-/// Before the first line; not thread-safe, as all of this.
+/// Call before the first line. No function of this header is thread-safe.
 void start_log();
-/// Nothing more is said: for ranks other than 0.
+/// Turns the log off, for ranks other than 0.
 void silence_log();
 
 void log_info(const std::string& text);

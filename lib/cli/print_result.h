@@ -1,12 +1,12 @@
 #pragma once
-/// What a reader sees of a result on the terminal.
+/// Output of a result to the terminal.
 #include <string>
 
 #include "store/result_file.h"
 
 namespace surveymc::cli {
 
-/// Tables short and narrow enough to read are printed; the others are a command away.
+/// Prints tables that are short and narrow enough to read; for the others, names the command that prints them.
 void print_tables(const store::Result& result, const std::string& path);
 
 /// The table `warnings`, if a study has one, as the last thing a user reads.

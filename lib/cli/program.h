@@ -7,9 +7,9 @@
 
 namespace surveymc::cli {
 
-/// The program: parses the command line, does what it says with `studies`, prints, returns the exit code. With
-/// `messages` every rank calls this: rank 0 does it, and the others compute for it and are silent. `mpi`: for
-/// --version.
+/// The program: parses the command line, runs the command with `studies`, prints, returns the exit code. With
+/// `messages` every rank calls this function: rank 0 runs the command, the others compute blocks for rank 0 and print
+/// nothing. `mpi`: for --version.
 int program_main(int argc, char** argv, const std::vector<study::Experiment>& studies, montecarlo::Messages* messages,
                  const std::string& mpi);
 

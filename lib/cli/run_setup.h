@@ -1,5 +1,5 @@
 #pragma once
-/// What the commands of the program share: arguments, loading, signals, checkpoints, provenance.
+/// Functions that the commands of the program share: arguments, loading, signals, checkpoints, provenance.
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -26,7 +26,7 @@ enum Exit {
   kInterrupted = 75
 };
 
-/// Interrupted, and what is done was kept: what() says how to go on.
+/// The run was interrupted and its finished work was kept: what() says how to go on.
 class Resumable : public Interrupted {
  public:
   using Interrupted::Interrupted;
@@ -56,20 +56,20 @@ void log_remarks(const config::Config& config);
 const study::Experiment& find_experiment(const std::vector<study::Experiment>& studies, const config::Config& config);
 study::RunPlan load(const RunArguments& a);
 
-/// The run that `stored`, read from `file`, says it is of. `folder`: that of the config, where files are that were too
-/// large to be stored.
+/// The run that made the result `stored`, read from `file`. `folder`: the folder of the config, which has the files
+/// that were too large to be stored.
 study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const std::string& file,
                           const store::Result& stored, const std::string& folder);
 
-/// From now on SIGINT, SIGTERM, SIGUSR1 and SIGALRM set the stop flag and do nothing else. Called before anything that
-/// takes time, so that no signal finds the program without it.
+/// From now on SIGINT, SIGTERM, SIGUSR1 and SIGALRM set the stop flag and do nothing else. Call this before any long
+/// computation, so that no signal ends the program in another way.
 void catch_signals();
 const std::atomic<bool>* stop_flag();
 
-/// Sets the stop flag then, if `seconds` is not 0; after catch_signals().
+/// Sets the stop flag after `seconds`, if not 0. Call catch_signals() first.
 void stop_after(double seconds);
 
-/// Options of a run whose stop flag is that one.
+/// Options of a run, with this stop flag.
 montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress);
 
 /// This program: version, revision, compiler.
@@ -78,8 +78,9 @@ checkpoint::RunKey run_key(const study::RunPlan& run);
 void stamp(store::Result& result, const std::string& command);
 store::RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, const RunArguments& a);
 
-/// Runs `compute_and_write` with the journals of `output`, which are gone when it returns. Throws IoError if there are
-/// some and a.resume is not set, or of another config; Resumable if it was interrupted and something was kept.
+/// Runs `compute_and_write` with the journals of `output`, and removes them afterwards. Throws IoError if there are
+/// journals and a.resume is not set, or journals of another config; Resumable if the run was interrupted and work was
+/// kept.
 store::Result with_checkpoint(const RunArguments& a, const study::RunPlan& run, const std::filesystem::path& output,
                               const std::string& command,
                               const std::function<store::Result(const study::Checkpoint&)>& compute_and_write);

@@ -9,7 +9,7 @@
 
 namespace surveymc::cli {
 
-/// A map and where its values come from.
+/// A map and the source of its values.
 struct MapSource {
   const store::Map* map;  ///< its values may be empty
   std::function<std::vector<double>(std::size_t first, std::size_t count)> values;

@@ -6,7 +6,7 @@
 
 namespace surveymc::cli {
 
-/// The files that were stored beside the config, as the config reader wants them.
+/// The input files that a result stores beside its config, in the form that the config reader takes.
 struct StoredInputs {
   std::vector<config::InputTable> tables;
   std::vector<config::InputText> texts;

@@ -1,5 +1,5 @@
 #pragma once
-/// How many verdicts of each word tables hold.
+/// Numbers of verdicts of each kind in tables.
 #include <cstddef>
 #include <map>
 #include <string>

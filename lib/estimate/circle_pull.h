@@ -1,10 +1,11 @@
 #pragma once
-/// A point of the plane, measured with independent errors, and its distance from the origin, observed too:
+/// Adjustment of a point of the plane that is measured with independent errors, and whose distance from the origin is
+/// observed too:
 ///
 ///   minimise (x - x0)^2 / px + (y - y0)^2 / py + (rho - radius)^2 / variance,   rho = sqrt(x^2 + y^2)
 ///
-/// Least squares with the row (cos, sin) of rho, iterated to the end. It is not convex: without enough weight on the
-/// point there is a minimum on either side of the origin. Where the derivative vanishes
+/// This is least squares with the row (cos, sin) of rho, iterated to the end. The cost is not convex: without enough
+/// weight on the point there is a minimum on either side of the origin. Where the derivative vanishes
 ///   x = x0 / (1 + l px),  y = y0 / (1 + l py),  l variance rho = rho - radius,
 /// and at the lowest minimum 1 + l px >= 0 and 1 + l py >= 0 (the condition of trust regions: Conn, Gould and Toint
 /// 2000, section 7.3). There rho falls with l and radius / (1 - l variance) rises: one root, found by Newton's method
@@ -19,10 +20,10 @@ template <class T>
 struct CirclePoint {
   T x, y;
   T cost;   ///< the minimum
-  T found;  ///< 1; 0 where there is no single lowest minimum: the point is on a line that either side is as good for
+  T found;  ///< 1, or 0 where there is no single lowest minimum: for a point on an axis either side may be equally good
 };
 
-/// All of one unit; px, py, radius and variance positive. T: double, Lanes or Dual of double.
+/// All inputs in one unit; px, py, radius and variance positive. T: double, Lanes or Dual of double.
 template <class T>
 CirclePoint<T> pull_to_circle(const T& x0, const T& y0, const T& px, const T& py, const T& radius, const T& variance) {
   const auto swap = px < py;  // a: along the larger variance

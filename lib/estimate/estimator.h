@@ -1,5 +1,5 @@
 #pragma once
-/// A way of getting sensor errors out of a survey: one interface for all estimators.
+/// The interface of all estimators of sensor errors from a survey.
 #include <array>
 #include <memory>
 #include <string>
@@ -28,11 +28,11 @@ struct EstimateBlock {
       claimed_variance;          ///< of the six parameters, of estimators whose claim depends on the trial's readings
   survey::LaneArray cost;        ///< sum of squared residuals at the minimum, nT^2
   survey::LaneArray iterations;  ///< evaluations of the model
-  survey::LaneArray converged;   ///< 1, or 0 where the estimate is not to be used
+  survey::LaneArray converged;   ///< 1, or 0 where the estimate must not be used
 };
 
-/// Virtual once per batch of trials, never per trial: the loop over trials is inside. Stateless; solve() may be called
-/// from several threads.
+/// One virtual call per batch of trials, never per trial: the loop over trials is inside. An estimator has no state;
+/// several threads may call solve().
 class Estimator {
  public:
   virtual ~Estimator() = default;
@@ -44,17 +44,17 @@ class Estimator {
 struct EstimatorOptions {
   std::string name = "msa";  ///< a line of the table of estimators (estimators.h); models: field_fit.h, wls.h
   /// "gauss_newton" (lanes), or "nlopt_neldermead", "nlopt_bobyqa", "nlopt_lbfgs" (one trial at a time; a second,
-  /// independent way to the same minimum). wls is linear and has none.
+  /// independent way to the same minimum). wls is linear and needs no solver.
   std::string solver = "gauss_newton";
   int max_iterations = 200;
   double step_tolerance = 1e-9;  ///< see NewtonOptions
   InputErrors assumed;           ///< not used by msa
-  /// Which of gain x, y, z and bias x, y, z are unknowns. The others are taken as 1 and 0, whatever they are; their
-  /// errors go into the estimates. Of wls all are.
+  /// Which of gain x, y, z and bias x, y, z are unknowns. The others are taken as 1 and 0, whatever their true values;
+  /// their errors go into the estimates. For wls all six are unknowns.
   std::array<bool, 6> estimated{true, true, true, true, true, true};
-  /// Of msa_weighted, msa_joint and wls_consider, where the derivative by a gain is taken (field_fit.h): "measured", at
-  /// the reading, which is the minimum; or "fitted", at the fitted field, without its shift by noise. "": the one that
-  /// the table of estimators names.
+  /// Where msa_weighted, msa_joint and wls_consider take the derivative by a gain (field_fit.h): "measured", at the
+  /// reading, which gives the minimum; or "fitted", at the fitted field, which avoids the shift of gains by noise. "":
+  /// the default of the table of estimators.
   std::string derivative;
 };
 
@@ -63,12 +63,12 @@ const std::vector<std::string>& estimator_names();
 const std::vector<std::string>& solver_names();
 const std::vector<std::string>& derivative_names();
 
-/// `field` is the nominal reference: scale of the unknowns, and the point that weights are made at. `truth` (one entry
-/// a station) is what wls has to know; the others use it only with `expected`: readings (nT, one entry a station) that
-/// those to come will be near, in a simulation the readings without noise. With them msa may start from their solution
-/// and share their matrix: the same minimum in a third of the time, to the step tolerance; where that does not lead to
-/// a minimum it takes the way it takes without them. Throws InputError on an unknown name, an option out of range, a
-/// missing truth.
+/// `field` is the nominal reference: scale of the unknowns, and the point at which weights are computed. `truth` (one
+/// entry a station) is the field that wls has to know; the other estimators use it only with `expected`. `expected` are
+/// readings (nT, one entry a station) close to those of all trials, in a simulation the readings without noise. With
+/// `expected`, msa starts all trials from the solution of these readings and uses their matrix: the same minimum to the
+/// step tolerance, in a third of the time. A trial for which this does not lead to a minimum goes the way it goes
+/// without `expected`. Throws InputError on an unknown name, an option out of range, a missing truth.
 std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& options, const survey::ReferenceField& field,
                                           const std::vector<survey::StationFields>& truth = {},
                                           const std::vector<survey::Vec3<double>>& expected = {});

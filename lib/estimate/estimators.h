@@ -1,5 +1,5 @@
 #pragma once
-/// The table of estimators: what each is called, needs and gives, how it is made and how its errors are predicted.
+/// The table of estimators: the name of each, what it needs and gives, how to make it and how to predict its errors.
 /// Factory, predictions, config check, law tests and the test of the docs all read this table and nothing else.
 #include <memory>
 #include <string_view>
@@ -10,7 +10,7 @@
 
 namespace surveymc::estimate {
 
-/// What an estimator is made of. `truth` and `expected`: see make_estimator.
+/// The inputs from which an estimator is made. `truth` and `expected`: see make_estimator.
 struct EstimatorInput {
   const EstimatorOptions& options;
   const survey::ReferenceField& field;
@@ -20,20 +20,20 @@ struct EstimatorInput {
 
 /// One line of the table.
 struct EstimatorKind {
-  std::string_view name;        ///< of `estimator.name`
+  std::string_view name;        ///< value of `estimator.name`
   std::string_view fits;        ///< what is fitted, for messages and documents
-  bool estimates_all = true;    ///< all six gains and biases; else it has its own subset, and takes no other
+  bool estimates_all = true;    ///< all six gains and biases; false: a fixed subset of its own
   bool takes_subset = false;    ///< EstimatorOptions::estimated may leave some out
   bool needs_attitude = false;  ///< needs the true field at every station: not for readings alone
-  /// Weighs by EstimatorOptions::assumed: needs assumed.magnetometer > 0, and claims a covariance by what it assumes.
+  /// Weighs by EstimatorOptions::assumed: needs assumed.magnetometer > 0, and claims a covariance by these sizes.
   bool weighs = false;
   bool weighs_each_reading = false;  ///< by ReadingBlock::assumed_sd, if the readings have it
   bool estimates_reference = false;  ///< total field and dip too
-  std::string_view derivative = {};  ///< EstimatorOptions::derivative unless it says otherwise; "": there is no choice
-  bool has_second_solvers = false;   ///< NLopt's
+  std::string_view derivative = {};  ///< default of EstimatorOptions::derivative; "": there is no choice
+  bool has_second_solvers = false;   ///< NLopt's solvers
   /// The options have been checked. Never null.
   std::unique_ptr<Estimator> (*make)(const EstimatorInput& input) = nullptr;
-  /// First-order effect of its inputs; null: the estimator has no prediction of its own, and is refused where one is
+  /// First-order effect of the estimator's inputs; null: the estimator has no prediction, and is refused where one is
   /// needed. Returns a condition >= 1e13 and no derivatives where the stations determine too little.
   Sensitivity (*predict)(const EstimatorOptions& options, const NominalTruth& truth) = nullptr;
 };

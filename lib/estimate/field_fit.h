@@ -13,10 +13,10 @@
 ///
 /// The equation of a gain at this minimum is  sum_k a_i'W r_k m_i + prior = 0,  a_i = d(Bh, Bv)/db_i: the derivative by
 /// a gain is the reading m_i, whose noise is in r_k too. So at the truth its expectation is not zero but
-/// s0^2 sum_k a_i'W a_i, and gains come out too large, by some (stations) sd(gain)^2: errors in variables (Fuller 1987,
-/// Measurement Error Models, 2.2). With `fitted_derivative` the reading is replaced there by that of the
-/// fitted field, the horizontal direction of the corrected reading times Bh' plus u times Bv', and the shift is gone to
-/// first order of the noise squared. These equations are no gradient of a cost; their root is looked for from the
+/// s0^2 sum_k a_i'W a_i, and the estimated gains are too large, by some (stations) sd(gain)^2: errors in variables
+/// (Fuller 1987, Measurement Error Models, 2.2). With `fitted_derivative` the fitted field replaces the reading m_i
+/// there: the horizontal direction of the corrected reading times Bh' plus u times Bv'. The shift then vanishes to
+/// first order of the noise squared. These equations are no gradient of a cost; the search for their root begins at the
 /// minimum.
 #include <array>
 
@@ -40,7 +40,7 @@ struct FieldFitModel {
   double unit_weight = 0;               ///< (s0 / total)^2
   double gain_prior = 0;                ///< weight (s0 / total)^2 / sd^2 of p - 1; 0: no prior
   std::array<double, 3> bias_prior{};   ///< the same of q / total, per axis
-  std::array<bool, 6> estimated{true, true, true, true, true, true};  ///< of p, q; others stay at p = 1, q = 0
+  std::array<bool, 6> estimated{true, true, true, true, true, true};  ///< which of p, q; others stay at p = 1, q = 0
   bool fitted_derivative = false;                                     ///< see above; else the minimum
 };
 
@@ -51,8 +51,8 @@ Eigen::Matrix2d field_covariance(const InputErrors& assumed, const survey::Refer
 
 struct EstimatorOptions;  // of estimator.h, which no kernel includes
 
-/// What msa, msa_weighted, msa_joint and wls_consider minimise. Throws InputError on any other name, and unless, for
-/// all but msa, assumed.magnetometer > 0 (weights are relative to it).
+/// The model that msa, msa_weighted, msa_joint and wls_consider minimise. Throws InputError on any other name, and, for
+/// all but msa, unless assumed.magnetometer > 0 (weights are relative to it).
 FieldFitModel field_fit_model(const EstimatorOptions& options, const survey::ReferenceField& field);
 
 /// Residuals of one station before weighting, in units of the total field; m, bh_ref, bv_ref in the same unit.

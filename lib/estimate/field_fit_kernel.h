@@ -8,13 +8,13 @@
 ///       [ M_ij m_i m_j   -M_ij m_i    a_i'W c_l m_i ]        [  g_i m_i ]
 ///       [      .            M_ij     -a_i'W c_l     ]  dx = -[ -g_i     ]
 ///       [      .             .         c_l'W c_m    ]        [  c_l' f  ]
-/// Of the residuals Bh is curved, d2Bh/db2 = e e' / Bh, which adds f_h / Bh e_i e_j to M_ij for the exact second
-/// derivative, and the reference is, which adds to the lower right block.
+/// Bh is curved, d2Bh/db2 = e e' / Bh, which adds f_h / Bh e_i e_j to M_ij for the exact second derivative. The
+/// reference is curved, too, which adds to the lower right block.
 ///
-/// The right side above has the *measured* reading m_i in the derivative by a gain. Its noise is in r too, so that the
-/// expectation of g_i m_i at the truth is not zero (errors in variables). The derivative at the *fitted* field
+/// The right side above has the *measured* reading m_i in the derivative by a gain. The noise of m_i is in r too, so
+/// that the expectation of g_i m_i at the truth is not zero (errors in variables). The derivative at the *fitted* field
 ///   b' = Bh' n + Bv' u,   m'_i = (b'_i + q_i) / p_i = m_i - s_i / p_i,   s = b - b' = r_h n + r_v u
-/// takes C_i / p_i from the equation of p_i, C_i = sum_k g_i s_i. With K_ij = delta_ij - (1 - r_h / Bh) e_i e_j,
+/// subtracts C_i / p_i from the equation of p_i, C_i = sum_k g_i s_i. With K_ij = delta_ij - (1 - r_h / Bh) e_i e_j,
 ///   dC_i/db_j = M_ij s_i + K_ij g_i,   dC_i/dz_l = (a_i'W c_l) s_i + (a_i'c_l) g_i   (M with the second derivative).
 #include "estimate/field_fit.h"
 #include "estimate/newton.h"
@@ -23,13 +23,15 @@ namespace surveymc::estimate {
 
 using namespace simd;
 
-/// Pointers to one group of a ReadingBlock, or to some lane of it: see there for the rows, which are kGroup apart.
+/// Pointers to one group of a ReadingBlock, or to one of its lanes. ReadingBlock names the rows, which are kGroup
+/// apart.
 struct FieldFitData {
   const double *magnetic, *down, *reference;
   int stations, reference_stride;
 };
 
-/// What the derivative at the fitted field takes from the equations of p, and from the rows of their matrix.
+/// The terms that the derivative at the fitted field subtracts from the equations of p, and from the rows of their
+/// matrix.
 template <class T, std::size_t N>
 struct FittedCorrection {
   std::array<T, 3> value;
@@ -173,7 +175,7 @@ NormalEquations<T, N> field_fit_equations(const FieldFitModel& model, const Fiel
     add_prior(6, x[6], model.unit_weight);
     add_prior(7, x[7], model.unit_weight);
   }
-  for (std::size_t i = 0; i < 6; ++i)  // what is not estimated has a step of zero and pulls at nothing
+  for (std::size_t i = 0; i < 6; ++i)  // a parameter that is not estimated has a step of zero and moves no other
     if (!model.estimated[i]) {
       out.gradient[i] = T(0.0);
       if constexpr (WithMatrix)
@@ -193,8 +195,8 @@ NormalEquations<T, N> field_fit_equations(const FieldFitModel& model, const Fiel
   return out;
 }
 
-/// The equations of the derivative at the fitted field, with their exact derivative: no gradient, the matrix is not
-/// symmetric.
+/// The equations of the derivative at the fitted field, with their exact derivative. They are no gradient, so the
+/// matrix is not symmetric.
 template <class T, std::size_t N, bool WithMatrix>
 RootEquations<T, N> fitted_field_equations(const FieldFitModel& model, const FieldFitData& d,
                                            const std::array<T, N>& x) {

@@ -1,5 +1,5 @@
 #pragma once
-/// How the field of a station misses the reference, and what moves it: the residuals of MSA, linearised.
+/// The residuals of MSA, linearised: the field of a station less the reference, and its derivatives by all inputs.
 #include <array>
 #include <vector>
 
@@ -18,7 +18,7 @@ struct FieldMisfit {
   Eigen::Matrix2d by_reference;                 ///< per nT of total field, per rad of dip
 };
 
-/// `station`: corrected field and down direction; `gain` the gains it was corrected with; `total` (nT) and `dip` (rad)
+/// `station`: corrected field and down direction; `gain`: the gains of this correction; `total` (nT) and `dip` (rad):
 /// the reference. The field must not be parallel to gravity.
 FieldMisfit field_misfit(const survey::StationFields& station, const std::array<double, 3>& gain, double total,
                          double dip);
@@ -29,7 +29,7 @@ std::vector<FieldMisfit> field_misfits(const std::vector<survey::StationFields>&
 survey::Vec3<double> corrected_field(const survey::Vec3<double>& reading, const std::array<double, 3>& gain,
                                      const std::array<double, 3>& bias);
 
-/// All residuals by the parameters: two rows a station.
+/// Derivatives of all residuals by the parameters: two rows a station.
 Eigen::Matrix<double, Eigen::Dynamic, 6> misfit_jacobian(const std::vector<FieldMisfit>& misfits);
 
 }  // namespace surveymc::estimate

@@ -3,8 +3,8 @@
 
 namespace surveymc::estimate {
 
-/// Sizes of the errors of an estimator's inputs, one standard deviation each: what they are, for a prediction, or what
-/// an estimator takes them to be, for its weights and claims.
+/// Sizes of the errors of an estimator's inputs, one standard deviation each: the true sizes, for a prediction, or the
+/// sizes that an estimator assumes, for its weights and claims.
 struct InputErrors {
   double magnetometer = 0;             ///< nT per axis and station
   double down = 0;                     ///< rad per cross-axis direction: accelerometer noise / gravity
@@ -13,7 +13,7 @@ struct InputErrors {
   bool reference_per_station = false;  ///< drawn anew at every station; else one error for the whole run
   double gain = 0;                     ///< of the true gains; as prior, about 1; 0: no prior
   double bias = 0;                     ///< nT, of the true biases; as prior, about 0; 0: no prior
-  double axial_bias = 0;               ///< nT, bias z has this too: interference of the drill string
+  double axial_bias = 0;               ///< nT, added to bias z: interference of the drill string
 
   double bias_sd(int axis) const { return axis == 2 ? std::hypot(bias, axial_bias) : bias; }
 };

@@ -13,8 +13,8 @@ std::unique_ptr<Estimator> make_msa(const NewtonOptions& options, const survey::
                                     const std::vector<survey::StationFields>& truth,
                                     const std::vector<survey::Vec3<double>>& expected);
 
-/// Where the trials start: solution and matrix of the expected readings, with the down directions of `truth`. None
-/// where these have no sharp minimum.
+/// The point from which trials start: solution and matrix of the expected readings, with the down directions of
+/// `truth`. None where the expected readings have no sharp minimum.
 std::optional<MsaExpansion> msa_expansion(const std::vector<survey::StationFields>& truth,
                                           const std::vector<survey::Vec3<double>>& expected,
                                           const survey::ReferenceField& field);

@@ -1,18 +1,18 @@
 #pragma once
 /// MSA from a known neighbourhood: all trials start at one point with one inverse matrix and need gradients only.
 ///
-/// Noise is a thousandth of the field, so the matrix of a trial is nearly that of the readings without noise; with its
-/// inverse A at the minimum x0 of these, the chord iteration  x <- x - A gradient(x)  gains two to three digits a step.
-/// It ends at the trial's own minimum, because the gradient is exact. Where a step is not below a tenth of the one
-/// before (two modes, flat valleys), the trial is handed to msa_solve, which knows nothing of x0.
+/// Noise is a thousandth of the field, so the matrix of a trial is nearly that of the readings without noise. These
+/// have their minimum at x0, and A is the inverse of the matrix there. The chord iteration  x <- x - A gradient(x)
+/// gains two to three digits a step. It ends at the trial's own minimum, because the gradient is exact. Where a step is
+/// not below a tenth of the step before (two modes, flat valleys), msa_solve takes the trial and does not use x0.
 #include "estimate/msa_kernel.h"
 
 namespace surveymc::estimate {
 
 using namespace simd;
 
-/// The minimum that readings without noise have, and the inverse of Newton's matrix there (row by row), both for the
-/// unknowns p, q / total.
+/// The minimum of readings without noise, and the inverse of Newton's matrix there (row by row), both for the unknowns
+/// p, q / total.
 struct MsaExpansion {
   std::array<double, 6> x;
   std::array<double, 36> inverse;
@@ -26,11 +26,12 @@ struct MsaGradient {
 
 /// As msa_normal_equations without matrix, to rounding: with h = b - Bv u, the horizontal part of b,
 ///   Bh^2 = |b|^2 - Bv^2,  g = (Bh - Bh_ref) h / Bh + (Bv - Bv_ref) u
-/// takes fewer operations than the base (u, n, e), of which the matrix makes use. (Near the poles the difference of
+/// takes fewer operations than the base (u, n, e), which only the matrix needs. (Near the poles the difference of
 /// squares loses (B / Bh)^2 units in the last place: two digits at dip 84.)
 ///
-/// With `Series`, Bh_ref / Bh is its third-order series in tau = (Bh / Bh_ref)^2 - 1, wrong by 0.27 tau^4: no root, no
-/// division, and no cost. Good for steps that are not the last. One reference must hold for all stations.
+/// With `Series`, Bh_ref / Bh is its third-order series in tau = (Bh / Bh_ref)^2 - 1, wrong by 0.27 tau^4. The series
+/// needs no root and no division; it gives no cost. It is good for all steps but the last. All stations must share one
+/// reference.
 template <class T, bool Series = false>
 [[gnu::always_inline]] inline MsaGradient<T> msa_gradient(const MsaData& d, const std::array<T, 6>& x) {
   // In nT from station to station; the scale goes to q and to the sums.
@@ -80,12 +81,12 @@ template <class T, bool Series = false>
   return out;
 }
 
-/// The chord iteration. `converged` is 0 where it does not contract: those are for msa_solve. As there, a lane that has
-/// finished is frozen, and the answer of a lane does not depend on its neighbours.
+/// The chord iteration. `converged` is 0 in lanes where it does not contract: msa_solve solves these. A lane that has
+/// finished is frozen, so that its answer does not depend on the other lanes.
 template <class T>
 MsaSolution<T> msa_solve_near(const MsaData& data, const MsaExpansion& start, const NewtonOptions& options) {
   constexpr int kMaxSteps = 8;     // beyond these the long way is shorter
-  constexpr int kSeriesSteps = 2;  // they leave 1e-7 of the way; none of them may end the search
+  constexpr int kSeriesSteps = 2;  // after them 1e-7 of the way remains; none of them may end the search
   const T zero(0.0), one(1.0), tolerance(options.step_tolerance);
   MsaSolution<T> s;
   for (std::size_t i = 0; i < 6; ++i) s.x[i] = T(start.x[i]);
@@ -118,8 +119,9 @@ MsaSolution<T> msa_solve_near(const MsaData& data, const MsaExpansion& start, co
   return s;
 }
 
-/// From the expansion point, or where that does not lead to a minimum, from unit gains and zero biases. `start` may be
-/// null. Lanes that take the long way have its bits; their evaluations on the short way are counted too.
+/// Solves from the expansion point or, where this does not lead to a minimum, from unit gains and zero biases (the long
+/// way). `start` may be null. Lanes that take the long way have the bits of msa_solve; their evaluations on the short
+/// way are counted too.
 template <class T>
 MsaSolution<T> msa_solve(const MsaData& data, const MsaExpansion* start, const NewtonOptions& options) {
   if (!start) return msa_solve<T>(data, options);

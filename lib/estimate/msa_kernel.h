@@ -8,8 +8,8 @@
 /// station are  [ W_ij m_i m_j   -W_ij m_i ]          [ g_i m_i ]
 ///      [     .            W_ij    ]  dx = -  [  -g_i   ].
 /// Only Bh is curved: d2Bh/db2 = e e' / Bh. With kappa = 1 - (Bh - Bh_ref) / Bh the exact second derivative of the cost
-/// is the same matrix with W = 1 - kappa e e': Newton costs no more than Gauss-Newton, and what does not depend on e is
-/// summed once for all iterations.
+/// is the same matrix with W = 1 - kappa e e': Newton costs no more than Gauss-Newton, and the sums that do not depend
+/// on e are made once for all iterations.
 /// Fields are in units of `total`, so that all six unknowns and their columns are of order one.
 #include <array>
 
@@ -20,7 +20,8 @@ namespace surveymc::estimate {
 
 using namespace simd;
 
-/// Pointers to one group of a ReadingBlock, or to some lane of it: see there for the rows, which are kGroup apart.
+/// Pointers to one group of a ReadingBlock, or to one of its lanes. ReadingBlock names the rows, which are kGroup
+/// apart.
 struct MsaData {
   const double *magnetic, *down, *reference;
   int stations, reference_stride;
@@ -51,8 +52,8 @@ MsaReadingSums<T> msa_reading_sums(const MsaData& d) {
   return s;
 }
 
-/// At x = (p, q / total). `second_order`: 0 for the Gauss-Newton matrix J'J, 1 for Newton's. Without `WithMatrix` only
-/// gradient and cost, with the same bits, for less than half the work.
+/// Normal equations at x = (p, q / total). `second_order`: 0 for the Gauss-Newton matrix J'J, 1 for Newton's. Without
+/// `WithMatrix` only gradient and cost, with the same bits, for less than half the work.
 template <class T, bool WithMatrix = true>
 MsaNormalEquations<T> msa_normal_equations(const MsaData& d, const MsaReadingSums<T>& sums, const std::array<T, 6>& x,
                                            const T& second_order) {

@@ -1,6 +1,6 @@
 #pragma once
-/// The minimum of a sum of squares on lanes of trials: Gauss-Newton far away, Newton near by. And the root of
-/// equations that are no gradient, from a start close to it.
+/// newton_minimum finds the minimum of a sum of squares on lanes of trials: Gauss-Newton far away, Newton near by.
+/// newton_root finds the root of equations that are no gradient, from a start close to the root.
 #include <array>
 #include <cstddef>
 
@@ -35,16 +35,16 @@ struct NewtonSolution {
 ///
 /// Gauss-Newton until the steps are small, then Newton, because the residuals do not vanish and Gauss-Newton alone may
 /// oscillate for ever about a poorly determined minimum. Once a Newton step is small, its matrix serves for the next
-/// steps too, as long as each is a tenth of the one before. A step that raises the cost is halved until it does not;
-/// where Newton's matrix is not positive definite (flat valleys between two modes), its second-order part is halved
-/// until it is. A lane that has finished is frozen and a lane that keeps its matrix ignores a new one, so the answer of
-/// a lane does not depend on its neighbours.
+/// steps too, as long as each step is a tenth of the step before. A step that raises the cost is halved until the cost
+/// no longer rises. Where Newton's matrix is not positive definite (flat valleys between two modes), its second-order
+/// part is halved until the matrix is positive definite. A lane that has finished is frozen and a lane that keeps its
+/// matrix ignores a new one, so that the answer of a lane does not depend on the other lanes.
 template <class T, std::size_t N, class Evaluate>
 NewtonSolution<T, N> newton_minimum(const Evaluate& evaluate, const std::array<T, N>& start,
                                     const NewtonOptions& options) {
   const T zero(0.0), one(1.0);
-  const T small_step(0.1);   // unknowns are of order one: from here the quadratic model is worth its second order
-  const T chord_step(1e-3);  // from here Newton's matrix changes little: field over noise
+  const T small_step(0.1);   // unknowns are of order one: below it the second-order terms improve the step
+  const T chord_step(1e-3);  // the size of noise over field: below it Newton's matrix changes little
   std::array<T, N> best = start, step;
   for (T& s : step) s = zero;
   Symmetric<T, N> factor;
@@ -79,7 +79,7 @@ NewtonSolution<T, N> newton_minimum(const Evaluate& evaluate, const std::array<T
     }
     best_cost = select(accept, e.cost, best_cost);
     iterations = iterations + select(active, one, zero);
-    const auto newton = one <= second_order;  // the matrix in hand is Newton's, whole
+    const auto newton = one <= second_order;  // the present matrix is Newton's, with the whole second order
     keeps_matrix = definite & accept & newton & (largest < chord_step) & (largest < T(0.1) * last_largest);
     const T more = T(2.0) * max(second_order, T(0.5));
     second_order =
@@ -97,7 +97,7 @@ NewtonSolution<T, N> newton_minimum(const Evaluate& evaluate, const std::array<T
 template <class T, std::size_t N>
 struct RootEquations {
   Square<T, N> matrix;     ///< derivative of value, row i that of value[i]
-  std::array<T, N> value;  ///< the root has 0
+  std::array<T, N> value;  ///< 0 at the root
   T cost;                  ///< carried to the solution
 };
 
@@ -105,9 +105,9 @@ struct RootEquations {
 ///
 /// Damped Newton with the natural monotonicity test (Deuflhard 2011, Newton Methods for Nonlinear Problems, 3.3.3):
 /// from x the step f dx, f = 1, 1/2, 1/4 ..., is taken if the next step by the *same* matrix is at most (1 - f / 2)
-/// |dx|. That step is the next one, by the old matrix, as long as each is a tenth of the one before; else x gets a
-/// matrix of its own. A lane fails where f falls below 1 / 64. As in newton_minimum a lane does not depend on its
-/// neighbours.
+/// |dx|. As long as each step is a tenth of the step before, this next step by the old matrix is taken; else a new
+/// matrix is computed at x. A lane fails where f falls below 1 / 64. As in newton_minimum the answer of a lane does not
+/// depend on the other lanes.
 template <class T, std::size_t N, class Evaluate>
 NewtonSolution<T, N> newton_root(const Evaluate& evaluate, const std::array<T, N>& start,
                                  const NewtonOptions& options) {

@@ -1,15 +1,15 @@
 #pragma once
-/// Do the residuals of an estimate fit the noise that was claimed for its inputs? One test of all of them, and one for
-/// each (Baarda 1968; Teunissen 2000, chapter 4).
+/// Do the residuals of an estimate fit the noise that was claimed for its inputs? One test takes all residuals
+/// together, and there is one test for each residual (Baarda 1968; Teunissen 2000, chapter 4).
 ///
-/// Under the null the residuals v = e + J dx, whatever the estimator made of dx, where e has the covariance
+/// Under the null hypothesis the residuals are v = e + J dx, for any error dx of the estimate. e has the covariance
 ///   Q = blockdiag(Q_k) + U U',  Q_k station k's own noise, U the draws common to all stations (the reference field).
-/// With M = Q^-1 - Q^-1 J (J' Q^-1 J)^-1 J' Q^-1, which J's columns vanish under, to first order
+/// With M = Q^-1 - Q^-1 J (J' Q^-1 J)^-1 J' Q^-1, for which M J = 0, to first order
 ///   T = v' M v                        chi-squared with 2 n - 6 degrees
 ///   w_i = (M v)_i / sqrt(M_ii)        standard normal; the most powerful test of an error in residual i alone
 ///   (M v)_i / M_ii +- 1 / sqrt(M_ii)  the size of that error, if it is the only one
-/// U are unknowns with a prior of their own, so that all costs are linear in the stations: one thin QR of
-/// [Q_k^-1/2 (J_k U_k); 0 1].
+/// The common draws are taken as unknowns with a prior of their own, so that the time is linear in the stations: one
+/// thin QR of [Q_k^-1/2 (J_k U_k); 0 1].
 #include <vector>
 
 #include "estimate/field_misfit.h"
@@ -35,7 +35,8 @@ ResidualTests residual_tests(const std::vector<survey::StationFields>& stations,
                              const std::vector<FieldMisfit>& misfits, const InputErrors& noise);
 
 /// Test of an error that moves the two residuals of one station along c (nT per unit of the error): w = c'Mv /
-/// sqrt(c'Mc), its size c'Mv / c'Mc and the sd of that. NaN where the residuals do not see it.
+/// sqrt(c'Mc), the size of the error c'Mv / c'Mc and the sd of this size. NaN where the error does not change the
+/// residuals.
 struct DirectionTest {
   double w, error, error_sd;
 };

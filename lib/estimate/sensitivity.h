@@ -1,6 +1,6 @@
 #pragma once
-/// First-order effect of every input of an estimator on its error: the analytic prediction that Monte Carlo is held
-/// against, and the covariance that an estimator claims.
+/// First-order effect of every input of an estimator on its error. From it follow the analytic prediction with which
+/// Monte Carlo is compared, and the covariance that an estimator claims.
 #include <array>
 #include <optional>
 #include <vector>
@@ -22,20 +22,20 @@ using Matrix82d = Eigen::Matrix<double, 8, 2>;
 using Matrix86d = Eigen::Matrix<double, 8, 6>;
 
 /// Derivatives of the error (estimate less truth) at noise-free readings, one matrix per station. Rows: gain x, y, z;
-/// bias x, y, z in nT; then the reference that the estimator ends with, its own estimate or the one given: total field
-/// in nT, dip in rad.
+/// bias x, y, z in nT; then the reference after the estimate (estimated by msa_joint, else as given): total field in
+/// nT, dip in rad.
 /// Exact to first order where the residuals vanish at the truth, that is without priors of gains and biases. With J the
 /// Jacobian of (Bh, Bv), W their weight and P the priors,  d estimate = -(J'WJ + P)^-1 J'W d(Bh - Bh_ref, Bv - Bv_ref).
 struct Sensitivity {
   std::vector<Matrix83d> by_magnetometer;  ///< per nT of a magnetometer reading (tool axes)
   std::vector<Matrix83d> by_down;          ///< per unit of the down direction (any direction; project it yourself)
   std::vector<Matrix82d> by_reference;     ///< per nT of total field, per rad of dip, given to the estimator
-  /// Per unit of a true parameter away from its nominal: what priors pull; of one that is not estimated, its own error
-  /// (-1) and what it puts into the estimates.
+  /// Per unit of a true parameter away from its nominal: the pull of the priors; for a parameter that is not estimated,
+  /// its own error (-1) and its effect on the estimates.
   Matrix86d by_truth = Matrix86d::Zero();
-  Vector8d shift = Vector8d::Zero();  ///< error of noise-free readings at the nominal parameters: the same
-  /// Of the unknown parameters' normal matrix, gains in 1, biases in total fields: its largest eigenvalue, or that of a
-  /// bias in plain sight of all stations if this is more, over the smallest.
+  Vector8d shift = Vector8d::Zero();  ///< error at the nominal parameters without noise, by the same two effects
+  /// Condition of the unknown parameters' normal matrix, gains in 1, biases in total fields: its largest eigenvalue (at
+  /// least that of a bias that all stations see fully) over the smallest.
   double condition = 1;
 };
 
@@ -48,20 +48,20 @@ struct NominalTruth {
 
 /// Throws InputError where the estimator has no prediction of its own (estimators.h), and when the stations (and
 /// priors) cannot determine the unknown parameters: normal matrix numerically singular. Options as for make_estimator.
-/// A parameter that is not estimated counts to first order in how far its nominal truth is from 1 or 0.
+/// A parameter that is not estimated enters to first order in the difference of its nominal truth from 1 or 0.
 Sensitivity sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
 
-/// The same, but nothing where sensitivity() throws because the stations determine too little.
+/// As sensitivity(), but without value where sensitivity() throws because the stations determine too little.
 std::optional<Sensitivity> find_sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
 
-/// Predictions for the table of estimators (estimators.h): of all that fit (Bh, Bv), and of wls. Without derivatives,
-/// and with their condition, where the stations determine too little.
+/// Predictions for the table of estimators (estimators.h): one for all estimators that fit (Bh, Bv), and one for wls.
+/// Where the stations determine too little, the result has the condition but no derivatives.
 Sensitivity field_fit_sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
 Sensitivity wls_sensitivity(const EstimatorOptions& options, const NominalTruth& truth);
 
-/// Covariance of the error, rows as in Sensitivity: the sum of what every input contributes. Magnetometer noise and
+/// Covariance of the error, rows as in Sensitivity: the sum of the contributions of all inputs. Magnetometer noise and
 /// tilts of the down direction are independent per station; the reference is drawn once (a consider parameter) or per
-/// station. With the errors that the estimator assumes it is the covariance that it claims.
+/// station. With the errors that the estimator assumes, this is the covariance that the estimator claims.
 Matrix8d error_covariance(const Sensitivity& sensitivity, const std::vector<survey::StationFields>& stations,
                           const InputErrors& errors);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Auto-associative kernel regression: what a sensor should read, from what all sensors read together.
+/// Auto-associative kernel regression (AAKR): predicts the reading of every sensor from the readings of all sensors.
 #include <vector>
 
 #include "monitoring/samples.h"
@@ -19,7 +19,7 @@ class Aakr {
   int vectors() const { return vectors_; }
   double bandwidth() const { return bandwidth_; }
 
-  /// What predictions of many queries leave to be used again: one per thread.
+  /// Memory that predictions of many queries use again: one per thread.
   using Scratch = std::vector<double>;
   /// queries: count x p, row by row; predictions the same; nearest (count): distance to the nearest memory vector, the
   /// indicator of operation outside of the training range.

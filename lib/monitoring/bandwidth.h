@@ -14,8 +14,8 @@ struct BandwidthScore {
 
 /// Mean square error (over samples and sensors, z) of the samples of each fold, predicted from `vectors` memory vectors
 /// of the others (fewer if they have fewer). Sample i is in fold i mod `folds`. z and truth: n x p; truth may be empty.
-/// A small bandwidth gives back the nearest reading, noise and all: against `z` it wins, because noise that a query
-/// shares with its prediction costs nothing. Use the truth where it is known, that is, in simulation.
+/// A small bandwidth returns the nearest reading with its noise. Its error against `z` is small, because noise that a
+/// query shares with its prediction does not count. Use the truth where it is known, that is, in simulation.
 std::vector<BandwidthScore> search_bandwidth(const Samples& z, const Samples& truth, Eigen::Index vectors,
                                              const std::vector<double>& bandwidths, int folds);
 

@@ -15,7 +15,7 @@ struct GasLiftWell {
   double annulus_temperature = 320, tubing_temperature = 340;       ///< K
   double annulus_length = 2500, tubing_length = 2500;               ///< m
   double annulus_volume = 60;                                       ///< m3
-  double tubing_diameter = 0.124;                                   ///< m; below the injection point the same
+  double tubing_diameter = 0.124;                                   ///< m, above and below the injection point
   double reservoir_length = 100;                                    ///< m of tubing below the injection point
   double oil_density = 850, gas_oil_ratio = 0;                      ///< kg/m3; kg/kg
   double reservoir_coefficient = 4e-6;                              ///< kg/(s Pa)
@@ -36,7 +36,7 @@ struct GasLiftPressures {
 GasLiftState gas_lift_derivative(const GasLiftWell& well, const GasLiftState& state, double injection);
 GasLiftPressures gas_lift_pressures(const GasLiftWell& well, const GasLiftState& state, double injection);
 
-/// The state that stays as it is, stable or not: Newton's method with the exact Jacobian, followed from a stable rate.
+/// The steady state, stable or not: Newton's method with the exact Jacobian, followed from a stable rate.
 /// InputError if there is none with flow through all valves.
 GasLiftState gas_lift_steady_state(const GasLiftWell& well, double injection);
 

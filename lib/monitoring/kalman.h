@@ -45,7 +45,7 @@ class DriftFilter {
   Eigen::RowVectorXd drift_;
 };
 
-/// Variance before a sample (M') and gain that the filter ends with.
+/// Limits of the variance before a sample (M') and of the gain after many samples.
 struct SteadyDriftFilter {
   double predicted_variance, gain;
 };

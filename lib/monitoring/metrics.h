@@ -31,7 +31,7 @@ class Sensitivities {
   Eigen::RowVectorXd rows_;
 };
 
-/// The same of all rows in one go.
+/// The same of all rows in one call.
 Eigen::RowVectorXd mean_square_error(const Samples& predicted, const Samples& target);
 Eigen::MatrixXd sensitivities(const Samples& with_drift, const Samples& without, const Samples& drift);
 

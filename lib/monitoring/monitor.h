@@ -13,10 +13,10 @@ enum class Architecture {
 /// "aakr_sprt", "aakr_kf_sprt".
 const char* name(Architecture architecture);
 
-/// What a monitor makes of n readings of p sensors, all in z.
+/// Results of a monitor for n readings of p sensors, all in z.
 struct MonitorTrace {
   Samples prediction;        ///< n x p: xhat
-  Samples signal;            ///< n x p: what the tests look at: residual r - xhat (AS) or drift estimate (AKS)
+  Samples signal;            ///< n x p: the signal that is tested: residual r - xhat (AS) or drift estimate (AKS)
   Eigen::VectorXd nearest;   ///< n: distance to the nearest memory vector
   Eigen::Index skipped = 0;  ///< rows that the gate of the filter left out
 };
@@ -26,7 +26,7 @@ class MonitorStream {
  public:
   /// `model` must outlive it. `filter` is for AKS only.
   MonitorStream(Architecture architecture, const Aakr& model, const DriftFilterOptions& filter);
-  /// readings: n x p, scaled; those that follow the last ones. InputError for another number of sensors.
+  /// readings: n x p, scaled, which follow those of the call before. InputError for another number of sensors.
   MonitorTrace next(const Samples& readings);
 
  private:
@@ -36,7 +36,7 @@ class MonitorStream {
   Aakr::Scratch scratch_;
 };
 
-/// All readings in one go.
+/// All readings in one call.
 MonitorTrace run_monitor(Architecture architecture, const Aakr& model, const DriftFilterOptions& filter,
                          const Samples& readings);
 

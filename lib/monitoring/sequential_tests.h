@@ -1,5 +1,6 @@
 #pragma once
-/// Tests on the residual or drift of one sensor, sample by sample: SPRT, and CUSUM and a plain threshold to compare.
+/// Tests on the residual or drift of one sensor, sample by sample: SPRT, and for comparison CUSUM and a plain
+/// threshold.
 namespace surveymc::monitoring {
 
 struct SprtOptions {
@@ -30,7 +31,7 @@ class Sprt {
 };
 
 struct CusumOptions {
-  double allowance = 0.5;  ///< z taken off every sample
+  double allowance = 0.5;  ///< z subtracted from every sample
   double threshold = 5;    ///< of the sum, z
 };
 

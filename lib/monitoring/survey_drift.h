@@ -1,6 +1,6 @@
 #pragma once
-/// Drift of a survey tool's own sensors, seen against the reference field: no empirical model is needed, because |g|,
-/// |b| and dip of the reference already are the prediction.
+/// Drift of a survey tool's own sensors, measured against the reference field. No empirical model is needed, because
+/// |g|, |b| and dip of the reference are the prediction.
 #include <Eigen/Core>
 
 namespace surveymc::monitoring {
@@ -23,8 +23,8 @@ class BiasFilter {
   explicit BiasFilter(const Vector6& process_variance)
       : process_(process_variance), bias_(Vector6::Zero()), covariance_(Matrix6::Zero()) {}
 
-  /// Returns the normalised innovation squared (NIS), v^T (H P' H^T + R)^-1 v with v = y - H d of before: chi-squared
-  /// with 3 degrees of freedom if the sensors are as the filter takes them to be.
+  /// Returns the normalised innovation squared (NIS), v^T (H P' H^T + R)^-1 v with v = y - H d before the update:
+  /// chi-squared with 3 degrees of freedom if the sensors behave as the filter assumes.
   double update(const Eigen::Vector3d& y, const ChannelJacobian& h, const Eigen::Matrix3d& r);
   const Vector6& bias() const { return bias_; }
   const Matrix6& covariance() const { return covariance_; }

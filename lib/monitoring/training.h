@@ -1,5 +1,5 @@
 #pragma once
-/// From fault-free readings to what a monitor remembers: scaling and memory vectors.
+/// Training of a monitor by fault-free readings: scaling and memory vectors.
 #include <vector>
 
 #include "monitoring/samples.h"
@@ -17,7 +17,8 @@ struct Scaling {
 /// Population standard deviation of every column.
 Eigen::RowVectorXd population_sd(const Samples& x);
 
-/// Of fault-free readings (n x p, n >= 2). InputError names the first sensor (by number from 1) that does not vary.
+/// Scaling of fault-free readings (n x p, n >= 2). InputError names the first sensor (by number from 1) that does not
+/// vary.
 Scaling fit_scaling(const Samples& training);
 
 /// Rows of `z` to remember, `count` of them, none twice. First the row of the largest and of the smallest value of each

@@ -1,5 +1,5 @@
 #pragma once
-/// Bytes from process to process: all that a run over several ranks needs of MPI.
+/// Messages of bytes from process to process. A run over several ranks needs no more of MPI than this interface.
 #include <optional>
 #include <string>
 
@@ -16,14 +16,14 @@ class Messages {
   virtual ~Messages() = default;
   virtual int rank() const = 0;
   virtual int count() const = 0;
-  virtual int threads() const = 0;  ///< that this rank may use: its share of the cores that it and others may run on
-  /// Returns when `bytes` may be forgotten. Throws IoError if they are too long for one message.
+  virtual int threads() const = 0;  ///< threads that this rank may use: its share of the cores of the machine
+  /// Returns when the caller may free `bytes`. Throws IoError if they are too long for one message.
   virtual void send(int to, const std::string& bytes) = 0;
   /// The next message, if one is there.
   virtual std::optional<Message> try_receive() = 0;
-  /// Ends all ranks at once, where one of them cannot even say what went wrong.
+  /// Ends all ranks at once, when one of them cannot even send a message about its error.
   [[noreturn]] virtual void abort(int exit) = 0;
-  /// Waits for the next one. Sleeps meanwhile: the cores belong to those who compute.
+  /// Waits for the next message. Sleeps meanwhile, to leave the cores to the computing threads.
   Message receive();
 };
 

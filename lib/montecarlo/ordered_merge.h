@@ -1,5 +1,6 @@
 #pragma once
-/// Merging of block tallies along a fixed tree, so that the bits do not depend on who computed what.
+/// Merging of block tallies along a fixed tree, so that the bits do not depend on which thread, rank or part computed a
+/// block.
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -22,22 +23,22 @@ struct Subtree {
   std::uint64_t end_block() const { return (index + 1) << level; }
 };
 
-/// level, index, tally; and back. Throws IoError, also where the node cannot be one.
+/// level, index, tally as bytes, and back. Throws IoError, also where the numbers are those of no node.
 std::string subtree_to_bytes(const Subtree& node);
 Subtree subtree_from_bytes(std::string_view bytes);
 
-/// Nodes that hold every block of `nodes` once, in order of the blocks: what lies within another is left out.
+/// Nodes that hold every block of `nodes` once, in order of the blocks: nodes within another node are left out.
 std::vector<Subtree> disjoint_subtrees(std::vector<Subtree> nodes);
 
-/// Merges block tallies along that tree, in whatever order they arrive. Holds a few tallies per level at a time, not
-/// one per block.
+/// Merges block tallies along the tree, in whatever order they arrive. Holds a few tallies per level at a time, not one
+/// per block.
 class OrderedMerge {
  public:
   void add(std::uint64_t block, stats::Tally tally) { add(Subtree{0, block, std::move(tally)}, false); }
   /// A node whose blocks were not added before; `saved`: take_unsaved() leaves it out.
   void add(Subtree node, bool saved);
-  /// The whole of blocks 0 .. n - 1, all of which have been added. What has no sibling at the right end is merged from
-  /// left to right. More blocks may be added afterwards.
+  /// The tally of blocks 0 .. n - 1, all of which have been added. Nodes without a sibling at the right end are merged
+  /// from left to right. More blocks may be added afterwards.
   stats::Tally whole() const;
   /// Largest nodes that were made since the last call and were not added as saved.
   void take_unsaved(const std::function<void(const Subtree&)>& save);

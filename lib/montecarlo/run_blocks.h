@@ -1,6 +1,6 @@
 #pragma once
-/// A run's blocks, from threads, other ranks and earlier attempts, merged so that the bits do not depend on who
-/// computed what.
+/// Computes and merges the blocks of a run, from threads, other ranks and earlier attempts, so that the bits do not
+/// depend on which of them computed a block.
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -18,11 +18,11 @@ struct RunOptions {
   /// Trials done so far and expected in all; called by one thread at a time.
   std::function<void(std::uint64_t, std::uint64_t)> progress = {};
   const std::atomic<bool>* stop = nullptr;  ///< set: no new block is begun; Interrupted is thrown if any is left
-  int block_trials = kBlockTrials;          ///< a study of few long trials asks for less; part of its results
-  /// Asked behind each block whether `save` shall have what was not saved; by one thread at a time.
+  int block_trials = kBlockTrials;          ///< fewer in a study of few long trials; results depend on this number
+  /// Asked after each block whether it is time to call `save`; by one thread at a time.
   std::function<bool()> save_due = {};
-  /// Gets the merge whenever save_due says so, and before run_blocks returns or throws Interrupted: take_unsaved() of
-  /// it then has every finished block that it did not have before.
+  /// Called with the merge whenever save_due returns true, and before run_blocks returns or throws Interrupted.
+  /// take_unsaved() of the merge then gives every block that was finished since the last call.
   std::function<void(OrderedMerge&)> save = {};
   Workers* workers = nullptr;  ///< other ranks that share the blocks; they know the kernel by
   std::uint64_t point = 0;     ///< this number
@@ -30,7 +30,7 @@ struct RunOptions {
 
 /// Ends a run early: at each look (a rising number of trials, whole blocks) `needed` predicts from the trials so far
 /// how many are needed in all; the run ends when there are as many. Looks do not depend on threads, so neither does the
-/// end.
+/// number of trials at the end.
 struct StoppingRule {
   std::vector<std::uint64_t> looks = {};
   std::function<std::uint64_t(const stats::Tally&)> needed = {};
@@ -43,7 +43,8 @@ struct StoppingRule {
 stats::Tally run_blocks(std::uint64_t trials, const BlockKernel& kernel, const RunOptions& options,
                         const StoppingRule& rule = {}, std::vector<Subtree> finished = {});
 
-/// The blocks `range` of these trials as subtrees, in order of the blocks. Of `finished` those within the range count.
+/// The blocks `range` of these trials as subtrees, in order of the blocks. Subtrees of `finished` count if they lie
+/// within the range.
 std::vector<Subtree> run_block_range(std::uint64_t trials, BlockRange range, const BlockKernel& kernel,
                                      const RunOptions& options, std::vector<Subtree> finished = {});
 

@@ -11,15 +11,15 @@
 
 namespace surveymc::montecarlo {
 
-/// What rank 0 asks of another rank.
+/// Work that rank 0 orders from another rank.
 struct BlockOrder {
-  std::string run;      ///< what both must agree on: config and program
+  std::string run;      ///< config and program, which must be the same on both ranks
   std::string journal;  ///< output beside which the journal is kept; empty: none is kept
   std::uint64_t point = 0;
   std::vector<BlockRange> blocks = {};
 };
 
-/// The other ranks, as rank 0 has them. Without any, all of it does nothing.
+/// The other ranks, as seen from rank 0. Without other ranks, all members do nothing.
 class Workers {
  public:
   /// `messages`: of rank 0; none: there are no other ranks.
@@ -30,12 +30,12 @@ class Workers {
 
   /// Worker w computes shares[w].
   void order(std::uint64_t point, const std::vector<std::vector<BlockRange>>& shares);
-  /// Takes in what has come. True if a worker has stopped or failed: then all are told to stop.
+  /// Receives all messages that have arrived. True if a worker has stopped or failed: then all are told to stop.
   bool poll();
-  /// Tells all to stop, once and for all: what is ordered afterwards comes back undone.
+  /// Tells all workers to stop for good: blocks ordered afterwards come back uncomputed.
   void stop();
-  /// Waits for all that was ordered, asking `stopped` meanwhile whether to tell all to stop. Throws the error of a
-  /// worker, as InputError, IoError or std::runtime_error.
+  /// Waits for all ordered blocks, asking `stopped` meanwhile whether to tell all workers to stop. Throws the error of
+  /// a worker, as InputError, IoError or std::runtime_error.
   struct Work {
     std::vector<Subtree> subtrees;
     bool cut_short = false;
@@ -61,8 +61,8 @@ struct Share {
   RunOptions options;  ///< threads, stop, block size, journal
 };
 
-/// A rank that is not 0: computes what is ordered until rank 0 ends it; returns the exit code that it then says.
-/// Exceptions of share_of and of kernels are rank 0's to tell.
+/// The loop of a rank other than 0: computes ordered blocks until rank 0 ends it, and returns the exit code that rank 0
+/// gives. Rank 0 reports the exceptions of share_of and of kernels.
 int serve(Messages& messages, const std::function<Share(const BlockOrder&)>& share_of);
 
 }  // namespace surveymc::montecarlo

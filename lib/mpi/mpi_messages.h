@@ -1,5 +1,5 @@
 #pragma once
-/// The only MPI. Linked into surveymc-mpi; surveymc knows nothing of it.
+/// The only code that calls MPI. It is linked into surveymc-mpi, not into surveymc.
 #include <memory>
 
 #include "montecarlo/messages.h"

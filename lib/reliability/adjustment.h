@@ -2,10 +2,10 @@
 /// Least-squares adjustment of real readings, for one or several stations: nonlinear, in condition form.
 ///
 /// Minimises sum e_i^2 / sigma_i^2 over observations that meet all conditions f(y - e) = 0. Each step linearises at the
-/// adjusted observations: e = Q C' (C Q C')^-1 (f + C e_before). At its end it is the Gauss-Newton solution of section
+/// adjusted observations: e = Q C' (C Q C')^-1 (f + C e_before). The steps end at the Gauss-Newton solution of section
 /// 4.3, without angles: a vertical hole is no special case. An observation that is left out has an unknown error
-/// instead of a residual. Where 30 such steps have not settled (they go round a minimum whose curvature the residuals
-/// change by more than its own size), levenberg.h finds it.
+/// instead of a residual. Where 30 such steps do not converge (the residuals change the curvature at the minimum by
+/// more than its own size, so that the steps go round the minimum), levenberg.h finds the minimum.
 #include <vector>
 
 #include "reliability/observations.h"
@@ -21,12 +21,12 @@ struct StationReadings {
   std::array<double, 3> references{};                   ///< m/s2, nT, rad: observed values, or true ones (mse_fixed)
 };
 
-/// Variances of that vector for the attitudes' error-free readings: eq 22. A single station for the modes other than
-/// mse_shared.
+/// Variances of the observation vector for error-free readings at the attitudes: eq 22. Modes other than mse_shared
+/// take a single station.
 Eigen::VectorXd adjustment_variances(const AdjustmentModel& model,
                                      const std::vector<std::array<double, kReadings>>& readings);
 
-/// Number of an observation in that vector. `station` does not count for references.
+/// Number of an observation in the observation vector. For references `station` has no meaning.
 Eigen::Index observation_number(const AdjustmentModel& model, std::size_t stations, std::size_t station,
                                 std::size_t observation);
 
@@ -46,7 +46,7 @@ struct StationAdjustment {
 StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& y, const Eigen::VectorXd& variances,
                          const std::vector<Eigen::Index>& left_out = {});
 
-/// The linear model at error-free readings: what reliability is computed from; its misclosures are zero.
+/// The linear model at error-free readings, from which reliability is computed; its misclosures are zero.
 ParityModel linear_model(const AdjustmentModel& model, const std::vector<survey::Attitude>& attitudes);
 
 }  // namespace surveymc::reliability

@@ -1,14 +1,13 @@
 #pragma once
-/// Reliability of every reading of a well, its stations at attitudes of their own: how large an error may pass, and
-/// what it does to the position of the last station.
+/// Reliability of every reading of a well, each station at its own attitude: how large an error may pass the tests, and
+/// its effect on the position of the last station.
 ///
-/// Station k has three misclosures w_k = B_k e_k + D_k z, with z what all stations share: the errors of the references,
-/// and the twelve systematic terms if they are estimated (D_k = [-1 | B_k F_k]). With M_k = B_k Q_k B_k' and the
+/// Station k has three misclosures w_k = B_k e_k + D_k z. All stations share z: the errors of the references, and the
+/// twelve systematic terms if they are estimated (D_k = [-1 | B_k F_k]). With M_k = B_k Q_k B_k' and the
 /// information P^-1 = S_z^-1 + sum_l D_l' M_l^-1 D_l,
 ///   c' (Cov w)^-1 c = sum_k c_k' M_k^-1 c_k - s' P s,  s = sum_k D_k' M_k^-1 c_k
 /// for an error that moves the misclosures by c: 3x3 and 3x3 (15x15) systems only, linear in the stations. For one
-/// station it is the reference covariance S_k = (S_ref^-1 + sum_{l != k} M_l^-1)^-1 of the single station that it looks
-/// like.
+/// station this is the formula of a single station with reference covariance S_k = (S_ref^-1 + sum_{l != k} M_l^-1)^-1.
 #include <memory>
 #include <vector>
 
@@ -40,11 +39,11 @@ struct WellReliability {
 
 /// `survey`: azimuths true; the field's declination makes them magnetic. In sse, sse_axial and mse_fixed every station
 /// is on its own (its references too, in StationEffect of that station). Positions by minimum curvature; first order in
-/// the error. In a vertical station toolface and azimuth are infinite, and the position is not: it hangs on the
-/// direction of the hole, which has a value there.
+/// the error. In a vertical station the effects on toolface and azimuth are infinite. The effect on the position is
+/// finite, because the position depends on the direction of the hole, which is defined there.
 WellReliability reliability_along_well(const AdjustmentModel& model, const survey::Survey& survey, double lambda0);
 
-/// The smallest error in one reading that is found, without linearisation, and what it does.
+/// The smallest error in one reading that is found, without linearisation, and its effects.
 struct FoundError {
   double size = 0;                        ///< with its sign, internal units; infinite: none is found up to 1e4 sd
   double inclination, toolface, azimuth;  ///< of that station, in (-pi, pi]; NaN: the angle has no value there
@@ -52,9 +51,10 @@ struct FoundError {
 };
 
 /// Errors of single readings (and, where stations do not share them, references) of a well. The station in error is
-/// adjusted without linearisation, and its attitude carried through minimum curvature. In mse_shared the other stations
-/// are free of error: what they know of the references (and systematic terms) is their linear information, which is
-/// exact to first order in an error of the references of some tenths of their sd, and so are their own attitudes.
+/// adjusted without linearisation, and its attitude goes through minimum curvature. In mse_shared the other stations
+/// are free of error. They enter by their linear information on the references (and systematic terms). The error moves
+/// the references by some tenths of their sd only, so that this information, and the attitudes of the other stations,
+/// are good to first order.
 class WellErrors {
  public:
   /// `survey` as of reliability_along_well.

@@ -1,14 +1,14 @@
 #pragma once
 /// Nonlinear adjustment of one station and all its tests, for any scalar type: lanes are trials.
 ///
-/// The same Gauss-Newton steps as adjust() (adjustment.h), its oracle. Units are those of the field: readings g/G and
-/// b/B, references G and B of 1, dip in rad, standard deviations alike. With v = y - adjusted y and the columns c of
-/// the conditions at the adjusted readings (station_kernel.h),
+/// The Gauss-Newton steps are those of adjust() (adjustment.h), with which tests compare this kernel. Units are those
+/// of the field: readings g/G and b/B, references G and B of 1, dip in rad, standard deviations alike. With v = y -
+/// adjusted y and the columns c of the conditions at the adjusted readings (station_kernel.h),
 ///
 ///   w = f + sum c v,   N = (sum q c c')^-1,   residual_i = q_i c_i' N w,
 ///   w_i = c_i' N w / sqrt(c_i' N c_i),   Omega = w' N w,   rho_ij = c_i' N c_j / sqrt(c_i' N c_i  c_j' N c_j)
 ///
-/// An observation z that is left out takes its direction with it: N - N z z' N / (z' N z).
+/// An observation z that is left out removes its direction from N: N - N z z' N / (z' N z).
 #include <array>
 
 #include "reliability/station_kernel.h"
@@ -20,7 +20,7 @@ using namespace simd;
 
 inline constexpr std::size_t kStationObservations = 9;
 
-/// Of the true observations; without_bz: adjusted as in sse_axial.
+/// Sizes of the true observations; without_bz: adjusted as in sse_axial.
 struct StationScale {
   std::array<double, kStationObservations> sd;  ///< relative; 0 for references that are free of error
   double sin_dip, cos_dip, dip;                 ///< of the true reference dip
@@ -34,7 +34,7 @@ struct StationTests {
   T omega;
   T largest;    ///< |w| of the largest test
   T tied;       ///< sum of 2^i over the observations i whose tests have |rho| > 1 - 1e-9 with that one
-  T converged;  ///< 1, or 0: then the others mean nothing
+  T converged;  ///< 1, or 0: then the other members have no meaning
 };
 
 namespace gross_error_kernel {
@@ -57,7 +57,7 @@ ConditionColumn<T> times(const Symmetric<T, 3>& n, const ConditionColumn<T>& c) 
 template <class T>
 struct Linearised {
   std::array<ConditionColumn<T>, kStationObservations> columns;
-  Symmetric<T, 3> weight;          ///< N, what is left out taken off
+  Symmetric<T, 3> weight;          ///< N, without the directions of observations left out
   ConditionColumn<T> misclosures;  ///< w
   T bz;                            ///< estimated error of bz where it is left out; else 0
 };
@@ -69,7 +69,8 @@ Linearised<T> linearise(const StationScale& s, const std::array<T, kStationObser
   const T gravity = norm(g), total = norm(b), per_g = T(1.0) / gravity, per_b = T(1.0) / total;
   const survey::Vec3<T> u = scale(per_g, g), h = scale(per_b, b);
   const T sine = dot(u, h), cosine = norm(cross(u, h)), per_cosine = T(1.0) / cosine;
-  // dip - Theta by its sine: Theta is near the true dip. Beyond 30 degrees off it is not the angle, but of its sign.
+  // dip - Theta by its sine, as Theta is near the true dip. Beyond 30 degrees the value is no longer the angle, but
+  // keeps its sign.
   const auto [sd, cd] = sincos_reduced(at[8] - s.dip);
   const T sin_theta = fma(T(s.sin_dip), cd, T(s.cos_dip) * sd), cos_theta = fma(T(s.cos_dip), cd, -T(s.sin_dip) * sd);
   const T difference = fma(sine, cos_theta, -(cosine * sin_theta)), square = difference * difference;
@@ -112,8 +113,8 @@ Linearised<T> linearise(const StationScale& s, const std::array<T, kStationObser
 
 }  // namespace gross_error_kernel
 
-/// Adjusts the observations y and tests them. A lane that has converged is left as it is, so that no lane depends on
-/// its neighbours.
+/// Adjusts the observations y and tests them. A lane that has converged is frozen, so that no lane depends on the
+/// others.
 template <class T>
 StationTests<T> adjust_and_test(const StationScale& s, const std::array<T, kStationObservations>& y) {
   using namespace gross_error_kernel;

@@ -7,7 +7,7 @@
 
 namespace surveymc::reliability {
 
-/// Values of a trial that are stored: the nine w, then those named.
+/// Rows of the stored values of a trial: the nine w, then the named ones.
 enum TestRow { kOmegaRow = 9, kLargestRow, kTiedRow, kConvergedRow, kTestRows };
 
 /// Rows are kGroup doubles apart; a group has kTestRows of them.

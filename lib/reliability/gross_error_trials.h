@@ -18,7 +18,7 @@ struct GrossError {
   double size = 0;
 };
 
-/// What the tests say of one trial.
+/// Results of the tests of one trial.
 struct TrialTests {
   bool converged = false;
   Eigen::VectorXd w;  ///< of all observations; 0 where there is no test
@@ -39,13 +39,13 @@ class GrossErrorTrials {
   StationReadings readings(std::uint64_t trial, bool with_errors) const;
   /// Error-free readings, plus the gross errors.
   StationReadings readings_without_noise(bool with_errors) const;
-  /// The general adjustment of such readings: the definition.
+  /// The general adjustment of such readings, which defines the result.
   StationAdjustment adjusted(const StationReadings& y) const { return adjust(model_, y, variances_); }
 
   /// Tests of trials first .. first + 8 `groups` - 1, without and with errors; kTestRows rows (gross_error_lanes.h).
-  /// Those that do not converge on lanes are adjusted one by one, by adjusted().
+  /// Trials that do not converge on lanes are adjusted one by one, by adjusted().
   void simulate(std::uint64_t first, survey::LaneArray& without, survey::LaneArray& with, int groups) const;
-  /// One trial of such a block; the same as of adjusted(readings(...)) to rounding.
+  /// Tests of one trial of such a block; the same as those of adjusted(readings(...)) to rounding.
   static TrialTests tests_of(const survey::LaneArray& block, int trial);
   static TrialTests tests_of(const StationAdjustment& adjustment);
 

@@ -1,16 +1,17 @@
 #pragma once
 /// The minimum of an adjustment where Gauss-Newton steps do not settle: Levenberg's method with a gain ratio.
 ///
-/// Unknowns are the directions of each station in the tool frame, F = [north east down], and what all stations share:
-/// z = (G, B, Theta, biases, scale factors), where the model estimates them. With
+/// Unknowns are the directions of each station in the tool frame, F = [north east down], and the quantities that all
+/// stations share: z = (G, B, Theta, biases, scale factors), where the model estimates them. With
 ///   g = G down,  b = B (cos Theta north + sin Theta down),  reading = ((g, b) + bias) / (1 - scale)
 /// no angle is singular. A step turns F by a small vector phi (F <- exp([phi]) F) and moves z.
 ///   Omega = sum ((reading - adjusted) / sd)^2 + (z_0 - z)' Cov(z_0)^-1 (z_0 - z)
 /// Each step solves (H + mu D) step = -gradient with the second derivatives H of Omega / 2 (exact for directions and
-/// references; of first order for systematic terms and between shots), D the diagonal of J'J. It is taken only if Omega
-/// falls by a share of what the model promises; otherwise mu grows, and for a large mu the step is down the gradient,
-/// so Omega falls (Nielsen 1999, "Damping parameter in Marquardt's method"). Hence the values of Omega fall towards a
-/// stationary point from any start; one with a direction of negative curvature is left along it.
+/// references; of first order for systematic terms and between shots), D the diagonal of J'J. A step is taken only if
+/// Omega falls by a share of the fall that the model predicts; otherwise mu grows. For a large mu the step is down the
+/// gradient, so Omega falls (Nielsen 1999, "Damping parameter in Marquardt's method"). Hence the values of Omega fall
+/// towards a stationary point from any start. If this point has a direction of negative curvature, the search leaves it
+/// along this direction.
 #include <optional>
 
 #include "reliability/adjustment.h"

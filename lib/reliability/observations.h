@@ -1,5 +1,5 @@
 #pragma once
-/// What is observed at a survey station, how well, and in which of the four ways it is adjusted.
+/// The observations of a survey station, their uncertainties, and the four ways of adjusting them.
 /// Source of this module: Nyrnes, Torkildsen, Nahavandchi, "Detection of Gross Errors in Wellbore Directional
 /// Surveying", Kart og Plan 65; equation, table and section numbers are theirs.
 ///
@@ -53,9 +53,9 @@ struct SigmaModel {
   double gravity = 0.003, total_field = 65, dip = 0.12 * kDegree;
 };
 
-/// Which adjustment, with which uncertainties. In the mse modes bias and scale factor do not enter the variances:
-/// either they are none of the model (as in the paper), or, with `systematic_terms`, twelve unknowns common to all
-/// stations whose prior sd they are.
+/// The way of adjustment and its uncertainties. In the mse modes bias and scale factor do not enter the variances:
+/// either the model leaves them out (as in the paper), or, with `systematic_terms`, they are the prior sd of twelve
+/// unknowns common to all stations.
 struct AdjustmentModel {
   AdjustmentMode mode = AdjustmentMode::sse;
   SigmaModel sigma;
@@ -67,9 +67,9 @@ struct AdjustmentModel {
   bool rotational_shot = false;
 };
 
-/// Is it observed, that is, does the adjustment have a residual for it?
+/// True if the mode observes this quantity, that is, has a residual for it.
 bool is_observed(AdjustmentMode mode, std::size_t observation);
-/// Those that are, in the order of `y`.
+/// The observed quantities of a mode, in the order of `y`.
 std::vector<std::size_t> observed(AdjustmentMode mode);
 
 using Observations = std::array<double, kObservations>;
@@ -77,8 +77,8 @@ using Observations = std::array<double, kObservations>;
 /// y free of error at an attitude whose azimuth is magnetic (eqs 39-44).
 Observations true_observations(const survey::Attitude& at, const survey::ReferenceField& field);
 
-/// Variances of y for readings `y` (eq 22). Zero for references in mse_fixed. bz of sse_axial keeps its variance here:
-/// leaving it out is the business of the adjustment.
+/// Variances of y for readings `y` (eq 22). Zero for references in mse_fixed. bz of sse_axial keeps its variance here;
+/// the adjustment leaves bz out.
 Observations observation_variances(const AdjustmentModel& model, const Observations& y);
 
 /// Parts of eq 22 for one reading: {bias^2 + (scale y)^2, noise^2}.

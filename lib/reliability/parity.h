@@ -6,7 +6,7 @@
 ///   Omega = |t|^2        (= e' P e, the paper's constrained sum of squares)
 ///   nabla_i = a_i.t / |a_i|^2 (eq 10),  w_i = a_i.t / |a_i| (eq 11),  r_i = sigma_i^2 |a_i|^2 (eq 21)
 ///   T = |projection of t onto the columns of Z|^2 (eqs 4, 7),  correlation of two tests = a_i.a_j / (|a_i||a_j|)
-/// An observation that is taken out of the adjustment takes its direction with it: t and all columns lose it.
+/// Taking an observation out of the adjustment removes its direction from t and from all columns.
 #include <vector>
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@ namespace surveymc::reliability {
 struct ParityModel {
   Eigen::MatrixXd columns;   ///< A: conditions x observations, per unit of each observation
   Eigen::VectorXd whitened;  ///< t
-  Eigen::VectorXd variance;  ///< Q of the observations; 0 for one that is not there
+  Eigen::VectorXd variance;  ///< Q of the observations; 0 for one that the model does not have
   Eigen::Index redundancy;   ///< n - u: directions that are left
 
   Eigen::Index observations() const { return columns.cols(); }
@@ -28,7 +28,7 @@ struct ParityModel {
 ParityModel parity_model(const Eigen::MatrixXd& conditions, const Eigen::VectorXd& misclosures,
                          const Eigen::VectorXd& variance);
 
-/// The model without these observations. Those that can then no longer be tested have zero columns.
+/// The model without these observations. Observations that can then no longer be tested have zero columns.
 ParityModel without(const ParityModel& model, const std::vector<Eigen::Index>& observations);
 
 /// r_i, all in [0, 1]; their sum is the redundancy.
@@ -57,7 +57,7 @@ Eigen::VectorXd pope_statistics(const ParityModel& model);
 
 /// Of all errors in `observations` of one length, measured in their standard deviations, the one that shows least.
 struct WeakestCombination {
-  double detectable;          ///< its length when it is found as nabla_0 is; infinite if it never is
+  double detectable;          ///< the length that is found with the probability of nabla_0; infinite if none is
   Eigen::VectorXd direction;  ///< unit vector, in standard deviations; its largest entry is positive
 };
 WeakestCombination weakest_combination(const ParityModel& model, const std::vector<Eigen::Index>& observations,

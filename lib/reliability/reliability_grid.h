@@ -1,5 +1,5 @@
 #pragma once
-/// Reliability over a grid of attitudes: what a reliability map shows (sections 3 and 5 of the paper).
+/// Reliability over a grid of attitudes: the values of a reliability map (sections 3 and 5 of the paper).
 #include <array>
 #include <string>
 #include <utility>
@@ -10,8 +10,8 @@
 
 namespace surveymc::reliability {
 
-/// What a map can show of an observation, in the units of tables. External reliability: the effect on a parameter of an
-/// error of +1 minimal detectable error, (X'PX)^-1 X'P c_i nabla_0, with its sign.
+/// Quantities of an observation that a map can show, in the units of tables. External reliability: the effect of an
+/// error of +1 minimal detectable error on a parameter, (X'PX)^-1 X'P c_i nabla_0, with its sign.
 enum class MapQuantity : std::size_t {
   redundancy_number,         ///< r_i, eq 21
   minimal_detectable_error,  ///< nabla_0, eq 19; mps2, nT or deg, as the observation
@@ -29,8 +29,9 @@ const std::array<std::string, kMapQuantities>& map_quantity_names();
 /// Unit of a quantity of an observation: "1", "mps2", "nT" or "deg".
 std::string map_quantity_unit(std::size_t quantity, std::size_t observation);
 
-/// The product of these, the last one fastest. Degrees, so that right angles are exact: a sine of 1e-16 for 180 degrees
-/// would be a finite answer where there is none. The other stations of mse_shared are at the attitude of the point.
+/// Points are the product of these lists, the last one fastest. Angles are in degrees, so that right angles are exact:
+/// a sine of 1e-16 for 180 degrees would give a finite value where there is none. The other stations of mse_shared are
+/// at the attitude of the point.
 struct ReliabilityGrid {
   std::vector<double> noise_scale{1};  ///< factor on the sd of the noise
   std::vector<double> dip_deg, inclination_deg, toolface_deg, magnetic_azimuth_deg;
@@ -44,9 +45,9 @@ using MapValues = std::vector<std::vector<std::vector<double>>>;
 /// {sin, cos} of an angle in degrees, exact at multiples of 90.
 std::pair<double, double> sincos_degrees(double degrees);
 
-/// Infinity where an observation is not controlled (r < 1e-10, which counts as 0). An external reliability is infinite
-/// too where the parameter has no value (toolface and azimuth of a vertical hole, azimuth without bz in a horizontal
-/// hole to the east or west) unless the error does not reach it. Never NaN.
+/// Values are infinite where an observation is not controlled (r < 1e-10, which counts as 0). An external reliability
+/// is also infinite where the parameter has no value (toolface and azimuth of a vertical hole, azimuth without bz in a
+/// horizontal hole to the east or west), unless the error has no effect on the parameter. Never NaN.
 class ReliabilityMaps {
  public:
   ReliabilityMaps(const AdjustmentModel& model, ReliabilityGrid grid, double lambda0);
@@ -57,8 +58,8 @@ class ReliabilityMaps {
   /// [i of which][j of quantities][point]. Throws std::invalid_argument for one that the model does not observe.
   MapValues values(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities, std::size_t first,
                    std::size_t count) const;
-  /// The same into `out`, whose memory is used again where it suffices: asking the system for it takes longer than
-  /// the computation.
+  /// The same into `out`, whose memory is used again where it is large enough: allocation takes longer than the
+  /// computation.
   void fill(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities, std::size_t first,
             std::size_t count, MapValues& out) const;
 
@@ -76,7 +77,7 @@ class ReliabilityMaps {
 };
 
 /// All observations at one attitude (magnetic azimuth), by the same arithmetic on one scalar, in internal units (m/s2,
-/// nT, rad); unobserved ones are NaN throughout. The readable counterpart in tests is least squares with nine by six.
+/// nT, rad); unobserved ones are NaN throughout. Tests compare with readable least squares by the 9 x 6 design matrix.
 std::array<ObservationReliability<double>, kObservations> station_reliability(const AdjustmentModel& model,
                                                                               const survey::Attitude& at,
                                                                               double lambda0);

@@ -33,15 +33,15 @@ double chi_squared_power(double r, double noncentrality, double critical);
 double pope_power(double lambda, double redundancy, double alpha);
 
 /// Upper critical value of chi2 with r degrees of freedom (eq 4), of Fisher's F(r, n-u-r) (eq 5), of tau2 (eq 6) and of
-/// Pope's |tau| (eq 15, by its relation 18 to Student's t with n-u-1 degrees of freedom) at false-alarm probability
-/// `alpha` in all. `redundancy` is n-u. F and tau2 need n-u > r; +infinity without (nothing can be rejected; tau2 then
-/// cannot exceed its bound n-u over r).
+/// Pope's |tau| (eq 15, by its relation 18 to Student's t with n-u-1 degrees of freedom) at a total false-alarm
+/// probability `alpha`. `redundancy` is n-u. F and tau2 need n-u > r; otherwise +infinity (nothing can be rejected;
+/// tau2 then cannot exceed its bound n-u over r).
 double chi_squared_critical(double r, double alpha);
 double fisher_critical(double r, double redundancy, double alpha);
 double tau_squared_critical(double r, double redundancy, double alpha);
 double pope_critical(double redundancy, double alpha);
 
-/// Probability of a statistic at least as large where there is no gross error.
+/// Probability of a statistic at least as large, if there is no gross error.
 double chi_squared_p_value(double r, double statistic);
 double w_p_value(double w);  ///< two-sided
 double fisher_p_value(double r, double redundancy, double statistic);

@@ -6,15 +6,15 @@
 ///
 ///   by g/G:  (u, 0, n)    by b/B:  (0, h, m), m = cosD u - sinD n    by (dG/G, dB/B, dD):  minus the unit matrix
 ///
-/// so nothing is singular in a vertical hole, and three equations take the place of the nine by six of the paper.
+/// so nothing is singular in a vertical hole, and three equations take the place of the paper's 9 x 6 design matrix.
 ///   M_0 = sum over the readings of v c c'   (c: a column above, v: its relative variance, eq 22)
-///   T   = covariance of what the N stations share: references, and systematic terms if they are estimated
+///   T   = covariance of the quantities that the N stations share: references, and systematic terms if estimated
 /// The misclosures of N stations at one attitude have the covariance M_0 on the diagonal and T everywhere. Its inverse
 /// has W = ((N-1) M_0^-1 + W_N) / N on the diagonal and rows that add up to W_N = (M_0 + N T)^-1; one station: W = W_N.
 ///
 /// For the observation with column c:  N_ii = c'Wc,  r_i = v N_ii (eq 21),  nabla_0 = lambda_0 / sqrt(N_ii) (eq 19).
-/// Residuals caused by an error are v_j c_j' W c; what is left of the error after they are taken off is what turns
-/// the attitude: external reliability without (X'PX)^-1.
+/// An error causes the residuals v_j c_j' W c. The rest of the error, after these residuals are subtracted, turns the
+/// attitude: external reliability without (X'PX)^-1.
 #include <array>
 #include <limits>
 
@@ -46,10 +46,10 @@ struct ObservationReliability {
   T redundancy, detectable, inclination, toolface, azimuth, gravity, total_field, dip;
 };
 
-/// What a kernel is specialised for.
+/// The variant of the model that a kernel is compiled for.
 struct StationModel {
   bool bias_is_random;    ///< eq 22 whole (sse); otherwise the noise alone
-  bool references;        ///< observed, as against free of error
+  bool references;        ///< true: observed; false: free of error
   bool shared;            ///< N stations
   bool systematic_terms;  ///< estimated for all stations together
   bool axial;             ///< bz is left out
@@ -95,7 +95,7 @@ T sum(const survey::Vec3<T>& v, const survey::Vec3<T>& a, const survey::Vec3<T>&
   return fma(v.x * a.x, b.x, fma(v.y * a.y, b.y, v.z * a.z * b.z));
 }
 
-/// Sums over the readings of relative variances times what they turn, by kind of condition.
+/// Sums over the readings of relative variances times their effect on the attitude, by kind of condition.
 template <class T>
 struct Turns {
   T inclination_u, inclination_n, across_u, across_n, east_u, east_n, east_h, east_m;
@@ -114,7 +114,7 @@ Matrix3<T> covariance(const survey::Vec3<T>& vg, const survey::Vec3<T>& vb, cons
   return {sum(vg, u, u), T(0.0), sum(vb, h, h), sum(vg, u, n), sum(vb, h, m), sum(vg, n, n) + sum(vb, m, m)};
 }
 
-/// x * factor, but 0 where x is a rounding error of 0: sizes below 1e-12 of the effect of one sd do not count when the
+/// x * factor, but 0 where x is only a rounding error: sizes below 1e-12 of the effect of one sd do not count when the
 /// factor is infinite.
 template <class T>
 T times_maybe_infinite(const T& x, const T& factor, const T& variance) {
@@ -181,7 +181,7 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
   if constexpr (kModel.axial) {
     const survey::Vec3<T> before = times(w, z);
     const T zwz = dot(z, before);
-    // bz says nothing about the conditions (horizontal, east or west): it was all there was about the azimuth
+    // bz does not enter the conditions (horizontal, east or west), and was the only information on the azimuth
     const auto azimuth_is_lost = zwz * (nb + sb.z) < T(kLeastRedundancy);
     per_zwz = select(azimuth_is_lost, T(std::numeric_limits<double>::infinity()), T(1.0) / zwz);
     const T scale_z = select(azimuth_is_lost, T(0.0), T(1.0) / zwz);
@@ -201,7 +201,7 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
   const bool not_vertical = all(T(0.0) < abs(s.si));
   const T per_si = T(1.0) / abs(s.si), per_cd = T(1.0) / s.cd;  // abs: -0 must not turn the sign of an infinity
 
-  // The tool turns about the vertical by (e.dh - sinD e.du)/cosD: the part of what the residuals take off, per k
+  // The tool turns about the vertical by (e.dh - sinD e.du)/cosD: the part that the residuals subtract, per k
   const T turn_g = s.sd * per_cd;
   const auto turned_by = [&](const Turns<T>& t) {
     return survey::Vec3<T>{turn_g * t.east_u, -t.east_h * per_cd, fms(turn_g, t.east_n, t.east_m * per_cd)};
@@ -247,9 +247,10 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
     r.detectable = select(controlled, T(v.lambda0) / sqrt(select(controlled, information, one)),
                           T(std::numeric_limits<double>::infinity()));
 
-    // Nearly all points are plain; the others (in any lane) take the longer way, which gives the same bits for them.
+    // Nearly all points are plain. A point that is not sends all lanes the longer way, which gives plain points the
+    // same bits.
     const bool plain = not_vertical && all(controlled);
-    // An error that no residual shows goes into the estimates whole.
+    // An error that no residual shows goes into the estimates in full.
     const auto where_controlled = [&](const survey::Vec3<T>& x) {
       if (plain) return x;
       return survey::Vec3<T>{select(controlled, x.x, none), select(controlled, x.y, none),

@@ -7,7 +7,7 @@
 
 namespace surveymc::reliability {
 
-/// What is computed for an observation; the order of ObservationReliability.
+/// Quantities computed for an observation; the order of ObservationReliability.
 inline constexpr std::size_t kMapQuantities = 8;
 
 /// Points side by side: every pointer has `groups` times kGroup values. Where an output is null, it is not stored;

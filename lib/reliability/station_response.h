@@ -1,12 +1,12 @@
 #pragma once
-/// What an error of a given size, in one observation of a station or in several at once, does to the residuals and to
-/// the estimates: e = R c nabla (eq 21; section 3.1 and figure 1), and the weakest combination of observations.
+/// Effect of an error of given size, in one observation of a station or in several at once, on the residuals and on the
+/// estimates: e = R c nabla (eq 21; section 3.1 and figure 1). Also the weakest combination of observations.
 ///
 /// Linear, in condition form, with the weights W and W_N of station_kernel.h. For errors eps of the readings and of the
-/// references, with columns c, and the sums over the N stations of what they load on the conditions,
+/// references, with columns c, and their sums over the N stations,
 ///   k = W C eps_readings + W_N C eps_references,   k_sum = W_N C eps_readings + N W_N C eps_references
 ///   residual of a reading = v c'k,   of a reference = v c'k_sum
-/// and what is left of the error in the readings turns the attitude. One station: W = W_N.
+/// and the rest of the error in the readings turns the attitude. One station: W = W_N.
 #include <Eigen/Core>
 
 #include "reliability/observations.h"
@@ -14,7 +14,8 @@
 
 namespace surveymc::reliability {
 
-/// Sines and cosines with right angles exact: an angle that does not exist is then infinite, and not merely large.
+/// Sines and cosines with exact right angles, so that the effect on an undefined angle is infinite, and not merely
+/// large.
 StationSines<double> station_sines(double inclination_deg, double toolface_deg, double magnetic_azimuth_deg,
                                    double dip_deg);
 
@@ -25,24 +26,24 @@ struct ErrorResponse {
   double gravity, total_field, dip;  ///< 0 where references are free of error
 };
 
-/// One station, or one of `model.stations` at the same attitude (mse_shared); an error in a reference is that of all.
-/// The dip of model.field goes with `sines`.
+/// One station, or one of `model.stations` at the same attitude (mse_shared); all stations share an error in a
+/// reference. `sines` must have the dip of model.field.
 class StationResponse {
  public:
   using Matrix9 = Eigen::Matrix<double, kObservations, kObservations>;
 
   StationResponse(const AdjustmentModel& model, const StationSines<double>& sines);
 
-  /// sd of the observations in the adjustment: what "sd" of a combination means. 0 for references free of error.
+  /// sd of the observations in the adjustment, the unit of combinations. 0 for references free of error.
   Observations sd() const;
 
   /// H with z'Hz = lambda^2, the noncentrality of a test for the error z that is given in sd of the observations. Its
   /// diagonal are the redundancy numbers; rows of observations that the mode has not are zero.
   Matrix9 information() const;
 
-  /// Of errors `error` (internal units) in all observations together. An effect on toolface or azimuth is infinite
-  /// where the angle has no value (vertical hole; without bz in a horizontal hole to the east or west) unless the error
-  /// does not reach it. Errors of observations that the mode does not have must be 0.
+  /// Response to errors `error` (internal units) in all observations together. An effect on toolface or azimuth is
+  /// infinite where the angle has no value (vertical hole; without bz in a horizontal hole to the east or west), unless
+  /// the error has no effect on the angle. Errors of observations that the mode does not have must be 0.
   ErrorResponse of(const Observations& error) const;
 
  private:
@@ -62,9 +63,9 @@ class StationResponse {
   AdjustmentMode mode_;
 };
 
-/// Of all errors of length 1 in some observations, measured in sd, the one that shows least: the direction Z of the
-/// smallest eigenvalue of the information. Where several directions show equally little (such as none at all), the one
-/// nearest to a single observation.
+/// Of all errors of length 1 in some observations, measured in sd, the one that the tests see least: the direction Z of
+/// the smallest eigenvalue of the information. Where the tests see several directions equally little (for example not
+/// at all), the one nearest to a single observation.
 struct WeakestDirection {
   double redundancy;          ///< z'Hz; 0 below 1e-10
   Eigen::VectorXd direction;  ///< unit vector, in sd; the largest entry, of equal ones the first, is positive

@@ -7,7 +7,7 @@
 ///   high  = bx sin tau + by cos tau = cosI N - sinI D         variance s_xy^2
 ///   right = bx cos tau - by sin tau = E                       s_xy^2
 ///   bz                              = sinI N + cosI D + Mz    s_z^2
-/// The errors of x and y are alike, so E goes with no other unknown. What Bd_ref and Mz = 0 add is one condition,
+/// The errors of x and y are alike, so E is independent of the other unknowns. Bd_ref and Mz = 0 add one condition,
 ///   w = Bd_ref - (cosI bz - sinI high) = 0,   variance V = sin^2 I s_xy^2 + cos^2 I (s_z^2 + s_M^2) + s_Bd^2
 /// and weighted least squares moves N, D, Mz by their gains times w (condition adjustment: the same minimum as with
 /// the design matrix of slide 3). s_Bd = 0 with s_M growing is `simple`; s_M = 0 with s_Bd growing is `basic`.
@@ -18,7 +18,7 @@ namespace surveymc::single_station {
 
 using namespace simd;
 
-/// Attitude as the kernels have it, and |g|.
+/// Attitude in the form that the kernels use, and |g|.
 template <class T>
 struct ToolAxes {
   T si, ci, st, ct, gravity;
@@ -33,9 +33,9 @@ ToolAxes<T> tool_axes(const T& lean, const T& z, const T& st, const T& ct, const
   return {lean * per_total, z * per_total, st, ct, total, select(there, found, T(0.0))};
 }
 
-/// Inclination and toolface from the accelerometers; toolface 0 where they show none. With `optimise`, |g| is pulled to
-/// its reference (slide 4): the toolface stays, as the errors of x and y are alike, and so does the inclination if z
-/// has the same.
+/// Inclination and toolface from the accelerometers; toolface 0 where these show none. With `optimise`, |g| is pulled
+/// to its reference (slide 4): the toolface stays, because the errors of x and y are alike, and so does the inclination
+/// if z has the same error.
 template <class T>
 ToolAxes<T> axes_from_accelerometers(const survey::Vec3<T>& g, bool optimise, const T& reference,
                                      const StationSigmas& s) {
@@ -65,7 +65,7 @@ ConditionGains<T> condition_gains(const ToolAxes<T>& at, const StationSigmas& s,
   const bool with_axial = method == StationMethod::extended || method == StationMethod::extended_bh;
   const T a(s.magnetometer_xy * s.magnetometer_xy), m(with_axial ? s.axial * s.axial : 0.0);
   const T c(s.magnetometer_z * s.magnetometer_z + (with_axial ? s.axial * s.axial : 0.0));
-  const T readings = fma(at.si * at.si, a, at.ci * at.ci * c);  // variance of their vertical field
+  const T readings = fma(at.si * at.si, a, at.ci * at.ci * c);  // variance of the vertical field of the readings
   const T variance = readings + T(s.vertical * s.vertical);
   const T one(1.0), none(0.0);
   if (method == StationMethod::basic) return {none, none, none, variance, one};

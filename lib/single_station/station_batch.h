@@ -1,5 +1,5 @@
 #pragma once
-/// station_solution.h for many trials at once.
+/// The solutions of station_solution.h for many trials at once.
 #include "single_station/station_solution.h"
 #include "survey/station_readings.h"
 

@@ -5,16 +5,17 @@
 
 namespace surveymc::store {
 
-/// Where a symbolic link points: renaming onto the link would replace it and leave the file it names as it was.
+/// The file to which a symbolic link points: renaming onto the link would replace the link and leave that file
+/// unchanged.
 std::filesystem::path resolved(const std::filesystem::path& path);
 
 std::filesystem::path folder_of(const std::filesystem::path& path);
 
-/// Removes what writers of `target` on this host left behind when they were killed.
+/// Removes temporary files that killed writers of `target` left on this host.
 void remove_stale_temporaries(const std::filesystem::path& target);
 
-/// A file under its temporary name until commit(); gone if that is never reached.
-/// The name is ".<name>.<host>.<pid>.tmp", in the folder of `target`. All throws std::system_error.
+/// A file under its temporary name until commit(); removed if commit() is never called.
+/// The name is ".<name>.<host>.<pid>.tmp", in the folder of `target`. All members throw std::system_error.
 class AtomicFile {
  public:
   explicit AtomicFile(const std::filesystem::path& target);
@@ -22,12 +23,12 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
   ~AtomicFile();
 
-  void write(const std::vector<char>& bytes);  ///< behind what is there
+  void write(const std::vector<char>& bytes);  ///< at the end of the file
 
   /// For another writer, which may replace the contents but not the file.
   const std::filesystem::path& temporary_path() const { return path_; }
 
-  /// Makes it durable and gives it its name. After the rename nothing fails any more but the disk itself.
+  /// Writes the file to the disk and gives it its name. After the rename only the disk itself can fail.
   void commit();
 
  private:

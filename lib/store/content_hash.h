@@ -1,5 +1,5 @@
 #pragma once
-/// Hashes of what a result holds; input_hash() and content_hash() of a whole result are in result_file.h.
+/// Hashes of the contents of a result; input_hash() and content_hash() of a whole result are in result_file.h.
 #include <map>
 #include <memory>
 #include <string>

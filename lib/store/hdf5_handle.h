@@ -56,15 +56,16 @@ class Handle {
   hid_t id_;
 };
 
-/// We report errors ourselves; HDF5 would print its stack to stderr. Nor may it close files when the program ends: all
-/// are closed by then but one that could not be written, and at that it crashes (1.10.8). To be called first of all.
+/// Stops HDF5 from printing its error stack to stderr, because we report errors ourselves, and from closing files when
+/// the program ends. By then all files are closed but one that could not be written, at which HDF5 would crash
+/// (1.10.8). Call this before any other HDF5 function.
 inline void silence_hdf5() {
   static const bool once = H5dont_atexit() >= 0;
   (void)once;
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
-/// How we open and make files.
+/// The properties with which files are opened and made.
 inline Handle file_access() {
   Handle access(H5Pcreate(H5P_FILE_ACCESS), "make a property list");
   checked(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "set the close degree");

@@ -17,8 +17,8 @@ std::string json_number(double x);
 /// false leaves "values" out.
 std::string to_json(const Table& table, bool with_values = true);
 
-/// Everything of a map but its values: "name": ..., "unit", "long_name", "axes": [{"name", "unit", "long_name",
-/// "values"}, ...], "shape": [...]; members without the braces around them, for values may follow.
+/// All members of a map but its values: "name": ..., "unit", "long_name", "axes": [{"name", "unit", "long_name",
+/// "values"}, ...], "shape": [...]; without the braces around them, because values may follow.
 std::string map_members_json(const Map& map);
 
 }  // namespace surveymc::store

@@ -1,5 +1,5 @@
 #pragma once
-/// Values that lie together in a map, as the boxes of its dimensions that HDF5 wants.
+/// Values that follow each other in a map, as boxes of its dimensions, which HDF5 needs.
 #include <algorithm>
 #include <vector>
 

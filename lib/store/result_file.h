@@ -9,7 +9,7 @@
 
 namespace surveymc::store {
 
-/// What the result is and what makes it again. Written as root attributes; all of it but `command`,
+/// The identity of a result and the data that repeat it. Written as root attributes; all of it but `command`,
 /// `surveymc_version`, `git_revision` and `compiler` enters the content hash.
 struct Provenance {
   std::string title, experiment;
@@ -31,7 +31,7 @@ struct RunInfo {
 struct InputData {
   std::string path;  ///< as written in the config, relative to it
   std::string hash;  ///< of names and values, see input_hash()
-  Table table;       ///< its name does not count: the file's group is named after the path
+  Table table;       ///< the table's own name is not used: the group is named after the path
 };
 
 struct Result {
@@ -46,7 +46,7 @@ struct Result {
 
 /// Values of a stream that are made, hashed and written at a time, at most: 2 MB.
 inline constexpr std::size_t kStreamPiece = std::size_t{1} << 18;
-/// A map that is read back is a stream if it has more values than this (128 MB).
+/// read_result() returns a map as a stream if it has more values than this (128 MB).
 inline constexpr std::size_t kMostHeldValues = std::size_t{1} << 24;
 
 /// 128-bit XXH3 in hex over column names, units and values (bit patterns, little endian).
@@ -57,21 +57,21 @@ std::string input_hash(const Table& table);
 std::string content_hash(const Result& result);
 
 /// Throws IoError, before anything is computed, if `path` could not be written: its folder is missing or read-only,
-/// it is a folder, or it is an existing file that is not a surveymc result (we never overwrite those).
-/// Removes temporary files of writers that no longer live. Leaves no file behind.
+/// it is a folder, or it is an existing file that is not a surveymc result (such a file is never overwritten).
+/// Removes temporary files of writers that no longer run. Leaves no file behind.
 void check_output_path(const std::filesystem::path& path);
 
 /// Writes the file whole or not at all: temporary name in the same folder, flush, fsync, rename, fsync of the folder.
 /// An existing file stays untouched on any error. Throws IoError with path and reason, also if that file is not a
 /// surveymc result, and std::logic_error if the result is malformed (columns of different length, a name twice).
 /// NaN is a missing value; bytes that are not UTF-8 are stored as U+FFFD.
-/// A result with streams is written in pieces and needs no more memory than one piece of each stream; whatever the
-/// streams throw (Interrupted) passes through and leaves no file. Its maps are made once.
+/// A result with streams is written in pieces and needs no more memory than one piece of each stream. Exceptions of the
+/// streams (Interrupted) pass through and leave no file. Streamed maps are computed once.
 void write_result(const std::filesystem::path& path, const Result& result);
 
 /// Reads a file written by write_result. Throws IoError if it is missing, truncated, or not a surveymc result of a
 /// known format version, or if it is damaged or edited: its contents do not match its content_hash or its checksum.
-/// Large maps come as one stream each, which reads from the file: it must stay as it is.
+/// Large maps come as one stream each, which reads from the file: the file must not change meanwhile.
 Result read_result(const std::filesystem::path& path);
 
 /// Version of the HDF5 library that the program runs with, "1.10.8".

@@ -13,8 +13,8 @@ void check_shape(const Result& result);
 /// The whole file, without its seal. Equal results give equal bytes. Throws Hdf5Failure.
 std::vector<char> file_image(const Result& result);
 
-/// The same file, whose streamed maps are never held as a whole, in place of the one at `path`. Throws Hdf5Failure, and
-/// whatever the streams throw; the file then is not whole.
+/// Writes the same file in place of the one at `path`, without holding a streamed map as a whole. Throws Hdf5Failure,
+/// and the exceptions of the streams; the file then is not whole.
 void write_file(const std::filesystem::path& path, const Result& result);
 
 }  // namespace surveymc::store

@@ -1,7 +1,7 @@
 #pragma once
-/// The last bytes of a result file are its seal: a mark and the hash of all bytes before. HDF5 ignores what follows its
-/// own data, but it follows damaged addresses and crashes; so a sealed file is compared with its seal before HDF5 sees
-/// it. A file without one (rewritten by h5repack, extended by h5py) is read all the same.
+/// The last bytes of a result file are its seal: a mark and the hash of all bytes before. HDF5 ignores bytes after its
+/// own data. But HDF5 follows damaged addresses and crashes, so a sealed file is compared with its seal before HDF5
+/// reads it. A file without a seal (rewritten by h5repack, extended by h5py) is read all the same.
 #include <filesystem>
 #include <vector>
 
@@ -9,7 +9,7 @@ namespace surveymc::store {
 
 void append_seal(std::vector<char>& bytes);
 
-/// The seal of what is in a file, which is read for it. Throws std::system_error.
+/// The seal for the present contents of a file, which this function reads. Throws std::system_error.
 std::vector<char> seal_of(const std::filesystem::path& path);
 
 /// True if the file has no seal, or the right one.

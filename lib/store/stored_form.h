@@ -1,6 +1,7 @@
 #pragma once
-/// The form in which values and names are stored, shared by the hash, the writer and the reader: what HDF5 and netCDF
-/// can hold. The hash sees what the file holds, so that the hash of what is read back equals the stored one.
+/// The form in which values and names are stored, shared by the hash, the writer and the reader: that which HDF5 and
+/// netCDF can hold. The hash is taken of the stored form, so that the hash of a result that was read back equals the
+/// stored one.
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -26,8 +27,8 @@ inline double canonical_number(double x) { return std::isnan(x) ? kNaN : x; }
 /// So does NUL, which would end a string in HDF5.
 std::string canonical_text(const std::string& text);
 
-/// `name` as HDF5 and netCDF can store it in a group that has the links `taken`; adds it to them. Users' column names
-/// ("Inc/deg", "row", "") are the reason; a name that can stay as it is does.
+/// `name` in a form that HDF5 and netCDF can store in a group with the links `taken`; adds it to `taken`. Users' column
+/// names ("Inc/deg", "row", "") make this necessary. A name that can be stored does not change.
 std::string link_name(const std::string& name, std::set<std::string>& taken);
 
 /// Group of an input file: its stem, reduced to what every tool accepts, as a link_name().

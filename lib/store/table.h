@@ -1,5 +1,5 @@
 #pragma once
-/// What leaves a study: tables of named columns and maps over named axes, as plain values.
+/// The output of a study: tables of named columns and maps over named axes, as plain values.
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -43,7 +43,7 @@ struct Map {
   std::vector<double> values;
 };
 
-/// Maps that are too large to be held: over the same axes, without values, which are made (or read) piece by piece when
+/// Maps that are too large for memory, all over the same axes. Their values are computed (or read) piece by piece when
 /// the maps are written or hashed.
 struct MapStream {
   std::vector<Map> maps;  ///< `values` are empty
@@ -64,7 +64,7 @@ std::string printable(std::string text);
 /// How format_table() lays a table out.
 struct TableFormat {
   std::size_t width = 160;  ///< letters in a line, if the table can be made as narrow
-  bool split = false;       ///< columns that do not fit go below, behind those that name the row
+  bool split = false;       ///< columns that do not fit go to blocks below, which repeat the columns that name the row
   std::size_t most_rows =
       std::numeric_limits<std::size_t>::max();  ///< the first and the last so many, if there are more
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// What a config says about the rows of its tables: published values and expected verdicts.
+/// Published values and expected verdicts that a config gives for rows of its tables.
 #include <string>
 #include <vector>
 
@@ -8,12 +8,12 @@
 
 namespace surveymc::study {
 
-/// What every study reads of an entry of `[[published]]`: `source, table, values = { quantity = number }, at
+/// The keys of an entry of `[[published]]` that every study reads: `source, table, values = { quantity = number }, at
 /// (optional)`. `at = { "noise.scale" = 1.0 }` limits an entry to those points of the sweep.
 struct PublishedEntry {
   std::string source, table;
   std::vector<std::pair<std::string, double>> values;
-  bool here = true;  ///< it speaks of this point
+  bool here = true;  ///< the entry is for this point
 };
 PublishedEntry read_published(config::ConfigReader& entry);
 

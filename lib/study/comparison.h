@@ -22,7 +22,7 @@ struct ComparisonRow {
   stats::Interval ratio_interval{ratio, ratio};
   double published = kNaN;
   std::string verdict, expected, note;
-  double margin = kNaN;  ///< that the verdict was given by
+  double margin = kNaN;  ///< margin of the verdict
 };
 
 /// A Monte-Carlo value and its interval. NaN: not there.
@@ -30,14 +30,15 @@ struct Estimate {
   double value = kNaN;
   stats::Interval interval{value, value};
 };
-/// Mean of component `index`, and the root of it, which of squares is an RMS; NaN with fewer than two values.
+/// Mean of component `index`, and the root of this mean, which is an RMS if the component is a square; NaN with fewer
+/// than two values.
 Estimate mean_estimate(const stats::Moments& moments, Eigen::Index index, double confidence);
 Estimate rms_estimate(const stats::Moments& squares, Eigen::Index index, double confidence);
 /// The same from a mean of `count` squares and their variance.
 Estimate rms_estimate(double mean_square, double variance, std::uint64_t count, double confidence);
 
-/// A positive value against a prediction of it, judged by their ratio. Without a finite prediction, or if the value is
-/// 0, there is neither ratio nor verdict.
+/// Compares a positive value with its prediction, by the ratio of the two. Without a finite prediction, or if the value
+/// is 0, there is neither ratio nor verdict.
 ComparisonRow compare_value(const std::string& quantity, const std::string& unit, const Estimate& found,
                             double predicted, const VerdictRule& rule, std::uint64_t trials);
 
@@ -50,17 +51,18 @@ ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, d
                          const stats::SampleSummary& sample, double predicted_sd, const VerdictRule& rule,
                          std::uint64_t trials);
 
-/// Mean of component `index` plus `offset` against `predicted`. A ratio of two values near zero says nothing, so means
-/// have none: the verdict is on the shift from the prediction in units of the Monte-Carlo sd, held to the same margin.
+/// Compares the mean of component `index` plus `offset` with `predicted`. A ratio of two values near zero says nothing,
+/// so means have no ratio: the verdict is on the shift from the prediction in units of the Monte-Carlo sd, with the
+/// same margin.
 ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const stats::Moments& moments,
                            Eigen::Index index, double offset, double predicted, const VerdictRule& rule,
                            std::uint64_t trials);
 ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const stats::SampleSummary& sample,
                            double offset, double predicted, const VerdictRule& rule, std::uint64_t trials);
 
-/// Where more than the share `most` of the trials failed, those that are left are no sample of all: each row with a
-/// verdict or a finite prediction becomes "undecided", and its note begins with the reason. `what` failed:
-/// "adjustments".
+/// Where more than the share `most` of the trials failed, the remaining trials are no sample of all. Then each row with
+/// a verdict or a finite prediction becomes "undecided", and its note begins with the reason. `what` names that which
+/// failed: "adjustments".
 void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std::uint64_t trials, double most,
                      const std::string& what);
 

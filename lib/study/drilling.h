@@ -1,5 +1,5 @@
 #pragma once
-/// From a config to how the tool was turned, and to the sizes of its constant sensor errors.
+/// Reads from a config how the tool was turned, and the sizes of its constant sensor errors.
 #include "config/config.h"
 #include "random/stream.h"
 #include "random/study_stream.h"

@@ -1,6 +1,5 @@
 #pragma once
-/// An experiment turns each point of a config's sweep into tables. This is the frame that all of them run in, in
-/// stages:
+/// An experiment turns each point of a config's sweep into tables. All experiments run in the same stages:
 ///   read      config -> PointPlan for every point: checked, and so cheap that a sweep of 10,000 points is read in a
 ///             moment by every task of an array
 ///   prepare   PointPlan -> StudyPoint, in the task that runs the point and for no other point
@@ -22,7 +21,7 @@
 
 namespace surveymc::study {
 
-/// What one point leaves for the file.
+/// The part of the result file that comes from one point.
 struct PointResult {
   std::vector<store::Table> tables, samples;
   std::vector<store::Map> maps;
@@ -35,11 +34,12 @@ class StudyPoint {
   virtual ~StudyPoint() = default;
   /// Not called for a study without trials.
   virtual stats::Tally run_block(montecarlo::TrialBlock /*block*/) const { return {}; }
-  /// Predicted from the trials so far, at the looks of the plan. The run ends at a look that has as many.
+  /// Number of trials needed in all, predicted from the trials so far. Called at the looks of the plan; the run ends at
+  /// a look that has as many trials.
   virtual std::uint64_t trials_needed(const stats::Tally& /*so_far*/) const {
     return std::numeric_limits<std::uint64_t>::max();
   }
-  /// `tally` of all trials; empty for a study without trials. What takes long looks at options.stop, and throws
+  /// `tally` of all trials; empty for a study without trials. A long computation checks options.stop and throws
   /// Interrupted. Streams of the result may refer to the point, which outlives them.
   virtual PointResult report(const stats::Tally& tally, const montecarlo::RunOptions& options) const = 0;
   /// One trial in words: its draws, estimate and result. Same bits as in the run.
@@ -50,11 +50,11 @@ class StudyPoint {
 class PointPlan {
  public:
   virtual ~PointPlan() = default;
-  /// At most. 0 for a study without Monte Carlo.
+  /// Largest number of trials. 0 for a study without Monte Carlo.
   virtual std::uint64_t trials() const { return 0; }
-  /// Trials that are run in one go: fewer where one takes long, so that threads share them. Part of the results.
+  /// Trials in a block: fewer where a trial takes long, so that threads share them. Results depend on this number.
   virtual int block_trials() const { return montecarlo::kBlockTrials; }
-  /// Trial counts at which StudyPoint::trials_needed is asked, rising; empty if the number of trials is fixed.
+  /// Trial counts at which StudyPoint::trials_needed is called, rising; empty if the number of trials is fixed.
   virtual std::vector<std::uint64_t> looks() const { return {}; }
   /// Axes of the point's maps; all points of a sweep must have the same. Empty: no maps, or known to be the same.
   virtual std::vector<store::Axis> map_axes() const { return {}; }
@@ -93,14 +93,14 @@ struct RunPlan {
 /// when *stop is set; touches no file but those that the config names.
 RunPlan read_run(const Experiment& experiment, config::Config config, const std::atomic<bool>* stop = nullptr);
 
-/// What an earlier attempt has left of a run, and where this one keeps what it finishes.
+/// Finished blocks of an earlier attempt at a run, and the journal for the blocks that this attempt finishes.
 struct Checkpoint {
   checkpoint::FinishedBlocks finished = {};
   checkpoint::Journal* journal = nullptr;  ///< none: nothing is kept
 };
 
-/// Tally of point `index` of `run`, which is `point`, computed or taken from the checkpoint; empty without trials.
-/// Here and below: where Interrupted is thrown, the journal has all finished blocks; they are not yet synced.
+/// Tally of point `index` of `run`, computed or taken from the checkpoint; empty without trials. `point` is that point,
+/// prepared. Here and below: where Interrupted is thrown, the journal has all finished blocks; they are not yet synced.
 stats::Tally point_tally(const RunPlan& run, std::size_t index, const StudyPoint& point,
                          const montecarlo::RunOptions& options, const Checkpoint& checkpoint);
 
@@ -108,7 +108,8 @@ stats::Tally point_tally(const RunPlan& run, std::size_t index, const StudyPoint
 PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const stats::Tally& tally,
                          const montecarlo::RunOptions& options);
 
-/// `options` with the point's number and block size, which keep its finished blocks in the journal, if there is one.
+/// `options` with the point's number and block size, and with callbacks that write its finished blocks to the journal,
+/// if there is one.
 montecarlo::RunOptions options_of_point(montecarlo::RunOptions options, const RunPlan& run, std::size_t point,
                                         checkpoint::Journal* journal);
 

@@ -25,7 +25,7 @@ void check_choice(const RunPlan& run, const PartChoice& choice);
 /// The pieces of a part without their tallies.
 std::vector<checkpoint::PartPiece> part_pieces(const RunPlan& run, const PartChoice& choice);
 
-/// Computes a part; but for key.program, command and run all is filled in.
+/// Computes a part and fills in all members but key.program, command and run.
 checkpoint::Part run_part(const RunPlan& run, const PartChoice& choice, const montecarlo::RunOptions& options,
                           const Checkpoint& checkpoint);
 

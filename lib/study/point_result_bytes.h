@@ -1,5 +1,5 @@
 #pragma once
-/// Tables and maps of a point as bytes: what a part file holds of a study without trials.
+/// Tables and maps of a point as bytes: the contents of a part file for a study without trials.
 #include <string>
 #include <string_view>
 
@@ -7,8 +7,8 @@
 
 namespace surveymc::study {
 
-/// Streams are run through; they come back as streams of values that are held. Throws IoError if these are more than
-/// kMostPartValues.
+/// Computes all values of streams; after reading back, they are streams of values in memory. Throws IoError if these
+/// are more than kMostPartValues.
 inline constexpr std::size_t kMostPartValues = std::size_t{1} << 28;
 std::string point_result_to_bytes(const PointResult& result);
 

@@ -19,7 +19,7 @@ void count_inside(double squared_distance, Counts* counts) {
     if (squared_distance <= k * k) ++counts[k - 1];
 }
 
-/// What Monte Carlo says of the horizontal position.
+/// Monte-Carlo statistics of the horizontal position.
 struct HorizontalSample {
   std::uint64_t trials = 0, failed = 0;
   std::uint64_t units = 0;  ///< independent values in the statistics: trials, or antithetic pairs of them
@@ -28,13 +28,13 @@ struct HorizontalSample {
   Eigen::Matrix2d covariance;  ///< m2
 };
 
-/// One prediction, and how the trials fill its ellipse.
+/// One prediction, and the statistics of the trials with respect to its ellipse.
 struct EllipseRow {
   std::string formulation;
   Eigen::Vector2d center;     ///< m, N and E
   Eigen::Matrix2d predicted;  ///< m2
-  /// Of the trials along ellipse(predicted).axes, major first: tallied along these axes, because across an arc the
-  /// kurtosis, and with it the interval, is quite another than in north or east.
+  /// Statistics of the trials along ellipse(predicted).axes, major first. They are tallied along these axes, because
+  /// across an arc the kurtosis, and with it the interval, differs much from that in north or east.
   std::array<stats::SampleSummary, 2> along{};
   std::array<std::uint64_t, 3> inside{};
   stats::SampleSummary nees{};  ///< of the squared Mahalanobis distance
@@ -50,8 +50,8 @@ void write_sample_ellipse(TableRows& t, const HorizontalSample& sample);
 /// coverage, NEES, and one verdict for both axes: differs if one differs, agrees if both agree, otherwise undecided.
 void write_ellipse(TableRows& t, const EllipseRow& row, const HorizontalSample& sample, const VerdictRule& rule);
 
-/// Mean squared Mahalanobis distance of `dimension` coordinates; predicted is the dimension. The distance goes with the
-/// square of a sd, so it is held to twice the margin.
+/// Compares the mean squared Mahalanobis distance (NEES) of `dimension` coordinates with its prediction, the dimension.
+/// The verdict takes rule.nees_margin.
 ComparisonRow compare_nees(const std::string& quantity, const stats::SampleSummary& distance, double dimension,
                            const VerdictRule& rule, std::uint64_t trials);
 

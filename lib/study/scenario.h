@@ -32,22 +32,22 @@ sensor::NoiseModel read_noise(config::ConfigReader& config);
 /// axial_bias_nT adds to the bias of z only.
 sensor::ToolSpread read_tool_spread(config::ConfigReader& config);
 
-/// `estimator = "msa"` or `[estimator] name, solver, max_iterations, step_tolerance`; `derivative` of those that have
-/// it; and what all that weigh assume, by default what is true of the simulation (`noise`, and `spread` for the
-/// priors): magnetometer_nT, accelerometer_mps2, `reference = { total_nT, dip_deg }`, `prior = { gain, bias_nT,
-/// axial_bias_nT }` (0: no prior). One sd each. An estimator without a prediction to first order is refused: every
-/// study that reads one compares with it.
+/// `estimator = "msa"` or `[estimator] name, solver, max_iterations, step_tolerance`; `derivative` for estimators that
+/// have it. Estimators that weigh also read the sizes that they assume: magnetometer_nT, accelerometer_mps2,
+/// `reference = { total_nT, dip_deg }`, `prior = { gain, bias_nT, axial_bias_nT }` (0: no prior), one sd each. Their
+/// defaults are the sizes of the simulation (`noise`, and `spread` for the priors). An estimator without a prediction
+/// to first order is refused, because every study that reads an estimator compares with its prediction.
 estimate::EstimatorOptions read_estimator(config::ConfigReader& config, const estimate::InputErrors& truth,
                                           const survey::ReferenceField& field);
 
-/// `estimator.magnetometer_drawn` ("constant"), of wls only: whether what it assumes of a reading is drawn anew in each
-/// run, as "sd" or as "variance".
+/// `estimator.magnetometer_drawn` ("constant"), for wls only: whether the noise that it assumes of a reading is drawn
+/// anew in each run, as "sd" or as "variance".
 sensor::AssumedNoise read_assumed_noise(config::ConfigReader& config, const std::string& estimator);
 
 /// `[verdict] margin (0.02), confidence (0.95), nees_margin (0.06)`.
 VerdictRule read_verdict_rule(config::ConfigReader& config);
 
-/// How many trials: a number, or until the intervals are narrow enough.
+/// The number of trials: given, or as many as make the intervals narrow enough.
 struct TrialPlan {
   std::uint64_t trials = 0;  ///< at most
   double relative_ci = 0;    ///< stop when the half width of every interval is below this part of its estimate
@@ -59,7 +59,7 @@ struct TrialPlan {
 ///
 /// The rule is valid under repeated looks: looks are fixed beforehand (4096 trials, then 1.5 times more each, up to
 /// max_trials), and with J of them every interval is made at confidence 1 - (1 - confidence) / J, which is written to
-/// `verdict`. By Bonferroni all of them hold together, so whichever the run stops at holds too.
+/// `verdict`. By Bonferroni the intervals of all looks hold together, so those of the last look hold too.
 TrialPlan read_trial_plan(config::ConfigReader& config, const std::vector<std::string>& stoppable,
                           VerdictRule& verdict);
 

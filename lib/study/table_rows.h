@@ -56,7 +56,7 @@ class TableRows {
   bool first_row_ = true;
 };
 
-/// Calls write(row) for every row; without rows once for an empty one that is dropped, so that the columns are there.
+/// Calls write(row) for every row. Without rows, writes an empty row and drops it, so that the table has its columns.
 template <class Row, class Write>
 void write_rows(TableRows& t, const std::vector<Row>& rows, Write write) {
   for (const Row& row : rows) write(row);
@@ -70,7 +70,7 @@ double turn_in_degrees(double angle);
 
 /// A table of numbers from values that stand row by row; `columns` have no values yet.
 store::Table table_of_numbers(store::Table columns, const std::vector<double>& values);
-/// An empty column for it.
+/// An empty column for table_of_numbers().
 store::Column number_column(const std::string& name, const std::string& unit, const std::string& meaning);
 
 /// Table `failed_trials`: the numbers of the listed trials. `what` failed: "trials without a converged estimate".

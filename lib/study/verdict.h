@@ -10,9 +10,9 @@ namespace surveymc::study {
 struct VerdictRule {
   double margin = 0.02;      ///< a ratio within 1 -+ margin counts as equal
   double confidence = 0.95;  ///< of every interval
-  /// The same of a NEES, whose value is a square: sds that are 3 % wrong in all directions, the margin of the studies
-  /// of this project, make it 6 % wrong. It does not follow `margin`, which a config may widen for want of trials: a
-  /// NEES sums over its dimensions and is known better than any one sd.
+  /// Margin of a NEES, whose value is a square: sds that are 3 % wrong in all directions, the margin of the studies of
+  /// this project, make the NEES 6 % wrong. This margin does not follow `margin`, which a config may widen because it
+  /// has few trials: a NEES sums over its dimensions and is known better than any one sd.
   double nees_margin = 0.06;
 };
 
