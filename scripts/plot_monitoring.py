@@ -17,12 +17,12 @@ Those of mwd_drift: mwd_drift_figures.py.
 import os
 
 import matplotlib.pyplot as plt
-import h5py
 import numpy as np
 
 import mwd_drift_figures
 import plotting
 from plotting import PlotError
+from surveymc import storage
 
 LOOK = {"aakr_sprt": ("AAKR-SPRT", "#0072B2", "o"), "aakr_kf_sprt": ("AAKR-KF-SPRT", "#D55E00", "s"),
         "aakr_cusum": ("CUSUM on AAKR", "#009E73", "^"), "aakr_threshold": ("threshold on AAKR", "#A8508A", "v")}
@@ -285,9 +285,9 @@ def read_model(file, keys, point):
 def is_mwd_drift(path):
     """What cannot be opened is left to open_result() to refuse."""
     try:
-        with h5py.File(path, "r") as file:
+        with storage.open_file(path) as file:
             return plotting.text_attribute(file, "experiment") == "mwd_drift"
-    except OSError:
+    except storage.ResultError:
         return False
 
 

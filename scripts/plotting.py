@@ -22,6 +22,8 @@ import numpy as np  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
+from surveymc import storage  # noqa: E402
+
 # Exit codes, as for the program itself.
 USAGE, BAD_DATA, CANNOT_WRITE = 64, 65, 74
 
@@ -107,20 +109,11 @@ class Table(dict):
 
 def open_result(path, experiment):
     """Opens a result file for reading; it must be one of this experiment. Use it in a `with` statement."""
-    if not os.path.exists(path):
-        raise PlotError(f"{path}: no such file")
-    if os.path.isdir(path):
-        raise PlotError(f"{path}: is a folder, not a result file")
-    if not os.access(path, os.R_OK):
-        raise PlotError(f"{path}: cannot be read")
     try:
-        file = h5py.File(path, "r")
-    except OSError:
-        raise PlotError(f"{path}: not an HDF5 file, or damaged") from None
+        file = storage.open_file(path)
+    except storage.ResultError as error:
+        raise PlotError(str(error)) from None
     found = text_attribute(file, "experiment")
-    if text_attribute(file, "format") != "surveymc":
-        file.close()
-        raise PlotError(f"{path}: not a result file of surveymc")
     if found != experiment:
         file.close()
         raise PlotError(f"{path}: is a result of experiment '{found}', not of '{experiment}'")
@@ -129,8 +122,7 @@ def open_result(path, experiment):
 
 def text_attribute(item, name, default=""):
     """An attribute as str, whichever way HDF5 stored it."""
-    value = item.attrs.get(name, default)
-    return value.decode("utf-8") if isinstance(value, bytes) else str(value)
+    return str(storage.plain(item.attrs.get(name, default)))
 
 
 def configuration(file):

@@ -14,7 +14,7 @@ import sys
 
 import plotting
 import studies
-import surveymc_results
+import surveymc
 from plotting import PlotError
 from report_page import figures, page, text
 
@@ -41,8 +41,8 @@ def read_all(paths):
     results = []
     for path in paths:
         try:
-            results.append(surveymc_results.open(path))
-        except surveymc_results.ResultError as error:
+            results.append(surveymc.open(path))
+        except surveymc.ResultError as error:
             print(f"report.py: left out: {error}", file=sys.stderr)
     if not results:
         raise PlotError("no result file could be read")
@@ -73,7 +73,7 @@ def make(results, base, folder, jobs, note, progress):
         try:
             html, counts, count = page.result_part(result, study, drawn.get(i, figures.Drawn()), identity,
                                                    os.path.relpath(result.path), number)
-        except (surveymc_results.ResultError, OSError, ValueError) as error:  # opened, but not whole
+        except (surveymc.ResultError, OSError, ValueError) as error:  # opened, but not whole
             print(f"report.py: left out: {result.path}: {error}", file=sys.stderr)
             continue
         if not groups or groups[-1][0].experiment != study.experiment:

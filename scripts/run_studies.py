@@ -17,7 +17,7 @@ import time
 import tomllib
 
 import studies
-import surveymc_results
+import surveymc
 
 UNEXPECTED, USAGE, INTERRUPTED = 1, 64, 75
 QUICK_NOTE = "A quick run: far fewer trials than the configs ask for, to see that everything works. Do not quote its numbers."
@@ -69,8 +69,8 @@ def program_version(program):
 
 def is_done(job, version):
     try:
-        result = surveymc_results.open(job.output)
-    except surveymc_results.ResultError:
+        result = surveymc.open(job.output)
+    except surveymc.ResultError:
         return False
     return (result.config_hash, result.version, result.revision) == (job.config_hash, *version)
 

@@ -2,7 +2,7 @@
 
 import math
 
-from surveymc_results.result import VERDICTS, verdict_kind
+from surveymc.result import VERDICTS, verdict_kind
 
 from .text import counts_marks, escape, grouped, interval, number, unit, verdict
 

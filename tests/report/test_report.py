@@ -17,7 +17,7 @@ import numpy as np
 SCRIPTS = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
 sys.path.insert(0, SCRIPTS)
 import studies  # noqa: E402
-import surveymc_results  # noqa: E402
+import surveymc  # noqa: E402
 from report_page import explore, figures, text  # noqa: E402
 
 REPORT = SMOKE = ""
@@ -128,7 +128,7 @@ class Structure(unittest.TestCase):
         files = ("estimate", "msa_benefit", "msa_sweep", "mwd_drift", "reliability_map", "sensor_monte_carlo", "vertical_well")
         self.assertEqual({r.removeprefix("result-") for r in results}, {f.replace("_", "-") for f in files})
         for name in files:
-            result = surveymc_results.open(os.path.join(SMOKE, name + ".h5"))
+            result = surveymc.open(os.path.join(SMOKE, name + ".h5"))
             part = re.search(rf'<article class="result" id="result-{name.replace("_", "-")}">(.*?)</article>', self.source, re.S)[1]
             self.assertTrue(text.escape(result.title) in part, name)
             for words in (result.content_hash, text.escape(result.config), f"<dt>seed</dt><dd>{result.seed}</dd>",
