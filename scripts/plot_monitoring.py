@@ -191,7 +191,7 @@ def delay_figure(title, delay, blame, alarms):
 def operating_figure(title, delay, blame, keys, points):
     """Median delay (of the sensor that takes longest) against the chance of false blame, one mark a point and method."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(13.0, 6.4), width_ratios=(3, 2))
-    figure.subplots_adjust(left=0.06, right=0.985, top=0.80, bottom=0.17, wspace=0.2)
+    figure.subplots_adjust(left=0.06, right=0.985, top=0.80, bottom=0.2, wspace=0.32)
     heading(figure, title, "Every point of the sweep: its slowest drifting sensor, and how often a healthy one is blamed "
             "(95 % intervals).")
     names = [plotting.point_name(keys, p) for p in points]

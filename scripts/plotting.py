@@ -179,10 +179,44 @@ def at_point(table, keys, point):
     return table.where(lambda i: all(table[k][i] == v for k, v in zip(keys, point)))
 
 
+# What readers of a figure call a key of the sweep and its values; others are named by the last part of the key.
+POINT_WORDS = {
+    "estimator.name": "{}", "estimator.method": "{}", "error_model.name": "{}", "drilling.mode": "{}", "mode": "{}",
+    "noise.scale": "noise \N{MULTIPLICATION SIGN} {}", "noise.law": "{} noise",
+    "noise.reference.per": "reference drawn per {}", "sensor_errors.multiplier": "errors \N{MULTIPLICATION SIGN} {}",
+    "sensor.spread.axial_bias_nT": "axial bias sd {} nT", "well.stations": "{} stations", "well.kind": "{} well",
+    "spacing_m": "stations {} m apart", "drilling.sequence": "toolface sequence {}",
+    "model.truth_references": "references {} in truth", "factor": "error \N{MULTIPLICATION SIGN} {}"}
+VALUE_WORDS = {
+    "msa": "MSA", "msa_weighted": "weighted MSA", "msa_joint": "joint MSA", "wls": "WLS", "wls_consider": "WLS with considered reference",
+    "sse": "single station", "sse_axial": "single station, axial correction", "mse_fixed": "many stations, references fixed",
+    "mse_shared": "many stations, references shared", "gaussian": "normal"}
+POINT_UNITS = {"nT": "nT", "deg": "\N{DEGREE SIGN}", "mps2": "m/s\N{SUPERSCRIPT TWO}", "mg": "mg", "m": "m", "z": "z", "h": "h"}
+
+
+def value_name(value):
+    """A value of a key as readers know it."""
+    if isinstance(value, (float, np.floating)):
+        return f"{value:g}"
+    return VALUE_WORDS.get(str(value), str(value).replace("_", " "))
+
+
 def point_name(keys, point):
-    """'test 1, noise.scale = 0.1': names of cases speak for themselves."""
-    return ", ".join(v if k == "case" else f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}"
-                     for k, v in sorted(zip(keys, point), key=lambda kv: kv[0] != "case"))
+    """'test 1, noise \N{MULTIPLICATION SIGN} 0.1': a sweep point in words, its case first. keys: of the sweep; point: their values."""
+    parts = []
+    for key, value in sorted(zip(keys, point), key=lambda kv: kv[0] != "case"):
+        if key == "case":
+            parts.append(re.sub(r"\b(msa|msa_weighted|msa_joint|wls)\b", lambda word: VALUE_WORDS[word[0]], str(value)))
+            continue
+        if key in POINT_WORDS:
+            parts.append(POINT_WORDS[key].format(value_name(value)))
+            continue
+        name, _, ending = key.rsplit(".", 1)[-1].rpartition("_")
+        unit = POINT_UNITS.get(ending, "") if name else ""
+        words = (name if unit else key.rsplit(".", 1)[-1]).replace("_", " ")
+        gap = "" if unit == POINT_UNITS["deg"] else " "
+        parts.append(f"{words} {value_name(value)}{gap + unit if unit else ''}")
+    return ", ".join(parts)
 
 
 # --- error ellipses -------------------------------------------------------------------------------------------------
@@ -240,6 +274,15 @@ def rotate_to_axes(north, east, azimuth_deg):
     """(along, across) the direction azimuth_deg; across is positive to its right (azimuth + 90 deg)."""
     ca, sa = np.cos(np.radians(azimuth_deg)), np.sin(np.radians(azimuth_deg))
     return ca * north + sa * east, -sa * north + ca * east
+
+
+def map_turned(north, east, azimuth_deg):
+    """(along, left): the map turned until the direction azimuth_deg points to the right; what lies to its left is up.
+
+    A map that is turned, not mirrored: an ellipse has the shape that it has on the map.
+    """
+    along, right = rotate_to_axes(north, east, azimuth_deg)
+    return along, -right
 
 
 def ellipse_coverage(k):
