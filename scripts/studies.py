@@ -25,6 +25,13 @@ class Study:
     quick_trials: int = 1000
     fold: list = dataclasses.field(default_factory=list)
     figures: dict = dataclasses.field(default_factory=dict)
+    headline: list = dataclasses.field(default_factory=list)
+
+    def headline_rank(self, path):
+        """Place of the result's finding among those at the head of the report: those of studies.toml first."""
+        name = os.path.splitext(os.path.basename(path))[0]
+        place = self.headline[1:].index(name) if name in self.headline[1:] else 50
+        return 10000 * (self.headline[0] if self.headline else 9) + 100 * self.order + place
 
     def scripts_for(self, path):
         """Plot scripts of the result in this file."""
