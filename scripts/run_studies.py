@@ -163,12 +163,17 @@ def main():
     parser.add_argument("--threads", type=int, metavar="N", help="of each run (all cores)")
     parser.add_argument("--no-report", action="store_true", help="only the results")
     parser.add_argument("--output", metavar="FOLDER", help="where results go (results, or results/quick)")
-    parser.add_argument("--program", default=os.path.join(studies.ROOT, "build", "surveymc"), help=argparse.SUPPRESS)
+    parser.add_argument("--program", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    output = os.path.abspath(arguments.output) if arguments.output else ""
-    program = os.path.abspath(arguments.program)
+    base = studies.ROOT if studies.is_source() else os.getcwd()  # an installation is not written to
+    output = os.path.abspath(arguments.output or os.path.join(base, "results", "quick" if arguments.quick else ""))
+    try:
+        program = os.path.abspath(arguments.program or surveymc.find_program())
+    except surveymc.RunError as error:
+        print(f"run_studies.py: {error}; scripts/run_all.sh builds it", file=sys.stderr)
+        return USAGE
     os.chdir(studies.ROOT)  # configs are named as the README names them, and so in the results
-    output = os.path.relpath(output) if output else os.path.join("results", "quick") if arguments.quick else "results"
+    output = os.path.relpath(output)
     if not os.path.exists(program):
         print(f"run_studies.py: {program}: not built: scripts/run_all.sh builds it", file=sys.stderr)
         return USAGE

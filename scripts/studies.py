@@ -46,6 +46,11 @@ class Study:
         return f"{suffix.replace('_', ' ').capitalize() or self.name}."
 
 
+def is_source(root=ROOT):
+    """Whether the scripts are those of a source tree, where results go to results/; otherwise they are installed."""
+    return os.path.exists(os.path.join(root, "CMakeLists.txt"))
+
+
 def load(path=os.path.join(SCRIPTS, "studies.toml")):
     """All declared studies by experiment, in the order of the report."""
     with open(path, "rb") as file:
@@ -75,7 +80,8 @@ def config_of(command, title, root=ROOT):
     name = named[1] if named else ""
     if name.startswith("configs/") and os.path.exists(os.path.join(root, name)):
         return name
-    for part in sorted(os.listdir(os.path.join(root, "configs"))):
+    folder = os.path.join(root, "configs")
+    for part in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:  # pip installs no configs
         path = os.path.join("configs", part, os.path.basename(name))
         if name and title and os.path.isfile(os.path.join(root, path)):
             with open(os.path.join(root, path), encoding="utf-8") as file:

@@ -108,6 +108,8 @@ def _written(settings, folder):
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(toml.dumps(settings))
         yield path
+    except RunError as error:  # nobody knows the file by its name
+        raise RunError(str(error).replace(os.path.abspath(path), "config").replace(path, "config"), error.exit_code) from None
     finally:
         with contextlib.suppress(FileNotFoundError):
             os.remove(path)

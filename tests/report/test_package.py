@@ -97,6 +97,8 @@ class Running(unittest.TestCase):
                 call()
             self.assertEqual(raised.exception.exit_code, code, raised.exception)
             self.assertIn(word, str(raised.exception))
+        with self.assertRaisesRegex(surveymc.RunError, r"^config: field.total_nT: missing"):
+            surveymc.run({"experiment": "msa_position", "survey": {"file": "x.csv"}}, folder=self.folder)
         with self.assertRaises(surveymc.RunError) as raised:
             surveymc.run(path, set={"verdict.margin": 1e-6}, trials=200, check=True, threads=1)
         self.assertEqual(raised.exception.exit_code, 1)
