@@ -14,7 +14,7 @@ import tempfile
 
 cpack, build = sys.argv[1:3]
 suite, mirror = (sys.argv[3:] + ["bookworm", "http://deb.debian.org/debian"][len(sys.argv[3:]):])[:2]
-missing = [p for p in ("debootstrap", "chroot", "dpkg-shlibdeps") if not shutil.which(p, path=os.environ["PATH"] + ":/usr/sbin:/sbin")]
+missing = [p for p in ("debootstrap", "chroot", "unshare", "dpkg-shlibdeps") if not shutil.which(p, path=os.environ["PATH"] + ":/usr/sbin:/sbin")]
 if os.geteuid() != 0 or missing:
     print(f"skipped: needs root and {', '.join(missing) or 'nothing else'}")
     sys.exit(77)
@@ -26,10 +26,15 @@ def call(*command, **options):
     return done.stdout
 
 
+def in_root(root, *words, **options):
+    """A command in the root, with /proc (from which the loader knows $ORIGIN) mounted for it alone."""
+    return call("unshare", "--mount", "sh", "-c", 'mount -t proc proc "$0/proc" && exec chroot "$0" "$@"', root, *words, **options)
+
+
 def use(root, program, share):
     """Runs an example with the installed program in the root and looks into its result."""
     def inside(*words):
-        return call("chroot", root, "/usr/bin/env", "-i", "PATH=/usr/bin:/bin:/usr/sbin:/sbin", "HOME=/root", *words)
+        return in_root(root, "/usr/bin/env", "-i", "PATH=/usr/bin:/bin:/usr/sbin:/sbin", "HOME=/root", *words)
 
     assert inside(program, "--version").startswith("surveymc ")
     inside(program, "run", f"{share}/configs/examples/own_well_uncertainty.toml", "-o", "/tmp/out.h5")
@@ -59,8 +64,8 @@ with tempfile.TemporaryDirectory(prefix="surveymc-packages-") as folder:
         if os.path.exists(file):
             shutil.copy(file, os.path.join(root, file.lstrip("/")))
     environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive", "LC_ALL": "C"}
-    call("chroot", root, "apt-get", "update", env=environment)
-    call("chroot", root, "apt-get", "install", "-y", "--no-install-recommends", "/tmp/surveymc.deb", env=environment)
+    in_root(root, "apt-get", "update", env=environment)
+    in_root(root, "apt-get", "install", "-y", "--no-install-recommends", "/tmp/surveymc.deb", env=environment)
     inside = use(root, "surveymc", "/usr/share/surveymc")
     code = ("import surveymc; r = surveymc.run('/usr/share/surveymc/configs/examples/own_well.toml', trials=50);"
             "print(len(r.table('position')), len(surveymc.plot(r)))")
@@ -70,6 +75,6 @@ with tempfile.TemporaryDirectory(prefix="surveymc-packages-") as folder:
     inside("surveymc", "run", "/usr/share/surveymc/configs/reliability/fig1.toml", "-o", "/tmp/fig1.h5")
     inside("surveymc-report", "/tmp/fig1.h5", "-o", "/tmp/report.html")
     assert "No figure" not in open(os.path.join(root, "tmp/report.html"), encoding="utf-8").read()
-    call("chroot", root, "apt-get", "remove", "-y", "surveymc", env=environment)
+    in_root(root, "apt-get", "remove", "-y", "surveymc", env=environment)
     assert not os.path.exists(os.path.join(root, "usr/bin/surveymc"))
     print("the package installs, runs, draws and is removed")
