@@ -1,13 +1,15 @@
 #include <cstdio>
 #include <exception>
 
-#include "montecarlo/mpi_messages.h"
-#include "program.h"
+#include "cli/program.h"
+#include "mpi/mpi_messages.h"
+#include "registry.h"
 
 int main(int argc, char** argv) {
   try {
-    const auto messages = surveymc::mpi_messages(argc, argv);
-    return surveymc::program_main(argc, argv, messages.get(), surveymc::mpi_version());
+    const auto messages = surveymc::mpi::mpi_messages(argc, argv);
+    return surveymc::cli::program_main(argc, argv, surveymc::studies::all_experiments(), messages.get(),
+                                       surveymc::mpi::mpi_version());
   } catch (const std::exception& e) {
     std::fprintf(stderr, "internal error: %s\n", e.what());
     return 70;

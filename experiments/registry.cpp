@@ -1,13 +1,34 @@
-#include "experiments.h"
+#include "registry.h"
 
-namespace surveymc {
+// One line a study: its folder, and the function there that says what it is. In the order of `surveymc list`.
+// clang-format off
+#define SURVEYMC_STUDIES(study)            \
+  study(msa_position, experiment)          \
+  study(msa_benefit, experiment)           \
+  study(estimate, experiment)              \
+  study(position_covariance, experiment)   \
+  study(vertical_well, experiment)         \
+  study(sensor_monte_carlo, experiment)    \
+  study(reliability, map_experiment)       \
+  study(reliability, well_experiment)      \
+  study(gross_error_detection, experiment) \
+  study(drift_monitoring, experiment)      \
+  study(mwd_drift, experiment)             \
+  study(axial_correction, experiment)      \
+  study(chained_multistation, experiment)
+// clang-format on
 
-std::vector<Experiment> all_experiments() {
-  return {msa_position_experiment(),        msa_benefit_experiment(),      estimate_experiment(),
-          position_covariance_experiment(), vertical_well_experiment(),    sensor_monte_carlo_experiment(),
-          reliability_map_experiment(),     reliability_well_experiment(), gross_error_detection_experiment(),
-          drift_monitoring_experiment(),    mwd_drift_experiment(),        axial_correction_experiment(),
-          chained_multistation_experiment()};
+namespace surveymc::studies {
+
+#define SURVEYMC_DECLARE(folder, function) \
+  namespace folder {                       \
+  study::Experiment function();            \
+  }
+SURVEYMC_STUDIES(SURVEYMC_DECLARE)
+
+std::vector<study::Experiment> all_experiments() {
+#define SURVEYMC_CALL(folder, function) folder::function(),
+  return {SURVEYMC_STUDIES(SURVEYMC_CALL)};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::studies

@@ -14,14 +14,14 @@
 #include "base/error.h"
 #include "store/atomic_file.h"
 
-namespace surveymc {
+namespace surveymc::checkpoint {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kMark = "SMCJRNL1";
+constexpr std::string_view kJournalMark = "SMCJRNL1";
 
-std::string prefix_of(const fs::path& output) { return resolved(output).filename().string() + ".journal."; }
+std::string prefix_of(const fs::path& output) { return store::resolved(output).filename().string() + ".journal."; }
 
 RunKey read_key(ByteReader& in) {
   RunKey key;
@@ -31,7 +31,7 @@ RunKey read_key(ByteReader& in) {
 }
 
 /// A file that has our name, but begins otherwise, is a user's.
-bool is_journal(std::string_view bytes) { return bytes.starts_with(kMark) || kMark.starts_with(bytes); }
+bool is_journal(std::string_view bytes) { return bytes.starts_with(kJournalMark) || kJournalMark.starts_with(bytes); }
 
 }  // namespace
 
@@ -39,7 +39,8 @@ std::vector<fs::path> journals_of(const fs::path& output) {
   const std::string prefix = prefix_of(output);
   std::vector<fs::path> found;
   std::error_code error;
-  for (fs::directory_iterator it(folder_of(resolved(output)), error), end; !error && it != end; it.increment(error)) {
+  for (fs::directory_iterator it(store::folder_of(store::resolved(output)), error), end; !error && it != end;
+       it.increment(error)) {
     std::error_code gone;  // another attempt may remove its journal just now: that does not end the list
     if (it->path().filename().string().starts_with(prefix) && it->is_regular_file(gone)) found.push_back(it->path());
   }
@@ -60,7 +61,7 @@ JournalContents read_journals(const fs::path& output, const RunKey& key) {
     }
     if (!is_journal(bytes)) continue;
     std::size_t at = 0;
-    while (const std::optional<Record> record = record_at(bytes, at, kMark)) {
+    while (const std::optional<Record> record = record_at(bytes, at, kJournalMark)) {
       at = record->end;
       ByteReader in(record->body);
       const RunKey of = read_key(in);  // before the tally, whose form another build may not know
@@ -75,7 +76,7 @@ JournalContents read_journals(const fs::path& output, const RunKey& key) {
                         "their last bits: finish with that build, or delete the journal",
                         path.string(), of.program, key.program));
       const auto point = in.get<std::uint64_t>();
-      all.finished[point].push_back(subtree_from_bytes(in.raw(in.left())));
+      all.finished[point].push_back(montecarlo::subtree_from_bytes(in.raw(in.left())));
     }
     if (at != bytes.size() || bytes.empty()) all.damaged.push_back(path);
   }
@@ -87,7 +88,7 @@ void remove_journals(const fs::path& output, const RunKey& key) {
     try {
       const std::string bytes = read_bytes(path);
       if (!is_journal(bytes)) continue;
-      const std::optional<Record> first = record_at(bytes, 0, kMark);
+      const std::optional<Record> first = record_at(bytes, 0, kJournalMark);
       ByteReader in(first ? first->body : std::string_view{});
       if (!first || read_key(in) == key) unlink(path.c_str());
     } catch (const IoError&) {  // gone already, or not ours to read
@@ -96,20 +97,23 @@ void remove_journals(const fs::path& output, const RunKey& key) {
 }
 
 Journal::Journal(fs::path output, RunKey key, std::chrono::duration<double> interval)
-    : output_(resolved(output)), key_(std::move(key)), interval_(interval), last_(std::chrono::steady_clock::now()) {}
+    : output_(store::resolved(output)),
+      key_(std::move(key)),
+      interval_(interval),
+      last_(std::chrono::steady_clock::now()) {}
 
 Journal::~Journal() {
   if (file_ >= 0) close(file_);
 }
 
-void Journal::add(std::uint64_t point, const Subtree& subtree) {
+void Journal::add(std::uint64_t point, const montecarlo::Subtree& subtree) {
   ByteWriter body;
   body.put(key_.config_hash);
   body.put(key_.program);
   body.put(point);
-  const std::string node = subtree_to_bytes(subtree);
+  const std::string node = montecarlo::subtree_to_bytes(subtree);
   body.put(node.data(), node.size());
-  pending_ += sealed_record(kMark, body.take());
+  pending_ += sealed_record(kJournalMark, body.take());
 }
 
 bool Journal::fail() {
@@ -126,7 +130,7 @@ bool Journal::write() {
     const std::string name = fmt::format("{}{}.{}", prefix_of(output_), host.data(), getpid());
     // A dead writer may have had our pid, and its journal may be what we resumed from.
     for (int again = 0; file_ < 0 && again < 1000; ++again) {
-      path_ = folder_of(output_) / (again == 0 ? name : fmt::format("{}.{}", name, again));
+      path_ = store::folder_of(output_) / (again == 0 ? name : fmt::format("{}.{}", name, again));
       file_ = open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
       if (file_ < 0 && errno != EEXIST) break;
     }
@@ -158,4 +162,4 @@ bool Journal::sync() {
   return file_ < 0 || fsync(file_) == 0 || fail();
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::checkpoint

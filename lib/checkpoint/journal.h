@@ -12,10 +12,10 @@
 #include "checkpoint/record.h"
 #include "montecarlo/run_blocks.h"
 
-namespace surveymc {
+namespace surveymc::checkpoint {
 
 /// Finished subtrees of every sweep point; they may be nested (disjoint_subtrees()).
-using FinishedBlocks = std::map<std::uint64_t, std::vector<Subtree>>;
+using FinishedBlocks = std::map<std::uint64_t, std::vector<montecarlo::Subtree>>;
 
 /// Journals beside `output`, whoever wrote them; sorted.
 std::vector<std::filesystem::path> journals_of(const std::filesystem::path& output);
@@ -43,7 +43,7 @@ class Journal {
 
   bool due() const { return std::chrono::steady_clock::now() - last_ >= interval_; }
   /// Keeps the record for the next write.
-  void add(std::uint64_t point, const Subtree& subtree);
+  void add(std::uint64_t point, const montecarlo::Subtree& subtree);
   /// Appends in one write() all that was added. False, with the reason in error(), if that failed: it is kept for the
   /// next time, and the file is as long as before.
   bool write();
@@ -66,4 +66,4 @@ class Journal {
   std::int64_t size_ = 0;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::checkpoint

@@ -8,12 +8,12 @@
 #include "base/error.h"
 #include "store/atomic_file.h"
 
-namespace surveymc {
+namespace surveymc::checkpoint {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kMark = "SMCPART1";
+constexpr std::string_view kPartMark = "SMCPART1";
 
 std::string encode(const Part& p) {
   ByteWriter out;
@@ -24,7 +24,7 @@ std::string encode(const Part& p) {
   out.put(p.run.threads);
   out.put(p.run.ranks);
   out.put(std::uint64_t{p.inputs.size()});
-  for (const InputTable& t : p.inputs) {
+  for (const config::InputTable& t : p.inputs) {
     out.put(t.path);
     out.put(std::uint64_t{t.names.size()});
     for (std::size_t c = 0; c < t.names.size(); ++c) {
@@ -34,7 +34,7 @@ std::string encode(const Part& p) {
     out.put(t.lines);
   }
   out.put(std::uint64_t{p.texts.size()});
-  for (const InputText& t : p.texts) {
+  for (const config::InputText& t : p.texts) {
     out.put(t.path);
     out.put(t.text);
   }
@@ -44,7 +44,7 @@ std::string encode(const Part& p) {
     for (const std::uint64_t n : {piece.point, piece.blocks.first, piece.blocks.end, piece.blocks_in_all}) out.put(n);
     out.put(piece.whole);
     out.put(std::uint64_t{piece.subtrees.size()});
-    for (const Subtree& s : piece.subtrees) out.put(subtree_to_bytes(s));
+    for (const montecarlo::Subtree& s : piece.subtrees) out.put(montecarlo::subtree_to_bytes(s));
     out.put(piece.result);
   }
   return out.take();
@@ -60,7 +60,7 @@ Part decode(std::string_view body) {
   p.run.threads = in.get<std::int64_t>();
   p.run.ranks = in.get<std::int64_t>();
   p.inputs.resize(in.length(8));
-  for (InputTable& t : p.inputs) {
+  for (config::InputTable& t : p.inputs) {
     t.path = in.text();
     const std::size_t columns = in.length(16);
     for (std::size_t c = 0; c < columns; ++c) {
@@ -70,7 +70,7 @@ Part decode(std::string_view body) {
     t.lines = in.list<int>();
   }
   p.texts.resize(in.length(16));
-  for (InputText& t : p.texts) {
+  for (config::InputText& t : p.texts) {
     t.path = in.text();
     t.text = in.text();
   }
@@ -81,7 +81,7 @@ Part decode(std::string_view body) {
       *n = in.get<std::uint64_t>();
     piece.whole = in.get<bool>();
     piece.subtrees.resize(in.length(16));
-    for (Subtree& s : piece.subtrees) s = subtree_from_bytes(in.text());
+    for (montecarlo::Subtree& s : piece.subtrees) s = montecarlo::subtree_from_bytes(in.text());
     piece.result = in.text();
   }
   return p;
@@ -90,9 +90,9 @@ Part decode(std::string_view body) {
 }  // namespace
 
 void write_part(const fs::path& path, const Part& part) {
-  const std::string bytes = sealed_record(kMark, encode(part));
+  const std::string bytes = sealed_record(kPartMark, encode(part));
   try {
-    AtomicFile file(resolved(path));
+    store::AtomicFile file(store::resolved(path));
     file.write({bytes.begin(), bytes.end()});
     file.commit();
   } catch (const std::system_error& e) {
@@ -102,8 +102,8 @@ void write_part(const fs::path& path, const Part& part) {
 
 Part read_part(const fs::path& path) {
   const std::string bytes = read_bytes(path);
-  if (!bytes.starts_with(kMark)) throw IoError(fmt::format("{}: is no surveymc part file", path.string()));
-  const std::optional<Record> record = record_at(bytes, 0, kMark);
+  if (!bytes.starts_with(kPartMark)) throw IoError(fmt::format("{}: is no surveymc part file", path.string()));
+  const std::optional<Record> record = record_at(bytes, 0, kPartMark);
   if (!record || record->end != bytes.size())
     throw IoError(fmt::format("{}: is damaged: delete it and run that part again", path.string()));
   try {
@@ -117,9 +117,9 @@ PartState part_state(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(path, error)) return PartState::missing;
   const std::string bytes = read_bytes(path);
-  if (!bytes.starts_with(kMark)) return PartState::foreign;
-  const std::optional<Record> record = record_at(bytes, 0, kMark);
+  if (!bytes.starts_with(kPartMark)) return PartState::foreign;
+  const std::optional<Record> record = record_at(bytes, 0, kPartMark);
   return record && record->end == bytes.size() ? PartState::whole : PartState::damaged;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::checkpoint

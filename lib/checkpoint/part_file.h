@@ -12,27 +12,27 @@
 #include "montecarlo/run_blocks.h"
 #include "store/result_file.h"
 
-namespace surveymc {
+namespace surveymc::checkpoint {
 
 /// Blocks of one sweep point.
 struct PartPiece {
   std::uint64_t point = 0;
-  BlockRange blocks;                ///< first .. end - 1
+  montecarlo::BlockRange blocks;    ///< first .. end - 1
   std::uint64_t blocks_in_all = 0;  ///< of the point, at most; 0: a point without trials
   bool whole = false;               ///< all of the point, also where a stopping rule has ended it before blocks_in_all
-  std::vector<Subtree> subtrees = {};
+  std::vector<montecarlo::Subtree> subtrees = {};
   std::string result = {};  ///< of a point without trials: its tables and maps (study/point_result_bytes.h)
 };
 
 struct Part {
   RunKey key;
   std::string title, experiment;
-  std::string config;              ///< resolved TOML
-  std::vector<InputTable> inputs;  ///< files that it names
-  std::vector<InputText> texts;
+  std::string config;                      ///< resolved TOML
+  std::vector<config::InputTable> inputs;  ///< files that it names
+  std::vector<config::InputText> texts;
   std::uint64_t points = 0;  ///< of the whole run
   std::string command;
-  RunInfo run;
+  store::RunInfo run;
   std::vector<PartPiece> pieces;
 };
 
@@ -46,4 +46,4 @@ Part read_part(const std::filesystem::path& path);
 enum class PartState { missing, whole, damaged, foreign };
 PartState part_state(const std::filesystem::path& path);
 
-}  // namespace surveymc
+}  // namespace surveymc::checkpoint

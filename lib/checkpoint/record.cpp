@@ -14,7 +14,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-namespace surveymc {
+namespace surveymc::checkpoint {
 namespace {
 
 constexpr std::size_t kHead = 8 + sizeof(std::uint64_t), kChecksum = sizeof(XXH128_canonical_t);
@@ -58,4 +58,4 @@ std::string read_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::checkpoint

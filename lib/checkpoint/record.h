@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace surveymc {
+namespace surveymc::checkpoint {
 
 /// What a stored tally belongs to. Tallies go together only if both are the same: another build may round otherwise.
 struct RunKey {
@@ -30,4 +30,4 @@ std::optional<Record> record_at(std::string_view bytes, std::size_t begin, std::
 /// All bytes of a file. Throws IoError.
 std::string read_bytes(const std::filesystem::path& path);
 
-}  // namespace surveymc
+}  // namespace surveymc::checkpoint

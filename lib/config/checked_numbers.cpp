@@ -1,20 +1,19 @@
 #include "config/checked_numbers.h"
 
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
+#include "base/units.h"
 #include "config/suggest.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 constexpr double kMostValues = 1e7;     // more is a typing error in `step`, and would fill the memory
 constexpr double kStepRounding = 1e-9;  // of a step: so far `to` may be from a whole number of steps and still be one
 
 std::string rule_of(const Range& r) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const bool lo = r.lo > -kInfinity, hi = r.hi < kInfinity;
   if (lo && hi) {
     return fmt::format("must be in {}{}, {}{}", r.lo_open ? '(' : '[', format_number(r.lo), format_number(r.hi),
@@ -89,4 +88,4 @@ std::vector<double> expand_steps(const TomlNode& n, const std::string& key, cons
   return x;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

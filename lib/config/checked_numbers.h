@@ -7,7 +7,7 @@
 #include "config/config.h"
 #include "config/toml_tree.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// False for NaN and infinity, too.
 bool is_in(const Range& range, double x);
@@ -23,4 +23,4 @@ bool is_steps(const TomlNode& n);
 /// 0.3 and not 0.30000000000000004, so it equals a published `at` and prints well.
 std::vector<double> expand_steps(const TomlNode& n, const std::string& key, const Range& range);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -10,7 +10,7 @@
 #include "config/reader_state.h"
 #include "config/toml_parse.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 struct Config::Impl {
   std::shared_ptr<ConfigDocument> doc = std::make_shared<ConfigDocument>();
@@ -142,4 +142,4 @@ std::string Config::hash() const {
   return fmt::format("{:016x}{:016x}", h.high64, h.low64);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

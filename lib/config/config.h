@@ -5,27 +5,27 @@
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
-#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "base/units.h"
 #include "config/input_file.h"
 #include "config/input_table.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// Closed or open interval of allowed numbers.
 struct Range {
-  double lo = -std::numeric_limits<double>::infinity();
-  double hi = std::numeric_limits<double>::infinity();
+  double lo = -kInfinity;
+  double hi = kInfinity;
   bool lo_open = false, hi_open = false;
 
   static Range closed(double lo, double hi) { return {lo, hi, false, false}; }
-  static Range positive() { return {0, std::numeric_limits<double>::infinity(), true, false}; }
-  static Range non_negative() { return {0, std::numeric_limits<double>::infinity(), false, false}; }
+  static Range positive() { return {0, kInfinity, true, false}; }
+  static Range non_negative() { return {0, kInfinity, false, false}; }
   static Range open(double lo, double hi) { return {lo, hi, true, true}; }
 };
 
@@ -183,4 +183,4 @@ class Config {
 /// Shortest decimal text that reads back to the same double ("0.1", "51000").
 std::string format_number(double x);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -13,7 +13,7 @@
 #include "config/text.h"
 #include "config/toml_parse.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 namespace fs = std::filesystem;
 
@@ -240,4 +240,4 @@ std::string ConfigDocument::resolved_text() const {
   return toml_document(root) + sweep.toml();
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

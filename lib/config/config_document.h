@@ -12,7 +12,7 @@
 #include "config/sweep.h"
 #include "config/toml_tree.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// A default that readers used: its value, and by which points.
 struct UsedDefault {
@@ -68,4 +68,4 @@ struct FileText {
 };
 FileText read_file(const std::filesystem::path& path);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

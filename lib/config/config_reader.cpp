@@ -10,7 +10,7 @@
 #include "config/text.h"
 #include "config/toml_parse.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 bool contains(const std::vector<std::string>& words, const std::string& word) {
@@ -280,4 +280,4 @@ void ConfigReader::finish() const {
   refuse(first->node->place, first->key, first->rule);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

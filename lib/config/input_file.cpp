@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "config/text.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 constexpr std::size_t kPiece = std::size_t{1} << 20;
@@ -97,4 +97,4 @@ bool LineReader::next(std::string_view& line) {
   return true;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

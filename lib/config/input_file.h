@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// Files up to this size are stored whole in the result; of larger ones it has name, size, hash and header only.
 inline constexpr std::uint64_t kLargestStoredFile = std::uint64_t{1} << 24;
@@ -57,4 +57,4 @@ class LineReader {
   std::int64_t number_ = 0;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::config

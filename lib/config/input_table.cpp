@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "config/text.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 constexpr const char* kDecimalHint = "decimal points and commas between cells are required";
@@ -173,4 +173,4 @@ InputTable parse_csv(const std::string& text, const std::string& path) {
   return table;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// Columns of one file. `lines` keeps the line number of every row, so that a check made later can name the place.
 struct InputTable {
@@ -28,4 +28,4 @@ struct InputText {
 /// Throws InputError "path:line: column = cell: rule".
 InputTable parse_csv(const std::string& text, const std::string& path);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

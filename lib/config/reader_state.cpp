@@ -5,7 +5,7 @@
 #include "config/suggest.h"
 #include "config/text.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 bool ConfigPoint::asked_below(const std::string& key) const {
   for (const std::string& head : {key + ".", key + "["}) {
@@ -185,4 +185,4 @@ bool ConfigReader::State::is_for_other_point(const std::string& element) const {
          (std::next(first) == point->asked.end() || !std::next(first)->starts_with(head));
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

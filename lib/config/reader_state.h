@@ -10,7 +10,7 @@
 #include "config/config_document.h"
 #include "config/toml_tree.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// One point as its readers see it.
 struct ConfigPoint {
@@ -78,4 +78,4 @@ struct ConfigReader::State {
   bool is_for_other_point(const std::string& element) const;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -10,32 +10,32 @@
 #include "base/units.h"
 #include "config/config.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
-constexpr std::size_t kColumns = 7;
+constexpr std::size_t kReadingColumns = 7;
 
 /// Columns of one kind share their unit: depth, accelerometers, magnetometers.
-struct Kind {
+struct ReadingKind {
   std::vector<const char*> stems;
   std::vector<std::pair<const char*, double>> units;  // suffix and factor to SI
 };
-const std::array<Kind, 3>& kinds() {
-  static const std::array<Kind, 3> all{{{{"md"}, {{"m", 1.0}, {"ft", kFoot}}},
-                                        {{"gx", "gy", "gz"}, {{"mps2", 1.0}, {"mg", kMilliG}}},
-                                        {{"bx", "by", "bz"}, {{"nT", 1.0}, {"uT", 1000.0}}}}};
+const std::array<ReadingKind, 3>& reading_kinds() {
+  static const std::array<ReadingKind, 3> all{{{{"md"}, {{"m", 1.0}, {"ft", kFoot}}},
+                                               {{"gx", "gy", "gz"}, {{"mps2", 1.0}, {"mg", kMilliG}}},
+                                               {{"bx", "by", "bz"}, {{"nT", 1.0}, {"uT", 1000.0}}}}};
   return all;
 }
 
-std::string spellings(const Kind& kind, const char* stem) {
+std::string spellings(const ReadingKind& kind, const char* stem) {
   std::vector<std::string> names;
   for (const auto& u : kind.units) names.push_back(fmt::format("{}_{}", stem, u.first));
   return fmt::format("{}", fmt::join(names, " or "));
 }
 
-[[noreturn]] void unknown_column(const InputTable& table, const std::string& name) {
+[[noreturn]] void unknown_reading_column(const InputTable& table, const std::string& name) {
   const std::string stem = name.substr(0, name.find_first_of("_ "));
-  for (const Kind& kind : kinds())
+  for (const ReadingKind& kind : reading_kinds())
     for (const char* known : kind.stems)
       if (stem == known)
         throw InputError(fmt::format("{}:1: column {}: {}: write {}", table.path, name,
@@ -46,13 +46,13 @@ std::string spellings(const Kind& kind, const char* stem) {
                   table.path, name));
 }
 
-/// The seven columns in the order of kinds(), in SI.
-std::array<std::vector<double>, kColumns> columns_in_si(const InputTable& table,
-                                                        std::array<std::string, kColumns>& names) {
-  std::array<std::vector<double>, kColumns> values;
+/// The seven columns in the order of reading_kinds(), in SI.
+std::array<std::vector<double>, kReadingColumns> columns_in_si(const InputTable& table,
+                                                               std::array<std::string, kReadingColumns>& names) {
+  std::array<std::vector<double>, kReadingColumns> values;
   std::vector<bool> used(table.names.size(), false);
   std::size_t slot = 0;
-  for (const Kind& kind : kinds()) {
+  for (const ReadingKind& kind : reading_kinds()) {
     const char* unit_of_kind = nullptr;
     for (const char* stem : kind.stems) {
       for (const auto& [unit, to_si] : kind.units) {
@@ -72,9 +72,9 @@ std::array<std::vector<double>, kColumns> columns_in_si(const InputTable& table,
     }
   }
   for (std::size_t c = 0; c < used.size(); ++c)
-    if (!used[c]) unknown_column(table, table.names[c]);
+    if (!used[c]) unknown_reading_column(table, table.names[c]);
   slot = 0;
-  for (const Kind& kind : kinds())
+  for (const ReadingKind& kind : reading_kinds())
     for (const char* stem : kind.stems)
       require(!names[slot++].empty(), "{}:1: column {}: missing", table.path, spellings(kind, stem));
   return values;
@@ -82,11 +82,11 @@ std::array<std::vector<double>, kColumns> columns_in_si(const InputTable& table,
 
 }  // namespace
 
-SixAxisReadings readings_from_table(const InputTable& table, const ReadingsConventions& conventions) {
-  std::array<std::string, kColumns> names;
+survey::SixAxisReadings readings_from_table(const InputTable& table, const ReadingsConventions& conventions) {
+  std::array<std::string, kReadingColumns> names;
   const auto si = columns_in_si(table, names);
   const double down = conventions.accelerometers == AccelerometerSign::gravity ? 1 : -1;
-  SixAxisReadings r;
+  survey::SixAxisReadings r;
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const int line = table.lines[row];
     if (row > 0 && !(si[0][row] > si[0][row - 1])) {
@@ -94,8 +94,8 @@ SixAxisReadings readings_from_table(const InputTable& table, const ReadingsConve
       throw InputError(fmt::format("{}:{}: {} = {}: must be greater than the one before ({})", table.path, line,
                                    names[0], format_number(md[row]), format_number(md[row - 1])));
     }
-    const Vec3<double> g{down * si[1][row], down * si[2][row], down * si[3][row]};
-    const Vec3<double> b{si[4][row], si[5][row], si[6][row]};
+    const survey::Vec3<double> g{down * si[1][row], down * si[2][row], down * si[3][row]};
+    const survey::Vec3<double> b{si[4][row], si[5][row], si[6][row]};
     const double gravity = norm(g) / conventions.gravity, field = norm(b) / conventions.total_field;
     require(gravity > 0.5 && gravity < 2,
             "{}:{}: {}, {}, {}: their vector is {:.4g} m/s2 long, the reference is {:.4g}: is the unit right, are the "
@@ -116,4 +116,4 @@ SixAxisReadings readings_from_table(const InputTable& table, const ReadingsConve
   return r;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

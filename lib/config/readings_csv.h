@@ -2,7 +2,7 @@
 #include "config/input_table.h"
 #include "survey/six_axis.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// What a file's accelerometers point along: gravity (down, a tool standing up reads +z), or the specific force that
 /// holds the tool against it (up). Both are in use.
@@ -14,9 +14,6 @@ struct ReadingsConventions {
   double total_field = 0;    ///< nT, of the reference
 };
 
-/// 1 mg = 1e-3 of standard gravity, m/s2.
-inline constexpr double kMilliG = 9.80665e-3;
-
 /// Fewest stations that six unknowns can come from: two residuals each.
 inline constexpr std::size_t kFewestStations = 3;
 
@@ -25,6 +22,6 @@ inline constexpr std::size_t kFewestStations = 3;
 /// on a missing or unknown column or unit, a measured depth that does not increase, fewer than kFewestStations
 /// stations, and readings that no tool reports whatever its errors: gravity beyond half to twice the reference, or a
 /// total field beyond a third to three times it (columns swapped, or another unit than the header says).
-SixAxisReadings readings_from_table(const InputTable& table, const ReadingsConventions& conventions);
+survey::SixAxisReadings readings_from_table(const InputTable& table, const ReadingsConventions& conventions);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "config/text.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 /// Cells between commas; a cell in quotes may hold commas. Views into the line: reading is the whole run's cost.
@@ -216,4 +216,4 @@ std::string sensor_unit_of_name(const std::string& name) {
   return "";
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

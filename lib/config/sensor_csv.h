@@ -9,7 +9,7 @@
 
 #include "config/input_file.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// What can be wrong with a row, in the order of checking: a row counts once, for the first that is.
 enum class RowDefect {
@@ -101,4 +101,4 @@ void reject_findings(const SensorQuality& found, const std::string& path);
 /// Unit that a column's name ends in ("pt_f_kPa" -> "kPa"), "" if it ends in none that sensors have.
 std::string sensor_unit_of_name(const std::string& name);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -9,7 +9,7 @@
 
 #include "config/toml_tree.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 /// Endings of keys that are units, so that `total` or `total_uT` can be told from an unrelated key. In small letters:
@@ -109,4 +109,4 @@ std::string unknown_key_rule(const std::string& path, const std::string& name, c
   return "unknown key";
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -3,7 +3,7 @@
 #include <set>
 #include <string>
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// Units are the ending of a key: `total_nT`.
 enum class UnitFault { none, missing, unknown, unwanted };
@@ -18,4 +18,4 @@ bool resembles(const std::string& a, const std::string& b);
 /// Why `name` (in the table `path`) is not a key, with the nearest of the known full keys.
 std::string unknown_key_rule(const std::string& path, const std::string& name, const std::set<std::string>& known);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

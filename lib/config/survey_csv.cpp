@@ -9,7 +9,7 @@
 #include "base/units.h"
 #include "config/config.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 /// A column the file may have: its stem, and the unit suffixes we know with their factor to SI.
@@ -47,7 +47,7 @@ std::string spellings(const Known& k) {
 
 }  // namespace
 
-Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface) {
+survey::Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface) {
   // Column of the file and factor to SI for each known quantity.
   std::array<int, kColumns> column{-1, -1, -1, -1, -1};
   std::array<double, kColumns> factor{};
@@ -76,12 +76,12 @@ Survey survey_from_table(const InputTable& table, const SurveyConventions& conve
   const auto cell = [&](std::size_t q, std::size_t row) {
     return column[q] < 0 ? 0.0 : table.columns[static_cast<std::size_t>(column[q])][row];
   };
-  Survey survey;
+  survey::Survey survey;
   for (std::size_t row = 0; row < table.rows(); ++row)
     survey.stations.push_back({cell(0, row) * factor[0], cell(1, row) * factor[1], cell(2, row) * factor[2] + to_true,
                                cell(3, row) * kDegree + to_y});
 
-  const SurveyDefect defect = find_defect(survey);
+  const survey::SurveyDefect defect = survey::find_defect(survey);
   if (defect.rule.empty()) return survey;
   require(defect.station >= 0, "{}: {} station{}: {}", table.path, table.rows(), table.rows() == 1 ? "" : "s",
           defect.rule);
@@ -104,4 +104,4 @@ std::vector<double> tvd_from_table(const InputTable& table) {
   return {};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -2,7 +2,7 @@
 #include "config/input_table.h"
 #include "survey/survey.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// From which axis a survey file measures toolface: "x" (thesis) or "y" (ISCWSA).
 enum class ToolfaceZero { x, y };
@@ -20,9 +20,9 @@ struct SurveyConventions {
 /// (zero without) and `tvd_m` or `tvd_ft`. Throws InputError "path:line: column = value: rule" on a missing or unknown
 /// column or unit, a measured depth that does not increase, or an inclination outside [0, 180]. `needs_toolface`: its
 /// absence is an error.
-Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface);
+survey::Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface);
 
 /// True vertical depth of every station in metres, from a column `tvd_m` or `tvd_ft`; empty if the file has none.
 std::vector<double> tvd_from_table(const InputTable& table);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -9,7 +9,7 @@
 #include "config/checked_numbers.h"
 #include "config/text.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 constexpr double kMostPoints = 1e7;  // more is a typing error, and would fill the memory
@@ -273,4 +273,4 @@ std::string Sweep::toml() const {
   return out;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

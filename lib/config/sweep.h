@@ -7,7 +7,7 @@
 #include "config/config.h"
 #include "config/toml_tree.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// Keys of the file as a whole (experiment, seed, title): Config reads them, and they cannot vary.
 bool is_config_key(const std::string& key);
@@ -65,4 +65,4 @@ class Sweep {
   std::map<std::string, Axis> axes_;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::config

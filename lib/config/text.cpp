@@ -7,7 +7,7 @@
 
 #include "config/config.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 std::string_view trimmed(std::string_view s) {
   const auto first = s.find_first_not_of(" \t");
@@ -63,4 +63,4 @@ std::string format_number(double x) {
   return std::string(buffer, end);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

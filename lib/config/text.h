@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// Without blanks and tabs at both ends.
 std::string_view trimmed(std::string_view s);
@@ -14,4 +14,4 @@ std::string shortened(std::string_view s);
 /// As a TOML string.
 std::string in_quotes(std::string_view s);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

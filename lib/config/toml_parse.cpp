@@ -10,7 +10,7 @@
 
 #include "base/error.h"
 
-namespace surveymc {
+namespace surveymc::config {
 namespace {
 
 struct Source {
@@ -89,4 +89,4 @@ TomlNode parse_value(const std::string& value, const std::string& key, const std
   return word;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

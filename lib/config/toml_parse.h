@@ -4,7 +4,7 @@
 
 #include "config/toml_tree.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// Throws InputError "label:line: rule".
 TomlNode parse_document(const std::string& text, const std::string& label);
@@ -12,4 +12,4 @@ TomlNode parse_document(const std::string& text, const std::string& label);
 /// The value of a --set argument: TOML, or else a bare word. Throws InputError "place: key: rule".
 TomlNode parse_value(const std::string& value, const std::string& key, const std::string& place);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

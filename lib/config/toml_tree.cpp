@@ -7,7 +7,7 @@
 #include "config/config.h"
 #include "config/text.h"
 
-namespace surveymc {
+namespace surveymc::config {
 
 using Kind = TomlNode::Kind;
 
@@ -209,4 +209,4 @@ void refuse_kind(const TomlNode& n, const std::string& key, const std::string& r
   refuse(n, key, rule);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::config

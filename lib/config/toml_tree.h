@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace surveymc {
+namespace surveymc::config {
 
 /// A TOML value that remembers where it was written. Own type instead of toml::node, because values move between the
 /// file, --set and the sweep and must keep their place, and because the order of keys must be that of the alphabet.
@@ -89,4 +89,4 @@ std::string shown_key(const TomlNode& n, const std::string& key);
 /// The kind is wrong, so show it: 10000.0 is not an integer, 10000 would be.
 [[noreturn]] void refuse_kind(const TomlNode& n, const std::string& key, const std::string& rule);
 
-}  // namespace surveymc
+}  // namespace surveymc::config

@@ -11,7 +11,9 @@
 /// on 1 / rho, which is concave and nearly straight.
 #include "simd/lanes.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
+
+using namespace simd;
 
 template <class T>
 struct CirclePoint {
@@ -51,4 +53,4 @@ CirclePoint<T> pull_to_circle(const T& x0, const T& y0, const T& px, const T& py
   return {x, y, fma(dx / px, dx, fma(dy / py, dy, dr / variance * dr)), select(done, T(1.0), T(0.0))};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

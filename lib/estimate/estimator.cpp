@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "estimate/estimators.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 const std::vector<std::string>& estimator_names() {
   static const std::vector<std::string> names = [] {
@@ -28,9 +28,9 @@ const std::vector<std::string>& derivative_names() {
   return names;
 }
 
-std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& o, const ReferenceField& field,
-                                          const std::vector<StationFields>& truth,
-                                          const std::vector<Vec3<double>>& expected) {
+std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& o, const survey::ReferenceField& field,
+                                          const std::vector<survey::StationFields>& truth,
+                                          const std::vector<survey::Vec3<double>>& expected) {
   const auto known = [](const std::vector<std::string>& names, const std::string& n) {
     return std::find(names.begin(), names.end(), n) != names.end();
   };
@@ -50,4 +50,4 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& o, const Refer
   return kind.make({o, field, truth, expected});
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

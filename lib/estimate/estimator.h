@@ -6,28 +6,29 @@
 #include <vector>
 
 #include "estimate/input_errors.h"
-#include "field/reference_field.h"
 #include "survey/frames.h"
 #include "survey/readings.h"
+#include "survey/reference_field.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 /// Estimates of a batch of trials. Rows of `parameters`: gain x, y, z (1), bias x, y, z (nT).
 struct EstimateBlock {
   explicit EstimateBlock(int trials)
-      : parameters(groups_for(trials), 6),
-        reference(groups_for(trials), 2),
-        claimed_variance(groups_for(trials), 6),
-        cost(groups_for(trials), 1),
-        iterations(groups_for(trials), 1),
-        converged(groups_for(trials), 1) {}
+      : parameters(survey::groups_for(trials), 6),
+        reference(survey::groups_for(trials), 2),
+        claimed_variance(survey::groups_for(trials), 6),
+        cost(survey::groups_for(trials), 1),
+        iterations(survey::groups_for(trials), 1),
+        converged(survey::groups_for(trials), 1) {}
 
-  LaneArray parameters;
-  LaneArray reference;         ///< Bh, Bv (nT) at the first station, of estimators that estimate the reference
-  LaneArray claimed_variance;  ///< of the six parameters, of estimators whose claim depends on the trial's readings
-  LaneArray cost;              ///< sum of squared residuals at the minimum, nT^2
-  LaneArray iterations;        ///< evaluations of the model
-  LaneArray converged;         ///< 1, or 0 where the estimate is not to be used
+  survey::LaneArray parameters;
+  survey::LaneArray reference;  ///< Bh, Bv (nT) at the first station, of estimators that estimate the reference
+  survey::LaneArray
+      claimed_variance;          ///< of the six parameters, of estimators whose claim depends on the trial's readings
+  survey::LaneArray cost;        ///< sum of squared residuals at the minimum, nT^2
+  survey::LaneArray iterations;  ///< evaluations of the model
+  survey::LaneArray converged;   ///< 1, or 0 where the estimate is not to be used
 };
 
 /// Virtual once per batch of trials, never per trial: the loop over trials is inside. Stateless; solve() may be called
@@ -37,7 +38,7 @@ class Estimator {
   virtual ~Estimator() = default;
   virtual std::string name() const = 0;
   virtual bool estimates_reference() const { return false; }
-  virtual void solve(const ReadingBlock& readings, EstimateBlock& out) const = 0;
+  virtual void solve(const survey::ReadingBlock& readings, EstimateBlock& out) const = 0;
 };
 
 struct EstimatorOptions {
@@ -68,8 +69,8 @@ const std::vector<std::string>& derivative_names();
 /// and share their matrix: the same minimum in a third of the time, to the step tolerance; where that does not lead to
 /// a minimum it takes the way it takes without them. Throws InputError on an unknown name, an option out of range, a
 /// missing truth.
-std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& options, const ReferenceField& field,
-                                          const std::vector<StationFields>& truth = {},
-                                          const std::vector<Vec3<double>>& expected = {});
+std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& options, const survey::ReferenceField& field,
+                                          const std::vector<survey::StationFields>& truth = {},
+                                          const std::vector<survey::Vec3<double>>& expected = {});
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -9,7 +9,7 @@
 #include "estimate/msa.h"
 #include "estimate/wls.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 namespace {
 
 NewtonOptions newton(const EstimatorOptions& o) { return {o.max_iterations, o.step_tolerance}; }
@@ -81,4 +81,4 @@ const EstimatorKind& estimator_kind(std::string_view name) {
   throw InputError(fmt::format("estimator.name = \"{}\": must be one of {}", name, fmt::join(estimator_names(), ", ")));
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -8,14 +8,14 @@
 #include "estimate/estimator.h"
 #include "estimate/sensitivity.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 /// What an estimator is made of. `truth` and `expected`: see make_estimator.
 struct EstimatorInput {
   const EstimatorOptions& options;
-  const ReferenceField& field;
-  const std::vector<StationFields>& truth;
-  const std::vector<Vec3<double>>& expected;
+  const survey::ReferenceField& field;
+  const std::vector<survey::StationFields>& truth;
+  const std::vector<survey::Vec3<double>>& expected;
 };
 
 /// One line of the table.
@@ -44,4 +44,4 @@ const std::vector<EstimatorKind>& estimators();
 /// The line of this name. Throws InputError ("estimator.name = ...: must be one of ...") if there is none.
 const EstimatorKind& estimator_kind(std::string_view name);
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -8,12 +8,12 @@
 #include "estimate/field_fit_lanes.h"
 #include "simd/instruction_set.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-Matrix2d field_covariance(const InputErrors& a, const ReferenceField& field, bool with_reference) {
+Matrix2d field_covariance(const InputErrors& a, const survey::ReferenceField& field, bool with_reference) {
   const double bh = field.total * std::cos(field.dip), bv = field.total * std::sin(field.dip);
   Matrix2d r = a.magnetometer * a.magnetometer * Matrix2d::Identity();
   const Vector2d tilt = a.down * Vector2d(-bv, bh);
@@ -27,7 +27,7 @@ Matrix2d field_covariance(const InputErrors& a, const ReferenceField& field, boo
   return r;
 }
 
-FieldFitModel field_fit_model(const EstimatorOptions& o, const ReferenceField& field) {
+FieldFitModel field_fit_model(const EstimatorOptions& o, const survey::ReferenceField& field) {
   FieldFitModel m;
   m.total = field.total;
   m.estimated = o.estimated;
@@ -66,7 +66,7 @@ class FieldFit final : public Estimator {
   std::string name() const override { return name_; }
   bool estimates_reference() const override { return model_.joint; }
 
-  void solve(const ReadingBlock& in, EstimateBlock& out) const override {
+  void solve(const survey::ReadingBlock& in, EstimateBlock& out) const override {
     FieldFitBatch batch{};
     batch.first = {in.magnetic.row(0, 0), in.down.row(0, 0), in.reference.row(0, 0), in.stations, in.reference_stride};
     batch.magnetic_stride = in.magnetic.group_stride();
@@ -83,7 +83,7 @@ class FieldFit final : public Estimator {
     batch.groups = in.groups();
     batch.model = model_;
     batch.options = options_;
-    if (instruction_set() == InstructionSet::v4)
+    if (simd::instruction_set() == simd::InstructionSet::v4)
       isa_v4::field_fit_batch(batch);
     else
       isa_v3::field_fit_batch(batch);
@@ -102,4 +102,4 @@ std::unique_ptr<Estimator> make_field_fit(const std::string& name, const FieldFi
   return std::make_unique<FieldFit>(name, model, options);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

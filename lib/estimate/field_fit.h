@@ -24,10 +24,12 @@
 
 #include "estimate/input_errors.h"
 #include "estimate/msa_residual.h"
-#include "field/reference_field.h"
 #include "simd/math.h"
+#include "survey/reference_field.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
+
+using namespace simd;
 
 /// All in units of the total field, so that the unknowns p, q / total, z and their columns are of order one.
 struct FieldFitModel {
@@ -45,22 +47,22 @@ struct FieldFitModel {
 /// Covariance of (Bh, Bv) at a station (nT^2), for unit gains: magnetometer noise s^2 1, a tilt of the down direction
 /// (dBh, dBv) = (-Bv, Bh) per rad towards north, and the reference by (B, dip) if `with_reference`. No angle of the
 /// tool enters.
-Eigen::Matrix2d field_covariance(const InputErrors& assumed, const ReferenceField& field, bool with_reference);
+Eigen::Matrix2d field_covariance(const InputErrors& assumed, const survey::ReferenceField& field, bool with_reference);
 
 struct EstimatorOptions;  // of estimator.h, which no kernel includes
 
 /// What msa, msa_weighted, msa_joint and wls_consider minimise. Throws InputError on any other name, and unless, for
 /// all but msa, assumed.magnetometer > 0 (weights are relative to it).
-FieldFitModel field_fit_model(const EstimatorOptions& options, const ReferenceField& field);
+FieldFitModel field_fit_model(const EstimatorOptions& options, const survey::ReferenceField& field);
 
 /// Residuals of one station before weighting, in units of the total field; m, bh_ref, bv_ref in the same unit.
 /// T: double or Dual.
 template <class T>
-std::array<T, 2> field_fit_residual(const FieldFitModel& model, const Vec3<T>& m, const Vec3<T>& u, double bh_ref,
-                                    double bv_ref, const MsaUnknowns<T>& x, const std::array<T, 2>& z) {
+std::array<T, 2> field_fit_residual(const FieldFitModel& model, const survey::Vec3<T>& m, const survey::Vec3<T>& u,
+                                    double bh_ref, double bv_ref, const MsaUnknowns<T>& x, const std::array<T, 2>& z) {
   const T stretch = T(1.0) + z[0] * T(model.total_sd / std::hypot(bh_ref, bv_ref));
   const auto [s, c] = sincos(z[1] * T(model.dip_sd));
   return msa_residual<T>(m, u, stretch * (c * T(bh_ref) - s * T(bv_ref)), stretch * (s * T(bh_ref) + c * T(bv_ref)), x);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -6,7 +6,7 @@
 #include "estimate/field_fit.h"
 #include "estimate/newton.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 /// The minimum of field_fit.h on lanes of trials.
 std::unique_ptr<Estimator> make_field_fit(const std::string& name, const FieldFitModel& model,
@@ -16,4 +16,4 @@ std::unique_ptr<Estimator> make_field_fit(const std::string& name, const FieldFi
 std::unique_ptr<Estimator> make_field_fit_nlopt(const std::string& name, const std::string& algorithm,
                                                 const FieldFitModel& model, const NewtonOptions& options);
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

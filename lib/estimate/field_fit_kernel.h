@@ -19,7 +19,9 @@
 #include "estimate/field_fit.h"
 #include "estimate/newton.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
+
+using namespace simd;
 
 /// Pointers to one group of a ReadingBlock, or to some lane of it: see there for the rows, which are kGroup apart.
 struct FieldFitData {
@@ -212,4 +214,4 @@ RootEquations<T, N> fitted_field_equations(const FieldFitModel& model, const Fie
   return out;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

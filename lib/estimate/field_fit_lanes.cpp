@@ -1,6 +1,9 @@
 #include "estimate/field_fit_lanes.h"
 
-namespace surveymc::SURVEYMC_ISA {
+namespace surveymc::estimate::SURVEYMC_ISA {
+
+using namespace simd;
+using simd::store;
 namespace {
 
 using T = Lanes;
@@ -83,4 +86,4 @@ void field_fit_batch(const FieldFitBatch& b) {
         solve_lanes<6>(b, group, lane);
 }
 
-}  // namespace surveymc::SURVEYMC_ISA
+}  // namespace surveymc::estimate::SURVEYMC_ISA

@@ -4,7 +4,7 @@
 
 #include "estimate/field_fit_kernel.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 /// Raw view of a batch of readings and of the estimates to fill; rows are kGroup doubles apart.
 struct FieldFitBatch {
@@ -25,4 +25,4 @@ namespace isa_v4 {
 void field_fit_batch(const FieldFitBatch& batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

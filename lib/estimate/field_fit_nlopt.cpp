@@ -9,7 +9,7 @@
 #include "estimate/field_fit_estimators.h"
 #include "simd/dual.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 namespace {
 
 using Vector = Eigen::VectorXd;
@@ -18,7 +18,7 @@ using Matrix = Eigen::MatrixXd;
 /// One trial's data in units of the total field. Unknowns p, q / total, then z if joint.
 struct Problem {
   struct Row {
-    Vec3<double> m, u;
+    survey::Vec3<double> m, u;
     double bh, bv;
   };
   FieldFitModel model;
@@ -58,7 +58,7 @@ struct Problem {
       residuals<double>(v, [&](double r) { sum += r * r; });
       return sum;
     }
-    using D = Dual<double, 8>;
+    using D = simd::Dual<double, 8>;
     gradient->setZero(size());
     if (normal) normal->setZero(size(), size());
     std::array<D, 8> v;
@@ -95,7 +95,7 @@ struct Problem {
 /// What the derivative at the fitted field takes from the equation of p_i (field_fit_kernel.h):
 /// sum_k (a_i'W r)(a_i'r) / p_i, with a_i = -dr/dq_i by dual numbers from the readable residual.
 Vector fitted_correction(const Problem& p, const Vector& x) {
-  using D = Dual<double, 3>;
+  using D = simd::Dual<double, 3>;
   std::array<double, 8> v{};
   for (Eigen::Index i = 0; i < p.size(); ++i) v[static_cast<std::size_t>(i)] = x[i];
   const MsaUnknowns<D> unknowns{{D(v[0]), D(v[1]), D(v[2])},
@@ -149,18 +149,18 @@ class FieldFitNlopt final : public Estimator {
   std::string name() const override { return name_; }
   bool estimates_reference() const override { return model_.joint; }
 
-  void solve(const ReadingBlock& in, EstimateBlock& out) const override {
+  void solve(const survey::ReadingBlock& in, EstimateBlock& out) const override {
     for (int t = 0; t < in.trials; ++t) solve_one(in, t, out);
   }
 
  private:
-  void solve_one(const ReadingBlock& in, int t, EstimateBlock& out) const {
+  void solve_one(const survey::ReadingBlock& in, int t, EstimateBlock& out) const {
     const double total = model_.total;
     Problem p;
     p.model = model_;
     for (int k = 0; k < in.stations; ++k) {
-      const auto triad = [&](const LaneArray& a, double s) {
-        return Vec3<double>{a.value(t, 3 * k) * s, a.value(t, 3 * k + 1) * s, a.value(t, 3 * k + 2) * s};
+      const auto triad = [&](const survey::LaneArray& a, double s) {
+        return survey::Vec3<double>{a.value(t, 3 * k) * s, a.value(t, 3 * k + 1) * s, a.value(t, 3 * k + 2) * s};
       };
       p.rows.push_back({triad(in.magnetic, 1 / total), triad(in.down, 1),
                         in.reference.value(t, in.reference_stride * k) / total,
@@ -195,7 +195,7 @@ class FieldFitNlopt final : public Estimator {
       converged = tilted == model_.fitted_derivative && std::isfinite(moved) &&
                   moved <= std::max(options_.step_tolerance, 1e-9);
     }
-    const int group = t / kGroup, i = t % kGroup;
+    const int group = t / simd::kGroup, i = t % simd::kGroup;
     for (int a = 0; a < 3; ++a) {
       out.parameters.row(group, a)[i] = 1 / x[a];
       out.parameters.row(group, 3 + a)[i] = x[3 + a] / x[a] * total;
@@ -227,4 +227,4 @@ std::unique_ptr<Estimator> make_field_fit_nlopt(const std::string& name, const s
   return std::make_unique<FieldFitNlopt>(name + " (NLopt " + algorithm + ")", a, model, options);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

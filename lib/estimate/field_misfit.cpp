@@ -2,13 +2,14 @@
 
 #include <cmath>
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 using Eigen::Vector3d;
 
-FieldMisfit field_misfit(const StationFields& station, const std::array<double, 3>& gain, double total, double dip) {
+FieldMisfit field_misfit(const survey::StationFields& station, const std::array<double, 3>& gain, double total,
+                         double dip) {
   const Vector3d per_gain(1 / gain[0], 1 / gain[1], 1 / gain[2]);
-  const Vector3d b = to_eigen(station.field_T), u = to_eigen(station.down_T);
+  const Vector3d b = survey::to_eigen(station.field_T), u = survey::to_eigen(station.down_T);
   const double bv = u.dot(b);
   const Vector3d horizontal = b - bv * u;
   const double bh = horizontal.norm();
@@ -28,15 +29,15 @@ FieldMisfit field_misfit(const StationFields& station, const std::array<double, 
   return m;
 }
 
-std::vector<FieldMisfit> field_misfits(const std::vector<StationFields>& stations, const std::array<double, 3>& gain,
-                                       double total, double dip) {
+std::vector<FieldMisfit> field_misfits(const std::vector<survey::StationFields>& stations,
+                                       const std::array<double, 3>& gain, double total, double dip) {
   std::vector<FieldMisfit> all;
-  for (const StationFields& s : stations) all.push_back(field_misfit(s, gain, total, dip));
+  for (const survey::StationFields& s : stations) all.push_back(field_misfit(s, gain, total, dip));
   return all;
 }
 
-Vec3<double> corrected_field(const Vec3<double>& m, const std::array<double, 3>& gain,
-                             const std::array<double, 3>& bias) {
+survey::Vec3<double> corrected_field(const survey::Vec3<double>& m, const std::array<double, 3>& gain,
+                                     const std::array<double, 3>& bias) {
   return {(m.x - bias[0]) / gain[0], (m.y - bias[1]) / gain[1], (m.z - bias[2]) / gain[2]};
 }
 
@@ -47,4 +48,4 @@ Eigen::Matrix<double, Eigen::Dynamic, 6> misfit_jacobian(const std::vector<Field
   return j;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -7,7 +7,7 @@
 
 #include "survey/frames.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 /// Residuals (Bh - Bh_ref, Bv - Bv_ref) of one station in nT, and their derivatives. Model: msa_residual.h.
 struct FieldMisfit {
@@ -20,15 +20,16 @@ struct FieldMisfit {
 
 /// `station`: corrected field and down direction; `gain` the gains it was corrected with; `total` (nT) and `dip` (rad)
 /// the reference. The field must not be parallel to gravity.
-FieldMisfit field_misfit(const StationFields& station, const std::array<double, 3>& gain, double total, double dip);
-std::vector<FieldMisfit> field_misfits(const std::vector<StationFields>& stations, const std::array<double, 3>& gain,
-                                       double total, double dip);
+FieldMisfit field_misfit(const survey::StationFields& station, const std::array<double, 3>& gain, double total,
+                         double dip);
+std::vector<FieldMisfit> field_misfits(const std::vector<survey::StationFields>& stations,
+                                       const std::array<double, 3>& gain, double total, double dip);
 
 /// (m - bias) / gain per axis (thesis eq 16).
-Vec3<double> corrected_field(const Vec3<double>& reading, const std::array<double, 3>& gain,
-                             const std::array<double, 3>& bias);
+survey::Vec3<double> corrected_field(const survey::Vec3<double>& reading, const std::array<double, 3>& gain,
+                                     const std::array<double, 3>& bias);
 
 /// All residuals by the parameters: two rows a station.
 Eigen::Matrix<double, Eigen::Dynamic, 6> misfit_jacobian(const std::vector<FieldMisfit>& misfits);
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -1,7 +1,7 @@
 #pragma once
 #include <cmath>
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 /// Sizes of the errors of an estimator's inputs, one standard deviation each: what they are, for a prediction, or what
 /// an estimator takes them to be, for its weights and claims.
@@ -18,4 +18,4 @@ struct InputErrors {
   double bias_sd(int axis) const { return axis == 2 ? std::hypot(bias, axial_bias) : bias; }
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -7,7 +7,9 @@
 /// before (two modes, flat valleys), the trial is handed to msa_solve, which knows nothing of x0.
 #include "estimate/msa_kernel.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
+
+using namespace simd;
 
 /// The minimum that readings without noise have, and the inverse of Newton's matrix there (row by row), both for the
 /// unknowns p, q / total.
@@ -132,4 +134,4 @@ MsaSolution<T> msa_solve(const MsaData& data, const MsaExpansion* start, const N
   return s;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

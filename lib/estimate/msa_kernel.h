@@ -16,7 +16,9 @@
 #include "estimate/newton.h"
 #include "survey/frames.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
+
+using namespace simd;
 
 /// Pointers to one group of a ReadingBlock, or to some lane of it: see there for the rows, which are kGroup apart.
 struct MsaData {
@@ -146,4 +148,4 @@ MsaSolution<T> msa_solve(const MsaData& data, const NewtonOptions& options) {
   return s;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -1,6 +1,9 @@
 #include "estimate/msa_lanes.h"
 
-namespace surveymc::SURVEYMC_ISA {
+namespace surveymc::estimate::SURVEYMC_ISA {
+
+using namespace simd;
+using simd::store;
 
 void msa_solve_batch(const MsaBatch& b) {
   using T = Lanes;
@@ -24,4 +27,4 @@ void msa_solve_batch(const MsaBatch& b) {
     }
 }
 
-}  // namespace surveymc::SURVEYMC_ISA
+}  // namespace surveymc::estimate::SURVEYMC_ISA

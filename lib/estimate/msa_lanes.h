@@ -4,7 +4,7 @@
 
 #include "estimate/msa_chord.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 /// Raw view of a batch of readings and of the estimates to fill; rows are kGroup doubles apart.
 struct MsaBatch {
@@ -25,4 +25,4 @@ namespace isa_v4 {
 void msa_solve_batch(const MsaBatch& batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -6,7 +6,9 @@
 
 #include "simd/solve.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
+
+using namespace simd;
 
 struct NewtonOptions {
   int max_iterations = 200;      ///< evaluations of the normal equations, step halvings included
@@ -152,4 +154,4 @@ NewtonSolution<T, N> newton_root(const Evaluate& evaluate, const std::array<T, N
   return {best, cost, iterations, select(converged, one, zero)};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

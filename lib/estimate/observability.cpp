@@ -3,23 +3,22 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include <fmt/ranges.h>
 
+#include "base/units.h"
 #include "stats/linear_algebra.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 Observability observability(const Eigen::Matrix<double, Eigen::Dynamic, 6>& jacobian) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Eigen::Matrix<double, Eigen::Dynamic, 6> scaled = jacobian;
   for (int i = 0; i < 6; ++i) {
     const double length = scaled.col(i).norm();
     if (length > 0) scaled.col(i) /= length;
   }
-  const SingularValues svd = singular_values(scaled);
+  const stats::SingularValues svd = stats::singular_values(scaled);
   Observability o;
   o.singular_values = svd.values.reverse();  // Eigen's fall
   o.directions = svd.right.rowwise().reverse();
@@ -39,11 +38,6 @@ Observability observability(const Eigen::Matrix<double, Eigen::Dynamic, 6>& jaco
   return o;
 }
 
-const char* parameter_name(int parameter) {
-  static constexpr std::array<const char*, 6> kNames{"gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z"};
-  return kNames[static_cast<std::size_t>(parameter)];
-}
-
 std::string combination_name(const Eigen::Matrix<double, 6, 1>& direction) {
   const double enough = 0.4 * direction.cwiseAbs().maxCoeff();
   std::vector<const char*> with, against;
@@ -58,4 +52,4 @@ std::string combination_name(const Eigen::Matrix<double, 6, 1>& direction) {
   return name;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -5,11 +5,12 @@
 /// Welsch 1980, chapter 3): free of the parameters' units, so that its condition speaks of geometry alone.
 ///   J diag(1 / |J_i|) = U diag(mu) V'
 /// A small mu_j says that the residuals hardly change when the parameters move along v_j.
+#include <array>
 #include <string>
 
 #include <Eigen/Core>
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 /// Combinations are numbered from the weakest. Parameters: gain x, y, z, bias x, y, z.
 struct Observability {
@@ -32,7 +33,8 @@ inline constexpr double kHopelessCondition = 1e6;
 /// Names parameters whose entry of `direction` is at least 0.4 of the largest, in the order of the parameters.
 std::string combination_name(const Eigen::Matrix<double, 6, 1>& direction);
 
-/// "gain_x" ... "bias_z".
-const char* parameter_name(int parameter);
+inline constexpr std::array<const char*, 6> kParameterNames{"gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z"};
+inline constexpr std::array<const char*, 6> kParameterUnits{"1", "1", "1", "nT", "nT", "nT"};
+inline const char* parameter_name(int parameter) { return kParameterNames[static_cast<std::size_t>(parameter)]; }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

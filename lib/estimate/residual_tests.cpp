@@ -7,21 +7,20 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "base/units.h"
 #include "stats/linear_algebra.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 using Eigen::Index;
 using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
-double ResidualTests::variance_factor() const {
-  return redundancy > 0 ? statistic / redundancy : std::numeric_limits<double>::quiet_NaN();
-}
+double ResidualTests::variance_factor() const { return redundancy > 0 ? statistic / redundancy : kNaN; }
 
-ResidualTests residual_tests(const std::vector<StationFields>& stations, const std::vector<FieldMisfit>& misfits,
-                             const InputErrors& noise) {
+ResidualTests residual_tests(const std::vector<survey::StationFields>& stations,
+                             const std::vector<FieldMisfit>& misfits, const InputErrors& noise) {
   assert(noise.magnetometer > 0 && misfits.size() >= 3);
   const auto n = static_cast<Index>(misfits.size());
   constexpr Index kUnknowns = 8;  // six parameters, two draws of the reference
@@ -31,7 +30,7 @@ ResidualTests residual_tests(const std::vector<StationFields>& stations, const s
   std::vector<Matrix2d> whiten;                          // Q_k^-1/2, lower triangular
   for (std::size_t k = 0; k < misfits.size(); ++k) {
     const FieldMisfit& m = misfits[k];
-    const Eigen::Vector3d u = to_eigen(stations[k].down_T);
+    const Eigen::Vector3d u = survey::to_eigen(stations[k].down_T);
     const Eigen::Matrix<double, 2, 3> by_tilt = m.by_down * (Matrix3d::Identity() - u * u.transpose());
     const Matrix2d by_reference = m.by_reference * reference_sd.asDiagonal();
     Matrix2d q = noise.magnetometer * noise.magnetometer * m.by_magnetometer * m.by_magnetometer.transpose() +
@@ -46,7 +45,7 @@ ResidualTests residual_tests(const std::vector<StationFields>& stations, const s
   a.bottomRightCorner<2, 2>().setIdentity();
   for (Index c = 0; c < 6; ++c) a.col(c) /= std::max(a.col(c).norm(), std::numeric_limits<double>::min());
 
-  const Eigen::MatrixXd q = orthonormal_columns(a);
+  const Eigen::MatrixXd q = stats::orthonormal_columns(a);
   const Eigen::VectorXd left = v - q * (q.transpose() * v);  // whitened M v
   ResidualTests t;
   t.redundancy = static_cast<int>(2 * n - 6);
@@ -75,7 +74,7 @@ ResidualTests residual_tests(const std::vector<StationFields>& stations, const s
 }
 
 DirectionTest direction_test(const ResidualTests& t, std::size_t station, const Vector2d& c) {
-  const double information = c.dot(t.precision[station] * c), nan = std::numeric_limits<double>::quiet_NaN();
+  const double information = c.dot(t.precision[station] * c), nan = kNaN;
   // Rounding of 1 - q q', as above.
   if (!(information > 1e-10 * c.squaredNorm() * t.precision[station].trace())) return {nan, nan, nan};
   const double along = c.dot(t.pull[station]);
@@ -87,4 +86,4 @@ double direction_correlation(const ResidualTests& t, std::size_t station, const 
   return a.dot(m * b) / std::sqrt(a.dot(m * a) * b.dot(m * b));
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -15,7 +15,7 @@
 #include "estimate/field_misfit.h"
 #include "estimate/input_errors.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 struct ResidualTests {
   double statistic = 0;  ///< T
@@ -31,8 +31,8 @@ struct ResidualTests {
 };
 
 /// `noise.magnetometer` must be positive. At least three stations.
-ResidualTests residual_tests(const std::vector<StationFields>& stations, const std::vector<FieldMisfit>& misfits,
-                             const InputErrors& noise);
+ResidualTests residual_tests(const std::vector<survey::StationFields>& stations,
+                             const std::vector<FieldMisfit>& misfits, const InputErrors& noise);
 
 /// Test of an error that moves the two residuals of one station along c (nT per unit of the error): w = c'Mv /
 /// sqrt(c'Mc), its size c'Mv / c'Mc and the sd of that. NaN where the residuals do not see it.
@@ -44,4 +44,4 @@ DirectionTest direction_test(const ResidualTests& tests, std::size_t station, co
 double direction_correlation(const ResidualTests& tests, std::size_t station, const Eigen::Vector2d& a,
                              const Eigen::Vector2d& b);
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

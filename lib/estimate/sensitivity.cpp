@@ -10,7 +10,7 @@
 #include "estimate/field_misfit.h"
 #include "stats/linear_algebra.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 using Eigen::Matrix2d;
 using Eigen::Matrix3d;
@@ -26,7 +26,7 @@ constexpr double kSingular = 1e13;
 /// they hardly see would pass as well conditioned.
 double condition_of(const Eigen::MatrixXd& normal, double visible) {
   if (normal.size() == 0) return 1;
-  const Eigen::VectorXd eigenvalues = symmetric_eigen(normal).values;
+  const Eigen::VectorXd eigenvalues = stats::symmetric_eigen(normal).values;
   return std::max(eigenvalues.maxCoeff(), visible) / std::max(eigenvalues.minCoeff(), 1e-300);
 }
 
@@ -82,10 +82,7 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
   unit.tail<2>() = z_unit;
   Matrix8d inverse = Matrix8d::Zero();  // of the unknowns; what is held does not move
   if (!unknown.empty()) {
-    const Eigen::MatrixXd of_unknown = normal(unknown, unknown);
-    const Eigen::MatrixXd inverse_of_unknown =
-        of_unknown.ldlt().solve(Eigen::MatrixXd::Identity(of_unknown.rows(), of_unknown.cols()));
-    inverse(unknown, unknown) = inverse_of_unknown;
+    inverse(unknown, unknown) = stats::symmetric_inverse(normal(unknown, unknown));
   }
   inverse = unit.asDiagonal() * inverse;
   for (std::size_t k = 0; k < n; ++k) {
@@ -147,7 +144,9 @@ Sensitivity wls_sensitivity(const EstimatorOptions& options, const NominalTruth&
     const Vector2d prior(assumed.gain > 0 ? 1 / (assumed.gain * assumed.gain) : 0,
                          bias_sd > 0 ? total * total / (bias_sd * bias_sd) : 0);
     Matrix2d normal = prior.asDiagonal();
-    const auto column = [&](std::size_t k) { return Vector2d(to_eigen(truth.stations[k].field_T)[axis], total); };
+    const auto column = [&](std::size_t k) {
+      return Vector2d(survey::to_eigen(truth.stations[k].field_T)[axis], total);
+    };
     for (std::size_t k = 0; k < n; ++k) normal += r * column(k) * column(k).transpose();
     s.condition = std::max(s.condition, condition_of(normal, 0));
     if (!(s.condition < kSingular)) return s;
@@ -184,7 +183,8 @@ std::optional<Sensitivity> find_sensitivity(const EstimatorOptions& options, con
   return s;
 }
 
-Matrix8d error_covariance(const Sensitivity& s, const std::vector<StationFields>& stations, const InputErrors& errors) {
+Matrix8d error_covariance(const Sensitivity& s, const std::vector<survey::StationFields>& stations,
+                          const InputErrors& errors) {
   Vector6d truth_sd;
   truth_sd.head<3>().setConstant(errors.gain);
   for (int axis = 0; axis < 3; ++axis) truth_sd[3 + axis] = errors.bias_sd(axis);
@@ -195,7 +195,7 @@ Matrix8d error_covariance(const Sensitivity& s, const std::vector<StationFields>
   for (std::size_t k = 0; k < stations.size(); ++k) {
     const Matrix83d m = errors.magnetometer * s.by_magnetometer[k];
     c += m * m.transpose();
-    const Vector3d u = to_eigen(stations[k].down_T);
+    const Vector3d u = survey::to_eigen(stations[k].down_T);
     const Matrix83d d = errors.down * s.by_down[k] * (Matrix3d::Identity() - u * u.transpose());
     c += d * d.transpose();
     const Matrix82d r = s.by_reference[k] * reference_sd.asDiagonal();
@@ -207,4 +207,4 @@ Matrix8d error_covariance(const Sensitivity& s, const std::vector<StationFields>
   return c + common * common.transpose();
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

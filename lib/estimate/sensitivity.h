@@ -9,7 +9,7 @@
 
 #include "estimate/estimator.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Vector8d = Eigen::Matrix<double, 8, 1>;
@@ -41,9 +41,9 @@ struct Sensitivity {
 
 /// Nominal truth at which an estimator is linearised.
 struct NominalTruth {
-  std::vector<StationFields> stations;
+  std::vector<survey::StationFields> stations;
   std::array<double, 3> gain{1, 1, 1}, bias{0, 0, 0};  ///< 1, nT
-  ReferenceField field;                                ///< total (nT) and dip (rad) are used
+  survey::ReferenceField field;                        ///< total (nT) and dip (rad) are used
 };
 
 /// Throws InputError where the estimator has no prediction of its own (estimators.h), and when the stations (and
@@ -62,7 +62,7 @@ Sensitivity wls_sensitivity(const EstimatorOptions& options, const NominalTruth&
 /// Covariance of the error, rows as in Sensitivity: the sum of what every input contributes. Magnetometer noise and
 /// tilts of the down direction are independent per station; the reference is drawn once (a consider parameter) or per
 /// station. With the errors that the estimator assumes it is the covariance that it claims.
-Matrix8d error_covariance(const Sensitivity& sensitivity, const std::vector<StationFields>& stations,
+Matrix8d error_covariance(const Sensitivity& sensitivity, const std::vector<survey::StationFields>& stations,
                           const InputErrors& errors);
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -4,18 +4,18 @@
 #include "estimate/wls_lanes.h"
 #include "simd/instruction_set.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 namespace {
 
 class Wls final : public Estimator {
  public:
-  Wls(const InputErrors& assumed, const std::vector<StationFields>& truth) : assumed_(assumed) {
-    for (const StationFields& s : truth) truth_.push_back(s.field_T);
+  Wls(const InputErrors& assumed, const std::vector<survey::StationFields>& truth) : assumed_(assumed) {
+    for (const survey::StationFields& s : truth) truth_.push_back(s.field_T);
     total_ = norm(truth_.front());
   }
   std::string name() const override { return "wls"; }
 
-  void solve(const ReadingBlock& in, EstimateBlock& out) const override {
+  void solve(const survey::ReadingBlock& in, EstimateBlock& out) const override {
     require(in.stations == static_cast<int>(truth_.size()),
             "wls knows the true field of {} stations, the survey has {}", truth_.size(), in.stations);
     WlsBatch b{};
@@ -40,7 +40,7 @@ class Wls final : public Estimator {
     b.iterations = out.iterations.row(0, 0);
     b.converged = out.converged.row(0, 0);
     b.scalar_stride = out.cost.group_stride();
-    if (instruction_set() == InstructionSet::v4)
+    if (simd::instruction_set() == simd::InstructionSet::v4)
       isa_v4::wls_batch(b);
     else
       isa_v3::wls_batch(b);
@@ -48,13 +48,13 @@ class Wls final : public Estimator {
 
  private:
   InputErrors assumed_;
-  std::vector<Vec3<double>> truth_;
+  std::vector<survey::Vec3<double>> truth_;
   double total_ = 1;
 };
 
 }  // namespace
 
-std::unique_ptr<Estimator> make_wls(const InputErrors& assumed, const std::vector<StationFields>& truth) {
+std::unique_ptr<Estimator> make_wls(const InputErrors& assumed, const std::vector<survey::StationFields>& truth) {
   require(assumed.magnetometer > 0,
           "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",
           assumed.magnetometer);
@@ -62,4 +62,4 @@ std::unique_ptr<Estimator> make_wls(const InputErrors& assumed, const std::vecto
   return std::make_unique<Wls>(assumed, truth);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -8,11 +8,11 @@
 
 #include "estimate/estimator.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 /// R is assumed.magnetometer^2, or, where the readings carry `assumed_sd`, its squares: those of this trial, reading by
 /// reading. A prior sd of 0 stands for no prior. `truth`: the true field at every station. Writes claimed_variance, the
 /// diagonal of U. Throws InputError unless assumed.magnetometer > 0 and there is one truth for each station.
-std::unique_ptr<Estimator> make_wls(const InputErrors& assumed, const std::vector<StationFields>& truth);
+std::unique_ptr<Estimator> make_wls(const InputErrors& assumed, const std::vector<survey::StationFields>& truth);
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

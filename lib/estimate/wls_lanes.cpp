@@ -1,6 +1,9 @@
 #include "estimate/wls_lanes.h"
 
-namespace surveymc::SURVEYMC_ISA {
+namespace surveymc::estimate::SURVEYMC_ISA {
+
+using namespace simd;
+using simd::store;
 namespace {
 
 using T = Lanes;
@@ -54,4 +57,4 @@ void wls_batch(const WlsBatch& b) {
       solve_lanes(b, group, lane);
 }
 
-}  // namespace surveymc::SURVEYMC_ISA
+}  // namespace surveymc::estimate::SURVEYMC_ISA

@@ -4,7 +4,7 @@
 
 #include "simd/lanes.h"
 
-namespace surveymc {
+namespace surveymc::estimate {
 
 /// Raw view of a batch; rows are kGroup doubles apart. `truth` holds 3 numbers a station.
 struct WlsBatch {
@@ -24,4 +24,4 @@ namespace isa_v4 {
 void wls_batch(const WlsBatch& batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::estimate

@@ -4,13 +4,13 @@
 #include "monitoring/aakr_lanes.h"
 #include "simd/instruction_set.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 Aakr::Aakr(const Samples& memory, double bandwidth)
     : sensors_(static_cast<int>(memory.cols())),
       vectors_(static_cast<int>(memory.rows())),
       bandwidth_(bandwidth),
-      padded_((static_cast<std::size_t>(vectors_) + kGroup - 1) / kGroup * kGroup) {
+      padded_((static_cast<std::size_t>(vectors_) + simd::kGroup - 1) / simd::kGroup * simd::kGroup) {
   require(vectors_ > 0 && sensors_ > 0, "AAKR: the memory is empty: must have at least one vector of one sensor");
   require(bandwidth > 0, "AAKR: bandwidth = {}: must be > 0", bandwidth);
   valid_.assign(padded_, 0.0);
@@ -33,10 +33,10 @@ void Aakr::predict(const double* queries, int count, double* predictions, double
                         .predictions = predictions,
                         .nearest = nearest,
                         .scratch = scratch.data()};
-  if (instruction_set() == InstructionSet::v4)
+  if (simd::instruction_set() == simd::InstructionSet::v4)
     isa_v4::aakr_predict(batch);
   else
     isa_v3::aakr_predict(batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

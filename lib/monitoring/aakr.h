@@ -4,7 +4,7 @@
 
 #include "monitoring/samples.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 /// Boechat, Moreno and Haramura, eqs 1-3 with the kernel of eq 2 corrected:
 ///   u_i^2 = |X_i - x|^2,  w_i = exp(-(u_i^2 - min u^2) / (2 h^2)),  xhat = sum_i w_i X_i / sum_i w_i
@@ -32,4 +32,4 @@ class Aakr {
   std::vector<double> memory_, valid_;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

@@ -2,7 +2,10 @@
 
 #include "simd/math.h"
 
-namespace surveymc::SURVEYMC_ISA {
+namespace surveymc::monitoring::SURVEYMC_ISA {
+
+using namespace simd;
+using simd::store;
 namespace {
 
 using T = Lanes;
@@ -82,4 +85,4 @@ void aakr_predict(const AakrBatch& b) {
   }
 }
 
-}  // namespace surveymc::SURVEYMC_ISA
+}  // namespace surveymc::monitoring::SURVEYMC_ISA

@@ -4,7 +4,7 @@
 
 #include "simd/lanes.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 /// Raw view of a memory and of the vectors to predict. Rows of `memory` are `padded` doubles long, a multiple of
 /// kGroup; `valid` is 1 where there is a memory vector and 0 where there is only padding.
@@ -27,4 +27,4 @@ namespace isa_v4 {
 void aakr_predict(const AakrBatch& batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

@@ -1,12 +1,11 @@
 #include "monitoring/bandwidth.h"
 
-#include <limits>
-
 #include "base/error.h"
+#include "base/units.h"
 #include "monitoring/aakr.h"
 #include "monitoring/training.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 std::vector<BandwidthScore> search_bandwidth(const Samples& z, const Samples& truth, Eigen::Index vectors,
                                              const std::vector<double>& bandwidths, int folds) {
@@ -31,10 +30,9 @@ std::vector<BandwidthScore> search_bandwidth(const Samples& z, const Samples& tr
   }
   for (BandwidthScore& s : scores) {
     s.mse_measured /= static_cast<double>(z.size());
-    s.mse_truth =
-        truth.size() > 0 ? s.mse_truth / static_cast<double>(z.size()) : std::numeric_limits<double>::quiet_NaN();
+    s.mse_truth = truth.size() > 0 ? s.mse_truth / static_cast<double>(z.size()) : kNaN;
   }
   return scores;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

@@ -4,7 +4,7 @@
 
 #include "monitoring/samples.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 struct BandwidthScore {
   double bandwidth = 0;
@@ -19,4 +19,4 @@ struct BandwidthScore {
 std::vector<BandwidthScore> search_bandwidth(const Samples& z, const Samples& truth, Eigen::Index vectors,
                                              const std::vector<double>& bandwidths, int folds);
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

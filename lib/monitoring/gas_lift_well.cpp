@@ -9,7 +9,9 @@
 #include "base/units.h"
 #include "simd/dual.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
+
+using namespace simd;
 namespace {
 
 template <class T>
@@ -154,4 +156,4 @@ Samples simulate_gas_lift(const GasLiftWell& well, const InjectionSchedule& sche
   return out;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

@@ -7,7 +7,7 @@
 
 #include "monitoring/samples.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 /// SI units throughout.
 struct GasLiftWell {
@@ -62,4 +62,4 @@ Eigen::Index gas_lift_samples(const InjectionSchedule& schedule, double sample_s
 /// from the steady state of the first rate; Runge-Kutta steps of `dt_s`, of which a sample takes a whole number.
 Samples simulate_gas_lift(const GasLiftWell& well, const InjectionSchedule& schedule, double sample_s, double dt_s);
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

@@ -1,9 +1,10 @@
 #include "monitoring/metrics.h"
 
 #include <cmath>
-#include <limits>
 
-namespace surveymc {
+#include "base/units.h"
+
+namespace surveymc::monitoring {
 
 void MeanSquareError::add(const Samples& predicted, const Samples& target) {
   sum_ += (predicted - target).array().square().colwise().sum().matrix();
@@ -44,7 +45,7 @@ double mean_where(const Eigen::MatrixXd& s, Wanted wanted) {
         sum += s(j, k);
         ++count;
       }
-  return count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
+  return count > 0 ? sum / count : kNaN;
 }
 
 }  // namespace
@@ -57,4 +58,4 @@ double mean_cross_sensitivity(const Eigen::MatrixXd& s) {
   return mean_where(s, [&](Eigen::Index j, Eigen::Index) { return std::isnan(s(j, j)); });
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

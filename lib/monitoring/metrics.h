@@ -2,7 +2,7 @@
 /// Accuracy and sensitivity of a monitor (Hines et al. 2008; Boechat, Moreno and Haramura, eqs 12-14).
 #include "monitoring/samples.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 /// Mean square difference of every column (eq 12), of rows that come block by block.
 class MeanSquareError {
@@ -39,4 +39,4 @@ Eigen::MatrixXd sensitivities(const Samples& with_drift, const Samples& without,
 double mean_auto_sensitivity(const Eigen::MatrixXd& s);
 double mean_cross_sensitivity(const Eigen::MatrixXd& s);
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

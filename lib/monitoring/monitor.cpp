@@ -2,7 +2,7 @@
 
 #include "base/error.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 const char* name(Architecture a) { return a == Architecture::aakr_sprt ? "aakr_sprt" : "aakr_kf_sprt"; }
 
@@ -34,4 +34,4 @@ MonitorTrace run_monitor(Architecture architecture, const Aakr& model, const Dri
   return MonitorStream(architecture, model, options).next(readings);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

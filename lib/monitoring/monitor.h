@@ -1,10 +1,10 @@
 #pragma once
 /// The two monitors of Boechat, Moreno and Haramura: AAKR-SPRT and AAKR-KF-SPRT (their fig. 1).
 #include "monitoring/aakr.h"
-#include "monitoring/drift_filter.h"
+#include "monitoring/kalman.h"
 #include "monitoring/training.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 enum class Architecture {
   aakr_sprt,     ///< AS: residual of the readings against their prediction
@@ -40,4 +40,4 @@ class MonitorStream {
 MonitorTrace run_monitor(Architecture architecture, const Aakr& model, const DriftFilterOptions& filter,
                          const Samples& readings);
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

@@ -7,17 +7,18 @@
 #include <Eigen/Core>
 
 #include "base/units.h"
+#include "stats/normal_tail.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 std::vector<double> sprt_alarm_probability(const SprtOptions& o, double mean, double sd, int samples) {
   const double lower = sprt_lower(o), upper = sprt_upper(o), slope = o.shift / o.variance;
   const double step_mean = slope * (mean - o.shift / 2), step_sd = slope * sd;
   const auto below = [&](double bound, double from) {  // P(from + increment < bound)
-    return 0.5 * std::erfc((from + step_mean - bound) / (step_sd * std::sqrt(2.0)));
+    return stats::normal_upper_tail(from + step_mean - bound, step_sd);
   };
   const auto above = [&](double bound, double from) {
-    return 0.5 * std::erfc((bound - from - step_mean) / (step_sd * std::sqrt(2.0)));
+    return stats::normal_upper_tail(bound - from - step_mean, step_sd);
   };
   const auto density = [&](double to, double from) {
     const double z = (to - from - step_mean) / step_sd;
@@ -57,4 +58,4 @@ std::vector<double> sprt_alarm_probability(const SprtOptions& o, double mean, do
   return by_sample;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

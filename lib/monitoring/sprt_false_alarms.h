@@ -2,9 +2,9 @@
 /// How often an SPRT raises an alarm, by integration instead of simulation.
 #include <vector>
 
-#include "monitoring/alarm_tests.h"
+#include "monitoring/sequential_tests.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 /// P(the test of mean 0 against +shift, one side of class Sprt, has accepted H1 by sample i + 1), i = 0 .. samples - 1,
 /// for independent normal samples with this mean and sd. The sum S between its bounds has the density f and, just after
@@ -14,4 +14,4 @@ namespace surveymc {
 /// Of a two-sided test the two sides are nearly exclusive: 1 - (1 - p)^2 is right to p^2.
 std::vector<double> sprt_alarm_probability(const SprtOptions& options, double mean, double sd, int samples);
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

@@ -6,7 +6,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 Eigen::Vector3d survey_channels(const Eigen::Vector3d& g, const Eigen::Vector3d& b) {
   // atan2 of the parts along and across g keeps its digits at dips near 90 deg, where asin loses them.
@@ -48,4 +48,4 @@ double normalised_error(const Vector6& error, const Matrix6& covariance) {
   return e.dot((scale.asDiagonal() * covariance * scale.asDiagonal()).llt().solve(e));
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

@@ -3,7 +3,7 @@
 /// |b| and dip of the reference already are the prediction.
 #include <Eigen/Core>
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;  ///< accelerometers x, y, z, magnetometers x, y, z
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -38,4 +38,4 @@ class BiasFilter {
 /// six biases has the covariance P.
 double normalised_error(const Vector6& error, const Matrix6& covariance);
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

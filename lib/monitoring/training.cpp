@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 Samples Scaling::to_z(const Samples& readings) const {
   return ((readings.rowwise() - mean).array().rowwise() / sd.array()).matrix();
@@ -66,4 +66,4 @@ Samples rows_of(const Samples& x, const std::vector<Eigen::Index>& rows) {
   return out;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

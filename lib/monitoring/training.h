@@ -4,7 +4,7 @@
 
 #include "monitoring/samples.h"
 
-namespace surveymc {
+namespace surveymc::monitoring {
 
 /// z = (x - mean) / sd, per sensor; sd is that of the population (divided by n).
 struct Scaling {
@@ -29,4 +29,4 @@ std::vector<Eigen::Index> select_memory(const Samples& z, Eigen::Index count);
 /// The rows of x with these numbers.
 Samples rows_of(const Samples& x, const std::vector<Eigen::Index>& rows);
 
-}  // namespace surveymc
+}  // namespace surveymc::monitoring

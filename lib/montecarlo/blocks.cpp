@@ -6,7 +6,7 @@
 
 #include <omp.h>
 
-namespace surveymc {
+namespace surveymc::montecarlo {
 
 std::vector<BlockRange> gaps(BlockRange all, const std::vector<BlockRange>& covered) {
   std::vector<BlockRange> left;
@@ -43,7 +43,7 @@ std::vector<std::vector<BlockRange>> divided(const std::vector<BlockRange>& bloc
 int available_threads() { return omp_get_max_threads(); }
 
 bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std::function<bool()>& stopped,
-                    const std::function<void(std::uint64_t, Tally)>& take) {
+                    const std::function<void(std::uint64_t, stats::Tally)>& take) {
   std::vector<std::uint64_t> ends;  // of the ranges, counted in blocks of this work
   for (const BlockRange& r : work.blocks) ends.push_back((ends.empty() ? 0 : ends.back()) + (r.end - r.first));
   const std::uint64_t all = ends.empty() ? 0 : ends.back();
@@ -63,7 +63,7 @@ bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std:
     if (n >= all) break;
     try {
       const std::uint64_t block = number_of(n), first = block * size;
-      Tally tally = kernel({first, static_cast<int>(std::min(size, work.trials - first))});
+      stats::Tally tally = kernel({first, static_cast<int>(std::min(size, work.trials - first))});
       const std::scoped_lock lock(taking);
       take(block, std::move(tally));
     } catch (...) {
@@ -77,4 +77,4 @@ bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std:
   return next >= all;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::montecarlo

@@ -7,7 +7,7 @@
 
 #include "stats/tally.h"
 
-namespace surveymc {
+namespace surveymc::montecarlo {
 
 /// Trials first .. first + count - 1. `first` is a multiple of the trials per block.
 struct TrialBlock {
@@ -19,7 +19,7 @@ struct TrialBlock {
 inline constexpr int kBlockTrials = 512;
 
 /// Called from several threads; must not change what it shares.
-using BlockKernel = std::function<Tally(TrialBlock)>;
+using BlockKernel = std::function<stats::Tally(TrialBlock)>;
 
 /// Blocks of a run: first .. end - 1.
 struct BlockRange {
@@ -58,9 +58,9 @@ struct BlockWork {
 /// exception of either is rethrown after all threads have stopped. False if `stopped` ended it before the last block
 /// was begun; asked from several threads. The only OpenMP.
 bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std::function<bool()>& stopped,
-                    const std::function<void(std::uint64_t, Tally)>& take);
+                    const std::function<void(std::uint64_t, stats::Tally)>& take);
 
 /// What `threads = 0` means here.
 int available_threads();
 
-}  // namespace surveymc
+}  // namespace surveymc::montecarlo

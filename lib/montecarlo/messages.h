@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-namespace surveymc {
+namespace surveymc::montecarlo {
 
 struct Message {
   int from = 0;
@@ -27,4 +27,4 @@ class Messages {
   Message receive();
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::montecarlo

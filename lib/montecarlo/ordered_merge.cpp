@@ -6,13 +6,13 @@
 #include "base/error.h"
 #include "stats/tally_bytes.h"
 
-namespace surveymc {
+namespace surveymc::montecarlo {
 
 std::string subtree_to_bytes(const Subtree& node) {
   ByteWriter out;
   out.put(std::int32_t{node.level});
   out.put(node.index);
-  const std::string tally = tally_to_bytes(node.tally);
+  const std::string tally = stats::tally_to_bytes(node.tally);
   out.put(tally.data(), tally.size());
   return out.take();
 }
@@ -25,7 +25,7 @@ Subtree subtree_from_bytes(std::string_view bytes) {
   node.index = in.get<std::uint64_t>();
   if (node.level < 0 || node.level > kHighest || node.index >= (std::uint64_t{1} << (kHighest - node.level)))
     throw IoError("damaged: no such block");
-  node.tally = tally_from_bytes(in.raw(in.left()));
+  node.tally = stats::tally_from_bytes(in.raw(in.left()));
   return node;
 }
 
@@ -44,7 +44,7 @@ void OrderedMerge::add(Subtree node, bool saved) {
   for (;;) {
     const auto sibling = waiting_.find({node.level, node.index ^ 1});
     if (sibling == waiting_.end()) break;
-    Tally& other = sibling->second.subtree.tally;
+    stats::Tally& other = sibling->second.subtree.tally;
     if (node.index % 2 == 0) {
       node.tally.merge(other);
     } else {
@@ -60,9 +60,9 @@ void OrderedMerge::add(Subtree node, bool saved) {
   waiting_.emplace(key, Node{std::move(node), saved});
 }
 
-Tally OrderedMerge::whole() const {
+stats::Tally OrderedMerge::whole() const {
   // Without gaps the complete subtrees left over have falling levels from left to right.
-  Tally sum;
+  stats::Tally sum;
   for (auto node = waiting_.rbegin(); node != waiting_.rend(); ++node) sum.merge(node->second.subtree.tally);
   return sum;
 }
@@ -81,4 +81,4 @@ std::vector<Subtree> OrderedMerge::take() {
   return disjoint_subtrees(std::move(nodes));
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::montecarlo

@@ -9,14 +9,14 @@
 
 #include "stats/tally.h"
 
-namespace surveymc {
+namespace surveymc::montecarlo {
 
 /// A node of the fixed binary tree over the block number: (level, index) holds blocks index 2^level to
 /// (index + 1) 2^level - 1. Any two nodes are nested or apart.
 struct Subtree {
   int level = 0;
   std::uint64_t index = 0;
-  Tally tally;
+  stats::Tally tally;
 
   std::uint64_t first_block() const { return index << level; }
   std::uint64_t end_block() const { return (index + 1) << level; }
@@ -33,12 +33,12 @@ std::vector<Subtree> disjoint_subtrees(std::vector<Subtree> nodes);
 /// one per block.
 class OrderedMerge {
  public:
-  void add(std::uint64_t block, Tally tally) { add(Subtree{0, block, std::move(tally)}, false); }
+  void add(std::uint64_t block, stats::Tally tally) { add(Subtree{0, block, std::move(tally)}, false); }
   /// A node whose blocks were not added before; `saved`: take_unsaved() leaves it out.
   void add(Subtree node, bool saved);
   /// The whole of blocks 0 .. n - 1, all of which have been added. What has no sibling at the right end is merged from
   /// left to right. More blocks may be added afterwards.
-  Tally whole() const;
+  stats::Tally whole() const;
   /// Largest nodes that were made since the last call and were not added as saved.
   void take_unsaved(const std::function<void(const Subtree&)>& save);
   /// All largest nodes, in order of the blocks. The merge is empty afterwards.
@@ -52,4 +52,4 @@ class OrderedMerge {
   std::map<std::pair<int, std::uint64_t>, Node> waiting_;  // (level, index) whose sibling has not come yet
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::montecarlo

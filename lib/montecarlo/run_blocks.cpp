@@ -3,7 +3,7 @@
 #include "base/error.h"
 #include "montecarlo/workers.h"
 
-namespace surveymc {
+namespace surveymc::montecarlo {
 namespace {
 
 /// One run: blocks in parallel until a block number, again and again as a stopping rule looks.
@@ -35,7 +35,7 @@ class BlockRun {
     try {
       whole = compute_blocks(
           {own, trials_, options_.block_trials, options_.threads}, kernel_, [&] { return stopped(); },
-          [&](std::uint64_t block, Tally tally) {
+          [&](std::uint64_t block, stats::Tally tally) {
             done_ += tally.trials * of_all;
             merge_.add(block, std::move(tally));
             if (options_.progress) options_.progress(std::min(done_, expected_), expected_);
@@ -99,8 +99,8 @@ class BlockRun {
 
 }  // namespace
 
-Tally run_blocks(std::uint64_t trials, const BlockKernel& kernel, const RunOptions& options, const StoppingRule& rule,
-                 std::vector<Subtree> finished) {
+stats::Tally run_blocks(std::uint64_t trials, const BlockKernel& kernel, const RunOptions& options,
+                        const StoppingRule& rule, std::vector<Subtree> finished) {
   BlockRun run(trials, 0, kernel, options, std::move(finished));
   for (const std::uint64_t look : rule.looks) {
     // A block behind a look was begun because the look did not end the run: it need not be taken again, nor could it,
@@ -108,7 +108,7 @@ Tally run_blocks(std::uint64_t trials, const BlockKernel& kernel, const RunOptio
     const std::uint64_t end = all_blocks(std::min(look, trials), options.block_trials).end;
     if (end < run.reached()) continue;
     run.until(end);
-    Tally so_far = run.merged().whole();
+    stats::Tally so_far = run.merged().whole();
     const std::uint64_t needed = std::min(std::max(rule.needed(so_far), so_far.trials), trials);
     run.expect(needed);
     if (needed > so_far.trials) continue;
@@ -130,4 +130,4 @@ std::vector<Subtree> run_block_range(std::uint64_t trials, BlockRange range, con
   return run.merged().take();
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::montecarlo

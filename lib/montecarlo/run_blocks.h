@@ -9,7 +9,7 @@
 #include "montecarlo/blocks.h"
 #include "montecarlo/ordered_merge.h"
 
-namespace surveymc {
+namespace surveymc::montecarlo {
 
 class Workers;
 
@@ -33,18 +33,18 @@ struct RunOptions {
 /// end.
 struct StoppingRule {
   std::vector<std::uint64_t> looks = {};
-  std::function<std::uint64_t(const Tally&)> needed = {};
+  std::function<std::uint64_t(const stats::Tally&)> needed = {};
 };
 
 /// kernel(block) for trials 0 .. trials - 1, or until `rule` ends the run, merged: the same bits as a run of just as
 /// many trials without a rule. The first exception of a kernel is rethrown after all threads have stopped.
 /// `finished` are subtrees of an earlier run of the same trials, kernel and rule, which are not computed again; those
 /// that have another number of trials than their blocks are left out.
-Tally run_blocks(std::uint64_t trials, const BlockKernel& kernel, const RunOptions& options,
-                 const StoppingRule& rule = {}, std::vector<Subtree> finished = {});
+stats::Tally run_blocks(std::uint64_t trials, const BlockKernel& kernel, const RunOptions& options,
+                        const StoppingRule& rule = {}, std::vector<Subtree> finished = {});
 
 /// The blocks `range` of these trials as subtrees, in order of the blocks. Of `finished` those within the range count.
 std::vector<Subtree> run_block_range(std::uint64_t trials, BlockRange range, const BlockKernel& kernel,
                                      const RunOptions& options, std::vector<Subtree> finished = {});
 
-}  // namespace surveymc
+}  // namespace surveymc::montecarlo

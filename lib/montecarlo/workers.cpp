@@ -9,7 +9,7 @@
 #include "base/bytes.h"
 #include "base/error.h"
 
-namespace surveymc {
+namespace surveymc::montecarlo {
 namespace {
 
 // First byte of a message; what follows it
@@ -181,7 +181,7 @@ class Server {
       const bool whole = compute_blocks(
           {order.blocks, share.trials, options.block_trials, options.threads}, share.kernel,
           [&] { return told_ || (options.stop && *options.stop); },
-          [&](std::uint64_t block, Tally tally) {
+          [&](std::uint64_t block, stats::Tally tally) {
             merge.add(block, std::move(tally));
             if (options.save && options.save_due && options.save_due()) options.save(merge);
             if (const std::optional<Message> m = messages_.try_receive()) take(*m);
@@ -211,4 +211,4 @@ int serve(Messages& messages, const std::function<Share(const BlockOrder&)>& sha
   return Server(messages, share_of).run();
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::montecarlo

@@ -9,7 +9,7 @@
 #include "montecarlo/messages.h"
 #include "montecarlo/run_blocks.h"
 
-namespace surveymc {
+namespace surveymc::montecarlo {
 
 /// What rank 0 asks of another rank.
 struct BlockOrder {
@@ -65,4 +65,4 @@ struct Share {
 /// Exceptions of share_of and of kernels are rank 0's to tell.
 int serve(Messages& messages, const std::function<Share(const BlockOrder&)>& share_of);
 
-}  // namespace surveymc
+}  // namespace surveymc::montecarlo

@@ -8,7 +8,7 @@
 
 #include "base/units.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 namespace {
 
 constexpr double kRounding = 1e-13;  // of a covariance's elements, relative to the largest
@@ -61,4 +61,4 @@ Ellipsoid ellipsoid(const Eigen::Matrix3d& covariance) {
 
 double ellipse_coverage(double k) { return -std::expm1(-k * k / 2); }
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

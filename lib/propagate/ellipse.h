@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 /// One-sigma ellipse of a 2x2 covariance (north, east): the eigenvectors are its axes.
 struct Ellipse {
@@ -21,4 +21,4 @@ Ellipsoid ellipsoid(const Eigen::Matrix3d& covariance);
 /// Probability that a point of a 2-D normal distribution lies inside its k-sigma ellipse: 1 - exp(-k^2 / 2).
 double ellipse_coverage(double k);
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

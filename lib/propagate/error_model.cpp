@@ -4,7 +4,7 @@
 
 #include "base/units.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 namespace {
 
 struct Unit {
@@ -54,4 +54,4 @@ char mode_letter(PropagationMode mode) {
   return 'G';
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -7,7 +7,7 @@
 #include "propagate/error_sum.h"
 #include "propagate/weighting_functions.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 /// One error source: a row of a model file.
 struct ErrorTerm {
@@ -35,4 +35,4 @@ std::string unit_names(Quantity quantity);
 /// 'R', 'S', 'W' or 'G'.
 char mode_letter(PropagationMode mode);
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 /// How an error at one station goes with that at another (ISCWSA's letters R, S, W, G).
 enum class PropagationMode {
@@ -51,4 +51,4 @@ class ErrorSum {
   Eigen::Matrix3d past_ = Eigen::Matrix3d::Zero();
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -10,33 +10,33 @@
 
 #include <Eigen/Core>
 
-#include "field/reference_field.h"
-#include "propagate/tangent_errors.h"
+#include "propagate/tangent_propagation.h"
+#include "survey/reference_field.h"
 #include "survey/sensor_terms.h"
 #include "survey/toolface_plan.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
-using Matrix3x12d = Eigen::Matrix<double, 3, kSensorTerms>;
+using Matrix3x12d = Eigen::Matrix<double, 3, survey::kSensorTerms>;
 
 /// Derivative of the hole's direction (n, e, v; magnetic north) by the twelve errors, in the units of sensor_terms.h.
 /// `gravity_T` in m/s2, `field_T` in nT: noise-free readings.
-Matrix3x12d tangent_by_sensor_terms(const Vec3<double>& gravity_T, const Vec3<double>& field_T);
+Matrix3x12d tangent_by_sensor_terms(const survey::Vec3<double>& gravity_T, const survey::Vec3<double>& field_T);
 
 /// What the errors with standard deviations `sd` do at every station of a survey whose tool is turned by `plan`.
 ///
 /// Where a toolface is drawn, the covariance that follows is the mean over toolfaces: the weights are trigonometric
 /// polynomials of the second order in toolface, their constant parts add up along the hole, and the others do so within
 /// a slide only (Torkildsen and Bang 2000, appendix E; they call the parts fictive error sources).
-std::vector<TangentErrors> sensor_tangent_errors(const Survey& survey, const ReferenceField& field,
-                                                 const SensorTermArray& sd, const ToolfacePlan& plan);
+std::vector<TangentErrors> sensor_tangent_errors(const survey::Survey& survey, const survey::ReferenceField& field,
+                                                 const survey::SensorTermArray& sd, const survey::ToolfacePlan& plan);
 
 /// The two together: covariance of the position at every station.
-std::vector<Eigen::Matrix3d> sensor_error_covariances(const Survey& survey, const ReferenceField& field,
-                                                      const SensorTermArray& sd, const ToolfacePlan& plan,
-                                                      PositionMethod method);
+std::vector<Eigen::Matrix3d> sensor_error_covariances(const survey::Survey& survey, const survey::ReferenceField& field,
+                                                      const survey::SensorTermArray& sd,
+                                                      const survey::ToolfacePlan& plan, survey::PositionMethod method);
 
 /// Directions of the hole at all stations, true north.
-std::vector<Vec3<double>> true_tangents(const Survey& survey);
+std::vector<survey::Vec3<double>> true_tangents(const survey::Survey& survey);
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

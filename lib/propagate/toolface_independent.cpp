@@ -5,35 +5,35 @@
 
 #include "propagate/weighting_functions.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 namespace {
 
 struct Kind {
   const char* code;
-  SensorTerm kind;
+  survey::SensorTerm kind;
   int axis;
   bool with_toolface;
 };
-constexpr std::array<Kind, 14> kKinds{{{"ABXY-TI1", kAccelerometerBias, 0, true},
-                                       {"ABXY-TI2", kAccelerometerBias, 0, true},
-                                       {"ABZ", kAccelerometerBias, 2, false},
-                                       {"ASXY-TI1", kAccelerometerScale, 0, false},
-                                       {"ASXY-TI2", kAccelerometerScale, 0, true},
-                                       {"ASXY-TI3", kAccelerometerScale, 0, true},
-                                       {"ASZ", kAccelerometerScale, 2, false},
-                                       {"MBXY-TI1", kMagnetometerBias, 0, true},
-                                       {"MBXY-TI2", kMagnetometerBias, 0, true},
-                                       {"MBZ", kMagnetometerBias, 2, false},
-                                       {"MSXY-TI1", kMagnetometerScale, 0, false},
-                                       {"MSXY-TI2", kMagnetometerScale, 0, true},
-                                       {"MSXY-TI3", kMagnetometerScale, 0, true},
-                                       {"MSZ", kMagnetometerScale, 2, false}}};
+constexpr std::array<Kind, 14> kKinds{{{"ABXY-TI1", survey::kAccelerometerBias, 0, true},
+                                       {"ABXY-TI2", survey::kAccelerometerBias, 0, true},
+                                       {"ABZ", survey::kAccelerometerBias, 2, false},
+                                       {"ASXY-TI1", survey::kAccelerometerScale, 0, false},
+                                       {"ASXY-TI2", survey::kAccelerometerScale, 0, true},
+                                       {"ASXY-TI3", survey::kAccelerometerScale, 0, true},
+                                       {"ASZ", survey::kAccelerometerScale, 2, false},
+                                       {"MBXY-TI1", survey::kMagnetometerBias, 0, true},
+                                       {"MBXY-TI2", survey::kMagnetometerBias, 0, true},
+                                       {"MBZ", survey::kMagnetometerBias, 2, false},
+                                       {"MSXY-TI1", survey::kMagnetometerScale, 0, false},
+                                       {"MSXY-TI2", survey::kMagnetometerScale, 0, true},
+                                       {"MSXY-TI3", survey::kMagnetometerScale, 0, true},
+                                       {"MSZ", survey::kMagnetometerScale, 2, false}}};
 
 }  // namespace
 
 std::array<ToolfaceIndependentTerm, 14> toolface_independent_terms(double inclination, double azimuth,
-                                                                   const ReferenceField& field) {
+                                                                   const survey::ReferenceField& field) {
   StationGeometry s{};
   s.sin_i = std::sin(inclination);
   s.cos_i = std::cos(inclination);
@@ -51,10 +51,12 @@ std::array<ToolfaceIndependentTerm, 14> toolface_independent_terms(double inclin
   return terms;
 }
 
-std::vector<TangentErrors> toolface_independent_errors(const Survey& survey, const ReferenceField& field,
-                                                       const SensorTermArray& sd, ToolfacePropagation propagation) {
+std::vector<TangentErrors> toolface_independent_errors(const survey::Survey& survey,
+                                                       const survey::ReferenceField& field,
+                                                       const survey::SensorTermArray& sd,
+                                                       ToolfacePropagation propagation) {
   std::vector<TangentErrors> errors;
-  for (const Station& s : survey.stations) {
+  for (const survey::Station& s : survey.stations) {
     const auto terms = toolface_independent_terms(s.inclination, s.azimuth - field.declination, field);
     const double si = std::sin(s.inclination), ci = std::cos(s.inclination), sa = std::sin(s.azimuth),
                  ca = std::cos(s.azimuth);
@@ -73,4 +75,4 @@ std::vector<TangentErrors> toolface_independent_errors(const Survey& survey, con
   return errors;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -5,18 +5,18 @@
 
 #include "base/units.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-std::vector<double> vertical_station_weights(int legs, double spacing) {
-  std::vector<double> w(static_cast<std::size_t>(legs) + 1, spacing);
+std::vector<double> vertical_station_weights(int intervals, double spacing) {
+  std::vector<double> w(static_cast<std::size_t>(intervals) + 1, spacing);
   w.front() = w.back() = spacing / 2;
   return w;
 }
 
-double magnetic_toolface(const Vec3<double>& field_T) {
+double magnetic_toolface(const survey::Vec3<double>& field_T) {
   const double t = std::atan2(field_T.x, field_T.y);
   return t < 0 ? t + 2 * kPi : t;
 }
@@ -77,9 +77,9 @@ TwoSources spe_67616_sources(const std::vector<double>& weights, double tilt_sd)
 TwoSources copegrove_sources(const std::vector<double>& weights, double tilt_sd, bool with_half_leg) {
   TwoSources s;
   for (std::size_t k = 0; k < weights.size(); ++k) {
-    // Without dD/2 each leg that meets at the station counts as one metre.
-    const double legs = k == 0 || k + 1 == weights.size() ? 1 : 2;
-    s.push_back(tilt_sd * Vector2d(-weights[k], with_half_leg ? weights[k] : legs).asDiagonal().toDenseMatrix());
+    // Without dD/2 each interval that meets at the station counts as one metre.
+    const double intervals = k == 0 || k + 1 == weights.size() ? 1 : 2;
+    s.push_back(tilt_sd * Vector2d(-weights[k], with_half_leg ? weights[k] : intervals).asDiagonal().toDenseMatrix());
   }
   return s;
 }
@@ -108,4 +108,4 @@ Matrix2d as_drilled_covariance(const TwoSources& sources, const std::vector<doub
   return c;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

@@ -4,7 +4,7 @@
 /// Bias Terms", Superior QC, 28 January 2016), balanced tangential method.
 ///
 /// Each station k tilts the computed hole by bias / G and so moves the last position by w_k times that, w_k half of the
-/// legs that meet at the station (metres). All covariances are 2x2 (N, E) in m2, `tilt_sd` = sigma / G in rad.
+/// intervals that meet at the station (metres). All covariances are 2x2 (N, E) in m2, `tilt_sd` = sigma / G in rad.
 /// Errata of the memo that matter here: eqs 23, 26, 29, 32 need dD^2 / 8; 24-26 and 30-32 are of the y bias; the limit
 /// of eq 22 for a negative bias reverses the whole vector; eqs 36, 38, 40 lack transposes; eqs 45-46 lack dD/2.
 #include <vector>
@@ -13,13 +13,13 @@
 
 #include "survey/frames.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
-/// w_k of `legs` equal legs: spacing / 2 at both ends, spacing between.
-std::vector<double> vertical_station_weights(int legs, double spacing);
+/// w_k of `intervals` equal intervals: spacing / 2 at both ends, spacing between.
+std::vector<double> vertical_station_weights(int intervals, double spacing);
 
 /// Direction of the horizontal field in the tool, from y: Bx = |..| sin alpha_m, By = |..| cos alpha_m (eq 17).
-double magnetic_toolface(const Vec3<double>& field_T);
+double magnetic_toolface(const survey::Vec3<double>& field_T);
 
 /// Eqs 19 and 20 for a given sequence of magnetic toolfaces:
 ///   dr/dABX = w (-sin alpha_m, cos alpha_m)/G,  dr/dABY = w (-cos alpha_m, -sin alpha_m)/G.
@@ -43,7 +43,7 @@ using TwoSources = std::vector<Eigen::Matrix2d>;
 TwoSources toolface_independent_sources(const std::vector<double>& weights, double tilt_sd);
 /// SPE 67616's singular ABX and ABY with A = alpha = 0, as a program has it at zero inclination: eqs 19 and 20 at 0.
 TwoSources spe_67616_sources(const std::vector<double>& weights, double tilt_sd);
-/// Copegrove CDR-SM-03 rev 4: TI1 as eq 44; TI2 as eq 46, which lacks the factor dD/2 of each leg, or with it.
+/// Copegrove CDR-SM-03 rev 4: TI1 as eq 44; TI2 as eq 46, which lacks the factor dD/2 of each interval, or with it.
 TwoSources copegrove_sources(const std::vector<double>& weights, double tilt_sd, bool with_half_leg);
 
 /// The sources along the hole: the same at all stations (S), or independent from station to station (R).
@@ -52,4 +52,4 @@ Eigen::Matrix2d random_covariance(const TwoSources& sources);
 /// S among stations of equal toolface (fictive_correlation), R between others: a slide as S, rotation as R.
 Eigen::Matrix2d as_drilled_covariance(const TwoSources& sources, const std::vector<double>& toolfaces);
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

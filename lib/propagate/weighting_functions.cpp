@@ -6,7 +6,7 @@
 
 #include "base/units.h"
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 const double kLeastTortuosity = kDegree / (100 * kFoot);
 const double kVerticalLimit = 0.0001 * kDegree;
@@ -97,4 +97,4 @@ const WeightingFunction* find_weighting_function(const std::string& name) {
   return nullptr;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

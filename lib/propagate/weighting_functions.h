@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-namespace surveymc {
+namespace surveymc::propagate {
 
 /// What the weighting functions need of one station (SI).
 struct StationGeometry {
@@ -54,4 +54,4 @@ extern const double kLeastTortuosity;
 /// Inclination (rad) below which a leg's begin counts as vertical for XCLA: 0.0001 deg, as in the ISCWSA workbooks.
 extern const double kVerticalLimit;
 
-}  // namespace surveymc
+}  // namespace surveymc::propagate

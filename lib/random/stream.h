@@ -15,7 +15,9 @@
 #include "base/units.h"
 #include "simd/singles.h"
 
-namespace surveymc {
+namespace surveymc::random {
+
+using namespace simd;
 
 /// What a draw is for. The numbers are part of every archived result: new channels go at the end.
 enum class Channel : std::uint32_t {
@@ -114,4 +116,4 @@ class Stream {
   std::uint32_t study_;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::random

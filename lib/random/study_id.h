@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace surveymc {
+namespace surveymc::random {
 
 /// The numbers are part of every archived result: a study keeps its own for good, and a new study takes one that no
 /// study ever had. At most 65535.
@@ -24,40 +24,8 @@ enum class StudyId : std::uint32_t {
   gross_error_detection = 20,
 };
 
-/// The study's name, as configs have it. Two ids with one number do not compile: `case` values must differ.
-constexpr std::string_view name_of(StudyId id) {
-  switch (id) {
-    case StudyId::none:
-      break;
-    case StudyId::msa_position:
-      return "msa_position";
-    case StudyId::msa_benefit:
-      return "msa_benefit";
-    case StudyId::drift_monitoring:
-      return "drift_monitoring";
-    case StudyId::mwd_drift:
-      return "mwd_drift";
-    case StudyId::sensor_monte_carlo:
-      return "sensor_monte_carlo";
-    case StudyId::vertical_well:
-      return "vertical_well";
-    case StudyId::estimate:
-      return "estimate";
-    case StudyId::chained_multistation:
-      return "chained_multistation";
-    case StudyId::axial_correction:
-      return "axial_correction";
-    case StudyId::position_covariance:
-      return "position_covariance";
-    case StudyId::reliability_map:
-      return "reliability_map";
-    case StudyId::reliability_well:
-      return "reliability_well";
-    case StudyId::gross_error_detection:
-      return "gross_error_detection";
-  }
-  return "";
-}
+/// The study's name, as configs have it; "" of none.
+std::string_view name_of(StudyId id);
 
 /// What all draws of one run of a study have in common.
 struct StudySeed {
@@ -65,4 +33,4 @@ struct StudySeed {
   StudyId study = StudyId::none;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::random

@@ -3,8 +3,8 @@
 #include "random/stream.h"
 #include "random/study_id.h"
 
-namespace surveymc {
+namespace surveymc::random {
 
 inline Stream stream_of(StudySeed s) { return {s.seed, static_cast<std::uint32_t>(s.study)}; }
 
-}  // namespace surveymc
+}  // namespace surveymc::random

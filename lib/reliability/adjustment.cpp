@@ -3,15 +3,15 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 
+#include "base/units.h"
 #include "reliability/conditions.h"
 #include "reliability/levenberg.h"
 #include "simd/dual.h"
+#include "stats/linear_algebra.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 using Eigen::Index;
@@ -40,11 +40,11 @@ struct Direction {
   StationJacobian jacobian;
 };
 Direction direction_of(const std::array<double, kReadings>& readings) {
-  using D = Dual<double, kReadings>;
+  using D = simd::Dual<double, kReadings>;
   std::array<D, kReadings> y;
   for (std::size_t i = 0; i < kReadings; ++i) y[i] = D::variable(readings[i], i);
-  const Vec3<D> g{y[0], y[1], y[2]};
-  const Vec3<D> t = tangent_from_fields(scale(D(1.0) / norm(g), g), {y[3], y[4], y[5]});
+  const survey::Vec3<D> g{y[0], y[1], y[2]};
+  const survey::Vec3<D> t = survey::tangent_from_fields(scale(D(1.0) / norm(g), g), {y[3], y[4], y[5]});
   Direction d;
   for (const auto& [row, x] : {std::pair{0, &t.x}, std::pair{1, &t.y}, std::pair{2, &t.z}}) {
     d.values[row] = x->a;
@@ -54,16 +54,16 @@ Direction direction_of(const std::array<double, kReadings>& readings) {
 }
 
 /// All conditions at the observations `y`, and their derivatives.
-struct Linearised {
+struct LinearisedConditions {
   VectorXd values;
   MatrixXd jacobian;
 };
-Linearised linearise(const AdjustmentModel& m, std::size_t stations, const std::array<double, 3>& fixed,
-                     const VectorXd& y) {
+LinearisedConditions linearise_conditions(const AdjustmentModel& m, std::size_t stations,
+                                          const std::array<double, 3>& fixed, const VectorXd& y) {
   const Index refs = references_at(stations), terms = refs + 3;
   const auto count = static_cast<Index>(stations);
   const Index rows = 3 * count + (is_rotational(m) ? 2 * (count - 1) : 0);
-  Linearised l{VectorXd(rows), MatrixXd::Zero(rows, y.size())};
+  LinearisedConditions l{VectorXd(rows), MatrixXd::Zero(rows, y.size())};
   Direction first;
   Eigen::Matrix<double, 2, 3> across;  // two directions at right angles to the hole: no angle that could be singular
   for (Index k = 0; k < static_cast<Index>(stations); ++k) {
@@ -163,28 +163,26 @@ StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in
   StationAdjustment a;
   VectorXd adjusted = y;
   for (a.iterations = 1; a.iterations <= kMost; ++a.iterations) {
-    const Linearised l = linearise(model, stations, in.references, adjusted);
+    const LinearisedConditions l = linearise_conditions(model, stations, in.references, adjusted);
     const VectorXd w = l.values + l.jacobian * (y - adjusted);
     const MatrixXd weighted = variances.asDiagonal() * l.jacobian.transpose();
     const MatrixXd covariance = l.jacobian * weighted;
     const VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::LLT<MatrixXd> factor(scale.asDiagonal() * covariance * scale.asDiagonal());
-    VectorXd t = factor.matrixL().solve(scale.cwiseProduct(w));
+    const stats::Cholesky factor = stats::cholesky(scale.asDiagonal() * covariance * scale.asDiagonal());
+    VectorXd t = factor.solve_lower(scale.cwiseProduct(w));
     VectorXd error = VectorXd::Zero(n);  // of the observations that are left out
     if (!out.empty()) {
       MatrixXd z(l.jacobian.rows(), static_cast<Index>(out.size()));
       for (std::size_t k = 0; k < out.size(); ++k)
         z.col(static_cast<Index>(k)) = l.jacobian.col(out[k]) * std::sqrt(variances[out[k]]);
-      z = factor.matrixL().solve(scale.asDiagonal() * z);
-      Eigen::CompleteOrthogonalDecomposition<MatrixXd> least(z.rows(), z.cols());
-      least.setThreshold(1e-5);  // as for redundancy numbers: 1e-10 in the square
-      least.compute(z);
-      const VectorXd size = least.solve(t);
+      z = factor.solve_lower(scale.asDiagonal() * z);
+      constexpr double kLeastPivot = 1e-5;  // as for redundancy numbers: 1e-10 in the square
+      const VectorXd size = stats::least_squares_solution(z, t, kLeastPivot);
       t -= z * size;
       for (std::size_t k = 0; k < out.size(); ++k)
         error[out[k]] = size[static_cast<Index>(k)] * std::sqrt(variances[out[k]]);
     }
-    const VectorXd residuals = weighted * (scale.asDiagonal() * factor.matrixU().solve(t));
+    const VectorXd residuals = weighted * (scale.asDiagonal() * factor.solve_upper(t));
     VectorXd next = y - residuals - error;
     for (const Index k : out) next[k] = y[k] - error[k];
     a.residuals = y - next;
@@ -193,7 +191,7 @@ StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in
     for (Index i = 0; i < n; ++i)
       if (variances[i] > 0) step = std::max(step, std::abs(next[i] - adjusted[i]) / std::sqrt(variances[i]));
     adjusted = next;
-    if (!(step < std::numeric_limits<double>::infinity())) break;
+    if (!(step < kInfinity)) break;
     if (step <= kTolerance) {
       a.converged = true;
       break;
@@ -210,7 +208,7 @@ StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in
     }
   }
 
-  const Linearised l = linearise(model, stations, in.references, adjusted);
+  const LinearisedConditions l = linearise_conditions(model, stations, in.references, adjusted);
   a.parity = without(parity_model(l.jacobian, l.values + l.jacobian * (y - adjusted), variances), out);
   for (std::size_t k = 0; k < stations; ++k) {
     const double* r = adjusted.data() + kReadings * k;
@@ -219,15 +217,15 @@ StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in
       const Index term = refs + 3 + static_cast<Index>(i);
       corrected[i] = has_systematic(model) ? r[i] - adjusted[term] - adjusted[term + kSix] * r[i] : r[i];
     }
-    a.attitudes.push_back(
-        attitude_from_fields({corrected[0], corrected[1], corrected[2]}, {corrected[3], corrected[4], corrected[5]}));
+    a.attitudes.push_back(survey::attitude_from_fields({corrected[0], corrected[1], corrected[2]},
+                                                       {corrected[3], corrected[4], corrected[5]}));
   }
   for (std::size_t j = 0; j < 3; ++j)
     a.references[j] = has_references(model) ? adjusted[refs + static_cast<Index>(j)] : in.references[j];
   return a;
 }
 
-ParityModel linear_model(const AdjustmentModel& model, const std::vector<Attitude>& attitudes) {
+ParityModel linear_model(const AdjustmentModel& model, const std::vector<survey::Attitude>& attitudes) {
   check_stations(model, attitudes.size());
   std::vector<std::array<double, kReadings>> readings(attitudes.size());
   VectorXd y = VectorXd::Zero(count_of(model, attitudes.size()));
@@ -239,11 +237,11 @@ ParityModel linear_model(const AdjustmentModel& model, const std::vector<Attitud
   }
   if (has_references(model))
     for (std::size_t j = 0; j < 3; ++j) y[references_at(attitudes.size()) + static_cast<Index>(j)] = references[j];
-  const Linearised l = linearise(model, attitudes.size(), references, y);
+  const LinearisedConditions l = linearise_conditions(model, attitudes.size(), references, y);
   const ParityModel all =
       parity_model(l.jacobian, VectorXd::Zero(l.values.size()), adjustment_variances(model, readings));
   if (model.mode != AdjustmentMode::sse_axial) return all;
   return without(all, {static_cast<Index>(index_of(Observation::bz))});
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

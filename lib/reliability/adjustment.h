@@ -11,7 +11,7 @@
 #include "reliability/observations.h"
 #include "reliability/parity.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 /// Observations in this order: six readings of each station, then gravity, total field and dip, once for all stations,
 /// if the references are observed; then, if systematic terms are estimated, biases (six) and scale factors (six) as
@@ -33,9 +33,9 @@ Eigen::Index observation_number(const AdjustmentModel& model, std::size_t statio
 struct StationAdjustment {
   bool converged = false;
   int iterations = 0;
-  double omega = 0;                 ///< sum of squared residuals in units of their variances
-  Eigen::VectorXd residuals;        ///< e = y - adjusted y; of observations left out, their estimated error
-  std::vector<Attitude> attitudes;  ///< azimuths magnetic, in [0, 2 pi)
+  double omega = 0;                         ///< sum of squared residuals in units of their variances
+  Eigen::VectorXd residuals;                ///< e = y - adjusted y; of observations left out, their estimated error
+  std::vector<survey::Attitude> attitudes;  ///< azimuths magnetic, in [0, 2 pi)
   std::array<double, 3> references{};
   ParityModel parity;  ///< at the solution, of the observations that were not left out
 };
@@ -47,6 +47,6 @@ StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& y,
                          const std::vector<Eigen::Index>& left_out = {});
 
 /// The linear model at error-free readings: what reliability is computed from; its misclosures are zero.
-ParityModel linear_model(const AdjustmentModel& model, const std::vector<Attitude>& attitudes);
+ParityModel linear_model(const AdjustmentModel& model, const std::vector<survey::Attitude>& attitudes);
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

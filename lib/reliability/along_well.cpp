@@ -1,16 +1,17 @@
 #include "reliability/along_well.h"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 
+#include "base/units.h"
 #include "reliability/conditions.h"
 #include "reliability/reliability_grid.h"
+#include "stats/linear_algebra.h"
 #include "survey/minimum_curvature.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 using Eigen::Index;
@@ -20,7 +21,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Six = Eigen::Matrix<double, 3, kReadings>;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Index kBz = static_cast<Index>(index_of(Observation::bz));
 
 /// One station, in units that make all of order one: g/G, b/B; columns B and what the readings do to the position.
@@ -42,8 +42,8 @@ struct StationTerms {
 struct Turning {
   Six tangent, angles;
 };
-Turning turning(const Attitude& at, double dip) {
-  const Vector3d u = to_eigen(down_T(at)), h = to_eigen(magnetic_T(at, 1, dip));
+Turning turning(const survey::Attitude& at, double dip) {
+  const Vector3d u = survey::to_eigen(survey::down_T(at)), h = survey::to_eigen(survey::magnetic_T(at, 1, dip));
   const Vector3d n = (h - std::sin(dip) * u) / std::cos(dip), e = u.cross(n);
   Six phi;
   phi << -e.transpose(), Eigen::RowVector3d::Zero(), n.transpose(), Eigen::RowVector3d::Zero(),
@@ -64,18 +64,19 @@ Turning turning(const Attitude& at, double dip) {
   return r;
 }
 
-std::vector<StationTerms> station_terms(const AdjustmentModel& model, const Survey& survey) {
-  const ReferenceField& f = model.field;
-  std::vector<Vec3<double>> tangents;
-  for (const Station& s : survey.stations) tangents.push_back(tangent_N({s.inclination, s.azimuth, s.toolface}));
-  const std::vector<Matrix3d> by_tangent = final_position_by_tangent(survey.md(), tangents);
+std::vector<StationTerms> station_terms(const AdjustmentModel& model, const survey::Survey& survey) {
+  const survey::ReferenceField& f = model.field;
+  std::vector<survey::Vec3<double>> tangents;
+  for (const survey::Station& s : survey.stations)
+    tangents.push_back(survey::tangent_N({s.inclination, s.azimuth, s.toolface}));
+  const std::vector<Matrix3d> by_tangent = survey::final_position_by_tangent(survey.md(), tangents);
   Matrix3d north;  // from magnetic to true
   north << std::cos(f.declination), -std::sin(f.declination), 0, std::sin(f.declination), std::cos(f.declination), 0, 0,
       0, 1;
   const bool systematic = model.mode == AdjustmentMode::mse_shared && model.systematic_terms;
   std::vector<StationTerms> all;
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
-    const Attitude at = magnetic_attitude(survey.stations[k], f.declination);
+    const survey::Attitude at = survey::magnetic_attitude(survey.stations[k], f.declination);
     const Observations y = true_observations(at, f), v = observation_variances(model, y);
     StationTerms s;
     Observations relative = y;
@@ -126,6 +127,31 @@ std::vector<StationTerms> station_terms(const AdjustmentModel& model, const Surv
   return all;
 }
 
+/// z: what the stations share, relative. In units of the prior sd: well scaled, and a prior of zero keeps its term at
+/// zero.
+struct SharedTerms {
+  VectorXd sd;           ///< prior, of z
+  MatrixXd information;  ///< of all stations and the prior, in units of the sd
+  MatrixXd position;     ///< of the last station by z, over all stations
+};
+
+SharedTerms shared_terms(const AdjustmentModel& model, const std::vector<StationTerms>& terms) {
+  const Index width = terms.front().shared.cols();
+  SharedTerms z{VectorXd(width), MatrixXd::Identity(width, width), MatrixXd::Zero(3, width)};
+  z.sd.head<3>() << model.sigma.gravity / model.field.gravity, model.sigma.total_field / model.field.total,
+      model.sigma.dip;
+  if (width > 3) {
+    z.sd.segment<6>(3) = terms.front().bias.cwiseSqrt();
+    z.sd.tail<6>() = terms.front().scale.cwiseSqrt();
+  }
+  for (const StationTerms& t : terms) {
+    const MatrixXd scaled = t.shared * z.sd.asDiagonal();
+    z.information += scaled.transpose() * t.weight * scaled;
+    z.position += t.position * t.residuals * t.shared - t.shared_position;
+  }
+  return z;
+}
+
 /// 0 times infinity is 0 here: what an error does not reach stays where it is. Size in units of the sd.
 double reach(double per_unit, double sd, double detectable) {
   if (std::isfinite(detectable)) return per_unit * detectable;
@@ -137,10 +163,10 @@ Vector3d reach(const Vector3d& per_unit, double sd, double detectable) {
 
 }  // namespace
 
-WellReliability reliability_along_well(const AdjustmentModel& model, const Survey& survey, double lambda0) {
+WellReliability reliability_along_well(const AdjustmentModel& model, const survey::Survey& survey, double lambda0) {
   const std::vector<StationTerms> terms = station_terms(model, survey);
   const bool shared = model.mode == AdjustmentMode::mse_shared;
-  const ReferenceField& f = model.field;
+  const survey::ReferenceField& f = model.field;
   const SigmaModel& sigma = model.sigma;
   const Index width = terms.front().shared.cols();
 
@@ -148,21 +174,10 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const Surve
   MatrixXd p = MatrixXd::Zero(width, width), position_by_z = MatrixXd::Zero(3, width);
   VectorXd prior(width);
   if (shared) {
-    prior.head<3>() << std::pow(sigma.gravity / f.gravity, 2), std::pow(sigma.total_field / f.total, 2),
-        std::pow(sigma.dip, 2);
-    if (width > 3) {
-      prior.segment<6>(3) = terms.front().bias;
-      prior.tail<6>() = terms.front().scale;
-    }
-    // In units of the prior sd: well scaled, and a prior of zero keeps its term at zero
-    const VectorXd sd = prior.cwiseSqrt();
-    MatrixXd information = MatrixXd::Identity(width, width);
-    for (const StationTerms& s : terms) {
-      const MatrixXd scaled = s.shared * sd.asDiagonal();
-      information += scaled.transpose() * s.weight * scaled;
-    }
-    p = sd.asDiagonal() * MatrixXd(information.llt().solve(MatrixXd::Identity(width, width))) * sd.asDiagonal();
-    for (const StationTerms& s : terms) position_by_z += s.position * s.residuals * s.shared - s.shared_position;
+    const SharedTerms z = shared_terms(model, terms);
+    prior = z.sd.cwiseAbs2();
+    p = z.sd.asDiagonal() * stats::cholesky(z.information).solve(MatrixXd::Identity(width, width)) * z.sd.asDiagonal();
+    position_by_z = z.position;
   }
 
   /// One kind of error: what it does to misclosures summed up, and to the position.
@@ -237,7 +252,7 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const Surve
     for (const StationTerms& at : terms) add(e, at, at.conditions.col(column), at.position.col(column));
     const double variance = terms.front().variance[column];
     if (!is_observed(model.mode, i)) {
-      r.common[i].detectable = std::numeric_limits<double>::quiet_NaN();
+      r.common[i].detectable = kNaN;
       continue;
     }
     const double size = detectable(e, variance);
@@ -256,57 +271,42 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const Surve
   return r;
 }
 
-/// What the stations share, in units of the prior sd.
 struct WellErrors::Shared {
   std::vector<StationTerms> terms;
-  VectorXd sd, unit;     ///< of z: relative, and internal per relative
-  MatrixXd information;  ///< of all stations and the prior
-  MatrixXd position;     ///< of the last station by z (relative), over all stations
+  SharedTerms z;
+  VectorXd unit;  ///< of z: internal per relative
 };
 
 WellErrors::~WellErrors() = default;
 
-WellErrors::WellErrors(const AdjustmentModel& model, const Survey& survey, double lambda0, DetectedBy test)
+WellErrors::WellErrors(const AdjustmentModel& model, const survey::Survey& survey, double lambda0, DetectedBy test)
     : model_(model), survey_(survey), lambda0_(lambda0), test_(test) {
   if (model.mode != AdjustmentMode::mse_shared) return;
-  shared_ = std::make_unique<Shared>();
-  Shared& s = *shared_;
-  s.terms = station_terms(model, survey);
-  const Index width = s.terms.front().shared.cols();
-  const ReferenceField& f = model.field;
-  s.unit = VectorXd::Ones(width);
-  s.sd = VectorXd(width);
-  s.sd.head<3>() << model.sigma.gravity / f.gravity, model.sigma.total_field / f.total, model.sigma.dip;
-  s.unit.head<2>() << f.gravity, f.total;
-  if (width > 3) {
-    s.sd.segment<6>(3) = s.terms.front().bias.cwiseSqrt();
-    s.sd.tail<6>() = s.terms.front().scale.cwiseSqrt();
-    s.unit.segment<3>(3).setConstant(f.gravity);
-    s.unit.segment<3>(6).setConstant(f.total);
+  std::vector<StationTerms> terms = station_terms(model, survey);
+  SharedTerms z = shared_terms(model, terms);
+  VectorXd unit = VectorXd::Ones(z.sd.size());
+  unit.head<2>() << model.field.gravity, model.field.total;
+  if (unit.size() > 3) {
+    unit.segment<3>(3).setConstant(model.field.gravity);
+    unit.segment<3>(6).setConstant(model.field.total);
   }
-  s.information = MatrixXd::Identity(width, width);
-  s.position = MatrixXd::Zero(3, width);
-  for (const StationTerms& t : s.terms) {
-    const MatrixXd scaled = t.shared * s.sd.asDiagonal();
-    s.information += scaled.transpose() * t.weight * scaled;
-    s.position += t.position * t.residuals * t.shared - t.shared_position;
-  }
+  shared_ = std::make_unique<Shared>(Shared{std::move(terms), std::move(z), std::move(unit)});
 }
 
 FoundError WellErrors::of(std::size_t k, std::size_t observation, int sign) const {
   if (shared_ && observation >= kReadings)
     throw std::invalid_argument("a reference that all stations share is no error of one");
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const Station& station = survey_.stations[k];
-  StationInWell in{model_, magnetic_attitude(station, model_.field.declination), {}};
+  const double nan = kNaN;
+  const survey::Station& station = survey_.stations[k];
+  StationInWell in{model_, survey::magnetic_attitude(station, model_.field.declination), {}};
   if (shared_) {
     const StationTerms& own = shared_->terms[k];
-    const MatrixXd scaled = own.shared * shared_->sd.asDiagonal();
-    const MatrixXd others = shared_->information - scaled.transpose() * own.weight * scaled;
-    VectorXd size = shared_->sd.cwiseProduct(shared_->unit);
+    const MatrixXd scaled = own.shared * shared_->z.sd.asDiagonal();
+    const MatrixXd others = shared_->z.information - scaled.transpose() * own.weight * scaled;
+    VectorXd size = shared_->z.sd.cwiseProduct(shared_->unit);
     // Errors of what is observed: of references as here, but systematic terms are observed as 0, less the true ones
     size.tail(size.size() - 3) *= -1;
-    in.shared = size.asDiagonal() * MatrixXd(others.llt().solve(MatrixXd::Identity(others.rows(), others.cols()))) *
+    in.shared = size.asDiagonal() * stats::cholesky(others).solve(MatrixXd::Identity(others.rows(), others.cols())) *
                 size.asDiagonal();
   }
   const DetectedError e = detected_error(in, observation, lambda0_, sign, test_);
@@ -317,25 +317,28 @@ FoundError WellErrors::of(std::size_t k, std::size_t observation, int sign) cons
   found.inclination = angles.inclination;
   found.toolface = angles.toolface;
   found.azimuth = angles.azimuth;
-  const Vec3<double> moved = magnetic_to_true(tangent_from_fields(from_eigen(e.down.normalized()), from_eigen(e.field)),
-                                              std::sin(model_.field.declination), std::cos(model_.field.declination));
+  const survey::Vec3<double> moved = survey::magnetic_to_true(
+      survey::tangent_from_fields(survey::from_eigen(e.down.normalized()), survey::from_eigen(e.field)),
+      std::sin(model_.field.declination), std::cos(model_.field.declination));
   const auto tangent = [&](std::size_t j) {
-    const Station& s = survey_.stations[j];
-    return tangent_N({s.inclination, s.azimuth, s.toolface});
+    const survey::Station& s = survey_.stations[j];
+    return survey::tangent_N({s.inclination, s.azimuth, s.toolface});
   };
   found.position.setZero();
-  const auto leg = [&](std::size_t from, const Vec3<double>& a, const Vec3<double>& b) {
-    return to_eigen(minimum_curvature_leg(survey_.stations[from + 1].md - survey_.stations[from].md, a, b));
+  const auto interval = [&](std::size_t from, const survey::Vec3<double>& a, const survey::Vec3<double>& b) {
+    return survey::to_eigen(
+        survey::minimum_curvature_interval(survey_.stations[from + 1].md - survey_.stations[from].md, a, b));
   };
-  const Vec3<double> here = tangent(k);
-  if (k > 0) found.position += leg(k - 1, tangent(k - 1), moved) - leg(k - 1, tangent(k - 1), here);
-  if (k + 1 < survey_.stations.size()) found.position += leg(k, moved, tangent(k + 1)) - leg(k, here, tangent(k + 1));
+  const survey::Vec3<double> here = tangent(k);
+  if (k > 0) found.position += interval(k - 1, tangent(k - 1), moved) - interval(k - 1, tangent(k - 1), here);
+  if (k + 1 < survey_.stations.size())
+    found.position += interval(k, moved, tangent(k + 1)) - interval(k, here, tangent(k + 1));
   if (shared_) {
     const StationTerms& own = shared_->terms[k];
-    found.position += (shared_->position - (own.position * own.residuals * own.shared - own.shared_position)) *
+    found.position += (shared_->z.position - (own.position * own.residuals * own.shared - own.shared_position)) *
                       e.shared_errors.cwiseQuotient(shared_->unit);
   }
   return found;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

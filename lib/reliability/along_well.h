@@ -17,7 +17,7 @@
 #include "reliability/nonlinear_detectable.h"
 #include "survey/survey.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 /// One observation of one station, with +1 minimal detectable error in it. Internal units.
 struct StationEffect {
@@ -42,7 +42,7 @@ struct WellReliability {
 /// is on its own (its references too, in StationEffect of that station). Positions by minimum curvature; first order in
 /// the error. In a vertical station toolface and azimuth are infinite, and the position is not: it hangs on the
 /// direction of the hole, which has a value there.
-WellReliability reliability_along_well(const AdjustmentModel& model, const Survey& survey, double lambda0);
+WellReliability reliability_along_well(const AdjustmentModel& model, const survey::Survey& survey, double lambda0);
 
 /// The smallest error in one reading that is found, without linearisation, and what it does.
 struct FoundError {
@@ -58,7 +58,7 @@ struct FoundError {
 class WellErrors {
  public:
   /// `survey` as of reliability_along_well.
-  WellErrors(const AdjustmentModel& model, const Survey& survey, double lambda0, DetectedBy test);
+  WellErrors(const AdjustmentModel& model, const survey::Survey& survey, double lambda0, DetectedBy test);
   ~WellErrors();
 
   /// Throws std::invalid_argument for an observation that the model does not have, and for a reference in mse_shared.
@@ -67,10 +67,10 @@ class WellErrors {
  private:
   struct Shared;
   AdjustmentModel model_;
-  Survey survey_;
+  survey::Survey survey_;
   double lambda0_;
   DetectedBy test_;
   std::unique_ptr<Shared> shared_;  ///< mse_shared only
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

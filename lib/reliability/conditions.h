@@ -7,7 +7,7 @@
 
 #include "reliability/observations.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 using Misclosures = Eigen::Vector3d;                          ///< m/s2, nT, rad
 using StationJacobian = Eigen::Matrix<double, 3, kReadings>;  ///< of the misclosures by the six readings
@@ -37,4 +37,4 @@ inline Conditions station_conditions(const double* readings) {
   return c;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

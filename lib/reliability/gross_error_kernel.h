@@ -14,7 +14,9 @@
 #include "reliability/station_kernel.h"
 #include "simd/math.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
+
+using namespace simd;
 
 inline constexpr std::size_t kStationObservations = 9;
 
@@ -63,9 +65,9 @@ struct Linearised {
 template <class T>
 Linearised<T> linearise(const StationScale& s, const std::array<T, kStationObservations>& y,
                         const std::array<T, kStationObservations>& at) {
-  const Vec3<T> g{at[0], at[1], at[2]}, b{at[3], at[4], at[5]};
+  const survey::Vec3<T> g{at[0], at[1], at[2]}, b{at[3], at[4], at[5]};
   const T gravity = norm(g), total = norm(b), per_g = T(1.0) / gravity, per_b = T(1.0) / total;
-  const Vec3<T> u = scale(per_g, g), h = scale(per_b, b);
+  const survey::Vec3<T> u = scale(per_g, g), h = scale(per_b, b);
   const T sine = dot(u, h), cosine = norm(cross(u, h)), per_cosine = T(1.0) / cosine;
   // dip - Theta by its sine: Theta is near the true dip. Beyond 30 degrees off it is not the angle, but of its sign.
   const auto [sd, cd] = sincos_reduced(at[8] - s.dip);
@@ -158,4 +160,4 @@ StationTests<T> adjust_and_test(const StationScale& s, const std::array<T, kStat
   return t;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -1,6 +1,9 @@
 #include "reliability/gross_error_lanes.h"
 
-namespace surveymc::SURVEYMC_ISA {
+namespace surveymc::reliability::SURVEYMC_ISA {
+
+using namespace simd;
+using simd::store;
 namespace {
 
 using T = Lanes;
@@ -21,7 +24,7 @@ void gross_error_trials(const GrossErrorBatch& b) {
       const Bits<T> trial = consecutive<T>(b.first_trial + static_cast<std::uint64_t>(group * kGroup + lane));
       std::array<T, kStationObservations> y, disturbed;
       for (std::uint32_t call = 0; call < 3; ++call) {
-        const std::array<T, 4> z = b.stream.normals<T>(trial, Channel::gross_error_study, call);
+        const std::array<T, 4> z = b.stream.normals<T>(trial, random::Channel::gross_error_study, call);
         for (std::size_t i = 0; i < 4 && 4 * call + i < kStationObservations; ++i) {
           const std::size_t o = 4 * call + i;
           y[o] = fma(T(b.scale.sd[o]), z[i], T(b.truth[o]));
@@ -34,4 +37,4 @@ void gross_error_trials(const GrossErrorBatch& b) {
     }
 }
 
-}  // namespace surveymc::SURVEYMC_ISA
+}  // namespace surveymc::reliability::SURVEYMC_ISA

@@ -5,7 +5,7 @@
 #include "random/stream.h"
 #include "reliability/gross_error_kernel.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 /// Values of a trial that are stored: the nine w, then those named.
 enum TestRow { kOmegaRow = 9, kLargestRow, kTiedRow, kConvergedRow, kTestRows };
@@ -14,7 +14,7 @@ enum TestRow { kOmegaRow = 9, kLargestRow, kTiedRow, kConvergedRow, kTestRows };
 struct GrossErrorBatch {
   StationScale scale;
   std::array<double, kStationObservations> truth, error;  ///< relative
-  Stream stream;
+  random::Stream stream;
   std::uint64_t first_trial;
   int groups;
   double *without, *with;  ///< tests without and with the errors, of the same noise
@@ -27,4 +27,4 @@ namespace isa_v4 {
 void gross_error_trials(const GrossErrorBatch& batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

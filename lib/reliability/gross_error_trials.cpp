@@ -6,15 +6,15 @@
 #include "reliability/snooping.h"
 #include "simd/instruction_set.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 using Eigen::Index;
 using Eigen::VectorXd;
 
-GrossErrorTrials::GrossErrorTrials(const AdjustmentModel& model, const std::vector<Attitude>& attitudes,
-                                   const std::vector<GrossError>& errors, const Stream& stream)
+GrossErrorTrials::GrossErrorTrials(const AdjustmentModel& model, const std::vector<survey::Attitude>& attitudes,
+                                   const std::vector<GrossError>& errors, const random::Stream& stream)
     : model_(model), attitudes_(attitudes), errors_(errors), stream_(stream) {
-  for (const Attitude& at : attitudes) {
+  for (const survey::Attitude& at : attitudes) {
     const Observations y = true_observations(at, model.field);
     truth_.push_back({y[0], y[1], y[2], y[3], y[4], y[5]});
   }
@@ -53,15 +53,16 @@ StationReadings GrossErrorTrials::readings(std::uint64_t trial, bool with_errors
   VectorXd noise(variances_.size());
   for (Index i = 0; i < noise.size(); i += 4) {
     const std::array<double, 4> z =
-        stream_.normals<double>(trial, Channel::gross_error_study, static_cast<std::uint32_t>(i / 4));
+        stream_.normals<double>(trial, random::Channel::gross_error_study, static_cast<std::uint32_t>(i / 4));
     for (Index k = i; k < std::min(i + 4, noise.size()); ++k)
       noise[k] = std::sqrt(variances_[k]) * z[static_cast<std::size_t>(k - i)];
   }
   return readings_of(noise, with_errors);
 }
 
-void GrossErrorTrials::simulate(std::uint64_t first, LaneArray& without, LaneArray& with, int groups) const {
-  const ReferenceField& f = model_.field;
+void GrossErrorTrials::simulate(std::uint64_t first, survey::LaneArray& without, survey::LaneArray& with,
+                                int groups) const {
+  const survey::ReferenceField& f = model_.field;
   GrossErrorBatch b{{}, {}, {}, stream_, first, groups, without.row(0, 0), with.row(0, 0)};
   const std::array<double, kStationObservations> unit{f.gravity, f.gravity, f.gravity, f.total, f.total,
                                                       f.total,   f.gravity, f.total,   1};
@@ -77,21 +78,21 @@ void GrossErrorTrials::simulate(std::uint64_t first, LaneArray& without, LaneArr
   b.scale.sin_dip = std::sin(f.dip);
   b.scale.cos_dip = std::cos(f.dip);
   b.scale.without_bz = model_.mode == AdjustmentMode::sse_axial;
-  if (instruction_set() == InstructionSet::v4)
+  if (simd::instruction_set() == simd::InstructionSet::v4)
     isa_v4::gross_error_trials(b);
   else
     isa_v3::gross_error_trials(b);
   // Rare trials whose Gauss-Newton steps do not settle, by the general adjustment: the same for both instruction sets
-  for (int t = 0; t < groups * kGroup; ++t)
+  for (int t = 0; t < groups * simd::kGroup; ++t)
     for (const bool with_errors : {false, true}) {
-      LaneArray& block = with_errors ? with : without;
+      survey::LaneArray& block = with_errors ? with : without;
       if (block.value(t, kConvergedRow) != 0) continue;
       put(tests_of(adjusted(readings(first + static_cast<std::uint64_t>(t), with_errors))), t, block);
     }
 }
 
-void GrossErrorTrials::put(const TrialTests& tests, int trial, LaneArray& block) {
-  const auto cell = [&](int row) -> double& { return block.row(trial / kGroup, row)[trial % kGroup]; };
+void GrossErrorTrials::put(const TrialTests& tests, int trial, survey::LaneArray& block) {
+  const auto cell = [&](int row) -> double& { return block.row(trial / simd::kGroup, row)[trial % simd::kGroup]; };
   if (!tests.converged) return;
   for (int i = 0; i < static_cast<int>(kStationObservations); ++i) cell(i) = i < tests.w.size() ? tests.w[i] : 0;
   cell(kOmegaRow) = tests.omega;
@@ -102,7 +103,7 @@ void GrossErrorTrials::put(const TrialTests& tests, int trial, LaneArray& block)
   cell(kConvergedRow) = 1;
 }
 
-TrialTests GrossErrorTrials::tests_of(const LaneArray& block, int trial) {
+TrialTests GrossErrorTrials::tests_of(const survey::LaneArray& block, int trial) {
   TrialTests t;
   t.converged = block.value(trial, kConvergedRow) != 0;
   t.omega = block.value(trial, kOmegaRow);
@@ -128,4 +129,4 @@ TrialTests GrossErrorTrials::tests_of(const StationAdjustment& a) {
   return t;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

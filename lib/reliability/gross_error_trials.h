@@ -10,7 +10,7 @@
 #include "reliability/adjustment.h"
 #include "survey/readings.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 /// `number` is that of observation_number(); `size` in internal units.
 struct GrossError {
@@ -30,8 +30,8 @@ struct TrialTests {
 class GrossErrorTrials {
  public:
   /// Throws std::invalid_argument where a model of one station gets several attitudes.
-  GrossErrorTrials(const AdjustmentModel& model, const std::vector<Attitude>& attitudes,
-                   const std::vector<GrossError>& errors, const Stream& stream);
+  GrossErrorTrials(const AdjustmentModel& model, const std::vector<survey::Attitude>& attitudes,
+                   const std::vector<GrossError>& errors, const random::Stream& stream);
 
   /// One station, and no systematic terms: simulate() may be used, with trials side by side.
   bool on_lanes() const;
@@ -44,25 +44,25 @@ class GrossErrorTrials {
 
   /// Tests of trials first .. first + 8 `groups` - 1, without and with errors; kTestRows rows (gross_error_lanes.h).
   /// Those that do not converge on lanes are adjusted one by one, by adjusted().
-  void simulate(std::uint64_t first, LaneArray& without, LaneArray& with, int groups) const;
+  void simulate(std::uint64_t first, survey::LaneArray& without, survey::LaneArray& with, int groups) const;
   /// One trial of such a block; the same as of adjusted(readings(...)) to rounding.
-  static TrialTests tests_of(const LaneArray& block, int trial);
+  static TrialTests tests_of(const survey::LaneArray& block, int trial);
   static TrialTests tests_of(const StationAdjustment& adjustment);
 
   const AdjustmentModel& model() const { return model_; }
-  const std::vector<Attitude>& attitudes() const { return attitudes_; }
+  const std::vector<survey::Attitude>& attitudes() const { return attitudes_; }
   const std::vector<GrossError>& errors() const { return errors_; }
 
  private:
-  static void put(const TrialTests& tests, int trial, LaneArray& block);
+  static void put(const TrialTests& tests, int trial, survey::LaneArray& block);
   StationReadings readings_of(const Eigen::VectorXd& noise, bool with_errors) const;
 
   AdjustmentModel model_;
-  std::vector<Attitude> attitudes_;
+  std::vector<survey::Attitude> attitudes_;
   std::vector<GrossError> errors_;
-  Stream stream_;
+  random::Stream stream_;
   std::vector<std::array<double, kReadings>> truth_;
   Eigen::VectorXd variances_;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

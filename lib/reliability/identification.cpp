@@ -2,20 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "base/units.h"
+#include "stats/normal_tail.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 /// Integral of R^2 phi(R - c) over R > from: with x = R - c, (x + c)^2 phi(x) has a closed integral.
 double radial(double from, double c) {
-  const double x = from - c, density = std::exp(-x * x / 2) / std::sqrt(2 * kPi),
-               above = std::erfc(x / std::sqrt(2.0)) / 2;
+  const double x = from - c, density = std::exp(-x * x / 2) / std::sqrt(2 * kPi), above = stats::normal_upper_tail(x);
   return (x + 2 * c) * density + (1 + c * c) * above;
 }
 
@@ -24,8 +23,7 @@ double radial(double from, double c) {
 /// whose derivative is the integral of R^2 over the ray, radial(0, s v), times the normal factor across it.
 double cosine_within(double p, double s) {
   const auto below = [&](double v) {
-    return std::erfc(s / std::sqrt(2.0)) / 2 +
-           v * std::exp(-s * s * (1 - v * v) / 2) * std::erfc(-s * v / std::sqrt(2.0)) / 2;
+    return stats::normal_upper_tail(s) + v * std::exp(-s * s * (1 - v * v) / 2) * stats::normal_upper_tail(-s * v);
   };
   double lo = -1, hi = 1;
   for (int i = 0; i < 60; ++i) {
@@ -38,7 +36,7 @@ double cosine_within(double p, double s) {
 }  // namespace
 
 LinearRates linear_rates(const ParityModel& m, const Eigen::VectorXd& shift, Eigen::Index number, double critical) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double nan = kNaN;
   if (m.columns.rows() != 3) return {nan, nan};
   std::vector<Eigen::Vector3d> tests;
   const Eigen::VectorXd size = sensitivities(m);
@@ -73,4 +71,4 @@ LinearRates linear_rates(const ParityModel& m, const Eigen::VectorXd& shift, Eig
   return rates;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -2,7 +2,7 @@
 /// How often some test rejects, and which test is then the largest, by linear theory.
 #include "reliability/parity.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 struct LinearRates {
   double any = 0;         ///< probability that some |w| is above the critical value
@@ -16,4 +16,4 @@ struct LinearRates {
 /// itself. NaN for another number of conditions.
 LinearRates linear_rates(const ParityModel& model, const Eigen::VectorXd& shift, Eigen::Index number, double critical);
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

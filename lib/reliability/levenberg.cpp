@@ -5,10 +5,12 @@
 #include <limits>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
-namespace surveymc {
+#include "stats/linear_algebra.h"
+#include "survey/frames.h"
+
+namespace surveymc::reliability {
 namespace {
 
 using Eigen::Dynamic;
@@ -19,12 +21,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Vector6 = Eigen::Matrix<double, kReadings, 1>;
 using Matrix63 = Eigen::Matrix<double, kReadings, 3>;
-
-Matrix3d cross_matrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 Matrix3d turn(const Vector3d& phi) {
   const double angle = phi.norm();
@@ -84,7 +80,7 @@ class Descent {
       for (Index i = 0; i < width_; ++i)
         for (Index j = 0; j < width_; ++j)
           if (i != j && sd[i] > 0 && sd[j] > 0) unit(i, j) = (*covariance)(i, j) / (sd[i] * sd[j]);
-      spread_ = sd.asDiagonal() * MatrixXd(unit.llt().matrixL());
+      spread_ = sd.asDiagonal() * stats::cholesky(unit).lower();
     } else {
       for (Index i = 0; i < width_; ++i) spread_(i, i) = std::sqrt(variances[refs + i]);
     }
@@ -231,7 +227,7 @@ class Descent {
       const Vector3d u = f.col(2), h = cosine * f.col(0) + sine * u, m = cosine * u - sine * f.col(0);
       const Vector3d g = z[0] * u, b = z[1] * h;
       Matrix63 by_turn;
-      by_turn << -cross_matrix(g), -cross_matrix(b);  // phi x v
+      by_turn << -survey::cross_matrix(g), -survey::cross_matrix(b);  // phi x v
       Matrix63 by_reference = Matrix63::Zero();
       by_reference.col(0).head<3>() = u;
       by_reference.col(1).tail<3>() = h;
@@ -308,9 +304,8 @@ class Descent {
   /// A state with a lower Omega where the stationary point has a direction of negative curvature.
   std::optional<State> beside_saddle(const State& at, const Linear& l, const Square& h, const Columns& scale) const {
     constexpr double kLeast = 1e-7;  // curvature per sd and sd; J'J has 1
-    if (Eigen::LLT<Square>(h + kLeast * Square::Identity(h.rows(), h.cols())).info() == Eigen::Success) return {};
-    const Eigen::SelfAdjointEigenSolver<Square> eigen(h);
-    const Columns along = scale.cwiseProduct(Columns(eigen.eigenvectors().col(0)));
+    if (stats::cholesky(h + kLeast * Square::Identity(h.rows(), h.cols())).positive_definite()) return {};
+    const Columns along = scale.cwiseProduct(Columns(stats::symmetric_eigen(h).vectors.col(0)));
     for (double size = 1; size > 1e-6; size /= 4) {
       const State right = moved_by(at, size * along), left = moved_by(at, -size * along);
       const double of_right = omega_at(right), of_left = omega_at(left);
@@ -340,4 +335,4 @@ Minimum minimum_of_omega(const AdjustmentModel& model, const StationReadings& y,
   return Descent<Dynamic, Dynamic>(model, y, variances, out, shared_covariance).run();
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -15,7 +15,7 @@
 
 #include "reliability/adjustment.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 struct Minimum {
   bool converged = false;
@@ -33,4 +33,4 @@ Minimum minimum_of_omega(const AdjustmentModel& model, const StationReadings& y,
                          const std::vector<Eigen::Index>& left_out = {},
                          const std::optional<Eigen::MatrixXd>& shared_covariance = {});
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -1,16 +1,16 @@
 #include "reliability/nonlinear_detectable.h"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include <Eigen/Cholesky>
 
+#include "base/units.h"
 #include "reliability/adjustment.h"
 #include "reliability/conditions.h"
 #include "reliability/levenberg.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 /// What adjust() does, on the stack: maps need it a million times. One station, or two of which the second stands for
@@ -27,7 +27,7 @@ class ErrorShift {
   using Covariance = Eigen::Matrix<double, kConditions, kConditions>;
 
  public:
-  ErrorShift(const AdjustmentModel& model, const Attitude& at, std::size_t observation,
+  ErrorShift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation,
              const Eigen::MatrixXd& shared = {})
       : model_(model) {
     const Observations y = true_observations(at, model.field), v = observation_variances(model, y);
@@ -101,8 +101,6 @@ class ErrorShift {
   }
 
  private:
-  static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
   /// One Gauss-Newton step, and the tests of the linear problem that it solves.
   struct Step {
     Values next;
@@ -184,7 +182,7 @@ void check_observed(const AdjustmentModel& model, std::size_t observation) {
 
 /// Calls use(shift) with the smallest adjustment that is the whole one.
 template <class Use>
-auto with_shift(const AdjustmentModel& model, const Attitude& at, std::size_t observation, const Use& use) {
+auto with_shift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation, const Use& use) {
   check_observed(model, observation);
   const bool shared = model.mode == AdjustmentMode::mse_shared, systematic = shared && model.systematic_terms;
   const bool alone = !shared || model.stations == 1;
@@ -207,7 +205,7 @@ double first_found(const Size& size, double sd, double lambda0, double tolerance
     above *= kStep;
     excess = size(above) - lambda0;
   }
-  if (!(above < kMostSd * sd)) return std::numeric_limits<double>::infinity();
+  if (!(above < kMostSd * sd)) return kInfinity;
   // Regula falsi that halves the value of an end that stays (Illinois), and halves the bracket where that is slow: the
   // shift may have kinks
   int kept = 0;
@@ -248,11 +246,11 @@ DetectedError detected_in(const Shift& shift, double lambda0, int sign, Detected
 
 }  // namespace
 
-TestShift error_shift(const AdjustmentModel& model, const Attitude& at, std::size_t observation, double nabla) {
+TestShift error_shift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation, double nabla) {
   return with_shift(model, at, observation, [&](const auto& shift) { return shift(nabla); });
 }
 
-double nonlinear_detectable_error(const AdjustmentModel& model, const Attitude& at, std::size_t observation,
+double nonlinear_detectable_error(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation,
                                   double lambda0, int sign, DetectedBy test) {
   return with_shift(model, at, observation, [&](const auto& shift) {
     return sign * first_found([&](double size) { return shift(sign * size).by(test); }, shift.sd(), lambda0, 1e-10);
@@ -268,19 +266,19 @@ DetectedError detected_error(const StationInWell& s, std::size_t observation, do
   return detected_in(ErrorShift<1, true, true>(s.model, s.at, observation, s.shared), lambda0, sign, test);
 }
 
-DetectedError detected_error(const AdjustmentModel& model, const Attitude& at, std::size_t observation, double lambda0,
-                             int sign, DetectedBy test) {
+DetectedError detected_error(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation,
+                             double lambda0, int sign, DetectedBy test) {
   return with_shift(model, at, observation, [&](const auto& shift) { return detected_in(shift, lambda0, sign, test); });
 }
 
-AngleEffects angle_effects(const Attitude& at, const DetectedError& e) {
-  const double none = std::numeric_limits<double>::quiet_NaN();
+AngleEffects angle_effects(const survey::Attitude& at, const DetectedError& e) {
+  const double none = kNaN;
   if (!std::isfinite(e.size)) return {e.size, e.size, e.size};
-  const Attitude with = attitude_from_fields(from_eigen(e.down), from_eigen(e.field));
+  const survey::Attitude with = survey::attitude_from_fields(survey::from_eigen(e.down), survey::from_eigen(e.field));
   const auto turned = [](double angle) { return std::remainder(angle, 2 * kPi); };
   const bool vertical = std::abs(std::sin(at.inclination)) < 1e-12;
   return {with.inclination - at.inclination, vertical ? none : turned(with.toolface - at.toolface),
           vertical ? none : turned(with.azimuth - at.azimuth)};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -18,7 +18,7 @@
 
 #include "reliability/observations.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 /// Which test is to find the error.
 enum class DetectedBy { general_test, own_test };
@@ -32,18 +32,18 @@ struct TestShift {
 /// For an error of `nabla` (internal units) in one observation; the variances are those of the error-free readings.
 /// Adjusted by Gauss-Newton steps, and by levenberg.h where these do not settle. Throws std::invalid_argument for an
 /// observation that the model does not have.
-TestShift error_shift(const AdjustmentModel& model, const Attitude& at, std::size_t observation, double nabla);
+TestShift error_shift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation, double nabla);
 
 /// Smallest nabla > 0 (sign +1) or < 0 (sign -1) whose shift reaches lambda0; infinite if none up to 1e4 sd does, found
 /// by steps of 10 % and then to 1e-10 of its size. Larger errors need not all be found: a shift may fall again.
-double nonlinear_detectable_error(const AdjustmentModel& model, const Attitude& at, std::size_t observation,
+double nonlinear_detectable_error(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation,
                                   double lambda0, int sign, DetectedBy test = DetectedBy::general_test);
 
 /// One station whose shared quantities z (references; with systematic terms 12 more) are known with a full covariance:
 /// a station of a well, the others of which are in `shared` (levenberg.h; 0 x 0: mode other than mse_shared).
 struct StationInWell {
   AdjustmentModel model;
-  Attitude at;  ///< azimuth magnetic
+  survey::Attitude at;  ///< azimuth magnetic
   Eigen::MatrixXd shared;
 };
 
@@ -56,14 +56,14 @@ struct DetectedError {
 DetectedError detected_error(const StationInWell& station, std::size_t observation, double lambda0, int sign,
                              DetectedBy test);
 /// The same for a station of its own, or one of model.stations at one attitude.
-DetectedError detected_error(const AdjustmentModel& model, const Attitude& at, std::size_t observation, double lambda0,
-                             int sign, DetectedBy test);
+DetectedError detected_error(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation,
+                             double lambda0, int sign, DetectedBy test);
 
 /// Change of the angles of `at` by that error: inclination, toolface, azimuth in (-pi, pi]; NaN where the angle has no
 /// value, infinite where the error is.
 struct AngleEffects {
   double inclination, toolface, azimuth;
 };
-AngleEffects angle_effects(const Attitude& at, const DetectedError& error);
+AngleEffects angle_effects(const survey::Attitude& at, const DetectedError& error);
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 const std::array<std::string, kObservations>& observation_names() {
   static const std::array<std::string, kObservations> names{"gx", "gy",      "gz",          "bx", "by",
@@ -44,8 +44,9 @@ std::vector<std::size_t> observed(AdjustmentMode mode) {
   return all;
 }
 
-Observations true_observations(const Attitude& at, const ReferenceField& field) {
-  const Vec3<double> g = scale(field.gravity, down_T(at)), b = magnetic_T(at, field.total, field.dip);
+Observations true_observations(const survey::Attitude& at, const survey::ReferenceField& field) {
+  const survey::Vec3<double> g = scale(field.gravity, survey::down_T(at)),
+                             b = survey::magnetic_T(at, field.total, field.dip);
   return {g.x, g.y, g.z, b.x, b.y, b.z, field.gravity, field.total, field.dip};
 }
 
@@ -73,4 +74,4 @@ Observations observation_variances(const AdjustmentModel& model, const Observati
   return v;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "base/units.h"
-#include "field/reference_field.h"
 #include "survey/frames.h"
+#include "survey/reference_field.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 /// Position of an observation in `y`.
 enum class Observation : std::size_t { gx, gy, gz, bx, by, bz, gravity, total_field, dip };
@@ -59,9 +59,9 @@ struct SigmaModel {
 struct AdjustmentModel {
   AdjustmentMode mode = AdjustmentMode::sse;
   SigmaModel sigma;
-  ReferenceField field{9.82, 51000, 75 * kDegree, 0, 0};  ///< those of Table 1 and section 5.3
-  int stations = 30;                                      ///< mse_shared: all of them
-  bool systematic_terms = false;                          ///< mse_shared only
+  survey::ReferenceField field{9.82, 51000, 75 * kDegree, 0, 0};  ///< those of Table 1 and section 5.3
+  int stations = 30;                                              ///< mse_shared: all of them
+  bool systematic_terms = false;                                  ///< mse_shared only
   /// mse_shared, adjust() and linear_model() only: the readings are shots of one station, the tool turned between them.
   /// They share inclination and azimuth; N shots have (6N + 3)/(N + 5), and two conditions more for each but the first.
   bool rotational_shot = false;
@@ -75,7 +75,7 @@ std::vector<std::size_t> observed(AdjustmentMode mode);
 using Observations = std::array<double, kObservations>;
 
 /// y free of error at an attitude whose azimuth is magnetic (eqs 39-44).
-Observations true_observations(const Attitude& at, const ReferenceField& field);
+Observations true_observations(const survey::Attitude& at, const survey::ReferenceField& field);
 
 /// Variances of y for readings `y` (eq 22). Zero for references in mse_fixed. bz of sse_axial keeps its variance here:
 /// leaving it out is the business of the adjustment.
@@ -87,4 +87,4 @@ struct VarianceParts {
 };
 VarianceParts variance_parts(const SigmaModel& sigma, std::size_t reading, double y);
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

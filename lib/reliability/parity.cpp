@@ -1,23 +1,20 @@
 #include "reliability/parity.h"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 
+#include "base/units.h"
 #include "reliability/station_kernel.h"
+#include "stats/linear_algebra.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void clear_untestable(ParityModel& m) {
   for (Index i = 0; i < m.observations(); ++i)
@@ -69,12 +66,12 @@ ParityModel parity_model(const MatrixXd& conditions, const VectorXd& misclosures
   const MatrixXd covariance = conditions * variance.asDiagonal() * conditions.transpose();
   // Conditions in different units (m/s2, nT, rad): one scale first
   const VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<MatrixXd> factor(scale.asDiagonal() * covariance * scale.asDiagonal());
-  if (factor.info() != Eigen::Success || !scale.allFinite())
+  const stats::Cholesky factor = stats::cholesky(scale.asDiagonal() * covariance * scale.asDiagonal());
+  if (!factor.positive_definite() || !scale.allFinite())
     throw std::invalid_argument("the covariance of the misclosures is not positive definite");
   ParityModel m;
-  m.columns = factor.matrixL().solve(scale.asDiagonal() * conditions);
-  m.whitened = factor.matrixL().solve(scale.cwiseProduct(misclosures));
+  m.columns = factor.solve_lower(scale.asDiagonal() * conditions);
+  m.whitened = factor.solve_lower(scale.cwiseProduct(misclosures));
   m.variance = variance;
   m.redundancy = conditions.rows();
   clear_untestable(m);
@@ -145,12 +142,12 @@ WeakestCombination weakest_combination(const ParityModel& m, const std::vector<I
   MatrixXd z = columns_of(m, observations);
   for (std::size_t k = 0; k < observations.size(); ++k)
     z.col(static_cast<Index>(k)) *= std::sqrt(m.variance[observations[k]]);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(z.transpose() * z);
-  VectorXd direction = eigen.eigenvectors().col(0);
+  const stats::SymmetricEigen eigen = stats::symmetric_eigen(z.transpose() * z);
+  VectorXd direction = eigen.vectors.col(0);
   Index largest = 0;
   direction.cwiseAbs().maxCoeff(&largest);
   if (direction[largest] < 0) direction = -direction;
-  const double information = eigen.eigenvalues()[0];
+  const double information = eigen.values[0];
   return {information < kLeastRedundancy ? kInfinity : lambda0 / std::sqrt(information), direction};
 }
 
@@ -159,4 +156,4 @@ double detectable_along(const ParityModel& m, const VectorXd& direction, double 
   return size > 0 ? lambda0 / size : kInfinity;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

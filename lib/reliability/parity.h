@@ -11,7 +11,7 @@
 
 #include <Eigen/Core>
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 struct ParityModel {
   Eigen::MatrixXd columns;   ///< A: conditions x observations, per unit of each observation
@@ -66,4 +66,4 @@ WeakestCombination weakest_combination(const ParityModel& model, const std::vect
 /// Minimal detectable size of an error along a direction (a column of Z).
 double detectable_along(const ParityModel& model, const Eigen::VectorXd& direction, double lambda0);
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

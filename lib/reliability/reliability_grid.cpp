@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
+#include "base/units.h"
 #include "simd/instruction_set.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 double squared(double x) { return x * x; }
@@ -38,7 +38,7 @@ StationKernel kernel_of(const AdjustmentModel& model) {
 }
 
 /// From the kernel's relative units and radians to internal ones, for the error of one observation.
-double internal_unit(std::size_t quantity, std::size_t observation, const ReferenceField& field) {
+double internal_unit(std::size_t quantity, std::size_t observation, const survey::ReferenceField& field) {
   const auto of = [&](std::size_t o) {
     if (o == index_of(Observation::dip)) return 1.0;
     return o < 3 || o == index_of(Observation::gravity) ? field.gravity : field.total;
@@ -146,7 +146,7 @@ void ReliabilityMaps::fill_points(std::size_t first, std::size_t count, std::vec
 void ReliabilityMaps::fill(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities,
                            std::size_t first, std::size_t count, MapValues& out) const {
   constexpr std::size_t kBlock = 512;  // points whose sines and outputs stay in the caches
-  const std::size_t room = (count + kGroup - 1) / kGroup * kGroup;
+  const std::size_t room = (count + simd::kGroup - 1) / simd::kGroup * simd::kGroup;
   out.resize(which.size());
   for (auto& of_observation : out) {
     of_observation.resize(quantities.size());
@@ -173,8 +173,8 @@ void ReliabilityMaps::fill(const std::vector<std::size_t>& which, const std::vec
         batch.units[which[w]][quantity] =
             internal_unit(quantity, which[w], model_.field) * degrees_of(quantity, which[w]);
       }
-    batch.groups = static_cast<int>((n + kGroup - 1) / kGroup);
-    if (instruction_set() == InstructionSet::v4)
+    batch.groups = static_cast<int>((n + simd::kGroup - 1) / simd::kGroup);
+    if (simd::instruction_set() == simd::InstructionSet::v4)
       isa_v4::station_batch(kernel_, batch);
     else
       isa_v3::station_batch(kernel_, batch);
@@ -191,11 +191,12 @@ MapValues ReliabilityMaps::values(const std::vector<std::size_t>& which, const s
 }
 
 std::array<ObservationReliability<double>, kObservations> station_reliability(const AdjustmentModel& model,
-                                                                              const Attitude& at, double lambda0) {
+                                                                              const survey::Attitude& at,
+                                                                              double lambda0) {
   const StationSines<double> s{std::sin(at.inclination),  std::cos(at.inclination), std::sin(at.toolface),
                                std::cos(at.toolface),     std::sin(at.azimuth),     std::cos(at.azimuth),
                                std::sin(model.field.dip), std::cos(model.field.dip)};
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double nan = kNaN;
   std::array<ObservationReliability<double>, kObservations> all;
   all.fill({nan, nan, nan, nan, nan, nan, nan, nan});
   unsigned wanted = 0;
@@ -227,4 +228,4 @@ std::array<ObservationReliability<double>, kObservations> station_reliability(co
   return all;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -8,7 +8,7 @@
 #include "reliability/observations.h"
 #include "reliability/station_lanes.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 /// What a map can show of an observation, in the units of tables. External reliability: the effect on a parameter of an
 /// error of +1 minimal detectable error, (X'PX)^-1 X'P c_i nabla_0, with its sign.
@@ -78,6 +78,7 @@ class ReliabilityMaps {
 /// All observations at one attitude (magnetic azimuth), by the same arithmetic on one scalar, in internal units (m/s2,
 /// nT, rad); unobserved ones are NaN throughout. The readable counterpart in tests is least squares with nine by six.
 std::array<ObservationReliability<double>, kObservations> station_reliability(const AdjustmentModel& model,
-                                                                              const Attitude& at, double lambda0);
+                                                                              const survey::Attitude& at,
+                                                                              double lambda0);
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

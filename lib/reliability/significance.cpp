@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
@@ -12,12 +11,12 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <boost/math/tools/roots.hpp>
 
-namespace surveymc {
+#include "base/units.h"
+
+namespace surveymc::reliability {
 namespace {
 
 namespace bm = boost::math;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double upper_quantile(double p) { return bm::quantile(bm::complement(bm::normal(), p)); }
 double phi(double x) { return bm::cdf(bm::normal(), x); }
@@ -99,4 +98,4 @@ double identifiable_shift(double rho, double power) {
   return (bracket.first + bracket.second) / 2;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

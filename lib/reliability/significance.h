@@ -1,6 +1,6 @@
 #pragma once
 /// Levels, critical values and powers of the tests for gross errors (sections 2.1, 2.2; Baarda's B-method).
-namespace surveymc {
+namespace surveymc::reliability {
 
 /// Whether alpha is the false-alarm probability of one tail (the paper's alpha_i, section 5.3) or of both together.
 enum class Tails { one, two };
@@ -59,4 +59,4 @@ DimensionLevel b_method_level(double r, double lambda0_squared, double power);
 double identifiable_shift(double rho, double power);
 double identification_probability(double lambda, double rho);
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 using Eigen::Index;
@@ -144,4 +144,4 @@ SnoopingResult pair_search(const ParityModel& m, double critical) {
   return r;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

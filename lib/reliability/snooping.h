@@ -8,7 +8,7 @@
 
 #include "reliability/parity.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 /// Observations of which one, it cannot be said which, is in error; ascending. One element: identified.
 using SuspectGroup = std::vector<Eigen::Index>;
@@ -40,4 +40,4 @@ SnoopingResult iterative_snooping_with_readmission(const ParityModel& model, dou
 /// acceptable; else the pair of groups that takes most off Omega, out of all pairs.
 SnoopingResult pair_search(const ParityModel& model, double critical);
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -21,7 +21,9 @@
 #include "simd/solve.h"
 #include "survey/frames.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
+
+using namespace simd;
 
 /// Sines and cosines of inclination, toolface (from y), magnetic azimuth and dip.
 template <class T>
@@ -82,14 +84,14 @@ Matrix3<T> inverse(const Matrix3<T>& m) {
 }
 
 template <class T>
-Vec3<T> times(const Matrix3<T>& m, const Vec3<T>& x) {
+survey::Vec3<T> times(const Matrix3<T>& m, const survey::Vec3<T>& x) {
   return {fma(m[0], x.x, fma(m[1], x.y, m[3] * x.z)), fma(m[1], x.x, fma(m[2], x.y, m[4] * x.z)),
           fma(m[3], x.x, fma(m[4], x.y, m[5] * x.z))};
 }
 
 /// sum of weights . a . b over the three axes
 template <class T>
-T sum(const Vec3<T>& v, const Vec3<T>& a, const Vec3<T>& b) {
+T sum(const survey::Vec3<T>& v, const survey::Vec3<T>& a, const survey::Vec3<T>& b) {
   return fma(v.x * a.x, b.x, fma(v.y * a.y, b.y, v.z * a.z * b.z));
 }
 
@@ -99,15 +101,16 @@ struct Turns {
   T inclination_u, inclination_n, across_u, across_n, east_u, east_n, east_h, east_m;
 };
 template <class T>
-Turns<T> turns(const Vec3<T>& vg, const Vec3<T>& vb, const Vec3<T>& iota, const Vec3<T>& tau, const Vec3<T>& u,
-               const Vec3<T>& n, const Vec3<T>& e, const Vec3<T>& h, const Vec3<T>& m) {
+Turns<T> turns(const survey::Vec3<T>& vg, const survey::Vec3<T>& vb, const survey::Vec3<T>& iota,
+               const survey::Vec3<T>& tau, const survey::Vec3<T>& u, const survey::Vec3<T>& n, const survey::Vec3<T>& e,
+               const survey::Vec3<T>& h, const survey::Vec3<T>& m) {
   return {sum(vg, iota, u), sum(vg, iota, n), sum(vg, tau, u), sum(vg, tau, n),
           sum(vg, e, u),    sum(vg, e, n),    sum(vb, e, h),   sum(vb, e, m)};
 }
 
 template <class T>
-Matrix3<T> covariance(const Vec3<T>& vg, const Vec3<T>& vb, const Vec3<T>& u, const Vec3<T>& n, const Vec3<T>& h,
-                      const Vec3<T>& m) {
+Matrix3<T> covariance(const survey::Vec3<T>& vg, const survey::Vec3<T>& vb, const survey::Vec3<T>& u,
+                      const survey::Vec3<T>& n, const survey::Vec3<T>& h, const survey::Vec3<T>& m) {
   return {sum(vg, u, u), T(0.0), sum(vb, h, h), sum(vg, u, n), sum(vb, h, m), sum(vg, n, n) + sum(vb, m, m)};
 }
 
@@ -130,22 +133,22 @@ template <class T, StationModel kModel, class Use>
 void station_reliability(const StationSines<T>& s, const T& noise2, const StationVariances& v, unsigned wanted,
                          bool reference_effects, const Use& use) {
   using namespace station_kernel;
-  const Vec3<T> u{-s.si * s.st, -s.si * s.ct, s.ci};
+  const survey::Vec3<T> u{-s.si * s.st, -s.si * s.ct, s.ci};
   const T north_across = s.ci * s.ca;
-  const Vec3<T> n{fma(north_across, s.st, s.sa * s.ct), fms(north_across, s.ct, s.sa * s.st), s.si * s.ca};
-  const Vec3<T> e = cross(u, n);
-  const Vec3<T> h{fma(s.cd, n.x, s.sd * u.x), fma(s.cd, n.y, s.sd * u.y), fma(s.cd, n.z, s.sd * u.z)};
-  const Vec3<T> m{fms(s.cd, u.x, s.sd * n.x), fms(s.cd, u.y, s.sd * n.y), fms(s.cd, u.z, s.sd * n.z)};
-  const Vec3<T> iota{-s.ci * s.st, -s.ci * s.ct, -s.si};  // du/dI
-  const Vec3<T> tau{-s.ct, s.st, T(0.0)};  // du/dtau / sinI: horizontal, to the right of the hole's azimuth
+  const survey::Vec3<T> n{fma(north_across, s.st, s.sa * s.ct), fms(north_across, s.ct, s.sa * s.st), s.si * s.ca};
+  const survey::Vec3<T> e = cross(u, n);
+  const survey::Vec3<T> h{fma(s.cd, n.x, s.sd * u.x), fma(s.cd, n.y, s.sd * u.y), fma(s.cd, n.z, s.sd * u.z)};
+  const survey::Vec3<T> m{fms(s.cd, u.x, s.sd * n.x), fms(s.cd, u.y, s.sd * n.y), fms(s.cd, u.z, s.sd * n.z)};
+  const survey::Vec3<T> iota{-s.ci * s.st, -s.ci * s.ct, -s.si};  // du/dI
+  const survey::Vec3<T> tau{-s.ct, s.st, T(0.0)};  // du/dtau / sinI: horizontal, to the right of the hole's azimuth
 
   const T ng = T(v.g_noise) * noise2, nb = T(v.b_noise) * noise2;
   const auto systematic = [](const T& bias, double scale, const T& x) { return fma(T(scale) * x, x, bias); };
-  const Vec3<T> sg{systematic(T(v.g_bias), v.g_scale, u.x), systematic(T(v.g_bias), v.g_scale, u.y),
-                   systematic(T(v.g_bias), v.g_scale, u.z)};
-  const Vec3<T> sb{systematic(T(v.b_bias), v.b_scale, h.x), systematic(T(v.b_bias), v.b_scale, h.y),
-                   systematic(T(v.bz_bias), v.b_scale, h.z)};
-  Vec3<T> vg{ng, ng, ng}, vb{nb, nb, nb};
+  const survey::Vec3<T> sg{systematic(T(v.g_bias), v.g_scale, u.x), systematic(T(v.g_bias), v.g_scale, u.y),
+                           systematic(T(v.g_bias), v.g_scale, u.z)};
+  const survey::Vec3<T> sb{systematic(T(v.b_bias), v.b_scale, h.x), systematic(T(v.b_bias), v.b_scale, h.y),
+                           systematic(T(v.bz_bias), v.b_scale, h.z)};
+  survey::Vec3<T> vg{ng, ng, ng}, vb{nb, nb, nb};
   if constexpr (kModel.bias_is_random) {
     vg = vg + sg;
     vb = vb + sb;
@@ -172,11 +175,11 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
   }
 
   // Without bz the conditions lose the direction in which its unknown error moves them.
-  const Vec3<T> z{T(0.0), h.z, m.z};
-  Vec3<T> wz{T(0.0), T(0.0), T(0.0)};
+  const survey::Vec3<T> z{T(0.0), h.z, m.z};
+  survey::Vec3<T> wz{T(0.0), T(0.0), T(0.0)};
   T per_zwz = T(0.0);
   if constexpr (kModel.axial) {
-    const Vec3<T> before = times(w, z);
+    const survey::Vec3<T> before = times(w, z);
     const T zwz = dot(z, before);
     // bz says nothing about the conditions (horizontal, east or west): it was all there was about the azimuth
     const auto azimuth_is_lost = zwz * (nb + sb.z) < T(kLeastRedundancy);
@@ -201,10 +204,10 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
   // The tool turns about the vertical by (e.dh - sinD e.du)/cosD: the part of what the residuals take off, per k
   const T turn_g = s.sd * per_cd;
   const auto turned_by = [&](const Turns<T>& t) {
-    return Vec3<T>{turn_g * t.east_u, -t.east_h * per_cd, fms(turn_g, t.east_n, t.east_m * per_cd)};
+    return survey::Vec3<T>{turn_g * t.east_u, -t.east_h * per_cd, fms(turn_g, t.east_n, t.east_m * per_cd)};
   };
-  const Vec3<T> turn_k = turned_by(c);
-  Vec3<T> turn_ks{T(0.0), T(0.0), T(0.0)};
+  const survey::Vec3<T> turn_k = turned_by(c);
+  survey::Vec3<T> turn_ks{T(0.0), T(0.0), T(0.0)};
   if constexpr (kModel.systematic_terms) turn_ks = turned_by(cs);
 
   const T one = T(1.0), none = T(0.0);
@@ -215,15 +218,15 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
       own_across{tau.x, tau.y, none, none, none, none}, own_east{e.x, e.y, e.z, e.x, e.y, e.z};
   // Columns have zeros: gravity and total field of the readings, all but one entry of the references
   const auto weighted = [&](const Matrix3<T>& m3, std::size_t i) {
-    if (i == 6) return Vec3<T>{-m3[0], -m3[1], -m3[3]};
-    if (i == 7) return Vec3<T>{-m3[1], -m3[2], -m3[4]};
-    if (i == 8) return Vec3<T>{-m3[3], -m3[4], -m3[5]};
+    if (i == 6) return survey::Vec3<T>{-m3[0], -m3[1], -m3[3]};
+    if (i == 7) return survey::Vec3<T>{-m3[1], -m3[2], -m3[4]};
+    if (i == 8) return survey::Vec3<T>{-m3[3], -m3[4], -m3[5]};
     const std::size_t row = i < 3 ? 0 : 1;
-    return Vec3<T>{fma(m3[packed(row, 0)], first[i], m3[3] * dip_entry[i]),
-                   fma(m3[packed(1, row)], first[i], m3[4] * dip_entry[i]),
-                   fma(m3[packed(2, row)], first[i], m3[5] * dip_entry[i])};
+    return survey::Vec3<T>{fma(m3[packed(row, 0)], first[i], m3[3] * dip_entry[i]),
+                           fma(m3[packed(1, row)], first[i], m3[4] * dip_entry[i]),
+                           fma(m3[packed(2, row)], first[i], m3[5] * dip_entry[i])};
   };
-  const auto along = [&](const Vec3<T>& x, std::size_t i) {
+  const auto along = [&](const survey::Vec3<T>& x, std::size_t i) {
     if (i == 6) return -x.x;
     if (i == 7) return -x.y;
     if (i == 8) return -x.z;
@@ -234,7 +237,7 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
   for (std::size_t i = 0; i < 9; ++i) {
     if ((wanted >> i & 1) == 0) continue;
     const bool reference = i >= 6;
-    Vec3<T> k = weighted(reference ? w_sum : w, i);
+    survey::Vec3<T> k = weighted(reference ? w_sum : w, i);
     T information = along(k, i);
     if (reference) information = information * T(count);
     ObservationReliability<T> r;
@@ -247,15 +250,16 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
     // Nearly all points are plain; the others (in any lane) take the longer way, which gives the same bits for them.
     const bool plain = not_vertical && all(controlled);
     // An error that no residual shows goes into the estimates whole.
-    const auto where_controlled = [&](const Vec3<T>& x) {
+    const auto where_controlled = [&](const survey::Vec3<T>& x) {
       if (plain) return x;
-      return Vec3<T>{select(controlled, x.x, none), select(controlled, x.y, none), select(controlled, x.z, none)};
+      return survey::Vec3<T>{select(controlled, x.x, none), select(controlled, x.y, none),
+                             select(controlled, x.z, none)};
     };
     const auto times_size = [&](const T& x, const T& factor) {
       return plain ? x * factor : times_maybe_infinite(x, factor, variance[i]);
     };
     k = where_controlled(k);
-    Vec3<T> ks = k;  // summed over the stations
+    survey::Vec3<T> ks = k;  // summed over the stations
     if constexpr (kModel.shared) {
       if (reference) {
         ks = scale(T(count), k);
@@ -298,4 +302,4 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
   }
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

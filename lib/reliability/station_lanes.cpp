@@ -1,6 +1,9 @@
 #include "reliability/station_lanes.h"
 
-namespace surveymc::SURVEYMC_ISA {
+namespace surveymc::reliability::SURVEYMC_ISA {
+
+using namespace simd;
+using simd::store;
 namespace {
 
 template <StationModel kModel>
@@ -46,4 +49,4 @@ void station_batch(StationKernel kernel, const StationBatch& b) {
   }
 }
 
-}  // namespace surveymc::SURVEYMC_ISA
+}  // namespace surveymc::reliability::SURVEYMC_ISA

@@ -5,7 +5,7 @@
 
 #include "reliability/station_kernel.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 /// What is computed for an observation; the order of ObservationReliability.
 inline constexpr std::size_t kMapQuantities = 8;
@@ -31,4 +31,4 @@ namespace isa_v4 {
 void station_batch(StationKernel kernel, const StationBatch& batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

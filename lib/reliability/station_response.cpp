@@ -1,23 +1,21 @@
 #include "reliability/station_response.h"
 
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "base/units.h"
 #include "reliability/reliability_grid.h"
+#include "stats/linear_algebra.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 namespace {
 
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNothing = 1e-12;  // rad per sd of the error: rounding, as in station_kernel.h
 constexpr Index kBz = static_cast<Index>(index_of(Observation::bz));
 
@@ -55,7 +53,7 @@ StationSines<double> station_sines(double inclination_deg, double toolface_deg, 
 
 StationResponse::StationResponse(const AdjustmentModel& model, const StationSines<double>& s)
     : sines_(s), stations_(model.mode == AdjustmentMode::mse_shared ? model.stations : 1), mode_(model.mode) {
-  const ReferenceField& f = model.field;
+  const survey::ReferenceField& f = model.field;
   unit_ << Vector3::Constant(f.gravity), Vector3::Constant(f.total), f.gravity, f.total, 1;
   const Directions d = directions_of(s);
   const Vector3 field = s.cd * d.north + s.sd * d.down, by_dip = s.cd * d.down - s.sd * d.north;
@@ -168,11 +166,11 @@ ErrorResponse StationResponse::of(const Observations& error) const {
 }
 
 WeakestDirection weakest_direction(const Eigen::MatrixXd& information) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(information);
-  const Eigen::VectorXd& values = eigen.eigenvalues();  // rising, at most 1
-  Index equal = 1;                                      // directions that show as little
+  const stats::SymmetricEigen eigen = stats::symmetric_eigen(information);
+  const Eigen::VectorXd& values = eigen.values;  // rising, at most 1
+  Index equal = 1;                               // directions that show as little
   while (equal < values.size() && values[equal] - values[0] < kLeastRedundancy) ++equal;
-  const Eigen::MatrixXd space = eigen.eigenvectors().leftCols(equal);
+  const Eigen::MatrixXd space = eigen.vectors.leftCols(equal);
   // Nearest to a single observation: the longest projection of a unit vector, of equal ones the first
   const Eigen::VectorXd lengths = space.rowwise().norm();
   Index first = 0;
@@ -184,4 +182,4 @@ WeakestDirection weakest_direction(const Eigen::MatrixXd& information) {
   return w;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -12,7 +12,7 @@
 #include "reliability/observations.h"
 #include "reliability/station_kernel.h"
 
-namespace surveymc {
+namespace surveymc::reliability {
 
 /// Sines and cosines with right angles exact: an angle that does not exist is then infinite, and not merely large.
 StationSines<double> station_sines(double inclination_deg, double toolface_deg, double magnetic_azimuth_deg,
@@ -72,4 +72,4 @@ struct WeakestDirection {
 };
 WeakestDirection weakest_direction(const Eigen::MatrixXd& information);
 
-}  // namespace surveymc
+}  // namespace surveymc::reliability

@@ -4,12 +4,12 @@
 
 #include "base/units.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
 namespace {
 
 /// Normals first .. of one channel, four to a call.
 template <std::size_t N>
-std::vector<std::array<double, N>> normals(const Stream& stream, std::uint64_t trial, Channel channel,
+std::vector<std::array<double, N>> normals(const random::Stream& stream, std::uint64_t trial, random::Channel channel,
                                            std::size_t rows) {
   std::vector<double> z;
   for (std::uint32_t call = 0; z.size() < N * rows; ++call)
@@ -22,21 +22,22 @@ std::vector<std::array<double, N>> normals(const Stream& stream, std::uint64_t t
 
 }  // namespace
 
-ChainedRun simulate_chained_run(const ChainedRunSetup& s, const Stream& stream, std::uint64_t trial) {
+ChainedRun simulate_chained_run(const ChainedRunSetup& s, const random::Stream& stream, std::uint64_t trial) {
   const std::size_t n = s.attitudes.size();
-  const auto steps = normals<9>(stream, trial, Channel::chained_state, n);
-  const auto noise = normals<6>(stream, trial, Channel::chained_noise, n);
+  const auto steps = normals<9>(stream, trial, random::Channel::chained_state, n);
+  const auto noise = normals<6>(stream, trial, random::Channel::chained_noise, n);
   ChainedRun run;
   std::array<double, 9> walk{};
   for (std::size_t k = 0; k < n; ++k) {
-    Attitude at = s.attitudes[k];
+    survey::Attitude at = s.attitudes[k];
     if (s.random_toolface)
       at.toolface =
-          2 * kPi * stream.uniforms<double>(trial, Channel::chained_toolface, static_cast<std::uint64_t>(k / 4))[k % 4];
+          2 * kPi *
+          stream.uniforms<double>(trial, random::Channel::chained_toolface, static_cast<std::uint64_t>(k / 4))[k % 4];
     run.attitudes.push_back(at);
     Eigen::Matrix3d m;
-    m.col(0) = to_eigen(magnetic_T(at, 1, 0));
-    m.col(2) = to_eigen(down_T(at));
+    m.col(0) = survey::to_eigen(survey::magnetic_T(at, 1, 0));
+    m.col(2) = survey::to_eigen(survey::down_T(at));
     m.col(1) = m.col(2).cross(m.col(0));
     run.frames.push_back(m);
 
@@ -49,7 +50,7 @@ ChainedRun simulate_chained_run(const ChainedRunSetup& s, const Stream& stream, 
 
     const double fade = 1 + s.interference_rate * static_cast<double>(k), weight = 1 / (fade * fade);
     const Eigen::Vector3d field_N =
-        Eigen::Vector3d(s.horizontal + c[1], 0, s.down + c[2]) + weight * to_eigen(s.interference);
+        Eigen::Vector3d(s.horizontal + c[1], 0, s.down + c[2]) + weight * survey::to_eigen(s.interference);
     const Eigen::Vector3d f = -(s.gravity + c[0]) * m.col(2), h = m * field_N;
     std::array<double, 6> y;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -62,4 +63,4 @@ ChainedRun simulate_chained_run(const ChainedRunSetup& s, const Stream& stream, 
   return run;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

@@ -10,29 +10,29 @@
 #include "random/stream.h"
 #include "survey/frames.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
 
 /// All of a run but chance; sizes are one standard deviation. States: errors of gravity (m/s2), horizontal and downward
 /// field (nT), offsets of accelerometers (m/s2) and magnetometers (nT) x, y, z.
 struct ChainedRunSetup {
   double gravity = 9.80665, horizontal = 0, down = 0;  ///< references: m/s2, nT, nT
   std::array<double, 9> first_sd{}, step_sd{};
-  std::array<double, 6> noise{};           ///< of readings: m/s2, nT
-  std::vector<Attitude> attitudes;         ///< azimuth magnetic
-  bool random_toolface = true;             ///< uniform at every station instead of the attitudes' own
-  std::array<double, 9> constant_state{};  ///< added to the states of all stations
+  std::array<double, 6> noise{};            ///< of readings: m/s2, nT
+  std::vector<survey::Attitude> attitudes;  ///< azimuth magnetic
+  bool random_toolface = true;              ///< uniform at every station instead of the attitudes' own
+  std::array<double, 9> constant_state{};   ///< added to the states of all stations
   /// Interference at station k: (1 + rate k)^-2 times this vector in N-E-V, nT.
-  Vec3<double> interference{0, 0, 0};
+  survey::Vec3<double> interference{0, 0, 0};
   double interference_rate = 0.35;
 };
 
 struct ChainedRun {
-  std::vector<Attitude> attitudes;              ///< as drawn
+  std::vector<survey::Attitude> attitudes;      ///< as drawn
   std::vector<Eigen::Matrix3d> frames;          ///< columns: north, east, down in the tool frame
   std::vector<std::array<double, 9>> states;    ///< the truth
   std::vector<std::array<double, 6>> readings;  ///< specific force (which points up) x, y, z, field x, y, z
 };
 
-ChainedRun simulate_chained_run(const ChainedRunSetup& setup, const Stream& stream, std::uint64_t trial);
+ChainedRun simulate_chained_run(const ChainedRunSetup& setup, const random::Stream& stream, std::uint64_t trial);
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

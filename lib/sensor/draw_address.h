@@ -2,7 +2,9 @@
 /// Which of the stream's draws a trial gets, and with which sign.
 #include "simd/math.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
+
+using namespace simd;
 
 template <class T>
 struct DrawAddress {
@@ -21,4 +23,4 @@ T signed_draw(const T& draw, const DrawAddress<T>& from) {
   return from_bits(to_bits(draw) ^ from.sign);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

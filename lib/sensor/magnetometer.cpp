@@ -6,7 +6,7 @@
 #include "sensor/simulate_lanes.h"
 #include "simd/instruction_set.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
 
 double unit_noise_mean(NoiseLaw law) {
   switch (law) {
@@ -35,23 +35,24 @@ double unit_noise_variance(NoiseLaw law) {
 
 bool symmetric(NoiseLaw law) { return law == NoiseLaw::gaussian || law == NoiseLaw::uniform; }
 
-CleanReadings clean_readings(const Survey& survey, const ReferenceField& field, const MagnetometerErrors& errors) {
+CleanReadings clean_readings(const survey::Survey& survey, const survey::ReferenceField& field,
+                             const MagnetometerErrors& errors) {
   CleanReadings clean;
-  for (const Station& s : survey.stations) {
-    const Attitude at = magnetic_attitude(s, field.declination);
-    const Vec3<double> b = magnetic_T(at, field.total, field.dip);
+  for (const survey::Station& s : survey.stations) {
+    const survey::Attitude at = survey::magnetic_attitude(s, field.declination);
+    const survey::Vec3<double> b = survey::magnetic_T(at, field.total, field.dip);
     clean.field_T.push_back(b);
     clean.magnetic_T.push_back({errors.gain[0] * b.x + errors.bias[0], errors.gain[1] * b.y + errors.bias[1],
                                 errors.gain[2] * b.z + errors.bias[2]});
-    const Vec3<double> g = scale(field.gravity, down_T(at));
+    const survey::Vec3<double> g = scale(field.gravity, survey::down_T(at));
     clean.gravity_T.push_back(g);
     clean.down_T.push_back(scale(1 / norm(g), g));
   }
   return clean;
 }
 
-std::vector<StationFields> station_fields(const CleanReadings& clean) {
-  std::vector<StationFields> fields;
+std::vector<survey::StationFields> station_fields(const CleanReadings& clean) {
+  std::vector<survey::StationFields> fields;
   for (std::size_t k = 0; k < clean.field_T.size(); ++k) fields.push_back({clean.field_T[k], clean.down_T[k]});
   return fields;
 }
@@ -75,14 +76,14 @@ NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law) {
   return m;
 }
 
-ReadingBlock make_reading_block(int trials, int stations, const NoiseModel& noise) {
+survey::ReadingBlock make_reading_block(int trials, int stations, const NoiseModel& noise) {
   return {trials, stations, noise.accelerometer > 0, noise.reference == ReferenceNoise::per_station};
 }
 
-void simulate_readings(const CleanReadings& clean, const ReferenceField& field, const NoiseModel& noise,
-                       const Stream& stream, std::uint64_t first_trial, ReadingBlock& out, const NoiseWeights* weights,
-                       LaneArray* sums) {
-  assert(first_trial % kGroup == 0);
+void simulate_readings(const CleanReadings& clean, const survey::ReferenceField& field, const NoiseModel& noise,
+                       const random::Stream& stream, std::uint64_t first_trial, survey::ReadingBlock& out,
+                       const NoiseWeights* weights, survey::LaneArray* sums) {
+  assert(first_trial % simd::kGroup == 0);
   assert(!noise.antithetic || symmetric(noise.law));
   const auto data = [](const std::vector<double>& v) { return v.empty() ? nullptr : v.data(); };
   const SimulateBatch batch{&clean.magnetic_T.front().x,
@@ -107,10 +108,10 @@ void simulate_readings(const CleanReadings& clean, const ReferenceField& field, 
                             weights ? data(weights->reference) : nullptr,
                             weights ? sums->row(0, 0) : nullptr,
                             weights ? sums->group_stride() : 0};
-  if (instruction_set() == InstructionSet::v4)
+  if (simd::instruction_set() == simd::InstructionSet::v4)
     isa_v4::simulate(batch);
   else
     isa_v3::simulate(batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

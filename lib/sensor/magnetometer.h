@@ -6,12 +6,12 @@
 
 #include <Eigen/Core>
 
-#include "field/reference_field.h"
 #include "random/stream.h"
 #include "survey/readings.h"
+#include "survey/reference_field.h"
 #include "survey/survey.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
 
 /// Constant errors of a magnetometer triad: reading m = gain b + bias + noise, per axis of the tool frame
 /// (thesis eq 14 with the divisor gain = 1 + e_S of its eq 16).
@@ -51,15 +51,16 @@ bool symmetric(NoiseLaw law);
 
 /// Noise-free readings of a survey by a tool with constant magnetometer errors and perfect accelerometers.
 struct CleanReadings {
-  std::vector<Vec3<double>> field_T;     ///< true field in the tool frame, nT
-  std::vector<Vec3<double>> magnetic_T;  ///< magnetometer readings, nT
-  std::vector<Vec3<double>> gravity_T;   ///< accelerometer readings, m/s2, pointing down
-  std::vector<Vec3<double>> down_T;      ///< their direction, unit vectors
+  std::vector<survey::Vec3<double>> field_T;     ///< true field in the tool frame, nT
+  std::vector<survey::Vec3<double>> magnetic_T;  ///< magnetometer readings, nT
+  std::vector<survey::Vec3<double>> gravity_T;   ///< accelerometer readings, m/s2, pointing down
+  std::vector<survey::Vec3<double>> down_T;      ///< their direction, unit vectors
 };
-CleanReadings clean_readings(const Survey& survey, const ReferenceField& field, const MagnetometerErrors& errors);
+CleanReadings clean_readings(const survey::Survey& survey, const survey::ReferenceField& field,
+                             const MagnetometerErrors& errors);
 
 /// What an error-free tool sees at the stations.
-std::vector<StationFields> station_fields(const CleanReadings& clean);
+std::vector<survey::StationFields> station_fields(const CleanReadings& clean);
 
 /// Linear functions of a trial's draws: sums of weight times draw, kSums of them at a time. Draws are those of size 1,
 /// so the weight carries the noise's size. With the weights of a first-order prediction they are what that prediction
@@ -79,13 +80,13 @@ struct NoiseSumMoments {
 NoiseSumMoments noise_sum_moments(const NoiseWeights& weights, NoiseLaw law);
 
 /// A batch of the right shape for this survey and noise.
-ReadingBlock make_reading_block(int trials, int stations, const NoiseModel& noise);
+survey::ReadingBlock make_reading_block(int trials, int stations, const NoiseModel& noise);
 
 /// Fills `out` with noisy readings of trials first_trial, first_trial + 1, ... first_trial is a multiple of kGroup.
 /// noise.antithetic needs symmetric(noise.law).
 /// If `weights` is given, `sums` (NoiseWeights::kSums rows) gets the weighted sums of every trial's draws.
-void simulate_readings(const CleanReadings& clean, const ReferenceField& field, const NoiseModel& noise,
-                       const Stream& stream, std::uint64_t first_trial, ReadingBlock& out,
-                       const NoiseWeights* weights = nullptr, LaneArray* sums = nullptr);
+void simulate_readings(const CleanReadings& clean, const survey::ReferenceField& field, const NoiseModel& noise,
+                       const random::Stream& stream, std::uint64_t first_trial, survey::ReadingBlock& out,
+                       const NoiseWeights* weights = nullptr, survey::LaneArray* sums = nullptr);
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

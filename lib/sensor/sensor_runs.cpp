@@ -7,25 +7,26 @@
 #include "sensor/sensor_runs_lanes.h"
 #include "simd/instruction_set.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
 
 namespace {
 
-bool draws_toolfaces(const ToolfacePlan& plan) {
-  return plan.has(ToolfaceSource::slide) || plan.has(ToolfaceSource::own);
+bool draws_toolfaces(const survey::ToolfacePlan& plan) {
+  return plan.has(survey::ToolfaceSource::slide) || plan.has(survey::ToolfaceSource::own);
 }
 
 }  // namespace
 
-SensorRunSetup sensor_run_setup(const Survey& survey, const ReferenceField& field, const SensorTermArray& sd,
-                                const ToolfacePlan& plan, PositionMethod method, const std::vector<int>& reported) {
+SensorRunSetup sensor_run_setup(const survey::Survey& survey, const survey::ReferenceField& field,
+                                const survey::SensorTermArray& sd, const survey::ToolfacePlan& plan,
+                                survey::PositionMethod method, const std::vector<int>& reported) {
   assert(plan.size() == survey.size());
   SensorRunSetup s;
-  for (const Station& station : survey.stations) {
-    Attitude at = magnetic_attitude(station, field.declination);
+  for (const survey::Station& station : survey.stations) {
+    survey::Attitude at = survey::magnetic_attitude(station, field.declination);
     at.toolface = 0;
-    s.gravity_H.push_back(scale(field.gravity, down_T(at)));
-    s.field_H.push_back(magnetic_T(at, field.total, field.dip));
+    s.gravity_H.push_back(scale(field.gravity, survey::down_T(at)));
+    s.field_H.push_back(survey::magnetic_T(at, field.total, field.dip));
   }
   s.md = survey.md();
   s.declination = field.declination;
@@ -38,9 +39,9 @@ SensorRunSetup sensor_run_setup(const Survey& survey, const ReferenceField& fiel
 
 SensorRuns::SensorRuns(int trial_count, const SensorRunSetup& setup)
     : trials(trial_count),
-      errors(groups_for(trial_count), kSensorTerms),
-      toolface(groups_for(trial_count), 2 * setup.stations(), !draws_toolfaces(setup.plan)),
-      positions(groups_for(trial_count), 3 * static_cast<int>(setup.reported.size())) {}
+      errors(survey::groups_for(trial_count), survey::kSensorTerms),
+      toolface(survey::groups_for(trial_count), 2 * setup.stations(), !draws_toolfaces(setup.plan)),
+      positions(survey::groups_for(trial_count), 3 * static_cast<int>(setup.reported.size())) {}
 
 namespace {
 
@@ -53,7 +54,7 @@ SensorRunBatch batch_of(const SensorRunSetup& s, SensorRuns& runs) {
           nullptr,
           s.plan.first_slid(),
           s.stations(),
-          groups_for(runs.trials),
+          survey::groups_for(runs.trials),
           s.reported.data(),
           static_cast<int>(s.reported.size()),
           s.first_is_tie_on,
@@ -72,8 +73,8 @@ SensorRunBatch batch_of(const SensorRunSetup& s, SensorRuns& runs) {
 
 }  // namespace
 
-void draw_runs(const SensorRunSetup& setup, const Stream& stream, std::uint64_t first_trial, SensorRuns& runs) {
-  assert(first_trial % kGroup == 0);
+void draw_runs(const SensorRunSetup& setup, const random::Stream& stream, std::uint64_t first_trial, SensorRuns& runs) {
+  assert(first_trial % simd::kGroup == 0);
   std::vector<double> cosines, sines;
   for (const double t : setup.plan.given) {
     cosines.push_back(std::cos(t));
@@ -83,7 +84,7 @@ void draw_runs(const SensorRunSetup& setup, const Stream& stream, std::uint64_t 
   batch.first_trial = first_trial;
   batch.given_cos = cosines.data();
   batch.given_sin = sines.data();
-  if (instruction_set() == InstructionSet::v4)
+  if (simd::instruction_set() == simd::InstructionSet::v4)
     isa_v4::draw_sensor_runs(batch, stream);
   else
     isa_v3::draw_sensor_runs(batch, stream);
@@ -91,18 +92,18 @@ void draw_runs(const SensorRunSetup& setup, const Stream& stream, std::uint64_t 
 
 void run_positions(const SensorRunSetup& setup, SensorRuns& runs) {
   const SensorRunBatch batch = batch_of(setup, runs);
-  if (instruction_set() == InstructionSet::v4)
+  if (simd::instruction_set() == simd::InstructionSet::v4)
     isa_v4::sensor_run_positions(batch);
   else
     isa_v3::sensor_run_positions(batch);
 }
 
-void for_each_batch(const SensorRunSetup& setup, const Stream& stream, std::uint64_t first_trial, int count,
+void for_each_batch(const SensorRunSetup& setup, const random::Stream& stream, std::uint64_t first_trial, int count,
                     const std::function<void(std::uint64_t, const SensorRuns&)>& use) {
-  const std::size_t rows = kSensorTerms + 3 * setup.reported.size() +
+  const std::size_t rows = survey::kSensorTerms + 3 * setup.reported.size() +
                            (draws_toolfaces(setup.plan) ? 2 * static_cast<std::size_t>(setup.stations()) : 0);
   const auto fitting = static_cast<int>(65536 / (rows * sizeof(double)));
-  const int batch = std::max(kGroup, fitting / kGroup * kGroup);
+  const int batch = std::max(simd::kGroup, fitting / simd::kGroup * simd::kGroup);
   SensorRuns runs(std::min(batch, count), setup);
   for (int begin = 0; begin < count; begin += batch) {
     const int trials = std::min(batch, count - begin);
@@ -114,15 +115,16 @@ void for_each_batch(const SensorRunSetup& setup, const Stream& stream, std::uint
   }
 }
 
-std::vector<double> toolfaces_of_trial(const ToolfacePlan& plan, const Stream& stream, std::uint64_t trial) {
+std::vector<double> toolfaces_of_trial(const survey::ToolfacePlan& plan, const random::Stream& stream,
+                                       std::uint64_t trial) {
   std::vector<double> t = plan.given;
   for (std::size_t k = 0; k < t.size(); ++k) {
-    if (plan.source[k] == ToolfaceSource::given) continue;
-    const auto index =
-        static_cast<std::uint32_t>(plan.source[k] == ToolfaceSource::own ? static_cast<int>(k) : plan.first_slid());
-    t[k] = 2 * kPi * stream.uniforms<double>(trial, Channel::toolface, index / 4)[index % 4];
+    if (plan.source[k] == survey::ToolfaceSource::given) continue;
+    const auto index = static_cast<std::uint32_t>(plan.source[k] == survey::ToolfaceSource::own ? static_cast<int>(k)
+                                                                                                : plan.first_slid());
+    t[k] = 2 * kPi * stream.uniforms<double>(trial, random::Channel::toolface, index / 4)[index % 4];
   }
   return t;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

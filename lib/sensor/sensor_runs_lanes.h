@@ -8,34 +8,34 @@
 #include "survey/sensor_terms.h"
 #include "survey/toolface_plan.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
 
 /// Raw view of a batch; rows are kGroup doubles apart. A stride of 0 means one group shared by all.
 struct SensorRunBatch {
   const double *gravity, *field;  ///< 3 stations
   const double* md;
-  const ToolfaceSource* source;
+  const survey::ToolfaceSource* source;
   const double *given_cos, *given_sin;  ///< stations
   int first_slid;                       ///< -1 without a slide
   int stations, groups;
   const int* reported;
   int reported_count;
   bool first_is_tie_on;
-  PositionMethod method;
+  survey::PositionMethod method;
   double sin_declination, cos_declination;
-  SensorTermArray sd;
+  survey::SensorTermArray sd;
   std::uint64_t first_trial;
   double *errors, *toolface, *positions;
   std::size_t errors_stride, toolface_stride, positions_stride;
 };
 
 namespace isa_v3 {
-void draw_sensor_runs(const SensorRunBatch& batch, const Stream& stream);
+void draw_sensor_runs(const SensorRunBatch& batch, const random::Stream& stream);
 void sensor_run_positions(const SensorRunBatch& batch);
 }  // namespace isa_v3
 namespace isa_v4 {
-void draw_sensor_runs(const SensorRunBatch& batch, const Stream& stream);
+void draw_sensor_runs(const SensorRunBatch& batch, const random::Stream& stream);
 void sensor_run_positions(const SensorRunBatch& batch);
 }  // namespace isa_v4
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

@@ -3,7 +3,10 @@
 #include "sensor/draw_address.h"
 #include "simd/pack.h"
 
-namespace surveymc::SURVEYMC_ISA {
+namespace surveymc::sensor::SURVEYMC_ISA {
+
+using namespace simd;
+using simd::store;
 namespace {
 
 using T = Lanes;
@@ -14,8 +17,9 @@ constexpr int kCalls = lane_count<T> == 8 ? 5 : 2;
 using Calls = Pack<T, kCalls>;
 
 /// Draws of size 1 of the law: element j of number i has index 4 (call + j) + i.
-[[gnu::always_inline]] inline std::array<Calls, 4> unit_draws(NoiseLaw law, const Stream& stream,
-                                                              const DrawAddress<T>& from, Channel channel, int call) {
+[[gnu::always_inline]] inline std::array<Calls, 4> unit_draws(NoiseLaw law, const random::Stream& stream,
+                                                              const DrawAddress<T>& from, random::Channel channel,
+                                                              int call) {
   const auto calls = Bits<Calls>::each([&](std::size_t j) { return Bits<T>(static_cast<std::uint64_t>(call) + j); });
   std::array<Calls, 4> x;
   if (law == NoiseLaw::gaussian || law == NoiseLaw::gaussian_half_open) {
@@ -38,8 +42,8 @@ void add_weighted(const double* weights, const T& draw, Sums& sums) {
 }
 
 /// clean + size * draw for `rows` rows; the draws' weighted sums if `weights` is not null.
-void add_noise(const double* clean, int rows, NoiseLaw law, double size, const Stream& stream,
-               const DrawAddress<T>& from, Channel channel, double* out, const double* weights, Sums& sums) {
+void add_noise(const double* clean, int rows, NoiseLaw law, double size, const random::Stream& stream,
+               const DrawAddress<T>& from, random::Channel channel, double* out, const double* weights, Sums& sums) {
   for (int first = 0; first < rows; first += 4 * kCalls) {
     const std::array<Calls, 4> draw = unit_draws(law, stream, from, channel, first / 4);
     const auto put = [&](int r) {
@@ -58,8 +62,8 @@ void add_noise(const double* clean, int rows, NoiseLaw law, double size, const S
 
 void normalise(int stations, double* down) {
   for (int k = 0; k < stations; ++k, down += 3 * kGroup) {
-    const Vec3<T> g{load<T>(down), load<T>(down + kGroup), load<T>(down + 2 * kGroup)};
-    const Vec3<T> u = scale(T(1.0) / norm(g), g);
+    const survey::Vec3<T> g{load<T>(down), load<T>(down + kGroup), load<T>(down + 2 * kGroup)};
+    const survey::Vec3<T> u = scale(T(1.0) / norm(g), g);
     store(down, u.x);
     store(down + kGroup, u.y);
     store(down + 2 * kGroup, u.z);
@@ -71,7 +75,8 @@ void draw_reference(const SimulateBatch& b, const DrawAddress<T>& from, double* 
   for (int k = 0; k < b.reference_pairs; k += 2) {  // one call serves two stations
     std::array<T, 4> draw{T(0.0), T(0.0), T(0.0), T(0.0)};
     if (b.noise.reference != ReferenceNoise::none) {
-      draw = b.stream.normals<T>(from.trial, Channel::reference_field, Bits<T>(static_cast<std::uint64_t>(k / 2)));
+      draw =
+          b.stream.normals<T>(from.trial, random::Channel::reference_field, Bits<T>(static_cast<std::uint64_t>(k / 2)));
       for (T& v : draw) v = signed_draw(v, from);
     }
     for (int i = 0; i < 2 && k + i < b.reference_pairs; ++i) {
@@ -99,12 +104,13 @@ void simulate(const SimulateBatch& b) {
       Sums sums;
       for (T& s : sums) s = T(0.0);
       add_noise(b.clean_magnetic, 3 * b.stations, b.noise.law, b.noise.magnetometer, b.stream, from,
-                Channel::magnetometer_noise, b.magnetic + g * b.magnetic_stride + lane, b.magnetometer_weights, sums);
+                random::Channel::magnetometer_noise, b.magnetic + g * b.magnetic_stride + lane, b.magnetometer_weights,
+                sums);
       if (group == 0 || b.down_stride > 0) {
         double* down = b.down + g * b.down_stride + lane;
         if (b.noise.accelerometer > 0) {
           add_noise(b.clean_gravity, 3 * b.stations, NoiseLaw::gaussian, b.noise.accelerometer, b.stream, from,
-                    Channel::accelerometer_noise, down, b.accelerometer_weights, sums);
+                    random::Channel::accelerometer_noise, down, b.accelerometer_weights, sums);
           normalise(b.stations, down);
         } else {  // the same direction goes to all lanes of the one shared group
           for (int r = 0; r < 3 * b.stations; ++r) store(down + r * kGroup, T(b.clean_down[r]));
@@ -116,4 +122,4 @@ void simulate(const SimulateBatch& b) {
     }
 }
 
-}  // namespace surveymc::SURVEYMC_ISA
+}  // namespace surveymc::sensor::SURVEYMC_ISA

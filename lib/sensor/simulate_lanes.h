@@ -6,7 +6,7 @@
 #include "random/stream.h"
 #include "sensor/magnetometer.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
 
 /// Raw view of a batch to fill; rows are kGroup doubles apart. A stride of 0 means one group shared by all.
 struct SimulateBatch {
@@ -17,7 +17,7 @@ struct SimulateBatch {
   std::uint64_t first_trial;
   double total, dip;  ///< reference without error, nT and rad
   NoiseModel noise;
-  Stream stream;
+  random::Stream stream;
   /// Weights of NoiseWeights, or null; `sums` is null when no sums are wanted.
   const double *magnetometer_weights, *accelerometer_weights, *reference_weights;
   double* sums;
@@ -31,4 +31,4 @@ namespace isa_v4 {
 void simulate(const SimulateBatch& batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

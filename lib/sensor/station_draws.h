@@ -6,12 +6,12 @@
 #include "survey/frames.h"
 #include "survey/station_readings.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
 
 /// What one station reads and is told without any draw.
 struct StationTruth {
-  Vec3<double> gravity_T;                                      ///< m/s2
-  Vec3<double> magnetic_T;                                     ///< nT, constant errors included
+  survey::Vec3<double> gravity_T;                              ///< m/s2
+  survey::Vec3<double> magnetic_T;                             ///< nT, constant errors included
   double reference_gravity = 0, horizontal = 0, vertical = 0;  ///< references, their constant errors included
   double axial = 0;                                            ///< Mz that magnetic_T includes, nT
 };
@@ -29,7 +29,7 @@ inline constexpr int kStationBatch = 4;
 /// Draws stations first_station .. first_station + stations.size() - 1 (at most kStationBatch of them) of the trials
 /// first_trial .. first_trial + kGroup groups - 1. Rows as in survey/station_readings.h. Channels: accelerometer_noise,
 /// magnetometer_noise, station_reference, axial_magnetisation, by station.
-LaneArray draw_stations(const std::vector<StationTruth>& stations, int first_station, const StationDrawSd& sd,
-                        const Stream& stream, std::uint64_t first_trial, int groups);
+survey::LaneArray draw_stations(const std::vector<StationTruth>& stations, int first_station, const StationDrawSd& sd,
+                                const random::Stream& stream, std::uint64_t first_trial, int groups);
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

@@ -2,14 +2,14 @@
 /// The kernel behind station_draws.h, for both instruction sets (simd/lanes.h).
 #include "sensor/station_draws.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
 
 struct StationDrawBatch {
   const StationTruth* stations;
   int count;          ///< of stations, at most kStationBatch
   int first_station;  ///< a multiple of kStationBatch
   StationDrawSd sd;
-  Stream stream;
+  random::Stream stream;
   std::uint64_t first_trial;
   int groups;
   double* readings;  ///< [group][station][row][lane]
@@ -22,4 +22,4 @@ namespace isa_v4 {
 void draw_station_batch(const StationDrawBatch& batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

@@ -5,12 +5,12 @@
 #include "sensor/tool_spread_lanes.h"
 #include "simd/instruction_set.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
 
-void spread_tools(const CleanReadings& clean, const ToolSpread& spread, bool antithetic, const Stream& stream,
-                  std::uint64_t first_trial, ReadingBlock& readings, LaneArray& deviation, const NoiseWeights* weights,
-                  LaneArray* sums) {
-  assert(first_trial % kGroup == 0);
+void spread_tools(const CleanReadings& clean, const ToolSpread& spread, bool antithetic, const random::Stream& stream,
+                  std::uint64_t first_trial, survey::ReadingBlock& readings, survey::LaneArray& deviation,
+                  const NoiseWeights* weights, survey::LaneArray* sums) {
+  assert(first_trial % simd::kGroup == 0);
   ToolSpreadBatch batch{&clean.field_T.front().x,
                         readings.magnetic.row(0, 0),
                         deviation.row(0, 0),
@@ -26,15 +26,15 @@ void spread_tools(const CleanReadings& clean, const ToolSpread& spread, bool ant
                         antithetic,
                         stream};
   for (std::size_t i = 0; i < 6; ++i) batch.sd[i] = spread.sd(i);
-  if (instruction_set() == InstructionSet::v4)
+  if (simd::instruction_set() == simd::InstructionSet::v4)
     isa_v4::spread_tools(batch);
   else
     isa_v3::spread_tools(batch);
 }
 
-void draw_assumed_sd(AssumedNoise law, double size, const Stream& stream, std::uint64_t first_trial,
-                     ReadingBlock& readings) {
-  assert(first_trial % kGroup == 0 && readings.has_assumed_sd && law != AssumedNoise::constant);
+void draw_assumed_sd(AssumedNoise law, double size, const random::Stream& stream, std::uint64_t first_trial,
+                     survey::ReadingBlock& readings) {
+  assert(first_trial % simd::kGroup == 0 && readings.has_assumed_sd && law != AssumedNoise::constant);
   const AssumedSdBatch batch{readings.assumed_sd.row(0, 0),
                              readings.assumed_sd.group_stride(),
                              3 * readings.stations,
@@ -43,10 +43,10 @@ void draw_assumed_sd(AssumedNoise law, double size, const Stream& stream, std::u
                              law,
                              size,
                              stream};
-  if (instruction_set() == InstructionSet::v4)
+  if (simd::instruction_set() == simd::InstructionSet::v4)
     isa_v4::draw_assumed_sd(batch);
   else
     isa_v3::draw_assumed_sd(batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

@@ -7,7 +7,7 @@
 #include "sensor/magnetometer.h"
 #include "survey/readings.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
 
 /// Every run has a tool of its own: true gains and biases are Gaussian about the nominal ones, one standard deviation
 /// per axis.
@@ -25,9 +25,9 @@ struct ToolSpread {
 /// Adds d gain_i b_i + d bias_i of every trial to the readings of simulate_readings, and writes the deviations (rows:
 /// gain x, y, z; bias x, y, z in nT) to `deviation`. If `sums` is given, it adds weights.tool times the draws to them.
 /// The same addresses as simulate_readings (`antithetic` as in its NoiseModel); first_trial is a multiple of kGroup.
-void spread_tools(const CleanReadings& clean, const ToolSpread& spread, bool antithetic, const Stream& stream,
-                  std::uint64_t first_trial, ReadingBlock& readings, LaneArray& deviation,
-                  const NoiseWeights* weights = nullptr, LaneArray* sums = nullptr);
+void spread_tools(const CleanReadings& clean, const ToolSpread& spread, bool antithetic, const random::Stream& stream,
+                  std::uint64_t first_trial, survey::ReadingBlock& readings, survey::LaneArray& deviation,
+                  const NoiseWeights* weights = nullptr, survey::LaneArray* sums = nullptr);
 
 /// How the sd that a weighted estimator assumes of a reading is drawn anew in each run (thesis section 2.2: "random
 /// noise between 0 and 70 nT on the diagonal").
@@ -38,7 +38,7 @@ enum class AssumedNoise {
 };
 
 /// Fills readings.assumed_sd (which must have room); `size` in nT.
-void draw_assumed_sd(AssumedNoise law, double size, const Stream& stream, std::uint64_t first_trial,
-                     ReadingBlock& readings);
+void draw_assumed_sd(AssumedNoise law, double size, const random::Stream& stream, std::uint64_t first_trial,
+                     survey::ReadingBlock& readings);
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

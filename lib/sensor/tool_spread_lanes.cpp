@@ -2,7 +2,10 @@
 
 #include "sensor/draw_address.h"
 
-namespace surveymc::SURVEYMC_ISA {
+namespace surveymc::sensor::SURVEYMC_ISA {
+
+using namespace simd;
+using simd::store;
 
 using T = Lanes;
 
@@ -10,8 +13,8 @@ void spread_tools(const ToolSpreadBatch& b) {
   for (std::size_t group = 0; group < static_cast<std::size_t>(b.groups); ++group)
     for (std::size_t lane = 0; lane < static_cast<std::size_t>(kGroup); lane += lane_count<T>) {
       const DrawAddress<T> from = draw_address<T>(consecutive<T>(b.first_trial + group * kGroup + lane), b.antithetic);
-      const auto first = b.stream.normals<T>(from.trial, Channel::tool_errors, Bits<T>(0)),
-                 second = b.stream.normals<T>(from.trial, Channel::tool_errors, Bits<T>(1));
+      const auto first = b.stream.normals<T>(from.trial, random::Channel::tool_errors, Bits<T>(0)),
+                 second = b.stream.normals<T>(from.trial, random::Channel::tool_errors, Bits<T>(1));
       std::array<T, 6> draw{first[0], first[1], first[2], first[3], second[0], second[1]}, d;
       for (T& x : draw) x = signed_draw(x, from);
       for (std::size_t i = 0; i < 6; ++i) {
@@ -39,7 +42,8 @@ void draw_assumed_sd(const AssumedSdBatch& b) {
     for (std::size_t lane = 0; lane < static_cast<std::size_t>(kGroup); lane += lane_count<T>) {
       const Bits<T> trial = consecutive<T>(b.first_trial + group * kGroup + lane);
       for (int r = 0; r < b.rows; r += 4) {
-        const auto u = b.stream.uniforms<T>(trial, Channel::assumed_noise, Bits<T>(static_cast<std::uint64_t>(r / 4)));
+        const auto u =
+            b.stream.uniforms<T>(trial, random::Channel::assumed_noise, Bits<T>(static_cast<std::uint64_t>(r / 4)));
         for (int i = 0; i < 4 && r + i < b.rows; ++i) {
           const T x = T(b.size) * u[static_cast<std::size_t>(i)];
           store(b.assumed_sd + group * b.stride + static_cast<std::size_t>((r + i) * kGroup) + lane,
@@ -49,4 +53,4 @@ void draw_assumed_sd(const AssumedSdBatch& b) {
     }
 }
 
-}  // namespace surveymc::SURVEYMC_ISA
+}  // namespace surveymc::sensor::SURVEYMC_ISA

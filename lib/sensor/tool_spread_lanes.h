@@ -5,7 +5,7 @@
 
 #include "sensor/tool_spread.h"
 
-namespace surveymc {
+namespace surveymc::sensor {
 
 /// Raw view of a batch; rows are kGroup doubles apart.
 struct ToolSpreadBatch {
@@ -17,7 +17,7 @@ struct ToolSpreadBatch {
   std::uint64_t first_trial;
   double sd[6];  ///< of gain x, y, z (1), bias x, y, z (nT)
   bool antithetic;
-  Stream stream;
+  random::Stream stream;
 };
 
 struct AssumedSdBatch {
@@ -27,7 +27,7 @@ struct AssumedSdBatch {
   std::uint64_t first_trial;
   AssumedNoise law;
   double size;
-  Stream stream;
+  random::Stream stream;
 };
 
 namespace isa_v3 {
@@ -39,4 +39,4 @@ void spread_tools(const ToolSpreadBatch& batch);
 void draw_assumed_sd(const AssumedSdBatch& batch);
 }  // namespace isa_v4
 
-}  // namespace surveymc
+}  // namespace surveymc::sensor

@@ -8,7 +8,7 @@
 #include "simd/lanes.h"
 #include "simd/math.h"
 
-namespace surveymc {
+namespace surveymc::simd {
 
 /// a + sum_i d[i] e_i with e_i e_j = 0. T may itself be Lanes.
 template <class T, std::size_t N>
@@ -53,14 +53,14 @@ struct Dual {
   friend auto operator>(const Dual& x, const Dual& y) { return x.a > y.a; }
   friend Dual fma(const Dual& x, const Dual& y, const Dual& z) { return x * y + z; }
   friend Dual sqrt(const Dual& x) {
-    using surveymc::sqrt;
+    using simd::sqrt;
     const T s = sqrt(x.a);
     Dual r(s);
     for (std::size_t i = 0; i < N; ++i) r.d[i] = x.d[i] / (T(2.0) * s);
     return r;
   }
   friend std::pair<Dual, Dual> sincos(const Dual& x) {
-    using surveymc::sincos;
+    using simd::sincos;
     const auto [s, c] = sincos(x.a);
     Dual sine(s), cosine(c);
     for (std::size_t i = 0; i < N; ++i) {
@@ -71,11 +71,11 @@ struct Dual {
   }
   template <class Mask>
   friend Dual select(const Mask& c, const Dual& x, const Dual& y) {
-    using surveymc::select;
+    using simd::select;
     Dual r(select(c, x.a, y.a));
     for (std::size_t i = 0; i < N; ++i) r.d[i] = select(c, x.d[i], y.d[i]);
     return r;
   }
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::simd

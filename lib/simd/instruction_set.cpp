@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <cstring>
 
-namespace surveymc {
+namespace surveymc::simd {
 namespace {
 
 InstructionSet detect() {
@@ -24,4 +24,4 @@ InstructionSet instruction_set() {
 
 const char* name(InstructionSet set) { return set == InstructionSet::v4 ? "x86-64-v4" : "x86-64-v3"; }
 
-}  // namespace surveymc
+}  // namespace surveymc::simd

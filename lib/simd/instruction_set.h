@@ -1,5 +1,5 @@
 #pragma once
-namespace surveymc {
+namespace surveymc::simd {
 
 /// Levels of x86-64 that kernels are built for (lanes.h). Both give the same bits.
 enum class InstructionSet { v3, v4 };
@@ -10,4 +10,4 @@ InstructionSet instruction_set();
 /// "x86-64-v3" or "x86-64-v4".
 const char* name(InstructionSet set);
 
-}  // namespace surveymc
+}  // namespace surveymc::simd

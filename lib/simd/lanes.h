@@ -15,7 +15,7 @@
 
 #include <immintrin.h>
 
-namespace surveymc {
+namespace surveymc::simd {
 
 /// Trials lie in memory in groups of this many, whatever the width of a register: the layout, and with it every sum
 /// over trials, is the same on all machines.
@@ -206,4 +206,4 @@ Bits<T> consecutive(std::uint64_t first) {
 }
 
 }  // namespace SURVEYMC_ISA
-}  // namespace surveymc
+}  // namespace surveymc::simd

@@ -9,7 +9,7 @@
 
 #include "simd/lanes.h"
 
-namespace surveymc {
+namespace surveymc::simd {
 
 inline constexpr double kLn2High = 6.93147180369123816490e-01;  // 33 bits: its product with an exponent is exact
 
@@ -116,4 +116,4 @@ T asin_ratio(const T& z) {
   return p / q + 1.0;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::simd

@@ -6,7 +6,7 @@
 
 #include "simd/lanes.h"
 
-namespace surveymc {
+namespace surveymc::simd {
 
 /// Of numbers (T = double, Lanes) or of their bits (T = std::uint64_t, LaneBits): the operators are those of T.
 template <class T, std::size_t N>
@@ -77,4 +77,4 @@ Pack<B, N> xor3(const Pack<B, N>& a, const Pack<B, N>& b, const Pack<B, N>& c) {
   return Pack<B, N>::each([&](std::size_t i) { return xor3(a.v[i], b.v[i], c.v[i]); });
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::simd

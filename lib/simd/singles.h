@@ -5,7 +5,7 @@
 #include "simd/lanes.h"
 #include "simd/pack.h"
 
-namespace surveymc {
+namespace surveymc::simd {
 inline namespace SURVEYMC_ISA {
 
 /// Vectors of N elements of 32 bits.
@@ -207,4 +207,4 @@ template <class S>
   return {fma(x * z, s, x), fma(z * z, c, fma(z, S(-0.5f), S(1.0f)))};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::simd

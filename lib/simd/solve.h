@@ -6,7 +6,7 @@
 
 #include "simd/lanes.h"
 
-namespace surveymc {
+namespace surveymc::simd {
 
 /// Lower triangle of a symmetric N x N matrix, row by row: (i, j) at i (i + 1) / 2 + j, j <= i.
 template <class T, std::size_t N>
@@ -98,4 +98,4 @@ std::array<T, N> lu_solve(const Square<T, N>& f, std::array<T, N> x) {
   return x;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::simd

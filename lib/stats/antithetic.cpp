@@ -2,7 +2,7 @@
 
 #include <cassert>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 using Eigen::Index;
 
@@ -44,4 +44,4 @@ Interval paired_binomial_interval(std::uint64_t successes, std::uint64_t pairs, 
           binomial_interval((successes + 1) / 2, pairs, confidence).hi};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

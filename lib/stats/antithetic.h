@@ -16,7 +16,7 @@
 
 #include "stats/sample_summary.h"
 
-namespace surveymc {
+namespace surveymc::stats {
 
 /// Means of rows 2j and 2j + 1: n x d -> n / 2 x d, n even.
 Eigen::MatrixXd pair_means(const Eigen::Ref<const Eigen::MatrixXd>& x);
@@ -36,4 +36,4 @@ Eigen::MatrixXd paired_covariance(const Moments& trials, const Moments& pairs);
 /// the safe side.
 Interval paired_binomial_interval(std::uint64_t successes, std::uint64_t pairs, double confidence);
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -4,7 +4,7 @@
 
 #include "stats/linear_algebra.h"
 
-namespace surveymc {
+namespace surveymc::stats {
 namespace {
 
 enum { kYi, kYj, kLi, kLj, kYY, kLL, kColumns };
@@ -202,4 +202,4 @@ ControlledEstimate controlled_sd(const Moments& trials, double control_variance,
           around_root(e.controlled, confidence), e.variance_reduction};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -32,7 +32,7 @@
 #include "stats/intervals.h"
 #include "stats/moments.h"
 
-namespace surveymc {
+namespace surveymc::stats {
 
 /// An estimate without and with its control.
 struct ControlledEstimate {
@@ -74,4 +74,4 @@ ControlledEstimate controlled_sd(const Moments& columns, double control_variance
 ControlledEstimate controlled_covariance(const Moments& columns, double control_covariance, double confidence,
                                          const Moments* pairs = nullptr, const LostTrials& lost = {});
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
-namespace surveymc {
+#include "base/units.h"
+
+namespace surveymc::stats {
 
 std::size_t HistogramBins::bin(double value) const {
   if (!(value > 0)) return 0;
@@ -14,7 +15,7 @@ std::size_t HistogramBins::bin(double value) const {
 
 double histogram_quantile(const HistogramBins& b, const std::uint64_t* counts, double probability) {
   const auto total = static_cast<double>(std::accumulate(counts, counts + b.bins, std::uint64_t{0}));
-  if (total == 0) return std::numeric_limits<double>::quiet_NaN();
+  if (total == 0) return kNaN;
   const double wanted = std::clamp(probability, 0.0, 1.0) * total;
   double below = 0;
   for (std::size_t i = 0; i < b.bins; ++i) {
@@ -33,4 +34,4 @@ Interval histogram_quantile_interval(const HistogramBins& b, const std::uint64_t
   return {histogram_quantile(b, counts, probability - half), histogram_quantile(b, counts, probability + half)};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

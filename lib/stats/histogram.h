@@ -6,7 +6,7 @@
 
 #include "stats/intervals.h"
 
-namespace surveymc {
+namespace surveymc::stats {
 
 /// Bins [i width, (i + 1) width), i = 0 .. bins - 1; what lies beyond counts in the nearest bin. The counts themselves
 /// are in a tally, where they merge.
@@ -25,4 +25,4 @@ double histogram_quantile(const HistogramBins& bins, const std::uint64_t* counts
 Interval histogram_quantile_interval(const HistogramBins& bins, const std::uint64_t* counts, double probability,
                                      double confidence);
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

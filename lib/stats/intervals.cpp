@@ -7,7 +7,7 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 namespace bm = boost::math;
 
@@ -44,4 +44,4 @@ Interval nees_band(double dimension, std::uint64_t count, double confidence) {
   return {chi_squared_quantile(n * dimension, tail) / n, chi_squared_quantile(n * dimension, 1 - tail) / n};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -2,7 +2,7 @@
 /// Confidence intervals. All take the confidence level in (0, 1), two-sided with equal tails.
 #include <cstdint>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 struct Interval {
   double lo = 0, hi = 0;
@@ -28,4 +28,4 @@ Interval binomial_interval(std::uint64_t successes, std::uint64_t trials, double
 /// Band in which the mean of `count` chi-squared(dimension) values (NEES, NIS) lies.
 Interval nees_band(double dimension, std::uint64_t count, double confidence);
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

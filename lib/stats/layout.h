@@ -8,7 +8,7 @@
 ///   counts.assign(events.size(), 0);  ++counts[events.outcome(method, which)];
 #include <cstddef>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 /// Numbers first .. first + n - 1, by one, two or three indices, the last one fastest.
 struct Slots {
@@ -34,4 +34,4 @@ class Layout {
   std::size_t size_ = 0;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -4,7 +4,7 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -43,5 +43,8 @@ Cholesky cholesky(const MatrixXd& a) {
 MatrixXd Cholesky::lower() const { return factor_.matrixL(); }
 MatrixXd Cholesky::solve(const MatrixXd& b) const { return factor_.solve(b); }
 MatrixXd Cholesky::solve_lower(const MatrixXd& b) const { return factor_.matrixL().solve(b); }
+MatrixXd Cholesky::solve_upper(const MatrixXd& b) const { return factor_.matrixU().solve(b); }
 
-}  // namespace surveymc
+MatrixXd symmetric_inverse(const MatrixXd& a) { return a.ldlt().solve(MatrixXd::Identity(a.rows(), a.cols())); }
+
+}  // namespace surveymc::stats

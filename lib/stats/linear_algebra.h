@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 struct SymmetricEigen {
   Eigen::VectorXd values;   ///< ascending
@@ -39,6 +39,8 @@ class Cholesky {
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const;
   /// L^-1 b.
   Eigen::MatrixXd solve_lower(const Eigen::MatrixXd& b) const;
+  /// L'^-1 b.
+  Eigen::MatrixXd solve_upper(const Eigen::MatrixXd& b) const;
 
  private:
   friend Cholesky cholesky(const Eigen::MatrixXd& a);
@@ -46,4 +48,7 @@ class Cholesky {
 };
 Cholesky cholesky(const Eigen::MatrixXd& a);
 
-}  // namespace surveymc
+/// Inverse of a symmetric matrix, by L D L' with pivots; its lower triangle is read.
+Eigen::MatrixXd symmetric_inverse(const Eigen::MatrixXd& a);
+
+}  // namespace surveymc::stats

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 /// Count, mean, full covariance, and third and fourth central moments of every component. Mergeable (Chan, Golub and
 /// LeVeque 1979; Pebay 2008), so the memory does not grow with trials.
@@ -28,4 +28,4 @@ struct Moments {
   double kurtosis(Eigen::Index i) const;  ///< 3 for a normal distribution
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-namespace surveymc {
+#include "base/units.h"
+
+namespace surveymc::stats {
 
 double sorted_quantile(const std::vector<double>& sorted, double share) {
   const auto rank =
@@ -13,7 +14,7 @@ double sorted_quantile(const std::vector<double>& sorted, double share) {
 }
 
 double median(std::vector<double> x) {
-  if (x.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (x.empty()) return kNaN;
   const auto half = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
   std::nth_element(x.begin(), half, x.end());
   return x.size() % 2 == 1 ? *half : (*half + *std::max_element(x.begin(), half)) / 2;
@@ -29,8 +30,8 @@ Interval median_interval(const std::vector<double>& sorted, double confidence) {
     log_term += std::log(static_cast<double>(n - l + 1) / static_cast<double>(l));
     below += std::exp(log_term);
   }
-  if (l == 0) return {0, std::numeric_limits<double>::infinity()};
+  if (l == 0) return {0, kInfinity};
   return {sorted[l - 1], sorted[n - l]};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

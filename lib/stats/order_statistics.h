@@ -4,7 +4,7 @@
 
 #include "stats/intervals.h"
 
-namespace surveymc {
+namespace surveymc::stats {
 
 /// Quantile of sorted values (at least one): the smallest with at least that share, in (0, 1], at or below it.
 double sorted_quantile(const std::vector<double>& sorted, double share);
@@ -16,4 +16,4 @@ double median(std::vector<double> values);
 /// P(B <= l - 1) <= (1 - confidence) / 2 for B binomial(n, 1/2). With few values: [0, infinity], for delays.
 Interval median_interval(const std::vector<double>& sorted, double confidence);
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -1,6 +1,6 @@
 #include "stats/sample_summary.h"
 
-namespace surveymc {
+namespace surveymc::stats {
 
 SampleSummary summarise(const Moments& m, Eigen::Index i) {
   return {m.count, m.mean[i], m.variance(i), m.variance(i), m.kurtosis(i), m.skewness(i), m.kurtosis(i)};
@@ -14,4 +14,4 @@ Interval sd_interval(const SampleSummary& s, double confidence) {
   return sd_interval(s.variance, s.units, s.unit_kurtosis, confidence);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

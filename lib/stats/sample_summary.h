@@ -7,7 +7,7 @@
 #include "stats/intervals.h"
 #include "stats/moments.h"
 
-namespace surveymc {
+namespace surveymc::stats {
 
 /// A quantity sampled in `units` independent units: trials, or antithetic pairs of them (antithetic.h).
 struct SampleSummary {
@@ -25,4 +25,4 @@ SampleSummary summarise(const Moments& trials, Eigen::Index i);
 Interval mean_interval(const SampleSummary& s, double confidence);
 Interval sd_interval(const SampleSummary& s, double confidence);
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

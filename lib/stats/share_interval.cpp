@@ -4,7 +4,7 @@
 
 #include <boost/math/distributions/beta.hpp>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 Interval share_interval(double mean, double variance, std::uint64_t count, double confidence) {
   namespace bm = boost::math;
@@ -17,4 +17,4 @@ Interval share_interval(double mean, double variance, std::uint64_t count, doubl
           k < n ? bm::quantile(bm::complement(bm::beta_distribution<>(k + 1, n - k), tail)) : 1};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 using Eigen::Index;
 
@@ -112,4 +112,4 @@ void Tally::merge(const Tally& next) {
   samples.insert(samples.end(), next.samples.begin(), next.samples.end());
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -5,7 +5,7 @@
 
 #include "stats/moments.h"
 
-namespace surveymc {
+namespace surveymc::stats {
 
 struct Tally {
   std::uint64_t trials = 0;     ///< all that were run
@@ -28,4 +28,4 @@ struct Tally {
   void merge(const Tally& next);
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

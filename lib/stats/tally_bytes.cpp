@@ -2,7 +2,7 @@
 
 #include "base/bytes.h"
 
-namespace surveymc {
+namespace surveymc::stats {
 namespace {
 
 using Eigen::Index;
@@ -87,4 +87,4 @@ Tally tally_from_bytes(std::string_view bytes) {
   return t;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -5,7 +5,7 @@
 
 #include "stats/tally.h"
 
-namespace surveymc {
+namespace surveymc::stats {
 
 /// Grows when a member of Tally or Moments is added or changes its meaning.
 inline constexpr std::uint32_t kTallyVersion = 1;
@@ -16,4 +16,4 @@ std::string tally_to_bytes(const Tally& tally);
 /// that do not go together. Bytes that changed within a number are not noticed here: records have a checksum.
 Tally tally_from_bytes(std::string_view bytes);
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace surveymc {
+namespace surveymc::stats {
 
 /// Likelihood-ratio test that normal vectors with sample covariance `sample` (unbiased, from `count` vectors, mean
 /// unknown) have covariance `predicted`:
@@ -15,4 +15,4 @@ struct WishartTest {
 };
 WishartTest wishart_test(const Eigen::MatrixXd& sample, const Eigen::MatrixXd& predicted, std::uint64_t count);
 
-}  // namespace surveymc
+}  // namespace surveymc::stats

@@ -14,7 +14,7 @@
 
 #include <fmt/format.h>
 
-namespace surveymc {
+namespace surveymc::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -93,4 +93,4 @@ void AtomicFile::commit() {
   if (failed) throw std::system_error(EIO, std::generic_category());
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::store

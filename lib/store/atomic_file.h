@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace surveymc {
+namespace surveymc::store {
 
 /// Where a symbolic link points: renaming onto the link would replace it and leave the file it names as it was.
 std::filesystem::path resolved(const std::filesystem::path& path);
@@ -36,4 +36,4 @@ class AtomicFile {
   bool committed_ = false;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::store

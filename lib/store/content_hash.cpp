@@ -14,7 +14,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-namespace surveymc {
+namespace surveymc::store {
 namespace {
 
 /// XXH3-128 over a serialisation in which every list and text is preceded by its length: no two results share one.
@@ -134,4 +134,4 @@ std::string content_hash(const Result& result) {
   return content_hash(result, hashes);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::store

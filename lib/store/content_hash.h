@@ -8,7 +8,7 @@
 #include "store/result_file.h"
 #include "store/table.h"
 
-namespace surveymc {
+namespace surveymc::store {
 
 /// Equal for axes that two maps can share: the same name, unit, long name and values.
 std::string axis_hash(const Axis& axis);
@@ -38,4 +38,4 @@ class StreamHash {
 /// content_hash() of a result whose maps were hashed elsewhere.
 std::string content_hash(const Result& result, const MapHashes& maps);
 
-}  // namespace surveymc
+}  // namespace surveymc::store

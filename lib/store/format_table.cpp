@@ -6,7 +6,7 @@
 
 #include "store/table.h"
 
-namespace surveymc {
+namespace surveymc::store {
 namespace {
 
 constexpr std::size_t kSentence = 20;  // a wider text is a note, not a word
@@ -297,4 +297,14 @@ std::string format_table(const Table& table, const TableFormat& format) {
   return out;
 }
 
-}  // namespace surveymc
+std::size_t longest_line(const std::string& text) {
+  std::size_t longest = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    longest = std::max(longest, end - begin);
+    begin = end + 1;
+  }
+  return longest;
+}
+
+}  // namespace surveymc::store

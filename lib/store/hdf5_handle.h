@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-namespace surveymc {
+namespace surveymc::store {
 
 /// A file cannot be made or understood. The functions of result_file.h turn it into IoError with the path.
 struct Hdf5Failure : std::runtime_error {
@@ -73,4 +73,4 @@ inline Handle file_access() {
   return access;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -6,7 +6,7 @@
 
 #include "store/stored_form.h"
 
-namespace surveymc {
+namespace surveymc::store {
 namespace {
 
 std::string element(double x) { return json_number(x); }
@@ -75,4 +75,4 @@ std::string map_members_json(const Map& map) {
   return fmt::format("{}, \"shape\": [{}], \"axes\": [{}]", described(map.name, map.unit, map.long_name), shape, axes);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -6,7 +6,7 @@
 
 #include "store/table.h"
 
-namespace surveymc {
+namespace surveymc::store {
 
 /// `text` in quotes, escaped. Bytes that are not UTF-8 become U+FFFD.
 std::string json_string(const std::string& text);
@@ -21,4 +21,4 @@ std::string to_json(const Table& table, bool with_values = true);
 /// "values"}, ...], "shape": [...]; members without the braces around them, for values may follow.
 std::string map_members_json(const Map& map);
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -5,7 +5,7 @@
 
 #include <hdf5.h>
 
-namespace surveymc {
+namespace surveymc::store {
 
 struct Box {
   hsize_t first, size;  ///< values first .. first + size - 1 of the map, the last axis fastest
@@ -36,4 +36,4 @@ inline std::vector<Box> boxes_in(const std::vector<hsize_t>& shape, hsize_t firs
   return boxes;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -20,7 +20,7 @@
 // library left with a file that it can neither flush nor close. Only a result with streamed maps, which may be larger
 // than the memory, is made by HDF5 in the temporary file itself. How it is read: result_reader.cpp.
 
-namespace surveymc {
+namespace surveymc::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -115,4 +115,4 @@ std::string hdf5_version() {
   return fmt::format("{}.{}.{}", major, minor, release);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -7,7 +7,7 @@
 
 #include "store/table.h"
 
-namespace surveymc {
+namespace surveymc::store {
 
 /// What the result is and what makes it again. Written as root attributes; all of it but `command`,
 /// `surveymc_version`, `git_revision` and `compiler` enters the content hash.
@@ -80,4 +80,4 @@ std::string hdf5_version();
 /// The content_hash attribute stored in the file.
 std::string stored_content_hash(const std::filesystem::path& path);
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -24,7 +24,7 @@
 
 // The file may be damaged or made by others: types and sizes are checked before memory is filled.
 
-namespace surveymc {
+namespace surveymc::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -387,4 +387,4 @@ std::string stored_content_hash(const fs::path& path) {
   });
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -20,7 +20,7 @@
 #include "store/map_boxes.h"
 #include "store/stored_form.h"
 
-namespace surveymc {
+namespace surveymc::store {
 namespace {
 
 /// Variable-length UTF-8.
@@ -356,4 +356,4 @@ void write_file(const std::filesystem::path& path, const Result& result) {
   Writer().write(file, result);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -5,7 +5,7 @@
 
 #include "store/result_file.h"
 
-namespace surveymc {
+namespace surveymc::store {
 
 /// A malformed result is a bug of the study that made it: std::logic_error.
 void check_shape(const Result& result);
@@ -17,4 +17,4 @@ std::vector<char> file_image(const Result& result);
 /// whatever the streams throw; the file then is not whole.
 void write_file(const std::filesystem::path& path, const Result& result);
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -11,7 +11,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-namespace surveymc {
+namespace surveymc::store {
 namespace {
 
 constexpr std::size_t kMarkSize = 8;
@@ -70,4 +70,4 @@ bool is_intact(const std::filesystem::path& path) {
   return hash && seal == seal_text(*hash);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::store

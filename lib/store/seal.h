@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace surveymc {
+namespace surveymc::store {
 
 void append_seal(std::vector<char>& bytes);
 
@@ -15,4 +15,4 @@ std::vector<char> seal_of(const std::filesystem::path& path);
 /// True if the file has no seal, or the right one.
 bool is_intact(const std::filesystem::path& path);
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace surveymc {
+namespace surveymc::store {
 namespace {
 
 /// Length of the UTF-8 sequence at `at` (RFC 3629, section 4); 0 if it is none, and for NUL.
@@ -68,4 +68,4 @@ std::size_t axis_size(const Axis& axis) {
   return std::visit([](const auto& v) { return v.size(); }, axis.values);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -4,13 +4,13 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <set>
 #include <string>
 
+#include "base/units.h"
 #include "store/table.h"
 
-namespace surveymc {
+namespace surveymc::store {
 
 static_assert(std::endian::native == std::endian::little, "hashes and native HDF5 types assume little endian");
 
@@ -20,7 +20,7 @@ inline constexpr const char* kRow = "row";                     // dimension scal
 inline constexpr const char* kOriginalName = "original_name";  // where the link had to be named otherwise
 
 /// All NaNs are one missing value.
-inline double canonical_number(double x) { return std::isnan(x) ? std::numeric_limits<double>::quiet_NaN() : x; }
+inline double canonical_number(double x) { return std::isnan(x) ? kNaN : x; }
 
 /// Every byte that is not UTF-8 (a header line in Latin-1) becomes U+FFFD: Python readers refuse the file otherwise.
 /// So does NUL, which would end a string in HDF5.
@@ -35,4 +35,4 @@ std::string input_group_name(const std::string& path, std::set<std::string>& tak
 
 std::size_t axis_size(const Axis& axis);
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-namespace surveymc {
+namespace surveymc::store {
 namespace {
 
 std::string csv_text(const std::string& text) {
@@ -94,4 +94,4 @@ std::string to_csv(const Table& table) {
   return out;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-namespace surveymc {
+namespace surveymc::store {
 
 /// One column of a table. All columns of a table have one length.
 struct Column {
@@ -77,6 +77,8 @@ std::string format_table(const Table& table, const TableFormat& format = {});
 
 /// RFC 4180 text, but with lines that end in LF: names in the first line, numbers with the fewest digits that read back
 /// to the same bits, NaN as an empty cell.
+/// Length of the longest line of a text, in bytes.
+std::size_t longest_line(const std::string& text);
 std::string to_csv(const Table& table);
 
-}  // namespace surveymc
+}  // namespace surveymc::store

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-namespace surveymc {
+namespace surveymc::study {
 namespace {
 
 /// An entry without `formulation` speaks of every formulation.
@@ -13,7 +13,7 @@ bool covers(const RowName& entry, const RowName& row) {
          (entry.formulation.empty() || entry.formulation == row.formulation);
 }
 
-void require_known(const ConfigReader& entry, const std::string& key, const RowName& name,
+void require_known(const config::ConfigReader& entry, const std::string& key, const RowName& name,
                    const std::vector<RowName>& rows) {
   if (std::any_of(rows.begin(), rows.end(), [&](const RowName& r) { return covers(name, r); })) return;
   std::string known;
@@ -29,20 +29,28 @@ void require_known(const ConfigReader& entry, const std::string& key, const RowN
 
 }  // namespace
 
-Annotations Annotations::read(ConfigReader& config, const std::vector<RowName>& rows) {
+PublishedEntry read_published(config::ConfigReader& entry) {
+  PublishedEntry p;
+  p.source = entry.text("source");
+  p.table = entry.text("table");
+  p.values = entry.number_table("values", {});
+  p.here = entry.matches_point("at");
+  return p;
+}
+
+Annotations Annotations::read(config::ConfigReader& config, const std::vector<RowName>& rows) {
   Annotations a;
-  for (ConfigReader& entry : config.tables("published")) {
-    entry.text("source");
+  for (config::ConfigReader& entry : config.tables("published")) {
+    const PublishedEntry published = read_published(entry);
     a.has_published_ = true;
-    RowName name{entry.text("table"), entry.has("formulation") ? entry.text("formulation") : "", ""};
-    const bool here = entry.matches_point("at");
-    for (const auto& [quantity, value] : entry.number_table("values", {})) {
+    RowName name{published.table, entry.has("formulation") ? entry.text("formulation") : "", ""};
+    for (const auto& [quantity, value] : published.values) {
       name.quantity = quantity;
       require_known(entry, "values", name, rows);
-      if (here) a.published_.push_back({name, value});
+      if (published.here) a.published_.push_back({name, value});
     }
   }
-  for (ConfigReader& entry : config.tables("expect")) {
+  for (config::ConfigReader& entry : config.tables("expect")) {
     RowName name{entry.text("table"), entry.has("formulation") ? entry.text("formulation") : "", ""};
     const std::string verdict = entry.choice("verdict", {"agrees", "differs", "undecided"});
     const bool here = entry.matches_point("at");
@@ -71,4 +79,4 @@ void Annotations::apply(const std::string& table, std::vector<ComparisonRow>& ro
   }
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -6,20 +6,29 @@
 #include "config/config.h"
 #include "study/comparison.h"
 
-namespace surveymc {
+namespace surveymc::study {
+
+/// What every study reads of an entry of `[[published]]`: `source, table, values = { quantity = number }, at
+/// (optional)`. `at = { "noise.scale" = 1.0 }` limits an entry to those points of the sweep.
+struct PublishedEntry {
+  std::string source, table;
+  std::vector<std::pair<std::string, double>> values;
+  bool here = true;  ///< it speaks of this point
+};
+PublishedEntry read_published(config::ConfigReader& entry);
 
 /// Names of a row that a table will have.
 struct RowName {
   std::string table, formulation, quantity;
 };
 
-/// `[[published]] source, table, formulation (optional), values = { quantity = number }, at (optional)` and
+/// `[[published]]` as above with `formulation (optional)`, and
 /// `[[expect]] table, formulation (optional), quantities = [...], verdict, at (optional)`.
-/// `at = { "noise.scale" = 1.0 }` limits an entry to those points of the sweep. Later entries win.
+/// Later entries win.
 class Annotations {
  public:
   /// Throws InputError for a table, formulation or quantity that is not among `rows`.
-  static Annotations read(ConfigReader& config, const std::vector<RowName>& rows);
+  static Annotations read(config::ConfigReader& config, const std::vector<RowName>& rows);
 
   /// True if the config has published values, for this point or for another.
   bool has_published() const { return has_published_; }
@@ -42,4 +51,4 @@ class Annotations {
   bool has_published_ = false;
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -6,11 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "base/units.h"
 #include "study/table_rows.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
-Verdict judge(const Interval& r, double margin, std::uint64_t trials) {
+Verdict judge(const stats::Interval& r, double margin, std::uint64_t trials) {
   if (!std::isfinite(r.lo) || !std::isfinite(r.hi)) return {};
   const double lo = 1 - margin, hi = 1 + margin;
   if (r.lo >= lo && r.hi <= hi) return {"agrees"};
@@ -34,7 +35,7 @@ ComparisonRow row_of(const std::string& quantity, const std::string& unit, doubl
   return row;
 }
 
-void set_verdict(ComparisonRow& row, const Interval& ratio, const VerdictRule& rule, std::uint64_t trials) {
+void set_verdict(ComparisonRow& row, const stats::Interval& ratio, const VerdictRule& rule, std::uint64_t trials) {
   const Verdict v = judge(ratio, rule.margin, trials);
   row.verdict = v.word;
   row.margin = v.word.empty() ? std::nan("") : rule.margin;
@@ -46,18 +47,18 @@ void set_verdict(ComparisonRow& row, const Interval& ratio, const VerdictRule& r
 
 }  // namespace
 
-Estimate mean_estimate(const Moments& m, Eigen::Index i, double confidence) {
+Estimate mean_estimate(const stats::Moments& m, Eigen::Index i, double confidence) {
   if (m.count < 2) return {};
-  return {m.mean[i], mean_interval(m.mean[i], m.variance(i), m.count, confidence)};
+  return {m.mean[i], stats::mean_interval(m.mean[i], m.variance(i), m.count, confidence)};
 }
 
-Estimate rms_estimate(const Moments& m, Eigen::Index i, double confidence) {
+Estimate rms_estimate(const stats::Moments& m, Eigen::Index i, double confidence) {
   return m.count < 2 ? Estimate{} : rms_estimate(m.mean[i], m.variance(i), m.count, confidence);
 }
 
 Estimate rms_estimate(double mean_square, double variance, std::uint64_t count, double confidence) {
   if (count < 2) return {};
-  const Interval ci = mean_interval(mean_square, variance, count, confidence);
+  const stats::Interval ci = stats::mean_interval(mean_square, variance, count, confidence);
   return {std::sqrt(mean_square), {std::sqrt(std::max(ci.lo, 0.0)), std::sqrt(ci.hi)}};
 }
 
@@ -68,27 +69,28 @@ ComparisonRow compare_value(const std::string& quantity, const std::string& unit
   row.interval = found.interval;
   if (!std::isfinite(predicted) || !(found.value > 0)) return row;
   row.ratio = predicted / found.value;
-  row.ratio_interval = {predicted / found.interval.hi, found.interval.lo > 0 ? predicted / found.interval.lo
-                                                                             : std::numeric_limits<double>::infinity()};
+  row.ratio_interval = {predicted / found.interval.hi,
+                        found.interval.lo > 0 ? predicted / found.interval.lo : kInfinity};
   set_verdict(row, row.ratio_interval, rule, trials);
   return row;
 }
 
-ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas, const Moments& m,
+ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas, const stats::Moments& m,
                          Eigen::Index i, double predicted_sd, const VerdictRule& rule, std::uint64_t trials) {
-  return compare_sd(quantity, unit, sigmas, m.count < 2 ? SampleSummary{} : summarise(m, i), predicted_sd, rule,
-                    trials);
+  return compare_sd(quantity, unit, sigmas, m.count < 2 ? stats::SampleSummary{} : stats::summarise(m, i), predicted_sd,
+                    rule, trials);
 }
 
-ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas, const SampleSummary& s,
-                         double predicted_sd, const VerdictRule& rule, std::uint64_t trials) {
+ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas,
+                         const stats::SampleSummary& s, double predicted_sd, const VerdictRule& rule,
+                         std::uint64_t trials) {
   ComparisonRow row = row_of(quantity, unit, sigmas * predicted_sd);
   if (s.units < 2) {
     row.note = "fewer than two converged trials";
     return row;
   }
   const double sd = std::sqrt(s.variance);
-  const Interval ci = sd_interval(s, rule.confidence);
+  const stats::Interval ci = stats::sd_interval(s, rule.confidence);
   row.monte_carlo = sigmas * sd;
   row.interval = {sigmas * ci.lo, sigmas * ci.hi};
   if (!(sd > 0)) {
@@ -106,13 +108,15 @@ ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, d
   return row;
 }
 
-ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const Moments& m, Eigen::Index i,
-                           double offset, double predicted, const VerdictRule& rule, std::uint64_t trials) {
-  return compare_mean(quantity, unit, m.count < 2 ? SampleSummary{} : summarise(m, i), offset, predicted, rule, trials);
+ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const stats::Moments& m,
+                           Eigen::Index i, double offset, double predicted, const VerdictRule& rule,
+                           std::uint64_t trials) {
+  return compare_mean(quantity, unit, m.count < 2 ? stats::SampleSummary{} : stats::summarise(m, i), offset, predicted,
+                      rule, trials);
 }
 
-ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const SampleSummary& s, double offset,
-                           double predicted, const VerdictRule& rule, std::uint64_t trials) {
+ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const stats::SampleSummary& s,
+                           double offset, double predicted, const VerdictRule& rule, std::uint64_t trials) {
   ComparisonRow row = row_of(quantity, unit, predicted);
   if (s.units < 2) {
     row.note = "fewer than two converged trials";
@@ -120,7 +124,7 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
   }
   const double sd = std::sqrt(s.variance);
   row.monte_carlo = s.mean + offset;
-  row.interval = mean_interval(row.monte_carlo, s.unit_variance, s.units, rule.confidence);
+  row.interval = stats::mean_interval(row.monte_carlo, s.unit_variance, s.units, rule.confidence);
   if (!(sd > 0)) {
     row.note = "every trial gave the same";
     return row;
@@ -152,7 +156,7 @@ ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, st
     return row;
   }
   row.monte_carlo = static_cast<double>(events) / static_cast<double>(runs);
-  row.interval = binomial_interval(events, runs, rule.confidence);
+  row.interval = stats::binomial_interval(events, runs, rule.confidence);
   if (std::isnan(predicted)) return row;
   if (events == 0) {  // no ratio, but perhaps a verdict: the prediction may lie above all that is possible
     row.note = "never seen";
@@ -173,8 +177,9 @@ ComparisonRow labelled(const std::string& formulation, ComparisonRow row) {
   return row;
 }
 
-Table comparison_table(const std::string& name, const std::string& long_name, const std::vector<ComparisonRow>& rows,
-                       std::uint64_t trials, std::uint64_t failed, bool with_formulation) {
+store::Table comparison_table(const std::string& name, const std::string& long_name,
+                              const std::vector<ComparisonRow>& rows, std::uint64_t trials, std::uint64_t failed,
+                              bool with_formulation) {
   TableRows t(name, long_name);
   bool labelled = with_formulation;
   for (const ComparisonRow& r : rows) labelled = labelled || !r.formulation.empty();
@@ -200,8 +205,8 @@ Table comparison_table(const std::string& name, const std::string& long_name, co
   return t.take();
 }
 
-Table published_fit_table(const std::vector<ComparisonRow>& rows) {
-  double squares = 0, lowest = std::numeric_limits<double>::infinity(), highest = 0;
+store::Table published_fit_table(const std::vector<ComparisonRow>& rows) {
+  double squares = 0, lowest = kInfinity, highest = 0;
   std::int64_t count = 0;
   std::set<std::string> seen;  // a published value stands beside each formulation: once is enough
   for (const ComparisonRow& row : rows) {
@@ -225,11 +230,11 @@ Table published_fit_table(const std::vector<ComparisonRow>& rows) {
   return t.take();
 }
 
-std::vector<std::string> unexpected_verdicts(const std::vector<Table>& tables) {
+std::vector<std::string> unexpected_verdicts(const std::vector<store::Table>& tables) {
   std::vector<std::string> found;
-  for (const Table& t : tables) {
-    const Column *verdict = nullptr, *expected = nullptr;
-    for (const Column& c : t.columns) {
+  for (const store::Table& t : tables) {
+    const store::Column *verdict = nullptr, *expected = nullptr;
+    for (const store::Column& c : t.columns) {
       if (c.name == "verdict") verdict = &c;
       if (c.name == "expected") expected = &c;
     }
@@ -239,7 +244,7 @@ std::vector<std::string> unexpected_verdicts(const std::vector<Table>& tables) {
     for (std::size_t i = 0; i < v.size(); ++i) {
       if (e[i].empty() || e[i] == v[i]) continue;
       std::string place = t.name;  // the columns up to `quantity` say which row it is
-      for (const Column& c : t.columns) {
+      for (const store::Column& c : t.columns) {
         if (c.name == "unit" || c.name == "semi_major_m") break;
         if (const auto* words = std::get_if<std::vector<std::string>>(&c.values))
           place += " " + (*words)[i];
@@ -252,4 +257,4 @@ std::vector<std::string> unexpected_verdicts(const std::vector<Table>& tables) {
   return found;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -1,38 +1,38 @@
 #pragma once
 /// Comparison tables: Monte Carlo, analytic and published values of one quantity in a row, with a verdict.
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "base/units.h"
 #include "stats/sample_summary.h"
 #include "store/table.h"
 #include "study/verdict.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 /// One row. `ratio` is analytic / monte_carlo, `published_ratio` published / monte_carlo. NaN: not there.
 struct ComparisonRow {
   std::string formulation;  ///< which prediction; "" where a table has only one
   std::string quantity, unit;
-  double monte_carlo = std::numeric_limits<double>::quiet_NaN();
-  Interval interval{monte_carlo, monte_carlo};
-  double analytic = std::numeric_limits<double>::quiet_NaN();
-  double ratio = std::numeric_limits<double>::quiet_NaN();
-  Interval ratio_interval{ratio, ratio};
-  double published = std::numeric_limits<double>::quiet_NaN();
+  double monte_carlo = kNaN;
+  stats::Interval interval{monte_carlo, monte_carlo};
+  double analytic = kNaN;
+  double ratio = kNaN;
+  stats::Interval ratio_interval{ratio, ratio};
+  double published = kNaN;
   std::string verdict, expected, note;
-  double margin = std::numeric_limits<double>::quiet_NaN();  ///< that the verdict was given by
+  double margin = kNaN;  ///< that the verdict was given by
 };
 
 /// A Monte-Carlo value and its interval. NaN: not there.
 struct Estimate {
-  double value = std::numeric_limits<double>::quiet_NaN();
-  Interval interval{value, value};
+  double value = kNaN;
+  stats::Interval interval{value, value};
 };
 /// Mean of component `index`, and the root of it, which of squares is an RMS; NaN with fewer than two values.
-Estimate mean_estimate(const Moments& moments, Eigen::Index index, double confidence);
-Estimate rms_estimate(const Moments& squares, Eigen::Index index, double confidence);
+Estimate mean_estimate(const stats::Moments& moments, Eigen::Index index, double confidence);
+Estimate rms_estimate(const stats::Moments& squares, Eigen::Index index, double confidence);
 /// The same from a mean of `count` squares and their variance.
 Estimate rms_estimate(double mean_square, double variance, std::uint64_t count, double confidence);
 
@@ -43,18 +43,19 @@ ComparisonRow compare_value(const std::string& quantity, const std::string& unit
 
 /// Standard deviation of component `index`, times `sigmas`, against a predicted one (not yet multiplied).
 /// Skewness and kurtosis go to the note where the distribution is clearly not normal.
-ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas, const Moments& moments,
-                         Eigen::Index index, double predicted_sd, const VerdictRule& rule, std::uint64_t trials);
 ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas,
-                         const SampleSummary& sample, double predicted_sd, const VerdictRule& rule,
+                         const stats::Moments& moments, Eigen::Index index, double predicted_sd,
+                         const VerdictRule& rule, std::uint64_t trials);
+ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, double sigmas,
+                         const stats::SampleSummary& sample, double predicted_sd, const VerdictRule& rule,
                          std::uint64_t trials);
 
 /// Mean of component `index` plus `offset` against `predicted`. A ratio of two values near zero says nothing, so means
 /// have none: the verdict is on the shift from the prediction in units of the Monte-Carlo sd, held to the same margin.
-ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const Moments& moments,
+ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const stats::Moments& moments,
                            Eigen::Index index, double offset, double predicted, const VerdictRule& rule,
                            std::uint64_t trials);
-ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const SampleSummary& sample,
+ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const stats::SampleSummary& sample,
                            double offset, double predicted, const VerdictRule& rule, std::uint64_t trials);
 
 /// Where more than the share `most` of the trials failed, those that are left are no sample of all: each row with a
@@ -73,16 +74,17 @@ ComparisonRow labelled(const std::string& formulation, ComparisonRow row);
 
 /// The columns of every comparison table (docs/results-format.md) from rows. `trials` and `failed` are repeated. The
 /// column `formulation` is there if a row has one, or if it is asked for: tables of one study must be alike.
-Table comparison_table(const std::string& name, const std::string& long_name, const std::vector<ComparisonRow>& rows,
-                       std::uint64_t trials, std::uint64_t failed, bool with_formulation = false);
+store::Table comparison_table(const std::string& name, const std::string& long_name,
+                              const std::vector<ComparisonRow>& rows, std::uint64_t trials, std::uint64_t failed,
+                              bool with_formulation = false);
 
 /// How well a reading of a source reproduces its published standard deviations: one row for all rows that have a
 /// published value and a ratio. Columns `quantities` (how many), `rms_log_ratio` (root mean square of
 /// ln(published / Monte Carlo)), `ratio_min`, `ratio_max`.
-Table published_fit_table(const std::vector<ComparisonRow>& rows);
+store::Table published_fit_table(const std::vector<ComparisonRow>& rows);
 
 /// Rows whose verdict is not the expected one, as text for a terminal; empty if there are none. Looks at every table
 /// that has the columns `verdict` and `expected`.
-std::vector<std::string> unexpected_verdicts(const std::vector<Table>& tables);
+std::vector<std::string> unexpected_verdicts(const std::vector<store::Table>& tables);
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -5,43 +5,46 @@
 #include "base/units.h"
 #include "sensor/sensor_runs.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
-ToolfacePlan read_drilling(ConfigReader& c, const std::vector<double>& md, double toolface_zero, const Stream& stream,
-                           const std::vector<std::string>& modes) {
+survey::ToolfacePlan read_drilling(config::ConfigReader& c, const std::vector<double>& md, double toolface_zero,
+                                   const random::Stream& stream, const std::vector<std::string>& modes) {
   const auto stations = static_cast<int>(md.size());
   const std::string mode = c.choice("drilling.mode", modes);
-  const double toolface = c.has("drilling.toolface_deg")
-                              ? c.number("drilling.toolface_deg", Range::closed(-360, 360)) * kDegree + toolface_zero
-                              : std::nan("");
+  const double toolface =
+      c.has("drilling.toolface_deg")
+          ? c.number("drilling.toolface_deg", config::Range::closed(-360, 360)) * kDegree + toolface_zero
+          : std::nan("");
   const auto sequence = static_cast<std::uint64_t>(c.integer("drilling.sequence", 0, 1'000'000'000'000, 0));
   const bool mixed = mode == "mixed";
   double from = 0, to = 0;
   if (mixed || c.has("drilling.slide_from_m")) from = c.number("drilling.slide_from_m", {});
   if (mixed || c.has("drilling.slide_to_m")) to = c.number("drilling.slide_to_m", {});
-  if (mode == "sliding") return std::isnan(toolface) ? slid(stations) : constant_toolface(stations, toolface);
+  if (mode == "sliding")
+    return std::isnan(toolface) ? survey::slid(stations) : survey::constant_toolface(stations, toolface);
   if (mode == "fixed_sequence") {
-    ToolfacePlan plan = constant_toolface(stations, 0);
-    plan.given = toolfaces_of_trial(rotated(stations), stream, sequence);
+    survey::ToolfacePlan plan = survey::constant_toolface(stations, 0);
+    plan.given = sensor::toolfaces_of_trial(survey::rotated(stations), stream, sequence);
     return plan;
   }
-  if (!mixed) return rotated(stations);
+  if (!mixed) return survey::rotated(stations);
   c.require(to > from, "drilling.slide_to_m", "must be greater than slide_from_m");
-  const ToolfacePlan plan = partly_slid(md, from, to);
-  c.require(plan.has(ToolfaceSource::slide), "drilling.slide_to_m", "no station lies between slide_from_m and this");
+  const survey::ToolfacePlan plan = survey::partly_slid(md, from, to);
+  c.require(plan.has(survey::ToolfaceSource::slide), "drilling.slide_to_m",
+            "no station lies between slide_from_m and this");
   return plan;
 }
 
-SensorTermArray read_sensor_errors(ConfigReader& c) {
-  const double multiplier = c.number("sensor_errors.multiplier", Range::positive(), 1);
+survey::SensorTermArray read_sensor_errors(config::ConfigReader& c) {
+  const double multiplier = c.number("sensor_errors.multiplier", config::Range::positive(), 1);
   const auto size = [&](const char* key, double most) {
-    return multiplier * c.number(std::string("sensor_errors.") + key, Range::closed(0, most), 0);
+    return multiplier * c.number(std::string("sensor_errors.") + key, config::Range::closed(0, most), 0);
   };
   const double accelerometer_bias = size("accelerometer_bias_mps2", 1),
                accelerometer_scale = size("accelerometer_scale", 0.1),
                magnetometer_bias = size("magnetometer_bias_nT", 1e5),
                magnetometer_scale = size("magnetometer_scale", 0.1);
-  return equal_axes(accelerometer_bias, accelerometer_scale, magnetometer_bias, magnetometer_scale);
+  return survey::equal_axes(accelerometer_bias, accelerometer_scale, magnetometer_bias, magnetometer_scale);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -5,7 +5,7 @@
 #include "survey/sensor_terms.h"
 #include "survey/toolface_plan.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 /// The modes of `drilling.mode` that need nothing but depths.
 inline const std::vector<std::string> kDrillingModes{"sliding", "rotating", "fixed_sequence", "mixed"};
@@ -16,11 +16,12 @@ inline const std::vector<std::string> kDrillingModes{"sliding", "rotating", "fix
 ///   seed slide_from_m, slide_to_m   mixed: slid between these measured depths, rotated elsewhere
 /// Values that the mode does not use may stand there, so that `mode` can be swept. `toolface_zero` (rad) is added to
 /// toolface_deg. Throws InputError.
-ToolfacePlan read_drilling(ConfigReader& config, const std::vector<double>& md, double toolface_zero,
-                           const Stream& stream, const std::vector<std::string>& modes = kDrillingModes);
+survey::ToolfacePlan read_drilling(config::ConfigReader& config, const std::vector<double>& md, double toolface_zero,
+                                   const random::Stream& stream,
+                                   const std::vector<std::string>& modes = kDrillingModes);
 
 /// `[sensor_errors] accelerometer_bias_mps2 (0), accelerometer_scale (0), magnetometer_bias_nT (0), magnetometer_scale
 /// (0)`: one standard deviation each, the same for x, y, z; `multiplier (1)` of them all.
-SensorTermArray read_sensor_errors(ConfigReader& config);
+survey::SensorTermArray read_sensor_errors(config::ConfigReader& config);
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 std::uint64_t RunPlan::total_trials() const {
   std::uint64_t n = 0;
@@ -16,11 +16,11 @@ std::uint64_t RunPlan::total_trials() const {
 namespace {
 
 /// 0 where there is none, which is for what draws nothing.
-std::uint64_t seed_of(const Config& config) { return config.has_seed() ? config.seed() : 0; }
+std::uint64_t seed_of(const config::Config& config) { return config.has_seed() ? config.seed() : 0; }
 
 }  // namespace
 
-std::shared_ptr<const StudyPoint> RunPlan::prepare(std::size_t point, const RunOptions& options) const {
+std::shared_ptr<const StudyPoint> RunPlan::prepare(std::size_t point, const montecarlo::RunOptions& options) const {
   if (options.stop && *options.stop) throw Interrupted("stopped before all points were prepared");
   try {
     return points.at(point)->prepare(options);
@@ -30,16 +30,16 @@ std::shared_ptr<const StudyPoint> RunPlan::prepare(std::size_t point, const RunO
   }
 }
 
-RunPlan read_run(const Experiment& experiment, Config config, const std::atomic<bool>* stop) {
+RunPlan read_run(const Experiment& experiment, config::Config config, const std::atomic<bool>* stop) {
   RunPlan run{experiment, std::move(config), {}};
-  const StudySeed seed{seed_of(run.config), experiment.id};
-  std::vector<Axis> first;
+  const random::StudySeed seed{seed_of(run.config), experiment.id};
+  std::vector<store::Axis> first;
   for (std::size_t i = 0; i < run.config.point_count(); ++i) {
     if (stop && *stop) throw Interrupted("stopped before all points were read");
-    ConfigReader reader = run.config.reader(i);
+    config::ConfigReader reader = run.config.reader(i);
     run.points.push_back(experiment.read(reader, seed));
     if (run.points.back()->trials() > 0) run.config.seed();  // trials draw: there must be one
-    const std::vector<Axis> own = run.points.back()->map_axes();
+    const std::vector<store::Axis> own = run.points.back()->map_axes();
     if (i == 0) first = own;
     for (std::size_t a = 0; a < std::max(first.size(), own.size()); ++a)
       require(a < first.size() && a < own.size() && first[a].name == own[a].name && first[a].values == own[a].values,
@@ -56,8 +56,8 @@ std::string unit_of_name(const std::string& name) {
   return "1";
 }
 
-Column sweep_column(const SweepValue& value, std::size_t rows) {
-  Column c{value.key, "", "sweep key", std::vector<double>(rows, 0.0)};
+store::Column sweep_column(const config::SweepValue& value, std::size_t rows) {
+  store::Column c{value.key, "", "sweep key", std::vector<double>(rows, 0.0)};
   if (const double* number = std::get_if<double>(&value.value)) {
     c.unit = unit_of_name(value.key);
     c.values = std::vector<double>(rows, *number);
@@ -69,33 +69,34 @@ Column sweep_column(const SweepValue& value, std::size_t rows) {
 
 namespace {
 
-void add_point(std::vector<Table>& all, std::vector<Table>&& tables, const std::vector<SweepValue>& sweep) {
-  for (Table& t : tables) {
+void add_point(std::vector<store::Table>& all, std::vector<store::Table>&& tables,
+               const std::vector<config::SweepValue>& sweep) {
+  for (store::Table& t : tables) {
     const std::size_t rows = t.rows();
-    std::vector<Column> keys;
-    for (const SweepValue& v : sweep) keys.push_back(sweep_column(v, rows));
+    std::vector<store::Column> keys;
+    for (const config::SweepValue& v : sweep) keys.push_back(sweep_column(v, rows));
     t.columns.insert(t.columns.begin(), keys.begin(), keys.end());
-    const auto same = std::find_if(all.begin(), all.end(), [&](const Table& o) { return o.name == t.name; });
+    const auto same = std::find_if(all.begin(), all.end(), [&](const store::Table& o) { return o.name == t.name; });
     if (same == all.end()) {
       all.push_back(std::move(t));
     } else {
-      const auto named_alike = [](const Column& a, const Column& b) { return a.name == b.name; };
+      const auto named_alike = [](const store::Column& a, const store::Column& b) { return a.name == b.name; };
       require(std::equal(same->columns.begin(), same->columns.end(), t.columns.begin(), t.columns.end(), named_alike),
               "table {}: points of the sweep fill it with other columns: run them apart", t.name);
-      append_rows(*same, t);
+      store::append_rows(*same, t);
     }
   }
 }
 
 /// Sweep dimensions in column order with their distinct values in order of the points.
-std::vector<Axis> sweep_axes(const Config& config) {
-  std::vector<Axis> axes;
+std::vector<store::Axis> sweep_axes(const config::Config& config) {
+  std::vector<store::Axis> axes;
   for (std::size_t i = 0; i < config.point_count(); ++i) {
-    const std::vector<SweepValue> values = config.sweep_values(i);
+    const std::vector<config::SweepValue> values = config.sweep_values(i);
     if (i == 0)
-      for (const SweepValue& v : values) {
+      for (const config::SweepValue& v : values) {
         const bool number = std::holds_alternative<double>(v.value);
-        Axis axis{v.key, number ? unit_of_name(v.key) : "", "sweep key", std::vector<double>{}};
+        store::Axis axis{v.key, number ? unit_of_name(v.key) : "", "sweep key", std::vector<double>{}};
         if (!number) axis.values = std::vector<std::string>{};
         axes.push_back(axis);
       }
@@ -110,9 +111,9 @@ std::vector<Axis> sweep_axes(const Config& config) {
   return axes;
 }
 
-void add_maps(std::vector<Map>& all, std::vector<Map>&& maps, const std::vector<Axis>& sweep) {
-  for (Map& m : maps) {
-    const auto same = std::find_if(all.begin(), all.end(), [&](const Map& o) { return o.name == m.name; });
+void add_maps(std::vector<store::Map>& all, std::vector<store::Map>&& maps, const std::vector<store::Axis>& sweep) {
+  for (store::Map& m : maps) {
+    const auto same = std::find_if(all.begin(), all.end(), [&](const store::Map& o) { return o.name == m.name; });
     if (same != all.end()) {  // points come in product order, last key fastest: appending is the right place
       if (same->unit != m.unit) same->unit = "mixed";  // a sweep over what decides the unit
       same->values.insert(same->values.end(), m.values.begin(), m.values.end());
@@ -126,11 +127,11 @@ void add_maps(std::vector<Map>& all, std::vector<Map>&& maps, const std::vector<
 /// The streams of all points behind each other: points come in product order, last key fastest.
 class Streams {
  public:
-  void add(std::vector<MapStream>&& streams, const std::vector<Axis>& sweep) {
+  void add(std::vector<store::MapStream>&& streams, const std::vector<store::Axis>& sweep) {
     if (all_.empty()) {
       all_.resize(streams.size());
       for (std::size_t i = 0; i < streams.size(); ++i)
-        for (Map m : streams[i].maps) {
+        for (store::Map m : streams[i].maps) {
           m.axes.insert(m.axes.begin(), sweep.begin(), sweep.end());
           all_[i].maps.push_back(std::move(m));
         }
@@ -143,11 +144,11 @@ class Streams {
     }
   }
 
-  std::vector<MapStream> take(const std::atomic<bool>* stop) {
+  std::vector<store::MapStream> take(const std::atomic<bool>* stop) {
     for (std::size_t i = 0; i < all_.size(); ++i)
       all_[i].values = [points = std::move(points_[i]), stop](std::size_t first, std::size_t count) {
         if (stop && *stop) throw Interrupted("stopped before all maps were written");
-        const std::size_t of_point = map_size(points.front().maps.front());
+        const std::size_t of_point = store::map_size(points.front().maps.front());
         std::vector<std::vector<double>> out;
         while (count > 0) {
           const std::size_t at = first % of_point, n = std::min(count, of_point - at);
@@ -166,12 +167,12 @@ class Streams {
   }
 
  private:
-  std::vector<MapStream> all_;
-  std::vector<std::vector<MapStream>> points_;  // [stream][point]
+  std::vector<store::MapStream> all_;
+  std::vector<std::vector<store::MapStream>> points_;  // [stream][point]
 };
 
-Table table_of(const InputTable& in) {
-  Table t{in.path, "as read from " + in.path};
+store::Table table_of(const config::InputTable& in) {
+  store::Table t{in.path, "as read from " + in.path};
   for (std::size_t c = 0; c < in.names.size(); ++c) {
     t.columns.push_back({in.names[c], unit_of_name(in.names[c]), "column of the user's file", in.columns[c]});
   }
@@ -179,7 +180,7 @@ Table table_of(const InputTable& in) {
 }
 
 /// One row a line; joined by line feeds they are the text again.
-Table table_of(const InputText& in) {
+store::Table table_of(const config::InputText& in) {
   std::vector<std::string> lines;
   for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
     end = in.text.find('\n', begin);
@@ -189,7 +190,7 @@ Table table_of(const InputText& in) {
 }
 
 /// One row: what identifies the file.
-Table table_of(const InputReference& in) {
+store::Table table_of(const config::InputReference& in) {
   return {in.path,
           "not stored, as it is too large: what identifies " + in.path,
           {{"file_hash", "", "128-bit XXH3 of the bytes of the file, in hex", std::vector<std::string>{in.hash}},
@@ -199,67 +200,68 @@ Table table_of(const InputReference& in) {
 
 }  // namespace
 
-RunOptions options_of_point(RunOptions options, const RunPlan& run, std::size_t point, Journal* journal) {
+montecarlo::RunOptions options_of_point(montecarlo::RunOptions options, const RunPlan& run, std::size_t point,
+                                        checkpoint::Journal* journal) {
   options.block_trials = run.points[point]->block_trials();
   options.point = point;
   if (!journal) return options;
   options.save_due = [journal] { return journal->due(); };
-  options.save = [journal, point](OrderedMerge& merge) {
-    merge.take_unsaved([&](const Subtree& s) { journal->add(point, s); });
+  options.save = [journal, point](montecarlo::OrderedMerge& merge) {
+    merge.take_unsaved([&](const montecarlo::Subtree& s) { journal->add(point, s); });
     if (journal->due()) journal->write();
   };
   return options;
 }
 
-Tally point_tally(const RunPlan& run, std::size_t index, const StudyPoint& point, const RunOptions& options,
-                  const Checkpoint& checkpoint) {
+stats::Tally point_tally(const RunPlan& run, std::size_t index, const StudyPoint& point,
+                         const montecarlo::RunOptions& options, const Checkpoint& checkpoint) {
   const PointPlan& plan = *run.points[index];
   if (plan.trials() == 0) return {};
   const auto kept = checkpoint.finished.find(index);
-  return run_blocks(
-      plan.trials(), [&](TrialBlock b) { return point.run_block(b); },
+  return montecarlo::run_blocks(
+      plan.trials(), [&](montecarlo::TrialBlock b) { return point.run_block(b); },
       options_of_point(options, run, index, checkpoint.journal),
-      {plan.looks(), [&](const Tally& t) { return point.trials_needed(t); }},
-      kept == checkpoint.finished.end() ? std::vector<Subtree>{} : kept->second);
+      {plan.looks(), [&](const stats::Tally& t) { return point.trials_needed(t); }},
+      kept == checkpoint.finished.end() ? std::vector<montecarlo::Subtree>{} : kept->second);
 }
 
-PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const Tally& tally,
-                         const RunOptions& options) {
+PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const stats::Tally& tally,
+                         const montecarlo::RunOptions& options) {
   PointResult r = point->report(tally, options);
-  for (MapStream& s : r.streams)
+  for (store::MapStream& s : r.streams)
     s.values = [point, values = std::move(s.values)](std::size_t first, std::size_t count) {
       return values(first, count);
     };
   return r;
 }
 
-Result execute(const RunPlan& run, const RunOptions& options, const Checkpoint& checkpoint) {
+store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint) {
   std::uint64_t done_before = 0, after = run.total_trials();
   return assemble(
       run,
       [&](std::size_t i) {
         after -= run.points[i]->trials();
-        RunOptions of_point = options;
+        montecarlo::RunOptions of_point = options;
         if (options.progress)
           of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
             options.progress(done_before + done, done_before + expected + after);
           };
         const std::shared_ptr<const StudyPoint> point = run.prepare(i, of_point);
-        const Tally tally = point_tally(run, i, *point, of_point, checkpoint);
+        const stats::Tally tally = point_tally(run, i, *point, of_point, checkpoint);
         done_before += tally.trials;
         return point_report(point, tally, of_point);
       },
       options.stop);
 }
 
-Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)>& point_result,
-                const std::atomic<bool>* stop) {
-  Result result;
-  const std::vector<Axis> axes = sweep_axes(run.config);
+store::Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)>& point_result,
+                       const std::atomic<bool>* stop) {
+  store::Result result;
+  const std::vector<store::Axis> axes = sweep_axes(run.config);
   Streams streams;
   for (std::size_t i = 0; i < run.points.size(); ++i) {
     PointResult r = point_result(i);
-    const std::vector<SweepValue> sweep = run.config.sweep_values(i);
+    const std::vector<config::SweepValue> sweep = run.config.sweep_values(i);
     add_point(result.tables, std::move(r.tables), sweep);
     add_point(result.samples, std::move(r.samples), sweep);
     add_maps(result.maps, std::move(r.maps), axes);
@@ -268,14 +270,14 @@ Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)
   result.streams = streams.take(stop);
   const auto add_inputs = [&](const auto& files) {
     for (const auto& in : files) {
-      const Table t = table_of(in);
-      result.inputs.push_back({in.path, input_hash(t), t});
+      const store::Table t = table_of(in);
+      result.inputs.push_back({in.path, store::input_hash(t), t});
     }
   };
   add_inputs(run.config.inputs());
   add_inputs(run.config.input_texts());
   add_inputs(run.config.input_references());
-  Provenance& p = result.provenance;
+  store::Provenance& p = result.provenance;
   p.title = run.config.title().empty() ? run.experiment.summary : run.config.title();
   p.experiment = run.experiment.name();
   p.config = run.config.resolved_text();
@@ -285,4 +287,4 @@ Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)
   return result;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::study

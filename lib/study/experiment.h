@@ -18,13 +18,13 @@
 #include "random/study_id.h"
 #include "store/result_file.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 /// What one point leaves for the file.
 struct PointResult {
-  std::vector<Table> tables, samples;
-  std::vector<Map> maps;
-  std::vector<MapStream> streams = {};  ///< maps that are made while they are written
+  std::vector<store::Table> tables, samples;
+  std::vector<store::Map> maps;
+  std::vector<store::MapStream> streams = {};  ///< maps that are made while they are written
 };
 
 /// One point of a sweep, ready to run. Immutable; run_block is called from several threads.
@@ -32,14 +32,14 @@ class StudyPoint {
  public:
   virtual ~StudyPoint() = default;
   /// Not called for a study without trials.
-  virtual Tally run_block(TrialBlock /*block*/) const { return {}; }
+  virtual stats::Tally run_block(montecarlo::TrialBlock /*block*/) const { return {}; }
   /// Predicted from the trials so far, at the looks of the plan. The run ends at a look that has as many.
-  virtual std::uint64_t trials_needed(const Tally& /*so_far*/) const {
+  virtual std::uint64_t trials_needed(const stats::Tally& /*so_far*/) const {
     return std::numeric_limits<std::uint64_t>::max();
   }
   /// `tally` of all trials; empty for a study without trials. What takes long looks at options.stop, and throws
   /// Interrupted. Streams of the result may refer to the point, which outlives them.
-  virtual PointResult report(const Tally& tally, const RunOptions& options) const = 0;
+  virtual PointResult report(const stats::Tally& tally, const montecarlo::RunOptions& options) const = 0;
   /// One trial in words: its draws, estimate and result. Same bits as in the run.
   virtual std::string replay(std::uint64_t /*trial*/) const { return {}; }
 };
@@ -51,75 +51,77 @@ class PointPlan {
   /// At most. 0 for a study without Monte Carlo.
   virtual std::uint64_t trials() const { return 0; }
   /// Trials that are run in one go: fewer where one takes long, so that threads share them. Part of the results.
-  virtual int block_trials() const { return kBlockTrials; }
+  virtual int block_trials() const { return montecarlo::kBlockTrials; }
   /// Trial counts at which StudyPoint::trials_needed is asked, rising; empty if the number of trials is fixed.
   virtual std::vector<std::uint64_t> looks() const { return {}; }
   /// Axes of the point's maps; all points of a sweep must have the same. Empty: no maps, or known to be the same.
-  virtual std::vector<Axis> map_axes() const { return {}; }
+  virtual std::vector<store::Axis> map_axes() const { return {}; }
   /// May compute: predictions, models, what the trials start from. What takes long looks at options.stop, and throws
   /// Interrupted. Throws InputError, by ConfigPlace, where only computing shows that a value does not do.
-  virtual std::unique_ptr<StudyPoint> prepare(const RunOptions& options) const = 0;
+  virtual std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions& options) const = 0;
 };
 
 struct Experiment {
-  StudyId id = StudyId::none;  ///< address of its random numbers
-  std::string summary;         ///< one line: what it computes
-  std::string reproduces;      ///< source
+  random::StudyId id = random::StudyId::none;  ///< address of its random numbers
+  std::string summary;                         ///< one line: what it computes
+  std::string reproduces;                      ///< source
   /// Reads one point, checks all that costs next to nothing, calls finish() on the reader. Throws InputError.
-  std::unique_ptr<PointPlan> (*read)(ConfigReader&, StudySeed) = nullptr;
+  std::unique_ptr<PointPlan> (*read)(config::ConfigReader&, random::StudySeed) = nullptr;
 
   /// The `experiment` key of a config.
-  std::string name() const { return std::string(name_of(id)); }
+  std::string name() const { return std::string(random::name_of(id)); }
 };
 
 /// A config whose every point was read without error.
 struct RunPlan {
   Experiment experiment;
-  Config config;
+  config::Config config;
   std::vector<std::unique_ptr<PointPlan>> points;
 
   std::uint64_t total_trials() const;
   /// The point, ready to run. InputError of a sweep's point says which point it is. Throws Interrupted if options.stop
   /// is set.
-  std::shared_ptr<const StudyPoint> prepare(std::size_t point, const RunOptions& options) const;
+  std::shared_ptr<const StudyPoint> prepare(std::size_t point, const montecarlo::RunOptions& options) const;
 };
 
 /// Reads all points; prepares none. Throws InputError, also where the maps of a sweep have different axes; Interrupted
 /// when *stop is set; touches no file but those that the config names.
-RunPlan read_run(const Experiment& experiment, Config config, const std::atomic<bool>* stop = nullptr);
+RunPlan read_run(const Experiment& experiment, config::Config config, const std::atomic<bool>* stop = nullptr);
 
 /// What an earlier attempt has left of a run, and where this one keeps what it finishes.
 struct Checkpoint {
-  FinishedBlocks finished = {};
-  Journal* journal = nullptr;  ///< none: nothing is kept
+  checkpoint::FinishedBlocks finished = {};
+  checkpoint::Journal* journal = nullptr;  ///< none: nothing is kept
 };
 
 /// Tally of point `index` of `run`, which is `point`, computed or taken from the checkpoint; empty without trials.
 /// Here and below: where Interrupted is thrown, the journal has all finished blocks; they are not yet synced.
-Tally point_tally(const RunPlan& run, std::size_t index, const StudyPoint& point, const RunOptions& options,
-                  const Checkpoint& checkpoint);
+stats::Tally point_tally(const RunPlan& run, std::size_t index, const StudyPoint& point,
+                         const montecarlo::RunOptions& options, const Checkpoint& checkpoint);
 
 /// Tables and maps of a point; the streams among them own it.
-PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const Tally& tally, const RunOptions& options);
+PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const stats::Tally& tally,
+                         const montecarlo::RunOptions& options);
 
 /// `options` with the point's number and block size, which keep its finished blocks in the journal, if there is one.
-RunOptions options_of_point(RunOptions options, const RunPlan& run, std::size_t point, Journal* journal);
+montecarlo::RunOptions options_of_point(montecarlo::RunOptions options, const RunPlan& run, std::size_t point,
+                                        checkpoint::Journal* journal);
 
 /// A whole result from those of all points, which are asked for in order: tables below each other, the sweep's keys as
 /// the first columns of every table and the first axes of every map, inputs, and provenance from the config.
-Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)>& point_result,
-                const std::atomic<bool>* stop);
+store::Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)>& point_result,
+                       const std::atomic<bool>* stop);
 
 /// Prepares and runs one point after the other and puts their tables together: the sweep's keys become the first
 /// columns of every table and the first axes of every map. Streams of the result compute while they are read, and throw
 /// Interrupted when options.stop is set. Fills provenance from the config, but for
 /// versions and command, and not RunInfo. options.progress gets the trials done and expected over all points.
-Result execute(const RunPlan& run, const RunOptions& options, const Checkpoint& checkpoint = {});
+store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint = {});
 
 /// The unit that a name ends in (`field.total_nT` -> "nT"); "1" if it ends in none that we know.
 std::string unit_of_name(const std::string& name);
 
 /// Column with the sweep value `value` on `rows` rows.
-Column sweep_column(const SweepValue& value, std::size_t rows);
+store::Column sweep_column(const config::SweepValue& value, std::size_t rows);
 
-}  // namespace surveymc
+}  // namespace surveymc::study

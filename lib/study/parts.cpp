@@ -7,11 +7,13 @@
 #include "base/error.h"
 #include "study/point_result_bytes.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 namespace {
 
-BlockRange blocks_of(const PointPlan& point) { return all_blocks(point.trials(), point.block_trials()); }
+montecarlo::BlockRange blocks_of(const PointPlan& point) {
+  return montecarlo::all_blocks(point.trials(), point.block_trials());
+}
 
 }  // namespace
 
@@ -41,8 +43,8 @@ void check_choice(const RunPlan& run, const PartChoice& c) {
   }
 }
 
-std::vector<PartPiece> part_pieces(const RunPlan& run, const PartChoice& c) {
-  std::vector<PartPiece> pieces;
+std::vector<checkpoint::PartPiece> part_pieces(const RunPlan& run, const PartChoice& c) {
+  std::vector<checkpoint::PartPiece> pieces;
   const std::uint64_t first = c.point.value_or(0), end = c.point ? first + 1 : run.points.size();
   for (std::uint64_t i = first; i < end; ++i) {
     const std::uint64_t blocks = blocks_of(*run.points[i]).end;
@@ -52,18 +54,19 @@ std::vector<PartPiece> part_pieces(const RunPlan& run, const PartChoice& c) {
   return pieces;
 }
 
-Part run_part(const RunPlan& run, const PartChoice& choice, const RunOptions& options, const Checkpoint& checkpoint) {
-  Part part;
+checkpoint::Part run_part(const RunPlan& run, const PartChoice& choice, const montecarlo::RunOptions& options,
+                          const Checkpoint& checkpoint) {
+  checkpoint::Part part;
   part.pieces = part_pieces(run, choice);
   std::uint64_t done_before = 0, after = 0;
-  const auto trials_of = [&](const PartPiece& p) {
-    return trials_in(p.blocks, run.points[p.point]->trials(), run.points[p.point]->block_trials());
+  const auto trials_of = [&](const checkpoint::PartPiece& p) {
+    return montecarlo::trials_in(p.blocks, run.points[p.point]->trials(), run.points[p.point]->block_trials());
   };
-  for (const PartPiece& p : part.pieces) after += trials_of(p);
-  for (PartPiece& p : part.pieces) {
+  for (const checkpoint::PartPiece& p : part.pieces) after += trials_of(p);
+  for (checkpoint::PartPiece& p : part.pieces) {
     const PointPlan& plan = *run.points[p.point];
     after -= trials_of(p);
-    RunOptions of_point = options;
+    montecarlo::RunOptions of_point = options;
     if (options.progress)
       of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
         options.progress(done_before + done, done_before + expected + after);
@@ -76,10 +79,10 @@ Part run_part(const RunPlan& run, const PartChoice& choice, const RunOptions& op
       p.subtrees.push_back({0, 0, point_tally(run, p.point, *point, of_point, checkpoint)});
     } else {
       const auto kept = checkpoint.finished.find(p.point);
-      p.subtrees = run_block_range(
-          plan.trials(), p.blocks, [&](TrialBlock b) { return point->run_block(b); },
+      p.subtrees = montecarlo::run_block_range(
+          plan.trials(), p.blocks, [&](montecarlo::TrialBlock b) { return point->run_block(b); },
           options_of_point(of_point, run, p.point, checkpoint.journal),
-          kept == checkpoint.finished.end() ? std::vector<Subtree>{} : kept->second);
+          kept == checkpoint.finished.end() ? std::vector<montecarlo::Subtree>{} : kept->second);
     }
     done_before += trials_of(p);
   }
@@ -93,25 +96,26 @@ Part run_part(const RunPlan& run, const PartChoice& choice, const RunOptions& op
   return part;
 }
 
-std::vector<std::vector<BlockRange>> missing_blocks(const std::vector<PartPiece>& whole,
-                                                    const std::vector<const PartPiece*>& pieces) {
-  std::vector<std::vector<BlockRange>> there(whole.size());
+std::vector<std::vector<montecarlo::BlockRange>> missing_blocks(
+    const std::vector<checkpoint::PartPiece>& whole, const std::vector<const checkpoint::PartPiece*>& pieces) {
+  std::vector<std::vector<montecarlo::BlockRange>> there(whole.size());
   std::vector<bool> complete(whole.size());
-  for (const PartPiece* p : pieces) {
+  for (const checkpoint::PartPiece* p : pieces) {
     if (p->point >= whole.size()) continue;
     if (p->whole) complete[p->point] = true;
     there[p->point].push_back(p->blocks);
   }
-  std::vector<std::vector<BlockRange>> missing(whole.size());
+  std::vector<std::vector<montecarlo::BlockRange>> missing(whole.size());
   for (std::size_t i = 0; i < whole.size(); ++i) {
     if (complete[i]) continue;
     if (whole[i].whole) {  // such points are in one piece
       missing[i].push_back(whole[i].blocks);
       continue;
     }
-    std::sort(there[i].begin(), there[i].end(), [](BlockRange a, BlockRange b) { return a.first < b.first; });
+    std::sort(there[i].begin(), there[i].end(),
+              [](montecarlo::BlockRange a, montecarlo::BlockRange b) { return a.first < b.first; });
     std::uint64_t reached = 0;
-    for (const BlockRange& r : there[i]) {
+    for (const montecarlo::BlockRange& r : there[i]) {
       if (r.first > reached) missing[i].push_back({reached, r.first});
       reached = std::max(reached, r.end);
     }
@@ -120,13 +124,14 @@ std::vector<std::vector<BlockRange>> missing_blocks(const std::vector<PartPiece>
   return missing;
 }
 
-bool is_covered(const std::vector<PartPiece>& choice, const std::vector<std::vector<BlockRange>>& missing) {
-  return std::all_of(choice.begin(), choice.end(), [&](const PartPiece& p) {
-    const std::vector<BlockRange>& gaps = missing[p.point];
+bool is_covered(const std::vector<checkpoint::PartPiece>& choice,
+                const std::vector<std::vector<montecarlo::BlockRange>>& missing) {
+  return std::all_of(choice.begin(), choice.end(), [&](const checkpoint::PartPiece& p) {
+    const std::vector<montecarlo::BlockRange>& gaps = missing[p.point];
     if (p.whole) return gaps.empty();
     if (p.blocks.first == p.blocks.end) return true;  // more shards than blocks
     return std::none_of(gaps.begin(), gaps.end(),
-                        [&](BlockRange g) { return g.first < p.blocks.end && p.blocks.first < g.end; });
+                        [&](montecarlo::BlockRange g) { return g.first < p.blocks.end && p.blocks.first < g.end; });
   });
 }
 
@@ -142,15 +147,15 @@ std::string array_list(const std::vector<std::uint64_t>& rising) {
   return text;
 }
 
-Config config_of(const Part& part, const std::string& label) {
-  std::vector<InputTable> inputs = part.inputs;
-  return Config::from_text(part.config, label, std::move(inputs), part.texts);
+config::Config config_of(const checkpoint::Part& part, const std::string& label) {
+  std::vector<config::InputTable> inputs = part.inputs;
+  return config::Config::from_text(part.config, label, std::move(inputs), part.texts);
 }
 
 namespace {
 
 /// Throws InputError that names all gaps.
-void require_complete(const RunPlan& run, const std::vector<const PartPiece*>& pieces) {
+void require_complete(const RunPlan& run, const std::vector<const checkpoint::PartPiece*>& pieces) {
   const auto missing = missing_blocks(part_pieces(run, {}), pieces);
   std::vector<std::uint64_t> whole;
   std::string text;
@@ -162,7 +167,7 @@ void require_complete(const RunPlan& run, const std::vector<const PartPiece*>& p
       whole.push_back(i);
       continue;
     }
-    for (const BlockRange& r : missing[i])
+    for (const montecarlo::BlockRange& r : missing[i])
       text += fmt::format("; of point {} the trials {} to {}", i, r.first * size, std::min(r.end * size, trials) - 1);
   }
   if (!whole.empty())
@@ -174,29 +179,32 @@ void require_complete(const RunPlan& run, const std::vector<const PartPiece*>& p
 
 }  // namespace
 
-Result merge_parts(const RunPlan& run, const std::vector<Part>& parts, const RunOptions& options) {
-  std::vector<const PartPiece*> pieces;
-  for (const Part& part : parts)
-    for (const PartPiece& p : part.pieces) pieces.push_back(&p);
+store::Result merge_parts(const RunPlan& run, const std::vector<checkpoint::Part>& parts,
+                          const montecarlo::RunOptions& options) {
+  std::vector<const checkpoint::PartPiece*> pieces;
+  for (const checkpoint::Part& part : parts)
+    for (const checkpoint::PartPiece& p : part.pieces) pieces.push_back(&p);
   require_complete(run, pieces);
-  std::vector<std::vector<const PartPiece*>> of_point(run.points.size());
-  for (const PartPiece* p : pieces)
+  std::vector<std::vector<const checkpoint::PartPiece*>> of_point(run.points.size());
+  for (const checkpoint::PartPiece* p : pieces)
     if (p->point < of_point.size()) of_point[p->point].push_back(p);
 
   return assemble(
       run,
       [&](std::size_t i) {
         const std::uint64_t trials = run.points[i]->trials();
-        const PartPiece& first = *of_point[i].front();
+        const checkpoint::PartPiece& first = *of_point[i].front();
         if (trials == 0) return point_result_from_bytes(first.result);
         const std::shared_ptr<const StudyPoint> point = run.prepare(i, options);
         if (first.whole && first.subtrees.size() == 1)
           return point_report(point, first.subtrees.front().tally, options);
-        std::vector<Subtree> nodes;
-        for (const PartPiece* p : of_point[i]) nodes.insert(nodes.end(), p->subtrees.begin(), p->subtrees.end());
-        OrderedMerge merge;
-        for (Subtree& node : disjoint_subtrees(std::move(nodes))) merge.add(std::move(node), true);
-        const Tally tally = merge.whole();
+        std::vector<montecarlo::Subtree> nodes;
+        for (const checkpoint::PartPiece* p : of_point[i])
+          nodes.insert(nodes.end(), p->subtrees.begin(), p->subtrees.end());
+        montecarlo::OrderedMerge merge;
+        for (montecarlo::Subtree& node : montecarlo::disjoint_subtrees(std::move(nodes)))
+          merge.add(std::move(node), true);
+        const stats::Tally tally = merge.whole();
         if (tally.trials != trials)
           throw IoError(fmt::format("the parts have {} trials of point {}, not {}", tally.trials, i, trials));
         return point_report(point, tally, options);
@@ -204,4 +212,4 @@ Result merge_parts(const RunPlan& run, const std::vector<Part>& parts, const Run
       options.stop);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::study

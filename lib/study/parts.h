@@ -8,7 +8,7 @@
 #include "checkpoint/part_file.h"
 #include "study/experiment.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 struct PartChoice {
   std::optional<std::uint64_t> point;  ///< all points otherwise
@@ -23,26 +23,29 @@ std::string part_name(const PartChoice& choice);
 void check_choice(const RunPlan& run, const PartChoice& choice);
 
 /// The pieces of a part without their tallies.
-std::vector<PartPiece> part_pieces(const RunPlan& run, const PartChoice& choice);
+std::vector<checkpoint::PartPiece> part_pieces(const RunPlan& run, const PartChoice& choice);
 
 /// Computes a part; but for key.program, command and run all is filled in.
-Part run_part(const RunPlan& run, const PartChoice& choice, const RunOptions& options, const Checkpoint& checkpoint);
+checkpoint::Part run_part(const RunPlan& run, const PartChoice& choice, const montecarlo::RunOptions& options,
+                          const Checkpoint& checkpoint);
 
 /// Blocks of each point that no piece has, rising. `whole` is every point of a run, as part_pieces() gives it.
-std::vector<std::vector<BlockRange>> missing_blocks(const std::vector<PartPiece>& whole,
-                                                    const std::vector<const PartPiece*>& pieces);
+std::vector<std::vector<montecarlo::BlockRange>> missing_blocks(
+    const std::vector<checkpoint::PartPiece>& whole, const std::vector<const checkpoint::PartPiece*>& pieces);
 
 /// True if all blocks of `choice` are there.
-bool is_covered(const std::vector<PartPiece>& choice, const std::vector<std::vector<BlockRange>>& missing);
+bool is_covered(const std::vector<checkpoint::PartPiece>& choice,
+                const std::vector<std::vector<montecarlo::BlockRange>>& missing);
 
 /// "0-3,7", as Slurm's --array wants it.
 std::string array_list(const std::vector<std::uint64_t>& rising);
 
 /// Config and files of a part, read again.
-Config config_of(const Part& part, const std::string& label);
+config::Config config_of(const checkpoint::Part& part, const std::string& label);
 
 /// The result of the whole run, whatever the order, number and overlap of the parts. Throws InputError that names what
 /// is missing. All parts must have the run's key (not checked here).
-Result merge_parts(const RunPlan& run, const std::vector<Part>& parts, const RunOptions& options);
+store::Result merge_parts(const RunPlan& run, const std::vector<checkpoint::Part>& parts,
+                          const montecarlo::RunOptions& options);
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -5,7 +5,7 @@
 
 #include "base/bytes.h"
 
-namespace surveymc {
+namespace surveymc::study {
 namespace {
 
 void put(ByteWriter& out, const std::vector<std::string>& list) {
@@ -30,26 +30,26 @@ std::vector<std::string> texts(ByteReader& in) {
   return list;
 }
 
-void put_tables(ByteWriter& out, const std::vector<Table>& tables) {
+void put_tables(ByteWriter& out, const std::vector<store::Table>& tables) {
   out.put(std::uint64_t{tables.size()});
-  for (const Table& t : tables) {
+  for (const store::Table& t : tables) {
     out.put(t.name);
     out.put(t.long_name);
     out.put(std::uint64_t{t.columns.size()});
-    for (const Column& c : t.columns) {
+    for (const store::Column& c : t.columns) {
       for (const std::string* s : {&c.name, &c.unit, &c.long_name, &c.ancillary}) out.put(*s);
       put(out, c.values);
     }
   }
 }
 
-std::vector<Table> tables(ByteReader& in) {
-  std::vector<Table> all(in.length(24));
-  for (Table& t : all) {
+std::vector<store::Table> tables(ByteReader& in) {
+  std::vector<store::Table> all(in.length(24));
+  for (store::Table& t : all) {
     t.name = in.text();
     t.long_name = in.text();
     t.columns.resize(in.length(48));
-    for (Column& c : t.columns) {
+    for (store::Column& c : t.columns) {
       for (std::string* s : {&c.name, &c.unit, &c.long_name, &c.ancillary}) *s = in.text();
       const auto kind = in.get<std::uint64_t>();
       if (kind == 0) c.values = in.list<double>();
@@ -60,12 +60,12 @@ std::vector<Table> tables(ByteReader& in) {
   return all;
 }
 
-void put_maps(ByteWriter& out, const std::vector<Map>& maps) {
+void put_maps(ByteWriter& out, const std::vector<store::Map>& maps) {
   out.put(std::uint64_t{maps.size()});
-  for (const Map& m : maps) {
+  for (const store::Map& m : maps) {
     for (const std::string* s : {&m.name, &m.unit, &m.long_name}) out.put(*s);
     out.put(std::uint64_t{m.axes.size()});
-    for (const Axis& a : m.axes) {
+    for (const store::Axis& a : m.axes) {
       for (const std::string* s : {&a.name, &a.unit, &a.long_name}) out.put(*s);
       put(out, a.values);
     }
@@ -73,12 +73,12 @@ void put_maps(ByteWriter& out, const std::vector<Map>& maps) {
   }
 }
 
-std::vector<Map> maps(ByteReader& in) {
-  std::vector<Map> all(in.length(40));
-  for (Map& m : all) {
+std::vector<store::Map> maps(ByteReader& in) {
+  std::vector<store::Map> all(in.length(40));
+  for (store::Map& m : all) {
     for (std::string* s : {&m.name, &m.unit, &m.long_name}) *s = in.text();
     m.axes.resize(in.length(40));
-    for (Axis& a : m.axes) {
+    for (store::Axis& a : m.axes) {
       for (std::string* s : {&a.name, &a.unit, &a.long_name}) *s = in.text();
       if (in.get<std::uint64_t>() == 0)
         a.values = in.list<double>();
@@ -91,21 +91,21 @@ std::vector<Map> maps(ByteReader& in) {
 }
 
 /// The maps of a stream with all their values.
-std::vector<Map> held(const MapStream& stream) {
-  std::vector<Map> all = stream.maps;
-  const std::size_t size = all.empty() ? 0 : map_size(all.front());
-  for (std::size_t at = 0; at < size; at += kStreamPiece) {
-    const auto piece = stream.values(at, std::min(kStreamPiece, size - at));
+std::vector<store::Map> held(const store::MapStream& stream) {
+  std::vector<store::Map> all = stream.maps;
+  const std::size_t size = all.empty() ? 0 : store::map_size(all.front());
+  for (std::size_t at = 0; at < size; at += store::kStreamPiece) {
+    const auto piece = stream.values(at, std::min(store::kStreamPiece, size - at));
     for (std::size_t m = 0; m < all.size(); ++m)
       all[m].values.insert(all[m].values.end(), piece[m].begin(), piece[m].end());
   }
   return all;
 }
 
-MapStream stream_of(std::vector<Map> all) {
+store::MapStream stream_of(std::vector<store::Map> all) {
   const auto values = std::make_shared<std::vector<std::vector<double>>>();
-  for (Map& m : all) values->push_back(std::move(m.values));
-  for (Map& m : all) m.values.clear();
+  for (store::Map& m : all) values->push_back(std::move(m.values));
+  for (store::Map& m : all) m.values.clear();
   return {std::move(all), [values](std::size_t first, std::size_t count) {
             std::vector<std::vector<double>> piece;
             for (const std::vector<double>& v : *values) {
@@ -120,8 +120,8 @@ MapStream stream_of(std::vector<Map> all) {
 
 std::string point_result_to_bytes(const PointResult& result) {
   std::size_t values = 0;
-  for (const MapStream& s : result.streams)
-    for (const Map& m : s.maps) values += map_size(m);
+  for (const store::MapStream& s : result.streams)
+    for (const store::Map& m : s.maps) values += store::map_size(m);
   if (values > kMostPartValues)
     throw IoError(
         fmt::format("the maps of this point have {} values; a part file holds at most {}: run the config as "
@@ -132,7 +132,7 @@ std::string point_result_to_bytes(const PointResult& result) {
   put_tables(out, result.samples);
   put_maps(out, result.maps);
   out.put(std::uint64_t{result.streams.size()});
-  for (const MapStream& s : result.streams) put_maps(out, held(s));
+  for (const store::MapStream& s : result.streams) put_maps(out, held(s));
   return out.take();
 }
 
@@ -148,4 +148,4 @@ PointResult point_result_from_bytes(std::string_view bytes) {
   return r;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -5,7 +5,7 @@
 
 #include "study/experiment.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 /// Streams are run through; they come back as streams of values that are held. Throws IoError if these are more than
 /// kMostPartValues.
@@ -15,4 +15,4 @@ std::string point_result_to_bytes(const PointResult& result);
 /// Throws IoError if the bytes are damaged.
 PointResult point_result_from_bytes(std::string_view bytes);
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -1,7 +1,6 @@
 #include "study/position_comparison.h"
 
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -9,15 +8,14 @@
 #include "stats/antithetic.h"
 #include "stats/intervals.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr Interval kNoInterval{kNan, kNan};
+constexpr stats::Interval kNoInterval{kNaN, kNaN};
 
 /// Everything of a row but the leading columns; `row` is null for the ellipse of the trials themselves.
-void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector2d& center, const Ellipse& e,
+void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector2d& center, const propagate::Ellipse& e,
                const EllipseRow* row, const HorizontalSample& s, const VerdictRule& rule) {
   t.word("formulation", "monte_carlo, or which analytic prediction", formulation);
   t.number("center_north_m", "m", "centre of the ellipse", center[0]);
@@ -27,12 +25,12 @@ void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector
   t.number("major_azimuth_deg", "deg", "direction of the major axis, clockwise from north", e.azimuth / kDegree);
   const bool usable = row && s.units > 2;
   const std::array<double, 2> predicted{e.semi_major, e.semi_minor};
-  std::array<double, 2> sd{kNan, kNan};
-  std::array<Interval, 2> sd_ci{kNoInterval, kNoInterval}, ratio_ci = sd_ci;
+  std::array<double, 2> sd{kNaN, kNaN};
+  std::array<stats::Interval, 2> sd_ci{kNoInterval, kNoInterval}, ratio_ci = sd_ci;
   std::array<std::string, 2> word;
   for (std::size_t a = 0; a < 2 && usable; ++a) {
     sd[a] = std::sqrt(row->along[a].variance);
-    sd_ci[a] = sd_interval(row->along[a], rule.confidence);
+    sd_ci[a] = stats::sd_interval(row->along[a], rule.confidence);
     ratio_ci[a] = {predicted[a] / sd_ci[a].hi, predicted[a] / sd_ci[a].lo};
     word[a] = judge(ratio_ci[a], rule.margin, s.trials).word;
   }
@@ -45,20 +43,21 @@ void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector
     const std::uint64_t inside = has_area ? row->inside[k - 1] : 0;
     t.estimate(fmt::format("coverage_{}sigma", k), "1",
                fmt::format("share of trials inside the {}-sigma ellipse; {:.4f} if normal", k,
-                           ellipse_coverage(static_cast<double>(k))),
-               has_area ? static_cast<double>(inside) / static_cast<double>(s.paired ? 2 * s.units : s.units) : kNan,
+                           propagate::ellipse_coverage(static_cast<double>(k))),
+               has_area ? static_cast<double>(inside) / static_cast<double>(s.paired ? 2 * s.units : s.units) : kNaN,
                !has_area  ? kNoInterval
-               : s.paired ? paired_binomial_interval(inside, s.units, rule.confidence)
-                          : binomial_interval(inside, s.units, rule.confidence));
+               : s.paired ? stats::paired_binomial_interval(inside, s.units, rule.confidence)
+                          : stats::binomial_interval(inside, s.units, rule.confidence));
   }
   t.estimate("nees", "1", "mean squared Mahalanobis distance from the truth; 2 if consistent",
-             has_area ? row->nees.mean : kNan, has_area ? mean_interval(row->nees, rule.confidence) : kNoInterval);
+             has_area ? row->nees.mean : kNaN,
+             has_area ? stats::mean_interval(row->nees, rule.confidence) : kNoInterval);
   t.number("wishart_p", "1", "p-value of the likelihood-ratio test of the 2x2 covariance",
-           has_area ? row->wishart_p : kNan);
-  t.number("published_ratio_major", "1", "published ratio along the major axis", row ? row->published_major : kNan);
-  t.number("published_ratio_minor", "1", "published ratio along the minor axis", row ? row->published_minor : kNan);
+           has_area ? row->wishart_p : kNaN);
+  t.number("published_ratio_major", "1", "published ratio along the major axis", row ? row->published_major : kNaN);
+  t.number("published_ratio_minor", "1", "published ratio along the minor axis", row ? row->published_minor : kNaN);
   t.number("margin", "1", "what agrees: the ratio of both axes within 1 -+ margin",
-           word[0].empty() && word[1].empty() ? kNan : rule.margin);
+           word[0].empty() && word[1].empty() ? kNaN : rule.margin);
   t.word("verdict", "both axes agree, one differs, or undecided",
          word[0] == "differs" || word[1] == "differs" ? "differs"
          : word[0] == word[1]                         ? word[0]
@@ -73,22 +72,23 @@ void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector
 
 void write_sample_ellipse(TableRows& t, const HorizontalSample& s) {
   if (s.units < 3) return;
-  write_row(t, "monte_carlo", s.mean, ellipse(s.covariance), nullptr, s, {});
+  write_row(t, "monte_carlo", s.mean, propagate::ellipse(s.covariance), nullptr, s, {});
 }
 
 void write_ellipse(TableRows& t, const EllipseRow& row, const HorizontalSample& s, const VerdictRule& rule) {
-  write_row(t, row.formulation, row.center, ellipse(row.predicted), &row, s, rule);
+  write_row(t, row.formulation, row.center, propagate::ellipse(row.predicted), &row, s, rule);
 }
 
-ComparisonRow compare_nees(const std::string& quantity, const SampleSummary& distance, double dimension,
+ComparisonRow compare_nees(const std::string& quantity, const stats::SampleSummary& distance, double dimension,
                            const VerdictRule& rule, std::uint64_t trials) {
   const bool enough = distance.units >= 2;
-  const Estimate found = enough ? Estimate{distance.mean, mean_interval(distance, rule.confidence)} : Estimate{};
+  const Estimate found = enough ? Estimate{distance.mean, stats::mean_interval(distance, rule.confidence)} : Estimate{};
   ComparisonRow row = compare_value(quantity, "1", found, dimension, {rule.nees_margin, rule.confidence}, trials);
-  const Interval band = enough ? nees_band(dimension, distance.units, rule.confidence) : Interval{};
+  const stats::Interval band =
+      enough ? stats::nees_band(dimension, distance.units, rule.confidence) : stats::Interval{};
   row.note =
       enough ? fmt::format("consistent predictions give {:.3f} .. {:.3f}", band.lo, band.hi) : "fewer than two trials";
   return row;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::study

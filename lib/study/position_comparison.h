@@ -10,7 +10,7 @@
 #include "study/comparison.h"
 #include "study/table_rows.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 /// Counts how many points lie in the 1, 2, 3-sigma ellipse, given their squared Mahalanobis distance.
 template <class Counts>
@@ -35,10 +35,10 @@ struct EllipseRow {
   Eigen::Matrix2d predicted;  ///< m2
   /// Of the trials along ellipse(predicted).axes, major first: tallied along these axes, because across an arc the
   /// kurtosis, and with it the interval, is quite another than in north or east.
-  std::array<SampleSummary, 2> along{};
+  std::array<stats::SampleSummary, 2> along{};
   std::array<std::uint64_t, 3> inside{};
-  SampleSummary nees{};  ///< of the squared Mahalanobis distance
-  double wishart_p = 0;  ///< NaN where the trials are not normal by construction
+  stats::SampleSummary nees{};  ///< of the squared Mahalanobis distance
+  double wishart_p = 0;         ///< NaN where the trials are not normal by construction
   double published_major = std::nan(""), published_minor = std::nan("");  ///< published ratios
   std::string expected = {}, note = {};
 };
@@ -52,7 +52,7 @@ void write_ellipse(TableRows& t, const EllipseRow& row, const HorizontalSample& 
 
 /// Mean squared Mahalanobis distance of `dimension` coordinates; predicted is the dimension. The distance goes with the
 /// square of a sd, so it is held to twice the margin.
-ComparisonRow compare_nees(const std::string& quantity, const SampleSummary& distance, double dimension,
+ComparisonRow compare_nees(const std::string& quantity, const stats::SampleSummary& distance, double dimension,
                            const VerdictRule& rule, std::uint64_t trials);
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -6,14 +6,14 @@
 
 #include "base/units.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 TableRows::TableRows(std::string name, std::string long_name) : table_{std::move(name), std::move(long_name)} {}
 
 template <class T>
 void TableRows::put(std::string_view name, std::string_view unit, std::string_view meaning, T value,
                     std::string_view ancillary) {
-  std::vector<Column>& columns = table_.columns;
+  std::vector<store::Column>& columns = table_.columns;
   if (next_ == columns.size()) {
     if (first_row_ && (columns.empty() || columns.front().name != name)) {
       columns.push_back(
@@ -23,7 +23,7 @@ void TableRows::put(std::string_view name, std::string_view unit, std::string_vi
       next_ = 0;
     }
   }
-  Column& column = columns[next_++];
+  store::Column& column = columns[next_++];
   assert(column.name == name);
   std::get<std::vector<T>>(column.values).push_back(std::move(value));
 }
@@ -46,7 +46,7 @@ void TableRows::number(std::string_view name, std::string_view unit, std::string
 }
 
 void TableRows::estimate(std::string_view name, std::string_view unit, std::string_view meaning, double value,
-                         const Interval& interval) {
+                         const stats::Interval& interval) {
   const std::string low = std::string(name) + "_ci_low", high = std::string(name) + "_ci_high";
   number(name, unit, meaning, value, low + " " + high);
   number(low, unit, "lower bound of the confidence interval", interval.lo);
@@ -60,7 +60,7 @@ void TableRows::share(std::string_view name, std::string_view meaning, std::uint
     estimate(name, "1", meaning, nan, {nan, nan});
   else
     estimate(name, "1", meaning, static_cast<double>(events) / static_cast<double>(trials),
-             binomial_interval(events, trials, confidence));
+             stats::binomial_interval(events, trials, confidence));
 }
 
 void TableRows::covariance(std::string_view axes, std::string_view meaning, const Eigen::Matrix3d& c) {
@@ -71,10 +71,10 @@ void TableRows::covariance(std::string_view axes, std::string_view meaning, cons
 }
 
 void TableRows::drop_rows() {
-  for (Column& c : table_.columns) std::visit([](auto& values) { values.clear(); }, c.values);
+  for (store::Column& c : table_.columns) std::visit([](auto& values) { values.clear(); }, c.values);
 }
 
-Table TableRows::take() {
+store::Table TableRows::take() {
   assert(next_ == table_.columns.size());
   return std::move(table_);
 }
@@ -84,20 +84,20 @@ double turn_in_degrees(double angle) {
   return turn < 0 ? turn + 360 : turn;
 }
 
-Column number_column(const std::string& name, const std::string& unit, const std::string& meaning) {
+store::Column number_column(const std::string& name, const std::string& unit, const std::string& meaning) {
   return {name, unit, meaning, std::vector<double>{}};
 }
 
-Table table_of_numbers(Table t, const std::vector<double>& values) {
+store::Table table_of_numbers(store::Table t, const std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i)
     std::get<std::vector<double>>(t.columns[i % t.columns.size()].values).push_back(values[i]);
   return t;
 }
 
-Table failed_trials_table(const std::string& what, const std::vector<std::uint64_t>& trials) {
+store::Table failed_trials_table(const std::string& what, const std::vector<std::uint64_t>& trials) {
   TableRows t("failed_trials", what + "; replay one with `surveymc run CONFIG --trial K`");
   write_rows(t, trials, [&](std::uint64_t trial) { t.count("trial", "number of the trial, from 0", trial); });
   return t.take();
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::study

@@ -20,7 +20,7 @@
 #include "stats/intervals.h"
 #include "store/table.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 class TableRows {
  public:
@@ -36,7 +36,7 @@ class TableRows {
 
   /// A value and its bounds: columns `name`, `name`_ci_low, `name`_ci_high.
   void estimate(std::string_view name, std::string_view unit, std::string_view meaning, double value,
-                const Interval& interval);
+                const stats::Interval& interval);
   /// The same of a probability: `events` of `trials` with the exact interval; NaN without trials.
   void share(std::string_view name, std::string_view meaning, std::uint64_t events, std::uint64_t trials,
              double confidence);
@@ -45,13 +45,13 @@ class TableRows {
 
   /// Removes all rows and keeps the columns. A table without rows has columns, too: write any row, then drop it.
   void drop_rows();
-  Table take();
+  store::Table take();
 
  private:
   template <class T>
   void put(std::string_view name, std::string_view unit, std::string_view meaning, T value, std::string_view ancillary);
 
-  Table table_;
+  store::Table table_;
   std::size_t next_ = 0;
   bool first_row_ = true;
 };
@@ -69,11 +69,11 @@ void write_rows(TableRows& t, const std::vector<Row>& rows, Write write) {
 double turn_in_degrees(double angle);
 
 /// A table of numbers from values that stand row by row; `columns` have no values yet.
-Table table_of_numbers(Table columns, const std::vector<double>& values);
+store::Table table_of_numbers(store::Table columns, const std::vector<double>& values);
 /// An empty column for it.
-Column number_column(const std::string& name, const std::string& unit, const std::string& meaning);
+store::Column number_column(const std::string& name, const std::string& unit, const std::string& meaning);
 
 /// Table `failed_trials`: the numbers of the listed trials. `what` failed: "trials without a converged estimate".
-Table failed_trials_table(const std::string& what, const std::vector<std::uint64_t>& trials);
+store::Table failed_trials_table(const std::string& what, const std::vector<std::uint64_t>& trials);
 
-}  // namespace surveymc
+}  // namespace surveymc::study

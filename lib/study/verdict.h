@@ -4,7 +4,7 @@
 
 #include "stats/intervals.h"
 
-namespace surveymc {
+namespace surveymc::study {
 
 /// How comparisons are judged; `[verdict]` of a config.
 struct VerdictRule {
@@ -25,6 +25,6 @@ struct Verdict {
   std::string word;
   std::uint64_t trials_to_decide = 0;  ///< for "undecided": a rough number, as the interval shrinks with its root
 };
-Verdict judge(const Interval& ratio, double margin, std::uint64_t trials);
+Verdict judge(const stats::Interval& ratio, double margin, std::uint64_t trials);
 
-}  // namespace surveymc
+}  // namespace surveymc::study

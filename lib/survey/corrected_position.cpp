@@ -5,7 +5,7 @@
 #include "simd/instruction_set.h"
 #include "survey/corrected_position_lanes.h"
 
-namespace surveymc {
+namespace surveymc::survey {
 
 void corrected_final_positions(const ReadingBlock& readings, const LaneArray& parameters, const std::vector<double>& md,
                                double declination, LaneArray& position) {
@@ -22,10 +22,10 @@ void corrected_final_positions(const ReadingBlock& readings, const LaneArray& pa
                                      readings.groups(),
                                      std::sin(declination),
                                      std::cos(declination)};
-  if (instruction_set() == InstructionSet::v4)
+  if (simd::instruction_set() == simd::InstructionSet::v4)
     isa_v4::corrected_positions(batch);
   else
     isa_v3::corrected_positions(batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

@@ -5,7 +5,7 @@
 #include "survey/minimum_curvature.h"
 #include "survey/readings.h"
 
-namespace surveymc {
+namespace surveymc::survey {
 
 /// For every trial of `readings`: b = (m - bias) / gain per station (thesis eq 16), the direction of the hole from b
 /// and gravity, declination to true north, minimum curvature to the last station.
@@ -15,4 +15,4 @@ namespace surveymc {
 void corrected_final_positions(const ReadingBlock& readings, const LaneArray& parameters, const std::vector<double>& md,
                                double declination, LaneArray& position);
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

@@ -2,7 +2,10 @@
 
 #include "survey/minimum_curvature.h"
 
-namespace surveymc::SURVEYMC_ISA {
+namespace surveymc::survey::SURVEYMC_ISA {
+
+using namespace simd;
+using simd::store;
 namespace {
 
 Vec3<Lanes> load3(const double* p) { return {load<Lanes>(p), load<Lanes>(p + kGroup), load<Lanes>(p + 2 * kGroup)}; }
@@ -17,7 +20,7 @@ Vec3<Lanes> final_position(const double* magnetic, const double* down, const dou
     const Vec3<T> m = load3(magnetic), u = load3(down);
     const Vec3<T> b{(m.x - bias.x) * p.x, (m.y - bias.y) * p.y, (m.z - bias.z) * p.z};
     const Vec3<T> t = tangent_from_fields(u, b);
-    if (k > 0) position = position + minimum_curvature_leg(T(batch.md[k] - batch.md[k - 1]), before, t);
+    if (k > 0) position = position + minimum_curvature_interval(T(batch.md[k] - batch.md[k - 1]), before, t);
     before = t;
   }
   return position;
@@ -40,4 +43,4 @@ void corrected_positions(const CorrectedPositionBatch& b) {
     }
 }
 
-}  // namespace surveymc::SURVEYMC_ISA
+}  // namespace surveymc::survey::SURVEYMC_ISA

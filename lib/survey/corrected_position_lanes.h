@@ -4,7 +4,7 @@
 
 #include "simd/lanes.h"
 
-namespace surveymc {
+namespace surveymc::survey {
 
 /// Raw view of a batch: group g begins at `magnetic + g * magnetic_stride`, and so on; rows are kGroup doubles apart.
 struct CorrectedPositionBatch {
@@ -24,4 +24,4 @@ namespace isa_v4 {
 void corrected_positions(const CorrectedPositionBatch& batch);
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

@@ -19,7 +19,9 @@
 
 #include "simd/lanes.h"
 
-namespace surveymc {
+namespace surveymc::survey {
+
+using namespace simd;
 
 template <class T>
 struct Vec3 {
@@ -46,6 +48,12 @@ T norm(const Vec3<T>& a) {
 }
 static_assert(sizeof(Vec3<double>) == 3 * sizeof(double), "kernels read a row of vectors as numbers");
 inline Eigen::Vector3d to_eigen(const Vec3<double>& v) { return {v.x, v.y, v.z}; }
+/// The matrix with which v x a = cross_matrix(v) a.
+inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
 inline Vec3<double> from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 /// What the tool sees at a station, free of errors: the linearisations need no angle.
@@ -111,4 +119,4 @@ inline Eigen::Matrix3d rotation_hla_from_nev(double inclination, double azimuth)
   return r;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

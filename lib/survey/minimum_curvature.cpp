@@ -1,6 +1,8 @@
 #include "survey/minimum_curvature.h"
 
-namespace surveymc {
+#include "survey/position_method.h"
+
+namespace surveymc::survey {
 
 double ratio_factor_slope(double s) {
   // Series RF = 1 + s/3 + 11/45 s^2 + 191/945 s^3 + ...: below 1e-4 its next term is under 1e-12 of the slope.
@@ -9,7 +11,7 @@ double ratio_factor_slope(double s) {
   return (h - sc) / (2 * h * h * (1 - s) * sc);
 }
 
-LegDerivatives minimum_curvature_derivatives(double dmd, const Vec3<double>& from, const Vec3<double>& to) {
+IntervalDerivatives minimum_curvature_derivatives(double dmd, const Vec3<double>& from, const Vec3<double>& to) {
   const Eigen::Vector3d t1 = to_eigen(from), t2 = to_eigen(to), chord = t2 - t1, sum = t1 + t2;
   const double s = chord.squaredNorm() / 4;
   // ds/dt2 = chord / 2 = -ds/dt1
@@ -20,10 +22,11 @@ LegDerivatives minimum_curvature_derivatives(double dmd, const Vec3<double>& fro
 
 namespace {
 
-template <class Leg>
-std::vector<Eigen::Vector3d> positions(const std::vector<double>& md, const std::vector<Vec3<double>>& t, Leg leg) {
+template <class Interval>
+std::vector<Eigen::Vector3d> positions(const std::vector<double>& md, const std::vector<Vec3<double>>& t,
+                                       Interval interval) {
   std::vector<Eigen::Vector3d> p(md.size(), Eigen::Vector3d::Zero());
-  for (std::size_t k = 1; k < md.size(); ++k) p[k] = p[k - 1] + to_eigen(leg(md[k] - md[k - 1], t[k - 1], t[k]));
+  for (std::size_t k = 1; k < md.size(); ++k) p[k] = p[k - 1] + to_eigen(interval(md[k] - md[k - 1], t[k - 1], t[k]));
   return p;
 }
 
@@ -37,13 +40,13 @@ std::vector<Vec3<double>> tangents_of(const Survey& survey) {
 
 std::vector<Eigen::Vector3d> minimum_curvature_positions(const std::vector<double>& md,
                                                          const std::vector<Vec3<double>>& tangents) {
-  return positions(md, tangents, minimum_curvature_leg<double>);
+  return positions(md, tangents, minimum_curvature_interval<double>);
 }
 std::vector<Eigen::Vector3d> minimum_curvature_positions(const Survey& survey) {
   return minimum_curvature_positions(survey.md(), tangents_of(survey));
 }
 std::vector<Eigen::Vector3d> balanced_tangential_positions(const Survey& survey) {
-  return positions(survey.md(), tangents_of(survey), balanced_tangential_leg<double>);
+  return positions(survey.md(), tangents_of(survey), balanced_tangential_interval<double>);
 }
 
 std::vector<double> true_vertical_depths(const Survey& survey) {
@@ -56,11 +59,11 @@ std::vector<double> true_vertical_depths(const Survey& survey) {
 std::vector<Eigen::Matrix3d> final_position_by_tangent(const std::vector<double>& md,
                                                        const std::vector<Vec3<double>>& tangents) {
   std::vector<Eigen::Matrix3d> d(md.size(), Eigen::Matrix3d::Zero());
-  for (std::size_t k = 1; k < md.size(); ++k) {
-    const LegDerivatives leg = minimum_curvature_derivatives(md[k] - md[k - 1], tangents[k - 1], tangents[k]);
-    d[k - 1] += leg.by_from;
-    d[k] += leg.by_to;
-  }
+  walk_intervals(PositionMethod::minimum_curvature, md, tangents,
+                 [&](std::size_t k, const IntervalDerivatives& interval, const Eigen::Matrix3d&) {
+                   d[k - 1] += interval.by_from;
+                   d[k] += interval.by_to;
+                 });
   return d;
 }
 
@@ -73,4 +76,4 @@ Eigen::Vector3d tangent_by_azimuth(double inclination, double azimuth) {
   return {-si * std::sin(azimuth), si * std::cos(azimuth), 0};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

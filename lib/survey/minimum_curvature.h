@@ -1,7 +1,7 @@
 #pragma once
 /// From directions along the hole to positions: minimum curvature and balanced tangential, with derivatives.
 ///
-/// A leg of length dD between unit tangents t1 and t2 (N frame) that enclose the dogleg beta displaces by
+/// An interval of length dD between unit tangents t1 and t2 (N frame) that enclose the dogleg beta displaces by
 ///   minimum curvature   dr = dD/2 RF (t1 + t2),  RF = tan(beta/2) / (beta/2)    (thesis eq 18; RF = 1 at beta = 0)
 ///   balanced tangential dr = dD/2 (t1 + t2)
 /// RF is a smooth function of s = sin^2(beta/2) = |t2 - t1|^2 / 4: no angle is computed and nothing is 0/0.
@@ -12,7 +12,9 @@
 #include "simd/math.h"
 #include "survey/survey.h"
 
-namespace surveymc {
+namespace surveymc::survey {
+
+using namespace simd;
 
 /// RF(s) for s in [0, 1); relative error below 1e-15 for s < 1/4, growing like 1e-16 / (1 - s) towards a reversal.
 /// T: double, Lanes or Dual.
@@ -30,27 +32,27 @@ T ratio_factor(const T& s) {
   return T(1.0) / (sqrt(T(1.0) - s) * half_dogleg_per_sine);
 }
 
-/// Displacement of one leg in the frame of the tangents, metres.
+/// Displacement of one interval in the frame of the tangents, metres.
 template <class T>
-Vec3<T> minimum_curvature_leg(const T& dmd, const Vec3<T>& from, const Vec3<T>& to) {
+Vec3<T> minimum_curvature_interval(const T& dmd, const Vec3<T>& from, const Vec3<T>& to) {
   const Vec3<T> chord = to - from;
   const T s = dot(chord, chord) * T(0.25);
   return scale(T(0.5) * dmd * ratio_factor(s), from + to);
 }
 
 template <class T>
-Vec3<T> balanced_tangential_leg(const T& dmd, const Vec3<T>& from, const Vec3<T>& to) {
+Vec3<T> balanced_tangential_interval(const T& dmd, const Vec3<T>& from, const Vec3<T>& to) {
   return scale(T(0.5) * dmd, from + to);
 }
 
 /// dRF/ds, relative error below 1e-10.
 double ratio_factor_slope(double s);
 
-/// Derivatives of one leg's displacement by its two tangents (metres per unit of a tangent component).
-struct LegDerivatives {
+/// Derivatives of one interval's displacement by its two tangents (metres per unit of a tangent component).
+struct IntervalDerivatives {
   Eigen::Matrix3d by_from, by_to;
 };
-LegDerivatives minimum_curvature_derivatives(double dmd, const Vec3<double>& from, const Vec3<double>& to);
+IntervalDerivatives minimum_curvature_derivatives(double dmd, const Vec3<double>& from, const Vec3<double>& to);
 
 /// Positions of all stations relative to the first (N, E, V in metres), tangents in N, true north.
 std::vector<Eigen::Vector3d> minimum_curvature_positions(const std::vector<double>& md,
@@ -69,4 +71,4 @@ std::vector<Eigen::Matrix3d> final_position_by_tangent(const std::vector<double>
 Eigen::Vector3d tangent_by_inclination(double inclination, double azimuth);
 Eigen::Vector3d tangent_by_azimuth(double inclination, double azimuth);
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

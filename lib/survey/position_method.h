@@ -1,22 +1,39 @@
 #pragma once
+#include <vector>
+
 #include "survey/minimum_curvature.h"
 
-namespace surveymc {
+namespace surveymc::survey {
 
-/// How legs between stations are drawn.
+/// How intervals between stations are drawn.
 enum class PositionMethod { minimum_curvature, balanced_tangential };
 
 template <class T>
-Vec3<T> leg(PositionMethod method, const T& dmd, const Vec3<T>& from, const Vec3<T>& to) {
-  return method == PositionMethod::minimum_curvature ? minimum_curvature_leg(dmd, from, to)
-                                                     : balanced_tangential_leg(dmd, from, to);
+Vec3<T> interval_displacement(PositionMethod method, const T& dmd, const Vec3<T>& from, const Vec3<T>& to) {
+  return method == PositionMethod::minimum_curvature ? minimum_curvature_interval(dmd, from, to)
+                                                     : balanced_tangential_interval(dmd, from, to);
 }
 
-inline LegDerivatives leg_derivatives(PositionMethod method, double dmd, const Vec3<double>& from,
-                                      const Vec3<double>& to) {
+inline IntervalDerivatives interval_derivatives(PositionMethod method, double dmd, const Vec3<double>& from,
+                                                const Vec3<double>& to) {
   if (method == PositionMethod::minimum_curvature) return minimum_curvature_derivatives(dmd, from, to);
   const Eigen::Matrix3d half = 0.5 * dmd * Eigen::Matrix3d::Identity();
   return {half, half};
 }
 
-}  // namespace surveymc
+/// Goes from interval to interval: visit(k, d, arriving) for every station k after the first. d: displacement of the
+/// interval from k - 1 to k by the tangents of both; arriving: of the interval before by the tangent of k - 1, zero for
+/// the first. So arriving + d.by_from is what the tangent of k - 1 does to all positions from k on, and d.by_to what
+/// the tangent of k does to its own.
+template <class Visit>
+void walk_intervals(PositionMethod method, const std::vector<double>& md, const std::vector<Vec3<double>>& tangents,
+                    Visit visit) {
+  Eigen::Matrix3d arriving = Eigen::Matrix3d::Zero();
+  for (std::size_t k = 1; k < md.size(); ++k) {
+    const IntervalDerivatives d = interval_derivatives(method, md[k] - md[k - 1], tangents[k - 1], tangents[k]);
+    visit(k, d, arriving);
+    arriving = d.by_to;
+  }
+}
+
+}  // namespace surveymc::survey

@@ -10,7 +10,7 @@
 
 #include "simd/lanes.h"
 
-namespace surveymc {
+namespace surveymc::survey {
 
 /// row(group, r)[lane]: value r of trial group * kGroup + lane. A shared array holds one group for all trials, with
 /// the value repeated in every lane, so that kernels need not know.
@@ -18,20 +18,21 @@ class LaneArray {
  public:
   LaneArray() = default;
   LaneArray(int groups, int rows, bool shared = false)
-      : group_stride_(shared ? 0 : static_cast<std::size_t>(rows) * kGroup),
-        data_(allocate(static_cast<std::size_t>(shared ? 1 : groups) * static_cast<std::size_t>(rows) * kGroup)) {}
+      : group_stride_(shared ? 0 : static_cast<std::size_t>(rows) * simd::kGroup),
+        data_(allocate(static_cast<std::size_t>(shared ? 1 : groups) * static_cast<std::size_t>(rows) * simd::kGroup)) {
+  }
 
   double* row(int group, int r) {
-    return data_.get() + static_cast<std::size_t>(group) * group_stride_ + static_cast<std::size_t>(r) * kGroup;
+    return data_.get() + static_cast<std::size_t>(group) * group_stride_ + static_cast<std::size_t>(r) * simd::kGroup;
   }
   const double* row(int group, int r) const { return const_cast<LaneArray*>(this)->row(group, r); }
   bool shared() const { return group_stride_ == 0; }
   std::size_t group_stride() const { return group_stride_; }  ///< doubles from one group to the next; 0 if shared
   /// Writes one value to all lanes of a row.
   void fill(int group, int r, double value) {
-    for (int i = 0; i < kGroup; ++i) row(group, r)[i] = value;
+    for (int i = 0; i < simd::kGroup; ++i) row(group, r)[i] = value;
   }
-  double value(int trial, int r) const { return row(trial / kGroup, r)[trial % kGroup]; }
+  double value(int trial, int r) const { return row(trial / simd::kGroup, r)[trial % simd::kGroup]; }
 
  private:
   struct Free {
@@ -49,7 +50,7 @@ class LaneArray {
 };
 
 /// Number of groups that hold `trials`; the last one may be partly unused (its spare lanes hold trials nobody counts).
-constexpr int groups_for(int trials) { return (trials + kGroup - 1) / kGroup; }
+constexpr int groups_for(int trials) { return (trials + simd::kGroup - 1) / simd::kGroup; }
 
 /// What the tool and the reference say, for a batch of trials. A value: fill it, hand it on.
 struct ReadingBlock {
@@ -78,4 +79,4 @@ struct ReadingBlock {
   LaneArray assumed_sd;  ///< rows 3 k + axis: the sd (nT) that a weighted estimator shall assume, where it varies
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

@@ -2,7 +2,7 @@
 /// The twelve constant errors of a tool's two triads: per axis, reading = (1 + scale) value + bias.
 #include <array>
 
-namespace surveymc {
+namespace surveymc::survey {
 
 inline constexpr int kSensorTerms = 12;
 /// Where the three axes x, y, z of each kind begin. The order is part of the address of random numbers.
@@ -26,4 +26,4 @@ constexpr SensorTermArray equal_axes(double accelerometer_bias, double accelerom
   return {a, a, a, b, b, b, c, c, c, d, d, d};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

@@ -3,7 +3,7 @@
 
 #include "survey/frames.h"
 
-namespace surveymc {
+namespace surveymc::survey {
 
 /// What a tool reported in one run: six axes per station, in the tool frame. Measured depths increase.
 struct SixAxisReadings {
@@ -14,4 +14,4 @@ struct SixAxisReadings {
   int size() const { return static_cast<int>(md.size()); }
 };
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

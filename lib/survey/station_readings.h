@@ -3,7 +3,7 @@
 /// to do with each other, for many trials (survey/readings.h).
 #include "survey/readings.h"
 
-namespace surveymc {
+namespace surveymc::survey {
 
 /// Rows of one station; station k of a batch starts at row k kStationReadingRows.
 inline constexpr int kGravityRow = 0;    ///< accelerometers, tool frame, pointing down, m/s2
@@ -12,4 +12,4 @@ inline constexpr int kReferenceRow = 6;  ///< gravity (m/s2), Bh, Bd (nT)
 inline constexpr int kAxialRow = 9;      ///< the true Mz, nT: estimators do not look at it
 inline constexpr int kStationReadingRows = 10;
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

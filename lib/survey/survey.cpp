@@ -2,7 +2,7 @@
 
 #include "base/units.h"
 
-namespace surveymc {
+namespace surveymc::survey {
 
 Attitude attitude_from_fields(const Vec3<double>& g_T, const Vec3<double>& b_T) {
   const double cross_axis = std::hypot(g_T.x, g_T.y);
@@ -40,4 +40,4 @@ SurveyDefect find_defect(const Survey& survey) {
   return {};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

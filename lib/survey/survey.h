@@ -4,7 +4,7 @@
 
 #include "survey/frames.h"
 
-namespace surveymc {
+namespace surveymc::survey {
 
 /// One survey station. Azimuth is from true north, toolface from the tool's y axis; radians and metres.
 struct Station {
@@ -33,4 +33,4 @@ inline Attitude magnetic_attitude(const Station& s, double declination) {
   return {s.inclination, s.azimuth - declination, s.toolface};
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

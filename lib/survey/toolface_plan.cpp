@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace surveymc {
+namespace surveymc::survey {
 
 namespace {
 
@@ -43,4 +43,4 @@ ToolfacePlan partly_slid(const std::vector<double>& md, double slide_from, doubl
   return plan;
 }
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

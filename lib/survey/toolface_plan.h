@@ -4,7 +4,7 @@
 
 #include "survey/survey.h"
 
-namespace surveymc {
+namespace surveymc::survey {
 
 /// Where a station's toolface comes from.
 enum class ToolfaceSource {
@@ -35,4 +35,4 @@ ToolfacePlan rotated(int stations);
 /// Slid at the stations with slide_from <= md <= slide_to (metres), rotated elsewhere.
 ToolfacePlan partly_slid(const std::vector<double>& md, double slide_from, double slide_to);
 
-}  // namespace surveymc
+}  // namespace surveymc::survey

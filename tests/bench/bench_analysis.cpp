@@ -1,7 +1,7 @@
 /// What is done once a block of trials, or once a study point.
+#include "analysis/msa_prediction.h"
 #include "bench_setup.h"
 #include "estimate/sensitivity.h"
-#include "msa_prediction.h"
 #include "stats/moments.h"
 
 namespace surveymc::bench {
@@ -11,9 +11,9 @@ namespace {
 void moments(benchmark::State& state) {
   constexpr int trials = 512;
   const auto quantities = state.range(0);
-  // Spare rows as in experiments/msa_position.cpp: without them all columns fall into the same sets of the cache.
+  // Spare rows as in experiments/study.cpp: without them all columns fall into the same sets of the cache.
   const Eigen::MatrixXd x = Eigen::MatrixXd::Random(trials + 8, quantities);
-  for (auto _ : state) benchmark::DoNotOptimize(Moments::of(x.topRows(trials)));
+  for (auto _ : state) benchmark::DoNotOptimize(stats::Moments::of(x.topRows(trials)));
   count_items(state, trials);
 }
 BENCHMARK(moments)->Name("moments_of_512")->Arg(13)->Arg(6);
@@ -21,10 +21,11 @@ BENCHMARK(moments)->Name("moments_of_512")->Arg(13)->Arg(6);
 /// Sensitivity of MSA and covariance of its estimate. Items: stations.
 void msa_covariance_of_survey(benchmark::State& state) {
   const Setup s(static_cast<int>(state.range(0)));
-  const NominalTruth truth{station_fields(s.clean), {1, 1, 1}, {0, 0, 0}, s.field};
-  InputErrors errors;
+  const estimate::NominalTruth truth{sensor::station_fields(s.clean), {1, 1, 1}, {0, 0, 0}, s.field};
+  estimate::InputErrors errors;
   errors.magnetometer = 70;
-  for (auto _ : state) benchmark::DoNotOptimize(error_covariance(sensitivity({}, truth), truth.stations, errors));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(estimate::error_covariance(estimate::sensitivity({}, truth), truth.stations, errors));
   count_items(state, s.survey.size());
 }
 BENCHMARK(msa_covariance_of_survey)->Name("msa_covariance")->Arg(Setup::kThesis)->Arg(1000);
@@ -32,7 +33,7 @@ BENCHMARK(msa_covariance_of_survey)->Name("msa_covariance")->Arg(Setup::kThesis)
 /// All that msa_position predicts before its first trial: also positions and control variates. Items: stations.
 void prediction(benchmark::State& state) {
   const Setup s(static_cast<int>(state.range(0)));
-  for (auto _ : state) benchmark::DoNotOptimize(predict_msa(s.survey, s.field, {}, {}, s.noise, s.clean, {}));
+  for (auto _ : state) benchmark::DoNotOptimize(analysis::predict_msa(s.survey, s.field, {}, {}, s.noise, s.clean, {}));
   count_items(state, s.survey.size());
 }
 BENCHMARK(prediction)->Name("predict_msa")->Arg(Setup::kThesis)->Arg(1000);

@@ -17,7 +17,7 @@ BENCHMARK(clock_rate);
 constexpr int kRounds = 1000;
 
 /// Items: floating-point operations.
-void fma_rate(benchmark::State& state, InstructionSet set) {
+void fma_rate(benchmark::State& state, simd::InstructionSet set) {
   for (auto _ : state) ceilings(set).fused_multiply_add(kRounds);
   count_items(state, 2 * kRounds * Ceilings::kPerRound * ceilings(set).lanes);
 }
@@ -25,7 +25,7 @@ const bool fma_registered = on_both("ceiling/fma_flops", fma_rate);
 
 /// Items: operations on one double (or integer).
 template <void (*Ceilings::*Kernel)(int)>
-void operations(benchmark::State& state, InstructionSet set) {
+void operations(benchmark::State& state, simd::InstructionSet set) {
   for (auto _ : state) (ceilings(set).*Kernel)(kRounds);
   count_items(state, kRounds * Ceilings::kPerRound * ceilings(set).lanes);
 }
@@ -35,9 +35,9 @@ const bool root_registered = on_both("ceiling/square_root", operations<&Ceilings
 const bool integer_registered = on_both("ceiling/multiply_integers", operations<&Ceilings::multiply_integers>);
 
 /// Argument: KiB. 16 stay in the first-level cache, 512 in the second, 256 MiB in neither nor the third.
-void load_bandwidth(benchmark::State& state, InstructionSet set) {
+void load_bandwidth(benchmark::State& state, simd::InstructionSet set) {
   const auto n = static_cast<std::size_t>(state.range(0)) * 1024 / sizeof(double);
-  LaneArray data(1, static_cast<int>(n) / kGroup);
+  survey::LaneArray data(1, static_cast<int>(n) / simd::kGroup);
   const int repeat = std::max(1, static_cast<int>((std::size_t{1} << 20) / n));
   for (auto _ : state)
     for (int i = 0; i < repeat; ++i) ceilings(set).load_all(data.row(0, 0), n);
@@ -46,9 +46,9 @@ void load_bandwidth(benchmark::State& state, InstructionSet set) {
 const bool load_registered = on_both("ceiling/load_KiB", load_bandwidth, {16, 512, 256 * 1024});
 
 /// a = b + s c, 128 MiB each; 24 bytes counted per element as STREAM does.
-void stream_triad(benchmark::State& state, InstructionSet set) {
+void stream_triad(benchmark::State& state, simd::InstructionSet set) {
   constexpr std::size_t n = std::size_t{128} << 17;
-  LaneArray a(1, n / kGroup), b(1, n / kGroup), c(1, n / kGroup);
+  survey::LaneArray a(1, n / simd::kGroup), b(1, n / simd::kGroup), c(1, n / simd::kGroup);
   for (auto _ : state) {
     ceilings(set).triad(a.row(0, 0), b.row(0, 0), c.row(0, 0), n);
     benchmark::ClobberMemory();

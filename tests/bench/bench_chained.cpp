@@ -2,9 +2,9 @@
 #include <cmath>
 
 #include "bench_setup.h"
+#include "chained/batch.h"
+#include "chained/block_solver.h"
 #include "chained_cases.h"
-#include "estimate/chained_batch.h"
-#include "estimate/chained_newton.h"
 
 namespace surveymc::bench {
 namespace {
@@ -12,32 +12,33 @@ namespace {
 constexpr int kTrials = 64;
 
 /// Slide 7, with walks that reach as far in `stations` as in 18: the estimation problem stays the same.
-ChainedModel model_of(int stations) {
-  ChainSizes s = chained_case::slide7_sizes();
-  for (ChainSize* size :
+chained::Model model_of(int stations) {
+  chained::ChainSizes s = chained_case::slide7_sizes();
+  for (chained::ChainSize* size :
        {&s.accelerometer_xy, &s.accelerometer_z, &s.magnetometer_xy, &s.magnetometer_z, &s.gravity, &s.field})
     size->walk *= std::sqrt(18.0 / stations);
-  return chained_model(s, stations, ChainReferences::chained);
+  return chained::make_model(s, stations, chained::ChainReferences::chained);
 }
 
-ChainedBatch runs(const ChainedModel& m, int stations) {
-  ChainedBatch batch(kTrials, stations);
-  const ChainedRunSetup setup = chained_case::run_setup(m, chained_case::building_profile(stations));
+chained::Batch runs(const chained::Model& m, int stations) {
+  chained::Batch batch(kTrials, stations);
+  const sensor::ChainedRunSetup setup = chained_case::run_setup(m, chained_case::building_profile(stations));
   for (int t = 0; t < kTrials; ++t) {
-    const ChainedRun run = simulate_chained_run(setup, Stream(1, 8), static_cast<std::uint64_t>(t));
+    const sensor::ChainedRun run =
+        sensor::simulate_chained_run(setup, random::Stream(1, 8), static_cast<std::uint64_t>(t));
     for (int k = 0; k < stations; ++k) batch.set(t, k, run.readings[static_cast<std::size_t>(k)]);
   }
   return batch;
 }
 
 /// Items: runs; counters: stations a second, and passes to convergence.
-void chained(benchmark::State& state, ChainedMode mode) {
+void chained(benchmark::State& state, chained::Mode mode) {
   const int stations = static_cast<int>(state.range(0));
-  const ChainedModel m = model_of(stations);
-  const ChainedBatch batch = runs(m, stations);
-  ChainedBatchSolution out(kTrials, stations);
+  const chained::Model m = model_of(stations);
+  const chained::Batch batch = runs(m, stations);
+  chained::BatchSolution out(kTrials, stations);
   for (auto _ : state) {
-    solve_chained_batch(m, mode, batch, out);
+    chained::solve_batch(m, mode, batch, out);
     benchmark::ClobberMemory();
   }
   state.SetItemsProcessed(state.iterations() * kTrials);
@@ -47,16 +48,16 @@ void chained(benchmark::State& state, ChainedMode mode) {
   for (int t = 0; t < kTrials; ++t) passes += out.iterations(t);
   state.counters["passes"] = passes / kTrials;
 }
-BENCHMARK_CAPTURE(chained, smoother, ChainedMode::smoother)->Arg(18)->Arg(60)->Arg(200)->Arg(600)->Arg(2000);
-BENCHMARK_CAPTURE(chained, filter, ChainedMode::filter)->Arg(18)->Arg(2000);
+BENCHMARK_CAPTURE(chained, smoother, chained::Mode::smoother)->Arg(18)->Arg(60)->Arg(200)->Arg(600)->Arg(2000);
+BENCHMARK_CAPTURE(chained, filter, chained::Mode::filter)->Arg(18)->Arg(2000);
 
 /// The block solver, one run at a time.
 void newton(benchmark::State& state) {
   const int stations = static_cast<int>(state.range(0));
-  const ChainedModel m = model_of(stations);
-  const ChainedRunSetup setup = chained_case::run_setup(m, chained_case::building_profile(stations));
-  const ChainedReadings readings{simulate_chained_run(setup, Stream(1, 8), 0).readings, {}};
-  for (auto _ : state) benchmark::DoNotOptimize(solve_chained(m, readings));
+  const chained::Model m = model_of(stations);
+  const sensor::ChainedRunSetup setup = chained_case::run_setup(m, chained_case::building_profile(stations));
+  const chained::Readings readings{sensor::simulate_chained_run(setup, random::Stream(1, 8), 0).readings, {}};
+  for (auto _ : state) benchmark::DoNotOptimize(chained::solve_blocks(m, readings));
   state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK(newton)->Name("chained_newton")->Arg(18)->Arg(2000);

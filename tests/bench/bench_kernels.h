@@ -10,20 +10,20 @@
 namespace surveymc::bench {
 
 struct Kernels {
-  void (*simulate)(const SimulateBatch&);
-  void (*msa_solve)(const MsaBatch&);
-  void (*corrected_positions)(const CorrectedPositionBatch&);
+  void (*simulate)(const sensor::SimulateBatch&);
+  void (*msa_solve)(const estimate::MsaBatch&);
+  void (*corrected_positions)(const survey::CorrectedPositionBatch&);
 
   /// 4 calls x kGroup standard normals to `out`, in some order; `calls` is a multiple of 4.
-  void (*normals)(const Stream&, std::uint32_t calls, double* out);
+  void (*normals)(const random::Stream&, std::uint32_t calls, double* out);
   /// Sums over the readings of one group of trials, once a solve. out: rows m (3), m^2 (3), of kGroup each.
-  void (*msa_sums)(const MsaData&, double* out);
+  void (*msa_sums)(const estimate::MsaData&, double* out);
   /// Normal equations of one group of trials at x = (p, q / total), x[6] = second_order, with what msa_sums gave.
   /// out: rows matrix (21), gradient (6), cost (1).
-  void (*msa_evaluate)(const MsaData&, const double* sums, const double* x, bool with_matrix, double* out);
+  void (*msa_evaluate)(const estimate::MsaData&, const double* sums, const double* x, bool with_matrix, double* out);
   /// Gradient of the chord iteration of one group of trials at x = (p, q / total), exact or by series.
   /// out: rows gradient (6), cost (1).
-  void (*msa_gradient)(const MsaData&, const double* x, bool series, double* out);
+  void (*msa_gradient)(const estimate::MsaData&, const double* x, bool series, double* out);
   /// `count` times in a chain, each waiting for the one before as in a solve: factor and solution of the equations
   /// that msa_evaluate left in `in`, for one register of trials. out: 6 rows.
   void (*msa_step)(const double* in, int count, double* out);

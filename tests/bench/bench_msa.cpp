@@ -5,55 +5,55 @@ namespace surveymc::bench {
 namespace {
 
 /// What a solve sums once. Items: stations of one trial.
-void sums(benchmark::State& state, InstructionSet set) {
+void sums(benchmark::State& state, simd::InstructionSet set) {
   const Setup s;
-  LaneArray out(1, 6);
+  survey::LaneArray out(1, 6);
   for (auto _ : state) {
     kernels(set).msa_sums(s.msa_data(), out.row(0, 0));
     benchmark::ClobberMemory();
   }
-  count_items(state, kGroup * s.survey.size());
+  count_items(state, simd::kGroup * s.survey.size());
 }
 const bool sums_registered = on_both("msa_reading_sums", sums);
 
 /// One evaluation of the normal equations; the readings stay in the first-level cache, as in a solve.
 /// Items: stations of one trial.
 template <bool WithMatrix>
-void evaluate(benchmark::State& state, InstructionSet set) {
+void evaluate(benchmark::State& state, simd::InstructionSet set) {
   const Setup s;
   const double x[7] = {1.001, 0.999, 1.002, 1e-4, -2e-4, 1e-3, 1};
-  LaneArray once(1, 6), out(1, 28);
+  survey::LaneArray once(1, 6), out(1, 28);
   kernels(set).msa_sums(s.msa_data(), once.row(0, 0));
   for (auto _ : state) {
     kernels(set).msa_evaluate(s.msa_data(), once.row(0, 0), x, WithMatrix, out.row(0, 0));
     benchmark::ClobberMemory();
   }
-  count_items(state, kGroup * s.survey.size());
+  count_items(state, simd::kGroup * s.survey.size());
 }
 const bool matrix_registered = on_both("msa_evaluation_with_matrix", evaluate<true>);
 const bool gradient_registered = on_both("msa_evaluation_gradient_only", evaluate<false>);
 
 /// One gradient of the chord iteration. Items: stations of one trial.
 template <bool Series>
-void gradient(benchmark::State& state, InstructionSet set) {
+void gradient(benchmark::State& state, simd::InstructionSet set) {
   const Setup s;
   const double x[6] = {1.001, 0.999, 1.002, 1e-4, -2e-4, 1e-3};
-  LaneArray out(1, 7);
+  survey::LaneArray out(1, 7);
   for (auto _ : state) {
     kernels(set).msa_gradient(s.msa_data(), x, Series, out.row(0, 0));
     benchmark::ClobberMemory();
   }
-  count_items(state, kGroup * s.survey.size());
+  count_items(state, simd::kGroup * s.survey.size());
 }
 const bool exact_registered = on_both("msa_gradient_exact", gradient<false>);
 const bool series_registered = on_both("msa_gradient_by_series", gradient<true>);
 
 /// Factor and solution of six equations, one waiting for the other. Items: trials.
-void step(benchmark::State& state, InstructionSet set) {
+void step(benchmark::State& state, simd::InstructionSet set) {
   const Setup s;
   const double x[7] = {1, 1, 1, 0, 0, 0, 0};
   constexpr int count = 100;
-  LaneArray once(1, 6), equations(1, 28), out(1, 6);
+  survey::LaneArray once(1, 6), equations(1, 28), out(1, 6);
   kernels(set).msa_sums(s.msa_data(), once.row(0, 0));
   kernels(set).msa_evaluate(s.msa_data(), once.row(0, 0), x, true, equations.row(0, 0));
   for (auto _ : state) {
@@ -65,7 +65,7 @@ void step(benchmark::State& state, InstructionSet set) {
 const bool step_registered = on_both("msa_factor_and_solve", step);
 
 /// Counters `evaluations` of a trial, and `executed` by its register: as many as the slowest lane needs.
-void count_evaluations(benchmark::State& state, const Setup& s, InstructionSet set) {
+void count_evaluations(benchmark::State& state, const Setup& s, simd::InstructionSet set) {
   double evaluations = 0, executed = 0;
   const int lanes = ceilings(set).lanes;
   for (int first = 0; first < s.trials; first += lanes) {
@@ -82,7 +82,7 @@ void count_evaluations(benchmark::State& state, const Setup& s, InstructionSet s
 
 /// From the expansion point, or from unit gains. Items: trials.
 template <bool WithExpansion>
-void estimate(benchmark::State& state, InstructionSet set) {
+void estimate(benchmark::State& state, simd::InstructionSet set) {
   Setup s;
   for (auto _ : state) {
     kernels(set).msa_solve(s.msa_batch(WithExpansion));
@@ -96,7 +96,7 @@ const bool from_unit_registered = on_both("msa_estimate_from_unit_gains", estima
 
 /// Noise, estimate, and with `WithPosition` the position after it. Items: trials.
 template <bool WithPosition>
-void whole_trial(benchmark::State& state, InstructionSet set) {
+void whole_trial(benchmark::State& state, simd::InstructionSet set) {
   Setup s;
   std::uint64_t first = 0;
   for (auto _ : state) {
@@ -112,7 +112,7 @@ const bool trial_registered = on_both("whole_trial", whole_trial<false>);
 const bool trial_with_position_registered = on_both("whole_trial_with_position", whole_trial<true>);
 
 /// Noise and estimate against the number of stations. Items: stations of one trial.
-void station_scaling(benchmark::State& state, InstructionSet set) {
+void station_scaling(benchmark::State& state, simd::InstructionSet set) {
   Setup s(static_cast<int>(state.range(0)));
   std::uint64_t first = 0;
   for (auto _ : state) {
@@ -129,12 +129,12 @@ const bool scaling_registered = on_both("station_scaling", station_scaling, {25,
 /// The other estimators, by the best instruction set there is; the noise is what they assume. Items: trials.
 void estimate_by(benchmark::State& state, const char* name) {
   Setup s;
-  EstimatorOptions options;
+  estimate::EstimatorOptions options;
   options.name = name;
   options.assumed.magnetometer = s.noise.magnetometer;
   options.assumed.total = 107;
   options.assumed.dip = 0.16 * kDegree;
-  const auto estimator = make_estimator(options, s.field, station_fields(s.clean));
+  const auto estimator = estimate::make_estimator(options, s.field, sensor::station_fields(s.clean));
   for (auto _ : state) estimator->solve(s.readings, s.estimates);
   count_items(state, s.trials);
 }
@@ -147,9 +147,9 @@ BENCHMARK_CAPTURE(estimate_by, wls_consider, "wls_consider");
 /// Items: trials. Ends at 1e-9 or better: NLopt's tolerances are fixed in field_fit_nlopt.cpp.
 void estimate_nlopt(benchmark::State& state, const char* solver) {
   Setup s;
-  EstimatorOptions options;
+  estimate::EstimatorOptions options;
   options.solver = solver;
-  const auto estimator = make_estimator(options, s.field);
+  const auto estimator = estimate::make_estimator(options, s.field);
   for (auto _ : state) estimator->solve(s.readings, s.estimates);
   count_items(state, s.trials);
 }

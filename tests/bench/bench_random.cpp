@@ -5,21 +5,21 @@ namespace surveymc::bench {
 namespace {
 
 /// Items: normals.
-void normals(benchmark::State& state, InstructionSet set) {
+void normals(benchmark::State& state, simd::InstructionSet set) {
   constexpr std::uint32_t calls = 40;  // as many as a trial of 53 stations
-  const Stream stream(1, 1);
-  LaneArray out(1, 4 * calls);
+  const random::Stream stream(1, 1);
+  survey::LaneArray out(1, 4 * calls);
   for (auto _ : state) {
     kernels(set).normals(stream, calls, out.row(0, 0));
     benchmark::ClobberMemory();
   }
-  count_items(state, 4 * calls * kGroup);
+  count_items(state, 4 * calls * simd::kGroup);
 }
 const bool normals_registered = on_both("normals", normals);
 
 /// Items: trials of 53 stations.
 template <bool WithSums>
-void simulate(benchmark::State& state, InstructionSet set) {
+void simulate(benchmark::State& state, simd::InstructionSet set) {
   Setup s;
   std::uint64_t first = 0;
   for (auto _ : state) {

@@ -20,19 +20,20 @@
 
 namespace surveymc::bench {
 
-inline const Kernels& kernels(InstructionSet set) {
-  return set == InstructionSet::v4 ? isa_v4::kernels : isa_v3::kernels;
+inline const Kernels& kernels(simd::InstructionSet set) {
+  return set == simd::InstructionSet::v4 ? isa_v4::kernels : isa_v3::kernels;
 }
-inline const Ceilings& ceilings(InstructionSet set) {
-  return set == InstructionSet::v4 ? isa_v4::ceilings : isa_v3::ceilings;
+inline const Ceilings& ceilings(simd::InstructionSet set) {
+  return set == simd::InstructionSet::v4 ? isa_v4::ceilings : isa_v3::ceilings;
 }
 
 /// Registers `f` as name/avx2 and, where the machine has it, name/avx512; with one argument each if some are given.
-using Benchmark = void (*)(benchmark::State&, InstructionSet);
+using Benchmark = void (*)(benchmark::State&, simd::InstructionSet);
 inline bool on_both(const std::string& name, Benchmark f, std::initializer_list<int> arguments = {}) {
-  for (const InstructionSet set : {InstructionSet::v3, InstructionSet::v4}) {
-    if (set == InstructionSet::v4 && instruction_set() != InstructionSet::v4) continue;
-    auto* b = benchmark::RegisterBenchmark((name + (set == InstructionSet::v4 ? "/avx512" : "/avx2")).c_str(), f, set);
+  for (const simd::InstructionSet set : {simd::InstructionSet::v3, simd::InstructionSet::v4}) {
+    if (set == simd::InstructionSet::v4 && simd::instruction_set() != simd::InstructionSet::v4) continue;
+    auto* b =
+        benchmark::RegisterBenchmark((name + (set == simd::InstructionSet::v4 ? "/avx512" : "/avx2")).c_str(), f, set);
     for (const int a : arguments) b->Arg(a);
   }
   return true;
@@ -43,8 +44,8 @@ inline void count_items(benchmark::State& state, int per_iteration) {
 }
 
 /// A well of `stations` that builds to 60 deg and turns, 40 m apart, toolfaces all round.
-inline Survey synthetic_survey(int stations) {
-  Survey s;
+inline survey::Survey synthetic_survey(int stations) {
+  survey::Survey s;
   for (int k = 0; k < stations; ++k) {
     const double along = static_cast<double>(k) / stations;
     s.stations.push_back(
@@ -56,36 +57,36 @@ inline Survey synthetic_survey(int stations) {
 struct Setup {
   static constexpr int kThesis = 53;
 
-  ReferenceField field;
-  Survey survey;
+  survey::ReferenceField field;
+  survey::Survey survey;
   std::vector<double> md;
-  NoiseModel noise{.magnetometer = 70};
-  CleanReadings clean;
-  int trials;  ///< of a batch, by the rule of experiments/msa_position.cpp
-  ReadingBlock readings;
-  EstimateBlock estimates;
-  LaneArray position, sums;
-  NoiseWeights weights;
-  MsaExpansion expansion;
-  NewtonOptions options{.max_iterations = 50, .step_tolerance = 1e-6};
+  sensor::NoiseModel noise{.magnetometer = 70};
+  sensor::CleanReadings clean;
+  int trials;  ///< of a batch, by the rule of experiments/study.cpp
+  survey::ReadingBlock readings;
+  estimate::EstimateBlock estimates;
+  survey::LaneArray position, sums;
+  sensor::NoiseWeights weights;
+  estimate::MsaExpansion expansion;
+  estimate::NewtonOptions options{.max_iterations = 50, .step_tolerance = 1e-6};
 
   explicit Setup(int stations = kThesis)
       : field(test::thesis_case(4).field),
         survey(stations == kThesis ? test::thesis_case(4).survey : synthetic_survey(stations)),
         md(survey.md()),
-        clean(clean_readings(survey, field, {})),
-        trials(std::clamp(65536 / (stations * 24) / kGroup * kGroup, kGroup, 512)),
-        readings(make_reading_block(trials, stations, noise)),
+        clean(sensor::clean_readings(survey, field, {})),
+        trials(std::clamp(65536 / (stations * 24) / simd::kGroup * simd::kGroup, simd::kGroup, 512)),
+        readings(sensor::make_reading_block(trials, stations, noise)),
         estimates(trials),
-        position(groups_for(trials), 3),
-        sums(groups_for(trials), NoiseWeights::kSums),
-        expansion(*msa_expansion(station_fields(clean), clean.magnetic_T, field)) {
-    weights.magnetometer.assign(static_cast<std::size_t>(3 * stations * NoiseWeights::kSums), 1e-3);
+        position(survey::groups_for(trials), 3),
+        sums(survey::groups_for(trials), sensor::NoiseWeights::kSums),
+        expansion(*estimate::msa_expansion(sensor::station_fields(clean), clean.magnetic_T, field)) {
+    weights.magnetometer.assign(static_cast<std::size_t>(3 * stations * sensor::NoiseWeights::kSums), 1e-3);
     isa_v3::kernels.simulate(simulate_batch(0));
     isa_v3::kernels.msa_solve(msa_batch());
   }
 
-  SimulateBatch simulate_batch(std::uint64_t first, bool with_sums = false) {
+  sensor::SimulateBatch simulate_batch(std::uint64_t first, bool with_sums = false) {
     return {.clean_magnetic = &clean.magnetic_T.front().x,
             .clean_gravity = &clean.gravity_T.front().x,
             .clean_down = &clean.down_T.front().x,
@@ -102,18 +103,18 @@ struct Setup {
             .total = field.total,
             .dip = field.dip,
             .noise = noise,
-            .stream = Stream(1, 1),
+            .stream = random::Stream(1, 1),
             .magnetometer_weights = with_sums ? weights.magnetometer.data() : nullptr,
             .accelerometer_weights = nullptr,
             .reference_weights = nullptr,
             .sums = with_sums ? sums.row(0, 0) : nullptr,
             .sums_stride = with_sums ? sums.group_stride() : 0};
   }
-  MsaData msa_data() const {
+  estimate::MsaData msa_data() const {
     return {readings.magnetic.row(0, 0), readings.down.row(0, 0),   readings.reference.row(0, 0),
             readings.stations,           readings.reference_stride, 1 / field.total};
   }
-  MsaBatch msa_batch(bool with_expansion = true) {
+  estimate::MsaBatch msa_batch(bool with_expansion = true) {
     return {.first = msa_data(),
             .magnetic_stride = readings.magnetic.group_stride(),
             .down_stride = readings.down.group_stride(),
@@ -129,7 +130,7 @@ struct Setup {
             .options = options,
             .expansion = with_expansion ? &expansion : nullptr};
   }
-  CorrectedPositionBatch position_batch() {
+  survey::CorrectedPositionBatch position_batch() {
     return {.magnetic = readings.magnetic.row(0, 0),
             .down = readings.down.row(0, 0),
             .parameters = estimates.parameters.row(0, 0),

@@ -7,13 +7,13 @@ namespace {
 /// Items: stations.
 void clean_readings_of_survey(benchmark::State& state) {
   const Setup s;
-  for (auto _ : state) benchmark::DoNotOptimize(clean_readings(s.survey, s.field, {}));
+  for (auto _ : state) benchmark::DoNotOptimize(sensor::clean_readings(s.survey, s.field, {}));
   count_items(state, s.survey.size());
 }
 BENCHMARK(clean_readings_of_survey)->Name("clean_readings");
 
 /// Items: stations of one trial, each corrected and carried along by minimum curvature.
-void corrected_position(benchmark::State& state, InstructionSet set) {
+void corrected_position(benchmark::State& state, simd::InstructionSet set) {
   Setup s;
   for (auto _ : state) {
     kernels(set).corrected_positions(s.position_batch());

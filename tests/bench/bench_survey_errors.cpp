@@ -1,17 +1,17 @@
 /// Position covariances of a surveyed well by the 35 terms of the ISCWSA model Rev 5.10.
 #include "bench_setup.h"
 #include "config/error_model_file.h"
-#include "propagate/survey_errors.h"
+#include "propagate/iscwsa_covariance.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::bench {
 namespace {
 
-ErrorModel rev5() {
-  for (const InputText& m : shipped_error_models())
+propagate::ErrorModel rev5() {
+  for (const config::InputText& m : config::shipped_error_models())
     if (m.path == "iscwsa_mwd_rev5.10")
-      return read_error_model(
-          Config::from_text("experiment = 'b'\nseed = 1\nmodel = 'm'\n", "bench", {}, {{"m", m.text}})
+      return config::read_error_model(
+          config::Config::from_text("experiment = 'b'\nseed = 1\nmodel = 'm'\n", "bench", {}, {{"m", m.text}})
               .reader(0)
               .toml("model"));
   return {};
@@ -19,13 +19,14 @@ ErrorModel rev5() {
 
 /// Items: stations. With range(1) also by source.
 void covariances(benchmark::State& state) {
-  const Survey survey = synthetic_survey(static_cast<int>(state.range(0)));
-  const std::vector<double> tvd = true_vertical_depths(survey);
-  const std::vector<SurveyLeg> legs{{1, rev5()}};
-  ReferenceField field;
+  const survey::Survey survey = synthetic_survey(static_cast<int>(state.range(0)));
+  const std::vector<double> tvd = survey::true_vertical_depths(survey);
+  const std::vector<propagate::ToolRun> legs{{1, rev5()}};
+  survey::ReferenceField field;
   field.total = 50000;
   field.dip = 72 * kDegree;
-  for (auto _ : state) benchmark::DoNotOptimize(position_covariances(survey, tvd, legs, field, state.range(1) != 0));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(propagate::position_covariances(survey, tvd, legs, field, state.range(1) != 0));
   count_items(state, survey.size());
 }
 BENCHMARK(covariances)

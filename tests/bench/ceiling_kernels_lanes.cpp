@@ -5,7 +5,7 @@
 namespace surveymc::bench::SURVEYMC_ISA {
 namespace {
 
-using T = Lanes;
+using T = simd::Lanes;
 constexpr int kPerRound = Ceilings::kPerRound;
 
 template <class V>
@@ -28,7 +28,7 @@ void fused_in_chains(int count) {
   for (int n = 0; n < count; ++n)
 #pragma GCC unroll 24
     for (int i = 0; i < Chains; ++i) {
-      a[i] = fma(a[i], half, one);
+      a[i] = simd::fma(a[i], half, one);
       if (i < Additions) {
         hide(x);
         use(x + one);
@@ -57,34 +57,35 @@ void square_root(int count) {
 #pragma GCC unroll 24
     for (int i = 0; i < kPerRound; ++i) {
       hide(x);
-      use(sqrt(x));
+      use(simd::sqrt(x));
     }
 }
 
 void multiply_integers(int count) {
-  LaneBits x(0x12345678), y(0xD2511F53);
+  simd::LaneBits x(0x12345678), y(0xD2511F53);
   for (int n = 0; n < count; ++n)
 #pragma GCC unroll 24
     for (int i = 0; i < kPerRound; ++i) {
       hide(x);
-      use(multiply_low32(x, y));
+      use(simd::multiply_low32(x, y));
     }
 }
 
 void load_all(const double* p, std::size_t n) {
-  constexpr std::size_t step = lane_count<T>;
+  constexpr std::size_t step = simd::lane_count<T>;
   for (std::size_t k = 0; k < n; k += 8 * step)
 #pragma GCC unroll 8
-    for (std::size_t i = 0; i < 8; ++i) use(load<T>(p + k + i * step));
+    for (std::size_t i = 0; i < 8; ++i) use(simd::load<T>(p + k + i * step));
 }
 
 void triad(double* a, const double* b, const double* c, std::size_t n) {
-  for (std::size_t k = 0; k < n; k += lane_count<T>) store(a + k, fma(T(0.5), load<T>(c + k), load<T>(b + k)));
+  for (std::size_t k = 0; k < n; k += simd::lane_count<T>)
+    simd::store(a + k, simd::fma(T(0.5), simd::load<T>(c + k), simd::load<T>(b + k)));
 }
 
 }  // namespace
 
-const Ceilings ceilings{lane_count<T>, fused_multiply_add, fused_and_add, divide,
-                        square_root,   multiply_integers,  load_all,      triad};
+const Ceilings ceilings{simd::lane_count<T>, fused_multiply_add, fused_and_add, divide,
+                        square_root,         multiply_integers,  load_all,      triad};
 
 }  // namespace surveymc::bench::SURVEYMC_ISA

@@ -28,7 +28,7 @@ struct CountedBits {
   friend bool odd(CountedBits a) { return ++operations.compare, (a.v & 1) != 0; }
   friend CountedBits xor3(CountedBits a, CountedBits b, CountedBits c) { return a ^ b ^ c; }
   friend CountedBits multiply_low32(CountedBits a, CountedBits b) {
-    return ++operations.integer_multiply, CountedBits(surveymc::multiply_low32(a.v, b.v));
+    return ++operations.integer_multiply, CountedBits(surveymc::simd::multiply_low32(a.v, b.v));
   }
 };
 
@@ -43,31 +43,31 @@ struct Counted {
   friend Counted operator/(Counted a, Counted b) { return ++operations.divide, Counted(a.v / b.v); }
   friend Counted operator-(Counted a) { return Counted(-a.v); }
   friend Counted fma(Counted a, Counted b, Counted c) {
-    return ++operations.fma, Counted(surveymc::fma(a.v, b.v, c.v));
+    return ++operations.fma, Counted(surveymc::simd::fma(a.v, b.v, c.v));
   }
   friend Counted fms(Counted a, Counted b, Counted c) { return fma(a, b, -c); }
-  friend Counted sqrt(Counted a) { return ++operations.root, Counted(surveymc::sqrt(a.v)); }
-  friend Counted abs(Counted a) { return ++operations.integer, Counted(surveymc::abs(a.v)); }
+  friend Counted sqrt(Counted a) { return ++operations.root, Counted(surveymc::simd::sqrt(a.v)); }
+  friend Counted abs(Counted a) { return ++operations.integer, Counted(surveymc::simd::abs(a.v)); }
   friend Counted max(Counted a, Counted b) { return select(a > b, a, b); }
   friend bool operator<(Counted a, Counted b) { return ++operations.compare, a.v < b.v; }
   friend bool operator<=(Counted a, Counted b) { return ++operations.compare, a.v <= b.v; }
   friend bool operator>(Counted a, Counted b) { return ++operations.compare, a.v > b.v; }
   friend Counted select(bool c, Counted a, Counted b) { return ++operations.compare, c ? a : b; }
-  friend CountedBits to_bits(Counted a) { return surveymc::to_bits(a.v); }
+  friend CountedBits to_bits(Counted a) { return surveymc::simd::to_bits(a.v); }
 };
-inline Counted from_bits(CountedBits a) { return surveymc::from_bits(a.v); }
+inline Counted from_bits(CountedBits a) { return surveymc::simd::from_bits(a.v); }
 inline Counted small_to_double(CountedBits a) {
-  return ++operations.integer, ++operations.add, Counted(surveymc::small_to_double(a.v));
+  return ++operations.integer, ++operations.add, Counted(surveymc::simd::small_to_double(a.v));
 }
 
 /// Two singles in the place of one double, and their words: an operation on both counts once, as it takes one
 /// instruction.
 struct CountedWords {
-  Words32<2> v;
-  CountedWords(Words32<2> x) : v(x) {}     // NOLINT: a vector is its elements
-  CountedWords(std::uint32_t x) : v(x) {}  // NOLINT: constants mix freely
+  simd::Words32<2> v;
+  CountedWords(simd::Words32<2> x) : v(x) {}  // NOLINT: a vector is its elements
+  CountedWords(std::uint32_t x) : v(x) {}     // NOLINT: constants mix freely
 
-  static CountedWords counted(Words32<2> x) { return ++operations.integer, CountedWords(x); }
+  static CountedWords counted(simd::Words32<2> x) { return ++operations.integer, CountedWords(x); }
   friend CountedWords operator+(CountedWords a, CountedWords b) { return counted(a.v + b.v); }
   friend CountedWords operator&(CountedWords a, CountedWords b) { return counted(a.v & b.v); }
   friend CountedWords operator^(CountedWords a, CountedWords b) { return counted(a.v ^ b.v); }
@@ -76,38 +76,40 @@ struct CountedWords {
 };
 
 struct CountedSingles {
-  Singles<2> v;
-  CountedSingles(Singles<2> x) : v(x) {}  // NOLINT: a vector is its elements
-  CountedSingles(float x) : v(x) {}       // NOLINT: constants mix freely
+  simd::Singles<2> v;
+  CountedSingles(simd::Singles<2> x) : v(x) {}  // NOLINT: a vector is its elements
+  CountedSingles(float x) : v(x) {}             // NOLINT: constants mix freely
 
   friend CountedSingles operator+(CountedSingles a, CountedSingles b) { return ++operations.add, a.v + b.v; }
   friend CountedSingles operator-(CountedSingles a, CountedSingles b) { return ++operations.add, a.v - b.v; }
   friend CountedSingles operator*(CountedSingles a, CountedSingles b) { return ++operations.multiply, a.v * b.v; }
   friend CountedSingles fma(CountedSingles a, CountedSingles b, CountedSingles c) {
-    return ++operations.fma, surveymc::fma(a.v, b.v, c.v);
+    return ++operations.fma, surveymc::simd::fma(a.v, b.v, c.v);
   }
-  friend CountedSingles sqrt(CountedSingles a) { return ++operations.root, surveymc::sqrt(a.v); }
+  friend CountedSingles sqrt(CountedSingles a) { return ++operations.root, surveymc::simd::sqrt(a.v); }
   friend CountedSingles select_from(CountedWords a, std::uint32_t bound, CountedSingles x, CountedSingles y) {
-    return operations.compare += 2, surveymc::select_from(a.v, bound, x.v, y.v);
+    return operations.compare += 2, surveymc::simd::select_from(a.v, bound, x.v, y.v);
   }
-  friend CountedWords to_words(CountedSingles a) { return surveymc::to_words(a.v); }
+  friend CountedWords to_words(CountedSingles a) { return surveymc::simd::to_words(a.v); }
 };
-inline CountedSingles from_words(CountedWords a) { return surveymc::from_words(a.v); }
-inline CountedSingles nearest_single(CountedWords a) { return ++operations.integer, surveymc::nearest_single(a.v); }
-inline CountedWords join(CountedBits a, CountedBits b) {
-  return operations.integer += 3, CountedWords(surveymc::join(a.v, b.v));
+inline CountedSingles from_words(CountedWords a) { return surveymc::simd::from_words(a.v); }
+inline CountedSingles nearest_single(CountedWords a) {
+  return ++operations.integer, surveymc::simd::nearest_single(a.v);
 }
-inline Counted lower(CountedSingles a) { return operations.integer += 2, Counted(surveymc::lower(a.v)); }
-inline Counted upper(CountedSingles a) { return operations.integer += 2, Counted(surveymc::upper(a.v)); }
+inline CountedWords join(CountedBits a, CountedBits b) {
+  return operations.integer += 3, CountedWords(surveymc::simd::join(a.v, b.v));
+}
+inline Counted lower(CountedSingles a) { return operations.integer += 2, Counted(surveymc::simd::lower(a.v)); }
+inline Counted upper(CountedSingles a) { return operations.integer += 2, Counted(surveymc::simd::upper(a.v)); }
 
 }  // namespace surveymc::bench
 
 template <>
-struct surveymc::SinglesOf<surveymc::bench::Counted> {
+struct surveymc::simd::SinglesOf<surveymc::bench::Counted> {
   using type = bench::CountedSingles;
   using words = bench::CountedWords;
 };
 template <>
-struct surveymc::BitsOf<surveymc::bench::Counted> {
+struct surveymc::simd::BitsOf<surveymc::bench::Counted> {
   using type = bench::CountedBits;
 };

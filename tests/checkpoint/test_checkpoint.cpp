@@ -14,25 +14,26 @@
 #include "stats/tally_bytes.h"
 
 using namespace surveymc;
+using namespace surveymc::checkpoint;
 namespace fs = std::filesystem;
 
 namespace {
 
-Tally kernel(TrialBlock block) {
-  const Stream stream(7, 0);
+stats::Tally kernel(montecarlo::TrialBlock block) {
+  const random::Stream stream(7, 0);
   Eigen::MatrixXd x(block.count, 3);
-  Tally t;
+  stats::Tally t;
   for (int i = 0; i < block.count; ++i)
     for (std::uint32_t j = 0; j < 3; ++j)
-      x(i, j) = stream.normal(block.first + static_cast<std::uint64_t>(i), Channel::magnetometer_noise, j);
+      x(i, j) = stream.normal(block.first + static_cast<std::uint64_t>(i), random::Channel::magnetometer_noise, j);
   t.trials = static_cast<std::uint64_t>(block.count);
   t.failed = block.first % 3;
   t.left_out = 2;
-  t.moments = Moments::of(x);
-  t.groups = {Moments::of(x.leftCols(2)), Moments::of(x.rightCols(1))};
-  t.controlled = {Moments::of(x)};
-  t.pairs = Moments::of(x.topRows(block.count / 2));
-  t.controlled_pairs = {Moments(2)};
+  t.moments = stats::Moments::of(x);
+  t.groups = {stats::Moments::of(x.leftCols(2)), stats::Moments::of(x.rightCols(1))};
+  t.controlled = {stats::Moments::of(x)};
+  t.pairs = stats::Moments::of(x.topRows(block.count / 2));
+  t.controlled_pairs = {stats::Moments(2)};
   t.counts = {block.first, 1, 2};
   t.failed_trials = {block.first + 1};
   t.samples = {static_cast<double>(block.first), -0.0, 1e-310};
@@ -40,7 +41,7 @@ Tally kernel(TrialBlock block) {
 }
 
 /// All of a tally's state takes part in its bytes.
-std::string bits(const Tally& t) { return tally_to_bytes(t); }
+std::string bits(const stats::Tally& t) { return stats::tally_to_bytes(t); }
 
 struct Folder {
   fs::path path = fs::temp_directory_path() / fs::path("surveymc-journal-" + std::to_string(getpid()));
@@ -59,8 +60,8 @@ const RunKey kKey{"0123456789abcdef", "this build"};
 }  // namespace
 
 TEST_CASE("A tally comes back from its bytes with all of its state", "[checkpoint]") {
-  const Tally tally = run_blocks(3000, kernel, {2});
-  const Tally again = tally_from_bytes(tally_to_bytes(tally));
+  const stats::Tally tally = montecarlo::run_blocks(3000, kernel, {2});
+  const stats::Tally again = stats::tally_from_bytes(stats::tally_to_bytes(tally));
   CHECK(bits(again) == bits(tally));
   CHECK(again.moments.squares == tally.moments.squares);
   CHECK(again.groups.size() == 2);
@@ -68,30 +69,30 @@ TEST_CASE("A tally comes back from its bytes with all of its state", "[checkpoin
   CHECK(again.controlled_pairs[0].count == tally.controlled_pairs[0].count);
   CHECK(std::signbit(again.samples[1]));
   CHECK(again.left_out == tally.left_out);
-  CHECK(bits(tally_from_bytes(tally_to_bytes(Tally{}))) == bits(Tally{}));
+  CHECK(bits(stats::tally_from_bytes(stats::tally_to_bytes(stats::Tally{}))) == bits(stats::Tally{}));
 }
 
 TEST_CASE("Bytes of a tally that are cut or have wrong lengths are refused, not believed", "[checkpoint]") {
-  const std::string bytes = tally_to_bytes(kernel({0, 20}));
-  for (std::size_t n = 0; n < bytes.size(); ++n) CHECK_THROWS_AS(tally_from_bytes(bytes.substr(0, n)), IoError);
-  CHECK_THROWS_AS(tally_from_bytes(bytes + "x"), IoError);
+  const std::string bytes = stats::tally_to_bytes(kernel({0, 20}));
+  for (std::size_t n = 0; n < bytes.size(); ++n) CHECK_THROWS_AS(stats::tally_from_bytes(bytes.substr(0, n)), IoError);
+  CHECK_THROWS_AS(stats::tally_from_bytes(bytes + "x"), IoError);
   for (std::size_t i = 0; i < bytes.size(); ++i) {  // no crash, no huge allocation; numbers may change
     std::string flipped = bytes;
     flipped[i] = static_cast<char>(flipped[i] ^ 0x80);
     try {
-      tally_from_bytes(flipped);
+      stats::tally_from_bytes(flipped);
     } catch (const IoError&) {
     }
   }
 }
 
 TEST_CASE("A node that no tree has is refused", "[checkpoint]") {
-  const std::string good = subtree_to_bytes({3, 5, kernel({0, 4})});
-  CHECK(subtree_from_bytes(good).end_block() == 48);
+  const std::string good = montecarlo::subtree_to_bytes({3, 5, kernel({0, 4})});
+  CHECK(montecarlo::subtree_from_bytes(good).end_block() == 48);
   for (const char level : {'\x3f', '\x7f', '\xff'}) {
     std::string bad = good;
     bad[level == '\xff' ? 3 : 0] = level;  // 63, 127, negative
-    CHECK_THROWS_AS(subtree_from_bytes(bad), IoError);
+    CHECK_THROWS_AS(montecarlo::subtree_from_bytes(bad), IoError);
   }
 }
 
@@ -108,41 +109,46 @@ TEST_CASE("Every flipped byte of a record is found", "[checkpoint]") {
 
 TEST_CASE("Any finished subtrees and any shards give the bits of one run", "[checkpoint]") {
   constexpr std::uint64_t kTrials = 20001;
-  const std::uint64_t blocks = all_blocks(kTrials).end;
-  const std::string whole = bits(run_blocks(kTrials, kernel, {2}));
+  const std::uint64_t blocks = montecarlo::all_blocks(kTrials).end;
+  const std::string whole = bits(montecarlo::run_blocks(kTrials, kernel, {2}));
   std::mt19937 g(1);
   for (int rep = 0; rep < 20; ++rep) {
-    std::vector<Subtree> kept;  // nested ones, too
+    std::vector<montecarlo::Subtree> kept;  // nested ones, too
     for (int k = 0; k < 4; ++k) {
-      OrderedMerge some;
+      montecarlo::OrderedMerge some;
       for (std::uint64_t b = 0; b < blocks; ++b)
         if (g() % 3 > 0)
-          some.add(b, kernel({b * kBlockTrials,
-                              static_cast<int>(std::min<std::uint64_t>(kBlockTrials, kTrials - b * kBlockTrials))}));
-      for (Subtree& n : some.take()) kept.push_back(std::move(n));
+          some.add(b, kernel({b * montecarlo::kBlockTrials,
+                              static_cast<int>(std::min<std::uint64_t>(montecarlo::kBlockTrials,
+                                                                       kTrials - b * montecarlo::kBlockTrials))}));
+      for (montecarlo::Subtree& n : some.take()) kept.push_back(std::move(n));
     }
-    CHECK(bits(run_blocks(kTrials, kernel, {3}, {}, kept)) == whole);
+    CHECK(bits(montecarlo::run_blocks(kTrials, kernel, {3}, {}, kept)) == whole);
     const std::uint64_t cut = g() % (blocks + 1);
-    OrderedMerge merge;
-    for (const BlockRange r : {BlockRange{cut, blocks}, BlockRange{0, cut}})
-      for (Subtree& n : run_block_range(kTrials, r, kernel, {2}, kept)) merge.add(std::move(n), true);
+    montecarlo::OrderedMerge merge;
+    for (const montecarlo::BlockRange r : {montecarlo::BlockRange{cut, blocks}, montecarlo::BlockRange{0, cut}})
+      for (montecarlo::Subtree& n : montecarlo::run_block_range(kTrials, r, kernel, {2}, kept))
+        merge.add(std::move(n), true);
     CHECK(bits(merge.whole()) == whole);
   }
 }
 
 TEST_CASE("A run that goes on behind a look ends where the first attempt would have", "[checkpoint]") {
-  const StoppingRule rule{{1024, 4096, 10000}, [](const Tally& t) { return t.trials < 4096 ? 5000u : 4096u; }};
-  const std::string whole = bits(run_blocks(100000, kernel, {1}, rule));
+  const montecarlo::StoppingRule rule{{1024, 4096, 10000},
+                                      [](const stats::Tally& t) { return t.trials < 4096 ? 5000u : 4096u; }};
+  const std::string whole = bits(montecarlo::run_blocks(100000, kernel, {1}, rule));
   for (const std::uint64_t stop_at : {600u, 1024u, 1500u, 3000u}) {
-    std::vector<Subtree> kept;
+    std::vector<montecarlo::Subtree> kept;
     std::atomic<bool> stop = false;
-    RunOptions options{2};
+    montecarlo::RunOptions options{2};
     options.stop = &stop;
     options.progress = [&](std::uint64_t done, std::uint64_t) { stop = done >= stop_at; };
-    options.save = [&](OrderedMerge& m) { m.take_unsaved([&](const Subtree& s) { kept.push_back(s); }); };
-    CHECK_THROWS_AS(run_blocks(100000, kernel, options, rule), Interrupted);
+    options.save = [&](montecarlo::OrderedMerge& m) {
+      m.take_unsaved([&](const montecarlo::Subtree& s) { kept.push_back(s); });
+    };
+    CHECK_THROWS_AS(montecarlo::run_blocks(100000, kernel, options, rule), Interrupted);
     CHECK_FALSE(kept.empty());
-    CHECK(bits(run_blocks(100000, kernel, {2}, rule, kept)) == whole);
+    CHECK(bits(montecarlo::run_blocks(100000, kernel, {2}, rule, kept)) == whole);
   }
 }
 
@@ -151,7 +157,7 @@ TEST_CASE("A journal gives back what stands before the damage, whatever byte it 
   {
     Journal journal(folder.output(), kKey, std::chrono::seconds(0));
     CHECK(journals_of(folder.output()).empty());  // nothing was added
-    for (std::uint64_t b = 0; b < 3; ++b) journal.add(b, {0, b, kernel({b * kBlockTrials, 4})});
+    for (std::uint64_t b = 0; b < 3; ++b) journal.add(b, {0, b, kernel({b * montecarlo::kBlockTrials, 4})});
     REQUIRE(journal.sync());
   }
   REQUIRE(journals_of(folder.output()).size() == 1);
@@ -160,7 +166,7 @@ TEST_CASE("A journal gives back what stands before the damage, whatever byte it 
   const JournalContents whole = read_journals(folder.output(), kKey);
   CHECK(whole.finished.size() == 3);
   CHECK(whole.damaged.empty());
-  CHECK(bits(whole.finished.at(2)[0].tally) == bits(kernel({2 * kBlockTrials, 4})));
+  CHECK(bits(whole.finished.at(2)[0].tally) == bits(kernel({2 * montecarlo::kBlockTrials, 4})));
 
   const std::size_t record = bytes.size() / 3;  // all have one size
   for (std::size_t i = 0; i < bytes.size(); i += 7) {

@@ -10,13 +10,13 @@
 #include "base/error.h"
 #include "config/config.h"
 
-using surveymc::Config;
-using surveymc::ConfigReader;
-using surveymc::format_number;
 using surveymc::InputError;
-using surveymc::InputTable;
-using surveymc::Range;
-using surveymc::SweepValue;
+using surveymc::config::Config;
+using surveymc::config::ConfigReader;
+using surveymc::config::format_number;
+using surveymc::config::InputTable;
+using surveymc::config::Range;
+using surveymc::config::SweepValue;
 
 namespace fs = std::filesystem;
 

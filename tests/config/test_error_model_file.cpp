@@ -7,12 +7,13 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::config;
 using Catch::Matchers::Equals;
 using Catch::Matchers::StartsWith;
 
 namespace {
 
-ErrorModel read(const std::string& text) {
+propagate::ErrorModel read(const std::string& text) {
   Config config =
       Config::from_text("experiment = 'x'\nseed = 1\nmodel = 'tool.toml'\n", "c.toml", {}, {{"tool.toml", text}});
   return read_error_model(config.reader(0).toml("model"));
@@ -31,7 +32,7 @@ std::string with_third(const std::string& third) {
 }  // namespace
 
 TEST_CASE("A model file gives terms in SI units") {
-  const ErrorModel m = read(
+  const propagate::ErrorModel m = read(
       "title = 'my tool'\nsource = 'me'\nfirst_leg = 'doubled'\n"
       "[[terms]]\ncode = 'D'\nfunction = 'DREF'\nmagnitude = 10\nunit = 'ft'\nmode = 'R'\n"
       "[[terms]]\ncode = 'X'\nfunction = 'DBH'\nmagnitude = 3000.0\nunit = 'deg.nT'\nmode = 'W'\n"
@@ -41,16 +42,16 @@ TEST_CASE("A model file gives terms in SI units") {
   CHECK(m.source == "me");
   CHECK(m.first_leg_doubled);
   REQUIRE(m.terms.size() == 4);
-  CHECK(m.terms[0].sigma == Approx(3.048));
+  CHECK(m.terms[0].sigma == Approx(3.048).epsilon(1e-13));
   CHECK(m.terms[0].magnitude == 10);
   CHECK(m.terms[0].unit == "ft");
-  CHECK(m.terms[0].mode == PropagationMode::random);
-  CHECK(m.terms[1].sigma == Approx(3000 * kDegree));
-  CHECK(m.terms[1].mode == PropagationMode::well);
+  CHECK(m.terms[0].mode == propagate::PropagationMode::random);
+  CHECK(m.terms[1].sigma == Approx(3000 * kDegree).epsilon(1e-13));
+  CHECK(m.terms[1].mode == propagate::PropagationMode::well);
   CHECK(m.terms[2].sigma == 0);
-  CHECK(m.terms[2].mode == PropagationMode::global);
-  CHECK(m.terms[3].sigma == Approx(70));
-  CHECK(m.terms[3].mode == PropagationMode::systematic);
+  CHECK(m.terms[2].mode == propagate::PropagationMode::global);
+  CHECK(m.terms[3].sigma == Approx(70).epsilon(1e-13));
+  CHECK(m.terms[3].mode == propagate::PropagationMode::systematic);
 }
 
 TEST_CASE("A bad model file is refused with its line, key, value and rule") {
@@ -97,7 +98,7 @@ TEST_CASE("The models that come with the program are those of configs/error_mode
   std::size_t known = 0;
   for (const InputText& m : models) {
     CHECK(m.text == test::project_file("configs/error_models/" + m.path + ".toml"));
-    const ErrorModel model = read(m.text);
+    const propagate::ErrorModel model = read(m.text);
     if (m.path == "iscwsa_mwd_rev4") {
       CHECK(model.terms.size() == 27);
       CHECK_FALSE(model.first_leg_doubled);

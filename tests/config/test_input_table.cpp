@@ -7,8 +7,8 @@
 #include "config/input_table.h"
 
 using surveymc::InputError;
-using surveymc::InputTable;
-using surveymc::parse_csv;
+using surveymc::config::InputTable;
+using surveymc::config::parse_csv;
 
 namespace {
 

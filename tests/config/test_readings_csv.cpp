@@ -5,6 +5,7 @@
 #include "base/error.h"
 
 using namespace surveymc;
+using namespace surveymc::config;
 using Catch::Matchers::Equals;
 using Catch::Matchers::StartsWith;
 
@@ -16,21 +17,21 @@ const std::string kRows =
     "130,1,2,9.5,8000,9000,48000\n"
     "160,2,-2,9.4,8000,-9000,48000\n";
 
-SixAxisReadings read(const std::string& text, AccelerometerSign sign = AccelerometerSign::gravity) {
+survey::SixAxisReadings read(const std::string& text, AccelerometerSign sign = AccelerometerSign::gravity) {
   return readings_from_table(parse_csv(text, "run.csv"), {sign, 9.8, 50000});
 }
 
 }  // namespace
 
 TEST_CASE("Readings are read in every unit and order of columns") {
-  const SixAxisReadings si = read(kHeader + kRows);
+  const survey::SixAxisReadings si = read(kHeader + kRows);
   REQUIRE(si.size() == 3);
   CHECK(si.md[1] == 130);
   CHECK(si.gravity_T[0].x == -1);
   CHECK(si.gravity_T[2].z == 9.4);
   CHECK(si.magnetic_T[2].y == -9000);
   // 1 mg is 9.80665e-3 m/s2: 1000 mg along z is standard gravity.
-  const SixAxisReadings other = read(
+  const survey::SixAxisReadings other = read(
       "bz_uT,by_uT,bx_uT,gz_mg,gx_mg,gy_mg,md_ft\n48,9,-8,1000,-100,50,100\n48,9,8,990,100,50,200\n48,-9,8,990,9,-5,"
       "300\n");
   CHECK(other.md[0] == Approx(30.48).epsilon(1e-15));
@@ -42,7 +43,8 @@ TEST_CASE("Readings are read in every unit and order of columns") {
 }
 
 TEST_CASE("Specific force is turned into gravity") {
-  const SixAxisReadings down = read(kHeader + kRows), up = read(kHeader + kRows, AccelerometerSign::specific_force);
+  const survey::SixAxisReadings down = read(kHeader + kRows),
+                                up = read(kHeader + kRows, AccelerometerSign::specific_force);
   for (std::size_t k = 0; k < 3; ++k) {
     CHECK(up.gravity_T[k].x == -down.gravity_T[k].x);
     CHECK(up.gravity_T[k].z == -down.gravity_T[k].z);

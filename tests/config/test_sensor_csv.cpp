@@ -11,6 +11,7 @@
 #include "base/error.h"
 
 using namespace surveymc;
+using namespace surveymc::config;
 using Catch::Contains;
 
 namespace {
@@ -134,7 +135,7 @@ TEST_CASE("The typical step is that of the first 65536, and gaps are found befor
   for (int i = 0; i < 140'000; ++i)
     text += fmt::format("{},1,1\n", i < 100 ? i : i < 70'000 ? i + 3 : 70'000 + 2 * i);  // later on, every two minutes
   const AllRows csv = read_all(text);
-  CHECK(csv.median_step_h == Approx(1.0 / 60));
+  CHECK(csv.median_step_h == Approx(1.0 / 60).epsilon(1e-9));
   CHECK(csv.gaps.rows == 1 + 70'000);
   CHECK(csv.gaps.lines.front() == 102);  // header, 100 rows, then the row after the gap
 }

@@ -6,29 +6,30 @@
 #include "base/units.h"
 
 using namespace surveymc;
+using namespace surveymc::config;
 using Catch::Matchers::Equals;
 using Catch::Matchers::StartsWith;
 
 namespace {
-Survey read(const std::string& text, const SurveyConventions& c = {}, bool needs_toolface = false) {
+survey::Survey read(const std::string& text, const SurveyConventions& c = {}, bool needs_toolface = false) {
   return survey_from_table(parse_csv(text, "well.csv"), c, needs_toolface);
 }
 }  // namespace
 
 TEST_CASE("A survey file is read in metres and feet, from any axis and any north") {
-  const Survey m = read("md_m,inclination_deg,azimuth_deg,toolface_deg\n0,0,10,20\n30,1,11,21\n");
+  const survey::Survey m = read("md_m,inclination_deg,azimuth_deg,toolface_deg\n0,0,10,20\n30,1,11,21\n");
   CHECK(m.stations[1].md == 30);
-  CHECK(m.stations[1].inclination == Approx(1 * kDegree));
-  CHECK(m.stations[1].azimuth == Approx(11 * kDegree));
-  CHECK(m.stations[1].toolface == Approx(21 * kDegree));
+  CHECK(m.stations[1].inclination == Approx(1 * kDegree).epsilon(1e-13));
+  CHECK(m.stations[1].azimuth == Approx(11 * kDegree).epsilon(1e-13));
+  CHECK(m.stations[1].toolface == Approx(21 * kDegree).epsilon(1e-13));
   const std::string feet = "toolface_deg,azimuth_deg,md_ft,inclination_deg\n20,10,0,0\n21,11,100,1\n";
   SurveyConventions c{ToolfaceZero::x, AzimuthReference::magnetic, 5 * kDegree, 2 * kDegree};
-  const Survey f = read(feet, c);
-  CHECK(f.stations[1].md == Approx(30.48));
-  CHECK(f.stations[1].toolface == Approx((21 + 90) * kDegree));
-  CHECK(f.stations[1].azimuth == Approx((11 + 5) * kDegree));
+  const survey::Survey f = read(feet, c);
+  CHECK(f.stations[1].md == Approx(30.48).epsilon(1e-13));
+  CHECK(f.stations[1].toolface == Approx((21 + 90) * kDegree).epsilon(1e-13));
+  CHECK(f.stations[1].azimuth == Approx((11 + 5) * kDegree).epsilon(1e-13));
   c.azimuth_reference = AzimuthReference::grid;
-  CHECK(read(feet, c).stations[1].azimuth == Approx((11 + 2) * kDegree));
+  CHECK(read(feet, c).stations[1].azimuth == Approx((11 + 2) * kDegree).epsilon(1e-13));
 }
 
 TEST_CASE("A bad survey file is refused with its place, value and rule") {

@@ -61,7 +61,7 @@ class CheckEquations(unittest.TestCase):
         self.page("`Aakr::predict`", "`Aakr::foretell`", "`aakr.h` has no foretell")
         self.page('`test_error_sum.cpp`: "Errors join', '`test_error_sum.cpp`: "Errors part', 'has no test case "Errors part')
         self.page("`test_error_sum.cpp`", "`test_error_sums.cpp`", "no such file")
-        self.page("`estimate/axial_correction.h`", "`axial_correction.h`", "several files")
+        self.page("`single_station/axial_correction.h`", "`study.h`", "several files")
 
     def test_a_name_in_a_comment_is_no_function(self):
         self.page("`frames.h`: `magnetic_T`", "`frames.h`: `thesis`", "`frames.h` has no thesis")

@@ -43,19 +43,16 @@ def blocks_of(page):
 
 
 def apply_patch(block, source, target):
-    """A diff whose hunks have no line numbers: their old lines must stand in the file exactly once."""
-    for part in re.split(r"^--- .*\n", block.text, flags=re.M)[1:]:
-        head, *hunks = re.split(r"^@@.*\n", part, flags=re.M)
-        name = head.strip().removeprefix("+++ b/")
+    """What the page shows must go through `git apply` as a reader would use it."""
+    for name in re.findall(r"^\+\+\+ b/(.*)\n", block.text, flags=re.M):
         path = target / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        text = (source / name).read_text()
-        for hunk in hunks:
-            lines = hunk.splitlines(keepends=True)
-            old = "".join(line[1:] for line in lines if line[0] in " -")
-            assert text.count(old) == 1, f"line {block.line}: stands {text.count(old)} times in {name}:\n{old}"
-            text = text.replace(old, "".join(line[1:] for line in lines if line[0] in " +"))
-        path.write_text(text)
+        if not path.exists():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(source / name, path)
+    # Not the repository around a build folder: its index knows nothing of these copies.
+    environment = {**os.environ, "GIT_CEILING_DIRECTORIES": str(target.resolve().parent)}
+    done = subprocess.run(["git", "apply", "-"], input=block.text, text=True, cwd=target, capture_output=True, env=environment)
+    assert done.returncode == 0, f"line {block.line}: git apply: {done.stderr}"
 
 
 def write_files(blocks, source, target):
@@ -88,7 +85,10 @@ def run(page, source, build):
         for part in ["configs", "scripts"]:
             shutil.copytree(source / part, folder / part)
         (folder / "build/tests").mkdir(parents=True)
-        for program, at in [("surveymc", "surveymc"), ("tests/tutorial_estimator", "tests/estimate_tests")]:
+        programs = {"surveymc": "surveymc", "tests/tutorial_estimator": "tests/estimate_tests"}
+        if page.stem == "add_study":  # there the program is the one with the study of the page
+            programs = {"tests/tutorial_study": "surveymc"}
+        for program, at in programs.items():
             if (build / program).exists():
                 (folder / "build" / at).symlink_to(build / program)
         commands, printed = 0, None

@@ -10,6 +10,7 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::estimate;
 using Catch::Matchers::Contains;
 
 namespace {
@@ -36,9 +37,11 @@ test::ThesisCase perfect_tool() {
 }
 
 /// Estimate from noise-free readings of a tool with these errors.
-Eigen::Matrix<double, 6, 1> estimate(const EstimatorOptions& o, const test::ThesisCase& c, const NoiseModel& noise) {
-  ReadingBlock block = make_reading_block(1, c.survey.size(), noise);
-  simulate_readings(clean_readings(c.survey, c.field, c.errors), c.field, noise, Stream(8, 1), 0, block);
+Eigen::Matrix<double, 6, 1> estimated(const EstimatorOptions& o, const test::ThesisCase& c,
+                                      const sensor::NoiseModel& noise) {
+  survey::ReadingBlock block = sensor::make_reading_block(1, c.survey.size(), noise);
+  sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise, random::Stream(8, 1),
+                            0, block);
   EstimateBlock out(1);
   make_estimator(o, c.field)->solve(block, out);
   REQUIRE(out.converged.value(0, 0) == 1);
@@ -59,7 +62,7 @@ TEST_CASE("Parameters that are not estimated stay at 1 and 0, the others find th
       }
       EstimatorOptions o = options(name, subset);
       o.assumed.gain = o.assumed.bias = o.assumed.axial_bias = 0;  // no priors, that would pull
-      const auto x = estimate(o, c, {});
+      const auto x = estimated(o, c, {});
       CAPTURE(name);
       for (int i = 0; i < 3; ++i) {
         const auto a = static_cast<std::size_t>(i);
@@ -72,10 +75,10 @@ TEST_CASE("Parameters that are not estimated stay at 1 and 0, the others find th
 }
 
 TEST_CASE("NLopt and Gauss-Newton find the same minimum of a subset") {
-  NoiseModel noise;
+  sensor::NoiseModel noise;
   noise.magnetometer = 70;
   noise.accelerometer = .001;
-  noise.reference = ReferenceNoise::per_run;
+  noise.reference = sensor::ReferenceNoise::per_run;
   noise.reference_total = 107;
   noise.reference_dip = .16 * kDegree;
   const test::ThesisCase c = perfect_tool();
@@ -83,7 +86,8 @@ TEST_CASE("NLopt and Gauss-Newton find the same minimum of a subset") {
     for (const Subset& subset : kSubsets)
       for (const std::string solver : {"nlopt_lbfgs", "nlopt_neldermead"}) {
         if (name == "msa_joint" && solver == "nlopt_neldermead") continue;  // eight unknowns: slow
-        const auto a = estimate(options(name, subset), c, noise), b = estimate(options(name, subset, solver), c, noise);
+        const auto a = estimated(options(name, subset), c, noise),
+                   b = estimated(options(name, subset, solver), c, noise);
         CAPTURE(name, solver);
         for (int i = 0; i < 3; ++i) {
           CHECK(std::abs(a[i] - b[i]) < 2e-6);  // as for all six: NLopt stops at the root of rounding
@@ -108,7 +112,7 @@ TEST_CASE("Sensitivity to the true parameters agrees with differences through th
             moved.errors.gain[i] += step;
           else
             moved.errors.bias[i - 3] += step;
-          error[side] = estimate(o, moved, {});
+          error[side] = estimated(o, moved, {});
           error[side][static_cast<int>(i)] -= step;
         }
         const Eigen::Matrix<double, 6, 1> slope = (error[0] - error[1]) / (2 * h);
@@ -128,7 +132,7 @@ TEST_CASE("A held parameter's nominal error is in the predicted shift") {
   c.errors.gain = {1, 1, 1.0001};
   const EstimatorOptions o = options("msa", {true, true, false, true, true, true});
   const Sensitivity s = sensitivity(o, {test::station_fields(c), c.errors.gain, c.errors.bias, c.field});
-  const auto x = estimate(o, c, {});
+  const auto x = estimated(o, c, {});
   for (int i = 0; i < 6; ++i) {
     const double error = x[i] - (i < 3 ? c.errors.gain[static_cast<std::size_t>(i)] : 0);
     CHECK(std::abs(error - s.shift[i]) < 2e-3 * std::abs(s.shift[i]) + 1e-9);  // second order: 1e-4 of the field
@@ -137,7 +141,8 @@ TEST_CASE("A held parameter's nominal error is in the predicted shift") {
 
 TEST_CASE("What the stations cannot determine is named, or absent") {
   test::ThesisCase c = perfect_tool();
-  for (Station& s : c.survey.stations) s = {s.md, 1, 1, s.toolface};  // straight: gain z cannot be told from bias z
+  for (survey::Station& s : c.survey.stations)
+    s = {s.md, 1, 1, s.toolface};  // straight: gain z cannot be told from bias z
   const NominalTruth truth{test::station_fields(c), {1, 1, 1}, {0, 0, 0}, c.field};
   const Subset all{true, true, true, true, true, true}, axial{false, false, true, false, false, true};
   CHECK_FALSE(find_sensitivity(options("msa", all), truth));

@@ -23,6 +23,7 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::estimate;
 
 namespace {
 
@@ -79,18 +80,19 @@ std::vector<Way> all_ways() {
   return all;
 }
 
-NoiseModel thesis_noise(double scale) {
-  NoiseModel n;
+sensor::NoiseModel thesis_noise(double scale) {
+  sensor::NoiseModel n;
   n.magnetometer = 70 * scale;
-  n.reference = ReferenceNoise::per_run;
+  n.reference = sensor::ReferenceNoise::per_run;
   n.reference_total = 107 * scale;
   n.reference_dip = 0.16 * kDegree * scale;
   return n;
 }
 
-ReadingBlock simulate(const test::ThesisCase& c, const NoiseModel& noise, int trials) {
-  ReadingBlock block = make_reading_block(trials, c.survey.size(), noise);
-  simulate_readings(clean_readings(c.survey, c.field, c.errors), c.field, noise, Stream(77, 1), 0, block);
+survey::ReadingBlock simulate(const test::ThesisCase& c, const sensor::NoiseModel& noise, int trials) {
+  survey::ReadingBlock block = sensor::make_reading_block(trials, c.survey.size(), noise);
+  sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise, random::Stream(77, 1),
+                            0, block);
   return block;
 }
 
@@ -132,7 +134,7 @@ TEST_CASE("Law: unbiased to 4 standard errors and with the claimed covariance, w
   for (int number = 1; number <= 4; ++number)
     for (const Way& way : kFast) {
       const test::ThesisCase c = test::thesis_case(number);
-      const ReadingBlock block = simulate(c, thesis_noise(scale), trials);
+      const survey::ReadingBlock block = simulate(c, thesis_noise(scale), trials);
       EstimateBlock out(trials);
       const EstimatorOptions o = options(way, scale);
       make_estimator(o, c.field, test::station_fields(c))->solve(block, out);
@@ -141,12 +143,12 @@ TEST_CASE("Law: unbiased to 4 standard errors and with the claimed covariance, w
         REQUIRE(out.converged.value(t, 0) == 1);
         for (int i = 0; i < 6; ++i) x(t, i) = out.parameters.value(t, i) - truth(c)[i];
       }
-      const Moments m = Moments::of(x);
+      const stats::Moments m = stats::Moments::of(x);
       const Matrix6d claimed =
           error_covariance(sensitivity(o, nominal(c)), test::station_fields(c), o.assumed).topLeftCorner<6, 6>();
       CAPTURE(number, way);
       for (int i = 0; i < 6; ++i) CHECK(std::abs(m.mean[i]) < 4 * std::sqrt(claimed(i, i) / trials));
-      CHECK(wishart_test(m.covariance(), claimed, m.count).p_value > 1e-3);
+      CHECK(stats::wishart_test(m.covariance(), claimed, m.count).p_value > 1e-3);
     }
 }
 
@@ -154,17 +156,17 @@ TEST_CASE("Law: with priors, over tools drawn from them, an estimator has the co
   // All sizes a tenth of the thesis': second-order shifts are .1 sd at full size, more than four standard errors.
   constexpr double scale = 0.1;
   constexpr int trials = 4096;
-  const ToolSpread spread{.0016 * scale, 70 * scale};
+  const sensor::ToolSpread spread{.0016 * scale, 70 * scale};
   for (const int number : {3, 4})
     for (const Way& way : kFast) {
       const std::string& name = way.name;
       if (!estimator_kind(name).weighs) continue;  // has no priors
       test::ThesisCase c = test::thesis_case(number);
       c.errors = {};  // the prior's centre
-      const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
-      ReadingBlock block = simulate(c, thesis_noise(scale), trials);
-      LaneArray deviation(groups_for(trials), 6);
-      spread_tools(clean, spread, false, Stream(77, 1), 0, block, deviation);
+      const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
+      survey::ReadingBlock block = simulate(c, thesis_noise(scale), trials);
+      survey::LaneArray deviation(survey::groups_for(trials), 6);
+      sensor::spread_tools(clean, spread, false, random::Stream(77, 1), 0, block, deviation);
       EstimatorOptions o = options(way, scale);
       o.assumed.gain = spread.gain;
       o.assumed.bias = spread.bias;
@@ -173,12 +175,12 @@ TEST_CASE("Law: with priors, over tools drawn from them, an estimator has the co
       Eigen::MatrixXd x(trials, 6);
       for (int t = 0; t < trials; ++t)
         for (int i = 0; i < 6; ++i) x(t, i) = out.parameters.value(t, i) - (i < 3 ? 1 : 0) - deviation.value(t, i);
-      const Moments m = Moments::of(x);
+      const stats::Moments m = stats::Moments::of(x);
       const Matrix6d claimed =
           error_covariance(sensitivity(o, nominal(c)), test::station_fields(c), o.assumed).topLeftCorner<6, 6>();
       CAPTURE(number, way);
       for (int i = 0; i < 6; ++i) CHECK(std::abs(m.mean[i]) < 4 * std::sqrt(claimed(i, i) / trials));
-      CHECK(wishart_test(m.covariance(), claimed, m.count).p_value > 1e-3);
+      CHECK(stats::wishart_test(m.covariance(), claimed, m.count).p_value > 1e-3);
       if (name != "wls") continue;
       for (int i = 0; i < 6; ++i)  // the diagonal of U (thesis eq 10), by another way
         CHECK(out.claimed_variance.value(7, i) == Approx(claimed(i, i)).epsilon(1e-9));
@@ -190,13 +192,13 @@ TEST_CASE("Law: equivariant: readings a m + d have gains a g and biases a q + d"
   const Eigen::Vector3d a(1.07, 0.92, 1.01), d(300, -150, 80);
   for (const Way& way : kFast) {
     CAPTURE(way);
-    ReadingBlock block = simulate(c, thesis_noise(1), 16);
+    survey::ReadingBlock block = simulate(c, thesis_noise(1), 16);
     EstimateBlock before(16), after(16);
     const auto e = estimator(way, c);
     e->solve(block, before);
     for (int group = 0; group < 2; ++group)
       for (int r = 0; r < 3 * c.survey.size(); ++r)
-        for (int i = 0; i < kGroup; ++i) {
+        for (int i = 0; i < simd::kGroup; ++i) {
           double& m = block.magnetic.row(group, r)[i];
           m = a[r % 3] * m + d[r % 3];
         }
@@ -211,16 +213,16 @@ TEST_CASE("Law: equivariant: readings a m + d have gains a g and biases a q + d"
 
 TEST_CASE("Law: the order of the stations does not matter") {
   const test::ThesisCase c = test::thesis_case(4);
-  const ReadingBlock block = simulate(c, thesis_noise(1), 8);
-  ReadingBlock reversed = simulate(c, thesis_noise(1), 8);
+  const survey::ReadingBlock block = simulate(c, thesis_noise(1), 8);
+  survey::ReadingBlock reversed = simulate(c, thesis_noise(1), 8);
   for (int k = 0; k < c.survey.size(); ++k)
     for (int axis = 0; axis < 3; ++axis)
-      for (int i = 0; i < kGroup; ++i) {
+      for (int i = 0; i < simd::kGroup; ++i) {
         const int mirror = 3 * (c.survey.size() - 1 - k) + axis;
         reversed.magnetic.row(0, 3 * k + axis)[i] = block.magnetic.row(0, mirror)[i];
         reversed.down.row(0, 3 * k + axis)[i] = block.down.row(0, mirror)[i];
       }
-  std::vector<StationFields> fields = test::station_fields(c), mirrored(fields.rbegin(), fields.rend());
+  std::vector<survey::StationFields> fields = test::station_fields(c), mirrored(fields.rbegin(), fields.rend());
   for (const Way& way : kFast) {
     EstimateBlock a(8), b(8);
     make_estimator(options(way), c.field, fields)->solve(block, a);
@@ -236,7 +238,7 @@ TEST_CASE("NLopt and Gauss-Newton find the same minimum, or the same root, on ev
   for (int number = 1; number <= 4; ++number) {
     const test::ThesisCase c = test::thesis_case(number);
     constexpr int trials = 8;
-    const ReadingBlock block = simulate(c, thesis_noise(1), trials);
+    const survey::ReadingBlock block = simulate(c, thesis_noise(1), trials);
     for (const Way& way : kNlopt) {
       EstimateBlock reference(trials), out(trials);
       estimator({way.name, "gauss_newton", way.derivative}, c)->solve(block, reference);
@@ -258,7 +260,7 @@ TEST_CASE("NLopt and Gauss-Newton find the same minimum, or the same root, on ev
 
 TEST_CASE("Perfect accelerometers make wls_consider and msa one estimate: the weights of (Bh, Bv) are equal") {
   const test::ThesisCase c = test::thesis_case(2);
-  const ReadingBlock block = simulate(c, thesis_noise(1), 8);
+  const survey::ReadingBlock block = simulate(c, thesis_noise(1), 8);
   EstimateBlock a(8), b(8);
   estimator({"msa", "gauss_newton"}, c)->solve(block, a);
   estimator({"wls_consider", "gauss_newton", "measured"}, c)->solve(block, b);
@@ -269,7 +271,7 @@ TEST_CASE("Perfect accelerometers make wls_consider and msa one estimate: the we
 
 TEST_CASE("A joint estimate without uncertainty of the reference is MSA") {
   const test::ThesisCase c = test::thesis_case(4);
-  const ReadingBlock block = simulate(c, thesis_noise(1), 8);
+  const survey::ReadingBlock block = simulate(c, thesis_noise(1), 8);
   EstimatorOptions o = options({"msa_joint", "gauss_newton", "measured"});
   o.assumed.total = o.assumed.dip = 0;
   EstimateBlock a(8), b(8);
@@ -297,7 +299,7 @@ TEST_CASE("The deterministic case of the thesis spec") {
                              {1211.73937716, 647.76005802, 1494.59332988}}};
   for (const Expected& x : cases) {
     const test::ThesisCase c = test::thesis_case(x.number);
-    ReadingBlock block = simulate(c, {}, 1);
+    survey::ReadingBlock block = simulate(c, {}, 1);
     for (int k = 0; k < c.survey.size(); ++k)
       for (int i = 0; i < 3; ++i)
         block.magnetic.row(0, 3 * k + i)[0] += 70 * std::sqrt(2) * std::sin(1 + 1.7 * (3 * k + i));
@@ -312,8 +314,8 @@ TEST_CASE("The deterministic case of the thesis spec") {
         CHECK(std::abs(out.parameters.value(0, 3 + i) * 1e-3 - x.parameters[3 + i]) < 1e-6);
       }
       CHECK(std::abs(out.cost.value(0, 0) * 1e-6 - x.cost) < 1e-9);
-      LaneArray position(1, 3);
-      corrected_final_positions(block, out.parameters, c.survey.md(), 0, position);
+      survey::LaneArray position(1, 3);
+      survey::corrected_final_positions(block, out.parameters, c.survey.md(), 0, position);
       for (int i = 0; i < 3; ++i) CHECK(std::abs(position.value(0, i) - x.position[i]) < 1e-3);
     }
   }
@@ -325,7 +327,7 @@ TEST_CASE("Analytic 3-sigma of the parameters: thesis spec, 70 nT / 107 nT / .16
        {.01714080, .01444701, .03203104, .06199273, .03820882, 1.59870607}}};
   for (const int number : {3, 4}) {
     const test::ThesisCase c = test::thesis_case(number);
-    const std::vector<StationFields> fields = test::station_fields(c);
+    const std::vector<survey::StationFields> fields = test::station_fields(c);
     const Matrix8d cov = error_covariance(sensitivity({}, nominal(c)), fields, thesis_errors(1));
     const auto& e = expected[static_cast<std::size_t>(number - 3)];
     for (int i = 0; i < 6; ++i)  // printed to 8 decimals; biases in uT
@@ -338,18 +340,19 @@ TEST_CASE("Analytic 3-sigma of the parameters: thesis spec, 70 nT / 107 nT / .16
 
 TEST_CASE("Sensitivity of the estimate agrees with differences through the solver") {
   const test::ThesisCase c = test::thesis_case(4);
-  const std::vector<StationFields> fields = test::station_fields(c);
+  const std::vector<survey::StationFields> fields = test::station_fields(c);
   const Way way = GENERATE(from_range(kFast));
   CAPTURE(way);
   const Sensitivity s = sensitivity(options(way), nominal(c));
   const auto solve = [&](auto change) {
-    ReadingBlock block = make_reading_block(1, c.survey.size(), [] {
-      NoiseModel n;
+    survey::ReadingBlock block = sensor::make_reading_block(1, c.survey.size(), [] {
+      sensor::NoiseModel n;
       n.accelerometer = 1e-30;  // a down direction of its own for every trial
-      n.reference = ReferenceNoise::per_station;
+      n.reference = sensor::ReferenceNoise::per_station;
       return n;
     }());
-    simulate_readings(clean_readings(c.survey, c.field, c.errors), c.field, {}, Stream(1, 1), 0, block);
+    sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, {}, random::Stream(1, 1), 0,
+                              block);
     for (int k = 0; k < c.survey.size(); ++k) {
       block.reference.fill(0, 2 * k, c.field.total * std::cos(c.field.dip));
       block.reference.fill(0, 2 * k + 1, c.field.total * std::sin(c.field.dip));
@@ -368,12 +371,12 @@ TEST_CASE("Sensitivity of the estimate agrees with differences through the solve
   for (const int k : {0, 17, 52}) {
     for (int axis = 0; axis < 3; ++axis) {
       const auto moved = [&](double h) {
-        return solve([&](ReadingBlock& b) { b.magnetic.row(0, 3 * k + axis)[0] += h; });
+        return solve([&](survey::ReadingBlock& b) { b.magnetic.row(0, 3 * k + axis)[0] += h; });
       };
       close((moved(1) - moved(-1)) / 2, s.by_magnetometer[static_cast<std::size_t>(k)].col(axis));
     }
     const auto reference = [&](double dtotal, double ddip) {
-      return solve([&](ReadingBlock& b) {
+      return solve([&](survey::ReadingBlock& b) {
         b.reference.row(0, 2 * k)[0] = (c.field.total + dtotal) * std::cos(c.field.dip + ddip);
         b.reference.row(0, 2 * k + 1)[0] = (c.field.total + dtotal) * std::sin(c.field.dip + ddip);
       });
@@ -381,29 +384,29 @@ TEST_CASE("Sensitivity of the estimate agrees with differences through the solve
     close((reference(1, 0) - reference(-1, 0)) / 2, s.by_reference[static_cast<std::size_t>(k)].col(0));
     close((reference(0, 1e-5) - reference(0, -1e-5)) / 2e-5, s.by_reference[static_cast<std::size_t>(k)].col(1));
     // A tilt of the down direction, perpendicular to it
-    const Vec3<double> u = fields[static_cast<std::size_t>(k)].down_T;
-    for (const Vec3<double> seed : {Vec3<double>{1, 0, 0}, Vec3<double>{0, 1, 0}}) {
-      const Vec3<double> v = cross(u, seed), dir = scale(1 / norm(v), v);
+    const survey::Vec3<double> u = fields[static_cast<std::size_t>(k)].down_T;
+    for (const survey::Vec3<double> seed : {survey::Vec3<double>{1, 0, 0}, survey::Vec3<double>{0, 1, 0}}) {
+      const survey::Vec3<double> v = cross(u, seed), dir = scale(1 / norm(v), v);
       const auto tilted = [&](double h) {
-        return solve([&](ReadingBlock& b) {
+        return solve([&](survey::ReadingBlock& b) {
           b.down.row(0, 3 * k)[0] += h * dir.x;
           b.down.row(0, 3 * k + 1)[0] += h * dir.y;
           b.down.row(0, 3 * k + 2)[0] += h * dir.z;
         });
       };
-      close((tilted(1e-5) - tilted(-1e-5)) / 2e-5, s.by_down[static_cast<std::size_t>(k)] * to_eigen(dir));
+      close((tilted(1e-5) - tilted(-1e-5)) / 2e-5, s.by_down[static_cast<std::size_t>(k)] * survey::to_eigen(dir));
     }
   }
 }
 
 TEST_CASE("Stations that cannot determine the parameters are an error before the run") {
-  std::vector<StationFields> same(20, test::station_fields(test::thesis_case(4)).front());
+  std::vector<survey::StationFields> same(20, test::station_fields(test::thesis_case(4)).front());
   CHECK_THROWS_AS(sensitivity({}, {same, {1, 1, 1}, {0, 0, 0}, {9.8, 51000, 72 * kDegree, 0, 0}}), InputError);
 }
 
 TEST_CASE("A trial that cannot converge is flagged, and so is nonsense") {
   const test::ThesisCase c = test::thesis_case(4);
-  ReadingBlock block = simulate(c, thesis_noise(1), 8);
+  survey::ReadingBlock block = simulate(c, thesis_noise(1), 8);
   EstimatorOptions o;
   o.max_iterations = 1;
   EstimateBlock out(8);
@@ -421,32 +424,33 @@ TEST_CASE(
   // .21 sd of each gain with the measured field.
   constexpr int trials = 8192;
   constexpr double sd = 350;
-  Survey survey;
+  survey::Survey survey;
   for (int k = 0; k < 30; ++k) {
-    Station s{};
+    survey::Station s{};
     s.md = 30 * k;
     s.inclination = (3 + 72.0 * k / 29) * kDegree;
     s.azimuth = 55 * kDegree;
     s.toolface = std::fmod(137.5 * k, 360) * kDegree;
     survey.stations.push_back(s);
   }
-  const ReferenceField field{9.80665, 51000, 72 * kDegree, 0, 0};
-  NoiseModel noise;
+  const survey::ReferenceField field{9.80665, 51000, 72 * kDegree, 0, 0};
+  sensor::NoiseModel noise;
   noise.magnetometer = sd;
-  noise.reference = ReferenceNoise::per_run;
+  noise.reference = sensor::ReferenceNoise::per_run;
   noise.reference_total = 650;
   noise.reference_dip = 1 * kDegree;
-  const ToolSpread spread{.008, 350};
-  const CleanReadings clean = clean_readings(survey, field, {});
-  ReadingBlock block = make_reading_block(trials, survey.size(), noise);
-  simulate_readings(clean, field, noise, Stream(5, 1), 0, block);
-  LaneArray deviation(groups_for(trials), 6);
-  spread_tools(clean, spread, false, Stream(5, 1), 0, block, deviation);
+  const sensor::ToolSpread spread{.008, 350};
+  const sensor::CleanReadings clean = sensor::clean_readings(survey, field, {});
+  survey::ReadingBlock block = sensor::make_reading_block(trials, survey.size(), noise);
+  sensor::simulate_readings(clean, field, noise, random::Stream(5, 1), 0, block);
+  survey::LaneArray deviation(survey::groups_for(trials), 6);
+  sensor::spread_tools(clean, spread, false, random::Stream(5, 1), 0, block, deviation);
   EstimatorOptions o;
   o.name = "msa_joint";
   o.assumed = {sd, 0, noise.reference_total, noise.reference_dip, false, spread.gain, spread.bias};
-  const Matrix8d claimed = error_covariance(sensitivity(o, {station_fields(clean), {1, 1, 1}, {0, 0, 0}, field}),
-                                            station_fields(clean), o.assumed);
+  const Matrix8d claimed =
+      error_covariance(sensitivity(o, {sensor::station_fields(clean), {1, 1, 1}, {0, 0, 0}, field}),
+                       sensor::station_fields(clean), o.assumed);
   const auto shift = [&](const char* derivative) {
     o.derivative = derivative;
     EstimateBlock out(trials);
@@ -518,7 +522,7 @@ TEST_CASE("Every estimator of the table stands in the documents") {
 }
 
 TEST_CASE("Unknown estimators, solvers and bad options are errors") {
-  const ReferenceField field{9.8, 50000, 1, 0, 0};
+  const survey::ReferenceField field{9.8, 50000, 1, 0, 0};
   const auto make = [&](const std::string& name, const std::string& solver, int iterations, double tolerance) {
     EstimatorOptions o;
     o.name = name;

@@ -12,12 +12,13 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::estimate;
 
 namespace {
 
 InputErrors all_errors() { return {70, 2e-4, 107, 0.16 * kDegree, false, 0.0016, 70}; }
 
-FieldFitModel model_of(const std::string& estimator, const InputErrors& assumed, const ReferenceField& field) {
+FieldFitModel model_of(const std::string& estimator, const InputErrors& assumed, const survey::ReferenceField& field) {
   EstimatorOptions o;
   o.name = estimator;
   o.assumed = assumed;
@@ -27,14 +28,15 @@ FieldFitModel model_of(const std::string& estimator, const InputErrors& assumed,
 /// Noisy readings of a thesis test, one group; the down direction is noisy too.
 struct Data {
   explicit Data(int number, std::uint64_t first = 0)
-      : c(test::thesis_case(number)), block(make_reading_block(kGroup, c.survey.size(), noise())) {
-    simulate_readings(clean_readings(c.survey, c.field, c.errors), c.field, noise(), Stream(11, 1), first, block);
+      : c(test::thesis_case(number)), block(sensor::make_reading_block(simd::kGroup, c.survey.size(), noise())) {
+    sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise(),
+                              random::Stream(11, 1), first, block);
   }
-  static NoiseModel noise() {
-    NoiseModel n;
+  static sensor::NoiseModel noise() {
+    sensor::NoiseModel n;
     n.magnetometer = 70;
     n.accelerometer = 0.002;
-    n.reference = ReferenceNoise::per_run;
+    n.reference = sensor::ReferenceNoise::per_run;
     n.reference_total = 107;
     n.reference_dip = 0.16 * kDegree;
     return n;
@@ -44,16 +46,16 @@ struct Data {
             block.reference_stride};
   }
   test::ThesisCase c;
-  ReadingBlock block;
+  survey::ReadingBlock block;
 };
 
 /// The two residuals of one station and trial by the readable model, in units of the total field.
 template <class T, std::size_t N>
 std::array<T, 2> residual(const FieldFitModel& model, const Data& d, int trial, int k, const std::array<T, N>& x) {
   const double s = 1 / d.c.field.total;
-  const auto triad = [&](const LaneArray& a, double unit) {
-    return Vec3<T>{T(a.value(trial, 3 * k) * unit), T(a.value(trial, 3 * k + 1) * unit),
-                   T(a.value(trial, 3 * k + 2) * unit)};
+  const auto triad = [&](const survey::LaneArray& a, double unit) {
+    return survey::Vec3<T>{T(a.value(trial, 3 * k) * unit), T(a.value(trial, 3 * k + 1) * unit),
+                           T(a.value(trial, 3 * k + 2) * unit)};
   };
   std::array<T, 2> z{T(0.0), T(0.0)};
   if constexpr (N == 8) z = {x[6], x[7]};
@@ -92,8 +94,8 @@ std::array<double, N> somewhere() {
 /// Gradient, Gauss-Newton matrix and exact second derivative of the kernel against dual numbers.
 template <std::size_t N>
 void check_derivatives(const FieldFitModel& model, const Data& d) {
-  using D = Dual<double, N>;
-  using DD = Dual<D, N>;
+  using D = simd::Dual<double, N>;
+  using DD = simd::Dual<D, N>;
   constexpr int trial = 2;
   const std::array<double, N> x = somewhere<N>();
   std::array<D, N> x1;
@@ -137,9 +139,10 @@ void check_derivatives(const FieldFitModel& model, const Data& d) {
       const auto jj = static_cast<Eigen::Index>(j);
       CAPTURE(i, j);
       const double bound = 1e-12 * std::sqrt(jwj(ii, ii) * jwj(jj, jj));
-      CHECK(std::abs(gauss.matrix[packed(i, j)] - jwj(ii, jj)) < bound);
-      CHECK(std::abs(newton.matrix[packed(i, j)] - exact.d[i].d[j] / 2) < bound);
-      largest = std::max(largest, std::abs(newton.matrix[packed(i, j)] - gauss.matrix[packed(i, j)]) / bound);
+      CHECK(std::abs(gauss.matrix[simd::packed(i, j)] - jwj(ii, jj)) < bound);
+      CHECK(std::abs(newton.matrix[simd::packed(i, j)] - exact.d[i].d[j] / 2) < bound);
+      largest =
+          std::max(largest, std::abs(newton.matrix[simd::packed(i, j)] - gauss.matrix[simd::packed(i, j)]) / bound);
     }
   }
   CHECK(largest > 1e9);  // the second-order part is there to be wrong: per cents of the matrix
@@ -157,7 +160,7 @@ void check_derivatives(const FieldFitModel& model, const Data& d) {
       const double own = std::sqrt(jwj(ii, ii) * jwj(jj, jj));
       const double rounding = 1e-14 * std::sqrt(jwj(ii, ii) * newton.cost) / h;
       CHECK(std::abs((up.gradient[i] - down.gradient[i]) / (2 * h) -
-                     newton.matrix[packed(i > j ? i : j, i > j ? j : i)]) < 1e-7 * own + rounding);
+                     newton.matrix[simd::packed(i > j ? i : j, i > j ? j : i)]) < 1e-7 * own + rounding);
     }
   }
 }
@@ -166,7 +169,7 @@ void check_derivatives(const FieldFitModel& model, const Data& d) {
 /// cost, with the reading in the derivative by p replaced by that of the field n Bh' + u Bv'.
 template <class T, std::size_t N>
 std::array<T, N> fitted_equations(const FieldFitModel& model, const Data& d, int trial, const std::array<T, N>& x) {
-  using D = Dual<T, N>;
+  using D = simd::Dual<T, N>;
   std::array<D, N> variables;
   for (std::size_t i = 0; i < N; ++i) variables[i] = D::variable(x[i], i);
   std::array<T, N> out;
@@ -175,16 +178,16 @@ std::array<T, N> fitted_equations(const FieldFitModel& model, const Data& d, int
   for (int k = 0; k < d.block.stations; ++k) {
     const auto r = residual<D, N>(model, d, trial, k, variables);
     const T fh = T(model.w_hh) * r[0].a + T(model.w_hv) * r[1].a, fv = T(model.w_hv) * r[0].a + T(model.w_vv) * r[1].a;
-    const auto row = [&](const LaneArray& a, double unit) {
-      return Vec3<T>{T(a.value(trial, 3 * k) * unit), T(a.value(trial, 3 * k + 1) * unit),
-                     T(a.value(trial, 3 * k + 2) * unit)};
+    const auto row = [&](const survey::LaneArray& a, double unit) {
+      return survey::Vec3<T>{T(a.value(trial, 3 * k) * unit), T(a.value(trial, 3 * k + 1) * unit),
+                             T(a.value(trial, 3 * k + 2) * unit)};
     };
-    const Vec3<T> m = row(d.block.magnetic, per_total), u = row(d.block.down, 1);
-    const Vec3<T> b{x[0] * m.x - x[3], x[1] * m.y - x[4], x[2] * m.z - x[5]};
+    const survey::Vec3<T> m = row(d.block.magnetic, per_total), u = row(d.block.down, 1);
+    const survey::Vec3<T> b{x[0] * m.x - x[3], x[1] * m.y - x[4], x[2] * m.z - x[5]};
     const T bv = dot(u, b);
-    const Vec3<T> level = b - scale(bv, u);
+    const survey::Vec3<T> level = b - scale(bv, u);
     const T bh = norm(level), fitted_bh = bh - r[0].a, fitted_bv = bv - r[1].a;
-    const Vec3<T> fitted = scale(fitted_bh / bh, level) + scale(fitted_bv, u);
+    const survey::Vec3<T> fitted = scale(fitted_bh / bh, level) + scale(fitted_bv, u);
     const std::array<T, 3> fitted_reading{(fitted.x + x[3]) / x[0], (fitted.y + x[4]) / x[1], (fitted.z + x[5]) / x[2]};
     for (std::size_t i = 0; i < N; ++i) {
       // By p_i the derivative is the reading times minus that by q_i.
@@ -204,7 +207,7 @@ std::array<T, N> fitted_equations(const FieldFitModel& model, const Data& d, int
 /// Equations at the fitted field and their matrix against dual numbers.
 template <std::size_t N>
 void check_fitted(const FieldFitModel& model, const Data& d) {
-  using D = Dual<double, N>;
+  using D = simd::Dual<double, N>;
   constexpr int trial = 3;
   const std::array<double, N> x = somewhere<N>();
   std::array<D, N> variables;
@@ -218,12 +221,12 @@ void check_fitted(const FieldFitModel& model, const Data& d) {
   double largest = 0, unsymmetric = 0;
   for (std::size_t i = 0; i < N; ++i) {
     CAPTURE(i);
-    const double own = std::sqrt(measured.matrix[packed(i, i)] * measured.cost);
+    const double own = std::sqrt(measured.matrix[simd::packed(i, i)] * measured.cost);
     CHECK(std::abs(kernel.value[i] - exact[i].a) < 1e-12 * own);  // rounding of 53 stations of both signs
     largest = std::max(largest, std::abs(kernel.value[i] - measured.gradient[i]) / own);
     for (std::size_t j = 0; j < N; ++j) {
       CAPTURE(j);
-      const double bound = std::sqrt(measured.matrix[packed(i, i)] * measured.matrix[packed(j, j)]);
+      const double bound = std::sqrt(measured.matrix[simd::packed(i, i)] * measured.matrix[simd::packed(j, j)]);
       CHECK(std::abs(kernel.matrix[i * N + j] - exact[i].d[j]) < 1e-12 * bound);
       unsymmetric = std::max(unsymmetric, std::abs(kernel.matrix[i * N + j] - kernel.matrix[j * N + i]) / bound);
     }
@@ -262,14 +265,14 @@ NewtonSolution<T, N> solve(const FieldFitModel& model, const FieldFitData& data)
 
 template <std::size_t N>
 void check_lanes(const FieldFitModel& model, const Data& d) {
-  for (int half = 0; half < kGroup; half += lane_count<Lanes>) {
-    const auto batch = solve<Lanes, N>(model, d.lane(half));
-    for (int i = 0; i < lane_count<Lanes>; ++i) {
+  for (int half = 0; half < simd::kGroup; half += simd::lane_count<simd::Lanes>) {
+    const auto batch = solve<simd::Lanes, N>(model, d.lane(half));
+    for (int i = 0; i < simd::lane_count<simd::Lanes>; ++i) {
       const auto alone = solve<double, N>(model, d.lane(half + i));
-      for (std::size_t a = 0; a < N; ++a) REQUIRE(lane(batch.x[a], i) == alone.x[a]);
-      REQUIRE(lane(batch.cost, i) == alone.cost);
-      REQUIRE(lane(batch.iterations, i) == alone.iterations);
-      REQUIRE(lane(batch.converged, i) == alone.converged);
+      for (std::size_t a = 0; a < N; ++a) REQUIRE(simd::lane(batch.x[a], i) == alone.x[a]);
+      REQUIRE(simd::lane(batch.cost, i) == alone.cost);
+      REQUIRE(simd::lane(batch.iterations, i) == alone.iterations);
+      REQUIRE(simd::lane(batch.converged, i) == alone.converged);
     }
   }
 }
@@ -323,15 +326,15 @@ TEST_CASE("Field fit: the weights are correlated, so that an exchange of Bh and 
 }
 
 TEST_CASE("Field fit: a reference that is stretched and rotated as its unknowns say leaves no residual") {
-  for (const Attitude& at : test::difficult_attitudes()) {
+  for (const survey::Attitude& at : test::difficult_attitudes()) {
     FieldFitModel m;
     m.total_sd = 0.002;
     m.dip_sd = 0.003;
     const double z0 = 1.7, z1 = -2.1, dip = 72 * kDegree;
     // In units of the total field; the truth is B (1 + z0 sd), dip + z1 sd.
-    const Vec3<double> b = magnetic_T(at, 1 + z0 * m.total_sd, dip + z1 * m.dip_sd);
-    const auto r =
-        field_fit_residual<double>(m, b, down_T(at), std::cos(dip), std::sin(dip), {{1, 1, 1}, {0, 0, 0}}, {z0, z1});
+    const survey::Vec3<double> b = survey::magnetic_T(at, 1 + z0 * m.total_sd, dip + z1 * m.dip_sd);
+    const auto r = field_fit_residual<double>(m, b, survey::down_T(at), std::cos(dip), std::sin(dip),
+                                              {{1, 1, 1}, {0, 0, 0}}, {z0, z1});
     CHECK(std::abs(r[0]) < 1e-14);
     CHECK(std::abs(r[1]) < 1e-14);
   }
@@ -339,7 +342,7 @@ TEST_CASE("Field fit: a reference that is stretched and rotated as its unknowns 
 
 TEST_CASE("Field fit: a trial solved in a lane has the same bits as the trial solved alone") {
   for (const int number : {1, 4})
-    for (std::uint64_t first = 0; first < 80; first += kGroup) {
+    for (std::uint64_t first = 0; first < 80; first += simd::kGroup) {
       const Data d(number, first);
       InputErrors errors = all_errors();
       errors.gain = errors.bias = 0;

@@ -11,11 +11,12 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::estimate;
 
 namespace {
 
-NoiseModel noise(double scale, ReferenceNoise reference, double accelerometer = 0) {
-  NoiseModel n;
+sensor::NoiseModel noise(double scale, sensor::ReferenceNoise reference, double accelerometer = 0) {
+  sensor::NoiseModel n;
   n.magnetometer = 70 * scale;
   n.accelerometer = accelerometer;
   n.reference = reference;
@@ -26,26 +27,27 @@ NoiseModel noise(double scale, ReferenceNoise reference, double accelerometer = 
 
 /// Noisy trials of a thesis test.
 struct Trials {
-  Trials(int number, int count, const NoiseModel& n)
+  Trials(int number, int count, const sensor::NoiseModel& n)
       : c(test::thesis_case(number)),
-        clean(clean_readings(c.survey, c.field, c.errors)),
-        block(make_reading_block(count, c.survey.size(), n)) {
-    simulate_readings(clean, c.field, n, Stream(11, 1), 0, block);
+        clean(sensor::clean_readings(c.survey, c.field, c.errors)),
+        block(sensor::make_reading_block(count, c.survey.size(), n)) {
+    sensor::simulate_readings(clean, c.field, n, random::Stream(11, 1), 0, block);
   }
   MsaData lane(int t) const {
-    const int g = t / kGroup, i = t % kGroup;
+    const int g = t / simd::kGroup, i = t % simd::kGroup;
     return {block.magnetic.row(g, 0) + i, block.down.row(g, 0) + i, block.reference.row(g, 0) + i, block.stations,
             block.reference_stride,       1 / c.field.total};
   }
   EstimateBlock solve(EstimatorOptions options, bool with_expected) const {
-    const std::vector<Vec3<double>> none;
+    const std::vector<survey::Vec3<double>> none;
     EstimateBlock out(block.trials);
-    make_estimator(options, c.field, station_fields(clean), with_expected ? clean.magnetic_T : none)->solve(block, out);
+    make_estimator(options, c.field, sensor::station_fields(clean), with_expected ? clean.magnetic_T : none)
+        ->solve(block, out);
     return out;
   }
   test::ThesisCase c;
-  CleanReadings clean;
-  ReadingBlock block;
+  sensor::CleanReadings clean;
+  survey::ReadingBlock block;
 };
 
 /// The true parameters, and the inverse of Newton's matrix of the readings without noise.
@@ -57,11 +59,12 @@ MsaExpansion expansion(const Trials& trials) {
     out.x[3 + i] = trials.c.errors.bias[i] / trials.c.errors.gain[i] / trials.c.field.total;
   }
   const MsaData d = quiet.lane(0);
-  const auto factor = ldlt<double, 6>(msa_normal_equations<double>(d, msa_reading_sums<double>(d), out.x, 1).matrix);
+  const auto factor =
+      simd::ldlt<double, 6>(msa_normal_equations<double>(d, msa_reading_sums<double>(d), out.x, 1).matrix);
   for (std::size_t j = 0; j < 6; ++j) {
     std::array<double, 6> unit{};
     unit[j] = 1;
-    const auto column = ldlt_solve<double, 6>(factor, unit);
+    const auto column = simd::ldlt_solve<double, 6>(factor, unit);
     for (std::size_t i = 0; i < 6; ++i) out.inverse[6 * i + j] = column[i];
   }
   return out;
@@ -70,19 +73,21 @@ MsaExpansion expansion(const Trials& trials) {
 }  // namespace
 
 TEST_CASE("The chord iteration's gradient is that of dual numbers", "[msa_chord]") {
-  using D = Dual<double, 6>;
+  using D = simd::Dual<double, 6>;
   for (const int number : {1, 3, 4})
-    for (const ReferenceNoise reference : {ReferenceNoise::per_run, ReferenceNoise::per_station}) {
+    for (const sensor::ReferenceNoise reference :
+         {sensor::ReferenceNoise::per_run, sensor::ReferenceNoise::per_station}) {
       const Trials trials(number, 8, noise(1, reference, 1e-3));
       const std::array<double, 6> x{0.93, 1.04, 0.85, 0.004, -0.003, 0.02};
       std::array<D, 6> v;
       for (std::size_t i = 0; i < 6; ++i) v[i] = D::variable(x[i], i);
       D cost(0.0);
       const double s = 1 / trials.c.field.total;
-      const ReadingBlock& b = trials.block;
+      const survey::ReadingBlock& b = trials.block;
       for (int k = 0; k < b.stations; ++k) {
-        const auto triad = [&](const LaneArray& a, double unit) {
-          return Vec3<D>{D(a.value(2, 3 * k) * unit), D(a.value(2, 3 * k + 1) * unit), D(a.value(2, 3 * k + 2) * unit)};
+        const auto triad = [&](const survey::LaneArray& a, double unit) {
+          return survey::Vec3<D>{D(a.value(2, 3 * k) * unit), D(a.value(2, 3 * k + 1) * unit),
+                                 D(a.value(2, 3 * k + 2) * unit)};
         };
         const int row = b.reference_stride * k;
         const auto r = msa_residual<D>(triad(b.magnetic, s), triad(b.down, 1), D(b.reference.value(2, row) * s),
@@ -117,8 +122,9 @@ TEST_CASE("From the expansion point and from unit gains: the same minimum in eve
   EstimatorOptions options;
   options.max_iterations = 400;
   for (int number = 1; number <= 4; ++number)
-    for (const NoiseModel& n : {noise(1, ReferenceNoise::per_run), noise(0.1, ReferenceNoise::per_run),
-                                noise(1, ReferenceNoise::per_station), noise(1, ReferenceNoise::per_run, 2e-3)}) {
+    for (const sensor::NoiseModel& n :
+         {noise(1, sensor::ReferenceNoise::per_run), noise(0.1, sensor::ReferenceNoise::per_run),
+          noise(1, sensor::ReferenceNoise::per_station), noise(1, sensor::ReferenceNoise::per_run, 2e-3)}) {
       const Trials trials(number, 4000, n);
       const EstimateBlock near = trials.solve(options, true), whole = trials.solve(options, false);
       for (int t = 0; t < trials.block.trials; ++t) {
@@ -137,7 +143,7 @@ TEST_CASE("From the expansion point and from unit gains: the same minimum in eve
 TEST_CASE("Where the chord iteration does not contract, a trial has the bits of the long way", "[msa_chord]") {
   const NewtonOptions options;
   int short_way = 0, long_way = 0;
-  const Trials trials(1, 2000, noise(1, ReferenceNoise::per_run));  // two modes in one valley
+  const Trials trials(1, 2000, noise(1, sensor::ReferenceNoise::per_run));  // two modes in one valley
   const MsaExpansion start = expansion(trials);
   for (int t = 0; t < trials.block.trials; ++t) {
     const auto near = msa_solve_near<double>(trials.lane(t), start, options);
@@ -164,16 +170,16 @@ TEST_CASE("With an expansion point, too, a trial in a lane has the same bits as 
   for (const int number : {1, 2, 4})
     for (const double tolerance : {1e-9, 1e-6}) {
       const NewtonOptions options{200, tolerance};
-      const Trials trials(number, 80, noise(1, ReferenceNoise::per_run));
+      const Trials trials(number, 80, noise(1, sensor::ReferenceNoise::per_run));
       const MsaExpansion start = expansion(trials);
-      for (int first = 0; first < trials.block.trials; first += lane_count<Lanes>) {
-        const auto batch = msa_solve<Lanes>(trials.lane(first), &start, options);
-        for (int i = 0; i < lane_count<Lanes>; ++i) {
+      for (int first = 0; first < trials.block.trials; first += simd::lane_count<simd::Lanes>) {
+        const auto batch = msa_solve<simd::Lanes>(trials.lane(first), &start, options);
+        for (int i = 0; i < simd::lane_count<simd::Lanes>; ++i) {
           const auto alone = msa_solve<double>(trials.lane(first + i), &start, options);
-          for (std::size_t a = 0; a < 6; ++a) REQUIRE(lane(batch.x[a], i) == alone.x[a]);
-          REQUIRE(lane(batch.cost, i) == alone.cost);
-          REQUIRE(lane(batch.iterations, i) == alone.iterations);
-          REQUIRE(lane(batch.converged, i) == alone.converged);
+          for (std::size_t a = 0; a < 6; ++a) REQUIRE(simd::lane(batch.x[a], i) == alone.x[a]);
+          REQUIRE(simd::lane(batch.cost, i) == alone.cost);
+          REQUIRE(simd::lane(batch.iterations, i) == alone.iterations);
+          REQUIRE(simd::lane(batch.converged, i) == alone.converged);
         }
       }
     }
@@ -181,7 +187,7 @@ TEST_CASE("With an expansion point, too, a trial in a lane has the same bits as 
 
 TEST_CASE("The throughput config's trials need three gradients, and none the long way", "[msa_chord]") {
   const NewtonOptions options{200, 1e-6};
-  Trials trials(4, 2000, noise(1, ReferenceNoise::none));
+  Trials trials(4, 2000, noise(1, sensor::ReferenceNoise::none));
   const MsaExpansion start = expansion(trials);
   double evaluations = 0;
   for (int t = 0; t < trials.block.trials; ++t) {
@@ -193,7 +199,7 @@ TEST_CASE("The throughput config's trials need three gradients, and none the lon
 }
 
 TEST_CASE("Nonsense and too few iterations are flagged with an expansion point too", "[msa_chord]") {
-  Trials trials(4, 8, noise(1, ReferenceNoise::per_run));
+  Trials trials(4, 8, noise(1, sensor::ReferenceNoise::per_run));
   EstimatorOptions options;
   options.max_iterations = 1;
   for (int t = 0; t < 8; ++t) CHECK(trials.solve(options, true).converged.value(t, 0) == 0);
@@ -218,10 +224,10 @@ TEST_CASE("Readings without noise end at the truth at once", "[msa_chord]") {
 }
 
 TEST_CASE("Expected readings that determine nothing are left aside", "[msa_chord]") {
-  const Trials trials(4, 8, noise(1, ReferenceNoise::per_run));
+  const Trials trials(4, 8, noise(1, sensor::ReferenceNoise::per_run));
   const std::size_t n = trials.clean.magnetic_T.size();
   const std::vector same(n, trials.clean.magnetic_T[0]);
-  const std::vector fields(n, station_fields(trials.clean)[0]);
+  const std::vector fields(n, sensor::station_fields(trials.clean)[0]);
   EstimateBlock out(8);
   make_estimator({}, trials.c.field, fields, same)->solve(trials.block, out);
   const EstimateBlock whole = trials.solve({}, false);

@@ -10,20 +10,22 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::estimate;
 
 namespace {
 
 /// Noisy readings of a thesis test, one group.
 struct Data {
   explicit Data(int number, double magnetometer = 70, std::uint64_t first = 0)
-      : c(test::thesis_case(number)), block(make_reading_block(kGroup, c.survey.size(), noise(magnetometer))) {
-    simulate_readings(clean_readings(c.survey, c.field, c.errors), c.field, noise(magnetometer), Stream(11, 1), first,
-                      block);
+      : c(test::thesis_case(number)),
+        block(sensor::make_reading_block(simd::kGroup, c.survey.size(), noise(magnetometer))) {
+    sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise(magnetometer),
+                              random::Stream(11, 1), first, block);
   }
-  static NoiseModel noise(double magnetometer) {
-    NoiseModel n;
+  static sensor::NoiseModel noise(double magnetometer) {
+    sensor::NoiseModel n;
     n.magnetometer = magnetometer;
-    n.reference = ReferenceNoise::per_run;
+    n.reference = sensor::ReferenceNoise::per_run;
     n.reference_total = 107;
     n.reference_dip = 0.16 * kDegree;
     return n;
@@ -33,7 +35,7 @@ struct Data {
             block.reference_stride,       1 / c.field.total};
   }
   test::ThesisCase c;
-  ReadingBlock block;
+  survey::ReadingBlock block;
 };
 
 /// Cost of one trial by the readable residual, in units of total^2, for any scalar type.
@@ -42,9 +44,9 @@ T cost(const Data& d, int trial, const std::array<T, 6>& x) {
   T sum(0.0);
   const double s = 1 / d.c.field.total;
   for (int k = 0; k < d.block.stations; ++k) {
-    const auto triad = [&](const LaneArray& a, double unit) {
-      return Vec3<T>{T(a.value(trial, 3 * k) * unit), T(a.value(trial, 3 * k + 1) * unit),
-                     T(a.value(trial, 3 * k + 2) * unit)};
+    const auto triad = [&](const survey::LaneArray& a, double unit) {
+      return survey::Vec3<T>{T(a.value(trial, 3 * k) * unit), T(a.value(trial, 3 * k + 1) * unit),
+                             T(a.value(trial, 3 * k + 2) * unit)};
     };
     const auto r =
         msa_residual<T>(triad(d.block.magnetic, s), triad(d.block.down, 1), T(d.block.reference.value(trial, 0) * s),
@@ -62,12 +64,12 @@ MsaNormalEquations<double> normal_equations(const MsaData& d, const std::array<d
 
 TEST_CASE("MSA residual is zero at the truth, whatever the attitude") {
   const double total = 51000, dip = 72 * kDegree;
-  for (const Attitude& at : test::difficult_attitudes()) {
-    const Vec3<double> b = magnetic_T(at, total, dip), gain{1.1, 0.95, 1.25}, bias{250, 295, -335};
-    const Vec3<double> m{gain.x * b.x + bias.x, gain.y * b.y + bias.y, gain.z * b.z + bias.z};
+  for (const survey::Attitude& at : test::difficult_attitudes()) {
+    const survey::Vec3<double> b = survey::magnetic_T(at, total, dip), gain{1.1, 0.95, 1.25}, bias{250, 295, -335};
+    const survey::Vec3<double> m{gain.x * b.x + bias.x, gain.y * b.y + bias.y, gain.z * b.z + bias.z};
     const MsaUnknowns<double> x{{1 / gain.x, 1 / gain.y, 1 / gain.z},
                                 {bias.x / gain.x, bias.y / gain.y, bias.z / gain.z}};
-    const auto r = msa_residual(m, down_T(at), total * std::cos(dip), total * std::sin(dip), x);
+    const auto r = msa_residual(m, survey::down_T(at), total * std::cos(dip), total * std::sin(dip), x);
     CHECK(std::abs(r[0]) < 1e-9);  // nT: 2e-14 of the field
     CHECK(std::abs(r[1]) < 1e-9);
   }
@@ -75,16 +77,17 @@ TEST_CASE("MSA residual is zero at the truth, whatever the attitude") {
 
 TEST_CASE("A small axial bias moves Bv by cos I") {
   // dBv = u . db: 1 nT along z gives cos I, exactly, because Bv is linear in the bias.
-  const Attitude at{50 * kDegree, 20 * kDegree, 10 * kDegree};
-  Vec3<double> m = magnetic_T(at, 51000, 1.2);
+  const survey::Attitude at{50 * kDegree, 20 * kDegree, 10 * kDegree};
+  survey::Vec3<double> m = survey::magnetic_T(at, 51000, 1.2);
   m.z += 1;
-  const auto r = msa_residual(m, down_T(at), 51000 * std::cos(1.2), 51000 * std::sin(1.2), {{1, 1, 1}, {0, 0, 0}});
+  const auto r =
+      msa_residual(m, survey::down_T(at), 51000 * std::cos(1.2), 51000 * std::sin(1.2), {{1, 1, 1}, {0, 0, 0}});
   CHECK(std::abs(r[1] - std::cos(50 * kDegree)) < 1e-10);
 }
 
 TEST_CASE("The kernel's gradient and matrices are those of dual numbers") {
-  using D = Dual<double, 6>;
-  using DD = Dual<D, 6>;
+  using D = simd::Dual<double, 6>;
+  using DD = simd::Dual<D, 6>;
   for (const int number : {1, 3, 4}) {
     const Data d(number);
     const std::array<double, 6> x{0.93, 1.04, 0.85, 0.004, -0.003, 0.02};
@@ -98,19 +101,20 @@ TEST_CASE("The kernel's gradient and matrices are those of dual numbers") {
     std::array<D, 6> x1;
     for (std::size_t i = 0; i < 6; ++i) x1[i] = D::variable(x[i], i);
     double scale = 0;
-    for (std::size_t i = 0; i < 6; ++i) scale = std::max(scale, std::abs(newton.matrix[packed(i, i)]));
+    for (std::size_t i = 0; i < 6; ++i) scale = std::max(scale, std::abs(newton.matrix[simd::packed(i, i)]));
     for (std::size_t i = 0; i < 6; ++i) {
       CHECK(std::abs(newton.gradient[i] - exact.a.d[i] / 2) < 1e-12 * scale);
       for (std::size_t j = 0; j <= i; ++j) {
         CAPTURE(number, i, j);
-        CHECK(std::abs(newton.matrix[packed(i, j)] - exact.d[i].d[j] / 2) < 1e-12 * scale);
+        CHECK(std::abs(newton.matrix[simd::packed(i, j)] - exact.d[i].d[j] / 2) < 1e-12 * scale);
       }
     }
     Eigen::Matrix<double, 6, 6> jtj = Eigen::Matrix<double, 6, 6>::Zero();
     const double s = 1 / d.c.field.total;
     for (int k = 0; k < d.block.stations; ++k) {
-      const auto triad = [&](const LaneArray& a, double unit) {
-        return Vec3<D>{D(a.value(2, 3 * k) * unit), D(a.value(2, 3 * k + 1) * unit), D(a.value(2, 3 * k + 2) * unit)};
+      const auto triad = [&](const survey::LaneArray& a, double unit) {
+        return survey::Vec3<D>{D(a.value(2, 3 * k) * unit), D(a.value(2, 3 * k + 1) * unit),
+                               D(a.value(2, 3 * k + 2) * unit)};
       };
       const auto r =
           msa_residual<D>(triad(d.block.magnetic, s), triad(d.block.down, 1), D(d.block.reference.value(2, 0) * s),
@@ -122,7 +126,8 @@ TEST_CASE("The kernel's gradient and matrices are those of dual numbers") {
     }
     for (std::size_t i = 0; i < 6; ++i)
       for (std::size_t j = 0; j <= i; ++j)
-        CHECK(std::abs(gauss.matrix[packed(i, j)] - jtj(static_cast<int>(i), static_cast<int>(j))) < 1e-12 * scale);
+        CHECK(std::abs(gauss.matrix[simd::packed(i, j)] - jtj(static_cast<int>(i), static_cast<int>(j))) <
+              1e-12 * scale);
   }
 }
 
@@ -138,16 +143,16 @@ TEST_CASE("Gradient and cost have the same bits with and without the matrix") {
 
 TEST_CASE("A trial solved in a lane has the same bits as the trial solved alone") {
   for (const int number : {1, 4})
-    for (std::uint64_t first = 0; first < 80; first += kGroup) {
+    for (std::uint64_t first = 0; first < 80; first += simd::kGroup) {
       const Data d(number, 70, first);
-      for (int half = 0; half < kGroup; half += lane_count<Lanes>) {
-        const auto batch = msa_solve<Lanes>(d.lane(half), {});
-        for (int i = 0; i < lane_count<Lanes>; ++i) {
+      for (int half = 0; half < simd::kGroup; half += simd::lane_count<simd::Lanes>) {
+        const auto batch = msa_solve<simd::Lanes>(d.lane(half), {});
+        for (int i = 0; i < simd::lane_count<simd::Lanes>; ++i) {
           const auto alone = msa_solve<double>(d.lane(half + i), {});
-          for (std::size_t a = 0; a < 6; ++a) REQUIRE(lane(batch.x[a], i) == alone.x[a]);
-          REQUIRE(lane(batch.cost, i) == alone.cost);
-          REQUIRE(lane(batch.iterations, i) == alone.iterations);
-          REQUIRE(lane(batch.converged, i) == alone.converged);
+          for (std::size_t a = 0; a < 6; ++a) REQUIRE(simd::lane(batch.x[a], i) == alone.x[a]);
+          REQUIRE(simd::lane(batch.cost, i) == alone.cost);
+          REQUIRE(simd::lane(batch.iterations, i) == alone.iterations);
+          REQUIRE(simd::lane(batch.converged, i) == alone.converged);
         }
       }
     }
@@ -156,12 +161,12 @@ TEST_CASE("A trial solved in a lane has the same bits as the trial solved alone"
 TEST_CASE("At the minimum the gradient vanishes and no neighbour is lower") {
   for (int number = 1; number <= 4; ++number) {
     const Data d(number);
-    for (int t = 0; t < kGroup; ++t) {
+    for (int t = 0; t < simd::kGroup; ++t) {
       const auto s = msa_solve<double>(d.lane(t), {});
       REQUIRE(s.converged == 1);
       const auto e = normal_equations(d.lane(t), s.x, 0.0);
       // Per unknown in units of its own curvature: the distance still to go.
-      for (std::size_t i = 0; i < 6; ++i) CHECK(std::abs(e.gradient[i]) / e.matrix[packed(i, i)] < 1e-12);
+      for (std::size_t i = 0; i < 6; ++i) CHECK(std::abs(e.gradient[i]) / e.matrix[simd::packed(i, i)] < 1e-12);
       for (std::size_t i = 0; i < 6; ++i)
         for (const double h : {-1e-5, 1e-5}) {
           auto x = s.x;
@@ -175,9 +180,9 @@ TEST_CASE("At the minimum the gradient vanishes and no neighbour is lower") {
 TEST_CASE(
     "The second mode of thesis test 1 is MSA's minimum, not the solver's: a search from the truth ends there too") {
   int far = 0;
-  for (std::uint64_t first = 0; first < 4000; first += kGroup) {
+  for (std::uint64_t first = 0; first < 4000; first += simd::kGroup) {
     const Data d(1, 70, first);
-    for (int t = 0; t < kGroup; ++t) {
+    for (int t = 0; t < simd::kGroup; ++t) {
       const auto s = msa_solve<double>(d.lane(t), {});
       REQUIRE(s.converged == 1);
       if (1 / s.x[2] > 1) continue;  // the first mode lies about gain_z 1.25
@@ -194,10 +199,10 @@ TEST_CASE(
         auto matrix = e.matrix;
         auto downhill = e.gradient;
         for (std::size_t i = 0; i < 6; ++i) {
-          matrix[packed(i, i)] *= 1 + damping;
+          matrix[simd::packed(i, i)] *= 1 + damping;
           downhill[i] = -downhill[i];
         }
-        const auto dx = ldlt_solve<double, 6>(ldlt<double, 6>(matrix), downhill);
+        const auto dx = simd::ldlt_solve<double, 6>(simd::ldlt<double, 6>(matrix), downhill);
         auto next = x;
         for (std::size_t i = 0; i < 6; ++i) next[i] += dx[i];
         const auto there = normal_equations(d.lane(t), next, 0);

@@ -8,6 +8,7 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::estimate;
 
 namespace {
 using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, 6>;
@@ -75,7 +76,7 @@ TEST_CASE("What nothing depends on, and what is the same, is not observable") {
   CHECK(combination_name(o.directions.col(0)) == "bias_y");
   // All stations alike: two independent residuals for six parameters.
   const test::ThesisCase c = test::thesis_case(4);
-  const std::vector<StationFields> same(20, test::station_fields(c).front());
+  const std::vector<survey::StationFields> same(20, test::station_fields(c).front());
   const Observability s = observability(misfit_jacobian(field_misfits(same, {1, 1, 1}, 51000, 72 * kDegree)));
   for (int i = 0; i < 4; ++i) CHECK(s.condition_indices[i] > kHopelessCondition);
   CHECK(s.condition_indices[5] == 1);

@@ -9,6 +9,7 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::estimate;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -16,7 +17,7 @@ namespace {
 
 /// Test 4 of the thesis with residuals of some size.
 struct Case {
-  std::vector<StationFields> fields;
+  std::vector<survey::StationFields> fields;
   std::vector<FieldMisfit> misfits;
   explicit Case(std::size_t stations = 53) {
     const test::ThesisCase c = test::thesis_case(4);
@@ -41,7 +42,7 @@ struct Dense {
     for (std::size_t k = 0; k < c.misfits.size(); ++k) {
       const auto row = static_cast<Eigen::Index>(2 * k);
       const FieldMisfit& f = c.misfits[k];
-      const Eigen::Vector3d u = to_eigen(c.fields[k].down_T);
+      const Eigen::Vector3d u = survey::to_eigen(c.fields[k].down_T);
       const MatrixXd tilt = noise.down * f.by_down * (Eigen::Matrix3d::Identity() - u * u.transpose());
       q.block(row, row, 2, 2) =
           noise.magnetometer * noise.magnetometer * f.by_magnetometer * f.by_magnetometer.transpose() +
@@ -62,13 +63,13 @@ struct Dense {
 }  // namespace
 
 TEST_CASE("The misfit and its derivatives are those of the residual of MSA") {
-  using D = Dual<double, 9>;  // reading x, y, z, then gain x, y, z, bias x, y, z
+  using D = simd::Dual<double, 9>;  // reading x, y, z, then gain x, y, z, bias x, y, z
   const std::array<double, 3> gain{1.05, 0.97, 1.01}, bias{150, -80, 300};
-  for (const Attitude& at : test::difficult_attitudes()) {
-    const Vec3<double> b = magnetic_T(at, 51000, 72 * kDegree), u = down_T(at);
+  for (const survey::Attitude& at : test::difficult_attitudes()) {
+    const survey::Vec3<double> b = survey::magnetic_T(at, 51000, 72 * kDegree), u = survey::down_T(at);
     const auto variable = [](double x, std::size_t i) { return D::variable(x, i); };
-    const Vec3<D> m{variable(gain[0] * b.x + bias[0], 0), variable(gain[1] * b.y + bias[1], 1),
-                    variable(gain[2] * b.z + bias[2], 2)};
+    const survey::Vec3<D> m{variable(gain[0] * b.x + bias[0], 0), variable(gain[1] * b.y + bias[1], 1),
+                            variable(gain[2] * b.z + bias[2], 2)};
     MsaUnknowns<D> x;
     x.p = {D(1.0) / variable(gain[0], 3), D(1.0) / variable(gain[1], 4), D(1.0) / variable(gain[2], 5)};
     x.q = {variable(bias[0], 6) * x.p.x, variable(bias[1], 7) * x.p.y, variable(bias[2], 8) * x.p.z};
@@ -159,7 +160,7 @@ TEST_CASE("A test along a residual is that residual's, and what the residuals do
     }
     CHECK(std::isnan(direction_test(t, k, Eigen::Vector2d::Zero()).w));
     // Tilts of the three accelerometers move (Bh, Bv) along one line: no residual tells them apart.
-    const Eigen::Vector3d u = to_eigen(c.fields[k].down_T);
+    const Eigen::Vector3d u = survey::to_eigen(c.fields[k].down_T);
     const Eigen::Matrix<double, 2, 3> tilt = c.misfits[k].by_down * (Eigen::Matrix3d::Identity() - u * u.transpose());
     CHECK(std::abs(direction_correlation(t, k, tilt.col(0), tilt.col(1))) == Approx(1).epsilon(1e-9));
   }

@@ -25,19 +25,19 @@ std::vector<std::string> overrides_in(std::string_view text) {
 }
 
 /// Every getter on keys that the corpus has; each may refuse what it sees.
-void read_point(ConfigReader in) {
+void read_point(config::ConfigReader in) {
   is_accepted([&] { in.integer("trials", 1, 1'000'000, 1000); });
-  is_accepted([&] { in.number("field.dip_deg", Range::closed(-90, 90), 60); });
-  is_accepted([&] { in.number("noise.scale", Range::positive(), 1); });
+  is_accepted([&] { in.number("field.dip_deg", config::Range::closed(-90, 90), 60); });
+  is_accepted([&] { in.number("noise.scale", config::Range::positive(), 1); });
   is_accepted([&] { in.boolean("antithetic", false); });
   is_accepted([&] { in.choice("estimator", {"msa", "wls"}, "msa"); });
   is_accepted([&] { in.text("survey.file", "survey.csv"); });
-  is_accepted([&] { in.numbers("list", Range::non_negative()); });
+  is_accepted([&] { in.numbers("list", config::Range::non_negative()); });
   is_accepted([&] { in.finish(); });
 }
 
 void read_config(const std::string& text) {
-  Config config = Config::from_text(text, "fuzz.toml", {});
+  config::Config config = config::Config::from_text(text, "fuzz.toml", {});
   const std::size_t points = config.point_count();
   for (std::size_t i = 0; i < std::min<std::size_t>(points, 4); ++i) {
     config.sweep_values(i);
@@ -47,7 +47,7 @@ void read_config(const std::string& text) {
   if (points > 1000) return;  // defaults are looked up by point
   const std::string resolved = config.resolved_text();
   try {
-    Config again = Config::from_text(resolved, "resolved.toml", {});
+    config::Config again = config::Config::from_text(resolved, "resolved.toml", {});
     promise(again.point_count() == points, "a resolved config has the points of the config");
     promise(again.resolved_text() == resolved, "a resolved config is its own resolved config");
   } catch (const InputError& e) {
@@ -56,9 +56,9 @@ void read_config(const std::string& text) {
 }
 
 void read_with_overrides(const std::string& text) {
-  ConfigDocument doc;
+  config::ConfigDocument doc;
   doc.label = "fuzz.toml";
-  doc.build(parse_document(text, doc.label), overrides_in(text));
+  doc.build(config::parse_document(text, doc.label), overrides_in(text));
   if (doc.sweep.point_count() <= 1000) doc.resolved_text();
 }
 

@@ -19,28 +19,29 @@ bool rises(const std::vector<double>& x) {
 }
 
 void read_table(const std::string& text) {
-  const InputTable table = parse_csv(text, "fuzz.csv");
+  const config::InputTable table = config::parse_csv(text, "fuzz.csv");
   promise(table.names.size() == table.columns.size(), "every column has a name");
   for (const std::vector<double>& column : table.columns) {
     promise(column.size() == table.rows(), "every row is as long as the header");
     for (const double x : column) promise(std::isfinite(x), "every cell is finite");
   }
-  for (const auto north : {AzimuthReference::true_north, AzimuthReference::magnetic, AzimuthReference::grid})
-    is_accepted([&] { survey_from_table(table, {ToolfaceZero::x, north, 0.1, -0.1}, false); });
-  is_accepted([&] { tvd_from_table(table); });
-  for (const auto sign : {AccelerometerSign::gravity, AccelerometerSign::specific_force})
+  for (const auto north :
+       {config::AzimuthReference::true_north, config::AzimuthReference::magnetic, config::AzimuthReference::grid})
+    is_accepted([&] { config::survey_from_table(table, {config::ToolfaceZero::x, north, 0.1, -0.1}, false); });
+  is_accepted([&] { config::tvd_from_table(table); });
+  for (const auto sign : {config::AccelerometerSign::gravity, config::AccelerometerSign::specific_force})
     is_accepted([&] {
-      const SixAxisReadings readings = readings_from_table(table, {sign, 9.8, 50000});
+      const survey::SixAxisReadings readings = config::readings_from_table(table, {sign, 9.8, 50000});
       promise(rises(readings.md) && readings.md.size() == table.rows(), "measured depths of readings increase");
     });
 }
 
 void read_sensors(const std::string& text, const char* time) {
-  SensorCsvReader reader({"fuzz.csv", std::make_shared<const std::string>(text), {}, text.size()},
-                         {time, {"p_kPa", "t_degC"}, true, 1.5});
+  config::SensorCsvReader reader({"fuzz.csv", std::make_shared<const std::string>(text), {}, text.size()},
+                                 {time, {"p_kPa", "t_degC"}, true, 1.5});
   double latest = -INFINITY;
   std::uint64_t rows = 0;
-  for (SensorBlock block; reader.next(block, 7); rows += block.time_h.size()) {
+  for (config::SensorBlock block; reader.next(block, 7); rows += block.time_h.size()) {
     promise(block.values.size() == 2 * block.time_h.size(), "good rows are complete");
     for (const double t : block.time_h) {
       promise(latest < t, "good rows are in order");

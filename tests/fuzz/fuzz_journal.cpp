@@ -8,7 +8,7 @@ using namespace surveymc;
 
 namespace {
 
-const RunKey kKey{"0123456789abcdef", "this build"};
+const checkpoint::RunKey kKey{"0123456789abcdef", "this build"};
 constexpr std::string_view kMark = "SMCJRNL1";
 
 std::string record_with(std::string_view node) {
@@ -17,7 +17,7 @@ std::string record_with(std::string_view node) {
   body.put(kKey.program);
   body.put(std::uint64_t{3});
   body.put(node.data(), node.size());
-  return sealed_record(kMark, body.take());
+  return checkpoint::sealed_record(kMark, body.take());
 }
 
 }  // namespace
@@ -26,20 +26,22 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const MemoryFolder folder;
   static const std::filesystem::path output = folder / "out.h5", journal = folder / "out.h5.journal.host.1";
   const std::string_view bytes = text_of(data, size);
-  const bool is_node = is_accepted(
-      [&] { promise(subtree_to_bytes(subtree_from_bytes(bytes)) == bytes, "a node that is read is written alike"); });
+  const bool is_node = is_accepted([&] {
+    promise(montecarlo::subtree_to_bytes(montecarlo::subtree_from_bytes(bytes)) == bytes,
+            "a node that is read is written alike");
+  });
   for (const std::string& file :
-       {std::string(bytes), sealed_record(kMark, bytes), record_with(bytes) + std::string(bytes)}) {
+       {std::string(bytes), checkpoint::sealed_record(kMark, bytes), record_with(bytes) + std::string(bytes)}) {
     write_bytes(journal, file);
-    is_accepted([&] { read_journals(output, kKey); });
+    is_accepted([&] { checkpoint::read_journals(output, kKey); });
   }
   if (is_node)
     promise(is_accepted([&] {
-              const JournalContents all = read_journals(output, kKey);
+              const checkpoint::JournalContents all = checkpoint::read_journals(output, kKey);
               promise(all.finished.at(3).size() >= 1 && all.damaged.size() <= 1, "whole records before damage count");
-              disjoint_subtrees(all.finished.at(3));
+              montecarlo::disjoint_subtrees(all.finished.at(3));
             }),
             "a journal is readable up to its damage");
-  remove_journals(output, kKey);
+  checkpoint::remove_journals(output, kKey);
   return 0;
 }

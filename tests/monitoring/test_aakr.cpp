@@ -11,6 +11,7 @@
 #include "simd/instruction_set.h"
 
 using namespace surveymc;
+using namespace surveymc::monitoring;
 using Catch::Matchers::WithinAbs;
 
 namespace {
@@ -107,7 +108,7 @@ TEST_CASE("Both instruction sets give the same bits, whatever else is predicted 
   model.predict(queries.data(), 40, together.data(), nearest.data(), scratch);
   for (Eigen::Index q = 0; q < 40; ++q) CHECK(predict_one(model, queries.row(q)) == together.row(q));
 
-  if (instruction_set() == InstructionSet::v4) {
+  if (simd::instruction_set() == simd::InstructionSet::v4) {
     const std::size_t padded = 1352;
     std::vector<double> rows(6 * padded), valid(padded, 1.0), work(padded);
     valid[1350] = valid[1351] = 0;

@@ -7,6 +7,7 @@
 #include "monitoring/gas_lift_well.h"
 
 using namespace surveymc;
+using namespace surveymc::monitoring;
 using Catch::Matchers::WithinAbs;
 
 TEST_CASE("Steady states of the gas-lift well to the printed digits, and which of them are stable", "[monitoring]") {

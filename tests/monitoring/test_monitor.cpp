@@ -4,12 +4,13 @@
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
-#include "monitoring/alarm_tests.h"
 #include "monitoring/metrics.h"
 #include "monitoring/monitor.h"
+#include "monitoring/sequential_tests.h"
 #include "monitoring/sprt_false_alarms.h"
 
 using namespace surveymc;
+using namespace surveymc::monitoring;
 using Catch::Matchers::WithinAbs;
 
 namespace {

@@ -9,14 +9,16 @@
 #include "survey/frames.h"
 
 using namespace surveymc;
+using namespace surveymc::monitoring;
 using Catch::Matchers::WithinAbs;
 
 TEST_CASE("Channels of an error-free station are the reference, at any attitude", "[monitoring]") {
   for (const double inclination : {0.0, 1e-8, 45.0, 90.0, 180.0})
     for (const double azimuth : {0.0, 91.0, 270.0})
       for (const double toolface : {0.0, 123.0}) {
-        const Attitude at{inclination * kDegree, azimuth * kDegree, toolface * kDegree};
-        const Eigen::Vector3d g = 9.8 * to_eigen(down_T(at)), b = to_eigen(magnetic_T(at, 50000, 72 * kDegree));
+        const survey::Attitude at{inclination * kDegree, azimuth * kDegree, toolface * kDegree};
+        const Eigen::Vector3d g = 9.8 * survey::to_eigen(survey::down_T(at)),
+                              b = survey::to_eigen(survey::magnetic_T(at, 50000, 72 * kDegree));
         const Eigen::Vector3d c = survey_channels(g, b);
         CHECK_THAT(c[0], WithinAbs(9.8, 1e-14));
         CHECK_THAT(c[1], WithinAbs(50000, 1e-10));
@@ -28,8 +30,9 @@ TEST_CASE("The Jacobian of the channels equals central differences", "[monitorin
   std::mt19937_64 gen(30);
   std::uniform_real_distribution<double> u(-1, 1);
   for (int t = 0; t < 200; ++t) {
-    const Attitude at{kPi * std::abs(u(gen)), kPi * u(gen), kPi * u(gen)};
-    const Eigen::Vector3d g = 9.8 * to_eigen(down_T(at)), b = 50 * to_eigen(magnetic_T(at, 1, 1.2 * u(gen)));
+    const survey::Attitude at{kPi * std::abs(u(gen)), kPi * u(gen), kPi * u(gen)};
+    const Eigen::Vector3d g = 9.8 * survey::to_eigen(survey::down_T(at)),
+                          b = 50 * survey::to_eigen(survey::magnetic_T(at, 1, 1.2 * u(gen)));
     const ChannelJacobian h = survey_channel_jacobian(g, b);
     for (int j = 0; j < 6; ++j) {
       // Steps of 1e-5: truncation 1e-10 of third derivatives (up to 1 / cos^3 1.2 / 9.8^3), rounding 1e-15 / 1e-5.

@@ -10,24 +10,25 @@
 #include "random/stream.h"
 
 using namespace surveymc;
+using namespace surveymc::montecarlo;
 
 namespace {
-Tally kernel(TrialBlock block) {
-  const Stream stream(7, 0);
+stats::Tally kernel(TrialBlock block) {
+  const random::Stream stream(7, 0);
   Eigen::MatrixXd x(2, block.count);
-  Tally t;
+  stats::Tally t;
   for (int i = 0; i < block.count; ++i) {
     const std::uint64_t trial = block.first + static_cast<std::uint64_t>(i);
-    for (std::uint32_t j = 0; j < 2; ++j) x(j, i) = stream.normal(trial, Channel::magnetometer_noise, j);
+    for (std::uint32_t j = 0; j < 2; ++j) x(j, i) = stream.normal(trial, random::Channel::magnetometer_noise, j);
     if (trial % 1000 == 3) t.failed_trials.push_back(trial);
   }
   t.trials = static_cast<std::uint64_t>(block.count);
   t.failed = t.failed_trials.size();
-  t.moments = Moments::of(x.transpose());
+  t.moments = stats::Moments::of(x.transpose());
   t.samples = {static_cast<double>(block.first)};
   return t;
 }
-bool same_bits(const Tally& a, const Tally& b) {
+bool same_bits(const stats::Tally& a, const stats::Tally& b) {
   return a.trials == b.trials && a.moments.count == b.moments.count && a.moments.mean == b.moments.mean &&
          a.moments.squares == b.moments.squares && a.moments.cubes == b.moments.cubes &&
          a.moments.fourths == b.moments.fourths && a.failed_trials == b.failed_trials && a.samples == b.samples;
@@ -36,7 +37,7 @@ bool same_bits(const Tally& a, const Tally& b) {
 
 TEST_CASE("The tally has the same bits for 1, 2, 3, 7 threads and any number of blocks") {
   for (const std::uint64_t trials : {1u, 511u, 512u, 513u, 10001u}) {
-    const Tally one = run_blocks(trials, kernel, {1});
+    const stats::Tally one = run_blocks(trials, kernel, {1});
     CHECK(one.trials == trials);
     for (const int threads : {2, 3, 7}) CHECK(same_bits(one, run_blocks(trials, kernel, {threads})));
   }
@@ -50,7 +51,7 @@ TEST_CASE("Merging follows a fixed tree, in whatever order blocks arrive, and sa
     for (const std::uint64_t b : order) m.add(b, kernel({b * kBlockTrials, kBlockTrials}));
     return m.whole();
   };
-  const Tally in_order = merged();
+  const stats::Tally in_order = merged();
   CHECK(std::is_sorted(in_order.samples.begin(), in_order.samples.end()));
   CHECK(in_order.samples.size() == 37);
   std::mt19937 g(1);
@@ -61,7 +62,7 @@ TEST_CASE("Merging follows a fixed tree, in whatever order blocks arrive, and sa
 }
 
 TEST_CASE("A kernel's exception reaches the caller") {
-  const auto throws = [](TrialBlock b) -> Tally {
+  const auto throws = [](TrialBlock b) -> stats::Tally {
     if (b.first >= 2048) throw InputError("bad trial");
     return kernel(b);
   };
@@ -90,14 +91,15 @@ TEST_CASE("Progress counts every trial once") {
 
 TEST_CASE(
     "A stopping rule ends the run at a look, the same for any threads, with the bits of a run of as many trials") {
-  const StoppingRule rule{{1024, 2048, 4096, 10000}, [](const Tally& t) { return t.trials < 2000 ? 1700u : 2048u; }};
-  const Tally fixed = run_blocks(2048, kernel, {1});
+  const StoppingRule rule{{1024, 2048, 4096, 10000},
+                          [](const stats::Tally& t) { return t.trials < 2000 ? 1700u : 2048u; }};
+  const stats::Tally fixed = run_blocks(2048, kernel, {1});
   for (const int threads : {1, 2, 3, 7}) {
-    const Tally stopped = run_blocks(10000, kernel, {threads}, rule);
+    const stats::Tally stopped = run_blocks(10000, kernel, {threads}, rule);
     CHECK(stopped.trials == 2048);
     CHECK(same_bits(fixed, stopped));
   }
-  const StoppingRule never{{1024, 10000}, [](const Tally&) { return std::uint64_t{1} << 60; }};
+  const StoppingRule never{{1024, 10000}, [](const stats::Tally&) { return std::uint64_t{1} << 60; }};
   CHECK(same_bits(run_blocks(10000, kernel, {2}, never), run_blocks(10000, kernel, {1})));
 }
 
@@ -105,7 +107,8 @@ TEST_CASE("The expected number of trials follows the rule") {
   std::vector<std::uint64_t> expected;
   RunOptions options{1};
   options.progress = [&](std::uint64_t, std::uint64_t of) { expected.push_back(of); };
-  run_blocks(10000, kernel, options, {{1024, 4096}, [](const Tally& t) { return t.trials == 1024 ? 3500u : 4000u; }});
+  run_blocks(10000, kernel, options,
+             {{1024, 4096}, [](const stats::Tally& t) { return t.trials == 1024 ? 3500u : 4000u; }});
   CHECK(expected.front() == 10000);
   CHECK(expected.back() == 3500);
   CHECK(expected.size() == 8);  // blocks of 512 up to the second look

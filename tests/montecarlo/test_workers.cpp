@@ -14,6 +14,7 @@
 #include "stats/tally_bytes.h"
 
 using namespace surveymc;
+using namespace surveymc::montecarlo;
 
 namespace {
 
@@ -55,15 +56,15 @@ class ThreadMessages : public Messages {
   int rank_;
 };
 
-Tally kernel(TrialBlock block) {
-  const Stream stream(7, 0);
+stats::Tally kernel(TrialBlock block) {
+  const random::Stream stream(7, 0);
   Eigen::MatrixXd x(block.count, 2);
   for (int i = 0; i < block.count; ++i)
     for (std::uint32_t j = 0; j < 2; ++j)
-      x(i, j) = stream.normal(block.first + static_cast<std::uint64_t>(i), Channel::magnetometer_noise, j);
-  Tally t;
+      x(i, j) = stream.normal(block.first + static_cast<std::uint64_t>(i), random::Channel::magnetometer_noise, j);
+  stats::Tally t;
   t.trials = static_cast<std::uint64_t>(block.count);
-  t.moments = Moments::of(x);
+  t.moments = stats::Moments::of(x);
   return t;
 }
 
@@ -120,9 +121,9 @@ TEST_CASE("Blocks are divided evenly, whatever is done already", "[workers]") {
 TEST_CASE("Any number of ranks gives the bits of one, with a stopping rule and after an interruption, too",
           "[workers]") {
   constexpr std::uint64_t kTrials = 30001;
-  const StoppingRule rule{{1024, 4096, 16384}, [](const Tally& t) { return t.trials < 4096 ? 9000u : 16384u; }};
-  const std::string whole = tally_to_bytes(run_blocks(kTrials, kernel, {1}));
-  const std::string ended = tally_to_bytes(run_blocks(kTrials, kernel, {1}, rule));
+  const StoppingRule rule{{1024, 4096, 16384}, [](const stats::Tally& t) { return t.trials < 4096 ? 9000u : 16384u; }};
+  const std::string whole = stats::tally_to_bytes(run_blocks(kTrials, kernel, {1}));
+  const std::string ended = stats::tally_to_bytes(run_blocks(kTrials, kernel, {1}, rule));
   for (const int ranks : {1, 2, 3, 5}) {
     const auto exits = with_ranks(
         ranks, [&](const BlockOrder& o, int) { return share(o.point == 4 ? kTrials : 0); },
@@ -130,10 +131,10 @@ TEST_CASE("Any number of ranks gives the bits of one, with a stopping rule and a
           RunOptions options{2};
           options.workers = &workers;
           options.point = 4;
-          CHECK(tally_to_bytes(run_blocks(kTrials, kernel, options)) == whole);
-          CHECK(tally_to_bytes(run_blocks(kTrials, kernel, options, rule)) == ended);
+          CHECK(stats::tally_to_bytes(run_blocks(kTrials, kernel, options)) == whole);
+          CHECK(stats::tally_to_bytes(run_blocks(kTrials, kernel, options, rule)) == ended);
           std::vector<Subtree> kept = run_block_range(kTrials, {7, 30}, kernel, options);
-          CHECK(tally_to_bytes(run_blocks(kTrials, kernel, options, {}, kept)) == whole);
+          CHECK(stats::tally_to_bytes(run_blocks(kTrials, kernel, options, {}, kept)) == whole);
           std::atomic<bool> stop = false;
           options.stop = &stop;
           options.progress = [&](std::uint64_t, std::uint64_t) { stop = true; };
@@ -148,7 +149,7 @@ TEST_CASE("Any number of ranks gives the bits of one, with a stopping rule and a
 
 TEST_CASE("The error of one rank ends all, and keeps its kind", "[workers]") {
   const auto fails = [](const BlockOrder&, int rank) {
-    return share(1u << 30, [rank](TrialBlock b) -> Tally {
+    return share(1u << 30, [rank](TrialBlock b) -> stats::Tally {
       if (rank == 2 && b.first % 8192 == 0) throw IoError("no disk");
       return kernel(b);
     });
@@ -168,7 +169,8 @@ TEST_CASE("The error of one rank ends all, and keeps its kind", "[workers]") {
                                RunOptions options{1};
                                options.workers = &workers;
                                run_blocks(
-                                   1u << 30, [](TrialBlock) -> Tally { throw std::domain_error("ours"); }, options);
+                                   1u << 30, [](TrialBlock) -> stats::Tally { throw std::domain_error("ours"); },
+                                   options);
                              }),
                   std::domain_error);
 }

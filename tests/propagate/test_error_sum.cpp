@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 
 using namespace surveymc;
+using namespace surveymc::propagate;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 

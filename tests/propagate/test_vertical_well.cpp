@@ -6,6 +6,7 @@
 #include "propagate/sensor_error_covariance.h"
 
 using namespace surveymc;
+using namespace surveymc::propagate;
 using Eigen::Matrix2d;
 
 namespace {
@@ -68,11 +69,12 @@ TEST_CASE("Fictive terms take their correlation from magnetic, not accelerometer
   const std::vector<double> w = vertical_station_weights(10, 30);
   // Any bias: the accelerometers of a vertical hole read it and nothing else, however the pipe is turned.
   std::vector<double> accelerometer, magnetic;
-  const Vec3<double> bias{0.003, -0.001, 0};
+  const survey::Vec3<double> bias{0.003, -0.001, 0};
   for (const double t : kSequence) {
-    const Attitude at{0, 0, t};
-    const Vec3<double> g = scale(9.80665, down_T(at)) + bias, b = magnetic_T(at, 50000, 72 * kDegree);
-    accelerometer.push_back(attitude_from_fields(g, b).toolface);
+    const survey::Attitude at{0, 0, t};
+    const survey::Vec3<double> g = scale(9.80665, survey::down_T(at)) + bias,
+                               b = survey::magnetic_T(at, 50000, 72 * kDegree);
+    accelerometer.push_back(survey::attitude_from_fields(g, b).toolface);
     magnetic.push_back(magnetic_toolface(b));
     CHECK(magnetic.back() == Approx(t).epsilon(1e-13));
   }
@@ -81,26 +83,27 @@ TEST_CASE("Fictive terms take their correlation from magnetic, not accelerometer
 }
 
 TEST_CASE("The memo's formulas are the general ones, where the well is vertical") {
-  Survey survey;
+  survey::Survey survey;
   for (int k = 0; k <= 10; ++k) survey.stations.push_back({30.0 * k, 0, 0, 0});
-  ReferenceField field;
+  survey::ReferenceField field;
   field.total = 50000;
   field.dip = 72 * kDegree;
-  const SensorTermArray sd{0.004, 0.004};
+  const survey::SensorTermArray sd{0.004, 0.004};
   const std::vector<double> w = vertical_station_weights(10, 30);
-  const auto general = [&](const ToolfacePlan& plan) {
-    return Matrix2d(sensor_error_covariances(survey, field, sd, plan, PositionMethod::balanced_tangential)
+  const auto general = [&](const survey::ToolfacePlan& plan) {
+    return Matrix2d(sensor_error_covariances(survey, field, sd, plan, survey::PositionMethod::balanced_tangential)
                         .back()
                         .topLeftCorner<2, 2>());
   };
-  ToolfacePlan given = constant_toolface(11, 0);
+  survey::ToolfacePlan given = survey::constant_toolface(11, 0);
   given.given = kSequence;
   CHECK(general(given).isApprox(toolface_dependent_covariance(w, kSequence, kTilt), 1e-12));
-  CHECK(general(rotated(11)).isApprox(random_covariance(toolface_independent_sources(w, kTilt)), 1e-12));
-  CHECK(general(slid(11)).isApprox(systematic_covariance(toolface_independent_sources(w, kTilt)), 1e-12));
+  CHECK(general(survey::rotated(11)).isApprox(random_covariance(toolface_independent_sources(w, kTilt)), 1e-12));
+  CHECK(general(survey::slid(11)).isApprox(systematic_covariance(toolface_independent_sources(w, kTilt)), 1e-12));
   std::vector<double> mixed = kSequence;
   for (std::size_t k = 5; k < 11; ++k) mixed[k] = 2.0;
-  CHECK(general(partly_slid(survey.md(), 150, 300)).isApprox(fictive_terms_covariance(w, mixed, mixed, kTilt), 1e-12));
+  CHECK(general(survey::partly_slid(survey.md(), 150, 300))
+            .isApprox(fictive_terms_covariance(w, mixed, mixed, kTilt), 1e-12));
 }
 
 TEST_CASE("Toolfaces are the same on the circle, not on the line") {

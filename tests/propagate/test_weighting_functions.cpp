@@ -7,20 +7,21 @@
 #include <catch2/catch.hpp>
 
 #include "base/units.h"
-#include "propagate/position_covariance.h"
-#include "propagate/survey_errors.h"
+#include "propagate/iscwsa_covariance.h"
+#include "propagate/station_effects.h"
 #include "survey/minimum_curvature.h"
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::propagate;
 using Eigen::Vector3d;
 
 namespace {
 
 constexpr double kDeclination = -4 * kDegree;
 
-ReferenceField field_of(double dip_deg) {
-  ReferenceField f;
+survey::ReferenceField field_of(double dip_deg) {
+  survey::ReferenceField f;
   f.total = 50000;
   f.dip = dip_deg * kDegree;
   f.declination = kDeclination;
@@ -28,8 +29,9 @@ ReferenceField field_of(double dip_deg) {
 }
 
 /// Two stations `dmd` apart, both at `at`.
-StationGeometry geometry(const Attitude& at, const ReferenceField& field, double md = 1000, double dmd = 30) {
-  Survey s;
+StationGeometry geometry(const survey::Attitude& at, const survey::ReferenceField& field, double md = 1000,
+                         double dmd = 30) {
+  survey::Survey s;
   s.stations = {{md - dmd, at.inclination, at.azimuth, 0}, {md, at.inclination, at.azimuth, 0}};
   return station_geometry(s, {md - dmd, 800}, field, 1);
 }
@@ -38,7 +40,8 @@ StationGeometry geometry(const Attitude& at, const ReferenceField& field, double
 struct Published {
   double depth, inclination, azimuth;
 };
-std::map<std::string, Published> published(const Attitude& at, const ReferenceField& f, double md, double tvd) {
+std::map<std::string, Published> published(const survey::Attitude& at, const survey::ReferenceField& f, double md,
+                                           double tvd) {
   const double I = at.inclination, A = at.azimuth, Am = A - f.declination, G = f.gravity, B = f.total, D = f.dip;
   using std::abs, std::cos, std::sin, std::sqrt, std::tan;
   const double Bh = B * cos(D);
@@ -75,8 +78,8 @@ std::map<std::string, Published> published(const Attitude& at, const ReferenceFi
 Weights weights(const std::string& name, const StationGeometry& s) { return find_weighting_function(name)->weights(s); }
 
 /// Effect on the hole's direction (true north): inclination and lateral weight along their unit vectors.
-Vector3d turn(const Weights& w, const Attitude& at) {
-  return w.inclination * tangent_by_inclination(at.inclination, at.azimuth) +
+Vector3d turn(const Weights& w, const survey::Attitude& at) {
+  return w.inclination * survey::tangent_by_inclination(at.inclination, at.azimuth) +
          w.lateral * Vector3d(-std::sin(at.azimuth), std::cos(at.azimuth), 0);
 }
 
@@ -85,9 +88,9 @@ Vector3d turn(const Weights& w, const Attitude& at) {
 TEST_CASE("Weights are the published ones, with sinI taken into those of azimuth") {
   std::size_t compared = 0;
   for (const double dip : {72.0, -58.0, 0.0})
-    for (const Attitude& at : test::difficult_attitudes()) {
+    for (const survey::Attitude& at : test::difficult_attitudes()) {
       if (std::abs(std::sin(at.inclination)) < 1e-6 || at.toolface != 0) continue;  // theirs are singular there
-      const ReferenceField field = field_of(dip);
+      const survey::ReferenceField field = field_of(dip);
       for (const auto& [name, p] : published(at, field, 1000, 800)) {
         CAPTURE(name, dip, at.inclination, at.azimuth);
         REQUIRE(find_weighting_function(name));
@@ -106,12 +109,12 @@ TEST_CASE("Weights are the published ones, with sinI taken into those of azimuth
 TEST_CASE("The weights of axial sensor errors follow from what the tool reads") {
   // No toolface enters an error along the tool's axis, so the tool's readings themselves are the oracle.
   for (const double dip : {72.0, -58.0})
-    for (const Attitude& at : test::difficult_attitudes()) {
-      const ReferenceField field = field_of(dip);
-      const Attitude magnetic{at.inclination, at.azimuth - field.declination, at.toolface};
-      const StationFields s{magnetic_T(magnetic, field.total, field.dip), down_T(magnetic)};
+    for (const survey::Attitude& at : test::difficult_attitudes()) {
+      const survey::ReferenceField field = field_of(dip);
+      const survey::Attitude magnetic{at.inclination, at.azimuth - field.declination, at.toolface};
+      const survey::StationFields s{survey::magnetic_T(magnetic, field.total, field.dip), survey::down_T(magnetic)};
       const TangentDerivatives by = tangent_derivatives(s);
-      const Vector3d u = to_eigen(s.down_T), z = Vector3d::UnitZ();
+      const Vector3d u = survey::to_eigen(s.down_T), z = Vector3d::UnitZ();
       const Vector3d du = (z - u.z() * u) / field.gravity;  // of the direction, by the axial accelerometer
       Eigen::Matrix3d to_true = Eigen::Matrix3d::Identity();
       to_true.topLeftCorner<2, 2>() << std::cos(field.declination), -std::sin(field.declination),
@@ -131,23 +134,23 @@ TEST_CASE("The weights of axial sensor errors follow from what the tool reads") 
 }
 
 TEST_CASE("Nothing is singular in a vertical hole, and weights are continuous there") {
-  const ReferenceField field = field_of(72);
+  const survey::ReferenceField field = field_of(72);
   for (const double azimuth : {0.0, 33.0, 180.0, 359.0})
     for (const WeightingFunction& f : weighting_functions()) {
-      const Attitude vertical{0, azimuth * kDegree, 0};
+      const survey::Attitude vertical{0, azimuth * kDegree, 0};
       const Vector3d limit = turn(f.weights(geometry(vertical, field)), vertical);
       CAPTURE(f.name, azimuth);
       REQUIRE(limit.allFinite());
       if (std::string(f.name) == "SAGE") continue;  // its fourth root of sinI is steep: .0056 at 1e-9 rad
       for (const double inclination : {1e-12, 1e-9, 1e-6}) {
-        const Attitude at{inclination, azimuth * kDegree, 0};
+        const survey::Attitude at{inclination, azimuth * kDegree, 0};
         // Slopes are at most 1 + tanD; the course terms have metres per radian of 30 m.
         CHECK((turn(f.weights(geometry(at, field)), at) - limit).norm() <= 30 * 5 * inclination);
       }
     }
   // The published vertical branch of XYM3, XYM4 (north, east) and ABXY-TI2 (across the azimuth).
   for (const double azimuth : {0.0, 75.0, 200.0}) {
-    const Attitude at{0, azimuth * kDegree, 0};
+    const survey::Attitude at{0, azimuth * kDegree, 0};
     const StationGeometry g = geometry(at, field);
     CHECK((turn(weights("XYM3", g), at) - Vector3d(1, 0, 0)).norm() < 3e-16);
     CHECK((turn(weights("XYM4", g), at) - Vector3d(0, 1, 0)).norm() < 3e-16);
@@ -157,8 +160,8 @@ TEST_CASE("Nothing is singular in a vertical hole, and weights are continuous th
 }
 
 TEST_CASE("Misalignment of close stations is larger: sqrt(10 m / leg) below 10 m") {
-  const ReferenceField field = field_of(72);
-  const Attitude at{0.7, 1.1, 0};
+  const survey::ReferenceField field = field_of(72);
+  const survey::Attitude at{0.7, 1.1, 0};
   for (const auto& [dmd, factor] : {std::pair{30.0, 1.0}, {10.0, 1.0}, {2.5, 2.0}, {0.1, 10.0}}) {
     for (const auto& [plain, scaled] : {std::pair{"XYM3", "XYM3E"}, {"XYM4", "XYM4E"}}) {
       const StationGeometry g = geometry(at, field, dmd, dmd);  // from depth 0: exact
@@ -170,9 +173,9 @@ TEST_CASE("Misalignment of close stations is larger: sqrt(10 m / leg) below 10 m
 
 TEST_CASE("Course errors grow with the turn between stations, and have a least tortuosity of 1 deg / 100 ft") {
   CHECK(kLeastTortuosity == Approx(5.72614584e-4).epsilon(1e-8));
-  const ReferenceField field = field_of(72);
-  const auto course = [&](const Station& from, const Station& to) {
-    Survey s;
+  const survey::ReferenceField field = field_of(72);
+  const auto course = [&](const survey::Station& from, const survey::Station& to) {
+    survey::Survey s;
     s.stations = {from, to};
     const StationGeometry g = station_geometry(s, {0, 0}, field, 1);
     return std::pair{weights("XCLA", g).lateral, weights("XCLH", g).inclination};

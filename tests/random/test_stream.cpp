@@ -7,6 +7,7 @@
 #include "stats/moments.h"
 
 using namespace surveymc;
+using namespace surveymc::random;
 
 namespace {
 /// Four words of Random123's own Philox at our address.
@@ -52,10 +53,10 @@ TEST_CASE("Normals are Box-Muller of those words: 39 bits of radius, two signs, 
 TEST_CASE("Lanes hold consecutive trials, bit for bit, also across 2^32") {
   const Stream stream(9, 2);
   for (const std::uint64_t first : {std::uint64_t{0}, std::uint64_t{1000}, std::uint64_t{0xfffffffe}}) {
-    const auto z = stream.normals<Lanes>(consecutive<Lanes>(first), Channel::magnetometer_noise, 3);
+    const auto z = stream.normals<simd::Lanes>(simd::consecutive<simd::Lanes>(first), Channel::magnetometer_noise, 3);
     for (int i = 0; i < 4; ++i)
       for (std::uint32_t j = 0; j < 4; ++j)
-        CHECK(lane(z[j], i) ==
+        CHECK(simd::lane(z[j], i) ==
               stream.normal(first + static_cast<std::uint64_t>(i), Channel::magnetometer_noise, 12 + j));
   }
 }
@@ -67,7 +68,7 @@ TEST_CASE("Draws have the moments of a standard normal and are not correlated wi
   for (int t = 0; t < n; ++t)
     for (std::uint32_t j = 0; j < 8; ++j)
       x(j, t) = stream.normal(static_cast<std::uint64_t>(t), Channel::magnetometer_noise, j);
-  const Moments m = Moments::of(x.transpose());
+  const stats::Moments m = stats::Moments::of(x.transpose());
   for (int i = 0; i < 8; ++i) {
     // 4.5 standard errors: 1, sqrt(2), sqrt(6), sqrt(24) over sqrt(n); 44 checks leave a false alarm of 3e-4
     CHECK(std::abs(m.mean[i]) < 4.5 / std::sqrt(n));

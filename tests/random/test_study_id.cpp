@@ -7,6 +7,7 @@
 #include "random/study_stream.h"
 
 using namespace surveymc;
+using namespace surveymc::random;
 
 TEST_CASE("A study keeps the number of its random numbers") {
   // Archived results hold draws at these numbers. vertical_well had 4 and msa_benefit drew toolfaces at 3 before every

@@ -13,6 +13,7 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::reliability;
 using namespace surveymc::test;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
@@ -24,14 +25,14 @@ constexpr Index kBx = 3, kBy = 4, kField = 7, kDip = 8;
 const double kLambda = lambda0({1e-4, Tails::one, 0.8});
 const double kCritical = w_critical({1e-4, Tails::one, 0.8});
 
-Attitude degrees(double inclination, double toolface, double azimuth) {
+survey::Attitude degrees(double inclination, double toolface, double azimuth) {
   return {inclination * kDegree, azimuth * kDegree, toolface * kDegree};
 }
-std::array<double, 6> readings_at(const Attitude& at, const ReferenceField& field) {
+std::array<double, 6> readings_at(const survey::Attitude& at, const survey::ReferenceField& field) {
   const Observations y = true_observations(at, field);
   return {y[0], y[1], y[2], y[3], y[4], y[5]};
 }
-std::array<double, 3> references(const ReferenceField& f) { return {f.gravity, f.total, f.dip}; }
+std::array<double, 3> references(const survey::ReferenceField& f) { return {f.gravity, f.total, f.dip}; }
 
 /// The adjustment example of the specification: a gross error in bx at (30, 45, 60).
 struct Example {
@@ -118,7 +119,7 @@ TEST_CASE("Tests agree with the paper's formulas on the residuals") {
 TEST_CASE("Error-free readings are adjusted to themselves, at every attitude and in every mode") {
   for (const AdjustmentMode mode :
        {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed, AdjustmentMode::mse_shared})
-    for (const Attitude& at : difficult_attitudes()) {
+    for (const survey::Attitude& at : difficult_attitudes()) {
       AdjustmentModel m;
       m.mode = mode;
       m.systematic_terms = mode == AdjustmentMode::mse_shared;
@@ -239,7 +240,7 @@ TEST_CASE("Shots of one station share inclination and azimuth") {
       m.mode = AdjustmentMode::mse_shared;
       m.rotational_shot = true;
       m.systematic_terms = systematic;
-      std::vector<Attitude> at;
+      std::vector<survey::Attitude> at;
       for (const double toolface : {185.0, 261.0, 82.0}) at.push_back(degrees(inclination, toolface, 100));
       // (6N + 3)/(N + 5): three shots have a redundancy of 13, and priors change nothing in that
       const ParityModel p = linear_model(m, at);

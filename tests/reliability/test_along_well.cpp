@@ -11,6 +11,7 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::reliability;
 using namespace surveymc::test;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
@@ -21,8 +22,8 @@ namespace {
 const double kLambda = lambda0({1e-4, Tails::one, 0.8});
 
 /// Builds and turns, toolfaces all round.
-Survey a_well(int stations) {
-  Survey s;
+survey::Survey a_well(int stations) {
+  survey::Survey s;
   for (int k = 0; k < stations; ++k) {
     const double along = static_cast<double>(k) / stations;
     s.stations.push_back(
@@ -31,16 +32,16 @@ Survey a_well(int stations) {
   return s;
 }
 
-std::vector<Attitude> attitudes(const Survey& s, double declination) {
-  std::vector<Attitude> all;
-  for (const Station& station : s.stations) all.push_back(magnetic_attitude(station, declination));
+std::vector<survey::Attitude> attitudes(const survey::Survey& s, double declination) {
+  std::vector<survey::Attitude> all;
+  for (const survey::Station& station : s.stations) all.push_back(survey::magnetic_attitude(station, declination));
   return all;
 }
 
 }  // namespace
 
 TEST_CASE("Stations that share references: 3x3 systems against least squares of the whole well") {
-  const Survey well = a_well(5);
+  const survey::Survey well = a_well(5);
   for (const bool systematic : {false, true}) {
     AdjustmentModel m;
     m.mode = AdjustmentMode::mse_shared;
@@ -72,17 +73,17 @@ TEST_CASE("Stations that share references: 3x3 systems against least squares of 
 
 TEST_CASE("The position moves as the attitudes of all stations do") {
   // Effects on I and A of every station, by least squares, carried through minimum curvature by finite differences.
-  const Survey well = a_well(4);
+  const survey::Survey well = a_well(4);
   AdjustmentModel m;
   m.mode = AdjustmentMode::mse_shared;
   m.systematic_terms = true;
   m.field.declination = 7 * kDegree;
   const LeastSquares l = least_squares(m, attitudes(well, m.field.declination));
   const WellReliability r = reliability_along_well(m, well, kLambda);
-  const auto end = [](const Survey& s) { return minimum_curvature_positions(s).back(); };
+  const auto end = [](const survey::Survey& s) { return survey::minimum_curvature_positions(s).back(); };
   const auto moved = [&](const Eigen::VectorXd& effect, double size) {
     const double h = 1e-6;
-    Survey up = well, down = well;
+    survey::Survey up = well, down = well;
     for (std::size_t k = 0; k < 4; ++k) {
       const auto at = static_cast<Index>(3 * k);
       up.stations[k].inclination += h * effect[at] * size;
@@ -113,7 +114,7 @@ TEST_CASE("The position moves as the attitudes of all stations do") {
 }
 
 TEST_CASE("Stations on their own are the points of the maps") {
-  const Survey well = a_well(6);
+  const survey::Survey well = a_well(6);
   for (const AdjustmentMode mode : {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed}) {
     AdjustmentModel m;
     m.mode = mode;
@@ -138,7 +139,7 @@ TEST_CASE("Many stations at one attitude are the kernel's mse_shared") {
   m.mode = AdjustmentMode::mse_shared;
   m.systematic_terms = true;
   m.stations = 12;
-  Survey well;
+  survey::Survey well;
   for (int k = 0; k < 12; ++k) well.stations.push_back({30.0 * k, 0.6, 1.9, 0.8});
   const auto alone = station_reliability(m, {0.6, 1.9, 0.8}, kLambda);
   const WellReliability r = reliability_along_well(m, well, kLambda);
@@ -150,7 +151,7 @@ TEST_CASE("Many stations at one attitude are the kernel's mse_shared") {
 }
 
 TEST_CASE("A vertical station has an effect on the position, and none on angles it has not") {
-  Survey well = a_well(3);
+  survey::Survey well = a_well(3);
   well.stations[1].inclination = 0;
   for (const AdjustmentMode mode : {AdjustmentMode::sse, AdjustmentMode::mse_shared}) {
     AdjustmentModel m;
@@ -168,15 +169,15 @@ TEST_CASE("Errors that are just found, without linearisation: against the adjust
   // The near-vertical stations of a_well are where linear theory is worst. What is left is the curvature of the other
   // stations, whose adjusted readings move by tenths of their sd: parts in a thousand of the shift. The bound of the
   // position with systematic terms was set after it was seen: .8 % with four stations.
-  const Survey well = a_well(4);
-  const auto end = [](const Survey& s) { return minimum_curvature_positions(s).back(); };
+  const survey::Survey well = a_well(4);
+  const auto end = [](const survey::Survey& s) { return survey::minimum_curvature_positions(s).back(); };
   for (const bool systematic : {false, true}) {
     AdjustmentModel m;
     m.mode = AdjustmentMode::mse_shared;
     m.systematic_terms = systematic;
     m.field.declination = 7 * kDegree;
     StationReadings y{{}, {m.field.gravity, m.field.total, m.field.dip}};
-    for (const Attitude& at : attitudes(well, m.field.declination)) {
+    for (const survey::Attitude& at : attitudes(well, m.field.declination)) {
       const Observations of = true_observations(at, m.field);
       y.readings.push_back({of[0], of[1], of[2], of[3], of[4], of[5]});
     }
@@ -194,7 +195,7 @@ TEST_CASE("Errors that are just found, without linearisation: against the adjust
           const StationAdjustment a = adjust(m, with, variances);
           REQUIRE(a.converged);
           CHECK_THAT(std::sqrt(a.omega), WithinRel(kLambda, 5e-3));
-          Survey moved = well;
+          survey::Survey moved = well;
           for (std::size_t l = 0; l < 4; ++l) {
             moved.stations[l].inclination = a.attitudes[l].inclination;
             moved.stations[l].azimuth = a.attitudes[l].azimuth + m.field.declination;
@@ -209,7 +210,7 @@ TEST_CASE("Errors that are just found, without linearisation: against the adjust
 }
 
 TEST_CASE("On their own, errors that are just found are those of the maps, and small ones are linear") {
-  const Survey well = a_well(4);
+  const survey::Survey well = a_well(4);
   for (const AdjustmentMode mode : {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed}) {
     AdjustmentModel m;
     m.mode = mode;

@@ -9,6 +9,7 @@
 #include "reliability/snooping.h"
 
 using namespace surveymc;
+using namespace surveymc::reliability;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
 using Eigen::Index;
@@ -19,7 +20,7 @@ constexpr Index kBx = 3;
 const double kLambda = lambda0({1e-4, Tails::one, 0.8});
 const double kCritical = w_critical({1e-4, Tails::one, 0.8});
 
-Attitude degrees(double inclination, double toolface, double azimuth) {
+survey::Attitude degrees(double inclination, double toolface, double azimuth) {
   return {inclination * kDegree, azimuth * kDegree, toolface * kDegree};
 }
 
@@ -42,9 +43,9 @@ TEST_CASE("Trials on lanes are those of the general adjustment") {
     for (const double inclination : {0.0, 1e-8, 30.0, 90.0, 150.0, 180.0})
       for (const double toolface : {0.0, 45.0, 200.0}) {
         const GrossErrorTrials trials(model_of(mode), {degrees(inclination, toolface, 60)}, {{kBx, 1500}, {2, -0.05}},
-                                      Stream(3, 20));
+                                      random::Stream(3, 20));
         REQUIRE(trials.on_lanes());
-        LaneArray without(2, kTestRows), with(2, kTestRows);
+        survey::LaneArray without(2, kTestRows), with(2, kTestRows);
         trials.simulate(8, without, with, 2);
         for (int t = 0; t < 16; t += 5)
           for (const bool with_errors : {false, true}) {
@@ -65,8 +66,9 @@ TEST_CASE("Trials on lanes are those of the general adjustment") {
 }
 
 TEST_CASE("One lane does not depend on its neighbours") {
-  const GrossErrorTrials trials(model_of(AdjustmentMode::sse), {degrees(30, 2, 2)}, {{kBx, 9000}}, Stream(3, 20));
-  LaneArray a(2, kTestRows), b(2, kTestRows), c(1, kTestRows), d(1, kTestRows);
+  const GrossErrorTrials trials(model_of(AdjustmentMode::sse), {degrees(30, 2, 2)}, {{kBx, 9000}},
+                                random::Stream(3, 20));
+  survey::LaneArray a(2, kTestRows), b(2, kTestRows), c(1, kTestRows), d(1, kTestRows);
   trials.simulate(0, a, b, 2);
   trials.simulate(8, c, d, 1);
   for (int t = 0; t < 8; ++t)
@@ -79,8 +81,8 @@ TEST_CASE("One lane does not depend on its neighbours") {
 TEST_CASE("Readings of a trial: the errors are added to the same noise") {
   AdjustmentModel m = model_of(AdjustmentMode::mse_shared);
   m.systematic_terms = true;
-  const std::vector<Attitude> at{degrees(45, 185, 100), degrees(45, 261, 100)};
-  const GrossErrorTrials trials(m, at, {{9, 500}, {13, -90}}, Stream(3, 20));
+  const std::vector<survey::Attitude> at{degrees(45, 185, 100), degrees(45, 261, 100)};
+  const GrossErrorTrials trials(m, at, {{9, 500}, {13, -90}}, random::Stream(3, 20));
   CHECK_FALSE(trials.on_lanes());
   const StationReadings a = trials.readings(7, false), b = trials.readings(7, true), other = trials.readings(8, false);
   for (std::size_t k = 0; k < 2; ++k)
@@ -96,8 +98,8 @@ TEST_CASE("Noise has the variances of the adjustment, systematic terms included"
   // Variance of a reading over the trials: noise, and bias and scale factor common to the stations (their covariance).
   AdjustmentModel m = model_of(AdjustmentMode::mse_shared);
   m.systematic_terms = true;
-  const std::vector<Attitude> at{degrees(45, 185, 100), degrees(45, 185, 100)};
-  const GrossErrorTrials trials(m, at, {}, Stream(3, 20));
+  const std::vector<survey::Attitude> at{degrees(45, 185, 100), degrees(45, 185, 100)};
+  const GrossErrorTrials trials(m, at, {}, random::Stream(3, 20));
   const double truth = trials.readings_without_noise(false).readings[0][5];
   double square = 0, product = 0;
   constexpr int kTrials = 20000;
@@ -114,12 +116,12 @@ TEST_CASE("Noise has the variances of the adjustment, systematic terms included"
 
 TEST_CASE("An error of exactly the minimal detectable size is found in 80 % of the trials; blamed, in fewer") {
   const AdjustmentModel m;
-  const Attitude at = degrees(30, 45, 60);
+  const survey::Attitude at = degrees(30, 45, 60);
   const double detectable = kLambda / sensitivities(linear_model(m, {at}))[kBx];
-  const GrossErrorTrials trials(m, {at}, {{kBx, detectable}}, Stream(1, 20));
+  const GrossErrorTrials trials(m, {at}, {{kBx, detectable}}, random::Stream(1, 20));
   constexpr int kTrials = 40000;
-  LaneArray without(kTrials / kGroup, kTestRows), with(kTrials / kGroup, kTestRows);
-  trials.simulate(0, without, with, kTrials / kGroup);
+  survey::LaneArray without(kTrials / simd::kGroup, kTestRows), with(kTrials / simd::kGroup, kTestRows);
+  trials.simulate(0, without, with, kTrials / simd::kGroup);
   int detected = 0, identified = 0;
   for (int t = 0; t < kTrials; ++t) {
     const TrialTests tests = GrossErrorTrials::tests_of(with, t);
@@ -186,8 +188,8 @@ TEST_CASE("Rates are probabilities, however large the shift") {
 
 TEST_CASE("Trials near horizontal in sse_axial converge: on lanes, or one by one") {
   const GrossErrorTrials trials(model_of(AdjustmentMode::sse_axial), {degrees(85, 45, 85)}, {{kBx, 673}},
-                                Stream(3, 20));
-  LaneArray without(64, kTestRows), with(64, kTestRows);
+                                random::Stream(3, 20));
+  survey::LaneArray without(64, kTestRows), with(64, kTestRows);
   trials.simulate(0, without, with, 64);
   int converged = 0;
   for (int t = 0; t < 512; ++t)

@@ -9,6 +9,7 @@
 #include "reliability/significance.h"
 
 using namespace surveymc;
+using namespace surveymc::reliability;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
 
@@ -17,7 +18,7 @@ namespace {
 constexpr std::size_t kBx = index_of(Observation::bx), kDip = index_of(Observation::dip);
 const double kLambda = lambda0({1e-4, Tails::one, 0.8});
 
-Attitude degrees(double inclination, double toolface, double azimuth) {
+survey::Attitude degrees(double inclination, double toolface, double azimuth) {
   return {inclination * kDegree, azimuth * kDegree, toolface * kDegree};
 }
 AdjustmentModel shared_by(int stations, bool systematic) {
@@ -29,7 +30,7 @@ AdjustmentModel shared_by(int stations, bool systematic) {
 }
 
 /// The oracle: all stations adjusted together, without linearisation, the error in the first one.
-double shift_of_all(const AdjustmentModel& m, const Attitude& at, std::size_t observation, double nabla) {
+double shift_of_all(const AdjustmentModel& m, const survey::Attitude& at, std::size_t observation, double nabla) {
   const Observations y = true_observations(at, m.field);
   std::array<double, kReadings> readings;
   std::copy_n(y.begin(), kReadings, readings.begin());
@@ -47,7 +48,8 @@ double shift_of_all(const AdjustmentModel& m, const Attitude& at, std::size_t ob
 TEST_CASE("The shift in a shared adjustment is that of the adjustment of all its stations") {
   for (const bool systematic : {false, true})
     for (const int stations : {1, 2, 5})
-      for (const Attitude& at : {degrees(30, 45, 60), degrees(30, 2, 2), degrees(90, 0, 90), degrees(0, 20, 10)}) {
+      for (const survey::Attitude& at :
+           {degrees(30, 45, 60), degrees(30, 2, 2), degrees(90, 0, 90), degrees(0, 20, 10)}) {
         const AdjustmentModel m = shared_by(stations, systematic);
         const std::pair<std::size_t, double> errors[] = {{0, 0.04}, {2, -0.06}, {kBx, 1500}, {kBx, -2500},
                                                          {5, 900},  {6, -0.02}, {7, 400},    {kDip, 0.01}};
@@ -64,7 +66,7 @@ TEST_CASE("The shift in a shared adjustment is that of the adjustment of all its
 TEST_CASE("Small errors in a shared adjustment show as linear theory says") {
   for (const bool systematic : {false, true}) {
     const AdjustmentModel m = shared_by(30, systematic);
-    const Attitude at = degrees(50, 20, 200);
+    const survey::Attitude at = degrees(50, 20, 200);
     const auto linear = station_reliability(m, at, kLambda);
     for (std::size_t o = 0; o < kObservations; ++o) {
       const double small = 1e-3 * linear[o].detectable;  // curvature is of the order of its ratio to the field
@@ -77,7 +79,7 @@ TEST_CASE("Nonlinear minimal detectable errors of multi-station modes near weak 
   for (const bool systematic : {false, true}) {
     const AdjustmentModel m = shared_by(3, systematic);
     for (const int sign : {1, -1})
-      for (const Attitude& at : {degrees(30, 2, 2), degrees(30, 0, 0), degrees(70, 90, 60)}) {
+      for (const survey::Attitude& at : {degrees(30, 2, 2), degrees(30, 0, 0), degrees(70, 90, 60)}) {
         const double nabla = nonlinear_detectable_error(m, at, kBx, kLambda, sign);
         REQUIRE(std::isfinite(nabla));
         CHECK(nabla * sign > 0);
@@ -152,19 +154,19 @@ TEST_CASE("Where Gauss-Newton goes round, the adjustment still converges, to a m
   const StationAdjustment a = adjust(m, readings, variances);
   REQUIRE(a.converged);
   // No other value of bz, which is free, nor of the tool's direction lowers Omega: a brute search over both
-  const auto omega = [&](const Attitude& at, double gravity, double total, double dip) {
-    const Vec3<double> g = scale(gravity, down_T(at)), b = magnetic_T(at, total, dip);
+  const auto omega = [&](const survey::Attitude& at, double gravity, double total, double dip) {
+    const survey::Vec3<double> g = scale(gravity, survey::down_T(at)), b = survey::magnetic_T(at, total, dip);
     const double e[] = {y[0] - g.x, y[1] - g.y, y[2] - g.z, y[3] - b.x, y[4] - b.y};
     double sum = 0;
     for (int i = 0; i < 5; ++i) sum += e[i] * e[i] / variances[i];
     return sum + std::pow(of[6] - gravity, 2) / variances[6] + std::pow(of[7] - total, 2) / variances[7] +
            std::pow(of[8] - dip, 2) / variances[8];
   };
-  const Attitude& best = a.attitudes.front();
+  const survey::Attitude& best = a.attitudes.front();
   CHECK_THAT(omega(best, a.references[0], a.references[1], a.references[2]), WithinRel(a.omega, 1e-9));
   for (int i = 0; i < 6; ++i)
     for (const double h : {1e-4, -1e-4, 1e-2, -1e-2}) {
-      Attitude at = best;
+      survey::Attitude at = best;
       std::array<double, 3> r = a.references;
       double* unknown[] = {&at.inclination, &at.azimuth, &at.toolface, &r[0], &r[1], &r[2]};
       *unknown[i] *= 1 + h;
@@ -192,7 +194,7 @@ TEST_CASE("Minimal detectable errors in sse_axial are finite near horizontal") {
 
 TEST_CASE("An error that the general test finds may show in the tests of other readings") {
   const AdjustmentModel m;
-  const Attitude at = degrees(30, 12, 150);
+  const survey::Attitude at = degrees(30, 12, 150);
   const double general = nonlinear_detectable_error(m, at, kBx, kLambda, -1),
                own = nonlinear_detectable_error(m, at, kBx, kLambda, -1, DetectedBy::own_test);
   CHECK_THAT(error_shift(m, at, kBx, general).general, WithinRel(kLambda, 1e-8));

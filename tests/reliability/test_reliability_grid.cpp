@@ -9,6 +9,7 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::reliability;
 using namespace surveymc::test;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
@@ -23,7 +24,7 @@ AdjustmentModel model_of(AdjustmentMode mode) {
   m.mode = mode;
   return m;
 }
-Attitude degrees(double inclination, double toolface, double azimuth) {
+survey::Attitude degrees(double inclination, double toolface, double azimuth) {
   return {inclination * kDegree, azimuth * kDegree, toolface * kDegree};
 }
 
@@ -37,8 +38,8 @@ void check_redundancy(double r, double expected) {
     CHECK_THAT(r, WithinAbs(expected, 1e-9));
 }
 
-void check_against_oracle(const AdjustmentModel& model, const Attitude& at, int stations) {
-  const LeastSquares l = least_squares(model, std::vector<Attitude>(static_cast<std::size_t>(stations), at));
+void check_against_oracle(const AdjustmentModel& model, const survey::Attitude& at, int stations) {
+  const LeastSquares l = least_squares(model, std::vector<survey::Attitude>(static_cast<std::size_t>(stations), at));
   const auto all = station_reliability(model, at, kLambda);
   for (std::size_t o = 0; o < kObservations; ++o) {
     if (!is_observed(model.mode, o)) {
@@ -94,8 +95,9 @@ TEST_CASE("Three conditions give what nine by six least squares gives") {
   shared.stations = 4;
   systematic.stations = 3;
   systematic.systematic_terms = true;
-  for (const Attitude& at : {degrees(30, 45, 60), degrees(70, 120, 100), degrees(5, 200, 310), degrees(120, 33, 250),
-                             degrees(88, 271, 91), degrees(45, 0, 180), degrees(30, 90, 90), degrees(60, 10, 0.5)}) {
+  for (const survey::Attitude& at :
+       {degrees(30, 45, 60), degrees(70, 120, 100), degrees(5, 200, 310), degrees(120, 33, 250), degrees(88, 271, 91),
+        degrees(45, 0, 180), degrees(30, 90, 90), degrees(60, 10, 0.5)}) {
     check_against_oracle(model_of(AdjustmentMode::sse), at, 1);
     check_against_oracle(model_of(AdjustmentMode::sse_axial), at, 1);
     check_against_oracle(model_of(AdjustmentMode::mse_fixed), at, 1);
@@ -107,7 +109,7 @@ TEST_CASE("Three conditions give what nine by six least squares gives") {
 TEST_CASE("Redundancy numbers add up to the redundancy") {
   for (const AdjustmentMode mode :
        {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed, AdjustmentMode::mse_shared})
-    for (const Attitude& at : difficult_attitudes()) {
+    for (const survey::Attitude& at : difficult_attitudes()) {
       AdjustmentModel m = model_of(mode);
       m.stations = 7;
       // In a horizontal hole to the east or west the azimuth is lost with bz, and one unknown less leaves one more
@@ -206,7 +208,7 @@ TEST_CASE("Exact symmetries of the maps") {
 TEST_CASE("A missing bz is a bz with an unknown bias") {
   AdjustmentModel loose = model_of(AdjustmentMode::sse);
   loose.sigma.axial_interference = 1e6;  // nT: what is left of bz is (700 nT / 1e6 nT)^2 = 5e-7 of a redundancy of 1
-  for (const Attitude& at : {degrees(30, 45, 60), degrees(70, 120, 100), degrees(85, 10, 300)}) {
+  for (const survey::Attitude& at : {degrees(30, 45, 60), degrees(70, 120, 100), degrees(85, 10, 300)}) {
     const auto without = station_reliability(model_of(AdjustmentMode::sse_axial), at, kLambda);
     const auto unknown = station_reliability(loose, at, kLambda);
     for (std::size_t o = 0; o < kObservations; ++o) {

@@ -5,6 +5,7 @@
 #include "reliability/significance.h"
 
 using namespace surveymc;
+using namespace surveymc::reliability;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
 

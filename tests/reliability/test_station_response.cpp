@@ -12,6 +12,7 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::reliability;
 using namespace surveymc::test;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
@@ -28,7 +29,9 @@ struct Place {
 StationResponse response_of(const AdjustmentModel& m, const Place& p) {
   return {m, station_sines(p.inclination, p.toolface, p.azimuth, m.field.dip / kDegree)};
 }
-Attitude attitude_of(const Place& p) { return {p.inclination * kDegree, p.azimuth * kDegree, p.toolface * kDegree}; }
+survey::Attitude attitude_of(const Place& p) {
+  return {p.inclination * kDegree, p.azimuth * kDegree, p.toolface * kDegree};
+}
 AdjustmentModel model_of(AdjustmentMode mode, int stations = 1, bool systematic = false) {
   AdjustmentModel m;
   m.mode = mode;
@@ -59,7 +62,7 @@ TEST_CASE("Residuals and effects of an error are those of least squares") {
     for (const Place& p : {Place{30, 45, 60}, Place{70, 120, 100}, Place{5, 200, 310}, Place{120, 33, 250},
                            Place{88, 271, 91}, Place{45, 0, 180}}) {
       const std::size_t stations = m.mode == AdjustmentMode::mse_shared ? static_cast<std::size_t>(m.stations) : 1;
-      const LeastSquares l = least_squares(m, std::vector<Attitude>(stations, attitude_of(p)));
+      const LeastSquares l = least_squares(m, std::vector<survey::Attitude>(stations, attitude_of(p)));
       const StationResponse response = response_of(m, p);
       for (std::size_t o = 0; o < kObservations; ++o) {
         if (!is_observed(m.mode, o)) continue;
@@ -92,7 +95,7 @@ TEST_CASE("The information matrix has the redundancy numbers, and the correlatio
   for (const AdjustmentModel& m : all_models()) {
     const Place p{50, 20, 200};
     const std::size_t stations = m.mode == AdjustmentMode::mse_shared ? static_cast<std::size_t>(m.stations) : 1;
-    const ParityModel parity = linear_model(m, std::vector<Attitude>(stations, attitude_of(p)));
+    const ParityModel parity = linear_model(m, std::vector<survey::Attitude>(stations, attitude_of(p)));
     const StationResponse::Matrix9 h = response_of(m, p).information();
     const Observations sd = response_of(m, p).sd();
     for (const std::size_t i : observed(m.mode))
@@ -166,7 +169,7 @@ TEST_CASE("A field error towards magnetic east shows in no test, and turns the a
   // It is at right angles to the field and to gravity: neither |b| nor the dip changes, while b turns by error/(B cosD)
   for (const AdjustmentModel& m : {model_of(AdjustmentMode::sse), model_of(AdjustmentMode::mse_fixed)})
     for (const Place& p : {Place{30, 45, 60}, Place{70, 120, 100}, Place{120, 33, 250}}) {
-      const Vec3<double> east = cross(down_T(attitude_of(p)), magnetic_T(attitude_of(p), 1, 0));
+      const survey::Vec3<double> east = cross(survey::down_T(attitude_of(p)), survey::magnetic_T(attitude_of(p), 1, 0));
       Observations error{};
       error[3] = 1000 * east.x;
       error[4] = 1000 * east.y;

@@ -7,6 +7,7 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::sensor;
 
 TEST_CASE("Clean readings are gain times field plus bias; the first station of tests 3 and 4") {
   // thesis spec, expected numbers, in uT
@@ -34,15 +35,15 @@ TEST_CASE("Noise laws have their mean and variance") {
     noise.law = law;
     noise.magnetometer = 70;
     constexpr int trials = 4096;
-    ReadingBlock block = make_reading_block(trials, c.survey.size(), noise);
-    simulate_readings(clean, c.field, noise, Stream(3, 1), 0, block);
+    survey::ReadingBlock block = make_reading_block(trials, c.survey.size(), noise);
+    simulate_readings(clean, c.field, noise, random::Stream(3, 1), 0, block);
     Eigen::MatrixXd x(1, trials * 30);
     for (int t = 0; t < trials; ++t)
       for (int r = 0; r < 30; ++r) {
-        const Vec3<double>& m = clean.magnetic_T[static_cast<std::size_t>(r / 3)];
+        const survey::Vec3<double>& m = clean.magnetic_T[static_cast<std::size_t>(r / 3)];
         x(0, t * 30 + r) = block.magnetic.value(t, r) - (r % 3 == 0 ? m.x : r % 3 == 1 ? m.y : m.z);
       }
-    const Moments m = Moments::of(x.transpose());
+    const stats::Moments m = stats::Moments::of(x.transpose());
     const double n = static_cast<double>(m.count), sd = 70 * std::sqrt(unit_noise_variance(law));
     CAPTURE(static_cast<int>(law));
     CHECK(std::abs(m.mean[0] - 70 * unit_noise_mean(law)) < 4 * sd / std::sqrt(n));
@@ -60,12 +61,12 @@ TEST_CASE("The reference is one draw a run or one a station, and exact without n
   noise.reference_dip = 0.16 * kDegree;
   const auto block_of = [&](ReferenceNoise per) {
     noise.reference = per;
-    ReadingBlock b = make_reading_block(16, c.survey.size(), noise);
-    simulate_readings(clean, c.field, noise, Stream(3, 1), 0, b);
+    survey::ReadingBlock b = make_reading_block(16, c.survey.size(), noise);
+    simulate_readings(clean, c.field, noise, random::Stream(3, 1), 0, b);
     return b;
   };
-  const ReadingBlock none = block_of(ReferenceNoise::none), run = block_of(ReferenceNoise::per_run),
-                     station = block_of(ReferenceNoise::per_station);
+  const survey::ReadingBlock none = block_of(ReferenceNoise::none), run = block_of(ReferenceNoise::per_run),
+                             station = block_of(ReferenceNoise::per_station);
   CHECK(std::abs(none.reference.value(3, 0) - 51000 * std::cos(72 * kDegree)) < 1e-10);
   CHECK(std::abs(none.reference.value(3, 1) - 51000 * std::sin(72 * kDegree)) < 1e-10);
   CHECK(run.reference_stride == 0);
@@ -73,13 +74,14 @@ TEST_CASE("The reference is one draw a run or one a station, and exact without n
   CHECK(station.reference.value(3, 0) == run.reference.value(3, 0));  // station 0 has the address of the run
   CHECK(station.reference.value(3, 2) != station.reference.value(3, 0));
   // Total and dip come back with the draws of their address.
-  const Stream stream(3, 1);
+  const random::Stream stream(3, 1);
   for (int t = 0; t < 16; ++t) {
     const double h = run.reference.value(t, 0), v = run.reference.value(t, 1);
     const auto trial = static_cast<std::uint64_t>(t);
-    CHECK(std::abs(std::hypot(h, v) - (51000 + 107 * stream.normal(trial, Channel::reference_field, 0))) < 1e-9);
-    CHECK(std::abs(std::atan2(v, h) - (72 + 0.16 * stream.normal(trial, Channel::reference_field, 1)) * kDegree) <
-          1e-14);
+    CHECK(std::abs(std::hypot(h, v) - (51000 + 107 * stream.normal(trial, random::Channel::reference_field, 0))) <
+          1e-9);
+    CHECK(std::abs(std::atan2(v, h) -
+                   (72 + 0.16 * stream.normal(trial, random::Channel::reference_field, 1)) * kDegree) < 1e-14);
   }
 }
 
@@ -90,18 +92,18 @@ TEST_CASE("Accelerometer noise tilts the down direction by noise over gravity an
   noise.accelerometer = 0.01;
   noise.law = NoiseLaw::uniform_half_open;  // speaks of magnetometers only
   constexpr int trials = 4096;
-  ReadingBlock block = make_reading_block(trials, c.survey.size(), noise);
-  simulate_readings(clean, c.field, noise, Stream(3, 1), 0, block);
+  survey::ReadingBlock block = make_reading_block(trials, c.survey.size(), noise);
+  simulate_readings(clean, c.field, noise, random::Stream(3, 1), 0, block);
   Eigen::MatrixXd tilt(2, trials);
-  const Vec3<double> u = down_T(magnetic_attitude(c.survey.stations[0], 0));
-  const Vec3<double> across = scale(1 / std::hypot(u.y, u.z), Vec3<double>{0, -u.z, u.y});
+  const survey::Vec3<double> u = survey::down_T(survey::magnetic_attitude(c.survey.stations[0], 0));
+  const survey::Vec3<double> across = scale(1 / std::hypot(u.y, u.z), survey::Vec3<double>{0, -u.z, u.y});
   for (int t = 0; t < trials; ++t) {
-    const Vec3<double> v{block.down.value(t, 0), block.down.value(t, 1), block.down.value(t, 2)};
+    const survey::Vec3<double> v{block.down.value(t, 0), block.down.value(t, 1), block.down.value(t, 2)};
     CHECK(std::abs(norm(v) - 1) < 4e-16);
     tilt(0, t) = dot(v, across);
     tilt(1, t) = dot(v - u, cross(u, across));
   }
-  const Moments m = Moments::of(tilt.transpose());
+  const stats::Moments m = stats::Moments::of(tilt.transpose());
   for (int i = 0; i < 2; ++i) {
     CHECK(std::abs(m.mean[i]) < 4 * (0.01 / 9.80665) / std::sqrt(trials));
     CHECK(std::sqrt(m.variance(i)) / (0.01 / 9.80665) == Approx(1).margin(4 / std::sqrt(2.0 * trials)));
@@ -116,10 +118,10 @@ TEST_CASE("A trial has the same readings in whatever batch it comes") {
   noise.accelerometer = 0.01;
   noise.reference = ReferenceNoise::per_run;
   noise.reference_total = 107;
-  ReadingBlock large = make_reading_block(64, c.survey.size(), noise),
-               small = make_reading_block(8, c.survey.size(), noise);
-  simulate_readings(clean, c.field, noise, Stream(8, 1), 512, large);
-  simulate_readings(clean, c.field, noise, Stream(8, 1), 512 + 40, small);
+  survey::ReadingBlock large = make_reading_block(64, c.survey.size(), noise),
+                       small = make_reading_block(8, c.survey.size(), noise);
+  simulate_readings(clean, c.field, noise, random::Stream(8, 1), 512, large);
+  simulate_readings(clean, c.field, noise, random::Stream(8, 1), 512 + 40, small);
   for (int t = 0; t < 8; ++t) {
     for (int r = 0; r < 3 * c.survey.size(); ++r) {
       REQUIRE(small.magnetic.value(t, r) == large.magnetic.value(40 + t, r));
@@ -132,7 +134,7 @@ TEST_CASE("A trial has the same readings in whatever batch it comes") {
 TEST_CASE("Antithetic trials 2j and 2j + 1 have the draws of trial j and their negatives") {
   const test::ThesisCase c = test::thesis_case(4);
   const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
-  const Stream stream(8, 1);
+  const random::Stream stream(8, 1);
   NoiseModel noise;
   noise.magnetometer = 70;
   noise.accelerometer = 0.01;
@@ -148,15 +150,16 @@ TEST_CASE("Antithetic trials 2j and 2j + 1 have the draws of trial j and their n
     for (const ReferenceNoise per : {ReferenceNoise::per_run, ReferenceNoise::per_station}) {
       noise.law = law;
       noise.reference = per;
-      const auto simulate = [&](bool antithetic, int begin, int count, LaneArray& sums) {
+      const auto simulate = [&](bool antithetic, int begin, int count, survey::LaneArray& sums) {
         noise.antithetic = antithetic;
-        ReadingBlock b = make_reading_block(count, c.survey.size(), noise);
+        survey::ReadingBlock b = make_reading_block(count, c.survey.size(), noise);
         simulate_readings(clean, c.field, noise, stream, static_cast<std::uint64_t>(begin), b, &weights, &sums);
         return b;
       };
-      LaneArray pair_sums(groups_for(trials), NoiseWeights::kSums), own_sums(groups_for(trials), NoiseWeights::kSums);
-      const ReadingBlock pairs = simulate(true, first, trials, pair_sums),
-                         own = simulate(false, first / 2, trials / 2, own_sums);
+      survey::LaneArray pair_sums(survey::groups_for(trials), NoiseWeights::kSums),
+          own_sums(survey::groups_for(trials), NoiseWeights::kSums);
+      const survey::ReadingBlock pairs = simulate(true, first, trials, pair_sums),
+                                 own = simulate(false, first / 2, trials / 2, own_sums);
       for (int t = 0; t < trials; ++t) {
         const double sign = t % 2 == 0 ? 1 : -1;
         for (int q = 0; q < NoiseWeights::kSums; ++q)
@@ -167,16 +170,16 @@ TEST_CASE("Antithetic trials 2j and 2j + 1 have the draws of trial j and their n
           REQUIRE(std::abs(pairs.magnetic.value(t, r) - truth - sign * noise_of_own) < 2e-11);  // two roundings of 1e5
           if (law == NoiseLaw::gaussian)
             REQUIRE(std::abs(noise_of_own - 70 * stream.normal(static_cast<std::uint64_t>((first + t) / 2),
-                                                               Channel::magnetometer_noise,
+                                                               random::Channel::magnetometer_noise,
                                                                static_cast<std::uint32_t>(r))) < 2e-11);
           if (sign > 0) REQUIRE(pairs.down.value(t, r) == own.down.value(t / 2, r));
         }
         const int references = per == ReferenceNoise::per_station ? c.survey.size() : 1;
         for (int k = 0; k < references; ++k) {
-          const auto total = [&](const ReadingBlock& b, int trial) {
+          const auto total = [&](const survey::ReadingBlock& b, int trial) {
             return std::hypot(b.reference.value(trial, 2 * k), b.reference.value(trial, 2 * k + 1)) - 51000;
           };
-          const auto dip = [&](const ReadingBlock& b, int trial) {
+          const auto dip = [&](const survey::ReadingBlock& b, int trial) {
             return std::atan2(b.reference.value(trial, 2 * k + 1), b.reference.value(trial, 2 * k)) - 72 * kDegree;
           };
           REQUIRE(std::abs(total(pairs, t) - sign * total(own, t / 2)) < 1e-9);
@@ -185,12 +188,12 @@ TEST_CASE("Antithetic trials 2j and 2j + 1 have the draws of trial j and their n
         if (sign < 0)  // gravity plus and minus one noise: before normalising, their mean is the clean reading
           for (int k = 0; k < c.survey.size(); ++k) {
             const auto down = [&](int trial) {
-              return Vec3<double>{pairs.down.value(trial, 3 * k), pairs.down.value(trial, 3 * k + 1),
-                                  pairs.down.value(trial, 3 * k + 2)};
+              return survey::Vec3<double>{pairs.down.value(trial, 3 * k), pairs.down.value(trial, 3 * k + 1),
+                                          pairs.down.value(trial, 3 * k + 2)};
             };
             const auto at = static_cast<std::size_t>(k);
-            const Vec3<double> u = scale(1 / norm(clean.gravity_T[at]), clean.gravity_T[at]);
-            const Vec3<double> plus = down(t - 1), minus = down(t);
+            const survey::Vec3<double> u = scale(1 / norm(clean.gravity_T[at]), clean.gravity_T[at]);
+            const survey::Vec3<double> plus = down(t - 1), minus = down(t);
             // Opposite tilts: plus, u and minus lie in one plane.
             CHECK(std::abs(dot(plus, cross(u, minus))) < 1e-15);
           }

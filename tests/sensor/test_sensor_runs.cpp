@@ -8,11 +8,12 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::sensor;
 
 namespace {
 
-ReferenceField reference(double dip_deg) {
-  ReferenceField f;
+survey::ReferenceField reference(double dip_deg) {
+  survey::ReferenceField f;
   f.total = 50000;
   f.dip = dip_deg * kDegree;
   f.declination = -4 * kDegree;
@@ -20,8 +21,8 @@ ReferenceField reference(double dip_deg) {
 }
 
 /// Build from the vertical, through the horizontal, and up.
-Survey winding_well() {
-  Survey s;
+survey::Survey winding_well() {
+  survey::Survey s;
   for (int k = 0; k < 14; ++k)
     s.stations.push_back({30.0 * k + (k > 4 ? 3.5 : 0),
                           (k < 3    ? 0.0
@@ -33,48 +34,51 @@ Survey winding_well() {
 }
 
 /// The chain as one would write it: readings, inclination and azimuth, then the position of the last station.
-Eigen::Vector3d readable_position(const Survey& survey, const ReferenceField& field,
-                                  const std::vector<double>& toolface, const double* e, PositionMethod method,
+Eigen::Vector3d readable_position(const survey::Survey& survey, const survey::ReferenceField& field,
+                                  const std::vector<double>& toolface, const double* e, survey::PositionMethod method,
                                   int last) {
-  Survey measured;
+  survey::Survey measured;
   for (std::size_t k = 0; k < survey.stations.size() && static_cast<int>(k) <= last; ++k) {
-    Attitude at = magnetic_attitude(survey.stations[k], field.declination);
+    survey::Attitude at = survey::magnetic_attitude(survey.stations[k], field.declination);
     at.toolface = toolface[k];
-    const Vec3<double> g = scale(field.gravity, down_T(at)), b = magnetic_T(at, field.total, field.dip);
-    const Vec3<double> gm{(1 + e[3]) * g.x + e[0], (1 + e[4]) * g.y + e[1], (1 + e[5]) * g.z + e[2]};
-    const Vec3<double> bm{(1 + e[9]) * b.x + e[6], (1 + e[10]) * b.y + e[7], (1 + e[11]) * b.z + e[8]};
-    const Attitude seen = attitude_from_fields(gm, bm);
+    const survey::Vec3<double> g = scale(field.gravity, survey::down_T(at)),
+                               b = survey::magnetic_T(at, field.total, field.dip);
+    const survey::Vec3<double> gm{(1 + e[3]) * g.x + e[0], (1 + e[4]) * g.y + e[1], (1 + e[5]) * g.z + e[2]};
+    const survey::Vec3<double> bm{(1 + e[9]) * b.x + e[6], (1 + e[10]) * b.y + e[7], (1 + e[11]) * b.z + e[8]};
+    const survey::Attitude seen = survey::attitude_from_fields(gm, bm);
     measured.stations.push_back({survey.stations[k].md, seen.inclination, seen.azimuth + field.declination, 0});
   }
-  return (method == PositionMethod::minimum_curvature ? minimum_curvature_positions(measured)
-                                                      : balanced_tangential_positions(measured))
+  return (method == survey::PositionMethod::minimum_curvature ? survey::minimum_curvature_positions(measured)
+                                                              : survey::balanced_tangential_positions(measured))
       .back();
 }
 
 }  // namespace
 
 TEST_CASE("Positions of the lanes are those of the readable chain through inclination and azimuth") {
-  const Survey survey = winding_well();
-  const Stream stream(5, 9);
+  const survey::Survey survey = winding_well();
+  const random::Stream stream(5, 9);
   const std::vector<int> reported{0, 1, 5, 13};
   for (const double dip : {-60.0, 72.0})
-    for (const PositionMethod method : {PositionMethod::minimum_curvature, PositionMethod::balanced_tangential})
-      for (const ToolfacePlan& plan : {surveyed_toolfaces(survey), slid(survey.size()), rotated(survey.size()),
-                                       partly_slid(survey.md(), 50, 220)}) {
-        const ReferenceField field = reference(dip);
+    for (const survey::PositionMethod method :
+         {survey::PositionMethod::minimum_curvature, survey::PositionMethod::balanced_tangential})
+      for (const survey::ToolfacePlan& plan :
+           {survey::surveyed_toolfaces(survey), survey::slid(survey.size()), survey::rotated(survey.size()),
+            survey::partly_slid(survey.md(), 50, 220)}) {
+        const survey::ReferenceField field = reference(dip);
         const SensorRunSetup setup =
-            sensor_run_setup(survey, field, equal_axes(0.02, 0.002, 300, 0.005), plan, method, reported);
+            sensor_run_setup(survey, field, survey::equal_axes(0.02, 0.002, 300, 0.005), plan, method, reported);
         SensorRuns runs(21, setup);
         draw_runs(setup, stream, 64, runs);
         run_positions(setup, runs);
         for (const int t : {0, 3, 7, 8, 20}) {
           const auto trial = static_cast<std::uint64_t>(64 + t);
           const std::vector<double> toolface = toolfaces_of_trial(plan, stream, trial);
-          double e[kSensorTerms];
-          for (int i = 0; i < kSensorTerms; ++i) {
+          double e[survey::kSensorTerms];
+          for (int i = 0; i < survey::kSensorTerms; ++i) {
             e[i] = runs.errors.value(t, i);
             CHECK(e[i] == setup.sd[static_cast<std::size_t>(i)] *
-                              stream.normal(trial, Channel::sensor_term, static_cast<std::uint32_t>(i)));
+                              stream.normal(trial, random::Channel::sensor_term, static_cast<std::uint32_t>(i)));
           }
           for (std::size_t r = 0; r < reported.size(); ++r) {
             const Eigen::Vector3d expected = readable_position(survey, field, toolface, e, method, reported[r]);
@@ -88,13 +92,14 @@ TEST_CASE("Positions of the lanes are those of the readable chain through inclin
 }
 
 TEST_CASE("A tie-on has no error: what the first station would have read moves nothing") {
-  const Survey survey = winding_well();
-  const Stream stream(5, 9);
-  const ReferenceField field = reference(72);
+  const survey::Survey survey = winding_well();
+  const random::Stream stream(5, 9);
+  const survey::ReferenceField field = reference(72);
   // An error of the first station alone moves the half leg after it; a second leg does not know it.
   const auto positions = [&](bool tie_on, double accelerometer_bias) {
-    SensorRunSetup setup = sensor_run_setup(survey, field, equal_axes(accelerometer_bias, 0, 0, 0),
-                                            surveyed_toolfaces(survey), PositionMethod::balanced_tangential, {1, 2});
+    SensorRunSetup setup =
+        sensor_run_setup(survey, field, survey::equal_axes(accelerometer_bias, 0, 0, 0),
+                         survey::surveyed_toolfaces(survey), survey::PositionMethod::balanced_tangential, {1, 2});
     setup.first_is_tie_on = tie_on;
     SensorRuns runs(8, setup);
     draw_runs(setup, stream, 0, runs);
@@ -122,14 +127,15 @@ TEST_CASE("A tie-on has no error: what the first station would have read moves n
 }
 
 TEST_CASE("Toolfaces are addressed by station, a slide by its first station") {
-  const Survey survey = winding_well();
-  const Stream stream(11, 9);
-  const ToolfacePlan mixed = partly_slid(survey.md(), 50, 220), own = rotated(survey.size());
+  const survey::Survey survey = winding_well();
+  const random::Stream stream(11, 9);
+  const survey::ToolfacePlan mixed = survey::partly_slid(survey.md(), 50, 220), own = survey::rotated(survey.size());
   const std::vector<double> a = toolfaces_of_trial(mixed, stream, 3), b = toolfaces_of_trial(own, stream, 3);
   CHECK(mixed.first_slid() == 2);
-  for (std::size_t k = 0; k < a.size(); ++k) CHECK(a[k] == (mixed.source[k] == ToolfaceSource::own ? b[k] : b[2]));
-  const SensorRunSetup setup = sensor_run_setup(survey, reference(72), equal_axes(0.004, 0, 0, 0), mixed,
-                                                PositionMethod::minimum_curvature, {13});
+  for (std::size_t k = 0; k < a.size(); ++k)
+    CHECK(a[k] == (mixed.source[k] == survey::ToolfaceSource::own ? b[k] : b[2]));
+  const SensorRunSetup setup = sensor_run_setup(survey, reference(72), survey::equal_axes(0.004, 0, 0, 0), mixed,
+                                                survey::PositionMethod::minimum_curvature, {13});
   SensorRuns runs(8, setup);
   draw_runs(setup, stream, 0, runs);
   for (int k = 0; k < survey.size(); ++k) {
@@ -139,12 +145,13 @@ TEST_CASE("Toolfaces are addressed by station, a slide by its first station") {
 }
 
 TEST_CASE("Without errors the positions are the survey's, whatever the toolface") {
-  const Survey survey = winding_well();
-  const auto exact = minimum_curvature_positions(survey);
-  const SensorRunSetup setup = sensor_run_setup(survey, reference(72), SensorTermArray{}, rotated(survey.size()),
-                                                PositionMethod::minimum_curvature, {2, 13});
+  const survey::Survey survey = winding_well();
+  const auto exact = survey::minimum_curvature_positions(survey);
+  const SensorRunSetup setup =
+      sensor_run_setup(survey, reference(72), survey::SensorTermArray{}, survey::rotated(survey.size()),
+                       survey::PositionMethod::minimum_curvature, {2, 13});
   SensorRuns runs(16, setup);
-  draw_runs(setup, Stream(1, 9), 0, runs);
+  draw_runs(setup, random::Stream(1, 9), 0, runs);
   run_positions(setup, runs);
   for (int t = 0; t < 16; ++t)
     for (int i = 0; i < 3; ++i) {
@@ -154,22 +161,24 @@ TEST_CASE("Without errors the positions are the survey's, whatever the toolface"
 }
 
 TEST_CASE("Small sensor errors spread positions as the covariance says") {
-  const Survey survey = winding_well();
-  const ReferenceField field = reference(72);
-  const SensorTermArray sd = equal_axes(0.0004, 0.00005, 7, 0.00016);  // a tenth: second order is out of sight
+  const survey::Survey survey = winding_well();
+  const survey::ReferenceField field = reference(72);
+  const survey::SensorTermArray sd =
+      survey::equal_axes(0.0004, 0.00005, 7, 0.00016);  // a tenth: second order is out of sight
   constexpr int kTrials = 20000;
-  for (const ToolfacePlan& plan : {surveyed_toolfaces(survey), slid(survey.size()), rotated(survey.size())}) {
+  for (const survey::ToolfacePlan& plan :
+       {survey::surveyed_toolfaces(survey), survey::slid(survey.size()), survey::rotated(survey.size())}) {
     const Eigen::Matrix3d predicted =
-        sensor_error_covariances(survey, field, sd, plan, PositionMethod::minimum_curvature).back();
+        propagate::sensor_error_covariances(survey, field, sd, plan, survey::PositionMethod::minimum_curvature).back();
     const SensorRunSetup setup =
-        sensor_run_setup(survey, field, sd, plan, PositionMethod::minimum_curvature, {survey.size() - 1});
+        sensor_run_setup(survey, field, sd, plan, survey::PositionMethod::minimum_curvature, {survey.size() - 1});
     SensorRuns runs(kTrials, setup);
-    draw_runs(setup, Stream(2, 9), 0, runs);
+    draw_runs(setup, random::Stream(2, 9), 0, runs);
     run_positions(setup, runs);
     Eigen::MatrixXd x(kTrials, 3);
     for (int t = 0; t < kTrials; ++t)
       for (int i = 0; i < 3; ++i) x(t, i) = runs.positions.value(t, i);
-    const Moments m = Moments::of(x);
+    const stats::Moments m = stats::Moments::of(x);
     for (int i = 0; i < 3; ++i) {
       const double relative = m.variance(i) / predicted(i, i) - 1;
       CHECK(std::abs(relative) < 4 * std::sqrt((m.kurtosis(i) - 1) / kTrials));

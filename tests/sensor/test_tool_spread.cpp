@@ -10,6 +10,7 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::sensor;
 
 namespace {
 
@@ -20,19 +21,19 @@ struct Spread {
       : c(test::thesis_case(number)),
         clean(clean_readings(c.survey, c.field, c.errors)),
         block(make_reading_block(trials, c.survey.size(), {})),
-        deviation(groups_for(trials), 6),
-        sums(groups_for(trials), NoiseWeights::kSums) {
-    simulate_readings(clean, c.field, {}, Stream(21, 3), first, block);
-    spread_tools(clean, kSpread, antithetic, Stream(21, 3), first, block, deviation, weights, &sums);
+        deviation(survey::groups_for(trials), 6),
+        sums(survey::groups_for(trials), NoiseWeights::kSums) {
+    simulate_readings(clean, c.field, {}, random::Stream(21, 3), first, block);
+    spread_tools(clean, kSpread, antithetic, random::Stream(21, 3), first, block, deviation, weights, &sums);
   }
   test::ThesisCase c;
   CleanReadings clean;
-  ReadingBlock block;
-  LaneArray deviation, sums;
+  survey::ReadingBlock block;
+  survey::LaneArray deviation, sums;
 };
 
 double size(int i) { return i < 3 ? kSpread.gain : kSpread.bias; }
-double& component(Vec3<double>& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+double& component(survey::Vec3<double>& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
 }  // namespace
 
@@ -40,9 +41,9 @@ TEST_CASE("A drawn tool deviates by the normals of its address, and its readings
   Spread s(3, 512, 16, false);
   for (int t = 0; t < 16; ++t) {
     for (int i = 0; i < 6; ++i)
-      REQUIRE(s.deviation.value(t, i) == size(i) * Stream(21, 3).normal(512 + static_cast<std::uint64_t>(t),
-                                                                        Channel::tool_errors,
-                                                                        static_cast<std::uint32_t>(i)));
+      REQUIRE(s.deviation.value(t, i) == size(i) * random::Stream(21, 3).normal(512 + static_cast<std::uint64_t>(t),
+                                                                                random::Channel::tool_errors,
+                                                                                static_cast<std::uint32_t>(i)));
     MagnetometerErrors tool = s.c.errors;
     for (std::size_t i = 0; i < 3; ++i) {
       tool.gain[i] += s.deviation.value(t, static_cast<int>(i));
@@ -61,22 +62,23 @@ TEST_CASE("Tools have the mean, the size and no correlation that the spread says
   Eigen::MatrixXd x(trials, 6);
   for (int t = 0; t < trials; ++t)
     for (int i = 0; i < 6; ++i) x(t, i) = s.deviation.value(t, i) / size(i);
-  const Moments m = Moments::of(x);
+  const stats::Moments m = stats::Moments::of(x);
   for (int i = 0; i < 6; ++i) CHECK(std::abs(m.mean[i]) < 4 / std::sqrt(double(trials)));
-  CHECK(wishart_test(m.covariance(), Eigen::MatrixXd::Identity(6, 6), m.count).p_value > 1e-3);
+  CHECK(stats::wishart_test(m.covariance(), Eigen::MatrixXd::Identity(6, 6), m.count).p_value > 1e-3);
 }
 
 TEST_CASE("A spread of nothing, or of gains alone, changes nothing else") {
   const test::ThesisCase c = test::thesis_case(4);
   const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
-  ReadingBlock before = make_reading_block(8, c.survey.size(), {}), after = make_reading_block(8, c.survey.size(), {});
-  LaneArray deviation(1, 6);
-  simulate_readings(clean, c.field, {}, Stream(1, 1), 0, before);
-  simulate_readings(clean, c.field, {}, Stream(1, 1), 0, after);
+  survey::ReadingBlock before = make_reading_block(8, c.survey.size(), {}),
+                       after = make_reading_block(8, c.survey.size(), {});
+  survey::LaneArray deviation(1, 6);
+  simulate_readings(clean, c.field, {}, random::Stream(1, 1), 0, before);
+  simulate_readings(clean, c.field, {}, random::Stream(1, 1), 0, after);
   CHECK(!ToolSpread{}.any());
-  spread_tools(clean, {}, false, Stream(1, 1), 0, after, deviation);
+  spread_tools(clean, {}, false, random::Stream(1, 1), 0, after, deviation);
   for (int r = 0; r < 3 * c.survey.size(); ++r) CHECK(after.magnetic.value(5, r) == before.magnetic.value(5, r));
-  spread_tools(clean, {0.001, 0}, false, Stream(1, 1), 0, after, deviation);
+  spread_tools(clean, {0.001, 0}, false, random::Stream(1, 1), 0, after, deviation);
   for (int i = 0; i < 3; ++i) {
     CHECK(deviation.value(5, i) != 0);
     CHECK(deviation.value(5, 3 + i) == 0);
@@ -111,7 +113,7 @@ TEST_CASE("A trial has the same tool in whatever batch it comes") {
 }
 
 TEST_CASE("Tools and assumed sd have the same bits from AVX2 and AVX-512") {
-  if (instruction_set() != InstructionSet::v4) return;  // nothing to compare on this machine
+  if (simd::instruction_set() != simd::InstructionSet::v4) return;  // nothing to compare on this machine
   const test::ThesisCase c = test::thesis_case(4);
   const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
   NoiseWeights weights;
@@ -119,12 +121,12 @@ TEST_CASE("Tools and assumed sd have the same bits from AVX2 and AVX-512") {
   constexpr int trials = 64, rows = 3 * 53;
   REQUIRE(rows == 3 * c.survey.size());
   struct Result {
-    LaneArray magnetic{groups_for(trials), rows}, deviation{groups_for(trials), 6},
-        sums{groups_for(trials), NoiseWeights::kSums}, assumed{groups_for(trials), rows};
+    survey::LaneArray magnetic{survey::groups_for(trials), rows}, deviation{survey::groups_for(trials), 6},
+        sums{survey::groups_for(trials), NoiseWeights::kSums}, assumed{survey::groups_for(trials), rows};
   };
-  const auto run = [&](InstructionSet set, bool antithetic) {
+  const auto run = [&](simd::InstructionSet set, bool antithetic) {
     Result r;
-    const Stream stream(4, 2);
+    const random::Stream stream(4, 2);
     const ToolSpreadBatch tools{
         &clean.field_T.front().x,
         r.magnetic.row(0, 0),
@@ -135,7 +137,7 @@ TEST_CASE("Tools and assumed sd have the same bits from AVX2 and AVX-512") {
         r.deviation.group_stride(),
         r.sums.group_stride(),
         c.survey.size(),
-        groups_for(trials),
+        survey::groups_for(trials),
         64,
         {kSpread.sd(0), kSpread.sd(1), kSpread.sd(2), kSpread.sd(3), kSpread.sd(4), kSpread.sd(5)},
         antithetic,
@@ -143,12 +145,12 @@ TEST_CASE("Tools and assumed sd have the same bits from AVX2 and AVX-512") {
     const AssumedSdBatch assumed{r.assumed.row(0, 0),
                                  r.assumed.group_stride(),
                                  rows,
-                                 groups_for(trials),
+                                 survey::groups_for(trials),
                                  64,
                                  AssumedNoise::random_variance,
                                  70,
                                  stream};
-    if (set == InstructionSet::v4) {
+    if (set == simd::InstructionSet::v4) {
       isa_v4::spread_tools(tools);
       isa_v4::draw_assumed_sd(assumed);
     } else {
@@ -158,7 +160,7 @@ TEST_CASE("Tools and assumed sd have the same bits from AVX2 and AVX-512") {
     return r;
   };
   for (const bool antithetic : {false, true}) {
-    const Result a = run(InstructionSet::v3, antithetic), b = run(InstructionSet::v4, antithetic);
+    const Result a = run(simd::InstructionSet::v3, antithetic), b = run(simd::InstructionSet::v4, antithetic);
     for (int t = 0; t < trials; ++t) {
       for (int i = 0; i < 6; ++i) REQUIRE(a.deviation.value(t, i) == b.deviation.value(t, i));
       for (int q = 0; q < NoiseWeights::kSums; ++q) REQUIRE(a.sums.value(t, q) == b.sums.value(t, q));
@@ -175,9 +177,9 @@ TEST_CASE("Assumed noise is uniform as sd or as variance, by its address, and ne
   constexpr int trials = 2048;
   const int rows = 3 * c.survey.size();
   for (const AssumedNoise law : {AssumedNoise::random_sd, AssumedNoise::random_variance}) {
-    ReadingBlock block = make_reading_block(trials, c.survey.size(), {});
+    survey::ReadingBlock block = make_reading_block(trials, c.survey.size(), {});
     block.add_assumed_sd();
-    draw_assumed_sd(law, 70, Stream(5, 1), 512, block);
+    draw_assumed_sd(law, 70, random::Stream(5, 1), 512, block);
     double sum = 0, lowest = 1e9, highest = 0;
     for (int t = 0; t < trials; ++t)
       for (int r = 0; r < rows; ++r) {
@@ -192,9 +194,9 @@ TEST_CASE("Assumed noise is uniform as sd or as variance, by its address, and ne
     CHECK(lowest > 0);  // a weight of infinity would be an estimate from one reading
     CHECK(highest < 70 * (1 + 1e-15));
     CHECK(block.assumed_sd.value(0, 0) != block.assumed_sd.value(1, 0));
-    ReadingBlock small = make_reading_block(8, c.survey.size(), {});
+    survey::ReadingBlock small = make_reading_block(8, c.survey.size(), {});
     small.add_assumed_sd();
-    draw_assumed_sd(law, 70, Stream(5, 1), 512 + 16, small);
+    draw_assumed_sd(law, 70, random::Stream(5, 1), 512 + 16, small);
     for (int t = 0; t < 8; ++t)
       for (int r = 0; r < rows; ++r) REQUIRE(small.assumed_sd.value(t, r) == block.assumed_sd.value(16 + t, r));
   }

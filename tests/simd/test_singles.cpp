@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 using namespace surveymc;
+using namespace surveymc::simd;
 
 namespace {
 using S = Singles<2>;

@@ -8,6 +8,7 @@
 #include "simd/dual.h"
 
 using namespace surveymc;
+using namespace surveymc::simd;
 
 namespace {
 Symmetric<double, 6> pack(const Eigen::Matrix<double, 6, 6>& a) {

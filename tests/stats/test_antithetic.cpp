@@ -8,6 +8,7 @@
 #include "stats/tally.h"
 
 using namespace surveymc;
+using namespace surveymc::stats;
 
 namespace {
 
@@ -26,9 +27,10 @@ struct Sample {
 };
 Sample sample(int n, std::uint64_t seed, bool antithetic) {
   Sample s{Eigen::MatrixXd(n, 2), Eigen::MatrixXd(n, 2)};
-  const Stream stream(seed, 98);
+  const random::Stream stream(seed, 98);
   for (int t = 0; t < n; ++t) {
-    auto z = stream.normals<double>(static_cast<std::uint64_t>(antithetic ? t / 2 : t), Channel::magnetometer_noise, 0);
+    auto z = stream.normals<double>(static_cast<std::uint64_t>(antithetic ? t / 2 : t),
+                                    random::Channel::magnetometer_noise, 0);
     if (antithetic && t % 2 == 1)
       for (double& v : z) v = -v;
     const double l[2] = {z[0], kRho * z[0] + 0.8 * z[1]};
@@ -160,11 +162,11 @@ TEST_CASE("The interval of a share from pairs holds it, alike or independent as 
     for (const double probability : {0.02, 0.4}) {
       int hits = 0;
       for (int rep = 0; rep < repetitions; ++rep) {
-        const Stream stream(static_cast<std::uint64_t>(rep), 97);
+        const random::Stream stream(static_cast<std::uint64_t>(rep), 97);
         std::uint64_t inside = 0;
         for (int t = 0; t < 2 * pairs; ++t) {
           const auto address = static_cast<std::uint64_t>(alike ? t / 2 : t);
-          inside += stream.uniforms<double>(address, Channel::magnetometer_noise, 0)[0] < probability;
+          inside += stream.uniforms<double>(address, random::Channel::magnetometer_noise, 0)[0] < probability;
         }
         hits += holds(paired_binomial_interval(inside, pairs, 0.95), probability);
       }

@@ -10,6 +10,7 @@
 #include "stats/antithetic.h"
 
 using namespace surveymc;
+using namespace surveymc::stats;
 
 namespace {
 
@@ -20,9 +21,9 @@ struct Sample {
 constexpr double kCurve = 0.1, kOther = 0.05, kCorrelation = 0.6;
 Sample sample(int n, std::uint64_t seed) {
   Sample s{Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n)};
-  const Stream stream(seed, 98);
+  const random::Stream stream(seed, 98);
   for (int t = 0; t < n; ++t) {
-    const auto z = stream.normals<double>(static_cast<std::uint64_t>(t), Channel::magnetometer_noise, 0);
+    const auto z = stream.normals<double>(static_cast<std::uint64_t>(t), random::Channel::magnetometer_noise, 0);
     s.l0[t] = z[0];
     s.l1[t] = kCorrelation * z[0] + 0.8 * z[1];
     s.y0[t] = s.l0[t] + kCurve * (s.l0[t] * s.l0[t] - 1) + kOther * z[2];

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 using namespace surveymc;
+using namespace surveymc::stats;
 
 TEST_CASE("Quantiles of a histogram are those of the values, to a bin") {
   const HistogramBins bins{1000, 0.005};

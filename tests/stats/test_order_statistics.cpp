@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 
 using namespace surveymc;
+using namespace surveymc::stats;
 
 TEST_CASE("A quantile is the smallest value with its share at or below it", "[stats]") {
   const std::vector<double> x{1, 2, 3, 4, 5, 6, 7, 8, 9, 10};

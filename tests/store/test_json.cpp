@@ -7,6 +7,7 @@
 #include "store/json.h"
 
 using namespace surveymc;
+using namespace surveymc::store;
 
 namespace {
 

@@ -24,6 +24,7 @@
 #include "store/result_file.h"
 
 using namespace surveymc;
+using namespace surveymc::store;
 namespace fs = std::filesystem;
 using Catch::Matchers::Contains;
 

@@ -10,6 +10,7 @@
 #include "store/table.h"
 
 using namespace surveymc;
+using namespace surveymc::store;
 
 namespace {
 

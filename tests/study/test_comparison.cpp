@@ -11,13 +11,14 @@
 #include "study/experiment.h"
 
 using namespace surveymc;
+using namespace surveymc::study;
 
 namespace {
-Moments normal_moments(int n, double sd) {
+stats::Moments normal_moments(int n, double sd) {
   Eigen::MatrixXd x(1, n);
   for (int t = 0; t < n; ++t)
-    x(0, t) = sd * Stream(5, 9).normal(static_cast<std::uint64_t>(t), Channel::magnetometer_noise, 0);
-  return Moments::of(x.transpose());
+    x(0, t) = sd * random::Stream(5, 9).normal(static_cast<std::uint64_t>(t), random::Channel::magnetometer_noise, 0);
+  return stats::Moments::of(x.transpose());
 }
 }  // namespace
 
@@ -34,7 +35,7 @@ TEST_CASE("Verdicts: equivalence inside the margin, difference outside, otherwis
 }
 
 TEST_CASE("A predicted sd is judged by its ratio to the Monte-Carlo one") {
-  const Moments m = normal_moments(50000, 3.0);
+  const stats::Moments m = normal_moments(50000, 3.0);
   const ComparisonRow good = compare_sd("sigma3_x", "m", 3, m, 0, 3.0, {0.02, 0.95}, 50000);
   CHECK(good.verdict == "agrees");
   CHECK(good.analytic == 9.0);
@@ -45,7 +46,7 @@ TEST_CASE("A predicted sd is judged by its ratio to the Monte-Carlo one") {
   CHECK(good.ratio_interval.hi > good.ratio);
   CHECK(compare_sd("x", "m", 1, m, 0, 3.3, {0.02, 0.95}, 50000).verdict == "differs");
   CHECK(compare_sd("x", "m", 1, m, 0, 3.06, {0.02, 0.95}, 50000).verdict == "undecided");
-  CHECK(compare_sd("x", "m", 1, Moments(1), 0, 3.0, {}, 0).verdict.empty());
+  CHECK(compare_sd("x", "m", 1, stats::Moments(1), 0, 3.0, {}, 0).verdict.empty());
 }
 
 TEST_CASE("A root mean square is judged by its ratio to the predicted one") {
@@ -53,8 +54,8 @@ TEST_CASE("A root mean square is judged by its ratio to the predicted one") {
   // relatively
   const Estimate found = rms_estimate(9, 9, 10000, 0.95);
   CHECK(found.value == 3);
-  CHECK(found.interval.lo == std::sqrt(9 - normal_quantile(0.975) * 0.03));
-  CHECK(found.interval.hi == std::sqrt(9 + normal_quantile(0.975) * 0.03));
+  CHECK(found.interval.lo == std::sqrt(9 - stats::normal_quantile(0.975) * 0.03));
+  CHECK(found.interval.hi == std::sqrt(9 + stats::normal_quantile(0.975) * 0.03));
   const ComparisonRow row = compare_value("rms", "m", found, 3.01, {}, 10000);
   CHECK(row.verdict == "agrees");
   CHECK(row.ratio == 3.01 / 3);
@@ -68,7 +69,7 @@ TEST_CASE("A root mean square is judged by its ratio to the predicted one") {
 }
 
 TEST_CASE("A mean is judged on its shift in standard deviations") {
-  const Moments m = normal_moments(50000, 3.0);
+  const stats::Moments m = normal_moments(50000, 3.0);
   const ComparisonRow good = compare_mean("mean_x", "m", m, 0, 100, 100, {0.02, 0.95}, 50000);
   CHECK(good.verdict == "agrees");
   CHECK(good.monte_carlo == Approx(100).margin(0.06));
@@ -100,8 +101,8 @@ TEST_CASE("How well published standard deviations fit: once for each quantity, m
     return r;
   };
   const double none = std::nan("");
-  const auto value = [](const Table& t, const std::string& name) {
-    for (const Column& c : t.columns)
+  const auto value = [](const store::Table& t, const std::string& name) {
+    for (const store::Column& c : t.columns)
       if (c.name == name) {
         if (const auto* d = std::get_if<std::vector<double>>(&c.values)) return d->at(0);
         return static_cast<double>(std::get<std::vector<std::int64_t>>(c.values).at(0));
@@ -109,15 +110,15 @@ TEST_CASE("How well published standard deviations fit: once for each quantity, m
     FAIL("no column " << name);
     return 0.0;
   };
-  const Table t = published_fit_table({row("", "mean_x", 5, none, 7), row("first_order", "sigma3_x", 2, 1, 4),
-                                       row("claimed", "sigma3_x", 2, 1, 4), row("first_order", "sigma3_y", 2, 1, 1),
-                                       row("first_order", "sigma3_z", 2, 1, none)});
+  const store::Table t = published_fit_table(
+      {row("", "mean_x", 5, none, 7), row("first_order", "sigma3_x", 2, 1, 4), row("claimed", "sigma3_x", 2, 1, 4),
+       row("first_order", "sigma3_y", 2, 1, 1), row("first_order", "sigma3_z", 2, 1, none)});
   CHECK(t.name == "published_fit");
   CHECK(value(t, "quantities") == 2);
   CHECK(value(t, "rms_log_ratio") == Approx(std::log(2)).epsilon(1e-15));  // ratios 2 and 1/2
   CHECK(value(t, "ratio_min") == 0.5);
   CHECK(value(t, "ratio_max") == 2);
-  const Table empty = published_fit_table({row("", "sigma3_x", 2, 1, none), row("", "mean_x", 5, none, 7)});
+  const store::Table empty = published_fit_table({row("", "sigma3_x", 2, 1, none), row("", "mean_x", 5, none, 7)});
   CHECK(value(empty, "quantities") == 0);
   for (const char* name : {"rms_log_ratio", "ratio_min", "ratio_max"}) CHECK(std::isnan(value(empty, name)));
 }
@@ -136,9 +137,9 @@ TEST_CASE("A row shows the margin of its verdict, and none without one") {
   const ComparisonRow judged = compare_rate("rate", 32000, 40000, 0.8, rule, 40000);
   CHECK(judged.margin == .07);
   CHECK(std::isnan(compare_rate("rate", 5, 10, std::nan(""), rule, 10).margin));
-  const Table t = comparison_table("t", "", {judged}, 40000, 0);
+  const store::Table t = comparison_table("t", "", {judged}, 40000, 0);
   const auto column =
-      std::find_if(t.columns.begin(), t.columns.end(), [](const Column& c) { return c.name == "margin"; });
+      std::find_if(t.columns.begin(), t.columns.end(), [](const store::Column& c) { return c.name == "margin"; });
   REQUIRE(column != t.columns.end());
   CHECK(std::get<std::vector<double>>(column->values) == std::vector<double>{.07});
   CHECK(std::next(column)->name == "verdict");

@@ -6,6 +6,7 @@
 #include "sensor/sensor_runs.h"
 
 using namespace surveymc;
+using namespace surveymc::study;
 using Catch::Matchers::Contains;
 
 namespace {
@@ -14,37 +15,37 @@ const std::vector<double> kDepths{0, 30, 60, 90, 120};
 
 template <class Read>
 auto with_reader(const std::string& body, Read read) {
-  Config config = Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {});
-  ConfigReader reader = config.reader(0);
+  config::Config config = config::Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {});
+  config::ConfigReader reader = config.reader(0);
   auto result = read(reader);
   reader.finish();
   return result;
 }
-ToolfacePlan plan_of(const std::string& body) {
+survey::ToolfacePlan plan_of(const std::string& body) {
   return with_reader("[drilling]\n" + body,
-                     [](ConfigReader& c) { return read_drilling(c, kDepths, 0.5, Stream(7, 3)); });
+                     [](config::ConfigReader& c) { return read_drilling(c, kDepths, 0.5, random::Stream(7, 3)); });
 }
-SensorTermArray sizes_of(const std::string& body) {
-  return with_reader("[sensor_errors]\n" + body, [](ConfigReader& c) { return read_sensor_errors(c); });
+survey::SensorTermArray sizes_of(const std::string& body) {
+  return with_reader("[sensor_errors]\n" + body, [](config::ConfigReader& c) { return read_sensor_errors(c); });
 }
 
 }  // namespace
 
 TEST_CASE("Drilling modes become toolface plans") {
-  using enum ToolfaceSource;
-  CHECK(plan_of("mode = 'sliding'").source == std::vector<ToolfaceSource>(5, slide));
-  CHECK(plan_of("mode = 'rotating'").source == std::vector<ToolfaceSource>(5, own));
-  const ToolfacePlan constant = plan_of("mode = 'sliding'\ntoolface_deg = 90");
-  CHECK(constant.source == std::vector<ToolfaceSource>(5, given));
+  using enum survey::ToolfaceSource;
+  CHECK(plan_of("mode = 'sliding'").source == std::vector<survey::ToolfaceSource>(5, slide));
+  CHECK(plan_of("mode = 'rotating'").source == std::vector<survey::ToolfaceSource>(5, own));
+  const survey::ToolfacePlan constant = plan_of("mode = 'sliding'\ntoolface_deg = 90");
+  CHECK(constant.source == std::vector<survey::ToolfaceSource>(5, given));
   for (const double t : constant.given) CHECK(t == Approx(kPi / 2 + 0.5).epsilon(1e-15));
-  const ToolfacePlan mixed = plan_of("mode = 'mixed'\nslide_from_m = 30\nslide_to_m = 75");
-  CHECK(mixed.source == std::vector<ToolfaceSource>{own, slide, slide, own, own});
+  const survey::ToolfacePlan mixed = plan_of("mode = 'mixed'\nslide_from_m = 30\nslide_to_m = 75");
+  CHECK(mixed.source == std::vector<survey::ToolfaceSource>{own, slide, slide, own, own});
 }
 
 TEST_CASE("A fixed sequence has the toolfaces of that trial of the rotated well") {
-  const ToolfacePlan fixed = plan_of("mode = 'fixed_sequence'\nsequence = 12");
-  CHECK(fixed.source == std::vector<ToolfaceSource>(5, ToolfaceSource::given));
-  CHECK(fixed.given == toolfaces_of_trial(rotated(5), Stream(7, 3), 12));
+  const survey::ToolfacePlan fixed = plan_of("mode = 'fixed_sequence'\nsequence = 12");
+  CHECK(fixed.source == std::vector<survey::ToolfaceSource>(5, survey::ToolfaceSource::given));
+  CHECK(fixed.given == sensor::toolfaces_of_trial(survey::rotated(5), random::Stream(7, 3), 12));
   CHECK(fixed.given != plan_of("mode = 'fixed_sequence'").given);
 }
 
@@ -60,16 +61,16 @@ TEST_CASE("Keys of other modes may stand there, so that the mode can be swept; w
 }
 
 TEST_CASE("Sensor errors are sizes of kinds, times a multiplier, in the order of the terms") {
-  const SensorTermArray sd = sizes_of(
+  const survey::SensorTermArray sd = sizes_of(
       "accelerometer_bias_mps2 = 0.004\naccelerometer_scale = 0.0005\nmagnetometer_bias_nT = 70\n"
       "magnetometer_scale = 0.0016\nmultiplier = 5");
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    CHECK(sd[kAccelerometerBias + axis] == Approx(0.02).epsilon(1e-15));
-    CHECK(sd[kAccelerometerScale + axis] == Approx(0.0025).epsilon(1e-15));
-    CHECK(sd[kMagnetometerBias + axis] == Approx(350).epsilon(1e-15));
-    CHECK(sd[kMagnetometerScale + axis] == Approx(0.008).epsilon(1e-15));
+    CHECK(sd[survey::kAccelerometerBias + axis] == Approx(0.02).epsilon(1e-15));
+    CHECK(sd[survey::kAccelerometerScale + axis] == Approx(0.0025).epsilon(1e-15));
+    CHECK(sd[survey::kMagnetometerBias + axis] == Approx(350).epsilon(1e-15));
+    CHECK(sd[survey::kMagnetometerScale + axis] == Approx(0.008).epsilon(1e-15));
   }
-  CHECK(sizes_of("magnetometer_bias_nT = 70")[kAccelerometerBias] == 0);
+  CHECK(sizes_of("magnetometer_bias_nT = 70")[survey::kAccelerometerBias] == 0);
   CHECK_THROWS_WITH(sizes_of("magnetometer_bias_nT = -1"),
                     Contains("t.toml:4: sensor_errors.magnetometer_bias_nT = -1"));
   CHECK_THROWS_WITH(sizes_of("magnetometer_bias = 70"), Contains("magnetometer_bias_nT"));

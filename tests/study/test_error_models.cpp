@@ -6,6 +6,7 @@
 #include "base/units.h"
 
 using namespace surveymc;
+using namespace surveymc::study;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
 
@@ -14,13 +15,13 @@ namespace {
 const char* kTool =
     "first_leg = 'once'\nterms = [{ code = 'A', function = 'AZ', magnitude = 1, unit = 'deg', mode = 'S' }]";
 
-SurveyLegs read(const std::string& body) {
-  Survey s;
+ToolRuns read(const std::string& body) {
+  survey::Survey s;
   for (int k = 0; k < 5; ++k) s.stations.push_back({100 * kFoot * k, 0.1 * k, 1, 0});
-  Config config = Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {},
-                                    {{"tool.toml", kTool}, {"<shipped>/iscwsa_mwd_rev4.toml", kTool}});
-  ConfigReader reader = config.reader(0);
-  const SurveyLegs legs = read_survey_legs(reader, s);
+  config::Config config = config::Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {},
+                                                    {{"tool.toml", kTool}, {"<shipped>/iscwsa_mwd_rev4.toml", kTool}});
+  config::ConfigReader reader = config.reader(0);
+  const ToolRuns legs = read_tool_runs(reader, s);
   reader.finish();
   return legs;
 }
@@ -29,7 +30,7 @@ SurveyLegs read(const std::string& body) {
 
 TEST_CASE("An error model is chosen by name or by file; one model is one leg") {
   for (const char* body : {"error_model = 'iscwsa_mwd_rev4'", "[error_model]\nname = 'iscwsa_mwd_rev4'"}) {
-    const SurveyLegs legs = read(body);
+    const ToolRuns legs = read(body);
     REQUIRE(legs.legs.size() == 1);
     CHECK(legs.legs[0].first == 1);
     CHECK(legs.model_names[0] == "iscwsa_mwd_rev4");
@@ -45,7 +46,7 @@ TEST_CASE("An error model is chosen by name or by file; one model is one leg") {
 }
 
 TEST_CASE("A leg has the stations deeper than its from; it keeps the model of the one before") {
-  const SurveyLegs legs = read(
+  const ToolRuns legs = read(
       "error_model = 'iscwsa_mwd_rev4'\n[[leg]]\nfrom_md_ft = 100\nerror_model.file = 'tool.toml'\n"
       "[[leg]]\nfrom_md_m = 60.96\n");
   REQUIRE(legs.legs.size() == 3);
@@ -53,7 +54,7 @@ TEST_CASE("A leg has the stations deeper than its from; it keeps the model of th
   CHECK(legs.legs[2].first == 3);  // 200 ft, written in metres
   CHECK(legs.model_names[1] == "tool.toml");
   CHECK(legs.model_names[2] == "tool.toml");
-  CHECK(legs.from_md[2] == Approx(60.96));
+  CHECK(legs.from_md[2] == Approx(60.96).epsilon(1e-13));
 }
 
 TEST_CASE("Legs out of order, without stations or with two depths are refused") {

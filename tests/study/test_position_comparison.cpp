@@ -3,29 +3,30 @@
 #include <catch2/catch.hpp>
 
 using namespace surveymc;
+using namespace surveymc::study;
 
 namespace {
 
-double number(const Table& t, const std::string& column, std::size_t row) {
+double number(const store::Table& t, const std::string& column, std::size_t row) {
   return std::get<std::vector<double>>(t.column(column).values)[row];
 }
-std::string word(const Table& t, const std::string& column, std::size_t row) {
+std::string word(const store::Table& t, const std::string& column, std::size_t row) {
   return std::get<std::vector<std::string>>(t.column(column).values)[row];
 }
 
 /// The table of one prediction against a sample of 100,000 normal trials with this covariance.
-Table table_of(const Eigen::Matrix2d& predicted, const Eigen::Matrix2d& sampled,
-               const Eigen::Vector2d& kurtosis = {3, 3}) {
+store::Table table_of(const Eigen::Matrix2d& predicted, const Eigen::Matrix2d& sampled,
+                      const Eigen::Vector2d& kurtosis = {3, 3}) {
   const HorizontalSample sample{100000, 0, 100000, false, Eigen::Vector2d::Zero(), sampled};
   TableRows w("ellipse", "test");
   write_sample_ellipse(w, sample);
   EllipseRow row{"theory", Eigen::Vector2d(7, 8), predicted};
   row.inside = {39000, 86000, 98900};
   const auto summary = [](double mean, double variance, double fourth) {
-    return SampleSummary{100000, mean, variance, variance, fourth, 0, fourth};
+    return stats::SampleSummary{100000, mean, variance, variance, fourth, 0, fourth};
   };
   row.nees = summary(2.01, 4, 9);
-  const Eigen::Matrix2d axes = ellipse(predicted).axes;
+  const Eigen::Matrix2d axes = propagate::ellipse(predicted).axes;
   for (int a = 0; a < 2; ++a)
     row.along[static_cast<std::size_t>(a)] = summary(0, axes.col(a).dot(sampled * axes.col(a)), kurtosis[a]);
   row.expected = "agrees";
@@ -38,7 +39,7 @@ Eigen::Matrix2d diagonal(double a, double b) { return Eigen::Vector2d(a * a, b *
 }  // namespace
 
 TEST_CASE("A prediction is judged along its own axes") {
-  const Table t = table_of(diagonal(2, 1), diagonal(2, 1.25));
+  const store::Table t = table_of(diagonal(2, 1), diagonal(2, 1.25));
   CHECK(word(t, "formulation", 0) == "monte_carlo");
   CHECK(number(t, "center_north_m", 1) == 7);
   CHECK(number(t, "semi_major_m", 1) == Approx(2).epsilon(1e-15));
@@ -56,25 +57,25 @@ TEST_CASE("A prediction is judged along its own axes") {
 }
 
 TEST_CASE("Each axis has the interval of its own kurtosis") {
-  const auto width = [](const Table& t, const std::string& axis) {
+  const auto width = [](const store::Table& t, const std::string& axis) {
     return number(t, "mc_sd_" + axis + "_m_ci_high", 1) - number(t, "mc_sd_" + axis + "_m_ci_low", 1);
   };
-  const Table normal = table_of(diagonal(2, 1), diagonal(2, 1)),
-              heavy = table_of(diagonal(2, 1), diagonal(2, 1), {3, 12});
+  const store::Table normal = table_of(diagonal(2, 1), diagonal(2, 1)),
+                     heavy = table_of(diagonal(2, 1), diagonal(2, 1), {3, 12});
   CHECK(width(heavy, "major") == width(normal, "major"));
   // Of a variance: sqrt((kurtosis - 1) / n)
   CHECK(width(heavy, "minor") / width(normal, "minor") == Approx(std::sqrt(11.0 / 2)).epsilon(0.01));
 }
 
 TEST_CASE("A line has neither coverage nor distance") {
-  const Table t = table_of(diagonal(2, 0), diagonal(2, 0.001));
+  const store::Table t = table_of(diagonal(2, 0), diagonal(2, 0.001));
   CHECK(number(t, "semi_minor_m", 1) == 0);
   for (const char* column : {"coverage_1sigma", "coverage_3sigma", "nees", "wishart_p"})
     CHECK(std::isnan(number(t, column, 1)));
 }
 
 TEST_CASE("Mean squared distances are held to the dimension by a margin of their own, which the row shows") {
-  SampleSummary distance{100000, 3.05, 6, 6, 7, 0, 7};  // variance of a chi-squared of 3 degrees
+  stats::SampleSummary distance{100000, 3.05, 6, 6, 7, 0, 7};  // variance of a chi-squared of 3 degrees
   CHECK(compare_nees("nees", distance, 3, {}, 100000).verdict == "agrees");
   distance.mean = 3.3;
   const ComparisonRow row = compare_nees("nees", distance, 3, {}, 100000);
@@ -82,7 +83,7 @@ TEST_CASE("Mean squared distances are held to the dimension by a margin of their
   CHECK(row.ratio == Approx(3 / 3.3).epsilon(1e-15));
   CHECK(row.margin == .06);
   // Thesis test 1, 400,000 trials: 8.37 against 6 is no agreement, however wide the margin of sds is.
-  const SampleSummary far{400000, 8.37, 60, 60, 30, 0, 30};
+  const stats::SampleSummary far{400000, 8.37, 60, 60, 30, 0, 30};
   CHECK(compare_nees("nees", far, 6, {.15, .95}, 400000).verdict == "differs");
   CHECK(compare_nees("nees", far, 6, {.15, .95, .3}, 400000).margin == .3);
 }

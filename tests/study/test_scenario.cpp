@@ -6,6 +6,7 @@
 #include "montecarlo/run_blocks.h"
 
 using namespace surveymc;
+using namespace surveymc::study;
 using Catch::Matchers::Contains;
 
 namespace {
@@ -14,8 +15,8 @@ struct Read {
   VerdictRule verdict;
 };
 Read read(const std::string& body) {
-  Config config = Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {});
-  ConfigReader reader = config.reader(0);
+  config::Config config = config::Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {});
+  config::ConfigReader reader = config.reader(0);
   Read r;
   r.verdict.confidence = 0.95;
   r.plan = read_trial_plan(reader, {"sigma3_north", "sigma3_east"}, r.verdict);
@@ -37,7 +38,7 @@ TEST_CASE("A stopping rule looks at whole blocks, rising to max_trials, and shar
   CHECK(r.plan.looks.front() == 4096);
   CHECK(r.plan.looks.back() == 100000);
   for (std::size_t i = 0; i + 1 < r.plan.looks.size(); ++i) {
-    CHECK(r.plan.looks[i] % kBlockTrials == 0);
+    CHECK(r.plan.looks[i] % montecarlo::kBlockTrials == 0);
     CHECK(r.plan.looks[i] < r.plan.looks[i + 1]);
   }
   CHECK(r.verdict.confidence == Approx(1 - 0.05 / 9).epsilon(1e-15));

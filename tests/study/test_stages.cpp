@@ -10,6 +10,7 @@
 #include "study/parts.h"
 
 using namespace surveymc;
+using namespace surveymc::study;
 using Catch::Matchers::Contains;
 using Catch::Matchers::EndsWith;
 using Catch::Matchers::StartsWith;
@@ -32,27 +33,27 @@ std::array<int, kPoints> prepared() {
 using Times = std::array<int, kPoints>;
 
 struct Scenario {
-  StudySeed seed;
+  random::StudySeed seed;
   std::uint64_t trials = 0;
   std::size_t number = 0;
-  ConfigPlace place;
+  config::ConfigPlace place;
 };
 
 /// Mean of the trials' draws, times the point's number; a stream of three numbers.
 class CountedPoint final : public StudyPoint {
  public:
-  explicit CountedPoint(const Scenario& s) : s_(s), stream_(stream_of(s.seed)) {}
-  Tally run_block(TrialBlock block) const override {
+  explicit CountedPoint(const Scenario& s) : s_(s), stream_(random::stream_of(s.seed)) {}
+  stats::Tally run_block(montecarlo::TrialBlock block) const override {
     Eigen::MatrixXd x(block.count, 1);
     for (int t = 0; t < block.count; ++t)
       x(t, 0) = static_cast<double>(s_.number) *
-                stream_.normal(block.first + static_cast<std::uint64_t>(t), Channel::toolface, 0);
-    Tally tally;
+                stream_.normal(block.first + static_cast<std::uint64_t>(t), random::Channel::toolface, 0);
+    stats::Tally tally;
     tally.trials = static_cast<std::uint64_t>(block.count);
-    tally.moments = Moments::of(x);
+    tally.moments = stats::Moments::of(x);
     return tally;
   }
-  PointResult report(const Tally& tally, const RunOptions&) const override {
+  PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     PointResult r;
     const double mean = tally.trials > 0 ? tally.moments.mean[0] : 0;
     r.tables.push_back({"t", "", {{"mean", "1", "", std::vector<double>{mean}}}});
@@ -66,14 +67,14 @@ class CountedPoint final : public StudyPoint {
 
  private:
   Scenario s_;
-  Stream stream_;
+  random::Stream stream_;
 };
 
 class CountedPlan final : public PointPlan {
  public:
   explicit CountedPlan(Scenario s) : s_(std::move(s)) {}
   std::uint64_t trials() const override { return s_.trials; }
-  std::unique_ptr<StudyPoint> prepare(const RunOptions&) const override {
+  std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     ++g_prepared.at(s_.number);
     s_.place.require(s_.trials != 13, "what only computing shows");
     return std::make_unique<CountedPoint>(s_);
@@ -84,7 +85,8 @@ class CountedPlan final : public PointPlan {
 };
 
 Experiment counted() {
-  return {StudyId::none, "", "", [](ConfigReader& c, StudySeed seed) -> std::unique_ptr<PointPlan> {
+  return {random::StudyId::none, "", "",
+          [](config::ConfigReader& c, random::StudySeed seed) -> std::unique_ptr<PointPlan> {
             ++g_read;
             Scenario s{seed, 0, 0, {}};
             s.trials = static_cast<std::uint64_t>(c.integer("trials", 0, 1'000'000));
@@ -95,10 +97,10 @@ Experiment counted() {
           }};
 }
 
-Config config_of(int trials, const std::string& numbers = "[0, 1, 2, 3]") {
+config::Config config_of(int trials, const std::string& numbers = "[0, 1, 2, 3]") {
   const std::string text =
       fmt::format("experiment = 'e'\nseed = 9\ntrials = {}\n[sweep]\nnumber = {}\n", trials, numbers);
-  return Config::from_text(text, "t.toml", {});
+  return config::Config::from_text(text, "t.toml", {});
 }
 
 /// Read anew, as a task does it.
@@ -107,7 +109,9 @@ RunPlan task(int trials) {
   return read_run(counted(), config_of(trials));
 }
 
-std::vector<double> means(const Result& r) { return std::get<std::vector<double>>(r.tables[0].column("mean").values); }
+std::vector<double> means(const store::Result& r) {
+  return std::get<std::vector<double>>(r.tables[0].column("mean").values);
+}
 
 }  // namespace
 
@@ -121,9 +125,9 @@ TEST_CASE("Reading, checking and planning a sweep prepare no point") {
 }
 
 TEST_CASE("A part of a run prepares its own points, and a whole run each of them once") {
-  const Result whole = execute(task(2000), {});
+  const store::Result whole = execute(task(2000), {});
   CHECK(prepared() == Times{1, 1, 1, 1});
-  std::vector<Part> points, shards;
+  std::vector<checkpoint::Part> points, shards;
   for (std::uint64_t i = 0; i < kPoints; ++i) {
     points.push_back(run_part(task(2000), {i}, {}, {}));
     Times only{};
@@ -135,7 +139,8 @@ TEST_CASE("A part of a run prepares its own points, and a whole run each of them
     const RunPlan run = task(2000);
     shards.push_back(run_part(run, {std::nullopt, i, 6}, {}, {}));
     Times those{};
-    for (const PartPiece& p : part_pieces(run, {std::nullopt, i, 6})) those[p.point] = p.blocks.first < p.blocks.end;
+    for (const checkpoint::PartPiece& p : part_pieces(run, {std::nullopt, i, 6}))
+      those[p.point] = p.blocks.first < p.blocks.end;
     CHECK(prepared() == those);
   }
   CHECK(prepared() != Times{});
@@ -145,7 +150,7 @@ TEST_CASE("A part of a run prepares its own points, and a whole run each of them
 }
 
 TEST_CASE("Merging a study without trials prepares nothing: the parts have its tables") {
-  std::vector<Part> points;
+  std::vector<checkpoint::Part> points;
   for (std::uint64_t i = 0; i < kPoints; ++i) points.push_back(run_part(task(0), {i}, {}, {}));
   const RunPlan run = task(0);
   CHECK(means(merge_parts(run, points, {})) == std::vector<double>(4, 0.0));
@@ -153,7 +158,7 @@ TEST_CASE("Merging a study without trials prepares nothing: the parts have its t
 }
 
 TEST_CASE("Streams of a result outlive the plan") {
-  const Result r = [] { return execute(task(0), {}); }();
+  const store::Result r = [] { return execute(task(0), {}); }();
   // points behind each other, three values each
   CHECK(r.streams.at(0).values(2, 2) == std::vector<std::vector<double>>{{2, 1}});
 }
@@ -179,7 +184,7 @@ TEST_CASE("A stop flag is looked at between points") {
   CHECK_THROWS_AS(read_run(counted(), config_of(2000), &stop), Interrupted);
   CHECK(g_read == 0);
   const RunPlan run = task(0);
-  RunOptions options;
+  montecarlo::RunOptions options;
   options.stop = &stop;
   CHECK_THROWS_AS(execute(run, options), Interrupted);
   CHECK_THROWS_AS(run_part(run, {1}, options, {}), Interrupted);

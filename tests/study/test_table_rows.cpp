@@ -5,10 +5,11 @@
 #include <catch2/catch.hpp>
 
 using namespace surveymc;
+using namespace surveymc::study;
 
 namespace {
 
-const std::vector<double>& numbers(const Table& t, const std::string& column) {
+const std::vector<double>& numbers(const store::Table& t, const std::string& column) {
   return std::get<std::vector<double>>(t.column(column).values);
 }
 
@@ -17,7 +18,7 @@ struct Sensor {
   int alarms = 0;
 };
 
-Table table_of(const std::vector<Sensor>& sensors) {
+store::Table table_of(const std::vector<Sensor>& sensors) {
   TableRows t("alarms", "alarms of every sensor");
   write_rows(t, sensors, [&](const Sensor& s) {
     t.word("sensor", "whose alarms", s.name);
@@ -30,7 +31,7 @@ Table table_of(const std::vector<Sensor>& sensors) {
 }  // namespace
 
 TEST_CASE("The first row makes the columns, further ones add to them", "[study]") {
-  const Table t = table_of({{"a", 3}, {"b", 0}});
+  const store::Table t = table_of({{"a", 3}, {"b", 0}});
   REQUIRE(t.columns.size() == 3);
   CHECK(t.rows() == 2);
   CHECK(t.columns[0].unit.empty());
@@ -43,7 +44,7 @@ TEST_CASE("The first row makes the columns, further ones add to them", "[study]"
 }
 
 TEST_CASE("A table without rows has the columns of one with rows", "[study]") {
-  const Table none = table_of({}), one = table_of({{"a", 1}});
+  const store::Table none = table_of({}), one = table_of({{"a", 1}});
   CHECK(none.rows() == 0);
   REQUIRE(none.columns.size() == one.columns.size());
   for (std::size_t i = 0; i < one.columns.size(); ++i) {
@@ -56,11 +57,11 @@ TEST_CASE("A share has the exact binomial interval beside it", "[study]") {
   TableRows t("t", "");
   t.share("p", "share", 3, 10, 0.95);
   t.share("p", "share", 0, 0, 0.95);
-  const Table table = t.take();
+  const store::Table table = t.take();
   CHECK(table.column("p").ancillary == "p_ci_low p_ci_high");
   CHECK(numbers(table, "p")[0] == 0.3);
-  CHECK(numbers(table, "p_ci_low")[0] == binomial_interval(3, 10, 0.95).lo);
-  CHECK(numbers(table, "p_ci_high")[0] == binomial_interval(3, 10, 0.95).hi);
+  CHECK(numbers(table, "p_ci_low")[0] == stats::binomial_interval(3, 10, 0.95).lo);
+  CHECK(numbers(table, "p_ci_high")[0] == stats::binomial_interval(3, 10, 0.95).hi);
   for (const char* column : {"p", "p_ci_low", "p_ci_high"}) CHECK(std::isnan(numbers(table, column)[1]));
 }
 
@@ -69,14 +70,15 @@ TEST_CASE("A covariance becomes its six elements in the names of the axes", "[st
   c << 1, 4, 5, 4, 2, 6, 5, 6, 3;
   TableRows t("t", "");
   t.covariance("hla", "covariance", c);
-  const Table table = t.take();
+  const store::Table table = t.take();
   double expected = 1;
   for (const char* column : {"hh_m2", "ll_m2", "aa_m2", "hl_m2", "ha_m2", "la_m2"})
     CHECK(numbers(table, column)[0] == expected++);
 }
 
 TEST_CASE("Values row by row become columns", "[study]") {
-  const Table t = table_of_numbers({"t", "", {number_column("a", "m", ""), number_column("b", "m", "")}}, {1, 2, 3, 4});
+  const store::Table t =
+      table_of_numbers({"t", "", {number_column("a", "m", ""), number_column("b", "m", "")}}, {1, 2, 3, 4});
   CHECK(numbers(t, "a") == std::vector<double>{1, 3});
   CHECK(numbers(t, "b") == std::vector<double>{2, 4});
 }

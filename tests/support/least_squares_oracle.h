@@ -19,10 +19,11 @@ struct LeastSquares {
   std::vector<bool> observed;
 };
 
-inline LeastSquares least_squares(const AdjustmentModel& model, const std::vector<Attitude>& attitudes) {
+inline LeastSquares least_squares(const reliability::AdjustmentModel& model,
+                                  const std::vector<survey::Attitude>& attitudes) {
   using Complex = std::complex<double>;
   using Eigen::Index;
-  const bool fixed = model.mode == AdjustmentMode::mse_fixed, terms = model.systematic_terms && !fixed;
+  const bool fixed = model.mode == reliability::AdjustmentMode::mse_fixed, terms = model.systematic_terms && !fixed;
   const auto stations = static_cast<Index>(attitudes.size());
   const Index references = fixed ? 0 : 3, xi = terms ? 12 : 0;
   const Index n = 6 * stations + references + xi, u = 3 * stations + references + xi;
@@ -31,7 +32,7 @@ inline LeastSquares least_squares(const AdjustmentModel& model, const std::vecto
   l.variance.resize(n);
   l.observed.assign(static_cast<std::size_t>(n), true);
   for (Index k = 0; k < stations; ++k) {
-    const Attitude& at = attitudes[static_cast<std::size_t>(k)];
+    const survey::Attitude& at = attitudes[static_cast<std::size_t>(k)];
     const auto model_at = [&](const Eigen::VectorXcd& x) {
       const Complex si = std::sin(x[0]), ci = std::cos(x[0]), st = std::sin(x[1]), ct = std::cos(x[1]),
                     sa = std::sin(x[2]), ca = std::cos(x[2]), sd = std::sin(x[5]), cd = std::cos(x[5]);
@@ -43,7 +44,8 @@ inline LeastSquares least_squares(const AdjustmentModel& model, const std::vecto
     };
     Eigen::VectorXcd x = Eigen::VectorXcd::Zero(18);
     x.head<6>() << at.inclination, at.toolface, at.azimuth, model.field.gravity, model.field.total, model.field.dip;
-    const Observations y = true_observations(at, model.field), v = observation_variances(model, y);
+    const reliability::Observations y = reliability::true_observations(at, model.field),
+                                    v = reliability::observation_variances(model, y);
     for (Index j = 0; j < 18; ++j) {
       Eigen::VectorXcd moved = x;
       moved[j] += Complex(0, 1e-30);
@@ -63,10 +65,11 @@ inline LeastSquares least_squares(const AdjustmentModel& model, const std::vecto
   for (Index i = 0; i < xi; ++i) {
     const auto reading = static_cast<std::size_t>(i % 6);
     const double scale = reading < 3 ? model.sigma.accelerometer_scale : model.sigma.magnetometer_scale;
-    l.variance[6 * stations + 3 + i] = i < 6 ? variance_parts(model.sigma, reading, 0).systematic : scale * scale;
+    l.variance[6 * stations + 3 + i] =
+        i < 6 ? reliability::variance_parts(model.sigma, reading, 0).systematic : scale * scale;
   }
   Eigen::VectorXd weight = l.variance.cwiseInverse();
-  if (model.mode == AdjustmentMode::sse_axial) {
+  if (model.mode == reliability::AdjustmentMode::sse_axial) {
     weight[5] = 0;
     l.observed[5] = false;
   }

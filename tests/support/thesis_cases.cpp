@@ -22,8 +22,8 @@ ThesisCase thesis_case(int number) {
   const std::string path = fmt::format("configs/thesis/traj{}.csv", number);
   ThesisCase c;
   c.number = number;
-  c.survey =
-      survey_from_table(parse_csv(project_file(path), path), {ToolfaceZero::x, AzimuthReference::true_north}, true);
+  c.survey = config::survey_from_table(config::parse_csv(project_file(path), path),
+                                       {config::ToolfaceZero::x, config::AzimuthReference::true_north}, true);
   c.field.total = 51000;
   c.field.dip = 72 * kDegree;
   switch (number) {
@@ -42,16 +42,16 @@ ThesisCase thesis_case(int number) {
   return c;
 }
 
-std::vector<StationFields> station_fields(const ThesisCase& c) {
-  const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
-  std::vector<StationFields> s;
+std::vector<survey::StationFields> station_fields(const ThesisCase& c) {
+  const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
+  std::vector<survey::StationFields> s;
   for (std::size_t k = 0; k < clean.field_T.size(); ++k)
     s.push_back({clean.field_T[k], scale(1 / c.field.gravity, clean.gravity_T[k])});
   return s;
 }
 
-std::vector<Attitude> difficult_attitudes() {
-  std::vector<Attitude> all;
+std::vector<survey::Attitude> difficult_attitudes() {
+  std::vector<survey::Attitude> all;
   for (const double inclination : {0.0, 1e-8, 1.0, 30.0, 89.9999, 90.0, 120.0, 179.0, 180.0})
     for (const double azimuth : {0.0, 1e-8, 57.0, 90.0, 180.0, 250.0, 270.0, 359.999999, 360.0})
       for (const double toolface : {0.0, 33.0, 90.0, 180.0, 261.0, 359.9999})

@@ -3,30 +3,30 @@
 #include <string>
 #include <vector>
 
-#include "field/reference_field.h"
 #include "sensor/magnetometer.h"
+#include "survey/reference_field.h"
 #include "survey/survey.h"
 
 namespace surveymc::test {
 
 struct ThesisCase {
   int number;
-  Survey survey;
-  ReferenceField field;
-  MagnetometerErrors errors;
+  survey::Survey survey;
+  survey::ReferenceField field;
+  sensor::MagnetometerErrors errors;
 };
 
 /// number: 1 .. 4. Trajectories are read from configs/thesis.
 ThesisCase thesis_case(int number);
 
 /// Field and down direction of every station, as linearisations take them.
-std::vector<StationFields> station_fields(const ThesisCase& c);
+std::vector<survey::StationFields> station_fields(const ThesisCase& c);
 
 /// Whole text of a file of the project; path relative to its root.
 std::string project_file(const std::string& path);
 std::string project_path(const std::string& path);
 
 /// Attitudes worth trying: every combination of easy, tiny, right-angled and wrapped-round angles, in radians.
-std::vector<Attitude> difficult_attitudes();
+std::vector<survey::Attitude> difficult_attitudes();
 
 }  // namespace surveymc::test

@@ -7,6 +7,7 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::survey;
 
 TEST_CASE("The conventions' reference attitude has its documented vectors") {
   // docs/conventions.md: I 35, T 57 (from x), A 123, G 1, Bh 12940.952, Bv 48296.291.

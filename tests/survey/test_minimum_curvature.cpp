@@ -11,6 +11,7 @@
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::survey;
 
 namespace {
 /// The textbook ratio factor, in long double.
@@ -26,13 +27,13 @@ TEST_CASE("The ratio factor is tan(beta/2)/(beta/2) from straight to 170 degrees
     CAPTURE(dogleg);
     // s carries a rounding of 1e-16, which 1/(1-s) amplifies
     CHECK(std::abs(ratio_factor(s) / exact_ratio(h) - 1) < 2e-15 / (1 - s));
-    CHECK(lane(ratio_factor(Lanes(s)), 2) == ratio_factor(s));
+    CHECK(simd::lane(ratio_factor(simd::Lanes(s)), 2) == ratio_factor(s));
   }
   CHECK(ratio_factor(0.0) == 1);
 }
 
 TEST_CASE("The slope of the ratio factor agrees with dual numbers on both sides of the series") {
-  using D = Dual<double, 1>;
+  using D = simd::Dual<double, 1>;
   for (const double s : {0.0, 1e-12, 9.9e-5, 1.01e-4, 1e-3, 0.1, 0.2499, 0.2501, 0.6, 0.95}) {
     CAPTURE(s);
     CHECK(ratio_factor_slope(s) == Approx(ratio_factor(D::variable(s, 0)).d[0]).epsilon(1e-9));
@@ -42,7 +43,7 @@ TEST_CASE("The slope of the ratio factor agrees with dual numbers on both sides 
 TEST_CASE("A quarter circle has the displacement of a quarter circle") {
   // From vertical down to horizontal north over an arc of radius R: R north, R down.
   const double r = 300;
-  const Vec3<double> d = minimum_curvature_leg(r * kPi / 2, {0, 0, 1}, {1, 0, 0});
+  const Vec3<double> d = minimum_curvature_interval(r * kPi / 2, {0, 0, 1}, {1, 0, 0});
   CHECK(std::abs(d.x - r) < 1e-12 * r);
   CHECK(d.y == 0);
   CHECK(std::abs(d.z - r) < 1e-12 * r);
@@ -50,7 +51,7 @@ TEST_CASE("A quarter circle has the displacement of a quarter circle") {
 
 TEST_CASE("A straight leg is as long as its measured depth; legs add up when an arc is split") {
   const Vec3<double> t = tangent_N({33 * kDegree, 217 * kDegree, 0});
-  const Vec3<double> d = minimum_curvature_leg(123.4, t, t);
+  const Vec3<double> d = minimum_curvature_interval(123.4, t, t);
   CHECK(std::abs(norm(d) - 123.4) < 1e-13);
   // A circular arc in one plane, in one leg or in ten
   std::vector<double> md;
@@ -60,7 +61,7 @@ TEST_CASE("A straight leg is as long as its measured depth; legs add up when an 
     tangents.push_back(tangent_N({(20 + 4.0 * k) * kDegree, 75 * kDegree, 0}));
   }
   const Eigen::Vector3d split = minimum_curvature_positions(md, tangents).back();
-  const Eigen::Vector3d whole = to_eigen(minimum_curvature_leg(100.0, tangents.front(), tangents.back()));
+  const Eigen::Vector3d whole = to_eigen(minimum_curvature_interval(100.0, tangents.front(), tangents.back()));
   CHECK((split - whole).norm() < 1e-11);
 }
 
@@ -83,14 +84,14 @@ TEST_CASE("Balanced tangential is shorter than minimum curvature by the ratio fa
 }
 
 TEST_CASE("Derivatives of a leg agree with dual numbers, also for a straight one") {
-  using D = Dual<double, 6>;
+  using D = simd::Dual<double, 6>;
   for (const double turn : {0.0, 1e-7, 3.0, 40.0, 100.0}) {
     const Vec3<double> from = tangent_N({30 * kDegree, 40 * kDegree, 0});
     const Vec3<double> to = tangent_N({(30 + turn) * kDegree, (40 + turn / 2) * kDegree, 0});
     const Vec3<D> df{D::variable(from.x, 0), D::variable(from.y, 1), D::variable(from.z, 2)};
     const Vec3<D> dt{D::variable(to.x, 3), D::variable(to.y, 4), D::variable(to.z, 5)};
-    const Vec3<D> leg = minimum_curvature_leg(D(80.0), df, dt);
-    const LegDerivatives d = minimum_curvature_derivatives(80, from, to);
+    const Vec3<D> leg = minimum_curvature_interval(D(80.0), df, dt);
+    const IntervalDerivatives d = minimum_curvature_derivatives(80, from, to);
     const D rows[3] = {leg.x, leg.y, leg.z};
     CAPTURE(turn);
     for (int i = 0; i < 3; ++i)
@@ -124,9 +125,9 @@ TEST_CASE("Derivative of the final position by each tangent agrees with differen
 TEST_CASE("Corrected positions of error-free readings are the survey's own") {
   for (int number = 1; number <= 4; ++number) {
     const test::ThesisCase c = test::thesis_case(number);
-    const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
-    ReadingBlock block = make_reading_block(5, c.survey.size(), {});
-    simulate_readings(clean, c.field, {}, Stream(1, 1), 0, block);
+    const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
+    ReadingBlock block = sensor::make_reading_block(5, c.survey.size(), {});
+    sensor::simulate_readings(clean, c.field, {}, random::Stream(1, 1), 0, block);
     LaneArray parameters(1, 6), position(1, 3);
     for (int i = 0; i < 3; ++i) {
       parameters.fill(0, i, c.errors.gain[static_cast<std::size_t>(i)]);

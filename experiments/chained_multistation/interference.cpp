@@ -1,0 +1,199 @@
+/// `chained_multistation`, study "interference": a disturbed field over the first stations, ignored, and estimated as a
+/// free vector or as an amplitude of known direction (slide 12, future work 3).
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "chained/attitude.h"
+#include "chained/block_solver.h"
+#include "chained_multistation/parts.h"
+#include "chained_multistation/quantities.h"
+#include "random/study_stream.h"
+#include "stats/layout.h"
+#include "study/comparison.h"
+
+namespace surveymc::studies::chained_multistation {
+namespace {
+
+enum Way { kUndisturbed, kIgnored, kVector, kDirection, kWays };
+constexpr std::array<const char*, kWays> kWayNames{"undisturbed", "ignored", "free_vector", "known_direction"};
+constexpr std::array<const char*, 3> kQuantities{"azimuth_deg", "horizontal_nT", "rejected"};
+
+struct Counts : stats::Layout {
+  stats::Slots rejected = slots(kWays), ended = slots(kWays, chained::kStatuses);
+};
+constexpr Counts kCounts;
+
+struct Interference {
+  Scenario s;
+  double size = 800;  ///< nT, of each component
+  bool drawn = true;  ///< components normal with sd `size`; otherwise each is `size`
+  int reported = 3;   ///< stations whose errors count
+  double prior_sd = 2000, alpha = 0.01;
+};
+
+class ChainedInterference final : public study::StudyPoint {
+ public:
+  explicit ChainedInterference(Interference in) : in_(std::move(in)), stream_(random::stream_of(in_.s.seed)) {}
+
+  stats::Tally run_block(montecarlo::TrialBlock block) const override {
+    stats::Tally tally;
+    tally.counts.assign(kCounts.size(), 0);
+    std::array<Eigen::MatrixXd, kWays> numbers;
+    numbers.fill(Eigen::MatrixXd(block.count, 3));
+    std::array<Eigen::Index, kWays> rows{};
+    for (int t = 0; t < block.count; ++t) {
+      ++tally.trials;
+      const std::uint64_t trial = block.first + static_cast<std::uint64_t>(t);
+      bool converged = true;
+      for (std::size_t way = 0; way < kWays; ++way) {  // each leaves out its own failures only
+        const Outcome o = outcome(trial, static_cast<Way>(way));
+        ++tally.counts[kCounts.ended(way, static_cast<std::size_t>(o.status))];
+        converged = converged && o.converged();
+        if (!o.converged()) continue;
+        tally.counts[kCounts.rejected(way)] += o.rejected;
+        numbers[way].row(rows[way]++) << o.azimuth2, o.horizontal2, o.claimed2;
+      }
+      if (converged) continue;
+      ++tally.failed;
+      if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
+    }
+    for (std::size_t way = 0; way < kWays; ++way)
+      tally.groups.push_back(stats::Moments::of(numbers[way].topRows(rows[way])));
+    return tally;
+  }
+
+  study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
+    std::vector<study::ComparisonRow> rows;
+    std::vector<std::int64_t> failed;
+    for (std::size_t way = 0; way < kWays; ++way) {
+      const stats::Moments m = tally.groups.empty() ? stats::Moments() : tally.groups[way];
+      for (Eigen::Index i = 0; i < 2; ++i) {
+        const double claimed = i == 0 && m.count >= 2 ? std::sqrt(m.mean[2]) : std::nan("");
+        rows.push_back(study::labelled(
+            kWayNames[way], study::compare_value(kQuantities[static_cast<std::size_t>(i)], i == 0 ? "deg" : "nT",
+                                                 study::rms_estimate(m, i, in_.s.verdict.confidence), claimed,
+                                                 in_.s.verdict, tally.trials)));
+        rows.back().note.clear();  // this table does not say how many trials would decide
+      }
+      rows.push_back(study::compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[kCounts.rejected(way)],
+                                         m.count, way == kIgnored ? std::nan("") : in_.alpha, in_.s.verdict,
+                                         tally.trials));
+      rows.back().formulation = kWayNames[way];
+      failed.resize(rows.size(), static_cast<std::int64_t>(tally.trials - m.count));
+    }
+    in_.s.annotations.apply("interference", rows);
+    study::PointResult r;
+    r.tables = {study::comparison_table(
+        "interference",
+        fmt::format("RMS over the first {} stations with a disturbed field, and how often chi-squared of the whole run "
+                    "rejects at {:g} %",
+                    in_.reported, 100 * in_.alpha) +
+            study::at_confidence(in_.s.verdict.confidence),
+        rows, tally.trials, tally.failed)};
+    r.tables.front().columns.back().values = std::move(failed);
+    r.tables.push_back(failures_table(tally));
+    return r;
+  }
+
+  std::string replay(std::uint64_t trial) const override {
+    std::string text = fmt::format("trial {}\n", trial);
+    for (std::size_t way = 0; way < kWays; ++way) {
+      const Outcome o = outcome(trial, static_cast<Way>(way));
+      text += fmt::format("{}: {}, RMS azimuth {:.12g} deg, cost {:.12g}\n", kWayNames[way],
+                          o.converged() ? "converged" : "NOT converged", std::sqrt(o.azimuth2), o.cost);
+    }
+    return text;
+  }
+
+ private:
+  struct Outcome {
+    chained::Status status = chained::Status::iteration_limit;
+    bool rejected = false;
+    bool converged() const { return status == chained::Status::converged; }
+    double azimuth2 = 0, horizontal2 = 0, claimed2 = 0, cost = 0;  ///< mean squares: deg2, nT2, deg2 claimed
+  };
+
+  static store::Table failures_table(const stats::Tally& tally) {
+    std::vector<Endings> endings;
+    for (std::size_t way = 0; way < kWays && !tally.counts.empty(); ++way) {
+      endings.push_back({kWayNames[way]});
+      for (std::size_t i = 0; i < chained::kStatuses; ++i)
+        endings.back().counts[i] = tally.counts[kCounts.ended(way, i)];
+    }
+    return endings_table("how the trials of every formulation ended; each leaves out its own failures only",
+                         "formulation", "what is made of the interference", endings, tally.trials);
+  }
+
+  Outcome outcome(std::uint64_t trial, Way way) const {
+    sensor::ChainedRunSetup setup = in_.s.truth;
+    chained::Model m = in_.s.model(chained::ChainReferences::chained);
+    m.interference.rate = setup.interference_rate;
+    m.interference.prior_sd = in_.prior_sd;
+    const auto z = stream_.normals<double>(trial, random::Channel::chained_profile, std::uint64_t{0});
+    Eigen::Vector3d a = Eigen::Vector3d::Constant(in_.size);
+    if (in_.drawn) a = in_.size * Eigen::Vector3d(z[0], z[1], z[2]);
+    if (way != kUndisturbed) setup.interference = survey::from_eigen(a);
+    if (way == kVector) m.interference.directions.setIdentity(3, 3);
+    if (way == kDirection) {
+      m.interference.directions.setZero(3, 1);
+      m.interference.directions.col(0) = a.normalized();
+    }
+    const sensor::ChainedRun run = sensor::simulate_chained_run(setup, stream_, trial);
+    const chained::Solution x = chained::solve_blocks(m, {run.readings, {}});
+    Outcome o;
+    o.status = x.status;
+    o.cost = x.cost;
+    o.rejected = stats::chi_squared_upper_tail(3.0 * in_.s.stations(), x.cost) < in_.alpha;
+    if (!o.converged()) return o;
+    const RunCheck check = check_chained(in_.s, run, x);
+    for (int k = 0; k < in_.reported; ++k) {
+      const StationCheck& c = check.stations[static_cast<std::size_t>(k)];
+      o.azimuth2 += c.error[0] * c.error[0] / in_.reported;
+      o.horizontal2 += c.error[4] * c.error[4] / in_.reported;
+      o.claimed2 += c.claimed_sd[0] * c.claimed_sd[0] / in_.reported;
+    }
+    return o;
+  }
+
+  Interference in_;
+  random::Stream stream_;
+};
+
+class ChainedInterferencePlan final : public study::PointPlan {
+ public:
+  explicit ChainedInterferencePlan(Interference scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.s.trials; }
+  int block_trials() const override { return 32; }
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    return std::make_unique<ChainedInterference>(s_);
+  }
+
+ private:
+  Interference s_;
+};
+
+}  // namespace
+
+std::unique_ptr<study::PointPlan> interference_plan(config::ConfigReader& c, random::StudySeed seed) {
+  Interference in;
+  in.s = read_scenario(c, seed);
+  c.require(in.s.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
+  in.size = c.number("interference.size_nT", config::Range::closed(0, 1e5), 800);
+  in.drawn = c.choice("interference.law", {"normal", "constant"}, "normal") == "normal";
+  in.s.truth.interference_rate = c.number("interference.rate", config::Range::non_negative(), 0.35);
+  in.prior_sd = c.number("interference.prior_sd_nT", config::Range::positive(), 2000);
+  in.alpha = c.number("interference.alpha", config::Range::open(0, 1), 0.01);
+  in.reported = static_cast<int>(c.integer("interference.stations", 1, in.s.stations(), 3));
+  c.require(in.size > 0, "interference.size_nT", "must be > 0: a direction has to be known");
+  std::vector<study::RowName> rows;
+  for (const char* way : kWayNames)
+    for (const char* q : kQuantities) rows.push_back({"interference", way, q});
+  in.s.annotations = study::Annotations::read(c, rows);
+  c.finish();
+  return std::make_unique<ChainedInterferencePlan>(std::move(in));
+}
+
+}  // namespace surveymc::studies::chained_multistation

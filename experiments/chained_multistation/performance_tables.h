@@ -1,0 +1,83 @@
+#pragma once
+/// Counting and tables of `chained_multistation`, study "performance".
+#include "chained_multistation/quantities.h"
+#include "montecarlo/run_blocks.h"
+#include "stats/layout.h"
+#include "store/table.h"
+
+namespace surveymc::studies::chained_multistation {
+
+/// Where the numbers of a trial stand in a tally.
+class PerformanceLayout {
+ public:
+  PerformanceLayout(const Scenario& s, std::size_t kept_runs);
+
+  static constexpr std::size_t kBins = 40;
+
+  /// Columns of an estimator's Moments, by quantity or state; all are means over the stations of a trial.
+  struct Numbers : stats::Layout {
+    stats::Slots square = slots(kRunQuantities);   ///< of the error
+    stats::Slots claimed = slots(kRunQuantities);  ///< variance
+    stats::Slots worse = slots(kRunQuantities);    ///< its RMS in runs worse than single, else 0
+    stats::Slots z_square = slots(kTestedStates), nees = slots(), cost = slots();
+  };
+  struct Counts : stats::Layout {
+    explicit Counts(std::size_t n) : estimators(n) {}
+    std::size_t estimators;
+    stats::Slots worse_runs = slots(estimators, kRunQuantities);  ///< RMS over the run above single's
+    stats::Slots worse_last = slots(estimators, kRunQuantities);  ///< error at the last station
+    stats::Slots z = slots(estimators, kBins), nees = slots(estimators, kBins), cost = slots(estimators, kBins);
+    stats::Slots ended = slots(estimators, chained::kStatuses);  ///< trials that ended so
+  };
+  struct Groups : stats::Layout {
+    Groups(std::size_t n, bool along) : estimators(n), squares(along ? n : 0) {}
+    std::size_t estimators, squares;
+    stats::Slots solved = slots(estimators);               ///< Numbers, over the trials that the estimator solved
+    stats::Slots square = slots(squares, kRunQuantities);  ///< errors at every station; none if there are too many
+  };
+  const Numbers numbers;
+  const Counts counts;
+  const Groups groups;
+
+  /// Empty before the first trial.
+  const stats::Moments& moments(const stats::Tally& tally, std::size_t estimator) const;
+  /// Trials that did not converge.
+  std::uint64_t failed(const stats::Tally& tally, std::size_t estimator) const;
+
+  std::size_t kept() const { return kept_; }
+  bool along() const { return groups.squares > 0; }
+
+  static constexpr double kZWidth = 0.25, kZFirst = -5, kNeesWidth = 1;
+  double cost_width() const { return cost_width_; }
+
+  /// What estimators know of a block's trials: as many rows are filled as each has solved.
+  struct Block {
+    std::vector<Eigen::MatrixXd> numbers, along;
+    std::vector<Eigen::Index> rows;
+  };
+  Block block(Eigen::Index trials, int stations) const;
+  /// One trial; estimators that failed are counted, by status, and left out one by one.
+  void add(const std::vector<RunCheck>& checks, Block& block, std::vector<std::uint64_t>& events) const;
+  /// As groups of a tally.
+  std::vector<stats::Moments> moments_of(const Block& block) const;
+  /// RMS of the run, by estimator and quantity, behind the others; NaN of those that failed.
+  void keep(const std::vector<RunCheck>& checks, std::vector<double>& samples) const;
+
+ private:
+  std::vector<bool> chained_;
+  std::size_t kept_;
+  int single_ = -1;  ///< its place among the estimators
+  double cost_width_;
+};
+
+/// Rows that annotations may name.
+std::vector<study::RowName> performance_rows(const Scenario& s);
+
+/// rms, consistency, stations, worse, runs, histogram, failures, failed_trials.
+std::vector<store::Table> performance_tables(const Scenario& s, const PerformanceLayout& layout,
+                                             const stats::Tally& tally);
+
+/// Biases of the first trial, true and estimated (slide 9).
+store::Table tracks_table(const Scenario& s, const random::Stream& stream);
+
+}  // namespace surveymc::studies::chained_multistation

@@ -1,0 +1,72 @@
+#include "chained_multistation/scenario.h"
+
+#include <cmath>
+
+#include "base/units.h"
+#include "study/chain_sizes.h"
+
+namespace surveymc::studies::chained_multistation {
+
+const std::vector<std::string>& solver_names() {
+  static const std::vector<std::string> names{
+      "base", "single", "filter", "filter_independent", "smoother", "smoother_independent"};
+  return names;
+}
+
+namespace {
+
+/// `[profile]`: a made-up well with inclinations linear along the stations, or `[survey]`: a file's.
+void read_profile(config::ConfigReader& c, Scenario& s) {
+  if (c.has("survey.file")) {
+    for (const char* key : {"stations", "inclination_from_deg", "inclination_to_deg", "magnetic_azimuth_deg"})
+      c.require(!c.has(std::string("profile.") + key), std::string("profile.") + key, "not together with survey.file");
+    const bool own = c.choice("profile.toolface", {"random", "survey"}, "random") == "survey";
+    const survey::Survey survey = study::read_survey(c, s.field, own);
+    s.truth.random_toolface = !own;
+    for (const survey::Station& station : survey.stations)
+      s.truth.attitudes.push_back(survey::magnetic_attitude(station, s.field.declination));
+    s.md = survey.md();
+  } else {
+    const int n = static_cast<int>(c.integer("profile.stations", 2, 100'000, 18));
+    const double from = kDegree * c.number("profile.inclination_from_deg", config::Range::closed(0, 180), 10),
+                 to = kDegree * c.number("profile.inclination_to_deg", config::Range::closed(0, 180), 45),
+                 azimuth = kDegree * c.number("profile.magnetic_azimuth_deg", config::Range::closed(-360, 360), 45),
+                 spacing = c.number("profile.spacing_m", config::Range::positive(), 30);
+    c.choice("profile.toolface", {"random"}, "random");
+    for (int k = 0; k < n; ++k) {
+      s.truth.attitudes.push_back({from + (to - from) * k / (n - 1), azimuth, 0});
+      s.md.push_back(spacing * k);
+    }
+  }
+}
+
+}  // namespace
+
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
+  Scenario s;
+  s.seed = seed;
+  s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 100'000'000));
+  s.field = study::read_field(c);
+  s.sizes = study::read_chain_sizes(c, s.field);
+  read_profile(c, s);
+  s.offset_stations = static_cast<int>(c.integer("model.offset_stations", 1, 100'000, s.stations()));
+  const chained::Model m = s.model(chained::ChainReferences::chained);
+  s.truth.gravity = m.gravity;
+  s.truth.horizontal = m.horizontal;
+  s.truth.down = m.down;
+  s.truth.first_sd = m.prior_sd;
+  s.truth.step_sd = m.link_sd;
+  s.truth.noise = m.noise;
+  if (c.choice("model.truth_references", {"chained", "constant"}, "chained") == "constant") {
+    const std::array<chained::ChainSize, chained::kReferenceStates> references{s.sizes.gravity, s.sizes.field,
+                                                                               s.sizes.field};
+    for (std::size_t i = 0; i < chained::kReferenceStates; ++i) {
+      s.truth.first_sd[i] = references[i].random;
+      s.truth.step_sd[i] = 0;
+    }
+  }
+  s.verdict = study::read_verdict_rule(c);
+  return s;
+}
+
+}  // namespace surveymc::studies::chained_multistation

@@ -1,0 +1,51 @@
+#pragma once
+/// What a config of `chained_multistation` says, in internal units.
+#include <string>
+#include <vector>
+
+#include "chained/batch.h"
+#include "chained/linearised_station.h"
+#include "chained/model.h"
+#include "random/study_id.h"
+#include "sensor/chained_runs.h"
+#include "study/annotations.h"
+#include "study/experiment.h"
+#include "study/scenario.h"
+#include "study/verdict.h"
+
+namespace surveymc::studies::chained_multistation {
+
+/// How a run is solved. The first two take every station alone.
+enum class Solver { base, single, filter, filter_independent, smoother, smoother_independent };
+const std::vector<std::string>& solver_names();
+inline bool is_chained(Solver e) { return e != Solver::base && e != Solver::single; }
+inline chained::ChainReferences references_of(Solver e) {
+  return e == Solver::filter_independent || e == Solver::smoother_independent ? chained::ChainReferences::independent
+                                                                              : chained::ChainReferences::chained;
+}
+inline chained::Mode mode_of(Solver e) {
+  return e == Solver::filter || e == Solver::filter_independent ? chained::Mode::filter : chained::Mode::smoother;
+}
+
+struct Scenario {
+  random::StudySeed seed;
+  std::uint64_t trials = 0;
+  survey::ReferenceField field;
+  chained::ChainSizes sizes;
+  int offset_stations = 18;       ///< n of the expected offsets
+  sensor::ChainedRunSetup truth;  ///< profile included
+  std::vector<double> md;         ///< m, along the profile
+  std::vector<Solver> estimators;
+  study::VerdictRule verdict;
+  study::Annotations annotations;
+
+  int stations() const { return static_cast<int>(truth.attitudes.size()); }
+  chained::Model model(chained::ChainReferences references) const {
+    return chained::make_model(sizes, offset_stations, references);
+  }
+};
+
+/// `[field]`, `[model]`, `[profile]` or `[survey]`, trials, `[verdict]`: all but what one study alone reads.
+Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
+
+}  // namespace surveymc::studies::chained_multistation

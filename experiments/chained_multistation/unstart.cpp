@@ -1,0 +1,183 @@
+/// `chained_multistation`, study "unstart": how often do the solvers end elsewhere than at the lowest minimum, when
+/// they begin far away, with and without the sub-search (slide 12, future work 1)?
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "chained/attitude.h"
+#include "chained/mode_search.h"
+#include "chained_multistation/parts.h"
+#include "chained_multistation/quantities.h"
+#include "random/study_stream.h"
+#include "study/comparison.h"
+
+namespace surveymc::studies::chained_multistation {
+namespace {
+
+/// Ways to solve a run, in the order of the counts.
+enum Way { kGaussNewton, kLevenberg, kSearchGaussNewton, kSearch };
+constexpr std::size_t kWays = 4;
+constexpr std::array<const char*, kWays> kWayNames{"gauss_newton", "levenberg", "search_gauss_newton", "search"};
+enum Event {
+  kNotConverged,  ///< no minimum at all
+  kWrongMinimum,  ///< a minimum, but J is lower elsewhere
+  kFailed         ///< either
+};
+constexpr std::size_t kEvents = 3;
+constexpr std::array<const char*, kEvents> kEventNames{"not_converged", "higher_minimum", "failed"};
+/// After the ways: of the runs themselves.
+enum RunEvent { kAmbiguous, kTruthNotLowest, kTruthNotLowestUnflagged, kTruthNotFound };
+constexpr std::size_t kRunEvents = 4;
+constexpr std::array<const char*, kRunEvents> kRunEventNames{"ambiguous", "truth_not_lowest",
+                                                             "truth_not_lowest_not_flagged", "truth_not_among_modes"};
+
+struct Unstart {
+  Scenario s;
+  bool given_start = false;  ///< all stations from `start`; otherwise from the basic solution
+  survey::Attitude start;
+  double axial_bias = 0;  ///< nT, + in even trials, - in odd ones
+};
+
+class ChainedUnstart final : public study::StudyPoint {
+ public:
+  explicit ChainedUnstart(Unstart u) : u_(std::move(u)), stream_(random::stream_of(u_.s.seed)) {}
+
+  stats::Tally run_block(montecarlo::TrialBlock block) const override {
+    stats::Tally tally;
+    tally.counts.assign(kWays * kEvents + kRunEvents, 0);
+    for (int t = 0; t < block.count; ++t) {
+      ++tally.trials;
+      const RunOutcome r = outcome(block.first + static_cast<std::uint64_t>(t));
+      for (std::size_t way = 0; way < kWays; ++way)
+        for (std::size_t e = 0; e < kEvents; ++e) tally.counts[way * kEvents + e] += r.ways[way][e];
+      for (std::size_t e = 0; e < kRunEvents; ++e) tally.counts[kWays * kEvents + e] += r.run[e];
+    }
+    return tally;
+  }
+
+  study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
+    std::vector<study::ComparisonRow> rows;
+    const auto rate = [&](const std::string& formulation, const std::string& quantity, std::uint64_t count) {
+      rows.push_back(study::compare_rate(quantity, count, tally.trials, std::nan(""), u_.s.verdict, tally.trials));
+      rows.back().formulation = formulation;
+      rows.back().note = fmt::format("{} of {} runs", count, tally.trials);
+    };
+    for (std::size_t way = 0; way < kWays; ++way)
+      for (std::size_t e = 0; e < kEvents; ++e) rate(kWayNames[way], kEventNames[e], tally.counts[way * kEvents + e]);
+    for (std::size_t e = 0; e < kRunEvents; ++e) rate("modes", kRunEventNames[e], tally.counts[kWays * kEvents + e]);
+    // A search that may not fail: exactly no failure is what has to be seen
+    for (study::ComparisonRow& row : rows)
+      if (row.formulation == "search" && row.quantity == "failed") {
+        row.analytic = 0;
+        row.verdict = row.monte_carlo == 0 ? "agrees" : "differs";
+      }
+    u_.s.annotations.apply("unstart", rows);
+    study::PointResult r;
+    r.tables = {study::comparison_table("unstart",
+                                        "runs that end elsewhere than at the lowest minimum, by how they are solved" +
+                                            study::at_confidence(u_.s.verdict.confidence),
+                                        rows, tally.trials, tally.failed)};
+    return r;
+  }
+
+  std::string replay(std::uint64_t trial) const override {
+    const sensor::ChainedRun run = simulate(trial);
+    const chained::Model m = u_.s.model(chained::ChainReferences::chained);
+    std::string text = fmt::format("trial {}\n", trial);
+    const chained::Modes modes = chained::find_modes(m, {run.readings, {}});
+    for (const chained::Solution& x : modes.modes)
+      text += fmt::format("mode: cost {:.12g}, azimuth of the first station {:.9g} deg\n", x.cost,
+                          chained::attitude_of(x.stations[0].frame).azimuth / kDegree);
+    text += modes.ambiguous ? "ambiguous\n" : "not ambiguous\n";
+    return text;
+  }
+
+ private:
+  struct RunOutcome {
+    std::array<std::array<bool, kEvents>, kWays> ways{};
+    std::array<bool, kRunEvents> run{};
+  };
+
+  sensor::ChainedRun simulate(std::uint64_t trial) const {
+    sensor::ChainedRunSetup setup = u_.s.truth;
+    setup.constant_state[chained::kMagnetometerOffset + 2] += trial % 2 == 0 ? u_.axial_bias : -u_.axial_bias;
+    return sensor::simulate_chained_run(setup, stream_, trial);
+  }
+
+  RunOutcome outcome(std::uint64_t trial) const {
+    const sensor::ChainedRun run = simulate(trial);
+    const chained::Model m = u_.s.model(chained::ChainReferences::chained);
+    const chained::Readings readings{run.readings, {}};
+    chained::Point start = chained::basic_start(m, readings);
+    if (u_.given_start) std::fill(start.frames.begin(), start.frames.end(), chained::frame_of(u_.start));
+    chained::Point truth = start;
+    truth.frames = run.frames;
+    for (std::size_t k = 0; k < run.states.size(); ++k)
+      truth.chain[k] = Eigen::Map<const chained::ChainVector>(run.states[k].data());
+
+    chained::SearchOptions undamped;
+    undamped.polish.damped = false;
+    const chained::Modes modes = chained::find_modes(m, readings), raw = chained::find_modes(m, readings, undamped);
+    const chained::Solution at_truth = chained::solve_blocks(m, readings, truth);
+    const chained::Solution gauss_newton = chained::solve_blocks(m, readings, start, {.damped = false}),
+                            levenberg = chained::solve_blocks(m, readings, start);
+    const chained::Solution* ends[kWays] = {&gauss_newton, &levenberg, raw.modes.empty() ? nullptr : &raw.modes[0],
+                                            modes.modes.empty() ? nullptr : &modes.modes[0]};
+    double lowest = at_truth.converged ? at_truth.cost : kInfinity;
+    for (const chained::Solution* end : ends)
+      if (end && end->converged) lowest = std::min(lowest, end->cost);
+    RunOutcome r;
+    for (std::size_t way = 0; way < kWays; ++way) {
+      const bool converged = ends[way] && ends[way]->converged;
+      const bool higher = converged && ends[way]->cost > lowest + 1e-6;  // minima stand to 1e-9
+      r.ways[way] = {!converged, higher, !converged || higher};
+    }
+    const bool not_lowest = at_truth.converged && at_truth.cost > lowest + 1e-6;
+    const bool among = std::any_of(modes.modes.begin(), modes.modes.end(),
+                                   [&](const auto& x) { return std::abs(x.cost - at_truth.cost) < 1e-6; });
+    r.run = {modes.ambiguous, not_lowest, not_lowest && !modes.ambiguous, at_truth.converged && !among};
+    return r;
+  }
+
+  Unstart u_;
+  random::Stream stream_;
+};
+
+class ChainedUnstartPlan final : public study::PointPlan {
+ public:
+  explicit ChainedUnstartPlan(Unstart scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.s.trials; }
+  int block_trials() const override { return 8; }
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    return std::make_unique<ChainedUnstart>(s_);
+  }
+
+ private:
+  Unstart s_;
+};
+
+}  // namespace
+
+std::unique_ptr<study::PointPlan> unstart_plan(config::ConfigReader& c, random::StudySeed seed) {
+  Unstart u;
+  u.s = read_scenario(c, seed);
+  c.require(u.s.stations() <= 200, "profile.stations", "at most 200: every run is searched");
+  const std::string from = c.choice("unstart.start", {"basic", "given"});
+  u.given_start = from == "given";
+  if (u.given_start)
+    u.start = {kDegree * c.number("unstart.inclination_deg", config::Range::closed(0, 180)),
+               kDegree * c.number("unstart.magnetic_azimuth_deg", config::Range::closed(-360, 360)),
+               kDegree * c.number("unstart.toolface_deg", config::Range::closed(-360, 360))};
+  u.axial_bias = c.number("unstart.axial_bias_nT", config::Range::closed(-20000, 20000), 0);
+  std::vector<study::RowName> rows;
+  for (const char* way : kWayNames)
+    for (const char* e : kEventNames) rows.push_back({"unstart", way, e});
+  for (const char* e : kRunEventNames) rows.push_back({"unstart", "modes", e});
+  u.s.annotations = study::Annotations::read(c, rows);
+  c.finish();
+  return std::make_unique<ChainedUnstartPlan>(std::move(u));
+}
+
+}  // namespace surveymc::studies::chained_multistation

@@ -1,0 +1,224 @@
+#include "drift_monitoring/scenario.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "random/study_stream.h"
+#include "store/result_file.h"
+#include "study/scenario.h"
+
+namespace surveymc::studies::drift_monitoring {
+namespace {
+
+/// The table `model` of a result as numbers: mean, sd and bandwidth, then the memory; a column a sensor.
+config::InputTable load_model(const std::filesystem::path& path) {
+  const store::Result result = store::read_result(path);
+  config::InputTable in;
+  for (const store::Table& t : result.tables) {
+    if (t.name != "model") continue;
+    for (const store::Column& c : t.columns)
+      if (const auto* x = std::get_if<std::vector<double>>(&c.values); x && c.long_name == "sensor") {
+        in.names.push_back(c.name + "_" + c.unit);
+        in.columns.push_back(*x);
+      }
+    for (std::size_t i = 0; i < t.rows(); ++i) in.lines.push_back(static_cast<int>(i) + 2);
+  }
+  if (in.rows() < 4 || in.names.empty()) throw IoError("has no model: it must be a result of drift_monitoring");
+  return in;
+}
+
+TrainedModel read_model(config::ConfigReader& c, const MonitoringData& d) {
+  config::InputTable in = c.table("model.file", load_model);
+  const auto p = static_cast<Eigen::Index>(d.sensors.size()), rows = static_cast<Eigen::Index>(in.rows());
+  std::string expected, found;
+  for (std::size_t j = 0; j < d.sensors.size(); ++j) expected += (j > 0 ? ", " : "") + d.sensors[j] + "_" + d.units[j];
+  for (std::size_t j = 0; j < in.names.size(); ++j) found += (j > 0 ? ", " : "") + in.names[j];
+  c.require(expected == found, "model.file",
+            "was trained on other sensors or units: " + found + ", and the source has " + expected);
+  monitoring::Samples all(rows, p);
+  for (Eigen::Index j = 0; j < p; ++j)
+    for (Eigen::Index i = 0; i < rows; ++i)
+      all(i, j) = in.columns[static_cast<std::size_t>(j)][static_cast<std::size_t>(i)];
+  return {{all.row(0), all.row(1)}, all.bottomRows(rows - 3), all(2, 0)};
+}
+
+/// `[model] bandwidth`, or `[model.search] bandwidths, folds, target`.
+void read_bandwidth(config::ConfigReader& c, Scenario& s) {
+  if (!c.has("model.search")) {
+    s.bandwidth = c.number("model.bandwidth", config::Range::positive(), 0.2);
+    return;
+  }
+  c.require(!c.has("model.bandwidth"), "model.bandwidth", "leave it out where [model.search] chooses it");
+  BandwidthSearch search;
+  search.tried = c.grid("model.search.bandwidths", config::Range::positive());
+  search.folds = static_cast<int>(c.integer("model.search.folds", 2, 1000, 5));
+  search.truth =
+      c.choice("model.search.target", {"measured", "truth"}, s.data.simulated() ? "truth" : "measured") == "truth";
+  c.require(!search.truth || s.data.simulated(), "model.search.target", "the truth is known of a simulated well only");
+  s.search = std::move(search);
+}
+
+/// Sets the bandwidth to that of the least error.
+void choose_bandwidth(Scenario& s) {
+  const auto& [tried, folds, truth] = *s.search;
+  const monitoring::Samples training = s.data.simulated() ? s.realisation(0).topRows(s.data.train) : s.data.training;
+  const monitoring::Scaling scaling = monitoring::fit_scaling(training);
+  const monitoring::Samples clean = s.data.simulated() ? scaling.to_z(s.data.training) : monitoring::Samples{};
+  s.searched = monitoring::search_bandwidth(scaling.to_z(training), clean, s.memory_vectors, tried, folds);
+  const bool by_truth = truth;
+  const auto best = std::min_element(s.searched.begin(), s.searched.end(), [&](const auto& a, const auto& b) {
+    return by_truth ? a.mse_truth < b.mse_truth : a.mse_measured < b.mse_measured;
+  });
+  s.bandwidth = best->bandwidth;
+}
+
+void require_variation(const MonitoringData& d) {
+  const Eigen::RowVectorXd sd = monitoring::population_sd(d.training);
+  for (std::size_t j = 0; j < d.sensors.size(); ++j) {
+    const auto column = static_cast<Eigen::Index>(j);
+    require(sd[column] > 1e-12 * d.training.col(column).cwiseAbs().maxCoeff(),
+            "sensor {}: does not vary in the training data: it cannot be monitored", d.sensors[j]);
+  }
+}
+
+void read_model_settings(config::ConfigReader& c, Scenario& s) {
+  if (s.model) {
+    s.bandwidth = s.model->bandwidth;
+    s.memory_vectors = s.model->memory.rows();
+    return;
+  }
+  const auto p = static_cast<std::int64_t>(s.sensors());
+  s.memory_vectors =
+      c.integer("model.memory_vectors", 2 * p, 1'000'000, std::min<std::int64_t>(1350, s.data.training_rows()));
+  c.require(s.memory_vectors <= s.data.training_rows(), "model.memory_vectors",
+            fmt::format("must be at most the {} training samples{}", s.data.training_rows(),
+                        s.data.thinned > 1 ? " that source.training_rows leaves" : ""));
+  if (!s.data.simulated()) require_variation(s.data);
+  read_bandwidth(c, s);
+}
+
+void read_drift(config::ConfigReader& c, Scenario& s) {
+  const auto p = s.sensors();
+  std::vector<double> pattern(static_cast<std::size_t>(p), 0.0);
+  if (s.data.simulated()) pattern = {1, 1, 1, 0};
+  pattern = c.numbers("drift.pattern", config::Range::closed(-1, 1), static_cast<int>(p), pattern);
+  const double amplitude = c.number("drift.amplitude_z", config::Range::non_negative(), 5);
+  s.amplitude = amplitude * Eigen::Map<const Eigen::RowVectorXd>(pattern.data(), p);
+  s.start_h = c.number("drift.start_h", config::Range::non_negative(), 12);
+  const double end = s.data.test_end_h;
+  c.require(s.start_h < end, "drift.start_h", fmt::format("must be before the end of the test at {:g} h", end));
+}
+
+void read_tests(config::ConfigReader& c, Scenario& s) {
+  s.sprt.false_alarm = c.number("sprt.false_alarm", config::Range::open(0, 0.5), s.sprt.false_alarm);
+  s.sprt.missed_alarm = c.number("sprt.missed_alarm", config::Range::open(0, 0.5), s.sprt.missed_alarm);
+  s.sprt.shift = c.number("sprt.shift_z", config::Range::positive(), s.sprt.shift);
+  s.sprt.variance = c.number("sprt.variance_z2", config::Range::positive(), s.sprt.variance);
+  s.filter.process_variance =
+      c.number("filter.process_variance_z2", config::Range::positive(), s.filter.process_variance);
+  s.filter.measurement_variance =
+      c.number("filter.measurement_variance_z2", config::Range::positive(), s.filter.measurement_variance);
+  s.filter.gate = c.number("filter.gate", config::Range::non_negative(), 0);
+}
+
+/// `[baselines]` and `[operating]`: settings of the methods.
+void read_settings(config::ConfigReader& c, Scenario& s) {
+  s.cusum.allowance = c.number("baselines.cusum_allowance_z", config::Range::non_negative(), s.cusum.allowance);
+  if (s.data.simulated()) {
+    s.calibration_trials = static_cast<std::uint64_t>(c.integer("baselines.calibration_trials", 0, 1'000'000, 0));
+    const bool given = c.has("baselines.cusum_threshold_z") || c.has("baselines.threshold_z");
+    c.require(s.calibration_trials == 0 || !given, "baselines.calibration_trials",
+              "leave out cusum_threshold_z and threshold_z where they are calibrated");
+  }
+  if (s.calibration_trials == 0) {
+    s.cusum.threshold = c.number("baselines.cusum_threshold_z", config::Range::positive(), s.cusum.threshold);
+    s.threshold = c.number("baselines.threshold_z", config::Range::positive(), s.threshold);
+  }
+  using Test = AlarmMethod::Test;
+  for (AlarmMethod& m : s.methods)
+    m.setting = m.test == Test::sprt ? s.sprt.shift : m.test == Test::cusum ? s.cusum.threshold : s.threshold;
+  const auto add = [&](const char* key, Test test) {
+    if (!c.has(key)) return;
+    const std::vector<double> settings = c.number_or_list(key, config::Range::positive());
+    for (const AlarmMethod& m : s.methods)
+      for (const double x : settings)
+        if (m.test == test) s.operating.push_back({m.name, m.architecture, test, x});
+  };
+  add("operating.shift_z", Test::sprt);
+  add("operating.cusum_threshold_z", Test::cusum);
+  add("operating.threshold_z", Test::threshold);
+}
+
+void read_architectures(config::ConfigReader& c, Scenario& s) {
+  const std::vector<std::string> wanted =
+      c.has("architecture") ? c.texts("architecture") : std::vector<std::string>{"aakr_sprt", "aakr_kf_sprt"};
+  for (const monitoring::Architecture a : {monitoring::Architecture::aakr_sprt, monitoring::Architecture::aakr_kf_sprt})
+    if (std::find(wanted.begin(), wanted.end(), monitoring::name(a)) != wanted.end()) {
+      s.methods.push_back({monitoring::name(a), s.architectures.size(), AlarmMethod::Test::sprt, 0});
+      s.architectures.push_back(a);
+    }
+  c.require(!wanted.empty() && s.architectures.size() == wanted.size(), "architecture",
+            "must be of \"aakr_sprt\", \"aakr_kf_sprt\", each once");
+  if (s.architectures.front() == monitoring::Architecture::aakr_sprt && c.boolean("baselines.enabled", true)) {
+    s.methods.push_back({"aakr_cusum", 0, AlarmMethod::Test::cusum, 0});
+    s.methods.push_back({"aakr_threshold", 0, AlarmMethod::Test::threshold, 0});
+  }
+}
+
+}  // namespace
+
+Eigen::RowVectorXd Scenario::drift(double test_h) const {
+  if (!(test_h > start_h)) return Eigen::RowVectorXd::Zero(sensors());
+  return amplitude * ((test_h - start_h) / (data.test_end_h - start_h));
+}
+
+monitoring::Samples Scenario::realisation(std::uint64_t trial) const {
+  const random::Stream stream = random::stream_of(seed);
+  monitoring::Samples x = data.readings;
+  const auto total = static_cast<std::uint64_t>(x.size());
+  for (std::uint64_t call = 0; 4 * call < total; ++call) {
+    const auto draws = stream.normals<double>(trial, random::Channel::sensor_noise, call);
+    for (std::uint64_t i = 0; i < 4 && 4 * call + i < total; ++i) {
+      const auto at = static_cast<Eigen::Index>(4 * call + i);
+      x.data()[at] += data.noise_sd[at % x.cols()] * draws[i];
+    }
+  }
+  return x;
+}
+
+Scenario with_data(Scenario s) {
+  if (s.data.simulated()) {
+    s.data = simulate_source(std::move(s.data));
+    if (!s.model) require_variation(s.data);
+  }
+  if (s.search) choose_bandwidth(s);
+  return s;
+}
+
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
+  Scenario s;
+  s.seed = seed;
+  const bool has_model = c.has("model.file");
+  s.data = read_monitoring_data(c, has_model);
+  s.trials = static_cast<std::uint64_t>(s.data.simulated() ? c.integer("trials", 1, 1'000'000)
+                                                           : c.integer("trials", 0, 1'000'000'000'000, 1));
+  if (!s.data.simulated()) s.trials = 1;  // nothing is drawn
+  read_architectures(c, s);
+  if (has_model) s.model = read_model(c, s.data);
+  read_model_settings(c, s);
+  read_drift(c, s);
+  read_tests(c, s);
+  read_settings(c, s);
+  s.series_every = c.integer("series_every", 0, 1'000'000'000, 1);
+  const Eigen::Index most = c.integer("series_rows", 2, 10'000'000, 60'000);
+  if (s.series_every > 0)
+    s.series_every = std::max(s.series_every, (s.data.tested() - 1 + most - 2) / (most - 1));  // and the last row
+  s.verdict.confidence = c.number("verdict.confidence", config::Range::open(0, 1), s.verdict.confidence);
+  s.annotations = study::Annotations::read(c, row_names(s));
+  c.finish();
+  return s;
+}
+
+}  // namespace surveymc::studies::drift_monitoring

@@ -1,0 +1,124 @@
+#pragma once
+/// What a config of `drift_monitoring` says, checked.
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/sensor_csv.h"
+#include "monitoring/bandwidth.h"
+#include "monitoring/gas_lift_well.h"
+#include "monitoring/monitor.h"
+#include "monitoring/sequential_tests.h"
+#include "random/study_id.h"
+#include "study/annotations.h"
+#include "study/verdict.h"
+
+namespace surveymc::studies::drift_monitoring {
+
+/// A user's file: what to read of it, and what is wrong with its rows.
+struct SensorFile {
+  config::InputFile file;
+  config::SensorCsvOptions options;
+  config::SensorQuality found;
+};
+
+/// Readings to train on and to monitor, in the units of the sensors. A file is not held, but read again as it is
+/// monitored; what is held of it is a bounded part to train on.
+struct MonitoringData {
+  std::vector<std::string> sensors, units;
+  std::optional<SensorFile> file;  ///< else a simulated well, with:
+  monitoring::InjectionSchedule schedule;
+  double sample_s = 0, noise_to_signal = 0;
+  std::vector<double> time_h;    ///< of every sample; this and what follows by simulate_source()
+  monitoring::Samples readings;  ///< without noise
+  Eigen::RowVectorXd noise_sd;   ///< drawn for every realisation
+
+  Eigen::Index rows = 0, train = 0;         ///< samples; the first `train` of them train the model
+  double test_start_h = 0, test_end_h = 0;  ///< first monitored sample; last one, hours from the first monitored
+  monitoring::Samples training;             ///< of the file; of a simulated well without noise
+  Eigen::Index thinned = 1;                 ///< every so many-th row of the file is in `training`
+
+  bool simulated() const { return !file; }
+  Eigen::Index tested() const { return rows - train; }
+  Eigen::Index training_rows() const { return simulated() ? train : training.rows(); }
+};
+
+/// A model that was trained before: the table `model` of a result.
+struct TrainedModel {
+  monitoring::Scaling scaling;
+  monitoring::Samples memory;  ///< z
+  double bandwidth = 0;
+};
+
+/// How alarms are raised: an architecture with its SPRT, or another test on the residual of AAKR.
+struct AlarmMethod {
+  std::string name;
+  std::size_t architecture;  ///< index in `architectures`: whose signal is tested
+  enum class Test { sprt, cusum, threshold } test;
+  double setting = 0;  ///< z: shift M of the SPRT, threshold of the others
+};
+
+/// `[model.search]`: bandwidths that are tried on the first realisation's training data.
+struct BandwidthSearch {
+  std::vector<double> tried;
+  int folds = 5;
+  bool truth = false;  ///< the target: the truth, as against what was measured
+};
+
+struct Scenario {
+  random::StudySeed seed;
+  std::uint64_t trials = 1;
+  std::vector<monitoring::Architecture> architectures;
+  std::vector<AlarmMethod> methods;
+  std::vector<AlarmMethod> operating;  ///< the same tests at other settings, for the operating curves
+  MonitoringData data;
+  std::optional<TrainedModel> model;  ///< else trained in every realisation
+  Eigen::Index memory_vectors = 0;
+  double bandwidth = 0;
+  std::optional<BandwidthSearch> search;             ///< else `bandwidth` as given
+  std::vector<monitoring::BandwidthScore> searched;  ///< what it found
+  Eigen::RowVectorXd amplitude;                      ///< z at the end of the test, signed; 0: healthy
+  double start_h = 0;
+  monitoring::SprtOptions sprt;
+  monitoring::DriftFilterOptions filter;
+  monitoring::CusumOptions cusum;
+  double threshold = 3;
+  std::uint64_t calibration_trials = 0;  ///< 0: thresholds of CUSUM and plain threshold as given
+  std::uint64_t calibration_alarms = 0;  ///< of them, those in which the SPRT raised an alarm
+  Eigen::Index series_every = 1;         ///< 0: no series
+  study::VerdictRule verdict;
+  study::Annotations annotations;
+
+  /// `methods`, then `operating`.
+  std::size_t method_count() const { return methods.size() + operating.size(); }
+  const AlarmMethod& method(std::size_t m) const {
+    return m < methods.size() ? methods[m] : operating[m - methods.size()];
+  }
+  Eigen::Index sensors() const { return static_cast<Eigen::Index>(data.sensors.size()); }
+  bool drifts(Eigen::Index sensor) const { return amplitude[sensor] != 0; }
+  /// z, of all sensors, so many hours into the test: linear from start_h to the last sample.
+  Eigen::RowVectorXd drift(double test_h) const;
+  bool any_drifts() const { return amplitude.cwiseAbs().maxCoeff() > 0; }
+  bool any_healthy() const { return (amplitude.array() == 0).any(); }
+  /// Readings of one realisation of a simulated well, all samples, in the units of the sensors.
+  monitoring::Samples realisation(std::uint64_t trial) const;
+};
+
+/// `[source]`. Throws InputError.
+MonitoringData read_monitoring_data(config::ConfigReader& config, bool has_model);
+
+/// Throws InputError. A simulated well is not simulated yet, nor a bandwidth searched, nor a baseline calibrated.
+Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
+
+/// The same with the well simulated and the bandwidth chosen; calibrate_baselines() is left. Throws InputError where a
+/// sensor of the well does not vary.
+Scenario with_data(Scenario scenario);
+
+/// `data` of a simulated well, with its samples.
+MonitoringData simulate_source(MonitoringData data);
+
+/// Names of the rows of the tables `metrics` and `claims`.
+std::vector<study::RowName> row_names(const Scenario& s);
+
+}  // namespace surveymc::studies::drift_monitoring

@@ -1,0 +1,129 @@
+/// What an engineer runs on a real run: gains and biases from a file of six-axis readings, with their covariance, the
+/// corrected survey with its own, and whether all of it can be trusted. No simulation, no trials.
+///
+///   readings -> estimator, tests of its residuals (estimate) -> corrected survey and covariance (propagate)
+#include <algorithm>
+#include <optional>
+
+#include <fmt/ranges.h>
+
+#include "analysis/estimate_warnings.h"
+#include "analysis/msa_prediction.h"
+#include "analysis/readings_analysis.h"
+#include "analysis/readings_tests.h"
+#include "base/error.h"
+#include "config/readings_csv.h"
+#include "estimate/chained_readings.h"
+#include "estimate/single_station_readings.h"
+#include "estimate/tables.h"
+#include "study/experiment.h"
+#include "study/scenario.h"
+
+namespace surveymc::studies::estimate {
+namespace {
+
+struct Scenario {
+  std::optional<StationEstimation> by_station;  ///< every station by itself; then noise and estimator are not used
+  survey::ReferenceField field;
+  survey::SixAxisReadings readings;
+  sensor::NoiseModel noise;
+  surveymc::estimate::EstimatorOptions estimator;
+  analysis::TestLevels levels;
+  bool has_trials = false;
+  config::ConfigPlace place;  ///< of the file
+};
+
+bool solves_by_station(config::ConfigReader& c) {
+  std::vector<std::string> known = surveymc::estimate::estimator_names();
+  known.insert(known.end(), station_estimators().begin(), station_estimators().end());
+  const std::string name = c.choice("estimator.name", known);
+  return std::find(station_estimators().begin(), station_estimators().end(), name) != station_estimators().end();
+}
+
+void read_run_estimator(config::ConfigReader& c, Scenario& s) {
+  s.noise = study::read_noise(c);
+  c.require(s.noise.magnetometer > 0, "noise.magnetometer_nT",
+            "must be > 0: standard deviations and tests come from it");
+  c.require(s.noise.law == sensor::NoiseLaw::gaussian, "noise.law",
+            "must be \"gaussian\": intervals and tests are for it");
+  s.estimator = study::read_estimator(c, analysis::input_errors(s.noise, {}, s.field), s.field);
+  const std::vector<std::string>& known = analysis::readings_estimators();
+  c.require(std::find(known.begin(), known.end(), s.estimator.name) != known.end(), "estimator.name",
+            fmt::format("must be one of {}, chained here: others need the true attitude, which readings do not tell",
+                        fmt::join(known, ", ")));
+}
+
+Scenario read_scenario(config::ConfigReader& c) {
+  Scenario s;
+  s.field = study::read_field(c);
+  const std::string sign = c.choice("accelerometers", {"gravity", "specific_force"}, "gravity");
+  s.readings = config::readings_from_table(
+      c.csv("readings"),
+      {sign == "gravity" ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force,
+       s.field.gravity, s.field.total});
+  if (solves_by_station(c))
+    s.by_station = read_station_estimation(c);
+  else
+    read_run_estimator(c, s);
+  s.levels.confidence = c.number("confidence", config::Range::open(0, 1), s.levels.confidence);
+  if (!s.by_station) s.levels.alpha = c.number("tests.alpha", config::Range::open(0, 1), s.levels.alpha);
+  s.levels.alpha_w = c.number("tests.alpha_w", config::Range::open(0, 1), s.levels.alpha_w);
+  s.has_trials = c.has("trials");
+  if (s.has_trials) c.integer("trials", 0, 1'000'000'000'000);
+  s.place = c.place("readings");
+  c.finish();
+  return s;
+}
+
+std::vector<store::Table> estimate_run(const Scenario& s) {
+  if (s.by_station) return station_estimate_tables(s.readings, s.field, *s.by_station, s.levels);
+  const analysis::ReadingsAnalysis a = analysis::analyse_readings(s.readings, s.field, s.noise, s.estimator);
+  const std::vector<analysis::ReadingsTest> tests = analysis::judge_readings(s.readings, a, s.levels);
+  const std::optional<analysis::Suspect> examined =
+      analysis::examine_suspect(s.readings, s.field, s.noise, s.estimator, a, tests);
+  std::vector<analysis::Warning> warnings =
+      analysis::warnings_of_estimate(s.readings, s.field, s.noise, a, tests, examined);
+  if (s.has_trials) warnings.push_back({"info", "the config's trials are not used: there is one run of readings"});
+  return result_tables(s.readings, s.field, a, s.levels, tests, examined, warnings);
+}
+
+class Estimate final : public study::StudyPoint {
+ public:
+  explicit Estimate(std::vector<store::Table> tables) : tables_(std::move(tables)) {}
+  study::PointResult report(const stats::Tally&, const montecarlo::RunOptions&) const override {
+    return {tables_, {}, {}};
+  }
+
+ private:
+  std::vector<store::Table> tables_;
+};
+
+class EstimatePlan final : public study::PointPlan {
+ public:
+  explicit EstimatePlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    try {
+      return std::make_unique<Estimate>(estimate_run(s_));
+    } catch (const InputError& e) {  // what the readings as a whole do not tell: say which file, in which case
+      s_.place.fail(e.what());
+    }
+  }
+
+ private:
+  Scenario s_;
+};
+
+}  // namespace
+
+study::Experiment experiment() {
+  return {random::StudyId::estimate,
+          "Your own six-axis readings: gains and biases, corrected survey, covariance, tests, warnings",
+          "multi-station analysis (S. Vis, TU Delft 2019, eqs 16-17), tests after Baarda 1968",
+          [](config::ConfigReader& config, random::StudySeed) -> std::unique_ptr<study::PointPlan> {
+            if (config.has("estimator.name") && config.text("estimator.name") == "chained")
+              return chained_readings_result(config);
+            return std::make_unique<EstimatePlan>(read_scenario(config));
+          }};
+}
+
+}  // namespace surveymc::studies::estimate

@@ -1,0 +1,59 @@
+#pragma once
+/// What a config of `gross_error_detection` says, checked; and the names of the rows that follow from it.
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "random/study_id.h"
+#include "reliability/gross_error_trials.h"
+#include "reliability/significance.h"
+#include "study/annotations.h"
+#include "study/verdict.h"
+
+namespace surveymc::studies::gross_error_detection {
+
+/// `single`: one rejection at most; the others are those of reliability/snooping.h.
+enum class SnoopingStrategy { single, iterative, readmission, pairs };
+/// "single", "iterative", "readmission", "pairs".
+const std::vector<std::string>& strategy_names();
+
+/// One error of `[[inject]]`.
+struct InjectedError {
+  std::string label;            ///< "bx"; with several stations "bx_2" for station 2, references without a number
+  std::size_t observation = 0;  ///< in the order of Observation
+  std::size_t station = 0;
+  reliability::GrossError
+      error;  ///< its number in the adjustment, and its size in internal units: of others than `given` 1
+
+  enum class Size { given, minimal_detectable, nonlinear_detectable, nonlinear_own_test } size = Size::given;
+  double factor = 1;          ///< of a detectable size
+  config::ConfigPlace place;  ///< of a detectable size
+};
+
+struct Scenario {
+  random::StudySeed seed;
+  std::uint64_t trials = 0;
+  reliability::AdjustmentModel model;
+  reliability::TestLevels levels;
+  std::vector<survey::Attitude> attitudes;  ///< of the stations; azimuths magnetic
+  std::vector<InjectedError> injected;
+  bool pope = false;  ///< Pope's test (variance unknown) instead of the w-test
+  std::vector<SnoopingStrategy> strategies;
+  study::VerdictRule verdict;
+  double false_alarm_margin = 0.1;  ///< in place of verdict.margin for rates of false alarms
+  study::Annotations annotations;
+
+  std::vector<reliability::GrossError> errors() const;
+};
+
+/// Names of what becomes of a trial by each strategy, in the order of SnoopingOutcome.
+const std::vector<std::string>& outcome_names();
+
+/// Sizes that have to be computed are not there yet. Throws InputError.
+Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
+
+/// The same with the sizes of all errors. Throws InputError where a detectable error is infinite.
+Scenario with_sizes(Scenario scenario);
+
+}  // namespace surveymc::studies::gross_error_detection

@@ -1,0 +1,232 @@
+/// Study: are gross errors found as often as the tests were designed to, and are the right readings blamed? By Monte
+/// Carlo with the nonlinear adjustment. Source: Nyrnes, Torkildsen, Nahavandchi, sections 2.1 and 2.2; the paper has
+/// the theory only.
+///
+///   true attitude -> readings with noise -> adjusted as they are (false alarms)
+///                                        -> and with the errors in -> tests, snooping -> tally
+///
+/// held against the designed level and power: linear theory, and the shift of the test by the nonlinear adjustment of
+/// readings with the errors but without noise.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "gross_error_detection/tables.h"
+#include "random/study_stream.h"
+#include "reliability/gross_error_lanes.h"
+#include "reliability/snooping.h"
+#include "study/experiment.h"
+#include "study/table_rows.h"
+
+namespace surveymc::studies::gross_error_detection {
+namespace {
+
+using Numbers = std::vector<Eigen::Index>;
+
+bool contains(const Numbers& all, Eigen::Index one) { return std::find(all.begin(), all.end(), one) != all.end(); }
+
+/// Are the errors the rejected groups, one each?
+bool matches(const std::vector<reliability::SuspectGroup>& rejected, const Numbers& errors) {
+  if (rejected.size() != errors.size()) return false;
+  Numbers order = errors;
+  std::sort(order.begin(), order.end());
+  do {
+    bool all = true;
+    for (std::size_t k = 0; k < order.size() && all; ++k) all = contains(rejected[k], order[k]);
+    if (all) return true;
+  } while (order.size() <= 6 && std::next_permutation(order.begin(), order.end()));
+  return false;
+}
+
+SnoopingOutcome judge_snooping(const reliability::SnoopingResult& r, const Numbers& errors) {
+  if (r.rejected.empty()) return SnoopingOutcome::missed;
+  const bool right = matches(r.rejected, errors);
+  const bool among_ties =
+      std::any_of(r.ties.begin(), r.ties.end(), [&](const auto& tie) { return matches(tie, errors); });
+  if (right || among_ties) {
+    const bool alone = std::all_of(r.rejected.begin(), r.rejected.end(), [](const auto& g) { return g.size() == 1; });
+    return right && alone && r.ties.empty() ? SnoopingOutcome::identified : SnoopingOutcome::group;
+  }
+  for (const reliability::SuspectGroup& g : r.rejected)
+    for (const Eigen::Index e : errors)
+      if (contains(g, e)) return SnoopingOutcome::partly;
+  return SnoopingOutcome::wrong;
+}
+
+class GrossErrorDetection final : public study::StudyPoint {
+ public:
+  GrossErrorDetection(Scenario scenario, reliability::GrossErrorTrials trials,
+                      analysis::GrossErrorPrediction prediction)
+      : s_(std::move(scenario)),
+        trials_(std::move(trials)),
+        prediction_(std::move(prediction)),
+        layout_{s_.injected.size(), s_.strategies.size()} {
+    for (const InjectedError& e : s_.injected) errors_.push_back(e.error.number);
+  }
+
+  stats::Tally run_block(montecarlo::TrialBlock block) const override {
+    stats::Tally tally;
+    tally.counts.assign(layout_.size(), 0);
+    Eigen::MatrixXd shares(block.count, 1);  // of the tests that raise a false alarm
+    Eigen::Index kept = 0;
+    survey::LaneArray without, with;
+    if (trials_.on_lanes()) {
+      without = survey::LaneArray(survey::groups_for(block.count), reliability::kTestRows);
+      with = survey::LaneArray(survey::groups_for(block.count), reliability::kTestRows);
+      trials_.simulate(block.first, without, with, survey::groups_for(block.count));
+    }
+    for (int t = 0; t < block.count; ++t) {
+      const std::uint64_t trial = block.first + static_cast<std::uint64_t>(t);
+      ++tally.trials;
+      bool converged = false;
+      if (trials_.on_lanes()) {
+        const reliability::TrialTests clean = reliability::GrossErrorTrials::tests_of(without, t),
+                                      wrong = reliability::GrossErrorTrials::tests_of(with, t);
+        converged = clean.converged && wrong.converged;
+        if (converged) shares(kept++, 0) = count(trial, clean, wrong, nullptr, tally.counts);
+      } else {
+        const reliability::StationAdjustment clean = trials_.adjusted(trials_.readings(trial, false)),
+                                             wrong = trials_.adjusted(trials_.readings(trial, true));
+        converged = clean.converged && wrong.converged;
+        if (converged)
+          shares(kept++, 0) = count(trial, reliability::GrossErrorTrials::tests_of(clean),
+                                    reliability::GrossErrorTrials::tests_of(wrong), &wrong.parity, tally.counts);
+      }
+      if (converged) continue;
+      ++tally.failed;
+      if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
+    }
+    tally.moments = stats::Moments::of(shares.topRows(kept));
+    return tally;
+  }
+
+  study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
+    study::PointResult r;
+    r.tables = {detection_table(s_, prediction_, tally), injected_table(s_, prediction_),
+                study::failed_trials_table("trials without a converged adjustment", tally.failed_trials)};
+    return r;
+  }
+
+  /// By the general adjustment, which agrees with the lanes to rounding.
+  std::string replay(std::uint64_t trial) const override {
+    std::string text = fmt::format("trial {}\n", trial);
+    for (const bool with_errors : {false, true}) {
+      const reliability::StationReadings y = trials_.readings(trial, with_errors);
+      const reliability::StationAdjustment a = trials_.adjusted(y);
+      text += fmt::format("{} errors: {} after {} steps, Omega {:.12g}\n", with_errors ? "with the" : "without",
+                          a.converged ? "converged" : "NOT converged", a.iterations, a.omega);
+      for (std::size_t k = 0; k < y.readings.size(); ++k)
+        for (std::size_t i = 0; i < reliability::kReadings; ++i) {
+          const auto n = static_cast<Eigen::Index>(reliability::kReadings * k + i);
+          text += fmt::format("  station {} {:<3} {:.12g} {}", k, reliability::observation_names()[i], y.readings[k][i],
+                              reliability::observation_unit(i));
+          if (a.converged) text += fmt::format(", w {:.6f}", reliability::w_statistics(a.parity)[n]);
+          text += "\n";
+        }
+      if (!with_errors || !a.converged) continue;
+      const reliability::TrialTests tests = reliability::GrossErrorTrials::tests_of(a);
+      for (const SnoopingStrategy strategy : s_.strategies) {
+        const reliability::SnoopingResult r =
+            rejects(tests) ? snoop(strategy, tests, a.parity) : reliability::SnoopingResult{};
+        text += fmt::format("  {}: {}\n", strategy_names()[static_cast<std::size_t>(strategy)],
+                            outcome_names()[static_cast<std::size_t>(judge_snooping(r, errors_))]);
+      }
+    }
+    return text;
+  }
+
+ private:
+  /// |w|, or Pope's |tau|.
+  double statistic(const reliability::TrialTests& t, double w) const {
+    return s_.pope ? std::abs(w) * std::sqrt(prediction_.redundancy / t.omega) : std::abs(w);
+  }
+  bool rejects(const reliability::TrialTests& t) const { return statistic(t, t.largest) > prediction_.critical; }
+
+  reliability::SnoopingResult snoop(SnoopingStrategy strategy, const reliability::TrialTests& tests,
+                                    const reliability::ParityModel& parity) const {
+    switch (strategy) {
+      case SnoopingStrategy::single: {
+        reliability::SnoopingResult r;
+        r.rejected = {tests.suspects};
+        return r;
+      }
+      case SnoopingStrategy::iterative:
+        return reliability::iterative_snooping(parity, prediction_.critical);
+      case SnoopingStrategy::readmission:
+        return reliability::iterative_snooping_with_readmission(parity, prediction_.critical);
+      case SnoopingStrategy::pairs:
+        return reliability::pair_search(parity, prediction_.critical);
+    }
+    return {};
+  }
+
+  /// Counts what happened in a trial; returns the share of tests that raised a false alarm. `parity` of the adjustment
+  /// with errors, if there is one: where trials are on lanes it is made only for strategies that need it.
+  double count(std::uint64_t trial, const reliability::TrialTests& clean, const reliability::TrialTests& wrong,
+               const reliability::ParityModel* parity, std::vector<std::uint64_t>& counts) const {
+    const double critical = prediction_.critical;
+    for (std::size_t k = 0; k < errors_.size(); ++k) {
+      counts[layout_.false_alarm(k)] += statistic(clean, clean.w[errors_[k]]) > critical;
+      counts[layout_.detection(k)] += statistic(wrong, wrong.w[errors_[k]]) > critical;
+    }
+    counts[layout_.false_alarm_any()] += rejects(clean);
+    counts[layout_.detection_any()] += rejects(wrong);
+    counts[layout_.false_alarm_general()] += clean.omega > prediction_.general.critical;
+    counts[layout_.detection_general()] += wrong.omega > prediction_.general.critical;
+
+    reliability::ParityModel own;
+    for (std::size_t k = 0; k < s_.strategies.size(); ++k) {
+      reliability::SnoopingResult r;
+      if (rejects(wrong)) {
+        if (!parity && s_.strategies[k] != SnoopingStrategy::single) {
+          own = trials_.adjusted(trials_.readings(trial, true)).parity;
+          parity = &own;
+        }
+        r = snoop(s_.strategies[k], wrong, parity ? *parity : own);
+      }
+      ++counts[layout_.outcome(k, static_cast<std::size_t>(judge_snooping(r, errors_)))];
+    }
+
+    int tested = 0, alarms = 0;
+    for (const double w : clean.w) {
+      tested += w != 0;
+      alarms += w != 0 && statistic(clean, w) > critical;
+    }
+    return tested > 0 ? static_cast<double>(alarms) / tested : 0;
+  }
+
+  Scenario s_;
+  reliability::GrossErrorTrials trials_;
+  analysis::GrossErrorPrediction prediction_;
+  EventLayout layout_;
+  Numbers errors_;
+};
+
+class GrossErrorPlan final : public study::PointPlan {
+ public:
+  explicit GrossErrorPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    Scenario s = with_sizes(s_);
+    reliability::GrossErrorTrials trials(s.model, s.attitudes, s.errors(), random::stream_of(s.seed));
+    analysis::GrossErrorPrediction prediction = analysis::predict_gross_errors(trials, s.levels, s.pope);
+    return std::make_unique<GrossErrorDetection>(std::move(s), std::move(trials), std::move(prediction));
+  }
+
+ private:
+  Scenario s_;
+};
+
+}  // namespace
+
+study::Experiment experiment() {
+  return {random::StudyId::gross_error_detection,
+          "Gross errors by Monte Carlo: false alarms, detection, identification by strategy",
+          "E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65, sections 2.1 and 2.2",
+          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+            return std::make_unique<GrossErrorPlan>(read_scenario(config, seed));
+          }};
+}
+
+}  // namespace surveymc::studies::gross_error_detection

@@ -1,0 +1,110 @@
+#include "msa_benefit/scenario.h"
+
+#include <algorithm>
+
+#include <fmt/ranges.h>
+
+#include "analysis/msa_prediction.h"
+#include "base/units.h"
+#include "estimate/estimators.h"
+#include "estimate/observability.h"
+
+namespace surveymc::studies::msa_benefit {
+namespace {
+
+analysis::WellDesign read_well(config::ConfigReader& c, random::StudySeed seed) {
+  analysis::WellDesign w;
+  w.seed = seed;
+  w.kind = c.choice("well.kind", {"straight", "building"}) == "building" ? analysis::WellKind::building
+                                                                         : analysis::WellKind::straight;
+  w.stations = static_cast<int>(c.integer("well.stations", 2, 10000));
+  w.spacing = c.number("well.spacing_m", config::Range{0, 1000, true, false}, 30);
+  // Given but unused values stay allowed, so that `kind` can be swept.
+  const double per_30m = c.number("well.build_rate_deg_per_30m", config::Range{0, 90, true, false}, 3);
+  if (w.kind == analysis::WellKind::building) {
+    w.build_rate = per_30m * kDegree / 30;
+    c.require(w.build_rate * w.spacing <= kPi / 2, "well.build_rate_deg_per_30m",
+              fmt::format("with well.spacing_m = {} there is more than 90 deg between two stations", w.spacing));
+  }
+  const std::string toolface = c.choice("well.toolface", {"even", "random", "constant"}, "even");
+  w.toolface = toolface == "random"     ? analysis::ToolfaceSequence::random
+               : toolface == "constant" ? analysis::ToolfaceSequence::constant
+                                        : analysis::ToolfaceSequence::even;
+  if (w.toolface == analysis::ToolfaceSequence::random && !c.has("seed"))
+    c.fail("well.toolface", "\"random\" is drawn by the config's seed: give it, in the file's first lines");
+  return w;
+}
+
+std::array<bool, 6> read_estimated(config::ConfigReader& c) {
+  std::array<bool, 6> estimated{true, true, true, true, true, true};
+  if (!c.has("estimator.estimated")) return estimated;
+  estimated.fill(false);
+  for (const std::string& name : c.texts("estimator.estimated")) {
+    const auto* at = std::find(estimate::kParameterNames.begin(), estimate::kParameterNames.end(), name);
+    if (at == estimate::kParameterNames.end())
+      c.fail("estimator.estimated",
+             fmt::format("\"{}\" is none of {}", name, fmt::join(estimate::kParameterNames, ", ")));
+    bool& flag = estimated[static_cast<std::size_t>(at - estimate::kParameterNames.begin())];
+    c.require(!flag, "estimator.estimated", "\"" + name + "\" is there twice");
+    flag = true;
+  }
+  return estimated;
+}
+
+std::vector<study::RowName> row_names() {
+  std::vector<study::RowName> rows;
+  for (const char* quantity : kBenefits)
+    for (const char* when : {"before", "after"})
+      rows.push_back({"verification", "", fmt::format("sd_{}_{}", quantity, when)});
+  return rows;
+}
+
+void read_verified(config::ConfigReader& c, Scenario& s) {
+  for (config::ConfigReader& entry : c.tables("verify")) {
+    VerifiedDirection v{entry.number("inclination_deg", config::Range::closed(0, 180)),
+                        entry.number("azimuth_deg", config::Range::closed(0, 360))};
+    // Nothing is asked of a vertical hole that could be compared: its azimuth is that of the tool.
+    entry.require(v.inclination_deg >= 1 && v.inclination_deg <= 179, "inclination_deg",
+                  "must be in [1, 179]: closer to the vertical an azimuth is not nearly linear in the readings");
+    v.place = entry.place("inclination_deg");
+    s.verify.push_back(std::move(v));
+  }
+  const bool given = c.has("trials");
+  if (s.verify.empty()) {
+    if (given) c.fail("trials", "without [[verify]] there is nothing to simulate: leave it out");
+    return;
+  }
+  s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 1'000'000'000'000));
+}
+
+}  // namespace
+
+survey::Survey benefit_well(const Scenario& s, double inclination_deg, double azimuth_deg) {
+  constexpr double kOffVertical = 1e-6;
+  return analysis::make_well(s.well, std::clamp(inclination_deg * kDegree, kOffVertical, kPi - kOffVertical),
+                             azimuth_deg * kDegree);
+}
+
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
+  Scenario s;
+  s.seed = seed;
+  s.inclination_deg = c.grid("inclination_deg", config::Range::closed(0, 180));
+  s.azimuth_deg = c.grid("azimuth_deg", config::Range::closed(0, 360));
+  s.field = study::read_field(c);
+  s.well = read_well(c, seed);
+  s.spread = study::read_tool_spread(c);
+  s.noise = study::read_noise(c);
+  c.require(sensor::symmetric(s.noise.law), "noise.law", "must be symmetric about zero (\"gaussian\", \"uniform\")");
+  s.errors = analysis::input_errors(s.noise, s.spread, s.field);
+  s.estimator = study::read_estimator(c, s.errors, s.field);
+  c.require(!estimate::estimator_kind(s.estimator.name).needs_attitude, "estimator.name",
+            "must be one that compares with a reference: " + s.estimator.name + " takes the true attitude as known");
+  s.estimator.estimated = read_estimated(c);
+  s.verdict = study::read_verdict_rule(c);
+  read_verified(c, s);
+  s.annotations = study::Annotations::read(c, row_names());
+  c.finish();
+  return s;
+}
+
+}  // namespace surveymc::studies::msa_benefit

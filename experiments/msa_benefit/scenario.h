@@ -1,0 +1,46 @@
+#pragma once
+/// What a config of `msa_benefit` says, checked.
+#include <cstdint>
+#include <vector>
+
+#include "analysis/msa_benefit_prediction.h"
+#include "analysis/well_design.h"
+#include "random/study_id.h"
+#include "study/annotations.h"
+#include "study/scenario.h"
+
+namespace surveymc::studies::msa_benefit {
+
+/// What is mapped and verified: "azimuth", "lateral".
+constexpr std::array<const char*, 2> kBenefits{"azimuth", "lateral"};
+constexpr std::array<const char*, 2> kBenefitUnits{"deg", "m"};
+
+/// A direction of the last station where Monte Carlo is asked for.
+struct VerifiedDirection {
+  double inclination_deg = 0, azimuth_deg = 0;
+  config::ConfigPlace place = {};  ///< of the inclination
+};
+
+struct Scenario {
+  random::StudySeed seed;
+  std::uint64_t trials = 0;
+  std::vector<double> inclination_deg, azimuth_deg;  ///< the map, of the last station
+  analysis::WellDesign well;
+  survey::ReferenceField field;
+  sensor::ToolSpread spread;  ///< the a-priori errors
+  sensor::NoiseModel noise;
+  estimate::InputErrors errors;  ///< sizes of all of these
+  estimate::EstimatorOptions estimator;
+  std::vector<VerifiedDirection> verify;
+  study::VerdictRule verdict;
+  study::Annotations annotations;
+};
+
+/// Throws InputError.
+Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
+
+/// The well to a direction of the map. Along the vertical it is taken 1e-6 rad off it: there azimuth, and what is
+/// lateral, are limits.
+survey::Survey benefit_well(const Scenario& scenario, double inclination_deg, double azimuth_deg);
+
+}  // namespace surveymc::studies::msa_benefit

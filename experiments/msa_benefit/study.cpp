@@ -1,0 +1,222 @@
+/// Study: does multi-station analysis help here? The uncertainty of azimuth and lateral position after MSA over that
+/// before, for every direction of the hole: before, the tool has its a-priori errors (ISCWSA error model); after, the
+/// errors that MSA leaves, most of all those that an imperfect reference field makes.
+///
+/// The maps are first-order predictions without trials. Where a config has [[verify]], Monte Carlo is held against
+/// them:
+///   truth, tool drawn -> readings (sensor) -> gains and biases (estimate) -> azimuth, minimum curvature (survey)
+#include "msa_benefit/study.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/units.h"
+#include "random/study_stream.h"
+#include "sensor/tool_spread.h"
+#include "study/experiment.h"
+#include "survey/corrected_position.h"
+
+namespace surveymc::studies::msa_benefit {
+
+namespace {
+
+constexpr int kPerDirection = 4;  // azimuth before, after (deg), lateral before, after (m)
+
+/// Gains 1 and biases 0 in every lane: readings taken as they are.
+survey::LaneArray no_correction() {
+  survey::LaneArray parameters(1, 6, true);
+  for (int i = 0; i < 6; ++i) parameters.fill(0, i, i < 3 ? 1 : 0);
+  return parameters;
+}
+
+/// Magnetic azimuth of the last station, readings corrected by `parameters` (rad).
+double last_azimuth(const survey::ReadingBlock& b, const survey::LaneArray& parameters, int trial) {
+  const int row = 3 * (b.stations - 1);
+  const auto corrected = [&](int i) {
+    return (b.magnetic.value(trial, row + i) - parameters.value(trial, 3 + i)) / parameters.value(trial, i);
+  };
+  const survey::Vec3<double> u{b.down.value(trial, row), b.down.value(trial, row + 1), b.down.value(trial, row + 2)};
+  const survey::Vec3<double> t =
+      survey::tangent_from_fields(u, survey::Vec3<double>{corrected(0), corrected(1), corrected(2)});
+  return std::atan2(t.y, t.x);
+}
+
+}  // namespace
+
+/// Errors of a batch in one direction, in the order of kPerDirection; NaN where the estimate did not converge.
+struct BenefitPoint::Errors {
+  std::vector<std::array<double, kPerDirection>> of_trial;
+  std::vector<bool> converged;
+};
+
+std::vector<VerifiedWell> verified_wells(const Scenario& s) {
+  std::vector<VerifiedWell> wells;
+  for (const VerifiedDirection& d : s.verify) {
+    VerifiedWell v;
+    v.direction = d;
+    v.survey = benefit_well(s, d.inclination_deg, d.azimuth_deg);
+    v.clean = sensor::clean_readings(v.survey, s.field, {});
+    const survey::Station& last = v.survey.stations.back();
+    v.lateral_N = survey::rotation_hla_from_nev(last.inclination, last.azimuth).row(1);
+    v.position = survey::minimum_curvature_positions(v.survey).back().transpose();
+    v.benefit = analysis::predict_benefit(v.survey, s.field, s.errors, s.estimator);
+    d.place.require(std::isfinite(v.benefit.condition),
+                    fmt::format("with azimuth_deg = {}: the stations do not determine the estimated parameters, there "
+                                "is nothing to verify",
+                                d.azimuth_deg));
+    wells.push_back(std::move(v));
+  }
+  return wells;
+}
+
+BenefitPoint::BenefitPoint(Scenario scenario, std::vector<VerifiedWell> verified)
+    : s_(std::move(scenario)),
+      estimator_(estimate::make_estimator(s_.estimator, s_.field)),
+      uncorrected_(no_correction()),
+      verified_(std::move(verified)) {}
+
+BenefitPoint::Errors BenefitPoint::simulate(const VerifiedWell& v, std::uint64_t first, int count) const {
+  const random::Stream stream = random::stream_of(s_.seed);
+  survey::ReadingBlock readings = sensor::make_reading_block(count, v.survey.size(), s_.noise);
+  estimate::EstimateBlock estimates(count);
+  survey::LaneArray deviation(survey::groups_for(count), 6), before(survey::groups_for(count), 3),
+      after(survey::groups_for(count), 3);
+  sensor::simulate_readings(v.clean, s_.field, s_.noise, stream, first, readings);
+  if (s_.spread.any()) sensor::spread_tools(v.clean, s_.spread, false, stream, first, readings, deviation);
+  estimator_->solve(readings, estimates);
+  const std::vector<double> md = v.survey.md();
+  survey::corrected_final_positions(readings, uncorrected_, md, s_.field.declination, before);
+  survey::corrected_final_positions(readings, estimates.parameters, md, s_.field.declination, after);
+
+  const double truth = v.survey.stations.back().azimuth - s_.field.declination;
+  Errors out;
+  for (int t = 0; t < count; ++t) {
+    const auto azimuth = [&](const survey::LaneArray& parameters) {
+      return std::remainder(last_azimuth(readings, parameters, t) - truth, 2 * kPi) / kDegree;
+    };
+    const auto lateral = [&](const survey::LaneArray& position) -> double {
+      return v.lateral_N.dot(Eigen::RowVector3d(position.value(t, 0), position.value(t, 1), position.value(t, 2)) -
+                             v.position);
+    };
+    out.of_trial.push_back({azimuth(uncorrected_), azimuth(estimates.parameters), lateral(before), lateral(after)});
+    out.converged.push_back(estimates.converged.value(t, 0) != 0);
+  }
+  return out;
+}
+
+stats::Tally BenefitPoint::run_block(montecarlo::TrialBlock block) const {
+  const auto directions = static_cast<Eigen::Index>(verified_.size());
+  Eigen::MatrixXd values(block.count, kPerDirection * directions);
+  std::vector<bool> sound(static_cast<std::size_t>(block.count), true);
+  for (Eigen::Index d = 0; d < directions; ++d) {
+    const Errors e = simulate(verified_[static_cast<std::size_t>(d)], block.first, block.count);
+    for (int t = 0; t < block.count; ++t) {
+      const auto trial = static_cast<std::size_t>(t);
+      sound[trial] = sound[trial] && e.converged[trial];
+      for (int q = 0; q < kPerDirection; ++q)
+        values(t, kPerDirection * d + q) = e.of_trial[trial][static_cast<std::size_t>(q)];
+    }
+  }
+  stats::Tally tally;
+  Eigen::Index kept = 0;  // a trial counts in all directions or in none
+  for (int t = 0; t < block.count; ++t) {
+    ++tally.trials;
+    if (sound[static_cast<std::size_t>(t)]) {
+      values.row(kept++) = values.row(t).eval();
+    } else {
+      ++tally.failed;
+      if (tally.failed_trials.size() < stats::Tally::kMaxListed)
+        tally.failed_trials.push_back(block.first + static_cast<std::uint64_t>(t));
+    }
+  }
+  tally.moments = stats::Moments::of(values.topRows(kept));
+  return tally;
+}
+
+store::Table BenefitPoint::verification_table(const stats::Tally& tally) const {
+  std::vector<study::ComparisonRow> rows;
+  std::vector<double> inclination, azimuth;
+  for (std::size_t d = 0; d < verified_.size(); ++d) {
+    const analysis::Benefit& b = verified_[d].benefit;
+    const std::array<double, kPerDirection> predicted{b.before.azimuth / kDegree, b.after.azimuth / kDegree,
+                                                      b.before.lateral, b.after.lateral};
+    for (std::size_t q = 0; q < kPerDirection; ++q) {
+      rows.push_back(study::compare_sd(
+          fmt::format("sd_{}_{}", kBenefits[q / 2], q % 2 == 0 ? "before" : "after"), kBenefitUnits[q / 2], 1,
+          tally.moments, static_cast<Eigen::Index>(kPerDirection * d + q), predicted[q], s_.verdict, tally.trials));
+      inclination.push_back(verified_[d].direction.inclination_deg);
+      azimuth.push_back(verified_[d].direction.azimuth_deg);
+    }
+  }
+  s_.annotations.apply("verification", rows);
+  store::Table t = study::comparison_table(
+      "verification",
+      "azimuth of the last station and last lateral position, before and after MSA, against the "
+      "first-order prediction of the maps" +
+          study::at_confidence(s_.verdict.confidence),
+      rows, tally.trials, tally.failed);
+  t.columns.insert(t.columns.begin(), {{"inclination_deg", "deg", "inclination of the last station", inclination},
+                                       {"azimuth_deg", "deg", "azimuth of the last station", azimuth}});
+  return t;
+}
+
+study::PointResult BenefitPoint::report(const stats::Tally& tally, const montecarlo::RunOptions& options) const {
+  std::vector<analysis::Benefit> benefits;
+  for (const double inclination : s_.inclination_deg) {
+    if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
+    for (const double azimuth : s_.azimuth_deg)
+      benefits.push_back(
+          analysis::predict_benefit(benefit_well(s_, inclination, azimuth), s_.field, s_.errors, s_.estimator));
+  }
+  study::PointResult r;
+  r.maps = benefit_maps(s_, benefits);
+  r.tables.push_back(benefit_summary(s_, benefits));
+  if (!verified_.empty()) r.tables.push_back(verification_table(tally));
+  return r;
+}
+
+std::string BenefitPoint::replay(std::uint64_t trial) const {
+  std::string text = fmt::format("trial {}\n", trial);
+  const auto lane = static_cast<std::size_t>(trial % simd::kGroup);
+  for (const VerifiedWell& v : verified_) {
+    const Errors e = simulate(v, trial / simd::kGroup * simd::kGroup, simd::kGroup);
+    const std::array<double, kPerDirection>& x = e.of_trial[lane];
+    text += fmt::format(
+        "  inclination {} deg, azimuth {} deg\n"
+        "    azimuth error    before {:.17g} deg, after {:.17g} deg\n"
+        "    lateral error    before {:.17g} m, after {:.17g} m\n"
+        "    {}\n",
+        v.direction.inclination_deg, v.direction.azimuth_deg, x[0], x[1], x[2], x[3],
+        e.converged[lane] ? "converged" : "NOT converged");
+  }
+  return text;
+}
+
+namespace {
+
+class MsaBenefitPlan final : public study::PointPlan {
+ public:
+  explicit MsaBenefitPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    return std::make_unique<BenefitPoint>(s_, verified_wells(s_));
+  }
+
+ private:
+  Scenario s_;
+};
+
+}  // namespace
+
+study::Experiment experiment() {
+  return {random::StudyId::msa_benefit,
+          "Where multi-station analysis makes azimuth and lateral position better, and where worse",
+          "ISCWSA MWD error model (a-priori sensor errors); S. Vis, TU Delft 2019 (MSA)",
+          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+            return std::make_unique<MsaBenefitPlan>(read_scenario(config, seed));
+          }};
+}
+
+}  // namespace surveymc::studies::msa_benefit

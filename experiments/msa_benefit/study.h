@@ -1,0 +1,47 @@
+#pragma once
+/// One point of the study `msa_benefit` (see study.cpp): its maps, and the trials that verify them.
+#include <memory>
+#include <vector>
+
+#include "msa_benefit/scenario.h"
+#include "study/experiment.h"
+#include "survey/readings.h"
+
+namespace surveymc::studies::msa_benefit {
+
+/// A direction of [[verify]]: what its trials start from.
+struct VerifiedWell {
+  VerifiedDirection direction;
+  survey::Survey survey;
+  sensor::CleanReadings clean;
+  Eigen::RowVector3d lateral_N, position;  ///< the true ones
+  analysis::Benefit benefit;
+};
+/// Of all directions. Throws InputError where the stations do not determine the estimated parameters.
+std::vector<VerifiedWell> verified_wells(const Scenario& scenario);
+
+class BenefitPoint final : public study::StudyPoint {
+ public:
+  BenefitPoint(Scenario scenario, std::vector<VerifiedWell> verified);
+
+  stats::Tally run_block(montecarlo::TrialBlock block) const override;
+  study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions& options) const override;
+  std::string replay(std::uint64_t trial) const override;
+
+ private:
+  struct Errors;  // of a batch
+  Errors simulate(const VerifiedWell& v, std::uint64_t first, int count) const;
+  store::Table verification_table(const stats::Tally& tally) const;
+
+  Scenario s_;
+  std::unique_ptr<estimate::Estimator> estimator_;
+  survey::LaneArray uncorrected_;  ///< parameters that leave readings as they are
+  std::vector<VerifiedWell> verified_;
+};
+
+/// `benefits` on the grid of the scenario, azimuth fastest.
+std::vector<store::Map> benefit_maps(const Scenario& scenario, const std::vector<analysis::Benefit>& benefits);
+/// A row each for azimuth and lateral: where MSA helps, where it harms.
+store::Table benefit_summary(const Scenario& scenario, const std::vector<analysis::Benefit>& benefits);
+
+}  // namespace surveymc::studies::msa_benefit

@@ -1,0 +1,81 @@
+#include "msa_position/scenario.h"
+
+#include <algorithm>
+
+#include "analysis/msa_prediction.h"
+
+namespace surveymc::studies::msa_position {
+namespace {
+
+/// Every row that some config of this study has.
+std::vector<study::RowName> row_names() {
+  std::vector<study::RowName> rows;
+  const auto parameter = [&rows](const std::string& name) {
+    rows.push_back({"parameters", "", "mean_" + name});
+    for (const char* f : {"first_order", "claimed"}) rows.push_back({"parameters", f, "sigma3_" + name});
+  };
+  for (const char* p : estimate::kParameterNames) parameter(p);
+  for (const char* p : kReference) parameter(p);
+  rows.push_back({"parameters", "", "nees"});
+  for (const char* p : kHanakParameters)
+    for (const char* what : {"mean_", "sigma3_"}) rows.push_back({"hanak_parameters", "", std::string(what) + p});
+  for (const char* d : kDirections) {
+    rows.push_back({"position", "", std::string("correction_") + d});
+    for (const char* f : kFormulations) rows.push_back({"position", f, std::string("sigma3_") + d});
+  }
+  for (const char* d : kHoleDirections)
+    for (const char* f : kFormulations) rows.push_back({"position_hla", f, std::string("sigma3_") + d});
+  for (const char* f : kFormulations) rows.push_back({"ellipse", f, "ellipse"});
+  return rows;
+}
+
+/// What [stop] may ask for: sd that have an analytic prediction and a control variate.
+std::vector<std::string> stoppable(bool with_position) {
+  std::vector<std::string> names;
+  for (const char* p : estimate::kParameterNames) names.push_back(std::string("sigma3_") + p);
+  for (const char* d : kDirections)
+    if (with_position) names.push_back(std::string("sigma3_") + d);
+  return names;
+}
+
+}  // namespace
+
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
+  Scenario s;
+  s.seed = seed;
+  s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+  if (c.has("outputs")) {
+    const std::vector<std::string> outputs = c.texts("outputs");
+    for (const std::string& o : outputs)
+      c.require(o == "parameters" || o == "position", "outputs", "must be a list of \"parameters\", \"position\"");
+    c.require(std::find(outputs.begin(), outputs.end(), "parameters") != outputs.end(), "outputs",
+              "must contain \"parameters\", from which all else follows");
+    s.with_position = std::find(outputs.begin(), outputs.end(), "position") != outputs.end();
+  }
+  s.control_variate = c.boolean("control_variate", true);
+  s.field = study::read_field(c);
+  s.survey = study::read_survey(c, s.field, true);
+  s.survey_place = c.place("survey.file");
+  s.errors = study::read_magnetometer_errors(c);
+  s.spread = study::read_tool_spread(c);
+  s.noise = study::read_noise(c);
+  s.noise.antithetic = c.boolean("antithetic", false);
+  c.require(!s.noise.antithetic || sensor::symmetric(s.noise.law), "noise.law",
+            "must be symmetric about zero (\"gaussian\", \"uniform\") where antithetic = true");
+  s.estimator = study::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);
+  s.assumed_noise = study::read_assumed_noise(c, s.estimator.name);
+  c.require(s.assumed_noise == sensor::AssumedNoise::constant ||
+                !(s.with_position || s.control_variate || s.noise.antithetic),
+            "estimator.magnetometer_drawn",
+            "weights that are drawn anew have no linear prediction: set outputs = [\"parameters\"] and "
+            "control_variate = false, and no antithetic");
+  s.verdict = study::read_verdict_rule(c);
+  s.plan = study::read_trial_plan(c, stoppable(s.with_position), s.verdict);
+  c.require(!s.noise.antithetic || s.plan.trials % 2 == 0, s.plan.looks.empty() ? "trials" : "stop.max_trials",
+            "must be even where antithetic = true: trials come in pairs");
+  s.annotations = study::Annotations::read(c, row_names());
+  c.finish();
+  return s;
+}
+
+}  // namespace surveymc::studies::msa_position

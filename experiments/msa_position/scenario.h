@@ -1,0 +1,45 @@
+#pragma once
+/// What a config of `msa_position` says, checked.
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "estimate/observability.h"
+#include "random/study_id.h"
+#include "study/annotations.h"
+#include "study/scenario.h"
+
+namespace surveymc::studies::msa_position {
+
+constexpr std::array<const char*, 3> kDirections{"north", "east", "vertical"};
+constexpr std::array<const char*, 3> kHoleDirections{"high_side", "lateral", "along_hole"};
+constexpr std::array<const char*, 3> kFormulations{"joint", "systematic", "random"};  // as in MsaPrediction
+/// Hanak's convention, that of thesis table 6: b = (1 - S') m - offset, printed as scale = 1 + S' = 2 - 1 / gain;
+/// offset = bias / gain.
+constexpr std::array<const char*, 6> kHanakParameters{"scale_x",  "scale_y",  "scale_z",
+                                                      "offset_x", "offset_y", "offset_z"};
+constexpr std::array<const char*, 2> kReference{"reference_total", "reference_dip"};
+constexpr std::array<const char*, 2> kReferenceUnits{"nT", "deg"};
+
+struct Scenario {
+  random::StudySeed seed;
+  std::uint64_t save_samples = 0;
+  study::TrialPlan plan;
+  bool with_position = true;    ///< false: parameters only, for throughput
+  bool control_variate = true;  ///< tally the first-order prediction of every trial beside it
+  survey::ReferenceField field;
+  survey::Survey survey;
+  config::ConfigPlace survey_place;  ///< of its file
+  sensor::MagnetometerErrors errors;
+  sensor::ToolSpread spread;
+  sensor::NoiseModel noise;
+  estimate::EstimatorOptions estimator;
+  sensor::AssumedNoise assumed_noise = sensor::AssumedNoise::constant;
+  study::VerdictRule verdict;
+  study::Annotations annotations;
+};
+
+/// Throws InputError.
+Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
+
+}  // namespace surveymc::studies::msa_position

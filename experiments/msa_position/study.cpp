@@ -1,0 +1,405 @@
+/// Study: sensor errors left by multi-station analysis and its relatives, and the position uncertainty they make, by
+/// Monte Carlo and by three analytic propagations. Source: S. Vis, TU Delft 2019 (tables 5-11, figures 6 and 7).
+///
+///   truth -> readings (sensor) -> gains and biases (estimate) -> corrected survey, minimum curvature (survey) -> tally
+///
+/// held against the first-order prediction: covariance of the estimate (estimate), carried to the position as
+///   joint       full 6x6 covariance, the reference field as common-mode consider parameter, plus station noise
+///   systematic  the six sensor errors independent of each other, constant in the run   (wrong: drops correlations)
+///   random      independent from station to station                                     (wrong: drops everything)
+#include "msa_position/study.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <Eigen/LU>
+
+#include "base/error.h"
+#include "base/units.h"
+#include "propagate/ellipse.h"
+#include "random/study_stream.h"
+#include "stats/antithetic.h"
+#include "study/experiment.h"
+#include "study/position_comparison.h"
+#include "survey/corrected_position.h"
+
+namespace surveymc::studies::msa_position {
+
+using Eigen::Matrix2d;
+
+namespace {
+
+/// Index of "sigma3_<name>" among the first nine components.
+int component_of(const std::string& quantity) {
+  for (std::size_t i = 0; i < 6; ++i)
+    if (quantity == std::string("sigma3_") + estimate::kParameterNames[i])
+      return Components::parameter + static_cast<int>(i);
+  for (std::size_t i = 0; i < 3; ++i)
+    if (quantity == std::string("sigma3_") + kDirections[i]) return Components::position + static_cast<int>(i);
+  throw std::logic_error("no component " + quantity);
+}
+
+/// The estimator with the readings without noise as start, unless that costs more evaluations than it saves: where the
+/// noise is large for the geometry, most trials find no way from there and go both (thesis tests 1 and 2). Decided on
+/// the study's first trials, so for all of them alike.
+std::unique_ptr<estimate::Estimator> choose_estimator(const Scenario& s, const sensor::CleanReadings& clean,
+                                                      const random::Stream& stream) {
+  constexpr int kProbes = 64;
+  const std::vector<survey::StationFields> truth = sensor::station_fields(clean);
+  auto whole = estimate::make_estimator(s.estimator, s.field, truth);
+  if (s.estimator.name != "msa" || s.estimator.solver != "gauss_newton") return whole;
+  auto near = estimate::make_estimator(s.estimator, s.field, truth, clean.magnetic_T);
+  survey::ReadingBlock readings = sensor::make_reading_block(kProbes, s.survey.size(), s.noise);
+  sensor::simulate_readings(clean, s.field, s.noise, stream, 0, readings);
+  const auto evaluations = [&](const estimate::Estimator& e) {
+    estimate::EstimateBlock out(kProbes);
+    e.solve(readings, out);
+    double sum = 0;
+    for (int t = 0; t < kProbes; ++t) sum += out.iterations.value(t, 0);
+    return sum;
+  };
+  // From the known start an evaluation has no matrix and costs a third.
+  return evaluations(*near) <= 1.25 * evaluations(*whole) ? std::move(near) : std::move(whole);
+}
+
+}  // namespace
+
+Components::Components(const Scenario& s, const estimate::Estimator& estimator) {
+  const auto add = [this](int& place, bool wanted, int size) {
+    if (!wanted) return;
+    place = count;
+    count += size;
+  };
+  add(nees_horizontal, s.with_position, 3);
+  add(axes, s.with_position, 6);
+  add(hole, s.with_position, 3);
+  add(reference, estimator.estimates_reference(), 2);
+  add(hanak, s.estimator.name == "wls_consider", 6);
+  add(claimed, s.assumed_noise != sensor::AssumedNoise::constant, 6);
+}
+
+Model model_of(const Scenario& s) {
+  Model m;
+  m.clean = sensor::clean_readings(s.survey, s.field, s.errors);
+  m.prediction = analysis::predict_msa(s.survey, s.field, s.errors, s.spread, s.noise, m.clean, s.estimator);
+  m.estimator = choose_estimator(s, m.clean, random::stream_of(s.seed));
+  for (std::size_t f = 0; f < kFormulations.size(); ++f) {
+    const Matrix2d horizontal = m.prediction.position_covariance[f].topLeftCorner<2, 2>();
+    const propagate::Ellipse e = propagate::ellipse(horizontal);
+    // An ellipse without area (all errors in one direction) has no Mahalanobis distance and covers nothing.
+    m.horizontal_weight[f] = e.semi_minor > 0 ? Matrix2d(horizontal.inverse()) : Matrix2d::Constant(std::nan(""));
+    m.horizontal_axes[f] = e.axes;
+  }
+  const survey::Station& last = s.survey.stations.back();
+  m.hla_from_nev = survey::rotation_hla_from_nev(last.inclination, last.azimuth);
+  m.parameter_weight = m.prediction.parameter_covariance.inverse();
+  return m;
+}
+
+PositionPoint::PositionPoint(Scenario scenario, Model model)
+    : s_(std::move(scenario)),
+      clean_(std::move(model.clean)),
+      md_(s_.survey.md()),
+      prediction_(std::move(model.prediction)),
+      stream_(random::stream_of(s_.seed)),
+      estimator_(std::move(model.estimator)),
+      at_(s_, *estimator_),
+      intervals_(study::at_confidence(s_.verdict.confidence)),
+      horizontal_weight_(model.horizontal_weight),
+      horizontal_axes_(model.horizontal_axes),
+      hla_from_nev_(model.hla_from_nev),
+      parameter_weight_(model.parameter_weight) {}
+
+std::uint64_t PositionPoint::trials_needed(const stats::Tally& tally) const {
+  if (units(tally) < 2) return s_.plan.trials;  // nothing to predict from
+  double needed = 0;
+  for (const std::string& quantity : s_.plan.quantities) {
+    const stats::ControlledEstimate e = sd_estimate(tally, component_of(quantity));
+    const bool controlled = s_.control_variate;
+    const stats::Interval ci = controlled ? e.controlled_interval : e.plain_interval;
+    const double width = (ci.hi - ci.lo) / 2 / (controlled ? e.controlled : e.plain) / s_.plan.relative_ci;
+    needed = std::max(needed, std::isfinite(width) ? static_cast<double>(tally.trials) * width * width : 1e18);
+  }
+  return static_cast<std::uint64_t>(std::ceil(needed));
+}
+
+/// Everything that a batch of trials is made of; reused from batch to batch.
+struct PositionPoint::Batch {
+  Batch(int trials, const Scenario& s)
+      : readings(sensor::make_reading_block(trials, s.survey.size(), s.noise)),
+        estimates(trials),
+        position(survey::groups_for(trials), 3),
+        sums(survey::groups_for(trials), sensor::NoiseWeights::kSums),
+        deviation(survey::groups_for(trials), 6),
+        nees(survey::groups_for(trials), 1) {
+    if (s.assumed_noise != sensor::AssumedNoise::constant) readings.add_assumed_sd();
+  }
+  survey::ReadingBlock readings;
+  estimate::EstimateBlock estimates;
+  survey::LaneArray position, sums;
+  survey::LaneArray deviation;  ///< of the run's tool from the nominal one
+  survey::LaneArray nees;       ///< squared Mahalanobis distance of the parameters from their prediction
+};
+
+/// The tallied vector of trial `t` of a batch, and the ellipses it lies in.
+template <class Row>
+void PositionPoint::observe(const Batch& b, int t, Row& x, std::vector<std::uint64_t>& inside) const {
+  for (int i = 0; i < 6; ++i) {
+    const double deviation = s_.spread.any() ? b.deviation.value(t, i) : 0;
+    x[at_.parameter + i] = b.estimates.parameters.value(t, i) - prediction_.parameters[i] - deviation;
+  }
+  x[at_.nees_parameters] = b.nees.value(t, 0);
+  if (at_.reference >= 0) {
+    const double bh = b.estimates.reference.value(t, 0), bv = b.estimates.reference.value(t, 1);
+    x[at_.reference] = std::hypot(bh, bv) - s_.field.total;
+    x[at_.reference + 1] = (std::atan2(bv, bh) - s_.field.dip) / kDegree;
+  }
+  for (int i = 0; i < 3 && at_.hanak >= 0; ++i) {
+    const double gain = b.estimates.parameters.value(t, i), bias = b.estimates.parameters.value(t, 3 + i);
+    x[at_.hanak + i] = 2 - 1 / gain;
+    x[at_.hanak + 3 + i] = bias / gain;
+  }
+  for (int i = 0; i < 6 && at_.claimed >= 0; ++i) x[at_.claimed + i] = b.estimates.claimed_variance.value(t, i);
+  if (!s_.with_position) return;
+  Eigen::Vector3d r;
+  for (int i = 0; i < 3; ++i) r[i] = x[at_.position + i] = b.position.value(t, i) - prediction_.position[i];
+  const Eigen::Vector3d hole = hla_from_nev_ * r;
+  for (int i = 0; i < 3; ++i) x[at_.hole + i] = hole[i];
+  const double n = r[0], e = r[1];
+  for (std::size_t f = 0; f < kFormulations.size(); ++f) {
+    const int which = static_cast<int>(f);
+    const Matrix2d &w = horizontal_weight_[f], &axes = horizontal_axes_[f];
+    const double squared = w(0, 0) * n * n + 2 * w(0, 1) * n * e + w(1, 1) * e * e;
+    x[at_.nees_horizontal + which] = squared;
+    for (int a = 0; a < 2; ++a) x[at_.axes + 2 * which + a] = axes(0, a) * n + axes(1, a) * e;
+    study::count_inside(squared, inside.data() + 3 * f);
+  }
+}
+
+stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
+  // A batch is what fits the first-level caches, and below the size that the allocator returns to the system each
+  // time; it changes no bit of the result.
+  const int bytes_per_trial = s_.survey.size() * 3 * static_cast<int>(sizeof(double));
+  const unsigned fitting = 65536u / static_cast<unsigned>(bytes_per_trial);
+  const int batch =
+      std::clamp(static_cast<int>(std::bit_floor(fitting)), simd::kGroup, montecarlo::kBlockTrials);  // divides a block
+  Batch b(std::min(batch, block.count), s_);
+  stats::Tally tally;
+  tally.counts.assign(kFormulations.size() * 3, 0);
+  // One quantity a column; a few spare rows, or all columns would fall into the same sets of the cache.
+  Eigen::MatrixXd values(block.count + 8, at_.count);
+  Eigen::MatrixXd controls(s_.control_variate ? block.count + 8 : 0, sensor::NoiseWeights::kSums);
+  // Controls of trials that are not in the statistics: of the failed, and of the others of their antithetic pairs.
+  std::vector<Eigen::VectorXd> lost;
+  const auto lose = [&](int t) {
+    if (!s_.control_variate) return;
+    lost.emplace_back(static_cast<int>(sensor::NoiseWeights::kSums));
+    for (int q = 0; q < sensor::NoiseWeights::kSums; ++q)
+      lost.back()[q] = b.sums.value(t, q) - prediction_.linear.mean[q];
+  };
+  Eigen::Index kept = 0;
+  for (int begin = 0; begin < block.count; begin += batch) {
+    const int count = std::min(batch, block.count - begin);
+    if (count != b.readings.trials) b = Batch(count, s_);
+    const std::uint64_t first = block.first + static_cast<std::uint64_t>(begin);
+    simulate(first, b);
+    for (int t = 0; t < count; ++t) {
+      const std::uint64_t trial = first + static_cast<std::uint64_t>(t);
+      ++tally.trials;
+      const auto converged = [&b](int i) { return b.estimates.converged.value(i, 0) != 0; };
+      if (!converged(t)) {
+        ++tally.failed;
+        if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
+        lose(t);
+        continue;
+      }
+      if (antithetic() && !converged(t ^ 1)) {
+        ++tally.left_out;
+        lose(t);
+      } else {
+        auto x = values.row(kept);
+        observe(b, t, x, tally.counts);
+        if (s_.control_variate)
+          for (int q = 0; q < sensor::NoiseWeights::kSums; ++q)
+            controls(kept, q) = b.sums.value(t, q) - prediction_.linear.mean[q];
+        ++kept;
+      }
+      if (trial < s_.save_samples) {
+        tally.samples.push_back(static_cast<double>(trial));
+        for (int i = 0; i < 6; ++i) tally.samples.push_back(b.estimates.parameters.value(t, i));
+        for (int i = 0; i < 3; ++i) tally.samples.push_back(b.position.value(t, i));
+      }
+    }
+  }
+  tally.moments = stats::Moments::of(values.topRows(kept));
+  if (antithetic()) tally.pairs = stats::Moments::of(stats::pair_columns(values.topRows(kept)));
+  for (std::size_t p = 0; p < kControlledPairs.size() && s_.control_variate; ++p) {
+    const auto [i, j] = kControlledPairs[p];
+    const Eigen::MatrixXd columns = stats::control_columns(values.col(i).head(kept), values.col(j).head(kept),
+                                                           controls.col(i).head(kept), controls.col(j).head(kept));
+    tally.controlled.push_back(stats::Moments::of(columns));
+    if (antithetic()) tally.controlled_pairs.push_back(stats::Moments::of(stats::pair_means(columns)));
+  }
+  for (std::size_t p = 0; p < kControlledPairs.size() && !lost.empty(); ++p) {
+    const auto [i, j] = kControlledPairs[p];
+    Eigen::MatrixXd of_pair(static_cast<Eigen::Index>(lost.size()), 2);
+    for (std::size_t t = 0; t < lost.size(); ++t) of_pair.row(static_cast<Eigen::Index>(t)) << lost[t][i], lost[t][j];
+    const Eigen::MatrixXd columns = stats::lost_columns(of_pair.col(0), of_pair.col(1));
+    tally.controlled.push_back(stats::Moments::of(columns));
+    if (antithetic()) tally.controlled_pairs.push_back(stats::Moments::of(stats::pair_means(columns)));
+  }
+  return tally;
+}
+
+study::PointResult PositionPoint::report(const stats::Tally& tally, const montecarlo::RunOptions&) const {
+  study::PointResult r;
+  const std::vector<study::ComparisonRow> parameters = parameter_rows(tally);
+  r.tables = {
+      comparison("parameters", "estimates of gains and biases against the first-order prediction", parameters, tally)};
+  std::vector<study::ComparisonRow> published = parameters;
+  if (at_.hanak >= 0) {
+    const std::vector<study::ComparisonRow> rows = hanak_rows(tally);
+    r.tables.push_back(comparison("hanak_parameters",
+                                  "estimates in the convention b = (2 - scale) m - offset, against their noise-free "
+                                  "values and the consider covariance",
+                                  rows, tally));
+    published.insert(published.end(), rows.begin(), rows.end());
+  }
+  if (s_.with_position) {
+    const std::vector<study::ComparisonRow> position = position_rows(tally);
+    r.tables.push_back(
+        comparison("position", "final position of the corrected survey against three propagations", position, tally));
+    r.tables.push_back(comparison("position_hla", "the same along high side, lateral and hole at the last station",
+                                  hole_rows(tally), tally));
+    published.insert(published.end(), position.begin(), position.end());
+    r.tables.push_back(ellipse_table(tally));
+    r.tables.push_back(covariance_table(tally));
+  }
+  r.tables.push_back(correlation_table(tally));
+  if (s_.control_variate) r.tables.push_back(control_variate_table(tally));
+  if (s_.annotations.has_published()) r.tables.push_back(study::published_fit_table(published));
+  r.tables.push_back(study::failed_trials_table("trials without a converged estimate", tally.failed_trials));
+  if (antithetic()) r.tables.push_back(pairs_table(tally));
+  if (s_.save_samples > 0) r.samples = {samples_table(tally)};
+  return r;
+}
+
+std::string PositionPoint::replay(std::uint64_t trial) const {
+  const std::uint64_t first = trial / simd::kGroup * simd::kGroup;
+  const int lane = static_cast<int>(trial % simd::kGroup);
+  Batch b(simd::kGroup, s_);
+  simulate(first, b);
+  std::string text = fmt::format("trial {}\n", trial);
+  text += fmt::format("  reference field  Bh {:.17g} nT, Bv {:.17g} nT (station 0)\n",
+                      b.readings.reference.value(lane, 0), b.readings.reference.value(lane, 1));
+  for (std::size_t i = 0; i < 6 && s_.spread.any(); ++i)
+    text +=
+        fmt::format("  true {:<11} {:.17g} {}\n", estimate::kParameterNames[i],
+                    (i < 3 ? s_.errors.gain[i] : s_.errors.bias[i - 3]) + b.deviation.value(lane, static_cast<int>(i)),
+                    estimate::kParameterUnits[i]);
+  if (at_.reference >= 0)
+    text += fmt::format("  estimated field  Bh {:.17g} nT, Bv {:.17g} nT (station 0)\n",
+                        b.estimates.reference.value(lane, 0), b.estimates.reference.value(lane, 1));
+  for (int i = 0; i < 6; ++i)
+    text += fmt::format("  {:<16} {:.17g} {}\n", estimate::kParameterNames[static_cast<std::size_t>(i)],
+                        b.estimates.parameters.value(lane, i), estimate::kParameterUnits[static_cast<std::size_t>(i)]);
+  text += fmt::format("  cost             {:.17g} nT2 after {} evaluations, {}\n", b.estimates.cost.value(lane, 0),
+                      b.estimates.iterations.value(lane, 0),
+                      b.estimates.converged.value(lane, 0) != 0 ? "converged" : "NOT converged");
+  for (int i = 0; i < 3 && s_.with_position; ++i)
+    text += fmt::format("  {:<16} {:.17g} m\n", kDirections[static_cast<std::size_t>(i)], b.position.value(lane, i));
+  return text;
+}
+
+void PositionPoint::simulate(std::uint64_t first, Batch& b) const {
+  const sensor::NoiseWeights* weights = s_.control_variate ? &prediction_.weights : nullptr;
+  sensor::simulate_readings(clean_, s_.field, s_.noise, stream_, first, b.readings, weights, &b.sums);
+  if (s_.spread.any())
+    sensor::spread_tools(clean_, s_.spread, s_.noise.antithetic, stream_, first, b.readings, b.deviation, weights,
+                         &b.sums);
+  if (b.readings.has_assumed_sd)
+    sensor::draw_assumed_sd(s_.assumed_noise, s_.estimator.assumed.magnetometer, stream_, first, b.readings);
+  estimator_->solve(b.readings, b.estimates);
+  for (int group = 0; group < b.readings.groups(); ++group) parameter_nees(b, group, b.nees.row(group, 0));
+  if (s_.with_position)
+    survey::corrected_final_positions(b.readings, b.estimates.parameters, md_, s_.field.declination, b.position);
+}
+
+/// Trial by trial of a group; the inner loops are as long as a register.
+void PositionPoint::parameter_nees(const Batch& b, int group, double* nees) const {
+  double error[6][simd::kGroup];
+  for (int i = 0; i < 6; ++i)
+    for (int t = 0; t < simd::kGroup; ++t)
+      error[i][t] = b.estimates.parameters.row(group, i)[t] - prediction_.parameters[i] -
+                    (s_.spread.any() ? b.deviation.row(group, i)[t] : 0);
+  double sum[simd::kGroup] = {};
+  for (int i = 0; i < 6; ++i) {
+    double row[simd::kGroup] = {};  // the lower half of the weight, whose off-diagonal elements count twice
+    for (int j = 0; j <= i; ++j)
+      for (int t = 0; t < simd::kGroup; ++t) row[t] += (j < i ? 2 : 1) * parameter_weight_(i, j) * error[j][t];
+    for (int t = 0; t < simd::kGroup; ++t) sum[t] += row[t] * error[i][t];
+  }
+  std::copy(sum, sum + simd::kGroup, nees);
+}
+
+stats::SampleSummary PositionPoint::sample(const stats::Tally& tally, int component) const {
+  if (units(tally) < 2) return {};
+  return antithetic() ? stats::summarise_pairs(tally.moments, tally.pairs, component)
+                      : stats::summarise(tally.moments, component);
+}
+
+Eigen::MatrixXd PositionPoint::covariance(const stats::Tally& tally) const {
+  return antithetic() ? stats::paired_covariance(tally.moments, tally.pairs) : tally.moments.covariance();
+}
+
+stats::LostTrials PositionPoint::lost_trials(const stats::Tally& tally, std::size_t p) {
+  const std::size_t at = kControlledPairs.size() + p;
+  return {at < tally.controlled.size() ? &tally.controlled[at] : nullptr,
+          at < tally.controlled_pairs.size() ? &tally.controlled_pairs[at] : nullptr};
+}
+
+stats::ControlledEstimate PositionPoint::sd_estimate(const stats::Tally& tally, int component) const {
+  const auto p = static_cast<std::size_t>(component);  // kControlledPairs begins with the nine variances
+  if (s_.control_variate)
+    return stats::controlled_sd(tally.controlled[p], prediction_.linear.covariance(component, component),
+                                s_.verdict.confidence, controlled_pairs(tally, p), lost_trials(tally, p));
+  stats::ControlledEstimate e;
+  const stats::SampleSummary s = sample(tally, component);
+  e.plain = std::sqrt(s.variance);
+  e.plain_interval = stats::sd_interval(s, s_.verdict.confidence);
+  return e;
+}
+
+namespace {
+
+class MsaPositionPlan final : public study::PointPlan {
+ public:
+  explicit MsaPositionPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    try {
+      return std::make_unique<PositionPoint>(s_, model_of(s_));
+    } catch (const InputError& e) {  // the survey's geometry: say which survey, in which case of a sweep
+      s_.survey_place.fail(e.what());
+    }
+  }
+
+ private:
+  Scenario s_;
+};
+
+}  // namespace
+
+study::Experiment experiment() {
+  return {random::StudyId::msa_position,
+          "Multi-station analysis and weighted least squares: errors left in parameters and final position",
+          "S. Vis, TU Delft 2019, tables 5 to 11, figures 6 and 7",
+          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+            return std::make_unique<MsaPositionPlan>(read_scenario(config, seed));
+          }};
+}
+
+}  // namespace surveymc::studies::msa_position

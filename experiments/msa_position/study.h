@@ -1,0 +1,109 @@
+#pragma once
+/// One point of the study `msa_position` (see study.cpp): the run of its trials and the tables they become.
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/msa_prediction.h"
+#include "msa_position/scenario.h"
+#include "stats/control_variate.h"
+#include "stats/sample_summary.h"
+#include "study/experiment.h"
+
+namespace surveymc::studies::msa_position {
+
+/// Where each quantity stands in the tallied vector. -1: not tallied in this scenario.
+struct Components {
+  static constexpr int parameter = 0, position = 6;  ///< errors of six parameters and three coordinates: always there
+  int nees_parameters = 9;
+  int nees_horizontal = -1;  ///< squared Mahalanobis distance, one per formulation
+  int axes = -1;             ///< along major and minor axis of each formulation's horizontal ellipse
+  int hole = -1;             ///< high side, lateral, along hole
+  int reference = -1;        ///< errors of total field (nT) and dip (deg) of an estimator that estimates them
+  int hanak = -1;            ///< six parameters in Hanak's convention
+  int claimed = -1;          ///< variances of the six parameters that the estimator claims for the trial
+  int count = 10;
+
+  Components(const Scenario& scenario, const estimate::Estimator& estimator);
+};
+
+/// What the trials of a scenario start from, and what they are held against.
+struct Model {
+  sensor::CleanReadings clean;
+  analysis::MsaPrediction prediction;
+  std::unique_ptr<estimate::Estimator> estimator;
+  std::array<Eigen::Matrix2d, 3> horizontal_weight;  ///< inverse horizontal covariances
+  std::array<Eigen::Matrix2d, 3> horizontal_axes;    ///< columns: major, minor
+  Eigen::Matrix3d hla_from_nev;                      ///< of the true hole at the last station
+  Eigen::Matrix<double, 6, 6> parameter_weight;
+};
+/// Predicts, and chooses the estimator on 64 trials. Throws InputError where the stations cannot determine the
+/// parameters.
+Model model_of(const Scenario& scenario);
+
+class PositionPoint final : public study::StudyPoint {
+ public:
+  PositionPoint(Scenario scenario, Model model);
+
+  std::uint64_t trials_needed(const stats::Tally& tally) const override;
+  stats::Tally run_block(montecarlo::TrialBlock block) const override;
+  study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions& options) const override;
+  std::string replay(std::uint64_t trial) const override;
+
+ private:
+  struct Batch;
+  void simulate(std::uint64_t first, Batch& b) const;
+  void parameter_nees(const Batch& b, int group, double* nees) const;
+  template <class Row>
+  void observe(const Batch& b, int t, Row& x, std::vector<std::uint64_t>& inside) const;
+
+  bool antithetic() const { return s_.noise.antithetic; }
+  /// How many independent values there are: trials, or antithetic pairs.
+  std::uint64_t units(const stats::Tally& tally) const {
+    return antithetic() ? tally.pairs.count : tally.moments.count;
+  }
+  /// Of one component, and the covariance of all; with fewer than two units there is none.
+  stats::SampleSummary sample(const stats::Tally& tally, int component) const;
+  Eigen::MatrixXd covariance(const stats::Tally& tally) const;
+  /// Moments of the pairs' control columns for kControlledPairs[p]; null where the trials are independent.
+  const stats::Moments* controlled_pairs(const stats::Tally& tally, std::size_t p) const {
+    return antithetic() ? &tally.controlled_pairs[p] : nullptr;
+  }
+  /// The same of the trials that are not in the statistics; nothing where none failed.
+  static stats::LostTrials lost_trials(const stats::Tally& tally, std::size_t p);
+  stats::ControlledEstimate sd_estimate(const stats::Tally& tally, int component) const;
+
+  std::vector<study::ComparisonRow> parameter_rows(const stats::Tally& tally) const;
+  std::vector<study::ComparisonRow> reference_rows(const stats::Tally& tally) const;
+  std::vector<study::ComparisonRow> hanak_rows(const stats::Tally& tally) const;
+  std::vector<study::ComparisonRow> position_rows(const stats::Tally& tally) const;
+  std::vector<study::ComparisonRow> hole_rows(const stats::Tally& tally) const;
+  store::Table comparison(const std::string& name, const std::string& long_name, std::vector<study::ComparisonRow> rows,
+                          const stats::Tally& tally) const;
+  store::Table ellipse_table(const stats::Tally& tally) const;
+  store::Table covariance_table(const stats::Tally& tally) const;
+  store::Table correlation_table(const stats::Tally& tally) const;
+  store::Table control_variate_table(const stats::Tally& tally) const;
+  store::Table pairs_table(const stats::Tally& tally) const;
+  store::Table samples_table(const stats::Tally& tally) const;
+
+  Scenario s_;
+  sensor::CleanReadings clean_;
+  std::vector<double> md_;
+  analysis::MsaPrediction prediction_;
+  random::Stream stream_;
+  std::unique_ptr<estimate::Estimator> estimator_;
+  Components at_;
+  std::string intervals_;  ///< end of the long name of tables with intervals
+  std::array<Eigen::Matrix2d, 3> horizontal_weight_, horizontal_axes_;
+  Eigen::Matrix3d hla_from_nev_;
+  Eigen::Matrix<double, 6, 6> parameter_weight_;
+};
+
+/// Pairs of the first nine components whose second moments get a control variate.
+constexpr std::array<std::array<int, 2>, 12> kControlledPairs{
+    {{0, 0}, {1, 1}, {2, 2}, {3, 3}, {4, 4}, {5, 5}, {6, 6}, {7, 7}, {8, 8}, {6, 7}, {6, 8}, {7, 8}}};
+
+}  // namespace surveymc::studies::msa_position

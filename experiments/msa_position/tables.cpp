@@ -1,0 +1,149 @@
+/// Comparison tables of the study `msa_position`.
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "estimate/estimators.h"
+#include "msa_position/study.h"
+#include "stats/tests.h"
+#include "study/position_comparison.h"
+
+namespace surveymc::studies::msa_position {
+
+store::Table PositionPoint::comparison(const std::string& name, const std::string& long_name,
+                                       std::vector<study::ComparisonRow> rows, const stats::Tally& tally) const {
+  return study::comparison_table(name, long_name + intervals_, rows, tally.trials, tally.failed, true);
+}
+
+std::vector<study::ComparisonRow> PositionPoint::parameter_rows(const stats::Tally& tally) const {
+  // Weights that are drawn anew in every run have no linear prediction.
+  const bool predicted = s_.assumed_noise == sensor::AssumedNoise::constant;
+  const double nan = std::nan("");
+  std::vector<study::ComparisonRow> rows;
+  for (int i = 0; i < 6; ++i) {
+    const auto a = static_cast<std::size_t>(i);
+    rows.push_back(study::compare_mean(std::string("mean_") + estimate::kParameterNames[a],
+                                       estimate::kParameterUnits[a], sample(tally, at_.parameter + i),
+                                       prediction_.parameters[i], predicted ? prediction_.parameters[i] : nan,
+                                       s_.verdict, tally.trials));
+  }
+  for (int i = 0; i < 6; ++i) {
+    const auto a = static_cast<std::size_t>(i);
+    rows.push_back(study::compare_sd(std::string("sigma3_") + estimate::kParameterNames[a],
+                                     estimate::kParameterUnits[a], 3, sample(tally, at_.parameter + i),
+                                     predicted ? std::sqrt(prediction_.parameter_covariance(i, i)) : nan, s_.verdict,
+                                     tally.trials));
+    rows.back().formulation = "first_order";
+  }
+  // What the estimator says of itself, by the errors it assumes; of MSA, which assumes nothing, there is no such claim.
+  for (int i = 0; i < 6 && estimate::estimator_kind(s_.estimator.name).weighs; ++i) {
+    const auto a = static_cast<std::size_t>(i);
+    const double claimed = predicted                 ? std::sqrt(prediction_.claimed_covariance(i, i))
+                           : tally.moments.count > 0 ? std::sqrt(tally.moments.mean[at_.claimed + i])
+                                                     : nan;
+    rows.push_back(study::compare_sd(std::string("sigma3_") + estimate::kParameterNames[a],
+                                     estimate::kParameterUnits[a], 3, sample(tally, at_.parameter + i), claimed,
+                                     s_.verdict, tally.trials));
+    rows.back().formulation = "claimed";
+  }
+  if (at_.reference >= 0)
+    for (const study::ComparisonRow& row : reference_rows(tally)) rows.push_back(row);
+  if (predicted && prediction_.parameter_covariance(0, 0) > 0) {
+    rows.push_back(study::compare_nees("nees", sample(tally, at_.nees_parameters), 6, s_.verdict, tally.trials));
+    if (units(tally) > 20) {
+      const stats::WishartTest test =
+          stats::wishart_test(covariance(tally).topLeftCorner<6, 6>(), prediction_.parameter_covariance, units(tally));
+      rows.back().note += fmt::format("; Wishart test of the 6x6 covariance: p = {:.2g}", test.p_value);
+    }
+  }
+  s_.annotations.apply("parameters", rows);
+  return rows;
+}
+
+std::vector<study::ComparisonRow> PositionPoint::reference_rows(const stats::Tally& tally) const {
+  const std::array<double, 2> truth{s_.field.total, s_.field.dip / kDegree}, unit{1, kDegree};
+  std::vector<study::ComparisonRow> rows;
+  for (std::size_t a = 0; a < 2; ++a)
+    rows.push_back(study::compare_mean(std::string("mean_") + kReference[a], kReferenceUnits[a],
+                                       sample(tally, at_.reference + static_cast<int>(a)), truth[a], truth[a],
+                                       s_.verdict, tally.trials));
+  for (const bool claimed : {false, true})
+    for (std::size_t a = 0; a < 2; ++a) {
+      const auto i = static_cast<Eigen::Index>(a);
+      const double variance =
+          claimed ? prediction_.claimed_covariance(6 + i, 6 + i) : prediction_.reference_covariance(i, i);
+      rows.push_back(study::compare_sd(std::string("sigma3_") + kReference[a], kReferenceUnits[a], 3,
+                                       sample(tally, at_.reference + static_cast<int>(a)),
+                                       std::sqrt(variance) / unit[a], s_.verdict, tally.trials));
+      rows.back().formulation = claimed ? "claimed" : "first_order";
+    }
+  return rows;
+}
+
+std::vector<study::ComparisonRow> PositionPoint::hanak_rows(const stats::Tally& tally) const {
+  // scale = 2 - 1 / gain, offset = bias / gain, and their derivatives, at the true tool
+  Eigen::Matrix<double, 6, 6> by_parameters = Eigen::Matrix<double, 6, 6>::Zero();
+  std::array<double, 6> truth{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto i = static_cast<Eigen::Index>(a);
+    const double gain = s_.errors.gain[a], bias = s_.errors.bias[a];
+    truth[a] = 2 - 1 / gain;
+    truth[3 + a] = bias / gain;
+    by_parameters(i, i) = 1 / (gain * gain);
+    by_parameters(3 + i, i) = -bias / (gain * gain);
+    by_parameters(3 + i, 3 + i) = 1 / gain;
+  }
+  const Eigen::Matrix<double, 6, 6> claimed = prediction_.claimed_covariance.topLeftCorner<6, 6>();
+  const Eigen::Matrix<double, 6, 6> covariance = by_parameters * claimed * by_parameters.transpose();
+  std::vector<study::ComparisonRow> rows;
+  for (std::size_t a = 0; a < 6; ++a)
+    rows.push_back(study::compare_mean(std::string("mean_") + kHanakParameters[a], estimate::kParameterUnits[a],
+                                       sample(tally, at_.hanak + static_cast<int>(a)), 0, truth[a], s_.verdict,
+                                       tally.trials));
+  for (std::size_t a = 0; a < 6; ++a) {
+    const auto i = static_cast<Eigen::Index>(a);
+    rows.push_back(study::compare_sd(std::string("sigma3_") + kHanakParameters[a], estimate::kParameterUnits[a], 3,
+                                     sample(tally, at_.hanak + static_cast<int>(a)), std::sqrt(covariance(i, i)),
+                                     s_.verdict, tally.trials));
+  }
+  s_.annotations.apply("hanak_parameters", rows);
+  return rows;
+}
+
+std::vector<study::ComparisonRow> PositionPoint::position_rows(const stats::Tally& tally) const {
+  std::vector<study::ComparisonRow> rows;
+  for (int i = 0; i < 3; ++i) {
+    const double correction = prediction_.position[i] - prediction_.uncorrected[i];
+    rows.push_back(study::compare_mean(std::string("correction_") + kDirections[static_cast<std::size_t>(i)], "m",
+                                       sample(tally, at_.position + i), correction, correction, s_.verdict,
+                                       tally.trials));
+  }
+  for (std::size_t f = 0; f < kFormulations.size(); ++f)
+    for (int i = 0; i < 3; ++i) {
+      rows.push_back(study::compare_sd(std::string("sigma3_") + kDirections[static_cast<std::size_t>(i)], "m", 3,
+                                       sample(tally, at_.position + i),
+                                       std::sqrt(prediction_.position_covariance[f](i, i)), s_.verdict, tally.trials));
+      rows.back().formulation = kFormulations[f];
+    }
+  s_.annotations.apply("position", rows);
+  return rows;
+}
+
+std::vector<study::ComparisonRow> PositionPoint::hole_rows(const stats::Tally& tally) const {
+  std::vector<study::ComparisonRow> rows;
+  for (std::size_t f = 0; f < kFormulations.size(); ++f) {
+    const Eigen::Matrix3d c = hla_from_nev_ * prediction_.position_covariance[f] * hla_from_nev_.transpose();
+    for (int i = 0; i < 3; ++i) {
+      // A direction without first-order error (plane wells have two) keeps what rounding of the rotation leaves: zero.
+      const double variance = c(i, i) > 1e-14 * c.trace() ? c(i, i) : 0;
+      rows.push_back(study::compare_sd(std::string("sigma3_") + kHoleDirections[static_cast<std::size_t>(i)], "m", 3,
+                                       sample(tally, at_.hole + i), std::sqrt(variance), s_.verdict, tally.trials));
+      rows.back().formulation = kFormulations[f];
+    }
+  }
+  s_.annotations.apply("position_hla", rows);
+  return rows;
+}
+
+}  // namespace surveymc::studies::msa_position

@@ -1,0 +1,60 @@
+/// What a config of `mwd_drift` says, checked.
+#include <algorithm>
+#include <cmath>
+
+#include "base/units.h"
+#include "mwd_drift/study.h"
+
+namespace surveymc::studies::mwd_drift {
+namespace {
+
+monitoring::Vector6 sensor_values(config::ConfigReader& c, const std::string& key, const config::Range& range,
+                                  double accelerometer_mg, double magnetometer_nT) {
+  const double a = c.number(key + ".accelerometer_mg", range, accelerometer_mg) * kMilliG;
+  const double m = c.number(key + ".magnetometer_nT", range, magnetometer_nT);
+  return (monitoring::Vector6() << a, a, a, m, m, m).finished();
+}
+
+}  // namespace
+
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
+  Scenario s;
+  s.seed = seed;
+  s.trials = static_cast<std::uint64_t>(c.integer("trials", 1, 100'000'000));
+  s.field = study::read_field(c);
+  s.stations = static_cast<int>(c.integer("well.stations", 3, 100'000, 80));
+  s.spacing = c.number("well.spacing_m", config::Range::positive(), 30);
+  s.inclination_from = kDegree * c.number("well.inclination_from_deg", config::Range::closed(0, 180), 0);
+  s.inclination_to = kDegree * c.number("well.inclination_to_deg", config::Range::closed(0, 180), 60);
+  s.azimuth = kDegree * c.number("well.magnetic_azimuth_deg", config::Range::closed(0, 360), 60);
+  s.noise = sensor_values(c, "noise", config::Range::positive(), 0.2, 20);
+  s.walk = sensor_values(c, "walk", config::Range::positive(), 0.02, 2);
+  s.scatter = {kMilliG * c.number("scatter.gravity_mg", config::Range::non_negative(), 0.1),
+               c.number("scatter.total_nT", config::Range::non_negative(), 30),
+               kDegree * c.number("scatter.dip_deg", config::Range::non_negative(), 0.05)};
+  const std::string sensor = c.choice("drift.sensor", {kSensors.begin(), kSensors.end()});
+  s.sensor = static_cast<int>(std::find(kSensors.begin(), kSensors.end(), sensor) - kSensors.begin());
+  s.drift_at_td = monitoring::Vector6::Zero();
+  s.drift_at_td[s.sensor] = s.sensor < 3 ? kMilliG * c.number("drift.at_td_mg", config::Range{})
+                                         : c.number("drift.at_td_nT", config::Range{});
+  s.from_station = static_cast<int>(c.integer("drift.from_station", 0, s.stations - 2, 20));
+  s.sprt.shift = c.number("sprt.shift_sd", config::Range::positive(), 3);
+  s.sprt.variance = 1;
+  s.sprt.false_alarm = c.number("sprt.false_alarm", config::Range::open(0, 0.5), 1e-4);
+  s.sprt.missed_alarm = c.number("sprt.missed_alarm", config::Range::open(0, 0.5), 0.10);
+  s.alarm_sd = c.number("filter.alarm_sd", config::Range::positive(), 3);
+  s.verdict.confidence = c.number("verdict.confidence", config::Range::open(0, 1), 0.95);
+  s.verdict.margin = c.number("verdict.margin", config::Range::open(0, 1), s.verdict.margin);
+  s.verdict.nees_margin = c.number("verdict.nees_margin", config::Range::open(0, 1), s.verdict.nees_margin);
+  const std::vector<double> no_rows;
+  const Outcomes none(no_rows);
+  std::vector<study::RowName> names;
+  for (const study::ComparisonRow& r : comparison_rows(s, none))
+    names.push_back({"comparison", r.formulation, r.quantity});
+  for (const study::ComparisonRow& r : claim_rows(s, none)) names.push_back({"claims", r.formulation, r.quantity});
+  s.annotations = study::Annotations::read(c, names);
+  c.finish();
+  return s;
+}
+
+}  // namespace surveymc::studies::mwd_drift

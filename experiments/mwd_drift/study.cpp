@@ -1,0 +1,84 @@
+/// Study: drift of an MWD tool's own sensors along a survey. A Kalman filter on six biases with the Jacobian of the
+/// channels |g|, |b| and dip, against a plain SPRT on each channel.
+///
+///   made-up well, toolfaces (a trial) -> readings with noise and a ramp on one sensor -> channels less reference
+///   -> SPRT by channel, and bias filter with its own alarm -> who finds it, when, and whom it names
+#include "mwd_drift/study.h"
+
+#include <fmt/format.h>
+
+#include "study/experiment.h"
+
+namespace surveymc::studies::mwd_drift {
+namespace {
+
+class MwdDrift final : public study::StudyPoint {
+ public:
+  explicit MwdDrift(Scenario s) : s_(std::move(s)) {}
+
+  stats::Tally run_block(montecarlo::TrialBlock block) const override {
+    stats::Tally tally;
+    tally.trials = static_cast<std::uint64_t>(block.count);
+    for (int i = 0; i < block.count; ++i) {
+      const std::uint64_t trial = block.first + static_cast<std::uint64_t>(i);
+      const analysis::DriftRun with = analysis::drift_run(s_, trial, analysis::SensorBias::ramp),
+                               without = analysis::drift_run(s_, trial, analysis::SensorBias::none),
+                               walk = analysis::drift_run(s_, trial, analysis::SensorBias::walk);
+      for (const int x : {with.sprt_alarm, with.filter_alarm, with.named, without.sprt_alarm, without.filter_alarm})
+        tally.samples.push_back(x);
+      for (const double x : {walk.nis_mean, walk.nis_inside, walk.nees_mean}) tally.samples.push_back(x);
+    }
+    return tally;
+  }
+
+  study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
+    const Outcomes o(tally.samples);
+    const std::string at = study::at_confidence(s_.verdict.confidence);
+    std::vector<study::ComparisonRow> rows = comparison_rows(s_, o), claims = claim_rows(s_, o);
+    s_.annotations.apply("comparison", rows);
+    s_.annotations.apply("claims", claims);
+    study::PointResult r;
+    r.tables = {detection_table(s_, o),
+                study::comparison_table("comparison", "alarms, and consistency of the filter against theory" + at, rows,
+                                        tally.trials, 0, true),
+                study::comparison_table("claims", "what the filter is held to do" + at, claims, tally.trials, 0, true),
+                alarm_curve_table(s_, o), series_table(s_)};
+    return r;
+  }
+
+  std::string replay(std::uint64_t trial) const override {
+    const analysis::DriftRun run = analysis::drift_run(s_, trial, analysis::SensorBias::ramp);
+    return fmt::format("well {}: first alarm at station {} (SPRT), {} (filter, which names {}); -1: none\n", trial,
+                       run.sprt_alarm, run.filter_alarm,
+                       run.named < 0 ? "none" : kSensors[static_cast<std::size_t>(run.named)]);
+  }
+
+ private:
+  Scenario s_;
+};
+
+class MwdDriftPlan final : public study::PointPlan {
+ public:
+  explicit MwdDriftPlan(Scenario s) : s_(std::move(s)) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  int block_trials() const override { return 64; }
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    return std::make_unique<MwdDrift>(s_);
+  }
+
+ private:
+  Scenario s_;
+};
+
+}  // namespace
+
+study::Experiment experiment() {
+  return {random::StudyId::mwd_drift,
+          "Drift of a survey tool's own sensors: a Kalman filter on six biases against an SPRT by channel",
+          "the idea of AAKR-KF-SPRT, with the reference field as the prediction",
+          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+            return std::make_unique<MwdDriftPlan>(read_scenario(config, seed));
+          }};
+}
+
+}  // namespace surveymc::studies::mwd_drift

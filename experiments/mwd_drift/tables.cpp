@@ -1,0 +1,213 @@
+/// Tables of mwd_drift.
+#include <algorithm>
+#include <cmath>
+
+#include "base/units.h"
+#include "monitoring/sprt_false_alarms.h"
+#include "mwd_drift/study.h"
+#include "stats/order_statistics.h"
+#include "study/claims.h"
+#include "study/table_rows.h"
+
+namespace surveymc::studies::mwd_drift {
+namespace {
+
+constexpr double kNone = kNaN;
+constexpr const char* kSprt = "channel_sprt";
+constexpr const char* kFilter = "bias_filter";
+
+using Value = Outcome::Value;
+
+std::uint64_t alarms(const Outcomes& o, Value v) {
+  std::uint64_t n = 0;
+  for (std::size_t t = 0; t < o.trials(); ++t) n += o(t, v) >= 0;
+  return n;
+}
+
+std::uint64_t rightly_named(const Scenario& s, const Outcomes& o) {
+  std::uint64_t n = 0;
+  for (std::size_t t = 0; t < o.trials(); ++t) n += static_cast<int>(o(t, Value::named)) == s.sensor;
+  return n;
+}
+
+/// Stations from the start of the drift to the alarm, sorted; a miss is infinite.
+std::vector<double> delays(const Scenario& s, const Outcomes& o, Value v) {
+  std::vector<double> d;
+  for (std::size_t t = 0; t < o.trials(); ++t) d.push_back(o(t, v) >= 0 ? o(t, v) - s.from_station : kInfinity);
+  std::sort(d.begin(), d.end());
+  return d;
+}
+
+std::vector<double> all(const Outcomes& o, Value v) {
+  std::vector<double> x;
+  for (std::size_t t = 0; t < o.trials(); ++t) x.push_back(o(t, v));
+  return x;
+}
+
+/// Mean over wells against the mean of a chi-squared variable.
+study::ComparisonRow mean_against(const std::string& quantity, const std::vector<double>& x, double expected,
+                                  const Scenario& s, double margin) {
+  study::VerdictRule rule = s.verdict;
+  rule.margin = margin;
+  const study::ComparisonRow found = study::mean_row(kFilter, quantity, "1", x, s.verdict.confidence);
+  study::ComparisonRow row = study::labelled(
+      kFilter, study::compare_value(quantity, "1", {found.monte_carlo, found.interval}, expected, rule, x.size()));
+  row.note = std::isnan(row.monte_carlo) ? "" : "all six biases walk as the filter assumes";
+  return row;
+}
+
+study::ComparisonRow median_row(const char* formulation, const std::vector<double>& sorted, double confidence) {
+  study::ComparisonRow row;
+  row.formulation = formulation;
+  row.quantity = "delay_q50_stations";
+  row.unit = "1";
+  if (sorted.empty()) return row;
+  row.monte_carlo = stats::sorted_quantile(sorted, 0.5);
+  row.interval = stats::median_interval(sorted, confidence);
+  return row;
+}
+
+void write_counts(study::TableRows& t, const Outcomes& o) {
+  t.count("trials", "wells", o.trials());
+  t.count("failed", "wells without a result", 0);
+}
+
+}  // namespace
+
+std::vector<study::ComparisonRow> comparison_rows(const Scenario& s, const Outcomes& o) {
+  const std::uint64_t n = o.trials();
+  const auto rate = [&](const char* formulation, const char* quantity, std::uint64_t count, std::uint64_t runs,
+                        double predicted) {
+    return study::labelled(formulation, study::compare_rate(quantity, count, runs, predicted, s.verdict, n));
+  };
+  // Channels are independent: noise of a triad is alike on its axes, so that rows of the Jacobian are orthogonal in it.
+  const double one_side = monitoring::sprt_alarm_probability(s.sprt, 0, 1, s.stations).back();
+  study::ComparisonRow false_alarm =
+      rate(kSprt, "p_alarm_without_drift", alarms(o, Value::sprt_without), n, 1 - std::pow(1 - one_side, 6));
+  false_alarm.note += (false_alarm.note.empty() ? "" : "; ") + std::string("analytic: three channels, two sides each");
+  study::ComparisonRow of_filter = rate(kFilter, "p_alarm_without_drift", alarms(o, Value::filter_without), n, kNone);
+  of_filter.note = "no closed form: made about as rare as that of the SPRT by alarm_sd";
+  std::vector<study::ComparisonRow> rows{
+      mean_against("nis_mean", all(o, Value::nis_mean), 3, s, s.verdict.nees_margin),
+      mean_against("nis_within_95", all(o, Value::nis_inside), 0.95, s, s.verdict.margin),
+      mean_against("nees_mean", all(o, Value::nees_mean), 6, s, s.verdict.nees_margin),
+      false_alarm,
+      of_filter,
+      rate(kSprt, "p_detected", alarms(o, Value::sprt), n, kNone),
+      rate(kFilter, "p_detected", alarms(o, Value::filter), n, kNone),
+      median_row(kSprt, delays(s, o, Value::sprt), s.verdict.confidence),
+      median_row(kFilter, delays(s, o, Value::filter), s.verdict.confidence),
+      rate(kFilter, "p_named", rightly_named(s, o), alarms(o, Value::filter), kNone)};
+  return rows;
+}
+
+std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& o) {
+  const double confidence = s.verdict.confidence;
+  const char* both = "bias_filter / channel_sprt";
+  std::vector<double> more;
+  std::uint64_t sooner = 0, decided = 0;
+  for (std::size_t t = 0; t < o.trials(); ++t) {
+    const double filter = o(t, Value::filter), sprt = o(t, Value::sprt);
+    more.push_back((filter >= 0 ? 1.0 : 0.0) - (sprt >= 0 ? 1.0 : 0.0));
+    const double f = filter >= 0 ? filter : s.stations, p = sprt >= 0 ? sprt : s.stations;
+    sooner += f < p;
+    decided += f != p;
+  }
+  const auto share = [&](const char* formulation, const char* quantity, std::uint64_t count, std::uint64_t runs) {
+    study::ComparisonRow row =
+        study::labelled(formulation, study::compare_rate(quantity, count, runs, kNone, s.verdict, o.trials()));
+    row.note.clear();
+    return row;
+  };
+  return {study::judge_claim(study::mean_row(both, "detects_no_less", "1", more, confidence), -0.01, false,
+                             "share of wells found, less that of the SPRT: above -1 %"),
+          study::judge_claim(share(both, "is_sooner", sooner, decided), 0.5, false,
+                             "in more than half of the wells in which one is sooner"),
+          study::judge_claim(share(kFilter, "names_the_right_sensor", rightly_named(s, o), alarms(o, Value::filter)),
+                             0.99, false, "in more than 99 % of its alarms"),
+          study::judge_claim(share(kSprt, "false_alarms_are_rare", alarms(o, Value::sprt_without), o.trials()), 0.01,
+                             true, "in less than 1 % of wells without drift"),
+          study::judge_claim(share(kFilter, "false_alarms_are_rare", alarms(o, Value::filter_without), o.trials()),
+                             0.01, true, "in less than 1 % of wells without drift")};
+}
+
+store::Table detection_table(const Scenario& s, const Outcomes& o) {
+  const double confidence = s.verdict.confidence;
+  study::TableRows t("detection", "drift of one sensor along a survey" + study::at_confidence(confidence));
+  for (const bool filter : {false, true}) {
+    const Value with = filter ? Value::filter : Value::sprt,
+                without = filter ? Value::filter_without : Value::sprt_without;
+    const std::vector<double> sorted = delays(s, o, with);
+    const std::uint64_t detected = alarms(o, with);
+    t.word("method", "channel_sprt or bias_filter", filter ? kFilter : kSprt);
+    t.word("sensor", "that drifts", kSensors[static_cast<std::size_t>(s.sensor)]);
+    t.share("p_detected", "share of wells with an alarm once the drift has begun", detected, o.trials(), confidence);
+    t.number("delay_q05_stations", "1", "stations from the start of the drift to the alarm, 5 %",
+             stats::sorted_quantile(sorted, 0.05));
+    t.estimate("delay_q50_stations", "1", "the same, median; a miss is infinite", stats::sorted_quantile(sorted, 0.5),
+               stats::median_interval(sorted, confidence));
+    t.number("delay_q95_stations", "1", "the same, 95 %", stats::sorted_quantile(sorted, 0.95));
+    t.share("p_named", "share of these alarms that name the right sensor", rightly_named(s, o), filter ? detected : 0,
+            confidence);
+    t.share("p_alarm_without_drift", "share of wells with any alarm if no sensor drifts", alarms(o, without),
+            o.trials(), confidence);
+    write_counts(t, o);
+  }
+  return t.take();
+}
+
+store::Table alarm_curve_table(const Scenario& s, const Outcomes& o) {
+  const double confidence = s.verdict.confidence;
+  study::TableRows t("alarm_curve", "share of wells with an alarm up to a station" + study::at_confidence(confidence));
+  for (const bool filter : {false, true}) {
+    const auto up_to = [&](Value v) {
+      std::vector<std::uint64_t> n(static_cast<std::size_t>(s.stations), 0);
+      for (std::size_t i = 0; i < o.trials(); ++i)
+        if (o(i, v) >= 0) ++n[static_cast<std::size_t>(o(i, v))];
+      for (std::size_t k = 1; k < n.size(); ++k) n[k] += n[k - 1];
+      return n;
+    };
+    const auto with = up_to(filter ? Value::filter : Value::sprt),
+               without = up_to(filter ? Value::filter_without : Value::sprt_without);
+    for (int k = 0; k < s.stations; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      t.word("method", "channel_sprt or bias_filter", filter ? kFilter : kSprt);
+      t.number("md_m", "m", "measured depth from the first station", k * s.spacing);
+      t.number("drift_share", "1", "share of the drift that has come", s.ramp(k));
+      t.share("p_alarm", "one sensor drifts; alarms before the drift begins do not count", with[i], o.trials(),
+              confidence);
+      t.share("p_alarm_without_drift", "no sensor drifts", without[i], o.trials(), confidence);
+      write_counts(t, o);
+    }
+  }
+  return t.take();
+}
+
+store::Table series_table(const Scenario& s) {
+  study::TableRows t("series",
+                     "first well, with drift: channels in their sd, and the biases that the filter estimates");
+  constexpr std::array<const char*, 3> kChannels{"gravity", "total_field", "dip"};
+  const analysis::DriftRun run = analysis::drift_run(s, 0, analysis::SensorBias::ramp, true);
+  for (int k = 0; k < s.stations; ++k) {
+    const analysis::DriftingStation& at = run.stations[static_cast<std::size_t>(k)];
+    t.number("md_m", "m", "measured depth from the first station", k * s.spacing);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::string name = kChannels[c];
+      t.number(name + "_sd", "1", "channel less reference, over its sd without drift",
+               at.channels[static_cast<Eigen::Index>(c)]);
+      t.count("decision_" + name, "of the SPRT on this channel: 0, or the sign of the shift", at.sprt[c]);
+    }
+    for (int j = 0; j < 6; ++j) {
+      const double size = j < 3 ? kMilliG : 1;
+      const std::string unit = j < 3 ? "mg" : "nT", name = kSensors[static_cast<std::size_t>(j)] + ("_" + unit);
+      t.number("bias_" + name, unit, "estimate", at.bias[j] / size);
+      t.number("sd_" + name, unit, "of the estimate, one sigma", at.sd[j] / size);
+      t.number("true_" + name, unit, "drift of the sensor", at.truth[j] / size);
+    }
+    t.word("named", "sensor that the filter's alarm names at this station; empty: no alarm",
+           at.named < 0 ? "" : kSensors[static_cast<std::size_t>(at.named)]);
+  }
+  return t.take();
+}
+
+}  // namespace surveymc::studies::mwd_drift

@@ -1,0 +1,144 @@
+/// Study: position uncertainty of a surveyed well by the error models of its tools (ISCWSA MWD Rev 4, Rev 5.10, or the
+/// user's own). No Monte Carlo: the covariance of every station, whole and by source, held against published figures.
+///
+///   survey, field, models (config) -> effects of every term at every station, summed as their modes say (propagate)
+///   -> covariance, ellipse and ellipsoid per station
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "position_covariance/tables.h"
+#include "study/annotations.h"
+#include "study/experiment.h"
+#include "study/scenario.h"
+
+namespace surveymc::studies::position_covariance {
+namespace {
+
+constexpr std::array<const char*, 6> kElements{"nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2"};
+
+double element(const Eigen::Matrix3d& c, const std::string& name) {
+  const auto index = [](char letter) { return letter == 'n' ? 0 : letter == 'e' ? 1 : 2; };
+  return c(index(name[0]), index(name[1]));
+}
+
+/// An entry of `[[published]]` for this point.
+struct Published {
+  std::size_t station;
+  std::string source;  ///< code, or "total"
+  std::vector<std::pair<std::string, double>> values;
+  std::string origin;
+};
+
+std::size_t read_station(config::ConfigReader& entry, const survey::Survey& survey) {
+  const double md = entry.number("md_m", config::Range::non_negative());
+  for (std::size_t k = 0; k < survey.stations.size(); ++k)
+    if (std::abs(survey.stations[k].md - md) < 1e-6) return k;
+  entry.fail("md_m", "the survey has no station at this depth");
+}
+
+bool has_source(const study::ToolRuns& legs, const std::string& code) {
+  for (const propagate::ToolRun& leg : legs.legs)
+    for (const propagate::ErrorTerm& term : leg.model.terms)
+      if (term.code == code) return true;
+  return false;
+}
+
+/// `[[published]] source, table, error_source (for covariance_by_source), md_m, values = { nn_m2 = ... }, at`.
+std::vector<Published> read_published(config::ConfigReader& c, const survey::Survey& survey,
+                                      const study::ToolRuns& legs) {
+  std::vector<Published> out;
+  for (config::ConfigReader& entry : c.tables("published")) {
+    const study::PublishedEntry given = study::read_published(entry);
+    Published p{0, "total", given.values, given.source};
+    if (entry.choice("table", {"covariance", "covariance_by_source"}) == "covariance_by_source")
+      p.source = entry.text("error_source");
+    for (const auto& [quantity, value] : p.values)
+      entry.require(std::find(kElements.begin(), kElements.end(), quantity) != kElements.end(), "values",
+                    "must be of nn_m2, ee_m2, vv_m2, ne_m2, nv_m2, ev_m2");
+    if (!given.here) continue;  // another point may have another survey or model
+    p.station = read_station(entry, survey);
+    entry.require(p.source == "total" || has_source(legs, p.source), "error_source", "no model here has this code");
+    out.push_back(std::move(p));
+  }
+  return out;
+}
+
+std::vector<PublishedElement> compare(const std::vector<Published>& published, const survey::Survey& survey,
+                                      const propagate::PositionCovariances& result) {
+  std::vector<PublishedElement> out;
+  for (const Published& p : published) {
+    const auto row = static_cast<std::size_t>(std::find(result.sources.begin(), result.sources.end(), p.source) -
+                                              result.sources.begin());
+    const Eigen::Matrix3d& own =
+        p.source == "total" ? result.total[p.station] : result.by_source[p.station * result.sources.size() + row];
+    for (const auto& [quantity, value] : p.values)
+      out.push_back(
+          {survey.stations[p.station].md, p.source, quantity, element(own, quantity), value, own.trace(), p.origin});
+  }
+  return out;
+}
+
+struct Scenario {
+  survey::ReferenceField field;
+  survey::Survey survey;
+  study::ToolRuns legs;
+  std::vector<double> tvd;
+  double margin = 0;
+  std::vector<Published> published;
+};
+
+Scenario read_scenario(config::ConfigReader& c) {
+  Scenario s;
+  s.field = study::read_field(c);
+  s.survey = study::read_survey(c, s.field, false);
+  s.legs = study::read_tool_runs(c, s.survey);
+  s.tvd = study::read_true_vertical_depths(c, s.survey);
+  if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
+  s.margin = c.number("verdict.margin", config::Range::open(0, 1), 1e-6);
+  s.published = read_published(c, s.survey, s.legs);
+  c.finish();
+  return s;
+}
+
+class PositionCovariance final : public study::StudyPoint {
+ public:
+  explicit PositionCovariance(Scenario scenario) : s_(std::move(scenario)) {}
+
+  study::PointResult report(const stats::Tally&, const montecarlo::RunOptions&) const override {
+    const propagate::PositionCovariances result =
+        propagate::position_covariances(s_.survey, s_.tvd, s_.legs.legs, s_.field, true);
+    study::PointResult r;
+    r.tables = {covariance_table(s_.survey, result), covariance_by_source_table(s_.survey, result),
+                ellipsoid_table(s_.survey, s_.tvd, result), error_terms_table(s_.legs),
+                published_table(compare(s_.published, s_.survey, result), s_.margin)};
+    return r;
+  }
+
+ private:
+  Scenario s_;
+};
+
+class PositionCovariancePlan final : public study::PointPlan {
+ public:
+  explicit PositionCovariancePlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    return std::make_unique<PositionCovariance>(s_);
+  }
+
+ private:
+  Scenario s_;
+};
+
+}  // namespace
+
+study::Experiment experiment() {
+  return {random::StudyId::position_covariance,
+          "Position uncertainty of a well by the error models of its survey tools",
+          "ISCWSA MWD error model Rev 4 and Rev 5.10, example wells 1 and 2",
+          [](config::ConfigReader& config, random::StudySeed) -> std::unique_ptr<study::PointPlan> {
+            return std::make_unique<PositionCovariancePlan>(read_scenario(config));
+          }};
+}
+
+}  // namespace surveymc::studies::position_covariance

@@ -1,0 +1,277 @@
+#include "reliability/summary.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "base/units.h"
+#include "stats/order_statistics.h"
+#include "store/result_file.h"
+#include "study/table_rows.h"
+
+namespace surveymc::studies::reliability {
+namespace {
+
+/// Median of positive numbers by their bit patterns, which have their order: the first pass finds the upper 16 bits,
+/// the second the next 16.
+class StreamedMedian {
+ public:
+  void add(double x) {
+    const std::uint64_t bits = std::bit_cast<std::uint64_t>(x);
+    if (!refining_)
+      ++counts_[bits >> 48];
+    else if (bits >> 48 == upper_)
+      ++counts_[bits >> 32 & 0xffff];
+  }
+  void next_pass() {
+    std::uint64_t all = 0;
+    for (const std::uint64_t n : counts_) all += n;
+    rank_ = all / 2;
+    upper_ = locate();
+    std::fill(counts_.begin(), counts_.end(), 0);
+    refining_ = true;
+    empty_ = all == 0;
+  }
+  double value() {
+    if (empty_) return kNaN;
+    return std::bit_cast<double>(upper_ << 48 | locate() << 32 | 0x80000000u);
+  }
+
+ private:
+  std::uint64_t locate() {
+    std::uint64_t bin = 0;
+    while (bin + 1 < counts_.size() && rank_ >= counts_[bin]) rank_ -= counts_[bin++];
+    return bin;
+  }
+  std::vector<std::uint64_t> counts_ = std::vector<std::uint64_t>(1 << 16, 0);
+  std::uint64_t rank_ = 0, upper_ = 0;
+  bool refining_ = false, empty_ = false;
+};
+
+struct Extremes {
+  double smallest = kNaN, largest = kNaN;
+  std::size_t smallest_at = 0, largest_at = 0, infinite = 0;
+  std::vector<double> finite;  // when the median is exact
+  StreamedMedian streamed;
+};
+
+void write_place(study::TableRows& t, const std::string& which, const surveymc::reliability::ReliabilityGrid& grid,
+                 double value, std::size_t at) {
+  t.number(which, "1", which + " of the finite |x|, in the row's unit", value);
+  const GridPoint p = grid_point(grid, at);
+  const auto place = [&](const char* axis, const char* unit, double x) {
+    t.number(which + "_" + axis, unit, "where the " + which + " is", std::isnan(value) ? kNaN : x);
+  };
+  place("inclination_deg", "deg", p.inclination_deg);
+  place("toolface_deg", "deg", p.toolface_deg);
+  place("magnetic_azimuth_deg", "deg", p.magnetic_azimuth_deg);
+  place("dip_deg", "deg", grid.dip_deg.size() > 1 ? p.dip_deg : kNaN);
+  place("noise_scale", "1", grid.noise_scale.size() > 1 ? p.noise_scale : kNaN);
+}
+
+}  // namespace
+
+store::Table summary_table(const surveymc::reliability::ReliabilityGrid& grid,
+                           const std::vector<ErrorSubject>& subjects, const std::vector<std::string>& layers,
+                           const LayerSource& source, bool exact, const std::function<void()>& check) {
+  study::TableRows t("summary",
+                     "sizes |x| over all points of the maps: extremes of the finite ones and where they are, median");
+  const std::size_t points = grid.points();
+  for (std::size_t o = 0; o < subjects.size(); ++o) {
+    std::vector<Extremes> of_layer(layers.size());
+    for (int pass = 0; pass < (exact ? 1 : 2); ++pass) {
+      for (std::size_t at = 0; at < points; at += store::kStreamPiece) {
+        check();
+        const auto values = source(o, at, std::min(store::kStreamPiece, points - at));
+        for (std::size_t l = 0; l < layers.size(); ++l)
+          for (std::size_t k = 0; k < values[l].size(); ++k) {
+            const double x = std::abs(values[l][k]);
+            Extremes& e = of_layer[l];
+            if (std::isinf(x) && pass == 0) ++e.infinite;
+            if (!std::isfinite(x)) continue;
+            if (!exact) e.streamed.add(x);
+            if (pass > 0) continue;
+            if (exact) e.finite.push_back(x);
+            if (!(x >= e.smallest)) e.smallest = x, e.smallest_at = at + k;
+            if (!(x <= e.largest)) e.largest = x, e.largest_at = at + k;
+          }
+      }
+      if (!exact && pass == 0)
+        for (Extremes& e : of_layer) e.streamed.next_pass();
+    }
+    for (std::size_t l = 0; l < layers.size(); ++l) {
+      Extremes& e = of_layer[l];
+      t.word("observation", "in which the error is", subject_name(subjects[o]));
+      t.word("quantity", "map", layers[l]);
+      t.word("unit", "of the sizes", layer_unit(layers[l], subjects[o]));
+      t.count("points", "points of the map", points);
+      t.count("infinite", "points where it is infinite", e.infinite);
+      write_place(t, "minimum", grid, e.smallest, e.smallest_at);
+      write_place(t, "maximum", grid, e.largest, e.largest_at);
+      t.number("median", "1",
+               exact ? "median of the finite |x|, in the row's unit"
+                     : "median of the finite |x|, in the row's unit, to 1e-6",
+               exact ? stats::median(std::move(e.finite)) : e.streamed.value());
+    }
+  }
+  return t.take();
+}
+
+namespace {
+
+using Part = std::vector<std::pair<std::string, double>>;
+
+bool is_in(const GridPoint& p, const Part& part) {
+  return std::all_of(part.begin(), part.end(), [&](const auto& key) {
+    const double x = key.first == "inclination_deg"        ? p.inclination_deg
+                     : key.first == "toolface_deg"         ? p.toolface_deg
+                     : key.first == "magnetic_azimuth_deg" ? p.magnetic_azimuth_deg
+                     : key.first == "dip_deg"              ? p.dip_deg
+                                                           : p.noise_scale;
+    return std::abs(x - key.second) < 1e-9;
+  });
+}
+
+/// |x| and inclination of the points of a part, in order.
+struct Sizes {
+  std::vector<double> x, inclination;
+};
+Sizes sizes_in(const surveymc::reliability::ReliabilityGrid& grid, const std::vector<double>& values,
+               const Part& part) {
+  Sizes s;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const GridPoint p = grid_point(grid, k);
+    if (!is_in(p, part)) continue;
+    s.x.push_back(std::abs(values[k]));
+    s.inclination.push_back(p.inclination_deg);
+  }
+  return s;
+}
+
+/// Where x passes the levels, one a point.
+double crossing(const Sizes& s, const std::vector<double>& levels) {
+  for (std::size_t k = 1; k < s.x.size(); ++k) {
+    const double before = s.x[k - 1] - levels[k - 1], after = s.x[k] - levels[k];
+    if (std::isfinite(before) && std::isfinite(after) && (before <= 0) != (after <= 0))
+      return s.inclination[k - 1] + (s.inclination[k] - s.inclination[k - 1]) * before / (before - after);
+  }
+  return kNaN;
+}
+
+double statistic_of(const Sizes& s, const Statement& statement) {
+  std::vector<double> finite;
+  std::copy_if(s.x.begin(), s.x.end(), std::back_inserter(finite), [](double x) { return std::isfinite(x); });
+  if (statement.statistic == "infinite_points")
+    return static_cast<double>(std::count_if(s.x.begin(), s.x.end(), [](double x) { return std::isinf(x); }));
+  if (statement.statistic == "crossing") return crossing(s, std::vector<double>(s.x.size(), statement.level));
+  if (finite.empty()) return kNaN;
+  if (statement.statistic == "minimum") return *std::min_element(finite.begin(), finite.end());
+  if (statement.statistic == "maximum") return *std::max_element(finite.begin(), finite.end());
+  return stats::median(finite);
+}
+
+/// `values` and `crossed`: those of the quantity, and of the map that it crosses, if any.
+double found_by(const surveymc::reliability::ReliabilityGrid& grid, const std::vector<double>& values,
+                const std::vector<double>& crossed, const Statement& s) {
+  const Sizes here = sizes_in(grid, values, s.where);
+  if (!s.crosses.empty()) return crossing(here, sizes_in(grid, crossed, s.where).x);
+  if (s.relative_to.empty()) return statistic_of(here, s);
+  const Sizes there = sizes_in(grid, values, s.relative_to);
+  if (s.statistic != "largest_ratio") return statistic_of(here, s) / statistic_of(there, s);
+  double largest = kNaN;
+  for (std::size_t k = 0; k < std::min(here.x.size(), there.x.size()); ++k) {
+    const double ratio = here.x[k] / there.x[k];
+    if (std::isfinite(ratio) && !(ratio <= largest)) largest = ratio;
+  }
+  return largest;
+}
+
+std::string words_of(const Part& part) {
+  std::string text;
+  for (const auto& [key, value] : part) text += fmt::format("{}{} = {:g}", text.empty() ? "" : ", ", key, value);
+  return text;
+}
+
+}  // namespace
+
+std::vector<Statement> read_statements(config::ConfigReader& config, const surveymc::reliability::ReliabilityGrid& grid,
+                                       const std::vector<ErrorSubject>& subjects,
+                                       const std::vector<std::string>& layers) {
+  std::vector<Statement> all;
+  for (config::ConfigReader& c : config.tables("statement")) {
+    Statement s;
+    s.text = c.text("text");
+    s.quantity = c.choice("quantity", layers);
+    std::vector<std::string> names;
+    for (const ErrorSubject& subject : subjects) names.push_back(subject_name(subject));
+    const std::string name = c.choice("observation", names, names.front());
+    s.subject = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    s.statistic =
+        c.choice("statistic", {"minimum", "maximum", "median", "infinite_points", "largest_ratio", "crossing"});
+    for (auto [key, part] : {std::pair{"where", &s.where}, std::pair{"relative_to", &s.relative_to}}) {
+      if (!c.has(key)) continue;
+      *part = c.number_table(key, {});
+      for (const auto& [axis, value] : *part) {
+        const bool known = axis == "inclination_deg" || axis == "toolface_deg" || axis == "magnetic_azimuth_deg" ||
+                           axis == "dip_deg" || axis == "noise_scale";
+        c.require(known, key, axis + " is no axis of the maps");
+      }
+      std::size_t points = 0;
+      for (std::size_t k = 0; k < grid.points() && points == 0; ++k) points += is_in(grid_point(grid, k), *part);
+      c.require(points > 0, key, "no point of the grid is there");
+    }
+    c.require(s.statistic != "largest_ratio" || !s.relative_to.empty(), "statistic", "largest_ratio needs relative_to");
+    if (c.has("crosses")) {
+      s.crosses = c.choice("crosses", layers);
+      c.require(s.statistic == "crossing" && s.relative_to.empty(), "crosses", "only with a crossing of its own");
+      c.require(!c.has("level"), "level", "not together with crosses");
+      c.require(layer_unit(s.crosses, subjects[s.subject]) == layer_unit(s.quantity, subjects[s.subject]), "crosses",
+                "has another unit than " + s.quantity);
+    } else if (s.statistic == "crossing") {
+      s.level = c.number("level", config::Range::positive());
+    }
+    s.published = c.number("published", {});
+    s.tolerance = c.number("tolerance", config::Range::positive(), 0.02);
+    s.expected = c.choice("expected", {"agrees", "differs"}, "agrees");
+    if (c.matches_point("at")) all.push_back(std::move(s));
+  }
+  return all;
+}
+
+store::Table statements_table(const surveymc::reliability::ReliabilityGrid& grid,
+                              const std::vector<ErrorSubject>& subjects, const std::vector<std::string>& layers,
+                              const std::vector<Statement>& statements, const LayerSource& source) {
+  study::TableRows t("statements", "statements of the publication, held against the maps");
+  for (const Statement& s : statements) {
+    const auto number = [&](const std::string& layer) {
+      return static_cast<std::size_t>(std::find(layers.begin(), layers.end(), layer) - layers.begin());
+    };
+    const auto values = source(s.subject, 0, grid.points());
+    const double found = found_by(grid, values[number(s.quantity)],
+                                  s.crosses.empty() ? std::vector<double>{} : values[number(s.crosses)], s);
+    const double ratio = found == s.published ? 1 : s.published / found;
+    const bool pure = !s.relative_to.empty() || s.statistic == "infinite_points";
+    t.word("observation", "in which the error is", subject_name(subjects[s.subject]));
+    t.word("quantity", "map", s.quantity);
+    t.word("statistic", "of the sizes |x|", s.statistic);
+    t.word("where", "part of the map; and what it is divided by",
+           words_of(s.where) + (s.relative_to.empty() ? "" : " / " + words_of(s.relative_to)));
+    t.word("unit", "of found and published",
+           pure                        ? "1"
+           : s.statistic == "crossing" ? "deg"
+                                       : layer_unit(s.quantity, subjects[s.subject]));
+    t.number("found", "1", "here, in the row's unit", found);
+    t.number("published", "1", "there, in the row's unit", s.published);
+    t.number("published_ratio", "1", "published over found", ratio);
+    t.number("tolerance", "1", "of the ratio from 1 that counts as agreement", s.tolerance);
+    t.word("verdict", "agrees or differs", std::abs(ratio - 1) <= s.tolerance ? "agrees" : "differs");
+    t.word("expected", "verdict that the config asks for", s.expected);
+    t.word("note", "the statement", s.text);
+  }
+  return t.take();
+}
+
+}  // namespace surveymc::studies::reliability

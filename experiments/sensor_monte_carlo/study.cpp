@@ -1,0 +1,362 @@
+/// Study: position uncertainty of any survey from twelve constant sensor errors, by nonlinear Monte Carlo and by the
+/// first-order covariance model. Where does linear theory fail? (Sizes: ISCWSA MWD error model.)
+///
+///   errors and toolfaces -> readings -> inclination, azimuth -> minimum curvature (sensor) -> tally at several depths
+///
+/// held against
+///   toolface_dependent  the errors through their derivatives at each station's toolface (mean over drawn toolfaces)
+///   ti_systematic       ISCWSA's toolface-independent terms, all of them constant: right for a slid hole on average
+///   ti_random           those that turn with the toolface random from station to station: right for a rotated hole
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "analysis/sensor_prediction.h"
+#include "base/units.h"
+#include "random/study_stream.h"
+#include "sensor/sensor_runs.h"
+#include "stats/layout.h"
+#include "stats/tests.h"
+#include "study/annotations.h"
+#include "study/drilling.h"
+#include "study/experiment.h"
+#include "study/position_comparison.h"
+#include "study/scenario.h"
+
+namespace surveymc::studies::sensor_monte_carlo {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::size_t kMostDepths = 50;
+
+constexpr std::array<const char*, 3> kDirections{"north", "east", "vertical"};
+constexpr auto& kFormulations = analysis::kSensorFormulations;
+
+/// Tallied at every depth: position error, the same along the axes of each formulation's ellipsoid and horizontal
+/// ellipse, squared Mahalanobis distances of the horizontal and of all three coordinates in each formulation.
+struct Components : stats::Layout {
+  stats::Slots position = slots(3), axes = slots(3, 3), nees_horizontal = slots(3), nees = slots(3),
+               horizontal_axes = slots(3, 2);
+};
+constexpr Components kAt;
+Eigen::Index at(const stats::Slots& slots, int i, int j = 0) {
+  return static_cast<Eigen::Index>(slots(static_cast<std::size_t>(i), static_cast<std::size_t>(j)));
+}
+
+struct Scenario {
+  random::StudySeed seed;
+  std::uint64_t trials = 0, save_samples = 0;
+  survey::ReferenceField field;
+  survey::Survey survey;
+  survey::ToolfacePlan plan;
+  survey::SensorTermArray sd{};
+  std::vector<int> reported;  ///< stations, ascending
+  bool first_is_tie_on = false;
+  study::VerdictRule verdict;
+  study::Annotations annotations;
+};
+
+std::vector<study::RowName> row_names() {
+  std::vector<study::RowName> rows;
+  for (const char* d : kDirections) rows.push_back({"axes", "", std::string("mean_") + d});
+  for (const char* f : kFormulations) {
+    for (const char* q : {"sd_axis_1", "sd_axis_2", "sd_axis_3", "nees"}) rows.push_back({"axes", f, q});
+    rows.push_back({"ellipse", f, "ellipse"});
+  }
+  return rows;
+}
+
+/// `report_md_m` or `report_md_ft`: measured depths of stations; the last station if absent.
+std::vector<int> read_reported(config::ConfigReader& c, const survey::Survey& survey) {
+  const bool feet = c.has("report_md_ft");
+  const std::string key = feet ? "report_md_ft" : "report_md_m";
+  if (!c.has(key)) return {survey.size() - 1};
+  c.require(!feet || !c.has("report_md_m"), key, "not together with report_md_m");
+  const std::vector<double> depths = c.numbers(key, {});
+  c.require(depths.size() <= kMostDepths, key, fmt::format("must have 1 to {} depths", kMostDepths));
+  std::vector<int> reported;
+  for (const double depth : depths) {
+    int station = 0;
+    for (int k = 1; k < survey.size(); ++k)
+      if (std::abs(survey.stations[static_cast<std::size_t>(k)].md - depth * (feet ? kFoot : 1)) < 0.001) station = k;
+    c.require(station > 0, key,
+              fmt::format("{} is not the measured depth of a station after the first", config::format_number(depth)));
+    c.require(reported.empty() || station > reported.back(), key, "must increase");
+    reported.push_back(station);
+  }
+  return reported;
+}
+
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
+  Scenario s;
+  s.seed = seed;
+  s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000));
+  s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+  s.field = study::read_field(c);
+  std::vector<std::string> modes = study::kDrillingModes;
+  modes.push_back("survey");
+  const bool surveyed = c.choice("drilling.mode", modes) == "survey";
+  s.survey = study::read_survey(c, s.field, surveyed);
+  const double zero = c.choice("survey.toolface_zero", {"x", "y"}) == "x" ? kPi / 2 : 0.0;
+  s.plan = study::read_drilling(c, s.survey.md(), zero, random::stream_of(seed), modes);
+  if (surveyed) s.plan = survey::surveyed_toolfaces(s.survey);
+  s.sd = study::read_sensor_errors(c);
+  c.require(std::any_of(s.sd.begin(), s.sd.end(), [](double x) { return x > 0; }), "sensor_errors",
+            "must have one size greater than 0");
+  s.reported = read_reported(c, s.survey);
+  s.first_is_tie_on = c.choice("first_station", {"measured", "tie_on"}, "measured") == "tie_on";
+  s.verdict = study::read_verdict_rule(c);
+  s.annotations = study::Annotations::read(c, row_names());
+  c.finish();
+  return s;
+}
+
+std::vector<Vector3d> reported_positions(const Scenario& s) {
+  const std::vector<Vector3d> positions = survey::minimum_curvature_positions(s.survey);
+  std::vector<Vector3d> reported;
+  for (const int k : s.reported) reported.push_back(positions[static_cast<std::size_t>(k)]);
+  return reported;
+}
+
+class SensorMonteCarlo final : public study::StudyPoint {
+ public:
+  SensorMonteCarlo(const Scenario& scenario, sensor::SensorRunSetup setup, std::vector<Vector3d> truth,
+                   std::vector<analysis::PositionPredictions> predictions)
+      : s_(scenario),
+        setup_(std::move(setup)),
+        stream_(random::stream_of(s_.seed)),
+        truth_(std::move(truth)),
+        predictions_(std::move(predictions)) {
+    setup_.first_is_tie_on = s_.first_is_tie_on;
+  }
+
+  stats::Tally run_block(montecarlo::TrialBlock block) const override {
+    const std::size_t depths = truth_.size();
+    stats::Tally tally;
+    tally.trials = static_cast<std::uint64_t>(block.count);
+    tally.counts.assign(9 * depths, 0);
+    std::vector<Eigen::MatrixXd> values(depths, Eigen::MatrixXd(block.count, static_cast<Eigen::Index>(kAt.size())));
+    Eigen::Index kept = 0;
+    sensor::for_each_batch(
+        setup_, stream_, block.first, block.count, [&](std::uint64_t first, const sensor::SensorRuns& runs) {
+          for (int t = 0; t < runs.trials; ++t) {
+            const std::uint64_t trial = first + static_cast<std::uint64_t>(t);
+            if (!has_positions(runs, t)) {
+              ++tally.failed;
+              if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
+              continue;
+            }
+            for (std::size_t d = 0; d < depths; ++d) {
+              auto x = values[d].row(kept);
+              observe(runs, t, d, x, tally.counts.data() + 9 * d);
+              if (trial < s_.save_samples)
+                tally.samples.insert(tally.samples.end(), {md(d), static_cast<double>(trial), x[0], x[1], x[2]});
+            }
+            ++kept;
+          }
+        });
+    for (const Eigen::MatrixXd& v : values) tally.groups.push_back(stats::Moments::of(v.topRows(kept)));
+    return tally;
+  }
+
+  study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
+    study::PointResult r;
+    r.tables = {axes_table(tally), ellipse_table(tally), covariance_table(tally)};
+    if (s_.save_samples > 0) r.samples = {samples_table(tally)};
+    return r;
+  }
+
+  std::string replay(std::uint64_t trial) const override {
+    sensor::SensorRuns runs(simd::kGroup, setup_);
+    sensor::draw_runs(setup_, stream_, trial / simd::kGroup * simd::kGroup, runs);
+    sensor::run_positions(setup_, runs);
+    const int lane = static_cast<int>(trial % simd::kGroup);
+    constexpr std::array<const char*, 4> kUnits{"m/s2", "1", "nT", "1"};
+    std::string text = fmt::format("trial {}\n", trial);
+    for (std::size_t i = 0; i < survey::kSensorTerms; ++i)
+      text += fmt::format("  {}  {:.17g} {}\n", survey::kSensorTermCodes[i],
+                          runs.errors.value(lane, static_cast<int>(i)), kUnits[i / 3]);
+    for (std::size_t d = 0; d < truth_.size(); ++d) {
+      text += fmt::format("  at {:.10g} m:", md(d));
+      for (int i = 0; i < 3; ++i)
+        text += fmt::format(" {} {:.17g} m", kDirections[static_cast<std::size_t>(i)],
+                            runs.positions.value(lane, 3 * static_cast<int>(d) + i));
+      text += "\n";
+    }
+    return text;
+  }
+
+ private:
+  double md(std::size_t depth) const { return s_.survey.stations[static_cast<std::size_t>(s_.reported[depth])].md; }
+  /// No position where the errors turned the field along gravity.
+  bool has_positions(const sensor::SensorRuns& runs, int t) const {
+    for (int i = 0; i < 3 * static_cast<int>(truth_.size()); ++i)
+      if (!std::isfinite(runs.positions.value(t, i))) return false;
+    return true;
+  }
+
+  template <class Row>
+  void observe(const sensor::SensorRuns& runs, int t, std::size_t depth, Row& x, std::uint64_t* inside) const {
+    Vector3d error;
+    for (int i = 0; i < 3; ++i)
+      x[at(kAt.position, i)] = error[i] = runs.positions.value(t, 3 * static_cast<int>(depth) + i) - truth_[depth][i];
+    for (int f = 0; f < 3; ++f) {
+      const analysis::PositionPrediction& p = predictions_[depth][static_cast<std::size_t>(f)];
+      double nees = 0;
+      for (int a = 0; a < 3; ++a) {
+        const double along = x[at(kAt.axes, f, a)] = p.axes.col(a).dot(error);
+        nees += along * along / (p.sd[a] * p.sd[a]);
+      }
+      const Vector2d h = error.head<2>();
+      for (int a = 0; a < 2; ++a) x[at(kAt.horizontal_axes, f, a)] = p.horizontal_axes.col(a).dot(h);
+      const double horizontal = h.dot(p.horizontal_weight * h);
+      x[at(kAt.nees_horizontal, f)] = horizontal;
+      x[at(kAt.nees, f)] = p.sd[2] > 0 ? nees : std::nan("");
+      study::count_inside(horizontal, inside + 3 * f);
+    }
+  }
+
+  store::Table axes_table(const stats::Tally& tally) const;
+  store::Table ellipse_table(const stats::Tally& tally) const;
+  store::Table covariance_table(const stats::Tally& tally) const;
+  store::Table samples_table(const stats::Tally& tally) const;
+
+  Scenario s_;
+  sensor::SensorRunSetup setup_;
+  random::Stream stream_;
+  std::vector<Vector3d> truth_;                             ///< at every reported depth
+  std::vector<analysis::PositionPredictions> predictions_;  ///< at every reported depth
+};
+
+store::Table SensorMonteCarlo::axes_table(const stats::Tally& tally) const {
+  store::Table all;
+  for (std::size_t d = 0; d < truth_.size(); ++d) {
+    const stats::Moments& m = tally.groups[d];
+    std::vector<study::ComparisonRow> rows;
+    for (int i = 0; i < 3; ++i)
+      rows.push_back(study::compare_mean(std::string("mean_") + kDirections[static_cast<std::size_t>(i)], "m", m, i,
+                                         truth_[d][i], truth_[d][i], s_.verdict, tally.trials));
+    for (int f = 0; f < 3; ++f) {
+      const analysis::PositionPrediction& p = predictions_[d][static_cast<std::size_t>(f)];
+      for (int a = 0; a < 3; ++a) {
+        rows.push_back(study::compare_sd(fmt::format("sd_axis_{}", a + 1), "m", 1, m, at(kAt.axes, f, a), p.sd[a],
+                                         s_.verdict, tally.trials));
+        study::ComparisonRow& row = rows.back();
+        if (p.sd[a] == 0) {
+          row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = std::nan("");
+          row.verdict.clear();
+          row.note = "zero to first order";
+        }
+        row.formulation = kFormulations[static_cast<std::size_t>(f)];
+      }
+      if (p.sd[2] == 0) continue;
+      rows.push_back(study::compare_nees("nees",
+                                         m.count < 2 ? stats::SampleSummary{} : stats::summarise(m, at(kAt.nees, f)), 3,
+                                         s_.verdict, tally.trials));
+      rows.back().formulation = kFormulations[static_cast<std::size_t>(f)];
+    }
+    s_.annotations.apply("axes", rows);
+    store::Table t = study::comparison_table(
+        "axes",
+        "position errors, and their sd along the axes of the predicted ellipsoids, largest first" +
+            study::at_confidence(s_.verdict.confidence),
+        rows, tally.trials, tally.failed);
+    t.columns.insert(t.columns.begin(), {"md_m", "m", "measured depth", std::vector<double>(rows.size(), md(d))});
+    if (d == 0)
+      all = std::move(t);
+    else
+      store::append_rows(all, t);
+  }
+  return all;
+}
+
+store::Table SensorMonteCarlo::ellipse_table(const stats::Tally& tally) const {
+  const bool drawn = s_.plan.has(survey::ToolfaceSource::slide) || s_.plan.has(survey::ToolfaceSource::own);
+  study::TableRows t("ellipse", "horizontal one-sigma ellipses, and how Monte Carlo fills them" +
+                                    study::at_confidence(s_.verdict.confidence));
+  for (std::size_t d = 0; d < truth_.size(); ++d) {
+    const stats::Moments& m = tally.groups[d];
+    if (m.count < 3) continue;
+    const Vector2d truth = truth_[d].head<2>();
+    const study::HorizontalSample sample{
+        tally.trials, tally.failed, m.count, false, truth + m.mean.head<2>(), m.covariance().topLeftCorner<2, 2>()};
+    t.number("md_m", "m", "measured depth", md(d));
+    study::write_sample_ellipse(t, sample);
+    for (std::size_t f = 0; f < kFormulations.size(); ++f) {
+      study::EllipseRow row{kFormulations[f], truth, predictions_[d][f].covariance.topLeftCorner<2, 2>()};
+      const int which = static_cast<int>(f);
+      std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(9 * d + 3 * f), 3, row.inside.begin());
+      row.nees = stats::summarise(m, at(kAt.nees_horizontal, which));
+      for (int a = 0; a < 2; ++a)
+        row.along[static_cast<std::size_t>(a)] = stats::summarise(m, at(kAt.horizontal_axes, which, a));
+      // Drawn toolfaces make a mixture of normal distributions, which the test would refuse whatever its covariance.
+      row.wishart_p = drawn ? std::nan("") : stats::wishart_test(sample.covariance, row.predicted, m.count).p_value;
+      row.expected = s_.annotations.expected("ellipse", row.formulation, "ellipse");
+      t.number("md_m", "m", "measured depth", md(d));
+      study::write_ellipse(t, row, sample, s_.verdict);
+    }
+  }
+  if (std::all_of(tally.groups.begin(), tally.groups.end(), [](const stats::Moments& m) { return m.count < 3; })) {
+    t.number("md_m", "m", "measured depth", 0);
+    study::write_ellipse(t, {"", Vector2d::Zero(), Eigen::Matrix2d::Zero()}, {}, s_.verdict);
+    t.drop_rows();
+  }
+  return t.take();
+}
+
+store::Table SensorMonteCarlo::covariance_table(const stats::Tally& tally) const {
+  study::TableRows t("position_covariance", "covariance of the position, true north");
+  for (std::size_t d = 0; d < truth_.size(); ++d) {
+    const auto row = [&](const std::string& name, const Matrix3d& c) {
+      t.number("md_m", "m", "measured depth", md(d));
+      t.word("formulation", "monte_carlo, or which analytic prediction", name);
+      t.covariance("nev", "element of the covariance", c);
+    };
+    if (tally.groups[d].count > 1) row("monte_carlo", tally.groups[d].covariance().topLeftCorner<3, 3>());
+    for (std::size_t f = 0; f < kFormulations.size(); ++f) row(kFormulations[f], predictions_[d][f].covariance);
+  }
+  return t.take();
+}
+
+store::Table SensorMonteCarlo::samples_table(const stats::Tally& tally) const {
+  store::Table t{"realisations", "position errors of the first trials at every reported depth"};
+  t.columns = {study::number_column("md_m", "m", "measured depth"),
+               study::number_column("trial", "1", "number of the trial, from 0")};
+  for (const char* d : kDirections)
+    t.columns.push_back(study::number_column(fmt::format("{}_m", d), "m", "position less the true one"));
+  return study::table_of_numbers(std::move(t), tally.samples);
+}
+
+class SensorMonteCarloPlan final : public study::PointPlan {
+ public:
+  explicit SensorMonteCarloPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    return std::make_unique<SensorMonteCarlo>(
+        s_,
+        sensor::sensor_run_setup(s_.survey, s_.field, s_.sd, s_.plan, survey::PositionMethod::minimum_curvature,
+                                 s_.reported),
+        reported_positions(s_),
+        analysis::predict_sensor_runs(s_.survey, s_.field, s_.sd, s_.plan, s_.reported, s_.first_is_tie_on));
+  }
+
+ private:
+  Scenario s_;
+};
+
+}  // namespace
+
+study::Experiment experiment() {
+  return {random::StudyId::sensor_monte_carlo,
+          "Twelve constant sensor errors through any survey, against the covariance model",
+          "ISCWSA MWD error model, sensor terms; Torkildsen and Bang 2000",
+          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+            return std::make_unique<SensorMonteCarloPlan>(read_scenario(config, seed));
+          }};
+}
+
+}  // namespace surveymc::studies::sensor_monte_carlo

@@ -1,0 +1,333 @@
+/// Study: horizontal position uncertainty of a vertical well from constant cross-axis accelerometer biases, by Monte
+/// Carlo and by the formulations of the literature. Source: C. Hanak, Superior QC, memo of 28 January 2016, figures 1
+/// and 2.
+///
+///   ABX, ABY and toolfaces -> readings -> inclination, azimuth -> balanced tangential position (sensor) -> tally
+///
+/// held against every formulation of propagate/vertical_well.h, right and wrong. North is magnetic north.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/ranges.h>
+
+#include "analysis/vertical_well_formulations.h"
+#include "base/units.h"
+#include "random/study_stream.h"
+#include "sensor/sensor_runs.h"
+#include "stats/histogram.h"
+#include "stats/tests.h"
+#include "study/annotations.h"
+#include "study/drilling.h"
+#include "study/experiment.h"
+#include "study/position_comparison.h"
+#include "study/scenario.h"
+
+namespace surveymc::studies::vertical_well {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+const std::string kToolfaceDependent = "toolface_dependent";
+
+/// Tallied of every trial: position (N, E), position over the sd of the run's own toolfaces (N, E), the square of that
+/// sd over the one of independent toolfaces, then the squared Mahalanobis distance in each formulation.
+enum Component { kPosition = 0, kOwn = 2, kSpread = 4, kNees = 5 };
+
+/// Of the ratio of a run's own sd to that of eqs 41, 42 as random. It is nearly Rayleigh distributed: 4 is never
+/// passed.
+constexpr stats::HistogramBins kRatioBins{4096, 4.0 / 4096};
+constexpr std::array<std::pair<const char*, double>, 5> kQuantiles{
+    {{"ratio_q05", .05}, {"ratio_q25", .25}, {"ratio_q50", .5}, {"ratio_q75", .75}, {"ratio_q95", .95}}};
+
+struct Scenario {
+  random::StudySeed seed;
+  std::uint64_t trials = 0, save_samples = 0;
+  int legs = 0;
+  double spacing = 0;  ///< m
+  survey::ReferenceField field;
+  double bias_sd = 0;  ///< m/s2
+  survey::ToolfacePlan plan;
+  std::vector<std::string> formulations;
+  study::VerdictRule verdict;
+  study::Annotations annotations;
+};
+
+std::vector<double> station_depths(int legs, double spacing) {
+  std::vector<double> md;
+  for (int k = 0; k <= legs; ++k) md.push_back(spacing * k);
+  return md;
+}
+
+std::vector<study::RowName> row_names() {
+  std::vector<study::RowName> rows;
+  for (const std::string& f : analysis::vertical_well_formulations())
+    for (const char* q : {"ellipse", "ratio_major", "ratio_minor"}) rows.push_back({"ellipse", f, q});
+  for (const auto& [name, probability] : kQuantiles) rows.push_back({"toolface_sequences", "", name});
+  rows.push_back({"toolface_sequences", "", "ratio_rms"});
+  return rows;
+}
+
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
+  Scenario s;
+  s.seed = seed;
+  s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000));
+  s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+  const double depth = c.number("depth_m", config::Range::positive());
+  s.spacing = c.number("spacing_m", config::Range::positive());
+  const double legs = depth / s.spacing;
+  c.require(std::abs(legs - std::round(legs)) < 1e-9 * legs && legs > 0.5, "spacing_m",
+            "must divide depth_m into whole legs");
+  c.require(legs < 3000.5, "spacing_m", "makes more than 3000 legs");
+  s.legs = static_cast<int>(std::lround(legs));
+  s.field = study::read_field(c);
+  c.require(s.field.declination == 0, "field.declination_deg", "must be 0: north is magnetic north in this study");
+  s.bias_sd = c.number("sensor_errors.accelerometer_bias_mps2", config::Range{0, 0.5, true, false});
+  s.plan = study::read_drilling(c, station_depths(s.legs, s.spacing), 0, random::stream_of(seed));
+  s.formulations = c.has("formulations") ? c.texts("formulations") : analysis::vertical_well_formulations();
+  const std::vector<std::string>& known = analysis::vertical_well_formulations();
+  for (std::size_t f = 0; f < s.formulations.size(); ++f) {
+    const auto begin = s.formulations.begin(), here = begin + static_cast<std::ptrdiff_t>(f);
+    c.require(std::find(known.begin(), known.end(), *here) != known.end(), "formulations",
+              fmt::format("\"{}\" is none of {}", *here, fmt::join(known, ", ")));
+    c.require(std::find(begin, here, *here) == here, "formulations", fmt::format("has \"{}\" twice", *here));
+  }
+  c.require(!s.formulations.empty(), "formulations", "must name at least one");
+  s.verdict = study::read_verdict_rule(c);
+  s.annotations = study::Annotations::read(c, row_names());
+  c.finish();
+  return s;
+}
+
+sensor::SensorRunSetup run_setup(const Scenario& s) {
+  survey::Survey survey;
+  for (const double md : station_depths(s.legs, s.spacing)) survey.stations.push_back({md, 0, 0, 0});
+  survey::SensorTermArray sd{};
+  sd[survey::kAccelerometerBias] = sd[survey::kAccelerometerBias + 1] = s.bias_sd;
+  return sensor::sensor_run_setup(survey, s.field, sd, s.plan, survey::PositionMethod::balanced_tangential, {s.legs});
+}
+
+/// What the trials are held against.
+struct Prediction {
+  analysis::VerticalWellRun run;
+  double independent_sd;            ///< m, of eqs 41, 42 as random
+  std::vector<Matrix2d> predicted;  ///< covariance of every formulation
+};
+Prediction predict(const Scenario& s) {
+  Prediction p{
+      analysis::vertical_well_run(s.legs, s.spacing, s.field, s.bias_sd, s.plan, random::stream_of(s.seed)), 0, {}};
+  p.independent_sd = std::sqrt(analysis::vertical_well_covariance("ti_random", p.run)(0, 0));
+  for (const std::string& f : s.formulations) p.predicted.push_back(analysis::vertical_well_covariance(f, p.run));
+  return p;
+}
+
+class VerticalWell final : public study::StudyPoint {
+ public:
+  VerticalWell(const Scenario& scenario, sensor::SensorRunSetup setup, Prediction p)
+      : s_(scenario),
+        stream_(random::stream_of(s_.seed)),
+        varies_(s_.plan.has(survey::ToolfaceSource::own)),
+        setup_(std::move(setup)),
+        run_(std::move(p.run)),
+        independent_sd_(p.independent_sd),
+        predicted_(std::move(p.predicted)) {}
+
+  stats::Tally run_block(montecarlo::TrialBlock block) const override {
+    stats::Tally tally;
+    tally.counts.assign(3 * predicted_.size() + kRatioBins.bins, 0);
+    Eigen::MatrixXd values(block.count, kNees + static_cast<Eigen::Index>(predicted_.size()));
+    Eigen::Index row = 0;
+    sensor::for_each_batch(
+        setup_, stream_, block.first, block.count, [&](std::uint64_t first, const sensor::SensorRuns& runs) {
+          for (int t = 0; t < runs.trials; ++t, ++row) {
+            auto x = values.row(row);
+            observe(runs, t, x, tally.counts);
+            const std::uint64_t trial = first + static_cast<std::uint64_t>(t);
+            if (trial >= s_.save_samples) continue;
+            tally.samples.insert(tally.samples.end(),
+                                 {static_cast<double>(trial), runs.errors.value(t, 0), runs.errors.value(t, 1),
+                                  runs.positions.value(t, 0), runs.positions.value(t, 1), x[kSpread]});
+          }
+        });
+    tally.trials = static_cast<std::uint64_t>(block.count);
+    tally.moments = stats::Moments::of(values);
+    return tally;
+  }
+
+  study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
+    study::PointResult r;
+    r.tables = {ellipse_table(tally), sequences_table(tally)};
+    if (s_.save_samples > 0) r.samples = {samples_table(tally)};
+    return r;
+  }
+
+  std::string replay(std::uint64_t trial) const override {
+    sensor::SensorRuns runs(simd::kGroup, setup_);
+    sensor::draw_runs(setup_, stream_, trial / simd::kGroup * simd::kGroup, runs);
+    sensor::run_positions(setup_, runs);
+    const int lane = static_cast<int>(trial % simd::kGroup);
+    std::string text = fmt::format("trial {}\n", trial);
+    for (int i = 0; i < 2; ++i)
+      text += fmt::format("  {}  {:.17g} m/s2\n", survey::kSensorTermCodes[static_cast<std::size_t>(i)],
+                          runs.errors.value(lane, i));
+    text += "  magnetic toolfaces (deg)";
+    for (const double t : sensor::toolfaces_of_trial(s_.plan, stream_, trial))
+      text += fmt::format(" {:.6g}", t / kDegree);
+    text += "\n";
+    for (const auto& [name, row] : {std::pair{"north", 0}, std::pair{"east", 1}})
+      text += fmt::format("  {:<6} {:.17g} m\n", name, runs.positions.value(lane, row));
+    return text;
+  }
+
+ private:
+  template <class Row>
+  void observe(const sensor::SensorRuns& runs, int t, Row& x, std::vector<std::uint64_t>& counts) const {
+    const double n = runs.positions.value(t, 0), e = runs.positions.value(t, 1);
+    double cosine = 0, sine = 0;
+    for (int k = 0; k <= s_.legs; ++k) {
+      cosine += run_.weights[static_cast<std::size_t>(k)] * runs.toolface.value(t, 2 * k);
+      sine += run_.weights[static_cast<std::size_t>(k)] * runs.toolface.value(t, 2 * k + 1);
+    }
+    // Eqs 19 and 20 with this run's toolfaces: both biases add up to a circle.
+    const double own_sd = run_.tilt_sd * std::sqrt(cosine * cosine + sine * sine);
+    x[kPosition] = n;
+    x[kPosition + 1] = e;
+    x[kOwn] = n / own_sd;
+    x[kOwn + 1] = e / own_sd;
+    x[kSpread] = own_sd * own_sd / (independent_sd_ * independent_sd_);
+    for (std::size_t f = 0; f < predicted_.size(); ++f) {
+      const Matrix2d& c = predicted_[f];  // diagonal, all of them
+      const bool own = s_.formulations[f] == kToolfaceDependent;
+      const double squared = own ? (n * n + e * e) / (own_sd * own_sd) : n * n / c(0, 0) + e * e / c(1, 1);
+      x[kNees + static_cast<Eigen::Index>(f)] = squared;
+      study::count_inside(squared, counts.data() + 3 * f);
+    }
+    ++counts[3 * predicted_.size() + kRatioBins.bin(own_sd / independent_sd_)];
+  }
+
+  study::HorizontalSample sample_of(const stats::Tally& tally) const {
+    const stats::Moments& m = tally.moments;
+    return {tally.trials, 0, m.count, false, m.mean.head<2>(), m.covariance().topLeftCorner<2, 2>()};
+  }
+
+  store::Table ellipse_table(const stats::Tally& tally) const;
+  store::Table sequences_table(const stats::Tally& tally) const;
+  store::Table samples_table(const stats::Tally& tally) const;
+
+  Scenario s_;
+  random::Stream stream_;
+  bool varies_;  ///< the ellipse of eqs 19, 20 differs from run to run; that of a slide turns only, and it is a circle
+  sensor::SensorRunSetup setup_;
+  analysis::VerticalWellRun run_;
+  double independent_sd_;  ///< m, of eqs 41, 42 as random
+  std::vector<Matrix2d> predicted_;
+};
+
+store::Table VerticalWell::ellipse_table(const stats::Tally& tally) const {
+  study::TableRows t("ellipse", "horizontal one-sigma ellipses of the last position, and how Monte Carlo fills them" +
+                                    study::at_confidence(s_.verdict.confidence));
+  const stats::Moments& m = tally.moments;
+  const study::HorizontalSample sample = sample_of(tally);
+  study::write_sample_ellipse(t, sample);
+  for (std::size_t f = 0; f < predicted_.size(); ++f) {
+    const std::string& name = s_.formulations[f];
+    study::EllipseRow row{name, Vector2d::Zero(), predicted_[f]};
+    const auto nees = kNees + static_cast<Eigen::Index>(f);
+    std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(3 * f), 3, row.inside.begin());
+    row.nees = stats::summarise(m, nees);
+    if (name == kToolfaceDependent && varies_) {
+      // Each run has its own ellipse. Their mean square is what the cloud of all runs shows.
+      row.predicted = independent_sd_ * independent_sd_ * m.mean[kSpread] * Matrix2d::Identity();
+      row.wishart_p =
+          stats::wishart_test(m.covariance().block<2, 2>(kOwn, kOwn), Matrix2d::Identity(), m.count).p_value;
+      row.note = "axes: root mean square over the runs' toolfaces; coverage, nees, p: by each run's own ellipse";
+    } else {
+      row.wishart_p = varies_ ? std::nan("") : stats::wishart_test(sample.covariance, predicted_[f], m.count).p_value;
+    }
+    const propagate::Ellipse e =
+        propagate::ellipse(row.predicted);  // of a diagonal covariance: its axes are north and east
+    for (std::size_t a = 0; a < 2; ++a)
+      row.along[a] =
+          stats::summarise(m, std::abs(e.axes(0, static_cast<Eigen::Index>(a))) > 0.5 ? kPosition : kPosition + 1);
+    row.expected = s_.annotations.expected("ellipse", name, "ellipse");
+    std::vector<study::ComparisonRow> published(2);
+    for (std::size_t a = 0; a < 2; ++a) {
+      published[a].formulation = name;
+      published[a].quantity = a == 0 ? "ratio_major" : "ratio_minor";
+    }
+    s_.annotations.apply("ellipse", published);
+    row.published_major = published[0].published;
+    row.published_minor = published[1].published;
+    study::write_ellipse(t, row, sample, s_.verdict);
+  }
+  return t.take();
+}
+
+/// How far one toolface sequence is from the mean over all: eqs 41, 42 as random describe only the latter.
+store::Table VerticalWell::sequences_table(const stats::Tally& tally) const {
+  const double confidence = s_.verdict.confidence;
+  std::vector<study::ComparisonRow> rows;
+  const auto add = [&](const char* quantity, double monte_carlo, const stats::Interval& interval, double analytic,
+                       const char* note) {
+    rows.push_back(study::compare_value(quantity, "1", {monte_carlo, interval}, analytic, s_.verdict, tally.trials));
+    rows.back().note = note;
+  };
+  const study::HorizontalSample sample = sample_of(tally);
+  const double mean_variance = sample.covariance.trace() / 2;
+  const double kurtosis = std::max(tally.moments.kurtosis(kPosition), tally.moments.kurtosis(kPosition + 1));
+  const stats::Interval sd = stats::sd_interval(mean_variance, sample.units, kurtosis, confidence);
+  const char* right = varies_ ? "fictive_terms" : kToolfaceDependent.c_str();
+  add("ratio_rms", std::sqrt(mean_variance) / independent_sd_, {sd.lo / independent_sd_, sd.hi / independent_sd_},
+      std::sqrt(analysis::vertical_well_covariance(right, run_)(0, 0)) / independent_sd_,
+      varies_ ? "sd of all runs; analytic: fictive terms" : "sd of all runs; analytic: toolface_dependent");
+  if (s_.plan.has(survey::ToolfaceSource::own) && !s_.plan.has(survey::ToolfaceSource::slide)) {
+    const std::uint64_t* counts = tally.counts.data() + 3 * predicted_.size();
+    for (const auto& [name, probability] : kQuantiles)
+      add(name, stats::histogram_quantile(kRatioBins, counts, probability),
+          stats::histogram_quantile_interval(kRatioBins, counts, probability, confidence),
+          std::sqrt(-std::log1p(-probability)),
+          "of the runs' own sd (eqs 19, 20); analytic: Rayleigh, the limit of many stations");
+  }
+  s_.annotations.apply("toolface_sequences", rows);
+  return study::comparison_table(
+      "toolface_sequences",
+      "sd of a toolface sequence over that of eqs 41, 42 as random" + study::at_confidence(confidence), rows,
+      tally.trials, 0);
+}
+
+store::Table VerticalWell::samples_table(const stats::Tally& tally) const {
+  store::Table t{"realisations", "biases and last positions of the first trials"};
+  t.columns = {study::number_column("trial", "1", "number of the trial, from 0"),
+               study::number_column("bias_x_mps2", "m/s2", "accelerometer bias of the run"),
+               study::number_column("bias_y_mps2", "m/s2", "accelerometer bias of the run"),
+               study::number_column("north_m", "m", "error of the last position"),
+               study::number_column("east_m", "m", "error of the last position"),
+               study::number_column("own_variance_ratio", "1",
+                                    "variance of this run's toolfaces over that of eqs 41, 42 as random")};
+  return study::table_of_numbers(std::move(t), tally.samples);
+}
+
+class VerticalWellPlan final : public study::PointPlan {
+ public:
+  explicit VerticalWellPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    return std::make_unique<VerticalWell>(s_, run_setup(s_), predict(s_));
+  }
+
+ private:
+  Scenario s_;
+};
+
+}  // namespace
+
+study::Experiment experiment() {
+  return {random::StudyId::vertical_well,
+          "Cross-axis accelerometer bias in a vertical well: every weighting function against Monte Carlo",
+          "C. Hanak, Superior QC 2016, figures 1 and 2",
+          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+            return std::make_unique<VerticalWellPlan>(read_scenario(config, seed));
+          }};
+}
+
+}  // namespace surveymc::studies::vertical_well

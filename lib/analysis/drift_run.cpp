@@ -1,0 +1,83 @@
+#include "analysis/drift_run.h"
+
+#include <cmath>
+
+#include "base/units.h"
+#include "random/study_stream.h"
+#include "stats/intervals.h"
+#include "survey/frames.h"
+
+namespace surveymc::analysis {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Steps of biases that walk: indices of their own, behind those of the noise of 10^8 stations.
+constexpr std::uint32_t kFirstStep = std::uint32_t{1} << 30;
+
+double sensor_draw(const random::Stream& stream, std::uint64_t trial, std::uint32_t first, int station, int sensor) {
+  return stream.normal(trial, random::Channel::survey_sensor_noise,
+                       first + 6 * static_cast<std::uint32_t>(station) + static_cast<std::uint32_t>(sensor));
+}
+
+}  // namespace
+
+DriftRun drift_run(const DriftRunSetup& s, std::uint64_t trial, SensorBias kind, bool keep_stations) {
+  const random::Stream stream = random::stream_of(s.seed);
+  static const double inside = stats::chi_squared_quantile(3, 0.95);
+  DriftRun run;
+  monitoring::BiasFilter filter(s.walk.cwiseAbs2());
+  std::array<monitoring::Sprt, 3> sprt{monitoring::Sprt(s.sprt), monitoring::Sprt(s.sprt), monitoring::Sprt(s.sprt)};
+  monitoring::Vector6 truth = monitoring::Vector6::Zero();
+  const int alarms_from = kind == SensorBias::ramp ? s.from_station : 0;
+  for (int k = 0; k < s.stations; ++k) {
+    const auto station = static_cast<std::uint32_t>(k);
+    const double toolface =
+        2 * kPi * stream.uniforms<double>(trial, random::Channel::survey_toolface, station / 4)[station % 4];
+    const survey::Attitude at{s.inclination(k), s.azimuth, toolface};
+    monitoring::Vector6 readings;
+    const survey::Vec3<double> u = survey::down_T(at), m = survey::magnetic_T(at, s.field.total, s.field.dip);
+    const double gravity = s.field.gravity;
+    readings << gravity * u.x, gravity * u.y, gravity * u.z, m.x, m.y, m.z;
+    if (kind == SensorBias::ramp) truth = s.ramp(k) * s.drift_at_td;
+    if (kind == SensorBias::walk)
+      for (int j = 0; j < 6; ++j) truth[j] += s.walk[j] * sensor_draw(stream, trial, kFirstStep, k, j);
+    for (int j = 0; j < 6; ++j) readings[j] += s.noise[j] * sensor_draw(stream, trial, 0, k, j) + truth[j];
+    Vector3d reference(s.field.gravity, s.field.total, s.field.dip);
+    for (int i = 0; i < 3; ++i)
+      reference[i] += s.scatter[i] * stream.normal(trial, random::Channel::survey_reference,
+                                                   4 * station + static_cast<std::uint32_t>(i));
+
+    const Vector3d g = readings.head<3>(), b = readings.tail<3>();
+    const monitoring::ChannelJacobian h = monitoring::survey_channel_jacobian(g, b);
+    const Eigen::Matrix3d r = h * monitoring::Matrix6(s.noise.cwiseAbs2().asDiagonal()) * h.transpose() +
+                              Eigen::Matrix3d(s.scatter.cwiseAbs2().asDiagonal());
+    const Vector3d y = monitoring::survey_channels(g, b) - reference;
+    const double nis = filter.update(y, h, r);
+    run.nis_mean += nis / s.stations;
+    run.nis_inside += (nis <= inside ? 1.0 : 0.0) / s.stations;
+    run.nees_mean += monitoring::normalised_error(filter.bias() - truth, filter.covariance()) / s.stations;
+
+    DriftingStation seen;
+    seen.channels = y.cwiseQuotient(r.diagonal().cwiseSqrt());
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (sprt[i].update(seen.channels[static_cast<Eigen::Index>(i)]) != 0 && run.sprt_alarm < 0 && k >= alarms_from)
+        run.sprt_alarm = k;
+      seen.sprt[i] = sprt[i].decision();
+    }
+    seen.truth = truth;
+    seen.bias = filter.bias();
+    seen.sd = filter.covariance().diagonal().cwiseSqrt();
+    Eigen::Index largest = 0;
+    const double ratio = seen.bias.cwiseQuotient(seen.sd).cwiseAbs().maxCoeff(&largest);
+    if (ratio >= s.alarm_sd) seen.named = static_cast<int>(largest);
+    if (seen.named >= 0 && run.filter_alarm < 0 && k >= alarms_from) {
+      run.filter_alarm = k;
+      run.named = seen.named;
+    }
+    if (keep_stations) run.stations.push_back(seen);
+  }
+  return run;
+}
+
+}  // namespace surveymc::analysis

@@ -1,0 +1,287 @@
+#include "chained/block_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+#include "chained/descent.h"
+
+namespace surveymc::chained {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Matrix12 = Eigen::Matrix<double, 12, 12>;
+using Columns = Eigen::Matrix<double, 12, Eigen::Dynamic, 0, 12, 4>;
+
+namespace {
+
+/// Normal equations  [H B; B' C] x = -[gradient]: H block tridiagonal, block (k, k+1) of it diagonal: -links on the
+/// chain. Halves of gradients and Hessians.
+struct NormalBlocks {
+  std::vector<Matrix12> diagonal;
+  ChainVector link_weight;       ///< 0 for states that are not linked
+  std::vector<Columns> columns;  ///< first the negative gradient, then the border
+  VectorXd border_rhs;
+  MatrixXd border;
+  // Levenberg's scale D: steps of the chain and the border in prior sd, of attitudes in 0.1 rad. Marquardt's diagonal
+  // would hold back most where the accelerometers see the attitude, and the weak direction is a turn about the
+  // vertical.
+  ChainVector chain_scale;
+  double border_scale;
+};
+constexpr double kAttitudeScale = 1 / (0.1 * 0.1);
+
+/// What is known of the first station's chain before its readings, instead of the model's prior.
+struct ChainPrior {
+  ChainVector mean;
+  Eigen::Matrix<double, kChainStates, kChainStates> information;
+};
+
+NormalBlocks normal_blocks(const Model& m, const Readings& readings, const Point& at, const ChainPrior* first) {
+  const int n = readings.stations();
+  const Index q = m.interference.states();
+  const Eigen::Map<const ChainVector> prior(m.prior_sd.data()), link(m.link_sd.data());
+  NormalBlocks b;
+  b.link_weight = link.cwiseAbs2().cwiseInverse();
+  if (m.independent()) b.link_weight.head<kReferenceStates>().setZero();
+  b.chain_scale = prior.cwiseAbs2().cwiseInverse();
+  b.border_scale = 1 / (m.interference.prior_sd * m.interference.prior_sd);
+  b.border_rhs = -at.interference / (m.interference.prior_sd * m.interference.prior_sd);
+  b.border = MatrixXd::Identity(q, q) / (m.interference.prior_sd * m.interference.prior_sd);
+  for (int k = 0; k < n; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const StationLinear s = linearise(m, readings, at, k);
+    Eigen::Matrix<double, 6, 12> j;
+    j << s.by_delta, s.by_chain;
+    Matrix12 h = j.transpose() * j;
+    Columns c(12, 1 + q);
+    c.col(0) = j.transpose() * s.residual;
+    c.rightCols(q) = j.transpose() * s.by_interference;
+    b.border_rhs += s.by_interference.transpose() * s.residual;
+    b.border += s.by_interference.transpose() * s.by_interference;
+
+    ChainVector weight = k == 0 && !first ? b.chain_scale : ChainVector(ChainVector::Zero());
+    if (m.independent() && !first)
+      weight.head<kReferenceStates>() = Eigen::Map<const Vector3d>(m.reference_sd.data()).cwiseAbs2().cwiseInverse();
+    const auto chain = c.col(0).tail<kChainStates>();
+    ChainVector pull = -weight.cwiseProduct(at.chain[i]);
+    if (k > 0) {
+      pull -= b.link_weight.cwiseProduct(at.chain[i] - at.chain[i - 1]);
+      weight += b.link_weight;
+    }
+    if (k + 1 < n) {
+      pull += b.link_weight.cwiseProduct(at.chain[i + 1] - at.chain[i]);
+      weight += b.link_weight;
+    }
+    if (k == 0 && first) {
+      pull += first->information * (first->mean - at.chain[i]);
+      h.bottomRightCorner<kChainStates, kChainStates>() += first->information;
+    }
+    for (const KnownState& known : readings.known)
+      if (known.station == k) {
+        weight[known.state] += 1 / (known.sd * known.sd);
+        pull[known.state] += (known.value - at.chain[i][known.state]) / (known.sd * known.sd);
+      }
+    c.col(0).tail<kChainStates>() = chain + pull;
+    h.diagonal().tail<kChainStates>() += weight;
+    b.diagonal.push_back(h);
+    b.columns.push_back(c);
+  }
+  return b;
+}
+
+/// The same with half the true Hessian.
+NormalBlocks exact_blocks(NormalBlocks b, const Model& m, const Readings& readings, const Point& at) {
+  for (int k = 0; k < readings.stations(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const StationCurvature c = curvature(m, linearise(m, readings, at, k), at, k);
+    b.diagonal[i].topLeftCorner<3, 3>() -= c.delta_delta;
+    b.diagonal[i].block<3, kReferenceStates>(0, 3) -= c.delta_chain;
+    b.diagonal[i].block<kReferenceStates, 3>(3, 0) -= c.delta_chain.transpose();
+    b.columns[i].topRightCorner(3, m.interference.states()) -= c.delta_interference;
+  }
+  return b;
+}
+
+/// Block Cholesky from the first station to the last; solves for all columns.
+struct BlockSolution {
+  std::vector<Eigen::LLT<Matrix12>> pivots;
+  std::vector<Columns> x;
+  VectorXd border;  ///< solution of the border
+  Eigen::LDLT<MatrixXd> schur;
+  bool sound = true;  ///< all pivots are positive definite
+};
+
+BlockSolution solve_blocks(const NormalBlocks& b, double damping) {
+  const std::size_t n = b.diagonal.size();
+  const Index q = b.border.rows();
+  BlockSolution s;
+  std::vector<Columns> reduced;
+  for (std::size_t k = 0; k < n; ++k) {
+    Matrix12 d = b.diagonal[k];
+    d.diagonal().head<3>().array() += damping * kAttitudeScale;
+    d.diagonal().tail<kChainStates>() += damping * b.chain_scale;
+    Columns r = b.columns[k];
+    if (k > 0) {
+      // Off-diagonal block: -W on the chain. Schur complement: D - E' P^-1 E, with E = (0; -W).
+      const Matrix12 inverse = s.pivots[k - 1].solve(Matrix12::Identity());
+      const auto w = b.link_weight.asDiagonal();
+      d.bottomRightCorner<kChainStates, kChainStates>() -=
+          w * inverse.bottomRightCorner<kChainStates, kChainStates>() * w;
+      r.bottomRows<kChainStates>() += w * s.pivots[k - 1].solve(reduced[k - 1]).bottomRows<kChainStates>();
+    }
+    s.pivots.emplace_back(d);
+    s.sound = s.sound && s.pivots.back().info() == Eigen::Success;
+    reduced.push_back(r);
+  }
+  s.x.resize(n);
+  for (std::size_t back = 0; back < n; ++back) {
+    const std::size_t k = n - 1 - back;
+    Columns r = reduced[k];
+    if (back > 0) r.bottomRows<kChainStates>() += b.link_weight.asDiagonal() * s.x[k + 1].bottomRows<kChainStates>();
+    s.x[k] = s.pivots[k].solve(r);
+  }
+  MatrixXd schur = b.border;
+  schur.diagonal().array() += damping * b.border_scale;
+  VectorXd rhs = b.border_rhs;
+  for (std::size_t k = 0; k < n; ++k) {
+    schur -= b.columns[k].rightCols(q).transpose() * s.x[k].rightCols(q);
+    rhs -= b.columns[k].rightCols(q).transpose() * s.x[k].col(0);
+  }
+  s.border = VectorXd(0);
+  if (q > 0) {
+    s.schur.compute(schur);
+    s.border = s.schur.solve(rhs);
+    s.sound = s.sound && s.schur.info() == Eigen::Success && s.schur.vectorD().minCoeff() > 0;
+  }
+  return s;
+}
+
+/// Diagonal blocks of the inverse, last station first: S_k = D_k^-1 + G S_k+1 G', G = D_k^-1 (0; W), and what the
+/// border adds.
+void set_covariances(const NormalBlocks& b, const BlockSolution& s, Solution& out) {
+  const std::size_t n = b.diagonal.size();
+  const Index q = b.border.rows();
+  if (q > 0) out.interference_covariance = s.schur.solve(MatrixXd::Identity(q, q));
+  if (q > 0) out.log_determinant = s.schur.vectorD().array().log().sum();
+  for (const auto& pivot : s.pivots) out.log_determinant += 2 * pivot.matrixLLT().diagonal().array().log().sum();
+  Matrix12 next;
+  for (std::size_t back = 0; back < n; ++back) {
+    const std::size_t k = n - 1 - back;
+    const Matrix12 inverse = s.pivots[k].solve(Matrix12::Identity());
+    Matrix12 c = inverse;
+    if (back > 0) {
+      const Eigen::Matrix<double, 12, kChainStates> g = inverse.rightCols<kChainStates>() * b.link_weight.asDiagonal();
+      c += g * next.bottomRightCorner<kChainStates, kChainStates>() * g.transpose();
+    }
+    next = c;
+    const auto z = s.x[k].rightCols(q);
+    if (q > 0) c += z * out.interference_covariance * z.transpose();
+    out.stations[k].covariance = (c + c.transpose()) / 2;
+  }
+}
+
+struct Step {
+  std::vector<Vector3d> delta;
+  std::vector<ChainVector> dc;
+  VectorXd da;
+  bool positive = true;
+  double promise = 0;  ///< descent.h
+};
+Step step_of(const NormalBlocks& b, const BlockSolution& s, double damping) {
+  Step step;
+  step.da = s.border;
+  step.positive = s.sound;
+  step.promise = b.border_rhs.dot(step.da) + damping * b.border_scale * step.da.squaredNorm();
+  for (std::size_t k = 0; k < s.x.size(); ++k) {
+    const Columns& x = s.x[k];
+    const Eigen::Matrix<double, 12, 1> own = x.col(0) - x.rightCols(step.da.size()) * step.da;
+    step.delta.push_back(own.head<3>());
+    step.dc.push_back(own.tail<kChainStates>());
+    step.promise += b.columns[k].col(0).dot(own) + damping * (kAttitudeScale * step.delta[k].squaredNorm() +
+                                                              b.chain_scale.dot(step.dc[k].cwiseAbs2()));
+  }
+  return step;
+}
+
+/// The chain as a problem of descent.h.
+struct ChainProblem {
+  using Point = chained::Point;
+  using System = NormalBlocks;
+  const Model& m;
+  const Readings& readings;
+  const ChainPrior* first = nullptr;
+
+  double cost(const Point& at) const {
+    if (!first) return chain_cost(m, readings, at);
+    const ChainVector away = at.chain[0] - first->mean;
+    return readings_cost(m, readings, at) + away.dot(first->information * away);
+  }
+  NormalBlocks system(const Point& at) const { return normal_blocks(m, readings, at, first); }
+  NormalBlocks exact(const NormalBlocks& b, const Point& at) const { return exact_blocks(b, m, readings, at); }
+  Step solve(const NormalBlocks& b, double damping) const { return step_of(b, solve_blocks(b, damping), damping); }
+  double size2(const Step& step) const { return step_size2(m, step.delta, step.dc, step.da); }
+  Point moved(Point at, const Step& step) const {
+    for (int k = 0; k < readings.stations(); ++k)
+      step_station(at, k, step.delta[static_cast<std::size_t>(k)], step.dc[static_cast<std::size_t>(k)]);
+    at.interference += step.da;
+    return at;
+  }
+  /// A whitened residual is the difference of two numbers of the size y/s, each to a part of epsilon: J, the sum of n
+  /// squares, to 2 epsilon (y/s) sqrt(n J), and to epsilon of itself. Four times that.
+  double rounding(double cost) const {
+    double largest = 0;
+    for (std::size_t i = 0; i < 6; ++i)
+      largest = std::max(largest, (i < 3 ? m.gravity : std::hypot(m.horizontal, m.down)) / m.noise[i]);
+    const double equations = 15.0 * readings.stations();
+    return 4 * std::numeric_limits<double>::epsilon() * (2 * largest * std::sqrt(equations * (1 + cost)) + cost);
+  }
+};
+
+}  // namespace
+
+Point basic_start(const Model& model, const Readings& readings, const StationSolver& solver) {
+  Point p;
+  for (const StationReading& y : readings.y) p.frames.push_back(solver(y));
+  p.chain.assign(readings.y.size(), ChainVector::Zero());
+  p.interference = VectorXd::Zero(model.interference.states());
+  return p;
+}
+
+Solution solve_blocks(const Model& model, const Readings& readings, const Point& start, const Options& options) {
+  check(model);
+  Point from = start;
+  from.interference.conservativeResize(model.interference.states());
+  const ChainProblem problem{model, readings};
+  const Descent<Point> end = descend(problem, from, options);
+  Solution out;
+  out.status = end.status;
+  out.converged = end.status == Status::converged;
+  out.iterations = end.iterations;
+  out.cost = end.cost;
+  out.interference = end.at.interference;
+  for (std::size_t k = 0; k < end.at.frames.size(); ++k)
+    out.stations.push_back({end.at.frames[k], end.at.chain[k], Matrix12::Zero()});
+  const NormalBlocks blocks = problem.system(end.at);
+  set_covariances(blocks, solve_blocks(blocks, 0), out);
+  return out;
+}
+
+StationMinimum solve_station(const Model& model, const Readings& readings, int station, const Eigen::Matrix3d& frame,
+                             const ChainVector& mean, const ChainMatrix& covariance, const Options& options) {
+  const auto k = static_cast<std::size_t>(station);
+  Readings one{{readings.y[k]}};
+  if (!readings.left_out.empty()) one.left_out = {readings.left_out[k]};
+  const ChainPrior prior{mean, covariance.llt().solve(ChainMatrix::Identity())};
+  const Descent<Point> end = descend(ChainProblem{model, one, &prior}, Point{{frame}, {mean}, VectorXd(0)}, options);
+  return {end.at.frames[0], end.at.chain[0], end.status, end.iterations};
+}
+
+Solution solve_blocks(const Model& model, const Readings& readings, const Options& options) {
+  return solve_blocks(model, readings, basic_start(model, readings), options);
+}
+
+}  // namespace surveymc::chained

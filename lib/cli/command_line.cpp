@@ -1,0 +1,176 @@
+#include "cli/command_line.h"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <sstream>
+
+#include <CLI/CLI.hpp>
+
+namespace surveymc::cli {
+namespace {
+
+constexpr const char* kProgram = "surveymc: Monte-Carlo research workbench for wellbore directional surveying";
+
+/// Gives `app` the commands and options of the program; parsing fills `line`, which must live as long.
+void define(CLI::App& app, CommandLine& line, const std::string& version) {
+  app.set_version_flag("--version", version);
+  app.require_subcommand(1);
+  RunArguments& a = line.arguments;
+  const auto command = [&](Command which, const char* name, const char* description) {
+    CLI::App* sub = app.add_subcommand(name, description);
+    sub->callback([&line, which] { line.command = which; });
+    return sub;
+  };
+  const auto config_options = [&](CLI::App* sub) {
+    sub->add_option("config", a.config, "TOML config of an experiment")->required();
+    sub->add_option("--set", a.set, "KEY=VALUE: replaces a key of the config, checked like one in the file")
+        ->allow_extra_args(false);
+    sub->add_option("--trials", a.trials, "replaces the config's number of trials");
+    sub->add_option("--seed", a.seed, "replaces the config's seed");
+  };
+  const auto thread_option = [&](CLI::App* sub) {
+    sub->add_option("--threads", a.threads, "number of threads (all cores); the result does not depend on it")
+        ->check(CLI::Range(1, 4096));
+  };
+  command(Command::list, "list", "experiments and what each reproduces");
+  CLI::App* check = command(Command::check, "check", "validate a config and print it resolved; runs nothing");
+  config_options(check);
+  CLI::App* run = command(Command::run, "run", "run a config and write its result file");
+  config_options(run);
+  thread_option(run);
+  run->add_option("-o,--output", a.output, "result file (results/<config>.h5)")->check([](const std::string& name) {
+    return name.empty() ? "the name is empty" : "";
+  });
+  run->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
+  run->add_option("--trial", a.trial, "replay this one trial (from 0) and print it; writes nothing");
+  run->add_option("--point", a.point, "only this sweep point (from 0): writes a part file, or with --trial none");
+  run->add_option("--shard", a.shard, "I/N: only slice I (from 0) of N of the trials: writes a part file");
+  run->add_flag("--array", a.array, "the part of this Slurm array task: a point, or with --shards a shard");
+  run->add_option("--shards", a.shards, "with --array: the task is shard SLURM_ARRAY_TASK_ID of so many");
+  run->add_flag("--resume", a.resume, "go on from what an interrupted run has left, if it has");
+  run->add_option("--max-seconds", a.max_seconds, "stop then, keep what is done, exit with 75")
+      ->check(CLI::PositiveNumber);
+  run->add_option("--checkpoint-seconds", a.checkpoint_seconds, "keep finished blocks so often (5)")
+      ->check(CLI::Range(0.001, 1e6));
+  CLI::App* plan = command(Command::plan, "plan", "parts of a config: how many, and which are missing");
+  config_options(plan);
+  CLI::Option* count = plan->add_flag("--count", line.parts_plan.count, "print how many parts there are");
+  CLI::Option* missing =
+      plan->add_option("--missing", line.parts_plan.folder, "print those not in this folder, as a Slurm array list");
+  count->excludes(missing);
+  plan->add_option("--shards", a.shards, "the parts are so many shards, not the sweep points");
+  CLI::App* merge = command(Command::merge, "merge", "put part files together to the result of the whole run");
+  merge->add_option("parts", line.parts, "part files, or folders of them")->required();
+  merge->add_option("-o,--output", a.output, "result file")->required();
+  merge->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
+  CLI::App* status = command(Command::status, "status", "part files and journals of a folder");
+  status->add_option("folder", line.parts_plan.folder, "folder of part files")->required();
+  CLI::App* show = command(Command::show, "show", "print what is in a result file");
+  show->add_option("file", line.shown.file, "result file")->required();
+  CLI::Option* name = show->add_option("table", line.shown.name, "only this table or map");
+  CLI::Option* only_list = show->add_flag("--list", line.shown.list, "only a list of the tables and maps");
+  CLI::Option* csv = show->add_flag("--csv", line.shown.csv, "as CSV");
+  CLI::Option* json = show->add_flag("--json", line.shown.json, "as JSON");
+  show->add_option("--rows", line.shown.rows,
+                   "at most so many rows of a table, from its ends; 0 for all (40 on a terminal)")
+      ->check(CLI::NonNegativeNumber);
+  csv->excludes(json);
+  only_list->excludes(name)->excludes(csv);
+  CLI::App* rerun = command(Command::rerun, "rerun", "repeat a result from what is stored in it and compare");
+  rerun->add_option("file", line.file, "result file")->required();
+  rerun->add_option("--inputs", line.inputs,
+                    "folder of the config, where input files are that were too large to be stored (this folder)");
+  thread_option(rerun);
+  command(Command::man, "man", "print the manual page: surveymc man | man -l -");
+  CLI::App* completion = command(Command::completion, "completion", "print the completion script of a shell");
+  completion->add_option("shell", line.shell, "bash, zsh or fish")
+      ->required()
+      ->check(CLI::IsMember({"bash", "zsh", "fish"}));
+}
+
+/// What the arguments of these names are; any other is text.
+ValueKind kind_of(const std::string& name) {
+  static const std::map<std::string, ValueKind> kKinds = {
+      {"config", ValueKind::config_file}, {"file", ValueKind::result_file}, {"parts", ValueKind::result_file},
+      {"output", ValueKind::result_file}, {"inputs", ValueKind::folder},    {"folder", ValueKind::folder},
+      {"missing", ValueKind::folder},     {"table", ValueKind::table},      {"shell", ValueKind::shell}};
+  const auto found = kKinds.find(name);
+  return found == kKinds.end() ? ValueKind::text : found->second;
+}
+
+/// "KEY=VALUE" of "KEY=VALUE: replaces a key": capitals and signs before a colon name the value.
+std::string placeholder_in(const std::string& description) {
+  const std::string head = description.substr(0, description.find(':'));
+  const bool capitals = std::all_of(head.begin(), head.end(), [](char c) {
+    return std::isupper(static_cast<unsigned char>(c)) || std::ispunct(static_cast<unsigned char>(c));
+  });
+  return head.size() < description.size() && capitals ? head : "";
+}
+
+std::string placeholder(const CLI::Option& option, ValueKind kind, const std::string& name) {
+  const std::string said = placeholder_in(option.get_description());
+  if (!said.empty()) return said;
+  if (kind == ValueKind::config_file || kind == ValueKind::result_file) return "FILE";
+  if (kind == ValueKind::folder) return "FOLDER";
+  if (option.get_type_name().starts_with("INT") || option.get_type_name().starts_with("UINT")) return "N";
+  std::string capitals = name;
+  for (char& c : capitals) c = c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return capitals;
+}
+
+OptionWords words_of(const CLI::Option& option) {
+  OptionWords words;
+  for (const std::string& s : option.get_snames()) words.flags.push_back("-" + s);
+  for (const std::string& l : option.get_lnames()) words.flags.push_back("--" + l);
+  const std::string name = option.get_positional()       ? option.get_name(true)
+                           : option.get_lnames().empty() ? option.get_snames().front()
+                                                         : option.get_lnames().front();
+  if (option.get_positional()) words.name = name;
+  if (option.get_items_expected_max() > 0) {
+    words.kind = kind_of(name);
+    words.value = placeholder(option, words.kind, name);
+  }
+  words.required = option.get_required();
+  words.repeated = option.get_items_expected_max() > 1;
+  words.description = option.get_description();
+  return words;
+}
+
+CommandWords words_of(const CLI::App& app) {
+  CommandWords words{app.get_name(), app.get_description(), {}, {}};
+  for (const CLI::Option* option : app.get_options())
+    (option->nonpositional() ? words.options : words.positionals).push_back(words_of(*option));
+  return words;
+}
+
+}  // namespace
+
+std::variant<CommandLine, int> read_command_line(int argc, char** argv, const std::string& version, bool silent) {
+  CommandLine line;
+  CLI::App app{kProgram};
+  define(app, line, version);
+  std::ostringstream unheard;
+  std::ostream& out = silent ? unheard : std::cout;
+  std::ostream& errors = silent ? unheard : std::cerr;
+  try {
+    app.parse(argc, argv);
+    return line;
+  } catch (const CLI::ParseError& e) {
+    if (app.get_subcommands().empty() && !app.remaining().empty())  // CLI11 would only miss a subcommand
+      return app.exit(CLI::ExtrasError(app.remaining()), out, errors) == 0 ? kDone : kUsage;
+    return app.exit(e, out, errors) == 0 ? kDone : kUsage;
+  }
+}
+
+ProgramWords program_words() {
+  CommandLine line;
+  CLI::App app{kProgram};
+  define(app, line, "");
+  ProgramWords words{app.get_description(), words_of(app).options, {}};
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
+    words.commands.push_back(words_of(*sub));
+  return words;
+}
+
+}  // namespace surveymc::cli

@@ -1,0 +1,270 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "cli/command_words.h"
+#include "cli/text_commands.h"
+
+namespace surveymc::cli {
+namespace {
+
+std::string joined(const std::vector<std::string>& words, const char* separator) {
+  std::string out;
+  for (const std::string& w : words) out += (out.empty() ? "" : separator) + w;
+  return out;
+}
+
+std::vector<std::string> flags_of(const std::vector<OptionWords>& options, bool with_value_only = false) {
+  std::vector<std::string> all;
+  for (const OptionWords& o : options)
+    if (!with_value_only || !o.value.empty()) all.insert(all.end(), o.flags.begin(), o.flags.end());
+  return all;
+}
+
+std::vector<std::string> names_of(const std::vector<CommandWords>& commands) {
+  std::vector<std::string> all;
+  for (const CommandWords& c : commands) all.push_back(c.name);
+  return all;
+}
+
+/// `text` in single quotes of a POSIX shell.
+std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) c == '\'' ? out.append("'\\''") : out.append(1, c);
+  return out + "'";
+}
+
+std::string escaped(const std::string& text, const std::string& special) {
+  std::string out;
+  for (const char c : text) {
+    if (special.find(c) != std::string::npos) out += '\\';
+    out += c;
+  }
+  return out;
+}
+
+// ---- bash ----
+
+std::string bash_offer(ValueKind kind) {
+  switch (kind) {
+    case ValueKind::config_file:
+      return "_surveymc_files toml";
+    case ValueKind::result_file:
+      return "_surveymc_files h5";
+    case ValueKind::folder:
+      return "_surveymc_words \"$(compgen -d -- \"$cur\")\"";
+    case ValueKind::table:
+      return "_surveymc_words \"$(_surveymc_tables \"$first\")\"";
+    case ValueKind::shell:
+      return "_surveymc_words $'bash\\nzsh\\nfish'";
+    default:
+      return ":";
+  }
+}
+
+constexpr const char* kBashHelpers = R"(
+# Offers the lines of $1 that begin with the current word. Not by compgen -W, which would expand them.
+_surveymc_words() {
+  local word
+  while IFS= read -r word; do
+    [[ -n $word && $word == "$cur"* ]] && COMPREPLY+=("$word")
+  done <<<"$1"
+}
+
+# Offers files that end in .$1, and folders.
+_surveymc_files() {
+  compopt -o filenames 2>/dev/null
+  local IFS=$'\n'
+  COMPREPLY=($(compgen -f -X "!*.$1" -- "$cur") $(compgen -d -- "$cur"))
+}
+
+# Names of what is in the result file $1.
+_surveymc_tables() {
+  "${COMP_WORDS[0]}" show "$1" --csv 2>/dev/null | tail -n +2 | cut -d, -f2
+}
+)";
+
+std::string bash(const ProgramWords& words) {
+  const std::vector<CommandWords>& commands = words.commands;
+  std::string with_value, offers, options, positionals;
+  for (const CommandWords& c : commands) {
+    for (const std::string& flag : flags_of(c.options, true))
+      with_value += (with_value.empty() ? "" : "|") + c.name + ":" + flag;
+    for (const OptionWords& o : c.options)
+      if (!o.value.empty())
+        for (const std::string& flag : o.flags)
+          offers += fmt::format("    {}:{}) {}; return ;;\n", c.name, flag, bash_offer(o.kind));
+    options += fmt::format("      {}) _surveymc_words $'{}' ;;\n", c.name, joined(flags_of(c.options), "\\n"));
+    for (std::size_t i = 0; i < c.positionals.size(); ++i)
+      positionals += fmt::format("    {}:{}) {} ;;\n", c.name, c.positionals[i].repeated ? "*" : fmt::format("{}", i),
+                                 bash_offer(c.positionals[i].kind));
+  }
+  return fmt::format(
+      R"(# bash completion for surveymc; made by: surveymc completion bash
+{helpers}
+_surveymc() {{
+  local cur=${{COMP_WORDS[COMP_CWORD]}} prev=${{COMP_WORDS[COMP_CWORD-1]}} command= first= count=0 i
+  COMPREPLY=()
+  for ((i = 1; i < COMP_CWORD; i++)); do
+    case $command:${{COMP_WORDS[i]}} in
+      {with_value}) ((i++)) ;;
+      *:-*) ;;
+      :*) command=${{COMP_WORDS[i]}} ;;
+      *) first=${{first:-${{COMP_WORDS[i]}}}}; ((count++)) ;;
+    esac
+  done
+  if [ -z "$command" ]; then
+    _surveymc_words $'{commands}\n{flags}'
+    return
+  fi
+  case $command:$prev in
+{offers}  esac
+  if [[ $cur == -* ]]; then
+    case $command in
+{options}    esac
+    return
+  fi
+  case $command:$count in
+{positionals}  esac
+}}
+complete -F _surveymc surveymc
+)",
+      fmt::arg("helpers", kBashHelpers), fmt::arg("with_value", with_value), fmt::arg("offers", offers),
+      fmt::arg("options", options), fmt::arg("positionals", positionals),
+      fmt::arg("commands", joined(names_of(commands), "\\n")),
+      fmt::arg("flags", joined(flags_of(words.options), "\\n")));
+}
+
+// ---- zsh ----
+
+std::string zsh_offer(ValueKind kind) {
+  switch (kind) {
+    case ValueKind::config_file:
+      return "_files -g \"*.toml\"";
+    case ValueKind::result_file:
+      return "_files -g \"*.h5\"";
+    case ValueKind::folder:
+      return "_files -/";
+    case ValueKind::table:
+      return "_surveymc_tables";
+    case ValueKind::shell:
+      return "(bash zsh fish)";
+    default:
+      return " ";
+  }
+}
+
+std::string zsh_option(const OptionWords& o) {
+  const std::string says = fmt::format("[{}]", escaped(o.description, "[]\\:"));
+  const std::string value = o.value.empty() ? "" : fmt::format(":{}:{}", escaped(o.value, ":"), zsh_offer(o.kind));
+  std::string out;
+  for (const std::string& flag : o.flags)
+    out += fmt::format(" {}", quoted(fmt::format("{}{}{}{}", o.repeated ? "*" : "", flag, says, value)));
+  return out;
+}
+
+std::string zsh(const ProgramWords& words) {
+  const std::vector<CommandWords>& commands = words.commands;
+  std::string list, cases;
+  for (const CommandWords& c : commands) {
+    list += fmt::format(" {}", quoted(fmt::format("{}:{}", c.name, c.description)));
+    std::string arguments;
+    for (const OptionWords& o : c.options) arguments += zsh_option(o);
+    for (std::size_t i = 0; i < c.positionals.size(); ++i) {
+      const OptionWords& p = c.positionals[i];
+      arguments += " " + quoted(fmt::format("{}{}:{}:{}", p.repeated ? "*" : fmt::format("{}", i + 1),
+                                            p.required || p.repeated ? "" : ":", p.name, zsh_offer(p.kind)));
+    }
+    cases += fmt::format("    {}) _arguments{} ;;\n", c.name, arguments);
+  }
+  std::string program;
+  for (const OptionWords& o : words.options) program += zsh_option(o);
+  return fmt::format(R"ZSH(#compdef surveymc
+# zsh completion for surveymc; made by: surveymc completion zsh
+
+_surveymc_tables() {{
+  local -a names
+  names=(${{(f)"$(surveymc show $words[2] --csv 2>/dev/null | tail -n +2 | cut -d, -f2)"}})
+  compadd -a names
+}}
+
+_surveymc_commands() {{
+  local -a commands
+  commands=({list})
+  _describe command commands
+}}
+
+_surveymc() {{
+  local curcontext=$curcontext state line
+  _arguments -C{program} '1: :_surveymc_commands' '*::argument:->arguments'
+  [[ $state == arguments ]] || return
+  case $line[1] in
+{cases}  esac
+}}
+
+if [[ $zsh_eval_context[-1] == loadautofunc ]]; then
+  _surveymc "$@"
+else
+  compdef _surveymc surveymc
+fi
+)ZSH",
+                     fmt::arg("list", list), fmt::arg("cases", cases), fmt::arg("program", program));
+}
+
+// ---- fish ----
+
+std::string fish_offer(ValueKind kind) {
+  switch (kind) {
+    case ValueKind::config_file:
+      return " -k -a '(__fish_complete_suffix .toml)'";
+    case ValueKind::result_file:
+      return " -k -a '(__fish_complete_suffix .h5)'";
+    case ValueKind::folder:
+      return " -a '(__fish_complete_directories)'";
+    case ValueKind::table:
+      return " -a '(__surveymc_tables)'";
+    case ValueKind::shell:
+      return " -a 'bash zsh fish'";
+    default:
+      return "";
+  }
+}
+
+std::string fish_option(const OptionWords& o, const std::string& condition) {
+  std::string out = "complete -c surveymc -n " + quoted(condition);
+  for (const std::string& flag : o.flags)
+    out += flag.starts_with("--") ? " -l " + flag.substr(2) : " -s " + flag.substr(1);
+  if (!o.value.empty()) out += " -x" + fish_offer(o.kind);
+  return out + " -d " + quoted(o.description) + "\n";
+}
+
+std::string fish(const ProgramWords& words) {
+  std::string out = R"(# fish completion for surveymc; made by: surveymc completion fish
+function __surveymc_tables
+  set -l words (commandline -opc)
+  for file in (string match -- '*.h5' $words)
+    surveymc show $file --csv 2>/dev/null | tail -n +2 | cut -d, -f2
+  end
+end
+complete -c surveymc -f
+)";
+  for (const OptionWords& o : words.options) out += fish_option(o, "__fish_use_subcommand");
+  for (const CommandWords& c : words.commands) {
+    const std::string condition = "__fish_seen_subcommand_from " + c.name;
+    out += fmt::format("complete -c surveymc -n __fish_use_subcommand -a {} -d {}\n", c.name, quoted(c.description));
+    for (const OptionWords& o : c.options) out += fish_option(o, condition);
+    for (const OptionWords& p : c.positionals)
+      if (!fish_offer(p.kind).empty())
+        out += fmt::format("complete -c surveymc -n {}{}\n", quoted(condition), fish_offer(p.kind));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string completion(const ProgramWords& words, const std::string& shell) {
+  if (shell == "bash") return bash(words);
+  return shell == "zsh" ? zsh(words) : fish(words);
+}
+
+}  // namespace surveymc::cli

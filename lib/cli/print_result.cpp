@@ -1,0 +1,60 @@
+#include "cli/print_result.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "cli/run_setup.h"
+#include "cli/verdict_counts.h"
+#include "study/comparison.h"
+
+namespace surveymc::cli {
+namespace {
+
+constexpr const char* kWarningsTable = "warnings";
+
+}  // namespace
+
+void print_tables(const store::Result& result, const std::string& path) {
+  constexpr std::size_t kReadable = 30, kWidest = 400;
+  std::string left_out;
+  for (const store::Table& t : result.tables) {
+    if (t.rows() == 0 || t.name == kWarningsTable) continue;
+    const std::string text = t.rows() > kReadable || t.columns.size() > 40 ? "" : store::format_table(t);
+    if (text.empty() || store::longest_line(text) > kWidest)
+      left_out += (left_out.empty() ? "" : ", ") + t.name;
+    else
+      fmt::print("{}\n", text);
+  }
+  if (!left_out.empty()) fmt::print("more tables: {}: surveymc show {} TABLE\n", left_out, path);
+}
+
+void print_warnings(const store::Result& result) {
+  for (const store::Table& t : result.tables) {
+    if (t.name != kWarningsTable) continue;
+    const auto& severity = std::get<std::vector<std::string>>(t.column("severity").values);
+    const auto& message = std::get<std::vector<std::string>>(t.column("message").values);
+    for (std::size_t row = 0; row < t.rows(); ++row) {
+      std::string point;  // columns of the sweep stand in front
+      for (const store::Column& c : t.columns) {
+        if (c.name == "severity") break;
+        if (const auto* words = std::get_if<std::vector<std::string>>(&c.values))
+          point += store::printable((*words)[row]) + ": ";
+        else
+          point += fmt::format("{} = {:g}: ", c.name, std::get<std::vector<double>>(c.values)[row]);
+      }
+      fmt::print("{}: {}{}\n", severity[row], point, store::printable(message[row]));
+    }
+  }
+}
+
+int report_verdicts(const store::Result& result, bool check) {
+  const VerdictCounts counts = count_verdicts(result.tables);
+  const std::vector<std::string> unexpected = study::unexpected_verdicts(result.tables);
+  if (!counts.judged) return kDone;  // a study that compares nothing
+  fmt::print("verdicts: {}\n", in_words(counts));
+  for (const std::string& u : unexpected) fmt::print("  {}\n", u);
+  return check && !unexpected.empty() ? kUnexpected : kDone;
+}
+
+}  // namespace surveymc::cli

@@ -1,0 +1,202 @@
+/// The command line: list, check, run, plan, merge, status, show, rerun, man, completion (README.md). Prints; all work
+/// is in lib/ and the studies.
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "cli/command_line.h"
+#include "cli/log.h"
+#include "cli/part_commands.h"
+#include "cli/print_result.h"
+#include "cli/program.h"
+#include "cli/progress.h"
+#include "cli/rank_work.h"
+#include "cli/run_setup.h"
+#include "cli/text_commands.h"
+#include "cli/version_text.h"
+#include "montecarlo/workers.h"
+#include "version.h"
+
+namespace surveymc::cli {
+namespace {
+
+store::Result run_and_stamp(const RunArguments& a, const study::RunPlan& run, const std::string& command,
+                            double& elapsed, const study::Checkpoint& checkpoint = {}) {
+  Progress progress;
+  const auto created = std::chrono::system_clock::now();
+  store::Result result = study::execute(run, run_options(a, run, progress), checkpoint);
+  elapsed = progress.elapsed_s();
+  stamp(result, command);
+  result.run = run_info(created, elapsed, a);
+  return result;
+}
+
+int list(const std::vector<study::Experiment>& studies) {
+  for (const study::Experiment& e : studies)
+    fmt::print("{:<24} {}\n{:<24}   after {}\n", e.name(), e.summary, "", e.reproduces);
+  return kDone;
+}
+
+int check(const RunArguments& a) {
+  const study::RunPlan run = load(a);
+  fmt::print("{}\n", run.config.resolved_text());
+  fmt::print("# {} sweep point{}, {} trials in all; config hash {}\n", run.points.size(),
+             run.points.size() == 1 ? "" : "s", run.total_trials(), run.config.hash());
+  return kDone;
+}
+
+int run(const RunArguments& a, const std::string& command) {
+  catch_signals();
+  stop_after(a.max_seconds);
+  const study::RunPlan plan = load(a);
+  if (a.trial) {
+    const std::uint64_t number = whole_number("--trial", *a.trial),
+                        index = whole_number("--point", a.point.value_or("0"));
+    require(index < plan.points.size(), "--point {}: the points of this config are numbered 0 to {}", index,
+            plan.points.size() - 1);
+    const std::uint64_t trials = plan.points[index]->trials();
+    require(trials > 0, "--trial {}: a config of {} has no trials", number, plan.experiment.name());
+    require(number < trials, "--trial {}: the trials of this config are numbered 0 to {}", number, trials - 1);
+    montecarlo::RunOptions options;
+    options.stop = stop_flag();
+    fmt::print("{}", plan.prepare(index, options)->replay(number));
+    return kDone;
+  }
+  if (const std::optional<study::PartChoice> choice = part_choice(a, plan))
+    return run_one_part(a, plan, *choice, command);
+  std::filesystem::path output = a.output;
+  if (output.empty()) {
+    output = std::filesystem::path("results") / (std::filesystem::path(a.config).stem().string() + ".h5");
+    std::error_code error;
+    std::filesystem::create_directories("results", error);
+    if (error) throw IoError(fmt::format("results: cannot be made: {}; name a file with -o", error.message()));
+  }
+  store::check_output_path(output);
+  log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.points.size(),
+                       plan.points.size() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
+  double elapsed = 0;
+  const store::Result result = with_checkpoint(a, plan, output, command, [&](const study::Checkpoint& checkpoint) {
+    store::Result r = run_and_stamp(a, plan, command, elapsed, checkpoint);
+    store::write_result(output, r);
+    return r;
+  });
+  print_tables(result, output.string());
+  const int exit = report_verdicts(result, a.check);
+  print_warnings(result);
+  if (plan.total_trials() == 0)
+    fmt::print("wrote {} (in {})\n", output.string(), format_duration(elapsed));
+  else
+    fmt::print("wrote {} ({} trials in {}, {:.3g} trials/s)\n", output.string(), plan.total_trials(),
+               format_duration(elapsed), static_cast<double>(plan.total_trials()) / elapsed);
+  return exit;
+}
+
+int rerun(const std::string& file, const std::string& folder, const RunArguments& a, const std::string& command) {
+  catch_signals();
+  const store::Result stored = store::read_result(file);
+  const study::RunPlan plan = read_rerun(*a.studies, file, stored, folder);
+  double elapsed = 0;
+  const store::Result again = run_and_stamp(a, plan, command, elapsed);
+  const std::string before = store::stored_content_hash(file), now = store::content_hash(again);
+  if (before == now) {
+    fmt::print("identical: {} ({} trials in {})\n", now, plan.total_trials(), format_duration(elapsed));
+    return kDone;
+  }
+  fmt::print("not identical: the file has {}, this run {}\n", before, now);
+  if (stored.provenance.git_revision != kGitRevision)
+    fmt::print("the file was made by surveymc {} ({}), this is {} ({})\n", stored.provenance.surveymc_version,
+               stored.provenance.git_revision, kVersion, kGitRevision);
+  if (store::content_hash(stored) != before)
+    fmt::print("the file's data do not match its own content_hash: it was changed\n");
+  return kUnexpected;
+}
+
+int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& studies, montecarlo::Workers& workers,
+                 const montecarlo::Messages* messages, const std::string& mpi) {
+  start_log();
+
+  std::variant<CommandLine, int> read = read_command_line(argc, argv, version_text(mpi));
+  if (const int* exit = std::get_if<int>(&read)) return *exit;
+  CommandLine& line = std::get<CommandLine>(read);
+
+  std::string command = "surveymc";
+  for (int i = 1; i < argc; ++i) command += fmt::format(" {}", argv[i]);
+  RunArguments& a = line.arguments;
+  a.studies = &studies;
+  if (messages) a.workers = &workers;
+  if (messages && a.threads == 0) a.threads = messages->threads();
+  switch (line.command) {
+    case Command::list:
+      return list(studies);
+    case Command::check:
+      return check(a);
+    case Command::run:
+      return run(a, command);
+    case Command::plan:
+      return plan_parts(a, line.parts_plan);
+    case Command::merge:
+      return merge_files(a, line.parts);
+    case Command::status:
+      return status_of(line.parts_plan.folder);
+    case Command::show:
+      return show(line.shown), kDone;
+    case Command::rerun:
+      return rerun(line.file, line.inputs, a, command);
+    case Command::man:
+      return fmt::print("{}", man_page(program_words(), kVersion)), kDone;
+    case Command::completion:
+      return fmt::print("{}", completion(program_words(), line.shell)), kDone;
+  }
+  return kInternal;
+}
+
+/// guarded_main with every exception told and turned into its exit code.
+int told_main(int argc, char** argv, const std::vector<study::Experiment>& studies, montecarlo::Workers& workers,
+              const montecarlo::Messages* messages, const std::string& mpi) {
+  const auto fails = [](int exit, const char* kind, const char* what) {  // fmt would throw: the log's disk may be full
+    std::fprintf(stderr, "%s%s\n", kind, what);
+    return exit;
+  };
+  try {
+    const int exit = guarded_main(argc, argv, studies, workers, messages, mpi);
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit;
+    return fails(kCannotWrite, "error: standard output: ", "cannot be written");
+  } catch (const InputError& e) {
+    return fails(kBadInput, "error: ", e.what());
+  } catch (const IoError& e) {
+    return fails(kCannotWrite, "error: ", e.what());
+  } catch (const Resumable& e) {
+    return fails(kInterrupted, "interrupted: ", e.what());
+  } catch (const Interrupted&) {
+    return fails(kInterrupted, "interrupted: ", "nothing was written");
+  } catch (const std::exception& e) {
+    return std::ferror(stdout) != 0 ? fails(kCannotWrite, "error: standard output: ", e.what())
+                                    : fails(kInternal, "internal error: ", e.what());
+  }
+}
+
+}  // namespace
+
+int program_main(int argc, char** argv, const std::vector<study::Experiment>& studies, montecarlo::Messages* messages,
+                 const std::string& mpi) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is an error of write(), with a message, and not our death
+  try {
+    if (messages && messages->rank() > 0) return work_for_rank_0(studies, *messages, argc, argv);
+    montecarlo::Workers workers(messages);
+    const int exit = told_main(argc, argv, studies, workers, messages, mpi);
+    workers.end(exit);
+    return exit;
+  } catch (const std::exception& e) {  // between ranks: one that went on alone would wait for ever
+    std::fprintf(stderr, "internal error: rank %d: %s\n", messages ? messages->rank() : 0, e.what());
+    if (messages) messages->abort(kInternal);
+    return kInternal;
+  }
+}
+
+}  // namespace surveymc::cli

@@ -1,0 +1,66 @@
+#include "cli/rank_work.h"
+
+#include <exception>
+#include <memory>
+#include <optional>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "cli/command_line.h"
+#include "cli/log.h"
+#include "cli/run_setup.h"
+
+namespace surveymc::cli {
+
+std::string run_name(const study::RunPlan& run) {
+  const checkpoint::RunKey key = run_key(run);
+  return fmt::format("config hash {}, {}", key.config_hash, key.program);
+}
+
+int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::Messages& messages, int argc,
+                    char** argv) {
+  silence_log();
+  CommandLine line;
+  std::optional<study::RunPlan> run;
+  std::exception_ptr error;
+  try {
+    std::variant<CommandLine, int> read = read_command_line(argc, argv, "", /*silent=*/true);
+    if (std::holds_alternative<CommandLine>(read)) {  // else rank 0 says why and ends it
+      line = std::get<CommandLine>(std::move(read));
+      line.arguments.studies = &studies;
+      if (line.command == Command::run || line.command == Command::rerun) catch_signals();
+      if (line.command == Command::run) run.emplace(load(line.arguments));
+      if (line.command == Command::rerun)
+        run.emplace(read_rerun(studies, line.file, store::read_result(line.file), line.inputs));
+    }
+  } catch (...) {
+    error = std::current_exception();  // if it is not rank 0's, too, the first order brings it there
+  }
+  const RunArguments& a = line.arguments;
+  std::unique_ptr<checkpoint::Journal> journal;
+  std::optional<std::uint64_t> prepared;  // rank 0 goes from point to point
+  std::shared_ptr<const study::StudyPoint> point;
+  return montecarlo::serve(messages, [&](const montecarlo::BlockOrder& order) -> montecarlo::Share {
+    if (error) std::rethrow_exception(error);
+    if (!run || run_name(*run) != order.run)
+      throw IoError(
+          fmt::format("does not see the same run as rank 0 ({}, here {}): the same program and files must be "
+                      "there for all ranks",
+                      order.run, run ? run_name(*run) : "nothing"));
+    if (!order.journal.empty() && !journal)
+      journal = std::make_unique<checkpoint::Journal>(order.journal, run_key(*run),
+                                                      std::chrono::duration<double>(a.checkpoint_seconds));
+    montecarlo::RunOptions options;
+    options.threads = a.threads > 0 ? a.threads : messages.threads();
+    options.stop = stop_flag();
+    if (prepared != order.point) {
+      point = run->prepare(order.point, options);
+      prepared = order.point;
+    }
+    return {run->points[order.point]->trials(), [point](montecarlo::TrialBlock b) { return point->run_block(b); },
+            study::options_of_point(options, *run, order.point, journal.get())};
+  });
+}
+
+}  // namespace surveymc::cli

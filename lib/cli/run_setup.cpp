@@ -1,0 +1,149 @@
+#include "cli/run_setup.h"
+
+#include <sys/time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <charconv>
+#include <csignal>
+#include <ctime>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include "cli/log.h"
+#include "cli/rank_work.h"
+#include "cli/stored_inputs.h"
+#include "montecarlo/workers.h"
+#include "version.h"
+
+namespace surveymc::cli {
+namespace {
+
+std::atomic<bool> g_stop = false;  // set by a signal handler, read at block boundaries
+extern "C" void on_signal(int) { g_stop = true; }
+
+}  // namespace
+
+void catch_signals() {
+  for (const int signal : {SIGINT, SIGTERM, SIGUSR1, SIGALRM}) std::signal(signal, on_signal);
+}
+
+const std::atomic<bool>* stop_flag() { return &g_stop; }
+
+void stop_after(double seconds) {
+  if (seconds <= 0) return;
+  constexpr double kLongest = 1e9;
+  const double whole = std::min(seconds, kLongest);
+  itimerval timer{};
+  timer.it_value.tv_sec = static_cast<time_t>(whole);
+  timer.it_value.tv_usec = static_cast<suseconds_t>((whole - static_cast<double>(timer.it_value.tv_sec)) * 1e6) + 1;
+  if (timer.it_value.tv_usec > 999'999) timer.it_value.tv_usec = 999'999;
+  setitimer(ITIMER_REAL, &timer, nullptr);
+}
+
+study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const std::string& file,
+                          const store::Result& stored, const std::string& folder) {
+  StoredInputs in = stored_inputs(stored);
+  config::Config config = config::Config::from_text(stored.provenance.config, file, std::move(in.tables),
+                                                    std::move(in.texts), std::move(in.references), folder);
+  const study::Experiment& experiment = find_experiment(studies, config);
+  return study::read_run(experiment, std::move(config), &g_stop);
+}
+
+std::uint64_t whole_number(const std::string& option, const std::string& text) {
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  require(error == std::errc() && end == text.data() + text.size() && !text.empty() && value < (1ull << 63),
+          "{} {}: must be a whole number, 0 or more", option, text);
+  return value;
+}
+
+const study::Experiment& find_experiment(const std::vector<study::Experiment>& studies, const config::Config& config) {
+  std::string known;
+  for (const study::Experiment& e : studies) {
+    if (e.name() == config.experiment()) return e;
+    known += (known.empty() ? "" : ", ") + e.name();
+  }
+  config.fail("experiment", "must be one of " + known);
+}
+
+study::RunPlan load(const RunArguments& a) {
+  std::vector<std::string> overrides = a.set;
+  if (a.seed) overrides.push_back(fmt::format("seed={}", whole_number("--seed", *a.seed)));
+  if (a.trials) overrides.push_back(fmt::format("trials={}", whole_number("--trials", *a.trials)));
+  config::Config config = config::Config::load(a.config, overrides);
+  const study::Experiment& experiment = find_experiment(*a.studies, config);
+  return study::read_run(experiment, std::move(config), &g_stop);
+}
+
+montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress) {
+  montecarlo::RunOptions options;
+  options.threads = a.threads;
+  options.progress = [&](std::uint64_t done, std::uint64_t expected) { progress.update(done, expected); };
+  options.stop = &g_stop;
+  options.workers = a.workers;
+  if (a.workers) a.workers->run = run_name(run);
+  return options;
+}
+
+std::string program_name() { return fmt::format("surveymc {} ({}), {}", kVersion, kGitRevision, kCompiler); }
+
+checkpoint::RunKey run_key(const study::RunPlan& run) { return {run.config.hash(), program_name()}; }
+
+void stamp(store::Result& result, const std::string& command) {
+  result.provenance.command = command;
+  result.provenance.surveymc_version = kVersion;
+  result.provenance.git_revision = kGitRevision;
+  result.provenance.compiler = kCompiler;
+}
+
+store::RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, const RunArguments& a) {
+  char host[256] = "";
+  gethostname(host, sizeof host - 1);
+  return {fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::to_time_t(created))), host,
+          elapsed, a.threads > 0 ? a.threads : montecarlo::available_threads(),
+          a.workers ? static_cast<int>(a.workers->count()) + 1 : 1};
+}
+
+store::Result with_checkpoint(const RunArguments& a, const study::RunPlan& run, const std::filesystem::path& output,
+                              const std::string& command,
+                              const std::function<store::Result(const study::Checkpoint&)>& compute_and_write) {
+  const checkpoint::RunKey key = run_key(run);
+  checkpoint::JournalContents kept = checkpoint::read_journals(output, key);
+  if (!a.resume && (!kept.finished.empty() || !kept.damaged.empty()))
+    throw IoError(fmt::format(
+        "{}: an earlier run of this config was not finished (or still runs): go on from it with --resume, or "
+        "delete this journal to begin anew",
+        checkpoint::journals_of(output).front().string()));
+  for (const auto& path : kept.damaged)
+    log_warning(fmt::format("{}: damaged at the end; what cannot be read is computed again", path.string()));
+  std::uint64_t trials = 0;
+  for (auto& [point, nodes] : kept.finished) {
+    nodes = montecarlo::disjoint_subtrees(std::move(nodes));
+    for (const montecarlo::Subtree& n : nodes) trials += n.tally.trials;
+  }
+  if (trials > 0) log_info(fmt::format("going on from {} trials that are done", trials));
+
+  checkpoint::Journal journal(output, key, std::chrono::duration<double>(a.checkpoint_seconds));
+  if (a.workers) a.workers->journal = output.string();
+  try {
+    store::Result result = compute_and_write({std::move(kept.finished), &journal});
+    checkpoint::remove_journals(output, key);
+    return result;
+  } catch (const IoError& e) {  // all was computed, and the result cannot be written
+    if (!journal.started() || !journal.sync()) throw;
+    throw IoError(
+        fmt::format("{}; what is done is kept beside it: when it can be written, go on with --resume", e.what()));
+  } catch (const Interrupted&) {
+    if (!journal.sync())
+      throw IoError(fmt::format("interrupted, and the checkpoint beside {} could not be written: {}", output.string(),
+                                journal.error()));
+    if (checkpoint::journals_of(output).empty()) throw;
+    throw Resumable(fmt::format("what is done is kept beside {}; go on with: {}{}", output.string(), command,
+                                a.resume ? "" : " --resume"));
+  }
+}
+
+}  // namespace surveymc::cli

@@ -1,0 +1,194 @@
+#include "cli/show_command.h"
+
+#include <algorithm>
+#include <limits>
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "cli/show_map.h"
+#include "cli/verdict_counts.h"
+#include "store/json.h"
+#include "store/result_file.h"
+
+namespace surveymc::cli {
+namespace {
+
+constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+
+/// As wide and as long as the reader's screen, if there is one.
+store::TableFormat terminal_format(const ShowArguments& a) {
+  store::TableFormat format;
+  format.split = true;
+  if (isatty(STDOUT_FILENO)) {
+    constexpr std::size_t kNarrowest = 60, kReadableRows = 40;
+    winsize size{};
+    if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0)
+      format.width = std::max<std::size_t>(kNarrowest, size.ws_col);
+    format.most_rows = kReadableRows;
+  }
+  if (a.rows) format.most_rows = *a.rows == 0 ? kNoLimit : static_cast<std::size_t>(*a.rows);
+  return format;
+}
+
+/// "36 agree, 2 differ (1 !)": those that there are; "!" counts the unexpected ones.
+std::string short_words(const VerdictCounts& counts) {
+  std::string out;
+  const auto add = [&](std::size_t n, const char* word) {
+    if (n > 0) out += fmt::format("{}{} {}", out.empty() ? "" : ", ", n, word);
+  };
+  add(counts.agrees, "agree");
+  add(counts.differs, "differ");
+  add(counts.undecided, "undecided");
+  return counts.unexpected > 0 ? out + fmt::format(" ({} !)", counts.unexpected) : out;
+}
+
+/// The list of what a file holds, as a table.
+store::Table list_of(const store::Result& r) {
+  std::vector<std::string> kind, name, size, unit, verdicts, title;
+  const auto add = [&](const char* what, const std::string& its_name, const std::string& its_size,
+                       const std::string& its_unit, const std::string& judged, const std::string& its_title) {
+    kind.push_back(what);
+    name.push_back(its_name);
+    size.push_back(its_size);
+    unit.push_back(its_unit);
+    verdicts.push_back(judged);
+    title.push_back(its_title);
+  };
+  const auto add_tables = [&](const char* what, const std::vector<store::Table>& tables) {
+    for (const store::Table& t : tables)
+      add(what, t.name, fmt::format("{} x {}", t.rows(), t.columns.size()), "", short_words(count_verdicts({t})),
+          t.long_name);
+  };
+  add_tables("table", r.tables);
+  add_tables("samples", r.samples);
+  for (const MapSource& m : maps_of(r))
+    add("map", m.map->name, shape_text(*m.map), m.map->unit == "1" ? "" : m.map->unit, "", m.map->long_name);
+  return {"contents",
+          "",
+          {{"kind", "", "", kind},
+           {"name", "", "", name},
+           {"size", "", "rows x columns, or lengths of the axes", size},
+           {"unit", "", "", unit},
+           {"verdicts", "", "", verdicts},
+           {"title", "", "", title}}};
+}
+
+void print_heading(const store::Result& r) {
+  const store::Provenance& p = r.provenance;
+  fmt::print("{}\nexperiment {}, seed {}, {} trials a point; surveymc {} ({}), {}\n", store::printable(p.title),
+             p.experiment, p.seed, p.trials, p.surveymc_version, p.git_revision, r.run.created);
+  const std::string verdicts = in_words(count_verdicts(r.tables));
+  if (!verdicts.empty()) fmt::print("verdicts: {}\n", verdicts);
+}
+
+/// The first letters, and "..." where there are more than `most`.
+std::string shortened(const std::string& text, std::size_t most) {
+  std::size_t letters = 0, keep = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if ((static_cast<unsigned char>(text[i]) & 0xC0) == 0x80) continue;
+    if (letters + 3 == most) keep = i;
+    ++letters;
+  }
+  return letters > most ? text.substr(0, keep) + "..." : text;
+}
+
+void print_list(const ShowArguments& a, const store::Result& r) {
+  print_heading(r);
+  store::Table list = list_of(r);
+  store::TableFormat format = terminal_format(a);
+  const std::size_t screen = isatty(STDOUT_FILENO) ? format.width : kNoLimit;
+  auto& titles = std::get<std::vector<std::string>>(list.columns.back().values);
+  const std::vector<std::string> whole = titles;
+  for (std::string& t : titles) t.clear();
+  format.width = format.most_rows = kNoLimit;
+  constexpr std::size_t kGap = 2, kLeastTitle = 20;
+  const std::size_t taken = store::longest_line(store::format_table(list, format)) + kGap;
+  const std::size_t room = std::max(screen - std::min(screen, taken), kLeastTitle);
+  for (std::size_t i = 0; i < titles.size(); ++i) titles[i] = shortened(whole[i], room);
+  const std::string text = store::format_table(list, format);
+  fmt::print("\n{}", text.substr(text.find('\n') + 1));
+  fmt::print("\nsurveymc show {} NAME prints one of them; --csv and --json export\n", a.file);
+}
+
+std::string members(const store::Result& r, const std::string& file) {
+  const store::Provenance& p = r.provenance;
+  const VerdictCounts v = count_verdicts(r.tables);
+  return fmt::format(
+      "\"file\": {}, \"title\": {}, \"experiment\": {}, \"seed\": {}, \"trials\": {},\n"
+      "\"surveymc_version\": {}, \"git_revision\": {}, \"compiler\": {}, \"command\": {},\n"
+      "\"config_hash\": {}, \"content_hash\": {},\n"
+      "\"run\": {{\"created\": {}, \"host\": {}, \"elapsed_s\": {}, \"threads\": {}, \"ranks\": {}}},\n"
+      "\"verdicts\": {{\"agrees\": {}, \"differs\": {}, \"undecided\": {}, \"unexpected\": {}}}",
+      store::json_string(file), store::json_string(p.title), store::json_string(p.experiment), p.seed, p.trials,
+      store::json_string(p.surveymc_version), store::json_string(p.git_revision), store::json_string(p.compiler),
+      store::json_string(p.command), store::json_string(p.config_hash),
+      store::json_string(store::stored_content_hash(file)), store::json_string(r.run.created),
+      store::json_string(r.run.host), store::json_number(r.run.elapsed_s), r.run.threads, r.run.ranks, v.agrees,
+      v.differs, v.undecided, v.unexpected);
+}
+
+void print_json(const ShowArguments& a, const store::Result& r) {
+  fmt::print("{{{}", members(r, a.file));
+  const auto print_tables = [&](const char* key, const std::vector<store::Table>& tables) {
+    fmt::print(",\n\"{}\": [", key);
+    for (const store::Table& t : tables)
+      fmt::print("{}\n{}", &t == &tables.front() ? "" : ",", store::to_json(t, !a.list));
+    fmt::print("]");
+  };
+  print_tables("tables", r.tables);
+  print_tables("samples", r.samples);
+  fmt::print(",\n\"maps\": [");
+  const std::vector<MapSource> maps = maps_of(r);
+  for (const MapSource& m : maps) {
+    fmt::print("{}\n{{{}}}", &m == &maps.front() ? "" : ",", store::map_members_json(*m.map));
+  }
+  fmt::print("]}}\n");
+}
+
+/// Prints the table or map of that name. False: there is none.
+bool print_one(const ShowArguments& a, const store::Result& r) {
+  for (const auto* tables : {&r.tables, &r.samples})
+    for (const store::Table& t : *tables) {
+      if (t.name != a.name) continue;
+      fmt::print("{}", a.csv    ? store::to_csv(t)
+                       : a.json ? store::to_json(t) + "\n"
+                                : store::format_table(t, terminal_format(a)));
+      return true;
+    }
+  for (const MapSource& m : maps_of(r)) {
+    if (m.map->name != a.name) continue;
+    (a.csv ? print_map_csv : a.json ? print_map_json : print_map)(m);
+    if (a.json) fmt::print("\n");
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void show(const ShowArguments& a) {
+  const store::Result r = store::read_result(a.file);
+  if (a.name.empty()) {
+    if (a.json) {
+      print_json(a, r);
+    } else if (a.csv) {
+      fmt::print("{}", store::to_csv(list_of(r)));
+    } else {
+      print_list(a, r);
+      for (const store::Table& t : r.tables)
+        if (t.rows() > 0 && !a.list) fmt::print("\n{}", store::format_table(t, terminal_format(a)));
+    }
+    return;
+  }
+  if (print_one(a, r)) return;
+  std::string known;
+  const store::Table list = list_of(r);
+  for (const std::string& n : std::get<std::vector<std::string>>(list.column("name").values))
+    known += (known.empty() ? "" : ", ") + n;
+  throw InputError(fmt::format("{}: table {}: not in this file, which has {}", a.file, a.name, known));
+}
+
+}  // namespace surveymc::cli

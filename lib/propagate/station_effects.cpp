@@ -1,0 +1,101 @@
+#include "propagate/station_effects.h"
+
+#include <Eigen/Geometry>
+
+#include "propagate/error_sum.h"
+#include "survey/minimum_curvature.h"
+
+namespace surveymc::propagate {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+TangentDerivatives tangent_derivatives(const survey::StationFields& station) {
+  const Vector3d u = survey::to_eigen(station.down_T), b = survey::to_eigen(station.field_T);
+  const double bv = u.dot(b);
+  const Vector3d h = b - bv * u;
+  const double bh = h.norm();
+  const Vector3d n = h / bh, e = u.cross(n);
+  TangentDerivatives d;
+  // db turns north about down by -(e.db) / Bh: dn = e (e.db) / Bh, de = -n (e.db) / Bh.
+  const Vector3d turn(e.z(), -n.z(), 0);
+  d.by_field = turn * e.transpose() / bh;
+  // du tilts n and e towards u, and turns north by the field's vertical part: dn = -(n.du) u - (Bv/Bh)(e.du) e.
+  d.by_down.row(0) = -u.z() * n.transpose() - bv / bh * e.z() * e.transpose();
+  d.by_down.row(1) = -u.z() * e.transpose() + bv / bh * n.z() * e.transpose();
+  d.by_down.row(2) = Vector3d::UnitZ().transpose();
+  return d;
+}
+
+std::vector<StationEffect> final_position_effects(const std::vector<double>& md,
+                                                  const std::vector<survey::StationFields>& stations,
+                                                  double declination) {
+  Matrix3d to_true = Matrix3d::Identity();
+  to_true.topLeftCorner<2, 2>() << std::cos(declination), -std::sin(declination), std::sin(declination),
+      std::cos(declination);
+  std::vector<survey::Vec3<double>> tangents;
+  for (const survey::StationFields& s : stations)
+    tangents.push_back(
+        survey::from_eigen(to_true * survey::to_eigen(survey::tangent_from_fields(s.down_T, s.field_T))));
+  const std::vector<Matrix3d> by_tangent = survey::final_position_by_tangent(md, tangents);
+  std::vector<StationEffect> effects;
+  for (std::size_t k = 0; k < stations.size(); ++k) {
+    const TangentDerivatives d = tangent_derivatives(stations[k]);
+    effects.push_back({by_tangent[k] * to_true * d.by_field, by_tangent[k] * to_true * d.by_down});
+  }
+  return effects;
+}
+
+Matrix36d magnetometer_error_effect(const StationEffect& effect, const survey::StationFields& station,
+                                    const std::array<double, 3>& gain) {
+  const Vector3d per_gain(1 / gain[0], 1 / gain[1], 1 / gain[2]);
+  Matrix36d x;
+  x.leftCols<3>() = -effect.by_field * survey::to_eigen(station.field_T).cwiseProduct(per_gain).asDiagonal();
+  x.rightCols<3>() = -effect.by_field * per_gain.asDiagonal();
+  return x;
+}
+
+Matrix3d propagate_joint(const std::vector<Matrix36d>& effects, const Matrix6d& covariance) {
+  Matrix36d sum = Matrix36d::Zero();
+  for (const Matrix36d& x : effects) sum += x;
+  return sum * covariance * sum.transpose();
+}
+
+namespace {
+
+/// One survey leg, errors independent of each other: the general rules (ErrorSum), one error source after the other.
+Matrix3d propagate_each(const std::vector<Matrix36d>& effects, const Vector6d& sd, PropagationMode mode) {
+  Matrix3d c = Matrix3d::Zero();
+  for (int i = 0; i < 6; ++i) {
+    ErrorSum sum(mode);
+    for (const Matrix36d& x : effects) sum.add(sd[i] * x.col(i));
+    c += sum.covariance();
+  }
+  return c;
+}
+
+}  // namespace
+
+Matrix3d propagate_systematic(const std::vector<Matrix36d>& effects, const Vector6d& sd) {
+  return propagate_each(effects, sd, PropagationMode::systematic);
+}
+
+Matrix3d propagate_random(const std::vector<Matrix36d>& effects, const Vector6d& sd) {
+  return propagate_each(effects, sd, PropagationMode::random);
+}
+
+Matrix3d propagate_station_noise(const std::vector<StationEffect>& effects,
+                                 const std::vector<survey::StationFields>& stations, const std::array<double, 3>& gain,
+                                 double magnetometer_sd, double down_sd) {
+  const Vector3d corrected_sd = magnetometer_sd * Vector3d(1 / gain[0], 1 / gain[1], 1 / gain[2]);
+  Matrix3d c = Matrix3d::Zero();
+  for (std::size_t k = 0; k < effects.size(); ++k) {
+    c += effects[k].by_field * corrected_sd.cwiseAbs2().asDiagonal() * effects[k].by_field.transpose();
+    const Vector3d u = survey::to_eigen(stations[k].down_T);
+    const Matrix3d d = down_sd * effects[k].by_down * (Matrix3d::Identity() - u * u.transpose());
+    c += d * d.transpose();
+  }
+  return c;
+}
+
+}  // namespace surveymc::propagate

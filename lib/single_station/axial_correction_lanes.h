@@ -1,0 +1,22 @@
+#pragma once
+/// The kernel behind station_batch.h, for both instruction sets (simd/lanes.h).
+#include "single_station/station_batch.h"
+
+namespace surveymc::single_station {
+
+struct StationSolveBatch {
+  const double* readings;  ///< [group and station][row of station_readings.h][lane]
+  double* solutions;       ///< [group and station][row of station_batch.h][lane]
+  int count;               ///< groups times stations
+  StationSigmas sigmas;
+  StationMethod method;
+};
+
+namespace isa_v3 {
+void solve_station_batch(const StationSolveBatch& batch);
+}
+namespace isa_v4 {
+void solve_station_batch(const StationSolveBatch& batch);
+}
+
+}  // namespace surveymc::single_station

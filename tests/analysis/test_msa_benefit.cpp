@@ -1,0 +1,303 @@
+/// The first-order prediction of the study `msa_benefit`, and the wells that it is made for.
+#include "analysis/msa_benefit_prediction.h"
+
+#include <algorithm>
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "analysis/msa_prediction.h"
+#include "analysis/well_design.h"
+#include "base/units.h"
+#include "sensor/tool_spread.h"
+#include "stats/moments.h"
+#include "survey/corrected_position.h"
+
+using namespace surveymc;
+using namespace surveymc::analysis;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+
+namespace {
+
+const survey::ReferenceField kField{9.80665, 51000, 72 * kDegree, 0, 0};
+
+survey::Survey well(WellKind kind, double inclination_deg, double azimuth_deg, int stations = 20) {
+  WellDesign w;
+  w.kind = kind;
+  w.stations = stations;
+  w.build_rate = 3 * kDegree / 30;
+  return make_well(w, inclination_deg * kDegree, azimuth_deg * kDegree);
+}
+
+/// ISCWSA a-priori errors of the magnetometers, noise of 30 nT, a reference of a global model's quality.
+estimate::InputErrors errors(double axial_bias = 0) { return {30, 0, 130, .2 * kDegree, false, .0016, 70, axial_bias}; }
+
+estimate::EstimatorOptions estimator(const std::string& name, std::array<bool, 6> estimated,
+                                     const estimate::InputErrors& assumed) {
+  estimate::EstimatorOptions o;
+  o.name = name;
+  o.assumed = assumed;
+  o.estimated = estimated;
+  return o;
+}
+
+constexpr std::array<bool, 6> kAll{true, true, true, true, true, true}, kNone{},
+    kBiases{false, false, false, true, true, true}, kNoGainZ{true, true, false, true, true, true};
+
+void check_same(const BenefitSd& a, const BenefitSd& b, double relative) {
+  CHECK_THAT(a.azimuth, WithinRel(b.azimuth, relative));
+  CHECK_THAT(a.lateral, WithinRel(b.lateral, relative));
+}
+
+}  // namespace
+
+TEST_CASE("Before MSA, averaged over toolface, azimuth has the variance of the ISCWSA weighting functions") {
+  // MBXY-TI1, -TI2, MBZ, MSXY-TI1, -TI2, -TI3, MSZ of the error model Rev 5.10 (per nT of bias, per unit of scale).
+  for (const double i_deg : {1e-4, 20.0, 90.0, 135.0, 179.0})
+    for (const double a_deg : {0.0, 33.0, 90.0, 200.0, 359.0}) {
+      const double i = i_deg * kDegree, a = a_deg * kDegree, si = std::sin(i), ci = std::cos(i), sa = std::sin(a),
+                   ca = std::cos(a), tan_dip = std::tan(kField.dip), bh = kField.total * std::cos(kField.dip);
+      const std::array<double, 3> bias{-ci * sa / bh, ca / bh, -si * sa / bh};
+      const std::array<double, 4> gain{
+          si * sa * (tan_dip * ci + si * ca) / std::sqrt(2.0), sa * (tan_dip * si * ci - ci * ci * ca - ca) / 2,
+          (ci * ca * ca - ci * sa * sa - tan_dip * si * ca) / 2, -(si * ca + tan_dip * ci) * si * sa};
+      double expected = 0, mean = 0;
+      for (const double w : bias) expected += 70 * 70 * w * w;
+      for (const double w : gain) expected += .0016 * .0016 * w * w;
+      constexpr int n = 8;  // variances go with the fourth harmonic of toolface at most
+      for (int k = 0; k < n; ++k) {
+        const double toolface = 2 * kPi * k / n + .1;
+        const survey::Survey s{{{0, i, a, toolface}, {30, i, a, toolface}}};
+        const double sd =
+            predict_benefit(s, kField, {0, 0, 0, 0, false, .0016, 70}, estimator("msa", kNone, {})).before.azimuth;
+        mean += sd * sd / n;
+      }
+      CAPTURE(i_deg, a_deg);
+      CHECK_THAT(mean, WithinRel(expected, 1e-9));  // at 1e-4 deg azimuth loses 6 digits
+    }
+}
+
+TEST_CASE("Estimating nothing changes nothing") {
+  estimate::InputErrors e = errors(220);
+  e.down = 1e-4;
+  for (const std::string name : {"msa", "msa_joint", "msa_weighted"}) {
+    const Benefit b = predict_benefit(well(WellKind::building, 60, 40), kField, e, estimator(name, kNone, e));
+    check_same(b.after, b.before, 1e-12);
+    CHECK(b.condition == 1);
+  }
+}
+
+TEST_CASE("A perfect reference and no noise leave nothing; a perfect tool can only lose") {
+  estimate::InputErrors perfect_reference = errors(), perfect_tool = errors();
+  perfect_reference.magnetometer = perfect_reference.total = perfect_reference.dip = 0;
+  const survey::Survey s = well(WellKind::building, 60, 40);
+  const estimate::EstimatorOptions msa = estimator("msa", kAll, {});
+  const Benefit none = predict_benefit(s, kField, perfect_reference, msa);
+  CHECK(none.after.azimuth < 1e-9 * none.before.azimuth);
+  CHECK(none.after.lateral < 1e-9 * none.before.lateral);
+  perfect_tool.gain = perfect_tool.bias = perfect_tool.magnetometer = 0;
+  const Benefit lost = predict_benefit(s, kField, perfect_tool, msa);
+  CHECK(lost.before.azimuth == 0);
+  CHECK(benefit_ratio(lost.before.azimuth, lost.after.azimuth) == INFINITY);
+  perfect_tool.magnetometer = 30;
+  const Benefit noisy = predict_benefit(s, kField, perfect_tool, msa);
+  CHECK(noisy.after.azimuth > noisy.before.azimuth);
+  CHECK(benefit_ratio(0, 0) == 1);
+  CHECK(benefit_ratio(2, 1) == .5);
+}
+
+TEST_CASE("West mirrors east, where toolfaces are mirrored too") {
+  const estimate::InputErrors e = errors(220);
+  for (const double inclination : {1e-4, 30.0, 90.0, 150.0})
+    for (const double azimuth : {0.0, 20.0, 75.0, 130.0}) {
+      const survey::Survey east = well(WellKind::building, inclination, azimuth);
+      survey::Survey west = east;
+      for (survey::Station& s : west.stations) {
+        s.azimuth = 2 * kPi - s.azimuth;
+        s.toolface = -s.toolface;
+      }
+      const estimate::EstimatorOptions o = estimator("msa_joint", kAll, e);  // with priors: well conditioned everywhere
+      const Benefit a = predict_benefit(east, kField, e, o), b = predict_benefit(west, kField, e, o);
+      check_same(a.before, b.before, 1e-8);
+      check_same(a.after, b.after, 1e-8);
+    }
+}
+
+TEST_CASE("Towards the vertical, up or down, the ratios have a limit") {
+  const estimate::InputErrors e = errors();
+  for (const double vertical : {0.0, 180.0})
+    for (const double azimuth : {0.0, 90.0, 217.0}) {
+      std::array<double, 2> ratio[2];
+      for (int k = 0; k < 2; ++k) {
+        const double inclination = std::abs(vertical - (k == 0 ? 1e-3 : 1e-6));
+        const Benefit b =
+            predict_benefit(well(WellKind::straight, inclination, azimuth), kField, e, estimator("msa", kBiases, {}));
+        ratio[k] = {benefit_ratio(b.before.azimuth, b.after.azimuth), benefit_ratio(b.before.lateral, b.after.lateral)};
+      }
+      for (std::size_t q = 0; q < 2; ++q) {
+        CHECK(std::isfinite(ratio[1][q]));
+        CHECK_THAT(ratio[0][q], WithinRel(ratio[1][q], 1e-3));  // the ratio's slope is of order 1 per rad
+      }
+    }
+}
+
+TEST_CASE("MSA harms a horizontal well to the east and helps one to the north") {
+  const estimate::InputErrors e = errors();
+  const auto ratio = [&](double azimuth) {
+    const Benefit b = predict_benefit(well(WellKind::straight, 90, azimuth), kField, e, estimator("msa", kBiases, {}));
+    return benefit_ratio(b.before.azimuth, b.after.azimuth);
+  };
+  CHECK(ratio(0) < 1);
+  CHECK(ratio(85) > 2);
+  CHECK(ratio(85) > ratio(80));
+  // Straight east the hole has no component of the field to see its axial bias by: nothing but rounding.
+  CHECK(ratio(90) == INFINITY);
+  CHECK(ratio(270) == INFINITY);
+  const Benefit axial = predict_benefit(well(WellKind::straight, 90, 90), kField, e,
+                                        estimator("msa", {false, false, false, false, false, true}, {}));
+  CHECK(axial.after.azimuth == INFINITY);
+}
+
+TEST_CASE("What a well cannot determine is infinite, with priors it is no worse than before") {
+  const estimate::InputErrors e = errors(220);
+  const survey::Survey straight = well(WellKind::straight, 50, 70);
+  const Benefit six = predict_benefit(straight, kField, e, estimator("msa", kAll, {}));
+  CHECK(six.after.azimuth == INFINITY);
+  CHECK(six.after.lateral == INFINITY);
+  CHECK(six.condition == INFINITY);
+  CHECK(std::isnan(six.gain_bias_correlation));
+  CHECK(std::isfinite(predict_benefit(straight, kField, e, estimator("msa", kNoGainZ, {})).after.azimuth));
+  // A linear estimate with the right weights and priors is the best one; leaving the readings alone is another.
+  for (const WellKind kind : {WellKind::straight, WellKind::building})
+    for (const double inclination : {5.0, 50.0, 90.0, 130.0})
+      for (const double azimuth : {0.0, 60.0, 90.0}) {
+        const Benefit b = predict_benefit(well(kind, inclination, azimuth), kField, e, estimator("msa_joint", kAll, e));
+        CHECK(b.after.azimuth <= b.before.azimuth * (1 + 1e-9));
+        CHECK(b.after.lateral <= b.before.lateral * (1 + 1e-9));
+      }
+}
+
+TEST_CASE("Lateral after MSA is that of the position study's exact linear covariance") {
+  const survey::Survey s = well(WellKind::building, 70, 25);
+  sensor::NoiseModel noise;
+  noise.magnetometer = 30;
+  noise.accelerometer = .002;
+  noise.reference = sensor::ReferenceNoise::per_run;
+  noise.reference_total = 130;
+  noise.reference_dip = .2 * kDegree;
+  const sensor::ToolSpread spread{.0016, 70, 220};
+  const estimate::InputErrors e = input_errors(noise, spread, kField);
+  for (const std::string name : {"msa", "msa_joint"}) {
+    const estimate::EstimatorOptions o = estimator(name, kAll, e);
+    const MsaPrediction p = predict_msa(s, kField, {}, spread, noise, sensor::clean_readings(s, kField, {}), o);
+    const Eigen::RowVector3d lateral =
+        survey::rotation_hla_from_nev(s.stations.back().inclination, s.stations.back().azimuth).row(1);
+    const Eigen::Matrix3d position = p.linear.covariance.bottomRightCorner<3, 3>();
+    const double expected = std::sqrt(lateral * position * lateral.transpose());
+    CHECK_THAT(predict_benefit(s, kField, e, o).after.lateral, WithinRel(expected, 1e-9));
+  }
+}
+
+TEST_CASE("Azimuth and lateral before and after agree with brute force, whatever is estimated") {
+  // All sizes a tenth: second-order effects are then a per cent of a sd at most, and a standard error is .8 %.
+  constexpr double scale = .1;
+  constexpr int trials = 8192;
+  sensor::NoiseModel noise;
+  noise.magnetometer = 30 * scale;
+  noise.accelerometer = .002 * scale;
+  noise.reference = sensor::ReferenceNoise::per_run;
+  noise.reference_total = 130 * scale;
+  noise.reference_dip = .2 * kDegree * scale;
+  const sensor::ToolSpread spread{.0016 * scale, 70 * scale, 220 * scale};
+  const estimate::InputErrors e = input_errors(noise, spread, kField);
+  const survey::Survey s = well(WellKind::building, 70, 50);
+  const sensor::CleanReadings clean = sensor::clean_readings(s, kField, {});
+  survey::ReadingBlock block = sensor::make_reading_block(trials, s.size(), noise);
+  survey::LaneArray deviation(survey::groups_for(trials), 6), position(survey::groups_for(trials), 3),
+      nothing(survey::groups_for(trials), 6);
+  for (int g = 0; g < survey::groups_for(trials); ++g)
+    for (int i = 0; i < 3; ++i) nothing.fill(g, i, 1);
+  sensor::simulate_readings(clean, kField, noise, random::Stream(5, 7), 0, block);
+  sensor::spread_tools(clean, spread, false, random::Stream(5, 7), 0, block, deviation);
+  const Eigen::RowVector3d lateral =
+      survey::rotation_hla_from_nev(s.stations.back().inclination, s.stations.back().azimuth).row(1);
+  const auto sd_with = [&](const survey::LaneArray& parameters) {
+    survey::corrected_final_positions(block, parameters, s.md(), 0, position);
+    Eigen::MatrixXd x(trials, 2);
+    const int row = 3 * (s.size() - 1);
+    for (int t = 0; t < trials; ++t) {
+      std::array<double, 3> b{};
+      for (int i = 0; i < 3; ++i)
+        b[static_cast<std::size_t>(i)] =
+            (block.magnetic.value(t, row + i) - parameters.value(t, 3 + i)) / parameters.value(t, i);
+      const survey::Vec3<double> u{block.down.value(t, row), block.down.value(t, row + 1),
+                                   block.down.value(t, row + 2)};
+      x(t, 0) = survey::attitude_from_fields(u, {b[0], b[1], b[2]}).azimuth;
+      x(t, 1) = lateral.dot(Eigen::RowVector3d(position.value(t, 0), position.value(t, 1), position.value(t, 2)));
+    }
+    const stats::Moments m = stats::Moments::of(x);
+    return BenefitSd{std::sqrt(m.variance(0)), std::sqrt(m.variance(1))};
+  };
+  const double bound = 4.5 / std::sqrt(2.0 * trials) + .01;
+  for (const std::string name : {"msa", "msa_joint", "msa_weighted"})
+    for (const std::array<bool, 6>& estimated : {kAll, kBiases, kNoGainZ}) {
+      const estimate::EstimatorOptions o = estimator(name, estimated, e);
+      estimate::EstimateBlock out(trials);
+      estimate::make_estimator(o, kField)->solve(block, out);
+      for (int t = 0; t < trials; ++t) REQUIRE(out.converged.value(t, 0) == 1);
+      const Benefit b = predict_benefit(s, kField, e, o);
+      const BenefitSd before = sd_with(nothing), after = sd_with(out.parameters);
+      CAPTURE(name, estimated[0], estimated[2]);
+      check_same(before, b.before, bound);
+      check_same(after, b.after, bound);
+    }
+}
+
+TEST_CASE("Wells end in the direction asked for") {
+  WellDesign w;
+  w.kind = WellKind::building;
+  w.stations = 5;
+  w.spacing = 10;
+  w.build_rate = 1 * kDegree;
+  const survey::Survey s = make_well(w, 25 * kDegree, 100 * kDegree);
+  REQUIRE(s.size() == 5);
+  CHECK(survey::find_defect(s).rule.empty());
+  const std::array<double, 5> inclination{0, 0, 5, 15, 25};
+  for (std::size_t k = 0; k < 5; ++k) {
+    CHECK_THAT(s.stations[k].md, WithinAbs(10.0 * static_cast<double>(k), 0));
+    CHECK_THAT(s.stations[k].inclination, WithinAbs(inclination[k] * kDegree, 1e-12));
+    CHECK(s.stations[k].azimuth == 100 * kDegree);
+  }
+  w.kind = WellKind::straight;
+  for (const survey::Station& station : make_well(w, 25 * kDegree, 0).stations)
+    CHECK(station.inclination == 25 * kDegree);
+}
+
+TEST_CASE("Toolfaces are spread evenly, drawn, or constant") {
+  WellDesign w;
+  w.stations = 200;
+  const auto toolfaces = [&w] {
+    std::vector<double> t;
+    for (const survey::Station& s : make_well(w, 1, 1).stations) t.push_back(s.toolface);
+    return t;
+  };
+  std::vector<double> even = toolfaces();
+  std::sort(even.begin(), even.end());
+  double largest_gap = even.front() + 2 * kPi - even.back();
+  for (std::size_t k = 1; k < even.size(); ++k) largest_gap = std::max(largest_gap, even[k] - even[k - 1]);
+  CHECK(largest_gap < 2 * 2 * kPi / 200);  // the three-gap theorem: at most 1.6 times the mean gap or so
+  w.toolface = ToolfaceSequence::constant;
+  for (const double t : toolfaces()) CHECK(t == 0);
+  w.toolface = ToolfaceSequence::random;
+  const std::vector<double> first = toolfaces();
+  CHECK(first == toolfaces());
+  w.seed.seed = 1;
+  CHECK(first != toolfaces());
+  double sum = 0;
+  for (const double t : first) {
+    CHECK((t > 0 && t < 2 * kPi));
+    sum += t;
+  }
+  CHECK(std::abs(sum / 200 - kPi) < 4 * kPi / std::sqrt(3.0 * 200));  // uniform: sd pi / sqrt 3
+}

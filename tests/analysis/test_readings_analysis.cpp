@@ -1,0 +1,350 @@
+#include "analysis/readings_analysis.h"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "analysis/estimate_warnings.h"
+#include "analysis/msa_prediction.h"
+#include "analysis/readings_tests.h"
+#include "base/error.h"
+#include "base/units.h"
+#include "stats/intervals.h"
+#include "survey/minimum_curvature.h"
+#include "thesis_cases.h"
+
+using namespace surveymc;
+using namespace surveymc::analysis;
+using Catch::Matchers::Contains;
+
+namespace {
+
+sensor::NoiseModel thesis_noise(double accelerometer = 0,
+                                sensor::ReferenceNoise per = sensor::ReferenceNoise::per_run) {
+  sensor::NoiseModel n;
+  n.magnetometer = 70;
+  n.accelerometer = accelerometer;
+  n.reference = per;
+  n.reference_total = per == sensor::ReferenceNoise::none ? 0 : 107;
+  n.reference_dip = per == sensor::ReferenceNoise::none ? 0 : 0.16 * kDegree;
+  return n;
+}
+
+survey::SixAxisReadings clean_run(const test::ThesisCase& c) {
+  const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
+  return {c.survey.md(), clean.gravity_T, clean.magnetic_T};
+}
+
+/// One trial of a block as a run of readings, with the reference that its trial was given.
+struct NoisyRun {
+  survey::SixAxisReadings readings;
+  survey::ReferenceField field;
+};
+NoisyRun run_of(const survey::ReadingBlock& block, int trial, const test::ThesisCase& c) {
+  NoisyRun run{{c.survey.md(), {}, {}}, c.field};
+  for (int k = 0; k < block.stations; ++k) {
+    const auto vector = [&](const survey::LaneArray& a) {
+      return survey::Vec3<double>{a.value(trial, 3 * k), a.value(trial, 3 * k + 1), a.value(trial, 3 * k + 2)};
+    };
+    run.readings.magnetic_T.push_back(vector(block.magnetic));
+    run.readings.gravity_T.push_back(scale(c.field.gravity, vector(block.down)));
+  }
+  const double bh = block.reference.value(trial, 0), bv = block.reference.value(trial, 1);
+  run.field.total = std::hypot(bh, bv);
+  run.field.dip = std::atan2(bv, bh);
+  return run;
+}
+
+estimate::Vector6d truth(const test::ThesisCase& c) {
+  estimate::Vector6d x;
+  for (int i = 0; i < 3; ++i) {
+    x[i] = c.errors.gain[static_cast<std::size_t>(i)];
+    x[3 + i] = c.errors.bias[static_cast<std::size_t>(i)];
+  }
+  return x;
+}
+
+/// Counts, and whether the exact binomial interval (99.9 %) of the share holds the expected one.
+struct Share {
+  std::uint64_t inside = 0, count = 0;
+  void add(bool in) {
+    inside += in;
+    ++count;
+  }
+  bool fits(double expected) const {
+    const stats::Interval i = stats::binomial_interval(inside, count, 0.999);
+    return i.lo < expected && expected < i.hi;
+  }
+};
+
+bool warns(const std::vector<Warning>& all, const std::string& severity, const std::string& words) {
+  return std::any_of(all.begin(), all.end(), [&](const Warning& w) {
+    return w.severity == severity && w.message.find(words) != std::string::npos;
+  });
+}
+
+std::vector<Warning> warnings_of(const survey::SixAxisReadings& r, const survey::ReferenceField& field,
+                                 const sensor::NoiseModel& noise) {
+  const ReadingsAnalysis a = analyse_readings(r, field, noise, {});
+  return warnings_of_estimate(r, field, noise, a, judge_readings(r, a, {}), std::nullopt);
+}
+
+/// Attitudes of a run along which the tool keeps its toolface.
+survey::SixAxisReadings run_without_rotation(int stations, bool turn, double noise) {
+  test::ThesisCase c = test::thesis_case(4);
+  c.survey.stations.resize(static_cast<std::size_t>(stations));
+  for (int k = 0; k < stations; ++k) {
+    survey::Station& s = c.survey.stations[static_cast<std::size_t>(k)];
+    s.md = 30 * k;
+    s.toolface = 40 * kDegree;
+    s.inclination = (turn ? 20 + 2 * k : 30) * kDegree;
+    s.azimuth = (turn ? 50 + 3 * k : 60) * kDegree;
+  }
+  survey::SixAxisReadings r = clean_run(c);
+  for (int k = 0; k < stations; ++k) {  // any fixed numbers of sd about 1
+    survey::Vec3<double>& m = r.magnetic_T[static_cast<std::size_t>(k)];
+    m = m + scale(noise * std::sqrt(2.0),
+                  survey::Vec3<double>{std::sin(1.0 + 5.1 * k), std::sin(2.7 + 5.1 * k), std::sin(4.4 + 5.1 * k)});
+  }
+  return r;
+}
+
+}  // namespace
+
+TEST_CASE("Readings without noise give gains, biases, azimuths and positions back, and no residuals") {
+  for (int number = 1; number <= 4; ++number) {
+    test::ThesisCase c = test::thesis_case(number);
+    c.field.declination = 7 * kDegree;
+    const ReadingsAnalysis a = analyse_readings(clean_run(c), c.field, thesis_noise(), {});
+    CAPTURE(number);
+    for (int i = 0; i < 3; ++i) {
+      CHECK(std::abs(a.parameters[i] - truth(c)[i]) < 1e-9);
+      CHECK(std::abs(a.parameters[3 + i] - truth(c)[3 + i]) * 1e-3 < 1e-9);  // uT
+    }
+    const auto positions = survey::minimum_curvature_positions(c.survey);
+    for (std::size_t k = 0; k < a.stations.size(); ++k) {
+      const survey::Station& s = c.survey.stations[k];
+      const StationAnalysis& found = a.stations[k];
+      CHECK(std::abs(found.corrected.inclination - s.inclination) < 1e-12);
+      // 1e-6 nT of 16,000; the vertical stations of tests 2 and 3 have azimuth and toolface in one
+      if (s.inclination > 1e-6) {
+        const double azimuth = found.corrected.azimuth + c.field.declination;
+        CHECK(std::abs(std::remainder(azimuth - s.azimuth, 2 * kPi)) < 1e-9);
+      }
+      CHECK((found.position - positions[k]).norm() < 1e-6);
+      CHECK(std::abs(found.after.horizontal) + std::abs(found.after.vertical) + std::abs(found.after.total) < 1e-5);
+      CHECK(std::isfinite(found.azimuth_sd));
+    }
+    CHECK(a.tests.statistic < 1e-9);
+    const auto tests = judge_readings(clean_run(c), a, {});
+    CHECK(tests[0].decision == "rejected");  // less noise than claimed
+    CHECK(tests[0].statistic < 1e-12);
+    CHECK(tests[1].decision == "rejected");
+    CHECK(suspect(tests) == -1);
+    const auto warnings = warnings_of(clean_run(c), c.field, thesis_noise());
+    CHECK(warns(warnings, "info", "less noise than claimed"));
+    CHECK_FALSE(warns(warnings, "severe", "residuals"));
+  }
+}
+
+TEST_CASE("Every estimator of readings finds the truth of error-free ones, and its claim is the prediction's") {
+  const test::ThesisCase c = test::thesis_case(4);
+  const sensor::NoiseModel noise = thesis_noise(0.003, sensor::ReferenceNoise::per_run);
+  for (const std::string& name : readings_estimators()) {
+    estimate::EstimatorOptions o;
+    o.name = name;
+    o.assumed = input_errors(noise, {}, c.field);
+    const ReadingsAnalysis a = analyse_readings(clean_run(c), c.field, noise, o);
+    const MsaPrediction p =
+        predict_msa(c.survey, c.field, c.errors, {}, noise, sensor::clean_readings(c.survey, c.field, c.errors), o);
+    CAPTURE(name);
+    for (int i = 0; i < 6; ++i) {
+      CHECK(std::abs(a.parameters[i] - p.parameters[i]) < (i < 3 ? 1e-9 : 1e-6));
+      CHECK(a.covariance(i, i) == Approx(p.parameter_covariance(i, i)).epsilon(1e-7));
+    }
+    CHECK(a.reference.has_value() == (name == "msa_joint"));
+    if (!a.reference) continue;
+    CHECK((*a.reference)[0] == Approx(c.field.total).epsilon(1e-12));
+    CHECK((*a.reference)[1] == Approx(c.field.dip).epsilon(1e-12));
+    for (int i = 0; i < 2; ++i)
+      CHECK(a.reference_estimate_covariance(i, i) == Approx(p.reference_covariance(i, i)).epsilon(1e-7));
+  }
+}
+
+TEST_CASE("Covariances are those of the first-order prediction: parameters, and position at the last station") {
+  for (const int number : {1, 3, 4})
+    for (const sensor::ReferenceNoise per :
+         {sensor::ReferenceNoise::none, sensor::ReferenceNoise::per_run, sensor::ReferenceNoise::per_station}) {
+      const test::ThesisCase c = test::thesis_case(number);
+      const sensor::NoiseModel noise = thesis_noise(0.003, per);
+      const ReadingsAnalysis a = analyse_readings(clean_run(c), c.field, noise, {});
+      const MsaPrediction p =
+          predict_msa(c.survey, c.field, c.errors, {}, noise, sensor::clean_readings(c.survey, c.field, c.errors), {});
+      CAPTURE(number, static_cast<int>(per));
+      for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j)
+          CHECK(std::abs(a.covariance(i, j) - p.parameter_covariance(i, j)) <
+                1e-7 * std::sqrt(p.parameter_covariance(i, i) * p.parameter_covariance(j, j)));
+      const Eigen::Matrix3d found = a.stations.back().position_covariance,
+                            expected = p.linear.covariance.bottomRightCorner<3, 3>();
+      CHECK((found - expected).cwiseAbs().maxCoeff() < 1e-7 * expected.trace());
+      if (per == sensor::ReferenceNoise::none) CHECK(a.reference_covariance.isZero());
+    }
+}
+
+TEST_CASE("Intervals cover what they claim, and the tests reject as often as they claim") {
+  const test::ThesisCase c = test::thesis_case(4);
+  constexpr int kTrials = 400;
+  const double z = stats::normal_quantile(0.975);
+  const auto positions = survey::minimum_curvature_positions(c.survey);
+  for (const sensor::NoiseModel& noise :
+       {thesis_noise(), thesis_noise(0.003), thesis_noise(0.003, sensor::ReferenceNoise::none)}) {
+    survey::ReadingBlock block = sensor::make_reading_block(kTrials, c.survey.size(), noise);
+    sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise,
+                              random::Stream(404, 9), 0, block);
+    std::array<Share, 6> parameter;
+    std::array<Share, 2> azimuth, north, east;
+    Share accepted, residual, six;
+    for (int t = 0; t < kTrials; ++t) {
+      const NoisyRun run = run_of(block, t, c);
+      const ReadingsAnalysis a = analyse_readings(run.readings, run.field, noise, {});
+      for (int i = 0; i < 6; ++i)
+        parameter[static_cast<std::size_t>(i)].add(std::abs(a.parameters[i] - truth(c)[i]) <
+                                                   z * std::sqrt(a.covariance(i, i)));
+      for (std::size_t at = 0; at < 2; ++at) {
+        const std::size_t k = at == 0 ? 20 : 52;
+        const StationAnalysis& s = a.stations[k];
+        azimuth[at].add(std::abs(std::remainder(s.corrected.azimuth - c.survey.stations[k].azimuth, 2 * kPi)) <
+                        z * s.azimuth_sd);
+        const Eigen::Vector3d off = s.position - positions[k];
+        north[at].add(std::abs(off.x()) < z * std::sqrt(s.position_covariance(0, 0)));
+        east[at].add(std::abs(off.y()) < z * std::sqrt(s.position_covariance(1, 1)));
+      }
+      const auto tests = judge_readings(run.readings, a, {0.95, 0.05, 0.05});
+      accepted.add(tests[0].decision == "accepted");
+      residual.add(tests[2 + static_cast<std::size_t>(t) % 106].decision == "accepted");  // another one in each trial
+      const estimate::Vector6d off = a.parameters - truth(c);
+      six.add(off.dot(a.covariance.ldlt().solve(off)) < stats::chi_squared_quantile(6, 0.95));
+    }
+    CAPTURE(noise.accelerometer, noise.reference_total);
+    for (const Share& p : parameter) CHECK(p.fits(0.95));
+    for (std::size_t at = 0; at < 2; ++at) {
+      CAPTURE(at, azimuth[at].inside, north[at].inside, east[at].inside);
+      CHECK(azimuth[at].fits(0.95));
+      CHECK(north[at].fits(0.95));
+      CHECK(east[at].fits(0.95));
+    }
+    CAPTURE(accepted.inside, residual.inside, six.inside);
+    CHECK(accepted.fits(0.95));
+    CHECK(residual.fits(0.95));
+    CHECK(six.fits(0.95));
+  }
+}
+
+TEST_CASE("A gross error is found at its station, and the run is rejected") {
+  const test::ThesisCase c = test::thesis_case(4);
+  survey::ReadingBlock block = sensor::make_reading_block(8, c.survey.size(), thesis_noise(0.003));
+  sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, thesis_noise(0.003),
+                            random::Stream(3, 9), 0, block);
+  for (int t = 0; t < 8; ++t) {
+    NoisyRun run = run_of(block, t, c);
+    run.readings.magnetic_T[30].z += 900;  // 13 sd: magnetic interference
+    const ReadingsAnalysis a = analyse_readings(run.readings, run.field, thesis_noise(0.003), {});
+    const auto tests = judge_readings(run.readings, a, {});
+    const int s = suspect(tests);
+    REQUIRE(s > 0);
+    CHECK(tests[static_cast<std::size_t>(s)].station == 30);
+    CHECK(tests[0].decision == "rejected");
+    const auto examined = examine_suspect(run.readings, run.field, thesis_noise(0.003), {}, a, tests);
+    REQUIRE(examined);
+    // 900 nT along z: found there, or in what the two residuals of the station cannot tell from it.
+    const auto bz = std::find_if(examined->readings.begin(), examined->readings.end(),
+                                 [](const SuspectReading& x) { return x.reading == "bz"; });
+    REQUIRE(bz != examined->readings.end());
+    CHECK(bz->in_group);
+    CHECK(std::abs(bz->error - 900) < 5 * bz->error_sd);
+    REQUIRE(examined->without);
+    CHECK(suspect(judge_readings(run.readings, *examined->without, {})) == -1);
+    const auto warnings = warnings_of_estimate(run.readings, run.field, thesis_noise(0.003), a, tests, examined);
+    CHECK(warns(warnings, "severe", "variance factor"));
+    CHECK(warns(warnings, "warning", "station 31 (md 2837.85 m) is suspect"));
+    CHECK(warns(warnings, "warning", "without the station s0 is"));
+  }
+}
+
+TEST_CASE("An engineer is told what MSA cannot separate") {
+  const test::ThesisCase c = test::thesis_case(4);
+  const auto warnings = warnings_of(clean_run(c), c.field, thesis_noise());
+  CHECK(warns(warnings, "warning", "MSA cannot separate gain_z from bias_z here (correlation -0.979)"));
+}
+
+TEST_CASE("Too few stations: three have an answer that nothing checks") {
+  test::ThesisCase c = test::thesis_case(4);
+  survey::SixAxisReadings r = clean_run(c);
+  for (auto* v : {&r.gravity_T, &r.magnetic_T}) *v = {(*v)[0], (*v)[25], (*v)[50]};
+  r.md = {100, 200, 300};
+  const ReadingsAnalysis a = analyse_readings(r, c.field, thesis_noise(), {});
+  CHECK(a.parameters.allFinite());
+  CHECK(a.covariance.allFinite());
+  CHECK(a.tests.redundancy == 0);
+  const auto tests = judge_readings(r, a, {});
+  CHECK(tests[0].decision == "not tested");
+  CHECK(tests[2].decision == "not tested");
+  CHECK(warns(warnings_of(r, c.field, thesis_noise()), "severe", "3 stations give 6 residuals for 6 unknowns"));
+  r = clean_run(c);
+  r.md.resize(6);
+  r.gravity_T.resize(6);
+  r.magnetic_T.resize(6);
+  CHECK(warns(warnings_of(r, c.field, thesis_noise()), "warning", "few stations: 6 leave 6 redundant residuals"));
+}
+
+TEST_CASE("A run without rotation is an error or a severe warning, and never NaN") {
+  // Without any change of attitude two residuals are all there is: exactly unobservable.
+  CHECK_THROWS_WITH(
+      analyse_readings(run_without_rotation(12, false, 0), test::thesis_case(4).field, thesis_noise(), {}),
+      Contains("the stations cannot determine"));
+  // With noise the numbers come from the noise alone.
+  for (const bool turn : {false, true})
+    for (const int stations : {4, 12, 25}) {
+      const survey::SixAxisReadings r = run_without_rotation(stations, turn, 70);
+      const survey::ReferenceField field = test::thesis_case(4).field;
+      CAPTURE(turn, stations);
+      try {
+        const ReadingsAnalysis a = analyse_readings(r, field, thesis_noise(), {});
+        CHECK(a.parameters.allFinite());
+        CHECK(a.covariance.allFinite());
+        for (const StationAnalysis& s : a.stations)
+          CHECK((s.position.allFinite() && s.position_covariance.allFinite()));
+        const auto warnings = warnings_of(r, field, thesis_noise());
+        CHECK(warns(warnings, "warning", "poor rotation"));
+        CHECK(warnings.front().severity == "severe");
+      } catch (const InputError& e) {
+        CHECK_THAT(e.what(), Contains("cannot determine") || Contains("finds no minimum"));
+      }
+    }
+}
+
+TEST_CASE("Accelerometers of the other sign are recognised") {
+  const test::ThesisCase c = test::thesis_case(4);
+  survey::SixAxisReadings r = clean_run(c);
+  for (survey::Vec3<double>& g : r.gravity_T) g = scale(-1.0, g);
+  CHECK_THROWS_WITH(analyse_readings(r, c.field, thesis_noise(), {}),
+                    Contains("other way round (key `accelerometers`)"));
+  // Where an estimate comes out all the same, the warning says it.
+  ReadingsAnalysis a = analyse_readings(clean_run(c), c.field, thesis_noise(), {});
+  CHECK_FALSE(a.vertical_field_reversed);
+  a.vertical_field_reversed = true;
+  const auto warnings = warnings_of_estimate(r, c.field, thesis_noise(), a, judge_readings(r, a, {}), std::nullopt);
+  CHECK(warns(warnings, "severe", "other way round (key `accelerometers`)"));
+}
+
+TEST_CASE("A field along gravity has no azimuth, and gravity that is not is reported") {
+  const test::ThesisCase c = test::thesis_case(4);
+  survey::SixAxisReadings r = clean_run(c);
+  r.magnetic_T[5] = scale(5000.0, r.gravity_T[5]);
+  CHECK_THROWS_WITH(analyse_readings(r, c.field, thesis_noise(), {}),
+                    Contains("md 1807.38 m: the magnetic field is parallel to gravity"));
+  r = clean_run(c);
+  r.gravity_T[7] = scale(1.01, r.gravity_T[7]);
+  CHECK(warns(warnings_of(r, c.field, thesis_noise()), "warning",
+              "gravity is off by up to +0.0981 m/s2 at 1 station (md 1891.08 m)"));
+}

@@ -1,0 +1,282 @@
+#include "propagate/iscwsa_covariance.h"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "base/units.h"
+#include "config/error_model_file.h"
+#include "config/survey_csv.h"
+#include "survey/minimum_curvature.h"
+#include "thesis_cases.h"
+
+using namespace surveymc;
+using namespace surveymc::propagate;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+/// The shipped model: "rev4" or "rev5.10".
+ErrorModel shipped(const std::string& revision) {
+  const std::string name = "iscwsa_mwd_" + revision;
+  const std::string text = "experiment = 'x'\nseed = 1\nmodel = '" + name + "'\n";
+  config::ConfigReader config =
+      config::Config::from_text(text, "t.toml", {},
+                                {{name, test::project_file("configs/error_models/" + name + ".toml")}})
+          .reader(0);
+  return config::read_error_model(config.toml("model"));
+}
+
+survey::ReferenceField field_of(double total, double dip_deg, double declination_deg) {
+  survey::ReferenceField f;
+  f.total = total;
+  f.dip = dip_deg * kDegree;
+  f.declination = declination_deg * kDegree;
+  return f;
+}
+
+struct Angles {
+  double md, inclination_deg, azimuth_deg;
+};
+survey::Survey survey_of(const std::vector<Angles>& stations) {
+  survey::Survey s;
+  for (const Angles& a : stations)
+    s.stations.push_back({a.md, a.inclination_deg * kDegree, a.azimuth_deg * kDegree, 0});
+  return s;
+}
+
+/// Inclinations beyond 90 deg, azimuths through north both ways, legs from 4 to 40 m; nowhere vertical.
+survey::Survey winding_well() {
+  std::vector<Angles> a;
+  double md = 1000;
+  for (int k = 0; k < 24; ++k) {
+    a.push_back({md, 20 + 5.0 * k, 320 + 9.0 * k - (k > 14 ? 20.0 * (k - 14) : 0)});
+    md += k % 5 == 0 ? 4 : k % 3 == 0 ? 40 : 29;
+  }
+  return survey_of(a);
+}
+
+PositionCovariances covariances(const survey::Survey& s, const std::vector<ToolRun>& legs,
+                                const survey::ReferenceField& f) {
+  return position_covariances(s, survey::true_vertical_depths(s), legs, f, true);
+}
+
+double largest_difference(const std::vector<Matrix3d>& a, const std::vector<Matrix3d>& b, std::size_t from = 1) {
+  double worst = 0;
+  for (std::size_t k = from; k < a.size(); ++k)
+    worst = std::max(worst, (a[k] - b[k]).cwiseAbs().maxCoeff() / std::max(1e-300, b[k].trace()));
+  return worst;
+}
+
+/// Change of all positions for one unit of a source at one station, by moving the measured depth, inclination and
+/// azimuth of that station and computing the well anew, with half of it added and taken away.
+std::vector<Vector3d> moved_positions(const survey::Survey& s, std::size_t k, const Weights& w) {
+  constexpr double h = 1e-4;  // positions of 1000 m are good to 2e-13, so this to 1e-9 m; curvature costs h^2/6
+  const double azimuth = w.lateral / std::sin(s.stations[k].inclination);
+  const double step = h / std::max({1e-30, std::abs(w.inclination), std::abs(azimuth), 1e-4 * std::abs(w.depth)});
+  const auto moved = [&](double by) {
+    survey::Survey m = s;
+    m.stations[k].md += by * w.depth;
+    m.stations[k].inclination += by * w.inclination;
+    m.stations[k].azimuth += by * azimuth;
+    return survey::balanced_tangential_positions(m);
+  };
+  const auto plus = moved(step), minus = moved(-step);
+  std::vector<Vector3d> d;
+  for (std::size_t i = 0; i < plus.size(); ++i) d.push_back((plus[i] - minus[i]) / (2 * step));
+  return d;
+}
+
+}  // namespace
+
+TEST_CASE("Covariances are those of the positions that follow from measurements with errors") {
+  const survey::Survey s = winding_well();
+  const auto tvd = survey::true_vertical_depths(s);
+  const survey::ReferenceField f = field_of(48000, -58, 11);
+  const std::vector<ToolRun> legs{{1, shipped("rev4")}, {9, shipped("rev4")}, {15, shipped("rev5.10")}};
+  const auto result = position_covariances(s, tvd, legs, f, true);
+  const auto leg_of = [&](std::size_t k) { return k < 9 ? 0u : k < 15 ? 1u : 2u; };
+  const std::size_t n = s.stations.size();
+  for (std::size_t row = 0; row < result.sources.size(); ++row) {
+    // effects[k][K]: of the error of station k on position K; empty where the tool of k does not have the source
+    std::vector<std::vector<Vector3d>> effects(n);
+    PropagationMode mode{};
+    bool course = false;
+    for (std::size_t k = 1; k < n; ++k)
+      for (const ErrorTerm& t : legs[leg_of(k)].model.terms) {
+        if (t.code != result.sources[row]) continue;
+        mode = t.mode;
+        course = t.function->is_course;
+        if (!course) effects[k] = moved_positions(s, k, t.function->weights(station_geometry(s, tvd, f, k)));
+        for (Vector3d& e : effects[k]) e *= t.sigma;
+      }
+    if (course) continue;
+    for (std::size_t K = 1; K < n; ++K) {
+      Matrix3d expected = Matrix3d::Zero();
+      for (std::size_t a = 1; a <= K; ++a)
+        for (std::size_t b = 1; b <= K; ++b) {
+          if (effects[a].empty() || effects[b].empty()) continue;
+          const bool joined = mode == PropagationMode::random       ? a == b
+                              : mode == PropagationMode::systematic ? leg_of(a) == leg_of(b)
+                                                                    : true;
+          if (joined) expected += effects[a][K] * effects[b][K].transpose();
+        }
+      CAPTURE(result.sources[row], K);
+      const Matrix3d& c = result.by_source[K * result.sources.size() + row];
+      CHECK((c - expected).cwiseAbs().maxCoeff() <= 1e-7 * expected.trace() + 1e-14);
+    }
+  }
+}
+
+TEST_CASE("Sources add up to the total, and every one is a covariance") {
+  const survey::Survey s = winding_well();
+  const auto result = covariances(s, {{1, shipped("rev5.10")}}, field_of(48000, -58, 11));
+  CHECK(result.sources.size() == 35);
+  for (std::size_t k = 0; k < result.total.size(); ++k) {
+    Matrix3d sum = Matrix3d::Zero();
+    for (std::size_t i = 0; i < result.sources.size(); ++i) {
+      const Matrix3d& c = result.by_source[k * result.sources.size() + i];
+      CHECK(c == c.transpose());
+      CHECK(Eigen::SelfAdjointEigenSolver<Matrix3d>(c).eigenvalues()[0] >= -1e-14 * c.trace());
+      sum += c;
+    }
+    CHECK((sum - result.total[k]).cwiseAbs().maxCoeff() <= 1e-14 * sum.trace());
+  }
+  CHECK(result.total[0] == Matrix3d::Zero());
+  const auto without = position_covariances(s, survey::true_vertical_depths(s), {{1, shipped("rev5.10")}},
+                                            field_of(48000, -58, 11), false);
+  CHECK(without.by_source.empty());
+  CHECK(without.total.back() == result.total.back());
+}
+
+TEST_CASE("Published totals of ISCWSA example well 2, in feet") {
+  const std::string path = "configs/iscwsa/well2.csv";
+  const config::InputTable table = config::parse_csv(test::project_file(path), path);
+  const survey::Survey s = config::survey_from_table(table, {}, false);
+  const auto result =
+      position_covariances(s, config::tvd_from_table(table), {{1, shipped("rev5.10")}}, field_of(48000, 58, 2), false);
+  const auto check = [&](double feet, const Vector3d& diagonal, const Vector3d& off) {
+    for (std::size_t k = 0; k < s.stations.size(); ++k) {
+      if (std::abs(s.stations[k].md - feet * kFoot) > 1e-9) continue;
+      const Matrix3d& c = result.total[k];
+      const double tolerance = 2e-7 * diagonal.sum();  // the workbook's least tortuosity has six digits
+      CHECK((c.diagonal() - diagonal).cwiseAbs().maxCoeff() < tolerance);
+      CHECK((Vector3d(c(0, 1), c(0, 2), c(1, 2)) - off).cwiseAbs().maxCoeff() < tolerance);
+      return;
+    }
+    FAIL("no such station");
+  };
+  check(2000, {.741809819858, .741809819858, .247668548217}, {0, 0, 0});
+  check(3600, {2.9320779644, 2.40092820675, .751537987219}, {.0178812311025, -.531263519419, -.0181072417269});
+}
+
+TEST_CASE("Covariances are continuous through the vertical") {
+  // Vertical, a build, a tangent, back to vertical and on; the vertical stations nearly so, at the azimuth they list.
+  for (const char* revision : {"rev4", "rev5.10"})
+    for (const double azimuth : {0.0, 75.0, 200.0}) {
+      const auto well = [&](double nearly) {
+        std::vector<Angles> a;
+        for (int k = 0; k < 40; ++k) {
+          const double inclination = k < 8    ? 0
+                                     : k < 16 ? 2.0 * (k - 7)
+                                     : k < 24 ? 16
+                                     : k < 31 ? 16 - 2.0 * (k - 23)
+                                              : 0;
+          a.push_back({30.0 * k, inclination > 0 ? inclination : nearly, azimuth});
+        }
+        return survey_of(a);
+      };
+      const survey::ReferenceField f = field_of(50000, 72, -4);
+      const std::vector<ToolRun> legs{{1, shipped(revision)}};
+      const auto vertical = covariances(well(0), legs, f);
+      for (const double nearly : {1e-9, 1e-6}) {
+        // Weights change by at most (1 + tanD) times the inclination, squares of their sums by twice that.
+        const double tolerance = 2 * (1 + std::tan(f.dip)) * nearly * kDegree;
+        CAPTURE(revision, azimuth, nearly);
+        auto tilted = covariances(well(nearly), legs, f);
+        // Sag with the fourth root of sinI is no longer zero there: the model's own, and apart from it all is smooth.
+        for (std::size_t row = 0; row < tilted.sources.size(); ++row)
+          if (tilted.sources[row] == "SAGE")
+            for (std::size_t k = 0; k < tilted.total.size(); ++k) {
+              const std::size_t i = k * tilted.sources.size() + row;
+              tilted.total[k] += vertical.by_source[i] - tilted.by_source[i];
+            }
+        CHECK(largest_difference(tilted.total, vertical.total) < tolerance);
+      }
+    }
+}
+
+TEST_CASE("In a vertical well the azimuth that is listed does not matter") {
+  for (const char* revision : {"rev4", "rev5.10"}) {
+    const auto well = [](double azimuth) {
+      std::vector<Angles> a;
+      for (int k = 0; k < 30; ++k) a.push_back({k % 4 == 0 ? 25.0 * k : 25.0 * k + 5, 0, azimuth});
+      return survey_of(a);
+    };
+    const auto at_zero = covariances(well(0), {{1, shipped(revision)}}, field_of(50000, 72, -4));
+    for (const double azimuth : {1e-9, 75.0, 180.0, 359.0}) {
+      const auto c = covariances(well(azimuth), {{1, shipped(revision)}}, field_of(50000, 72, -4));
+      CHECK(largest_difference(c.total, at_zero.total) < 1e-15 * 30);
+    }
+    CHECK(at_zero.total.back()(0, 0) == Approx(at_zero.total.back()(1, 1)).epsilon(1e-13));
+  }
+}
+
+TEST_CASE("A full turn of azimuth changes nothing") {
+  survey::Survey s = winding_well();
+  const std::vector<ToolRun> legs{{1, shipped("rev5.10")}};
+  const survey::ReferenceField f = field_of(52000, 65, 20);
+  const auto before = covariances(s, legs, f);
+  for (std::size_t k = 0; k < s.stations.size(); ++k)
+    s.stations[k].azimuth += (k % 3 == 0 ? 2 : k % 3 == 1 ? -2 : 0) * kPi;
+  CHECK(largest_difference(covariances(s, legs, f).total, before.total) < 1e-13);
+}
+
+TEST_CASE("Turning well and magnetic north together turns the covariance") {
+  // DREF and the like do not care, and misalignments that are fixed to N and E (XYM3, XYM4) come in pairs.
+  const survey::Survey s = winding_well();
+  survey::Survey turned = s;
+  const double by = 40 * kDegree;
+  for (survey::Station& x : turned.stations) x.azimuth += by;
+  const survey::ReferenceField f = field_of(52000, 65, 20), g = field_of(52000, 65, 60);
+  Matrix3d r = Matrix3d::Identity();
+  r.topLeftCorner<2, 2>() << std::cos(by), -std::sin(by), std::sin(by), std::cos(by);
+  for (const char* revision : {"rev4", "rev5.10"}) {
+    const auto a = covariances(s, {{1, shipped(revision)}}, f), b = covariances(turned, {{1, shipped(revision)}}, g);
+    for (std::size_t k = 1; k < a.total.size(); ++k)
+      CHECK((r * a.total[k] * r.transpose() - b.total[k]).cwiseAbs().maxCoeff() < 1e-13 * a.total[k].trace());
+  }
+}
+
+TEST_CASE("Another tool of the same kind makes the well more certain, by its systematic terms only") {
+  const survey::Survey s = winding_well();
+  const ErrorModel model = shipped("rev5.10");
+  const survey::ReferenceField f = field_of(50000, 72, -4);
+  const auto one = covariances(s, {{1, model}}, f), two = covariances(s, {{1, model}, {12, model}}, f);
+  const std::size_t last = s.stations.size() - 1;
+  for (std::size_t i = 0; i < model.terms.size(); ++i) {
+    const Matrix3d &a = one.by_source[last * 35 + i], &b = two.by_source[last * 35 + i];
+    CAPTURE(model.terms[i].code);
+    if (model.terms[i].mode == PropagationMode::systematic)
+      CHECK((a - b).norm() > 1e-3 * a.norm());
+    else
+      CHECK(a == b);
+  }
+  // Until the second tool's first station nothing differs.
+  for (std::size_t k = 0; k < 12; ++k) CHECK(one.total[k] == two.total[k]);
+}
+
+TEST_CASE("Doubling the first leg doubles inclination and azimuth errors of the first station, not those of depth") {
+  const survey::Survey s = survey_of({{0, 30, 40}, {30, 30, 40}});
+  ErrorModel once = shipped("rev5.10"), doubled = once;
+  once.first_leg_doubled = false;
+  const survey::ReferenceField f = field_of(50000, 72, -4);
+  const auto a = covariances(s, {{1, once}}, f), b = covariances(s, {{1, doubled}}, f);
+  for (std::size_t i = 0; i < once.terms.size(); ++i) {
+    CAPTURE(once.terms[i].code);
+    const WeightingFunction& w = *once.terms[i].function;
+    const bool depth = w.weights(station_geometry(s, {0, 30}, f, 1)).depth != 0;
+    const Matrix3d &x = a.by_source[35 + i], &y = b.by_source[35 + i];
+    CHECK((y - (depth || w.is_course ? 1 : 4) * x).cwiseAbs().maxCoeff() <= 1e-15 * y.trace());
+  }
+}
