@@ -1,5 +1,8 @@
-# cmake --install build --prefix FOLDER: the program, its man page and completions, and what a user copies and edits.
+# cmake --install build --prefix FOLDER: the program, its man page and completions, the Python package and the scripts, and
+# all configs and pages. share/surveymc has the folders configs/ and scripts/ as the source tree has them.
 include(GNUInstallDirs)
+# Installing and packing need the programs, not the tests: cpack does not build everything first.
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 
 install(TARGETS surveymc RUNTIME)
 if(TARGET surveymc-mpi)
@@ -20,5 +23,51 @@ install(FILES ${completions}/zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-f
 install(FILES ${completions}/fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d RENAME surveymc.fish)
 
 set(share ${CMAKE_INSTALL_DATADIR}/surveymc)
-install(DIRECTORY configs/error_models configs/examples DESTINATION ${share})
+install(DIRECTORY configs DESTINATION ${share})
+# Scripts of users; those that build and check the project stay behind.
+install(DIRECTORY scripts DESTINATION ${share} USE_SOURCE_PERMISSIONS
+  PATTERN __pycache__ EXCLUDE PATTERN build EXCLUDE PATTERN "*.egg-info" EXCLUDE PATTERN compare_peers EXCLUDE
+  REGEX "/scripts/(bootstrap|quickstart|test|build_docs|run_all|sanitize|check_[a-z]+)[.](sh|py)$" EXCLUDE)
 install(FILES LICENSE CITATION.cff CHANGELOG.md README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN Doxyfile EXCLUDE PATTERN site.css EXCLUDE PATTERN man EXCLUDE)
+
+# Commands, and the package where Debian's Python looks for it (for prefix /usr; others: PYTHONPATH). Links, so that there is
+# one copy of each file; relative, so that the whole can be moved.
+set(SURVEYMC_PYTHON_DIR lib/python3/dist-packages CACHE STRING "where Python packages are installed, below the prefix")
+set(links "${CMAKE_INSTALL_BINDIR}/surveymc-import|import_survey.py" "${CMAKE_INSTALL_BINDIR}/surveymc-plot|draw_result.py"
+  "${CMAKE_INSTALL_BINDIR}/surveymc-report|report.py" "${CMAKE_INSTALL_BINDIR}/surveymc-studies|run_studies.py"
+  "${SURVEYMC_PYTHON_DIR}/surveymc|surveymc")
+foreach(link ${links})
+  string(REPLACE "|" ";" parts ${link})
+  list(GET parts 0 name)
+  list(GET parts 1 target)
+  cmake_path(GET name PARENT_PATH folder)
+  file(RELATIVE_PATH target /${folder} /${share}/scripts/${target})
+  install(CODE "
+    set(place \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${name}\")
+    cmake_path(GET place PARENT_PATH folder)
+    file(MAKE_DIRECTORY \"\${folder}\")
+    file(REMOVE \"\${place}\")
+    file(CREATE_LINK ${target} \"\${place}\" SYMBOLIC)
+    list(APPEND CMAKE_INSTALL_MANIFEST_FILES \"\${CMAKE_INSTALL_PREFIX}/${name}\")")
+endforeach()
+
+# cpack: a .deb, whose libraries the system's packages have, and a .tar.gz that brings its libraries along
+# (cmake/bundle_libraries.cmake). RPATH, not RUNPATH: the libraries that are brought along find each other by it, too.
+set_target_properties(surveymc PROPERTIES INSTALL_RPATH "\$ORIGIN/../lib/surveymc")
+target_link_options(surveymc PRIVATE -Wl,--disable-new-dtags)
+set(CPACK_GENERATOR DEB TGZ)
+set(CPACK_PACKAGE_NAME surveymc)
+set(CPACK_PACKAGE_VENDOR "The surveymc authors")
+set(CPACK_PACKAGE_CONTACT "The surveymc authors <surveymc@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Monte-Carlo research workbench for wellbore directional surveying")
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/cpack_project.cmake)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "python3, python3-numpy, python3-h5py, python3-matplotlib, python3-pandas, python3-xarray")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-lxml, python3-openpyxl")
+set(CPACK_VERBATIM_VARIABLES ON)
+include(CPack)

@@ -56,6 +56,8 @@ from typing import NamedTuple
 import h5py
 import numpy as np
 
+from surveymc import storage
+
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 PAGES = ["docs/studies.md", "README.md", "docs/tutorials/own_well.md"]
 ALL_TIED = "studies.md"  # the page whose commands and sections all need numbers
@@ -259,7 +261,7 @@ def names_of(path):
         N_E=["sigma3_north", "sigma3_east"], NEV=["sigma3_north", "sigma3_east", "sigma3_vertical"],
         GAINS=["sigma3_gain_x", "sigma3_gain_y", "sigma3_gain_z"], BIASES=["sigma3_bias_x", "sigma3_bias_y", "sigma3_bias_z"],
         each=lambda text, *words: [text.format(w) for w in words], TESTS=["test 1", "test 2", "test 3", "test 4"])
-    with h5py.File(path) as file:
+    with storage.open_file(path) as file:
         for group in ("tables", "maps"):
             for name in file.get(group, {}):
                 if isinstance(file[group][name], h5py.Group) or name not in names:
@@ -270,7 +272,7 @@ def names_of(path):
 @functools.cache
 def opened(path, group, name):
     """A table or samples as Rows; a map as (its name, axes, values)."""
-    with h5py.File(path) as file:
+    with storage.open_file(path) as file:
         data = file[group][name]
         if isinstance(data, h5py.Group):
             columns = {key: values_of(data[key]) for key in data if key != "row"}

@@ -46,7 +46,7 @@ def read(file, point):
     if not 0 <= point < points:
         raise PlotError(f"--point {point}: the result has {points}", plotting.USAGE)
     chosen = np.unravel_index(point, data.shape[:extra]) if extra else ()
-    title = ", ".join(f"{n} = {w[i]}" for n, w, i in zip(names, words, chosen))
+    title = plotting.point_name(names[:extra], [w[i] for w, i in zip(words, chosen)])
     methods, inclination, azimuth = words[extra:]
     table = plotting.read_table(file, "verification")
     if table is not None:
@@ -57,14 +57,23 @@ def read(file, point):
             maps["azimuth_sd_deg"][chosen], table, title, points)
 
 
-def panel(axes, x, y, values):
-    shown = np.where(np.isfinite(values), np.clip(values, LEVELS[0] / 10, MOST), np.nan)
+def levels_of(maps):
+    """Contours for several maps together: round sizes between most of their smallest and largest values."""
+    values = np.concatenate([v[np.isfinite(v) & (v > ROUNDING)] for v in maps]) if maps else np.array([])
+    if values.size == 0:
+        return LEVELS
+    low, high = np.percentile(np.clip(values, LEVELS[0], LEVELS[-1]), [5, 95])
+    # maps count as varying little if nine tenths of them lie within a factor of four
+    steps = [v for v in (FINE if high < 4 * low else LEVELS) if low / 1.6 <= v <= high * 2.1]
+    return steps if len(steps) > 2 else LEVELS
+
+
+def panel(axes, x, y, values, levels):
+    """Filled contours of sizes on a logarithmic scale; returns them for the colour bar."""
+    shown = np.where(np.isfinite(values), np.clip(values, levels[0] / 2, MOST), np.nan)
     axes.set_facecolor("#DDDDDD")
-    norm = plotting.matplotlib.colors.LogNorm(LEVELS[0] / 1.5, LEVELS[-1] * 1.5)
-    # a map counts as varying little if nine tenths of it lie within a factor of four
-    low, high = np.nanpercentile(shown, [5, 95])
-    levels = FINE if high < 4 * low else LEVELS
-    filled = axes.contourf(x, y, shown, levels=[levels[0] / 100, *levels, 200], norm=norm, cmap="cividis")
+    norm = plotting.matplotlib.colors.LogNorm(levels[0] / 1.3, levels[-1] * 1.3)
+    filled = axes.contourf(x, y, shown, levels=levels, norm=norm, cmap="cividis", extend="both")
     for collection in filled.collections:
         collection.set_edgecolor("face")
     crossed = [v for v in levels if np.nanmin(shown) < v < np.nanmax(shown)]
@@ -89,6 +98,7 @@ def panel(axes, x, y, values):
     for set_ticks, v in ((axes.set_xticks, x), (axes.set_yticks, y)):
         if np.ptp(v) in (90, 180, 360):
             set_ticks(np.linspace(min(v), max(v), 5 if np.ptp(v) == 360 else 7 if set_ticks == axes.set_yticks else 4))
+    return filled
 
 
 def maps_figure(title, methods, inclination, azimuth, error, sd):
@@ -98,13 +108,17 @@ def maps_figure(title, methods, inclination, azimuth, error, sd):
     columns = len(methods)
     figure, grid = plt.subplots(len(rows), columns, figsize=(1.2 + 2.9 * columns, 0.9 + 3.0 * len(rows)), squeeze=False,
                                 sharex=True, sharey=True, layout="constrained")
+    levels, filled = {name: levels_of(list(values)) for values, name in rows}, {}
     for k, m in enumerate(methods):
         for axes, (values, name) in zip(grid[:, k], rows):
-            panel(axes, azimuth, inclination, values[k])
+            filled[name] = panel(axes, azimuth, inclination, values[k], levels[name])
             axes.set_title(f"{LOOK[m]['label']}: {name} ({DEGREE})", fontsize=9)
         grid[-1][k].set_xlabel(f"magnetic azimuth ({DEGREE})")
-    for row in grid:
+    for row, (_, name) in zip(grid, rows):
         row[0].set_ylabel(f"inclination ({DEGREE})")
+        bar = figure.colorbar(filled[name], ax=list(row), ticks=levels[name], pad=0.02, format=lambda v, _: f"{v:g}")
+        bar.ax.minorticks_off()
+        bar.set_label(f"{name} ({DEGREE})")
     what = "Standard deviation of the azimuth" if len(rows) == 1 else \
         "Azimuth: error by the constant errors, and standard deviation"
     note = "hatched: infinite (no solution, or no azimuth)"

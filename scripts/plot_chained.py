@@ -273,7 +273,7 @@ def draw_estimate(file, folder, stem):
     for point in plotting.sweep_points(tables["parameters"], keys):
         here = [plotting.at_point(tables[n], keys, point) for n in ("parameters", "stations", "tests")]
         label = plotting.point_name(keys, point)
-        name, end = (f"{title}: {label}", "_" + slug(label.split("=")[-1])) if label else (title, "")
+        name, end = (f"{title}: {label}", "_" + slug(" ".join(str(v) for v in point))) if label else (title, "")
         plotting.save(run_figure(name, *here), folder, f"{stem}_run{end}")
 
 
@@ -311,7 +311,7 @@ def main():
     for point in plotting.sweep_points(tables["rms"], keys):
         t = {n: plotting.at_point(tables[n], keys, point) for n in ("rms", "stations", "tracks", "histogram")}
         label = plotting.point_name(keys, point)
-        name, end = (f"{title}: {label}", "_" + slug(label.split("=")[-1])) if label else (title, "")
+        name, end = (f"{title}: {label}", "_" + slug(" ".join(str(v) for v in point))) if label else (title, "")
         if t["stations"].rows:
             t["stations"].confidence = tables["stations"].confidence
             plotting.save(rms_figure(name, t["stations"], t["rms"]), folder, f"{stem}_rms{end}")

@@ -26,8 +26,7 @@ LABELS = {"detection": "detected: own test rejects", "identified": "identified: 
 
 def cases_of(table, keys):
     """Names of the points of the sweep by `keys`, and the rows of each."""
-    names = [", ".join(str(table[k][i]) if isinstance(table[k], list) else f"{k} {table[k][i]:g}" for k in keys)
-             for i in range(table.rows)]
+    names = [plotting.point_name(keys, [table[k][i] for k in keys]) for i in range(table.rows)]
     return {name: [i for i in range(table.rows) if names[i] == name] for name in dict.fromkeys(names)}
 
 
@@ -79,9 +78,11 @@ def bars_figure(title, table, keys, power, confidence):
         for strategy in STRATEGIES:
             found = {table["quantity"][i]: i for i in rows if table["formulation"][i] == strategy}
             if found:
-                bars.append((", ".join(w for w in (name, strategy) if w), found, detections))
+                bars.append((name, strategy, found, detections))
     if not bars:
         raise plotting.PlotError("the result has no injected errors: nothing to draw")
+    one_strategy = len({strategy for _, strategy, *_ in bars}) == 1
+    bars = [(name if name and one_strategy else ", ".join(filter(None, (name, strategy))), *rest) for name, strategy, *rest in bars]
     figure, axes = plt.subplots(figsize=(8.6, 0.5 * len(bars) + 2.3))
     interval = f"{100 * confidence:g} % interval"
     for k, (_, found, detections) in enumerate(bars):
@@ -93,9 +94,8 @@ def bars_figure(title, table, keys, power, confidence):
                       label=label if k == 0 else None)
             left += rate
             if rate > 0.06:
-                axes.text(left - rate / 2, k, plotting.number(rate, 3), ha="center", va="center", fontsize=7.5,
-                          color="white" if outcome == "identified" else "#111111",
-                          bbox={"facecolor": colour, "edgecolor": "none", "pad": 0.8})
+                axes.text(left - rate / 2, k, plotting.number(rate, 3), ha="center", va="center", fontsize=8, color="#111111",
+                          bbox={"facecolor": "white", "edgecolor": "none", "boxstyle": "round,pad=0.25"})
             if outcome == "identified" and rate > 0:
                 low, high = table["monte_carlo_ci_low"][i], table["monte_carlo_ci_high"][i]
                 axes.errorbar(rate, k, xerr=[[max(rate - low, 0)], [max(high - rate, 0)]], color="#111111", capsize=3,

@@ -17,12 +17,12 @@ Those of mwd_drift: mwd_drift_figures.py.
 import os
 
 import matplotlib.pyplot as plt
-import h5py
 import numpy as np
 
 import mwd_drift_figures
 import plotting
 from plotting import PlotError
+from surveymc import storage
 
 LOOK = {"aakr_sprt": ("AAKR-SPRT", "#0072B2", "o"), "aakr_kf_sprt": ("AAKR-KF-SPRT", "#D55E00", "s"),
         "aakr_cusum": ("CUSUM on AAKR", "#009E73", "^"), "aakr_threshold": ("threshold on AAKR", "#A8508A", "v")}
@@ -191,7 +191,7 @@ def delay_figure(title, delay, blame, alarms):
 def operating_figure(title, delay, blame, keys, points):
     """Median delay (of the sensor that takes longest) against the chance of false blame, one mark a point and method."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(13.0, 6.4), width_ratios=(3, 2))
-    figure.subplots_adjust(left=0.06, right=0.985, top=0.80, bottom=0.17, wspace=0.2)
+    figure.subplots_adjust(left=0.06, right=0.985, top=0.80, bottom=0.2, wspace=0.32)
     heading(figure, title, "Every point of the sweep: its slowest drifting sensor, and how often a healthy one is blamed "
             "(95 % intervals).")
     names = [plotting.point_name(keys, p) for p in points]
@@ -285,9 +285,9 @@ def read_model(file, keys, point):
 def is_mwd_drift(path):
     """What cannot be opened is left to open_result() to refuse."""
     try:
-        with h5py.File(path, "r") as file:
+        with storage.open_file(path) as file:
             return plotting.text_attribute(file, "experiment") == "mwd_drift"
-    except OSError:
+    except storage.ResultError:
         return False
 
 

@@ -57,7 +57,7 @@ def panels_of(values, axes):
     names = []
     for index in np.ndindex(*shape):
         point = [(a[0], a[1][i]) for a, i in zip(sweep, index)]
-        cases = [v for k, v in point if k == "case"]  # a line of its own
+        cases = [plotting.point_name([k], [v]) for k, v in point if k == "case"]  # a line of its own
         others = [(k, v) for k, v in point if k != "case"]
         if others:
             cases.append(plotting.point_name([k for k, _ in others], [v for _, v in others]))

@@ -66,7 +66,7 @@ def position_figure(title, samples, covariances, ellipses):
                                hspace=0.21, wspace=0.2)
     plan, axes = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
     for ax, view in ((plan, lambda n, e: (e, n)),
-                     (axes, lambda n, e: plotting.rotate_to_axes(n, e, azimuth))):
+                     (axes, lambda n, e: plotting.map_turned(n, e, azimuth))):
         ax.plot(*view(north, east), ".", color="#56B4E9", markersize=3.6, alpha=0.5, markeredgewidth=0,
                 rasterized=True, zorder=1)
         draw_ellipses(ax, view, shapes, truth, ticks=ax is axes)
@@ -83,7 +83,7 @@ def position_figure(title, samples, covariances, ellipses):
 
     axes.margins(0.06)
     axes.set_xlabel(f"Along the predicted major axis, azimuth {azimuth:.2f}\N{DEGREE SIGN} (m)")
-    axes.set_ylabel(f"Across it, azimuth {(azimuth + 90) % 360:.2f}\N{DEGREE SIGN} (m)")
+    axes.set_ylabel(f"Across it, azimuth {(azimuth - 90) % 360:.2f}\N{DEGREE SIGN} (m)")
     axes.autoscale_view()
     axes.autoscale(False)
     circle = draw_circle_about_origin(axes, truth, azimuth)
@@ -149,7 +149,7 @@ def draw_circle_about_origin(ax, truth, azimuth):
     if radius == 0 or abs(off) > 0.5:
         return False
     turn = bearing + np.linspace(-np.pi / 2, np.pi / 2, 4001)
-    ax.plot(*plotting.rotate_to_axes(radius * np.cos(turn) - truth[0], radius * np.sin(turn) - truth[1], azimuth),
+    ax.plot(*plotting.map_turned(radius * np.cos(turn) - truth[0], radius * np.sin(turn) - truth[1], azimuth),
             color=CIRCLE, linewidth=1.0, zorder=0.9)
     return True
 

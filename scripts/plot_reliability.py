@@ -18,22 +18,26 @@ import numpy as np
 
 import plotting
 from plotting import plt
-from reliability_figures import (COLOURS, LINES, NAMES, TITLES, Grid, direction_figure, named, nonlinear_figure, panel,
+from reliability_figures import (COLOURS, LINES, NAMES, TITLES, Grid, colour_bar, direction_figure, levels_of, named, nonlinear_figure, panel,
                                  residuals_figure, subject_name, unit_of, unit_of_residual)
 
 MAXIMUM_ROWS = 6
 
 
 def maps_figure(title, detectable, effect, names, rows, observation_of, effect_name, tolerance):
-    figure, grid = plt.subplots(len(rows), 2, figsize=(8.4, 3.5 * len(rows) + 0.7), squeeze=False,
+    figure, grid = plt.subplots(len(rows), 2, figsize=(9.6, 3.5 * len(rows) + 0.7), squeeze=False,
                                 layout="constrained")
     x, y = (np.asarray(detectable.axes[n], float) for n in (names[1], names[0]))
     for row, (words, chosen) in zip(grid, rows):
         observation = observation_of(chosen)
         suffix = f"\n{words}" if words else ""
-        panel(row[0], x, y, np.abs(detectable.slice(chosen)), names,
-              f"minimal detectable error of {subject_name(observation)} ({unit_of(detectable, observation)}){suffix}")
-        panel(row[1], x, y, np.abs(effect.slice(chosen)), names, f"its effect on the {effect_name} (°){suffix}", tolerance)
+        unit = unit_of(detectable, observation)
+        for axes, sizes, title_of, unit_shown, line in (
+                (row[0], np.abs(detectable.slice(chosen)), f"minimal detectable error of {subject_name(observation)}", unit, None),
+                (row[1], np.abs(effect.slice(chosen)), f"its effect on the {effect_name}", "°", tolerance)):
+            levels = levels_of(sizes)
+            filled = panel(axes, x, y, sizes, names, f"{title_of} ({unit_shown}){suffix}", line, levels)
+            colour_bar(figure, filled, axes, levels, unit_shown)
     notes = "hatched: infinite (never detected, or the angle has no value)"
     if tolerance is not None:
         notes += f"; dashed: tolerance {tolerance:g}°"
@@ -122,7 +126,7 @@ def main():
         choices[others.index("observation")] = [observations.index(arguments.observation)]
     rows = []
     for picked in itertools.product(*choices):
-        words = [str(detectable.axes[n][i]) if isinstance(detectable.axes[n], list) else
+        words = [plotting.value_name(detectable.axes[n][i]) if isinstance(detectable.axes[n], list) else
                  named(n, detectable.axes[n][i])
                  for n, i in zip(others, picked) if len(detectable.axes[n]) > 1 and n != "observation"]
         if observations and len(observations) > 1 and len(plane) == 1:

@@ -157,7 +157,7 @@ def ellipses_figure(title, point, samples, table):
         truth = (reference["center_north_m"], reference["center_east_m"])
         if samples is not None and samples.rows:
             cloud = samples.where(lambda i: samples["md_m"][i] == md)
-            ax.plot(*plotting.rotate_to_axes(cloud["north_m"], cloud["east_m"], azimuth), ".", color="#56B4E9",
+            ax.plot(*plotting.map_turned(cloud["north_m"], cloud["east_m"], azimuth), ".", color="#56B4E9",
                     markersize=2.6, alpha=0.45, markeredgewidth=0, rasterized=True, zorder=1)
         for name in ("monte_carlo", *FORMULATIONS):
             row = here.row(formulation=name)
@@ -167,7 +167,7 @@ def ellipses_figure(title, point, samples, table):
             points = plotting.ellipse_points_from_axes(row["semi_major_m"], row["semi_minor_m"],
                                                        row["major_azimuth_deg"], centre=centre)
             color, line = (monte_carlo, "-") if name == "monte_carlo" else FORMULATIONS[name][1:3]
-            ax.plot(*plotting.rotate_to_axes(*points, azimuth), color=color, linestyle=line, zorder=4,
+            ax.plot(*plotting.map_turned(*points, azimuth), color=color, linestyle=line, zorder=4,
                     linewidth=3.2 if name == "monte_carlo" else 1.8)
         ax.plot(0, 0, "+", color="black", markersize=9, markeredgewidth=1.3, zorder=6)
         ax.set_title(f"{md:g} m: {number(reference['semi_major_m'])} by {number(reference['semi_minor_m'])} m")
@@ -175,7 +175,7 @@ def ellipses_figure(title, point, samples, table):
         ax.xaxis.set_major_locator(MaxNLocator(6))
         ax.margins(0.05)
     for line in panels:
-        line[0].set_ylabel("Across (m)")
+        line[0].set_ylabel("Across, to the left (m)")
     for ax in list(panels.flat)[len(depths):]:
         ax.set_visible(False)
     handles = [Line2D([], [], color=monte_carlo, linewidth=3.2, label="Monte Carlo")]

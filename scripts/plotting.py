@@ -22,6 +22,8 @@ import numpy as np  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
+from surveymc import storage  # noqa: E402
+
 # Exit codes, as for the program itself.
 USAGE, BAD_DATA, CANNOT_WRITE = 64, 65, 74
 
@@ -108,20 +110,11 @@ class Table(dict):
 def open_result(path, experiment):
     """Opens a result file for reading; it must be of this experiment, or of one of these. Use it in a `with` statement."""
     allowed = (experiment,) if isinstance(experiment, str) else experiment
-    if not os.path.exists(path):
-        raise PlotError(f"{path}: no such file")
-    if os.path.isdir(path):
-        raise PlotError(f"{path}: is a folder, not a result file")
-    if not os.access(path, os.R_OK):
-        raise PlotError(f"{path}: cannot be read")
     try:
-        file = h5py.File(path, "r")
-    except OSError:
-        raise PlotError(f"{path}: not an HDF5 file, or damaged") from None
+        file = storage.open_file(path)
+    except storage.ResultError as error:
+        raise PlotError(str(error)) from None
     found = text_attribute(file, "experiment")
-    if text_attribute(file, "format") != "surveymc":
-        file.close()
-        raise PlotError(f"{path}: not a result file of surveymc")
     if found not in allowed:
         file.close()
         raise PlotError(f"{path}: is a result of experiment '{found}', not of {' or '.join(map(repr, allowed))}")
@@ -130,8 +123,7 @@ def open_result(path, experiment):
 
 def text_attribute(item, name, default=""):
     """An attribute as str, whichever way HDF5 stored it."""
-    value = item.attrs.get(name, default)
-    return value.decode("utf-8") if isinstance(value, bytes) else str(value)
+    return str(storage.plain(item.attrs.get(name, default)))
 
 
 def configuration(file):
@@ -188,10 +180,44 @@ def at_point(table, keys, point):
     return table.where(lambda i: all(table[k][i] == v for k, v in zip(keys, point)))
 
 
+# What readers of a figure call a key of the sweep and its values; others are named by the last part of the key.
+POINT_WORDS = {
+    "estimator.name": "{}", "estimator.method": "{}", "error_model.name": "{}", "drilling.mode": "{}", "mode": "{}",
+    "noise.scale": "noise \N{MULTIPLICATION SIGN} {}", "noise.law": "{} noise",
+    "noise.reference.per": "reference drawn per {}", "sensor_errors.multiplier": "errors \N{MULTIPLICATION SIGN} {}",
+    "sensor.spread.axial_bias_nT": "axial bias sd {} nT", "well.stations": "{} stations", "well.kind": "{} well",
+    "spacing_m": "stations {} m apart", "drilling.sequence": "toolface sequence {}",
+    "model.truth_references": "references {} in truth", "factor": "error \N{MULTIPLICATION SIGN} {}"}
+VALUE_WORDS = {
+    "msa": "MSA", "msa_weighted": "weighted MSA", "msa_joint": "joint MSA", "wls": "WLS", "wls_consider": "WLS with considered reference",
+    "sse": "single station", "sse_axial": "single station, axial correction", "mse_fixed": "many stations, references fixed",
+    "mse_shared": "many stations, references shared", "gaussian": "normal"}
+POINT_UNITS = {"nT": "nT", "deg": "\N{DEGREE SIGN}", "mps2": "m/s\N{SUPERSCRIPT TWO}", "mg": "mg", "m": "m", "z": "z", "h": "h"}
+
+
+def value_name(value):
+    """A value of a key as readers know it."""
+    if isinstance(value, (float, np.floating)):
+        return f"{value:g}"
+    return VALUE_WORDS.get(str(value), str(value).replace("_", " "))
+
+
 def point_name(keys, point):
-    """'test 1, noise.scale = 0.1': names of cases speak for themselves."""
-    return ", ".join(v if k == "case" else f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}"
-                     for k, v in sorted(zip(keys, point), key=lambda kv: kv[0] != "case"))
+    """'test 1, noise \N{MULTIPLICATION SIGN} 0.1': a sweep point in words, its case first. keys: of the sweep; point: their values."""
+    parts = []
+    for key, value in sorted(zip(keys, point), key=lambda kv: kv[0] != "case"):
+        if key == "case":
+            parts.append(re.sub(r"\b(msa|msa_weighted|msa_joint|wls)\b", lambda word: VALUE_WORDS[word[0]], str(value)))
+            continue
+        if key in POINT_WORDS:
+            parts.append(POINT_WORDS[key].format(value_name(value)))
+            continue
+        name, _, ending = key.rsplit(".", 1)[-1].rpartition("_")
+        unit = POINT_UNITS.get(ending, "") if name else ""
+        words = (name if unit else key.rsplit(".", 1)[-1]).replace("_", " ")
+        gap = "" if unit == POINT_UNITS["deg"] else " "
+        parts.append(f"{words} {value_name(value)}{gap + unit if unit else ''}")
+    return ", ".join(parts)
 
 
 # --- error ellipses -------------------------------------------------------------------------------------------------
@@ -249,6 +275,15 @@ def rotate_to_axes(north, east, azimuth_deg):
     """(along, across) the direction azimuth_deg; across is positive to its right (azimuth + 90 deg)."""
     ca, sa = np.cos(np.radians(azimuth_deg)), np.sin(np.radians(azimuth_deg))
     return ca * north + sa * east, -sa * north + ca * east
+
+
+def map_turned(north, east, azimuth_deg):
+    """(along, left): the map turned until the direction azimuth_deg points to the right; what lies to its left is up.
+
+    A map that is turned, not mirrored: an ellipse has the shape that it has on the map.
+    """
+    along, right = rotate_to_axes(north, east, azimuth_deg)
+    return along, -right
 
 
 def ellipse_coverage(k):

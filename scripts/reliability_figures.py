@@ -63,9 +63,8 @@ def panel(axes, x, y, sizes, names, title, tolerance=None, levels=None):
     levels = levels_of(sizes) if levels is None else levels
     tiny = levels[0] / 1e3  # zeros have no place on a logarithmic scale
     shown = np.where(np.isfinite(sizes), np.maximum(sizes, tiny), np.nan)
-    filled = axes.contourf(x, y, np.clip(shown, None, levels[-1] * 10), levels=np.append(levels, levels[-1] * 10.1),
-                           norm=plotting.matplotlib.colors.LogNorm(levels[0] / 1.5, levels[-1] * 1.5), cmap="cividis",
-                           extend="min")
+    filled = axes.contourf(x, y, shown, levels=levels, cmap="cividis", extend="both",
+                           norm=plotting.matplotlib.colors.LogNorm(levels[0] / 1.5, levels[-1] * 1.5))
     lines = axes.contour(x, y, shown, levels=levels, colors="white", linewidths=0.5)
     labels = axes.clabel(lines, fmt=lambda v: f"{v:g}", fontsize=7, inline_spacing=2)
     for label in labels:
@@ -82,6 +81,14 @@ def panel(axes, x, y, sizes, names, title, tolerance=None, levels=None):
                 (x[j] - wide, y[i] - high), 2 * wide, 2 * high, hatch="/////", facecolor="white", edgecolor="#B00020",
                 linewidth=0.8, zorder=3))
     frame(axes, x, y, names, title)
+    return filled
+
+
+def colour_bar(figure, filled, axes, levels, unit):
+    """The scale of contours that `panel` has filled, for one panel or several. unit: of the sizes."""
+    bar = figure.colorbar(filled, ax=axes, ticks=levels, shrink=0.9, pad=0.02, format=lambda v, _: f"{v:g}")
+    bar.ax.minorticks_off()
+    bar.set_label(unit)
 
 
 def named(axis, value):
@@ -119,7 +126,8 @@ def nonlinear_figure(title, grids, names, rows, observation_of, differs=None):
         sizes = [np.abs(g.slice(chosen)) for g in grids]
         levels = levels_of(np.concatenate([s.ravel() for s in sizes]), 8, 0.995)
         for axes, size, word in zip(row, sizes, words):
-            panel(axes, x, y, size, names, ", ".join(filter(None, (NAMES[observation], word, suffix))), levels=levels)
+            filled = panel(axes, x, y, size, names, f"{NAMES[observation]}, {word}" + (f"\n{suffix}" if suffix else ""), levels=levels)
+        colour_bar(figure, filled, list(row), levels, unit_of(grids[0], observation))
         if differs is not None:
             wrong = differs.slice(chosen)
             if 0 < np.mean(wrong) < 1:

@@ -14,9 +14,9 @@ import sys
 
 import plotting
 import studies
-import surveymc_results
+import surveymc
 from plotting import PlotError
-from report_page import figures, page, text
+from report_page import figures, headlines, page, text
 
 
 def result_files(paths):
@@ -41,8 +41,8 @@ def read_all(paths):
     results = []
     for path in paths:
         try:
-            results.append(surveymc_results.open(path))
-        except surveymc_results.ResultError as error:
+            results.append(surveymc.open(path))
+        except surveymc.ResultError as error:
             print(f"report.py: left out: {error}", file=sys.stderr)
     if not results:
         raise PlotError("no result file could be read")
@@ -64,27 +64,29 @@ def make(results, base, folder, jobs, note, progress):
                   os.path.join(folder, os.path.relpath(os.path.dirname(r.path) or ".", base).replace("..", "up")))
                  for i, r in enumerate(results)]
         drawn = figures.draw_all(tasks, jobs, progress)
-    groups, taken, number, versions = [], set(), 1, []
+    groups, taken, number, versions, findings = [], set(), 1, [], []
     for i, result in enumerate(results):
         study = studies.study_of(known, result.experiment)
         stem = text.slug(os.path.splitext(os.path.relpath(result.path, base))[0])
         identity = next(n for k in range(len(results) + 1) if (n := f"result-{stem}" + (f"-{k + 1}" if k else "")) not in taken)
         taken.add(identity)
         try:
-            html, counts, count = page.result_part(result, study, drawn.get(i, figures.Drawn()), identity,
+            html, counts, chances, count = page.result_part(result, study, drawn.get(i, figures.Drawn()), identity,
                                                    os.path.relpath(result.path), number)
-        except (surveymc_results.ResultError, OSError, ValueError) as error:  # opened, but not whole
+        except (surveymc.ResultError, OSError, ValueError) as error:  # opened, but not whole
             print(f"report.py: left out: {result.path}: {error}", file=sys.stderr)
             continue
         if not groups or groups[-1][0].experiment != study.experiment:
             groups.append((study, []))
         number += count
+        findings.append((study.experiment, headlines.Headline(study.headline_rank(result.path), headlines.sentence(result, counts), identity,
+                                                              next(iter(drawn.get(i, figures.Drawn()).files), ""))))
         title = result.title or os.path.splitext(os.path.basename(result.path))[0]
-        groups[-1][1].append({"id": identity, "title": title, "counts": counts, "html": html})
+        groups[-1][1].append({"id": identity, "title": title, "counts": counts, "chances": chances, "html": html})
         version = f"{result.version} ({result.revision})"
         versions += [version] if version not in versions else []
     broken = [b for d in drawn.values() for b in d.broken]
-    return page.page(groups, versions, note), broken
+    return page.page(groups, versions, note, headlines.chosen(findings)), broken
 
 
 def main():

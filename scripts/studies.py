@@ -25,6 +25,13 @@ class Study:
     quick_trials: int = 1000
     fold: list = dataclasses.field(default_factory=list)
     figures: dict = dataclasses.field(default_factory=dict)
+    headline: list = dataclasses.field(default_factory=list)
+
+    def headline_rank(self, path):
+        """Place of the result's finding among those at the head of the report: those of studies.toml first."""
+        name = os.path.splitext(os.path.basename(path))[0]
+        place = self.headline[1:].index(name) if name in self.headline[1:] else 50
+        return 10000 * (self.headline[0] if self.headline else 9) + 100 * self.order + place
 
     def scripts_for(self, path):
         """Plot scripts of the result in this file."""
@@ -37,6 +44,11 @@ class Study:
         if fitting:
             return self.figures[max(fitting, key=len)]
         return f"{suffix.replace('_', ' ').capitalize() or self.name}."
+
+
+def is_source(root=ROOT):
+    """Whether the scripts are those of a source tree, where results go to results/; otherwise they are installed."""
+    return os.path.exists(os.path.join(root, "CMakeLists.txt"))
 
 
 def load(path=os.path.join(SCRIPTS, "studies.toml")):
@@ -68,7 +80,8 @@ def config_of(command, title, root=ROOT):
     name = named[1] if named else ""
     if name.startswith("configs/") and os.path.exists(os.path.join(root, name)):
         return name
-    for part in sorted(os.listdir(os.path.join(root, "configs"))):
+    folder = os.path.join(root, "configs")
+    for part in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:  # pip installs no configs
         path = os.path.join("configs", part, os.path.basename(name))
         if name and title and os.path.isfile(os.path.join(root, path)):
             with open(os.path.join(root, path), encoding="utf-8") as file:

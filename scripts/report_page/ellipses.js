@@ -16,6 +16,7 @@ function ellipseExplorer(place, data) {
     : choice(plain(k.name), k.values, draw));
   const size = choice("size", ["1σ", "2σ", "3σ"], draw, data.rows.length ? 1 : 0);
   const view = choice("axes", ["map, equal scales", "along and across the ellipse, own scales"], draw, needsOwnScales() ? 1 : 0);
+  const BESIDE = ["joint", "toolface_dependent"]; // the figures beside the drawing are along the ellipses of these
   const cloud = Object.keys(data.clouds).length ? check("realisations", true, draw) : null;
   const boxes = data.formulations.map((f) => {
     const chosen = check(f.replace(/_/g, " "), true, draw);
@@ -42,10 +43,12 @@ function ellipseExplorer(place, data) {
     const rows = data.rows.filter((r) => point.every((p, i) => r[i] === p));
     const shown = rows.filter((r) => boxes[r[keys]].get());
     const k = size.get() + 1, own = view.get() === 1;
-    const reference = rows.find((r) => data.formulations[r[keys]] === "monte_carlo") || rows[0];
-    const turn = own && reference ? (reference[keys + 5] * Math.PI) / 180 : 0;
-    // (north, east) -> (abscissa, ordinate): a map has east to the right; otherwise across to the right, along upwards
-    const place2 = (n, e) => [-Math.sin(turn) * n + Math.cos(turn) * e, Math.cos(turn) * n + Math.sin(turn) * e];
+    const of = (names) => rows.find((r) => names.includes(data.formulations[r[keys]]));
+    const reference = of(BESIDE) || of(["monte_carlo"]) || rows[0];
+    const bearing = own && reference ? reference[keys + 5] : 90; // of the abscissa: a map has east to the right
+    const turn = (bearing * Math.PI) / 180;
+    // (north, east) -> (abscissa, ordinate): along the bearing to the right, what is to its left upwards
+    const place2 = (n, e) => [Math.cos(turn) * n + Math.sin(turn) * e, Math.sin(turn) * n - Math.cos(turn) * e];
     const curves = shown.map((r) => {
       const [dn, de, a, b, azimuth] = r.slice(keys + 1, keys + 6), t0 = (azimuth * Math.PI) / 180, points = [];
       for (let i = 0; i <= 180; ++i) {
@@ -69,8 +72,8 @@ function ellipseExplorer(place, data) {
       limits = [scale * box.width, scale * box.height];
     }
     const centre = data.formulations.includes("monte_carlo") ? "from the Monte-Carlo mean" : "from the position";
-    const up = own ? `Along ${pretty(reference ? reference[keys + 5] : 0, 4)}° (m)` : "North (m)";
-    const right = `${own ? "Across" : "East"} (m), ${centre}`;
+    const up = own ? `Across, azimuth ${pretty((bearing + 270) % 360, 4)}° (m)` : "North (m)";
+    const right = `${own ? `Along, azimuth ${pretty(bearing, 4)}°` : "East"} (m), ${centre}`;
     const axes = frame(box,
       { low: -limits[0], high: limits[0], ticks: ticks(-limits[0], limits[0], width / 90), label: right },
       { low: -limits[1], high: limits[1], ticks: ticks(-limits[1], limits[1], 6), label: up });

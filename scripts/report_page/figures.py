@@ -17,6 +17,8 @@ import traceback
 import studies
 
 LARGEST_SVG = 300_000  # bytes; a figure with finer contours than that is embedded as the PNG that was drawn with it
+NO_SUCH_OPTION = 64  # exit code of a script whose arguments are wrong
+
 
 @dataclasses.dataclass
 class Drawn:
@@ -49,10 +51,32 @@ def _run(script, arguments):
 def _stamp(result, scripts):
     """What the figures depend on: the result's data, and the scripts that draw them."""
     parts = [result.content_hash]
-    for name in (*scripts, "plotting.py", "style.mplstyle", "estimator_figures.py", "error_ellipsoids.py"):
+    shared = [f for f in os.listdir(studies.SCRIPTS) if f.endswith((".py", ".mplstyle")) and not f.startswith("plot_")]
+    for name in (*scripts, *sorted(shared)):
         with open(os.path.join(studies.SCRIPTS, name), "rb") as file:
             parts.append(hashlib.sha256(file.read()).hexdigest())
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def draw(result_path, scripts, folder, point=None):
+    """Figures that the plot scripts draw of a result into `folder`. point: number of the sweep point of figures that show
+    one; None: all that can be drawn of the whole sweep, and otherwise the first point."""
+    os.makedirs(folder, exist_ok=True)
+    drawn = Drawn()
+    for name in scripts:
+        script, arguments = os.path.join(studies.SCRIPTS, name), [result_path, "-o", folder]
+        chosen = [*arguments, "--point", str(point or 0)]
+        code, out, err = _run(script, arguments if point is None else chosen)
+        if point is None and code and "choose one with --point" in err:
+            code, out, err = _run(script, chosen)
+        elif code == NO_SUCH_OPTION and "unrecognized arguments: --point" in err:  # it draws all points
+            code, out, err = _run(script, arguments)
+        drawn.files += [f for f in out.splitlines() if f.endswith(".svg") and f not in drawn.files]
+        if code == 1:
+            drawn.broken.append(f"{name}: {err.strip().splitlines()[-1] if err.strip() else 'failed'}")
+        elif code:
+            drawn.messages.append(err.strip().replace(f"{result_path}: ", ""))
+    return drawn
 
 
 def _draw(result_path, stem, scripts, folder, stamp):
@@ -64,18 +88,7 @@ def _draw(result_path, stem, scripts, folder, stamp):
         files = [os.path.join(folder, f) for f in record["files"]]
         if record["stamp"] == stamp and all(os.path.exists(f) for f in files):
             return Drawn(files, record["messages"])
-    os.makedirs(folder, exist_ok=True)
-    drawn = Drawn()
-    for name in scripts:
-        arguments = [result_path, "-o", folder]
-        code, out, err = _run(os.path.join(studies.SCRIPTS, name), arguments)
-        if code and "choose one with --point" in err:  # a sweep: its first point stands for all
-            code, out, err = _run(os.path.join(studies.SCRIPTS, name), [*arguments, "--point", "0"])
-        drawn.files += [f for f in out.splitlines() if f.endswith(".svg") and f not in drawn.files]
-        if code == 1:
-            drawn.broken.append(f"{name}: {err.strip().splitlines()[-1] if err.strip() else 'failed'}")
-        elif code:
-            drawn.messages.append(err.strip().replace(f"{result_path}: ", ""))
+    drawn = draw(result_path, scripts, folder)
     if not drawn.broken:
         with open(record_path, "w", encoding="utf-8") as file:
             json.dump({"stamp": stamp, "files": [os.path.basename(f) for f in drawn.files], "messages": drawn.messages}, file)

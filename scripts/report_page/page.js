@@ -32,9 +32,17 @@
   }
   if (matchMedia("(max-width: 60rem)").matches) document.getElementById("contents").open = false;
 
+  // A figure in the whole window, and never more than that: nothing of it is cut.
+  const large = document.getElementById("large"), picture = document.createElement("img");
+  large.firstElementChild.append(picture);
   for (const b of document.querySelectorAll("button.figure")) {
-    b.addEventListener("click", () => b.setAttribute("aria-pressed", b.getAttribute("aria-pressed") !== "true"));
+    b.addEventListener("click", () => {
+      picture.src = b.firstElementChild.src;
+      picture.alt = b.firstElementChild.alt;
+      large.showModal();
+    });
   }
+  large.addEventListener("click", () => large.close());
 
   const start = (place) => {
     if (place.dataset.started) return;
@@ -50,11 +58,6 @@
     }
   }, { rootMargin: "800px" });
   for (const p of places) near.observe(p);
-  let folded = [];
-  addEventListener("beforeprint", () => {
-    places.forEach(start);
-    folded = [...document.querySelectorAll("details.print:not([open])")];
-    for (const d of folded) d.open = true;
-  });
-  addEventListener("afterprint", () => { for (const d of folded) d.open = false; });
+  // Paper has what is open, and no drawing that asks for choices: what stands folded is a line with its counts.
+  addEventListener("beforeprint", () => { for (const i of document.images) i.loading = "eager"; });
 })();

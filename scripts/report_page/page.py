@@ -1,12 +1,14 @@
 """The report as one HTML file: what stands where. Colours and type are in report.css, behaviour in the .js files."""
 
+import collections
 import json
+import math
 import os
 
 import studies
 
 from . import explore, figures, tables
-from .text import VERDICT_MARKS, counts_bar, counts_marks, counts_sentence, escape, grouped, prose, slug
+from .text import VERDICT_MARKS, counts_bar, counts_marks, counts_sentence, escape, grouped, number, prose, slug
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 POLICY = ("default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
@@ -29,6 +31,15 @@ def added(all_counts):
     for counts in all_counts:
         for k, v in counts.items():
             found[k] += v
+    return found
+
+
+def chances_of(frames):
+    """How many rows of comparison tables are judged by intervals of which level: {confidence: rows}."""
+    found = collections.Counter()
+    for frame in frames:
+        if math.isfinite(frame.attrs["confidence"]) and "ratio" in frame:
+            found[round(frame.attrs["confidence"], 9)] += int((frame["verdict"] != "").sum())
     return found
 
 
@@ -62,7 +73,7 @@ def _figure(path, study, stem, number, identity):
     address, width, height = figures.embedded(path)
     suffix = os.path.splitext(os.path.basename(path))[0][len(stem):].lstrip("_")
     caption = study.caption(suffix)
-    return (f'<figure id="{identity}" class="plot"><button type="button" class="figure" aria-pressed="false" '
+    return (f'<figure id="{identity}" class="plot"><button type="button" class="figure" '
             f'aria-label="Enlarge figure {number}"><img src="{address}" width="{width}" height="{height}" '
             f'loading="lazy" decoding="async" alt="{escape(caption)}"></button>'
             f"<figcaption><b>Figure {number}.</b> {prose(caption)}</figcaption></figure>")
@@ -112,7 +123,7 @@ def _provenance(result, config, name):
 
 
 def result_part(result, study, drawn, identity, name, first_figure):
-    """One result as HTML, its verdict counts, and how many figures it has.
+    """One result as HTML, its verdict counts, rows by the level of their intervals, and how many figures it has.
 
     name: its path as the reader has it; identity: the id of its part of the page.
     """
@@ -131,21 +142,24 @@ def result_part(result, study, drawn, identity, name, first_figure):
         parts.append(f'<p class="small">Run with other numbers than the config has: <code>{escape(result.command)}</code></p>')
     if "warnings" in frames and len(frames["warnings"]):
         parts.append(tables.table(frames["warnings"]))
-    for i, path in enumerate(drawn.files):
-        parts.append(_figure(path, study, stem, first_figure + i, f"{identity}-figure-{i + 1}"))
+    if drawn.files:
+        parts.append('<div class="figures">')
+        parts += [_figure(path, study, stem, first_figure + i, f"{identity}-figure-{i + 1}") for i, path in enumerate(drawn.files)]
+        parts.append("</div>")
     if drawn.broken:
         parts.append('<p class="broken">No figure: ' + "; ".join(escape(b) for b in drawn.broken) + "</p>")
     elif not drawn.files and drawn.messages and not len(result.maps):
         parts.append(f'<p class="small">No figure: {escape(drawn.messages[0])}</p>')
     parts += _explorers(result, frames, identity)
     others = [t for t in frames if t not in judged and t != "warnings" and len(frames[t])]
-    for group, heading in ((judged, "Comparison"), (others, "Other tables")):
+    for group, heading, kind in ((judged, "Comparison", "judged"), (others, "Other tables", "others")):
         if group:
-            parts.append(f"<h4>{heading}</h4>")
+            parts.append(f'<div class="{kind}"><h4>{heading}</h4>')
             parts += [tables.table(frames[t], margin, f"build/surveymc show {name} {t} --csv", t in study.fold) for t in group]
+            parts.append("</div>")
     parts.append(_provenance(result, config, name))
     parts.append("</article>")
-    return "\n".join(parts), counts, len(drawn.files)
+    return "\n".join(parts), counts, chances_of(frames[t] for t in judged) if result.trials else {}, len(drawn.files)
 
 
 # --- the whole page -------------------------------------------------------------------------------------------------
@@ -180,9 +194,43 @@ def _style():
             + ":root[data-theme=dark] {" + dark + "}\n" + _read("print.css"))
 
 
-def page(groups, versions, note=""):
-    """The report. groups: [(study, [{id, title, counts, html}])] in their order; versions: of the programs that ran."""
+def _headlines(findings):
+    """The first screen: what was found, in sentences, and the figure of the first finding."""
+    if not findings:
+        return ""
+    items = "".join(f'<li><a href="#{f.result}">{escape(f.sentence)}</a></li>' for f in findings)
+    figure = ""
+    if findings[0].figure:
+        address, width, height = figures.embedded(findings[0].figure)
+        figure = (f'<figure class="plot"><button type="button" class="figure" aria-label="Enlarge the figure of the first finding">'
+                  f'<img src="{address}" width="{width}" height="{height}" decoding="async" '
+                  f'alt="Figure of the first finding"></button></figure>')
+    return f'<div class="headlines"><ol>{items}</ol>{figure}</div>'
+
+
+def _chance(chances):
+    """How the counts are to be read: how many rows may differ by chance. chances: {confidence: rows judged at it}."""
+    rows = sum(chances.values())
+    if not rows:
+        return ""
+    most = sum(n * (1 - c) / 2 for c, n in chances.items())
+    levels = " and ".join(f"{100 * c:.7g}&nbsp;%" for c in sorted(chances))
+    text = (f"{grouped(rows)} rows are judged by Monte-Carlo intervals at {levels}, each on its own. A prediction that is right, just within "
+            f"its margin, is said to differ with a chance of at most (1&nbsp;−&nbsp;level)&nbsp;/&nbsp;2: ")
+    if most < 0.5:
+        return text + f"over all rows that is a chance below {number(max(most, 1e-12), 2)} that even one differs by chance."
+    return text + (f"of {grouped(rows)} rows at most {grouped(round(most))} may differ by chance, mostly far fewer, as most right predictions are "
+                   "well within their margins. A single row that differs is no finding; several of one kind are.")
+
+
+def page(groups, versions, note="", findings=()):
+    """The report. groups: [(study, [{id, title, counts, chances, html}])] in their order; versions: of the programs that
+    ran; findings: headlines.Headline of the first screen."""
     counts = added(e["counts"] for _, entries in groups for e in entries)
+    chances = collections.Counter()
+    for _, entries in groups:
+        for entry in entries:
+            chances.update(entry["chances"])
     results = sum(len(entries) for _, entries in groups)
     judged = total(counts)
     lead = (f"{results} result{'s' if results != 1 else ''} of {len(groups)} "
@@ -196,7 +244,7 @@ def page(groups, versions, note=""):
         about = "".join(f"<p>{prose(t)}</p>" for t in (study.question, study.read) if t)
         body.append(f'<section class="study" id="study-{slug(study.experiment)}"><h2>{escape(study.name)}</h2>{source}{about}'
                     + "\n".join(e["html"] for e in entries) + "</section>")
-    scripts = "\n".join(_read(f) for f in ("drawing.js", "ellipses.js", "maps.js", "page.js"))
+    scripts = "\n".join(_read(f) for f in ("drawing.js", "ellipses.js", "maps.js", "tables.js", "page.js"))
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -216,8 +264,10 @@ surveying</p></div><button type="button" id="theme" hidden></button></header>
 {_contents(groups)}
 <main id="main" tabindex="-1">
 <section id="overview"><h2>Overview</h2>
-<p class="lead">{lead}</p>{counts_bar(counts)}
 {f'<p class="banner">{escape(note)}</p>' if note else ""}
+{_headlines(findings)}
+<p class="lead">{lead}</p>{counts_bar(counts)}
+{f'<p class="small" id="chance">{_chance(chances)}</p>' if chances else ""}
 {_overview(groups)}
 <details class="about" id="reading"><summary>How to read the tables</summary>
 <p>A ratio is analytic (or published) over Monte Carlo: below 1 a prediction promises too much. Brackets are 95&nbsp;%
@@ -232,6 +282,7 @@ intervals. The small scale beside a ratio goes from ½ to 2; its band is what co
 {"".join(body)}
 <footer><p>Made by <code>scripts/report.py</code> from result files of surveymc {escape(", ".join(versions))}.</p></footer>
 </main></div>
+<dialog id="large" aria-label="Enlarged figure"><button type="button" aria-label="Close the enlarged figure"></button></dialog>
 <script>
 {scripts}
 </script>

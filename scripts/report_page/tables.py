@@ -2,13 +2,13 @@
 
 import math
 
-from surveymc_results.result import VERDICTS, verdict_kind
+from surveymc.result import VERDICTS, verdict_kind
 
 from .text import counts_marks, escape, grouped, interval, number, unit, verdict
 
 OPEN_ROWS = 14  # a table with more is folded
 MOST_ROWS = 150  # a table with more is shortened; the whole is a command away
-PRINTED_ROWS = 60  # a folded comparison with no more is unfolded on paper
+PAPER_COLUMNS = 13  # a table with more is not printed but named, with its counts: no paper is wide enough for it
 MERGED = ("expected", "trials", "failed")  # said in another column, or in the caption
 
 
@@ -82,9 +82,9 @@ class _Columns:
         self.constant = [k for k in frame.attrs["sweep_keys"] if len(frame) > 1 and frame[k].nunique() == 1]
         left_out = {*bounds, *MERGED, *self.constant, "unit" if "quantity" in frame else ""}
         self.shown = [c for c in frame if c not in left_out and not (_nothing(frame[c]) and c != "verdict")]
-        if "verdict" in self.shown and "monte_carlo" not in frame and "formulation" in self.shown:  # a wide table: in sight
+        if "verdict" in self.shown:  # last, where the style keeps it in sight while the others scroll
             self.shown.remove("verdict")
-            self.shown.insert(self.shown.index("formulation") + 1, "verdict")
+            self.shown.append("verdict")
 
     def head(self, column):
         found = unit(self.units.get(column, ""))
@@ -96,7 +96,7 @@ class _Columns:
         names = {"monte_carlo": "Monte Carlo", "published_ratio": "published / Monte Carlo",
                  "ratio": "analytic / Monte Carlo"} if "monte_carlo" in self.frame else {}
         name = names.get(column, stem.replace("_", " "))
-        number_class = ' class="n"' if _is_number(self.frame[column]) else ""
+        number_class = ' class="n"' if _is_number(self.frame[column]) else ' class="v"' if column == "verdict" else ""
         return (f'<th scope="col"{number_class} title="{title}">{escape(name)}'
                 + (f' <span class="unit">({escape(found)})</span>' if found else "") + "</th>")
 
@@ -104,7 +104,7 @@ class _Columns:
         value = row[column]
         if column == "verdict":
             wanted = row.get("expected", "")
-            return f"<td>{verdict(verdict_kind(value, wanted), is_contrary(value, wanted))}</td>"
+            return f'<td class="v">{verdict(verdict_kind(value, wanted), is_contrary(value, wanted))}</td>'
         if not _is_number(self.frame[column]):
             if column == "quantity" and row.get("unit", "1") not in ("1", ""):
                 return f'<th scope="row">{escape(value)} <span class="unit">({escape(unit(row["unit"]))})</span></th>'
@@ -154,9 +154,10 @@ def table(frame, margin=0.0, command="", fold=False):
     body = (f'<div class="scroll" tabindex="0" role="region" aria-label="Table {escape(name)}"><table><caption>'
             f'{_caption(frame, columns)}</caption><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>{note}')
     title = f'<code>{escape(name)}</code>'
-    if not fold and len(frame) <= OPEN_ROWS:
-        return f'<div class="table"><p class="tablename">{title}</p>{body}</div>'
     marks = counts_marks(counts) if counts else ""
     rows_text = f"{grouped(len(frame))} row{'s' if len(frame) != 1 else ''}"
-    kind = "table print" if counts and len(shown) <= PRINTED_ROWS and not fold else "table"
-    return f'<details class="{kind}"><summary>{title} <span class="rows">{rows_text}</span> {marks}</summary>{body}</details>'
+    if not fold and len(frame) <= OPEN_ROWS:
+        wide = len(columns.shown) > PAPER_COLUMNS
+        on_paper = f' <span class="paper rows">{rows_text}, too wide for paper</span> <span class="paper">{marks}</span>' if wide else ""
+        return f'<div class="table{" wide" if wide else ""}"><p class="tablename">{title}{on_paper}</p>{body}</div>'
+    return f'<details class="table"><summary>{title} <span class="rows">{rows_text}</span> {marks}</summary>{body}</details>'

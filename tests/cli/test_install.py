@@ -1,23 +1,59 @@
 #!/usr/bin/python3
-"""`cmake --install` into an empty folder, and what is in it: test_install.py CMAKE BUILD_FOLDER"""
+"""`cmake --install` into an empty folder, and what is in it: test_install.py CMAKE BUILD_FOLDER
+
+Configs, scripts, package, pages and commands are used from there, as a user has them who has no source tree.
+"""
+import os
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 cmake, build = sys.argv[1:3]
+source = Path(__file__).resolve().parents[2]
+
+
+def call(*command, **options):
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, **options)
+    assert done.returncode == 0, f"{command}: {done.stdout}{done.stderr}"
+    return done.stdout
+
+
 with tempfile.TemporaryDirectory(prefix="surveymc-install-") as name:
-    prefix = Path(name)
+    moved = Path(name) / "moved"
+    prefix = Path(name) / "prefix"
     subprocess.run([cmake, "--install", build, "--prefix", prefix], check=True, stdout=subprocess.DEVNULL)
-    program = prefix / "bin/surveymc"
+    prefix.rename(moved)  # it works wherever it is put
+    share, bin_folder, work = moved / "share/surveymc", moved / "bin", Path(name) / "work"
+    work.mkdir()
     for path in ["share/man/man1/surveymc.1", "share/bash-completion/completions/surveymc",
                  "share/zsh/site-functions/_surveymc", "share/fish/vendor_completions.d/surveymc.fish",
-                 "share/surveymc/error_models/iscwsa_mwd_rev4.toml", "share/surveymc/examples/own_well.toml",
-                 "share/doc/surveymc/LICENSE"]:
-        assert (prefix / path).stat().st_size > 0, path
-    example = prefix / "share/surveymc/examples/own_well_uncertainty.toml"
-    subprocess.run([program, "run", example, "-o", prefix / "out.h5"], check=True, capture_output=True)
-    shown = subprocess.run([program, "show", prefix / "out.h5"], check=True, capture_output=True, text=True).stdout
-    assert "covariance_by_source" in shown, shown
-    assert program.stat().st_mode & 0o111
-print("installed, and an example run from there")
+                 "share/doc/surveymc/LICENSE", "share/doc/surveymc/README.md"]:
+        assert (moved / path).stat().st_size > 0, path
+    for part, pattern in (("configs", "**/*.toml"), ("configs", "**/*.csv"), ("docs", "*.md"), ("docs", "tutorials/*"),
+                          ("scripts", "plot_*.py"), ("scripts", "surveymc/*.py")):
+        there = moved / "share/doc/surveymc" if part == "docs" else share
+        for file in (source / part).glob(pattern):
+            assert (there / part / file.relative_to(source / part)).is_file(), file
+    left = [f for f in share.rglob("*") if f.name in ("__pycache__", "run_all.sh", "bootstrap.sh", "check_docs.py", "sanitize.sh")]
+    assert not left, left
+
+    environment = {**os.environ, "PYTHONPATH": str(moved / "lib/python3/dist-packages"), "PYTHONDONTWRITEBYTECODE": "1",
+                   "PATH": f"{bin_folder}:/usr/bin:/bin", "MPLBACKEND": "Agg"}
+    environment.pop("SURVEYMC", None)
+    options = {"cwd": work, "env": environment}
+    call("surveymc", "run", share / "configs/examples/own_well_uncertainty.toml", "-o", "out.h5", **options)
+    assert "covariance_by_source" in call("surveymc", "show", "out.h5", **options)
+    (work / "survey.txt").write_text("Measured Depth (ft);Incl (deg);Azimuth Grid (deg)\n1000;2.1;45\n1095;4.8;46.2\n")
+    call("surveymc-import", "survey.txt", "-o", "survey.csv", **options)
+    assert (work / "survey.csv").read_text().startswith("md_ft,inclination_deg,azimuth_deg")
+    assert "out_along.svg" in call("surveymc-plot", "out.h5", "-o", "figures", **options)
+    call("surveymc-report", "out.h5", "-o", "mine.html", "--no-figures", **options)
+    assert "own well" in (work / "mine.html").read_text().lower()
+    code = ("import surveymc; print(surveymc.find_program()); r = surveymc.run('%s', trials=50); print(len(r.table('position')))"
+            % (share / "configs/examples/own_well.toml"))
+    said = call("/usr/bin/python3", "-c", code, **options).split()
+    assert Path(said[0]).resolve() == (bin_folder / "surveymc").resolve() and int(said[1]) > 0, said
+    call("surveymc-studies", "--quick", "--no-report", "--only", "reliability/fig1", **options)
+    assert (work / "results/quick/reliability/fig1.h5").exists()
+print("installed, moved, and used from there")

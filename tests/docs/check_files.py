@@ -23,6 +23,10 @@ assert re.search(r'^authors:\n  - name: "The surveymc authors"$', cff, re.M)
 for line in cff.splitlines():
     assert re.fullmatch(r'[a-z-]+:( .+)?|  - .+|    [a-z-]+: .+', line), f"CITATION.cff: {line}"
 
+package = (source / "scripts/pyproject.toml").read_text(), (source / "scripts/surveymc/__init__.py").read_text()
+for text, pattern in zip(package, (r'^version = "([^"]+)"', r'^__version__ = "([^"]+)"')):
+    assert re.search(pattern, text, re.M)[1] == version, f"the Python package: version {re.search(pattern, text, re.M)[1]}"
+
 changes = (source / "CHANGELOG.md").read_text()
 sections = re.findall(r"^## \[([^\]]+)\]", changes, re.M)
 assert changes.startswith("# Changelog\n") and sections and sections[0] == "Unreleased", sections

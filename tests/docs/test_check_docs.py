@@ -32,6 +32,7 @@ cp "${0%/*}/$size.h5" "${@: -1}"
 
 def write_result(path, north, half):
     with h5py.File(path, "w") as file:
+        file.attrs["format"] = "surveymc"
         def text(*words):
             return np.array(words, h5py.string_dtype())
         table = file.create_group("tables/position")

@@ -37,6 +37,17 @@ def quadratic_form(c, north, east):
     return float((n * n * ee - 2 * n * e * ne + e * e * nn) / (nn * ee - ne * ne))
 
 
+class Words(unittest.TestCase):
+    def test_points_are_named_in_words_not_by_keys(self):
+        for keys, point, words in ((("noise.scale", "case"), (0.1, "test 1"), "test 1, noise \N{MULTIPLICATION SIGN} 0.1"),
+                                   (("mode",), ("mse_shared",), "many stations, references shared"),
+                                   (("case",), ("msa_joint with priors",), "joint MSA with priors"),
+                                   (("sensor.spread.axial_bias_nT",), (220.0,), "axial bias sd 220 nT"),
+                                   (("field.dip_deg",), (70.0,), "dip 70\N{DEGREE SIGN}"), (("field.total_nT",), (5e4,), "total 50000 nT"),
+                                   (("model.memory_vectors",), (150,), "memory vectors 150"), ((), (), "")):
+            self.assertEqual(plotting.point_name(keys, point), words)
+
+
 class Ellipse(unittest.TestCase):
     AZIMUTHS = (0, 1e-8, 30, 45, 89.999, 90, 117.76, 135, 165, 179.5)
 
@@ -114,6 +125,14 @@ class Ellipse(unittest.TestCase):
         self.assertAlmostEqual(along, 1)
         self.assertAlmostEqual(across, 0)
         self.assertAlmostEqual(plotting.rotate_to_axes(0.0, 1.0, 0.0)[1], 1)  # facing north: to the right
+
+    def test_a_turned_map_is_not_mirrored(self):
+        # north turned to the right: west is up, and the way from north over up to the other axes is that of the map
+        np.testing.assert_allclose(plotting.map_turned(1.0, 0.0, 0.0), (1, 0), atol=EPSILON)
+        np.testing.assert_allclose(plotting.map_turned(0.0, -1.0, 0.0), (0, 1), atol=EPSILON)
+        for azimuth in (0.0, 37.0, 165.0, 300.0):
+            (xn, yn), (xe, ye) = plotting.map_turned(1.0, 0.0, azimuth), plotting.map_turned(0.0, 1.0, azimuth)
+            self.assertAlmostEqual(xe * yn - ye * xn, 1)  # as (east, north) on the map: a turn has determinant 1
 
     def test_coverage(self):
         for k, share in ((1, 0.39347), (2, 0.86466), (3, 0.98889)):

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Tests of scripts/surveymc_results on smoke results: test_reader.py SMOKE_FOLDER SURVEYMC"""
+"""Tests of scripts/surveymc on smoke results: test_reader.py SMOKE_FOLDER SURVEYMC"""
 import os
 import shutil
 import subprocess
@@ -13,14 +13,14 @@ import pandas
 
 SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
 sys.path.insert(0, SCRIPTS)
-import surveymc_results  # noqa: E402
-from surveymc_results import NotFound, ResultError  # noqa: E402
+import surveymc  # noqa: E402
+from surveymc import NotFound, ResultError  # noqa: E402
 
 SMOKE = SURVEYMC = ""
 
 
 def opened(name):
-    return surveymc_results.open(os.path.join(SMOKE, name + ".h5"))
+    return surveymc.open(os.path.join(SMOKE, name + ".h5"))
 
 
 class Reading(unittest.TestCase):
@@ -117,7 +117,7 @@ class Ellipses(unittest.TestCase):
                 self.assertAlmostEqual(north[0], north[-1], places=9)
 
     def test_azimuth_is_clockwise_from_north(self):
-        north, east = surveymc_results.Ellipse(0, 0, 2, 1, 30.0).outline()
+        north, east = surveymc.Ellipse(0, 0, 2, 1, 30.0).outline()
         self.assertAlmostEqual(north[0], 2 * np.cos(np.pi / 6))
         self.assertAlmostEqual(east[0], 2 * np.sin(np.pi / 6))
 
@@ -178,7 +178,7 @@ class Refusals(unittest.TestCase):
         for path, word in ((text, "not an HDF5 file"), (other, "not a result file of surveymc"), (self.folder, "is a folder"),
                            (os.path.join(self.folder, "no.h5"), "no such file"), (newer, "format version 99")):
             with self.assertRaisesRegex(ResultError, word):
-                surveymc_results.open(path)
+                surveymc.open(path)
 
 
 class Elsewhere(unittest.TestCase):
@@ -191,15 +191,22 @@ class Elsewhere(unittest.TestCase):
         if subprocess.run([sys.executable, "-c", "import setuptools, wheel, pip"], capture_output=True).returncode:
             self.skipTest("python3-pip, python3-setuptools or python3-wheel is not installed")
         source, target = os.path.join(self.folder, "source"), os.path.join(self.folder, "target")
-        shutil.copytree(os.path.join(SCRIPTS, "surveymc_results"), source)
+        shutil.copytree(SCRIPTS, source, ignore=shutil.ignore_patterns("build", "__pycache__", "*.egg-info"))
         run = subprocess.run([sys.executable, "-m", "pip", "install", "--no-build-isolation", "--no-deps", "--no-index",
                               "--quiet", "--target", target, source], capture_output=True, text=True)
         self.assertEqual(run.returncode, 0, run.stderr)
-        code = f"import surveymc_results; print(surveymc_results.__file__, len(surveymc_results.open({opened('msa_sweep').path!r}).tables))"
-        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=self.folder,
-                             env={**os.environ, "PYTHONPATH": target})
+        code = (f"import surveymc; r = surveymc.open({opened('vertical_well').path!r}); print(surveymc.__file__, len(r.tables));"
+                "print(surveymc.plot(r))")
+        environment = {**os.environ, "PYTHONPATH": target}
+        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=self.folder, env=environment)
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertIn(target, run.stdout)
+        self.assertIn("vertical_well_ratio.png", run.stdout)
+        for command, argument, word in (("surveymc-import", "--help", "WITSML"), ("surveymc-report", "--help", "report"),
+                                        ("surveymc-plot", "--help", "figures")):
+            run = subprocess.run([os.path.join(target, "bin", command), argument], capture_output=True, text=True, env=environment)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertIn(word, run.stdout)
 
     def test_octave_reads_what_python_reads(self):
         if not shutil.which("octave"):
@@ -209,7 +216,7 @@ class Elsewhere(unittest.TestCase):
         with open(table, "w", encoding="utf-8") as file:
             subprocess.run([SURVEYMC, "show", result.path, "ellipse", "--csv"], stdout=file, check=True)
         # docs/report.md, the snippet for MATLAB and Octave
-        code = f"""addpath("{SCRIPTS}/surveymc_results");
+        code = f"""addpath("{SCRIPTS}/surveymc");
             e = surveymc_table("{table}");
             k = find(strcmp(e.formulation, "joint") & strcmp(e.("case"), "reference exact") & strcmp(e.noise_law, "gaussian"));
             a = e.major_azimuth_deg(k) * pi / 180;  t = linspace(0, 2 * pi, 361);

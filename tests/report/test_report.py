@@ -17,8 +17,8 @@ import numpy as np
 SCRIPTS = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
 sys.path.insert(0, SCRIPTS)
 import studies  # noqa: E402
-import surveymc_results  # noqa: E402
-from report_page import explore, figures, text  # noqa: E402
+import surveymc  # noqa: E402
+from report_page import explore, figures, headlines, page, tables, text  # noqa: E402
 
 REPORT = SMOKE = ""
 VOID = {"meta", "link", "img", "br", "hr", "input"}
@@ -108,7 +108,7 @@ class Structure(unittest.TestCase):
                  for f in names if f.endswith(".svg")]
         pictures = self.page.named("img")
         self.assertGreater(len(drawn), 8)
-        self.assertEqual(len(pictures), len(drawn))
+        self.assertEqual(len(pictures), len(drawn) + 1)  # and the figure of the first finding, at the head of the page
         for picture in pictures:
             self.assertTrue(picture["alt"])
             self.assertEqual(picture["src"][:5], "data:")
@@ -128,7 +128,7 @@ class Structure(unittest.TestCase):
         files = ("estimate", "msa_benefit", "msa_sweep", "mwd_drift", "reliability_map", "sensor_monte_carlo", "vertical_well")
         self.assertEqual({r.removeprefix("result-") for r in results}, {f.replace("_", "-") for f in files})
         for name in files:
-            result = surveymc_results.open(os.path.join(SMOKE, name + ".h5"))
+            result = surveymc.open(os.path.join(SMOKE, name + ".h5"))
             part = re.search(rf'<article class="result" id="result-{name.replace("_", "-")}">(.*?)</article>', self.source, re.S)[1]
             self.assertTrue(text.escape(result.title) in part, name)
             for words in (result.content_hash, text.escape(result.config), f"<dt>seed</dt><dd>{result.seed}</dd>",
@@ -141,10 +141,62 @@ class Structure(unittest.TestCase):
                 self.assertEqual(len(frame) > 0, f'aria-label="Table {table}"' in part, (name, table))
 
     def test_verdicts_are_marks_with_words(self):
-        cells = re.findall(r'<td><span class="verdict (\w+)"><i aria-hidden="true">(.)</i> ([^<]+)', self.source)
+        cells = re.findall(r'<td class="v"><span class="verdict (\w+)"><i aria-hidden="true">(.)</i> ([^<]+)', self.source)
         self.assertEqual({(c, w) for c, _, w in cells} - {("agrees", "agrees"), ("differs", "differs"), ("undecided", "undecided"),
                                                           ("expected", "differs, as expected")}, set())
         self.assertGreaterEqual(len({m for _, m, _ in cells}), 3)
+
+
+class FirstScreen(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        with open(REPORT, encoding="utf-8") as file:
+            cls.source = file.read()
+
+    def test_findings_stand_first_and_lead_to_their_results(self):
+        head = self.source[:self.source.index('class="overview"')]
+        links = re.findall(r'<li><a href="#(result-[^"]*)">([^<]*)</a></li>', head[head.index('class="headlines"'):])
+        self.assertEqual(len(links), headlines.MOST)
+        self.assertEqual(links[0][0], "result-msa-sweep")
+        rows = surveymc.open(os.path.join(SMOKE, "msa_sweep.h5")).table("position")
+        rows = rows[(rows["formulation"] == "joint") & rows["quantity"].isin(headlines.NORTH_EAST) & np.isfinite(rows["ratio"])]
+        off = (rows["ratio"] - 1).abs()
+        self.assertIn(f"within {headlines.percent(off.median())} of Monte Carlo in the median of {len(rows)} comparisons", links[0][1])
+        self.assertEqual(head.count("<img"), 1)
+
+    def test_each_kind_of_study_has_a_sentence_and_none_breaks_the_page(self):
+        for name in sorted(os.listdir(SMOKE)):
+            if name.endswith(".h5"):
+                result = surveymc.open(os.path.join(SMOKE, name))
+                said = headlines.sentence(result, result.verdicts)
+                self.assertEqual(said, said.strip())
+                self.assertNotRegex(said, "<|nan|_m2", name)
+                if sum(result.verdicts.values()):
+                    self.assertTrue(said.endswith("."), name)
+        found = [("a", headlines.Headline(5, "A.", "x")), ("a", headlines.Headline(2, "B.", "y")), ("b", headlines.Headline(3, "", "z")),
+                 *((c, headlines.Headline(9, "C.", c)) for c in "cdef")]
+        self.assertEqual([h.result for h in headlines.chosen(found)], ["y", "c", "d"])
+
+    def test_says_how_many_rows_may_differ_by_chance(self):
+        rows = {}
+        for name in ("msa_sweep", "vertical_well", "sensor_monte_carlo", "mwd_drift"):
+            result = surveymc.open(os.path.join(SMOKE, name + ".h5"))
+            for table in result.tables.values():
+                if "verdict" in table and "ratio" in table:
+                    confidence = round(table.attrs["confidence"], 9)
+                    rows[confidence] = rows.get(confidence, 0) + int((table["verdict"] != "").sum())
+        words = page._chance({0.95: 1000})
+        self.assertIn("1\u202f000 rows are judged by Monte-Carlo intervals at 95&nbsp;%", words)
+        self.assertIn("at most 25 may differ by chance", words)
+        self.assertIn("a chance below 0.036 that even one differs", page._chance({0.99999: 7200}))
+        said = re.search(r'id="chance">(.*?)</p>', self.source)[1]
+        self.assertEqual(len(rows), 1)
+        self.assertGreaterEqual(int(re.match(r"[\d\u202f]+", said)[0].replace("\u202f", "")), sum(rows.values()))
+
+    def test_verdicts_are_the_last_column(self):
+        frame = surveymc.open(os.path.join(SMOKE, "msa_sweep.h5")).table("position")
+        heads = re.findall(r"<th[^>]*>", tables.table(frame).split("</thead>")[0])
+        self.assertIn('class="v"', heads[-1])
 
 
 class Numbers(unittest.TestCase):

@@ -12,7 +12,7 @@ SCRIPTS = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)
 sys.path.insert(0, SCRIPTS)
 import run_studies  # noqa: E402
 import studies  # noqa: E402
-import surveymc_results  # noqa: E402
+import surveymc  # noqa: E402
 
 SURVEYMC = ""
 
@@ -47,9 +47,10 @@ class Running(unittest.TestCase):
         self.assertIn("3 studies: 0 done already, 3 to run", first)
         self.assertIn("left)", first)  # time left, from the second study on
         stamps = {n: os.stat(self.result(n)).st_mtime_ns for n in ("reliability/fig1", "reliability/fig2", "thesis/test4")}
-        result = surveymc_results.open(self.result("thesis/test4"))
+        result = surveymc.open(self.result("thesis/test4"))
         self.assertEqual(result.trials, studies.load()["msa_position"].quick_trials)
         self.assertIn("run configs/thesis/test4.toml", result.command)
+        self.assertEqual(result.settings["verdict"]["confidence"], run_studies.QUICK_CONFIDENCE)
         self.assertIn("3 done already, 0 to run", self.go(*chosen))
         self.assertEqual(stamps, {n: os.stat(self.result(n)).st_mtime_ns for n in stamps})
         with open(self.result("reliability/fig1"), "r+b") as file:  # damaged: surveymc does not write over what it cannot read

@@ -33,3 +33,16 @@ class Ellipse:
         along, across = k * self.semi_major * np.cos(t), k * self.semi_minor * np.sin(t)
         ca, sa = np.cos(np.radians(self.azimuth_deg)), np.sin(np.radians(self.azimuth_deg))
         return self.center_north + along * ca - across * sa, self.center_east + along * sa + across * ca
+
+    def plot(self, k=1.0, axes=None, **look):
+        """Draws the k-sigma ellipse on a map of matplotlib (east to the right, north up, equal scales); returns the axes.
+
+        axes: where to draw (a new figure); look: of the line, as matplotlib's plot() takes it.
+        """
+        import matplotlib.pyplot as plt
+
+        if axes is None:
+            axes = plt.figure().add_subplot(aspect="equal", xlabel="east (m)", ylabel="north (m)")
+        north, east = self.outline(k)
+        axes.plot(east, north, **look)
+        return axes

@@ -9,17 +9,16 @@ import tomllib
 import h5py
 import numpy as np
 
+from . import storage
 from .ellipse import Ellipse
+from .storage import ResultError
+from .storage import plain as _python
 
 VERDICTS = ("agrees", "differs as expected", "undecided", "differs")
 _ATTRIBUTES = {  # of the root group: name here, name there
     "title": "title", "experiment": "experiment", "seed": "seed", "trials": "trials", "version": "surveymc_version",
     "revision": "git_revision", "compiler": "compiler", "command": "command", "config": "config",
     "config_hash": "config_hash", "content_hash": "content_hash"}
-
-
-class ResultError(Exception):
-    """The file cannot be read, or is not what was asked for; the message is one line."""
 
 
 class NotFound(ResultError, KeyError):
@@ -33,13 +32,6 @@ def not_found(what, name, names, where):
     close = difflib.get_close_matches(str(name), names, 1)
     hint = f" (did you mean '{close[0]}'?)" if close else ""
     return NotFound(f"{where}: no {what} '{name}'{hint}; there are: {', '.join(names) or 'none'}")
-
-
-def _python(value):
-    """An attribute as int, float or str, whichever way HDF5 stored it."""
-    if isinstance(value, bytes):
-        return value.decode("utf-8")
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def _values(data):
@@ -79,15 +71,7 @@ class Result:
 
     def __init__(self, path):
         self.path = os.fspath(path)
-        if not os.path.exists(self.path):
-            raise ResultError(f"{self.path}: no such file")
-        if os.path.isdir(self.path):
-            raise ResultError(f"{self.path}: is a folder, not a result file")
         with self._file() as file:
-            if _python(file.attrs.get("format", "")) != "surveymc":
-                raise ResultError(f"{self.path}: not a result file of surveymc (attribute 'format' is not \"surveymc\")")
-            if _python(file.attrs.get("format_version", 1)) != 1:
-                raise ResultError(f"{self.path}: format version {_python(file.attrs['format_version'])} is not known here")
             for name, stored in _ATTRIBUTES.items():
                 if stored not in file.attrs:
                     raise ResultError(f"{self.path}: attribute '{stored}' is missing")
@@ -105,12 +89,7 @@ class Result:
                 f"tables {', '.join(self.tables) or 'none'}; maps {', '.join(self.maps) or 'none'}>")
 
     def _file(self):
-        try:
-            return h5py.File(self.path, "r")
-        except PermissionError:
-            raise ResultError(f"{self.path}: cannot be read") from None
-        except OSError:
-            raise ResultError(f"{self.path}: not an HDF5 file, or damaged") from None
+        return storage.open_file(self.path)
 
     @property
     def settings(self):

@@ -1,0 +1,125 @@
+"""Runs the program surveymc: one config to one result, or a sweep to one table."""
+
+import contextlib
+import os
+import shutil
+import subprocess
+import tempfile
+import tomllib
+import weakref
+
+from . import toml
+from .result import Result
+
+_HERE = os.path.dirname(os.path.realpath(__file__))
+_EXIT_CODES = {1: "a verdict is not the expected one", 64: "usage", 65: "bad config or data", 70: "internal error",
+               74: "cannot read or write a result", 75: "interrupted"}
+
+
+class RunError(Exception):
+    """The program did not run to its end. `exit_code` is the program's (65: bad config or data; None: it could not be
+    started or a signal ended it); the message is what the program said, with place, value and rule."""
+
+    def __init__(self, message, exit_code=None):
+        super().__init__(message)
+        self.exit_code = exit_code
+
+
+def find_program():
+    """Path of the program: $SURVEYMC, or that of this source tree (build/surveymc), or of this installation (bin/ of the
+    same prefix), or the one on the PATH. RunError if there is none."""
+    named = os.environ.get("SURVEYMC")
+    if named:
+        if not shutil.which(named):
+            raise RunError(f"SURVEYMC={named}: no such program")
+        return shutil.which(named)
+    tree = os.path.dirname(os.path.dirname(_HERE))  # of scripts/surveymc
+    for place in (os.path.join(tree, "build", "surveymc"), os.path.join(os.path.dirname(os.path.dirname(tree)), "bin", "surveymc")):
+        if os.path.isfile(place) and os.access(place, os.X_OK):
+            return place
+    found = shutil.which("surveymc")
+    if not found:
+        raise RunError("the program surveymc is not found: build it, install it, or name it in the environment variable SURVEYMC")
+    return found
+
+
+def run(config, set=None, threads=None, *, trials=None, seed=None, output=None, folder=None, check=False):
+    """Runs a config to its end and returns the Result.
+
+    config: path of a TOML file, or its content as nested dicts, whose file names are relative to `folder` (the current
+    one). set: {"noise.scale": 0.5, ...}, keys that are replaced, checked as those of the file are. threads: all cores by
+    default; the result does not depend on it. trials, seed: instead of the config's. output: result file to write; by
+    default one that is deleted when the Result is no longer used (`Result.path`, copy it to keep it). check: RunError with
+    exit_code 1 if a verdict is not the one that the config expects.
+
+    RunError with the program's message if the config, its data or the output is refused.
+    """
+    options = [f"--set={key}={toml.value(new)}" for key, new in (set or {}).items()]
+    options += [f"--{name}={int(number)}" for name, number in (("threads", threads), ("trials", trials), ("seed", seed))
+                if number is not None]
+    options += ["--check"] if check else []
+    with _written(config, folder) if isinstance(config, dict) else contextlib.nullcontext(os.fspath(config)) as path:
+        if output is not None:
+            _call(["run", path, *options, "--output", os.fspath(output)])
+            return Result(output)
+        keeper = tempfile.TemporaryDirectory(prefix="surveymc-")
+        try:
+            kept = os.path.join(keeper.name, "result.h5")
+            _call(["run", path, *options, "--output", kept])
+            result = Result(kept)
+        except BaseException:
+            keeper.cleanup()
+            raise
+        weakref.finalize(result, keeper.cleanup)
+        return result
+
+
+def sweep(config, axes, table, set=None, threads=None, *, trials=None, seed=None, output=None, folder=None):
+    """Runs a config at every point of the product of `axes` and returns one of its tables as DataFrame.
+
+    axes: {"noise.scale": [0.5, 1.0], "estimator.name": [...]}: values of keys, taken instead of those that the config's own
+    [sweep] has for these keys; its other axes stay. The DataFrame is that of Result.table(table): each axis is a column,
+    and the points share their noise. Other arguments: as in `run`; the folder of a config that is a file must be writable,
+    because the swept config is beside it as long as the program runs.
+    """
+    if not isinstance(config, dict):
+        folder = os.path.dirname(os.fspath(config)) or "."
+        try:
+            with open(config, "rb") as file:
+                config = tomllib.load(file)
+        except OSError as error:
+            raise RunError(f"{config}: cannot be read: {error.strerror}", 65) from None
+        except tomllib.TOMLDecodeError as error:
+            raise RunError(f"{config}: not TOML: {error}", 65) from None
+    swept = {**config, "sweep": {**config.get("sweep", {}), **{k: list(v) for k, v in axes.items()}}}
+    result = run(swept, set, threads, trials=trials, seed=seed, output=output, folder=folder)
+    return result.table(table)
+
+
+@contextlib.contextmanager
+def _written(settings, folder):
+    """The path of a config that has these settings, in `folder`, where its file names are looked for."""
+    folder = os.fspath(folder) if folder else "."
+    try:
+        handle, path = tempfile.mkstemp(prefix=".surveymc-", suffix=".toml", dir=folder)
+    except OSError as error:
+        raise RunError(f"{folder}: cannot write the config there: {error.strerror}", 74) from None
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(toml.dumps(settings))
+        yield path
+    except RunError as error:  # nobody knows the file by its name
+        raise RunError(str(error).replace(os.path.abspath(path), "config").replace(path, "config"), error.exit_code) from None
+    finally:
+        with contextlib.suppress(FileNotFoundError):
+            os.remove(path)
+
+
+def _call(arguments):
+    done = subprocess.run([find_program(), *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                          stderr=subprocess.PIPE, text=True, errors="replace")
+    if done.returncode:
+        said = done.stderr.strip().splitlines()
+        message = next((line.removeprefix("error: ") for line in reversed(said) if line.startswith("error: ")), said[-1] if said else "")
+        meaning = _EXIT_CODES.get(done.returncode, f"exit code {done.returncode}")
+        raise RunError(message or f"surveymc {arguments[0]}: {meaning}", done.returncode if done.returncode > 0 else None)
