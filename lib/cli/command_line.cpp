@@ -89,7 +89,7 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
       ->check(CLI::IsMember({"bash", "zsh", "fish"}));
 }
 
-/// What the arguments of these names are; any other is text.
+/// The kind of the arguments with these names; any other argument is text.
 ValueKind kind_of(const std::string& name) {
   static const std::map<std::string, ValueKind> kKinds = {
       {"config", ValueKind::config_file}, {"file", ValueKind::result_file}, {"parts", ValueKind::result_file},
