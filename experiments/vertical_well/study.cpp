@@ -77,8 +77,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.spacing = c.number("spacing_m", config::Range::positive());
   const double legs = depth / s.spacing;
   c.require(std::abs(legs - std::round(legs)) < 1e-9 * legs && legs > 0.5, "spacing_m",
-            "must divide depth_m into whole legs");
-  c.require(legs < 3000.5, "spacing_m", "makes more than 3000 legs");
+            "must divide depth_m into whole intervals");
+  c.require(legs < 3000.5, "spacing_m", "makes more than 3000 intervals");
   s.legs = static_cast<int>(std::lround(legs));
   s.field = study::read_field(c);
   c.require(s.field.declination == 0, "field.declination_deg", "must be 0: north is magnetic north in this study");

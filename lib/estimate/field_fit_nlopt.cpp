@@ -127,8 +127,8 @@ double objective(const std::vector<double>& z, std::vector<double>& gradient, vo
   return value;
 }
 
-/// Moves the start to x and scales the unknowns by the normal matrix there. `tilted`: adds a linear term to the cost,
-/// whose gradient is the fitted_correction() at x. A minimum that then stays at x solves the equations with the
+/// Moves the start to x and scales the unknowns by the normal matrix there. `tilted`: subtracts a linear term from the
+/// cost, with gradient twice the fitted_correction() at x. A minimum that then stays at x solves the equations with the
 /// derivative at the fitted field.
 void recenter(Problem& p, const Vector& x, bool tilted) {
   Vector g;
