@@ -7,6 +7,7 @@
   study(msa_benefit, experiment)           \
   study(estimate, experiment)              \
   study(position_covariance, experiment)   \
+  study(tool_code_map, experiment)         \
   study(vertical_well, experiment)         \
   study(sensor_monte_carlo, experiment)    \
   study(reliability, map_experiment)       \

@@ -13,7 +13,7 @@ for part in "$@"; do
   case "$part" in
     report) packages+=(python3-pandas python3-xarray) ;;
     import) packages+=(python3-lxml python3-openpyxl) ;;
-    test) packages+=(python3-lxml python3-openpyxl catch2 librandom123-dev libopenmpi-dev openmpi-bin hdf5-tools netcdf-bin
+    test) packages+=(python3-lxml python3-openpyxl catch2 libmuparser-dev librandom123-dev libopenmpi-dev openmpi-bin hdf5-tools netcdf-bin
       python3-pandas python3-xarray python3-netcdf4 python3-h5netcdf
       chromium chromium-driver python3-selenium python3-pip python3-setuptools python3-wheel doxygen mandoc
       slurm-wlm munge parallel snakemake clang libclang-rt-14-dev libomp-14-dev) ;;

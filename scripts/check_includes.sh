@@ -3,5 +3,5 @@
 # long as a build did before them, so CI does not run it.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-cmake --preset release -B build-plain -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DSURVEYMC_TESTS=OFF >/dev/null
+cmake --preset release -B build-plain -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DSURVEYMC_UNITY=OFF -DSURVEYMC_TESTS=OFF >/dev/null
 cmake --build build-plain --target surveymc

@@ -335,8 +335,8 @@ def main():
         title = config.get("title") or plotting.text_attribute(file, "title")
         tables = {n: plotting.read_table(file, n)
                   for n in ("covariance", "covariance_by_source", "ellipsoid", "error_terms")}
-    for name, table in tables.items():
-        if table is None or table.rows == 0:
+    for name in ("covariance", "ellipsoid"):
+        if tables[name] is None or tables[name].rows == 0:
             raise PlotError(f"{arguments.result}: table '{name}' is missing or empty")
     keys = plotting.sweep_keys(config, tables["covariance"])
     points = plotting.sweep_points(tables["covariance"], keys)
@@ -346,10 +346,12 @@ def main():
         point = points[index or 0]
         prefix = "" if len(points) == 1 else f"point{index}_"
         name = title + (f": {plotting.point_name(keys, point)}" if keys else "")
-        here = {n: plotting.at_point(t, keys, point) for n, t in tables.items()}
+        here = {n: t if t is None or t.rows == 0 else plotting.at_point(t, keys, point) for n, t in tables.items()}
         covariance, ellipsoid, terms = here["covariance"], here["ellipsoid"], here["error_terms"]
         figures[prefix + "along"] = along_figure(name, covariance, ellipsoid, terms)
-        figures[prefix + "sources"] = sources_figure(name, here["covariance_by_source"], terms)
+        by_source = here["covariance_by_source"]
+        if by_source is not None and len(set(by_source["md_m"])) > 1:  # output.by_source = "all", and a tool with errors
+            figures[prefix + "sources"] = sources_figure(name, by_source, terms)
         figures[prefix + "views"] = views_figure(name, covariance, ellipsoid, terms, arguments.sigma, arguments.magnify)
     if len(points) > 1:
         figures["compare"] = compare_figure(title, tables["covariance"], keys, points)

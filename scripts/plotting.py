@@ -106,7 +106,8 @@ class Table(dict):
 
 
 def open_result(path, experiment):
-    """Opens a result file for reading; it must be one of this experiment. Use it in a `with` statement."""
+    """Opens a result file for reading; it must be of this experiment, or of one of these. Use it in a `with` statement."""
+    allowed = (experiment,) if isinstance(experiment, str) else experiment
     if not os.path.exists(path):
         raise PlotError(f"{path}: no such file")
     if os.path.isdir(path):
@@ -121,9 +122,9 @@ def open_result(path, experiment):
     if text_attribute(file, "format") != "surveymc":
         file.close()
         raise PlotError(f"{path}: not a result file of surveymc")
-    if found != experiment:
+    if found not in allowed:
         file.close()
-        raise PlotError(f"{path}: is a result of experiment '{found}', not of '{experiment}'")
+        raise PlotError(f"{path}: is a result of experiment '{found}', not of {' or '.join(map(repr, allowed))}")
     return file
 
 

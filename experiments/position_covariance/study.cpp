@@ -1,5 +1,6 @@
-/// Study: position uncertainty of a surveyed well by the error models of its tools (ISCWSA MWD Rev 4, Rev 5.10, or the
-/// user's own). No Monte Carlo: the covariance of every station, whole and by source, compared with published figures.
+/// Study: position uncertainty of a surveyed well by the error models of its tools (ISCWSA MWD Rev 4, Rev 5.10, the
+/// OWSG tool codes, or the user's own). No Monte Carlo: the covariance of every station, whole and by source, compared
+/// with published figures.
 ///
 ///   survey, field, models (config) -> effects of every term at every station, summed as their modes say (propagate)
 ///   -> covariance, ellipse and ellipsoid per station
@@ -37,16 +38,16 @@ std::size_t read_station(config::ConfigReader& entry, const survey::Survey& surv
   entry.fail("md_m", "the survey has no station at this depth");
 }
 
-bool has_source(const study::ToolRuns& legs, const std::string& code) {
-  for (const propagate::ToolRun& leg : legs.legs)
-    for (const propagate::ErrorTerm& term : leg.model.terms)
+bool has_source(const study::ToolRuns& tools, const std::string& code) {
+  for (const propagate::ToolRun& run : tools.runs)
+    for (const error_model::Term& term : run.model->terms)
       if (term.code == code) return true;
   return false;
 }
 
 /// `[[published]] source, table, error_source (for covariance_by_source), md_m, values = { nn_m2 = ... }, at`.
 std::vector<Published> read_published(config::ConfigReader& c, const survey::Survey& survey,
-                                      const study::ToolRuns& legs) {
+                                      const study::ToolRuns& tools) {
   std::vector<Published> out;
   for (config::ConfigReader& entry : c.tables("published")) {
     const study::PublishedEntry given = study::read_published(entry);
@@ -58,14 +59,14 @@ std::vector<Published> read_published(config::ConfigReader& c, const survey::Sur
                     "must be of nn_m2, ee_m2, vv_m2, ne_m2, nv_m2, ev_m2");
     if (!given.here) continue;  // another point may have another survey or model
     p.station = read_station(entry, survey);
-    entry.require(p.source == "total" || has_source(legs, p.source), "error_source", "no model here has this code");
+    entry.require(p.source == "total" || has_source(tools, p.source), "error_source", "no model here has this code");
     out.push_back(std::move(p));
   }
   return out;
 }
 
 std::vector<PublishedElement> compare(const std::vector<Published>& published, const survey::Survey& survey,
-                                      const propagate::PositionCovariances& result) {
+                                      const propagate::ToolCovariances& result) {
   std::vector<PublishedElement> out;
   for (const Published& p : published) {
     const auto row = static_cast<std::size_t>(std::find(result.sources.begin(), result.sources.end(), p.source) -
@@ -81,22 +82,41 @@ std::vector<PublishedElement> compare(const std::vector<Published>& published, c
 
 struct Scenario {
   survey::ReferenceField field;
+  double latitude = 0;  ///< rad; NaN where no model needs it
   survey::Survey survey;
-  study::ToolRuns legs;
+  study::ToolRuns tools;
   std::vector<double> tvd;
+  std::vector<propagate::Validity> validity;
+  propagate::SourceDetail detail = propagate::SourceDetail::all;
   double margin = 0;
   std::vector<Published> published;
 };
+
+propagate::SourceDetail read_source_detail(config::ConfigReader& c) {
+  const std::string word = c.choice("output.by_source", {"all", "last", "none"}, "all");
+  return word == "all"    ? propagate::SourceDetail::all
+         : word == "last" ? propagate::SourceDetail::last
+                          : propagate::SourceDetail::none;
+}
 
 Scenario read_scenario(config::ConfigReader& c) {
   Scenario s;
   s.field = study::read_field(c);
   s.survey = study::read_survey(c, s.field, false);
-  s.legs = study::read_tool_runs(c, s.survey);
+  s.tools = study::read_tool_runs(c, s.survey);
+  std::vector<config::SharedModel> models;
+  for (const propagate::ToolRun& run : s.tools.runs) models.push_back(run.model);
+  s.latitude = study::read_latitude(c, models);
   s.tvd = study::read_true_vertical_depths(c, s.survey);
+  s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
+  study::read_outside_range(c, s.survey, s.tools.runs, s.validity);
+  s.detail = read_source_detail(c);
   if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
   s.margin = c.number("verdict.margin", config::Range::open(0, 1), 1e-6);
-  s.published = read_published(c, s.survey, s.legs);
+  s.published = read_published(c, s.survey, s.tools);
+  for (const Published& p : s.published)
+    if (p.source != "total" && s.detail != propagate::SourceDetail::all)
+      c.fail("output.by_source", "must be \"all\": there are published values of a source");
   c.finish();
   return s;
 }
@@ -106,12 +126,21 @@ class PositionCovariance final : public study::StudyPoint {
   explicit PositionCovariance(Scenario scenario) : s_(std::move(scenario)) {}
 
   study::PointResult report(const stats::Tally&, const montecarlo::RunOptions&) const override {
-    const propagate::PositionCovariances result =
-        propagate::position_covariances(s_.survey, s_.tvd, s_.legs.legs, s_.field, true);
+    const propagate::ToolCovariances result =
+        propagate::tool_covariances(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.detail);
+    std::vector<propagate::Validity> validity = s_.validity;
+    for (const propagate::NonFiniteTerm& term : result.non_finite)
+      validity.push_back(propagate::validity_of(term, s_.tools.runs));
     study::PointResult r;
-    r.tables = {covariance_table(s_.survey, result), covariance_by_source_table(s_.survey, result),
-                ellipsoid_table(s_.survey, s_.tvd, result), error_terms_table(s_.legs),
-                published_table(compare(s_.published, s_.survey, result), s_.margin)};
+    r.tables.push_back(covariance_table(s_.survey, result));
+    if (s_.detail != propagate::SourceDetail::none)
+      r.tables.push_back(covariance_by_source_table(s_.survey, result, s_.detail));
+    for (const store::Table& t : std::initializer_list<store::Table>{
+             ellipsoid_table(s_.survey, s_.tvd, result), tool_codes_table(s_.tools), error_terms_table(s_.tools),
+             validity_table(s_.survey, s_.tools, validity), gyro_table(s_.survey, s_.tools, result),
+             published_table(compare(s_.published, s_.survey, result), s_.margin),
+             validity_warnings_table(s_.survey, s_.tools, validity)})
+      r.tables.push_back(t);
     return r;
   }
 
@@ -125,6 +154,15 @@ class PositionCovariancePlan final : public study::PointPlan {
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<PositionCovariance>(s_);
   }
+  /// The models with their terms, everything that they extend applied.
+  std::string details() const override {
+    std::string out;
+    for (const propagate::ToolRun& run : s_.tools.runs) {
+      const std::string text = config::model_text(*run.model), terms = text.substr(text.find("[[model]]"));
+      if (out.find(terms) == std::string::npos) out += terms;
+    }
+    return out;
+  }
 
  private:
   Scenario s_;
@@ -135,7 +173,7 @@ class PositionCovariancePlan final : public study::PointPlan {
 study::Experiment experiment() {
   return {random::StudyId::position_covariance,
           "Position uncertainty of a well by the error models of its survey tools",
-          "ISCWSA MWD error model Rev 4 and Rev 5.10, example wells 1 and 2",
+          "ISCWSA MWD error model Rev 4 and Rev 5.10, OWSG tool codes",
           [](config::ConfigReader& config, random::StudySeed) -> std::unique_ptr<study::PointPlan> {
             return std::make_unique<PositionCovariancePlan>(read_scenario(config));
           }};

@@ -1,6 +1,7 @@
 #include "position_covariance/tables.h"
 
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -26,7 +27,7 @@ double azimuth_deg(const Vector3d& v) {
 
 }  // namespace
 
-store::Table covariance_table(const survey::Survey& survey, const propagate::PositionCovariances& result) {
+store::Table covariance_table(const survey::Survey& survey, const propagate::ToolCovariances& result) {
   study::TableRows t("covariance", "position covariance of every station; standard deviations and axes are one sigma");
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
     const survey::Station& s = survey.stations[k];
@@ -53,7 +54,7 @@ store::Table covariance_table(const survey::Survey& survey, const propagate::Pos
 }
 
 store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<double>& tvd,
-                             const propagate::PositionCovariances& result) {
+                             const propagate::ToolCovariances& result) {
   study::TableRows t("ellipsoid", "position of every station and the axes of its one-sigma ellipsoid");
   const std::vector<Vector3d> positions = survey::minimum_curvature_positions(survey);
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
@@ -77,32 +78,152 @@ store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<dou
   return t.take();
 }
 
-store::Table covariance_by_source_table(const survey::Survey& survey, const propagate::PositionCovariances& result) {
+store::Table covariance_by_source_table(const survey::Survey& survey, const propagate::ToolCovariances& result,
+                                        propagate::SourceDetail detail) {
+  struct Row {
+    double md;
+    std::string source;
+    Matrix3d covariance;
+  };
+  const std::size_t sources = result.sources.size(), n = survey.stations.size();
+  std::vector<Row> rows;
+  for (std::size_t k = detail == propagate::SourceDetail::all ? 0 : n - 1; k < n; ++k)
+    for (std::size_t i = 0; i < sources; ++i)
+      rows.push_back({survey.stations[k].md, result.sources[i],
+                      result.by_source[(detail == propagate::SourceDetail::all ? k * sources : 0) + i]});
   study::TableRows t("covariance_by_source",
-                     "position covariance of every station by error source; their sum is the covariance");
-  const std::size_t sources = result.sources.size();
-  for (std::size_t k = 0; k < survey.stations.size(); ++k)
-    for (std::size_t i = 0; i < sources; ++i) {
-      t.number("md_m", "m", "measured depth", survey.stations[k].md);
-      t.word("source", "code of the error source", result.sources[i]);
-      t.covariance("nev", kNevCovariance, result.by_source[k * sources + i]);
-    }
+                     detail == propagate::SourceDetail::all
+                         ? "position covariance of every station by error source; their sum is the covariance"
+                         : "position covariance of the last station by error source");
+  study::write_rows(t, rows, [&](const Row& r) {
+    t.number("md_m", "m", "measured depth", r.md);
+    t.word("source", "code of the error source", r.source);
+    t.covariance("nev", kNevCovariance, r.covariance);
+  });
   return t.take();
 }
 
-store::Table error_terms_table(const study::ToolRuns& legs) {
+store::Table tool_codes_table(const study::ToolRuns& tools) {
+  study::TableRows t("tool_codes", "the error models of the survey legs");
+  for (std::size_t l = 0; l < tools.runs.size(); ++l) {
+    const error_model::Model& m = *tools.runs[l].model;
+    t.count("leg", "number of the survey leg, from 1", l + 1);
+    t.number("from_md_m", "m", "measured depth where the leg begins", tools.from_md[l]);
+    t.word("model", "error model of the leg", tools.model_names[l]);
+    t.word("title", "of the model", m.title);
+    t.word("prefix", "OWSG's prefix; floating-rig twins share it", m.prefix);
+    t.word("revision", "of the model", m.revision);
+    t.word("catalogue", "file that the model is from", m.catalogue);
+    t.count("terms", "number of error sources", m.terms.size());
+    t.number("inclination_min_deg", "deg", "least inclination at which the model holds", m.inclination_min / kDegree);
+    t.number("inclination_max_deg", "deg", "largest inclination at which the model holds", m.inclination_max / kDegree);
+    t.number("east_west_exclusion_deg", "deg", "it does not hold within this angle of horizontal magnetic east or west",
+             m.east_west_exclusion / kDegree);
+    t.word("note", "what the model's author says", m.note);
+  }
+  return t.take();
+}
+
+store::Table error_terms_table(const study::ToolRuns& tools) {
+  struct Row {
+    std::size_t leg;
+    const error_model::Term* term;
+  };
+  std::vector<Row> rows;
+  for (std::size_t l = 0; l < tools.runs.size(); ++l)
+    for (const error_model::Term& term : tools.runs[l].model->terms) rows.push_back({l, &term});
   study::TableRows t("error_terms", "the error models as they were used, one row a leg and term");
-  for (std::size_t l = 0; l < legs.legs.size(); ++l)
-    for (const propagate::ErrorTerm& term : legs.legs[l].model.terms) {
-      t.count("leg", "number of the survey leg, from 1", l + 1);
-      t.number("from_md_m", "m", "measured depth where the leg begins", legs.from_md[l]);
-      t.word("model", "error model of the leg", legs.model_names[l]);
-      t.word("source", "code of the error source", term.code);
-      t.word("function", "weighting function", std::string(term.function->name));
-      t.number("magnitude", "1", "one standard deviation, in the unit of this row", term.magnitude);
-      t.word("unit", "unit of the magnitude", term.unit);
-      t.word("mode", "R random, S systematic, W per well, G global", std::string(1, propagate::mode_letter(term.mode)));
-    }
+  const error_model::Term none{"", std::make_shared<const error_model::Function>(), 0, "", 0, {}};
+  study::write_rows(t, rows, [&](const Row& r) {
+    const error_model::Term& term = r.term ? *r.term : none;
+    const error_model::Function& f = *term.function;
+    t.count("leg", "number of the survey leg, from 1", r.leg + 1);
+    t.number("from_md_m", "m", "measured depth where the leg begins", tools.from_md[r.leg]);
+    t.word("model", "error model of the leg", tools.model_names[r.leg]);
+    t.word("source", "code of the error source", term.code);
+    t.word("function", "weighting function", f.name);
+    t.number("magnitude", "1", "one standard deviation, in the unit of this row", term.magnitude);
+    t.word("unit", "unit of the magnitude", term.unit);
+    t.word("mode", "R random, S systematic, W per well, G global", std::string(1, mode_letter(term.mode)));
+    t.word("kind", "station, course, stationary or continuous", error_model::kind_name(f.kind));
+    t.word("depth", "formula of the effect on depth, m", f.depth.text);
+    t.word("inclination", "formula of the effect on inclination, rad", f.inclination.text);
+    t.word("azimuth_or_lateral", "formula of the effect on azimuth, or (\"lateral:\") of sinI times it, rad",
+           f.lateral.empty() ? f.azimuth.text : "lateral: " + f.lateral.text);
+    t.word("file", "file that the function is from", f.file);
+  });
+  return t.take();
+}
+
+namespace {
+
+double md_of(const survey::Survey& survey, std::size_t station) { return survey.stations[station].md; }
+
+}  // namespace
+
+store::Table validity_table(const survey::Survey& survey, const study::ToolRuns& tools,
+                            const std::vector<propagate::Validity>& validity) {
+  study::TableRows t("validity", "where the error models do not hold, and what else to know of them");
+  study::write_rows(t, validity, [&](const propagate::Validity& v) {
+    t.count("leg", "number of the survey leg, from 1", v.run + 1);
+    t.word("model", "error model of the leg", tools.model_names[v.run]);
+    t.word("rule", "inclination range, east-west exclusion, not finite, zero term, function differs, or a note",
+           propagate::rule_name(v.rule));
+    t.count("stations", "number of stations that it is about", v.stations);
+    t.number("first_md_m", "m", "measured depth of the first of them", md_of(survey, v.first));
+    t.number("last_md_m", "m", "measured depth of the last of them", md_of(survey, v.last));
+    t.word("detail", "in words", v.detail);
+  });
+  return t.take();
+}
+
+store::Table validity_warnings_table(const survey::Survey& survey, const study::ToolRuns& tools,
+                                     const std::vector<propagate::Validity>& validity) {
+  std::vector<propagate::Validity> rows;
+  for (const propagate::Validity& v : validity)
+    if (v.rule != propagate::ValidityRule::note) rows.push_back(v);
+  study::TableRows t("warnings", "what to know before these covariances are used");
+  study::write_rows(t, rows, [&](const propagate::Validity& v) {
+    t.word("severity", "severe: there is no covariance; warning: it may be wrong",
+           v.rule == propagate::ValidityRule::not_finite ? "severe" : "warning");
+    t.word("message", "in words",
+           fmt::format("{}: {}: {} station{}, md {:g} to {:g} m: {}", tools.model_names[v.run],
+                       propagate::rule_name(v.rule), v.stations, v.stations == 1 ? "" : "s", md_of(survey, v.first),
+                       md_of(survey, v.last), v.detail));
+  });
+  return t.take();
+}
+
+store::Table gyro_table(const survey::Survey& survey, const study::ToolRuns& tools,
+                        const propagate::ToolCovariances& result) {
+  struct Row {
+    std::size_t leg;
+    propagate::GyroStretch stretch;
+  };
+  std::vector<Row> rows;
+  for (std::size_t l = 0; l < result.gyro.size(); ++l)
+    for (const propagate::GyroStretch& s : result.gyro[l]) rows.push_back({l, s});
+  study::TableRows t("gyro",
+                     "sections of hybrid gyros; the azimuth at initialisation is the one listed at the station before");
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  study::write_rows(t, rows, [&](const Row& r) {
+    const propagate::GyroStretch& s = r.stretch;
+    t.count("leg", "number of the survey leg, from 1", r.leg + 1);
+    t.word("model", "error model of the leg", tools.model_names[r.leg]);
+    t.count("section", "number of the section in the leg, from 1", s.section + 1);
+    t.word("mode", "stationary: a compass at every station; continuous: since its initialisation",
+           s.is_continuous ? "continuous" : "stationary");
+    t.number("from_md_m", "m", "measured depth of the first station", md_of(survey, s.first));
+    t.number("to_md_m", "m", "measured depth of the last station", md_of(survey, s.end > 0 ? s.end - 1 : 0));
+    t.number("initialised_at_deg", "deg", "inclination at which the stationary terms keep their values",
+             s.is_continuous ? s.initialised_inclination / kDegree : kNone);
+    t.number("azimuth_used_deg", "deg", "azimuth (true) at which they do",
+             s.is_continuous ? study::turn_in_degrees(s.initialised_azimuth) : kNone);
+    t.word("azimuth_is_of_vertical_station", "yes: the survey lists it for a vertical station, where it means nothing",
+           !s.is_continuous                   ? ""
+           : s.azimuth_is_of_vertical_station ? "yes"
+                                              : "no");
+  });
   return t.take();
 }
 

@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "propagate/iscwsa_covariance.h"
 #include "store/table.h"
 #include "study/error_models.h"
 
@@ -20,14 +19,26 @@ struct PublishedElement {
 };
 
 /// One row a station: covariance in NEV and HLA, standard deviations, horizontal ellipse.
-store::Table covariance_table(const survey::Survey& survey, const propagate::PositionCovariances& result);
+store::Table covariance_table(const survey::Survey& survey, const propagate::ToolCovariances& result);
 /// One row a station: where it is, and the ellipsoid of its covariance.
 store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<double>& tvd,
-                             const propagate::PositionCovariances& result);
-/// One row a station and source.
-store::Table covariance_by_source_table(const survey::Survey& survey, const propagate::PositionCovariances& result);
+                             const propagate::ToolCovariances& result);
+/// One row a station and source; of the last station alone for SourceDetail::last.
+store::Table covariance_by_source_table(const survey::Survey& survey, const propagate::ToolCovariances& result,
+                                        propagate::SourceDetail detail);
+/// One row a leg: its model and where that holds.
+store::Table tool_codes_table(const study::ToolRuns& tools);
 /// One row a leg and term: the models as they were used.
-store::Table error_terms_table(const study::ToolRuns& legs);
+store::Table error_terms_table(const study::ToolRuns& tools);
+/// One row a leg and rule that is not kept, or note.
+store::Table validity_table(const survey::Survey& survey, const study::ToolRuns& tools,
+                            const std::vector<propagate::Validity>& validity);
+/// The same but for notes, as sentences that `run` prints last.
+store::Table validity_warnings_table(const survey::Survey& survey, const study::ToolRuns& tools,
+                                     const std::vector<propagate::Validity>& validity);
+/// One row a leg and stretch of a hybrid gyro.
+store::Table gyro_table(const survey::Survey& survey, const study::ToolRuns& tools,
+                        const propagate::ToolCovariances& result);
 /// One row an element; verdict "agrees" where the difference is within `margin` of the trace.
 store::Table published_table(const std::vector<PublishedElement>& elements, double margin);
 

@@ -34,6 +34,9 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
         ->check(CLI::Range(1, 4096));
   };
   command(Command::list, "list", "experiments and what each reproduces");
+  CLI::App* models = command(Command::models, "models", "error models of survey tools, or one of them as TOML to edit");
+  models->add_option("model", line.models.name, "name of an error model: print it with its functions");
+  models->add_option("--file", line.models.file, "models of this TOML file, not those that come with the program");
   CLI::App* check = command(Command::check, "check", "validate a config and print it resolved; runs nothing");
   config_options(check);
   CLI::App* run = command(Command::run, "run", "run a config and write its result file");
@@ -131,7 +134,7 @@ OptionWords words_of(const CLI::Option& option) {
                                                          : option.get_lnames().front();
   if (option.get_positional()) words.name = name;
   if (option.get_items_expected_max() > 0) {
-    words.kind = kind_of(name);
+    words.kind = !option.get_positional() && name == "file" ? ValueKind::config_file : kind_of(name);
     words.value = placeholder(option, words.kind, name);
   }
   words.required = option.get_required();

@@ -4,13 +4,14 @@
 #include <vector>
 
 #include "cli/command_words.h"
+#include "cli/models_command.h"
 #include "cli/part_commands.h"
 #include "cli/run_setup.h"
 #include "cli/show_command.h"
 
 namespace surveymc::cli {
 
-enum class Command { list, check, run, plan, merge, status, show, rerun, man, completion };
+enum class Command { list, models, check, run, plan, merge, status, show, rerun, man, completion };
 
 /// The command and options of a command line (README.md).
 struct CommandLine {
@@ -18,6 +19,7 @@ struct CommandLine {
   RunArguments arguments = {};
   PlanArguments parts_plan = {};
   ShowArguments shown = {};
+  ModelsArguments models = {};
   std::string shell;  ///< of completion
   std::string file, inputs = ".";
   std::vector<std::string> parts = {};

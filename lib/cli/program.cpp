@@ -1,10 +1,12 @@
-/// The command line: list, check, run, plan, merge, status, show, rerun, man, completion (README.md). Prints; all work
-/// is in lib/ and the studies.
+/// The command line: list, models, check, run, plan, merge, status, show, rerun, man, completion (README.md). Prints;
+/// all work is in lib/ and the studies.
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <set>
+#include <sstream>
 #include <variant>
 
 #include <fmt/format.h>
@@ -46,6 +48,13 @@ int list(const std::vector<study::Experiment>& studies) {
 int check(const RunArguments& a) {
   const study::RunPlan run = load(a);
   fmt::print("{}\n", run.config.resolved_text());
+  std::set<std::string> printed;
+  for (const auto& point : run.points) {
+    const std::string details = point->details();
+    if (!printed.insert(details).second) continue;
+    std::istringstream lines(details);
+    for (std::string text; std::getline(lines, text);) fmt::print("#{}{}\n", text.empty() ? "" : " ", text);
+  }
   fmt::print("# {} sweep point{}, {} trials in all; config hash {}\n", run.points.size(),
              run.points.size() == 1 ? "" : "s", run.total_trials(), run.config.hash());
   return kDone;
@@ -134,6 +143,8 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
   switch (line.command) {
     case Command::list:
       return list(studies);
+    case Command::models:
+      return fmt::print("{}", models_text(line.models)), kDone;
     case Command::check:
       return check(a);
     case Command::run:

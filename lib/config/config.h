@@ -46,6 +46,8 @@ class ConfigPlace {
   void require(bool ok, const std::string& rule) const {
     if (!ok) fail(rule);
   }
+  /// "file:line"
+  const std::string& text() const { return place_; }
 
  private:
   std::string place_, key_;
@@ -67,6 +69,8 @@ class ConfigReader {
   std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi);
   std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi, std::int64_t fallback);
   bool boolean(const std::string& key, bool fallback);
+  /// True if the key is there and has a string: for keys that may have a number or a word.
+  bool is_text(const std::string& key) const;
   std::string text(const std::string& key);
   std::string text(const std::string& key, const std::string& fallback);
   std::string choice(const std::string& key, const std::vector<std::string>& allowed);
@@ -96,6 +100,9 @@ class ConfigReader {
   InputTable csv(const std::string& key);
   /// The text of the file that `key` names, relative to the config's folder, for a format of the study's own.
   InputText file_text(const std::string& key);
+  /// The same for a text that the program brings with it; `key` has chosen it. Of a result that is run again, the text
+  /// that is stored there.
+  InputText file_text(const std::string& key, const InputText& shipped);
   /// The same for a file of any size, to be read line by line. One of more than kLargestStoredFile bytes is read once
   /// for its hash, and is not stored.
   InputFile file(const std::string& key);
@@ -117,6 +124,9 @@ class ConfigReader {
   ConfigPlace place(const std::string& key) const;
   /// Throws InputError if a key was never asked for. Call it when everything was read.
   void finish() const;
+
+  /// A strict reader of a TOML file that no config names, relative to the working folder. Call its finish(), too.
+  static ConfigReader of_file(const std::string& path);
 
   struct State;  // shared with the Config that made it
   explicit ConfigReader(std::shared_ptr<State> state);

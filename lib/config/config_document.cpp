@@ -160,9 +160,21 @@ const InputTable& ConfigDocument::table(const TomlNode& n, const std::string& ke
 }
 
 InputText ConfigDocument::text(const TomlNode& n, const std::string& key, const InputText* shipped) {
-  const std::string& path = shipped ? shipped->path : n.text;
-  if (const auto* known = known_file(n, key, path, texts, stored_texts, is_from_result)) return {path, *known};
-  return {path, texts.emplace(path, shipped ? shipped->text : bytes_of(n, key, folder)).first->second};
+  if (parent) {
+    TomlNode beside = n;
+    if (!shipped && n.is_text() && !n.text.empty())
+      beside.text = (fs::path(label).parent_path() / n.text).lexically_normal().string();
+    return parent->text(beside, key, shipped);
+  }
+  if (shipped) {  // `n` may be a list that chose several
+    TomlNode name = n;
+    name.kind = TomlNode::Kind::text;
+    if (const auto* known = known_file(name, key, shipped->path, texts, stored_texts, is_from_result))
+      return {shipped->path, *known};
+    return {shipped->path, texts.emplace(shipped->path, shipped->text).first->second};
+  }
+  if (const auto* known = known_file(n, key, n.text, texts, stored_texts, is_from_result)) return {n.text, *known};
+  return {n.text, texts.emplace(n.text, bytes_of(n, key, folder)).first->second};
 }
 
 InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
@@ -25,7 +26,9 @@ struct UsedDefault {
 struct ConfigDocument {
   std::string label;             // the path as given, for messages
   std::filesystem::path folder;  // files are relative to it
-  bool is_from_result = false;   // files are those in `stored_files`, not on disk; large ones are in `folder`
+  /// Of a TOML file that a config names: the config. Files are read through it, relative to this file.
+  std::shared_ptr<ConfigDocument> parent;
+  bool is_from_result = false;  // files are those in `stored_files`, not on disk; large ones are in `folder`
   std::map<std::string, InputTable> stored_files;
   std::map<std::string, std::string> stored_texts;
   std::map<std::string, InputReference> stored_references;

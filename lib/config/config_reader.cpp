@@ -90,6 +90,11 @@ std::string ConfigReader::text(const std::string& key, const std::string& fallba
   return fallback;
 }
 
+bool ConfigReader::is_text(const std::string& key) const {
+  const auto found = state_->look_up(key);
+  return found && found.node->is_text();
+}
+
 std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed) {
   const auto found = state_->need_name(key);
   const TomlNode& n = *found.node;
@@ -220,6 +225,11 @@ InputText ConfigReader::file_text(const std::string& key) {
   return state_->point->doc->text(*found.node, found.key, nullptr);
 }
 
+InputText ConfigReader::file_text(const std::string& key, const InputText& shipped) {
+  const auto found = state_->need_name(key);
+  return state_->point->doc->text(*found.node, found.key, &shipped);
+}
+
 InputFile ConfigReader::file(const std::string& key) {
   const auto found = state_->need(key);
   return state_->point->doc->file(*found.node, found.key);
@@ -234,9 +244,10 @@ InputTable ConfigReader::table(const std::string& key,
 namespace {
 
 /// A document of its own: messages name it, and its defaults do not enter the config's resolved text.
-ConfigReader reader_of_document(const InputText& document) {
+ConfigReader reader_of_document(const InputText& document, std::shared_ptr<ConfigDocument> parent) {
   auto point = std::make_shared<ConfigPoint>();
   point->doc = std::make_shared<ConfigDocument>();
+  point->doc->parent = std::move(parent);
   point->doc->label = document.path;
   point->root = point->doc->base = parse_document(document.text, document.path);
   const TomlNode* root = &point->root;
@@ -247,12 +258,19 @@ ConfigReader reader_of_document(const InputText& document) {
 
 ConfigReader ConfigReader::toml(const std::string& key) {
   const auto found = state_->need(key);
-  return reader_of_document(state_->point->doc->text(*found.node, found.key, nullptr));
+  return reader_of_document(state_->point->doc->text(*found.node, found.key, nullptr), state_->point->doc);
 }
 
 ConfigReader ConfigReader::toml(const std::string& key, const InputText& shipped) {
   const auto found = state_->need_name(key);
-  return reader_of_document(state_->point->doc->text(*found.node, found.key, &shipped));
+  return reader_of_document(state_->point->doc->text(*found.node, found.key, &shipped), state_->point->doc);
+}
+
+ConfigReader ConfigReader::of_file(const std::string& path) {
+  const auto parent = std::make_shared<ConfigDocument>();
+  TomlNode name = node_of(path);
+  name.place = path;
+  return reader_of_document(parent->text(name, "file", nullptr), parent);
 }
 
 // ------------------------------------------------------------------------------------------------------------- checks

@@ -153,7 +153,7 @@ void ConfigReader::State::find_unknown(const TomlNode& at, const std::string& at
                      is_known ? fmt::format("unknown key: write {} without quotes", *clean) : "unknown key"});
       continue;
     }
-    const bool is_asked = point->asked.contains(full), is_asked_below = point->asked_below(full);
+    const bool is_asked = point->asked.contains(full), is_asked_below = !is_asked && point->asked_below(full);
     if (point->whole.contains(full)) continue;
     if (v.is_table() && (is_asked || is_asked_below)) {
       find_unknown(v, full, out);

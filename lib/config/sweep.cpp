@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "config/checked_numbers.h"
+#include "config/shipped_models.h"
 #include "config/text.h"
 
 namespace surveymc::config {
@@ -47,6 +48,43 @@ std::vector<TomlNode> values_of_steps(const TomlNode& list, const std::string& s
     values.push_back(std::move(n));
   }
   return values;
+}
+
+/// { match = [...], without = [...] }: patterns of names.
+bool is_match(const TomlNode& n) { return n.is_table() && n.entry("match") != nullptr; }
+
+std::vector<std::string> patterns_of(const TomlNode& n, const std::string& shown) {
+  std::vector<std::string> out;
+  if (n.is_text()) return {n.text};
+  if (!n.is_array()) refuse_kind(n, shown, "must be a pattern or a list of patterns such as \"MWD+*\"");
+  for (const TomlNode& item : n.items) {
+    if (!item.is_text()) refuse_kind(item, shown, "must be a string");
+    out.push_back(item.text);
+  }
+  return out;
+}
+
+/// The list of shipped error models that the patterns choose, in the order of the catalogues.
+TomlNode matching_names(const std::string& key, const TomlNode& list, const std::string& shown) {
+  if (key != "error_model" && key != "error_model.name")
+    refuse(list.place, shown, "only error_model.name can be swept by match");
+  for (const auto& [k, v] : list.entries)
+    if (k != "match" && k != "without") refuse(v.place, join_key(shown, k), "unknown key: match or without");
+  const TomlNode* without = list.entry("without");
+  const std::vector<std::string> names =
+      matching_shipped_models(patterns_of(*list.entry("match"), shown + ".match"),
+                              without ? patterns_of(*without, shown + ".without") : std::vector<std::string>());
+  if (names.empty()) refuse(list.place, shown, "fits no shipped error model: surveymc models lists them");
+  TomlNode out;
+  out.kind = TomlNode::Kind::array;
+  out.place = list.place;
+  out.line = list.line;
+  for (const std::string& name : names) {
+    out.items.push_back(node_of(name));
+    out.items.back().place = list.place;
+    out.items.back().line = list.line;
+  }
+  return out;
 }
 
 std::vector<TomlNode> values_of_list(const TomlNode& list, const std::string& shown) {
@@ -113,7 +151,7 @@ void Sweep::read_lists(const TomlNode& table, const std::string& path) {
   for (const auto& [k, v] : table.entries) {
     if (path.empty() && k == "case") continue;
     const std::string key = join_key(path, k);
-    if (v.is_table() && !is_steps(v)) {
+    if (v.is_table() && !is_steps(v) && !is_match(v)) {
       if (v.entries.empty()) refuse(v, "sweep." + key, "is empty");
       read_lists(v, key);
     } else {
@@ -124,7 +162,8 @@ void Sweep::read_lists(const TomlNode& table, const std::string& path) {
 
 void Sweep::add_list(const std::string& written, const TomlNode& list) {
   const std::string key = checked_key(written, "sweep." + key_text(written), list.place);
-  if (!axes_.emplace(key, Axis{list, {}}).second) refuse(list, "sweep." + key, "is given twice");
+  const TomlNode values = is_match(list) ? matching_names(key, list, "sweep." + key) : list;
+  if (!axes_.emplace(key, Axis{values, {}}).second) refuse(list, "sweep." + key, "is given twice");
 }
 
 void Sweep::set_list(const std::string& key, const TomlNode& list) {

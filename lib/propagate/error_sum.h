@@ -1,15 +1,11 @@
 #pragma once
 #include <Eigen/Core>
 
+#include "error_model/model.h"
+
 namespace surveymc::propagate {
 
-/// How an error at one station goes with that at another (ISCWSA's letters R, S, W, G).
-enum class PropagationMode {
-  random,      ///< R: another error at every station
-  systematic,  ///< S: one error per survey leg (tool run)
-  well,        ///< W: one error per well: joins across its legs
-  global       ///< G: one error for all wells of the field: joins across legs as W does
-};
+using error_model::PropagationMode;
 
 /// Position covariance of one error source, station after station (Williamson, SPE 67616; thesis eqs 41-47, with the
 /// errata of docs/studies.md). With e_k the effect of station k's error on positions beyond station k + 1, and e*_K

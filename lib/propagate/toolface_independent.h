@@ -1,5 +1,5 @@
 #pragma once
-/// The toolface-independent (TI) sensor terms of the ISCWSA MWD error model (weighting_functions.h): what is left of
+/// The toolface-independent (TI) sensor terms of the ISCWSA MWD error model (functions.toml): what is left of
 /// the twelve sensor errors when the toolface is averaged out. Only the sensors' terms; singular nowhere.
 #include <array>
 #include <vector>

@@ -27,6 +27,8 @@ std::string_view name_of(StudyId id) {
       return "axial_correction";
     case StudyId::position_covariance:
       return "position_covariance";
+    case StudyId::tool_code_map:
+      return "tool_code_map";
     case StudyId::reliability_map:
       return "reliability_map";
     case StudyId::reliability_well:

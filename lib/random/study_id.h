@@ -19,6 +19,7 @@ enum class StudyId : std::uint32_t {
   chained_multistation = 8,
   axial_correction = 9,
   position_covariance = 10,
+  tool_code_map = 18,
   reliability_map = 11,
   reliability_well = 12,
   gross_error_detection = 20,

@@ -1,23 +1,42 @@
 #include "study/error_models.h"
 
 #include <algorithm>
+#include <limits>
+
+#include <fmt/format.h>
 
 #include "base/units.h"
-#include "config/error_model_file.h"
 
 namespace surveymc::study {
 
-NamedErrorModel read_error_model_choice(config::ConfigReader& c) {
-  if (c.has("error_model.file")) {
-    if (c.has("error_model.name")) c.fail("error_model.name", "not together with error_model.file");
-    return {c.text("error_model.file"), config::read_error_model(c.toml("error_model.file"))};
+namespace {
+
+/// The model of a file that `error_model.name` names, or its only one.
+NamedErrorModel read_model_of_file(config::ConfigReader& c) {
+  const std::string file = c.text("error_model.file");
+  const std::vector<config::SharedModel> models = config::read_error_models(c.toml("error_model.file"), file);
+  if (!c.has("error_model.name")) {
+    std::string names;
+    for (const config::SharedModel& m : models) names += (names.empty() ? "\"" : ", \"") + m->name + "\"";
+    c.require(models.size() == 1, "error_model.file",
+              fmt::format("has {} models: choose one with error_model.name, of {}", models.size(), names));
+    return {file, models.front()};
   }
   std::vector<std::string> names;
-  for (const config::InputText& model : config::shipped_error_models()) names.push_back(model.path);
+  for (const config::SharedModel& m : models) names.push_back(m->name);
   const std::string name = c.choice("error_model.name", names);
-  const config::InputText& shipped = config::shipped_error_models()[static_cast<std::size_t>(
-      std::find(names.begin(), names.end(), name) - names.begin())];
-  return {name, config::read_error_model(c.toml("error_model.name", {"<shipped>/" + name + ".toml", shipped.text}))};
+  const auto at = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  return {file + ": " + name, models[at]};
+}
+
+}  // namespace
+
+NamedErrorModel read_error_model_choice(config::ConfigReader& c) {
+  if (c.has("error_model.file")) return read_model_of_file(c);
+  const std::string name = c.text("error_model.name");
+  const config::ShippedModel* shipped = config::find_shipped_model(name);
+  if (shipped == nullptr) c.fail("error_model.name", "unknown error model: " + config::shipped_model_suggestion(name));
+  return {name, config::read_shipped_model(c, "error_model.name", *shipped)};
 }
 
 namespace {
@@ -36,7 +55,7 @@ ToolRuns read_tool_runs(config::ConfigReader& c, const survey::Survey& survey) {
   constexpr double kSameDepth = 1e-6;  // m: a depth in feet may be written in metres, too
   ToolRuns out;
   NamedErrorModel model = read_error_model_choice(c);
-  out.legs.push_back({1, model.model});
+  out.runs.push_back({1, model.model});
   out.model_names.push_back(model.name);
   out.from_md.push_back(survey.stations.front().md);
   for (config::ConfigReader& leg : c.tables("leg")) {
@@ -47,12 +66,31 @@ ToolRuns read_tool_runs(config::ConfigReader& c, const survey::Survey& survey) {
                                     [&](const survey::Station& s) { return s.md > from + kSameDepth; });
     leg.require(first != survey.stations.end(), key, "no station is deeper");
     const int index = static_cast<int>(first - survey.stations.begin());
-    leg.require(index > out.legs.back().first, key, "the leg before has no station: legs must be in order of depth");
-    out.legs.push_back({index, model.model});
+    leg.require(index > out.runs.back().first, key, "the leg before has no station: legs must be in order of depth");
+    out.runs.push_back({index, model.model});
     out.model_names.push_back(model.name);
     out.from_md.push_back(from);
   }
   return out;
+}
+
+double read_latitude(config::ConfigReader& c, const std::vector<config::SharedModel>& models) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (c.has("field.latitude_deg")) return c.number("field.latitude_deg", config::Range::closed(-90, 90)) * kDegree;
+  for (const config::SharedModel& m : models)
+    for (const error_model::Term& t : m->terms)
+      if (t.function->names(error_model::Variable::latitude))
+        c.fail("field.latitude_deg", fmt::format("missing: {} of {} needs the latitude", t.code, m->name));
+  return kNone;
+}
+
+void read_outside_range(config::ConfigReader& c, const survey::Survey& survey,
+                        const std::vector<propagate::ToolRun>& runs, const std::vector<propagate::Validity>& validity) {
+  if (c.choice("error_model.outside_range", {"mark", "refuse"}, "mark") == "mark") return;
+  for (const propagate::Validity& v : validity)
+    if (v.rule == propagate::ValidityRule::inclination_range || v.rule == propagate::ValidityRule::east_west_exclusion)
+      c.fail("error_model.outside_range",
+             fmt::format("{}: station at md {} m: {}", runs[v.run].model->name, survey.stations[v.first].md, v.detail));
 }
 
 }  // namespace surveymc::study

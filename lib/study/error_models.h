@@ -1,28 +1,41 @@
 #pragma once
 /// Which error model each part of a survey has: the keys that studies of covariance models share.
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "config/config.h"
-#include "propagate/iscwsa_covariance.h"
+#include "config/error_model_file.h"
+#include "propagate/tool_covariance.h"
+#include "propagate/tool_validity.h"
 
 namespace surveymc::study {
 
 /// The model that `config` names, and what it was called.
 struct NamedErrorModel {
-  std::string name;  ///< as in the config: of a shipped model, or of a file
-  propagate::ErrorModel model;
+  std::string name;  ///< as in the config: of a shipped model, of a file, or "file: name"
+  config::SharedModel model;
 };
 
-/// `error_model = NAME`, `[error_model] name` (a shipped model) or `file`, of the whole config or of a [[leg]].
+/// `error_model = NAME`, `[error_model] name` (a shipped model: "MWD+IFR1" or "owsg_a_rev5.1/MWD+IFR1") or `file`, with
+/// `name` if the file has several; of the whole config or of a [[leg]].
 NamedErrorModel read_error_model_choice(config::ConfigReader& config);
 
-/// Survey legs: the first with `[error_model]` from the tie-on, the next ones each from a
-/// `[[leg]] from_md_m or from_md_ft, error_model (the one before)`. A leg has the stations deeper than its `from`.
+/// Tool runs (ISCWSA: survey legs): the first with `[error_model]` from the tie-on, the next ones each from a
+/// `[[leg]] from_md_m or from_md_ft, error_model (the one before)`. A run has the stations deeper than its `from`.
 struct ToolRuns {
-  std::vector<propagate::ToolRun> legs;
+  std::vector<propagate::ToolRun> runs;
   std::vector<std::string> model_names;
   std::vector<double> from_md;  ///< m
 };
 ToolRuns read_tool_runs(config::ConfigReader& config, const survey::Survey& survey);
+
+/// `field.latitude_deg` in rad: required where a formula of a model has Latitude, else NaN where it is not given.
+double read_latitude(config::ConfigReader& config, const std::vector<config::SharedModel>& models);
+
+/// `error_model.outside_range` = "mark" (default) or "refuse": stations at which a model does not hold are listed, or
+/// refused by InputError with the first station and the range.
+void read_outside_range(config::ConfigReader& config, const survey::Survey& survey,
+                        const std::vector<propagate::ToolRun>& runs, const std::vector<propagate::Validity>& validity);
 
 }  // namespace surveymc::study

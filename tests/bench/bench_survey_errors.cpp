@@ -1,40 +1,68 @@
-/// Position covariances of a surveyed well by the 35 terms of the ISCWSA model Rev 5.10.
+/// Position covariances of a surveyed well by error models, and the formulas of these models.
 #include "bench_setup.h"
 #include "config/error_model_file.h"
-#include "propagate/iscwsa_covariance.h"
+#include "error_model/model_graph.h"
+#include "propagate/tool_covariance.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::bench {
 namespace {
 
-propagate::ErrorModel rev5() {
-  for (const config::InputText& m : config::shipped_error_models())
-    if (m.path == "iscwsa_mwd_rev5.10")
-      return config::read_error_model(
-          config::Config::from_text("experiment = 'b'\nseed = 1\nmodel = 'm'\n", "bench", {}, {{"m", m.text}})
-              .reader(0)
-              .toml("model"));
-  return {};
-}
+config::SharedModel shipped(const char* name) { return config::load_shipped_model(*config::find_shipped_model(name)); }
 
 /// Items: stations. With range(1) also by source.
-void covariances(benchmark::State& state) {
+void covariances(benchmark::State& state, const char* model) {
   const survey::Survey survey = synthetic_survey(static_cast<int>(state.range(0)));
   const std::vector<double> tvd = survey::true_vertical_depths(survey);
-  const std::vector<propagate::ToolRun> legs{{1, rev5()}};
+  const std::vector<propagate::ToolRun> runs{{1, shipped(model)}};
   survey::ReferenceField field;
   field.total = 50000;
   field.dip = 72 * kDegree;
+  const propagate::SourceDetail detail =
+      state.range(1) != 0 ? propagate::SourceDetail::all : propagate::SourceDetail::none;
   for (auto _ : state)
-    benchmark::DoNotOptimize(propagate::position_covariances(survey, tvd, legs, field, state.range(1) != 0));
+    benchmark::DoNotOptimize(propagate::tool_covariances(survey, tvd, runs, field, 60 * kDegree, detail));
   count_items(state, survey.size());
 }
-BENCHMARK(covariances)
+BENCHMARK_CAPTURE(covariances, iscwsa, "iscwsa_mwd_rev5.10")
     ->Name("iscwsa_covariance")
     ->ArgNames({"stations", "by_source"})
     ->ArgsProduct({{100, 1000, 10000, 100000}, {0}})
     ->Args({1000, 1})
     ->Args({10000, 1});
+BENCHMARK_CAPTURE(covariances, axial, "MWD+SRGM+AX")->ArgNames({"stations", "by_source"})->Args({10000, 0});
+BENCHMARK_CAPTURE(covariances, gyro, "GYRO-NS-CT")->ArgNames({"stations", "by_source"})->Args({10000, 0});
+
+/// The formulas of a model at 10,000 stations, without the sums. Items: stations.
+void formulas(benchmark::State& state, const char* name) {
+  const config::SharedModel model = shipped(name);
+  const error_model::ModelGraph g = error_model::model_graph(model->terms);
+  error_model::Evaluation e(g.graph, error_model::surroundings_of(model->parameters, 72 * kDegree, 50000, 9.8, 1));
+  for (std::size_t i = 0; i < error_model::Evaluation::kBlock; ++i) {
+    error_model::SampleStation s;
+    s.inclination = 0.005 * static_cast<double>(i + 1);
+    s.azimuth = 1 + 0.01 * static_cast<double>(i);
+    error_model::set_station(e, i, s);
+  }
+  constexpr int kStations = 10000;
+  for (auto _ : state)
+    for (int done = 0; done < kStations; done += static_cast<int>(error_model::Evaluation::kBlock)) {
+      e.run(error_model::Evaluation::kBlock);
+      benchmark::DoNotOptimize(e.output(g.graph.nodes().size() - 1));
+    }
+  count_items(state, kStations);
+}
+BENCHMARK_CAPTURE(formulas, iscwsa, "iscwsa_mwd_rev5.10");
+BENCHMARK_CAPTURE(formulas, axial, "MWD+SRGM+AX");
+
+/// All shipped models, read from their text.
+void load_models(benchmark::State& state) {
+  for (auto _ : state)
+    for (const config::ShippedModel& m : config::shipped_models())
+      benchmark::DoNotOptimize(config::load_shipped_model(m));
+  count_items(state, static_cast<int>(config::shipped_models().size()));
+}
+BENCHMARK(load_models);
 
 }  // namespace
 }  // namespace surveymc::bench

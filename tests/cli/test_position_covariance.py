@@ -204,8 +204,8 @@ class Models(CovarianceCase):
         row = next(i for i, line in enumerate(lines) if "MBZ" in line)
         self.config_with('error_model = "iscwsa_mwd_rev5.10"', '[error_model]\nfile = "bad.toml"')
         for old, new, says in (
-                ('function = "MBZ"', 'function = "MBQ"', 'function = "MBQ": must be one of '),
-                ('"nT"', '"gauss"', 'unit = "gauss": the unit of MBZ must be "nT" or "uT"'),
+                ('function = "MBZ"', 'function = "MBQ"', 'function = "MBQ": unknown function; did you mean "MBZ"'),
+                ('"nT"', '"gauss"', 'unit = "gauss": the unit of MBZ must be "nT", "uT", "deg.nT" or "rad.nT"'),
                 ('"nT"', '"deg"', 'unit = "deg": the unit of MBZ must be'),
                 ('"S"', '"X"', 'mode = "X": must be one of "R", "S", "W", "G"'),
                 ('70.0', '-70.0', "magnitude = -70: must be >= 0"),
@@ -219,7 +219,7 @@ class Models(CovarianceCase):
                 self.write("bad.toml", "\n".join(bad) + "\n")
                 message = self.refused(BAD_INPUT, "run", "mine.toml", says=rf"bad\.toml:{row + 1}: ")
                 self.assertIn(says, message)
-        self.refused(BAD_INPUT, "run", "base.toml", "--set", "error_model=iscwsa", says="must be one of")
+        self.refused(BAD_INPUT, "run", "base.toml", "--set", "error_model=iscwsa", says="unknown error model: there are \"iscwsa_mwd_rev4\"")
         self.refused(BAD_INPUT, "run", "mine.toml", "--set", "error_model.file=none.toml", says="cannot be read")
 
     def test_sweep_over_models_and_field(self):

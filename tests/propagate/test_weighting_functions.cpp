@@ -1,47 +1,70 @@
-#include "propagate/weighting_functions.h"
-
-#include <functional>
+/// The shipped weighting functions against the tables of ISCWSA and what a tool reads.
 #include <map>
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 
 #include "base/units.h"
-#include "propagate/iscwsa_covariance.h"
+#include "config/shipped_models.h"
+#include "error_model/model_graph.h"
 #include "propagate/station_effects.h"
+#include "propagate/tool_covariance.h"
+#include "propagate/toolface_independent.h"
 #include "survey/minimum_curvature.h"
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::config;
 using namespace surveymc::propagate;
+using namespace surveymc::survey;
 using Eigen::Vector3d;
 
 namespace {
 
 constexpr double kDeclination = -4 * kDegree;
 
-survey::ReferenceField field_of(double dip_deg) {
-  survey::ReferenceField f;
+ReferenceField field_of(double dip_deg) {
+  ReferenceField f;
   f.total = 50000;
   f.dip = dip_deg * kDegree;
   f.declination = kDeclination;
   return f;
 }
 
-/// Two stations `dmd` apart, both at `at`.
-StationGeometry geometry(const survey::Attitude& at, const survey::ReferenceField& field, double md = 1000,
-                         double dmd = 30) {
-  survey::Survey s;
-  s.stations = {{md - dmd, at.inclination, at.azimuth, 0}, {md, at.inclination, at.azimuth, 0}};
-  return station_geometry(s, {md - dmd, 800}, field, 1);
+/// Two stations, and what is round them.
+struct StationGeometry {
+  error_model::SampleStation station;
+  error_model::Surroundings surroundings;
+};
+StationGeometry geometry_of(const Station& from, const Station& to, const ReferenceField& field) {
+  StationGeometry g;
+  g.station.inclination = to.inclination;
+  g.station.azimuth = to.azimuth;
+  g.station.inclination_before = from.inclination;
+  g.station.azimuth_before = azimuth_before(from, to);
+  g.station.declination = field.declination;
+  g.station.md = to.md;
+  g.station.dmd = to.md - from.md;
+  g.station.tvd = 800;
+  g.surroundings = error_model::surroundings_of({}, field.dip, field.total, field.gravity, 1);
+  return g;
 }
+/// Two stations `dmd` apart, both at `at`.
+StationGeometry geometry(const Attitude& at, const ReferenceField& field, double md = 1000, double dmd = 30) {
+  return geometry_of({md - dmd, at.inclination, at.azimuth, 0}, {md, at.inclination, at.azimuth, 0}, field);
+}
+
+using error_model::Weights;
+Weights weights(const error_model::Function& f, const StationGeometry& g) {
+  return error_model::weights_at(f, g.station, g.surroundings);
+}
+Weights weights(const std::string& name, const StationGeometry& g) { return weights(*shipped_functions().at(name), g); }
 
 /// The tables of ISCWSA: weights of depth, inclination and azimuth, with 1/sinI where they have it.
 struct Published {
   double depth, inclination, azimuth;
 };
-std::map<std::string, Published> published(const survey::Attitude& at, const survey::ReferenceField& f, double md,
-                                           double tvd) {
+std::map<std::string, Published> published(const Attitude& at, const ReferenceField& f, double md, double tvd) {
   const double I = at.inclination, A = at.azimuth, Am = A - f.declination, G = f.gravity, B = f.total, D = f.dip;
   using std::abs, std::cos, std::sin, std::sqrt, std::tan;
   const double Bh = B * cos(D);
@@ -75,11 +98,9 @@ std::map<std::string, Published> published(const survey::Attitude& at, const sur
   };
 }
 
-Weights weights(const std::string& name, const StationGeometry& s) { return find_weighting_function(name)->weights(s); }
-
 /// Effect on the hole's direction (true north): inclination and lateral weight along their unit vectors.
-Vector3d turn(const Weights& w, const survey::Attitude& at) {
-  return w.inclination * survey::tangent_by_inclination(at.inclination, at.azimuth) +
+Vector3d turn(const Weights& w, const Attitude& at) {
+  return w.inclination * tangent_by_inclination(at.inclination, at.azimuth) +
          w.lateral * Vector3d(-std::sin(at.azimuth), std::cos(at.azimuth), 0);
 }
 
@@ -88,12 +109,11 @@ Vector3d turn(const Weights& w, const survey::Attitude& at) {
 TEST_CASE("Weights are the published ones, with sinI taken into those of azimuth") {
   std::size_t compared = 0;
   for (const double dip : {72.0, -58.0, 0.0})
-    for (const survey::Attitude& at : test::difficult_attitudes()) {
+    for (const Attitude& at : test::difficult_attitudes()) {
       if (std::abs(std::sin(at.inclination)) < 1e-6 || at.toolface != 0) continue;  // theirs are singular there
-      const survey::ReferenceField field = field_of(dip);
+      const ReferenceField field = field_of(dip);
       for (const auto& [name, p] : published(at, field, 1000, 800)) {
         CAPTURE(name, dip, at.inclination, at.azimuth);
-        REQUIRE(find_weighting_function(name));
         const Weights w = weights(name, geometry(at, field));
         const double lateral = std::sin(at.inclination) * p.azimuth;
         CHECK(w.depth == p.depth);
@@ -109,12 +129,12 @@ TEST_CASE("Weights are the published ones, with sinI taken into those of azimuth
 TEST_CASE("The weights of axial sensor errors follow from what the tool reads") {
   // No toolface enters an error along the tool's axis, so the tool's readings themselves are the oracle.
   for (const double dip : {72.0, -58.0})
-    for (const survey::Attitude& at : test::difficult_attitudes()) {
-      const survey::ReferenceField field = field_of(dip);
-      const survey::Attitude magnetic{at.inclination, at.azimuth - field.declination, at.toolface};
-      const survey::StationFields s{survey::magnetic_T(magnetic, field.total, field.dip), survey::down_T(magnetic)};
+    for (const Attitude& at : test::difficult_attitudes()) {
+      const ReferenceField field = field_of(dip);
+      const Attitude magnetic{at.inclination, at.azimuth - field.declination, at.toolface};
+      const StationFields s{magnetic_T(magnetic, field.total, field.dip), down_T(magnetic)};
       const TangentDerivatives by = tangent_derivatives(s);
-      const Vector3d u = survey::to_eigen(s.down_T), z = Vector3d::UnitZ();
+      const Vector3d u = to_eigen(s.down_T), z = Vector3d::UnitZ();
       const Vector3d du = (z - u.z() * u) / field.gravity;  // of the direction, by the axial accelerometer
       Eigen::Matrix3d to_true = Eigen::Matrix3d::Identity();
       to_true.topLeftCorner<2, 2>() << std::cos(field.declination), -std::sin(field.declination),
@@ -134,23 +154,26 @@ TEST_CASE("The weights of axial sensor errors follow from what the tool reads") 
 }
 
 TEST_CASE("Nothing is singular in a vertical hole, and weights are continuous there") {
-  const survey::ReferenceField field = field_of(72);
+  const ReferenceField field = field_of(72);
   for (const double azimuth : {0.0, 33.0, 180.0, 359.0})
-    for (const WeightingFunction& f : weighting_functions()) {
-      const survey::Attitude vertical{0, azimuth * kDegree, 0};
-      const Vector3d limit = turn(f.weights(geometry(vertical, field)), vertical);
-      CAPTURE(f.name, azimuth);
+    for (const auto& [name, shipped] : shipped_functions()) {
+      const error_model::Function& f = *shipped;
+      if (f.kind == error_model::Kind::continuous) continue;
+      const Attitude vertical{0, azimuth * kDegree, 0};
+      const Vector3d limit = turn(weights(f, geometry(vertical, field)), vertical);
+      CAPTURE(name, azimuth);
       REQUIRE(limit.allFinite());
-      if (std::string(f.name) == "SAGE") continue;  // its fourth root of sinI is steep: .0056 at 1e-9 rad
+      if (name == "SAGE") continue;  // its fourth root of sinI is steep: .0056 at 1e-9 rad
       for (const double inclination : {1e-12, 1e-9, 1e-6}) {
-        const survey::Attitude at{inclination, azimuth * kDegree, 0};
-        // Slopes are at most 1 + tanD; the course terms have metres per radian of 30 m.
-        CHECK((turn(f.weights(geometry(at, field)), at) - limit).norm() <= 30 * 5 * inclination);
+        const Attitude at{inclination, azimuth * kDegree, 0};
+        // Slopes are at most 1 + tanD per unit; a gyro's are over the earth's rate, 1 / (7.3e-5 rad/s cos 57 deg).
+        const double scale = f.kind == error_model::Kind::stationary ? 1e5 : 150;
+        CHECK((turn(weights(f, geometry(at, field)), at) - limit).norm() <= scale * inclination);
       }
     }
   // The published vertical branch of XYM3, XYM4 (north, east) and ABXY-TI2 (across the azimuth).
   for (const double azimuth : {0.0, 75.0, 200.0}) {
-    const survey::Attitude at{0, azimuth * kDegree, 0};
+    const Attitude at{0, azimuth * kDegree, 0};
     const StationGeometry g = geometry(at, field);
     CHECK((turn(weights("XYM3", g), at) - Vector3d(1, 0, 0)).norm() < 3e-16);
     CHECK((turn(weights("XYM4", g), at) - Vector3d(0, 1, 0)).norm() < 3e-16);
@@ -160,8 +183,8 @@ TEST_CASE("Nothing is singular in a vertical hole, and weights are continuous th
 }
 
 TEST_CASE("Misalignment of close stations is larger: sqrt(10 m / leg) below 10 m") {
-  const survey::ReferenceField field = field_of(72);
-  const survey::Attitude at{0.7, 1.1, 0};
+  const ReferenceField field = field_of(72);
+  const Attitude at{0.7, 1.1, 0};
   for (const auto& [dmd, factor] : {std::pair{30.0, 1.0}, {10.0, 1.0}, {2.5, 2.0}, {0.1, 10.0}}) {
     for (const auto& [plain, scaled] : {std::pair{"XYM3", "XYM3E"}, {"XYM4", "XYM4E"}}) {
       const StationGeometry g = geometry(at, field, dmd, dmd);  // from depth 0: exact
@@ -172,21 +195,22 @@ TEST_CASE("Misalignment of close stations is larger: sqrt(10 m / leg) below 10 m
 }
 
 TEST_CASE("Course errors grow with the turn between stations, and have a least tortuosity of 1 deg / 100 ft") {
-  CHECK(kLeastTortuosity == Approx(5.72614584e-4).epsilon(1e-8));
-  const survey::ReferenceField field = field_of(72);
-  const auto course = [&](const survey::Station& from, const survey::Station& to) {
-    survey::Survey s;
-    s.stations = {from, to};
-    const StationGeometry g = station_geometry(s, {0, 0}, field, 1);
+  const double least = error_model::Parameters().tortuosity;
+  CHECK(least == Approx(5.72614584e-4).epsilon(1e-8));
+  const ReferenceField field = field_of(72);
+  /// Over metres of the course.
+  const auto course = [&](const Station& from, const Station& to) {
+    StationGeometry g = geometry_of(from, to, field);
+    g.surroundings.tortuosity = least;
     return std::pair{weights("XCLA", g).lateral, weights("XCLH", g).inclination};
   };
-  const double d = 30, floor = d * d * kLeastTortuosity;
+  const double d = 30, floor = d * least;
   const auto straight = course({0, 0.5, 1, 0}, {d, 0.5, 1, 0});
   CHECK(straight.first == Approx(floor).epsilon(1e-14));
   CHECK(straight.second == Approx(floor).epsilon(1e-14));
   const auto turned = course({0, 0.5, 1.0, 0}, {d, 0.6, 1.4, 0});
-  CHECK(turned.first == Approx(d * std::sin(0.6) * std::sin(0.4)).epsilon(1e-14));
-  CHECK(turned.second == Approx(d * 0.1).epsilon(1e-13));
+  CHECK(turned.first == Approx(std::sin(0.6) * std::sin(0.4)).epsilon(1e-14));
+  CHECK(turned.second == Approx(0.1).epsilon(1e-13));
   // Through north the turn is that of the angle, not of the numbers.
   const auto through = course({0, 0.5, 2 * kPi - 0.2, 0}, {d, 0.6, 0.2, 0});
   CHECK(through.first == Approx(turned.first).epsilon(1e-13));
@@ -196,13 +220,17 @@ TEST_CASE("Course errors grow with the turn between stations, and have a least t
       CHECK(course({0, inclination, azimuth, 0}, {d, 0.035, 1, 0}).first == Approx(floor).epsilon(1e-14));
 }
 
-TEST_CASE("Functions are found by name, once each") {
-  std::map<std::string, int> count;
-  for (const WeightingFunction& f : weighting_functions()) ++count[f.name];
-  for (const auto& [name, times] : count) {
-    CHECK(times == 1);
-    CHECK(find_weighting_function(name)->name == name);
-  }
-  CHECK(find_weighting_function("ABXY") == nullptr);
-  CHECK(find_weighting_function("") == nullptr);
+TEST_CASE("The closed forms of the toolface-independent terms are the shipped formulas") {
+  for (const double dip : {72.0, -58.0})
+    for (const Attitude& at : test::difficult_attitudes()) {
+      const ReferenceField field = field_of(dip);
+      const StationGeometry g = geometry({at.inclination, at.azimuth, 0}, field);
+      for (const ToolfaceIndependentTerm& t :
+           toolface_independent_terms(at.inclination, at.azimuth - field.declination, field)) {
+        const Weights w = weights(t.code, g);
+        CAPTURE(t.code, at.inclination, at.azimuth);
+        CHECK(std::abs(w.inclination - t.inclination) <= 1e-15 * (1 + std::abs(w.inclination)));
+        CHECK(std::abs(w.lateral - t.lateral) <= 4e-15 * (1 + std::abs(w.lateral)));
+      }
+    }
 }

@@ -22,7 +22,8 @@ TABLES = ("parameters", "position", "ellipse", "control_variate", "observability
           "ellipsoid", "summary", "verification", "toolface_sequences", "axes", "statements", "tolerance",
           "worst_stations", "systematic", "detection", "injected", "alarms", "blame", "claims", "delay", "failures",
           "profile", "metrics", "comparison", "operating", "baselines", "data_quality",
-          "interference", "modes", "outliers", "rms", "unstart", "worse")
+          "interference", "modes", "outliers", "rms", "unstart", "worse",
+          "gyro", "tool_codes", "validity")
 # Long tables: the mean over realisations, and nothing that follows from it.
 CHOSEN_COLUMNS = {"metrics": {"formulation", "quantity", "monte_carlo"}}
 
@@ -53,7 +54,7 @@ def same(a, b):
         x, y = float(a), float(b)
     except ValueError:
         return a == b
-    return math.isclose(x, y, rel_tol=1e-9, abs_tol=1e-12)
+    return math.isclose(x, y, rel_tol=1e-9, abs_tol=1e-12) or (math.isnan(x) and math.isnan(y))
 
 
 def main():

@@ -6,6 +6,9 @@
 #include "base/units.h"
 
 using namespace surveymc;
+using namespace surveymc::config;
+using namespace surveymc::propagate;
+using namespace surveymc::survey;
 using namespace surveymc::study;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
@@ -16,11 +19,11 @@ const char* kTool =
     "first_leg = 'once'\nterms = [{ code = 'A', function = 'AZ', magnitude = 1, unit = 'deg', mode = 'S' }]";
 
 ToolRuns read(const std::string& body) {
-  survey::Survey s;
+  Survey s;
   for (int k = 0; k < 5; ++k) s.stations.push_back({100 * kFoot * k, 0.1 * k, 1, 0});
-  config::Config config = config::Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {},
-                                                    {{"tool.toml", kTool}, {"<shipped>/iscwsa_mwd_rev4.toml", kTool}});
-  config::ConfigReader reader = config.reader(0);
+  Config config = Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {},
+                                    {{"tool.toml", kTool}, {"<shipped>/iscwsa_mwd_rev4.toml", kTool}});
+  ConfigReader reader = config.reader(0);
   const ToolRuns legs = read_tool_runs(reader, s);
   reader.finish();
   return legs;
@@ -31,17 +34,18 @@ ToolRuns read(const std::string& body) {
 TEST_CASE("An error model is chosen by name or by file; one model is one leg") {
   for (const char* body : {"error_model = 'iscwsa_mwd_rev4'", "[error_model]\nname = 'iscwsa_mwd_rev4'"}) {
     const ToolRuns legs = read(body);
-    REQUIRE(legs.legs.size() == 1);
-    CHECK(legs.legs[0].first == 1);
+    REQUIRE(legs.runs.size() == 1);
+    CHECK(legs.runs[0].first == 1);
     CHECK(legs.model_names[0] == "iscwsa_mwd_rev4");
     CHECK(legs.from_md[0] == 0);
   }
-  CHECK(read("[error_model]\nfile = 'tool.toml'").legs[0].model.terms.at(0).code == "A");
-  CHECK_THROWS_WITH(read("error_model = 'iscwsa'"),
-                    StartsWith("t.toml:3: error_model = \"iscwsa\": must be one of \"iscwsa_mwd_rev4\", "));
+  CHECK(read("[error_model]\nfile = 'tool.toml'").runs[0].model->terms.at(0).code == "A");
+  CHECK_THROWS_WITH(
+      read("error_model = 'iscwsa'"),
+      StartsWith("t.toml:3: error_model = \"iscwsa\": unknown error model: there are \"iscwsa_mwd_rev4\", "));
   CHECK_THROWS_WITH(read(""), Contains("error_model.name: missing"));
   CHECK_THROWS_WITH(read("[error_model]\nname = 'iscwsa_mwd_rev4'\nfile = 'tool.toml'"),
-                    StartsWith("t.toml:4: error_model.name = \"iscwsa_mwd_rev4\": not together with"));
+                    StartsWith("t.toml:4: error_model.name = \"iscwsa_mwd_rev4\": must be \"tool.toml\""));
   CHECK_THROWS_WITH(read("[error_model]\nfile = 'tool.toml'\nscale = 2"), Contains("error_model.scale: unknown key"));
 }
 
@@ -49,9 +53,9 @@ TEST_CASE("A leg has the stations deeper than its from; it keeps the model of th
   const ToolRuns legs = read(
       "error_model = 'iscwsa_mwd_rev4'\n[[leg]]\nfrom_md_ft = 100\nerror_model.file = 'tool.toml'\n"
       "[[leg]]\nfrom_md_m = 60.96\n");
-  REQUIRE(legs.legs.size() == 3);
-  CHECK(legs.legs[1].first == 2);  // the station at 100 ft is the tie-on of the second leg: the first tool's
-  CHECK(legs.legs[2].first == 3);  // 200 ft, written in metres
+  REQUIRE(legs.runs.size() == 3);
+  CHECK(legs.runs[1].first == 2);  // the station at 100 ft is the tie-on of the second leg: the first tool's
+  CHECK(legs.runs[2].first == 3);  // 200 ft, written in metres
   CHECK(legs.model_names[1] == "tool.toml");
   CHECK(legs.model_names[2] == "tool.toml");
   CHECK(legs.from_md[2] == Approx(60.96).epsilon(1e-13));

@@ -1,4 +1,4 @@
-#include "propagate/iscwsa_covariance.h"
+#include "propagate/tool_covariance.h"
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
@@ -6,29 +6,26 @@
 #include "base/units.h"
 #include "config/error_model_file.h"
 #include "config/survey_csv.h"
+#include "error_model/model_graph.h"
 #include "survey/minimum_curvature.h"
 #include "thesis_cases.h"
 
 using namespace surveymc;
+using namespace surveymc::config;
 using namespace surveymc::propagate;
+using namespace surveymc::survey;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
 
 /// The shipped model: "rev4" or "rev5.10".
-ErrorModel shipped(const std::string& revision) {
-  const std::string name = "iscwsa_mwd_" + revision;
-  const std::string text = "experiment = 'x'\nseed = 1\nmodel = '" + name + "'\n";
-  config::ConfigReader config =
-      config::Config::from_text(text, "t.toml", {},
-                                {{name, test::project_file("configs/error_models/" + name + ".toml")}})
-          .reader(0);
-  return config::read_error_model(config.toml("model"));
+SharedModel shipped(const std::string& revision) {
+  return load_shipped_model(*find_shipped_model("iscwsa_mwd_" + revision));
 }
 
-survey::ReferenceField field_of(double total, double dip_deg, double declination_deg) {
-  survey::ReferenceField f;
+ReferenceField field_of(double total, double dip_deg, double declination_deg) {
+  ReferenceField f;
   f.total = total;
   f.dip = dip_deg * kDegree;
   f.declination = declination_deg * kDegree;
@@ -38,15 +35,15 @@ survey::ReferenceField field_of(double total, double dip_deg, double declination
 struct Angles {
   double md, inclination_deg, azimuth_deg;
 };
-survey::Survey survey_of(const std::vector<Angles>& stations) {
-  survey::Survey s;
+Survey survey_of(const std::vector<Angles>& stations) {
+  Survey s;
   for (const Angles& a : stations)
     s.stations.push_back({a.md, a.inclination_deg * kDegree, a.azimuth_deg * kDegree, 0});
   return s;
 }
 
 /// Inclinations beyond 90 deg, azimuths through north both ways, legs from 4 to 40 m; nowhere vertical.
-survey::Survey winding_well() {
+Survey winding_well() {
   std::vector<Angles> a;
   double md = 1000;
   for (int k = 0; k < 24; ++k) {
@@ -56,9 +53,25 @@ survey::Survey winding_well() {
   return survey_of(a);
 }
 
-PositionCovariances covariances(const survey::Survey& s, const std::vector<ToolRun>& legs,
-                                const survey::ReferenceField& f) {
-  return position_covariances(s, survey::true_vertical_depths(s), legs, f, true);
+constexpr double kNoLatitude = std::numeric_limits<double>::quiet_NaN();
+
+ToolCovariances covariances(const Survey& s, const std::vector<ToolRun>& legs, const ReferenceField& f,
+                            SourceDetail detail = SourceDetail::all) {
+  return tool_covariances(s, true_vertical_depths(s), legs, f, kNoLatitude, detail);
+}
+
+/// Of a station function at station k.
+error_model::Weights weights_at(const error_model::Function& function, const Survey& survey,
+                                const std::vector<double>& tvd, const ReferenceField& f, std::size_t k) {
+  const Station &at = survey.stations[k], &before = survey.stations[k - 1];
+  error_model::SampleStation s;
+  s.inclination = at.inclination;
+  s.azimuth = at.azimuth;
+  s.declination = f.declination;
+  s.md = at.md;
+  s.dmd = at.md - before.md;
+  s.tvd = tvd[k];
+  return error_model::weights_at(function, s, error_model::surroundings_of({}, f.dip, f.total, f.gravity, kNoLatitude));
 }
 
 double largest_difference(const std::vector<Matrix3d>& a, const std::vector<Matrix3d>& b, std::size_t from = 1) {
@@ -70,16 +83,16 @@ double largest_difference(const std::vector<Matrix3d>& a, const std::vector<Matr
 
 /// Change of all positions for one unit of a source at one station, by moving the measured depth, inclination and
 /// azimuth of that station and computing the well anew, with half of it added and taken away.
-std::vector<Vector3d> moved_positions(const survey::Survey& s, std::size_t k, const Weights& w) {
+std::vector<Vector3d> moved_positions(const Survey& s, std::size_t k, const error_model::Weights& w) {
   constexpr double h = 1e-4;  // positions of 1000 m are good to 2e-13, so this to 1e-9 m; curvature costs h^2/6
   const double azimuth = w.lateral / std::sin(s.stations[k].inclination);
   const double step = h / std::max({1e-30, std::abs(w.inclination), std::abs(azimuth), 1e-4 * std::abs(w.depth)});
   const auto moved = [&](double by) {
-    survey::Survey m = s;
+    Survey m = s;
     m.stations[k].md += by * w.depth;
     m.stations[k].inclination += by * w.inclination;
     m.stations[k].azimuth += by * azimuth;
-    return survey::balanced_tangential_positions(m);
+    return balanced_tangential_positions(m);
   };
   const auto plus = moved(step), minus = moved(-step);
   std::vector<Vector3d> d;
@@ -90,24 +103,24 @@ std::vector<Vector3d> moved_positions(const survey::Survey& s, std::size_t k, co
 }  // namespace
 
 TEST_CASE("Covariances are those of the positions that follow from measurements with errors") {
-  const survey::Survey s = winding_well();
-  const auto tvd = survey::true_vertical_depths(s);
-  const survey::ReferenceField f = field_of(48000, -58, 11);
+  const Survey s = winding_well();
+  const auto tvd = true_vertical_depths(s);
+  const ReferenceField f = field_of(48000, -58, 11);
   const std::vector<ToolRun> legs{{1, shipped("rev4")}, {9, shipped("rev4")}, {15, shipped("rev5.10")}};
-  const auto result = position_covariances(s, tvd, legs, f, true);
+  const auto result = covariances(s, legs, f);
   const auto leg_of = [&](std::size_t k) { return k < 9 ? 0u : k < 15 ? 1u : 2u; };
   const std::size_t n = s.stations.size();
   for (std::size_t row = 0; row < result.sources.size(); ++row) {
     // effects[k][K]: of the error of station k on position K; empty where the tool of k does not have the source
     std::vector<std::vector<Vector3d>> effects(n);
-    PropagationMode mode{};
+    error_model::PropagationMode mode{};
     bool course = false;
     for (std::size_t k = 1; k < n; ++k)
-      for (const ErrorTerm& t : legs[leg_of(k)].model.terms) {
+      for (const error_model::Term& t : legs[leg_of(k)].model->terms) {
         if (t.code != result.sources[row]) continue;
         mode = t.mode;
-        course = t.function->is_course;
-        if (!course) effects[k] = moved_positions(s, k, t.function->weights(station_geometry(s, tvd, f, k)));
+        course = t.function->kind == error_model::Kind::course;
+        if (!course) effects[k] = moved_positions(s, k, weights_at(*t.function, s, tvd, f, k));
         for (Vector3d& e : effects[k]) e *= t.sigma;
       }
     if (course) continue;
@@ -116,9 +129,9 @@ TEST_CASE("Covariances are those of the positions that follow from measurements 
       for (std::size_t a = 1; a <= K; ++a)
         for (std::size_t b = 1; b <= K; ++b) {
           if (effects[a].empty() || effects[b].empty()) continue;
-          const bool joined = mode == PropagationMode::random       ? a == b
-                              : mode == PropagationMode::systematic ? leg_of(a) == leg_of(b)
-                                                                    : true;
+          const bool joined = mode == error_model::PropagationMode::random       ? a == b
+                              : mode == error_model::PropagationMode::systematic ? leg_of(a) == leg_of(b)
+                                                                                 : true;
           if (joined) expected += effects[a][K] * effects[b][K].transpose();
         }
       CAPTURE(result.sources[row], K);
@@ -129,7 +142,7 @@ TEST_CASE("Covariances are those of the positions that follow from measurements 
 }
 
 TEST_CASE("Sources add up to the total, and every one is a covariance") {
-  const survey::Survey s = winding_well();
+  const Survey s = winding_well();
   const auto result = covariances(s, {{1, shipped("rev5.10")}}, field_of(48000, -58, 11));
   CHECK(result.sources.size() == 35);
   for (std::size_t k = 0; k < result.total.size(); ++k) {
@@ -143,18 +156,20 @@ TEST_CASE("Sources add up to the total, and every one is a covariance") {
     CHECK((sum - result.total[k]).cwiseAbs().maxCoeff() <= 1e-14 * sum.trace());
   }
   CHECK(result.total[0] == Matrix3d::Zero());
-  const auto without = position_covariances(s, survey::true_vertical_depths(s), {{1, shipped("rev5.10")}},
-                                            field_of(48000, -58, 11), false);
+  const auto without = covariances(s, {{1, shipped("rev5.10")}}, field_of(48000, -58, 11), SourceDetail::none);
   CHECK(without.by_source.empty());
   CHECK(without.total.back() == result.total.back());
+  const auto last = covariances(s, {{1, shipped("rev5.10")}}, field_of(48000, -58, 11), SourceDetail::last);
+  REQUIRE(last.by_source.size() == 35);
+  for (std::size_t i = 0; i < 35; ++i) CHECK(last.by_source[i] == result.by_source[(result.total.size() - 1) * 35 + i]);
 }
 
 TEST_CASE("Published totals of ISCWSA example well 2, in feet") {
   const std::string path = "configs/iscwsa/well2.csv";
-  const config::InputTable table = config::parse_csv(test::project_file(path), path);
-  const survey::Survey s = config::survey_from_table(table, {}, false);
-  const auto result =
-      position_covariances(s, config::tvd_from_table(table), {{1, shipped("rev5.10")}}, field_of(48000, 58, 2), false);
+  const InputTable table = parse_csv(test::project_file(path), path);
+  const Survey s = survey_from_table(table, {}, false);
+  const auto result = tool_covariances(s, tvd_from_table(table), {{1, shipped("rev5.10")}}, field_of(48000, 58, 2),
+                                       kNoLatitude, SourceDetail::none);
   const auto check = [&](double feet, const Vector3d& diagonal, const Vector3d& off) {
     for (std::size_t k = 0; k < s.stations.size(); ++k) {
       if (std::abs(s.stations[k].md - feet * kFoot) > 1e-9) continue;
@@ -186,7 +201,7 @@ TEST_CASE("Covariances are continuous through the vertical") {
         }
         return survey_of(a);
       };
-      const survey::ReferenceField f = field_of(50000, 72, -4);
+      const ReferenceField f = field_of(50000, 72, -4);
       const std::vector<ToolRun> legs{{1, shipped(revision)}};
       const auto vertical = covariances(well(0), legs, f);
       for (const double nearly : {1e-9, 1e-6}) {
@@ -223,9 +238,9 @@ TEST_CASE("In a vertical well the azimuth that is listed does not matter") {
 }
 
 TEST_CASE("A full turn of azimuth changes nothing") {
-  survey::Survey s = winding_well();
+  Survey s = winding_well();
   const std::vector<ToolRun> legs{{1, shipped("rev5.10")}};
-  const survey::ReferenceField f = field_of(52000, 65, 20);
+  const ReferenceField f = field_of(52000, 65, 20);
   const auto before = covariances(s, legs, f);
   for (std::size_t k = 0; k < s.stations.size(); ++k)
     s.stations[k].azimuth += (k % 3 == 0 ? 2 : k % 3 == 1 ? -2 : 0) * kPi;
@@ -234,11 +249,11 @@ TEST_CASE("A full turn of azimuth changes nothing") {
 
 TEST_CASE("Turning well and magnetic north together turns the covariance") {
   // DREF and the like do not care, and misalignments that are fixed to N and E (XYM3, XYM4) come in pairs.
-  const survey::Survey s = winding_well();
-  survey::Survey turned = s;
+  const Survey s = winding_well();
+  Survey turned = s;
   const double by = 40 * kDegree;
-  for (survey::Station& x : turned.stations) x.azimuth += by;
-  const survey::ReferenceField f = field_of(52000, 65, 20), g = field_of(52000, 65, 60);
+  for (Station& x : turned.stations) x.azimuth += by;
+  const ReferenceField f = field_of(52000, 65, 20), g = field_of(52000, 65, 60);
   Matrix3d r = Matrix3d::Identity();
   r.topLeftCorner<2, 2>() << std::cos(by), -std::sin(by), std::sin(by), std::cos(by);
   for (const char* revision : {"rev4", "rev5.10"}) {
@@ -249,15 +264,15 @@ TEST_CASE("Turning well and magnetic north together turns the covariance") {
 }
 
 TEST_CASE("Another tool of the same kind makes the well more certain, by its systematic terms only") {
-  const survey::Survey s = winding_well();
-  const ErrorModel model = shipped("rev5.10");
-  const survey::ReferenceField f = field_of(50000, 72, -4);
+  const Survey s = winding_well();
+  const SharedModel model = shipped("rev5.10");
+  const ReferenceField f = field_of(50000, 72, -4);
   const auto one = covariances(s, {{1, model}}, f), two = covariances(s, {{1, model}, {12, model}}, f);
   const std::size_t last = s.stations.size() - 1;
-  for (std::size_t i = 0; i < model.terms.size(); ++i) {
+  for (std::size_t i = 0; i < model->terms.size(); ++i) {
     const Matrix3d &a = one.by_source[last * 35 + i], &b = two.by_source[last * 35 + i];
-    CAPTURE(model.terms[i].code);
-    if (model.terms[i].mode == PropagationMode::systematic)
+    CAPTURE(model->terms[i].code);
+    if (model->terms[i].mode == error_model::PropagationMode::systematic)
       CHECK((a - b).norm() > 1e-3 * a.norm());
     else
       CHECK(a == b);
@@ -267,16 +282,49 @@ TEST_CASE("Another tool of the same kind makes the well more certain, by its sys
 }
 
 TEST_CASE("Doubling the first leg doubles inclination and azimuth errors of the first station, not those of depth") {
-  const survey::Survey s = survey_of({{0, 30, 40}, {30, 30, 40}});
-  ErrorModel once = shipped("rev5.10"), doubled = once;
-  once.first_leg_doubled = false;
-  const survey::ReferenceField f = field_of(50000, 72, -4);
+  const Survey s = survey_of({{0, 30, 40}, {30, 30, 40}});
+  const SharedModel doubled = shipped("rev5.10");
+  const auto once = std::make_shared<error_model::Model>(*doubled);
+  once->first_leg_doubled = false;
+  const ReferenceField f = field_of(50000, 72, -4);
   const auto a = covariances(s, {{1, once}}, f), b = covariances(s, {{1, doubled}}, f);
-  for (std::size_t i = 0; i < once.terms.size(); ++i) {
-    CAPTURE(once.terms[i].code);
-    const WeightingFunction& w = *once.terms[i].function;
-    const bool depth = w.weights(station_geometry(s, {0, 30}, f, 1)).depth != 0;
+  for (std::size_t i = 0; i < once->terms.size(); ++i) {
+    CAPTURE(once->terms[i].code);
+    const error_model::Function& w = *once->terms[i].function;
+    const bool depth = !w.depth.empty(), course = w.kind == error_model::Kind::course;
     const Matrix3d &x = a.by_source[35 + i], &y = b.by_source[35 + i];
-    CHECK((y - (depth || w.is_course ? 1 : 4) * x).cwiseAbs().maxCoeff() <= 1e-15 * y.trace());
+    CHECK((y - (depth || course ? 1 : 4) * x).cwiseAbs().maxCoeff() <= 1e-15 * y.trace());
   }
+}
+
+TEST_CASE("Blocks of stations do not show: a long well is what its stations give one by one") {
+  // More than two blocks of 256 stations; a leg that begins inside of one, and one at its edge.
+  Survey s;
+  for (int k = 0; k < 700; ++k) s.stations.push_back({10.0 * k, 0.002 * k, 0.5 + 0.004 * k, 0});
+  const SharedModel model = shipped("rev5.10");
+  const ReferenceField f = field_of(50000, 72, -4);
+  const auto whole = covariances(s, {{1, model}, {300, model}, {513, model}}, f, SourceDetail::none);
+  for (const std::size_t n : {200u, 257u, 258u, 400u, 514u, 600u}) {
+    Survey part;
+    part.stations.assign(s.stations.begin(), s.stations.begin() + static_cast<std::ptrdiff_t>(n));
+    std::vector<ToolRun> runs{{1, model}};
+    if (n > 300) runs.push_back({300, model});
+    if (n > 513) runs.push_back({513, model});
+    const auto c = covariances(part, runs, f, SourceDetail::none);
+    CHECK(c.total.back() == whole.total[n - 1]);
+  }
+}
+
+TEST_CASE("A term with a pole makes the covariance NaN from there on, and is named") {
+  Survey s;
+  for (int k = 0; k < 12; ++k) s.stations.push_back({30.0 * k, (35 + 5.0 * k) * kDegree, 1, 0});  // 90 deg at k = 11
+  const SharedModel gyro = load_shipped_model(*find_shipped_model("GYRO-NS"));
+  const auto c =
+      tool_covariances(s, true_vertical_depths(s), {{1, gyro}}, field_of(50000, 72, -4), 1, SourceDetail::none);
+  CHECK(c.total[10].allFinite());
+  CHECK(std::isnan(c.total[11](0, 0)));
+  REQUIRE_FALSE(c.non_finite.empty());
+  CHECK(c.non_finite[0].first == 11);
+  CHECK(c.non_finite[0].stations == 1);
+  CHECK(c.non_finite[0].formula.find("Cos(Inc)") != std::string::npos);
 }

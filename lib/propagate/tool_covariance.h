@@ -1,0 +1,72 @@
+#pragma once
+/// Covariance of every position of a surveyed well from the error models of its tools (ISCWSA).
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "error_model/model.h"
+#include "propagate/gyro_sections.h"
+#include "survey/reference_field.h"
+#include "survey/survey.h"
+
+namespace surveymc::propagate {
+
+/// A part of a survey that was measured with one tool: the stations `first` (index, at least 1: the tie-on belongs to
+/// no run) and after, up to the next run.
+struct ToolRun {
+  int first = 1;
+  std::shared_ptr<const error_model::Model> model;
+};
+
+/// Of which stations the covariance is given by source, too.
+enum class SourceDetail { none, last, all };
+
+/// Stations at which a term has no finite effect, or moves an angle by more than kLargestAngle.
+struct NonFiniteTerm {
+  std::size_t run = 0, term = 0;
+  std::size_t stations = 0, first = 0, last = 0;  ///< how many, and which
+  std::string formula;                            ///< "azimuth = ..."
+};
+
+/// rad: an angle of one standard deviation beyond it is no linear error any more, but a pole (1 / cosI at 90 deg).
+inline constexpr double kLargestAngle = 1000;
+
+struct ToolCovariances {
+  std::vector<Eigen::Matrix3d> total;  ///< one per station: N, E, V (true north), m2; zero at the tie-on
+  std::vector<std::string> sources;    ///< codes of all models, in order of their first appearance
+  /// Of source i at station k: by_source[k * sources.size() + i] for SourceDetail::all; of the last station alone,
+  /// by_source[i], for SourceDetail::last; else empty.
+  std::vector<Eigen::Matrix3d> by_source;
+  std::vector<NonFiniteTerm> non_finite;
+  std::vector<std::vector<GyroStretch>> gyro;  ///< of each run; empty for a tool without modes
+};
+
+/// Balanced tangential effects of station k's measurement errors (ISCWSA; thesis eqs 36-38), with t the tangents, h the
+/// derivatives of t_k by inclination and a that by azimuth over sinI:
+///   on position k       e*_k = depth (t_{k-1} + t_k)/2,     angles D_k/2 (h w_I + a sinI w_A),   D_k = md_k - md_{k-1}
+///   on all beyond       e_k  = e*_k + depth -(t_k + t_{k+1})/2,  angles D_k+1/2 (same)
+/// Below kVerticalLimit the vertical formulas of a function replace h w_I + a sinI w_A. A course function displaces the
+/// end of the interval by D_k (h w_I + a sinI w_A): e* = e. The tie-on has no error. Sources of one code and mode W or
+/// G are one error throughout the well; S and R follow ErrorSum.
+///
+/// A tool with a gyro (gyro_sections.h): its stationary functions act by themselves at stationary stations, and by the
+/// value of the initialisation beyond; mode S is one error a leg, mode R is drawn anew at every stationary station and
+/// is one error within a section. Its continuous functions act while initialised: mode S is one error a leg, mode R or
+/// per_section one a section.
+///
+/// A term without a finite effect at a station makes the covariance NaN from that station on (non_finite says which).
+///
+/// `tvd`: true vertical depth of every station, m. `latitude`: rad, NaN where no formula needs it. Runs in order, the
+/// first with first = 1. Time is linear in stations times terms; a function is evaluated once a station.
+ToolCovariances tool_covariances(const survey::Survey& survey, const std::vector<double>& tvd,
+                                 const std::vector<ToolRun>& runs, const survey::ReferenceField& field, double latitude,
+                                 SourceDetail detail);
+
+/// The azimuth of the station before, within 180 deg of the azimuth at hand; that itself, if the station before is
+/// vertical. rad
+double azimuth_before(const survey::Station& before, const survey::Station& at);
+
+}  // namespace surveymc::propagate
