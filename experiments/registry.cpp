@@ -1,6 +1,6 @@
 #include "registry.h"
 
-// One line a study: its folder, and the function there that says what it is. In the order of `surveymc list`.
+// One line a study: its folder, and the function in it that describes the study. In the order of `surveymc list`.
 // clang-format off
 #define SURVEYMC_STUDIES(study)            \
   study(msa_position, experiment)          \

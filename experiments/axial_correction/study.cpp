@@ -2,7 +2,7 @@
 /// the extended ones fail. Source: slides on chained multistation analysis, 2 to 6.
 ///
 ///   constant errors -> readings -> every method -> error maps; sigmas -> covariance -> sd maps
-///   noise, references, Mz drawn (sensor) -> every method (estimate) -> tally, held against the covariance
+///   noise, references, Mz drawn (sensor) -> every method (estimate) -> tally, compared with the covariance
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,5 @@
-/// `chained_multistation`, study "outliers": one wrong reading in a run. Is it found, is the right station blamed, is
-/// the right reading, and what do the remedies do to the azimuth (slide 12, future work 2)?
+/// `chained_multistation`, study "outliers": one wrong reading in a run. Is the error found? Is the right station
+/// blamed, and the right reading? What is the effect of the remedies on the azimuth (slide 12, future work 2)?
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -26,13 +26,13 @@ namespace {
 constexpr std::array<const char*, 6> kReadingNames{"ax", "ay", "az", "hx", "hy", "hz"};
 
 enum Event {
-  kFalseAlarm,    ///< something is beyond the gate though nothing is wrong
+  kFalseAlarm,    ///< some test is beyond the gate though no reading is wrong
   kOwnTest,       ///< the wrong reading's own test is beyond the gate
-  kDetected,      ///< some test is
-  kStationRight,  ///< detected, and the station is the right one
-  kReadingRight,  ///< detected, and so is the reading
+  kDetected,      ///< some test is beyond the gate
+  kStationRight,  ///< detected, and the suspect station is the right one
+  kReadingRight,  ///< detected, and the suspect reading is the right one
   kDeleted,       ///< one reading is clearly dominant
-  kDeletedWrong,  ///< and it is another one
+  kDeletedWrong,  ///< the dominant reading is not the wrong one
   kEvents
 };
 constexpr std::array<const char*, kEvents> kEventNames{"false_alarm",   "own_test", "detected",     "station_right",
@@ -194,7 +194,7 @@ class ChainedOutliers final : public study::StudyPoint {
     for (std::size_t e = 0; e < kEvents; ++e) {
       rows.push_back(study::compare_rate(kEventNames[e], tally.counts.empty() ? 0 : tally.counts[e], runs,
                                          e == kOwnTest ? power : std::nan(""), o_.s.verdict, tally.trials));
-      if (e == kOwnTest) rows.back().verdict.clear();  // the toolfaces scatter the shift: a guide, not a law
+      if (e == kOwnTest) rows.back().verdict.clear();  // the toolfaces scatter the shift: only a rough prediction
       if (e == kOwnTest) rows.back().note = "analytic at the mean shift of its test";
     }
     const auto rms = [&](const std::string& quantity, const std::string& unit, std::size_t i, double analytic) {

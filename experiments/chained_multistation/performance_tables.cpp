@@ -74,7 +74,7 @@ store::Table consistency_table(const Scenario& s, const PerformanceLayout& layou
                       rows, s, layout, tally);
 }
 
-/// RMS at every station, beside what the covariances claim over all of them.
+/// RMS at every station, beside the claims of the covariances over all stations.
 store::Table stations_table(const Scenario& s, const PerformanceLayout& layout, const stats::Tally& tally) {
   study::TableRows t("stations", "RMS errors along the well" + study::at_confidence(s.verdict.confidence));
   const bool there = layout.along() && !tally.groups.empty();
@@ -163,7 +163,7 @@ store::Table runs_table(const std::vector<study::ComparisonRow>& rms, const stat
   return t.take();
 }
 
-/// Counts for figures, with what theory expects.
+/// Counts for figures, with the counts that theory expects.
 struct HistogramRow {
   std::string formulation, quantity;
   double from = 0, to = 0;

@@ -1,9 +1,10 @@
-/// Study: chained multistation analysis. Attitude, biases and references of all stations together, biases chained from
-/// station to station, against one station alone. Source: ISCWSA slides "Chained multistation".
+/// Study: chained multistation analysis estimates attitude, biases and references of all stations together, with biases
+/// chained from station to station. It is compared with one station alone. Source: ISCWSA slides "Chained
+/// multistation".
 ///
 ///   profile, toolfaces, walks and noise of a trial -> readings -> base, single, filter, smoother -> errors, claims
 ///
-/// held against what the covariances claim: RMS, z-scores, NEES, and the cost against chi-squared(3 stations).
+/// compared with the claims of the covariances: RMS, z-scores, NEES, and the cost with chi-squared(3 stations).
 #include <algorithm>
 #include <cmath>
 
@@ -54,7 +55,7 @@ class ChainedPerformance final : public study::StudyPoint {
         }
         const std::uint64_t trial = block.first + static_cast<std::uint64_t>(first + t);
         ++tally.trials;
-        if (!converged) {  // some estimator: the others have the trial
+        if (!converged) {  // some estimator failed: the others keep the trial
           ++tally.failed;
           if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
         }

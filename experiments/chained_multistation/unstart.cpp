@@ -1,5 +1,5 @@
-/// `chained_multistation`, study "unstart": how often do the solvers end elsewhere than at the lowest minimum, when
-/// they begin far away, with and without the sub-search (slide 12, future work 1)?
+/// `chained_multistation`, study "unstart": how often do the solvers not end at the lowest minimum when they begin far
+/// away, with and without the sub-search (slide 12, future work 1)?
 #include <algorithm>
 #include <cmath>
 
@@ -67,7 +67,7 @@ class ChainedUnstart final : public study::StudyPoint {
     for (std::size_t way = 0; way < kWays; ++way)
       for (std::size_t e = 0; e < kEvents; ++e) rate(kWayNames[way], kEventNames[e], tally.counts[way * kEvents + e]);
     for (std::size_t e = 0; e < kRunEvents; ++e) rate("modes", kRunEventNames[e], tally.counts[kWays * kEvents + e]);
-    // A search that may not fail: exactly no failure is what has to be seen
+    // The search must not fail: the expected count is exactly zero
     for (study::ComparisonRow& row : rows)
       if (row.formulation == "search" && row.quantity == "failed") {
         row.analytic = 0;

@@ -1,4 +1,4 @@
-/// Baselines of drift_monitoring made as rare in their false alarms as the SPRT, and operating curves.
+/// Calibration of the baselines of drift_monitoring to the false alarms of the SPRT, and operating curves.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,7 +14,7 @@ namespace {
 /// Calibration takes realisations from here on; a run has at most 10^6.
 constexpr std::uint64_t kFirstCalibrationTrial = std::uint64_t{1} << 40;
 
-/// Of one fault-free realisation, over all sensors: whether the SPRT raised an alarm, the largest CUSUM and residual.
+/// One fault-free realisation, over all sensors: whether the SPRT raised an alarm, the largest CUSUM and residual.
 struct Quiet {
   bool alarm = false;
   double cusum = 0, residual = 0;

@@ -1,4 +1,4 @@
-/// What drift_monitoring gathers while the rows of a realisation pass by: its numbers, and its series.
+/// The numbers and the series that drift_monitoring gathers from the rows of a realisation, block by block.
 #include <cmath>
 
 #include "base/units.h"

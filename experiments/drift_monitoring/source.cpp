@@ -74,7 +74,7 @@ void for_rows(const SensorFile& f, Each each) {
         return;
 }
 
-/// What is wrong with the file, how many good rows it has, how many lie before `train_h`, and when the last one is.
+/// Findings on the file, the number of its good rows, how many lie before `train_h`, and the time of the last one.
 struct FileSpan {
   Eigen::Index rows = 0, before = 0;
   double end_h = 0;

@@ -70,7 +70,7 @@ Run read_run(config::ConfigReader& c) {
   return r;
 }
 
-/// The answer: all modes of the smoother; the filter, if asked for, from the lowest mode's attitudes.
+/// The solution: all modes of the smoother; the filter, if asked for, from the lowest mode's attitudes.
 struct Answer {
   chained::Modes modes;
   chained::Solution solution;
@@ -79,7 +79,7 @@ struct Answer {
   std::vector<chained::AxialProfile> profiles;  ///< of the smoother
 };
 
-/// Of every station; in long runs of a hundred along it, so that the work stays linear in stations.
+/// Profiles of every station; in long runs of a hundred stations, so that the work stays linear in stations.
 std::vector<chained::AxialProfile> profiles_of(const Run& r, const chained::Modes& modes) {
   constexpr int kMost = 100;
   std::vector<chained::AxialProfile> out;
@@ -196,7 +196,7 @@ store::Table fit_table(const Run& r, const Answer& a) {
   return t.take();
 }
 
-/// Every minimum of the smoother, so that one who knows the well can choose.
+/// Every minimum of the smoother, so that a user who knows the well can choose.
 store::Table modes_table(const Run& r, const Answer& a) {
   study::TableRows t("modes", "minima of the smoother, lowest cost first; bias_z is the mean over the stations");
   for (std::size_t i = 0; i < a.modes.modes.size(); ++i) {
@@ -218,7 +218,7 @@ store::Table modes_table(const Run& r, const Answer& a) {
   return t.take();
 }
 
-/// Do the claims hold, and what holds where they do not.
+/// Whether the claims hold, and the intervals that hold where the claims do not.
 store::Table profile_table(const Run& r, const Answer& a) {
   study::TableRows t(
       "profile",

@@ -14,7 +14,8 @@
 namespace surveymc::studies::estimate {
 namespace {
 
-/// One station: by the method, and as the readings are (basic), which is what quality control looks at.
+/// One station, solved by the method, and by the basic solution of the uncorrected readings, which quality control
+/// uses.
 struct SolvedStation {
   double md = 0;
   single_station::StationSolution raw, solved;

@@ -1,5 +1,5 @@
-/// What an engineer runs on a real run: gains and biases from a file of six-axis readings, with their covariance, the
-/// corrected survey with its own, and whether all of it can be trusted. No simulation, no trials.
+/// Study for real runs: gains and biases from a file of six-axis readings with their covariance, the corrected survey
+/// with its covariance, and tests that say how far to trust them. No simulation, no trials.
 ///
 ///   readings -> estimator, tests of its residuals (estimate) -> corrected survey and covariance (propagate)
 #include <algorithm>

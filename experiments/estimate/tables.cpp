@@ -137,7 +137,7 @@ store::Table stations_table(const survey::SixAxisReadings& r, const survey::Refe
   return t.take();
 }
 
-/// Mean, rms and largest of what the stations' residuals were and are, and the estimator's own figures.
+/// Mean, rms and largest of the stations' residuals before and after the correction.
 store::Table residuals_table(const analysis::ReadingsAnalysis& a) {
   study::TableRows t("residuals", "the stations' field less the reference, before and after the correction");
   const auto row = [&](const char* name, const char* unit, double factor, double analysis::FieldResiduals::*member) {
@@ -185,7 +185,7 @@ store::Table reference_table(const analysis::ReadingsAnalysis& a, const survey::
   return t.take();
 }
 
-/// One row: what the solver left, and the variance factor that follows.
+/// One row: cost and residual sd of the solution, and the variance factor that follows.
 store::Table fit_table(const analysis::ReadingsAnalysis& a) {
   study::TableRows t("fit", "the estimator's minimum, and the noise that its residuals speak of");
   const double left = a.tests.redundancy > 0 ? a.cost / a.tests.redundancy : std::nan("");

@@ -2,10 +2,10 @@
 /// Carlo with the nonlinear adjustment. Source: Nyrnes, Torkildsen, Nahavandchi, sections 2.1 and 2.2; the paper has
 /// the theory only.
 ///
-///   true attitude -> readings with noise -> adjusted as they are (false alarms)
+///   true attitude -> readings with noise -> adjusted without errors (false alarms)
 ///                                        -> and with the errors in -> tests, snooping -> tally
 ///
-/// held against the designed level and power: linear theory, and the shift of the test by the nonlinear adjustment of
+/// compared with the designed level and power: linear theory, and the shift of the test by the nonlinear adjustment of
 /// readings with the errors but without noise.
 #include <algorithm>
 #include <cmath>

@@ -63,7 +63,7 @@ void read_verified(config::ConfigReader& c, Scenario& s) {
   for (config::ConfigReader& entry : c.tables("verify")) {
     VerifiedDirection v{entry.number("inclination_deg", config::Range::closed(0, 180)),
                         entry.number("azimuth_deg", config::Range::closed(0, 360))};
-    // Nothing is asked of a vertical hole that could be compared: its azimuth is that of the tool.
+    // A vertical hole has nothing to compare: its azimuth is that of the tool.
     entry.require(v.inclination_deg >= 1 && v.inclination_deg <= 179, "inclination_deg",
                   "must be in [1, 179]: closer to the vertical an azimuth is not nearly linear in the readings");
     v.place = entry.place("inclination_deg");

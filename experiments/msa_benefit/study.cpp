@@ -1,8 +1,8 @@
-/// Study: does multi-station analysis help here? The uncertainty of azimuth and lateral position after MSA over that
-/// before, for every direction of the hole: before, the tool has its a-priori errors (ISCWSA error model); after, the
-/// errors that MSA leaves, most of all those that an imperfect reference field makes.
+/// Study: where does multi-station analysis help? Uncertainty of azimuth and lateral position after MSA over that
+/// before MSA, for every direction of the hole. Before MSA the tool has its a-priori errors (ISCWSA error model). After
+/// MSA it has the errors that MSA leaves, most of all those due to an imperfect reference field.
 ///
-/// The maps are first-order predictions without trials. Where a config has [[verify]], Monte Carlo is held against
+/// The maps are first-order predictions without trials. Where a config has [[verify]], Monte Carlo is compared with
 /// them:
 ///   truth, tool drawn -> readings (sensor) -> gains and biases (estimate) -> azimuth, minimum curvature (survey)
 #include "msa_benefit/study.h"

@@ -30,7 +30,7 @@ std::vector<study::RowName> row_names() {
   return rows;
 }
 
-/// What [stop] may ask for: sd that have an analytic prediction and a control variate.
+/// Quantities that [stop] may name: sd that have an analytic prediction and a control variate.
 std::vector<std::string> stoppable(bool with_position) {
   std::vector<std::string> names;
   for (const char* p : estimate::kParameterNames) names.push_back(std::string("sigma3_") + p);

@@ -1,9 +1,10 @@
-/// Study: sensor errors left by multi-station analysis and its relatives, and the position uncertainty they make, by
-/// Monte Carlo and by three analytic propagations. Source: S. Vis, TU Delft 2019 (tables 5-11, figures 6 and 7).
+/// Study: sensor errors left by multi-station analysis and related estimators, and the position uncertainty due to
+/// them, by Monte Carlo and by three analytic propagations. Source: S. Vis, TU Delft 2019 (tables 5-11, figures 6 and
+/// 7).
 ///
 ///   truth -> readings (sensor) -> gains and biases (estimate) -> corrected survey, minimum curvature (survey) -> tally
 ///
-/// held against the first-order prediction: covariance of the estimate (estimate), carried to the position as
+/// compared with the first-order prediction: covariance of the estimate (estimate), propagated to the position as
 ///   joint       full 6x6 covariance, the reference field as common-mode consider parameter, plus station noise
 ///   systematic  the six sensor errors independent of each other, constant in the run   (wrong: drops correlations)
 ///   random      independent from station to station                                     (wrong: drops everything)
@@ -41,9 +42,9 @@ int component_of(const std::string& quantity) {
   throw std::logic_error("no component " + quantity);
 }
 
-/// The estimator with the readings without noise as start, unless that costs more evaluations than it saves: where the
-/// noise is large for the geometry, most trials find no way from there and go both (thesis tests 1 and 2). Decided on
-/// the study's first trials, so for all of them alike.
+/// The estimator with the solution of the noise-free readings as start, unless this start costs more evaluations than
+/// it saves: where the noise is large for the geometry, most trials do not converge from there and go the long way, too
+/// (thesis tests 1 and 2). The study's first trials decide for all of them alike.
 std::unique_ptr<estimate::Estimator> choose_estimator(const Scenario& s, const sensor::CleanReadings& clean,
                                                       const random::Stream& stream) {
   constexpr int kProbes = 64;
@@ -125,7 +126,7 @@ std::uint64_t PositionPoint::trials_needed(const stats::Tally& tally) const {
   return static_cast<std::uint64_t>(std::ceil(needed));
 }
 
-/// Everything that a batch of trials is made of; reused from batch to batch.
+/// The arrays of a batch of trials; reused from batch to batch.
 struct PositionPoint::Batch {
   Batch(int trials, const Scenario& s)
       : readings(sensor::make_reading_block(trials, s.survey.size(), s.noise)),
@@ -179,8 +180,8 @@ void PositionPoint::observe(const Batch& b, int t, Row& x, std::vector<std::uint
 }
 
 stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
-  // A batch is what fits the first-level caches, and below the size that the allocator returns to the system each
-  // time; it changes no bit of the result.
+  // A batch fits the first-level caches, and is below the size that the allocator returns to the system each time. Its
+  // size changes no bit of the result.
   const int bytes_per_trial = s_.survey.size() * 3 * static_cast<int>(sizeof(double));
   const unsigned fitting = 65536u / static_cast<unsigned>(bytes_per_trial);
   const int batch =

@@ -36,7 +36,7 @@ std::vector<study::ComparisonRow> PositionPoint::parameter_rows(const stats::Tal
                                      tally.trials));
     rows.back().formulation = "first_order";
   }
-  // What the estimator says of itself, by the errors it assumes; of MSA, which assumes nothing, there is no such claim.
+  // The claim of the estimator, by the errors that it assumes; MSA assumes nothing and makes no claim.
   for (int i = 0; i < 6 && estimate::estimator_kind(s_.estimator.name).weighs; ++i) {
     const auto a = static_cast<std::size_t>(i);
     const double claimed = predicted                 ? std::sqrt(prediction_.claimed_covariance(i, i))
@@ -135,7 +135,8 @@ std::vector<study::ComparisonRow> PositionPoint::hole_rows(const stats::Tally& t
   for (std::size_t f = 0; f < kFormulations.size(); ++f) {
     const Eigen::Matrix3d c = hla_from_nev_ * prediction_.position_covariance[f] * hla_from_nev_.transpose();
     for (int i = 0; i < 3; ++i) {
-      // A direction without first-order error (plane wells have two) keeps what rounding of the rotation leaves: zero.
+      // A direction without first-order error (plane wells have two) has only the rounding of the rotation: taken as
+      // zero.
       const double variance = c(i, i) > 1e-14 * c.trace() ? c(i, i) : 0;
       rows.push_back(study::compare_sd(std::string("sigma3_") + kHoleDirections[static_cast<std::size_t>(i)], "m", 3,
                                        sample(tally, at_.hole + i), std::sqrt(variance), s_.verdict, tally.trials));

@@ -86,8 +86,8 @@ store::Table PositionPoint::correlation_table(const stats::Tally& tally) const {
   return t.take();
 }
 
-/// Plain and controlled estimates side by side. The controlled one removes what the first-order prediction says of the
-/// very noise of each trial: its interval is narrower, and its difference from the analytic value is nonlinearity.
+/// Plain and controlled estimates side by side. The controlled estimate removes the first-order prediction for the very
+/// noise of each trial: its interval is narrower, and its difference from the analytic value is nonlinearity.
 store::Table PositionPoint::control_variate_table(const stats::Tally& tally) const {
   std::string title =
       "estimates without and with the first-order prediction of each trial as control variate" + intervals_;

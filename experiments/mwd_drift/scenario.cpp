@@ -1,4 +1,4 @@
-/// What a config of `mwd_drift` says, checked.
+/// The checked settings of a config of `mwd_drift`.
 #include <algorithm>
 #include <cmath>
 

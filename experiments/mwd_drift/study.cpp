@@ -2,7 +2,7 @@
 /// channels |g|, |b| and dip, against a plain SPRT on each channel.
 ///
 ///   made-up well, toolfaces (a trial) -> readings with noise and a ramp on one sensor -> channels less reference
-///   -> SPRT by channel, and bias filter with its own alarm -> who finds it, when, and whom it names
+///   -> SPRT by channel, and bias filter with its own alarm -> which method finds the drift, when, and the sensor named
 #include "mwd_drift/study.h"
 
 #include <fmt/format.h>

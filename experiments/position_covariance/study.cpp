@@ -1,6 +1,6 @@
 /// Study: position uncertainty of a surveyed well by the error models of its tools (ISCWSA MWD Rev 4, Rev 5.10, the
-/// OWSG tool codes, or the user's own). No Monte Carlo: the covariance of every station, whole and by source, held
-/// against published figures.
+/// OWSG tool codes, or the user's own). No Monte Carlo: the covariance of every station, whole and by source, compared
+/// with published figures.
 ///
 ///   survey, field, models (config) -> effects of every term at every station, summed as their modes say (propagate)
 ///   -> covariance, ellipse and ellipsoid per station

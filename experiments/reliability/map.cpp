@@ -1,4 +1,4 @@
-/// Study: how large a gross error may pass the tests unseen, and what it does to the attitude, over a grid of
+/// Study: how large a gross error may pass the tests undetected, and its effect on the attitude, over a grid of
 /// attitudes. Source: Nyrnes, Torkildsen, Nahavandchi, Kart og Plan 65, figures 1-6. No random numbers.
 ///
 ///   model, grid -> layers (layers.h) -> maps, table `summary`, published statements
@@ -187,8 +187,9 @@ class ReliabilityMapPoint final : public study::StudyPoint {
             }};
   }
 
-  /// Which toolface the tool will have is not known beforehand: the worst one, and the share of the grid's toolfaces
-  /// whose undetected error stays within the tolerances. Maps without the axis toolface, and a table over everything.
+  /// The toolface of the tool is not known beforehand. So this adds maps without the axis toolface: the worst toolface,
+  /// and the share of the grid's toolfaces whose undetected error stays within the tolerances; and a table over all
+  /// points.
   void add_tolerance(study::PointResult& r) const {
     store::Map worst{
         "worst_toolface_external_azimuth_deg", "deg", "largest |external_azimuth_deg| over the toolfaces", axes_, {}};

@@ -1,5 +1,6 @@
-/// Study: the reliability of every reading of one well, and what an undetected gross error does to its final position.
-/// Goes beyond Nyrnes, Torkildsen, Nahavandchi, who stop at the attitude of a single station. No random numbers.
+/// Study: the reliability of every reading of one well, and the effect of an undetected gross error on the final
+/// position. It goes beyond Nyrnes, Torkildsen, Nahavandchi, who treat the attitude of a single station. No random
+/// numbers.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -47,7 +48,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   return s;
 }
 
-/// An error that is just found, the toolface, and what linear theory says of it there.
+/// An error that is just found, its toolface, and the result of linear theory at this toolface.
 struct Found {
   surveymc::reliability::FoundError error;
   surveymc::reliability::StationEffect linear;
@@ -185,7 +186,7 @@ class ReliabilityWellPoint final : public study::StudyPoint {
       }
   }
 
-  /// Linear theory at the toolfaces that were found, and for what all stations share.
+  /// Linear theory at the toolfaces that were found, and for the references that all stations share.
   template <class Check>
   void add_linear(std::vector<std::vector<Found>>& found, const surveymc::reliability::WellReliability& as_surveyed,
                   const Check& check) const {

@@ -3,7 +3,7 @@
 ///
 ///   errors and toolfaces -> readings -> inclination, azimuth -> minimum curvature (sensor) -> tally at several depths
 ///
-/// held against
+/// compared with
 ///   toolface_dependent  the errors through their derivatives at each station's toolface (mean over drawn toolfaces)
 ///   ti_systematic       ISCWSA's toolface-independent terms, all of them constant: right for a slid hole on average
 ///   ti_random           those that turn with the toolface random from station to station: right for a rotated hole

@@ -4,7 +4,7 @@
 ///
 ///   ABX, ABY and toolfaces -> readings -> inclination, azimuth -> balanced tangential position (sensor) -> tally
 ///
-/// held against every formulation of propagate/vertical_well.h, right and wrong. North is magnetic north.
+/// compared with every formulation of propagate/vertical_well.h, right and wrong. North is magnetic north.
 #include <algorithm>
 #include <cmath>
 
@@ -30,12 +30,12 @@ using Eigen::Vector2d;
 
 const std::string kToolfaceDependent = "toolface_dependent";
 
-/// Tallied of every trial: position (N, E), position over the sd of the run's own toolfaces (N, E), the square of that
-/// sd over the one of independent toolfaces, then the squared Mahalanobis distance in each formulation.
+/// Numbers that are tallied of every trial: position (N, E); position over the sd of the run's own toolfaces (N, E);
+/// the square of that sd over the sd of independent toolfaces; the squared Mahalanobis distance in each formulation.
 enum Component { kPosition = 0, kOwn = 2, kSpread = 4, kNees = 5 };
 
-/// Of the ratio of a run's own sd to that of eqs 41, 42 as random. It is nearly Rayleigh distributed: 4 is never
-/// passed.
+/// Bins of the ratio of a run's own sd to that of eqs 41, 42 as random. The ratio is nearly Rayleigh distributed and
+/// never exceeds 4.
 constexpr stats::HistogramBins kRatioBins{4096, 4.0 / 4096};
 constexpr std::array<std::pair<const char*, double>, 5> kQuantiles{
     {{"ratio_q05", .05}, {"ratio_q25", .25}, {"ratio_q50", .5}, {"ratio_q75", .75}, {"ratio_q95", .95}}};
@@ -77,8 +77,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.spacing = c.number("spacing_m", config::Range::positive());
   const double legs = depth / s.spacing;
   c.require(std::abs(legs - std::round(legs)) < 1e-9 * legs && legs > 0.5, "spacing_m",
-            "must divide depth_m into whole legs");
-  c.require(legs < 3000.5, "spacing_m", "makes more than 3000 legs");
+            "must divide depth_m into whole intervals");
+  c.require(legs < 3000.5, "spacing_m", "makes more than 3000 intervals");
   s.legs = static_cast<int>(std::lround(legs));
   s.field = study::read_field_of_magnetic_north(c);
   s.bias_sd = c.number("sensor_errors.accelerometer_bias_mps2", config::Range{0, 0.5, true, false});
@@ -106,7 +106,7 @@ sensor::SensorRunSetup run_setup(const Scenario& s) {
   return sensor::sensor_run_setup(survey, s.field, sd, s.plan, survey::PositionMethod::balanced_tangential, {s.legs});
 }
 
-/// What the trials are held against.
+/// The predictions with which the trials are compared.
 struct Prediction {
   analysis::VerticalWellRun run;
   double independent_sd;            ///< m, of eqs 41, 42 as random

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Steps of biases that walk: indices of their own, behind those of the noise of 10^8 stations.
+/// First index of the steps of biases that walk, beyond the indices of the noise of 10^8 stations.
 constexpr std::uint32_t kFirstStep = std::uint32_t{1} << 30;
 
 double sensor_draw(const random::Stream& stream, std::uint64_t trial, std::uint32_t first, int station, int sensor) {

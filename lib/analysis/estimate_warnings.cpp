@@ -37,7 +37,7 @@ void warn_of_stations(const survey::SixAxisReadings& r, const ReadingsAnalysis& 
 
 double correlation(const estimate::Matrix6d& c, int i, int j) { return c(i, j) / std::sqrt(c(i, i) * c(j, j)); }
 
-/// Parameters whose sd the reference's uncertainty makes nearly alone: its error moves them together.
+/// Parameters whose sd comes nearly alone from the reference's uncertainty, so that their errors are correlated.
 std::vector<int> reference_bound(const ReadingsAnalysis& a) {
   std::vector<int> bound;
   for (int i = 0; i < 6; ++i)
@@ -45,7 +45,7 @@ std::vector<int> reference_bound(const ReadingsAnalysis& a) {
   return bound;
 }
 
-/// So badly known that the first order of it means little.
+/// True if a parameter is known so badly that first-order theory means little.
 bool is_hardly_known(const ReadingsAnalysis& a, const survey::ReferenceField& field, int i) {
   return std::sqrt(a.covariance(i, i)) / (i < 3 ? 1 : field.total) > kNonlinearGain;
 }
@@ -62,8 +62,8 @@ void warn_of_reference(const ReadingsAnalysis& a, Warnings& out) {
                                        fmt::join(names, ", "))});
 }
 
-/// Pairs that the stations' geometry does not separate. Errors of the reference also go together, but are no matter of
-/// geometry: warn_of_reference has them.
+/// Warns of pairs that the stations' geometry does not separate. An error of the reference correlates parameters, too,
+/// but not by geometry: warn_of_reference() covers it.
 void warn_of_observability(const ReadingsAnalysis& a, const survey::ReferenceField& field, Warnings& out) {
   const std::vector<int> bound = reference_bound(a);
   const auto is_bound = [&](int i) { return std::find(bound.begin(), bound.end(), i) != bound.end(); };

@@ -18,7 +18,7 @@ namespace {
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 using Matrix26d = Eigen::Matrix<double, 2, 6>;
 
-/// Derivatives of azimuth (of the last station) and lateral by what one station sees.
+/// Derivatives of azimuth (of the last station) and lateral by the readings of one station.
 struct DirectEffect {
   Matrix23d by_field, by_down;
 };

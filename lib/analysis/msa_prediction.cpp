@@ -15,7 +15,8 @@ namespace {
 
 using ErrorByInput = Eigen::Matrix<double, sensor::NoiseWeights::kSums, Eigen::Dynamic>;
 
-/// Errors of parameters and of the position by one input: the latter through the estimate, and directly.
+/// Errors of parameters and of the position by one input: the position depends on it through the estimate, and
+/// directly.
 template <class ByInput, class Direct>
 ErrorByInput stacked(const ByInput& parameters, const propagate::Matrix36d& by_parameters, const Direct& direct) {
   ErrorByInput m(static_cast<int>(sensor::NoiseWeights::kSums), parameters.cols());
@@ -114,8 +115,8 @@ MsaPrediction predict_msa(const survey::Survey& survey, const survey::ReferenceF
   }
   p.linear = sensor::noise_sum_moments(p.weights, noise.law);
 
-  // A direction that azimuth errors do not reach to first order (the vertical of a plane well) has variance zero; what
-  // arithmetic leaves there is 1e-30 of the rest, and zero is what the tables should say.
+  // A direction that azimuth errors do not move to first order (the vertical of a plane well) has variance zero.
+  // Rounding leaves 1e-30 of the rest there, but the tables should say zero.
   for (Matrix3d& c : p.position_covariance)
     for (int i = 0; i < 3; ++i)
       if (c(i, i) < 1e-24 * c.trace()) {

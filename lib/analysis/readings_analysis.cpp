@@ -100,7 +100,7 @@ double rotation_gap(const std::vector<survey::StationFields>& fields) {
 }
 
 bool vertical_field_reversed(const std::vector<survey::StationFields>& raw, const survey::ReferenceField& field) {
-  if (std::abs(field.dip) < 5 * kDegree) return false;  // near the equator its sign says nothing
+  if (std::abs(field.dip) < 5 * kDegree) return false;  // near the equator the sign of the dip says nothing
   const auto other = std::count_if(
       raw.begin(), raw.end(), [&](const survey::StationFields& s) { return dot(s.down_T, s.field_T) * field.dip < 0; });
   return 2 * other > static_cast<std::ptrdiff_t>(raw.size());
@@ -136,7 +136,7 @@ StationEffects station_effects(const survey::StationFields& s, const propagate::
   return e;
 }
 
-/// Why there may be no estimate, for the message.
+/// A likely reason for having no estimate, for the message.
 std::string likely_reason(const ReadingsAnalysis& a) {
   if (a.vertical_field_reversed)
     return "their dip has the sign of the other hemisphere: do the accelerometers read the other way round (key "
@@ -149,7 +149,7 @@ std::string likely_reason(const ReadingsAnalysis& a) {
   return "are the axes and units right, and field.total_nT and field.dip_deg?";
 }
 
-/// The estimate; fills cost and evaluations. `out` knows the geometry of the raw readings.
+/// The estimate; fills cost and evaluations. `out` has the geometry of the raw readings.
 propagate::Vector6d solve(const survey::SixAxisReadings& readings, const survey::ReferenceField& field,
                           const estimate::EstimatorOptions& options, ReadingsAnalysis& out) {
   const survey::ReadingBlock block = block_of(readings, field);

@@ -17,7 +17,7 @@ using Eigen::Matrix3d;
 
 namespace {
 
-/// A sd below this part of the largest is zero to first order: what rounding leaves there predicts nothing.
+/// A sd below this part of the largest is zero to first order: it is only rounding and predicts nothing.
 constexpr double kZero = 1e-6;
 
 }  // namespace

@@ -32,9 +32,9 @@ class Profile {
   double claimed_sd() const { return claimed_; }
   double azimuth() const { return azimuth_; }
 
-  /// The minimum with the station's axial bias held at `bias`, from a neighbour's.
+  /// The minimum with the station's axial bias held at `bias`, searched from the minimum of a neighbouring value.
   std::optional<Conditional> at(double bias, const Solution& from) const {
-    const double sd = 1e-3 * claimed_;  // held to what does not matter
+    const double sd = 1e-3 * claimed_;  // small enough to hold the bias
     Readings held = readings_;
     held.known.push_back({station_, kBias, bias, sd});
     Conditional c;
@@ -75,8 +75,8 @@ double mixture_quantile(const std::vector<Conditional>& points, const std::vecto
   return (low + high) / 2;
 }
 
-/// The profile around every minimum, in steps that change J by something like 1/2; `out.complete` becomes false where
-/// it could not be followed.
+/// The profile around every minimum, in steps that change J by about 1/2; `out.complete` becomes false where the
+/// profile cannot be followed.
 std::vector<std::vector<Conditional>> trace_segments(const Profile& profile, const std::vector<Solution>& modes,
                                                      const AxialProfileOptions& options, AxialProfile& out) {
   const Solution& lowest = modes.front();

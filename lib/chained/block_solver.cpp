@@ -34,7 +34,7 @@ struct NormalBlocks {
 };
 constexpr double kAttitudeScale = 1 / (0.1 * 0.1);
 
-/// What is known of the first station's chain before its readings, instead of the model's prior.
+/// Prior of the first station's chained states, instead of the model's prior.
 struct ChainPrior {
   ChainVector mean;
   Eigen::Matrix<double, kChainStates, kChainStates> information;
@@ -93,7 +93,7 @@ NormalBlocks normal_blocks(const Model& m, const Readings& readings, const Point
   return b;
 }
 
-/// The same with half the true Hessian.
+/// The same blocks with half the true Hessian.
 NormalBlocks exact_blocks(NormalBlocks b, const Model& m, const Readings& readings, const Point& at) {
   for (int k = 0; k < readings.stations(); ++k) {
     const auto i = static_cast<std::size_t>(k);
@@ -160,8 +160,8 @@ BlockSolution solve_blocks(const NormalBlocks& b, double damping) {
   return s;
 }
 
-/// Diagonal blocks of the inverse, last station first: S_k = D_k^-1 + G S_k+1 G', G = D_k^-1 (0; W), and what the
-/// border adds.
+/// Diagonal blocks of the inverse, last station first: S_k = D_k^-1 + G S_k+1 G', G = D_k^-1 (0; W), plus the part of
+/// the border.
 void set_covariances(const NormalBlocks& b, const BlockSolution& s, Solution& out) {
   const std::size_t n = b.diagonal.size();
   const Index q = b.border.rows();

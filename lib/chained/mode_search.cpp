@@ -25,7 +25,8 @@ double call(const std::vector<double>& x, std::vector<double>&, void* objective)
   return std::isfinite(value) ? value : 1e300;
 }
 
-/// Nelder-Mead from x, which it replaces by the best point. A start for a polish: three digits are enough.
+/// Nelder-Mead from x, which it replaces by the best point. The result is only a start for the descent: three digits
+/// are enough.
 double nelder_mead(Objective objective, std::vector<double>& x, double step, int evaluations) {
   nlopt::opt opt(nlopt::LN_NELDERMEAD, static_cast<unsigned>(x.size()));
   opt.set_min_objective(call, &objective);
@@ -98,7 +99,7 @@ bool same_mode(const Solution& a, const Solution& b) {
   double turn = 0;
   for (std::size_t k = 0; k < a.stations.size(); ++k)
     turn = std::max(turn, rotation_between(a.stations[k].frame, b.stations[k].frame).norm());
-  return turn < 1e-6;  // polished minima stand to 1e-12
+  return turn < 1e-6;  // minima after the descent are right to 1e-12
 }
 
 }  // namespace

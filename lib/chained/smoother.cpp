@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-// The chain, and behind it the amplitudes of interference: at most 12 states.
+// The chained states, followed by the amplitudes of interference: at most 12 states.
 using State = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 12, 1>;
 using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12>;
 using ByState = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 12>;
@@ -66,7 +66,7 @@ State state_at(const Point& at, int k) {
   return x;
 }
 
-/// A station's equations, parted into what speaks of the chain alone and what gives the attitude.
+/// A station's equations, split into those of the chain alone and those that give the attitude.
 struct Parted {
   StationLinear linear;
   ByState by_state;
@@ -216,7 +216,7 @@ Solution run_filter(const Model& m, const Readings& readings, const Point& start
       step_station(at, k, delta, dc);
       converged = size2 <= options.step_tolerance * options.step_tolerance;
     }
-    if (!converged && options.damped) {  // from the start, not from where Gauss-Newton was left
+    if (!converged && options.damped) {  // from the start, not from the last point of Gauss-Newton
       const StationMinimum minimum =
           solve_station(m, readings, k, at_start.frames[i], before.mean, before.covariance, options);
       at.frames[i] = minimum.frame;

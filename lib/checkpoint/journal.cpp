@@ -30,7 +30,7 @@ RunKey read_key(ByteReader& in) {
   return key;
 }
 
-/// A file that has our name, but begins otherwise, is a user's.
+/// A file with the name of a journal that begins otherwise belongs to a user.
 bool is_journal(std::string_view bytes) { return bytes.starts_with(kJournalMark) || kJournalMark.starts_with(bytes); }
 
 }  // namespace
@@ -91,7 +91,7 @@ void remove_journals(const fs::path& output, const RunKey& key) {
       const std::optional<Record> first = record_at(bytes, 0, kJournalMark);
       ByteReader in(first ? first->body : std::string_view{});
       if (!first || read_key(in) == key) unlink(path.c_str());
-    } catch (const IoError&) {  // gone already, or not ours to read
+    } catch (const IoError&) {  // removed already, or without permission to read
     }
   }
 }
@@ -142,7 +142,7 @@ bool Journal::write() {
   if (n != static_cast<ssize_t>(pending_.size())) {
     if (n >= 0) errno = ENOSPC;  // a short write: the disk is full, or the file may not grow
     fail();
-    // Half a record would hide all that is written behind it; and nothing is left of a journal that never had one.
+    // Half a record would hide all records written after it. A journal that never had a whole record is removed.
     if (size_ == 0 || ftruncate(file_, size_) != 0) {
       if (size_ == 0) unlink(path_.c_str());
       close(file_);

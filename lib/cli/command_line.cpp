@@ -30,7 +30,7 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
     sub->add_option("--seed", a.seed, "replaces the config's seed");
   };
   const auto thread_option = [&](CLI::App* sub) {
-    sub->add_option("--threads", a.threads, "number of threads (all cores); the result does not depend on it")
+    sub->add_option("--threads", a.threads, "number of threads (default: all cores); results do not depend on it")
         ->check(CLI::Range(1, 4096));
   };
   command(Command::list, "list", "experiments and what each reproduces");
@@ -42,27 +42,29 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   CLI::App* run = command(Command::run, "run", "run a config and write its result file");
   config_options(run);
   thread_option(run);
-  run->add_option("-o,--output", a.output, "result file (results/<config>.h5)")->check([](const std::string& name) {
-    return name.empty() ? "the name is empty" : "";
-  });
+  run->add_option("-o,--output", a.output, "result file (default: results/<config>.h5)")
+      ->check([](const std::string& name) { return name.empty() ? "the name is empty" : ""; });
   run->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   run->add_option("--trial", a.trial, "replay this one trial (from 0) and print it; writes nothing");
-  run->add_option("--point", a.point, "only this sweep point (from 0): writes a part file, or with --trial none");
-  run->add_option("--shard", a.shard, "I/N: only slice I (from 0) of N of the trials: writes a part file");
-  run->add_flag("--array", a.array, "the part of this Slurm array task: a point, or with --shards a shard");
-  run->add_option("--shards", a.shards, "with --array: the task is shard SLURM_ARRAY_TASK_ID of so many");
-  run->add_flag("--resume", a.resume, "go on from what an interrupted run has left, if it has");
-  run->add_option("--max-seconds", a.max_seconds, "stop then, keep what is done, exit with 75")
+  run->add_option("--point", a.point,
+                  "run only this sweep point (from 0); writes a part file, or nothing with --trial");
+  run->add_option("--shard", a.shard, "I/N: run only slice I (from 0) of N slices of the trials; writes a part file");
+  run->add_flag("--array", a.array, "run the part of this Slurm array task: a point, or with --shards a shard");
+  run->add_option("--shards", a.shards,
+                  "with --array: number of shards in all; the task runs shard SLURM_ARRAY_TASK_ID");
+  run->add_flag("--resume", a.resume, "go on from the journal of an interrupted run, if there is one");
+  run->add_option("--max-seconds", a.max_seconds, "stop after this time, keep finished blocks, exit with 75")
       ->check(CLI::PositiveNumber);
-  run->add_option("--checkpoint-seconds", a.checkpoint_seconds, "keep finished blocks so often (5)")
+  run->add_option("--checkpoint-seconds", a.checkpoint_seconds,
+                  "time between writes of finished blocks to the journal (default: 5)")
       ->check(CLI::Range(0.001, 1e6));
   CLI::App* plan = command(Command::plan, "plan", "parts of a config: how many, and which are missing");
   config_options(plan);
   CLI::Option* count = plan->add_flag("--count", line.parts_plan.count, "print how many parts there are");
-  CLI::Option* missing =
-      plan->add_option("--missing", line.parts_plan.folder, "print those not in this folder, as a Slurm array list");
+  CLI::Option* missing = plan->add_option("--missing", line.parts_plan.folder,
+                                          "print the parts that are not in this folder, as a Slurm array list");
   count->excludes(missing);
-  plan->add_option("--shards", a.shards, "the parts are so many shards, not the sweep points");
+  plan->add_option("--shards", a.shards, "divide the run into this many shards, not into sweep points");
   CLI::App* merge = command(Command::merge, "merge", "put part files together to the result of the whole run");
   merge->add_option("parts", line.parts, "part files, or folders of them")->required();
   merge->add_option("-o,--output", a.output, "result file")->required();
@@ -76,14 +78,15 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   CLI::Option* csv = show->add_flag("--csv", line.shown.csv, "as CSV");
   CLI::Option* json = show->add_flag("--json", line.shown.json, "as JSON");
   show->add_option("--rows", line.shown.rows,
-                   "at most so many rows of a table, from its ends; 0 for all (40 on a terminal)")
+                   "at most this many rows of a table, from both ends; 0 for all (default: 40 on a terminal)")
       ->check(CLI::NonNegativeNumber);
   csv->excludes(json);
   only_list->excludes(name)->excludes(csv);
-  CLI::App* rerun = command(Command::rerun, "rerun", "repeat a result from what is stored in it and compare");
+  CLI::App* rerun =
+      command(Command::rerun, "rerun", "repeat a result from the config and inputs stored in it, and compare");
   rerun->add_option("file", line.file, "result file")->required();
   rerun->add_option("--inputs", line.inputs,
-                    "folder of the config, where input files are that were too large to be stored (this folder)");
+                    "folder of the config, with input files that were too large to be stored (default: this folder)");
   thread_option(rerun);
   command(Command::man, "man", "print the manual page: surveymc man | man -l -");
   CLI::App* completion = command(Command::completion, "completion", "print the completion script of a shell");
@@ -92,7 +95,7 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
       ->check(CLI::IsMember({"bash", "zsh", "fish"}));
 }
 
-/// What the arguments of these names are; any other is text.
+/// The kind of the arguments with these names; any other argument is text.
 ValueKind kind_of(const std::string& name) {
   static const std::map<std::string, ValueKind> kKinds = {
       {"config", ValueKind::config_file}, {"file", ValueKind::result_file}, {"parts", ValueKind::result_file},

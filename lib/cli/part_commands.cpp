@@ -63,7 +63,7 @@ bool same_pieces(const std::vector<checkpoint::PartPiece>& a, const std::vector<
                     });
 }
 
-/// True if the part is there already. Throws IoError if something else is, or it could not be written.
+/// True if the part is there already. Throws IoError if another file is in its place, or if it could not be written.
 bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartChoice& choice) {
   const checkpoint::PartState state = checkpoint::part_state(path);
   if (state == checkpoint::PartState::foreign)
@@ -106,7 +106,7 @@ std::vector<fs::path> files_with(const fs::path& folder, const std::string& word
   return found;
 }
 
-/// Without what takes memory.
+/// The part without its tallies and maps, which take memory.
 std::optional<checkpoint::Part> outline(const fs::path& path) {
   try {
     checkpoint::Part part = checkpoint::read_part(path);

@@ -169,7 +169,7 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
   return kInternal;
 }
 
-/// guarded_main with every exception told and turned into its exit code.
+/// guarded_main with every exception reported and turned into its exit code.
 int told_main(int argc, char** argv, const std::vector<study::Experiment>& studies, montecarlo::Workers& workers,
               const montecarlo::Messages* messages, const std::string& mpi) {
   const auto fails = [](int exit, const char* kind, const char* what) {  // fmt would throw: the log's disk may be full
@@ -198,14 +198,14 @@ int told_main(int argc, char** argv, const std::vector<study::Experiment>& studi
 
 int program_main(int argc, char** argv, const std::vector<study::Experiment>& studies, montecarlo::Messages* messages,
                  const std::string& mpi) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is an error of write(), with a message, and not our death
+  std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is an error of write(), with a message, and does not kill us
   try {
     if (messages && messages->rank() > 0) return work_for_rank_0(studies, *messages, argc, argv);
     montecarlo::Workers workers(messages);
     const int exit = told_main(argc, argv, studies, workers, messages, mpi);
     workers.end(exit);
     return exit;
-  } catch (const std::exception& e) {  // between ranks: one that went on alone would wait for ever
+  } catch (const std::exception& e) {  // between ranks: a rank that went on alone would wait for ever
     std::fprintf(stderr, "internal error: rank %d: %s\n", messages ? messages->rank() : 0, e.what());
     if (messages) messages->abort(kInternal);
     return kInternal;

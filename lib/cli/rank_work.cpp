@@ -35,7 +35,7 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
         run.emplace(read_rerun(studies, line.file, store::read_result(line.file), line.inputs));
     }
   } catch (...) {
-    error = std::current_exception();  // if it is not rank 0's, too, the first order brings it there
+    error = std::current_exception();  // if rank 0 does not have this error, too, the first order takes it there
   }
   const RunArguments& a = line.arguments;
   std::unique_ptr<checkpoint::Journal> journal;

@@ -149,7 +149,7 @@ store::Result with_checkpoint(const RunArguments& a, const study::RunPlan& run, 
     store::Result result = compute_and_write({std::move(kept.finished), &journal});
     checkpoint::remove_journals(output, key);
     return result;
-  } catch (const IoError& e) {  // all was computed, and the result cannot be written
+  } catch (const IoError& e) {  // all was computed, but the result cannot be written
     if (!journal.started() || !journal.sync()) throw;
     throw IoError(
         fmt::format("{}; what is done is kept beside it: when it can be written, go on with --resume", e.what()));

@@ -33,7 +33,7 @@ store::TableFormat terminal_format(const ShowArguments& a) {
   return format;
 }
 
-/// "36 agree, 2 differ (1 !)": those that there are; "!" counts the unexpected ones.
+/// "36 agree, 2 differ (1 !)": the kinds that occur; "!" counts the unexpected verdicts.
 std::string short_words(const VerdictCounts& counts) {
   std::string out;
   const auto add = [&](std::size_t n, const char* word) {
@@ -45,7 +45,7 @@ std::string short_words(const VerdictCounts& counts) {
   return counts.unexpected > 0 ? out + fmt::format(" ({} !)", counts.unexpected) : out;
 }
 
-/// The list of what a file holds, as a table.
+/// The list of a file's contents, as a table.
 store::Table list_of(const store::Result& r) {
   std::vector<std::string> kind, name, size, unit, verdicts, title;
   const auto add = [&](const char* what, const std::string& its_name, const std::string& its_size,

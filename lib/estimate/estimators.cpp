@@ -21,7 +21,7 @@ std::unique_ptr<Estimator> make_fit(const EstimatorInput& in) {
   return make_field_fit(in.options.name, model, newton(in.options));
 }
 
-/// Unweighted and of all six parameters it has a kernel of its own.
+/// msa of all six parameters has a kernel of its own.
 std::unique_ptr<Estimator> make_unweighted(const EstimatorInput& in) {
   const auto& estimated = in.options.estimated;
   const bool all = std::find(estimated.begin(), estimated.end(), false) == estimated.end();

@@ -39,7 +39,7 @@ FieldFitModel field_fit_model(const EstimatorOptions& o, const survey::Reference
           a.magnetometer);
   m.joint = o.name == "msa_joint";
   m.fitted_derivative = (o.derivative.empty() ? estimator_kind(o.name).derivative : o.derivative) == "fitted";
-  // R has the reference's errors as if drawn anew at every station: for a joint estimate where they are.
+  // R includes the reference's errors as if drawn anew at every station; for a joint estimate only where they are so.
   const bool in_weights = o.name == "msa_weighted" || (m.joint && a.reference_per_station);
   const double s2 = a.magnetometer * a.magnetometer;
   const Matrix2d w = s2 * field_covariance(a, field, in_weights).inverse();

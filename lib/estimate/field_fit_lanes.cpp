@@ -29,7 +29,7 @@ struct FittedEquations {
 };
 
 /// The minimum; from there, if asked for, the root of the equations with the derivative at the fitted field. The
-/// minimum, a few tenths of a standard deviation off, then need not be sharp.
+/// minimum is then only a start, a few tenths of a standard deviation from the root, and need not be accurate.
 template <std::size_t N>
 NewtonSolution<T, N> solution(const FieldFitBatch& b, const FieldFitData& data, const std::array<T, N>& start) {
   constexpr double kNear = 1e-3;

@@ -1,5 +1,5 @@
-/// The estimators of field_fit.h, MSA among them, through NLopt: the independent second solver. Slow, one trial at a
-/// time; shares only the readable residual with the kernels.
+/// The estimators of field_fit.h, MSA among them, through NLopt: an independent second solver. It is slow, takes one
+/// trial at a time, and shares only the readable residual with the kernels.
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -24,7 +24,7 @@ struct Problem {
   FieldFitModel model;
   std::vector<Row> rows;
   Vector start;
-  Vector tilt;   ///< of the equations of p: twice what the derivative at the fitted field takes from them, else 0
+  Vector tilt;   ///< of the equations of p: twice fitted_correction() with the derivative at the fitted field, else 0
   Matrix scale;  ///< x = start + scale z: near-round contours in z for the derivative-free methods
   int evaluations = 0;
 
@@ -83,7 +83,7 @@ struct Problem {
     return sum;
   }
 
-  /// The unknowns that NLopt's z stands for; what is not estimated stays where it is.
+  /// The unknowns that NLopt's z stands for; parameters that are not estimated keep their values.
   Vector at(const std::vector<double>& z) const {
     Vector x = start + scale * Eigen::Map<const Vector>(z.data(), size());
     for (Eigen::Index i = 0; i < 6; ++i)
@@ -92,7 +92,7 @@ struct Problem {
   }
 };
 
-/// What the derivative at the fitted field takes from the equation of p_i (field_fit_kernel.h):
+/// The terms that the derivative at the fitted field subtracts from the equation of p_i (field_fit_kernel.h):
 /// sum_k (a_i'W r)(a_i'r) / p_i, with a_i = -dr/dq_i by dual numbers from the readable residual.
 Vector fitted_correction(const Problem& p, const Vector& x) {
   using D = simd::Dual<double, 3>;
@@ -127,8 +127,9 @@ double objective(const std::vector<double>& z, std::vector<double>& gradient, vo
   return value;
 }
 
-/// Moves the start to x and scales the unknowns by the normal matrix there. `tilted`: with the derivative at the fitted
-/// field the cost is tilted by what that takes from the equations at x; a minimum that stays where it is solves them.
+/// Moves the start to x and scales the unknowns by the normal matrix there. `tilted`: subtracts a linear term from the
+/// cost, with gradient twice the fitted_correction() at x. A minimum that then stays at x solves the equations with the
+/// derivative at the fitted field.
 void recenter(Problem& p, const Vector& x, bool tilted) {
   Vector g;
   Matrix normal;
@@ -171,7 +172,7 @@ class FieldFitNlopt final : public Estimator {
     bool converged = false;
     // Restart from the answer with fresh scaling until it no longer moves: one Nelder-Mead run may stall.
     for (int run = 0; run < 30 && !converged; ++run) {
-      // The first search is for the minimum: far from it the tilt would lead astray.
+      // The first search is for the minimum without tilt: far from the minimum the tilt would mislead it.
       const bool tilted = model_.fitted_derivative && run > 0;
       recenter(p, x, tilted);
       if (!p.scale.allFinite()) break;

@@ -23,7 +23,7 @@ Observability observability(const Eigen::Matrix<double, Eigen::Dynamic, 6>& jaco
   o.singular_values = svd.values.reverse();  // Eigen's fall
   o.directions = svd.right.rowwise().reverse();
   for (int j = 0; j < 6; ++j) {
-    // What rounding leaves of a zero is 1e-16 of the largest.
+    // After rounding, a zero is 1e-16 of the largest.
     const bool zero = o.singular_values[j] < 1e-14 * o.singular_values[5];
     o.condition_indices[j] = zero ? kInfinity : o.singular_values[5] / o.singular_values[j];
     Eigen::Index largest = 0;

@@ -63,7 +63,7 @@ ResidualTests residual_tests(const std::vector<survey::StationFields>& stations,
     t.error.push_back(t.w.back());
     t.error_sd.push_back(t.w.back());
     for (Index i = 0; i < 2; ++i) {
-      // Below, what is left of M_ii is rounding of 1 - q q': the parameters take up any error here.
+      // Below this, M_ii is only rounding of 1 - q q': the parameters absorb any error here.
       if (t.redundancy == 0 || m(i, i) < 1e-10 * unchecked(i, i)) continue;
       t.w[k][i] = mv[i] / std::sqrt(m(i, i));
       t.error[k][i] = mv[i] / m(i, i);

@@ -19,11 +19,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Below 1e-13 of the largest, rounding in J'J alone makes an eigenvalue: the geometry says nothing there.
+/// An eigenvalue below 1e-13 of the largest may come from rounding in J'J alone, and says nothing of the geometry.
 constexpr double kSingular = 1e13;
 
-/// `visible`: an eigenvalue as large as a parameter's is that the stations see well. Without it a single unknown that
-/// they hardly see would pass as well conditioned.
+/// `visible`: the eigenvalue of a parameter that the stations see well. Without it a single unknown that the stations
+/// hardly see would pass as well conditioned.
 double condition_of(const Eigen::MatrixXd& normal, double visible) {
   if (normal.size() == 0) return 1;
   const Eigen::VectorXd eigenvalues = stats::symmetric_eigen(normal).values;
@@ -80,7 +80,7 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
   Vector8d unit = Vector8d::Ones();
   unit.segment<3>(3).setConstant(total);
   unit.tail<2>() = z_unit;
-  Matrix8d inverse = Matrix8d::Zero();  // of the unknowns; what is held does not move
+  Matrix8d inverse = Matrix8d::Zero();  // of the unknowns; parameters that are held do not move
   if (!unknown.empty()) {
     inverse(unknown, unknown) = stats::symmetric_inverse(normal(unknown, unknown));
   }
@@ -95,7 +95,8 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
     s.by_reference.push_back(by_reference);
   }
   s.by_truth = -inverse.leftCols<6>() * prior;
-  // Held at 1 and 0, a parameter's deviation is in the readings: the unknowns take up what looks like them.
+  // The deviation of a parameter that is held at 1 or 0 remains in the readings: the unknowns absorb the part of its
+  // effect that looks like theirs.
   for (const int h : held) s.by_truth.col(h) = inverse * by_readings.col(h);
   s.by_truth.rightCols<3>() /= total;
   s.shift = -inverse.leftCols<6>() * dpq.transpose() * weight.cwiseProduct(pq);

@@ -18,7 +18,7 @@ template <class T>
 T positive(const T& x) {
   return select(x > T(0.0), x, T(0.0));
 }
-/// 0 at 0, with a derivative that is 0 there: a closed valve.
+/// Root that is 0 at 0, with a derivative that is 0 there, as of a closed valve.
 template <class T>
 T root(const T& x) {
   const auto open = x > T(0.0);

@@ -54,7 +54,7 @@ bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std:
   const auto size = static_cast<std::uint64_t>(work.block_trials);
   const int threads = work.threads > 0 ? work.threads : available_threads();
   std::exception_ptr error;
-  std::mutex taking;  // not omp critical: thread sanitizers see a mutex, and GCC's OpenMP they do not
+  std::mutex taking;  // not omp critical: thread sanitizers know a mutex, but not GCC's OpenMP
   std::atomic<bool> abandon = false;
   std::atomic<std::uint64_t> next = 0;  // our own dynamic schedule: a stop leaves the loop, however many blocks remain
 #pragma omp parallel num_threads(threads)

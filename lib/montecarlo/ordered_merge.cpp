@@ -30,7 +30,7 @@ Subtree subtree_from_bytes(std::string_view bytes) {
 }
 
 std::vector<Subtree> disjoint_subtrees(std::vector<Subtree> nodes) {
-  // By first block, the largest first: whatever begins before the end of the one before lies within it.
+  // By first block, the largest first: a node that begins before the end of the node before lies within it.
   std::stable_sort(nodes.begin(), nodes.end(), [](const Subtree& a, const Subtree& b) {
     return std::pair{a.first_block(), -a.level} < std::pair{b.first_block(), -b.level};
   });

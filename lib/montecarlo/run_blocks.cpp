@@ -6,7 +6,7 @@
 namespace surveymc::montecarlo {
 namespace {
 
-/// One run: blocks in parallel until a block number, again and again as a stopping rule looks.
+/// One run: computes blocks in parallel up to a block number, again and again for each look of a stopping rule.
 class BlockRun {
  public:
   BlockRun(std::uint64_t trials, std::uint64_t first, const BlockKernel& kernel, const RunOptions& options,
@@ -72,7 +72,7 @@ class BlockRun {
     return n;
   }
 
-  /// Waits for the other ranks, telling them to stop if our own share is not `whole`. True if theirs are.
+  /// Waits for the other ranks, telling them to stop if our own share is not `whole`. True if their shares are whole.
   bool collect(bool whole) {
     if (!options_.workers) return true;
     if (!whole) options_.workers->stop();
@@ -81,7 +81,7 @@ class BlockRun {
     return !work.cut_short;
   }
 
-  /// Our own error counts, and not what the others say when they are told to stop.
+  /// Our own error is reported, and not those of other ranks that follow from telling them to stop.
   void drop_others() {
     try {
       collect(false);
@@ -103,8 +103,8 @@ stats::Tally run_blocks(std::uint64_t trials, const BlockKernel& kernel, const R
                         const StoppingRule& rule, std::vector<Subtree> finished) {
   BlockRun run(trials, 0, kernel, options, std::move(finished));
   for (const std::uint64_t look : rule.looks) {
-    // A block behind a look was begun because the look did not end the run: it need not be taken again, nor could it,
-    // since the tree may have merged across it.
+    // A block after a look was begun because the look did not end the run. It need not be added again, and cannot be,
+    // because the tree may have merged across the look.
     const std::uint64_t end = all_blocks(std::min(look, trials), options.block_trials).end;
     if (end < run.reached()) continue;
     run.until(end);

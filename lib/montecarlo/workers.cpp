@@ -12,7 +12,7 @@
 namespace surveymc::montecarlo {
 namespace {
 
-// First byte of a message; what follows it
+// First byte of a message; the comment says what follows
 enum Kind : char {
   kOrder = 'o',   // BlockOrder
   kStop = 's',    // nothing
@@ -67,7 +67,7 @@ std::vector<Subtree> subtrees_from(std::string_view bytes) {
   return nodes;
 }
 
-/// Sleeps a little: the cores belong to those who compute.
+/// Sleeps a little, to leave the cores to the computing threads.
 void doze() { std::this_thread::sleep_for(std::chrono::microseconds(500)); }
 
 int exit_code(std::string_view body) { return ByteReader(body).get<std::int32_t>(); }
@@ -134,7 +134,7 @@ Workers::Work Workers::collect(const std::function<bool()>& stopped) {
 }
 
 void Workers::end(int exit) {
-  for (stop(); open_ > 0; doze()) poll();  // nobody shall wait for us to take an answer
+  for (stop(); open_ > 0; doze()) poll();  // no rank may wait for us to receive its answer
   ByteWriter body;
   body.put(std::int32_t{exit});
   const std::string bytes = message(kEnd, body.take());

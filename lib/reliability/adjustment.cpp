@@ -146,7 +146,7 @@ Index observation_number(const AdjustmentModel& model, std::size_t stations, std
 
 StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in, const VectorXd& variances,
                          const std::vector<Index>& left_out) {
-  constexpr int kMost = 30;  // Gauss-Newton steps; where residuals are large beside the curvature they never settle
+  constexpr int kMost = 30;  // Gauss-Newton steps; where residuals change the curvature much they never converge
   constexpr double kTolerance = 1e-9;  // converged: no adjusted observation moves by more of its sd in a step
   const std::size_t stations = in.readings.size();
   check_stations(model, stations);

@@ -23,7 +23,8 @@ using Six = Eigen::Matrix<double, 3, kReadings>;
 
 constexpr Index kBz = static_cast<Index>(index_of(Observation::bz));
 
-/// One station, in units that make all of order one: g/G, b/B; columns B and what the readings do to the position.
+/// One station, in units that make all of order one (g/G, b/B): columns B and the effect of the readings on the
+/// position.
 struct StationTerms {
   Six conditions;                                     ///< B_k: of misclosures by readings (relative, rad)
   Six position;                                       ///< of the last station, m per relative reading
@@ -32,7 +33,7 @@ struct StationTerms {
   Matrix3d weight;                                    ///< M_k^-1, without the direction of bz where that is left out
   Eigen::Matrix<double, 6, 3> residuals;  ///< of the readings, by misclosures; for a bz left out, its estimated error
   MatrixXd shared;                        ///< D_k
-  MatrixXd shared_position;  ///< of the position by z: only systematic terms, which are taken off the readings
+  MatrixXd shared_position;  ///< of the position by z: only systematic terms, which are subtracted from the readings
   Eigen::Matrix<double, 6, 1> values;  ///< relative readings
   bool vertical;
 };
@@ -127,8 +128,8 @@ std::vector<StationTerms> station_terms(const AdjustmentModel& model, const surv
   return all;
 }
 
-/// z: what the stations share, relative. In units of the prior sd: well scaled, and a prior of zero keeps its term at
-/// zero.
+/// z: the quantities that the stations share, relative. They are in units of the prior sd, which scales them well and
+/// keeps a term with a prior of zero at zero.
 struct SharedTerms {
   VectorXd sd;           ///< prior, of z
   MatrixXd information;  ///< of all stations and the prior, in units of the sd
@@ -152,7 +153,8 @@ SharedTerms shared_terms(const AdjustmentModel& model, const std::vector<Station
   return z;
 }
 
-/// 0 times infinity is 0 here: what an error does not reach stays where it is. Size in units of the sd.
+/// Effect of an error; 0 times infinity is 0 here, because a quantity that the error does not affect stays unchanged.
+/// Size in units of the sd.
 double reach(double per_unit, double sd, double detectable) {
   if (std::isfinite(detectable)) return per_unit * detectable;
   return std::abs(per_unit * sd) < 1e-12 ? 0 : std::copysign(kInfinity, per_unit);
@@ -180,12 +182,12 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
     position_by_z = z.position;
   }
 
-  /// One kind of error: what it does to misclosures summed up, and to the position.
+  /// One kind of error: its effect on the sums of misclosures, and on the position.
   struct Error {
     double information = 0;
     VectorXd s;                            // sum of D' W c
     Vector3d direct = Vector3d::Zero();    // to the position, without adjustment
-    Vector3d adjusted = Vector3d::Zero();  // with the residuals taken off, but z as it was
+    Vector3d adjusted = Vector3d::Zero();  // with the residuals subtracted, but z unchanged
   };
   const auto add = [&](Error& e, const StationTerms& at, const Vector3d& c, const Vector3d& direct) {
     const Vector3d wc = at.weight * c;
@@ -304,7 +306,8 @@ FoundError WellErrors::of(std::size_t k, std::size_t observation, int sign) cons
     const MatrixXd scaled = own.shared * shared_->z.sd.asDiagonal();
     const MatrixXd others = shared_->z.information - scaled.transpose() * own.weight * scaled;
     VectorXd size = shared_->z.sd.cwiseProduct(shared_->unit);
-    // Errors of what is observed: of references as here, but systematic terms are observed as 0, less the true ones
+    // The error of an observed reference has this sign. Systematic terms are observed as 0, so their error is 0 less
+    // the true value.
     size.tail(size.size() - 3) *= -1;
     in.shared = size.asDiagonal() * stats::cholesky(others).solve(MatrixXd::Identity(others.rows(), others.cols())) *
                 size.asDiagonal();

@@ -36,7 +36,7 @@ StationReadings GrossErrorTrials::readings_of(const VectorXd& noise, bool with_e
     for (std::size_t i = 0; i < kReadings; ++i) {
       double& reading = y.readings[k][i];
       const auto o = static_cast<Index>(i);
-      // Systematic terms are observed as 0, so their draws are what they truly are, but for the sign
+      // Systematic terms are observed as 0, so their draws are their true values with the opposite sign
       if (systematic) reading = (reading + noise[refs + 3 + o]) / (1 - noise[refs + 9 + o]);
       reading += error[static_cast<Index>(kReadings * k) + o];
     }

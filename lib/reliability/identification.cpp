@@ -18,7 +18,8 @@ double radial(double from, double c) {
   return (x + 2 * c) * density + (1 + c * c) * above;
 }
 
-/// Cosine v that the angle between t = shift + N(0, 1) (three dimensions) and the shift has with P(cosine <= v) = p:
+/// Quantile v of the cosine of the angle between t = shift + N(0, 1) (three dimensions) and the shift, P(cosine <= v) =
+/// p:
 ///   P(cosine <= v) = Phi(-s) + v exp(-s^2 (1 - v^2) / 2) Phi(s v),  s = |shift|
 /// whose derivative is the integral of R^2 over the ray, radial(0, s v), times the normal factor across it.
 double cosine_within(double p, double s) {

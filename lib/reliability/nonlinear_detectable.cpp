@@ -13,9 +13,9 @@
 namespace surveymc::reliability {
 namespace {
 
-/// What adjust() does, on the stack: maps need it a million times. One station, or two of which the second stands for
-/// all others of a shared adjustment; observations in the order of StationReadings (adjustment.h). kFull: what the
-/// stations share has a covariance of its own instead of variances.
+/// The computation of adjust() with all memory on the stack, because maps need it a million times. One station, or two
+/// of which the second stands for all others of a shared adjustment; observations in the order of StationReadings
+/// (adjustment.h). kFull: the shared quantities have a full covariance instead of variances.
 template <int kStations, bool kSystematic, bool kFull = false>
 class ErrorShift {
   static constexpr int kReferencesAt = 6 * kStations, kBiasesAt = kReferencesAt + 3, kScalesAt = kBiasesAt + 6;
@@ -81,7 +81,7 @@ class ErrorShift {
     return {step_from(adjusted, y).shift, adjusted};
   }
 
-  /// Readings of the station in error, systematic terms taken off.
+  /// Readings of the station in error, less the systematic terms.
   static std::array<double, kReadings> corrected(const Values& y, int k = 0) {
     std::array<double, kReadings> r;
     for (int i = 0; i < 6; ++i) {
@@ -91,7 +91,7 @@ class ErrorShift {
     return r;
   }
 
-  /// Estimated errors of what the stations share: of references observed less adjusted, and the systematic terms.
+  /// Estimated errors of the shared quantities: of references observed less adjusted, and the systematic terms.
   Eigen::VectorXd shared_errors(const Values& adjusted, double nabla) const {
     Values y = truth_;
     y[in_error_] += nabla;
@@ -180,7 +180,7 @@ void check_observed(const AdjustmentModel& model, std::size_t observation) {
     throw std::invalid_argument(observation_names()[observation] + " is not observed");
 }
 
-/// Calls use(shift) with the smallest adjustment that is the whole one.
+/// Calls use(shift) with the smallest adjustment that is equal to that of all stations.
 template <class Use>
 auto with_shift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation, const Use& use) {
   check_observed(model, observation);
@@ -197,7 +197,7 @@ auto with_shift(const AdjustmentModel& model, const survey::Attitude& at, std::s
 template <class Size>
 double first_found(const Size& size, double sd, double lambda0, double tolerance) {
   constexpr double kStep = 1.1, kMostSd = 1e4;
-  // r <= 1: no error is found below lambda0 sd, but nonlinearity may make it a little easier
+  // r <= 1: no error below lambda0 sd is found, but nonlinearity may lower this bound a little
   double below = 0, above = 0.5 * lambda0 * sd, missing = -lambda0, excess = size(above) - lambda0;
   while (above < kMostSd * sd && !(excess >= 0)) {
     below = above;

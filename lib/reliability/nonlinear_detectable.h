@@ -51,7 +51,7 @@ struct StationInWell {
 /// The smallest error of such a station that is found, and the station as adjusted with it.
 struct DetectedError {
   double size = 0;                ///< signed, internal units; infinite as above
-  Eigen::Vector3d down, field;    ///< of the adjusted readings, tool frame, systematic terms taken off; m/s2, nT
+  Eigen::Vector3d down, field;    ///< of the adjusted readings, tool frame, less systematic terms; m/s2, nT
   Eigen::VectorXd shared_errors;  ///< estimated errors of z: observed less adjusted, and the systematic terms
 };
 DetectedError detected_error(const StationInWell& station, std::size_t observation, double lambda0, int sign,

@@ -159,7 +159,7 @@ void ReliabilityMaps::fill(const std::vector<std::size_t>& which, const std::vec
   StationBatch batch{};
   batch.variances = variances_;
   for (std::size_t k = 0; k < 9; ++k) {
-    // Sines of harmless angles where a group has no point: computed, and not kept.
+    // Where a group has no point, the kernel computes with sines of harmless angles, and the results are not kept.
     columns[k].assign(kBlock, 0.6);
     batch.points[k] = columns[k].data();
   }

@@ -10,7 +10,7 @@ namespace {
 using Eigen::Index;
 using Groups = std::vector<SuspectGroup>;
 
-/// One of each group stands for it: the others have the same direction.
+/// One member of each group, as all members have the same direction.
 std::vector<Index> representatives(const Groups& groups) {
   std::vector<Index> all;
   for (const SuspectGroup& g : groups) all.push_back(g.front());
@@ -39,8 +39,8 @@ SnoopingResult finished(Groups rejected, const ParityModel& left, double critica
   return r;
 }
 
-/// Puts the earlier ones of `rejected` back on trial, the oldest first: out go those that pass with the others
-/// rejected.
+/// Tests the earlier ones of `rejected` again, the oldest first: those that pass with the others rejected are removed
+/// from `rejected`.
 void readmit(const ParityModel& m, double critical, std::vector<Index>& rejected) {
   for (std::size_t k = 0; k + 1 < rejected.size();) {
     std::vector<Index> others = rejected;
@@ -52,7 +52,7 @@ void readmit(const ParityModel& m, double critical, std::vector<Index>& rejected
   }
 }
 
-/// What could stand in the place of rejected[k], given the others.
+/// The observations that could take the place of rejected[k], given the others.
 SuspectGroup group_of(const ParityModel& m, const std::vector<Index>& rejected, std::size_t k) {
   std::vector<Index> others = rejected;
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
@@ -109,8 +109,8 @@ SnoopingResult iterative_snooping_with_readmission(const ParityModel& m, double 
       for (std::size_t k = 0; k < rejected.size(); ++k) groups.push_back(group_of(m, rejected, k));
       return finished(std::move(groups), left, critical);
     }
-    // Members of a group are the same as long as all earlier ones are out, but not for the trial of these: the member
-    // that lets most of them back explains the observations with the fewest errors.
+    // Members of a group are equivalent as long as all earlier rejections are out, but not when these are tested again:
+    // the member that lets most of them back explains the observations with the fewest errors.
     std::vector<Index> best;
     for (const Index member : worst.group) {
       std::vector<Index> kept = rejected;

@@ -35,7 +35,7 @@ Directions directions_of(const StationSines<double>& s) {
 
 Matrix3d inverse_of(const Matrix3d& m) { return m.llt().solve(Matrix3d::Identity()); }
 
-/// x / divisor where the divisor may be 0: nothing stays nothing.
+/// x / divisor where the divisor may be 0: an x that is only rounding gives 0.
 double over(double x, double divisor, double size) {
   return divisor > 0 ? x / divisor : std::abs(x) <= kNothing * size ? 0 : std::copysign(kInfinity, x);
 }
@@ -141,7 +141,7 @@ ErrorResponse StationResponse::of(const Observations& error) const {
   Vector9 residual = variance_.cwiseProduct(columns_.transpose() * k);
   residual.tail<3>() = variance_.tail<3>().cwiseProduct(columns_.rightCols<3>().transpose() * k_sum);
 
-  // What is left in the readings, after the estimated systematic terms are taken off, too
+  // The rest of the error in the readings, after subtracting the estimated systematic terms, too
   Vector9 left = eps - residual - systematic_.cwiseProduct(columns_.transpose() * k_sum);
   if (mode_ == AdjustmentMode::sse_axial) left[kBz] = -of_bz_.dot(readings + references);
   const Directions d = directions_of(sines_);

@@ -53,7 +53,7 @@ void draw_toolfaces(const SensorRunBatch& b, const random::Stream& stream, const
   }
 }
 
-/// What a triad with these errors reads of v_H at a toolface (head of frames.h: x' = x cos + y sin, y' = y cos - x
+/// Reading of v_H by a triad with these errors at a toolface (head of frames.h: x' = x cos + y sin, y' = y cos - x
 /// sin).
 survey::Vec3<T> reading(const double* v_H, const T& c, const T& s, const survey::Vec3<T>& gain,
                         const survey::Vec3<T>& bias) {

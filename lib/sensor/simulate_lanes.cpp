@@ -11,8 +11,8 @@ namespace {
 
 using T = Lanes;
 
-// Side by side: a call alone is one chain of Philox, logarithm and root. The 16 registers of AVX2 hold two, the 32 of
-// AVX-512 five.
+// Number of calls side by side. A call alone is one chain of Philox, logarithm and root, in which each operation waits
+// for the one before. The 16 registers of AVX2 hold two calls, the 32 of AVX-512 five.
 constexpr int kCalls = lane_count<T> == 8 ? 5 : 2;
 using Calls = Pack<T, kCalls>;
 

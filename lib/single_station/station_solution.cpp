@@ -100,9 +100,9 @@ StationGains station_gains(const StationSolution& x, const StationSigmas& s, Sta
   Row across = Row::Zero();  // sin I times the error of the toolface
   across[1] = per_g;
 
-  // Errors of `high`, `right` and bz as they are turned with a wrong attitude and set against a model with it. What a
-  // wrong toolface does to the azimuth of a vertical hole, a turn psi = cosI across / sinI about the vertical, is left
-  // out here: it changes neither Bh nor Bd nor Mz.
+  // Errors of `high`, `right` and bz that follow from turning readings by a wrong attitude and comparing them with a
+  // model at this attitude. The effect of a wrong toolface on the azimuth of a vertical hole, a turn psi = cosI across
+  // / sinI about the vertical, is left out here: it changes neither Bh nor Bd nor Mz.
   const double n = x.north, e = x.east, d = x.vertical;
   Row high = (si * n + ci * d) * inclination, axial = (si * d - ci * n) * inclination;
   high[4] = axial[6] = axial[7] = 1;

@@ -11,7 +11,8 @@ enum { kYi, kYj, kLi, kLj, kYY, kLL, kColumns };
 constexpr int kKept = kColumns;  // one more column where trials failed: 1 of those kept, 0 of those lost
 constexpr std::array<int, 3> kControls{kLi, kLj, kLL};
 
-/// An estimate, and the variance of the per-trial terms that its first-order error is the mean of, over their count.
+/// An estimate, and the variance of its error: the variance of the per-trial terms, whose mean is the first-order
+/// error, over their count.
 struct Estimate {
   double value, variance;
 };
@@ -78,8 +79,9 @@ class Estimation {
     return t;
   }
 
-  /// E[y_i y_j] - mean_i mean_j, linearised about these means: of y_i y_j - mean_j y_i - mean_i y_j only the mean is
-  /// estimated. With the controlled means what is neglected is their error squared, and not that of the sample's.
+  /// E[y_i y_j] - mean_i mean_j, linearised about these means: only the mean of y_i y_j - mean_j y_i - mean_i y_j is
+  /// estimated. With the controlled means, the neglected term is the square of their error, which is smaller than that
+  /// of the sample means.
   Term covariance_term(double mean_i, double mean_j) const {
     const Eigen::VectorXd& m = kept_.mean;
     Term t{{m[kYY] - mean_j * m[kYi] - mean_i * m[kYj] + mean_i * mean_j, 0}, Combination::Zero()};
@@ -153,7 +155,8 @@ Interval around(const Estimate& e, double confidence) {
   return {e.value - half, e.value + half};
 }
 
-/// Of the standard deviation, from an estimate of the variance: symmetric in the logarithm, so that it stays positive.
+/// Interval of the standard deviation, from an estimate of the variance: symmetric in the logarithm, so that it stays
+/// positive.
 Interval around_root(const Estimate& e, double confidence) {
   const double factor = std::exp(normal_quantile(1 - (1 - confidence) / 2) * std::sqrt(e.variance) / (2 * e.value));
   return {std::sqrt(e.value) / factor, std::sqrt(e.value) * factor};

@@ -16,7 +16,7 @@ Moments::Moments(Index d)
 
 namespace {
 
-/// sum_t f(t) in eight partial sums: the compiler may put them side by side, and the bits are those of this text.
+/// sum_t f(t) in eight partial sums: the compiler may compute them side by side, without changing the bits.
 template <class F>
 double ordered_sum(Index n, F f) {
   double s[8] = {};

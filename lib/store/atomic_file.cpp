@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What stands in front of "<pid>.tmp"; with the host, because pids mean nothing on another one.
+/// The part of the name before "<pid>.tmp". It includes the host, because pids mean nothing on another host.
 std::string temporary_prefix(const fs::path& target) {
   std::array<char, 256> host{};
   if (gethostname(host.data(), host.size() - 1) != 0) host = {"localhost"};
@@ -87,8 +87,8 @@ void AtomicFile::commit() {
   if (rename(path_.c_str(), target_.c_str()) != 0) fail();
   committed_ = true;
   const int folder = open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return;  // a folder that we may write but not read: its entry gets to the disk a little later
-  const bool failed = fsync(folder) != 0 && errno == EIO;  // other errors: a file system that has no such thing
+  if (folder < 0) return;  // a folder that we may write but not read: its entry reaches the disk a little later
+  const bool failed = fsync(folder) != 0 && errno == EIO;  // other errors: a file system without fsync of folders
   close(folder);
   if (failed) throw std::system_error(EIO, std::generic_category());
 }

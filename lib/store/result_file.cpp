@@ -15,10 +15,10 @@
 #include "store/result_writer.h"
 #include "store/seal.h"
 
-// How a file comes to be: HDF5 builds it in memory (result_writer.h), a seal is put behind it (seal.h), then plain
-// write() puts it on the disk under a temporary name (atomic_file.h). So a full disk is an errno of ours, and not a
-// library left with a file that it can neither flush nor close. Only a result with streamed maps, which may be larger
-// than the memory, is made by HDF5 in the temporary file itself. How it is read: result_reader.cpp.
+// How a file is made: HDF5 builds it in memory (result_writer.h), a seal is added at its end (seal.h), then plain
+// write() puts it on the disk under a temporary name (atomic_file.h). So a full disk is an error of our write(), and
+// does not leave HDF5 with a file that it can neither flush nor close. Only a result with streamed maps, which may be
+// larger than the memory, is made by HDF5 in the temporary file itself. result_reader.cpp reads files.
 
 namespace surveymc::store {
 namespace {
@@ -31,7 +31,7 @@ std::string error_text(int error_number) { return std::generic_category().messag
   throw IoError(fmt::format("{}: {}", path.string(), reason));
 }
 
-/// The file that writing to `path` makes.
+/// The file that is made by writing to `path`.
 fs::path target_of(const fs::path& path) {
   if (!path.has_filename()) refuse(path, "is a folder; name a file");
   return resolved(path);
@@ -51,7 +51,7 @@ void refuse_foreign_file(const fs::path& path, const fs::path& target) {
   }
 }
 
-/// A disk that is full is better known before hours of streaming than after.
+/// Throws IoError if the disk is too full, before hours of streaming.
 void require_space(const fs::path& target, const Result& result) {
   std::uintmax_t needed = 0;
   for (const MapStream& s : result.streams)

@@ -31,8 +31,8 @@ Handle text_type() {
   return type;
 }
 
-/// How files, groups and datasets are made: links and attributes keep their order; no times, or no two files would
-/// have the same bytes.
+/// Properties with which files, groups and datasets are made: links and attributes keep their order. Times are not
+/// stored, because then no two files would have the same bytes.
 Handle creation_properties(hid_t list_class) {
   constexpr unsigned kOrder = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
   Handle properties(H5Pcreate(list_class), "make a property list");

@@ -7,7 +7,7 @@
 namespace surveymc::study {
 namespace {
 
-/// An entry without `formulation` speaks of every formulation.
+/// An entry without `formulation` is for every formulation.
 bool covers(const RowName& entry, const RowName& row) {
   return entry.table == row.table && entry.quantity == row.quantity &&
          (entry.formulation.empty() || entry.formulation == row.formulation);

@@ -15,7 +15,7 @@ std::uint64_t RunPlan::total_trials() const {
 
 namespace {
 
-/// 0 where there is none, which is for what draws nothing.
+/// The seed; 0 where a config has none, because it draws nothing.
 std::uint64_t seed_of(const config::Config& config) { return config.has_seed() ? config.seed() : 0; }
 
 }  // namespace
@@ -125,7 +125,7 @@ void add_maps(std::vector<store::Map>& all, std::vector<store::Map>&& maps, cons
   }
 }
 
-/// The streams of all points behind each other: points come in product order, last key fastest.
+/// The streams of all points, one after the other: points come in product order, last key fastest.
 class Streams {
  public:
   void add(std::vector<store::MapStream>&& streams, const std::vector<store::Axis>& sweep) {
@@ -180,7 +180,7 @@ store::Table table_of(const config::InputTable& in) {
   return t;
 }
 
-/// One row a line; joined by line feeds they are the text again.
+/// One row a line of the text; joined by line feeds, the rows are the text again.
 store::Table table_of(const config::InputText& in) {
   std::vector<std::string> lines;
   for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
@@ -190,7 +190,7 @@ store::Table table_of(const config::InputText& in) {
   return {in.path, "as read from " + in.path, {{"line", "", "line of the file", std::move(lines)}}};
 }
 
-/// One row: what identifies the file.
+/// One row: hash, size and header, which identify the file.
 store::Table table_of(const config::InputReference& in) {
   return {in.path,
           "not stored, as it is too large: what identifies " + in.path,

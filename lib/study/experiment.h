@@ -58,10 +58,10 @@ class PointPlan {
   virtual std::vector<std::uint64_t> looks() const { return {}; }
   /// Axes of the point's maps; all points of a sweep must have the same. Empty: no maps, or known to be the same.
   virtual std::vector<store::Axis> map_axes() const { return {}; }
-  /// What `surveymc check` prints as comments, besides the config: what files and names stand for.
+  /// Text that `surveymc check` prints as comments, besides the config: the meaning of files and names.
   virtual std::string details() const { return {}; }
-  /// May compute: predictions, models, what the trials start from. What takes long looks at options.stop, and throws
-  /// Interrupted. Throws InputError, by ConfigPlace, where only computing shows that a value does not do.
+  /// May compute: predictions, models, starts of the trials. A long computation checks options.stop and throws
+  /// Interrupted. Throws InputError, by ConfigPlace, where only computing shows that a value is not allowed.
   virtual std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions& options) const = 0;
 };
 

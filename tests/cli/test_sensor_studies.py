@@ -183,7 +183,7 @@ class VerticalWell(Case):
     def test_bad_input(self):
         for settings, says in (
                 (("spacing_m=7.0",), r"spacing_m = 7: must divide depth_m"),
-                (("spacing_m=0.05",), r"spacing_m = 0.05: .*3000 legs"),
+                (("spacing_m=0.05",), r"spacing_m = 0.05: .*3000 intervals"),
                 (("spacing_m=-30.0",), r"spacing_m = -30"),
                 (("drilling.mode=spinning",), r'drilling.mode = "spinning": must be one of'),
                 (("drilling.mode=mixed",), r"drilling.slide_from_m"),
