@@ -99,6 +99,72 @@ class Tables(CovarianceCase):
         self.refused(BAD_INPUT, "run", "base.toml", "--trial", 0, says="has no trials")
 
 
+PLACE = """experiment = "position_covariance"
+error_model = "iscwsa_mwd_rev5.10"
+[survey]
+file = "well.csv"
+azimuth_reference = "grid"
+[field]
+model = "wmm2025"
+latitude_deg = -46.0
+longitude_deg = -85.0
+height_m = 96000.0
+date = 2027.5
+grid = { crs = "utm" }
+"""
+
+
+class FieldOfAPlace(CovarianceCase):
+    def setUp(self):
+        super().setUp()
+        self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n0,0,0\n30,2,120\n60,4,121\n")
+        self.write("place.toml", PLACE)
+
+    def test_run_gives_the_published_row_and_says_what_was_read(self):
+        done = self.call("run", "place.toml", "-o", "place.h5")
+        self.assertIn("reference field of wmm2025 at 46 S, 85 W, 96000 m, 2027.50: ", done.stderr)
+        self.assertIn("survey well.csv: 3 stations, measured depth 0 to 60 m, inclination up to 4 deg (at 60 m), "
+                      "dogleg up to 2 deg/30 m", done.stderr)
+        with h5py.File(self.folder / "place.h5") as f:
+            elements = dict(zip([q.decode() for q in f["tables/magnetic_elements/quantity"][:]],
+                                zip(f["tables/magnetic_elements/value"][:], f["tables/magnetic_elements/per_year"][:])))
+            self.assertEqual(f["tables/reference_field/zone"][0].decode(), "none")
+        # WMM2025_TEST_VALUES of NOAA NCEI; the printed north component is off by up to 6e-4 nT (tests/earth)
+        for name, value, rate, digits in (("east", 6129.590452, -46.615842, 2e-6),
+                                          ("down", -21631.434316, 53.698344, 3e-6),
+                                          ("north", 18947.658009, -40.865392, 6e-4),
+                                          ("total", 29402.458634, -75.558704, 6e-4),
+                                          ("declination", 17.93, -0.091418, 5.001e-3),
+                                          ("dip", -47.37, -0.005439, 5.001e-3)):
+            self.assertAlmostEqual(elements[name][0], value, delta=digits, msg=name)
+            self.assertAlmostEqual(elements[name][1], rate, delta=2e-6, msg=name)
+        self.call("rerun", "place.h5")
+
+    def test_check_says_it_behind_a_hash_so_that_its_text_is_still_a_config(self):
+        done = self.call("check", "place.toml", "--set", "field.date=2026-07-01")
+        told = [line for line in done.stdout.splitlines() if line.startswith("# ")]
+        self.assertTrue(told[0].startswith("# reference field of wmm2025 at 46 S, 85 W, 96000 m, 2026.50: "), told)
+        self.assertTrue(told[1].startswith("# survey well.csv: 3 stations"), told)
+        self.write("again.toml", done.stdout)
+        self.assertEqual(self.call("check", "again.toml").stdout.splitlines()[-1], done.stdout.splitlines()[-1])
+
+    def test_mistakes_have_place_value_rule_and_way_out(self):
+        for setting, said in (("field.date=2030-01-02", "wmm2025 is valid from 2025.0 to 2030.0"),
+                              ("field.total_nT=50000", "take one away"),
+                              ("field.grid.zone=31", "that of the place is 16")):
+            done = self.call("check", "place.toml", "--set", setting, code=65)
+            self.assertIn(f"--set {setting}: ", done.stderr)
+            self.assertIn(said, done.stderr)
+
+    def test_a_place_on_sweep_axes_is_a_map(self):
+        self.write("map.toml", PLACE + '[sweep]\n"field.latitude_deg" = { from = -60, to = 60, step = 20 }\n'
+                                       '"field.longitude_deg" = [-90.0, 0.0, 90.0]\n')
+        self.call("run", "map.toml", "-o", "map.h5")
+        with h5py.File(self.folder / "map.h5") as f:
+            self.assertEqual(len(f["tables/reference_field/total_nT"]), 21)
+            np.testing.assert_array_equal(f["tables/reference_field/field.latitude_deg"][:3], [-60, -60, -60])
+
+
 class Reading(CovarianceCase):
     def test_feet_and_azimuth_references(self):
         base = self.covariance()
@@ -109,7 +175,7 @@ class Reading(CovarianceCase):
                                    atol=1e-14)
         # true = magnetic + declination = grid + convergence; 3 deg magnetic is -1 deg true: through north
         for north, minus in (("magnetic", -4), ("grid", 2)):
-            turned = "".join(f"{m},{i},{float(a) - minus}\n" for m, i, a in rows)
+            turned = "".join(f"{m},{i},{(float(a) - minus) % 360}\n" for m, i, a in rows)
             self.write("turned.csv", "md_m,inclination_deg,azimuth_deg\n" + turned)
             got = self.covariance("--set", "survey.file=turned.csv", "--set", f"survey.azimuth_reference={north}",
                                   output=f"{north}.h5")
