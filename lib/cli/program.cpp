@@ -48,6 +48,7 @@ int list(const std::vector<study::Experiment>& studies) {
 int check(const RunArguments& a) {
   const study::RunPlan run = load(a);
   fmt::print("{}\n", run.config.resolved_text());
+  for (const std::string& line : remark_lines(run.config)) fmt::print("# {}\n", store::printable(line));
   std::set<std::string> printed;
   for (const auto& point : run.points) {
     const std::string details = point->details();
@@ -55,7 +56,6 @@ int check(const RunArguments& a) {
     std::istringstream lines(details);
     for (std::string text; std::getline(lines, text);) fmt::print("#{}{}\n", text.empty() ? "" : " ", text);
   }
-  for (const std::string& line : remark_lines(run.config)) fmt::print("# {}\n", store::printable(line));
   fmt::print("# {} sweep point{}, {} trials in all; config hash {}\n", run.points.size(),
              run.points.size() == 1 ? "" : "s", run.total_trials(), run.config.hash());
   return kDone;

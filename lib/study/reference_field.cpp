@@ -84,9 +84,9 @@ std::optional<PlacedField> read_placed_field(config::ConfigReader& c) {
   if (!c.has("field.model")) {
     for (const char* key : {"field.date", "field.height_m", "field.blackout"})
       if (c.has(key)) c.fail(key, "only with field.model = \"wmm2025\"");
-    if (!c.has("field.grid"))
-      for (const char* key : {"field.latitude_deg", "field.longitude_deg"})
-        if (c.has(key)) c.fail(key, "only with field.model = \"wmm2025\" or field.grid");
+    // A latitude may stand alone: gyros need it. A study that reads none says so itself.
+    if (!c.has("field.grid") && c.has("field.longitude_deg"))
+      c.fail("field.longitude_deg", "only with field.model = \"wmm2025\" or field.grid");
     return std::nullopt;
   }
   const std::string name = c.choice("field.model", kFieldModels);
