@@ -20,5 +20,10 @@ if ! { cat docs/Doxyfile; echo "OUTPUT_DIRECTORY = $folder/.."; echo "HTML_OUTPU
   exit 1
 fi
 cp -r docs/figures LICENSE CITATION.cff "$folder/"
+# The notebook is no page of the site: pages of docs/ and the README link to the file, each by its own path.
+for place in tutorials docs/tutorials; do
+  mkdir -p "$folder/$place"
+  cp docs/tutorials/python.ipynb "$folder/$place/"
+done
 python3 tests/docs/check_links.py --html "$folder"
 echo "docs: $folder/index.html"
