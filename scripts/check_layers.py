@@ -162,6 +162,8 @@ def shared_functions(objects):
 
 def main():
     if sys.argv[1:2] == ["--kernels"]:
+        if not sys.argv[2:]:
+            sys.exit("check_layers.py --kernels: no object was given: nothing is checked")
         bad = sorted(set(shared_functions(sys.argv[2:])))
         print(f"{len(sys.argv) - 2} objects for AVX-512", end=": ")
     else:

@@ -71,7 +71,7 @@ class ChainedInterference final : public study::StudyPoint {
     for (std::size_t way = 0; way < kWays; ++way) {
       const stats::Moments m = tally.groups.empty() ? stats::Moments() : tally.groups[way];
       for (Eigen::Index i = 0; i < 2; ++i) {
-        const double claimed = i == 0 && m.count >= 2 ? std::sqrt(m.mean[2]) : std::nan("");
+        const double claimed = i == 0 && m.count >= 2 ? std::sqrt(m.mean[2]) : kNaN;
         rows.push_back(study::labelled(
             kWayNames[way], study::compare_value(kQuantities[static_cast<std::size_t>(i)], i == 0 ? "deg" : "nT",
                                                  study::rms_estimate(m, i, in_.s.verdict.confidence), claimed,
@@ -79,8 +79,7 @@ class ChainedInterference final : public study::StudyPoint {
         rows.back().note.clear();  // this table does not say how many trials would decide
       }
       rows.push_back(study::compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[kCounts.rejected(way)],
-                                         m.count, way == kIgnored ? std::nan("") : in_.alpha, in_.s.verdict,
-                                         tally.trials));
+                                         m.count, way == kIgnored ? kNaN : in_.alpha, in_.s.verdict, tally.trials));
       rows.back().formulation = kWayNames[way];
       failed.resize(rows.size(), static_cast<std::int64_t>(tally.trials - m.count));
     }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/units.h"
 #include "chained_multistation/performance_tables.h"
 
 namespace surveymc::studies::chained_multistation {
@@ -107,7 +108,7 @@ void PerformanceLayout::add(const std::vector<RunCheck>& checks, Block& block,
 
 void PerformanceLayout::keep(const std::vector<RunCheck>& checks, std::vector<double>& samples) const {
   for (const RunCheck& run : checks)
-    for (const double square : mean_squares(run)) samples.push_back(run.converged() ? std::sqrt(square) : std::nan(""));
+    for (const double square : mean_squares(run)) samples.push_back(run.converged() ? std::sqrt(square) : kNaN);
 }
 
 }  // namespace surveymc::studies::chained_multistation

@@ -188,12 +188,12 @@ class ChainedOutliers final : public study::StudyPoint {
     std::vector<study::ComparisonRow> rows;
     const std::uint64_t runs = tally.trials - tally.failed;
     // Linear theory: its own test is normal about the shift, averaged over the drawn toolfaces by its mean only
-    const double shift = tally.moments.count > 0 ? tally.moments.mean[kW + 2] : std::nan("");
+    const double shift = tally.moments.count > 0 ? tally.moments.mean[kW + 2] : kNaN;
     const double power =
         stats::normal_upper_tail(o_.gate.gate - shift) + stats::normal_upper_tail(o_.gate.gate + shift);
     for (std::size_t e = 0; e < kEvents; ++e) {
       rows.push_back(study::compare_rate(kEventNames[e], tally.counts.empty() ? 0 : tally.counts[e], runs,
-                                         e == kOwnTest ? power : std::nan(""), o_.s.verdict, tally.trials));
+                                         e == kOwnTest ? power : kNaN, o_.s.verdict, tally.trials));
       if (e == kOwnTest) rows.back().verdict.clear();  // the toolfaces scatter the shift: only a rough prediction
       if (e == kOwnTest) rows.back().note = "analytic at the mean shift of its test";
     }
@@ -203,7 +203,7 @@ class ChainedOutliers final : public study::StudyPoint {
           analytic, o_.s.verdict, tally.trials));
       rows.back().note.clear();  // this table does not say how many trials would decide
     };
-    for (std::size_t i = 0; i < kRemedies; ++i) rms(kRemedyNames[i], "deg", i, std::nan(""));
+    for (std::size_t i = 0; i < kRemedies; ++i) rms(kRemedyNames[i], "deg", i, kNaN);
     study::ComparisonRow wrong;
     wrong.quantity = kWronglyDeleted;
     wrong.unit = "deg";

@@ -37,7 +37,7 @@ RunCheck check_alone(const Scenario& s, Solver estimator, const sensor::ChainedR
                                          : chained::fully_optimised_station(m, weights, run.readings[k]);
     StationCheck check;
     check.error = station_errors(run, s.field, k, x.frame, x.gravity, x.horizontal, x.down);
-    check.claimed_sd.fill(std::nan(""));
+    check.claimed_sd.fill(kNaN);
     out.stations.push_back(check);
   }
   return out;

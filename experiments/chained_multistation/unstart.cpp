@@ -60,7 +60,7 @@ class ChainedUnstart final : public study::StudyPoint {
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     std::vector<study::ComparisonRow> rows;
     const auto rate = [&](const std::string& formulation, const std::string& quantity, std::uint64_t count) {
-      rows.push_back(study::compare_rate(quantity, count, tally.trials, std::nan(""), u_.s.verdict, tally.trials));
+      rows.push_back(study::compare_rate(quantity, count, tally.trials, kNaN, u_.s.verdict, tally.trials));
       rows.back().formulation = formulation;
       rows.back().note = fmt::format("{} of {} runs", count, tally.trials);
     };

@@ -286,10 +286,7 @@ store::Table tests_table(const Run& r, const Answer& a) {
     t.count("station", "number of the station, from 1; 0 for the run as a whole", x.station);
     t.number("md_m", "m", "measured depth of the station", x.md);
     t.word("component", "accelerometer g, magnetometer b, axis", x.component);
-    t.number("statistic", "1", "what is tested", x.statistic);
-    t.number("critical_low", "1", "rejected below", x.low);
-    t.number("critical_high", "1", "rejected above", x.high);
-    t.number("p_value", "1", "probability of a statistic as extreme, by noise alone", x.p_value);
+    t.test(x.statistic, x.low, x.high, x.p_value);
     t.word("unit", "of error and minimal_detectable_error", x.unit);
     t.number("error", "1", "size of the error in this reading, if it is the only one", x.error);
     t.number("sd_error", "1", "its standard deviation", x.error_sd);

@@ -169,10 +169,7 @@ store::Table tests_table(const std::vector<SolvedStation>& stations, const singl
     t.number("difference", "1", "readings less reference, or Mz, in the row's unit", x.difference);
     t.number("sd", "1", "its standard deviation without any magnetisation, reference included", x.sd);
     t.word("unit", "of difference and sd", x.unit);
-    t.number("statistic", "1", "what is tested", x.statistic);
-    t.number("critical_low", "1", "rejected below", x.low);
-    t.number("critical_high", "1", "rejected above", x.high);
-    t.number("p_value", "1", "probability of a statistic as extreme, by noise alone", x.p_value);
+    t.test(x.statistic, x.low, x.high, x.p_value);
     t.word("decision", "accepted, rejected or not tested",
            std::isnan(x.statistic) ? "not tested"
            : is_bad(x)             ? "rejected"

@@ -188,7 +188,7 @@ store::Table reference_table(const analysis::ReadingsAnalysis& a, const survey::
 /// One row: cost and residual sd of the solution, and the variance factor that follows.
 store::Table fit_table(const analysis::ReadingsAnalysis& a) {
   study::TableRows t("fit", "the estimator's minimum, and the noise that its residuals speak of");
-  const double left = a.tests.redundancy > 0 ? a.cost / a.tests.redundancy : std::nan("");
+  const double left = a.tests.redundancy > 0 ? a.cost / a.tests.redundancy : kNaN;
   t.count("stations", "stations of the run", a.stations.size());
   t.count("redundancy", "residuals less unknowns", a.tests.redundancy);
   t.number("cost_nT2", "nT2", "sum of the squared horizontal and vertical residuals at the minimum", a.cost);
@@ -213,10 +213,7 @@ store::Table tests_table(const std::vector<analysis::ReadingsTest>& tests) {
     t.count("station", "number of the station, from 1; 0 for the run as a whole", x.station + 1);
     t.number("md_m", "m", "measured depth of the station", x.md);
     t.word("component", "horizontal or vertical field", x.component);
-    t.number("statistic", "1", "what is tested", x.statistic);
-    t.number("critical_low", "1", "rejected below", x.critical_low);
-    t.number("critical_high", "1", "rejected above", x.critical_high);
-    t.number("p_value", "1", "probability of a statistic as extreme, by noise alone", x.p_value);
+    t.test(x.statistic, x.critical_low, x.critical_high, x.p_value);
     t.number("error_nT", "nT", "size of the error in this residual, if it is the only one", x.error);
     t.number("sd_error_nT", "nT", "standard deviation of error_nT", x.error_sd);
     t.word("decision", "accepted, rejected or not tested", x.decision);

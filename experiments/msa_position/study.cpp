@@ -90,7 +90,7 @@ Model model_of(const Scenario& s) {
     const Matrix2d horizontal = m.prediction.position_covariance[f].topLeftCorner<2, 2>();
     const propagate::Ellipse e = propagate::ellipse(horizontal);
     // An ellipse without area (all errors in one direction) has no Mahalanobis distance and covers nothing.
-    m.horizontal_weight[f] = e.semi_minor > 0 ? Matrix2d(horizontal.inverse()) : Matrix2d::Constant(std::nan(""));
+    m.horizontal_weight[f] = e.semi_minor > 0 ? Matrix2d(horizontal.inverse()) : Matrix2d::Constant(kNaN);
     m.horizontal_axes[f] = e.axes;
   }
   const survey::Station& last = s.survey.stations.back();

@@ -19,7 +19,7 @@ store::Table PositionPoint::comparison(const std::string& name, const std::strin
 std::vector<study::ComparisonRow> PositionPoint::parameter_rows(const stats::Tally& tally) const {
   // Weights that are drawn anew in every run have no linear prediction.
   const bool predicted = s_.assumed_noise == sensor::AssumedNoise::constant;
-  const double nan = std::nan("");
+  const double nan = kNaN;
   std::vector<study::ComparisonRow> rows;
   for (int i = 0; i < 6; ++i) {
     const auto a = static_cast<std::size_t>(i);

@@ -67,7 +67,7 @@ store::Table PositionPoint::correlation_table(const stats::Tally& tally) const {
   const auto correlation = [](const auto& c, int i, int j) { return c(i, j) / std::sqrt(c(i, i) * c(j, j)); };
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < i; ++j) {
-      double r = std::nan("");
+      double r = kNaN;
       stats::Interval ci{r, r};
       if (units(tally) > 4) {
         r = correlation(tally.moments.squares, i, j);
@@ -96,7 +96,7 @@ store::Table PositionPoint::control_variate_table(const stats::Tally& tally) con
         fmt::format("; of the converged trials: {} failed ({:.2g} of all), whose control is known and accounted for",
                     tally.failed, static_cast<double>(tally.failed) / static_cast<double>(tally.trials));
   study::TableRows t("control_variate", title);
-  const double nan = std::nan("");
+  const double nan = kNaN;
   const auto put = [&](const std::string& quantity, const std::string& unit, const stats::ControlledEstimate& e,
                        double offset, double factor, double analytic, bool judged) {
     const auto estimate = [&](const char* name, const char* meaning, double x, const stats::Interval& i) {

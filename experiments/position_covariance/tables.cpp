@@ -1,7 +1,6 @@
 #include "position_covariance/tables.h"
 
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -205,7 +204,6 @@ store::Table gyro_table(const survey::Survey& survey, const study::ToolRuns& too
     for (const propagate::GyroStretch& s : result.gyro[l]) rows.push_back({l, s});
   study::TableRows t("gyro",
                      "sections of hybrid gyros; the azimuth at initialisation is the one listed at the station before");
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   study::write_rows(t, rows, [&](const Row& r) {
     const propagate::GyroStretch& s = r.stretch;
     t.count("leg", "number of the survey leg, from 1", r.leg + 1);
@@ -216,9 +214,9 @@ store::Table gyro_table(const survey::Survey& survey, const study::ToolRuns& too
     t.number("from_md_m", "m", "measured depth of the first station", md_of(survey, s.first));
     t.number("to_md_m", "m", "measured depth of the last station", md_of(survey, s.end > 0 ? s.end - 1 : 0));
     t.number("initialised_at_deg", "deg", "inclination at which the stationary terms keep their values",
-             s.is_continuous ? s.initialised_inclination / kDegree : kNone);
+             s.is_continuous ? s.initialised_inclination / kDegree : kNaN);
     t.number("azimuth_used_deg", "deg", "azimuth (true) at which they do",
-             s.is_continuous ? study::turn_in_degrees(s.initialised_azimuth) : kNone);
+             s.is_continuous ? study::turn_in_degrees(s.initialised_azimuth) : kNaN);
     t.word("azimuth_is_of_vertical_station", "yes: the survey lists it for a vertical station, where it means nothing",
            !s.is_continuous                   ? ""
            : s.azimuth_is_of_vertical_station ? "yes"

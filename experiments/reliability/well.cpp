@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "reliability/along_well.h"
 #include "reliability/scenario.h"
 #include "study/adjustment_scenario.h"
@@ -233,7 +234,7 @@ class ReliabilityWellPoint final : public study::StudyPoint {
     const Eigen::Vector3d& moved = common ? l.position : e.position;
     const bool off = !common && (differ(e.size, l.detectable) || differ(e.position.norm(), l.position.norm()));
     const double unit = surveymc::reliability::observation_scale(observation);
-    const auto of_station = [&](double x) { return common ? std::nan("") : x; };
+    const auto of_station = [&](double x) { return common ? kNaN : x; };
     t.word("observation", "in which the error is", surveymc::reliability::observation_names()[observation]);
     t.count("station", "number of the station, from 0; -1: an error of all stations",
             common ? std::int64_t{-1} : static_cast<std::int64_t>(station));

@@ -172,9 +172,7 @@ class SensorMonteCarlo final : public study::StudyPoint {
   }
 
   std::string replay(std::uint64_t trial) const override {
-    sensor::SensorRuns runs(simd::kGroup, setup_);
-    sensor::draw_runs(setup_, stream_, trial / simd::kGroup * simd::kGroup, runs);
-    sensor::run_positions(setup_, runs);
+    const sensor::SensorRuns runs = sensor::runs_around(setup_, stream_, trial);
     const int lane = static_cast<int>(trial % simd::kGroup);
     constexpr std::array<const char*, 4> kUnits{"m/s2", "1", "nT", "1"};
     std::string text = fmt::format("trial {}\n", trial);
@@ -216,7 +214,7 @@ class SensorMonteCarlo final : public study::StudyPoint {
       for (int a = 0; a < 2; ++a) x[at(kAt.horizontal_axes, f, a)] = p.horizontal_axes.col(a).dot(h);
       const double horizontal = h.dot(p.horizontal_weight * h);
       x[at(kAt.nees_horizontal, f)] = horizontal;
-      x[at(kAt.nees, f)] = p.sd[2] > 0 ? nees : std::nan("");
+      x[at(kAt.nees, f)] = p.sd[2] > 0 ? nees : kNaN;
       study::count_inside(horizontal, inside + 3 * f);
     }
   }
@@ -248,7 +246,7 @@ store::Table SensorMonteCarlo::axes_table(const stats::Tally& tally) const {
                                          s_.verdict, tally.trials));
         study::ComparisonRow& row = rows.back();
         if (p.sd[a] == 0) {
-          row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = std::nan("");
+          row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = kNaN;
           row.verdict.clear();
           row.note = "zero to first order";
         }
@@ -295,7 +293,7 @@ store::Table SensorMonteCarlo::ellipse_table(const stats::Tally& tally) const {
       for (int a = 0; a < 2; ++a)
         row.along[static_cast<std::size_t>(a)] = stats::summarise(m, at(kAt.horizontal_axes, which, a));
       // Drawn toolfaces make a mixture of normal distributions, which the test would refuse whatever its covariance.
-      row.wishart_p = drawn ? std::nan("") : stats::wishart_test(sample.covariance, row.predicted, m.count).p_value;
+      row.wishart_p = drawn ? kNaN : stats::wishart_test(sample.covariance, row.predicted, m.count).p_value;
       row.expected = s_.annotations.expected("ellipse", row.formulation, "ellipse");
       t.number("md_m", "m", "measured depth", md(d));
       study::write_ellipse(t, row, sample, s_.verdict);

@@ -10,6 +10,7 @@
 
 #include "base/units.h"
 #include "propagate/tool_validity.h"
+#include "stats/order_statistics.h"
 #include "study/error_models.h"
 #include "study/experiment.h"
 #include "study/scenario.h"
@@ -131,7 +132,6 @@ class ToolCodeMap final : public study::StudyPoint {
 
  private:
   store::Table summary(std::vector<Spread>& spreads) const {
-    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     study::TableRows t("summary", "the maps by error model; lateral standard deviations where the model holds");
     for (std::size_t m = 0; m < spreads.size(); ++m) {
       Spread& x = spreads[m];
@@ -143,10 +143,10 @@ class ToolCodeMap final : public study::StudyPoint {
       t.count("cells", "holes", x.cells);
       t.count("inside_range", "holes for which the model claims to hold", x.inside);
       t.count("without_covariance", "holes at which a term has no finite effect", x.without_covariance);
-      t.number("sd_lateral_least_m", "m", "one standard deviation", x.lateral.empty() ? kNone : x.lateral.front());
+      t.number("sd_lateral_least_m", "m", "one standard deviation", x.lateral.empty() ? kNaN : x.lateral.front());
       t.number("sd_lateral_median_m", "m", "one standard deviation",
-               x.lateral.empty() ? kNone : x.lateral[x.lateral.size() / 2]);
-      t.number("sd_lateral_largest_m", "m", "one standard deviation", x.lateral.empty() ? kNone : x.lateral.back());
+               x.lateral.empty() ? kNaN : stats::median(x.lateral));
+      t.number("sd_lateral_largest_m", "m", "one standard deviation", x.lateral.empty() ? kNaN : x.lateral.back());
       t.word("note", "what the model's author says", model.note);
     }
     return t.take();

@@ -161,9 +161,7 @@ class VerticalWell final : public study::StudyPoint {
   }
 
   std::string replay(std::uint64_t trial) const override {
-    sensor::SensorRuns runs(simd::kGroup, setup_);
-    sensor::draw_runs(setup_, stream_, trial / simd::kGroup * simd::kGroup, runs);
-    sensor::run_positions(setup_, runs);
+    const sensor::SensorRuns runs = sensor::runs_around(setup_, stream_, trial);
     const int lane = static_cast<int>(trial % simd::kGroup);
     std::string text = fmt::format("trial {}\n", trial);
     for (int i = 0; i < 2; ++i)
@@ -241,7 +239,7 @@ store::Table VerticalWell::ellipse_table(const stats::Tally& tally) const {
           stats::wishart_test(m.covariance().block<2, 2>(kOwn, kOwn), Matrix2d::Identity(), m.count).p_value;
       row.note = "axes: root mean square over the runs' toolfaces; coverage, nees, p: by each run's own ellipse";
     } else {
-      row.wishart_p = varies_ ? std::nan("") : stats::wishart_test(sample.covariance, predicted_[f], m.count).p_value;
+      row.wishart_p = varies_ ? kNaN : stats::wishart_test(sample.covariance, predicted_[f], m.count).p_value;
     }
     const propagate::Ellipse e =
         propagate::ellipse(row.predicted);  // of a diagonal covariance: its axes are north and east

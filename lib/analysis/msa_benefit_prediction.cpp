@@ -84,7 +84,7 @@ Benefit predict_benefit(const survey::Survey& survey, const survey::ReferenceFie
   }
   out.before = root(variance);
 
-  out.gain_bias_correlation = std::nan("");
+  out.gain_bias_correlation = kNaN;
   const std::optional<estimate::Sensitivity> s =
       estimate::find_sensitivity(estimator, {fields, {1, 1, 1}, {0, 0, 0}, field});
   if (!s) {

@@ -237,7 +237,7 @@ ReadingsAnalysis analyse_readings(const survey::SixAxisReadings& readings, const
     const double variance = azimuth_variance[k];
     a.stations.push_back({survey::attitude_from_fields(readings.gravity_T[k], raw[k].field_T),
                           survey::attitude_from_fields(readings.gravity_T[k], corrected[k].field_T),
-                          std::isfinite(variance) ? std::sqrt(std::max(0.0, variance)) : std::nan(""),
+                          std::isfinite(variance) ? std::sqrt(std::max(0.0, variance)) : kNaN,
                           norm(readings.gravity_T[k]) - field.gravity, residuals_of(raw[k], field),
                           residuals_of(corrected[k], field), raw_positions[k], positions[k], covariances[k]});
   }

@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "base/units.h"
 #include "propagate/ellipse.h"
 #include "propagate/sensor_error_covariance.h"
 #include "propagate/toolface_independent.h"
@@ -22,8 +23,7 @@ constexpr double kZero = 1e-6;
 
 }  // namespace
 
-PositionPrediction::PositionPrediction(const Matrix3d& c)
-    : covariance(c), horizontal_weight(Matrix2d::Constant(std::nan(""))) {
+PositionPrediction::PositionPrediction(const Matrix3d& c) : covariance(c), horizontal_weight(Matrix2d::Constant(kNaN)) {
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(c);  // eigenvalues ascending
   for (int a = 0; a < 3; ++a) {
     sd[a] = std::sqrt(std::max(0.0, eigen.eigenvalues()[2 - a]));

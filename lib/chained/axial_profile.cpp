@@ -187,8 +187,8 @@ AxialProfile profile_azimuth(const Model& m, const Readings& readings, const std
   const std::optional<Conditional> low = profile.at(out.bias - 2 * out.claimed_sd, lowest),
                                    high = profile.at(out.bias + 2 * out.claimed_sd, lowest);
   out.complete = low && high;
-  out.rise_low = low ? low->cost - lowest.cost : std::nan("");
-  out.rise_high = high ? high->cost - lowest.cost : std::nan("");
+  out.rise_low = low ? low->cost - lowest.cost : kNaN;
+  out.rise_high = high ? high->cost - lowest.cost : kNaN;
   const auto four = [&](double rise) { return std::abs(rise / 4 - 1) <= options.parabola; };
   const bool one_mode = modes.size() < 2 || modes[1].cost - lowest.cost > options.cutoff;
   out.parabola = one_mode && four(out.rise_low) && four(out.rise_high);

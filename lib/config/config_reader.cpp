@@ -279,7 +279,7 @@ ConfigReader reader_of_document(const InputText& document, std::shared_ptr<Confi
   point->doc = std::make_shared<ConfigDocument>();
   point->doc->parent = std::move(parent);
   point->doc->label = document.path;
-  point->root = point->doc->base = parse_document(document.text, document.path);
+  point->root = parse_document(document.text, document.path);
   const TomlNode* root = &point->root;
   return ConfigReader(std::make_shared<ConfigReader::State>(ConfigReader::State{std::move(point), root, ""}));
 }

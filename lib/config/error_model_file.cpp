@@ -133,6 +133,15 @@ void read_functions_into(ConfigReader& document, const std::string& file, Functi
 
 // -------------------------------------------------------------------------------------------------------------- models
 
+/// What a model says about itself: the keys, and where each is kept.
+constexpr std::array<std::pair<const char*, std::string em::Model::*>, 7> kTexts{{{"title", &em::Model::title},
+                                                                                  {"source", &em::Model::source},
+                                                                                  {"prefix", &em::Model::prefix},
+                                                                                  {"revision", &em::Model::revision},
+                                                                                  {"date", &em::Model::date},
+                                                                                  {"tool", &em::Model::tool},
+                                                                                  {"note", &em::Model::note}}};
+
 const std::vector<std::string>& mode_letters() {
   static const std::vector<std::string> letters{"R", "S", "W", "G"};
   return letters;
@@ -228,15 +237,8 @@ class ModelFile {
   }
 
   static void read_settings(ConfigReader& r, em::Model& m, bool extends) {
-    for (const auto& [key, text] :
-         std::initializer_list<std::pair<const char*, std::string*>>{{"title", &m.title},
-                                                                     {"source", &m.source},
-                                                                     {"prefix", &m.prefix},
-                                                                     {"revision", &m.revision},
-                                                                     {"date", &m.date},
-                                                                     {"tool", &m.tool},
-                                                                     {"note", &m.note}})
-      if (r.has(key)) *text = r.text(key);
+    for (const auto& [key, text] : kTexts)
+      if (r.has(key)) m.*text = r.text(key);
     if (r.has("first_leg") || !extends) m.first_leg_doubled = r.choice("first_leg", {"once", "doubled"}) == "doubled";
     if (r.has("inclination_range_deg")) {
       const auto range = r.numbers("inclination_range_deg", Range::closed(0, 180), 2);
@@ -423,15 +425,8 @@ std::string model_text(const em::Model& m) {
     out += '\n';
   }
   out += fmt::format("[[model]]\nname = {}\n", in_quotes(m.name));
-  for (const auto& [key, text] :
-       std::initializer_list<std::pair<const char*, const std::string*>>{{"title", &m.title},
-                                                                         {"source", &m.source},
-                                                                         {"prefix", &m.prefix},
-                                                                         {"revision", &m.revision},
-                                                                         {"date", &m.date},
-                                                                         {"tool", &m.tool},
-                                                                         {"note", &m.note}})
-    if (!text->empty()) out += fmt::format("{} = {}\n", key, in_quotes(*text));
+  for (const auto& [key, text] : kTexts)
+    if (!(m.*text).empty()) out += fmt::format("{} = {}\n", key, in_quotes(m.*text));
   const auto degrees = [](double x) { return format_number(std::round(x / kDegree * 1e9) / 1e9); };
   out += fmt::format("first_leg = \"{}\"\n", m.first_leg_doubled ? "doubled" : "once");
   out += fmt::format("inclination_range_deg = [{}, {}]\n", degrees(m.inclination_min), degrees(m.inclination_max));

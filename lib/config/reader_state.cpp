@@ -18,6 +18,10 @@ bool ConfigPoint::asked_below(const std::string& key) const {
 // ------------------------------------------------------------------------------------------------------------ values
 
 ConfigReader::State::Found ConfigReader::State::look_up(const std::string& key) const {
+  if (key.find('.') == std::string::npos) {
+    const TomlNode* found = table->entry(key);
+    return found ? Found{found, join_key(path, key)} : Found{};
+  }
   const auto parts = split_key(key);
   const TomlNode* at = table;
   std::string full = path;

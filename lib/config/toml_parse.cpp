@@ -26,20 +26,33 @@ std::string printed(const T& x) {
   return out.str();
 }
 
-/// `path` is the node's key, for messages.
-TomlNode convert(const toml::node& t, const Source& source, const std::string& path) {
+/// Where a node is, as a chain to the root: its key is written for messages only.
+struct NodePath {
+  const NodePath* parent = nullptr;
+  std::string_view name;  // of an entry of a table
+  std::size_t index = 0;  // of an item of an array, where `name` is empty
+  bool is_item = false;
+
+  std::string text() const {
+    const std::string head = parent ? parent->text() : "";
+    return is_item  ? fmt::format("{}[{}]", head, index)
+           : parent ? join_key(head, key_text(std::string(name)))
+                    : std::string(name);
+  }
+};
+
+TomlNode convert(const toml::node& t, const Source& source, const NodePath& path) {
   TomlNode n;
   if (const auto* table = t.as_table()) {
     n.is_inline = table->is_inline();
     for (const auto& [k, v] : *table) {
-      const std::string key(k.str());
-      n.entries.emplace(key, convert(v, source, join_key(path, key_text(key))));
+      n.entries.emplace(k.str(), convert(v, source, {&path, k.str()}));
     }
   } else if (const auto* array = t.as_array()) {
     n.kind = TomlNode::Kind::array;
-    for (std::size_t i = 0; i < array->size(); ++i) {
-      n.items.push_back(convert(*array->get(i), source, fmt::format("{}[{}]", path, i)));
-    }
+    n.items.reserve(array->size());
+    for (std::size_t i = 0; i < array->size(); ++i)
+      n.items.push_back(convert(*array->get(i), source, {&path, {}, i, true}));
   } else if (const auto* text = t.as_string()) {
     n = node_of(text->get());
   } else if (const auto* flag = t.as_boolean()) {
@@ -55,8 +68,9 @@ TomlNode convert(const toml::node& t, const Source& source, const std::string& p
     if (const auto* both = t.as_date_time()) n.text = printed(both->get());
   }
   n.line = source.is_file ? static_cast<int>(t.source().begin.line) : 0;
-  n.place = n.line > 0 ? fmt::format("{}:{}", source.label, n.line) : source.label;
-  if (n.kind == TomlNode::Kind::real && !std::isfinite(n.real)) refuse(n, path, "must be a finite number");
+  n.place = source.label;
+  if (n.line > 0) n.place += ":" + std::to_string(n.line);
+  if (n.kind == TomlNode::Kind::real && !std::isfinite(n.real)) refuse(n, path.text(), "must be a finite number");
   return n;
 }
 
@@ -64,7 +78,7 @@ TomlNode convert(const toml::node& t, const Source& source, const std::string& p
 
 TomlNode parse_document(const std::string& text, const std::string& label) {
   try {
-    return convert(toml::parse(std::string_view(text), std::string_view(label)), {label, true}, "");
+    return convert(toml::parse(std::string_view(text), std::string_view(label)), {label, true}, {});
   } catch (const toml::parse_error& e) {
     throw InputError(fmt::format("{}:{}: {}", label, e.source().begin.line, e.description()));
   }
@@ -80,7 +94,7 @@ TomlNode parse_value(const std::string& value, const std::string& key, const std
   word.place = place;
   try {
     const auto table = toml::parse(std::string_view("value = " + value));
-    TomlNode n = convert(*table.get("value"), {place, false}, key);
+    TomlNode n = convert(*table.get("value"), {place, false}, {nullptr, key});
     return n.kind == TomlNode::Kind::date ? word : n;  // no key is a date, but a title may look like one
   } catch (const toml::parse_error& e) {
     // Quotes and brackets are no part of a word: TOML was meant.

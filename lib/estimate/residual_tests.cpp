@@ -59,7 +59,7 @@ ResidualTests residual_tests(const std::vector<survey::StationFields>& stations,
     const Vector2d mv = whiten[k].transpose() * left.segment<2>(row);
     t.pull.push_back(mv);
     t.precision.push_back(m);
-    t.w.push_back(Vector2d::Constant(std::nan("")));
+    t.w.push_back(Vector2d::Constant(kNaN));
     t.error.push_back(t.w.back());
     t.error_sd.push_back(t.w.back());
     for (Index i = 0; i < 2; ++i) {

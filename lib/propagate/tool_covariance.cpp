@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/units.h"
 #include "error_model/model_graph.h"
 
 namespace surveymc::propagate {
@@ -19,7 +20,6 @@ using em::Variable;
 
 constexpr std::size_t kBlock = Evaluation::kBlock;
 using Column = std::array<double, kBlock>;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Sines and cosines of all stations, and tangents.
 struct Directions {

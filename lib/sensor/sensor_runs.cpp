@@ -115,6 +115,13 @@ void for_each_batch(const SensorRunSetup& setup, const random::Stream& stream, s
   }
 }
 
+SensorRuns runs_around(const SensorRunSetup& setup, const random::Stream& stream, std::uint64_t trial) {
+  SensorRuns runs(simd::kGroup, setup);
+  draw_runs(setup, stream, trial / simd::kGroup * simd::kGroup, runs);
+  run_positions(setup, runs);
+  return runs;
+}
+
 std::vector<double> toolfaces_of_trial(const survey::ToolfacePlan& plan, const random::Stream& stream,
                                        std::uint64_t trial) {
   std::vector<double> t = plan.given;

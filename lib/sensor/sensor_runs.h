@@ -57,6 +57,9 @@ void run_positions(const SensorRunSetup& setup, SensorRuns& runs);
 void for_each_batch(const SensorRunSetup& setup, const random::Stream& stream, std::uint64_t first_trial, int count,
                     const std::function<void(std::uint64_t, const SensorRuns&)>& use);
 
+/// The group of kGroup runs that holds one trial, drawn and run through; the trial is lane trial % kGroup.
+SensorRuns runs_around(const SensorRunSetup& setup, const random::Stream& stream, std::uint64_t trial);
+
 /// The toolfaces of one trial in rad: in [0, 2 pi) at stations where they are drawn, as given at the others.
 std::vector<double> toolfaces_of_trial(const survey::ToolfacePlan& plan, const random::Stream& stream,
                                        std::uint64_t trial);

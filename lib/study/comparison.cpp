@@ -38,7 +38,7 @@ ComparisonRow row_of(const std::string& quantity, const std::string& unit, doubl
 void set_verdict(ComparisonRow& row, const stats::Interval& ratio, const VerdictRule& rule, std::uint64_t trials) {
   const Verdict v = judge(ratio, rule.margin, trials);
   row.verdict = v.word;
-  row.margin = v.word.empty() ? std::nan("") : rule.margin;
+  row.margin = v.word.empty() ? kNaN : rule.margin;
   if (v.trials_to_decide > 0) {
     if (!row.note.empty()) row.note += "; ";
     row.note += fmt::format("about {:.2g} trials would decide", static_cast<double>(v.trials_to_decide));
@@ -193,7 +193,7 @@ store::Table comparison_table(const std::string& name, const std::string& long_n
                r.ratio_interval);
     t.number("published", "1", "published value, in the row's unit", r.published);
     t.number("published_ratio", "1", "published / Monte Carlo",
-             r.monte_carlo != 0 ? r.published / r.monte_carlo : std::nan(""));
+             r.monte_carlo != 0 ? r.published / r.monte_carlo : kNaN);
     t.number("margin", "1", "what agrees: the ratio within 1 -+ margin; of a mean, its shift in sd within it",
              r.margin);
     t.word("verdict", "agrees, differs or undecided", r.verdict);
@@ -220,7 +220,7 @@ store::Table published_fit_table(const std::vector<ComparisonRow>& rows) {
   }
   TableRows t("published_fit", "published over Monte-Carlo standard deviations, over all rows that have both");
   const auto number = [&](const char* name, const char* what, double value) {
-    t.number(name, "1", what, count > 0 ? value : std::nan(""));
+    t.number(name, "1", what, count > 0 ? value : kNaN);
   };
   t.count("quantities", "rows with a published standard deviation", count);
   number("rms_log_ratio", "root mean square of ln(published / Monte Carlo)",

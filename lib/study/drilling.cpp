@@ -15,7 +15,7 @@ survey::ToolfacePlan read_drilling(config::ConfigReader& c, const std::vector<do
   const double toolface =
       c.has("drilling.toolface_deg")
           ? c.number("drilling.toolface_deg", config::Range::closed(-360, 360)) * kDegree + toolface_zero
-          : std::nan("");
+          : kNaN;
   const auto sequence = static_cast<std::uint64_t>(c.integer("drilling.sequence", 0, 1'000'000'000'000, 0));
   const bool mixed = mode == "mixed";
   double from = 0, to = 0;

@@ -1,7 +1,6 @@
 #include "study/error_models.h"
 
 #include <algorithm>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -75,13 +74,12 @@ ToolRuns read_tool_runs(config::ConfigReader& c, const survey::Survey& survey) {
 }
 
 double read_latitude(config::ConfigReader& c, const std::vector<config::SharedModel>& models) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   if (c.has("field.latitude_deg")) return c.number("field.latitude_deg", config::Range::closed(-90, 90)) * kDegree;
   for (const config::SharedModel& m : models)
     for (const error_model::Term& t : m->terms)
       if (t.function->names(error_model::Variable::latitude))
         c.fail("field.latitude_deg", fmt::format("missing: {} of {} needs the latitude", t.code, m->name));
-  return kNone;
+  return kNaN;
 }
 
 void read_outside_range(config::ConfigReader& c, const survey::Survey& survey,

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "base/units.h"
 #include "propagate/ellipse.h"
 #include "stats/sample_summary.h"
 #include "study/comparison.h"
@@ -37,9 +38,9 @@ struct EllipseRow {
   /// across an arc the kurtosis, and with it the interval, differs much from that in north or east.
   std::array<stats::SampleSummary, 2> along{};
   std::array<std::uint64_t, 3> inside{};
-  stats::SampleSummary nees{};  ///< of the squared Mahalanobis distance
-  double wishart_p = 0;         ///< NaN where the trials are not normal by construction
-  double published_major = std::nan(""), published_minor = std::nan("");  ///< published ratios
+  stats::SampleSummary nees{};                            ///< of the squared Mahalanobis distance
+  double wishart_p = 0;                                   ///< NaN where the trials are not normal by construction
+  double published_major = kNaN, published_minor = kNaN;  ///< published ratios
   std::string expected = {}, note = {};
 };
 

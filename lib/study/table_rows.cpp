@@ -55,12 +55,19 @@ void TableRows::estimate(std::string_view name, std::string_view unit, std::stri
 
 void TableRows::share(std::string_view name, std::string_view meaning, std::uint64_t events, std::uint64_t trials,
                       double confidence) {
-  const double nan = std::nan("");
+  const double nan = kNaN;
   if (trials == 0)
     estimate(name, "1", meaning, nan, {nan, nan});
   else
     estimate(name, "1", meaning, static_cast<double>(events) / static_cast<double>(trials),
              stats::binomial_interval(events, trials, confidence));
+}
+
+void TableRows::test(double statistic, double critical_low, double critical_high, double p_value) {
+  number("statistic", "1", "what is tested", statistic);
+  number("critical_low", "1", "rejected below", critical_low);
+  number("critical_high", "1", "rejected above", critical_high);
+  number("p_value", "1", "probability of a statistic as extreme, by noise alone", p_value);
 }
 
 void TableRows::covariance(std::string_view axes, std::string_view meaning, const Eigen::Matrix3d& c) {

@@ -40,6 +40,8 @@ class TableRows {
   /// The same of a probability: `events` of `trials` with the exact interval; NaN without trials.
   void share(std::string_view name, std::string_view meaning, std::uint64_t events, std::uint64_t trials,
              double confidence);
+  /// A test at a level: columns statistic, critical_low, critical_high (rejected below and above) and p_value.
+  void test(double statistic, double critical_low, double critical_high, double p_value);
   /// Elements of a symmetric 3 x 3 matrix in m2: nn_m2, ee_m2, vv_m2, ne_m2, nv_m2, ev_m2 for the axes "nev".
   void covariance(std::string_view axes, std::string_view meaning, const Eigen::Matrix3d& c);
 

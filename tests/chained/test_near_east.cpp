@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "base/units.h"
 #include "chained/axial_profile.h"
 #include "chained/batch.h"
 #include "chained/smoother.h"
@@ -109,7 +110,7 @@ TEST_CASE("What the descent ends at is a minimum: the cost rises to all sides", 
 
 TEST_CASE("Readings that are no numbers end as such", "[chained]") {
   Readings r{run_of(slide7(), building_profile(18), 1).readings};
-  r.y[3][2] = std::nan("");
+  r.y[3][2] = kNaN;
   CHECK(solve_blocks(slide7(), r).status == Status::not_finite);
   CHECK_FALSE(run_filter(slide7(), r).converged);
 }

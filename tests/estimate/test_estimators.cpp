@@ -412,7 +412,7 @@ TEST_CASE("A trial that cannot converge is flagged, and so is nonsense") {
   EstimateBlock out(8);
   make_estimator(o, c.field)->solve(block, out);
   for (int t = 0; t < 8; ++t) CHECK(out.converged.value(t, 0) == 0);
-  block.magnetic.row(0, 7)[3] = std::nan("");
+  block.magnetic.row(0, 7)[3] = kNaN;
   o.max_iterations = 50;
   make_estimator(o, c.field)->solve(block, out);
   for (int t = 0; t < 8; ++t) CHECK(out.converged.value(t, 0) == (t == 3 ? 0 : 1));

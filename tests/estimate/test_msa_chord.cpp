@@ -203,7 +203,7 @@ TEST_CASE("Nonsense and too few iterations are flagged with an expansion point t
   EstimatorOptions options;
   options.max_iterations = 1;
   for (int t = 0; t < 8; ++t) CHECK(trials.solve(options, true).converged.value(t, 0) == 0);
-  trials.block.magnetic.row(0, 7)[3] = std::nan("");
+  trials.block.magnetic.row(0, 7)[3] = kNaN;
   options.max_iterations = 50;
   const EstimateBlock out = trials.solve(options, true);
   for (int t = 0; t < 8; ++t) CHECK(out.converged.value(t, 0) == (t == 3 ? 0 : 1));

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "monitoring/metrics.h"
 #include "monitoring/monitor.h"
 #include "monitoring/sequential_tests.h"
@@ -44,7 +45,7 @@ TEST_CASE("The gate skips a row that one sensor spoils, and only widens the vari
   for (int i = 0; i < 6; ++i) CHECK_FALSE(gated.update(Eigen::RowVector2d(.1, -60)));
   CHECK(gated.drift() == before);
   CHECK_THAT(gated.variance(), WithinAbs(variance + 6e-4, 1e-15));
-  CHECK_FALSE(gated.update(Eigen::RowVector2d(.1, std::nan(""))));
+  CHECK_FALSE(gated.update(Eigen::RowVector2d(.1, kNaN)));
   CHECK(gated.update(Eigen::RowVector2d(.1, -.1 - 5 * std::sqrt(.3) + .02)));  // inside: d is about -.1
 }
 

@@ -1,3 +1,4 @@
+#include "base/units.h"
 #include "stats/histogram.h"
 
 #include <cmath>
@@ -32,7 +33,7 @@ TEST_CASE("The interval of a quantile is as wide as order statistics make it") {
 TEST_CASE("Values beyond the bins count in the nearest one, and no counts have no quantile") {
   const HistogramBins bins{4, 1};
   CHECK(bins.bin(-3) == 0);
-  CHECK(bins.bin(std::nan("")) == 0);
+  CHECK(bins.bin(kNaN) == 0);
   CHECK(bins.bin(0.999) == 0);
   CHECK(bins.bin(1) == 1);
   CHECK(bins.bin(1e300) == 3);

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "store/result_file.h"
 
 using namespace surveymc;
@@ -34,7 +35,6 @@ using Numbers = std::vector<double>;
 using Integers = std::vector<std::int64_t>;
 using Texts = std::vector<std::string>;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// A folder of its own, gone at the end of the test.

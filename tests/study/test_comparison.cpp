@@ -1,3 +1,4 @@
+#include "base/units.h"
 #include "study/comparison.h"
 
 #include <Eigen/Dense>
@@ -29,7 +30,7 @@ TEST_CASE("Verdicts: equivalence inside the margin, difference outside, otherwis
   CHECK(judge({0.5, 0.979}, 0.02, 1000).word == "differs");
   CHECK(judge({0.97, 1.01}, 0.02, 1000).word == "undecided");
   CHECK(judge({0.9, 1.1}, 0.02, 1000).word == "undecided");
-  CHECK(judge({std::nan(""), 1}, 0.02, 1000).word.empty());
+  CHECK(judge({kNaN, 1}, 0.02, 1000).word.empty());
   // Half width 0.1 about 1 has to shrink to 0.02: 25 times the trials, and a tenth for luck.
   CHECK(judge({0.9, 1.1}, 0.02, 1000).trials_to_decide == Approx(27500).margin(1));
 }
@@ -60,7 +61,7 @@ TEST_CASE("A root mean square is judged by its ratio to the predicted one") {
   CHECK(row.verdict == "agrees");
   CHECK(row.ratio == 3.01 / 3);
   CHECK(compare_value("rms", "m", found, 4, {}, 10000).verdict == "differs");
-  CHECK(compare_value("rms", "m", found, std::nan(""), {}, 10000).verdict.empty());
+  CHECK(compare_value("rms", "m", found, kNaN, {}, 10000).verdict.empty());
   const ComparisonRow wide = compare_value("rms", "m", rms_estimate(1, 100, 10, 0.95), 1, {}, 10);
   CHECK(wide.interval.lo == 0);  // as a mean of squares may be 0
   CHECK(std::isinf(wide.ratio_interval.hi));
@@ -100,7 +101,7 @@ TEST_CASE("How well published standard deviations fit: once for each quantity, m
     r.published = published;
     return r;
   };
-  const double none = std::nan("");
+  const double none = kNaN;
   const auto value = [](const store::Table& t, const std::string& name) {
     for (const store::Column& c : t.columns)
       if (c.name == name) {
@@ -136,7 +137,7 @@ TEST_CASE("A row shows the margin of its verdict, and none without one") {
   rule.margin = .07;
   const ComparisonRow judged = compare_rate("rate", 32000, 40000, 0.8, rule, 40000);
   CHECK(judged.margin == .07);
-  CHECK(std::isnan(compare_rate("rate", 5, 10, std::nan(""), rule, 10).margin));
+  CHECK(std::isnan(compare_rate("rate", 5, 10, kNaN, rule, 10).margin));
   const store::Table t = comparison_table("t", "", {judged}, 40000, 0);
   const auto column =
       std::find_if(t.columns.begin(), t.columns.end(), [](const store::Column& c) { return c.name == "margin"; });
@@ -171,5 +172,5 @@ TEST_CASE("Rates are judged by their exact interval") {
   CHECK(compare_rate("rate", 0, 40000, 0.8, rule, 40000).verdict == "differs");
   CHECK(compare_rate("rate", 0, 40000, 1e-6, rule, 40000).verdict.empty());
   CHECK(compare_rate("rate", 0, 0, 0.8, rule, 40000).note == "no converged trial");
-  CHECK(compare_rate("rate", 5, 10, std::nan(""), rule, 10).verdict.empty());
+  CHECK(compare_rate("rate", 5, 10, kNaN, rule, 10).verdict.empty());
 }
