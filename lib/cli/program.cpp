@@ -23,7 +23,6 @@
 #include "cli/text_commands.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
-#include "version.h"
 
 namespace surveymc::cli {
 namespace {
@@ -120,9 +119,9 @@ int rerun(const std::string& file, const std::string& folder, const RunArguments
     return kDone;
   }
   fmt::print("not identical: the file has {}, this run {}\n", before, now);
-  if (stored.provenance.git_revision != kGitRevision)
+  if (stored.provenance.git_revision != this_build().git_revision)
     fmt::print("the file was made by surveymc {} ({}), this is {} ({})\n", stored.provenance.surveymc_version,
-               stored.provenance.git_revision, kVersion, kGitRevision);
+               stored.provenance.git_revision, this_build().version, this_build().git_revision);
   if (store::content_hash(stored) != before)
     fmt::print("the file's data do not match its own content_hash: it was changed\n");
   return kUnexpected;
@@ -162,7 +161,7 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
     case Command::rerun:
       return rerun(line.file, line.inputs, a, command);
     case Command::man:
-      return fmt::print("{}", man_page(program_words(), kVersion)), kDone;
+      return fmt::print("{}", man_page(program_words(), this_build().version)), kDone;
     case Command::completion:
       return fmt::print("{}", completion(program_words(), line.shell)), kDone;
   }

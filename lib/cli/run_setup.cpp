@@ -15,8 +15,8 @@
 #include "cli/log.h"
 #include "cli/rank_work.h"
 #include "cli/stored_inputs.h"
+#include "cli/version_text.h"
 #include "montecarlo/workers.h"
-#include "version.h"
 
 namespace surveymc::cli {
 namespace {
@@ -105,15 +105,18 @@ montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& 
   return options;
 }
 
-std::string program_name() { return fmt::format("surveymc {} ({}), {}", kVersion, kGitRevision, kCompiler); }
+std::string program_name() {
+  const Build build = this_build();
+  return fmt::format("surveymc {} ({}), {}", build.version, build.git_revision, build.compiler);
+}
 
 checkpoint::RunKey run_key(const study::RunPlan& run) { return {run.config.hash(), program_name()}; }
 
 void stamp(store::Result& result, const std::string& command) {
   result.provenance.command = command;
-  result.provenance.surveymc_version = kVersion;
-  result.provenance.git_revision = kGitRevision;
-  result.provenance.compiler = kCompiler;
+  result.provenance.surveymc_version = this_build().version;
+  result.provenance.git_revision = this_build().git_revision;
+  result.provenance.compiler = this_build().compiler;
 }
 
 store::RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, const RunArguments& a) {

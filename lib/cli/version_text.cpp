@@ -8,6 +8,8 @@
 
 namespace surveymc::cli {
 
+Build this_build() { return {kVersion, kGitRevision, kCompiler}; }
+
 std::string version_text(const std::string& mpi) {
   return fmt::format(
       "surveymc {} ({})\ncompiler:        {}\nHDF5:            {}\nMPI:             {}\ninstruction set: {}", kVersion,

@@ -3,6 +3,13 @@
 
 namespace surveymc::cli {
 
+/// What this program was built from, and by which compiler.
+struct Build {
+  const char *version, *git_revision, *compiler;
+};
+/// One source alone reads the revision, so that a commit or an edit recompiles nothing else for it.
+Build this_build();
+
 /// What `surveymc --version` prints: version and revision, then compiler, HDF5, MPI (as given), instruction set.
 std::string version_text(const std::string& mpi);
 
