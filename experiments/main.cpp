@@ -2,5 +2,5 @@
 #include "registry.h"
 
 int main(int argc, char** argv) {
-  return surveymc::cli::program_main(argc, argv, surveymc::studies::all_experiments(), nullptr, "no MPI");
+  return surveymc::cli::program_main(argc, argv, surveymc::studies::all_experiments, nullptr, "no MPI");
 }

@@ -8,7 +8,7 @@
 int main(int argc, char** argv) {
   try {
     const auto messages = surveymc::mpi::mpi_messages(argc, argv);
-    return surveymc::cli::program_main(argc, argv, surveymc::studies::all_experiments(), messages.get(),
+    return surveymc::cli::program_main(argc, argv, surveymc::studies::all_experiments, messages.get(),
                                        surveymc::mpi::mpi_version());
   } catch (const std::exception& e) {
     std::fprintf(stderr, "internal error: %s\n", e.what());

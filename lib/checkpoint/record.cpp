@@ -53,9 +53,11 @@ std::string read_bytes(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(path, error)) return fail("is a folder");
   std::ifstream in(path, std::ios::binary);
   if (!in) return fail(std::generic_category().message(errno));
-  std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (in.bad()) return fail("input error");
-  return bytes;
+  try {
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  } catch (const std::ios_base::failure&) {  // thrown past the stream by its buffer
+    return fail(std::generic_category().message(errno));
+  }
 }
 
 }  // namespace surveymc::checkpoint

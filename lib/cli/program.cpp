@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <new>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -153,7 +154,7 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
     case Command::plan:
       return plan_parts(a, line.parts_plan);
     case Command::merge:
-      return merge_files(a, line.parts);
+      return merge_files(a, line.parts, line.inputs);
     case Command::status:
       return status_of(line.parts_plan.folder);
     case Command::show:
@@ -169,14 +170,14 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
 }
 
 /// guarded_main with every exception reported and turned into its exit code.
-int told_main(int argc, char** argv, const std::vector<study::Experiment>& studies, montecarlo::Workers& workers,
+int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& workers,
               const montecarlo::Messages* messages, const std::string& mpi) {
   const auto fails = [](int exit, const char* kind, const char* what) {  // fmt would throw: the log's disk may be full
     std::fprintf(stderr, "%s%s\n", kind, what);
     return exit;
   };
   try {
-    const int exit = guarded_main(argc, argv, studies, workers, messages, mpi);
+    const int exit = guarded_main(argc, argv, studies(), workers, messages, mpi);
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit;
     return fails(kCannotWrite, "error: standard output: ", "cannot be written");
   } catch (const InputError& e) {
@@ -187,6 +188,8 @@ int told_main(int argc, char** argv, const std::vector<study::Experiment>& studi
     return fails(kInterrupted, "interrupted: ", e.what());
   } catch (const Interrupted&) {
     return fails(kInterrupted, "interrupted: ", "nothing was written");
+  } catch (const std::bad_alloc&) {
+    return fails(kInternal, "error: ", "not enough memory: give the run more, or ask for less");
   } catch (const std::exception& e) {
     return std::ferror(stdout) != 0 ? fails(kCannotWrite, "error: standard output: ", e.what())
                                     : fails(kInternal, "internal error: ", e.what());
@@ -195,11 +198,10 @@ int told_main(int argc, char** argv, const std::vector<study::Experiment>& studi
 
 }  // namespace
 
-int program_main(int argc, char** argv, const std::vector<study::Experiment>& studies, montecarlo::Messages* messages,
-                 const std::string& mpi) {
+int program_main(int argc, char** argv, ListStudies studies, montecarlo::Messages* messages, const std::string& mpi) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is an error of write(), with a message, and does not kill us
   try {
-    if (messages && messages->rank() > 0) return work_for_rank_0(studies, *messages, argc, argv);
+    if (messages && messages->rank() > 0) return work_for_rank_0(studies(), *messages, argc, argv);
     montecarlo::Workers workers(messages);
     const int exit = told_main(argc, argv, studies, workers, messages, mpi);
     workers.end(exit);

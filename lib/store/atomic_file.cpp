@@ -1,12 +1,14 @@
 #include "store/atomic_file.h"
 
 #include <fcntl.h>
-#include <signal.h>
+#include <sys/file.h>
+#include <sys/random.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -19,16 +21,34 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The part of the name before "<pid>.tmp". It includes the host, because pids mean nothing on another host.
-std::string temporary_prefix(const fs::path& target) {
-  std::array<char, 256> host{};
-  if (gethostname(host.data(), host.size() - 1) != 0) host = {"localhost"};
-  return fmt::format(".{}.{}.", target.filename().string(), host.data());
-}
+// The name of a temporary file has a random number, as host names and process numbers are not unique: two containers
+// may share both. Its writer holds a lock on it. A file that nobody holds is a dead writer's.
 
 constexpr std::string_view kTemporarySuffix = ".tmp";
+constexpr std::size_t kRandomDigits = 16;
+
+std::string temporary_prefix(const fs::path& target) { return fmt::format(".{}.", target.filename().string()); }
+
+bool is_temporary_of(const std::string& name, const std::string& prefix) {
+  if (name.size() != prefix.size() + kRandomDigits + kTemporarySuffix.size()) return false;
+  const std::string_view digits = std::string_view(name).substr(prefix.size(), kRandomDigits);
+  return name.starts_with(prefix) && name.ends_with(kTemporarySuffix) &&
+         digits.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
 
 [[noreturn]] void fail() { throw std::system_error(errno, std::generic_category()); }
+
+std::uint64_t random_number() {
+  std::uint64_t number = 0;
+  if (getrandom(&number, sizeof number, 0) != static_cast<ssize_t>(sizeof number)) fail();
+  return number;
+}
+
+/// True if the file is there and this descriptor's.
+bool is_linked(int file) {
+  struct stat status {};
+  return fstat(file, &status) == 0 && status.st_nlink > 0;
+}
 
 }  // namespace
 
@@ -50,20 +70,26 @@ void remove_stale_temporaries(const fs::path& target) {
   const std::string prefix = temporary_prefix(target);
   std::error_code error;
   for (fs::directory_iterator it(folder_of(target), error), end; !error && it != end; it.increment(error)) {
-    const std::string name = it->path().filename().string();
-    const std::size_t around = prefix.size() + kTemporarySuffix.size();
-    if (!name.starts_with(prefix) || !name.ends_with(kTemporarySuffix) || name.size() <= around) continue;
-    const std::string pid = name.substr(prefix.size(), name.size() - around);
-    const bool is_number = pid.size() <= 9 && pid[0] != '0' && pid.find_first_not_of("0123456789") == std::string::npos;
-    if (is_number && kill(std::stoi(pid), 0) != 0 && errno == ESRCH) unlink(it->path().c_str());
+    if (!is_temporary_of(it->path().filename().string(), prefix)) continue;
+    const int file = open(it->path().c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK);
+    if (file < 0) continue;
+    if (flock(file, LOCK_EX | LOCK_NB) == 0) unlink(it->path().c_str());
+    close(file);
   }
 }
 
-AtomicFile::AtomicFile(const fs::path& target)
-    : target_(target),
-      path_(folder_of(target) / fmt::format("{}{}{}", temporary_prefix(target), getpid(), kTemporarySuffix)) {
-  unlink(path_.c_str());  // no living process but this one has our pid, so this is a dead writer's
-  file_ = open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
+  // Another process may take the new file for a dead writer's before it is locked: then there is a next one.
+  constexpr int kAttempts = 100;
+  for (int i = 0; i < kAttempts && file_ < 0; ++i) {
+    path_ = folder_of(target) / fmt::format("{}{:016x}{}", temporary_prefix(target), random_number(), kTemporarySuffix);
+    file_ = open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file_ < 0 && errno != EEXIST) fail();
+    if (file_ < 0) continue;
+    const bool is_taken = flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;  // no locks here: as if locked
+    if (!is_taken && is_linked(file_)) break;
+    close(std::exchange(file_, -1));
+  }
   if (file_ < 0) fail();
 }
 
@@ -83,6 +109,12 @@ void AtomicFile::write(const std::vector<char>& bytes) {
 
 void AtomicFile::commit() {
   if (fsync(file_) != 0) fail();
+  // The lock lasts until the file has its name: a duplicate shares it, while errors of closing are seen before.
+  struct Held {
+    int file;
+    ~Held() { close(file); }
+  } const held{fcntl(file_, F_DUPFD_CLOEXEC, 0)};
+  if (held.file < 0) fail();
   if (close(std::exchange(file_, -1)) != 0) fail();
   if (rename(path_.c_str(), target_.c_str()) != 0) fail();
   committed_ = true;

@@ -41,6 +41,13 @@ T checked(T result, const char* action, const std::string& object = {}) {
   return result;
 }
 
+/// Why an identifier could not be closed, the first time since it was empty. HDF5 writes what it still
+/// holds of an object when the object is closed, and a destructor cannot throw: who writes to a disk looks here.
+inline std::string& close_fault() {
+  static std::string fault;  // one thread of a program uses HDF5
+  return fault;
+}
+
 /// Owns one HDF5 identifier of any kind.
 class Handle {
  public:
@@ -48,7 +55,7 @@ class Handle {
   Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)) {}
   Handle& operator=(Handle&&) = delete;
   ~Handle() {
-    if (id_ >= 0) H5Idec_ref(id_);
+    if (id_ >= 0 && H5Idec_ref(id_) < 0 && close_fault().empty()) close_fault() = hdf5_reason();
   }
   operator hid_t() const { return id_; }
 

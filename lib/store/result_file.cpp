@@ -62,6 +62,15 @@ void require_space(const fs::path& target, const Result& result) {
   throw std::system_error(ENOSPC, std::generic_category());
 }
 
+/// Throws IoError if the file that HDF5 has written does not hold what it says: an error that HDF5 has passed over.
+void require_readable(const fs::path& path, const fs::path& written) {
+  try {
+    read_result(written);
+  } catch (const IoError&) {
+    refuse(path, "cannot be written: what was written does not read back; is the disk full or failing?");
+  }
+}
+
 }  // namespace
 
 void check_output_path(const fs::path& path) {
@@ -94,6 +103,7 @@ void write_result(const fs::path& path, const Result& result) {
       AtomicFile file(target);
       write_file(file.temporary_path(), result);
       file.write(seal_of(file.temporary_path()));
+      require_readable(path, file.temporary_path());
       file.commit();
       return;
     }
@@ -110,6 +120,7 @@ void write_result(const fs::path& path, const Result& result) {
 }
 
 std::string hdf5_version() {
+  silence_hdf5();  // before the library registers what it does at the program's end
   unsigned major = 0, minor = 0, release = 0;
   H5get_libversion(&major, &minor, &release);
   return fmt::format("{}.{}.{}", major, minor, release);

@@ -177,8 +177,13 @@ class Reader {
 
  private:
   static Handle open(const fs::path& path) {
-    if (!is_intact(path)) throw Hdf5Failure("is damaged or was edited: its checksum does not match");
-    return Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, file_access()), "read it as an HDF5 file");
+    const Seal seal = seal_state(path);
+    if (seal == Seal::wrong) throw Hdf5Failure("is damaged or was edited: its checksum does not match");
+    Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, file_access()), "read it as an HDF5 file");
+    haddr_t end = 0;  // of what HDF5 has written: behind it stands a seal or nothing
+    checked(H5Fget_eoa(file, &end), "find the end of the file");
+    if (seal == Seal::none && fs::file_size(path) > end) throw Hdf5Failure("is damaged: its checksum is not whole");
+    return file;
   }
 
   Provenance provenance() const {

@@ -352,8 +352,12 @@ std::vector<char> file_image(const Result& result) {
 
 void write_file(const std::filesystem::path& path, const Result& result) {
   silence_hdf5();
-  const Handle file = disk_file(path);
-  Writer().write(file, result);
+  close_fault().clear();
+  {
+    const Handle file = disk_file(path);
+    Writer().write(file, result);
+  }
+  if (!close_fault().empty()) throw Hdf5Failure("cannot close the file: " + close_fault());
 }
 
 }  // namespace surveymc::store

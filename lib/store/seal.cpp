@@ -55,19 +55,19 @@ std::vector<char> seal_of(const std::filesystem::path& path) {
   return {seal.begin(), seal.end()};
 }
 
-bool is_intact(const std::filesystem::path& path) {
+Seal seal_state(const std::filesystem::path& path) {
   const std::uintmax_t size = std::filesystem::file_size(path);
-  if (size < kSealSize) return true;
+  if (size < kSealSize) return Seal::none;
   const std::uintmax_t sealed = size - kSealSize;
   std::ifstream in(path, std::ios::binary);
   std::string seal(kSealSize, '\0');
   in.seekg(static_cast<std::streamoff>(sealed));
   in.read(seal.data(), kSealSize);
-  if (!in || !seal.starts_with(kMark)) return true;
+  if (!in || !seal.starts_with(kMark)) return Seal::none;
 
   in.seekg(0);
   const auto hash = hash_of(in, sealed);
-  return hash && seal == seal_text(*hash);
+  return hash && seal == seal_text(*hash) ? Seal::right : Seal::wrong;
 }
 
 }  // namespace surveymc::store

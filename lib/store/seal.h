@@ -12,7 +12,8 @@ void append_seal(std::vector<char>& bytes);
 /// The seal for the present contents of a file, which this function reads. Throws std::system_error.
 std::vector<char> seal_of(const std::filesystem::path& path);
 
-/// True if the file has no seal, or the right one.
-bool is_intact(const std::filesystem::path& path);
+/// The seal at the end of a file: none, the right one, or of other bytes.
+enum class Seal { none, right, wrong };
+Seal seal_state(const std::filesystem::path& path);
 
 }  // namespace surveymc::store

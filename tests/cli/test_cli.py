@@ -6,6 +6,7 @@ no raw exception text, and nothing on stdout when it refuses.
 """
 import contextlib
 import csv
+import fcntl
 import io
 import itertools
 import os
@@ -13,7 +14,6 @@ import re
 import resource
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -912,13 +912,12 @@ class Output(Case):
         self.call("rerun", "old.h5")
 
     def test_stale_temporary_files_go(self):
-        dead = subprocess.Popen(["true"])
-        dead.wait()
-        host = socket.gethostname()
-        stale = self.write(f".out.h5.{host}.{dead.pid}.tmp", "half a file")
-        alive = self.write(f".out.h5.{host}.{os.getpid()}.tmp", "a living writer's")
-        other = self.write(f".other.h5.{host}.{dead.pid}.tmp", "of another result")
-        self.run_config(output="out.h5")
+        stale = self.write(".out.h5.0123456789abcdef.tmp", "half a file")
+        alive = self.write(".out.h5.fedcba9876543210.tmp", "a living writer's")
+        other = self.write(".other.h5.0123456789abcdef.tmp", "of another result")
+        with open(alive) as held:
+            fcntl.flock(held, fcntl.LOCK_EX)
+            self.run_config(output="out.h5")
         self.assertFalse(stale.exists())
         self.assertTrue(alive.exists())
         self.assertTrue(other.exists())

@@ -22,6 +22,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "store/atomic_file.h"
 #include "store/result_file.h"
 
 using namespace surveymc;
@@ -163,12 +164,6 @@ void write_foreign_hdf5(const fs::path& path) {
   const std::string eight("\x08\0\0\0\0\0\0\0", 8);  // the length that HDF5 puts before the text
   write_result(path, full_result());
   patch(path, eight + "surveymc", eight + "otherone");
-}
-
-std::string this_host() {
-  std::array<char, 256> host{};
-  REQUIRE(gethostname(host.data(), host.size() - 1) == 0);
-  return host.data();
 }
 
 /// No file may grow beyond `bytes` while this lives: a disk that fills up, as far as write() tells.
@@ -486,20 +481,15 @@ TEST_CASE("An axis name of any length comes back") {
 
 TEST_CASE("Temporary files of dead writers go, those of others stay") {
   const Folder folder;
-  const pid_t dead = fork();
-  if (dead == 0) _exit(0);
-  REQUIRE(dead > 0);
-  waitpid(dead, nullptr, 0);
-
-  const std::string host = this_host();
-  const std::string stale = ".r.h5." + host + "." + std::to_string(dead) + ".tmp";
+  const std::string stale = ".r.h5.0123456789abcdef.tmp";
+  AtomicFile living(folder / "r.h5");
   const std::vector<std::string> kept = {
-      ".r.h5." + host + "." + std::to_string(getppid()) + ".tmp",  // a living writer
-      ".r.h5.another-host." + std::to_string(dead) + ".tmp",       // its pid means nothing here
-      ".other.h5." + host + "." + std::to_string(dead) + ".tmp",   // another result
-      ".r.h5." + host + ".12x.tmp",
-      ".r.h5." + host + "..tmp",
-      "r.h5.tmp"  // not ours
+      living.temporary_path().filename().string(),
+      ".other.h5.0123456789abcdef.tmp",  // another result
+      ".r.h5.0123456789abcdeX.tmp",      // not ours
+      ".r.h5.0123456789abcde.tmp",
+      ".r.h5..tmp",
+      "r.h5.tmp",
   };
   write_bytes(folder / stale, "half");
   for (const std::string& name : kept) write_bytes(folder / name, "half");
@@ -512,11 +502,44 @@ TEST_CASE("Temporary files of dead writers go, those of others stay") {
   }
 }
 
-TEST_CASE("A dead writer's temporary file with our pid is no obstacle") {
+TEST_CASE("A dead writer's temporary file goes when the next result is written") {
   const Folder folder;
-  write_bytes(folder / (".r.h5." + this_host() + "." + std::to_string(getpid()) + ".tmp"), "half");
+  const pid_t writer = fork();
+  if (writer == 0) {
+    AtomicFile file(folder / "r.h5");
+    kill(getpid(), SIGKILL);
+  }
+  REQUIRE(writer > 0);
+  waitpid(writer, nullptr, 0);
+  REQUIRE(folder.names().size() == 1);
+  check_output_path(folder / "r.h5");
   write_result(folder / "r.h5", full_result());
   CHECK(folder.names() == std::vector<std::string>{"r.h5"});
+}
+
+TEST_CASE("Many writers of one name at once leave one whole result") {
+  const Folder folder;
+  std::vector<pid_t> writers;
+  for (int i = 0; i < 8; ++i) {
+    writers.push_back(fork());
+    if (writers.back() > 0) continue;
+    try {
+      for (int k = 0; k < 20; ++k) {
+        check_output_path(folder / "r.h5");  // removes what it takes for a dead writer's
+        write_result(folder / "r.h5", full_result());
+      }
+      _exit(0);
+    } catch (...) {
+      _exit(1);
+    }
+  }
+  for (const pid_t writer : writers) {
+    int status = -1;
+    waitpid(writer, &status, 0);
+    CHECK(status == 0);
+  }
+  CHECK(folder.names() == std::vector<std::string>{"r.h5"});
+  CHECK_NOTHROW(read_result(folder / "r.h5"));
 }
 
 TEST_CASE("Reading what is no result says so") {
@@ -559,6 +582,10 @@ TEST_CASE("A truncated file is an IoError wherever it was cut") {
   }
   write_bytes(folder / "cut.h5", whole.substr(0, whole.size() - kSealSize - 1));
   CHECK_THROWS_AS(read_result(folder / "cut.h5"), IoError);
+  for (std::size_t kept = 1; kept < kSealSize; ++kept) {  // within the seal
+    write_bytes(folder / "cut.h5", whole.substr(0, whole.size() - kSealSize + kept));
+    CHECK_THAT(io_error_of([&] { read_result(folder / "cut.h5"); }), Contains("checksum is not whole"));
+  }
 }
 
 TEST_CASE("A file without its seal is read: other programs may have rewritten it") {
@@ -574,7 +601,7 @@ TEST_CASE("A damaged byte anywhere is an IoError and no crash") {
   const Folder folder;
   write_result(folder / "r.h5", full_result());
   const std::string whole = bytes_of(folder / "r.h5");
-  for (std::size_t at = 3; at + kSealSize < whole.size(); at += 97) {
+  for (std::size_t at = 3; at < whole.size(); at += at + kSealSize + 97 < whole.size() ? 97 : 1) {  // all of the seal
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x5A);
     write_bytes(folder / "damaged.h5", damaged);
