@@ -13,7 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kPartMark = "SMCPART1";
+// The last character is the version of the format.
+constexpr std::string_view kPartMark = "SMCPART2", kAnyPartMark = "SMCPART";
 
 std::string encode(const Part& p) {
   ByteWriter out;
@@ -38,6 +39,14 @@ std::string encode(const Part& p) {
     out.put(t.path);
     out.put(t.text);
   }
+  out.put(std::uint64_t{p.references.size()});
+  for (const config::InputReference& r : p.references) {
+    out.put(r.path);
+    out.put(r.size);
+    out.put(r.hash);
+    out.put(r.header);
+  }
+  out.put(p.folder);
   out.put(p.points);
   out.put(std::uint64_t{p.pieces.size()});
   for (const PartPiece& piece : p.pieces) {
@@ -74,6 +83,14 @@ Part decode(std::string_view body) {
     t.path = in.text();
     t.text = in.text();
   }
+  p.references.resize(in.length(32));
+  for (config::InputReference& r : p.references) {
+    r.path = in.text();
+    r.size = in.get<std::uint64_t>();
+    r.hash = in.text();
+    r.header = in.text();
+  }
+  p.folder = in.text();
   p.points = in.get<std::uint64_t>();
   p.pieces.resize(in.length(32));
   for (PartPiece& piece : p.pieces) {
@@ -102,7 +119,12 @@ void write_part(const fs::path& path, const Part& part) {
 
 Part read_part(const fs::path& path) {
   const std::string bytes = read_bytes(path);
-  if (!bytes.starts_with(kPartMark)) throw IoError(fmt::format("{}: is no surveymc part file", path.string()));
+  if (!bytes.starts_with(kAnyPartMark)) throw IoError(fmt::format("{}: is no surveymc part file", path.string()));
+  if (!bytes.starts_with(kPartMark))
+    throw IoError(
+        fmt::format("{}: is a part file of another version of surveymc: merge it with that version, or "
+                    "delete it and run that part again",
+                    path.string()));
   const std::optional<Record> record = record_at(bytes, 0, kPartMark);
   if (!record || record->end != bytes.size())
     throw IoError(fmt::format("{}: is damaged: delete it and run that part again", path.string()));
@@ -117,7 +139,7 @@ PartState part_state(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(path, error)) return PartState::missing;
   const std::string bytes = read_bytes(path);
-  if (!bytes.starts_with(kPartMark)) return PartState::foreign;
+  if (!bytes.starts_with(kAnyPartMark)) return PartState::foreign;
   const std::optional<Record> record = record_at(bytes, 0, kPartMark);
   return record && record->end == bytes.size() ? PartState::whole : PartState::damaged;
 }

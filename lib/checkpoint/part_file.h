@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "checkpoint/record.h"
+#include "config/input_file.h"
 #include "config/input_table.h"
 #include "montecarlo/run_blocks.h"
 #include "store/result_file.h"
@@ -30,7 +31,9 @@ struct Part {
   std::string config;                      ///< resolved TOML
   std::vector<config::InputTable> inputs;  ///< files that it names
   std::vector<config::InputText> texts;
-  std::uint64_t points = 0;  ///< of the whole run
+  std::vector<config::InputReference> references = {};  ///< files that were too large for that
+  std::string folder = {};                              ///< of the config, absolute: where those files are
+  std::uint64_t points = 0;                             ///< of the whole run
   std::string command;
   store::RunInfo run;
   std::vector<PartPiece> pieces;

@@ -68,6 +68,8 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   CLI::App* merge = command(Command::merge, "merge", "put part files together to the result of the whole run");
   merge->add_option("parts", line.parts, "part files, or folders of them")->required();
   merge->add_option("-o,--output", a.output, "result file")->required();
+  merge->add_option("--inputs", line.inputs,
+                    "folder of the config, with input files that were too large to be stored (default: where it was)");
   merge->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   CLI::App* status = command(Command::status, "status", "part files and journals of a folder");
   status->add_option("folder", line.parts_plan.folder, "folder of part files")->required();

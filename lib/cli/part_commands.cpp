@@ -161,6 +161,7 @@ int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::
     elapsed = progress.elapsed_s();
     part.key = run_key(run);
     part.command = command;
+    part.folder = fs::absolute(a.config).parent_path().string();
     part.run = run_info(created, elapsed, a);
     checkpoint::write_part(path, part);
     return store::Result{};
@@ -201,7 +202,7 @@ int plan_parts(const RunArguments& a, const PlanArguments& plan) {
   return kDone;
 }
 
-int merge_files(const RunArguments& a, const std::vector<std::string>& names) {
+int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs) {
   catch_signals();
   std::vector<fs::path> paths;
   for (const std::string& name : names) {
@@ -226,7 +227,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names) {
             "that build, or run the part again",
             path.string(), key.program, program_name());
   }
-  config::Config config = study::config_of(parts.front(), paths[0].string());
+  config::Config config = study::config_of(parts.front(), paths[0].string(), inputs);
   const study::Experiment& experiment = find_experiment(*a.studies, config);
   const study::RunPlan run = study::read_run(experiment, std::move(config), stop_flag());
   if (run.config.hash() != parts.front().key.config_hash)

@@ -20,7 +20,7 @@ std::optional<study::PartChoice> part_choice(const RunArguments& a, const study:
 int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::PartChoice& choice,
                  const std::string& command);
 int plan_parts(const RunArguments& a, const PlanArguments& plan);
-int merge_files(const RunArguments& a, const std::vector<std::string>& names);
+int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs);
 int status_of(const std::string& folder);
 
 }  // namespace surveymc::cli

@@ -17,6 +17,7 @@
 #include "cli/stored_inputs.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
+#include "simd/libm_fingerprint.h"
 
 namespace surveymc::cli {
 namespace {
@@ -107,7 +108,8 @@ montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& 
 
 std::string program_name() {
   const Build build = this_build();
-  return fmt::format("surveymc {} ({}), {}", build.version, build.git_revision, build.compiler);
+  return fmt::format("surveymc {} ({}), {}, libm {}", build.version, build.git_revision, build.compiler,
+                     simd::libm_fingerprint());
 }
 
 checkpoint::RunKey run_key(const study::RunPlan& run) { return {run.config.hash(), program_name()}; }

@@ -94,6 +94,19 @@ void merge_each(std::vector<Moments>& all, const std::vector<Moments>& next) {
 
 }  // namespace
 
+bool can_merge(const Tally& a, const Tally& b) {
+  const auto alike = [](const Moments& x, const Moments& y) {
+    return x.count == 0 || y.count == 0 || x.mean.size() == y.mean.size();
+  };
+  const auto all_alike = [&](const std::vector<Moments>& x, const std::vector<Moments>& y) {
+    return std::equal(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(std::min(x.size(), y.size())), y.begin(),
+                      alike);
+  };
+  const bool same_counts = a.counts.empty() || b.counts.empty() || a.counts.size() == b.counts.size();
+  return same_counts && alike(a.moments, b.moments) && alike(a.pairs, b.pairs) && all_alike(a.groups, b.groups) &&
+         all_alike(a.controlled, b.controlled) && all_alike(a.controlled_pairs, b.controlled_pairs);
+}
+
 void Tally::merge(const Tally& next) {
   trials += next.trials;
   failed += next.failed;

@@ -28,4 +28,7 @@ struct Tally {
   void merge(const Tally& next);
 };
 
+/// True if the two are of the same quantities: lists of equal length, where both have any.
+bool can_merge(const Tally& a, const Tally& b);
+
 }  // namespace surveymc::stats

@@ -92,6 +92,7 @@ checkpoint::Part run_part(const RunPlan& run, const PartChoice& choice, const mo
   part.key.config_hash = run.config.hash();
   part.inputs = run.config.inputs();
   part.texts = run.config.input_texts();
+  part.references = run.config.input_references();
   part.points = run.points.size();
   return part;
 }
@@ -147,9 +148,9 @@ std::string array_list(const std::vector<std::uint64_t>& rising) {
   return text;
 }
 
-config::Config config_of(const checkpoint::Part& part, const std::string& label) {
-  std::vector<config::InputTable> inputs = part.inputs;
-  return config::Config::from_text(part.config, label, std::move(inputs), part.texts);
+config::Config config_of(const checkpoint::Part& part, const std::string& label, const std::string& folder) {
+  return config::Config::from_text(part.config, label, part.inputs, part.texts, part.references,
+                                   folder.empty() ? part.folder : folder);
 }
 
 namespace {
@@ -202,8 +203,14 @@ store::Result merge_parts(const RunPlan& run, const std::vector<checkpoint::Part
         for (const checkpoint::PartPiece* p : of_point[i])
           nodes.insert(nodes.end(), p->subtrees.begin(), p->subtrees.end());
         montecarlo::OrderedMerge merge;
-        for (montecarlo::Subtree& node : montecarlo::disjoint_subtrees(std::move(nodes)))
-          merge.add(std::move(node), true);
+        nodes = montecarlo::disjoint_subtrees(std::move(nodes));
+        for (const montecarlo::Subtree& node : nodes)
+          if (!stats::can_merge(nodes.front().tally, node.tally))
+            throw IoError(
+                fmt::format("the parts have tallies of different sizes for point {}: one of them is of "
+                            "another build, or damaged: run its parts again",
+                            i));
+        for (montecarlo::Subtree& node : nodes) merge.add(std::move(node), true);
         const stats::Tally tally = merge.whole();
         if (tally.trials != trials)
           throw IoError(fmt::format("the parts have {} trials of point {}, not {}", tally.trials, i, trials));

@@ -41,7 +41,7 @@ bool is_covered(const std::vector<checkpoint::PartPiece>& choice,
 std::string array_list(const std::vector<std::uint64_t>& rising);
 
 /// Config and files of a part, read again.
-config::Config config_of(const checkpoint::Part& part, const std::string& label);
+config::Config config_of(const checkpoint::Part& part, const std::string& label, const std::string& folder = {});
 
 /// The result of the whole run, whatever the order, number and overlap of the parts. Throws InputError that names what
 /// is missing. All parts must have the run's key (not checked here).

@@ -197,6 +197,8 @@ TEST_CASE("A part file comes back whole, or is called damaged", "[checkpoint]") 
   part.config = "seed = 1\n";
   part.inputs = {{"a.csv", {"md_m"}, {{1.0, 2.0}}, {2, 3}}};
   part.texts = {{"m.toml", "x = 1\n"}};
+  part.references = {{"large.csv", 1 << 25, "abcd", "md_m"}};
+  part.folder = "/somewhere";
   part.points = 4;
   part.pieces = {{1, {2, 5}, 9, false, {{1, 1, kernel({1024, 512})}}}, {3, {0, 0}, 0, true, {}, "tables"}};
   write_part(path, part);
@@ -204,6 +206,11 @@ TEST_CASE("A part file comes back whole, or is called damaged", "[checkpoint]") 
   CHECK(again.key == part.key);
   CHECK(again.inputs[0].columns == part.inputs[0].columns);
   CHECK(again.texts[0].text == "x = 1\n");
+  CHECK(again.references[0].path == "large.csv");
+  CHECK(again.references[0].size == 1 << 25);
+  CHECK(again.references[0].hash == "abcd");
+  CHECK(again.references[0].header == "md_m");
+  CHECK(again.folder == "/somewhere");
   CHECK(again.pieces[0].subtrees[0].end_block() == 4);
   CHECK(bits(again.pieces[0].subtrees[0].tally) == bits(part.pieces[0].subtrees[0].tally));
   CHECK(again.pieces[1].result == "tables");
@@ -212,6 +219,9 @@ TEST_CASE("A part file comes back whole, or is called damaged", "[checkpoint]") 
   overwrite(path, bytes);
   CHECK(part_state(path) == PartState::damaged);
   CHECK_THROWS_WITH(read_part(path), Catch::Contains("damaged"));
+  overwrite(path, "SMCPART1 of an older version");
+  CHECK(part_state(path) == PartState::damaged);
+  CHECK_THROWS_WITH(read_part(path), Catch::Contains("another version"));
   overwrite(path, "hello");
   CHECK(part_state(path) == PartState::foreign);
 }

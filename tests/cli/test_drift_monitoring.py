@@ -38,6 +38,11 @@ def rows(path, table):
     return [dict(zip(columns, v)) for v in zip(*columns.values())]
 
 
+def hash_of(path):
+    with h5py.File(path) as f:
+        return f.attrs["content_hash"]
+
+
 class Monitoring(Case):
     def setUp(self):
         super().setUp()
@@ -147,11 +152,17 @@ class Monitoring(Case):
         self.assertLessEqual(found["training_rows"]["rows"], 5000 + 4)
         self.assertRegex(found["training_rows"]["action"], "of 269999: every 54th")
 
+        self.call("run", "csv.toml", "--point", 0, "-o", "parts/")
+        merged = lambda *more: (self.call("merge", "parts", "-o", "merged.h5", *more), hash_of(self.folder / "merged.h5"))[1]
+        self.assertEqual(merged(), hash_of(long))
+
         self.assertRegex(self.call("rerun", long).stdout, "^identical")  # the file is in this folder
         self.assertRegex(self.call("rerun", "short.h5").stdout, "^identical")
         (self.folder / "moved").mkdir()
         (self.folder / "long.csv").rename(self.folder / "moved/long.csv")
         self.refused(BAD_INPUT, "rerun", "long.h5", says="too large to be stored .* --inputs")
+        self.refused(BAD_INPUT, "merge", "parts", "-o", "merged.h5", says="too large to be stored .* --inputs")
+        self.assertEqual(merged("--inputs", "moved"), hash_of(long))
         self.assertRegex(self.call("rerun", "long.h5", "--inputs", "moved").stdout, "^identical")
         self.write("moved/long.csv", text.replace("1,", "2,", 1))
         self.refused(BAD_INPUT, "rerun", "long.h5", "--inputs", "moved", says="is another one")

@@ -1,0 +1,10 @@
+#pragma once
+#include <string>
+
+namespace surveymc::simd {
+
+/// Eight hexadecimal digits that tell apart C libraries, and their variants for processors, whose elementary functions
+/// differ in last bits: a hash of their values at some thousand arguments. Tallies of two such machines must not mix.
+std::string libm_fingerprint();
+
+}  // namespace surveymc::simd
