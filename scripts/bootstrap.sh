@@ -8,7 +8,7 @@ set -euo pipefail
 
 packages=(g++ cmake ninja-build git libeigen3-dev libhdf5-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libspdlog-dev
   libcli11-dev libtomlplusplus-dev libboost-dev libgeographiclib-dev libxxhash-dev libbenchmark-dev
-  python3 python3-numpy python3-h5py python3-matplotlib)
+  python3 python3-numpy python3-h5py python3-matplotlib python3-xxhash)
 for part in "$@"; do
   case "$part" in
     report) packages+=(python3-pandas python3-xarray) ;;

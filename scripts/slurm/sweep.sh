@@ -55,11 +55,15 @@ config=$(realpath "${names[0]}")
 mkdir -p "${names[1]}/parts" "${names[1]}/logs"
 out=$(realpath "${names[1]}")
 result=$out/$(basename "$config" .toml).h5
+logs=${out//%/%%}/logs  # as sbatch reads it
 # The jobs of this folder and this kind of parts, to be found again in the queue
 job=smc-$(printf %s "$out" | cksum | cut -d' ' -f1)
 kind=${shards:-p}.$group
 exec 9>"$out/logs/.lock"
-flock -n 9 || code=75 die "$out: another sweep.sh is at work there"
+locked=0
+flock -n -E 99 9 2>/dev/null || locked=$?
+[ $locked != 99 ] || code=75 die "$out: another sweep.sh is at work there"
+[ $locked = 0 ] || echo "sweep.sh: $out: this file system has no locks: run one sweep.sh at a time there" >&2
 
 plan=("$SURVEYMC" plan "$config" "${changes[@]}" ${shards:+--shards "$shards"})
 count=$("${plan[@]}" --count)
@@ -105,7 +109,7 @@ for ((SURVEYMC_FIRST = 0; SURVEYMC_FIRST * group < count; SURVEYMC_FIRST += larg
   list=$(printf '%s\n' $todo | awk -v a="$SURVEYMC_FIRST" -v n="$largest" 'NF && $1 >= a && $1 < a + n { print $1 - a }' | as_list)
   [ -n "$list" ] || continue
   id=$(submit --array="$list${concurrent:+%$concurrent}" --job-name="$job.$kind.$SURVEYMC_FIRST" --cpus-per-task="$cpus" \
-    --output="$out/logs/%A_%a.log" -- "$home/scripts/slurm/array.sbatch" "$config" "$out/parts" \
+    --output="$logs/%A_%a.log" -- "$home/scripts/slurm/array.sbatch" "$config" "$out/parts" \
     ${max_seconds:+--max-seconds "$max_seconds"} "${changes[@]}")
   echo "array $id: tasks $list"
   jobs="$jobs $id"
@@ -114,6 +118,6 @@ done
 # The merge that waits already would not wait for the new array.
 [ -n "$dry_run" ] || scancel --quiet --state=PENDING --name="$job.merge" 2>/dev/null || true
 dependency=$(printf ':%s' $jobs)
-id=$(submit ${jobs:+--dependency="afterany$dependency"} --job-name="$job.merge" --output="$out/logs/merge.log" -- \
+id=$(submit ${jobs:+--dependency="afterany$dependency"} --job-name="$job.merge" --output="$logs/merge.log" -- \
   "$home/scripts/slurm/merge.sbatch" "$config" "$out/parts" "$result" "${changes[@]}")
 echo "merge $id: $result"

@@ -6,6 +6,8 @@ import os
 import h5py
 import numpy as np
 
+from surveymc import integrity
+
 FORMAT, FORMAT_VERSION = "surveymc", 1
 
 
@@ -23,7 +25,7 @@ def plain(value):
 def open_file(path):
     """The result file `path` as h5py.File, open for reading; use it in a `with` statement.
 
-    ResultError if it is not there, cannot be read, or is no result of a known format.
+    ResultError if it is not there, cannot be read, is damaged, or is no result of a known format.
     """
     if not os.path.exists(path):
         raise ResultError(f"{path}: no such file")
@@ -31,16 +33,31 @@ def open_file(path):
         raise ResultError(f"{path}: is a folder, not a result file")
     if not os.access(path, os.R_OK):
         raise ResultError(f"{path}: cannot be read")
+    seal = integrity.seal_of(path)
+    if seal is False:
+        raise ResultError(f"{path}: is damaged or was edited: its checksum does not match")
     try:
         file = h5py.File(path, "r")
     except OSError:
         raise ResultError(f"{path}: not an HDF5 file, or damaged") from None
     try:
         _check(file, path)
+        if seal is None:
+            _check_contents(file, path)
     except BaseException:
         file.close()
         raise
     return file
+
+
+def _check_contents(file, path):
+    """ResultError unless a file without a seal has the contents that its hash is of."""
+    try:
+        intact = integrity.content_hash(file) == plain(file.attrs["content_hash"])
+    except (KeyError, OSError, RuntimeError, TypeError, ValueError, UnicodeDecodeError):
+        intact = False
+    if not intact:
+        raise ResultError(f"{path}: is damaged or was edited: its contents do not match its content_hash")
 
 
 def _check(file, path):

@@ -38,6 +38,9 @@ class Workflows(Case):
         (self.folder / "out/parts/point-00001.part").unlink()
         self.shell(f"{snakemake} out=out shards=5 threads=2")
         self.assertEqual(self.hash_of("out/small.h5"), self.serial)
+        self.shell(f"{snakemake} 'out=a b;touch bad'")  # a name is no command
+        self.assertEqual(self.hash_of("a b;touch bad/small.h5"), self.serial)
+        self.assertFalse((self.folder / "bad").exists())
 
     @unittest.skipUnless(shutil.which("parallel"), "no GNU parallel")
     def test_gnu_parallel(self):

@@ -4,12 +4,16 @@
 Opens every group with h5py, with xarray (engines h5netcdf and netcdf4) and with ncdump, and checks the rules of
 docs/results-format.md. Prints each violation and exits with 1 if there is any.
 """
+import pathlib
 import subprocess
 import sys
 
 import h5py
 import numpy as np
 import xarray as xr
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+from surveymc import integrity  # noqa: E402
 
 ROOT_TEXTS = ["title", "format", "experiment", "surveymc_version", "git_revision", "config", "config_hash", "command",
               "compiler", "content_hash"]
@@ -120,6 +124,7 @@ def main(path):
         for d in f.get("maps", {}).values():
             check_dataset(d)
             demand(is_scale(d) or d.dtype == np.float64, f"{d.name}: a map holds doubles")
+        demand(integrity.content_hash(f) == f.attrs["content_hash"], "/: content_hash is of other contents")
         every_group = [f, f["run"], f["maps"]] + tables
         for engine in ["h5netcdf", "netcdf4"]:
             for group in every_group:
