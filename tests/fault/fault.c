@@ -1,0 +1,161 @@
+/* Makes one call of the system fail, for tests: LD_PRELOAD=libfault.so SURVEYMC_FAULT=CALL:N:FAULT program ...
+ *   CALL   open, read, write, fsync, rename, ftruncate, close, mkdir, mmap, malloc or thread
+ *   N      which of these calls, from 1, counted from the beginning of main(); 0: none
+ *   FAULT  ENOSPC, EIO, EINTR, ENOMEM, EMFILE, EAGAIN, EACCES, EDQUOT: the call fails with it;
+ *          "short": a write or read takes half of its bytes;  a "+" behind it: all later calls fail, too
+ * SURVEYMC_FAULT_COUNTS=FILE: at the end, how many calls of each there were, one "CALL N" a line.
+ * Only open, write and close of regular files are counted: pipes and terminals belong to the test. */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+enum { kOpen, kRead, kWrite, kFsync, kRename, kFtruncate, kClose, kMkdir, kMmap, kMalloc, kThread, kCalls };
+static const char *const kNames[kCalls] = {"open",  "read",  "write", "fsync",  "rename", "ftruncate",
+                                           "close", "mkdir", "mmap",  "malloc", "thread"};
+static atomic_ulong counts[kCalls];
+static atomic_int active;
+static int chosen_call = -1, chosen_errno, is_short, is_lasting;
+static unsigned long chosen_number;
+
+static const struct {
+  const char *name;
+  int number;
+} kErrors[] = {{"ENOSPC", ENOSPC}, {"EIO", EIO},       {"EINTR", EINTR},   {"ENOMEM", ENOMEM},
+               {"EMFILE", EMFILE}, {"EAGAIN", EAGAIN}, {"EACCES", EACCES}, {"EDQUOT", EDQUOT}};
+
+static void read_settings(void) {
+  const char *text = getenv("SURVEYMC_FAULT");
+  char call[16] = "", fault[16] = "";
+  if (!text || sscanf(text, "%15[a-z]:%lu:%15s", call, &chosen_number, fault) != 3) return;
+  for (int i = 0; i < kCalls; ++i)
+    if (strcmp(call, kNames[i]) == 0) chosen_call = i;
+  char *plus = strchr(fault, '+');
+  if (plus) is_lasting = 1, *plus = 0;
+  is_short = strcmp(fault, "short") == 0;
+  for (size_t i = 0; i < sizeof kErrors / sizeof *kErrors; ++i)
+    if (strcmp(fault, kErrors[i].name) == 0) chosen_errno = kErrors[i].number;
+}
+
+/* True if this call is the one that fails. */
+static int hit(int call) {
+  if (!atomic_load(&active)) return 0;
+  const unsigned long n = atomic_fetch_add(&counts[call], 1) + 1;
+  if (call != chosen_call || chosen_number == 0) return 0;
+  if (is_lasting ? n < chosen_number : n != chosen_number) return 0;
+  if (!is_short) errno = chosen_errno;
+  return 1;
+}
+
+static int is_regular(int file) {
+  struct stat s;
+  return syscall(SYS_newfstatat, file, "", &s, AT_EMPTY_PATH) == 0 && S_ISREG(s.st_mode);
+}
+
+static void write_counts(void) {
+  atomic_store(&active, 0);
+  const char *path = getenv("SURVEYMC_FAULT_COUNTS");
+  if (!path) return;
+  const int file = (int)syscall(SYS_openat, AT_FDCWD, path, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  for (int i = 0; i < kCalls; ++i) {
+    char line[64];
+    const int n = snprintf(line, sizeof line, "%s %lu\n", kNames[i], atomic_load(&counts[i]));
+    if (syscall(SYS_write, file, line, n) != n) break;
+  }
+  syscall(SYS_close, file);
+}
+
+static int (*real_main)(int, char **, char **);
+static int counted_main(int argc, char **argv, char **envp) {
+  read_settings();
+  atexit(write_counts);
+  atomic_store(&active, 1);
+  return real_main(argc, argv, envp);
+}
+int __libc_start_main(int (*main)(int, char **, char **), int argc, char **argv, void (*init)(void), void (*fini)(void),
+                      void (*rtld_fini)(void), void *stack_end) {
+  typeof(&__libc_start_main) next = (typeof(&__libc_start_main))dlsym(RTLD_NEXT, "__libc_start_main");
+  real_main = main;
+  return next(counted_main, argc, argv, init, fini, rtld_fini, stack_end);
+}
+
+#define NEXT(name)                    \
+  static typeof(&name) next_##name;   \
+  if (!next_##name) next_##name = (typeof(&name))dlsym(RTLD_NEXT, #name)
+
+static int opened(int folder, const char *path, int flags, mode_t mode) {
+  struct stat s;
+  const int exists = syscall(SYS_newfstatat, folder, path, &s, 0) == 0;
+  const int counts_here = (flags & O_CREAT) || (exists && S_ISREG(s.st_mode));
+  if (counts_here && hit(kOpen)) return -1;
+  return (int)syscall(SYS_openat, folder, path, flags, mode);
+}
+#define OPEN_MODE                                      \
+  mode_t mode = 0;                                     \
+  if (flags & (O_CREAT | (O_TMPFILE & ~O_DIRECTORY))) { \
+    va_list args;                                      \
+    va_start(args, flags);                             \
+    mode = va_arg(args, mode_t);                       \
+    va_end(args);                                      \
+  }
+int open(const char *path, int flags, ...) { OPEN_MODE return opened(AT_FDCWD, path, flags, mode); }
+int open64(const char *path, int flags, ...) { OPEN_MODE return opened(AT_FDCWD, path, flags, mode); }
+int openat(int folder, const char *path, int flags, ...) { OPEN_MODE return opened(folder, path, flags, mode); }
+int openat64(int folder, const char *path, int flags, ...) { OPEN_MODE return opened(folder, path, flags, mode); }
+FILE *fopen(const char *path, const char *how) {
+  NEXT(fopen);
+  struct stat s;
+  if (syscall(SYS_newfstatat, AT_FDCWD, path, &s, 0) == 0 && S_ISREG(s.st_mode) && hit(kOpen)) return NULL;
+  return next_fopen(path, how);
+}
+FILE *fopen64(const char *path, const char *how) { return fopen(path, how); }
+
+#define TRANSFER(call, number, ...)                                    \
+  if (is_regular(file) && hit(call)) {                                 \
+    if (!is_short) return -1;                                          \
+    if (size > 1) size /= 2;                                           \
+  }                                                                    \
+  return syscall(number, file, data, size, ##__VA_ARGS__)
+ssize_t write(int file, const void *data, size_t size) { TRANSFER(kWrite, SYS_write); }
+ssize_t pwrite(int file, const void *data, size_t size, off_t at) { TRANSFER(kWrite, SYS_pwrite64, at); }
+ssize_t pwrite64(int file, const void *data, size_t size, off64_t at) { TRANSFER(kWrite, SYS_pwrite64, at); }
+ssize_t read(int file, void *data, size_t size) { TRANSFER(kRead, SYS_read); }
+ssize_t pread(int file, void *data, size_t size, off_t at) { TRANSFER(kRead, SYS_pread64, at); }
+ssize_t pread64(int file, void *data, size_t size, off64_t at) { TRANSFER(kRead, SYS_pread64, at); }
+
+int fsync(int file) { return hit(kFsync) ? -1 : (int)syscall(SYS_fsync, file); }
+int fdatasync(int file) { return hit(kFsync) ? -1 : (int)syscall(SYS_fdatasync, file); }
+int rename(const char *from, const char *to) { return hit(kRename) ? -1 : (int)syscall(SYS_renameat, AT_FDCWD, from, AT_FDCWD, to); }
+int ftruncate(int file, off_t size) { return hit(kFtruncate) ? -1 : (int)syscall(SYS_ftruncate, file, size); }
+int ftruncate64(int file, off64_t size) { return hit(kFtruncate) ? -1 : (int)syscall(SYS_ftruncate, file, size); }
+int mkdir(const char *path, mode_t mode) { return hit(kMkdir) ? -1 : (int)syscall(SYS_mkdirat, AT_FDCWD, path, mode); }
+/* As Linux does: the descriptor is gone, whatever is returned. */
+int close(int file) {
+  const int fails = is_regular(file) && hit(kClose);
+  const int result = (int)syscall(SYS_close, file);
+  if (fails) errno = chosen_errno;
+  return fails ? -1 : result;
+}
+void *mmap(void *address, size_t size, int protection, int flags, int file, off_t at) {
+  if (hit(kMmap)) return MAP_FAILED;
+  return (void *)syscall(SYS_mmap, address, size, protection, flags, file, at);
+}
+int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*run)(void *), void *argument) {
+  NEXT(pthread_create);
+  return hit(kThread) ? EAGAIN : next_pthread_create(thread, attributes, run, argument);
+}
+
+extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
+void *malloc(size_t size) { return hit(kMalloc) ? NULL : __libc_malloc(size); }
+void *calloc(size_t count, size_t size) { return hit(kMalloc) ? NULL : __libc_calloc(count, size); }
+void *realloc(void *old, size_t size) { return hit(kMalloc) ? NULL : __libc_realloc(old, size); }

@@ -1,0 +1,193 @@
+#!/usr/bin/python3
+"""A fault at every call: test_faults.py SURVEYMC WRITE_STREAMED FAULT_LIBRARY [--sample N] [--only TEXT]
+
+One call of the system fails (fault.c), then another, for every call of a run, a resumed run, a shard, a merge, a rerun, a
+status. After each:
+* the program ends by itself with an exit code that the README lists, and says no "internal error" of an unknown kind.
+  Without memory it may also crash, as HDF5, OpenMP and the C library then do;
+* a result that was there before is whole: the old bytes, or the new contents;
+* exit 0 means that the new result is there; any other exit comes with a message that names a file or the resource;
+* no temporary file is left;
+* the same command without a fault (with --resume where it has that) then gives the contents of a run without faults.
+--sample N: about N of the sites, evenly spread over calls and scenarios.
+"""
+import argparse
+import concurrent.futures
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import h5py
+
+DONE, BAD_INPUT, INTERNAL, CANNOT_WRITE, INTERRUPTED = 0, 65, 70, 74, 75
+FAULTS = {"open": ["EMFILE", "EACCES"], "read": ["EIO", "EINTR", "short"], "write": ["ENOSPC", "EIO", "EINTR", "short", "ENOSPC+"],
+          "fsync": ["EIO"], "rename": ["EIO", "ENOSPC"], "ftruncate": ["EIO"], "close": ["EIO", "EDQUOT"], "mkdir": ["EACCES"],
+          "mmap": ["ENOMEM", "ENOMEM+"], "malloc": ["ENOMEM", "ENOMEM+"], "thread": ["EAGAIN", "EAGAIN+"]}
+MOST_SITES = {"malloc": 40, "mmap": 20}  # of thousands: spread evenly in the logarithm
+PATIENCE = 300
+
+SURVEY = "md_m,inclination_deg,azimuth_deg,toolface_deg\n0,10,20,0\n30,14,25,50\n60,18,30,120\n90,22,37,200\n120,28,44,300\n150,33,52,40\n"
+FIELD = '[survey]\nfile = "survey.csv"\ntoolface_zero = "y"\n[field]\ntotal_nT = 50000.0\ndip_deg = 60.0\n'
+MSA = f'experiment = "msa_position"\nseed = 1\ntrials = 3000\nestimator = "msa"\nsave_samples = 3\n{FIELD}[noise]\nmagnetometer_nT = 50.0\n[sweep]\nnoise.scale = [1.0, 0.1]\n'
+COVARIANCE = ('experiment = "position_covariance"\n[survey]\nfile = "survey.csv"\nazimuth_reference = "true"\n[field]\ntotal_nT = 50000.0\n'
+              'dip_deg = 60.0\ndeclination_deg = 1.0\n[error_model]\nname = "iscwsa_mwd_rev5.10"\n')
+MAPS = ('experiment = "reliability_map"\nseed = 1\nmode = "sse"\nobservation = "bx"\ninclination_deg = 30.0\n'
+        'toolface_deg = { from = 0.0, to = 180.0, step = 45.0 }\nmagnetic_azimuth_deg = [0.0, 60.0, 90.0]\n')
+WELL = 'experiment = "vertical_well"\nseed = 1\ntrials = 3000\ndepth_m = 300.0\nspacing_m = 30.0\n[drilling]\nmode = "rotating"\n[field]\ntotal_nT = 50000.0\ndip_deg = 72.0\n[sensor_errors]\naccelerometer_bias_mps2 = 0.004\n'
+
+
+class Scenario:
+    """A command, the commands before it, the result that it makes; commands that end the work without a fault."""
+
+    def __init__(self, name, command, output=None, prepare=(), again=None, final=None):
+        self.name, self.command, self.output, self.prepare = name, command, output, prepare
+        self.again, self.final = again or [command], final or output
+
+
+def contents(path):
+    """Content hash of a whole result; the bytes of another file."""
+    with open(path, "rb") as file:
+        data = file.read()
+    if not data.startswith(b"\x89HDF"):
+        return data
+    with h5py.File(path, "r") as file:
+        return file.attrs["content_hash"]
+
+
+def scenarios(program, streamed):
+    run = lambda config, *more: [program, "run", config, "-o", "out.h5", "--threads", "2", *more]
+    old = [program, "run", "msa.toml", "-o", "out.h5", "--seed", "9"]
+    halves = [[program, "run", "msa.toml", "--shard", f"{i}/2", "-o", "parts/"] for i in (0, 1)]
+    begun = run("msa.toml", "--checkpoint-seconds", "0.001", "--max-seconds", "0.0001")
+    yield Scenario("run", run("msa.toml"), "out.h5", again=[run("msa.toml", "--resume")])
+    yield Scenario("run over an old result", run("msa.toml"), "out.h5", [old], [run("msa.toml", "--resume")])
+    yield Scenario("resume", run("msa.toml", "--resume", "--checkpoint-seconds", "0.001"), "out.h5", [begun])
+    merge = [program, "merge", "parts", "-o", "out.h5"]
+    yield Scenario("shard", halves[1], None, [halves[0]], [halves[1], merge], "out.h5")
+    yield Scenario("merge over an old result", merge, "out.h5", [*halves, old])
+    yield Scenario("status", [program, "status", "parts"], prepare=halves)
+    yield Scenario("covariance", run("covariance.toml"), "out.h5", again=[run("covariance.toml", "--resume")])
+    yield Scenario("maps", run("maps.toml"), "out.h5", again=[run("maps.toml", "--resume")])
+    yield Scenario("well", run("well.toml"), "out.h5", again=[run("well.toml", "--resume")])
+    yield Scenario("rerun", [program, "rerun", "out.h5"], "out.h5", [run("msa.toml")])
+    yield Scenario("show", [program, "show", "out.h5", "position"], prepare=[run("msa.toml")])
+    yield Scenario("streamed maps", [streamed, "out.h5"], "out.h5", [old])
+
+
+def call(command, folder, **environment):
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace", timeout=PATIENCE,
+                          env={**os.environ, **environment})
+
+
+def fill(folder):
+    for name, text in (("survey.csv", SURVEY), ("msa.toml", MSA), ("covariance.toml", COVARIANCE), ("maps.toml", MAPS), ("well.toml", WELL)):
+        (folder / name).write_text(text)
+
+
+def sites_of(counts):
+    for name, count in counts.items():
+        most = MOST_SITES.get(name, count)
+        numbers = range(1, count + 1) if count <= most else sorted({round(count ** (i / (most - 1))) for i in range(most)})
+        for n in numbers:
+            for fault in FAULTS[name]:
+                yield f"{name}:{n}:{fault}"
+
+
+def spread(sites, share):
+    """Of all sites the share that is asked for, evenly."""
+    return [s for i, s in enumerate(sites) if int((i + 1) * share) > int(i * share)]
+
+
+def check(scenario, template, site, library, expected, work):
+    """What is wrong after this fault; nothing if nothing is."""
+    with tempfile.TemporaryDirectory(dir=work) as name:
+        folder = pathlib.Path(name) / "w"
+        shutil.copytree(template, folder)
+        output = scenario.output and folder / scenario.output
+        before = contents(output) if output and output.exists() else None
+        try:
+            done = call(scenario.command, folder, LD_PRELOAD=library, SURVEYMC_FAULT=site)
+        except subprocess.TimeoutExpired:
+            return "does not end"
+        is_memory = site.startswith(("malloc", "mmap"))
+        if not is_memory and done.returncode not in (DONE, BAD_INPUT, INTERNAL, CANNOT_WRITE, INTERRUPTED):
+            return f"exit {done.returncode}: {done.stderr[-300:]}"
+        if not is_memory and done.returncode == INTERNAL and "thread" not in done.stderr:
+            return f"exit 70: {done.stderr[-300:]}"
+        if not is_memory and done.returncode != DONE and not re.search(r"error: .*(\.h5|\.toml|\.csv|\.part|parts|journal|thread)", done.stderr):
+            return f"exit {done.returncode} without a message that names a file: {done.stderr[-300:]!r}"
+        if output:
+            try:
+                after = contents(output) if output.exists() else None
+            except OSError as e:
+                return f"exit {done.returncode}, and the result is unreadable: {e}"
+            if done.returncode == DONE and after != expected:
+                return "exit 0 without the result"
+            if after not in (before, expected):
+                return f"exit {done.returncode}, and the result is neither the old nor the new one"
+        left = [p.name for p in folder.rglob(".*.tmp")]
+        if left and done.returncode in (DONE, BAD_INPUT, INTERNAL, CANNOT_WRITE, INTERRUPTED):
+            return f"exit {done.returncode}, left behind: {left}"
+        if not scenario.final:
+            return None
+        for command in scenario.again:
+            again = call(command, folder)
+            if again.returncode != DONE:
+                return f"exit {done.returncode} ({done.stderr[-200:]}); the next run: exit {again.returncode}: {again.stderr[-300:]}"
+        if contents(folder / scenario.final) != expected:
+            return "the next run gives other contents"
+        journals = [p.name for p in folder.rglob("*.journal.*")]
+        return f"journals are left: {journals}" if journals else None
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("surveymc")
+    parser.add_argument("write_streamed")
+    parser.add_argument("library")
+    parser.add_argument("--sample", type=int)
+    parser.add_argument("--only", default="")
+    a = parser.parse_args()
+    program, streamed, library = (str(pathlib.Path(p).resolve()) for p in (a.surveymc, a.write_streamed, a.library))
+    faults = []
+    with tempfile.TemporaryDirectory(prefix="surveymc-faults-") as name:
+        work, planned = pathlib.Path(name), []
+        for number, scenario in enumerate(scenarios(program, streamed)):
+            if a.only not in scenario.name:
+                continue
+            template = work / f"template{number}"
+            template.mkdir()
+            fill(template)
+            for command in scenario.prepare:
+                done = call(command, template)
+                if done.returncode not in (DONE, INTERRUPTED):
+                    sys.exit(f"{scenario.name}: cannot prepare: {done.stderr}")
+            trial = work / f"trial{number}"
+            shutil.copytree(template, trial)
+            done = call(scenario.command, trial, LD_PRELOAD=library, SURVEYMC_FAULT="open:0:EIO", SURVEYMC_FAULT_COUNTS=str(work / "counts"))
+            if done.returncode != DONE:
+                sys.exit(f"{scenario.name}: fails without a fault: {done.stderr}")
+            counts = {k: int(v) for k, v in (line.split() for line in (work / "counts").read_text().splitlines())}
+            for command in scenario.again if scenario.final and not scenario.output else ():
+                call(command, trial)
+            expected = scenario.final and contents(trial / scenario.final)
+            planned += [(scenario, template, site, expected) for site in sites_of(counts)]
+        share = min(1, a.sample / len(planned)) if a.sample else 1
+        chosen = spread(planned, share)
+        if not chosen:
+            sys.exit("no site was chosen: nothing is tested")
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            answers = pool.map(lambda p: check(p[0], p[1], p[2], library, p[3], work), chosen)
+            for (scenario, _, site, _), wrong in zip(chosen, answers):
+                if wrong:
+                    faults.append(f"{scenario.name}: {site}: {wrong}")
+                    print(faults[-1], flush=True)
+    print(f"{len(chosen)} of {len(planned)} faults in {len({p[0].name for p in planned})} scenarios, {len(faults)} with a finding")
+    sys.exit(1 if faults else 0)
+
+
+main()
