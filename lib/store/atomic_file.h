@@ -15,7 +15,8 @@ std::filesystem::path folder_of(const std::filesystem::path& path);
 void remove_stale_temporaries(const std::filesystem::path& target);
 
 /// A file under its temporary name until commit(); removed if commit() is never called.
-/// The name is ".<name>.<16 random digits>.tmp", in the folder of `target`; the writer holds a lock on it. All members throw std::system_error.
+/// The name is ".<name>.<16 random digits>.tmp", in the folder of `target`; the writer holds a lock on it. All members
+/// throw std::system_error.
 class AtomicFile {
  public:
   explicit AtomicFile(const std::filesystem::path& target);
