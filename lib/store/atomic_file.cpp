@@ -108,6 +108,11 @@ void AtomicFile::write(const std::vector<char>& bytes) {
 }
 
 void AtomicFile::commit() {
+  // Who may read the old file may read the new one; where that cannot be set, the new file has the usual mode.
+  if (struct stat old{}; stat(target_.c_str(), &old) == 0 && S_ISREG(old.st_mode)) {
+    const bool kept = fchmod(file_, old.st_mode & 07777) == 0;
+    (void)kept;
+  }
   if (fsync(file_) != 0) fail();
   // The lock lasts until the file has its name: a duplicate shares it, while errors of closing are seen before.
   struct Held {

@@ -502,6 +502,16 @@ TEST_CASE("Temporary files of dead writers go, those of others stay") {
   }
 }
 
+TEST_CASE("A result that is replaced keeps its mode") {
+  const Folder folder;
+  write_result(folder / "r.h5", full_result());
+  for (const fs::perms mode : {fs::perms(0640), fs::perms(0664), fs::perms(0600)}) {
+    fs::permissions(folder / "r.h5", mode);
+    write_result(folder / "r.h5", full_result());
+    CHECK(fs::status(folder / "r.h5").permissions() == mode);
+  }
+}
+
 TEST_CASE("A dead writer's temporary file goes when the next result is written") {
   const Folder folder;
   const pid_t writer = fork();
