@@ -1,11 +1,13 @@
 #include "cli/progress.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "base/units.h"
 #include "cli/log.h"
 #include "cli/screen.h"
 
@@ -44,13 +46,16 @@ double Progress::elapsed_s() const {
 
 void Progress::update(std::uint64_t done, std::uint64_t expected) {
   const auto now = std::chrono::steady_clock::now();
+  pace_.note(done, elapsed_s());
   if (now - last_ < std::chrono::duration<double>(terminal_ ? 0.2 : 60.0) || done == 0 || expected == 0) return;
   last_ = now;
   const std::uint64_t own = done > kept_ ? done - kept_ : 0, rest = expected > done ? expected - done : 0;
   const double rate = static_cast<double>(own) / elapsed_s(),
                share = std::min(1.0, static_cast<double>(done) / static_cast<double>(expected));
+  double seconds = expected == pace_.trials() ? pace_.left() : kNaN;
+  if (std::isnan(seconds) && own > 0) seconds = static_cast<double>(rest) / rate;
   const std::string trials = fmt::format("{:.3g}", static_cast<double>(expected)), speed = fmt::format("{:.3g}", rate),
-                    left = own > 0 ? format_duration(static_cast<double>(rest) / rate) : "";
+                    left = std::isnan(seconds) ? "" : format_duration(seconds);
   if (!terminal_) {
     log_info(fmt::format("{:5.1f} % of {} trials  {}/s{}", 100 * share, trials, speed,
                          left.empty() ? "" : "  " + left + " left"));

@@ -2,6 +2,9 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <utility>
+
+#include "cli/sweep_pace.h"
 
 namespace surveymc::cli {
 
@@ -22,6 +25,9 @@ class Progress {
   ~Progress();  // clears the bar
   Progress(const Progress&) = delete;
 
+  /// From now on the time that is left is that of these points, as long as they are expected to run all of their
+  /// trials.
+  void know(SweepPace pace) { pace_ = std::move(pace); }
   /// `expected` may change as a stopping rule learns how many trials it needs.
   void update(std::uint64_t done, std::uint64_t expected);
   double elapsed_s() const;
@@ -29,6 +35,7 @@ class Progress {
  private:
   bool terminal_, drawn_ = false;
   std::uint64_t kept_;
+  SweepPace pace_;
   std::chrono::steady_clock::time_point start_, last_;
 };
 

@@ -1,10 +1,12 @@
 #include <catch2/catch.hpp>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "cli/feet.h"
 #include "cli/progress.h"
+#include "cli/sweep_pace.h"
 #include "cli/verdict_counts.h"
 
 using namespace surveymc;
@@ -74,4 +76,35 @@ TEST_CASE("Feet: lengths and areas by column and by the row's unit, and nothing 
   CHECK(std::get<Texts>(feet.column("unit").values) == Texts{"ft", "nT", "ft2"});
   CHECK(feet.column("md_ft").unit == "ft");
   CHECK(feet.column("nn_ft2").unit == "ft2");
+}
+
+TEST_CASE("The time that is left of a sweep knows what its points cost") {
+  // Two noises times three estimators, of which a trial costs 1, 10 and 100 s; ten trials a point, a note each.
+  const std::vector<double> costs{1, 10, 100, 1, 10, 100};
+  std::vector<PacedPoint> points;
+  for (const char* noise : {"0.1", "1"})
+    for (const char* estimator : {"a", "b", "c"}) points.push_back({10, {noise, estimator}});
+  SweepPace pace(points);
+  CHECK(pace.trials() == 60);
+  CHECK(std::isnan(pace.left()));
+  double elapsed = 0, total = 0;
+  for (const double c : costs) total += 10 * c;
+  for (std::size_t p = 0; p < costs.size(); ++p)
+    for (std::uint64_t k = 1; k <= 10; ++k) {
+      elapsed += costs[p];
+      pace.note(10 * p + k, elapsed);
+      // From the first point of the second noise on, every cost is known; the plain rate would be wrong by 50 %.
+      if (p >= 3) CHECK_THAT(pace.left(), Catch::WithinRel(total - elapsed, 1e-6) || Catch::WithinAbs(0, 1e-6));
+    }
+  CHECK(pace.left() == 0);
+
+  SweepPace resumed(points);  // the first two points and half of the third were done before
+  resumed.note(26, 0.5);
+  CHECK(std::isnan(resumed.left()));  // one note times nothing
+  resumed.note(27, 100.5);
+  CHECK_THAT(resumed.left(), Catch::WithinRel(3 * 100 + 30 * 100.0, 1e-12));
+  SweepPace none;
+  none.note(5, 1);
+  CHECK(none.left() == 0);
+  CHECK(none.trials() == 0);
 }
