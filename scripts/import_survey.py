@@ -17,7 +17,7 @@ import re
 import sys
 
 from survey_import import checks, columns, excel, las, output, stations, text, witsml
-from survey_import.problem import DATA, USAGE, Problem, shown
+from survey_import.problem import DATA, USAGE, Problem, as_keys, shown
 
 
 class Parser(argparse.ArgumentParser):
@@ -69,8 +69,9 @@ def arguments(given):
     p.add_argument("--encoding", help="of text: utf-8, utf-16, latin-1 ...")
     p.add_argument("--accept-doglegs", action="store_true", help="take turns of 180 deg and more")
     p.add_argument("--accept-depths", action="store_true", help="take depths below 20 km")
+    p.add_argument("--for-program", metavar="NAME", help=argparse.SUPPRESS)  # surveymc calls it so, and calls the file NAME
     options = p.parse_args(given)
-    options.name = shown(options.file)
+    options.name = shown(options.for_program or options.file)
     if options.readings and (options.azimuth_reference or options.angle_unit or options.toolface_zero):
         p.error("--readings have no angles: must be without --azimuth-reference, --angle-unit and --toolface-zero")
     if not options.readings and (options.gravity_unit or options.field_unit):
@@ -108,6 +109,9 @@ def run(options):
     table, encoding = read_table(data, options)
     chosen, reference = columns.choose(table, options.name, options)
     found = stations.collect(table, chosen, options, options.name)
+    if options.for_program:  # which checks the survey itself
+        print(output.for_program(options.name, table, chosen, found, reference, encoding, options), end="")
+        return
     has_toolface = "tf" in chosen
     if has_toolface and not options.toolface_zero:
         raise Problem(f"{options.name}:{table.header_place}: column '{shown(chosen['tf'].heading)}': the file does not say which tool axis toolface "
@@ -136,7 +140,8 @@ def main():
         run(arguments(sys.argv[1:]))
         sys.stdout.flush()
     except Problem as problem:
-        print(problem, file=sys.stderr)
+        for_program = "--for-program" in sys.argv
+        print(as_keys(str(problem)) if for_program else problem, file=sys.stderr)
         return problem.code
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

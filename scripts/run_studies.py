@@ -86,27 +86,29 @@ def duration(seconds):
 
 
 class Pace:
-    """How long what is left will take, from how long the runs took: by experiment, seconds a trial and seconds a run."""
+    """How long what is left will take: by what a trial of each experiment costs (studies.toml), corrected by how long the runs
+    took, those of the same experiment if there are any."""
 
-    def __init__(self):
-        self.runs = []
+    START = 0.3  # s, of a run: program, predictions, writing
+
+    def __init__(self, known, threads):
+        self.known, self.threads, self.runs = known, threads, []
+
+    def cost(self, job):
+        """Seconds that studies.toml lets expect."""
+        study = studies.study_of(self.known, job.experiment)
+        return self.START + study.run_s + 1e-6 * study.trial_us * job.trials / self.threads
 
     def add(self, job, seconds):
-        self.runs.append((job.experiment, job.trials, seconds))
+        self.runs.append((job.experiment, self.cost(job), seconds))
 
     def left(self, waiting):
-        """Seconds for the jobs; None before anything is known."""
-        if not self.runs:
-            return None
-        return sum(self._guess(job) for job in waiting)
+        """Seconds for the jobs."""
+        return sum(self.cost(job) * self._factor(job.experiment) for job in waiting)
 
-    def _guess(self, job):
-        for alike in ([r for r in self.runs if r[0] == job.experiment and bool(r[1]) == bool(job.trials)],
-                      [r for r in self.runs if bool(r[1]) == bool(job.trials)], self.runs):
-            if alike:
-                seconds = sum(r[2] for r in alike)
-                return seconds / sum(r[1] for r in alike) * job.trials if job.trials and all(r[1] for r in alike) else seconds / len(alike)
-        return 0.0
+    def _factor(self, experiment):
+        runs = [r for r in self.runs if r[0] == experiment] or self.runs
+        return sum(r[2] for r in runs) / sum(r[1] for r in runs) if runs else 1.0
 
 
 def run_job(job, program, threads):
@@ -135,12 +137,10 @@ def run_jobs(jobs, version, program, threads):
     print(f"{len(jobs)} studies: {kept} done already, {len(waiting)} to run", flush=True)
     for job in broken:
         print(f"  {job.name}: {job.error}", file=sys.stderr)
-    failed, pace = [j.name for j in broken], Pace()
+    failed, pace = [j.name for j in broken], Pace(studies.load(), threads or len(os.sched_getaffinity(0)))
     for i, job in enumerate(waiting):
-        left = pace.left(waiting[i:])
-        about = f", about {duration(left)} left" if left is not None else ""
         size = f"{job.trials:,} trials".replace(",", " ") if job.trials else "no trials"
-        print(f"[{i + 1}/{len(waiting)}] {job.name} ({size}{about}) ... ", end="", flush=True)
+        print(f"[{i + 1}/{len(waiting)}] {job.name} ({size}, about {duration(pace.left(waiting[i:]))} left) ... ", end="", flush=True)
         start = time.monotonic()
         code, words = run_job(job, program, threads)
         seconds = time.monotonic() - start

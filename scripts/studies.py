@@ -23,6 +23,8 @@ class Study:
     plots: list = dataclasses.field(default_factory=list)
     plots_for: dict = dataclasses.field(default_factory=dict)
     quick_trials: int = 1000
+    trial_us: float = 50.0
+    run_s: float = 0.0
     fold: list = dataclasses.field(default_factory=list)
     figures: dict = dataclasses.field(default_factory=dict)
     headline: list = dataclasses.field(default_factory=list)

@@ -44,8 +44,9 @@ Run read_run(config::ConfigReader& c) {
   r.field = study::read_field(c);
   const bool gravity = c.choice("accelerometers", {"gravity", "specific_force"}, "gravity") == "gravity";
   r.file = config::readings_from_table(
-      c.csv("readings"), {gravity ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force,
-                          r.field.gravity, r.field.total});
+      study::read_readings_table(c),
+      {gravity ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force, r.field.gravity,
+       r.field.total});
   study::tell_readings(c, r.file, r.field);
   r.accelerometer_sign = gravity ? -1 : 1;
   for (std::size_t k = 0; k < r.file.md.size(); ++k) {

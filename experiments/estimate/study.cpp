@@ -59,7 +59,7 @@ Scenario read_scenario(config::ConfigReader& c) {
   s.field = study::read_field(c);
   const std::string sign = c.choice("accelerometers", {"gravity", "specific_force"}, "gravity");
   s.readings = config::readings_from_table(
-      c.csv("readings"),
+      study::read_readings_table(c),
       {sign == "gravity" ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force,
        s.field.gravity, s.field.total});
   study::tell_readings(c, s.readings, s.field);

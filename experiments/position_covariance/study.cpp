@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "position_covariance/tables.h"
+#include "position_covariance/uncertainty.h"
 #include "study/annotations.h"
 #include "study/experiment.h"
 #include "study/scenario.h"
@@ -88,6 +89,7 @@ struct Scenario {
   std::vector<double> tvd;
   std::vector<propagate::Validity> validity;
   propagate::SourceDetail detail = propagate::SourceDetail::all;
+  UncertaintyReport report;
   double margin = 0;
   std::vector<Published> published;
 };
@@ -111,6 +113,7 @@ Scenario read_scenario(config::ConfigReader& c) {
   s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
   study::read_outside_range(c, s.survey, s.tools.runs, s.validity);
   s.detail = read_source_detail(c);
+  s.report = read_uncertainty_report(c, s.survey);
   if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
   s.margin = c.number("verdict.margin", config::Range::open(0, 1), 1e-6);
   s.published = read_published(c, s.survey, s.tools);
@@ -139,7 +142,7 @@ class PositionCovariance final : public study::StudyPoint {
              ellipsoid_table(s_.survey, s_.tvd, result), tool_codes_table(s_.tools), error_terms_table(s_.tools),
              validity_table(s_.survey, s_.tools, validity), gyro_table(s_.survey, s_.tools, result),
              published_table(compare(s_.published, s_.survey, result), s_.margin),
-             validity_warnings_table(s_.survey, s_.tools, validity)})
+             uncertainty_table(s_.survey, result, s_.report), validity_warnings_table(s_.survey, s_.tools, validity)})
       r.tables.push_back(t);
     return r;
   }

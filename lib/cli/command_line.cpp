@@ -33,6 +33,11 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
     sub->add_option("--threads", a.threads, "number of threads (default: all cores); results do not depend on it")
         ->check(CLI::Range(1, 4096));
   };
+  const auto units_option = [](CLI::App* sub, std::string& units) {
+    return sub
+        ->add_option("--units", units, "m or ft: unit of lengths in printed tables (default: m); files have metres")
+        ->check(CLI::IsMember({"m", "ft"}));
+  };
   command(Command::list, "list", "experiments and what each reproduces");
   CLI::App* models = command(Command::models, "models", "error models of survey tools, or one of them as TOML to edit");
   models->add_option("model", line.models.name, "name of an error model: print it with its functions");
@@ -44,6 +49,7 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   thread_option(run);
   run->add_option("-o,--output", a.output, "result file (default: results/<config>.h5)")
       ->check([](const std::string& name) { return name.empty() ? "the name is empty" : ""; });
+  units_option(run, a.units);
   run->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   run->add_option("--trial", a.trial, "replay this one trial (from 0) and print it; writes nothing");
   run->add_option("--point", a.point,
@@ -70,6 +76,7 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   merge->add_option("-o,--output", a.output, "result file")->required();
   merge->add_option("--inputs", line.inputs,
                     "folder of the config, with input files that were too large to be stored (default: where it was)");
+  units_option(merge, a.units);
   merge->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   CLI::App* status = command(Command::status, "status", "part files and journals of a folder");
   status->add_option("folder", line.parts_plan.folder, "folder of part files")->required();
@@ -82,6 +89,7 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   show->add_option("--rows", line.shown.rows,
                    "at most this many rows of a table, from both ends; 0 for all (default: 40 on a terminal)")
       ->check(CLI::NonNegativeNumber);
+  units_option(show, line.shown.units)->excludes(csv)->excludes(json);
   csv->excludes(json);
   only_list->excludes(name)->excludes(csv);
   CLI::App* rerun =

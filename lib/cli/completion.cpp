@@ -172,8 +172,9 @@ std::string zsh(const ProgramWords& words) {
     for (const OptionWords& o : c.options) arguments += zsh_option(o);
     for (std::size_t i = 0; i < c.positionals.size(); ++i) {
       const OptionWords& p = c.positionals[i];
-      arguments += " " + quoted(fmt::format("{}{}:{}:{}", p.repeated ? "*" : fmt::format("{}", i + 1),
-                                            p.required || p.repeated ? "" : ":", p.name, zsh_offer(p.kind)));
+      arguments +=
+          fmt::format(" {}", quoted(fmt::format("{}{}:{}:{}", p.repeated ? "*" : fmt::format("{}", i + 1),
+                                                p.required || p.repeated ? "" : ":", p.name, zsh_offer(p.kind))));
     }
     cases += fmt::format("    {}) _arguments{} ;;\n", c.name, arguments);
   }

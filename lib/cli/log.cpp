@@ -2,8 +2,22 @@
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include "cli/screen.h"
+#include "store/table.h"
 
 namespace surveymc::cli {
+namespace {
+
+/// The text, folded on a terminal so that further lines stand behind the time.
+std::string behind_time(const std::string& text) {
+  constexpr std::size_t kTime = 9;  // "13:51:09 "
+  const std::size_t width = screen_width(STDERR_FILENO);
+  return width == 0 ? text : store::folded(std::string(kTime, ' ') + text, width, kTime).substr(kTime);
+}
+
+}  // namespace
 
 void start_log() {
   spdlog::set_default_logger(spdlog::stderr_logger_st("surveymc"));
@@ -12,7 +26,7 @@ void start_log() {
 
 void silence_log() { spdlog::set_level(spdlog::level::off); }
 
-void log_info(const std::string& text) { spdlog::info(text); }
-void log_warning(const std::string& text) { spdlog::warn(text); }
+void log_info(const std::string& text) { spdlog::info(behind_time(text)); }
+void log_warning(const std::string& text) { spdlog::warn(behind_time(text)); }
 
 }  // namespace surveymc::cli

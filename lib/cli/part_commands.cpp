@@ -166,7 +166,7 @@ int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::
     checkpoint::write_part(path, part);
     return store::Result{};
   });
-  fmt::print("wrote {} (in {})\n", path.string(), format_duration(elapsed));
+  say(fmt::format("wrote {} (in {})", path.string(), format_duration(elapsed)));
   return kDone;
 }
 
@@ -237,10 +237,10 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   stamp(result, "surveymc merge");
   result.run = {"", "", 0, 0, 0};  // of many runs; so the file does not depend on who ran what
   store::write_result(a.output, result);
-  print_tables(result, a.output);
+  print_tables(result, a.output, a.units == "ft");
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);
-  fmt::print("wrote {} (from {} part{})\n", a.output, parts.size(), parts.size() == 1 ? "" : "s");
+  say(fmt::format("wrote {} (from {} part{})", a.output, parts.size(), parts.size() == 1 ? "" : "s"));
   return exit;
 }
 

@@ -3,8 +3,11 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include "cli/feet.h"
 #include "cli/run_setup.h"
+#include "cli/screen.h"
 #include "cli/verdict_counts.h"
 #include "study/comparison.h"
 
@@ -15,18 +18,23 @@ constexpr const char* kWarningsTable = "warnings";
 
 }  // namespace
 
-void print_tables(const store::Result& result, const std::string& path) {
-  constexpr std::size_t kReadable = 30, kWidest = 400;
+void say(const std::string& line) { fmt::print("{}\n", on_screen(line, STDOUT_FILENO, 4)); }
+
+void print_tables(const store::Result& result, const std::string& path, bool feet) {
+  constexpr std::size_t kReadableRows = 30, kReadableColumns = 40, kReadableLines = 100;
   std::string left_out;
   for (const store::Table& t : result.tables) {
     if (t.rows() == 0 || t.name == kWarningsTable) continue;
-    const std::string text = t.rows() > kReadable || t.columns.size() > 40 ? "" : store::format_table(t);
-    if (text.empty() || store::longest_line(text) > kWidest)
+    const std::string text = t.rows() > kReadableRows || t.columns.size() > kReadableColumns
+                                 ? ""
+                                 : store::format_table(feet ? in_feet(t) : t, screen_format());
+    if (text.empty() || std::count(text.begin(), text.end(), '\n') > std::ptrdiff_t{kReadableLines})
       left_out += (left_out.empty() ? "" : ", ") + t.name;
     else
       fmt::print("{}\n", text);
   }
-  if (!left_out.empty()) fmt::print("more tables: {}: surveymc show {} TABLE\n", left_out, path);
+  if (!left_out.empty())
+    say(fmt::format("more tables: {}: surveymc show {} TABLE{}", left_out, path, feet ? " --units ft" : ""));
 }
 
 void print_warnings(const store::Result& result) {
@@ -43,7 +51,7 @@ void print_warnings(const store::Result& result) {
         else
           point += fmt::format("{} = {:g}: ", c.name, std::get<std::vector<double>>(c.values)[row]);
       }
-      fmt::print("{}: {}{}\n", severity[row], point, store::printable(message[row]));
+      say(fmt::format("{}: {}{}", severity[row], point, store::printable(message[row])));
     }
   }
 }
@@ -52,8 +60,8 @@ int report_verdicts(const store::Result& result, bool check) {
   const VerdictCounts counts = count_verdicts(result.tables);
   const std::vector<std::string> unexpected = study::unexpected_verdicts(result.tables);
   if (!counts.judged) return kDone;  // a study that compares nothing
-  fmt::print("verdicts: {}\n", in_words(counts));
-  for (const std::string& u : unexpected) fmt::print("  {}\n", u);
+  say("verdicts: " + in_words(counts));
+  for (const std::string& u : unexpected) say("  " + u);
   return check && !unexpected.empty() ? kUnexpected : kDone;
 }
 

@@ -6,8 +6,12 @@
 
 namespace surveymc::cli {
 
-/// Prints tables that are short and narrow enough to read; for the others, names the command that prints them.
-void print_tables(const store::Result& result, const std::string& path);
+/// Prints a line, folded at the width of the terminal if there is one.
+void say(const std::string& line);
+
+/// Prints tables that are short enough to read; for the others, names the command that prints them. `feet`: lengths in
+/// feet.
+void print_tables(const store::Result& result, const std::string& path, bool feet);
 
 /// The table `warnings`, if a study has one, as the last thing a user reads.
 void print_warnings(const store::Result& result);

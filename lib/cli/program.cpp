@@ -11,6 +11,7 @@
 #include <variant>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "base/error.h"
 #include "cli/command_line.h"
@@ -21,6 +22,7 @@
 #include "cli/progress.h"
 #include "cli/rank_work.h"
 #include "cli/run_setup.h"
+#include "cli/screen.h"
 #include "cli/text_commands.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
@@ -30,7 +32,10 @@ namespace {
 
 store::Result run_and_stamp(const RunArguments& a, const study::RunPlan& run, const std::string& command,
                             double& elapsed, const study::Checkpoint& checkpoint = {}) {
-  Progress progress;
+  std::uint64_t kept = 0;
+  for (const auto& [point, nodes] : checkpoint.finished)
+    for (const montecarlo::Subtree& n : nodes) kept += n.tally.trials;
+  Progress progress(kept);
   const auto created = std::chrono::system_clock::now();
   store::Result result = study::execute(run, run_options(a, run, progress), checkpoint);
   elapsed = progress.elapsed_s();
@@ -41,14 +46,20 @@ store::Result run_and_stamp(const RunArguments& a, const study::RunPlan& run, co
 
 int list(const std::vector<study::Experiment>& studies) {
   for (const study::Experiment& e : studies)
-    fmt::print("{:<24} {}\n{:<24}   after {}\n", e.name(), e.summary, "", e.reproduces);
+    for (const std::string& text :
+         {fmt::format("{:<24} {}", e.name(), e.summary), fmt::format("{:<24}   after {}", "", e.reproduces)})
+      fmt::print("{}\n", on_screen(text, STDOUT_FILENO, 27));
   return kDone;
 }
 
 int check(const RunArguments& a) {
   const study::RunPlan run = load(a);
   fmt::print("{}\n", run.config.resolved_text());
-  for (const std::string& line : remark_lines(run.config)) fmt::print("# {}\n", store::printable(line));
+  for (const std::string& line : remark_lines(run.config)) {
+    std::string comment = on_screen("# " + store::printable(line), STDOUT_FILENO, 4);
+    for (std::size_t at = 0; (at = comment.find("\n ", at)) != std::string::npos;) comment[at + 1] = '#';
+    fmt::print("{}\n", comment);
+  }
   std::set<std::string> printed;
   for (const auto& point : run.points) {
     const std::string details = point->details();
@@ -97,14 +108,13 @@ int run(const RunArguments& a, const std::string& command) {
     store::write_result(output, r);
     return r;
   });
-  print_tables(result, output.string());
+  print_tables(result, output.string(), a.units == "ft");
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);
-  if (plan.total_trials() == 0)
-    fmt::print("wrote {} (in {})\n", output.string(), format_duration(elapsed));
-  else
-    fmt::print("wrote {} ({} trials in {}, {:.3g} trials/s)\n", output.string(), plan.total_trials(),
-               format_duration(elapsed), static_cast<double>(plan.total_trials()) / elapsed);
+  say(plan.total_trials() == 0
+          ? fmt::format("wrote {} (in {})", output.string(), format_duration(elapsed))
+          : fmt::format("wrote {} ({} trials in {}, {:.3g} trials/s)", output.string(), plan.total_trials(),
+                        format_duration(elapsed), static_cast<double>(plan.total_trials()) / elapsed));
   return exit;
 }
 

@@ -1,11 +1,15 @@
 #include "cli/progress.h"
 
-#include "cli/log.h"
-
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include <fmt/format.h>
 #include <unistd.h>
+
+#include "base/units.h"
+#include "cli/log.h"
+#include "cli/screen.h"
 
 namespace surveymc::cli {
 
@@ -16,7 +20,21 @@ std::string format_duration(double seconds) {
   return fmt::format("{} h {:02} min", s / 3600, s % 3600 / 60);
 }
 
-Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0), start_(std::chrono::steady_clock::now()), last_(start_) {}
+std::string progress_line(double share, const std::string& trials, const std::string& rate, const std::string& left,
+                          std::size_t width) {
+  constexpr std::size_t kLongestBar = 30, kShortestBar = 5, kBrackets = 3;
+  const std::string head = fmt::format("{:5.1f} %", 100 * share);
+  std::string words = head + (left.empty() ? "" : fmt::format("  {} left", left));
+  const std::string whole = fmt::format("{} of {} trials  {}/s{}", head, trials, rate, words.substr(head.size()));
+  if (whole.size() <= width) words = whole;
+  if (words.size() + kBrackets + kShortestBar > width) return words.substr(0, width);
+  const std::size_t bar = std::min(kLongestBar, width - words.size() - kBrackets),
+                    full = std::min(bar, static_cast<std::size_t>(share * static_cast<double>(bar)));
+  return fmt::format("[{}{}] {}", std::string(full, '#'), std::string(bar - full, '.'), words);
+}
+
+Progress::Progress(std::uint64_t kept)
+    : terminal_(isatty(STDERR_FILENO) != 0), kept_(kept), start_(std::chrono::steady_clock::now()), last_(start_) {}
 
 Progress::~Progress() {
   if (drawn_) std::fputs("\r\033[K", stderr);
@@ -28,21 +46,23 @@ double Progress::elapsed_s() const {
 
 void Progress::update(std::uint64_t done, std::uint64_t expected) {
   const auto now = std::chrono::steady_clock::now();
-  if (now - last_ < std::chrono::duration<double>(terminal_ ? 0.2 : 60.0) || done == 0) return;
+  pace_.note(done, elapsed_s());
+  if (now - last_ < std::chrono::duration<double>(terminal_ ? 0.2 : 60.0) || done == 0 || expected == 0) return;
   last_ = now;
-  const double elapsed = elapsed_s(), rate = static_cast<double>(done) / elapsed;
-  const double left = static_cast<double>(expected - done) / rate,
-               share = static_cast<double>(done) / static_cast<double>(expected);
-  const std::string words = fmt::format("{:5.1f} % of {:.3g} trials  {:.3g}/s  {} left", 100 * share,
-                                        static_cast<double>(expected), rate, format_duration(left));
+  const std::uint64_t own = done > kept_ ? done - kept_ : 0, rest = expected > done ? expected - done : 0;
+  const double rate = static_cast<double>(own) / elapsed_s(),
+               share = std::min(1.0, static_cast<double>(done) / static_cast<double>(expected));
+  double seconds = expected == pace_.trials() ? pace_.left() : kNaN;
+  if (std::isnan(seconds) && own > 0) seconds = static_cast<double>(rest) / rate;
+  const std::string trials = fmt::format("{:.3g}", static_cast<double>(expected)), speed = fmt::format("{:.3g}", rate),
+                    left = std::isnan(seconds) ? "" : format_duration(seconds);
   if (!terminal_) {
-    log_info(words);
+    log_info(fmt::format("{:5.1f} % of {} trials  {}/s{}", 100 * share, trials, speed,
+                         left.empty() ? "" : "  " + left + " left"));
     return;
   }
-  constexpr int kWidth = 30;
-  const int full = static_cast<int>(share * kWidth);
-  fmt::print(stderr, "\r[{}{}] {}\033[K", std::string(static_cast<std::size_t>(full), '#'),
-             std::string(static_cast<std::size_t>(kWidth - full), '.'), words);
+  // The last column stays free: a terminal may go to the next line when it is written.
+  fmt::print(stderr, "\r{}\033[K", progress_line(share, trials, speed, left, screen_width(STDERR_FILENO) - 1));
   std::fflush(stderr);
   drawn_ = true;
 }

@@ -96,9 +96,26 @@ study::RunPlan load(const RunArguments& a) {
   return study::read_run(experiment, std::move(config), &g_stop);
 }
 
+namespace {
+
+SweepPace pace_of(const study::RunPlan& run) {
+  std::vector<PacedPoint> points;
+  for (std::size_t i = 0; i < run.points.size(); ++i) {
+    PacedPoint p{run.points[i]->trials(), {}};
+    for (const config::SweepValue& v : run.config.sweep_values(i))
+      p.values.push_back(std::holds_alternative<double>(v.value) ? config::format_number(std::get<double>(v.value))
+                                                                 : std::get<std::string>(v.value));
+    points.push_back(std::move(p));
+  }
+  return SweepPace(std::move(points));
+}
+
+}  // namespace
+
 montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress) {
   montecarlo::RunOptions options;
   options.threads = a.threads;
+  progress.know(pace_of(run));
   options.progress = [&](std::uint64_t done, std::uint64_t expected) { progress.update(done, expected); };
   options.stop = &g_stop;
   options.workers = a.workers;

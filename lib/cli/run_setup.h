@@ -34,6 +34,7 @@ class Resumable : public Interrupted {
 
 struct RunArguments {
   std::string config, output;
+  std::string units = "m";  // "ft": tables are printed in feet
   std::vector<std::string> set;
   int threads = 0;
   std::optional<std::string> trials, seed, trial, point, shard, shards;  // as typed, so that a message can show it

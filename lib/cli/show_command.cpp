@@ -4,10 +4,11 @@
 #include <limits>
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include "base/error.h"
+#include "cli/feet.h"
+#include "cli/screen.h"
 #include "cli/show_map.h"
 #include "cli/verdict_counts.h"
 #include "store/json.h"
@@ -20,27 +21,26 @@ constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
 
 /// As wide and as long as the reader's screen, if there is one.
 store::TableFormat terminal_format(const ShowArguments& a) {
-  store::TableFormat format;
-  format.split = true;
-  if (isatty(STDOUT_FILENO)) {
-    constexpr std::size_t kNarrowest = 60, kReadableRows = 40;
-    winsize size{};
-    if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0)
-      format.width = std::max<std::size_t>(kNarrowest, size.ws_col);
-    format.most_rows = kReadableRows;
-  }
+  store::TableFormat format = screen_format();
+  constexpr std::size_t kReadableRows = 40;
+  if (format.fold) format.most_rows = kReadableRows;
   if (a.rows) format.most_rows = *a.rows == 0 ? kNoLimit : static_cast<std::size_t>(*a.rows);
   return format;
 }
 
-/// "36 agree, 2 differ (1 !)": the kinds that occur; "!" counts the unexpected verdicts.
+store::Table in_units(const ShowArguments& a, const store::Table& table) {
+  return a.units == "ft" ? in_feet(table) : table;
+}
+
+/// "36 agree, 2 differ (1 !)": the kinds that occur; "!" counts the verdicts that are not as expected.
 std::string short_words(const VerdictCounts& counts) {
   std::string out;
   const auto add = [&](std::size_t n, const char* word) {
     if (n > 0) out += fmt::format("{}{} {}", out.empty() ? "" : ", ", n, word);
   };
   add(counts.agrees, "agree");
-  add(counts.differs, "differ");
+  add(counts.differs_as_expected, "differ as expected");
+  add(counts.differs - counts.differs_as_expected, "differ");
   add(counts.undecided, "undecided");
   return counts.unexpected > 0 ? out + fmt::format(" ({} !)", counts.unexpected) : out;
 }
@@ -78,10 +78,12 @@ store::Table list_of(const store::Result& r) {
 
 void print_heading(const store::Result& r) {
   const store::Provenance& p = r.provenance;
-  fmt::print("{}\nexperiment {}, seed {}, {} trials a point; surveymc {} ({}), {}\n", store::printable(p.title),
-             p.experiment, p.seed, p.trials, p.surveymc_version, p.git_revision, r.run.created);
+  const auto say = [](const std::string& text) { fmt::print("{}\n", on_screen(text, STDOUT_FILENO)); };
+  say(store::printable(p.title));
+  say(fmt::format("experiment {}, seed {}, {} trials a point; surveymc {} ({}), {}", p.experiment, p.seed, p.trials,
+                  p.surveymc_version, p.git_revision, r.run.created));
   const std::string verdicts = in_words(count_verdicts(r.tables));
-  if (!verdicts.empty()) fmt::print("verdicts: {}\n", verdicts);
+  if (!verdicts.empty()) say("verdicts: " + verdicts);
 }
 
 /// The first letters, and "..." where there are more than `most`.
@@ -95,22 +97,45 @@ std::string shortened(const std::string& text, std::size_t most) {
   return letters > most ? text.substr(0, keep) + "..." : text;
 }
 
+/// The list on a screen too narrow for its columns: an entry has two lines or more.
+std::string stacked(const store::Table& list, std::size_t screen) {
+  std::string out;
+  const auto text = [&](const char* column, std::size_t row) {
+    return store::printable(std::get<std::vector<std::string>>(list.column(column).values)[row]);
+  };
+  for (std::size_t row = 0; row < list.rows(); ++row) {
+    std::string head;
+    for (const char* column : {"kind", "name", "size", "unit", "verdicts"})
+      if (const std::string own = text(column, row); !own.empty()) head += (head.empty() ? "" : "  ") + own;
+    out += store::folded(head, screen, 4) + "\n" + store::folded("    " + text("title", row), screen, 4) + "\n";
+  }
+  return out;
+}
+
 void print_list(const ShowArguments& a, const store::Result& r) {
   print_heading(r);
   store::Table list = list_of(r);
   store::TableFormat format = terminal_format(a);
-  const std::size_t screen = isatty(STDOUT_FILENO) ? format.width : kNoLimit;
+  const std::size_t screen = format.fold ? format.width : kNoLimit;
   auto& titles = std::get<std::vector<std::string>>(list.columns.back().values);
   const std::vector<std::string> whole = titles;
   for (std::string& t : titles) t.clear();
   format.width = format.most_rows = kNoLimit;
+  format.fold = false;
   constexpr std::size_t kGap = 2, kLeastTitle = 20;
   const std::size_t taken = store::longest_line(store::format_table(list, format)) + kGap;
-  const std::size_t room = std::max(screen - std::min(screen, taken), kLeastTitle);
-  for (std::size_t i = 0; i < titles.size(); ++i) titles[i] = shortened(whole[i], room);
-  const std::string text = store::format_table(list, format);
-  fmt::print("\n{}", text.substr(text.find('\n') + 1));
-  fmt::print("\nsurveymc show {} NAME prints one of them; --csv and --json export\n", a.file);
+  std::string text;
+  if (taken + kLeastTitle > screen) {
+    titles = whole;
+    text = stacked(list, screen);
+  } else {
+    for (std::size_t i = 0; i < titles.size(); ++i) titles[i] = shortened(whole[i], screen - taken);
+    text = store::format_table(list, format);
+    text = text.substr(text.find('\n') + 1);
+  }
+  fmt::print("\n{}\n{}\n", text,
+             on_screen(fmt::format("surveymc show {} NAME prints one of them; --csv and --json export", a.file),
+                       STDOUT_FILENO));
 }
 
 std::string members(const store::Result& r, const std::string& file) {
@@ -121,13 +146,14 @@ std::string members(const store::Result& r, const std::string& file) {
       "\"surveymc_version\": {}, \"git_revision\": {}, \"compiler\": {}, \"command\": {},\n"
       "\"config_hash\": {}, \"content_hash\": {},\n"
       "\"run\": {{\"created\": {}, \"host\": {}, \"elapsed_s\": {}, \"threads\": {}, \"ranks\": {}}},\n"
-      "\"verdicts\": {{\"agrees\": {}, \"differs\": {}, \"undecided\": {}, \"unexpected\": {}}}",
+      "\"verdicts\": {{\"agrees\": {}, \"differs\": {}, \"undecided\": {}, \"unexpected\": {}, "
+      "\"differs_as_expected\": {}}}",
       store::json_string(file), store::json_string(p.title), store::json_string(p.experiment), p.seed, p.trials,
       store::json_string(p.surveymc_version), store::json_string(p.git_revision), store::json_string(p.compiler),
       store::json_string(p.command), store::json_string(p.config_hash),
       store::json_string(store::stored_content_hash(file)), store::json_string(r.run.created),
       store::json_string(r.run.host), store::json_number(r.run.elapsed_s), r.run.threads, r.run.ranks, v.agrees,
-      v.differs, v.undecided, v.unexpected);
+      v.differs, v.undecided, v.unexpected, v.differs_as_expected);
 }
 
 void print_json(const ShowArguments& a, const store::Result& r) {
@@ -155,7 +181,7 @@ bool print_one(const ShowArguments& a, const store::Result& r) {
       if (t.name != a.name) continue;
       fmt::print("{}", a.csv    ? store::to_csv(t)
                        : a.json ? store::to_json(t) + "\n"
-                                : store::format_table(t, terminal_format(a)));
+                                : store::format_table(in_units(a, t), terminal_format(a)));
       return true;
     }
   for (const MapSource& m : maps_of(r)) {
@@ -179,7 +205,7 @@ void show(const ShowArguments& a) {
     } else {
       print_list(a, r);
       for (const store::Table& t : r.tables)
-        if (t.rows() > 0 && !a.list) fmt::print("\n{}", store::format_table(t, terminal_format(a)));
+        if (t.rows() > 0 && !a.list) fmt::print("\n{}", store::format_table(in_units(a, t), terminal_format(a)));
     }
     return;
   }

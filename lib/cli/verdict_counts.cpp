@@ -13,18 +13,28 @@ VerdictCounts count_verdicts(const std::vector<store::Table>& tables) {
   VerdictCounts counts;
   for (const store::Table& t : tables) {
     const std::vector<double>* margin = nullptr;
-    for (const store::Column& c : t.columns)
+    const std::vector<std::string>* expected = nullptr;
+    for (const store::Column& c : t.columns) {
       if (c.name == "margin") margin = std::get_if<std::vector<double>>(&c.values);
+      if (c.name == "expected") expected = std::get_if<std::vector<std::string>>(&c.values);
+    }
     for (const store::Column& c : t.columns) {
       if (c.name != "verdict") continue;
       const auto& words = std::get<std::vector<std::string>>(c.values);
       const auto number_of = [&](const char* word) {
         return static_cast<std::size_t>(std::count(words.begin(), words.end(), word));
       };
-      counts.judged = true;
+      const auto is_said = [](const std::string& word) { return !word.empty(); };
+      counts.judged = counts.judged || std::any_of(words.begin(), words.end(), is_said) ||
+                      (expected && std::any_of(expected->begin(), expected->end(), is_said));
       counts.agrees += number_of("agrees");
       counts.differs += number_of("differs");
       counts.undecided += number_of("undecided");
+      for (std::size_t i = 0; expected && i < words.size(); ++i) {
+        const std::string& wanted = (*expected)[i];
+        counts.differs_as_expected += wanted == "differs" && words[i] == wanted;
+        counts.unexpected_undecided += !wanted.empty() && words[i] == "undecided" && words[i] != wanted;
+      }
       for (std::size_t i = 0; margin && i < words.size(); ++i) {
         if (std::isnan((*margin)[i])) continue;
         if (words[i] == "agrees") ++counts.agrees_within[(*margin)[i]];
@@ -46,13 +56,26 @@ std::string by_margin(const std::map<double, std::size_t>& counts, const char* w
   return out.empty() ? out : out + ")";
 }
 
+/// "18 differ, as the config expects (18 beyond 3 %)"
+std::string differing(const VerdictCounts& counts) {
+  const std::size_t n = counts.differs, expected = counts.differs_as_expected;
+  return fmt::format("{} differ{}{}", n,
+                     expected == 0   ? ""
+                     : expected == n ? ", as the config expects"
+                                     : fmt::format(", {} of them as the config expects", expected),
+                     by_margin(counts.differs_beyond, "beyond"));
+}
+
 }  // namespace
 
 std::string in_words(const VerdictCounts& counts) {
   if (!counts.judged) return "";
-  return fmt::format("{} agree{}, {} differ{}, {} undecided; {} not as expected", counts.agrees,
-                     by_margin(counts.agrees_within, "within"), counts.differs,
-                     by_margin(counts.differs_beyond, "beyond"), counts.undecided, counts.unexpected);
+  const std::size_t open = counts.unexpected_undecided;
+  return fmt::format("{} agree{}, {}, {} undecided; {} not as expected{}", counts.agrees,
+                     by_margin(counts.agrees_within, "within"), differing(counts), counts.undecided, counts.unexpected,
+                     open == 0                   ? ""
+                     : open == counts.unexpected ? " (undecided)"
+                                                 : fmt::format(" ({} of them undecided)", open));
 }
 
 }  // namespace surveymc::cli

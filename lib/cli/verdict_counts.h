@@ -11,16 +11,19 @@ namespace surveymc::cli {
 
 struct VerdictCounts {
   std::size_t agrees = 0, differs = 0, undecided = 0;
-  std::size_t unexpected = 0;  ///< of all rows, those whose verdict is not the one in the column `expected`
-  bool judged = false;         ///< there is a column `verdict`
+  std::size_t differs_as_expected = 0;  ///< of those that differ, those of which `expected` says so: wrong on purpose
+  /// "Not as expected", here, in `run --check` and in the report alike: rows whose verdict is not the one in the column
+  /// `expected`, undecided and missing ones too; and of these the undecided ones.
+  std::size_t unexpected = 0, unexpected_undecided = 0;
+  bool judged = false;  ///< a row has a verdict, or should have one
   /// Rows that agree, and that differ, by the margin of their verdict; of tables that show it.
   std::map<double, std::size_t> agrees_within, differs_beyond;
 };
 
 VerdictCounts count_verdicts(const std::vector<store::Table>& tables);
 
-/// "3 agree (2 within 3 %, 1 within 6 %), 1 differ (1 beyond 3 %), 0 undecided; 1 not as expected", "" if nothing was
-/// judged.
+/// "3 agree (2 within 3 %, 1 within 6 %), 2 differ, 1 of them as the config expects (2 beyond 3 %), 0 undecided; 1 not
+/// as expected", "" if nothing was judged.
 std::string in_words(const VerdictCounts& counts);
 
 }  // namespace surveymc::cli

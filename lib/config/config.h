@@ -119,8 +119,10 @@ class ConfigReader {
   /// for its hash, and is not stored.
   InputFile file(const std::string& key);
   /// A table of numbers out of the file that `key` names: load(path) reads it, unless the result that is run again has
-  /// it. IoError of load becomes the message of an InputError.
-  InputTable table(const std::string& key, const std::function<InputTable(const std::filesystem::path&)>& load);
+  /// it. IoError of load becomes the message of an InputError. `reading`: how load reads it, in words; a file is stored
+  /// once, so that a config which has it read in two ways is refused.
+  InputTable table(const std::string& key, const std::function<InputTable(const std::filesystem::path&)>& load,
+                   const std::string& reading = {});
   /// A strict reader of the TOML file that `key` names, relative to the config's folder; its messages name that file's
   /// lines. Call its finish(), too.
   ConfigReader toml(const std::string& key);

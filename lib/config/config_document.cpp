@@ -148,11 +148,17 @@ const InputTable& ConfigDocument::input(const TomlNode& n, const std::string& ke
 }
 
 const InputTable& ConfigDocument::table(const TomlNode& n, const std::string& key,
-                                        const std::function<InputTable(const fs::path&)>& load) {
+                                        const std::function<InputTable(const fs::path&)>& load,
+                                        const std::string& reading) {
+  if (const auto it = readings.find(n.text); n.is_text() && it != readings.end() && it->second != reading)
+    refuse(n, key,
+           fmt::format("is read in two ways ({}; {}): a result stores a file once: copy it under another name",
+                       it->second.empty() ? "as it is" : it->second, reading.empty() ? "as it is" : reading));
   if (const auto* known = known_file(n, key, n.text, inputs, stored_files, is_from_result)) return *known;
   try {
     InputTable table = load(folder / n.text);
     table.path = n.text;
+    readings.emplace(n.text, reading);
     return inputs.emplace(n.text, std::move(table)).first->second;
   } catch (const IoError& e) {
     refuse(n, key, e.what());

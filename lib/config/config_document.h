@@ -42,6 +42,7 @@ struct ConfigDocument {
   std::set<std::string> named;         // strings that were read as the name of a table
   std::set<std::string> known_absent;  // has() has said no: a default must not make it say yes
   std::map<std::string, InputTable> inputs;
+  std::map<std::string, std::string> readings;  // how those of them were read that table() has loaded
   std::map<std::string, std::string> texts;
   std::map<std::string, InputReference> references;  // files that are too large to be stored
   std::vector<Remark> remarks;
@@ -59,9 +60,11 @@ struct ConfigDocument {
   void use_default(const std::string& key, const TomlNode& value, std::size_t point);
   /// The CSV file that `n`, the value of `key`, names; read once.
   const InputTable& input(const TomlNode& n, const std::string& key);
-  /// The table that `load` makes of the file that `n`, the value of `key`, names; read once.
+  /// The table that `load` makes of the file that `n`, the value of `key`, names; read once, and in one way
+  /// (`reading`).
   const InputTable& table(const TomlNode& n, const std::string& key,
-                          const std::function<InputTable(const std::filesystem::path&)>& load);
+                          const std::function<InputTable(const std::filesystem::path&)>& load,
+                          const std::string& reading);
   /// A file other than a table that `n`, the value of `key`, names; `shipped` stands for it if it is not null.
   InputText text(const TomlNode& n, const std::string& key, const InputText* shipped);
   /// The same for a file that may be too large to be held.

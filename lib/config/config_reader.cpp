@@ -266,9 +266,10 @@ InputFile ConfigReader::file(const std::string& key) {
 }
 
 InputTable ConfigReader::table(const std::string& key,
-                               const std::function<InputTable(const std::filesystem::path&)>& load) {
+                               const std::function<InputTable(const std::filesystem::path&)>& load,
+                               const std::string& reading) {
   const auto found = state_->need(key);
-  return state_->point->doc->table(*found.node, found.key, load);
+  return state_->point->doc->table(*found.node, found.key, load, reading);
 }
 
 namespace {

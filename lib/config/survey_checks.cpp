@@ -8,6 +8,7 @@
 
 #include "base/units.h"
 #include "config/config.h"
+#include "config/survey_csv.h"
 #include "survey/survey_summary.h"
 
 namespace surveymc::config {
@@ -27,7 +28,7 @@ struct Columns {
       : table(t),
         md(std::max(t.find("md_m"), t.find("md_ft"))),
         inclination(t.find("inclination_deg")),
-        azimuth(t.find("azimuth_deg")) {}
+        azimuth(azimuth_column(t)) {}
   const std::vector<double>& values(int column) const { return table.columns[static_cast<std::size_t>(column)]; }
   std::string cell(int column, std::size_t row) const {
     return fmt::format("{} = {}", table.names[static_cast<std::size_t>(column)], format_number(values(column)[row]));

@@ -27,6 +27,20 @@ const std::array<Known, kColumns>& known_columns() {
   return columns;
 }
 
+constexpr std::array<std::pair<const char*, NamedNorth>, 5> kAzimuths{
+    {{"azimuth_deg", NamedNorth::none},
+     {"azimuth_unreferenced_deg", NamedNorth::unreferenced},
+     {"azimuth_true_deg", NamedNorth::true_north},
+     {"azimuth_magnetic_deg", NamedNorth::magnetic},
+     {"azimuth_grid_deg", NamedNorth::grid}}};
+
+/// The name with which a column is looked up: every azimuth is `azimuth_deg`.
+std::string plain_name(const std::string& name) {
+  const bool is_azimuth =
+      std::any_of(kAzimuths.begin(), kAzimuths.end(), [&](const auto& a) { return name == a.first; });
+  return is_azimuth ? "azimuth_deg" : name;
+}
+
 std::string spellings(const Known& k) {
   std::vector<std::string> names;
   for (const auto& u : k.units) names.push_back(fmt::format("{}_{}", k.stem, u.first));
@@ -47,6 +61,19 @@ std::string spellings(const Known& k) {
 
 }  // namespace
 
+int azimuth_column(const InputTable& table) {
+  for (std::size_t c = 0; c < table.names.size(); ++c)
+    if (plain_name(table.names[c]) == "azimuth_deg") return static_cast<int>(c);
+  return -1;
+}
+
+NamedNorth named_north(const InputTable& table) {
+  const int c = azimuth_column(table);
+  for (const auto& [name, north] : kAzimuths)
+    if (c >= 0 && table.names[static_cast<std::size_t>(c)] == name) return north;
+  return NamedNorth::none;
+}
+
 survey::Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface) {
   // Column of the file and factor to SI for each known quantity.
   std::array<int, kColumns> column{-1, -1, -1, -1, -1};
@@ -55,7 +82,7 @@ survey::Survey survey_from_table(const InputTable& table, const SurveyConvention
     bool found = false;
     for (std::size_t q = 0; q < kColumns; ++q)
       for (const auto& [unit, to_si] : known_columns()[q].units)
-        if (table.names[c] == fmt::format("{}_{}", known_columns()[q].stem, unit)) {
+        if (plain_name(table.names[c]) == fmt::format("{}_{}", known_columns()[q].stem, unit)) {
           require(column[q] < 0, "{}:1: column {}: the file has {} twice", table.path, table.names[c],
                   known_columns()[q].stem);
           column[q] = static_cast<int>(c);

@@ -16,10 +16,17 @@ struct SurveyConventions {
   double convergence = 0;  ///< rad; grid + convergence = true
 };
 
-/// Survey from a file with columns `md_m` or `md_ft`, `inclination_deg`, `azimuth_deg` and, if present, `toolface_deg`
-/// (zero without) and `tvd_m` or `tvd_ft`. Throws InputError "path:line: column = value: rule" on a missing or unknown
-/// column or unit, a measured depth that does not increase, or an inclination outside [0, 180]. `needs_toolface`: its
-/// absence is an error.
+/// The north that a table names: by its column `azimuth_true_deg`, `azimuth_magnetic_deg` or `azimuth_grid_deg`.
+/// `azimuth_unreferenced_deg` says that it has to be asked for, `azimuth_deg` leaves it to the config.
+enum class NamedNorth { none, unreferenced, true_north, magnetic, grid };
+NamedNorth named_north(const InputTable& table);
+/// Index of the azimuth column, whatever north it names, or -1.
+int azimuth_column(const InputTable& table);
+
+/// Survey from a file with columns `md_m` or `md_ft`, `inclination_deg`, `azimuth_deg` (or with a north in its name,
+/// as above) and, if present, `toolface_deg` (zero without) and `tvd_m` or `tvd_ft`. Throws InputError "path:line:
+/// column = value: rule" on a missing or unknown column or unit, a measured depth that does not increase, or an
+/// inclination outside [0, 180]. `needs_toolface`: its absence is an error.
 survey::Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface);
 
 /// True vertical depth of every station in metres, from a column `tvd_m` or `tvd_ft`; empty if the file has none.

@@ -12,6 +12,7 @@ namespace {
 constexpr std::size_t kSentence = 20;  // a wider text is a note, not a word
 constexpr const char* kGap = "  ";
 constexpr const char* kUnexpectedMark = " (!)";
+constexpr const char* kSweepKey = "sweep key";  // long name of the columns that study::assemble puts in front
 
 bool is_text(const Column& column) { return std::holds_alternative<std::vector<std::string>>(column.values); }
 
@@ -80,6 +81,7 @@ struct Block {
   std::vector<std::string> cells;
   std::array<std::string, 2> name_lines = {"", name};
   std::string same_count = {};  ///< "trials 20000" if that is what all rows count
+  bool is_key = false;          ///< of the sweep
 
   std::size_t cell_width() const {
     std::size_t w = width(unit);
@@ -93,7 +95,8 @@ struct Block {
 void break_name(Block& block) {
   if (width(block.name) <= block.cell_width()) return;
   for (std::size_t at = 0; at + 1 < block.name.size(); ++at) {
-    if (block.name[at] != '_' && block.name[at] != ' ') continue;
+    constexpr std::size_t kShortest = 3;  // "_m" does not stand alone
+    if ((block.name[at] != '_' && block.name[at] != ' ') || block.name.size() - at - 1 < kShortest) continue;
     const std::array<std::string, 2> broken = {block.name.substr(0, at + 1), block.name.substr(at + 1)};
     const auto widest = [](const std::array<std::string, 2>& l) { return std::max(width(l[0]), width(l[1])); };
     if (widest(broken) < widest(block.name_lines)) block.name_lines = broken;
@@ -145,6 +148,10 @@ std::vector<Block> printed_blocks(const Table& table) {
     if (const auto* counts = std::get_if<std::vector<std::int64_t>>(&column.values);
         counts && rows > 1 && std::count(counts->begin(), counts->end(), counts->front()) == std::ssize(*counts))
       block.same_count = fmt::format("{} {}", block.name, block.cells.front());
+    if (block.name == "margin" && rows > 1 &&
+        std::count(block.cells.begin(), block.cells.end(), block.cells.front()) == std::ssize(block.cells))
+      block.same_count = fmt::format("{} {}", block.name, block.cells.front());
+    block.is_key = column.long_name == kSweepKey;
     blocks.push_back(block);
     if (!interval) continue;
     Block joined{"interval", block.unit, true, {}};
@@ -156,9 +163,8 @@ std::vector<Block> printed_blocks(const Table& table) {
   return blocks;
 }
 
-/// Replaces the texts of a column by numbers, equal texts by one number, and returns the numbered texts.
-std::vector<std::string> to_footnotes(Block& block) {
-  std::vector<std::string> notes;
+/// Replaces the texts of a column by numbers, equal texts by one number, and adds the numbered texts to `notes`.
+void to_footnotes(Block& block, std::vector<std::string>& notes) {
   for (std::string& c : block.cells) {
     if (c.empty()) continue;
     const auto known = std::find(notes.begin(), notes.end(), c);
@@ -166,7 +172,6 @@ std::vector<std::string> to_footnotes(Block& block) {
     if (known == notes.end()) notes.push_back(c);
     c = fmt::format("({})", number);
   }
-  return notes;
 }
 
 /// Marks the verdicts that are not the expected ones; how many there are.
@@ -207,24 +212,58 @@ std::size_t lines_width(const Blocks& blocks) {
   return total;
 }
 
-/// How many leading columns name a row: those up to `quantity`, or the texts in front and
-/// the station, or the first.
+/// How many leading columns name a row: those up to `quantity`; or the sweep's keys, the text behind them, further
+/// texts that are no sentences, leg and station; or the first.
 std::size_t naming_columns(const std::vector<Block>& blocks) {
   const auto quantity = std::find_if(blocks.begin(), blocks.end(), [](const Block& b) { return b.name == "quantity"; });
   if (quantity != blocks.end()) return static_cast<std::size_t>(quantity - blocks.begin()) + 1;
-  const auto number = std::find_if(blocks.begin(), blocks.end(), [](const Block& b) { return b.right_aligned; });
-  std::size_t count = std::max<std::size_t>(1, static_cast<std::size_t>(number - blocks.begin()));
-  while (count < blocks.size() && (blocks[count].name == "station" || blocks[count].name == "md_m")) ++count;
-  return count;
+  std::size_t count = 0;
+  const auto skip = [&](const auto& names) {
+    while (count < blocks.size() && names(blocks[count])) ++count;
+  };
+  const auto is_said_of_row = [](const Block& b) {
+    return b.name == "verdict" || b.name == "expected" || b.name == "unit";
+  };
+  skip([](const Block& b) { return b.is_key; });
+  const std::size_t first_text = count;
+  skip([&](const Block& b) {
+    const bool is_sentence = b.cell_width() > kSentence && &b != &blocks[first_text];
+    return !b.right_aligned && !is_said_of_row(b) && !is_sentence;
+  });
+  skip([](const Block& b) { return b.name == "leg" || b.name == "station" || b.name == "md_m" || b.name == "md_ft"; });
+  return std::max<std::size_t>(1, count);
 }
 
-/// The columns in parts of at most `widest` letters, if possible; every part begins with the columns that name a row.
-std::vector<Blocks> parts_of(const std::vector<Block>& blocks, std::size_t widest) {
+/// Puts `verdict` and `expected` behind the first `names` columns.
+void move_verdict(std::vector<Block>& blocks, std::size_t names) {
+  for (const char* word : {"verdict", "expected"}) {
+    const auto at = std::find_if(blocks.begin(), blocks.end(), [&](const Block& b) { return b.name == word; });
+    const auto to = blocks.begin() + static_cast<std::ptrdiff_t>(std::min(names, blocks.size()));
+    if (at == blocks.end() || at < to) continue;
+    std::rotate(to, at, at + 1);
+    ++names;
+  }
+}
+
+/// Columns in parts of at most a screen's width. `above`: names of a row that are too wide for it; they stand in a line
+/// of their own above the rows that have them.
+struct Layout {
+  Blocks above;
+  std::vector<Blocks> parts;
+};
+
+/// The columns in parts of at most `widest` letters, if possible; every part begins with the first `names` columns.
+Layout layout_of(const std::vector<Block>& blocks, std::size_t names_count, std::size_t widest) {
+  Layout layout;
   Blocks names;
-  for (std::size_t i = 0; i < std::min(naming_columns(blocks), blocks.size()); ++i) names.push_back(&blocks[i]);
-  if (lines_width(names) > widest / 2) names.resize(1);
-  std::vector<Blocks> parts{names};
-  for (std::size_t i = names.size(); i < blocks.size(); ++i) {
+  for (std::size_t i = 0; i < std::min(names_count, blocks.size()); ++i) names.push_back(&blocks[i]);
+  while (!names.empty() && blocks.size() > names_count && lines_width(names) > widest / 2) {
+    layout.above.push_back(names.front());
+    names.erase(names.begin());
+  }
+  std::vector<Blocks>& parts = layout.parts;
+  parts = {names};
+  for (std::size_t i = names_count; i < blocks.size(); ++i) {
     Blocks longer = parts.back();
     longer.push_back(&blocks[i]);
     if (lines_width(longer) > widest && parts.back().size() > names.size()) {
@@ -234,12 +273,20 @@ std::vector<Blocks> parts_of(const std::vector<Block>& blocks, std::size_t wides
       parts.back() = std::move(longer);
     }
   }
-  return parts;
+  return layout;
+}
+
+/// "case: test 4; leg: 1"
+std::string group_line(const Blocks& above, std::size_t row, const TableFormat& format) {
+  std::string out;
+  for (const Block* b : above) out += fmt::format("{}{}: {}", out.empty() ? "" : "; ", b->name, b->cells[row]);
+  return (format.fold ? folded(out, format.width, 2) : out) + '\n';
 }
 
 /// Heading and rows of some columns.
-std::string lines_of(const Blocks& blocks, std::size_t rows, std::size_t most_rows) {
-  std::string out;
+std::string lines_of(const Blocks& blocks, const Blocks& above, std::size_t rows, const TableFormat& format) {
+  const std::size_t most_rows = format.most_rows;
+  std::string out, group;
   const auto any = [&](const auto& has) { return std::any_of(blocks.begin(), blocks.end(), has); };
   if (any([](const Block* b) { return !b->name_lines[0].empty(); })) {
     out += line(blocks, [](const Block& b) { return b.name_lines[0]; });
@@ -256,6 +303,11 @@ std::string lines_of(const Blocks& blocks, std::size_t rows, std::size_t most_ro
       i += left_out - 1;
       continue;
     }
+    if (!above.empty()) {
+      const std::string own = group_line(above, i, format);
+      if (own != group) out += own;
+      group = own;
+    }
     out += line(blocks, [i](const Block& b) { return b.cells[i]; });
   }
   if (rows == 0) out += "(no rows)\n";
@@ -264,36 +316,60 @@ std::string lines_of(const Blocks& blocks, std::size_t rows, std::size_t most_ro
 
 }  // namespace
 
+std::string folded(const std::string& text, std::size_t widest, std::size_t indent) {
+  std::size_t at = std::min(text.find_first_not_of(' '), text.size()), used = at;
+  std::string out = text.substr(0, at);
+  for (bool first = true; at < text.size(); first = false) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    const std::string word = text.substr(at, end - at);
+    if (!first && used + 1 + width(word) > widest) {
+      out += '\n' + std::string(indent, ' ');
+      used = indent;
+    } else if (!first) {
+      out += ' ';
+      ++used;
+    }
+    out += word;
+    used += width(word);
+    at = std::min(text.find_first_not_of(' ', end), text.size());
+  }
+  return out;
+}
+
 std::string format_table(const Table& table, const TableFormat& format) {
+  const auto in_lines = [&](const std::string& text, std::size_t indent) {
+    return (format.fold ? folded(text, format.width, indent) : text) + '\n';
+  };
   const std::size_t rows = table.rows();
   std::string out = printable(table.name);
   if (!table.long_name.empty()) out += ": " + printable(table.long_name);
-  out += '\n';
+  out = in_lines(out, 2);
 
   std::vector<Block> blocks = printed_blocks(table);
   if (blocks.empty()) return out + (rows > 0 ? fmt::format("({} rows without values)\n", rows) : "(no rows)\n");
   const std::size_t unexpected = mark_unexpected(table, blocks);
-  std::vector<std::string> notes;
   const auto too_wide = [&] { return table_width(blocks) > format.width; };
-  if (too_wide()) {  // counts that are the same in all rows need no column
+  if (too_wide()) {  // what is the same in all rows needs no column
     std::string counts;
     std::erase_if(blocks, [&](const Block& b) {
       if (b.same_count.empty()) return false;
       counts += (counts.empty() ? "(" : ", ") + b.same_count;
       return true;
     });
-    if (!counts.empty()) out += counts + ")\n";
+    if (!counts.empty()) out += in_lines(counts + ")", 1);
   }
+  const std::size_t names = naming_columns(blocks);
+  move_verdict(blocks, names);
   if (too_wide()) std::for_each(blocks.begin(), blocks.end(), break_name);
-  const auto text = std::find_if(blocks.rbegin(), blocks.rend(),
-                                 [](const Block& b) { return !b.right_aligned && b.cell_width() > kSentence; });
-  if (too_wide() && text != blocks.rend()) notes = to_footnotes(*text);
+  std::vector<std::string> notes;
+  for (std::size_t i = blocks.size(); i-- > names && too_wide();)
+    if (Block& b = blocks[i]; !b.right_aligned && b.cell_width() > kSentence) to_footnotes(b, notes);
 
-  const std::vector<Blocks> parts = parts_of(blocks, format.split ? format.width : std::string::npos);
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    out += (i > 0 ? "\n" : "") + lines_of(parts[i], rows, format.most_rows);
-  if (unexpected > 0) out += fmt::format("(!) {} not the expected verdict\n", unexpected);
-  for (std::size_t i = 0; i < notes.size(); ++i) out += fmt::format("({}) {}\n", i + 1, notes[i]);
+  const Layout layout = layout_of(blocks, names, format.split ? format.width : std::string::npos);
+  for (const Blocks& part : layout.parts)
+    out += (&part == &layout.parts.front() ? "" : "\n") + lines_of(part, layout.above, rows, format);
+  if (unexpected > 0) out += fmt::format("(!) {} not as expected\n", unexpected);
+  for (std::size_t i = 0; i < notes.size(); ++i) out += in_lines(fmt::format("({}) {}", i + 1, notes[i]), 4);
   return out;
 }
 

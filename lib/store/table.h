@@ -65,15 +65,22 @@ std::string printable(std::string text);
 struct TableFormat {
   std::size_t width = 160;  ///< letters in a line, if the table can be made as narrow
   bool split = false;       ///< columns that do not fit go to blocks below, which repeat the columns that name the row
+  bool fold = false;        ///< title and notes are folded at the width
   std::size_t most_rows =
       std::numeric_limits<std::size_t>::max();  ///< the first and the last so many, if there are more
 };
 
 /// Aligned text for a terminal: a title line, column names with units, one line a row. Numbers have 6 significant
 /// digits, NaN is "-". Columns without any value are left out; x_ci_low and x_ci_high become one column "interval"
-/// behind x; a verdict that is not the `expected` one is marked "(!)". If the rows get too wide, counts that are the
-/// same in all rows go to a line of their own and the texts of the last column of sentences become footnotes.
+/// behind x; `verdict` and `expected` stand behind the columns that name the row, and a verdict that is not the
+/// `expected` one is marked "(!)". If the rows get too wide, counts and margins that are the same in all rows go to a
+/// line of their own and sentences become footnotes, but for those that name the row. In a split table, names that take
+/// more than half of the width stand in lines of their own above the rows that have them.
 std::string format_table(const Table& table, const TableFormat& format = {});
+
+/// `text` in lines of at most `widest` letters, broken at blanks; lines after the first begin with `indent` blanks. A
+/// word that is longer stays whole.
+std::string folded(const std::string& text, std::size_t widest, std::size_t indent = 0);
 
 /// RFC 4180 text, but with lines that end in LF: names in the first line, numbers with the fewest digits that read back
 /// to the same bits, NaN as an empty cell.

@@ -150,6 +150,7 @@ void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std
 
 ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, std::uint64_t runs, double predicted,
                            const VerdictRule& rule, std::uint64_t trials) {
+  predicted = std::clamp(predicted, 0.0, 1.0);  // sums of tails round; NaN stays
   ComparisonRow row = row_of(quantity, "1", predicted);
   if (runs == 0) {
     row.note = "no converged trial";

@@ -66,8 +66,8 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
 void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std::uint64_t trials, double most,
                      const std::string& what);
 
-/// Rate of an event seen `events` times in `runs` against a predicted probability; NaN: there is none. Intervals are
-/// exact (Clopper and Pearson).
+/// Rate of an event seen `events` times in `runs` against a predicted probability; NaN: there is none. It stands in the
+/// table within [0, 1], whatever its rounding. Intervals are exact (Clopper and Pearson).
 ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, std::uint64_t runs, double predicted,
                            const VerdictRule& rule, std::uint64_t trials);
 

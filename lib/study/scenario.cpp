@@ -4,7 +4,9 @@
 
 #include <fmt/ranges.h>
 
+#include "base/error.h"
 #include "base/units.h"
+#include "config/foreign_table.h"
 #include "estimate/estimators.h"
 #include "montecarlo/run_blocks.h"
 #include "study/told_inputs.h"
@@ -12,22 +14,104 @@
 
 namespace surveymc::study {
 
+namespace {
+
+/// What the importer has to be told of a survey file in another form, as far as the config says it.
+config::ImportOptions read_import_options(config::ConfigReader& c) {
+  config::ImportOptions options;
+  const auto add = [&](const char* key, const char* option, const std::vector<std::string>& allowed) {
+    const std::string full = fmt::format("survey.{}", key);
+    if (c.has(full)) options.emplace_back(option, allowed.empty() ? c.text(full) : c.choice(full, allowed));
+  };
+  add("depth_unit", "depth-unit", {"m", "ft", "usft"});
+  add("angle_unit", "angle-unit", {"deg", "rad", "gon"});
+  add("decimal", "decimal", {"point", "comma"});
+  add("columns", "columns", {});
+  add("skip_lines", "skip-lines", {});
+  add("sheet", "sheet", {});
+  add("trajectory", "trajectory", {});
+  add("encoding", "encoding", {});
+  return options;
+}
+
+config::AzimuthReference read_azimuth_reference(config::ConfigReader& c, const config::InputTable& table) {
+  const config::NamedNorth named = config::named_north(table);
+  const std::string said = named == config::NamedNorth::true_north ? "true"
+                           : named == config::NamedNorth::magnetic ? "magnetic"
+                           : named == config::NamedNorth::grid     ? "grid"
+                                                                   : "";
+  if (named == config::NamedNorth::unreferenced && !c.is_text("survey.azimuth_reference"))
+    throw InputError(
+        fmt::format("{}: the file does not say which north azimuths are counted from: must be known: "
+                    "survey.azimuth_reference = \"true\", \"magnetic\" or \"grid\"",
+                    table.path));
+  const std::string north =
+      c.choice("survey.azimuth_reference", {"true", "magnetic", "grid"}, said.empty() ? "true" : said);
+  if (!said.empty() && north != said)
+    c.fail("survey.azimuth_reference",
+           fmt::format("{} says {} north: must agree; leave this key out", table.path, said));
+  return north == "magnetic" ? config::AzimuthReference::magnetic
+         : north == "grid"   ? config::AzimuthReference::grid
+                             : config::AzimuthReference::true_north;
+}
+
+/// A north that only the file names is turned to true north by angles that the config may not have.
+void warn_of_north(config::ConfigReader& c, const config::InputTable& table,
+                   const config::SurveyConventions& conventions) {
+  const config::NamedNorth named = config::named_north(table);
+  const auto warn = [&](const char* north, const char* angle, const char* key) {
+    c.warn("", fmt::format("{}: azimuths are from {} north, and the {} is 0: if that is not meant, set {}", table.path,
+                           north, angle, key));
+  };
+  if (named == config::NamedNorth::grid && conventions.convergence == 0)
+    warn("grid", "convergence", "field.convergence_deg or field.grid");
+  if (named == config::NamedNorth::magnetic && conventions.declination == 0)
+    warn("magnetic", "declination", "field.declination_deg");
+}
+
+/// The table that the file of `key` holds, in our own form or in that of another program.
+config::InputTable read_any_table(config::ConfigReader& c, const std::string& key, config::ForeignKind kind,
+                                  const config::ImportOptions& options) {
+  std::string reading, told;
+  for (const auto& [name, value] : options) reading += fmt::format("{}{} {}", reading.empty() ? "" : ", ", name, value);
+  const std::string path = c.text(key);
+  config::InputTable table = c.table(
+      key,
+      [&](const std::filesystem::path& place) {
+        config::ImportOptions all = options;
+        if (c.is_text(
+                "survey.azimuth_reference"))  // not by has(), which would keep its default out of the resolved config
+          all.emplace_back("azimuth-reference", c.text("survey.azimuth_reference"));
+        config::ReadTable read = config::read_any_form(place, path, kind, all);
+        told = std::move(read.told);
+        return std::move(read.table);
+      },
+      reading);
+  if (!told.empty()) c.note(told);
+  return table;
+}
+
+}  // namespace
+
+config::InputTable read_readings_table(config::ConfigReader& c) {
+  return read_any_table(c, "readings", config::ForeignKind::readings, {});
+}
+
 survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField& field, bool needs_toolface) {
   config::SurveyConventions conventions;
-  const config::InputTable table = c.csv("survey.file");
+  const config::InputTable table =
+      read_any_table(c, "survey.file", config::ForeignKind::survey, read_import_options(c));
   // Before its zero is asked for, which a file without toolface does not have: this throws.
   if (needs_toolface && table.find("toolface_deg") < 0) config::survey_from_table(table, conventions, true);
   const std::vector<std::string> zeros{"x", "y"};
   const std::string zero =
       needs_toolface ? c.choice("survey.toolface_zero", zeros) : c.choice("survey.toolface_zero", zeros, "y");
   conventions.toolface_zero = zero == "x" ? config::ToolfaceZero::x : config::ToolfaceZero::y;
-  const std::string north = c.choice("survey.azimuth_reference", {"true", "magnetic", "grid"}, "true");
-  conventions.azimuth_reference = north == "magnetic" ? config::AzimuthReference::magnetic
-                                  : north == "grid"   ? config::AzimuthReference::grid
-                                                      : config::AzimuthReference::true_north;
+  conventions.azimuth_reference = read_azimuth_reference(c, table);
   conventions.declination = field.declination;
   conventions.convergence = field.convergence;
   survey::Survey survey = config::survey_from_table(table, conventions, needs_toolface);
+  warn_of_north(c, table, conventions);
   tell_survey(c, table, survey, conventions);
   return survey;
 }

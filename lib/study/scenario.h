@@ -13,8 +13,13 @@
 
 namespace surveymc::study {
 
-/// `[survey] file, toolface_zero ("y" where toolface is not needed), azimuth_reference ("true")`.
+/// `[survey] file, toolface_zero ("y" where toolface is not needed), azimuth_reference (what the file says, or
+/// "true")`. The file may be of another program (foreign_table.h); `depth_unit, angle_unit, decimal, columns,
+/// skip_lines, sheet, trajectory, encoding` say what it leaves open.
 survey::Survey read_survey(config::ConfigReader& config, const survey::ReferenceField& field, bool needs_toolface);
+
+/// The file that `readings` names, in our own form or that of another program.
+config::InputTable read_readings_table(config::ConfigReader& config);
 
 /// True vertical depth of every station of `survey`, read from the same file, m: as listed there (`tvd_m`, `tvd_ft`),
 /// or else by minimum curvature, that of the first station being its measured depth.

@@ -45,15 +45,13 @@ def chances_of(frames):
 
 def expectation(counts):
     """What a reader should know of the rows whose verdict is not the one that a config expects."""
-    contrary, open_rows = counts["contrary"], counts["unexpected"] - counts["contrary"]
-    parts = []
-    if contrary:
-        parts.append(f"<strong>{grouped(contrary)} {'is' if contrary == 1 else 'are'} not as the config expects</strong>"
-                     " (marked in the tables)")
-    if open_rows:
-        parts.append(f"{grouped(open_rows)} that should agree or differ {'is' if open_rows == 1 else 'are'} undecided with"
-                     " so many trials")
-    return ("; ".join(parts) if parts else "No verdict is other than the configs expect") + "."
+    rows, undecided = counts["unexpected"], counts["unexpected_undecided"]
+    if not rows:
+        return "No verdict is other than the configs expect."
+    are = "is" if rows == 1 else "are"
+    why = "" if not undecided else ": undecided with so many trials" if undecided == rows else \
+        f"; {grouped(undecided)} of them {'is' if undecided == 1 else 'are'} undecided with so many trials"
+    return f"<strong>{grouped(rows)} {are} not as the config expects</strong> (marked in the tables){why}."
 
 
 # --- one result -----------------------------------------------------------------------------------------------------
@@ -172,7 +170,7 @@ def _overview(groups):
         rows.append(f'<tr class="group"><th colspan="2" scope="rowgroup">{escape(study.name)}</th></tr>')
         for entry in entries:
             marks = counts_marks(entry["counts"]) or '<span class="small">not judged</span>'
-            alarm = f' <strong>{entry["counts"]["contrary"]} not as expected</strong>' if entry["counts"]["contrary"] else ""
+            alarm = f' <strong>{entry["counts"]["unexpected"]} not as expected</strong>' if entry["counts"]["unexpected"] else ""
             rows.append(f'<tr><th scope="row"><a href="#{entry["id"]}">{escape(entry["title"])}</a></th>'
                         f'<td>{counts_bar(entry["counts"])}<span class="marks">{marks}{alarm}</span></td></tr>')
     return ('<div class="scroll" tabindex="0" role="region" aria-label="All results"><table class="overview"><thead><tr>'

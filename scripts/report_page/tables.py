@@ -2,7 +2,7 @@
 
 import math
 
-from surveymc.result import VERDICTS, verdict_kind
+from surveymc.result import VERDICTS, is_unexpected, verdict_kind
 
 from .text import counts_marks, escape, grouped, interval, number, unit, verdict
 
@@ -29,7 +29,7 @@ def _shortened(frame):
     if "published" in frame and _is_number(frame["published"]):
         rank = [1 if math.isfinite(p) else 2 for p in frame["published"]]
     if "verdict" in frame and "expected" in frame:
-        rank = [0 if is_contrary(v, e) else r for r, v, e in zip(rank, frame["verdict"], frame["expected"])]
+        rank = [0 if is_unexpected(v, e) else r for r, v, e in zip(rank, frame["verdict"], frame["expected"])]
     chosen = sorted(sorted(range(len(frame)), key=lambda i: (rank[i], i))[:MOST_ROWS])
     first = "those not as expected, then those with published values, then the first" if min(rank) < 2 else "the first"
     shown = frame.iloc[chosen]
@@ -38,24 +38,20 @@ def _shortened(frame):
 
 
 def no_counts():
-    return dict.fromkeys((*VERDICTS, "unexpected", "contrary"), 0)
-
-
-def is_contrary(verdict_word, expected):
-    """Whether a row says the opposite of what the config expects: undecided, or no verdict at all, is not the opposite."""
-    return bool(expected) and verdict_word in ("agrees", "differs") and verdict_word != expected
+    return dict.fromkeys((*VERDICTS, "unexpected", "unexpected_undecided"), 0)
 
 
 def counts_of(frame):
-    """Verdict counts of one table, as Result.verdicts has them of all, and "contrary": the unexpected ones that are decided."""
+    """Verdict counts of one table, as Result.verdicts has them of all, and "unexpected_undecided": how many of the unexpected
+    ones are undecided."""
     counts = no_counts()
     expected = frame["expected"] if "expected" in frame else [""] * len(frame)
     for got, wanted in zip(frame["verdict"], expected):
         kind = verdict_kind(got, wanted)
         if kind in counts:
             counts[kind] += 1
-        counts["unexpected"] += bool(wanted) and got != wanted
-        counts["contrary"] += is_contrary(got, wanted)
+        counts["unexpected"] += is_unexpected(got, wanted)
+        counts["unexpected_undecided"] += got == "undecided" and is_unexpected(got, wanted)
     return counts
 
 
@@ -104,7 +100,7 @@ class _Columns:
         value = row[column]
         if column == "verdict":
             wanted = row.get("expected", "")
-            return f'<td class="v">{verdict(verdict_kind(value, wanted), is_contrary(value, wanted))}</td>'
+            return f'<td class="v">{verdict(verdict_kind(value, wanted), is_unexpected(value, wanted))}</td>'
         if not _is_number(self.frame[column]):
             if column == "quantity" and row.get("unit", "1") not in ("1", ""):
                 return f'<th scope="row">{escape(value)} <span class="unit">({escape(unit(row["unit"]))})</span></th>'
@@ -147,7 +143,7 @@ def table(frame, margin=0.0, command="", fold=False):
     rows = []
     for i in range(len(shown)):
         row = {c: shown[c].iat[i] for c in shown}
-        unexpected = is_contrary(row.get("verdict", ""), row.get("expected", ""))
+        unexpected = is_unexpected(row.get("verdict", ""), row.get("expected", ""))
         rows.append(f"<tr{' class=unexpected' if unexpected else ''}>" + "".join(columns.cell(row, c) for c in columns.shown)
                     + "</tr>")
     note = f'<p class="small">{shortened} All: <code>{escape(command)}</code></p>' if shortened else ""

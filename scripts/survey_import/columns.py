@@ -241,6 +241,8 @@ def azimuth_reference(table, heading, place, options):
         return said[0]
     if options.azimuth_reference:
         return options.azimuth_reference, "--azimuth-reference"
+    if options.for_program:
+        return "unreferenced", ""
     raise Problem(f"{place}: column '{shown(heading.text)}': the file does not say which north azimuths are counted from: must be known: "
                   "--azimuth-reference true|magnetic|grid")
 

@@ -4,7 +4,7 @@ import os
 import stat
 import tempfile
 
-from .problem import IO, USAGE, Problem, shown
+from .problem import IO, USAGE, Problem, as_keys, shown
 
 MOST_BYTES = 64 << 20
 
@@ -115,6 +115,16 @@ def account(file, table, chosen, stations, reference, facts, encoding, options):
     if reference:
         out.append(f"azimuths from {reference[0]} north ({reference[1]})")
     return out
+
+
+def for_program(file, table, chosen, stations, reference, encoding, options):
+    """What surveymc reads: an account in one line, the line of every station, and the CSV, whose azimuth names its north."""
+    lines = account(file, table, chosen, stations, None, "", encoding, options)[:-1]
+    told = lines[0].replace(": ", " read as ", 1) + "; " + "; ".join(" ".join(line.split()) for line in lines[1:])
+    numbers = [place.rsplit(" ", 1)[-1] for place in stations.places]
+    heads = [f"azimuth_{reference[0]}_deg" if head == "azimuth_deg" and reference else head for head in stations.heads]
+    text = "".join(",".join(row) + "\n" for row in [heads, *stations.texts])
+    return f"told: {as_keys(told)}\nlines: {' '.join(numbers) if all(n.isdecimal() for n in numbers) else ''}\ncsv:\n{text}"
 
 
 def config_lines(path, reference, options, has_toolface):

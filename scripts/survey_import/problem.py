@@ -1,5 +1,7 @@
 """What ends an import, in words: place, value, rule, way out."""
 
+import re
+
 USAGE, DATA, IO = 64, 65, 74
 
 
@@ -15,3 +17,9 @@ def shown(value, most=60):
     """A value of the file as it may stand in a message: one line, not long, no control characters."""
     text = "".join(c if c.isprintable() else "?" for c in " ".join(str(value).split()))
     return text if len(text) <= most else text[: most - 3] + "..."
+
+
+def as_keys(text):
+    """A message with the keys of surveymc's configs for this script's options."""
+    text = re.sub(r"--([a-z][a-z-]+)(?= [\w.]+[|=]| \d)", lambda m: f"survey.{m[1].replace('-', '_')} =", text)
+    return re.sub(r"--([a-z][a-z-]+)", lambda m: f"survey.{m[1].replace('-', '_')}", text)

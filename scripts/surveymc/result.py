@@ -110,7 +110,7 @@ class Result:
                         kind = verdict_kind(got, wanted)
                         if kind:
                             counts[kind] += 1
-                        counts["unexpected"] += bool(wanted) and got != wanted
+                        counts["unexpected"] += is_unexpected(got, wanted)
         return counts
 
     def table(self, name):
@@ -206,6 +206,12 @@ class Result:
 
 def _described(data):
     return {k: _python(data.attrs[k]) for k in ("units", "long_name") if k in data.attrs}
+
+
+def is_unexpected(verdict, expected):
+    """Whether a row is "not as expected", by the rule of the program and the report: its verdict is not the one that the
+    config expects, or undecided, or missing."""
+    return bool(expected) and verdict != expected
 
 
 def verdict_kind(verdict, expected=""):

@@ -75,6 +75,68 @@ class Tables(CovarianceCase):
         axes = [column(path, "tables/ellipsoid", f"axis{i}_m") for i in (1, 2, 3)]
         np.testing.assert_allclose(np.square(axes).sum(axis=0), total[:, :3].sum(axis=1), rtol=1e-13)
 
+    def uncertainty(self, path):
+        """{(md, quantity): row} of the table, without NaN."""
+        header, rows = self.table_csv(path, "uncertainty")
+        return header, {(float(r[0]), r[1]): dict(zip(header, (float(x or "nan") if i != 1 else x for i, x in enumerate(r)))) for r in rows}
+
+    def test_the_last_station_is_printed(self):
+        printed = self.call("run", "base.toml", "-o", "out.h5").stdout
+        path = self.folder / "out.h5"
+        header, rows = self.uncertainty(path)
+        self.assertEqual(header, ["md_m", "quantity", "sd_m", "sigma2_m", "azimuth_deg"])
+        for direction in ("north", "east", "vertical", "high_side", "lateral", "along_hole"):
+            sd = column(path, "tables/covariance", f"sd_{direction}_m")[-1]
+            self.assertEqual(rows[150, direction]["sd_m"], sd)
+            self.assertEqual(rows[150, direction]["sigma2_m"], 2 * sd)
+            self.assertRegex(printed, rf"(?m)^ 150  {direction} +{sd:.6g} ")
+        for axis in ("semi_major", "semi_minor"):
+            self.assertEqual(rows[150, axis]["sd_m"], column(path, "tables/covariance", f"{axis}_m")[-1])
+        azimuth = column(path, "tables/covariance", "major_azimuth_deg")[-1]
+        self.assertEqual(rows[150, "semi_major"]["azimuth_deg"], azimuth)
+        self.assertAlmostEqual(rows[150, "semi_minor"]["azimuth_deg"], (azimuth + 90) % 180, delta=1e-12)
+        feet = self.call("run", "base.toml", "-o", "feet.h5", "--units", "ft").stdout
+        self.assertRegex(feet, rf"(?m)^492\.126  north +{rows[150, 'north']['sd_m'] / 0.3048:.6g} ")
+        self.assertRegex(feet, r"(?m)^ +md_ft +quantity +sd_ft +sigma2_ft")
+
+    def test_sigmas_percent_and_depths_between_stations(self):
+        path = self.run_config("--set", "report.sigmas=[3, 1, 2.5]", "--set", "report.percent=95", "--set", "report_md_m=[100, 60]")
+        header, rows = self.uncertainty(path)
+        self.assertEqual(header, ["md_m", "quantity", "sd_m", "sigma2.5_m", "sigma3_m", "p95_m", "azimuth_deg"])
+        self.assertEqual(sorted({md for md, _ in rows}), [60, 100, 150])
+        north = rows[150, "north"]
+        self.assertEqual(north["sigma2.5_m"], 2.5 * north["sd_m"])
+        # Quantiles of the normal distribution and of chi-squared with two degrees of freedom, sqrt(-2 ln 0.05), from tables.
+        self.assertAlmostEqual(north["p95_m"] / north["sd_m"], 1.959963984540054, delta=1e-12)
+        major = rows[150, "semi_major"]
+        self.assertAlmostEqual(major["p95_m"] / major["sd_m"], (-2 * np.log(0.05)) ** 0.5, delta=1e-12)
+        # At a station the covariance is its own; between stations, linear in measured depth: 100 is a third of 90 .. 120.
+        variance = {md: dict(zip(("nn", "ee", "vv", "ne", "nv", "ev"), v)) for md, v in zip(
+            (0, 30, 60, 90, 120, 150), np.array([column(path, "tables/covariance", e) for e in ELEMENTS]).T)}
+        for i, direction in (("nn", "north"), ("ee", "east"), ("vv", "vertical")):
+            self.assertEqual(rows[60, direction]["sd_m"], variance[60][i] ** 0.5)
+            self.assertAlmostEqual(rows[100, direction]["sd_m"] ** 2, (2 * variance[90][i] + variance[120][i]) / 3, delta=1e-14)
+        total = sum(rows[100, d]["sd_m"] ** 2 for d in ("north", "east", "vertical"))
+        self.assertAlmostEqual(sum(rows[100, d]["sd_m"] ** 2 for d in ("high_side", "lateral", "along_hole")), total, delta=1e-13)
+        # Along the hole: the tangent turns about the normal of the arc, at the same angle to it; a third of the dogleg.
+        def tangent(inclination, azimuth):
+            i, a = np.radians([inclination, azimuth])
+            return np.array([np.sin(i) * np.cos(a), np.sin(i) * np.sin(a), np.cos(i)])
+        t0, t1 = tangent(9, 352), tangent(15, 3)
+        axis = np.cross(t0, t1) / np.linalg.norm(np.cross(t0, t1))
+        angle = np.arccos(t0 @ t1) / 3
+        t = t0 * np.cos(angle) + np.cross(axis, t0) * np.sin(angle)
+        c = {k: (2 * variance[90][k] + variance[120][k]) / 3 for k in variance[90]}
+        matrix = np.array([[c["nn"], c["ne"], c["nv"]], [c["ne"], c["ee"], c["ev"]], [c["nv"], c["ev"], c["vv"]]])
+        self.assertAlmostEqual(rows[100, "along_hole"]["sd_m"] ** 2, t @ matrix @ t, delta=1e-13)
+
+    def test_reports_that_cannot_be(self):
+        for bad, says in (("report_md_m=151", r"report_md_m = 151: 151 is outside the survey, which is from 0 to 150 m"),
+                          ("report_md_m=[30, 30]", "has a value twice"), ("report_md_m=-1", r"report_md_m = -1: must be"),
+                          ("report.sigmas=0", r"report\.sigmas = 0: must be in \(0, 100\]"), ("report.sigmas='2'", "must be a number"),
+                          ("report.percent=100", r"report\.percent = 100: must be in \(0, 100\)"), ("report.sigma=2", "sigmas")):
+            self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", bad, says=says)
+
     def test_along_hole_of_a_vertical_well_is_depth(self):
         self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n0,0,120\n30,0,120\n60,0,120\n")
         path = self.run_config()

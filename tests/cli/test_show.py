@@ -34,7 +34,7 @@ def on_a_terminal(columns, *arguments):
     """What the command prints on a terminal that is so wide."""
     master, slave = pty.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 50, columns, 0, 0))
-    child = subprocess.Popen([EXECUTABLE, *map(str, arguments)], stdout=slave, stderr=subprocess.DEVNULL)
+    child = subprocess.Popen([EXECUTABLE, *map(str, arguments)], stdout=slave, stderr=subprocess.DEVNULL, cwd=Show.temporary.name)
     os.close(slave)
     out = b""
     while True:
@@ -94,10 +94,13 @@ verdict = "agrees"
 
     def test_list_counts_verdicts(self):
         with h5py.File(self.comparison) as f:
-            words = [v for t in f["tables"].values() if "verdict" in t for v in t["verdict"].asstr()[()]]
+            judged = [t for t in f["tables"].values() if "verdict" in t]
+            words = [v for t in judged for v in t["verdict"].asstr()[()]]
+            wrong = sum((t["expected"].asstr()[()] == "differs").sum() for t in judged if "expected" in t)
+        self.assertGreater(wrong, 0)  # on purpose
         self.assertRegex(call("show", self.comparison),
-                         rf"(?m)^verdicts: {words.count('agrees')} agree( \(.*\))?, {words.count('differs')} differ( \(.*\))?, "
-                         rf"{words.count('undecided')} undecided; 0 not as expected$")
+                         rf"(?m)^verdicts: {words.count('agrees')} agree( \(.*\))?, {words.count('differs')} differ, {wrong} of them "
+                         rf"as the config expects( \(.*\))?, {words.count('undecided')} undecided; 0 not as expected$")
         self.assertRegex(call("show", self.unexpected), r"(?m)^verdicts: .*; 1 not as expected$")
         self.assertRegex(call("show", self.unexpected), r"(?m)^table +position .*\(1 !\)")
 
@@ -106,7 +109,7 @@ verdict = "agrees"
         marked = [line for line in text.splitlines() if "differs (!)" in line]
         self.assertEqual(len(marked), 1, text)
         self.assertRegex(marked[0], r"^systematic +sigma3_north ")
-        self.assertIn("\n(!) 1 not the expected verdict\n", text)
+        self.assertIn("\n(!) 1 not as expected\n", text)
         self.assertNotIn("(!)", call("show", self.comparison, "position"))
 
     def test_columns_are_aligned_and_have_units(self):
@@ -131,6 +134,31 @@ verdict = "agrees"
             self.assertIn("realisations", listed)
         whole = on_a_terminal(120, "show", self.comparison, "realisations", "--rows", 0)
         self.assertNotIn("left out", whole)
+
+    def test_nothing_is_wider_than_a_narrow_screen(self):
+        for columns in [60, 80]:
+            for text in [on_a_terminal(columns, "show", self.comparison), on_a_terminal(columns, "show", self.maps, "--list"),
+                         on_a_terminal(columns, "run", SOURCE / "configs/smoke/tool_codes.toml", "-o", "codes.h5"),
+                         on_a_terminal(columns, "run", SOURCE / "configs/smoke/msa_sweep.toml", "-o", "sweep.h5"),
+                         on_a_terminal(columns, "list")]:
+                for line in text.splitlines():
+                    self.assertLessEqual(len(line), columns, line)
+        names = on_a_terminal(60, "show", self.comparison, "control_variate")  # the longest name of a row there is
+        parts = names.split("\n\n")
+        self.assertGreater(len(parts), 2)
+        for part in parts:
+            self.assertEqual(part.count("covariance_north_vertical"), 1, part)
+
+    def test_feet(self):
+        with h5py.File(self.comparison) as f:
+            metres = f["tables/position_covariance/nn_m2"][()]
+        lines = call("show", self.comparison, "position_covariance", "--units", "ft").splitlines()
+        head = lines.index(next(line for line in lines if "nn_ft2" in line))
+        self.assertIn("[ft2]", lines[head + 1])
+        shown = [float(line.split()[1]) for line in lines[head + 3:]]
+        np.testing.assert_allclose(shown, metres / 0.3048**2, rtol=5.1e-6)  # six digits are printed
+        call("show", self.comparison, "--units", "ft", "--csv", code=64)
+        call("show", self.comparison, "--units", "feet", code=64)
 
     def test_split_tables_name_their_rows_in_every_part(self):
         text = on_a_terminal(80, "show", self.comparison, "position")

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <limits>
 
 #include "reliability/significance.h"
 
@@ -53,4 +54,23 @@ TEST_CASE("Shift that tells two correlated tests apart") {
   CHECK(std::isinf(identifiable_shift(-1, 0.8)));
   CHECK(identifiable_shift(0.5, 0.5) == 0);
   CHECK_THAT(identification_probability(0, 0.4), WithinAbs(0.5, 1e-15));
+}
+
+TEST_CASE("Probabilities of tests are probabilities, for errors of any size") {
+  // Each is a sum of at most two tails that a library gives to its rounding: an epsilon each beyond [0, 1], not more.
+  const double slack = 2 * std::numeric_limits<double>::epsilon();
+  const auto check = [&](double p) {
+    CHECK(p >= -slack);
+    CHECK(p <= 1 + slack);
+  };
+  for (const double size : {0.0, 1e-8, 0.5, 3.0, 10.0, 37.0, 100.0})
+    for (const double critical : {1e-3, 1.0, 3.29, 6.0}) {
+      check(w_power(size, critical));
+      check(chi_squared_power(3, size * size, critical * critical));
+      check(chi_squared_power(60, size * size, critical * critical));
+      for (const double rho : {0.0, 0.5, 1 - 1e-9, 1.0}) check(identification_probability(size, rho));
+    }
+  for (const double size : {0.0, 0.5, 3.0, 10.0, 30.0})
+    for (const double redundancy : {2.0, 3.0, 30.0, 1e4})
+      for (const double alpha : {1e-6, 1e-3, 0.5}) check(pope_power(size, redundancy, alpha));
 }

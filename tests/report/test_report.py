@@ -280,11 +280,15 @@ class AnyResult(unittest.TestCase):
             verdicts = list(table["verdict"].asstr()[()])
             expected[verdicts.index("agrees")] = "differs"
             expected[verdicts.index("differs")] = "agrees"
+            verdicts[verdicts.index("agrees", verdicts.index("agrees") + 1)] = "undecided"
+            expected[verdicts.index("undecided")] = "agrees"
             table["expected"][...] = expected
+            table["verdict"][...] = verdicts
 
         source, _ = self.report(self.changed("wrong", wrong))
-        self.assertTrue("2 are not as the config expects" in source)
-        self.assertEqual(source.count("<tr class=unexpected>"), 2)
+        self.assertTrue("<strong>3 are not as the config expects</strong> (marked in the tables); 1 of them is undecided" in source)
+        self.assertEqual(source.count("<tr class=unexpected>"), 3)
+        self.assertTrue("<strong>3 not as expected</strong>" in source)
 
     def test_same_names_in_two_folders_and_files_that_are_no_results(self):
         for part in ("a", "b"):

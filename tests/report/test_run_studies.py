@@ -117,13 +117,18 @@ class TimeLeft(unittest.TestCase):
         def job(experiment, trials):
             return run_studies.Job("n", "c", "o", [], experiment, trials)
 
-        pace = run_studies.Pace()
-        self.assertIsNone(pace.left([job("a", 10)]))
-        pace.add(job("a", 100), 5.0)
-        pace.add(job("b", 0), 2.0)
-        self.assertAlmostEqual(pace.left([job("a", 200)]), 10.0)
-        self.assertAlmostEqual(pace.left([job("b", 0), job("c", 0)]), 4.0)
-        self.assertAlmostEqual(pace.left([job("c", 1000)]), 50.0)  # unknown: as the others with trials
+        known = {"a": studies.Study("a", 0, "a", trial_us=1e6), "b": studies.Study("b", 1, "b", run_s=2.7)}
+        pace, start = run_studies.Pace(known, 2), run_studies.Pace.START
+        self.assertAlmostEqual(pace.left([job("a", 10), job("b", 0)]), 5 + 2.7 + 2 * start)  # told before anything has run
+        pace.add(job("b", 0), 2 * (2.7 + start))  # this machine takes twice as long
+        self.assertAlmostEqual(pace.left([job("a", 10)]), 2 * (5 + start))
+        pace.add(job("a", 100), 3 * (50 + start))  # and thrice for this one
+        self.assertAlmostEqual(pace.left([job("a", 10)]), 3 * (5 + start))
+        self.assertAlmostEqual(pace.left([job("b", 0)]), 2 * (2.7 + start))
+
+    def test_every_study_says_what_it_costs(self):
+        for name, study in studies.load().items():
+            self.assertTrue(study.trial_us != studies.Study.trial_us or study.run_s > 0, name)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ Opens every group with h5py, with xarray (engines h5netcdf and netcdf4) and with
 docs/results-format.md. Prints each violation and exits with 1 if there is any.
 """
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -112,12 +113,32 @@ def check_xarray(path, group, engine):
         violations.append(f"{group.name}: {engine}: {type(e).__name__}: {e}")
 
 
+PROBABILITY = re.compile(r"(p|share|coverage)_.*|p_value|.*_(share|p)")
+PROBABLE_ROW = re.compile(r"(p_|false_alarm|detection_|identified|missed|rejected|over_tolerance|detected|deleted|own_test|station_right|"
+                          r"reading_right|nis_within).*")
+
+
+def check_probabilities(table):
+    """Probabilities and shares, found and predicted, with the ends of their intervals, are in [0, 1]; infinity is none."""
+    within = lambda values: bool(((values >= 0) & (values <= 1) | np.isnan(values)).all())  # noqa: E731
+    for name, column in table.items():
+        if not is_text(column) and column.attrs.get("units") == "1" and PROBABILITY.fullmatch(name):
+            demand(within(column[()]), f"{column.name}: must be within [0, 1]")
+    if not {"quantity", "analytic", "monte_carlo"} <= set(table):
+        return
+    rows = [i for i, q in enumerate(table["quantity"].asstr()[()]) if PROBABLE_ROW.fullmatch(q)]
+    for name in ("analytic", "monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high"):
+        demand(within(table[name][()][rows]), f"{table.name}/{name}: rows of probabilities must be within [0, 1]")
+
+
 def main(path):
     with h5py.File(path, "r") as f:
         check_root(f)
         tables = [g for parent in ["tables", "samples", "inputs"] for g in f.get(parent, {}).values()]
         for group in tables:
             check_columns(group)
+        for group in f.get("tables", {}).values():
+            check_probabilities(group)
         for group in f.get("inputs", {}).values():
             for name in ["path", "hash"]:
                 demand(isinstance(group.attrs.get(name), str), f"{group.name}: attribute {name} is missing")

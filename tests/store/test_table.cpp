@@ -198,7 +198,7 @@ TEST_CASE("A table too wide for a terminal puts equal counts above and sentences
   t.columns.push_back({"seen", "1", "", std::vector<std::int64_t>{1, 2}});
   const std::string text = format_table(t);
   CHECK(contains(text, "(trials 20000)\n"));
-  CHECK(contains(text, "differs  (1)"));
+  CHECK(contains(text, "  (1)  "));
   CHECK(contains(text, "\n(1) a sentence of more than twenty characters\n"));
   CHECK(contains(text, "seen"));
 }
@@ -215,7 +215,7 @@ TEST_CASE("A verdict that is not the expected one is marked and counted; others 
   CHECK(lines[4] == "b         differs      differs");
   CHECK(lines[5] == "c         differs (!)  agrees");
   CHECK(lines[6] == "d         none (!)     agrees");
-  CHECK(lines[7] == "(!) 2 not the expected verdict");
+  CHECK(lines[7] == "(!) 2 not as expected");
 }
 
 TEST_CASE("A long table shows its first and last rows and says how many are left out") {
@@ -247,4 +247,85 @@ TEST_CASE("A split table is as narrow as asked, loses no column, and names the r
     CHECK(named == parts);
     CHECK((parts > 1) == (width < 1000));
   }
+}
+
+TEST_CASE("The verdict stands behind the columns that name the row, and what is expected behind it") {
+  const auto heads = [](const Table& t, const TableFormat& format) {
+    std::vector<std::string> out;
+    for (const std::string& line : lines_of(format_table(t, format)))
+      if (contains(line, "quantity") || contains(line, "formulation")) out.push_back(line);
+    return out;
+  };
+  Table t = comparison_table("");
+  CHECK(contains(heads(t, {}).at(0), "quantity   verdict  expected  unit "));
+  TableFormat narrow;
+  narrow.width = 60;
+  narrow.split = true;
+  CHECK(heads(t, narrow).at(0).starts_with("quantity   verdict  expected  unit"));
+  CHECK_FALSE(contains(heads(t, narrow).at(1), "verdict"));
+  std::erase_if(t.columns, [](const Column& c) { return c.name == "quantity"; });
+  t.columns.insert(t.columns.begin(), {"formulation", "", "", Texts{"joint", "random"}});
+  t.columns.insert(t.columns.begin(), {"noise.scale", "1", "sweep key", Numbers{0.5, 1}});
+  CHECK(contains(heads(t, {}).at(0), "noise.scale  formulation  verdict  expected  unit "));
+}
+
+TEST_CASE("Names of rows never become footnotes; those that are too wide stand above their rows") {
+  const std::string long_name = "a quantity whose name is longer than a sentence";
+  Table t{"t",
+          "",
+          {{"case", "", "", Texts{"a case with a long name", "a case with a long name", "another"}},
+           {"quantity", "", "", Texts{"north", long_name, "north"}}}};
+  for (int c = 0; c < 20; ++c)
+    t.columns.push_back({fmt::format("x{}", c), "m", "", Numbers{c + 0.25, c + 0.5, c + 0.75}});
+  for (const bool split : {false, true}) {
+    TableFormat format;
+    format.width = 60;
+    format.split = format.fold = split;
+    std::string text = format_table(t, format);
+    CHECK_FALSE(contains(text, "(1)"));
+    if (!split) {
+      CHECK(contains(text, long_name));
+      continue;
+    }
+    CHECK(contains(text,
+                   "case: a case with a long name; quantity: a quantity whose\n  name is longer than a sentence\n"));
+    std::size_t groups = 0, others = 0;
+    for (const std::string& line : lines_of(text)) {
+      CHECK(code_points(line) <= format.width);
+      groups += line == "case: a case with a long name; quantity: north";
+      others += line == "case: another; quantity: north";
+    }
+    CHECK(groups > 1);  // in every part
+    CHECK(groups == others);
+  }
+}
+
+TEST_CASE("Only the rows' first names move above them when the others fit") {
+  Table t{"t",
+          "",
+          {{"case", "", "", Texts{"a case with a long name", "a case with a long name", "another"}},
+           {"quantity", "", "", Texts{"north", "east", "north"}}}};
+  for (int c = 0; c < 6; ++c) t.columns.push_back({fmt::format("x{}", c), "m", "", Numbers{0.25, 0.5, 0.75}});
+  TableFormat format;
+  format.width = 50;
+  format.split = true;
+  CHECK(format_table(t, format) ==
+        "t\n"
+        "quantity    x0    x1    x2    x3    x4    x5\n"
+        "           [m]   [m]   [m]   [m]   [m]   [m]\n"
+        "--------------------------------------------\n"
+        "case: a case with a long name\n"
+        "north     0.25  0.25  0.25  0.25  0.25  0.25\n"
+        "east       0.5   0.5   0.5   0.5   0.5   0.5\n"
+        "case: another\n"
+        "north     0.75  0.75  0.75  0.75  0.75  0.75\n");
+}
+
+TEST_CASE("Folded text keeps its words, its first blanks and the width") {
+  CHECK(folded("", 10) == "");
+  CHECK(folded("one two", 7) == "one two");
+  CHECK(folded("one two", 6, 2) == "one\n  two");
+  CHECK(folded("  one two three", 9, 4) == "  one two\n    three");
+  CHECK(folded("a/very/long/path b", 5, 1) == "a/very/long/path\n b");
+  CHECK(folded("σσσσ σσσσ", 9) == "σσσσ σσσσ");  // letters, not bytes
 }

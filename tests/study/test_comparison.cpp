@@ -174,3 +174,11 @@ TEST_CASE("Rates are judged by their exact interval") {
   CHECK(compare_rate("rate", 0, 0, 0.8, rule, 40000).note == "no converged trial");
   CHECK(compare_rate("rate", 5, 10, kNaN, rule, 10).verdict.empty());
 }
+
+TEST_CASE("A predicted probability stays within [0, 1]") {
+  const VerdictRule rule;
+  CHECK(compare_rate("rate", 10, 10, 1 + 1e-15, rule, 10).analytic == 1);
+  CHECK(compare_rate("rate", 0, 10, -1e-17, rule, 10).analytic == 0);
+  CHECK(compare_rate("rate", 5, 10, 0.25, rule, 10).analytic == 0.25);
+  CHECK(std::isnan(compare_rate("rate", 5, 10, std::nan(""), rule, 10).analytic));
+}

@@ -1,0 +1,33 @@
+#include "cli/screen.h"
+
+#include <algorithm>
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+namespace surveymc::cli {
+
+std::size_t screen_width(int descriptor) {
+  constexpr std::size_t kUsual = 80;  // a terminal that does not say
+  if (isatty(descriptor) == 0) return 0;
+  winsize size{};
+  if (ioctl(descriptor, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return kUsual;
+  return std::max<std::size_t>(kNarrowestScreen, size.ws_col);
+}
+
+store::TableFormat screen_format() {
+  store::TableFormat format;
+  format.split = true;
+  if (const std::size_t width = screen_width(STDOUT_FILENO)) {
+    format.width = width;
+    format.fold = true;
+  }
+  return format;
+}
+
+std::string on_screen(const std::string& text, int descriptor, std::size_t indent) {
+  const std::size_t width = screen_width(descriptor);
+  return width == 0 ? text : store::folded(text, width, indent);
+}
+
+}  // namespace surveymc::cli

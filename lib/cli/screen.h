@@ -1,0 +1,22 @@
+#pragma once
+/// The terminal that the program talks to, if there is one.
+#include <cstddef>
+#include <string>
+
+#include "store/table.h"
+
+namespace surveymc::cli {
+
+inline constexpr std::size_t kNarrowestScreen = 40;
+
+/// Columns of the terminal behind a file descriptor, at least kNarrowestScreen; 0 where there is none.
+std::size_t screen_width(int descriptor);
+
+/// Tables as wide as the terminal on stdout; elsewhere up to 160 letters.
+store::TableFormat screen_format();
+
+/// `text` folded at the width of the terminal behind `descriptor`, with `indent` blanks before further lines; as it is
+/// where there is none.
+std::string on_screen(const std::string& text, int descriptor, std::size_t indent = 2);
+
+}  // namespace surveymc::cli
