@@ -5,7 +5,11 @@
 #include <map>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
+
+#include "config/suggest.h"
+#include "store/table.h"
 
 namespace surveymc::cli {
 namespace {
@@ -152,6 +156,57 @@ CommandWords words_of(const CLI::App& app) {
   return words;
 }
 
+/// The nearest of these words: one that differs by few typing errors, or the only one that begins so.
+std::string nearest(const std::string& word, const std::vector<std::string>& known) {
+  std::vector<std::string> longer;
+  for (const std::string& k : known) {
+    if (config::resembles(word, k)) return k;
+    if (word.size() > 1 && word != "--" && k.starts_with(word)) longer.push_back(k);
+  }
+  return longer.size() == 1 ? longer.front() : "";
+}
+
+/// Programs beside this one, for those who look for them here.
+std::string program_beside(const std::string& word) {
+  for (const char* name : {"import", "plot", "report", "studies"})
+    if (word == name) return fmt::format("surveymc-{}", name);
+  return "";
+}
+
+/// What is wrong with the first word that nobody expected, and what may be meant; "" if there is none.
+std::string unknown_word(const CLI::App& app) {
+  const std::vector<const CLI::App*> chosen = app.get_subcommands([](const CLI::App* sub) { return sub->parsed(); });
+  const CLI::App& at = chosen.empty() ? app : *chosen.front();
+  std::vector<std::string> left = app.remaining(true);
+  if (left.empty()) return "";
+  // An option before words: what follows an unknown option is its value, or was taken for another word.
+  const auto option = std::find_if(left.begin(), left.end(), [](const std::string& w) { return w.starts_with('-'); });
+  const std::string written = option == left.end() ? left.front() : *option,
+                    word = written.substr(0, written.find('='));
+  std::vector<std::string> known;
+  const bool is_option = word.starts_with('-');
+  if (is_option) {
+    for (const CLI::Option* o : at.get_options())
+      for (const std::string& name : o->get_lnames()) known.push_back("--" + name);
+  } else if (chosen.empty()) {
+    for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
+      known.push_back(sub->get_name());
+  }
+  std::string near = nearest(word.starts_with("--") || !is_option ? word : "-" + word, known);
+  if (near.empty() && is_option && !chosen.empty()) {  // before the command's name, or of another command
+    for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
+      for (const CLI::Option* o : sub->get_options())
+        for (const std::string& name : o->get_lnames())
+          if ("--" + name == word) near = fmt::format("{} of surveymc {}", word, sub->get_name());
+  }
+  const std::string beside = is_option || !chosen.empty() ? "" : program_beside(word);
+  const std::string hint = !beside.empty() ? fmt::format(": this is a program of its own: {}", beside)
+                           : near.empty()  ? ""
+                                           : fmt::format(": did you mean {}?", near);
+  return fmt::format("surveymc{}: {} is not expected{}", chosen.empty() ? "" : " " + at.get_name(),
+                     store::printable(written), hint);
+}
+
 }  // namespace
 
 std::variant<CommandLine, int> read_command_line(int argc, char** argv, const std::string& version, bool silent) {
@@ -165,8 +220,11 @@ std::variant<CommandLine, int> read_command_line(int argc, char** argv, const st
     app.parse(argc, argv);
     return line;
   } catch (const CLI::ParseError& e) {
-    if (app.get_subcommands().empty() && !app.remaining().empty())  // CLI11 would only miss a subcommand
-      return app.exit(CLI::ExtrasError(app.remaining()), out, errors) == 0 ? kDone : kUsage;
+    const std::string fault = unknown_word(app);
+    if (!fault.empty() && e.get_exit_code() != 0) {  // it may be why CLI11 misses another word
+      errors << fault << "\nRun with --help for more information.\n";
+      return kUsage;
+    }
     return app.exit(e, out, errors) == 0 ? kDone : kUsage;
   }
 }

@@ -64,22 +64,24 @@ int check(const RunArguments& a) {
 int run(const RunArguments& a, const std::string& command) {
   catch_signals();
   stop_after(a.max_seconds);
+  std::optional<EndsBySignal> ends(std::in_place, a);
   const study::RunPlan plan = load(a);
   if (a.trial) {
     const std::uint64_t number = whole_number("--trial", *a.trial),
                         index = whole_number("--point", a.point.value_or("0"));
-    require(index < plan.points.size(), "--point {}: the points of this config are numbered 0 to {}", index,
-            plan.points.size() - 1);
+    require_usage(index < plan.points.size(), "--point {}: the points of this config are numbered 0 to {}", index,
+                  plan.points.size() - 1);
     const std::uint64_t trials = plan.points[index]->trials();
-    require(trials > 0, "--trial {}: a config of {} has no trials", number, plan.experiment.name());
-    require(number < trials, "--trial {}: the trials of this config are numbered 0 to {}", number, trials - 1);
+    require_usage(trials > 0, "--trial {}: a config of {} has no trials", number, plan.experiment.name());
+    require_usage(number < trials, "--trial {}: the trials of this config are numbered 0 to {}", number, trials - 1);
     montecarlo::RunOptions options;
     options.stop = stop_flag();
     fmt::print("{}", plan.prepare(index, options)->replay(number));
     return kDone;
   }
-  if (const std::optional<study::PartChoice> choice = part_choice(a, plan))
-    return run_one_part(a, plan, *choice, command);
+  const std::optional<study::PartChoice> choice = part_choice(a, plan);
+  ends.reset();
+  if (choice) return run_one_part(a, plan, *choice, command);
   std::filesystem::path output = a.output;
   if (output.empty()) {
     output = std::filesystem::path("results") / (std::filesystem::path(a.config).stem().string() + ".h5");
@@ -92,11 +94,11 @@ int run(const RunArguments& a, const std::string& command) {
                        plan.points.size() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
   log_remarks(plan.config);
   double elapsed = 0;
-  const store::Result result = with_checkpoint(a, plan, output, command, [&](const study::Checkpoint& checkpoint) {
-    store::Result r = run_and_stamp(a, plan, command, elapsed, checkpoint);
-    store::write_result(output, r);
-    return r;
-  });
+  store::Result result;
+  with_checkpoint(
+      a, plan, output, command,
+      [&](const study::Checkpoint& checkpoint) { result = run_and_stamp(a, plan, command, elapsed, checkpoint); },
+      [&] { store::write_result(output, result); });
   print_tables(result, output.string());
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);
@@ -110,6 +112,7 @@ int run(const RunArguments& a, const std::string& command) {
 
 int rerun(const std::string& file, const std::string& folder, const RunArguments& a, const std::string& command) {
   catch_signals();
+  const EndsBySignal ends(a);  // nothing is written
   const store::Result stored = store::read_result(file);
   const study::RunPlan plan = read_rerun(*a.studies, file, stored, folder);
   double elapsed = 0;
@@ -180,6 +183,8 @@ int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& w
     const int exit = guarded_main(argc, argv, studies(), workers, messages, mpi);
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit;
     return fails(kCannotWrite, "error: standard output: ", "cannot be written");
+  } catch (const UsageError& e) {
+    return fails(kUsage, "error: ", e.what());
   } catch (const InputError& e) {
     return fails(kBadInput, "error: ", e.what());
   } catch (const IoError& e) {
@@ -188,6 +193,8 @@ int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& w
     return fails(kInterrupted, "interrupted: ", e.what());
   } catch (const Interrupted&) {
     return fails(kInterrupted, "interrupted: ", "nothing was written");
+  } catch (const montecarlo::NoThreads& e) {
+    return fails(kNoThreads, "error: ", e.what());
   } catch (const std::bad_alloc&) {
     return fails(kInternal, "error: ", "not enough memory: give the run more, or ask for less");
   } catch (const std::exception& e) {

@@ -22,9 +22,22 @@ enum Exit {
   kUsage = 64,
   kBadInput = 65,
   kInternal = 70,
+  kNoThreads = 71,
   kCannotWrite = 74,
   kInterrupted = 75
 };
+
+/// The command line is wrong, though each of its words may be right. what() says option, value, rule. Exit code 64.
+class UsageError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
+/// Throws UsageError unless `ok`.
+template <class... Args>
+void require_usage(bool ok, fmt::format_string<Args...> format, Args&&... args) {
+  if (!ok) throw UsageError(fmt::format(format, std::forward<Args>(args)...));
+}
 
 /// The run was interrupted and its finished work was kept: what() says how to go on.
 class Resumable : public Interrupted {
@@ -66,6 +79,20 @@ study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const s
 void catch_signals();
 const std::atomic<bool>* stop_flag();
 
+/// While it lives, a signal ends the program within a second (exit code 75) even if nobody looks at the stop flag:
+/// after .8 s, with the journal written. For stretches in which no file of a user is half written. `a`: not in
+/// surveymc-mpi, whose ranks stop together.
+class EndsBySignal {
+ public:
+  explicit EndsBySignal(const RunArguments& a, checkpoint::Journal* journal = nullptr, const std::string& go_on = "");
+  ~EndsBySignal();
+  EndsBySignal(const EndsBySignal&) = delete;
+  EndsBySignal& operator=(const EndsBySignal&) = delete;
+
+ private:
+  bool ours_;
+};
+
 /// Sets the stop flag after `seconds`, if not 0. Call catch_signals() first.
 void stop_after(double seconds);
 
@@ -78,11 +105,11 @@ checkpoint::RunKey run_key(const study::RunPlan& run);
 void stamp(store::Result& result, const std::string& command);
 store::RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, const RunArguments& a);
 
-/// Runs `compute_and_write` with the journals of `output`, and removes them afterwards. Throws IoError if there are
-/// journals and a.resume is not set, or journals of another config; Resumable if the run was interrupted and work was
-/// kept.
-store::Result with_checkpoint(const RunArguments& a, const study::RunPlan& run, const std::filesystem::path& output,
-                              const std::string& command,
-                              const std::function<store::Result(const study::Checkpoint&)>& compute_and_write);
+/// Runs `compute` with the journals of `output`, then `write`, and removes the journals afterwards. Throws IoError if
+/// there are journals and a.resume is not set, or journals of another config; Resumable if the run was interrupted and
+/// work was kept.
+void with_checkpoint(const RunArguments& a, const study::RunPlan& run, const std::filesystem::path& output,
+                     const std::string& command, const std::function<void(const study::Checkpoint&)>& compute,
+                     const std::function<void()>& write);
 
 }  // namespace surveymc::cli

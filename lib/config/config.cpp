@@ -25,7 +25,8 @@ Config Config::load(const std::filesystem::path& path, const std::vector<std::st
   ConfigDocument& doc = *config.impl_->doc;
   doc.label = path.string();
   doc.folder = path.parent_path();
-  const auto [text, fault] = read_file(path);
+  const auto [text, fault] =
+      read_file(path, kLargestDocument, "a config has keys; data go to a CSV file that it names");
   require(fault.empty(), "{}: cannot be read: {}", doc.label, fault);
   doc.build(parse_document(text, doc.label), overrides);
   return config;

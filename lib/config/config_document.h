@@ -74,6 +74,8 @@ struct ConfigDocument {
 struct FileText {
   std::string text, fault;
 };
-FileText read_file(const std::filesystem::path& path);
+/// How large a file is read whole: configs and models, which are parsed value by value, and tables.
+inline constexpr std::uint64_t kLargestDocument = std::uint64_t{1} << 24, kLargestTable = std::uint64_t{1} << 28;
+FileText read_file(const std::filesystem::path& path, std::uint64_t most, const std::string& way_out);
 
 }  // namespace surveymc::config

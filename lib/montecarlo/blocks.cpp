@@ -1,9 +1,14 @@
 #include "montecarlo/blocks.h"
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
+#include <latch>
 #include <mutex>
+#include <system_error>
+#include <thread>
 
+#include <fmt/format.h>
 #include <omp.h>
 
 namespace surveymc::montecarlo {
@@ -42,6 +47,36 @@ std::vector<std::vector<BlockRange>> divided(const std::vector<BlockRange>& bloc
 
 int available_threads() { return omp_get_max_threads(); }
 
+namespace {
+
+/// GCC's OpenMP ends the program with code 1 where a thread cannot be started, so as many are tried before. Those that
+/// OpenMP has started it keeps, and they need no try again.
+void require_threads(int threads) {
+  static std::mutex trying;
+  static int tried = 1;
+  const std::scoped_lock lock(trying);
+  if (threads <= tried) return;
+  const int more = threads - tried;
+  std::latch all_tried(1);
+  std::vector<std::thread> started;
+  std::string fault;
+  try {
+    for (int i = 0; i < more; ++i) started.emplace_back([&] { all_tried.wait(); });
+  } catch (const std::system_error& e) {
+    fault = e.code().message();
+  }
+  all_tried.count_down();
+  for (std::thread& t : started) t.join();
+  if (!fault.empty())
+    throw NoThreads(
+        fmt::format("the system starts only {} of {} threads ({}): give fewer with --threads, or raise the "
+                    "limit (ulimit -u)",
+                    tried + static_cast<int>(started.size()), threads, fault));
+  tried = threads;
+}
+
+}  // namespace
+
 bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std::function<bool()>& stopped,
                     const std::function<void(std::uint64_t, stats::Tally)>& take) {
   std::vector<std::uint64_t> ends;  // of the ranges, counted in blocks of this work
@@ -53,6 +88,7 @@ bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std:
   };
   const auto size = static_cast<std::uint64_t>(work.block_trials);
   const int threads = work.threads > 0 ? work.threads : available_threads();
+  require_threads(threads);
   std::exception_ptr error;
   std::mutex taking;  // not omp critical: thread sanitizers know a mutex, but not GCC's OpenMP
   std::atomic<bool> abandon = false;
