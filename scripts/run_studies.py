@@ -113,7 +113,7 @@ class Pace:
 def run_job(job, program, threads):
     """Runs one config; its exit code and what it said last. Ctrl-C reaches the program too, which keeps its finished blocks."""
     os.makedirs(os.path.dirname(job.output), exist_ok=True)
-    command = [program, "run", job.config, "-o", job.output, "--resume", *job.arguments,
+    command = [program, "run", job.config, "-o", job.output, "--resume", "--overwrite", *job.arguments,
                *(["--threads", str(threads)] if threads else [])]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace") as process:
         try:

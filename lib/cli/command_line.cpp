@@ -37,17 +37,27 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
     sub->add_option("--threads", a.threads, "number of threads (default: all cores); results do not depend on it")
         ->check(CLI::Range(1, 4096));
   };
+  const auto quiet_option = [&](CLI::App* sub) {
+    sub->add_flag("-q,--quiet", a.quiet, "print nothing but warnings and errors; the exit code says the rest");
+  };
+  const auto overwrite_option = [&](CLI::App* sub) {
+    sub->add_flag("--overwrite", a.overwrite,
+                  "replace an existing result (default: it is kept as NAME.1.h5, or the next free number)");
+  };
   command(Command::list, "list", "experiments and what each reproduces");
   CLI::App* models = command(Command::models, "models", "error models of survey tools, or one of them as TOML to edit");
   models->add_option("model", line.models.name, "name of an error model: print it with its functions");
   models->add_option("--file", line.models.file, "models of this TOML file, not those that come with the program");
   CLI::App* check = command(Command::check, "check", "validate a config and print it resolved; runs nothing");
   config_options(check);
+  quiet_option(check);
   CLI::App* run = command(Command::run, "run", "run a config and write its result file");
   config_options(run);
   thread_option(run);
   run->add_option("-o,--output", a.output, "result file (default: results/<config>.h5)")
       ->check([](const std::string& name) { return name.empty() ? "the name is empty" : ""; });
+  overwrite_option(run);
+  quiet_option(run);
   run->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   run->add_option("--trial", a.trial, "replay this one trial (from 0) and print it; writes nothing");
   run->add_option("--point", a.point,
@@ -74,6 +84,8 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   merge->add_option("-o,--output", a.output, "result file")->required();
   merge->add_option("--inputs", line.inputs,
                     "folder of the config, with input files that were too large to be stored (default: where it was)");
+  overwrite_option(merge);
+  quiet_option(merge);
   merge->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   CLI::App* status = command(Command::status, "status", "part files and journals of a folder");
   status->add_option("folder", line.parts_plan.folder, "folder of part files")->required();
@@ -94,6 +106,7 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   rerun->add_option("--inputs", line.inputs,
                     "folder of the config, with input files that were too large to be stored (default: this folder)");
   thread_option(rerun);
+  quiet_option(rerun);
   command(Command::man, "man", "print the manual page: surveymc man | man -l -");
   CLI::App* completion = command(Command::completion, "completion", "print the completion script of a shell");
   completion->add_option("shell", line.shell, "bash, zsh or fish")

@@ -10,6 +10,7 @@
 #include "cli/log.h"
 #include "cli/print_result.h"
 #include "store/atomic_file.h"
+#include "store/backup.h"
 
 namespace surveymc::cli {
 namespace {
@@ -75,7 +76,7 @@ bool same_pieces(const std::vector<checkpoint::PartPiece>& a, const std::vector<
 }
 
 /// True if the part is there already. Throws IoError if another file is in its place, or if it could not be written.
-bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartChoice& choice) {
+bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartChoice& choice, bool overwrite) {
   const checkpoint::PartState state = checkpoint::part_state(path);
   if (state == checkpoint::PartState::foreign)
     throw IoError(fmt::format("{}: exists and is no surveymc part file: refusing to overwrite it", path.string()));
@@ -88,12 +89,12 @@ bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartC
                        : there.key.program != key.program                            ? "this part by another build"
                        : !same_pieces(there.pieces, study::part_pieces(run, choice)) ? "another part of this config"
                                                                                      : nullptr;
-    if (what)
+    if (what && !overwrite)
       throw IoError(
-          fmt::format("{}: holds {} (config hash {}, made by {}): delete it or choose another name or folder "
-                      "with -o",
+          fmt::format("{}: holds {} (config hash {}, made by {}): choose another name or folder with -o, or replace it "
+                      "with --overwrite",
                       path.string(), what, there.key.config_hash, there.key.program));
-    return true;
+    if (!what) return true;
   }
   try {
     store::remove_stale_temporaries(store::resolved(path));
@@ -158,7 +159,7 @@ std::optional<study::PartChoice> part_choice(const RunArguments& a, const study:
 int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::PartChoice& choice,
                  const std::string& command) {
   const fs::path path = part_path(a, choice);
-  if (is_done(path, run, choice)) {
+  if (is_done(path, run, choice, a.overwrite)) {
     checkpoint::remove_journals(path, run_key(run));
     fmt::print("{} is done already\n", path.string());
     return kDone;
@@ -177,8 +178,11 @@ int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::
     part.folder = fs::absolute(a.config).parent_path().string();
     part.run = run_info(created, elapsed, a);
   };
-  with_checkpoint(a, run, path, command, compute, [&] { checkpoint::write_part(path, part); });
-  fmt::print("wrote {} (in {})\n", path.string(), format_duration(elapsed));
+  fs::path kept;  // what was there is damaged, but it is the user's
+  with_checkpoint(a, run, path, command, compute, [&] {
+    kept = store::write_beside_old(path, a.overwrite, [&] { checkpoint::write_part(path, part); });
+  });
+  fmt::print("wrote {} (in {})\n{}", path.string(), format_duration(elapsed), told_backup(kept));
   return kDone;
 }
 
@@ -250,11 +254,12 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   ends.reset();
   stamp(result, "surveymc merge");
   result.run = {"", "", 0, 0, 0};  // of many runs; so the file does not depend on who ran what
-  store::write_result(a.output, result);
+  const fs::path kept = store::write_beside_old(a.output, a.overwrite, [&] { store::write_result(a.output, result); });
   print_tables(result, a.output);
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);
   fmt::print("wrote {} (from {} part{})\n", a.output, parts.size(), parts.size() == 1 ? "" : "s");
+  fmt::print("{}", told_backup(kept));
   return exit;
 }
 

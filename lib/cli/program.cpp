@@ -24,6 +24,7 @@
 #include "cli/text_commands.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
+#include "store/backup.h"
 
 namespace surveymc::cli {
 namespace {
@@ -95,10 +96,11 @@ int run(const RunArguments& a, const std::string& command) {
   log_remarks(plan.config);
   double elapsed = 0;
   store::Result result;
+  std::filesystem::path kept;
   with_checkpoint(
       a, plan, output, command,
       [&](const study::Checkpoint& checkpoint) { result = run_and_stamp(a, plan, command, elapsed, checkpoint); },
-      [&] { store::write_result(output, result); });
+      [&] { kept = store::write_beside_old(output, a.overwrite, [&] { store::write_result(output, result); }); });
   print_tables(result, output.string());
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);
@@ -107,6 +109,7 @@ int run(const RunArguments& a, const std::string& command) {
   else
     fmt::print("wrote {} ({} trials in {}, {:.3g} trials/s)\n", output.string(), plan.total_trials(),
                format_duration(elapsed), static_cast<double>(plan.total_trials()) / elapsed);
+  fmt::print("{}", told_backup(kept));
   return exit;
 }
 
@@ -145,6 +148,10 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
   a.studies = &studies;
   if (messages) a.workers = &workers;
   if (messages && a.threads == 0) a.threads = messages->threads();
+  if (a.quiet) {
+    log_only_warnings();
+    if (!std::freopen("/dev/null", "w", stdout)) throw IoError("/dev/null: cannot be opened");
+  }
   switch (line.command) {
     case Command::list:
       return list(studies);

@@ -167,7 +167,7 @@ study::RunPlan load(const RunArguments& a) {
 montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress) {
   montecarlo::RunOptions options;
   options.threads = a.threads;
-  options.progress = [&](std::uint64_t done, std::uint64_t expected) { progress.update(done, expected); };
+  if (!a.quiet) options.progress = [&](std::uint64_t done, std::uint64_t expected) { progress.update(done, expected); };
   options.stop = &g_stop;
   options.workers = a.workers;
   if (a.workers) a.workers->run = run_name(run);
@@ -195,6 +195,10 @@ store::RunInfo run_info(std::chrono::system_clock::time_point created, double el
   return {fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::to_time_t(created))), host,
           elapsed, a.threads > 0 ? a.threads : montecarlo::available_threads(),
           a.workers ? static_cast<int>(a.workers->count()) + 1 : 1};
+}
+
+std::string told_backup(const std::filesystem::path& kept) {
+  return kept.empty() ? "" : fmt::format("the file that was there is now {}\n", kept.string());
 }
 
 void with_checkpoint(const RunArguments& a, const study::RunPlan& run, const std::filesystem::path& output,

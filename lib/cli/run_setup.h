@@ -50,7 +50,7 @@ struct RunArguments {
   std::vector<std::string> set;
   int threads = 0;
   std::optional<std::string> trials, seed, trial, point, shard, shards;  // as typed, so that a message can show it
-  bool check = false, array = false, resume = false;
+  bool check = false, array = false, resume = false, overwrite = false, quiet = false;
   double max_seconds = 0, checkpoint_seconds = 5;           // 0: no limit
   montecarlo::Workers* workers = nullptr;                   // in surveymc-mpi
   const std::vector<study::Experiment>* studies = nullptr;  // that the program knows
@@ -104,6 +104,9 @@ std::string program_name();
 checkpoint::RunKey run_key(const study::RunPlan& run);
 void stamp(store::Result& result, const std::string& command);
 store::RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, const RunArguments& a);
+
+/// Where the file is that stood in the place of a new one; "" if there was none.
+std::string told_backup(const std::filesystem::path& kept);
 
 /// Runs `compute` with the journals of `output`, then `write`, and removes the journals afterwards. Throws IoError if
 /// there are journals and a.resume is not set, or journals of another config; Resumable if the run was interrupted and
