@@ -45,6 +45,9 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
                   "replace an existing result (default: it is kept as NAME.1.h5, or the next free number)");
   };
   command(Command::list, "list", "experiments and what each reproduces");
+  CLI::App* keys = command(Command::keys, "keys", "every key of an experiment: type, unit, default, rule, example");
+  keys->add_option("experiment", line.keys.experiment, "name of an experiment (without: the list of them)");
+  keys->add_flag("--csv", line.keys.csv, "as CSV");
   CLI::App* models = command(Command::models, "models", "error models of survey tools, or one of them as TOML to edit");
   models->add_option("model", line.models.name, "name of an error model: print it with its functions");
   models->add_option("--file", line.models.file, "models of this TOML file, not those that come with the program");
@@ -117,9 +120,10 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
 /// The kind of the arguments with these names; any other argument is text.
 ValueKind kind_of(const std::string& name) {
   static const std::map<std::string, ValueKind> kKinds = {
-      {"config", ValueKind::config_file}, {"file", ValueKind::result_file}, {"parts", ValueKind::result_file},
-      {"output", ValueKind::result_file}, {"inputs", ValueKind::folder},    {"folder", ValueKind::folder},
-      {"missing", ValueKind::folder},     {"table", ValueKind::table},      {"shell", ValueKind::shell}};
+      {"config", ValueKind::config_file},   {"file", ValueKind::result_file}, {"parts", ValueKind::result_file},
+      {"output", ValueKind::result_file},   {"inputs", ValueKind::folder},    {"folder", ValueKind::folder},
+      {"missing", ValueKind::folder},       {"table", ValueKind::table},      {"shell", ValueKind::shell},
+      {"experiment", ValueKind::experiment}};
   const auto found = kKinds.find(name);
   return found == kKinds.end() ? ValueKind::text : found->second;
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cli/command_words.h"
+#include "cli/keys_command.h"
 #include "cli/models_command.h"
 #include "cli/part_commands.h"
 #include "cli/run_setup.h"
@@ -11,7 +12,7 @@
 
 namespace surveymc::cli {
 
-enum class Command { list, models, check, run, plan, merge, status, show, rerun, man, completion };
+enum class Command { list, keys, models, check, run, plan, merge, status, show, rerun, man, completion };
 
 /// The command and options of a command line (README.md).
 struct CommandLine {
@@ -20,6 +21,7 @@ struct CommandLine {
   PlanArguments parts_plan = {};
   ShowArguments shown = {};
   ModelsArguments models = {};
+  KeysArguments keys = {};
   std::string shell;  ///< of completion
   std::string file, inputs = ".";
   std::vector<std::string> parts = {};

@@ -1,4 +1,5 @@
-/// The command line: list, models, check, run, plan, merge, status, show, rerun, man, completion (README.md). Prints;
+/// The command line: list, keys, models, check, run, plan, merge, status, show, rerun, man, completion
+/// (README.md). Prints;
 /// all work is in lib/ and the studies.
 #include <chrono>
 #include <csignal>
@@ -38,12 +39,6 @@ store::Result run_and_stamp(const RunArguments& a, const study::RunPlan& run, co
   stamp(result, command);
   result.run = run_info(created, elapsed, a);
   return result;
-}
-
-int list(const std::vector<study::Experiment>& studies) {
-  for (const study::Experiment& e : studies)
-    fmt::print("{:<24} {}\n{:<24}   after {}\n", e.name(), e.summary, "", e.reproduces);
-  return kDone;
 }
 
 int check(const RunArguments& a) {
@@ -154,7 +149,9 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
   }
   switch (line.command) {
     case Command::list:
-      return list(studies);
+      return fmt::print("{}", list_text(studies)), kDone;
+    case Command::keys:
+      return fmt::print("{}", keys_text(studies, line.keys)), kDone;
     case Command::models:
       return fmt::print("{}", models_text(line.models)), kDone;
     case Command::check:
