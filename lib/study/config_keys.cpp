@@ -17,6 +17,7 @@ namespace {
 using Supposition = std::pair<std::string, std::string>;
 constexpr const char* kSaid = "said";
 constexpr const char* kGone = "gone";
+constexpr const char* kMust = "must be given";
 
 /// Reads one shipped config under suppositions, and finds the next ones.
 class Explorer {
@@ -24,20 +25,31 @@ class Explorer {
   Explorer(const Experiment& experiment, const config::InputText& file, std::shared_ptr<config::KeyLog> log)
       : experiment_(experiment), log_(std::move(log)), config_(config::config_with_log(file, log_)) {}
 
-  void read_points() {
+  /// Counts in `seen` the points that ask for a key. The number of points.
+  std::size_t read_points(std::map<std::string, std::size_t>& seen) {
     constexpr std::size_t kMost = 64;  // spread over a sweep that has more
     const std::size_t count = config_.point_count(), step = 1 + (count - 1) / kMost;
-    for (std::size_t i = 0; i < count; i += step) read(i);
+    std::size_t points = 0;
+    for (std::size_t i = 0; i < count; i += step, ++points) {
+      read(i);
+      std::set<std::string> asked;
+      for (const std::string& key : log_->asked) asked.insert(config::KeyLog::without_indices(key));
+      for (const std::string& key : asked) ++seen[key];
+    }
+    return points;
   }
 
-  void explore(std::set<Supposition>& tried) {
+  /// `done`: suppositions that an example took; others are tried in every example.
+  void explore(std::set<Supposition>& done) {
     constexpr int kMostReads = 2000, kDeepest = 12;
+    std::set<Supposition> tried = done;
     std::deque<std::vector<Supposition>> open{{}};
     for (int reads = 0; !open.empty() && reads < kMostReads; ++reads) {
       const std::vector<Supposition> now = std::move(open.front());
       open.pop_front();
       suppose(now);
-      read(0);
+      const bool is_taken = read(0);
+      if (is_taken && !now.empty()) done.insert({config::KeyLog::without_indices(now.back().first), now.back().second});
       if (now.size() >= kDeepest) continue;
       for (const Supposition& s : next(now)) {
         // What a branch misses is tried in that branch; everything else once, wherever it shows first.
@@ -66,12 +78,15 @@ class Explorer {
     }
   }
 
-  void read(std::size_t point) {
+  /// False if the study refuses what it reads.
+  bool read(std::size_t point) {
     try {
       config::ConfigReader reader = config_.reader(point);
       experiment_.read(reader, {0, experiment_.id});
       if (reader.has("field.model")) read_placed_field(reader);
-    } catch (const std::exception&) {  // a supposition that the study refuses: what was asked until then counts
+      return true;
+    } catch (const std::exception&) {  // what was asked until then counts
+      return false;
     }
   }
 
@@ -139,7 +154,7 @@ std::string default_of(const std::string& key, const std::map<std::string, confi
   if (use.defaults.empty() && use.may_be_absent) return "-";
   if (use.defaults.empty()) {
     const std::string table = optional_table(key, keys);
-    return table.empty() ? "must be given" : "needed in " + table;
+    return table.empty() ? kMust : "needed in " + table;
   }
   constexpr std::size_t kMost = 2;
   std::vector<std::string> values = use.defaults;
@@ -181,9 +196,11 @@ store::Table config_keys(const Experiment& experiment) {
   const std::string line = fmt::format("\nexperiment = \"{}\"\n", experiment.name());
   for (const config::InputText& file : config::shipped_config_files())
     if (("\n" + file.text).find(line) != std::string::npos) examples.emplace_back(experiment, file, log);
-  for (Explorer& e : examples) e.read_points();
-  std::set<Supposition> tried;
-  for (Explorer& e : examples) e.explore(tried);
+  std::map<std::string, std::size_t> seen;
+  std::size_t points = 0;
+  for (Explorer& e : examples) points += e.read_points(seen);
+  std::set<Supposition> done;
+  for (Explorer& e : examples) e.explore(done);
 
   std::vector<std::string> keys, types, units, defaults, rules, shown;
   const auto add = [&](const std::string& key, const std::map<std::string, config::KeyUse>& all) {
@@ -191,7 +208,9 @@ store::Table config_keys(const Experiment& experiment) {
     keys.push_back(key);
     types.push_back(type_of(use));
     units.push_back(config::unit_of_key(key));
-    defaults.push_back(default_of(key, all));
+    const std::string usual = default_of(key, all);
+    const bool is_needed_sometimes = usual == kMust && &all == &log->keys && seen[key] < points;
+    defaults.push_back(is_needed_sometimes ? "needed by other keys" : usual);
     rules.push_back(rule_of(use));
     shown.push_back(shortened_example(key, use));
   };

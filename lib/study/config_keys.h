@@ -6,7 +6,8 @@
 namespace surveymc::study {
 
 /// One row a key, in alphabetical order behind those that every file has: `key, type, unit, default, rule, example`,
-/// all text. default: "must be given", "needed in [TABLE]" where the table is, "-" (may be absent), a value as TOML, or
+/// all text. default: "must be given", "needed in [TABLE]" where the table is, "needed by other
+/// keys", "-" (may be absent), a value as TOML, or
 /// "by other keys".
 ///
 /// The reader reads all points of the configs that come with the program; then each config again with one supposition

@@ -92,7 +92,7 @@ class Keys(unittest.TestCase):
 
     def test_keys_of_branches_that_no_config_takes(self):
         for experiment, key in [("msa_benefit", "field.model"), ("msa_benefit", "field.grid.zone"), ("msa_position", "stop.quantities"),
-                                ("position_covariance", "sweep.error_model.name.match"), ("tool_code_map", "codes.match"),
+                                ("position_covariance", "sweep.error_model.name.match"), ("tool_code_map", "codes.match"), ("reliability_map", "direction"),
                                 ("position_covariance", "error_model.file"), ("position_covariance", "leg[].from_md_ft"),
                                 ("position_covariance", "leg[].error_model.name")]:
             self.assertIn(key, self.listed[experiment], experiment)
@@ -105,6 +105,9 @@ class Keys(unittest.TestCase):
         self.assertEqual(listed["noise.scale"]["default"], "1.0")
         self.assertEqual(listed["estimator.magnetometer_nT"]["default"], "by other keys")
         self.assertEqual(listed["trials"]["default"], "-")
+        self.assertEqual(listed["field.longitude_deg"]["default"], "-")
+        self.assertEqual(self.listed["mwd_drift"]["drift.at_td_mg"]["default"], "needed by other keys")
+        self.assertEqual(self.listed["mwd_drift"]["drift.sensor"]["default"], "must be given")
 
     def test_no_key_is_without_a_type(self):
         for experiment, listed in self.listed.items():
