@@ -48,6 +48,11 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   CLI::App* keys = command(Command::keys, "keys", "every key of an experiment: type, unit, default, rule, example");
   keys->add_option("experiment", line.keys.experiment, "name of an experiment (without: the list of them)");
   keys->add_flag("--csv", line.keys.csv, "as CSV");
+  CLI::App* made = command(Command::new_config, "new", "a commented config of an experiment, for your own well");
+  made->add_option("experiment", line.made.experiment, "name of an experiment: surveymc list has them")->required();
+  made->add_option("-o,--output", line.made.output,
+                   "config to write, with example data beside it; never over a file (default: the config is printed)")
+      ->check([](const std::string& name) { return name.empty() ? "the name is empty" : ""; });
   CLI::App* models = command(Command::models, "models", "error models of survey tools, or one of them as TOML to edit");
   models->add_option("model", line.models.name, "name of an error model: print it with its functions");
   models->add_option("--file", line.models.file, "models of this TOML file, not those that come with the program");

@@ -1,4 +1,4 @@
-/// The command line: list, keys, models, check, run, plan, merge, status, show, rerun, man, completion
+/// The command line: list, keys, new, models, check, run, plan, merge, status, show, rerun, man, completion
 /// (README.md). Prints;
 /// all work is in lib/ and the studies.
 #include <chrono>
@@ -152,6 +152,8 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
       return fmt::print("{}", list_text(studies)), kDone;
     case Command::keys:
       return fmt::print("{}", keys_text(studies, line.keys)), kDone;
+    case Command::new_config:
+      return new_config(studies, line.made), kDone;
     case Command::models:
       return fmt::print("{}", models_text(line.models)), kDone;
     case Command::check:
