@@ -451,7 +451,7 @@ def result_of(program, arguments, folder):
     if path.exists():
         return path, 0.0
     began = time.monotonic()
-    done = subprocess.run([program, *arguments, "-o", str(path), "--overwrite"], cwd=SOURCE, capture_output=True, text=True)
+    done = subprocess.run([program, *arguments, "-o", str(path)], cwd=SOURCE, capture_output=True, text=True)
     if done.returncode:
         raise Wrong(f"surveymc {shlex.join(arguments)}: exit {done.returncode}\n{done.stderr.strip()[-1000:]}")
     return path, time.monotonic() - began

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <exception>
 #include <latch>
 #include <mutex>
@@ -10,6 +11,7 @@
 
 #include <fmt/format.h>
 #include <omp.h>
+#include <unistd.h>
 
 namespace surveymc::montecarlo {
 
@@ -49,8 +51,19 @@ int available_threads() { return omp_get_max_threads(); }
 
 namespace {
 
-/// GCC's OpenMP ends the program with code 1 where a thread cannot be started, so as many are tried before. Those that
-/// OpenMP has started it keeps, and they need no try again.
+// GCC's OpenMP ends the program with code 1 where a thread cannot be started. So as many are tried before; and should
+// one fail between that and OpenMP's own start, the program ends with the right code.
+constexpr int kExitNoThreads = 71;  // cli/run_setup.h
+std::atomic<bool> g_starting = false;
+
+void end_while_starting() {
+  if (!g_starting) return;
+  constexpr char kText[] = "error: the system starts no more threads: give fewer with --threads\n";
+  [[maybe_unused]] const ssize_t n = write(STDERR_FILENO, kText, sizeof kText - 1);
+  _exit(kExitNoThreads);
+}
+
+/// Those that OpenMP has started it keeps, and they need no try again.
 void require_threads(int threads) {
   static std::mutex trying;
   static int tried = 1;
@@ -72,6 +85,7 @@ void require_threads(int threads) {
         fmt::format("the system starts only {} of {} threads ({}): give fewer with --threads, or raise the "
                     "limit (ulimit -u)",
                     tried + static_cast<int>(started.size()), threads, fault));
+  if (tried == 1) std::atexit(end_while_starting);
   tried = threads;
 }
 
@@ -93,8 +107,9 @@ bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std:
   std::mutex taking;  // not omp critical: thread sanitizers know a mutex, but not GCC's OpenMP
   std::atomic<bool> abandon = false;
   std::atomic<std::uint64_t> next = 0;  // our own dynamic schedule: a stop leaves the loop, however many blocks remain
+  g_starting = threads > 1;
 #pragma omp parallel num_threads(threads)
-  while (!abandon && next < all && !stopped()) {
+  for (g_starting = false; !abandon && next < all && !stopped();) {
     const std::uint64_t n = next++;
     if (n >= all) break;
     try {
