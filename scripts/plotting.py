@@ -4,7 +4,6 @@ Frames and units are those of docs/conventions.md: north, east, vertical (down) 
 from north. On maps east is the abscissa and north the ordinate.
 """
 
-import argparse
 import fractions
 import math
 import os
@@ -22,10 +21,11 @@ import numpy as np  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
+from arguments import Parser, USAGE  # noqa: E402
 from surveymc import storage  # noqa: E402
 
 # Exit codes, as for the program itself.
-USAGE, BAD_DATA, CANNOT_WRITE = 64, 65, 74
+BAD_DATA, CANNOT_WRITE = 65, 74
 
 # One colour, line and marker per thing, in every figure. No two share a line style, so the figures also read in grey.
 LOOK = {
@@ -47,12 +47,6 @@ class PlotError(Exception):
     def __init__(self, message, code=BAD_DATA):
         super().__init__(message)
         self.code = code
-
-
-class Parser(argparse.ArgumentParser):
-    def error(self, message):
-        self.print_usage(sys.stderr)
-        self.exit(USAGE, f"{self.prog}: {message}\n")
 
 
 def argument_parser(description):

@@ -8,7 +8,7 @@ cmake --preset release -DSURVEYMC_TESTS=OFF >/dev/null
 cmake --build --preset release --target surveymc
 mkdir -p results
 echo
-build/surveymc run configs/thesis/test4.toml -o results/quickstart.h5 >results/quickstart.log
+build/surveymc run configs/thesis/test4.toml -o results/quickstart.h5 --overwrite >results/quickstart.log
 build/surveymc show results/quickstart.h5 parameters
 build/surveymc show results/quickstart.h5 position
 tail -n 2 results/quickstart.log

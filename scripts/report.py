@@ -10,6 +10,7 @@ changed), and writes one self-contained HTML file: no network, no other files. R
 """
 
 import os
+import re
 import sys
 
 import plotting
@@ -19,6 +20,12 @@ from plotting import PlotError
 from report_page import figures, headlines, page, text
 
 
+def is_kept_old(name, beside):
+    """True for x.1.h5 beside x.h5: an earlier result that a new run has kept."""
+    old = re.fullmatch(r"(.+)\.\d+\.h5", name)
+    return bool(old) and f"{old[1]}.h5" in beside
+
+
 def result_files(paths):
     """All result files that are meant, in their order and once each, and the folder that names are relative to."""
     found = []
@@ -26,7 +33,8 @@ def result_files(paths):
         if os.path.isdir(path):
             for folder, inner, names in os.walk(path):
                 inner[:] = sorted(d for d in inner if d != "figures" and not (d == "quick" and folder == path))
-                found += [os.path.join(folder, n) for n in sorted(names) if n.endswith(".h5") and not n.startswith(".")]
+                found += [os.path.join(folder, n) for n in sorted(names)
+                          if n.endswith(".h5") and not n.startswith(".") and not is_kept_old(n, names)]
         elif os.path.exists(path):
             found.append(path)
         else:

@@ -18,8 +18,9 @@ import tomllib
 
 import studies
 import surveymc
+from arguments import Parser, USAGE
 
-UNEXPECTED, USAGE, INTERRUPTED = 1, 64, 75
+UNEXPECTED, INTERRUPTED = 1, 75
 # A quick run judges some 7,000 rows. At this level, not at the config's 95 %, the chance that any of 10,000 rows differs or
 # agrees by chance is at most 10,000 (1 - level) / 2 = 5 % (Bonferroni): whoever tries the program sees no false alarm.
 QUICK_CONFIDENCE = 0.99999
@@ -114,7 +115,7 @@ class Pace:
 def run_job(job, program, threads):
     """Runs one config; its exit code and what it said last. Ctrl-C reaches the program too, which keeps its finished blocks."""
     os.makedirs(os.path.dirname(job.output), exist_ok=True)
-    command = [program, "run", job.config, "-o", job.output, "--resume", *job.arguments,
+    command = [program, "run", job.config, "-o", job.output, "--resume", "--overwrite", *job.arguments,
                *(["--threads", str(threads)] if threads else [])]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace") as process:
         try:
@@ -156,7 +157,7 @@ def run_jobs(jobs, version, program, threads):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="few trials; into results/quick")
     parser.add_argument("--only", action="append", default=[], metavar="PATTERN", help="studies whose name fits (thesis/*)")
     parser.add_argument("--list", action="store_true", help="list the studies and whether they are done; run nothing")

@@ -7,7 +7,7 @@ import tomllib
 
 SCRIPTS = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(SCRIPTS)
-NOT_STUDIES = ("bench", "smoke", "examples", "error_models")  # folders of configs/
+NOT_STUDIES = ("bench", "smoke", "examples", "new", "error_models")  # folders of configs/
 
 
 @dataclasses.dataclass

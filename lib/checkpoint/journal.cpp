@@ -113,6 +113,7 @@ void Journal::add(std::uint64_t point, const montecarlo::Subtree& subtree) {
   body.put(point);
   const std::string node = montecarlo::subtree_to_bytes(subtree);
   body.put(node.data(), node.size());
+  const std::scoped_lock lock(writing_);
   pending_ += sealed_record(kJournalMark, body.take());
 }
 
@@ -122,6 +123,11 @@ bool Journal::fail() {
 }
 
 bool Journal::write() {
+  const std::scoped_lock lock(writing_);
+  return write_pending();
+}
+
+bool Journal::write_pending() {
   last_ = std::chrono::steady_clock::now();
   if (pending_.empty()) return true;
   if (file_ < 0) {
@@ -158,7 +164,8 @@ bool Journal::write() {
 }
 
 bool Journal::sync() {
-  if (!write()) return false;
+  const std::scoped_lock lock(writing_);
+  if (!write_pending()) return false;
   return file_ < 0 || fsync(file_) == 0 || fail();
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,8 @@ JournalContents read_journals(const std::filesystem::path& output, const RunKey&
 /// ones. What is no journal stays.
 void remove_journals(const std::filesystem::path& output, const RunKey& key);
 
-/// A writer. Not thread-safe. The file is made at the first write: a run that ends before has none.
+/// A writer. The file is made at the first write: a run that ends before has none. add(), write() and sync() may be
+/// called from several threads.
 class Journal {
  public:
   /// Writes at most every `interval`.
@@ -56,7 +58,9 @@ class Journal {
 
  private:
   bool fail();
+  bool write_pending();
 
+  std::mutex writing_;
   std::filesystem::path output_;
   RunKey key_;
   std::chrono::duration<double> interval_;

@@ -10,6 +10,7 @@
 
 #include "base/bytes.h"
 #include "base/error.h"
+#include "base/input_path.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -49,8 +50,7 @@ std::string read_bytes(const std::filesystem::path& path) {
   const auto fail = [&](const std::string& why) -> std::string {
     throw IoError(fmt::format("{}: cannot be read: {}", path.string(), why));
   };
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) return fail("is a folder");
+  if (const std::string fault = input_fault(path); !fault.empty()) return fail(fault);
   std::ifstream in(path, std::ios::binary);
   if (!in) return fail(std::generic_category().message(errno));
   try {

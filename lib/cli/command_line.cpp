@@ -5,7 +5,11 @@
 #include <map>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
+
+#include "config/suggest.h"
+#include "store/table.h"
 
 namespace surveymc::cli {
 namespace {
@@ -38,18 +42,36 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
         ->add_option("--units", units, "m or ft: unit of lengths in printed tables (default: m); files have metres")
         ->check(CLI::IsMember({"m", "ft"}));
   };
+  const auto quiet_option = [&](CLI::App* sub) {
+    sub->add_flag("-q,--quiet", a.quiet, "print nothing but warnings and errors; the exit code says the rest");
+  };
+  const auto overwrite_option = [&](CLI::App* sub) {
+    sub->add_flag("--overwrite", a.overwrite,
+                  "replace an existing result (default: it is kept as NAME.1.h5, or the next free number)");
+  };
   command(Command::list, "list", "experiments and what each reproduces");
+  CLI::App* keys = command(Command::keys, "keys", "every key of an experiment: type, unit, default, rule, example");
+  keys->add_option("experiment", line.keys.experiment, "name of an experiment (without: the list of them)");
+  keys->add_flag("--csv", line.keys.csv, "as CSV");
+  CLI::App* made = command(Command::new_config, "new", "a commented config of an experiment, for your own well");
+  made->add_option("experiment", line.made.experiment, "name of an experiment: surveymc list has them")->required();
+  made->add_option("-o,--output", line.made.output,
+                   "config to write, with example data beside it; never over a file (default: the config is printed)")
+      ->check([](const std::string& name) { return name.empty() ? "the name is empty" : ""; });
   CLI::App* models = command(Command::models, "models", "error models of survey tools, or one of them as TOML to edit");
   models->add_option("model", line.models.name, "name of an error model: print it with its functions");
   models->add_option("--file", line.models.file, "models of this TOML file, not those that come with the program");
   CLI::App* check = command(Command::check, "check", "validate a config and print it resolved; runs nothing");
   config_options(check);
+  quiet_option(check);
   CLI::App* run = command(Command::run, "run", "run a config and write its result file");
   config_options(run);
   thread_option(run);
   run->add_option("-o,--output", a.output, "result file (default: results/<config>.h5)")
       ->check([](const std::string& name) { return name.empty() ? "the name is empty" : ""; });
   units_option(run, a.units);
+  overwrite_option(run);
+  quiet_option(run);
   run->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   run->add_option("--trial", a.trial, "replay this one trial (from 0) and print it; writes nothing");
   run->add_option("--point", a.point,
@@ -77,6 +99,8 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   merge->add_option("--inputs", line.inputs,
                     "folder of the config, with input files that were too large to be stored (default: where it was)");
   units_option(merge, a.units);
+  overwrite_option(merge);
+  quiet_option(merge);
   merge->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   CLI::App* status = command(Command::status, "status", "part files and journals of a folder");
   status->add_option("folder", line.parts_plan.folder, "folder of part files")->required();
@@ -98,6 +122,7 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   rerun->add_option("--inputs", line.inputs,
                     "folder of the config, with input files that were too large to be stored (default: this folder)");
   thread_option(rerun);
+  quiet_option(rerun);
   command(Command::man, "man", "print the manual page: surveymc man | man -l -");
   CLI::App* completion = command(Command::completion, "completion", "print the completion script of a shell");
   completion->add_option("shell", line.shell, "bash, zsh or fish")
@@ -108,9 +133,10 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
 /// The kind of the arguments with these names; any other argument is text.
 ValueKind kind_of(const std::string& name) {
   static const std::map<std::string, ValueKind> kKinds = {
-      {"config", ValueKind::config_file}, {"file", ValueKind::result_file}, {"parts", ValueKind::result_file},
-      {"output", ValueKind::result_file}, {"inputs", ValueKind::folder},    {"folder", ValueKind::folder},
-      {"missing", ValueKind::folder},     {"table", ValueKind::table},      {"shell", ValueKind::shell}};
+      {"config", ValueKind::config_file},   {"file", ValueKind::result_file}, {"parts", ValueKind::result_file},
+      {"output", ValueKind::result_file},   {"inputs", ValueKind::folder},    {"folder", ValueKind::folder},
+      {"missing", ValueKind::folder},       {"table", ValueKind::table},      {"shell", ValueKind::shell},
+      {"experiment", ValueKind::experiment}};
   const auto found = kKinds.find(name);
   return found == kKinds.end() ? ValueKind::text : found->second;
 }
@@ -160,6 +186,57 @@ CommandWords words_of(const CLI::App& app) {
   return words;
 }
 
+/// The nearest of these words: one that differs by few typing errors, or the only one that begins so.
+std::string nearest(const std::string& word, const std::vector<std::string>& known) {
+  std::vector<std::string> longer;
+  for (const std::string& k : known) {
+    if (config::resembles(word, k)) return k;
+    if (word.size() > 1 && word != "--" && k.starts_with(word)) longer.push_back(k);
+  }
+  return longer.size() == 1 ? longer.front() : "";
+}
+
+/// Programs beside this one, for those who look for them here.
+std::string program_beside(const std::string& word) {
+  for (const char* name : {"import", "plot", "report", "studies"})
+    if (word == name) return fmt::format("surveymc-{}", name);
+  return "";
+}
+
+/// What is wrong with the first word that nobody expected, and what may be meant; "" if there is none.
+std::string unknown_word(const CLI::App& app) {
+  const std::vector<const CLI::App*> chosen = app.get_subcommands([](const CLI::App* sub) { return sub->parsed(); });
+  const CLI::App& at = chosen.empty() ? app : *chosen.front();
+  std::vector<std::string> left = app.remaining(true);
+  if (left.empty()) return "";
+  // An option before words: what follows an unknown option is its value, or was taken for another word.
+  const auto option = std::find_if(left.begin(), left.end(), [](const std::string& w) { return w.starts_with('-'); });
+  const std::string written = option == left.end() ? left.front() : *option,
+                    word = written.substr(0, written.find('='));
+  std::vector<std::string> known;
+  const bool is_option = word.starts_with('-');
+  if (is_option) {
+    for (const CLI::Option* o : at.get_options())
+      for (const std::string& name : o->get_lnames()) known.push_back("--" + name);
+  } else if (chosen.empty()) {
+    for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
+      known.push_back(sub->get_name());
+  }
+  std::string near = nearest(word.starts_with("--") || !is_option ? word : "-" + word, known);
+  if (near.empty() && is_option && !chosen.empty()) {  // before the command's name, or of another command
+    for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
+      for (const CLI::Option* o : sub->get_options())
+        for (const std::string& name : o->get_lnames())
+          if ("--" + name == word) near = fmt::format("{} of surveymc {}", word, sub->get_name());
+  }
+  const std::string beside = is_option || !chosen.empty() ? "" : program_beside(word);
+  const std::string hint = !beside.empty() ? fmt::format(": this is a program of its own: {}", beside)
+                           : near.empty()  ? ""
+                                           : fmt::format(": did you mean {}?", near);
+  return fmt::format("surveymc{}: {} is not expected{}", chosen.empty() ? "" : " " + at.get_name(),
+                     store::printable(written), hint);
+}
+
 }  // namespace
 
 std::variant<CommandLine, int> read_command_line(int argc, char** argv, const std::string& version, bool silent) {
@@ -173,8 +250,11 @@ std::variant<CommandLine, int> read_command_line(int argc, char** argv, const st
     app.parse(argc, argv);
     return line;
   } catch (const CLI::ParseError& e) {
-    if (app.get_subcommands().empty() && !app.remaining().empty())  // CLI11 would only miss a subcommand
-      return app.exit(CLI::ExtrasError(app.remaining()), out, errors) == 0 ? kDone : kUsage;
+    const std::string fault = unknown_word(app);
+    if (!fault.empty() && e.get_exit_code() != 0) {  // it may be why CLI11 misses another word
+      errors << fault << "\nRun with --help for more information.\n";
+      return kUsage;
+    }
     return app.exit(e, out, errors) == 0 ? kDone : kUsage;
   }
 }

@@ -4,14 +4,16 @@
 #include <vector>
 
 #include "cli/command_words.h"
+#include "cli/keys_command.h"
 #include "cli/models_command.h"
+#include "cli/new_command.h"
 #include "cli/part_commands.h"
 #include "cli/run_setup.h"
 #include "cli/show_command.h"
 
 namespace surveymc::cli {
 
-enum class Command { list, models, check, run, plan, merge, status, show, rerun, man, completion };
+enum class Command { list, keys, new_config, models, check, run, plan, merge, status, show, rerun, man, completion };
 
 /// The command and options of a command line (README.md).
 struct CommandLine {
@@ -20,6 +22,8 @@ struct CommandLine {
   PlanArguments parts_plan = {};
   ShowArguments shown = {};
   ModelsArguments models = {};
+  KeysArguments keys = {};
+  NewArguments made = {};
   std::string shell;  ///< of completion
   std::string file, inputs = ".";
   std::vector<std::string> parts = {};

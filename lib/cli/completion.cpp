@@ -57,6 +57,8 @@ std::string bash_offer(ValueKind kind) {
       return "_surveymc_words \"$(_surveymc_tables \"$first\")\"";
     case ValueKind::shell:
       return "_surveymc_words $'bash\\nzsh\\nfish'";
+    case ValueKind::experiment:
+      return "_surveymc_words \"$(_surveymc_experiments)\"";
     default:
       return ":";
   }
@@ -76,6 +78,11 @@ _surveymc_files() {
   compopt -o filenames 2>/dev/null
   local IFS=$'\n'
   COMPREPLY=($(compgen -f -X "!*.$1" -- "$cur") $(compgen -d -- "$cur"))
+}
+
+# Names of the experiments.
+_surveymc_experiments() {
+  "${COMP_WORDS[0]}" list 2>/dev/null | grep -v '^ ' | cut -d' ' -f1
 }
 
 # Names of what is in the result file $1.
@@ -149,6 +156,8 @@ std::string zsh_offer(ValueKind kind) {
       return "_surveymc_tables";
     case ValueKind::shell:
       return "(bash zsh fish)";
+    case ValueKind::experiment:
+      return "_surveymc_experiments";
     default:
       return " ";
   }
@@ -189,6 +198,12 @@ _surveymc_tables() {{
   compadd -a names
 }}
 
+_surveymc_experiments() {{
+  local -a names
+  names=(${{(f)"$(surveymc list 2>/dev/null | grep -v '^ ' | cut -d' ' -f1)"}})
+  compadd -a names
+}}
+
 _surveymc_commands() {{
   local -a commands
   commands=({list})
@@ -226,6 +241,8 @@ std::string fish_offer(ValueKind kind) {
       return " -a '(__surveymc_tables)'";
     case ValueKind::shell:
       return " -a 'bash zsh fish'";
+    case ValueKind::experiment:
+      return " -a \"(surveymc list 2>/dev/null | grep -v '^ ' | cut -d' ' -f1)\"";
     default:
       return "";
   }

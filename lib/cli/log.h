@@ -8,6 +8,8 @@ namespace surveymc::cli {
 void start_log();
 /// Turns the log off, for ranks other than 0.
 void silence_log();
+/// Only warnings from now on.
+void log_only_warnings();
 
 void log_info(const std::string& text);
 void log_warning(const std::string& text);

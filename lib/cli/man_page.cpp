@@ -58,7 +58,7 @@ done
 a verdict that is not the expected one, with \fB\-\-check\fR; or a rerun that differs
 .TP
 .B 64
-usage
+wrong command line; the message names the word and what may be meant
 .TP
 .B 65
 bad config or data; the message says place, value and rule, and nothing was written
@@ -66,11 +66,14 @@ bad config or data; the message says place, value and rule, and nothing was writ
 .B 70
 internal error
 .TP
+.B 71
+the system starts no more threads: fewer with \fB\-\-threads\fR
+.TP
 .B 74
 a result cannot be read or written
 .TP
 .B 75
-interrupted
+interrupted, within a second of the signal; the message says what is kept and how to go on
 .SH ENVIRONMENT
 .TP
 .B SURVEYMC_INSTRUCTION_SET

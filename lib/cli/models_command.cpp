@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "cli/run_setup.h"
 #include "config/error_model_file.h"
 
 namespace surveymc::cli {
@@ -31,7 +32,8 @@ std::vector<config::SharedModel> models_of(const ModelsArguments& a) {
   std::vector<config::SharedModel> all;
   if (!a.name.empty()) {
     const config::ShippedModel* shipped = config::find_shipped_model(a.name);
-    require(shipped != nullptr, "models {}: unknown error model: {}", a.name, config::shipped_model_suggestion(a.name));
+    require_usage(shipped != nullptr, "models {}: unknown error model: {}", a.name,
+                  config::shipped_model_suggestion(a.name));
     return {config::load_shipped_model(*shipped)};
   }
   for (const config::ShippedModel& m : config::shipped_models()) all.push_back(config::load_shipped_model(m));

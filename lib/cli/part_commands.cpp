@@ -10,6 +10,7 @@
 #include "cli/log.h"
 #include "cli/print_result.h"
 #include "store/atomic_file.h"
+#include "store/backup.h"
 
 namespace surveymc::cli {
 namespace {
@@ -20,14 +21,24 @@ constexpr const char* kExtension = ".part";
 
 std::uint64_t slurm_number(const char* name) {
   const char* text = std::getenv(name);
-  require(text != nullptr, "--array: {} is not set: this is for tasks of a Slurm array (sbatch --array=...)", name);
+  require_usage(text != nullptr, "--array: {} is not set: this is for tasks of a Slurm array (sbatch --array=...)",
+                name);
   return whole_number(name, text);
 }
 
 std::uint64_t shard_count(const RunArguments& a) {
   const std::uint64_t n = a.shards ? whole_number("--shards", *a.shards) : 0;
-  require(!a.shards || (n > 0 && n <= 1'000'000), "--shards {}: must be 1 to 1000000", n);
+  require_usage(!a.shards || (n > 0 && n <= 1'000'000), "--shards {}: must be 1 to 1000000", n);
   return n;
+}
+
+/// A part that the run does not have was asked for by an option.
+void require_choice(const study::RunPlan& run, const study::PartChoice& choice) {
+  try {
+    study::check_choice(run, choice);
+  } catch (const InputError& e) {
+    throw UsageError(e.what());
+  }
 }
 
 study::PartChoice array_choice(const RunArguments& a, const study::RunPlan& run) {
@@ -37,10 +48,11 @@ study::PartChoice array_choice(const RunArguments& a, const study::RunPlan& run)
   if (!divisible) return {id};
   const std::uint64_t count = slurm_number("SLURM_ARRAY_TASK_COUNT");
   const char* first = std::getenv("SLURM_ARRAY_TASK_MIN");
-  require(id < count && (!first || std::string(first) == "0"),
-          "--array: task {} of {}: shards are numbered from 0 without gaps; where tasks are submitted again, say how "
-          "many shards there are in all with --shards N",
-          id, count);
+  require_usage(
+      id < count && (!first || std::string(first) == "0"),
+      "--array: task {} of {}: shards are numbered from 0 without gaps; where tasks are submitted again, say how "
+      "many shards there are in all with --shards N",
+      id, count);
   return {std::nullopt, id, count};
 }
 
@@ -64,7 +76,7 @@ bool same_pieces(const std::vector<checkpoint::PartPiece>& a, const std::vector<
 }
 
 /// True if the part is there already. Throws IoError if another file is in its place, or if it could not be written.
-bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartChoice& choice) {
+bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartChoice& choice, bool overwrite) {
   const checkpoint::PartState state = checkpoint::part_state(path);
   if (state == checkpoint::PartState::foreign)
     throw IoError(fmt::format("{}: exists and is no surveymc part file: refusing to overwrite it", path.string()));
@@ -77,12 +89,12 @@ bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartC
                        : there.key.program != key.program                            ? "this part by another build"
                        : !same_pieces(there.pieces, study::part_pieces(run, choice)) ? "another part of this config"
                                                                                      : nullptr;
-    if (what)
+    if (what && !overwrite)
       throw IoError(
-          fmt::format("{}: holds {} (config hash {}, made by {}): delete it or choose another name or folder "
-                      "with -o",
+          fmt::format("{}: holds {} (config hash {}, made by {}): choose another name or folder with -o, or replace it "
+                      "with --overwrite",
                       path.string(), what, there.key.config_hash, there.key.program));
-    return true;
+    if (!what) return true;
   }
   try {
     store::remove_stale_temporaries(store::resolved(path));
@@ -124,21 +136,22 @@ std::optional<checkpoint::Part> outline(const fs::path& path) {
 }  // namespace
 
 std::optional<study::PartChoice> part_choice(const RunArguments& a, const study::RunPlan& run) {
-  require(!a.shards || a.array, "--shards: belongs to --array; without Slurm it is --shard I/N");
-  require(!a.array || (!a.point && !a.shard), "--array: chooses the part itself: not together with --point or --shard");
+  require_usage(!a.shards || a.array, "--shards: belongs to --array; without Slurm it is --shard I/N");
+  require_usage(!a.array || (!a.point && !a.shard),
+                "--array: chooses the part itself: not together with --point or --shard");
   if (!a.array && !a.point && !a.shard) return std::nullopt;
-  require(!a.check, "--check: a part has no verdicts; give it to surveymc merge");
+  require_usage(!a.check, "--check: a part has no verdicts; give it to surveymc merge");
   study::PartChoice choice;
   if (a.array) choice = array_choice(a, run);
   if (a.point) choice.point = whole_number("--point", *a.point);
   if (a.shard) {
     const std::size_t slash = a.shard->find('/');
-    require(slash != std::string::npos, "--shard {}: must be I/N, such as 0/4", *a.shard);
+    require_usage(slash != std::string::npos, "--shard {}: must be I/N, such as 0/4", *a.shard);
     choice.shard = whole_number("--shard", a.shard->substr(0, slash));
     choice.shards = whole_number("--shard", a.shard->substr(slash + 1));
-    require(choice.shards <= 1'000'000, "--shard {}: at most 1000000 shards", *a.shard);
+    require_usage(choice.shards <= 1'000'000, "--shard {}: at most 1000000 shards", *a.shard);
   }
-  study::check_choice(run, choice);
+  require_choice(run, choice);
   if (choice.shards == 1 && !choice.point && run.points.size() == 1) choice.point = 0;  // one name for one thing
   return choice;
 }
@@ -146,7 +159,7 @@ std::optional<study::PartChoice> part_choice(const RunArguments& a, const study:
 int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::PartChoice& choice,
                  const std::string& command) {
   const fs::path path = part_path(a, choice);
-  if (is_done(path, run, choice)) {
+  if (is_done(path, run, choice, a.overwrite)) {
     checkpoint::remove_journals(path, run_key(run));
     fmt::print("{} is done already\n", path.string());
     return kDone;
@@ -154,27 +167,31 @@ int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::
   log_info(fmt::format("{}: {} of {}", a.config, study::part_name(choice), run.experiment.name()));
   log_remarks(run.config);
   double elapsed = 0;
-  with_checkpoint(a, run, path, command, [&](const study::Checkpoint& checkpoint) {
+  checkpoint::Part part;
+  const auto compute = [&](const study::Checkpoint& checkpoint) {
     Progress progress;
     const auto created = std::chrono::system_clock::now();
-    checkpoint::Part part = study::run_part(run, choice, run_options(a, run, progress), checkpoint);
+    part = study::run_part(run, choice, run_options(a, run, progress), checkpoint);
     elapsed = progress.elapsed_s();
     part.key = run_key(run);
     part.command = command;
     part.folder = fs::absolute(a.config).parent_path().string();
     part.run = run_info(created, elapsed, a);
-    checkpoint::write_part(path, part);
-    return store::Result{};
+  };
+  fs::path kept;  // what was there is damaged, but it is the user's
+  with_checkpoint(a, run, path, command, compute, [&] {
+    kept = store::write_beside_old(path, a.overwrite, [&] { checkpoint::write_part(path, part); });
   });
   say(fmt::format("wrote {} (in {})", path.string(), format_duration(elapsed)));
+  tell_backup(kept);
   return kDone;
 }
 
 int plan_parts(const RunArguments& a, const PlanArguments& plan) {
-  require(plan.count || !plan.folder.empty(), "plan: say --count or --missing FOLDER");
+  require_usage(plan.count || !plan.folder.empty(), "plan: say --count or --missing FOLDER");
   const study::RunPlan run = load(a);
   const std::uint64_t shards = shard_count(a), parts = shards > 0 ? shards : run.points.size();
-  if (shards > 0) study::check_choice(run, {std::nullopt, 0, shards});
+  if (shards > 0) require_choice(run, {std::nullopt, 0, shards});
   if (plan.count) {
     fmt::print("{}\n", parts);
     return kDone;
@@ -216,6 +233,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
     }
   }
   store::check_output_path(a.output);
+  std::optional<EndsBySignal> ends(std::in_place, a);
   std::vector<checkpoint::Part> parts;
   for (const fs::path& path : paths) {
     parts.push_back(checkpoint::read_part(path));
@@ -234,13 +252,15 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
     throw IoError(fmt::format("{}: its config does not have the hash it says", paths[0].string()));
   Progress progress;
   store::Result result = study::merge_parts(run, parts, run_options(a, run, progress));
+  ends.reset();
   stamp(result, "surveymc merge");
   result.run = {"", "", 0, 0, 0};  // of many runs; so the file does not depend on who ran what
-  store::write_result(a.output, result);
+  const fs::path kept = store::write_beside_old(a.output, a.overwrite, [&] { store::write_result(a.output, result); });
   print_tables(result, a.output, a.units == "ft");
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);
   say(fmt::format("wrote {} (from {} part{})", a.output, parts.size(), parts.size() == 1 ? "" : "s"));
+  tell_backup(kept);
   return exit;
 }
 

@@ -1,4 +1,5 @@
-/// The command line: list, models, check, run, plan, merge, status, show, rerun, man, completion (README.md). Prints;
+/// The command line: list, keys, new, models, check, run, plan, merge, status, show, rerun, man, completion
+/// (README.md). Prints;
 /// all work is in lib/ and the studies.
 #include <chrono>
 #include <csignal>
@@ -26,6 +27,7 @@
 #include "cli/text_commands.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
+#include "store/backup.h"
 
 namespace surveymc::cli {
 namespace {
@@ -42,14 +44,6 @@ store::Result run_and_stamp(const RunArguments& a, const study::RunPlan& run, co
   stamp(result, command);
   result.run = run_info(created, elapsed, a);
   return result;
-}
-
-int list(const std::vector<study::Experiment>& studies) {
-  for (const study::Experiment& e : studies)
-    for (const std::string& text :
-         {fmt::format("{:<24} {}", e.name(), e.summary), fmt::format("{:<24}   after {}", "", e.reproduces)})
-      fmt::print("{}\n", on_screen(text, STDOUT_FILENO, 27));
-  return kDone;
 }
 
 int check(const RunArguments& a) {
@@ -75,22 +69,24 @@ int check(const RunArguments& a) {
 int run(const RunArguments& a, const std::string& command) {
   catch_signals();
   stop_after(a.max_seconds);
+  std::optional<EndsBySignal> ends(std::in_place, a);
   const study::RunPlan plan = load(a);
   if (a.trial) {
     const std::uint64_t number = whole_number("--trial", *a.trial),
                         index = whole_number("--point", a.point.value_or("0"));
-    require(index < plan.points.size(), "--point {}: the points of this config are numbered 0 to {}", index,
-            plan.points.size() - 1);
+    require_usage(index < plan.points.size(), "--point {}: the points of this config are numbered 0 to {}", index,
+                  plan.points.size() - 1);
     const std::uint64_t trials = plan.points[index]->trials();
-    require(trials > 0, "--trial {}: a config of {} has no trials", number, plan.experiment.name());
-    require(number < trials, "--trial {}: the trials of this config are numbered 0 to {}", number, trials - 1);
+    require_usage(trials > 0, "--trial {}: a config of {} has no trials", number, plan.experiment.name());
+    require_usage(number < trials, "--trial {}: the trials of this config are numbered 0 to {}", number, trials - 1);
     montecarlo::RunOptions options;
     options.stop = stop_flag();
     fmt::print("{}", plan.prepare(index, options)->replay(number));
     return kDone;
   }
-  if (const std::optional<study::PartChoice> choice = part_choice(a, plan))
-    return run_one_part(a, plan, *choice, command);
+  const std::optional<study::PartChoice> choice = part_choice(a, plan);
+  ends.reset();
+  if (choice) return run_one_part(a, plan, *choice, command);
   std::filesystem::path output = a.output;
   if (output.empty()) {
     output = std::filesystem::path("results") / (std::filesystem::path(a.config).stem().string() + ".h5");
@@ -103,11 +99,12 @@ int run(const RunArguments& a, const std::string& command) {
                        plan.points.size() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
   log_remarks(plan.config);
   double elapsed = 0;
-  const store::Result result = with_checkpoint(a, plan, output, command, [&](const study::Checkpoint& checkpoint) {
-    store::Result r = run_and_stamp(a, plan, command, elapsed, checkpoint);
-    store::write_result(output, r);
-    return r;
-  });
+  store::Result result;
+  std::filesystem::path kept;
+  with_checkpoint(
+      a, plan, output, command,
+      [&](const study::Checkpoint& checkpoint) { result = run_and_stamp(a, plan, command, elapsed, checkpoint); },
+      [&] { kept = store::write_beside_old(output, a.overwrite, [&] { store::write_result(output, result); }); });
   print_tables(result, output.string(), a.units == "ft");
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);
@@ -115,11 +112,13 @@ int run(const RunArguments& a, const std::string& command) {
           ? fmt::format("wrote {} (in {})", output.string(), format_duration(elapsed))
           : fmt::format("wrote {} ({} trials in {}, {:.3g} trials/s)", output.string(), plan.total_trials(),
                         format_duration(elapsed), static_cast<double>(plan.total_trials()) / elapsed));
+  tell_backup(kept);
   return exit;
 }
 
 int rerun(const std::string& file, const std::string& folder, const RunArguments& a, const std::string& command) {
   catch_signals();
+  const EndsBySignal ends(a);  // nothing is written
   const store::Result stored = store::read_result(file);
   const study::RunPlan plan = read_rerun(*a.studies, file, stored, folder);
   double elapsed = 0;
@@ -152,9 +151,17 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
   a.studies = &studies;
   if (messages) a.workers = &workers;
   if (messages && a.threads == 0) a.threads = messages->threads();
+  if (a.quiet) {
+    log_only_warnings();
+    if (!std::freopen("/dev/null", "w", stdout)) throw IoError("/dev/null: cannot be opened");
+  }
   switch (line.command) {
     case Command::list:
-      return list(studies);
+      return fmt::print("{}", list_text(studies)), kDone;
+    case Command::keys:
+      return fmt::print("{}", keys_text(studies, line.keys)), kDone;
+    case Command::new_config:
+      return new_config(studies, line.made), kDone;
     case Command::models:
       return fmt::print("{}", models_text(line.models)), kDone;
     case Command::check:
@@ -190,6 +197,8 @@ int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& w
     const int exit = guarded_main(argc, argv, studies(), workers, messages, mpi);
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit;
     return fails(kCannotWrite, "error: standard output: ", "cannot be written");
+  } catch (const UsageError& e) {
+    return fails(kUsage, "error: ", e.what());
   } catch (const InputError& e) {
     return fails(kBadInput, "error: ", e.what());
   } catch (const IoError& e) {
@@ -198,6 +207,8 @@ int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& w
     return fails(kInterrupted, "interrupted: ", e.what());
   } catch (const Interrupted&) {
     return fails(kInterrupted, "interrupted: ", "nothing was written");
+  } catch (const montecarlo::NoThreads& e) {
+    return fails(kNoThreads, "error: ", e.what());
   } catch (const std::bad_alloc&) {
     return fails(kInternal, "error: ", "not enough memory: give the run more, or ask for less");
   } catch (const std::exception& e) {

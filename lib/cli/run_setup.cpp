@@ -1,5 +1,7 @@
 #include "cli/run_setup.h"
 
+#include <pthread.h>
+#include <semaphore.h>
 #include <sys/time.h>
 #include <unistd.h>
 
@@ -8,11 +10,15 @@
 #include <charconv>
 #include <csignal>
 #include <ctime>
+#include <mutex>
+#include <system_error>
+#include <thread>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include "cli/log.h"
+#include "cli/print_result.h"
 #include "cli/rank_work.h"
 #include "cli/stored_inputs.h"
 #include "cli/version_text.h"
@@ -23,12 +29,72 @@ namespace surveymc::cli {
 namespace {
 
 std::atomic<bool> g_stop = false;  // set by a signal handler, read at block boundaries
-extern "C" void on_signal(int) { g_stop = true; }
+sem_t g_signalled;                 // posted by it, for the thread that waits
+extern "C" void on_signal(int) {
+  g_stop = true;
+  sem_post(&g_signalled);
+}
+
+/// What a signal may end: see EndsBySignal.
+struct MayEnd {
+  std::mutex changing;
+  bool now = false;
+  checkpoint::Journal* journal = nullptr;
+  std::string go_on;
+};
+MayEnd& may_end() {
+  static MayEnd& one = *new MayEnd;  // the waiting thread outlives main()
+  return one;
+}
+
+/// Ends the program, if it may be ended now.
+void end_program() {
+  MayEnd& m = may_end();
+  const std::scoped_lock lock(m.changing);
+  if (!m.now) return;
+  const bool kept = m.journal && m.journal->sync() && m.journal->started();
+  const std::string text = fmt::format("{}interrupted: {}\n", isatty(STDERR_FILENO) ? "\r\033[K" : "",
+                                       kept ? m.go_on : "nothing was written");
+  [[maybe_unused]] const ssize_t n = write(STDERR_FILENO, text.data(), text.size());
+  _exit(kInterrupted);
+}
+
+void wait_for_signal() {
+  constexpr auto kOrderly = std::chrono::milliseconds(800), kAgain = std::chrono::milliseconds(20);
+  while (sem_wait(&g_signalled) != 0) {
+  }
+  for (std::this_thread::sleep_for(kOrderly);; std::this_thread::sleep_for(kAgain)) end_program();
+}
 
 }  // namespace
 
 void catch_signals() {
+  sem_init(&g_signalled, 0, 0);
+  sigset_t all, before;  // the waiting thread gets no signals
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  try {
+    std::thread(wait_for_signal).detach();
+  } catch (const std::system_error&) {  // no more threads: then the stop flag has to do
+  }
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
   for (const int signal : {SIGINT, SIGTERM, SIGUSR1, SIGALRM}) std::signal(signal, on_signal);
+}
+
+EndsBySignal::EndsBySignal(const RunArguments& a, checkpoint::Journal* journal, const std::string& go_on)
+    : ours_(a.workers == nullptr) {
+  if (!ours_) return;
+  MayEnd& m = may_end();
+  const std::scoped_lock lock(m.changing);
+  m.journal = journal;
+  m.go_on = go_on;
+  m.now = true;
+}
+
+EndsBySignal::~EndsBySignal() {
+  if (!ours_) return;
+  const std::scoped_lock lock(may_end().changing);
+  may_end().now = false;
 }
 
 const std::atomic<bool>* stop_flag() { return &g_stop; }
@@ -56,8 +122,8 @@ study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const s
 std::uint64_t whole_number(const std::string& option, const std::string& text) {
   std::uint64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  require(error == std::errc() && end == text.data() + text.size() && !text.empty() && value < (1ull << 63),
-          "{} {}: must be a whole number, 0 or more", option, text);
+  require_usage(error == std::errc() && end == text.data() + text.size() && !text.empty() && value < (1ull << 63),
+                "{} {}: must be a whole number, 0 or more", option, text);
   return value;
 }
 
@@ -89,6 +155,9 @@ const study::Experiment& find_experiment(const std::vector<study::Experiment>& s
 
 study::RunPlan load(const RunArguments& a) {
   std::vector<std::string> overrides = a.set;
+  for (const std::string& s : overrides)
+    require_usage(s.find('=') != std::string::npos && s.find('=') > 0, "--set {}: {}must be KEY=VALUE", s,
+                  s.starts_with('=') ? "the key is missing: " : "");
   if (a.seed) overrides.push_back(fmt::format("seed={}", whole_number("--seed", *a.seed)));
   if (a.trials) overrides.push_back(fmt::format("trials={}", whole_number("--trials", *a.trials)));
   config::Config config = config::Config::load(a.config, overrides);
@@ -116,7 +185,7 @@ montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& 
   montecarlo::RunOptions options;
   options.threads = a.threads;
   progress.know(pace_of(run));
-  options.progress = [&](std::uint64_t done, std::uint64_t expected) { progress.update(done, expected); };
+  if (!a.quiet) options.progress = [&](std::uint64_t done, std::uint64_t expected) { progress.update(done, expected); };
   options.stop = &g_stop;
   options.workers = a.workers;
   if (a.workers) a.workers->run = run_name(run);
@@ -146,9 +215,14 @@ store::RunInfo run_info(std::chrono::system_clock::time_point created, double el
           a.workers ? static_cast<int>(a.workers->count()) + 1 : 1};
 }
 
-store::Result with_checkpoint(const RunArguments& a, const study::RunPlan& run, const std::filesystem::path& output,
-                              const std::string& command,
-                              const std::function<store::Result(const study::Checkpoint&)>& compute_and_write) {
+void tell_backup(const std::filesystem::path& kept) {
+  if (!kept.empty()) say(fmt::format("the file that was there is now {}", kept.string()));
+}
+
+void with_checkpoint(const RunArguments& a, const study::RunPlan& run, const std::filesystem::path& output,
+                     const std::string& command, const std::function<void(const study::Checkpoint&)>& compute,
+                     const std::function<void()>& write) {
+  std::optional<EndsBySignal> reading(std::in_place, a);
   const checkpoint::RunKey key = run_key(run);
   checkpoint::JournalContents kept = checkpoint::read_journals(output, key);
   if (!a.resume && (!kept.finished.empty() || !kept.damaged.empty()))
@@ -167,21 +241,26 @@ store::Result with_checkpoint(const RunArguments& a, const study::RunPlan& run, 
 
   checkpoint::Journal journal(output, key, std::chrono::duration<double>(a.checkpoint_seconds));
   if (a.workers) a.workers->journal = output.string();
+  const std::string go_on = fmt::format("what is done is kept beside {}; go on with: {}{}", output.string(), command,
+                                        a.resume ? "" : " --resume");
+  reading.reset();
+  std::optional<EndsBySignal> computing(std::in_place, a, &journal, go_on);
   try {
-    store::Result result = compute_and_write({std::move(kept.finished), &journal});
+    compute({std::move(kept.finished), &journal});
+    computing.reset();
+    write();
     checkpoint::remove_journals(output, key);
-    return result;
   } catch (const IoError& e) {  // all was computed, but the result cannot be written
     if (!journal.started() || !journal.sync()) throw;
     throw IoError(
         fmt::format("{}; what is done is kept beside it: when it can be written, go on with --resume", e.what()));
   } catch (const Interrupted&) {
+    computing.reset();
     if (!journal.sync())
       throw IoError(fmt::format("interrupted, and the checkpoint beside {} could not be written: {}", output.string(),
                                 journal.error()));
     if (checkpoint::journals_of(output).empty()) throw;
-    throw Resumable(fmt::format("what is done is kept beside {}; go on with: {}{}", output.string(), command,
-                                a.resume ? "" : " --resume"));
+    throw Resumable(go_on);
   }
 }
 

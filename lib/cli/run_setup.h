@@ -22,9 +22,22 @@ enum Exit {
   kUsage = 64,
   kBadInput = 65,
   kInternal = 70,
+  kNoThreads = 71,
   kCannotWrite = 74,
   kInterrupted = 75
 };
+
+/// The command line is wrong, though each of its words may be right. what() says option, value, rule. Exit code 64.
+class UsageError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
+/// Throws UsageError unless `ok`.
+template <class... Args>
+void require_usage(bool ok, fmt::format_string<Args...> format, Args&&... args) {
+  if (!ok) throw UsageError(fmt::format(format, std::forward<Args>(args)...));
+}
 
 /// The run was interrupted and its finished work was kept: what() says how to go on.
 class Resumable : public Interrupted {
@@ -38,7 +51,7 @@ struct RunArguments {
   std::vector<std::string> set;
   int threads = 0;
   std::optional<std::string> trials, seed, trial, point, shard, shards;  // as typed, so that a message can show it
-  bool check = false, array = false, resume = false;
+  bool check = false, array = false, resume = false, overwrite = false, quiet = false;
   double max_seconds = 0, checkpoint_seconds = 5;           // 0: no limit
   montecarlo::Workers* workers = nullptr;                   // in surveymc-mpi
   const std::vector<study::Experiment>* studies = nullptr;  // that the program knows
@@ -67,6 +80,20 @@ study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const s
 void catch_signals();
 const std::atomic<bool>* stop_flag();
 
+/// While it lives, a signal ends the program within a second (exit code 75) even if nobody looks at the stop flag:
+/// after .8 s, with the journal written. For stretches in which no file of a user is half written. `a`: not in
+/// surveymc-mpi, whose ranks stop together.
+class EndsBySignal {
+ public:
+  explicit EndsBySignal(const RunArguments& a, checkpoint::Journal* journal = nullptr, const std::string& go_on = "");
+  ~EndsBySignal();
+  EndsBySignal(const EndsBySignal&) = delete;
+  EndsBySignal& operator=(const EndsBySignal&) = delete;
+
+ private:
+  bool ours_;
+};
+
 /// Sets the stop flag after `seconds`, if not 0. Call catch_signals() first.
 void stop_after(double seconds);
 
@@ -79,11 +106,14 @@ checkpoint::RunKey run_key(const study::RunPlan& run);
 void stamp(store::Result& result, const std::string& command);
 store::RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, const RunArguments& a);
 
-/// Runs `compute_and_write` with the journals of `output`, and removes them afterwards. Throws IoError if there are
-/// journals and a.resume is not set, or journals of another config; Resumable if the run was interrupted and work was
-/// kept.
-store::Result with_checkpoint(const RunArguments& a, const study::RunPlan& run, const std::filesystem::path& output,
-                              const std::string& command,
-                              const std::function<store::Result(const study::Checkpoint&)>& compute_and_write);
+/// Prints where the file is now that stood in the place of a new one; nothing if there was none.
+void tell_backup(const std::filesystem::path& kept);
+
+/// Runs `compute` with the journals of `output`, then `write`, and removes the journals afterwards. Throws IoError if
+/// there are journals and a.resume is not set, or journals of another config; Resumable if the run was interrupted and
+/// work was kept.
+void with_checkpoint(const RunArguments& a, const study::RunPlan& run, const std::filesystem::path& output,
+                     const std::string& command, const std::function<void(const study::Checkpoint&)>& compute,
+                     const std::function<void()>& write);
 
 }  // namespace surveymc::cli

@@ -13,6 +13,8 @@ namespace {
 constexpr double kMostValues = 1e7;     // more is a typing error in `step`, and would fill the memory
 constexpr double kStepRounding = 1e-9;  // of a step: so far `to` may be from a whole number of steps and still be one
 
+}  // namespace
+
 std::string rule_of(const Range& r) {
   const bool lo = r.lo > -kInfinity, hi = r.hi < kInfinity;
   if (lo && hi) {
@@ -23,8 +25,6 @@ std::string rule_of(const Range& r) {
   if (hi) return fmt::format("must be {} {}", r.hi_open ? "<" : "<=", format_number(r.hi));
   return "must be a finite number";
 }
-
-}  // namespace
 
 bool is_in(const Range& range, double x) {
   return std::isfinite(x) && (range.lo_open ? x > range.lo : x >= range.lo) &&

@@ -12,6 +12,9 @@ namespace surveymc::config {
 /// False for NaN and infinity, too.
 bool is_in(const Range& range, double x);
 
+/// "must be in [0, 90]".
+std::string rule_of(const Range& range);
+
 double checked_number(const TomlNode& n, const std::string& key, const Range& range);
 /// Of the items of an array.
 std::vector<double> checked_numbers(const TomlNode& n, const std::string& key, const Range& range);

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "config/config_document.h"
+#include "config/key_log.h"
 #include "config/reader_state.h"
 #include "config/toml_parse.h"
 
@@ -25,9 +26,20 @@ Config Config::load(const std::filesystem::path& path, const std::vector<std::st
   ConfigDocument& doc = *config.impl_->doc;
   doc.label = path.string();
   doc.folder = path.parent_path();
-  const auto [text, fault] = read_file(path);
+  const auto [text, fault] =
+      read_file(path, kLargestDocument, "a config has keys; data go to a CSV file that it names");
   require(fault.empty(), "{}: cannot be read: {}", doc.label, fault);
   doc.build(parse_document(text, doc.label), overrides);
+  return config;
+}
+
+Config config_with_log(const InputText& file, std::shared_ptr<KeyLog> log) {
+  Config config(std::make_unique<Config::Impl>());
+  ConfigDocument& doc = *config.impl_->doc;
+  doc.label = file.path;
+  doc.folder = std::filesystem::path(file.path).parent_path();
+  doc.log = std::move(log);
+  doc.build(parse_document(file.text, doc.label), {});
   return config;
 }
 

@@ -17,6 +17,8 @@
 
 namespace surveymc::config {
 
+struct KeyLog;
+
 /// Closed or open interval of allowed numbers.
 struct Range {
   double lo = -kInfinity;
@@ -153,6 +155,10 @@ class ConfigReader {
   std::shared_ptr<State> state_;
 };
 
+class Config;
+/// See key_log.h.
+Config config_with_log(const InputText& file, std::shared_ptr<KeyLog> log);
+
 /// A config file with its overrides, expanded to the points of its sweep.
 ///
 /// `[sweep]` holds lists under dotted keys; the points are their product. `[[sweep.case]]` is an array of tables, each
@@ -205,6 +211,7 @@ class Config {
   std::string hash() const;
 
  private:
+  friend Config config_with_log(const InputText& file, std::shared_ptr<KeyLog> log);
   struct Impl;
   explicit Config(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;

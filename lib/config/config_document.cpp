@@ -4,11 +4,14 @@
 #include <cerrno>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
 #include "base/error.h"
+#include "base/input_path.h"
+#include "config/key_log_apply.h"
 #include "config/suggest.h"
 #include "config/text.h"
 #include "config/toml_parse.h"
@@ -17,11 +20,10 @@ namespace surveymc::config {
 
 namespace fs = std::filesystem;
 
-FileText read_file(const fs::path& path) {
+FileText read_file(const fs::path& path, std::uint64_t most, const std::string& way_out) {
   const auto failed = [](const std::string& fault) { return FileText{"", fault}; };
   const auto reason = [] { return std::generic_category().message(errno); };
-  std::error_code ignored;
-  if (fs::is_directory(path, ignored)) return failed("it is a folder");
+  if (const std::string fault = input_fault(path, most, way_out); !fault.empty()) return failed(fault);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
   if (!file) return failed(reason());
   FileText out;
@@ -103,6 +105,12 @@ TomlNode ConfigDocument::point_root(std::size_t point) const {
   require_point(point);
   TomlNode root = base;
   sweep.apply(root, point);
+  if (log) {
+    log->asked.clear();
+    log->denied.clear();
+    log->missing = log->refused = "";
+    apply_suppositions(*log, root);
+  }
   return root;
 }
 
@@ -132,19 +140,30 @@ const T* known_file(const TomlNode& n, const std::string& key, const std::string
   return &read.emplace(*it).first->second;
 }
 
-std::string bytes_of(const TomlNode& n, const std::string& key, const fs::path& folder) {
+std::string bytes_of(const ConfigDocument& doc, const TomlNode& n, const std::string& key, std::uint64_t most,
+                     const std::string& way_out) {
   if (n.text.find('\0') != std::string::npos) refuse(n, key, "is not the name of a file");
-  const fs::path path = folder / n.text;  // an absolute path stays as it is
-  auto [text, fault] = read_file(path);
+  const fs::path path = doc.folder / n.text;  // an absolute path stays as it is
+  auto [text, fault] = doc.read(path, most, way_out);
   if (!fault.empty()) refuse(n, key, fmt::format("cannot be read: {} (looked for {})", fault, path.string()));
   return text;
 }
 
 }  // namespace
 
+FileText ConfigDocument::read(const fs::path& path, std::uint64_t most, const std::string& way_out) const {
+  if (!log) return read_file(path, most, way_out);
+  std::optional<std::string> text = shipped_text(path);
+  return text ? FileText{std::move(*text), ""} : FileText{"", "does not come with the program"};
+}
+
 const InputTable& ConfigDocument::input(const TomlNode& n, const std::string& key) {
   if (const auto* known = known_file(n, key, n.text, inputs, stored_files, is_from_result)) return *known;
-  return inputs.emplace(n.text, parse_csv(bytes_of(n, key, folder), n.text)).first->second;
+  return inputs
+      .emplace(
+          n.text,
+          parse_csv(bytes_of(*this, n, key, kLargestTable, "give only the rows and columns that are needed"), n.text))
+      .first->second;
 }
 
 const InputTable& ConfigDocument::table(const TomlNode& n, const std::string& key,
@@ -180,7 +199,8 @@ InputText ConfigDocument::text(const TomlNode& n, const std::string& key, const 
     return {shipped->path, texts.emplace(shipped->path, shipped->text).first->second};
   }
   if (const auto* known = known_file(n, key, n.text, texts, stored_texts, is_from_result)) return {n.text, *known};
-  return {n.text, texts.emplace(n.text, bytes_of(n, key, folder)).first->second};
+  return {n.text, texts.emplace(n.text, bytes_of(*this, n, key, kLargestDocument, "give only what the config needs"))
+                      .first->second};
 }
 
 InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {
@@ -189,7 +209,8 @@ InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {
     const std::uint64_t size = t.text.size();
     return InputFile{t.path, std::make_shared<const std::string>(std::move(t.text)), {}, size};
   };
-  if (!n.is_text() || n.text.empty() || n.text.find('\0') != std::string::npos) return held();  // which refuses it
+  if (log || !n.is_text() || n.text.empty() || n.text.find('\0') != std::string::npos)
+    return held();  // which refuses it
   const fs::path place = folder / n.text;
   if (const auto it = references.find(n.text); it != references.end()) return {n.text, nullptr, place, it->second.size};
   const auto stored = stored_references.find(n.text);

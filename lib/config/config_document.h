@@ -11,6 +11,7 @@
 #include "config/config.h"
 #include "config/input_file.h"
 #include "config/input_table.h"
+#include "config/key_log.h"
 #include "config/sweep.h"
 #include "config/toml_tree.h"
 
@@ -23,6 +24,14 @@ struct UsedDefault {
   bool is_alike = true;  // the same value at all of them
 };
 
+/// The bytes of a file, or why it cannot be read.
+struct FileText {
+  std::string text, fault;
+};
+/// How large a file is read whole: configs and models, which are parsed value by value, and tables.
+inline constexpr std::uint64_t kLargestDocument = std::uint64_t{1} << 24, kLargestTable = std::uint64_t{1} << 28;
+FileText read_file(const std::filesystem::path& path, std::uint64_t most, const std::string& way_out);
+
 /// Everything that the points of one config share. Readers keep it alive.
 struct ConfigDocument {
   std::string label;             // the path as given, for messages
@@ -33,6 +42,8 @@ struct ConfigDocument {
   std::map<std::string, InputTable> stored_files;
   std::map<std::string, std::string> stored_texts;
   std::map<std::string, InputReference> stored_references;
+
+  std::shared_ptr<KeyLog> log;  // null, but for keys_of()
 
   TomlNode base;  // without [sweep], with overrides
   Sweep sweep;
@@ -69,14 +80,10 @@ struct ConfigDocument {
   InputText text(const TomlNode& n, const std::string& key, const InputText* shipped);
   /// The same for a file that may be too large to be held.
   InputFile file(const TomlNode& n, const std::string& key);
+  /// The bytes of a file; with a log, of one that came with the program.
+  FileText read(const std::filesystem::path& path, std::uint64_t most, const std::string& way_out) const;
   /// See Config.
   std::string resolved_text() const;
 };
-
-/// The bytes of a file, or why it cannot be read.
-struct FileText {
-  std::string text, fault;
-};
-FileText read_file(const std::filesystem::path& path);
 
 }  // namespace surveymc::config

@@ -33,6 +33,28 @@ std::string integer_rule(std::int64_t lo, std::int64_t hi) {
   return fmt::format("must be in [{}, {}]", lo, hi);
 }
 
+// ---- for the log
+
+/// "" where every finite number is right.
+std::string number_rule(const Range& range) {
+  return range.lo > -kInfinity || range.hi < kInfinity ? rule_of(range) : "";
+}
+
+/// A number of the range, as TOML: 0, or one near the lower end.
+std::string sample_of(const Range& range) {
+  const bool lo = range.lo > -kInfinity, hi = range.hi < kInfinity;
+  const double step = lo && hi ? std::min(1.0, (range.hi - range.lo) / 2) : 1.0;
+  const double sample = range.lo < 0 && range.hi > 0 ? 0.0 : lo ? range.lo + step : hi ? range.hi - step : 1.0;
+  const std::string text = format_number(sample);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+
+std::string list_of(const std::string& sample, int count) {
+  std::string out;
+  for (int i = 0; i < count; ++i) out += (out.empty() ? "[" : ", ") + sample;
+  return out + "]";
+}
+
 }  // namespace
 
 ConfigReader::ConfigReader(std::shared_ptr<State> state) : state_(std::move(state)) {}
@@ -41,6 +63,11 @@ bool ConfigReader::has(const std::string& key) const {
   const std::string full = state_->full_key(key);
   state_->point->asked.insert(full);
   const bool found = static_cast<bool>(state_->look_up(key));
+  if (KeyLog* log = state_->point->doc->log.get()) {
+    log->use(full).may_be_absent = true;
+    if (!found && log->said.contains(full)) return true;
+    if (!found) log->denied.insert(full);
+  }
   if (!found) state_->point->doc->known_absent.insert(full);
   return found;
 }
@@ -48,17 +75,22 @@ bool ConfigReader::has(const std::string& key) const {
 // ----------------------------------------------------------------------------------------------------- single values
 
 double ConfigReader::number(const std::string& key, const Range& range) {
+  if (state_->has_log()) state_->log_use(key, "number", number_rule(range), sample_of(range));
   const auto found = state_->need(key);
   return checked_number(*found.node, found.key, range);
 }
 
 double ConfigReader::number(const std::string& key, const Range& range, double fallback) {
+  if (state_->has_log()) state_->log_use(key, "number", number_rule(range), sample_of(range));
+  if (state_->has_log()) state_->log_default(key, node_of(fallback), is_in(range, fallback));
   if (state_->find(key)) return number(key, range);
   state_->use_default(key, node_of(fallback), is_in(range, fallback));
   return fallback;
 }
 
 std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std::int64_t hi) {
+  if (state_->has_log())
+    state_->log_use(key, "integer", integer_rule(lo, hi), fmt::format("{}", std::min(hi, lo + (lo < hi))));
   const auto found = state_->need(key);
   const TomlNode& n = *found.node;
   if (n.kind != TomlNode::Kind::integer) refuse_kind(n, found.key, "must be an integer");
@@ -67,12 +99,17 @@ std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std:
 }
 
 std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std::int64_t hi, std::int64_t fallback) {
+  if (state_->has_log())
+    state_->log_use(key, "integer", integer_rule(lo, hi), fmt::format("{}", std::min(hi, lo + (lo < hi))));
+  if (state_->has_log()) state_->log_default(key, node_of(fallback), lo <= fallback && fallback <= hi);
   if (state_->find(key)) return integer(key, lo, hi);
   state_->use_default(key, node_of(fallback), lo <= fallback && fallback <= hi);
   return fallback;
 }
 
 bool ConfigReader::boolean(const std::string& key, bool fallback) {
+  if (state_->has_log()) state_->log_use(key, "true or false");
+  if (state_->has_log()) state_->log_default(key, node_of(fallback), true);
   if (const auto found = state_->find(key)) {
     if (found.node->kind != TomlNode::Kind::boolean) refuse_kind(*found.node, found.key, "must be true or false");
     return found.node->flag;
@@ -82,12 +119,15 @@ bool ConfigReader::boolean(const std::string& key, bool fallback) {
 }
 
 std::string ConfigReader::text(const std::string& key) {
+  if (state_->has_log()) state_->log_use(key, "text");
   const auto found = state_->need_name(key);
   if (!found.node->is_text()) refuse_kind(*found.node, found.key, "must be a string");
   return found.node->text;
 }
 
 std::string ConfigReader::text(const std::string& key, const std::string& fallback) {
+  if (state_->has_log()) state_->log_use(key, "text");
+  if (state_->has_log()) state_->log_default(key, node_of(fallback), !fallback.empty());
   if (state_->find(key)) return text(key);
   state_->use_default(key, node_of(fallback), !fallback.empty());
   return fallback;
@@ -99,6 +139,7 @@ bool ConfigReader::is_text(const std::string& key) const {
 }
 
 std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed) {
+  if (state_->has_log()) state_->log_choices(key, allowed);
   const auto found = state_->need_name(key);
   const TomlNode& n = *found.node;
   if (!n.is_text() || !contains(allowed, n.text)) refuse_kind(n, found.key, choice_rule(allowed));
@@ -107,6 +148,8 @@ std::string ConfigReader::choice(const std::string& key, const std::vector<std::
 
 std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed,
                                  const std::string& fallback) {
+  if (state_->has_log()) state_->log_choices(key, allowed);
+  if (state_->has_log()) state_->log_default(key, node_of(fallback), contains(allowed, fallback));
   if (state_->find(key)) return choice(key, allowed);
   state_->use_default(key, node_of(fallback), contains(allowed, fallback));
   return fallback;
@@ -130,6 +173,7 @@ std::optional<double> decimal_year_of(const std::string& text) {
 }  // namespace
 
 double ConfigReader::decimal_year(const std::string& key) {
+  if (state_->has_log()) state_->log_use(key, "date", "a date, 2026-07-01, or a decimal year, 2026.5", "2026.5");
   const auto found = state_->need(key);
   const TomlNode& n = *found.node;
   if (n.is_number()) return checked_number(n, found.key, {});
@@ -142,6 +186,10 @@ double ConfigReader::decimal_year(const std::string& key) {
 // ------------------------------------------------------------------------------------------------------------- lists
 
 std::vector<double> ConfigReader::numbers(const std::string& key, const Range& range, int count) {
+  if (state_->has_log())
+    state_->log_use(key,
+                    count < 0 ? "list of numbers" : fmt::format("list of {} number{}", count, count == 1 ? "" : "s"),
+                    number_rule(range), list_of(sample_of(range), std::max(count, 1)));
   const auto found = state_->need(key);
   const TomlNode& n = *found.node;
   const std::string size = count < 0 ? "numbers" : fmt::format("{} number{}", count, count == 1 ? "" : "s");
@@ -155,14 +203,20 @@ std::vector<double> ConfigReader::numbers(const std::string& key, const Range& r
 
 std::vector<double> ConfigReader::numbers(const std::string& key, const Range& range, int count,
                                           const std::vector<double>& fallback) {
-  if (state_->find(key)) return numbers(key, range, count);
   const bool fits = count < 0 ? !fallback.empty() : fallback.size() == static_cast<std::size_t>(count);
   const bool in_range = std::all_of(fallback.begin(), fallback.end(), [&](double x) { return is_in(range, x); });
+  if (state_->has_log()) state_->log_default(key, node_of(fallback), fits && in_range);
+  if (state_->point->doc->log && !state_->look_up(key)) {  // for the type of a key that no example has
+    state_->log_use(key, count < 0 ? "list of numbers" : fmt::format("list of {} numbers", count), number_rule(range),
+                    list_of(sample_of(range), std::max(count, 1)));
+  }
+  if (state_->find(key)) return numbers(key, range, count);
   state_->use_default(key, node_of(fallback), fits && in_range);
   return fallback;
 }
 
 std::vector<double> ConfigReader::number_or_list(const std::string& key, const Range& range) {
+  if (state_->has_log()) state_->log_use(key, "number or list", number_rule(range), sample_of(range));
   const auto found = state_->need(key);
   const TomlNode& n = *found.node;
   if (n.is_number()) return {checked_number(n, found.key, range)};
@@ -171,6 +225,8 @@ std::vector<double> ConfigReader::number_or_list(const std::string& key, const R
 }
 
 std::vector<double> ConfigReader::grid(const std::string& key, const Range& range) {
+  if (state_->has_log())
+    state_->log_use(key, "number, list or { from, to, step }", number_rule(range), sample_of(range));
   const auto found = state_->need(key);
   const TomlNode& n = *found.node;
   if (n.is_number()) return {checked_number(n, found.key, range)};
@@ -192,6 +248,7 @@ std::vector<double> ConfigReader::grid(const std::string& key, const Range& rang
 }
 
 std::vector<std::string> ConfigReader::texts(const std::string& key) {
+  if (state_->has_log()) state_->log_use(key, "text or list of texts");
   const auto found = state_->need_name(key);
   const TomlNode& n = *found.node;
   if (n.is_text()) return {n.text};
@@ -208,6 +265,7 @@ std::vector<std::string> ConfigReader::texts(const std::string& key) {
 // --------------------------------------------------------------------------------------------------- tables and files
 
 std::vector<std::pair<std::string, double>> ConfigReader::number_table(const std::string& key, const Range& range) {
+  if (state_->has_log()) state_->log_use(key, "table of numbers", number_rule(range));
   const auto found = state_->need(key);
   if (!found.node->is_table()) refuse_kind(*found.node, found.key, "must be a table of numbers");
   state_->point->whole.insert(state_->full_key(key));
@@ -219,6 +277,8 @@ std::vector<std::pair<std::string, double>> ConfigReader::number_table(const std
 }
 
 std::vector<ConfigReader> ConfigReader::tables(const std::string& key) {
+  if (state_->has_log()) state_->log_use(key, "array of tables", "", "[{}]");
+  if (state_->has_log()) state_->log_default(key, TomlNode{}, false);
   const auto found = state_->find(key);
   if (!found) return {};
   const TomlNode& n = *found.node;
@@ -235,6 +295,8 @@ std::vector<ConfigReader> ConfigReader::tables(const std::string& key) {
 }
 
 bool ConfigReader::matches_point(const std::string& key) {
+  if (state_->has_log()) state_->log_use(key, "table of keys", "values of keys at the points that are meant");
+  if (state_->has_log()) state_->log_default(key, TomlNode{}, false);
   const auto found = state_->find(key);
   if (!found) return true;
   if (!found.node->is_table()) refuse_kind(*found.node, found.key, "must be a table of keys and their values");
@@ -246,21 +308,25 @@ bool ConfigReader::matches_point(const std::string& key) {
 }
 
 InputTable ConfigReader::csv(const std::string& key) {
+  if (state_->has_log()) state_->log_use(key, "CSV file", "relative to the config");
   const auto found = state_->need(key);
   return state_->point->doc->input(*found.node, found.key);
 }
 
 InputText ConfigReader::file_text(const std::string& key) {
+  if (state_->has_log()) state_->log_use(key, "file", "relative to the config");
   const auto found = state_->need(key);
   return state_->point->doc->text(*found.node, found.key, nullptr);
 }
 
 InputText ConfigReader::file_text(const std::string& key, const InputText& shipped) {
+  if (state_->has_log()) state_->log_use(key, "text");
   const auto found = state_->need_name(key);
   return state_->point->doc->text(*found.node, found.key, &shipped);
 }
 
 InputFile ConfigReader::file(const std::string& key) {
+  if (state_->has_log()) state_->log_use(key, "CSV file", "relative to the config");
   const auto found = state_->need(key);
   return state_->point->doc->file(*found.node, found.key);
 }
@@ -268,6 +334,7 @@ InputFile ConfigReader::file(const std::string& key) {
 InputTable ConfigReader::table(const std::string& key,
                                const std::function<InputTable(const std::filesystem::path&)>& load,
                                const std::string& reading) {
+  if (state_->has_log()) state_->log_use(key, "file", "relative to the config");
   const auto found = state_->need(key);
   return state_->point->doc->table(*found.node, found.key, load, reading);
 }
@@ -288,11 +355,13 @@ ConfigReader reader_of_document(const InputText& document, std::shared_ptr<Confi
 }  // namespace
 
 ConfigReader ConfigReader::toml(const std::string& key) {
+  if (state_->has_log()) state_->log_use(key, "TOML file", "relative to the config");
   const auto found = state_->need(key);
   return reader_of_document(state_->point->doc->text(*found.node, found.key, nullptr), state_->point->doc);
 }
 
 ConfigReader ConfigReader::toml(const std::string& key, const InputText& shipped) {
+  if (state_->has_log()) state_->log_use(key, "text");
   const auto found = state_->need_name(key);
   return reader_of_document(state_->point->doc->text(*found.node, found.key, &shipped), state_->point->doc);
 }
@@ -320,7 +389,10 @@ ConfigPlace ConfigReader::place(const std::string& key) const {
   return {state_->place(), fmt::format("{} = {} (the default)", full, shortened(plain_text(it->second)))};
 }
 
-void ConfigReader::fail(const std::string& key, const std::string& rule) const { place(key).fail(rule); }
+void ConfigReader::fail(const std::string& key, const std::string& rule) const {
+  if (KeyLog* log = state_->point->doc->log.get()) log->refused = state_->full_key(key);
+  place(key).fail(rule);
+}
 
 void ConfigReader::note(const std::string& text) const { state_->point->doc->remark(false, text); }
 

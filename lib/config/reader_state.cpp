@@ -1,5 +1,7 @@
 #include "config/reader_state.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "config/suggest.h"
@@ -70,6 +72,7 @@ ConfigReader::State::Found ConfigReader::State::name_or_self(const Found& found)
 /// Mentions the first key of the table that looks as if it was meant.
 void ConfigReader::State::refuse_missing(const std::string& key) const {
   const std::string full = full_key(key);
+  if (KeyLog* log = point->doc->log.get()) log->missing = full;
   const auto parts = split_key(key);
   const TomlNode* at = table;
   std::string at_key = path;
@@ -89,6 +92,43 @@ void ConfigReader::State::refuse_missing(const std::string& key) const {
     if (resembles(k, parts[i])) refuse(v.place, full, fmt::format("missing (found {})", other));
   }
   refuse(place(), full, "missing");
+}
+
+// -------------------------------------------------------------------------------------------------------------- the
+// log
+
+namespace {
+
+void add(std::vector<std::string>& list, const std::string& word) {
+  if (std::find(list.begin(), list.end(), word) == list.end()) list.push_back(word);
+}
+
+}  // namespace
+
+void ConfigReader::State::log_use(const std::string& key, const std::string& type, const std::string& rule,
+                                  const std::string& sample) const {
+  KeyLog* log = point->doc->log.get();
+  if (!log) return;
+  const std::string full = full_key(key);
+  log->asked.insert(full);
+  KeyUse& use = log->use(full);
+  add(use.types, type);
+  if (!rule.empty()) add(use.rules, rule.starts_with("must be ") ? rule.substr(8) : rule);
+  if (use.sample.empty()) use.sample = sample;
+  const Found found = name_or_self(look_up(key));
+  if (found && use.example.empty() && !found.node->is_tables() && !log->supposed.contains(full))
+    use.example = toml_text(*found.node);
+}
+
+void ConfigReader::State::log_choices(const std::string& key, const std::vector<std::string>& allowed) const {
+  KeyLog* log = point->doc->log.get();
+  if (!log) return;
+  log_use(key, "text");
+  for (const std::string& word : allowed) add(log->use(full_key(key)).choices, word);
+}
+
+void ConfigReader::State::log_default(const std::string& key, const TomlNode& value, bool is_value) const {
+  if (KeyLog* log = point->doc->log.get()) add(log->use(full_key(key)).defaults, is_value ? toml_text(value) : "");
 }
 
 void ConfigReader::State::use_default(const std::string& key, const TomlNode& value, bool is_value) {

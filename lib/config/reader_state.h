@@ -60,6 +60,14 @@ struct ConfigReader::State {
   /// The name if `found` is a table with a name, else `found`.
   static Found name_or_self(const Found& found);
 
+  /// Tells the log, if there is one, what a getter asks for. `rule`: without "must be". `sample`: a value that it
+  /// takes.
+  void log_use(const std::string& key, const std::string& type, const std::string& rule = "",
+               const std::string& sample = "") const;
+  bool has_log() const { return point->doc->log != nullptr; }
+  void log_choices(const std::string& key, const std::vector<std::string>& allowed) const;
+  void log_default(const std::string& key, const TomlNode& value, bool is_value) const;
+
   /// Remembers a default. `is_value`: false if the getter's rule would refuse it.
   void use_default(const std::string& key, const TomlNode& value, bool is_value);
 

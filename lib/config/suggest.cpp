@@ -7,6 +7,7 @@
 
 #include <fmt/ranges.h>
 
+#include "config/key_log.h"
 #include "config/toml_tree.h"
 
 namespace surveymc::config {
@@ -62,6 +63,11 @@ UnitFault unit_fault(const std::string& given, const std::string& known) {
     return UnitFault::unwanted;
   }
   return UnitFault::none;
+}
+
+std::string unit_of_key(const std::string& key) {
+  const std::string suffix = split_suffix(key.substr(key.rfind('.') + 1)).suffix;
+  return is_unit(suffix) ? suffix : "";
 }
 
 std::string describe(UnitFault fault) {

@@ -1,10 +1,17 @@
 #include "montecarlo/blocks.h"
 
+#include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <exception>
+#include <latch>
 #include <mutex>
+#include <system_error>
+#include <thread>
 
+#include <fmt/format.h>
 #include <omp.h>
+#include <unistd.h>
 
 namespace surveymc::montecarlo {
 
@@ -42,6 +49,48 @@ std::vector<std::vector<BlockRange>> divided(const std::vector<BlockRange>& bloc
 
 int available_threads() { return omp_get_max_threads(); }
 
+namespace {
+
+// GCC's OpenMP ends the program with code 1 where a thread cannot be started. So as many are tried before; and should
+// one fail between that and OpenMP's own start, the program ends with the right code.
+constexpr int kExitNoThreads = 71;  // cli/run_setup.h
+std::atomic<bool> g_starting = false;
+
+void end_while_starting() {
+  if (!g_starting) return;
+  constexpr char kText[] = "error: the system starts no more threads: give fewer with --threads\n";
+  [[maybe_unused]] const ssize_t n = write(STDERR_FILENO, kText, sizeof kText - 1);
+  _exit(kExitNoThreads);
+}
+
+/// Those that OpenMP has started it keeps, and they need no try again.
+void require_threads(int threads) {
+  static std::mutex trying;
+  static int tried = 1;
+  const std::scoped_lock lock(trying);
+  if (threads <= tried) return;
+  const int more = threads - tried;
+  std::latch all_tried(1);
+  std::vector<std::thread> started;
+  std::string fault;
+  try {
+    for (int i = 0; i < more; ++i) started.emplace_back([&] { all_tried.wait(); });
+  } catch (const std::system_error& e) {
+    fault = e.code().message();
+  }
+  all_tried.count_down();
+  for (std::thread& t : started) t.join();
+  if (!fault.empty())
+    throw NoThreads(
+        fmt::format("the system starts only {} of {} threads ({}): give fewer with --threads, or raise the "
+                    "limit (ulimit -u)",
+                    tried + static_cast<int>(started.size()), threads, fault));
+  if (tried == 1) std::atexit(end_while_starting);
+  tried = threads;
+}
+
+}  // namespace
+
 bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std::function<bool()>& stopped,
                     const std::function<void(std::uint64_t, stats::Tally)>& take) {
   std::vector<std::uint64_t> ends;  // of the ranges, counted in blocks of this work
@@ -53,12 +102,14 @@ bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std:
   };
   const auto size = static_cast<std::uint64_t>(work.block_trials);
   const int threads = work.threads > 0 ? work.threads : available_threads();
+  require_threads(threads);
   std::exception_ptr error;
   std::mutex taking;  // not omp critical: thread sanitizers know a mutex, but not GCC's OpenMP
   std::atomic<bool> abandon = false;
   std::atomic<std::uint64_t> next = 0;  // our own dynamic schedule: a stop leaves the loop, however many blocks remain
+  g_starting = threads > 1;
 #pragma omp parallel num_threads(threads)
-  while (!abandon && next < all && !stopped()) {
+  for (g_starting = false; !abandon && next < all && !stopped();) {
     const std::uint64_t n = next++;
     if (n >= all) break;
     try {

@@ -3,11 +3,18 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <stdexcept>
 #include <vector>
 
 #include "stats/tally.h"
 
 namespace surveymc::montecarlo {
+
+/// The system starts no more threads. what() says how many were wanted, why, and what to do. Exit code 71.
+class NoThreads : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 /// Trials first .. first + count - 1. `first` is a multiple of the trials per block.
 struct TrialBlock {
@@ -56,7 +63,8 @@ struct BlockWork {
 
 /// Calls kernel(block) for every block in parallel; take(number, tally) gets the tallies as they come, one at a time.
 /// The first exception of either is rethrown after all threads have stopped. False if `stopped` ended the work before
-/// the last block was begun; several threads call `stopped`. No other function uses OpenMP.
+/// the last block was begun; several threads call `stopped`. Throws NoThreads before anything is computed. No other
+/// function uses OpenMP.
 bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std::function<bool()>& stopped,
                     const std::function<void(std::uint64_t, stats::Tally)>& take);
 

@@ -43,14 +43,15 @@ def find_program():
     return found
 
 
-def run(config, set=None, threads=None, *, trials=None, seed=None, output=None, folder=None, check=False):
+def run(config, set=None, threads=None, *, trials=None, seed=None, output=None, overwrite=False, folder=None, check=False):
     """Runs a config to its end and returns the Result.
 
     config: path of a TOML file, or its content as nested dicts, whose file names are relative to `folder` (the current
     one). set: {"noise.scale": 0.5, ...}, keys that are replaced, checked as those of the file are. threads: all cores by
     default; the result does not depend on it. trials, seed: instead of the config's. output: result file to write; by
-    default one that is deleted when the Result is no longer used (`Result.path`, copy it to keep it). check: RunError with
-    exit_code 1 if a verdict is not the one that the config expects.
+    default one that is deleted when the Result is no longer used (`Result.path`, copy it to keep it). An existing one is kept
+    as NAME.1.h5, or the next free number, unless overwrite. check: RunError with exit_code 1 if a verdict is not the one that
+    the config expects.
 
     RunError with the program's message if the config, its data or the output is refused.
     """
@@ -60,7 +61,7 @@ def run(config, set=None, threads=None, *, trials=None, seed=None, output=None, 
     options += ["--check"] if check else []
     with _written(config, folder) if isinstance(config, dict) else contextlib.nullcontext(os.fspath(config)) as path:
         if output is not None:
-            _call(["run", path, *options, "--output", os.fspath(output)])
+            _call(["run", path, *options, "--output", os.fspath(output), *(["--overwrite"] if overwrite else [])])
             return Result(output)
         keeper = tempfile.TemporaryDirectory(prefix="surveymc-")
         try:
@@ -74,7 +75,7 @@ def run(config, set=None, threads=None, *, trials=None, seed=None, output=None, 
         return result
 
 
-def sweep(config, axes, table, set=None, threads=None, *, trials=None, seed=None, output=None, folder=None):
+def sweep(config, axes, table, set=None, threads=None, *, trials=None, seed=None, output=None, overwrite=False, folder=None):
     """Runs a config at every point of the product of `axes` and returns one of its tables as DataFrame.
 
     axes: {"noise.scale": [0.5, 1.0], "estimator.name": [...]}: values of keys, taken instead of those that the config's own
@@ -92,7 +93,7 @@ def sweep(config, axes, table, set=None, threads=None, *, trials=None, seed=None
         except tomllib.TOMLDecodeError as error:
             raise RunError(f"{config}: not TOML: {error}", 65) from None
     swept = {**config, "sweep": {**config.get("sweep", {}), **{k: list(v) for k, v in axes.items()}}}
-    result = run(swept, set, threads, trials=trials, seed=seed, output=output, folder=folder)
+    result = run(swept, set, threads, trials=trials, seed=seed, output=output, overwrite=overwrite, folder=folder)
     return result.table(table)
 
 

@@ -180,7 +180,7 @@ class Basics(Case):
         self.assertRegex(out, r"(?m)^msa_benefit\s+\S+")
 
     def test_help_and_version(self):
-        for command in ["list", "models", "check", "run", "plan", "merge", "status", "show", "rerun", "man", "completion"]:
+        for command in ["list", "models", "check", "run", "plan", "merge", "status", "show", "rerun", "man", "completion", "keys", "new"]:
             self.assertIn(command, self.call("--help").stdout)
             self.assertIn("Usage", self.call(command, "--help").stdout)
         self.assertRegex(self.call("--version").stdout,
@@ -489,7 +489,7 @@ class Overrides(Case):
             for command in [["check"], ["run", "-o", "old.h5"], ["run", "-o", "new.h5"]]:
                 with self.subTest(set=argument, command=command):
                     place = "--set " + re.escape(argument)
-                    message = self.refused(BAD_INPUT, command[0], "base.toml", *command[1:], "--set", argument, says=rule)
+                    message = self.refused((USAGE, BAD_INPUT), command[0], "base.toml", *command[1:], "--set", argument, says=rule)
                     self.assertRegex(message, f"^error: {place}: ")
                     self.assertEqual(message.count("\n"), 1)
 
@@ -1221,11 +1221,11 @@ class Replay(Case):
         np.testing.assert_allclose(values, other, rtol=1e-3, atol=1)
 
     def test_numbers_out_of_range(self):
-        self.refused(BAD_INPUT, "run", "base.toml", "--trial", 600, says="--trial 600: .*numbered 0 to 599")
-        self.refused(BAD_INPUT, "run", "base.toml", "--trial", 2**63, says="--trial 9223372036854775808")
-        self.refused(BAD_INPUT, "run", "base.toml", "--trial", 0, "--point", 1, says="--point 1: .*numbered 0 to 0")
+        self.refused(USAGE, "run", "base.toml", "--trial", 600, says="--trial 600: .*numbered 0 to 599")
+        self.refused(USAGE, "run", "base.toml", "--trial", 2**63, says="--trial 9223372036854775808")
+        self.refused(USAGE, "run", "base.toml", "--trial", 0, "--point", 1, says="--point 1: .*numbered 0 to 0")
         sweep = ["--set", "sweep.noise.scale=[1.0, 0.5]"]
-        self.refused(BAD_INPUT, "run", "base.toml", "--trial", 0, "--point", 2, *sweep, says="--point 2: .*numbered 0 to 1")
+        self.refused(USAGE, "run", "base.toml", "--trial", 0, "--point", 2, *sweep, says="--point 2: .*numbered 0 to 1")
         for arguments in [["--trial=-1"], ["--trial", "0", "--point=-1"]]:
             message = self.refused((USAGE, BAD_INPUT), "run", "base.toml", *arguments, says="-1")
             self.assertNotIn("18446744073709551615", message)
@@ -1664,7 +1664,7 @@ class ReliabilityMaps(Case):
                 self.call("check", "map.toml", "--set", setting)
                 continue
             self.refused(BAD_INPUT, "run", "map.toml", "-o", "map.h5", "--set", setting, says=rule)
-        self.refused(BAD_INPUT, "run", "map.toml", "--trial", 0, says="no trials")
+        self.refused(USAGE, "run", "map.toml", "--trial", 0, says="no trials")
 
     def test_well(self):
         self.write("well.toml", 'experiment = "reliability_well"\nseed = 1\nmode = "mse_shared"\nobservation = "all"\n'

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 
 import test_cli
-from test_cli import BAD_INPUT, Case, column, content_hash
+from test_cli import BAD_INPUT, USAGE, Case, column, content_hash
 
 GRAVITY, TOTAL, DIP, DECLINATION, CONVERGENCE = 9.81, 50000.0, 66.0, 4.0, -1.5
 GAIN, BIAS = np.array([1.004, 0.991, 1.012]), np.array([120.0, -260.0, 410.0])
@@ -252,7 +252,7 @@ class Estimate(Case):
                 self.refused(BAD_INPUT, "run", "base.toml", "-o", "x.h5", "--set", setting, says=says)
 
     def test_there_are_no_trials(self):
-        self.refused(BAD_INPUT, "run", "base.toml", "--trial", "0", says="has no trials")
+        self.refused(USAGE, "run", "base.toml", "--trial", "0", says="has no trials")
         path = self.run_config("--trials", "7")
         self.assertIn(("info", "the config's trials are not used: there is one run of readings"), self.warnings(path))
 

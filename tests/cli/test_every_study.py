@@ -8,7 +8,7 @@ import sys
 import unittest
 from pathlib import Path
 
-from durability import BAD_INPUT, Case, program_from_arguments
+from durability import BAD_INPUT, USAGE, Case, program_from_arguments
 
 CONFIGS = []
 
@@ -31,7 +31,7 @@ class EveryStudy(Case):
 
         trials = int(re.search(r"(\d+) trials in all", self.call("check", config))[1])
         if trials == 0 or "[stop]" in config.read_text():
-            self.call("run", config, "--shard", "0/2", "-o", f"{name}.shards/", code=BAD_INPUT, says="divide it by --point")
+            self.call("run", config, "--shard", "0/2", "-o", f"{name}.shards/", code=USAGE, says="divide it by --point")
         else:
             for shard in (2, 0, 1):
                 self.call("run", config, "--shard", f"{shard}/3", "-o", f"{name}.shards/")

@@ -94,7 +94,7 @@ class Ranks(Case):
     def test_errors_come_once_and_end_all(self):
         for code, rule, *arguments in ((BAD_INPUT, "error: no.toml: ", "run", "no.toml"), (USAGE, "", "run"),
                                        (CANNOT_WRITE, "error: no/x.h5: ", "run", "small.toml", "-o", "no/x.h5"),
-                                       (BAD_INPUT, "trials", "run", "small.toml", "--trials", "-1")):
+                                       (USAGE, "trials", "run", "small.toml", "--trials", "-1")):
             done = subprocess.run([*ranks(3), *arguments], cwd=self.folder, text=True, capture_output=True)
             self.assertEqual(done.returncode, code, done.stderr)
             self.assertIn(rule, done.stderr)

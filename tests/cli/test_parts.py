@@ -8,7 +8,7 @@ import random
 import subprocess
 import unittest
 
-from durability import BAD_INPUT, CANNOT_WRITE, DONE, Case, program_from_arguments
+from durability import BAD_INPUT, CANNOT_WRITE, DONE, USAGE, Case, program_from_arguments
 
 
 class Parts(Case):
@@ -56,7 +56,7 @@ class Parts(Case):
         self.assertEqual(self.call("plan", "small.toml", "--missing", "s", "--shards", 9), "")
         self.call("merge", "-o", "m.h5", "s")
         self.assertEqual(self.hash_of("m.h5"), self.whole)
-        self.part("--array", code=BAD_INPUT, says="SLURM_ARRAY_TASK_ID is not set")
+        self.part("--array", code=USAGE, says="SLURM_ARRAY_TASK_ID is not set")
 
     def test_finished_parts_are_skipped_and_others_refused(self):
         self.part("--point", 1)
@@ -86,8 +86,8 @@ class Parts(Case):
         for rule, *arguments in (("numbered 0 to 2", "--point", 3), ("numbered 0 to 1", "--shard", "2/2"),
                                  ("I/N", "--shard", "2"), ("whole number", "--shard", "a/b"), ("shards", "--shard", "0/0"),
                                  ("verdicts", "--point", 0, "--check"), ("--array", "--shards", 3)):
-            self.part(*arguments, code=BAD_INPUT, says=rule)
-        self.call("run", "maps.toml", "--shard", "0/2", "-o", "p/", code=BAD_INPUT, says="no trials to divide")
+            self.part(*arguments, code=USAGE, says=rule)
+        self.call("run", "maps.toml", "--shard", "0/2", "-o", "p/", code=USAGE, says="no trials to divide")
 
     def test_a_study_without_trials(self):
         self.call("run", "maps.toml", "-o", "maps.h5")

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 
 import test_cli
-from test_cli import BAD_INPUT, DONE, UNEXPECTED, Case, column, contents, stored_config
+from test_cli import BAD_INPUT, DONE, UNEXPECTED, USAGE, Case, column, contents, stored_config
 
 ELEMENTS = ("nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2")
 
@@ -158,7 +158,7 @@ class Tables(CovarianceCase):
         a = self.covariance()
         b = self.covariance("--seed", 7, "--trials", 100, output="b.h5")
         np.testing.assert_array_equal(a, b)
-        self.refused(BAD_INPUT, "run", "base.toml", "--trial", 0, says="has no trials")
+        self.refused(USAGE, "run", "base.toml", "--trial", 0, says="has no trials")
 
 
 PLACE = """experiment = "position_covariance"

@@ -10,7 +10,7 @@ import signal
 import time
 import unittest
 
-from durability import BAD_INPUT, CANNOT_WRITE, CONFIG, DONE, INTERRUPTED, PATIENCE, Case, program_from_arguments
+from durability import BAD_INPUT, CANNOT_WRITE, CONFIG, DONE, INTERRUPTED, PATIENCE, USAGE, Case, program_from_arguments
 
 
 class Resume(Case):
@@ -114,7 +114,7 @@ class Resume(Case):
             self.call("run", "stop.toml", "-o", "p/", "--point", point)
         self.call("merge", "-o", "merged.h5", "p")
         self.assertEqual(self.hash_of("merged.h5"), self.hash_of("whole.h5"))
-        self.call("run", "stop.toml", "-o", "p/", "--shard", "0/2", code=BAD_INPUT, says=r"ends by \[stop\]")
+        self.call("run", "stop.toml", "-o", "p/", "--shard", "0/2", code=USAGE, says=r"ends by \[stop\]")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 
 import test_cli
-from test_cli import BAD_INPUT, Case, column
+from test_cli import BAD_INPUT, USAGE, Case, column
 
 SURVEY = "md_m,inclination_deg,azimuth_deg\n" + "".join(f"{30 * k},{min(3.0 * max(0, k - 3), 87)},{60 + k}\n" for k in range(36))
 CONFIG = """\
@@ -73,7 +73,7 @@ class Models(CodesCase):
                 for e in ("nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2"):
                     np.testing.assert_allclose(column(own, "tables/covariance", e),
                                                column(shipped, "tables/covariance", e), rtol=1e-13, atol=1e-15)
-        self.refused(BAD_INPUT, "models", "MWD+IFR9", says='unknown error model: did you mean "MWD\\+IFR1"')
+        self.refused(USAGE, "models", "MWD+IFR9", says='unknown error model: did you mean "MWD\\+IFR1"')
 
     def test_models_of_a_file(self):
         self.write("own.toml", OWN)

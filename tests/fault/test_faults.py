@@ -5,7 +5,7 @@ One call of the system fails (fault.c), then another, for every call of a run, a
 status. After each:
 * the program ends by itself with an exit code that the README lists, and says no "internal error" of an unknown kind.
   Without memory it may also crash, as HDF5, OpenMP and the C library then do;
-* a result that was there before is whole: the old bytes, or the new contents;
+* a result that was there before is whole: the old bytes, or the new contents and the old bytes as out.1.h5;
 * exit 0 means that the new result is there; any other exit comes with a message that names a file or the resource;
 * no temporary file is left;
 * the same command without a fault (with --resume where it has that) then gives the contents of a run without faults.
@@ -23,7 +23,7 @@ import tempfile
 
 import h5py
 
-DONE, BAD_INPUT, INTERNAL, CANNOT_WRITE, INTERRUPTED = 0, 65, 70, 74, 75
+DONE, BAD_INPUT, INTERNAL, NO_THREADS, CANNOT_WRITE, INTERRUPTED = 0, 65, 70, 71, 74, 75
 FAULTS = {"open": ["EMFILE", "EACCES"], "read": ["EIO", "EINTR", "short"], "write": ["ENOSPC", "EIO", "EINTR", "short", "ENOSPC+"],
           "fsync": ["EIO"], "rename": ["EIO", "ENOSPC"], "ftruncate": ["EIO"], "close": ["EIO", "EDQUOT"], "mkdir": ["EACCES"],
           "mmap": ["ENOMEM", "ENOMEM+"], "malloc": ["ENOMEM", "ENOMEM+"], "thread": ["EAGAIN", "EAGAIN+"]}
@@ -43,9 +43,9 @@ WELL = 'experiment = "vertical_well"\nseed = 1\ntrials = 3000\ndepth_m = 300.0\n
 class Scenario:
     """A command, the commands before it, the result that it makes; commands that end the work without a fault."""
 
-    def __init__(self, name, command, output=None, prepare=(), again=None, final=None):
+    def __init__(self, name, command, output=None, prepare=(), again=None, final=None, keeps=True):
         self.name, self.command, self.output, self.prepare = name, command, output, prepare
-        self.again, self.final = again or [command], final or output
+        self.again, self.final, self.keeps = again or [command], final or output, keeps
 
 
 def contents(path):
@@ -75,7 +75,7 @@ def scenarios(program, streamed):
     yield Scenario("well", run("well.toml"), "out.h5", again=[run("well.toml", "--resume")])
     yield Scenario("rerun", [program, "rerun", "out.h5"], "out.h5", [run("msa.toml")])
     yield Scenario("show", [program, "show", "out.h5", "position"], prepare=[run("msa.toml")])
-    yield Scenario("streamed maps", [streamed, "out.h5"], "out.h5", [old])
+    yield Scenario("streamed maps", [streamed, "out.h5"], "out.h5", [old], keeps=False)
 
 
 def call(command, folder, **environment):
@@ -114,7 +114,7 @@ def check(scenario, template, site, library, expected, work):
         except subprocess.TimeoutExpired:
             return "does not end"
         is_memory = site.startswith(("malloc", "mmap"))
-        if not is_memory and done.returncode not in (DONE, BAD_INPUT, INTERNAL, CANNOT_WRITE, INTERRUPTED):
+        if not is_memory and done.returncode not in (DONE, BAD_INPUT, INTERNAL, NO_THREADS, CANNOT_WRITE, INTERRUPTED):
             return f"exit {done.returncode}: {done.stderr[-300:]}"
         if not is_memory and done.returncode == INTERNAL and "thread" not in done.stderr:
             return f"exit 70: {done.stderr[-300:]}"
@@ -129,8 +129,13 @@ def check(scenario, template, site, library, expected, work):
                 return "exit 0 without the result"
             if after not in (before, expected):
                 return f"exit {done.returncode}, and the result is neither the old nor the new one"
+            kept = folder / "out.1.h5"
+            if after == expected and before and before != expected and scenario.keeps and not (kept.exists() and contents(kept) == before):
+                return f"exit {done.returncode}: the old result is lost"
+            if after == before and done.returncode != DONE and kept.exists() and not is_memory:
+                return f"exit {done.returncode}: the old result has two names"
         left = [p.name for p in folder.rglob(".*.tmp")]
-        if left and done.returncode in (DONE, BAD_INPUT, INTERNAL, CANNOT_WRITE, INTERRUPTED):
+        if left and done.returncode in (DONE, BAD_INPUT, INTERNAL, NO_THREADS, CANNOT_WRITE, INTERRUPTED):
             return f"exit {done.returncode}, left behind: {left}"
         if not scenario.final:
             return None

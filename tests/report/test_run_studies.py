@@ -38,7 +38,7 @@ class Running(unittest.TestCase):
     def test_lists_every_study_and_no_other_config(self):
         names = [line.split()[0] for line in self.go("--list").splitlines()]
         self.assertEqual(sorted(names), sorted(c.removeprefix("configs/").removesuffix(".toml") for c in studies.configs()))
-        self.assertFalse([n for n in names if n.split("/")[0] in ("bench", "smoke", "examples", "error_models")])
+        self.assertFalse([n for n in names if n.split("/")[0] in ("bench", "smoke", "examples", "new", "error_models")])
         self.assertEqual(len(names), len(set(names)))
 
     def test_what_is_done_is_kept_and_what_changed_is_run_again(self):

@@ -1,0 +1,92 @@
+#include "cli/new_command.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "cli/keys_command.h"
+#include "cli/run_setup.h"
+#include "config/key_log.h"
+
+namespace surveymc::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<std::string> shipped(const std::string& path) {
+  for (const config::InputText& file : config::shipped_config_files())
+    if (file.path == path) return file.text;
+  return std::nullopt;
+}
+
+struct Template {
+  std::string text;
+  std::string data, data_text;  ///< the file of data that it names, without folder; empty if it needs none
+};
+
+/// configs/new/NAME.toml, which names data of another folder of configs/: here they are beside the config.
+Template template_of(const std::string& name) {
+  const std::optional<std::string> text = shipped("configs/new/" + name + ".toml");
+  require(text.has_value(), "new {}: no config of it comes with the program: write one, from surveymc keys {}", name,
+          name);
+  Template out{*text, "", ""};
+  const std::size_t begin = out.text.find("\"../");
+  if (begin == std::string::npos) return out;
+  const std::size_t end = out.text.find('"', begin + 1);
+  const fs::path named = out.text.substr(begin + 1, end - begin - 1);
+  out.data = named.filename().string();
+  out.data_text = shipped(("configs/new" / named).lexically_normal().string()).value();
+  // The comment behind the name stays in its column.
+  const std::size_t comment = out.text.find('#', end);
+  out.text.insert(comment, named.string().size() - out.data.size(), ' ');
+  out.text.replace(begin + 1, named.string().size(), out.data);
+  return out;
+}
+
+/// False if there is a file of this name.
+bool write_new(const fs::path& path, const std::string& text) {
+  const auto fail = [&] {
+    throw IoError(fmt::format("{}: cannot be written: {}", path.string(), std::generic_category().message(errno)));
+  };
+  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (file < 0 && errno == EEXIST) return false;
+  if (file < 0) fail();
+  const ssize_t written = write(file, text.data(), text.size());
+  if (close(file) == 0 && written == static_cast<ssize_t>(text.size())) return true;
+  if (written >= 0) errno = ENOSPC;
+  const int reason = errno;
+  unlink(path.c_str());  // made just now
+  errno = reason;
+  fail();
+  return false;
+}
+
+}  // namespace
+
+void new_config(const std::vector<study::Experiment>& studies, const NewArguments& a) {
+  const std::string name = experiment_named(studies, a.experiment, "new").name();
+  const Template made = template_of(name);
+  if (a.output.empty()) {
+    fmt::print("{}", made.text);
+    return;
+  }
+  const fs::path path = a.output;
+  if (!write_new(path, made.text)) throw IoError(fmt::format("{}: exists; choose another name with -o", path.string()));
+  fmt::print("wrote {}: put in your well; surveymc keys {} lists every key\n", path.string(), name);
+  if (!made.data.empty()) {
+    const fs::path data = path.parent_path() / made.data;
+    if (write_new(data, made.data_text))
+      fmt::print("wrote {}: an example of the data that it names; put in yours\n", data.string());
+    else
+      fmt::print("{} is there: the config names it\n", data.string());
+  }
+  fmt::print("then: surveymc check {0}, surveymc run {0}\n", path.string());
+}
+
+}  // namespace surveymc::cli

@@ -1,0 +1,55 @@
+#pragma once
+/// What the readers of a config were asked for, key by key: `surveymc keys` is made of it, so that no key is listed by
+/// hand. A config with a log may also be read as if keys had other values, stood there or were gone, which shows the
+/// keys of branches that no example takes.
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+
+namespace surveymc::config {
+
+/// All that getters have said of one key.
+struct KeyUse {
+  std::vector<std::string> types;     ///< "number", "integer", "text", "CSV file", ...; none: only has() was asked
+  std::vector<std::string> rules;     ///< "in [0, 90]"
+  std::vector<std::string> defaults;  ///< as TOML; "" stands for a key that may be absent
+  std::vector<std::string> choices;   ///< words that are allowed
+  bool may_be_absent = false;         ///< has() was asked
+  std::string example;                ///< the first value that was seen, as TOML
+  std::string sample;                 ///< a value that its own getter takes, as TOML; "" where none is known
+};
+
+struct KeyLog {
+  /// By key; elements of arrays of tables are alike: "leg[].from_md_m".
+  std::map<std::string, KeyUse> keys;
+
+  // Suppositions for the next reader of a point, by full key ("leg[0].from_md_m").
+  std::map<std::string, std::string> supposed;  ///< values as TOML
+  std::set<std::string> gone;                   ///< keys that are left out
+  std::set<std::string> said;                   ///< keys of which has() says yes
+
+  // What the last reader showed, by full key.
+  std::set<std::string> asked, denied;  ///< asked for at all; has() has said no
+  std::string missing, refused;         ///< the key that ended the reading: it is not there, or the study refuses it
+
+  KeyUse& use(const std::string& full_key) { return keys[without_indices(full_key)]; }
+  static std::string without_indices(const std::string& full_key);
+};
+
+/// A config that comes with the program, with everything that configs name: configs/ as it was at the build.
+const std::vector<InputText>& shipped_config_files();
+
+// config_with_log() (config.h): a config among shipped_config_files(), read with a log. It reads the files among those
+// that it names, and no others.
+
+/// The keys that Config itself reads, of an experiment whose readers ask for `asked`.
+std::map<std::string, KeyUse> keys_of_every_file(const std::map<std::string, KeyUse>& asked);
+
+/// The unit in which a key ends; "" if it has none.
+std::string unit_of_key(const std::string& key);
+
+}  // namespace surveymc::config

@@ -1,0 +1,72 @@
+#include "store/backup.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <string>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "store/atomic_file.h"
+
+namespace surveymc::store {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path numbered(const fs::path& target, int number) {
+  const bool is_part = target.extension() == ".part";
+  const std::string name = is_part
+                               ? fmt::format("{}.{}", target.filename().string(), number)
+                               : fmt::format("{}.{}{}", target.stem().string(), number, target.extension().string());
+  return target.parent_path() / name;
+}
+
+[[noreturn]] void refuse(const fs::path& target, const fs::path& kept, int reason) {
+  throw IoError(fmt::format("{}: exists and cannot be kept as {}: {}", target.string(), kept.string(),
+                            std::generic_category().message(reason)));
+}
+
+/// How the old file got its second name.
+struct Kept {
+  fs::path name = {};
+  bool moved = false;  // the file system has no second names
+  bool ours = false;   // not the second name that a killed attempt gave it
+};
+
+Kept keep(const fs::path& target) {
+  std::error_code error;
+  if (!fs::is_regular_file(target, error)) return {};  // nothing, or what write() refuses
+  for (int number = 1;; ++number) {
+    const fs::path name = numbered(target, number);
+    if (link(target.c_str(), name.c_str()) == 0) return {name, false, true};
+    if (errno == EEXIST) {
+      if (fs::equivalent(target, name, error)) return {name};
+      continue;
+    }
+    if (errno == ENOSPC || errno == EDQUOT || errno == EROFS || errno == ENAMETOOLONG) refuse(target, name, errno);
+    if (std::rename(target.c_str(), name.c_str()) != 0)
+      refuse(target, name, errno);  // link() has shown that it is free
+    return {name, true, true};
+  }
+}
+
+}  // namespace
+
+fs::path write_beside_old(const fs::path& path, bool overwrite, const std::function<void()>& write) {
+  const fs::path target = resolved(path);
+  const Kept kept = overwrite ? Kept{} : keep(target);
+  try {
+    write();
+  } catch (...) {
+    if (kept.moved) std::rename(kept.name.c_str(), target.c_str());
+    if (kept.ours && !kept.moved) unlink(kept.name.c_str());
+    throw;
+  }
+  return kept.name.lexically_normal();
+}
+
+}  // namespace surveymc::store

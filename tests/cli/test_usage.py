@@ -1,0 +1,189 @@
+#!/usr/bin/python3
+"""Wrong command lines, files that never end, signals and limits: test_usage.py SURVEYMC SOURCE_FOLDER [unittest arguments]"""
+import os
+import re
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+EXECUTABLE = SOURCE = None
+USAGE, BAD_INPUT, NO_MEANS, CANNOT_WRITE, INTERRUPTED = 64, 65, 71, 74, 75
+
+SURVEY = "md_m,inclination_deg,azimuth_deg,toolface_deg\n0,10,20,0\n30,14,25,50\n60,18,30,120\n90,22,37,200\n"
+CONFIG = """\
+experiment = "msa_position"
+seed = 1
+trials = 600
+estimator = "msa"
+[survey]
+file = "survey.csv"
+toolface_zero = "y"
+[field]
+total_nT = 50000.0
+dip_deg = 60.0
+[noise]
+magnetometer_nT = 50.0
+"""
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="surveymc-usage-")
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        (self.folder / "base.toml").write_text(CONFIG)
+        (self.folder / "survey.csv").write_text(SURVEY)
+
+    def call(self, *arguments, program=None, timeout=30, **more):
+        return subprocess.run([*(program or [EXECUTABLE]), *map(str, arguments)], cwd=self.folder, stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, timeout=timeout, **more)
+
+    def refused(self, code, says, *arguments, **more):
+        before = sorted(os.listdir(self.folder))
+        done = self.call(*arguments, **more)
+        told = f"{arguments}: {done.stdout[:300]}{done.stderr[:600]}"
+        self.assertEqual(done.returncode, code, told)
+        self.assertRegex(done.stderr, says, told)
+        self.assertEqual(done.stdout, "", told)
+        self.assertEqual(sorted(os.listdir(self.folder)), before, told)
+
+
+class CommandLine(Case):
+    def test_the_nearest_word_is_offered(self):
+        for words, says in [
+            (["rnu", "base.toml"], "surveymc: rnu is not expected: did you mean run\\?"),
+            (["chekc"], "did you mean check\\?"), (["compl"], "did you mean completion\\?"), (["shwo", "x.h5"], "did you mean show\\?"),
+            (["import", "x.csv"], "a program of its own: surveymc-import"), (["nothing"], "nothing is not expected\n"),
+            (["run", "base.toml", "--trails", "100"], "surveymc run: --trails is not expected: did you mean --trials\\?"),
+            (["run", "--trails", "100", "base.toml"], "did you mean --trials\\?"), (["run", "--trails"], "did you mean --trials\\?"),
+            (["run", "base.toml", "--outptu=x"], "--outptu=x is not expected: did you mean --output\\?"),
+            (["show", "x.h5", "--cvs"], "did you mean --csv\\?"), (["check", "base.toml", "--resume"], "--resume of surveymc run\\?"),
+            (["-version"], "did you mean --version\\?"), (["run", "base.toml", "other.toml"], "other.toml is not expected\n"),
+        ]:
+            with self.subTest(words=words):
+                self.refused(USAGE, says, *words)
+
+    def test_a_wrong_command_line_is_64_for_every_command(self):
+        out = self.call("--help").stdout
+        commands = re.findall(r"(?m)^  ([a-z]+)  ", out.split("Subcommands:")[1])
+        self.assertGreaterEqual(len(commands), 11)
+        for command in commands:
+            with self.subTest(command=command):
+                self.refused(USAGE, "--nonsense is not expected", command, "--nonsense")
+        for words, says in [
+            (["run", "base.toml", "--trial", "600"], "--trial 600: .*numbered 0 to 599"),
+            (["run", "base.toml", "--trials", "many"], "--trials many: must be a whole number"),
+            (["run", "base.toml", "--seed", "-1"], "--seed -1"), (["run", "base.toml", "--point", "1"], "--point 1: .*0 to 0"),
+            (["run", "base.toml", "--shard", "1"], "must be I/N"), (["run", "base.toml", "--shard", "4/4"], "numbered 0 to 3"),
+            (["run", "base.toml", "--array"], "SLURM_ARRAY_TASK_ID is not set"), (["run", "base.toml", "--shards", "2"], "--array"),
+            (["run", "base.toml", "--point", "0", "--check"], "--check: a part has no verdicts"),
+            (["plan", "base.toml"], "--count or --missing"), (["plan", "base.toml", "--count", "--shards", "0"], "--shards 0"),
+            (["models", "MWD+IFR9"], 'did you mean "MWD\\+IFR1"\\?'), (["completion", "csh"], "csh"),
+            (["check", "base.toml", "--set", "trials"], "--set trials: must be KEY=VALUE"),
+        ]:
+            with self.subTest(words=words):
+                self.refused(USAGE, says, *words)
+
+    def test_what_the_config_forbids_is_65(self):
+        self.refused(BAD_INPUT, "trials = 1: must be in", "run", "base.toml", "--trials", "1")
+        self.refused(BAD_INPUT, "unknown key", "check", "base.toml", "--set", "nonsense=1")
+
+    def test_scripts_of_users_end_so_too(self):
+        scripts = [["report.py", "--nonsense", "x.h5"], ["import_survey.py", "--nonsense", "x.csv"], ["import_survey.py"],
+                   ["run_studies.py", "--nonsense"], ["draw_result.py"], ["plot_msa_position.py", "x.h5", "--nonsense"]]
+        for words in scripts:
+            with self.subTest(words=words):
+                self.refused(USAGE, words[0], SOURCE / "scripts" / words[0], *words[1:], program=["/usr/bin/python3"], timeout=120)
+        self.refused(USAGE, "did you mean --quick\\?", SOURCE / "scripts/run_studies.py", "--qiuck", program=["/usr/bin/python3"],
+                     timeout=120)
+
+
+class Inputs(Case):
+    def test_what_is_no_file_is_refused_at_once(self):
+        os.mkfifo(self.folder / "pipe")
+        for name in ["pipe", "/dev/zero"]:
+            with self.subTest(name=name):
+                says = "it is a pipe or a device: save what it gives as a file"
+                for command in ["check", "run", "plan"]:
+                    self.refused(BAD_INPUT, says, command, name, *(["--count"] if command == "plan" else []), timeout=5)
+                self.refused(BAD_INPUT, says, "check", "base.toml", "--set", f"survey.file={name}", timeout=5)
+                self.refused(BAD_INPUT, says, "models", "--file", name, timeout=5)
+                self.refused(CANNOT_WRITE, says, "merge", name, "-o", "out.h5", timeout=5)
+                self.refused(CANNOT_WRITE, "not a regular file", "show", name, timeout=5)
+                self.refused(CANNOT_WRITE, "not a regular file", "rerun", name, timeout=5)
+                self.refused(CANNOT_WRITE, "refusing to overwrite", "run", "base.toml", "-o", name, timeout=5)
+        os.mkfifo(self.folder / "base.h5.journal.x.1")  # no journal: passed over
+        self.assertEqual(self.call("run", "base.toml", "-o", "base.h5", timeout=20).returncode, 0)
+
+    def test_what_is_too_large_is_refused_unread(self):
+        for name, size, says, words in [("large.toml", 17, "17 MiB, at most 16 are read: a config has keys; data go to a CSV", []),
+                                        ("large.csv", 257, "257 MiB, at most 256 are read: give only the rows", ["survey"])]:
+            with open(self.folder / name, "wb") as file:
+                file.truncate(size << 20)
+            start = time.process_time()
+            self.refused(BAD_INPUT, says, "check", *(["base.toml", "--set", f"survey.file={name}"] if words else [name]), timeout=5)
+            self.assertLess(time.process_time() - start, 5)
+
+
+class Limits(Case):
+    def test_threads_that_cannot_be_started(self):
+        def little():  # room for one stack of a thread, not for seven
+            resource.setrlimit(resource.RLIMIT_STACK, (1 << 30, 1 << 30))
+            resource.setrlimit(resource.RLIMIT_AS, (3 << 29, 3 << 29))
+
+        self.refused(NO_MEANS, r"the system starts only \d of 8 threads \(.*\): give fewer with --threads", "run", "base.toml", "-o",
+                     "out.h5", "--threads", "8", preexec_fn=little)
+        self.assertEqual(self.call("run", "base.toml", "-o", "out.h5", "--threads", "1", preexec_fn=little).returncode, 0)
+
+
+class Signals(Case):
+    def stopped(self, words, after, number):
+        """Seconds from the signal to the end, and what was said."""
+        child = subprocess.Popen([EXECUTABLE, *words], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        time.sleep(after)
+        self.assertIsNone(child.poll(), "ended before the signal came")
+        start = time.monotonic()
+        child.send_signal(number)
+        said = child.communicate(timeout=60)[1]
+        seconds = time.monotonic() - start
+        self.assertEqual(child.returncode, INTERRUPTED, said)
+        self.assertRegex(said, "(?m)^(\r.*)?interrupted: ")
+        return seconds, said
+
+    def test_while_a_million_points_are_read(self):
+        for number, after in [(signal.SIGINT, 0.5), (signal.SIGTERM, 2)]:
+            seconds, said = self.stopped(["run", "base.toml", "-o", "x.h5", "--set",
+                                          "sweep.noise.scale={from = 1.0, to = 1000000.0, step = 1.0}"], after, number)
+            self.assertIn("nothing was written", said)
+            self.assertLess(seconds, 20)  # measured: .2 s; a loaded machine gets its time
+        self.assertEqual(sorted(os.listdir(self.folder)), ["base.toml", "survey.csv"])
+
+    def test_while_a_point_is_prepared(self):
+        # A search of the bandwidth that takes minutes and looks at no flag.
+        (self.folder / "drift.toml").write_text(DRIFT)
+        search = "model.search.bandwidths={from = 0.1, to = 5.0, step = 0.00001}"
+        seconds, said = self.stopped(["run", "drift.toml", "-o", "x.h5", "--set", search], 3, signal.SIGTERM)
+        self.assertIn("nothing was written", said)
+        self.assertLess(seconds, 20)
+        self.assertEqual(sorted(os.listdir(self.folder)), ["base.toml", "drift.toml", "survey.csv"])
+
+    def test_the_default_action_where_nothing_is_computed(self):
+        child = subprocess.Popen([EXECUTABLE, "check", "base.toml", "--set",
+                                  "sweep.noise.scale={from = 1.0, to = 1000000.0, step = 1.0}"], cwd=self.folder,
+                                 stdout=subprocess.DEVNULL)
+        time.sleep(0.5)
+        child.terminate()
+        self.assertEqual(child.wait(timeout=20), -signal.SIGTERM)
+
+
+DRIFT = None
+
+if __name__ == "__main__":
+    EXECUTABLE, SOURCE = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]).resolve()
+    DRIFT = (SOURCE / "configs/smoke/drift_monitoring.toml").read_text()
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
