@@ -4,7 +4,8 @@
 namespace surveymc::stats {
 
 /// Nodes and weights of Gauss-Hermite quadrature for the standard normal: E f(z) = sum weight f(node), exact for
-/// polynomials of degree 2 n - 1. By the eigenvalues of the recurrence's matrix (Golub and Welsch 1969), to rounding.
+/// polynomials of degree 2 n - 1. Nodes are eigenvalues of the
+/// recurrence's matrix (Golub and Welsch 1969).
 struct GaussHermite {
   std::vector<double> nodes, weights;
 };

@@ -12,6 +12,7 @@
 #include "config/shipped_models.h"
 #include "config/survey_csv.h"
 #include "error_model/model_graph.h"
+#include "propagate/second_order.h"
 #include "propagate/source_moments.h"
 #include "propagate/tool_weights.h"
 #include "simd/instruction_set.h"
@@ -355,4 +356,86 @@ TEST_CASE("No azimuth error of a shipped function grows as the hole becomes vert
       CHECK_THAT(p.tilt, WithinRel(far.tilt, 0.01) || WithinAbs(0, 0));
     }
   }
+}
+
+namespace {
+
+std::shared_ptr<const error_model::Function> function_of(
+    std::initializer_list<std::pair<error_model::Expression error_model::Function::*, const char*>> formulas) {
+  auto f = std::make_shared<error_model::Function>();
+  f->name = "X";
+  for (const auto& [member, text] : formulas) (*f).*member = error_model::parse_expression(text);
+  return f;
+}
+
+}  // namespace
+
+TEST_CASE("A singular azimuth formula with vertical formulas has the parts of the lateral one") {
+  using error_model::Function;
+  const survey::ReferenceField field = field_of(51000, 68, 5);
+  const auto shipped_one = config::shipped_functions().at("ABXY-TI2");
+  // As the ISCWSA papers write it.
+  const auto paper = function_of({{&Function::azimuth, "(Cos(Inc) / Sin(Inc) - Tan(Dip) * Cos(AzM)) / GField"},
+                                  {&Function::vertical_north, "-Sin(AzT) / GField"},
+                                  {&Function::vertical_east, "Cos(AzT) / GField"}});
+  for (const double inclination : {0.0, 1e-6, 0.01, 1.0, 2.5}) {
+    const Parts a = parts_of(paper, inclination, 2, field), b = parts_of(shipped_one, inclination, 2, field);
+    CAPTURE(inclination);
+    CHECK_THAT(a.tilt, WithinAbs(b.tilt, 1e-12));
+    CHECK_THAT(a.azimuth, WithinAbs(b.azimuth, 1e-11 / std::max(1e-3, std::sin(inclination))));
+  }
+  // The value of Tan(Inc) is not one of Sin(Inc): all of it is a tilt.
+  const Parts p = parts_of(function_of({{&Function::lateral, "Cos(Inc) + Tan(Inc)"}}), 0.3, 2, field);
+  CHECK_THAT(p.tilt, WithinAbs(std::cos(0.3) + std::tan(0.3), 1e-15));
+  CHECK(p.azimuth == 0);
+}
+
+TEST_CASE("Reading lateral errors as azimuth errors changes no first order but at vertical stations") {
+  const Winding tilt;
+  const WellErrors azimuth = well_errors(tilt.survey, survey::true_vertical_depths(tilt.survey), tilt.runs,
+                                         field_of(48000, -58, 11), kNaN, 1, VerticalRule::azimuth);
+  const auto a = draw_effects(tilt.errors, {60, 1}, FirstOrder::iscwsa),
+             b = draw_effects(azimuth, {60, 1}, FirstOrder::iscwsa);
+  CHECK((a - b).norm() <= 1e-12 * a.norm());
+  bool any_tilt = false;
+  for (std::size_t k = 8; k < azimuth.at.size(); ++k)
+    for (const DrawEffect& e : azimuth.at[k]) any_tilt = any_tilt || e.tilt != 0;
+  CHECK(!any_tilt);
+}
+
+TEST_CASE("Second order leaves an error of fourth order in the mean and of sixth in the covariance") {
+  // One source, so that quadrature knows the truth: twice the size makes the error 16 and 64 times as large.
+  const auto errors_at = [](double multiplier, const char* code, double& mean, double& covariance) {
+    const Well w = well_1_drawn(multiplier);
+    std::vector<bool> keep(w.errors.sources.size(), false);
+    keep[w.source(code)] = true;
+    const WellErrors own = only_sources(w.errors, keep);
+    const WellPoint point = point_at(w.survey, 6000);
+    const PointMoments exact = source_moments(w.errors, {point}, w.source(code)).front(),
+                       second = second_order_moments(own, point);
+    mean = (exact.mean - second.mean).norm();
+    covariance = (exact.covariance - second.covariance).norm();
+    CHECK(mean < 0.02 * exact.mean.norm());
+    CHECK(covariance < 1e-3 * exact.covariance.norm());
+  };
+  const char* code = GENERATE("AMIL", "SAGE", "ABXY-TI2S", "MSXY-TI2S");
+  double mean_4 = 0, mean_8 = 0, covariance_4 = 0, covariance_8 = 0;
+  errors_at(4, code, mean_4, covariance_4);
+  errors_at(8, code, mean_8, covariance_8);
+  CAPTURE(code);
+  CHECK_THAT(mean_8 / mean_4, WithinRel(16, 0.1));
+  CHECK_THAT(covariance_8 / covariance_4, WithinRel(64, 0.1));
+}
+
+TEST_CASE("Second order of the whole model is the sum of what it is made of, in any order of summation") {
+  // The blocks of draws of one station enter by other sums than those of several: a model whose R sources become S
+  // sources of many legs has the same draws, all of them lasting.
+  const Winding w(3);
+  const WellPoint point{40, 0.7};
+  const PointMoments blocks = second_order_moments(w.errors, point);
+  WellErrors lasting = w.errors;
+  lasting.station_draws = lasting.draws.size();
+  const PointMoments dense = second_order_moments(lasting, point);
+  CHECK((blocks.mean - dense.mean).norm() <= 1e-10 * dense.mean.norm());
+  CHECK((blocks.covariance - dense.covariance).norm() <= 1e-10 * dense.covariance.norm());
 }
