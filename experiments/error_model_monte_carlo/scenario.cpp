@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "propagate/source_moments.h"
 #include "study/scenario.h"
 #include "survey/minimum_curvature.h"
 
@@ -63,6 +64,21 @@ bool has_code(const study::ToolRuns& tools, const std::string& code) {
   return false;
 }
 
+/// Quadrature takes sources of a few draws: names the others.
+void note_left_out(const config::ConfigReader& c, const study::ToolRuns& tools) {
+  std::vector<std::string> codes;
+  for (const propagate::ToolRun& run : tools.runs)
+    for (const error_model::Term& t : run.model->terms) {
+      const bool is_left_out =
+          t.mode == error_model::PropagationMode::random ||
+          (t.mode == error_model::PropagationMode::systematic && tools.runs.size() > propagate::kMostQuadratureDraws);
+      if (is_left_out && std::find(codes.begin(), codes.end(), t.code) == codes.end()) codes.push_back(t.code);
+    }
+  if (!codes.empty())
+    c.note(fmt::format("errors.sources = \"quadrature\" leaves out {}: more than {} draws each", fmt::join(codes, ", "),
+                       propagate::kMostQuadratureDraws));
+}
+
 void read_sources(config::ConfigReader& c, Scenario& s) {
   const std::string key = "errors.sources";
   std::vector<std::string> words{"total"};
@@ -73,6 +89,7 @@ void read_sources(config::ConfigReader& c, Scenario& s) {
   const std::string& word = words.front();
   if (words.size() == 1 && (word == "total" || word == "each" || word == "quadrature")) {
     s.sources = word == "total" ? Sources::total : word == "each" ? Sources::each : Sources::quadrature;
+    if (s.sources == Sources::quadrature) note_left_out(c, s.tools);
     return;
   }
   s.sources = Sources::listed;

@@ -94,6 +94,8 @@ class Results(Case):
         modes = {r["mode"] for r in rows}
         self.assertEqual(modes, {"S", "W", "G"})
         self.assertNotIn("DECR", {r["source"] for r in rows})
+        told = self.call("check", "well.toml", "--set", "errors.sources=quadrature")
+        self.assertIn("leaves out DRFR, DECR,", told.stderr + told.stdout)
         for r in rows:
             self.assertLess(abs(float(r["ratio"]) - 1), 1e-3)
 
