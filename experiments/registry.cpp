@@ -8,6 +8,7 @@
   study(estimate, experiment)              \
   study(position_covariance, experiment)   \
   study(tool_code_map, experiment)         \
+  study(error_model_monte_carlo, experiment) \
   study(vertical_well, experiment)         \
   study(sensor_monte_carlo, experiment)    \
   study(reliability, map_experiment)       \

@@ -179,7 +179,7 @@ POINT_WORDS = {
     "estimator.name": "{}", "estimator.method": "{}", "error_model.name": "{}", "drilling.mode": "{}", "mode": "{}",
     "noise.scale": "noise \N{MULTIPLICATION SIGN} {}", "noise.law": "{} noise",
     "noise.reference.per": "reference drawn per {}", "sensor_errors.multiplier": "errors \N{MULTIPLICATION SIGN} {}",
-    "sensor.spread.axial_bias_nT": "axial bias sd {} nT", "well.stations": "{} stations", "well.kind": "{} well",
+    "errors.multiplier": "errors \N{MULTIPLICATION SIGN} {}", "errors.vertical": "lateral errors as {}", "sensor.spread.axial_bias_nT": "axial bias sd {} nT", "well.stations": "{} stations", "well.kind": "{} well",
     "spacing_m": "stations {} m apart", "drilling.sequence": "toolface sequence {}",
     "model.truth_references": "references {} in truth", "factor": "error \N{MULTIPLICATION SIGN} {}"}
 VALUE_WORDS = {

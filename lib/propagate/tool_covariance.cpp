@@ -9,40 +9,16 @@
 
 #include "base/units.h"
 #include "error_model/model_graph.h"
+#include "propagate/tool_weights.h"
 
 namespace surveymc::propagate {
 namespace {
 
 namespace em = error_model;
 using Eigen::Matrix3d;
-using em::Evaluation;
-using em::Variable;
 
-constexpr std::size_t kBlock = Evaluation::kBlock;
-using Column = std::array<double, kBlock>;
-
-/// Sines and cosines of all stations, and tangents.
-struct Directions {
-  std::vector<double> sin_i, cos_i, sin_a, cos_a, sin_am, cos_am;
-  std::vector<double> north, east;  ///< of the tangents; down is cos_i
-
-  Directions(const survey::Survey& survey, double declination) {
-    const std::size_t n = survey.stations.size();
-    for (auto* v : {&sin_i, &cos_i, &sin_a, &cos_a, &sin_am, &cos_am, &north, &east}) v->resize(n);
-    for (std::size_t k = 0; k < n; ++k) {
-      const survey::Station& s = survey.stations[k];
-      sin_i[k] = std::sin(s.inclination);
-      cos_i[k] = std::cos(s.inclination);
-      sin_a[k] = std::sin(s.azimuth);
-      cos_a[k] = std::cos(s.azimuth);
-      const double magnetic = s.azimuth - declination;
-      sin_am[k] = declination == 0 ? sin_a[k] : std::sin(magnetic);
-      cos_am[k] = declination == 0 ? cos_a[k] : std::cos(magnetic);
-      north[k] = sin_i[k] * cos_a[k];
-      east[k] = sin_i[k] * sin_a[k];
-    }
-  }
-};
+constexpr std::size_t kBlock = kStationBlock;
+using Column = StationColumn;
 
 /// What a unit of depth and of angle at the stations of a block does to their own position (star) and to all beyond
 /// (full), in structures of arrays: north, east, down.
@@ -54,7 +30,7 @@ struct Displacements {
   Column length;                    ///< of the interval before the station, m
   std::array<bool, kBlock> is_vertical;
 
-  void set(const survey::Survey& survey, const Directions& d, std::size_t first, std::size_t count,
+  void set(const survey::Survey& survey, const StationDirections& d, std::size_t first, std::size_t count,
            bool first_doubled) {
     const std::size_t last = survey.stations.size() - 1;
     for (std::size_t i = 0; i < count; ++i) {
@@ -77,195 +53,6 @@ struct Displacements {
       is_vertical[i] = survey.stations[k].inclination < em::kVerticalLimit;
     }
   }
-};
-
-/// Weights of one function at the stations of a block; null where it has none.
-struct BlockWeights {
-  const double *depth = nullptr, *inclination = nullptr, *lateral = nullptr;
-  const double *vertical_north = nullptr, *vertical_east = nullptr;  ///< both or neither
-  double largest_depth = 0, largest_angle = 0;                       ///< absolute; infinite if one is no number
-};
-
-/// Infinite if one is not finite.
-double largest(const double* x, std::size_t count) {
-  if (x == nullptr) return 0;
-  double most = 0;
-  bool is_fine = true;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double a = std::abs(x[i]);
-    is_fine = is_fine & (a <= 1e300);
-    most = most < a ? a : most;
-  }
-  return is_fine ? most : HUGE_VAL;
-}
-
-/// Of the stretch that station k is in.
-std::size_t stretch_index(const std::vector<GyroStretch>& stretches, std::size_t k) {
-  const auto at =
-      std::partition_point(stretches.begin(), stretches.end(), [&](const GyroStretch& s) { return s.end <= k; });
-  return static_cast<std::size_t>(at - stretches.begin());
-}
-
-/// The functions of one tool run, evaluated block after block.
-class RunWeights {
- public:
-  RunWeights(const em::Model& model, const em::ModelGraph& graph, const survey::Survey& survey,
-             const std::vector<double>& tvd, const Directions& directions, const survey::ReferenceField& field,
-             double latitude)
-      : model_(model),
-        graph_(graph),
-        survey_(survey),
-        tvd_(tvd),
-        directions_(directions),
-        declination_(field.declination),
-        surroundings_(em::surroundings_of(model.parameters, field.dip, field.total, field.gravity, latitude)),
-        evaluation_(graph.graph, surroundings_),
-        weights_(graph.functions.size()),
-        modes_(graph.functions.size()) {
-    zeros_.fill(0);
-  }
-
-  /// Of a run with the stations first to end - 1, before its first block.
-  void begin_run(const std::vector<GyroStretch>& stretches) {
-    stretches_ = stretches;
-    for (ByMode& m : modes_) m = {};
-  }
-
-  /// The stations first to first + count - 1.
-  void evaluate(std::size_t first, std::size_t count) {
-    fill_inputs(first, count);
-    evaluation_.run(count);
-    for (std::size_t f = 0; f < weights_.size(); ++f) weights_[f] = weights_of(f, first, count);
-  }
-  const BlockWeights& of_term(std::size_t term) const { return weights_[graph_.function_of_term[term]]; }
-
- private:
-  /// A stationary or continuous function of a tool with a gyro.
-  struct ByMode {
-    double sum = 0;                                 ///< of a continuous function, at the station before
-    double held_inclination = 0, held_azimuth = 0;  ///< of a stationary function, since the initialisation
-    Column inclination, lateral;
-  };
-
-  void fill_inputs(std::size_t first, std::size_t count) {
-    const em::Graph& g = graph_.graph;
-    const auto fill = [&](Variable v, const auto& value_at) {
-      if (!g.names(v)) return;
-      double* x = evaluation_.input(v);
-      for (std::size_t i = 0; i < count; ++i) x[i] = value_at(first + i);
-    };
-    const auto& s = survey_.stations;
-    fill(Variable::md, [&](std::size_t k) { return s[k].md; });
-    fill(Variable::md_before, [&](std::size_t k) { return s[k - 1].md; });
-    fill(Variable::tvd, [&](std::size_t k) { return tvd_[k]; });
-    fill(Variable::inclination, [&](std::size_t k) { return s[k].inclination; });
-    fill(Variable::inclination_before, [&](std::size_t k) { return s[k - 1].inclination; });
-    fill(Variable::azimuth, [&](std::size_t k) { return s[k].azimuth; });
-    fill(Variable::azimuth_before, [&](std::size_t k) { return azimuth_before(s[k - 1], s[k]); });
-    fill(Variable::azimuth_magnetic, [&](std::size_t k) { return s[k].azimuth - declination_; });
-    const double noise = model_.gyro ? 1 : model_.parameters.noise_reduction;
-    fill(Variable::noise_reduction, [&](std::size_t) { return noise; });
-    fill(Variable::running_speed, [&](std::size_t k) { return speed_at(s[k].inclination); });
-    const Directions& d = directions_;
-    fill(Variable::sin_inclination, [&](std::size_t k) { return d.sin_i[k]; });
-    fill(Variable::cos_inclination, [&](std::size_t k) { return d.cos_i[k]; });
-    fill(Variable::sin_azimuth, [&](std::size_t k) { return d.sin_a[k]; });
-    fill(Variable::cos_azimuth, [&](std::size_t k) { return d.cos_a[k]; });
-    fill(Variable::sin_azimuth_magnetic, [&](std::size_t k) { return d.sin_am[k]; });
-    fill(Variable::cos_azimuth_magnetic, [&](std::size_t k) { return d.cos_am[k]; });
-  }
-
-  /// Zones that overlap have one speed (the reader of models sees to it); where there is none, nothing grows.
-  double speed_at(double inclination) const {
-    if (model_.gyro)
-      for (const em::GyroZone& z : model_.gyro->zones)
-        if (zone_at(*model_.gyro, z.axis, inclination) == &z) return z.speed;
-    return 1;
-  }
-
-  BlockWeights weights_of(std::size_t f, std::size_t first, std::size_t count) {
-    const em::FunctionNodes& n = graph_.functions[f];
-    const auto output = [&](const std::optional<std::size_t>& node) {
-      return node ? evaluation_.output(*node) : nullptr;
-    };
-    BlockWeights w;
-    w.depth = output(n.depth);
-    w.inclination = output(n.inclination);
-    w.lateral = output(n.lateral);
-    if (n.has_vertical()) {
-      w.vertical_north = n.vertical_north ? output(n.vertical_north) : zeros_.data();
-      w.vertical_east = n.vertical_east ? output(n.vertical_east) : zeros_.data();
-    }
-    if (n.function->kind == em::Kind::continuous) run_sums(f, first, count, w);
-    if (n.function->kind == em::Kind::stationary && model_.gyro) hold_values(f, first, count, w);
-    w.largest_depth = largest(w.depth, count);
-    w.largest_angle = std::max(largest(w.inclination, count), largest(w.lateral, count));
-    return w;
-  }
-
-  /// The stretch that a station is in.
-  const GyroStretch& stretch_at(std::size_t k) const { return stretches_[stretch_index(stretches_, k)]; }
-
-  void run_sums(std::size_t f, std::size_t first, std::size_t count, BlockWeights& w) {
-    const em::FunctionNodes& n = graph_.functions[f];
-    ByMode& m = modes_[f];
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t k = first + i;
-      const GyroStretch& stretch = stretch_at(k);
-      const bool begins_section = k == stretch.first && (k == stretches_.front().first || !stretch.is_continuous);
-      if (begins_section) m.sum = 0;
-      if (zone_at(*model_.gyro, n.function->axis, survey_.stations[k].inclination) != nullptr)
-        m.sum = evaluation_.step(n.azimuth_chain, m.sum, i);
-      m.lateral[i] = stretch.is_continuous ? directions_.sin_i[k] * m.sum : 0;
-    }
-    w.lateral = m.lateral.data();
-  }
-
-  void hold_values(std::size_t f, std::size_t first, std::size_t count, BlockWeights& w) {
-    const em::FunctionNodes& n = graph_.functions[f];
-    ByMode& m = modes_[f];
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t k = first + i;
-      const GyroStretch& stretch = stretch_at(k);
-      if (stretch.is_continuous && k == stretch.first) initialise(n, stretch, m);
-      m.inclination[i] = stretch.is_continuous ? m.held_inclination : w.inclination ? w.inclination[i] : 0;
-      m.lateral[i] = stretch.is_continuous ? directions_.sin_i[k] * m.held_azimuth : w.lateral ? w.lateral[i] : 0;
-    }
-    if (n.inclination) w.inclination = m.inclination.data();
-    if (n.lateral) w.lateral = m.lateral.data();
-  }
-
-  void initialise(const em::FunctionNodes& n, const GyroStretch& stretch, ByMode& m) const {
-    const std::size_t k = stretch.initialised_from;
-    em::SampleStation s;
-    s.inclination = stretch.initialised_inclination;
-    s.azimuth = stretch.initialised_azimuth;
-    s.declination = declination_;
-    s.md = survey_.stations[k].md;
-    s.dmd = survey_.stations[k + 1].md - s.md;
-    s.tvd = tvd_[k];
-    s.noise_reduction = model_.parameters.noise_reduction;
-    Evaluation at(graph_.graph, surroundings_);
-    em::set_station(at, 0, s);
-    at.run(1);
-    m.held_inclination = n.inclination ? at.output(*n.inclination)[0] : 0;
-    m.held_azimuth = n.azimuth   ? at.output(*n.azimuth)[0]
-                     : n.lateral ? at.output(*n.lateral)[0] / std::sin(s.inclination)
-                                 : 0;
-  }
-
-  const em::Model& model_;
-  const em::ModelGraph& graph_;
-  const survey::Survey& survey_;
-  const std::vector<double>& tvd_;
-  const Directions& directions_;
-  double declination_;
-  em::Surroundings surroundings_;
-  Evaluation evaluation_;
-  std::vector<BlockWeights> weights_;
-  std::vector<ByMode> modes_;
-  std::vector<GyroStretch> stretches_;
-  Column zeros_;
 };
 
 /// An error source of the well and what has summed up so far (ErrorSum, in structures of arrays).
@@ -391,13 +178,6 @@ void set_effects(const em::Term& term, const BlockWeights& w, const Displacement
 /// Covariance of one source, or of all, at the stations of a block: nn, ee, vv, ne, nv, ev.
 using BlockCovariance = std::array<Column, 6>;
 
-/// How the errors of a source go together within a run.
-enum class Grouping {
-  station,  ///< another error at every station
-  run,      ///< one error
-  mixed     ///< `begins_group` says where another error begins
-};
-
 /// Moves a source through a block: its covariance at every station.
 void propagate(Source& s, Grouping grouping, const std::array<bool, kBlock>& begins_group, const Effects& e,
                std::size_t count, BlockCovariance& c) {
@@ -441,26 +221,6 @@ Matrix3d matrix_at(const BlockCovariance& c, std::size_t i) {
       c[3][i], c[1][i], c[5][i],   //
       c[4][i], c[5][i], c[2][i];
   return m;
-}
-
-Grouping grouping_of(const em::Term& term, bool has_gyro) {
-  const em::Kind kind = term.function->kind;
-  const bool is_of_gyro = has_gyro && (kind == em::Kind::stationary || kind == em::Kind::continuous);
-  if (is_of_gyro && (term.mode == em::PropagationMode::random || term.function->per_section)) return Grouping::mixed;
-  return term.mode == em::PropagationMode::random ? Grouping::station : Grouping::run;
-}
-
-/// True where an error of a gyro that is drawn anew begins: at every stationary station, and with every section.
-std::array<bool, kBlock> group_begins(const std::vector<GyroStretch>& stretches, std::size_t first, std::size_t count) {
-  std::array<bool, kBlock> out{};
-  if (stretches.empty()) return out;
-  std::size_t at = stretch_index(stretches, first);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t k = first + i;
-    if (k == stretches[at].end) ++at;
-    out[i] = k == stretches[at].first || !stretches[at].is_continuous;
-  }
-  return out;
 }
 
 /// The sources, moved along the well.
@@ -576,17 +336,11 @@ class Propagation {
 
 }  // namespace
 
-double azimuth_before(const survey::Station& before, const survey::Station& at) {
-  if (before.inclination < em::kVerticalLimit) return at.azimuth;
-  const double turn = at.azimuth - before.azimuth;
-  return std::abs(turn) <= kPi ? before.azimuth : at.azimuth - std::remainder(turn, 2 * kPi);
-}
-
 ToolCovariances tool_covariances(const survey::Survey& survey, const std::vector<double>& tvd,
                                  const std::vector<ToolRun>& runs, const survey::ReferenceField& field, double latitude,
                                  SourceDetail detail) {
   const std::size_t n = survey.stations.size();
-  const Directions directions(survey, field.declination);
+  const StationDirections directions(survey, field.declination);
   ToolCovariances out;
   Propagation propagation(survey, runs, detail, out);
   // Runs of one model share its graph; both maps keep their elements in place.

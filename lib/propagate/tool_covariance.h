@@ -65,8 +65,4 @@ ToolCovariances tool_covariances(const survey::Survey& survey, const std::vector
                                  const std::vector<ToolRun>& runs, const survey::ReferenceField& field, double latitude,
                                  SourceDetail detail);
 
-/// The azimuth of the station before, within 180 deg of the azimuth at hand; that itself, if the station before is
-/// vertical. rad
-double azimuth_before(const survey::Station& before, const survey::Station& at);
-
 }  // namespace surveymc::propagate

@@ -29,6 +29,8 @@ std::string_view name_of(StudyId id) {
       return "position_covariance";
     case StudyId::tool_code_map:
       return "tool_code_map";
+    case StudyId::error_model_monte_carlo:
+      return "error_model_monte_carlo";
     case StudyId::reliability_map:
       return "reliability_map";
     case StudyId::reliability_well:

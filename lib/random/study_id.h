@@ -20,6 +20,7 @@ enum class StudyId : std::uint32_t {
   axial_correction = 9,
   position_covariance = 10,
   tool_code_map = 18,
+  error_model_monte_carlo = 21,
   reliability_map = 11,
   reliability_well = 12,
   gross_error_detection = 20,

@@ -1,6 +1,6 @@
 #include "sensor/simulate_lanes.h"
 
-#include "sensor/draw_address.h"
+#include "random/draw_address.h"
 #include "simd/pack.h"
 
 namespace surveymc::sensor::SURVEYMC_ISA {
@@ -18,8 +18,8 @@ using Calls = Pack<T, kCalls>;
 
 /// Draws of size 1 of the law: element j of number i has index 4 (call + j) + i.
 [[gnu::always_inline]] inline std::array<Calls, 4> unit_draws(NoiseLaw law, const random::Stream& stream,
-                                                              const DrawAddress<T>& from, random::Channel channel,
-                                                              int call) {
+                                                              const random::DrawAddress<T>& from,
+                                                              random::Channel channel, int call) {
   const auto calls = Bits<Calls>::each([&](std::size_t j) { return Bits<T>(static_cast<std::uint64_t>(call) + j); });
   std::array<Calls, 4> x;
   if (law == NoiseLaw::gaussian || law == NoiseLaw::gaussian_half_open) {
@@ -43,7 +43,8 @@ void add_weighted(const double* weights, const T& draw, Sums& sums) {
 
 /// clean + size * draw for `rows` rows; the draws' weighted sums if `weights` is not null.
 void add_noise(const double* clean, int rows, NoiseLaw law, double size, const random::Stream& stream,
-               const DrawAddress<T>& from, random::Channel channel, double* out, const double* weights, Sums& sums) {
+               const random::DrawAddress<T>& from, random::Channel channel, double* out, const double* weights,
+               Sums& sums) {
   for (int first = 0; first < rows; first += 4 * kCalls) {
     const std::array<Calls, 4> draw = unit_draws(law, stream, from, channel, first / 4);
     const auto put = [&](int r) {
@@ -71,13 +72,13 @@ void normalise(int stations, double* down) {
 }
 
 /// Horizontal and vertical reference of each row pair: total and dip with their errors of this trial.
-void draw_reference(const SimulateBatch& b, const DrawAddress<T>& from, double* out, Sums& sums) {
+void draw_reference(const SimulateBatch& b, const random::DrawAddress<T>& from, double* out, Sums& sums) {
   for (int k = 0; k < b.reference_pairs; k += 2) {  // one call serves two stations
     std::array<T, 4> draw{T(0.0), T(0.0), T(0.0), T(0.0)};
     if (b.noise.reference != ReferenceNoise::none) {
       draw =
           b.stream.normals<T>(from.trial, random::Channel::reference_field, Bits<T>(static_cast<std::uint64_t>(k / 2)));
-      for (T& v : draw) v = signed_draw(v, from);
+      for (T& v : draw) v = random::signed_draw(v, from);
     }
     for (int i = 0; i < 2 && k + i < b.reference_pairs; ++i) {
       const auto j = static_cast<std::size_t>(2 * i);
@@ -98,7 +99,7 @@ void draw_reference(const SimulateBatch& b, const DrawAddress<T>& from, double* 
 void simulate(const SimulateBatch& b) {
   for (int group = 0; group < b.groups; ++group)
     for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
-      const DrawAddress<T> from = draw_address<T>(
+      const random::DrawAddress<T> from = random::draw_address<T>(
           consecutive<T>(b.first_trial + static_cast<std::uint64_t>(group * kGroup + lane)), b.noise.antithetic);
       const auto g = static_cast<std::size_t>(group);
       Sums sums;

@@ -1,6 +1,6 @@
 #include "sensor/tool_spread_lanes.h"
 
-#include "sensor/draw_address.h"
+#include "random/draw_address.h"
 
 namespace surveymc::sensor::SURVEYMC_ISA {
 
@@ -12,11 +12,12 @@ using T = Lanes;
 void spread_tools(const ToolSpreadBatch& b) {
   for (std::size_t group = 0; group < static_cast<std::size_t>(b.groups); ++group)
     for (std::size_t lane = 0; lane < static_cast<std::size_t>(kGroup); lane += lane_count<T>) {
-      const DrawAddress<T> from = draw_address<T>(consecutive<T>(b.first_trial + group * kGroup + lane), b.antithetic);
+      const random::DrawAddress<T> from =
+          random::draw_address<T>(consecutive<T>(b.first_trial + group * kGroup + lane), b.antithetic);
       const auto first = b.stream.normals<T>(from.trial, random::Channel::tool_errors, Bits<T>(0)),
                  second = b.stream.normals<T>(from.trial, random::Channel::tool_errors, Bits<T>(1));
       std::array<T, 6> draw{first[0], first[1], first[2], first[3], second[0], second[1]}, d;
-      for (T& x : draw) x = signed_draw(x, from);
+      for (T& x : draw) x = random::signed_draw(x, from);
       for (std::size_t i = 0; i < 6; ++i) {
         d[i] = T(b.sd[i]) * draw[i];
         store(b.deviation + group * b.deviation_stride + i * kGroup + lane, d[i]);

@@ -1,7 +1,8 @@
-/// Position covariances of a surveyed well by error models, and the formulas of these models.
+/// Position covariances of a surveyed well by error models, the formulas of these models, and wells drawn from them.
 #include "bench_setup.h"
 #include "config/error_model_file.h"
 #include "error_model/model_graph.h"
+#include "propagate/drawn_well.h"
 #include "propagate/tool_covariance.h"
 #include "survey/minimum_curvature.h"
 
@@ -54,6 +55,49 @@ void formulas(benchmark::State& state, const char* name) {
 }
 BENCHMARK_CAPTURE(formulas, iscwsa, "iscwsa_mwd_rev5.10");
 BENCHMARK_CAPTURE(formulas, axial, "MWD+SRGM+AX");
+
+constexpr int kDrawnStations = 100;
+
+/// Wells of 100 stations with all 35 sources of Rev 5.10, from draws to positions. Items: wells.
+template <bool WithControl>
+void drawn_wells(benchmark::State& state, simd::InstructionSet set) {
+  const survey::Survey survey = synthetic_survey(kDrawnStations);
+  survey::ReferenceField field;
+  field.total = 50000;
+  field.dip = 72 * kDegree;
+  const propagate::WellErrors errors = propagate::well_errors(
+      survey, survey::true_vertical_depths(survey), {{1, shipped("iscwsa_mwd_rev5.10")}}, field, 60 * kDegree);
+  const propagate::DrawnWell well(errors, {{kDrawnStations - 1, 1}}, propagate::draw_places(errors), WithControl);
+  constexpr int kGroups = 8;
+  survey::LaneArray out(kGroups, well.rows()), scratch = well.make_scratch();
+  const random::Stream stream(1, 1);
+  std::uint64_t first = 0;
+  for (auto _ : state) {
+    const auto batch = well.batch(first, false, kGroups, out, scratch);
+    set == simd::InstructionSet::v4 ? propagate::isa_v4::draw_wells(batch, stream)
+                                    : propagate::isa_v3::draw_wells(batch, stream);
+    first += kGroups * simd::kGroup;
+    benchmark::ClobberMemory();
+  }
+  count_items(state, kGroups * simd::kGroup);
+  state.counters["draws"] = static_cast<double>(errors.draws.size());
+}
+const bool drawn_registered = on_both("drawn_well", drawn_wells<false>);
+const bool controlled_well_registered = on_both("drawn_well_with_control_variate", drawn_wells<true>);
+
+/// The normals of such a well alone. Items: wells.
+void drawn_well_normals(benchmark::State& state, simd::InstructionSet set) {
+  constexpr std::uint32_t calls =
+      180;  // 28 constants and 7 draws of each of 99 stations are 721 normals; the kernel takes tens
+  const random::Stream stream(1, 1);
+  survey::LaneArray out(1, 4 * calls);
+  for (auto _ : state) {
+    kernels(set).normals(stream, calls, out.row(0, 0));
+    benchmark::ClobberMemory();
+  }
+  count_items(state, simd::kGroup);
+}
+const bool well_normals_registered = on_both("drawn_well_normals", drawn_well_normals);
 
 /// All shipped models, read from their text.
 void load_models(benchmark::State& state) {

@@ -9,6 +9,7 @@
 #include "error_model/model_graph.h"
 #include "propagate/station_effects.h"
 #include "propagate/tool_covariance.h"
+#include "propagate/tool_weights.h"
 #include "propagate/toolface_independent.h"
 #include "survey/minimum_curvature.h"
 #include "thesis_cases.h"

@@ -2,7 +2,7 @@
 /// Which draws of the stream a trial gets, and with which sign.
 #include "simd/math.h"
 
-namespace surveymc::sensor {
+namespace surveymc::random {
 
 using namespace simd;
 
@@ -23,4 +23,4 @@ T signed_draw(const T& draw, const DrawAddress<T>& from) {
   return from_bits(to_bits(draw) ^ from.sign);
 }
 
-}  // namespace surveymc::sensor
+}  // namespace surveymc::random

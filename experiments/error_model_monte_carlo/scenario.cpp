@@ -1,0 +1,182 @@
+#include "error_model_monte_carlo/scenario.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "propagate/source_moments.h"
+#include "study/scenario.h"
+#include "survey/minimum_curvature.h"
+
+namespace surveymc::studies::error_model_monte_carlo {
+namespace {
+
+constexpr std::size_t kMostDepths = 50;
+
+/// `[well] inclination_deg, azimuth_deg, length_m, vertical_m, build_deg_per_30m, spacing_m`: a made-up well, vertical,
+/// built and held, instead of a survey.
+survey::Survey read_made_well(config::ConfigReader& c) {
+  const double inclination = c.number("well.inclination_deg", config::Range::closed(0, 180)),
+               azimuth = c.number("well.azimuth_deg", config::Range::closed(-360, 360)),
+               vertical = c.number("well.vertical_m", config::Range::non_negative(), 900),
+               build = c.number("well.build_deg_per_30m", config::Range::positive(), 3),
+               length = c.number("well.length_m", config::Range::positive()),
+               spacing = c.number("well.spacing_m", config::Range::positive(), 30);
+  const double intervals = length / spacing;
+  c.require(intervals < 100'000.5, "well.spacing_m", "more than 100000 stations");
+  c.require(std::abs(intervals - std::round(intervals)) < 1e-6 && intervals > 0.5, "well.spacing_m",
+            "must divide length_m into whole intervals");
+  c.require(build / 30 * spacing < 90, "well.build_deg_per_30m", "more than 90 deg between two stations");
+  survey::Survey s;
+  for (int k = 0; k <= static_cast<int>(std::lround(intervals)); ++k) {
+    const double md = spacing * k;
+    s.stations.push_back(
+        {md, std::clamp((md - vertical) * build / 30, 0.0, inclination) * kDegree, azimuth * kDegree, 0});
+  }
+  return s;
+}
+
+std::vector<double> read_report_depths(config::ConfigReader& c, const survey::Survey& survey) {
+  const bool feet = c.has("report_md_ft");
+  const std::string key = feet ? "report_md_ft" : "report_md_m";
+  const double first = survey.stations.front().md, last = survey.stations.back().md;
+  if (!c.has(key)) return {last};
+  c.require(!feet || !c.has("report_md_m"), key, "not together with report_md_m");
+  std::vector<double> out;
+  for (const double depth : c.numbers(key, {})) {
+    const double md = depth * (feet ? kFoot : 1);
+    c.require(md > first && md <= last + 1e-6, key,
+              fmt::format("{} is off the survey, which goes from {} to {} m", config::format_number(depth),
+                          config::format_number(first), config::format_number(last)));
+    c.require(out.empty() || md > out.back(), key, "must increase");
+    out.push_back(std::min(md, last));
+  }
+  c.require(out.size() <= kMostDepths, key, fmt::format("must have 1 to {} depths", kMostDepths));
+  return out;
+}
+
+bool has_code(const study::ToolRuns& tools, const std::string& code) {
+  for (const propagate::ToolRun& run : tools.runs)
+    for (const error_model::Term& t : run.model->terms)
+      if (t.code == code) return true;
+  return false;
+}
+
+/// Quadrature takes sources of a few draws: names the others.
+void note_left_out(const config::ConfigReader& c, const study::ToolRuns& tools) {
+  std::vector<std::string> codes;
+  for (const propagate::ToolRun& run : tools.runs)
+    for (const error_model::Term& t : run.model->terms) {
+      const bool is_left_out =
+          t.mode == error_model::PropagationMode::random ||
+          (t.mode == error_model::PropagationMode::systematic && tools.runs.size() > propagate::kMostQuadratureDraws);
+      if (is_left_out && std::find(codes.begin(), codes.end(), t.code) == codes.end()) codes.push_back(t.code);
+    }
+  if (!codes.empty())
+    c.note(fmt::format("errors.sources = \"quadrature\" leaves out {}: more than {} draws each", fmt::join(codes, ", "),
+                       propagate::kMostQuadratureDraws));
+}
+
+void read_sources(config::ConfigReader& c, Scenario& s) {
+  const std::string key = "errors.sources";
+  std::vector<std::string> words{"total"};
+  if (c.has(key))
+    words = c.texts(key);
+  else
+    c.text(key, "total");
+  const std::string& word = words.front();
+  if (words.size() == 1 && (word == "total" || word == "each" || word == "quadrature")) {
+    s.sources = word == "total" ? Sources::total : word == "each" ? Sources::each : Sources::quadrature;
+    if (s.sources == Sources::quadrature) note_left_out(c, s.tools);
+    return;
+  }
+  s.sources = Sources::listed;
+  for (const std::string& code : words) {
+    c.require(
+        has_code(s.tools, code), key,
+        fmt::format("no model here has \"{}\"; must be \"total\", \"each\", \"quadrature\", or a list of codes of "
+                    "the model (surveymc models shows them)",
+                    code));
+    c.require(std::count(words.begin(), words.end(), code) == 1, key, fmt::format("\"{}\" is there twice", code));
+  }
+  s.listed = words;
+}
+
+std::vector<std::string> read_formulations(config::ConfigReader& c) {
+  if (!c.has("formulations")) {
+    return kFormulations;
+  }
+  const std::vector<std::string> out = c.texts("formulations");
+  for (const std::string& f : out) {
+    c.require(std::find(kFormulations.begin(), kFormulations.end(), f) != kFormulations.end(), "formulations",
+              fmt::format("\"{}\": must be of \"iscwsa\", \"minimum_curvature\", \"second_order\"", f));
+    c.require(std::count(out.begin(), out.end(), f) == 1, "formulations", fmt::format("\"{}\" is there twice", f));
+  }
+  return out;
+}
+
+std::vector<study::RowName> row_names() {
+  std::vector<study::RowName> rows;
+  for (const char* d : {"north", "east", "vertical"}) rows.push_back({"axes", "", std::string("mean_") + d});
+  for (const std::string& f : kFormulations) {
+    const auto add = [&](const char* table, std::initializer_list<const char*> quantities) {
+      for (const char* q : quantities) rows.push_back({table, f, q});
+    };
+    add("axes", {"sd_axis_1", "sd_axis_2", "sd_axis_3", "mean_axis_1", "mean_axis_2", "mean_axis_3"});
+    add("position", {"sd_north", "sd_east", "sd_vertical"});
+    add("position_hla", {"sd_high_side", "sd_lateral", "sd_along_hole"});
+    if (f == "second_order") continue;
+    add("axes", {"nees"});
+    add("by_source", {"sd_along", "sd_along_2", "sd_along_3"});
+    add("ellipse", {"ellipse"});
+  }
+  return rows;
+}
+
+}  // namespace
+
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
+  Scenario s;
+  s.seed = seed;
+  s.field = study::read_field(c);
+  const bool made = c.has("well.inclination_deg") || c.has("well.length_m");
+  if (made) {
+    c.require(!c.has("survey.file"), "survey.file", "not together with [well], a made-up one");
+    s.survey = read_made_well(c);
+    s.tvd = survey::true_vertical_depths(s.survey);
+  } else {
+    s.survey = study::read_survey(c, s.field, false);
+    s.tvd = study::read_true_vertical_depths(c, s.survey);
+  }
+  s.tools = study::read_tool_runs(c, s.survey);
+  std::vector<config::SharedModel> models;
+  for (const propagate::ToolRun& run : s.tools.runs) models.push_back(run.model);
+  s.latitude = study::read_latitude(c, models);
+  study::read_outside_range(c, s.survey, s.tools.runs,
+                            propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude));
+  s.model_place = c.place("error_model");
+  s.multiplier = c.number("errors.multiplier", config::Range::positive(), 1);
+  s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "tilt" ? propagate::VerticalRule::tilt
+                                                                                  : propagate::VerticalRule::azimuth;
+  read_sources(c, s);
+  s.formulations = read_formulations(c);
+  s.antithetic = c.boolean("antithetic", false);
+  if (s.samples()) {
+    s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000));
+    s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+    c.require(!s.antithetic || s.trials % 2 == 0, "trials",
+              "must be even where antithetic = true: trials come in pairs");
+  } else {
+    if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
+    if (c.has("save_samples")) c.integer("save_samples", 0, 1'000'000);
+  }
+  s.report_md = read_report_depths(c, s.survey);
+  s.verdict = study::read_verdict_rule(c);
+  s.annotations = study::Annotations::read(c, row_names());
+  c.finish();
+  return s;
+}
+
+}  // namespace surveymc::studies::error_model_monte_carlo

@@ -1,0 +1,48 @@
+#pragma once
+/// The config of the study `error_model_monte_carlo` as values (see study.cpp).
+#include <string>
+#include <vector>
+
+#include "propagate/well_errors.h"
+#include "random/study_id.h"
+#include "study/annotations.h"
+#include "study/error_models.h"
+#include "study/verdict.h"
+
+namespace surveymc::studies::error_model_monte_carlo {
+
+/// `errors.sources`.
+enum class Sources {
+  total,       ///< the whole model
+  each,        ///< and every source alone
+  listed,      ///< and some of them
+  quadrature,  ///< sources alone, without trials
+};
+
+struct Scenario {
+  random::StudySeed seed;
+  std::uint64_t trials = 0, save_samples = 0;
+  bool antithetic = false;
+  survey::ReferenceField field;
+  double latitude = 0;  ///< rad; NaN where no model needs it
+  survey::Survey survey;
+  std::vector<double> tvd;  ///< m
+  study::ToolRuns tools;
+  double multiplier = 1;
+  propagate::VerticalRule vertical = propagate::VerticalRule::tilt;
+  Sources sources = Sources::total;
+  std::vector<std::string> listed;  ///< codes, with Sources::listed
+  std::vector<std::string> formulations;
+  std::vector<double> report_md;  ///< m, rising
+  study::VerdictRule verdict;
+  study::Annotations annotations;
+  config::ConfigPlace model_place;
+
+  bool samples() const { return sources != Sources::quadrature; }
+};
+Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
+
+/// "iscwsa", "minimum_curvature", "second_order".
+inline const std::vector<std::string> kFormulations{"iscwsa", "minimum_curvature", "second_order"};
+
+}  // namespace surveymc::studies::error_model_monte_carlo

@@ -1,0 +1,417 @@
+/// Study: every source of an error model drawn and taken through depth, inclination, azimuth and nonlinear minimum
+/// curvature, against the covariance of the model. Is the covariance that decides about collisions right?
+///
+///   survey, field, models (config) -> what every draw does at every station (propagate: well_errors)
+///   -> draws -> depths and directions -> minimum curvature (propagate: drawn_well) -> tally at the reported depths
+///
+/// compared with
+///   iscwsa             balanced tangential effects, the sums of position_covariance
+///   minimum_curvature  exact derivatives of the same path: what is left is nonlinearity
+///   second_order       mean to second order, covariance to fourth order in the sizes, along the axes of the former
+///
+/// The exact first-order effect of the same draws is a control variate of all means and sds.
+#include "error_model_monte_carlo/study.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <Eigen/LU>
+
+#include "base/error.h"
+#include "base/units.h"
+#include "propagate/ellipse.h"
+#include "random/study_stream.h"
+#include "stats/antithetic.h"
+#include "study/position_comparison.h"
+#include "survey/minimum_curvature.h"
+
+namespace surveymc::studies::error_model_monte_carlo {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+/// Axes shorter than this share of the longest are of second order where a source has several draws.
+constexpr double kLeastAxis = 0.05;
+/// A source that is smaller than this share of the whole has no first-order effect but rounding.
+constexpr double kRounding = 1e-10;
+
+propagate::FirstOrder first_order_of(const std::string& formulation) {
+  return formulation == "iscwsa" ? propagate::FirstOrder::iscwsa : propagate::FirstOrder::minimum_curvature;
+}
+
+Formulation formulation_of(const std::string& name, const Matrix3d& covariance) {
+  Formulation f;
+  f.name = name;
+  f.covariance = covariance;
+  const propagate::Ellipsoid body = propagate::ellipsoid(covariance);
+  f.axes = body.axes;
+  f.sd = body.semi_axes;
+  // A body without volume (all errors in one plane) has no Mahalanobis distance and covers nothing.
+  f.weight = f.sd[2] > 0 ? Matrix3d(covariance.inverse()) : Matrix3d::Constant(kNaN);
+  const Matrix2d horizontal = covariance.topLeftCorner<2, 2>();
+  const propagate::Ellipse e = propagate::ellipse(horizontal);
+  f.horizontal_axes = e.axes;
+  f.horizontal_weight = e.semi_minor > 0 ? Matrix2d(horizontal.inverse()) : Matrix2d::Constant(kNaN);
+  return f;
+}
+
+/// Columns of a depth's moments, beside the controlled ones: N, E, V; then for every formulation NEES less that of the
+/// control, horizontal NEES, both horizontal axes.
+constexpr Eigen::Index kPerFormulation = 4;
+Eigen::Index column_of(std::size_t formulation, int which) {
+  return 3 + kPerFormulation * static_cast<Eigen::Index>(formulation) + which;
+}
+
+}  // namespace
+
+ErrorModelMonteCarlo::ErrorModelMonteCarlo(Scenario scenario)
+    : s_(std::move(scenario)),
+      stream_(random::stream_of(s_.seed)),
+      errors_(
+          propagate::well_errors(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.multiplier, s_.vertical)) {
+  for (std::size_t k = 0; k < errors_.at.size(); ++k)
+    for (const propagate::DrawEffect& e : errors_.at[k])
+      if (std::isnan(e.depth) && s_.survey.stations[k].md < s_.report_md.back() + 1e-6)
+        s_.model_place.fail(fmt::format(
+            "{} has no finite effect at {} m, so that it cannot be drawn: end the survey above, or leave it out",
+            errors_.sources[errors_.draws[e.draw].source].code, config::format_number(s_.survey.stations[k].md)));
+  predict();
+  predict_sources();
+  plan_draws();
+}
+
+void ErrorModelMonteCarlo::predict() {
+  const std::vector<Vector3d> positions = survey::minimum_curvature_positions(s_.survey);
+  for (const double md : s_.report_md) {
+    Depth d;
+    d.md = md;
+    d.point = propagate::point_at(s_.survey, md);
+    const propagate::LegGeometry leg = propagate::leg_geometry(errors_, d.point.station);
+    const propagate::DrawnErrors<double> none{0, 0, 0, 0};
+    d.truth =
+        positions[d.point.station - 1] + survey::to_eigen(propagate::drawn_leg_point(leg, none, none, d.point.share));
+    const survey::Station& at = s_.survey.stations[d.point.station];
+    d.hla = survey::rotation_hla_from_nev(at.inclination, at.azimuth);
+    d.effects = propagate::draw_effects(errors_, d.point, propagate::FirstOrder::minimum_curvature);
+    const Matrix3d exact = propagate::covariance_of(d.effects);
+    for (const std::string& name : s_.formulations) {
+      if (name == "second_order") {
+        const propagate::PointMoments m = propagate::second_order_moments(errors_, d.point);
+        Formulation f = formulation_of(name, exact);
+        f.mean = m.mean;
+        f.covariance = m.covariance;
+        for (int a = 0; a < 3; ++a) {
+          const double variance = f.axes.col(a).dot(m.covariance * f.axes.col(a));
+          f.sd[a] = variance > 0 ? std::sqrt(variance) : kNaN;  // at large sizes the series is no covariance
+        }
+        d.formulations.push_back(f);
+      } else {
+        d.formulations.push_back(formulation_of(name, name == "minimum_curvature"
+                                                          ? exact
+                                                          : propagate::covariance_of(propagate::draw_effects(
+                                                                errors_, d.point, propagate::FirstOrder::iscwsa))));
+      }
+    }
+    depths_.push_back(std::move(d));
+  }
+}
+
+void ErrorModelMonteCarlo::predict_sources() {
+  if (s_.sources == Sources::total) return;
+  for (std::size_t i = 0; i < errors_.sources.size(); ++i) {
+    const propagate::ErrorSource& source = errors_.sources[i];
+    const bool wanted = s_.sources == Sources::listed
+                            ? std::find(s_.listed.begin(), s_.listed.end(), source.code) != s_.listed.end()
+                        : s_.sources == Sources::quadrature ? source.draws.size() <= propagate::kMostQuadratureDraws &&
+                                                                  source.mode != error_model::PropagationMode::random
+                                                            : true;
+    if (wanted && !source.draws.empty()) single_.push_back(i);
+  }
+  // Largest sd at shallower stations, by which a source whose effects cancel is told.
+  const propagate::ToolCovariances all = propagate::tool_covariances(s_.survey, s_.tvd, s_.tools.runs, s_.field,
+                                                                     s_.latitude, propagate::SourceDetail::all);
+  const auto sd_by_code = [&](std::size_t station, const std::string& code) {
+    const auto row =
+        static_cast<std::size_t>(std::find(all.sources.begin(), all.sources.end(), code) - all.sources.begin());
+    return s_.multiplier * std::sqrt(all.by_source[station * all.sources.size() + row].trace());
+  };
+  for (const std::size_t i : single_) {
+    const propagate::ErrorSource& source = errors_.sources[i];
+    sources_.emplace_back();
+    for (const Depth& d : depths_) {
+      sources_.back().emplace_back();
+      double largest = 0;
+      for (std::size_t k = 1; k <= d.point.station; ++k) largest = std::max(largest, sd_by_code(k, source.code));
+      for (const Formulation& f : d.formulations) {
+        if (!f.is_first_order()) continue;
+        const Eigen::Matrix3Xd effects = f.name == "minimum_curvature"
+                                             ? d.effects
+                                             : propagate::draw_effects(errors_, d.point, first_order_of(f.name));
+        SourcePrediction p;
+        p.covariance = propagate::covariance_of(effects, source);
+        const propagate::Ellipsoid body = propagate::ellipsoid(p.covariance);
+        const double whole = std::sqrt(f.covariance.trace());
+        const bool is_one_draw = source.draws.size() == 1;
+        for (int a = 0; a < (is_one_draw ? 1 : 3); ++a)
+          if (body.semi_axes[a] > kLeastAxis * body.semi_axes[0] && body.semi_axes[a] > kRounding * whole) {
+            // Of one draw the effect itself is the axis, to the last digit.
+            const Vector3d effect = effects.col(source.draws.front());
+            p.axes.push_back(is_one_draw ? Vector3d(effect.normalized()) : Vector3d(body.axes.col(a)));
+            p.sd.push_back(is_one_draw ? effect.norm() : body.semi_axes[a]);
+          }
+        const double sd = std::sqrt(p.covariance.trace());
+        p.cancels = f.name == "iscwsa" && (sd < 0.3 * largest || sd < 0.01 * whole);
+        sources_.back().back().push_back(std::move(p));
+      }
+    }
+  }
+}
+
+std::size_t ErrorModelMonteCarlo::add_quantity(std::size_t drawn, std::size_t depth, const Vector3d& direction) {
+  quantities_.push_back({drawn, depth, direction});
+  return quantities_.size() - 1;
+}
+
+void ErrorModelMonteCarlo::plan_draws() {
+  if (!s_.samples()) return;
+  std::vector<propagate::WellPoint> points;
+  for (const Depth& d : depths_) points.push_back(d.point);
+  const std::vector<propagate::DrawPlace> places = propagate::draw_places(errors_);
+  const auto add_well = [&](const propagate::WellErrors& errors, int source) {
+    Drawn w{propagate::DrawnWell(errors, points, places, true), source, {}};
+    for (const Depth& d : depths_)
+      w.control.push_back(source < 0
+                              ? propagate::covariance_of(d.effects)
+                              : propagate::covariance_of(d.effects, errors_.sources[static_cast<std::size_t>(source)]));
+    drawn_.push_back(std::move(w));
+    nev_.emplace_back();
+    for (std::size_t d = 0; d < depths_.size(); ++d) {
+      nev_.back().push_back(quantities_.size());
+      for (int a = 0; a < 3; ++a) add_quantity(drawn_.size() - 1, d, Vector3d::Unit(a));
+    }
+  };
+  const auto add_axes = [&](std::size_t drawn, std::size_t depth, const Matrix3d& axes) {
+    const std::size_t first = quantities_.size();
+    for (int a = 0; a < 3; ++a) add_quantity(drawn, depth, axes.col(a));
+    return first;
+  };
+  add_well(errors_, -1);
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    hla_.push_back(add_axes(0, d, depths_[d].hla.transpose()));
+    whole_sd_.push_back(add_axes(0, d, propagate::ellipsoid(drawn_[0].control[d]).axes));
+  }
+  for (std::size_t f = 0; f < s_.formulations.size(); ++f) {
+    axes_.emplace_back();
+    for (std::size_t d = 0; d < depths_.size(); ++d)
+      axes_.back().push_back(add_axes(0, d, depths_[d].formulations[f].axes));
+  }
+  for (std::size_t i = 0; i < single_.size(); ++i) {
+    std::vector<bool> keep(errors_.sources.size(), false);
+    keep[single_[i]] = true;
+    add_well(propagate::only_sources(errors_, keep), static_cast<int>(single_[i]));
+    const std::size_t drawn = drawn_.size() - 1;
+    along_.emplace_back();
+    whole_axes_.emplace_back();
+    for (std::size_t d = 0; d < depths_.size(); ++d) {
+      along_.back().emplace_back();
+      for (const SourcePrediction& p : sources_[i][d]) {
+        along_.back().back().push_back(quantities_.size());
+        for (const Vector3d& axis : p.axes) add_quantity(drawn, d, axis);
+      }
+      whole_axes_.back().push_back(
+          add_axes(drawn, d, propagate::ellipsoid(propagate::covariance_of(depths_[d].effects)).axes));
+    }
+  }
+}
+
+stats::Tally ErrorModelMonteCarlo::run_block(montecarlo::TrialBlock block) const {
+  const auto depths = static_cast<Eigen::Index>(depths_.size());
+  const int groups = survey::groups_for(block.count);
+  stats::Tally tally;
+  tally.trials = static_cast<std::uint64_t>(block.count);
+  tally.counts.assign(3 * s_.formulations.size() * depths_.size(), 0);
+  // Errors and controls of every drawn well: a trial a row, 3 columns a depth.
+  std::vector<Eigen::MatrixXd> errors, controls;
+  for (const Drawn& w : drawn_) {
+    survey::LaneArray out(groups, w.well.rows());
+    w.well.draw(stream_, block.first, s_.antithetic, groups, out);
+    errors.emplace_back(block.count, 3 * depths);
+    controls.emplace_back(block.count, 3 * depths);
+    for (int r = 0; r < 3 * static_cast<int>(depths); ++r)
+      for (int t = 0; t < block.count; ++t) {
+        errors.back()(t, r) = out.value(t, r);
+        controls.back()(t, r) = out.value(t, r + 3 * static_cast<int>(depths));
+      }
+  }
+  // A trial without a position (a dogleg of 180 deg) is in no statistics, nor is its antithetic other.
+  const auto is_finite = [&](int t) {
+    return std::all_of(errors.begin(), errors.end(), [&](const Eigen::MatrixXd& e) { return e.row(t).allFinite(); });
+  };
+  std::vector<int> kept;
+  for (int t = 0; t < block.count; ++t) {
+    const std::uint64_t trial = block.first + static_cast<std::uint64_t>(t);
+    if (!is_finite(t)) {
+      ++tally.failed;
+      if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
+    } else if (s_.antithetic && !is_finite(t ^ 1)) {
+      ++tally.left_out;
+    } else {
+      kept.push_back(t);
+      for (std::size_t d = 0; d < depths_.size() && trial < s_.save_samples; ++d) {
+        const auto c = 3 * static_cast<Eigen::Index>(d);
+        tally.samples.insert(tally.samples.end(), {depths_[d].md, static_cast<double>(trial), errors[0](t, c),
+                                                   errors[0](t, c + 1), errors[0](t, c + 2)});
+      }
+    }
+  }
+  const auto n = static_cast<Eigen::Index>(kept.size());
+  const auto rows_of = [&](const Eigen::MatrixXd& all, std::size_t depth) {
+    Eigen::MatrixX3d x(n, 3);
+    for (Eigen::Index t = 0; t < n; ++t)
+      x.row(t) = all.block<1, 3>(kept[static_cast<std::size_t>(t)], 3 * static_cast<Eigen::Index>(depth));
+    return x;
+  };
+  for (const Quantity& q : quantities_) {
+    const Eigen::VectorXd y = rows_of(errors[q.drawn], q.depth) * q.direction,
+                          l = rows_of(controls[q.drawn], q.depth) * q.direction;
+    const Eigen::MatrixXd columns = stats::control_columns(y, y, l, l);
+    tally.controlled.push_back(stats::Moments::of(columns));
+    if (s_.antithetic) tally.controlled_pairs.push_back(stats::Moments::of(stats::pair_means(columns)));
+  }
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    const Eigen::MatrixX3d e = rows_of(errors[0], d), l = rows_of(controls[0], d);
+    Eigen::MatrixXd values(n, column_of(s_.formulations.size(), 0));
+    values.leftCols<3>() = e;
+    for (std::size_t f = 0; f < s_.formulations.size(); ++f) {
+      const Formulation& p = depths_[d].formulations[f];
+      for (Eigen::Index t = 0; t < n; ++t) {
+        const Vector3d r = e.row(t), linear = l.row(t);
+        const Eigen::Vector2d h = r.head<2>();
+        const double horizontal = h.dot(p.horizontal_weight * h);
+        values(t, column_of(f, 0)) = r.dot(p.weight * r) - linear.dot(p.weight * linear);
+        values(t, column_of(f, 1)) = horizontal;
+        for (int a = 0; a < 2; ++a) values(t, column_of(f, 2 + a)) = p.horizontal_axes.col(a).dot(h);
+        study::count_inside(horizontal, tally.counts.data() + 3 * (d * s_.formulations.size() + f));
+      }
+    }
+    tally.groups.push_back(stats::Moments::of(values));
+    if (s_.antithetic) tally.controlled_pairs.push_back(stats::Moments::of(stats::pair_columns(values)));
+  }
+  return tally;
+}
+
+std::uint64_t ErrorModelMonteCarlo::units(const stats::Tally& tally) const {
+  if (tally.controlled.empty()) return 0;
+  return s_.antithetic ? tally.controlled_pairs.front().count : tally.controlled.front().count;
+}
+
+ErrorModelMonteCarlo::Found ErrorModelMonteCarlo::found(const stats::Tally& tally, std::size_t quantity) const {
+  Found out;
+  if (units(tally) < 2) return out;
+  const Quantity& q = quantities_[quantity];
+  const stats::Moments& columns = tally.controlled[quantity];
+  const stats::Moments* pairs = s_.antithetic ? &tally.controlled_pairs[quantity] : nullptr;
+  const double variance = q.direction.dot(drawn_[q.drawn].control[q.depth] * q.direction);
+  const stats::ControlledEstimate sd = stats::controlled_sd(columns, variance, s_.verdict.confidence, pairs),
+                                  mean = stats::controlled_mean(columns, variance, s_.verdict.confidence, pairs);
+  // The known mean of a control is that over all trials: where some failed, it serves no more.
+  const bool plain = tally.failed > 0;
+  out.sd =
+      plain ? study::Estimate{sd.plain, sd.plain_interval} : study::Estimate{sd.controlled, sd.controlled_interval};
+  // A path that is linear in the draws leaves no residual, whose variance may be rounding below zero.
+  const auto without_residual = [](stats::Interval& i, double value) {
+    if (std::isfinite(value) && !(std::isfinite(i.lo) && std::isfinite(i.hi))) i = {value, value};
+  };
+  without_residual(out.sd.interval, out.sd.value);
+  stats::Interval interval = plain ? mean.plain_interval : mean.controlled_interval;
+  without_residual(interval, plain ? mean.plain : mean.controlled);
+  const double half = (interval.hi - interval.lo) / 2 / stats::normal_quantile(0.5 + s_.verdict.confidence / 2);
+  out.mean.units = units(tally);
+  out.mean.mean = plain ? mean.plain : mean.controlled;
+  out.mean.variance = out.sd.value * out.sd.value;
+  out.mean.unit_variance = half * half * static_cast<double>(out.mean.units);
+  return out;
+}
+
+stats::SampleSummary ErrorModelMonteCarlo::summary_of(const stats::Tally& tally, std::size_t depth,
+                                                      Eigen::Index column) const {
+  if (units(tally) < 2) return {};
+  const stats::Moments& m = tally.groups[depth];
+  return s_.antithetic ? stats::summarise_pairs(m, tally.controlled_pairs[quantities_.size() + depth], column)
+                       : stats::summarise(m, column);
+}
+
+Matrix3d ErrorModelMonteCarlo::sample_covariance(const stats::Tally& tally, std::size_t depth) const {
+  const stats::Moments& m = tally.groups[depth];
+  const Eigen::MatrixXd all =
+      s_.antithetic ? stats::paired_covariance(m, tally.controlled_pairs[quantities_.size() + depth]) : m.covariance();
+  return all.topLeftCorner<3, 3>();
+}
+
+study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const montecarlo::RunOptions&) const {
+  study::PointResult r;
+  if (s_.samples()) r.tables = {axes_table(tally), directions_table(tally, false), directions_table(tally, true)};
+  if (s_.sources != Sources::total) r.tables.push_back(by_source_table(tally));
+  if (s_.samples()) r.tables.push_back(ellipse_table(tally));
+  r.tables.push_back(covariance_table(tally));
+  if (s_.sources == Sources::each) r.tables.push_back(additivity_table(tally));
+  if (s_.save_samples > 0 && s_.samples()) r.samples = {samples_table(tally)};
+  return r;
+}
+
+std::string ErrorModelMonteCarlo::replay(std::uint64_t trial) const {
+  if (!s_.samples()) return {};
+  survey::LaneArray out(1, drawn_.front().well.rows());
+  drawn_.front().well.draw(stream_, trial / simd::kGroup * simd::kGroup, s_.antithetic, 1, out);
+  const int lane = static_cast<int>(trial % simd::kGroup);
+  const auto places = propagate::draw_places(errors_);
+  std::string text = fmt::format("trial {}\n", trial);
+  for (std::size_t i = 0; i < errors_.station_draws; ++i) {
+    const double z = stream_.normal(s_.antithetic ? trial / 2 : trial, places[i].channel, places[i].index);
+    const propagate::ErrorDraw& d = errors_.draws[i];
+    text += fmt::format("  {} ({}), from {:.10g} m on: {:.17g}\n", errors_.sources[d.source].code,
+                        error_model::mode_letter(errors_.sources[d.source].mode), s_.survey.stations[d.first].md,
+                        s_.antithetic && trial % 2 == 1 ? -z : z);
+  }
+  text += fmt::format("  and {} draws of one station each\n", errors_.draws.size() - errors_.station_draws);
+  constexpr std::array<const char*, 3> kNames{"north", "east", "vertical"};
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    text += fmt::format("  error at {:.10g} m:", depths_[d].md);
+    for (int a = 0; a < 3; ++a)
+      text += fmt::format(" {} {:.17g} m", kNames[static_cast<std::size_t>(a)],
+                          out.value(lane, 3 * static_cast<int>(d) + a));
+    text += "\n";
+  }
+  return text;
+}
+
+namespace {
+
+class ErrorModelMonteCarloPlan final : public study::PointPlan {
+ public:
+  explicit ErrorModelMonteCarloPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override { return s_.trials; }
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    return std::make_unique<ErrorModelMonteCarlo>(s_);
+  }
+
+ private:
+  Scenario s_;
+};
+
+}  // namespace
+
+study::Experiment experiment() {
+  return {random::StudyId::error_model_monte_carlo,
+          "Every source of an error model drawn through nonlinear minimum curvature, against its covariance",
+          "ISCWSA MWD error model Rev 4 and Rev 5.10, OWSG tool codes; Williamson 2000, section on assumptions",
+          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+            return std::make_unique<ErrorModelMonteCarloPlan>(read_scenario(config, seed));
+          }};
+}
+
+}  // namespace surveymc::studies::error_model_monte_carlo

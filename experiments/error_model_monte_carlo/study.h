@@ -1,0 +1,109 @@
+#pragma once
+/// One point of the study `error_model_monte_carlo` (see study.cpp): the run of its trials and the tables they become.
+#include <array>
+#include <string>
+#include <vector>
+
+#include "error_model_monte_carlo/scenario.h"
+#include "propagate/drawn_well.h"
+#include "propagate/second_order.h"
+#include "stats/control_variate.h"
+#include "study/comparison.h"
+#include "study/experiment.h"
+
+namespace surveymc::studies::error_model_monte_carlo {
+
+/// A prediction of a point's position errors.
+struct Formulation {
+  std::string name;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();  ///< m, N E V
+  Eigen::Matrix3d covariance;                      ///< m2
+  Eigen::Matrix3d axes;    ///< columns: largest first; of second_order: those of minimum_curvature
+  Eigen::Vector3d sd;      ///< along the axes, m
+  Eigen::Matrix3d weight;  ///< inverse of the covariance; NaN where it has none
+  Eigen::Matrix2d horizontal_axes, horizontal_weight;
+  bool is_first_order() const { return name != "second_order"; }
+};
+
+/// One reported depth.
+struct Depth {
+  double md = 0;  ///< m
+  propagate::WellPoint point;
+  Eigen::Vector3d truth;     ///< position, N E V from the first station, m
+  Eigen::Matrix3d hla;       ///< hla = m nev, at the deeper end of the point's leg
+  Eigen::Matrix3Xd effects;  ///< of every draw, exact first order: the control
+  std::vector<Formulation> formulations;
+};
+
+/// A source at one depth, by one first-order formulation.
+struct SourcePrediction {
+  Eigen::Matrix3d covariance;
+  std::vector<Eigen::Vector3d> axes;  ///< those that are compared: the effect's direction, or axes of several draws
+  std::vector<double> sd;             ///< along them, m
+  bool cancels = false;               ///< not judged: the effects of the stations nearly cancel here
+};
+
+/// A well that is drawn: of all sources, or of one.
+struct Drawn {
+  propagate::DrawnWell well;
+  int source = -1;                       ///< -1: all
+  std::vector<Eigen::Matrix3d> control;  ///< covariance of the control at every depth
+};
+
+/// The sd and the mean of a drawn well along a direction are estimated with the control of that direction.
+struct Quantity {
+  std::size_t drawn = 0, depth = 0;
+  Eigen::Vector3d direction;
+};
+
+class ErrorModelMonteCarlo final : public study::StudyPoint {
+ public:
+  explicit ErrorModelMonteCarlo(Scenario scenario);
+
+  stats::Tally run_block(montecarlo::TrialBlock block) const override;
+  study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions& options) const override;
+  std::string replay(std::uint64_t trial) const override;
+
+ private:
+  struct Found {
+    study::Estimate sd;
+    stats::SampleSummary mean;  ///< of the error along the direction; its interval is the controlled one
+  };
+
+  void predict();
+  void predict_sources();
+  void plan_draws();
+  std::size_t add_quantity(std::size_t drawn, std::size_t depth, const Eigen::Vector3d& direction);
+  Found found(const stats::Tally& tally, std::size_t quantity) const;
+  stats::SampleSummary summary_of(const stats::Tally& tally, std::size_t depth, Eigen::Index column) const;
+  std::uint64_t units(const stats::Tally& tally) const;
+  Eigen::Matrix3d sample_covariance(const stats::Tally& tally, std::size_t depth) const;
+
+  /// Appends the rows of one depth, with its depth as first column.
+  void append(store::Table& all, store::Table table, std::size_t depth) const;
+  store::Table axes_table(const stats::Tally& tally) const;
+  store::Table directions_table(const stats::Tally& tally, bool along_hole) const;
+  store::Table by_source_table(const stats::Tally& tally) const;
+  store::Table ellipse_table(const stats::Tally& tally) const;
+  store::Table covariance_table(const stats::Tally& tally) const;
+  store::Table additivity_table(const stats::Tally& tally) const;
+  store::Table samples_table(const stats::Tally& tally) const;
+
+  Scenario s_;
+  random::Stream stream_;
+  propagate::WellErrors errors_;
+  std::vector<Depth> depths_;
+  std::vector<std::size_t> single_;  ///< sources that are looked at alone
+  /// sources_[i][depth][formulation] of single_[i]; first-order formulations in the order of `formulations`.
+  std::vector<std::vector<std::vector<SourcePrediction>>> sources_;
+  std::vector<Drawn> drawn_;
+  std::vector<Quantity> quantities_;
+  /// Numbers of quantities: nev_[drawn][depth] + axis; hla_[depth] + axis, axes_[formulation][depth] + axis of the
+  /// whole; along_[i][depth][formulation] + axis of source single_[i], whole_axes_[i][depth] + axis along the whole's
+  /// axes.
+  std::vector<std::vector<std::size_t>> nev_, axes_, whole_axes_;
+  std::vector<std::size_t> hla_, whole_sd_;  ///< whole_sd_: along the axes of the control
+  std::vector<std::vector<std::vector<std::size_t>>> along_;
+};
+
+}  // namespace surveymc::studies::error_model_monte_carlo

@@ -1,0 +1,303 @@
+/// Tables of the study `error_model_monte_carlo`.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "error_model_monte_carlo/study.h"
+#include "propagate/ellipse.h"
+#include "stats/antithetic.h"
+#include "stats/tests.h"
+#include "study/position_comparison.h"
+#include "study/table_rows.h"
+
+namespace surveymc::studies::error_model_monte_carlo {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr std::array<const char*, 3> kNev{"north", "east", "vertical"};
+constexpr std::array<const char*, 3> kHla{"high_side", "lateral", "along_hole"};
+
+/// No verdict on a direction that first order does not reach.
+void unless_reached(study::ComparisonRow& row, double predicted, double of) {
+  if (predicted > 1e-12 * of) return;
+  row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = row.margin = kNaN;
+  row.verdict.clear();
+  row.note = "zero to first order";
+}
+
+/// sqrt(u' C u); NaN where it is none.
+double sd_along(const Matrix3d& covariance, const Vector3d& direction) {
+  const double variance = direction.dot(covariance * direction);
+  return variance >= 0 ? std::sqrt(variance) : kNaN;
+}
+
+}  // namespace
+
+void ErrorModelMonteCarlo::append(store::Table& all, store::Table table, std::size_t depth) const {
+  const std::size_t rows = table.columns.empty() ? 0 : table.columns.front().size();
+  table.columns.insert(table.columns.begin(),
+                       {"md_m", "m", "measured depth", std::vector<double>(rows, depths_[depth].md)});
+  if (all.columns.empty())
+    all = std::move(table);
+  else
+    store::append_rows(all, table);
+}
+
+store::Table ErrorModelMonteCarlo::axes_table(const stats::Tally& tally) const {
+  store::Table all;
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    const Depth& depth = depths_[d];
+    std::vector<study::ComparisonRow> rows;
+    for (int a = 0; a < 3; ++a)
+      rows.push_back(study::compare_mean(std::string("mean_") + kNev[static_cast<std::size_t>(a)], "m",
+                                         found(tally, nev_[0][d] + static_cast<std::size_t>(a)).mean, depth.truth[a],
+                                         depth.truth[a], s_.verdict, tally.trials));
+    for (std::size_t f = 0; f < s_.formulations.size(); ++f) {
+      const Formulation& p = depth.formulations[f];
+      std::vector<study::ComparisonRow> means;
+      for (int a = 0; a < 3; ++a) {
+        const Found x = found(tally, axes_[f][d] + static_cast<std::size_t>(a));
+        study::ComparisonRow row = study::labelled(
+            p.name,
+            study::compare_value(fmt::format("sd_axis_{}", a + 1), "m", x.sd, p.sd[a], s_.verdict, tally.trials));
+        if (p.is_first_order()) unless_reached(row, p.sd[a], p.sd[0]);
+        rows.push_back(row);
+        means.push_back(
+            study::labelled(p.name, study::compare_mean(fmt::format("mean_axis_{}", a + 1), "m", x.mean, 0,
+                                                        p.axes.col(a).dot(p.mean), s_.verdict, tally.trials)));
+      }
+      rows.insert(rows.end(), means.begin(), means.end());
+      if (!p.is_first_order() || !p.weight.allFinite()) continue;
+      // NEES = that of the control, whose mean is known, and the mean of the difference.
+      stats::SampleSummary nees = summary_of(tally, d, 3 + 4 * static_cast<Eigen::Index>(f));
+      nees.mean += (p.weight * drawn_[0].control[d]).trace();
+      rows.push_back(study::labelled(p.name, study::compare_nees("nees", nees, 3, s_.verdict, tally.trials)));
+    }
+    s_.annotations.apply("axes", rows);
+    append(all,
+           study::comparison_table("axes",
+                                   "position errors along the axes of the predicted ellipsoids, largest first" +
+                                       study::at_confidence(s_.verdict.confidence),
+                                   rows, tally.trials, tally.failed, true),
+           d);
+  }
+  return all;
+}
+
+store::Table ErrorModelMonteCarlo::directions_table(const stats::Tally& tally, bool along_hole) const {
+  const std::string name = along_hole ? "position_hla" : "position";
+  store::Table all;
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    std::vector<study::ComparisonRow> rows;
+    for (const Formulation& p : depths_[d].formulations)
+      for (int a = 0; a < 3; ++a) {
+        const Vector3d direction = along_hole ? Vector3d(depths_[d].hla.row(a)) : Vector3d(Vector3d::Unit(a));
+        const std::size_t quantity = (along_hole ? hla_[d] : nev_[0][d]) + static_cast<std::size_t>(a);
+        const double predicted = sd_along(p.covariance, direction);
+        study::ComparisonRow row = study::labelled(
+            p.name, study::compare_value(fmt::format("sd_{}", (along_hole ? kHla : kNev)[static_cast<std::size_t>(a)]),
+                                         "m", found(tally, quantity).sd, predicted, s_.verdict, tally.trials));
+        if (p.is_first_order()) unless_reached(row, predicted, p.sd[0]);
+        rows.push_back(row);
+      }
+    s_.annotations.apply(name, rows);
+    append(all,
+           study::comparison_table(name,
+                                   (along_hole ? "position errors along high side, lateral and hole"
+                                               : "position errors north, east and down") +
+                                       study::at_confidence(s_.verdict.confidence),
+                                   rows, tally.trials, tally.failed, true),
+           d);
+  }
+  return all;
+}
+
+store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) const {
+  store::Table all;
+  std::vector<propagate::WellPoint> points;
+  for (const Depth& d : depths_) points.push_back(d.point);
+  std::vector<std::vector<propagate::PointMoments>> exact;
+  if (!s_.samples())
+    for (const std::size_t source : single_) exact.push_back(propagate::source_moments(errors_, points, source));
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    std::vector<study::ComparisonRow> rows;
+    struct Beside {
+      std::string source, mode;
+      double across;
+      Vector3d mean;
+    };
+    std::vector<Beside> beside;
+    for (std::size_t i = 0; i < single_.size(); ++i) {
+      const propagate::ErrorSource& source = errors_.sources[single_[i]];
+      std::size_t first_order = 0;
+      for (const Formulation& f : depths_[d].formulations) {
+        if (!f.is_first_order()) continue;
+        const std::size_t which = first_order++;
+        const SourcePrediction& p = sources_[i][d][which];
+        Beside b{source.code, std::string(1, error_model::mode_letter(source.mode)), 0, Vector3d::Zero()};
+        double square = 0;  // of the sd in all directions
+        if (s_.samples()) {
+          for (int a = 0; a < 3; ++a) {
+            const Found x = found(tally, nev_[1 + i][d] + static_cast<std::size_t>(a));
+            b.mean[a] = x.mean.units > 1 ? x.mean.mean : kNaN;
+            square += x.sd.value * x.sd.value;
+          }
+        } else {
+          b.mean = exact[i][d].mean;
+          square = exact[i][d].covariance.trace();
+        }
+        std::vector<study::ComparisonRow> own;
+        for (std::size_t a = 0; a < p.axes.size(); ++a) {
+          study::Estimate sd;
+          if (s_.samples()) {
+            sd = found(tally, along_[i][d][which] + a).sd;
+          } else {
+            sd.value = sd_along(exact[i][d].covariance, p.axes[a]);
+            sd.interval = {sd.value, sd.value};
+          }
+          square -= sd.value * sd.value;
+          own.push_back(
+              study::labelled(f.name, study::compare_value(a == 0 ? "sd_along" : fmt::format("sd_along_{}", a + 1), "m",
+                                                           sd, p.sd[a], s_.verdict, tally.trials)));
+          if (!p.cancels) continue;
+          own.back().verdict.clear();
+          own.back().margin = kNaN;
+          own.back().note = "its effects nearly cancel here: not judged";
+        }
+        b.across = std::sqrt(std::max(0.0, square));
+        for (study::ComparisonRow& row : own) {
+          rows.push_back(std::move(row));
+          beside.push_back(b);
+        }
+      }
+    }
+    s_.annotations.apply("by_source", rows);
+    store::Table t = study::comparison_table(
+        "by_source",
+        (s_.samples() ? "position errors of single sources" : "position errors of single sources by quadrature") +
+            study::at_confidence(s_.verdict.confidence),
+        rows, tally.trials, tally.failed, true);
+    const auto words = [&](auto member) {
+      std::vector<std::string> x;
+      for (const Beside& b : beside) x.push_back(b.*member);
+      return x;
+    };
+    const auto numbers = [&](auto value) {
+      std::vector<double> x;
+      for (const Beside& b : beside) x.push_back(value(b));
+      return x;
+    };
+    t.columns.insert(t.columns.begin(),
+                     {{"source", "", "code of the error source", words(&Beside::source)},
+                      {"mode", "", "how its errors go together: R, S, W or G", words(&Beside::mode)}});
+    t.columns.push_back({"across_m", "m", "one standard deviation across the compared axes, which first order has not",
+                         numbers([](const Beside& b) { return b.across; })});
+    for (int a = 0; a < 3; ++a)
+      t.columns.push_back({fmt::format("mean_{}_m", kNev[static_cast<std::size_t>(a)]), "m", "mean shift",
+                           numbers([a](const Beside& b) { return b.mean[a]; })});
+    append(all, std::move(t), d);
+  }
+  return all;
+}
+
+store::Table ErrorModelMonteCarlo::ellipse_table(const stats::Tally& tally) const {
+  study::TableRows t("ellipse", "horizontal one-sigma ellipses, and how Monte Carlo fills them" +
+                                    study::at_confidence(s_.verdict.confidence));
+  const bool enough = units(tally) > 2;
+  for (std::size_t d = 0; d < depths_.size() && enough; ++d) {
+    const Depth& depth = depths_[d];
+    const Eigen::Vector2d truth = depth.truth.head<2>();
+    const study::HorizontalSample sample{tally.trials,
+                                         tally.failed,
+                                         units(tally),
+                                         s_.antithetic,
+                                         truth + tally.groups[d].mean.head<2>(),
+                                         sample_covariance(tally, d).topLeftCorner<2, 2>()};
+    t.number("md_m", "m", "measured depth", depth.md);
+    study::write_sample_ellipse(t, sample);
+    for (std::size_t f = 0; f < s_.formulations.size(); ++f) {
+      const Formulation& p = depth.formulations[f];
+      if (!p.is_first_order()) continue;
+      study::EllipseRow row{p.name, truth, p.covariance.topLeftCorner<2, 2>()};
+      std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(3 * (d * s_.formulations.size() + f)), 3,
+                  row.inside.begin());
+      const Eigen::Index first = 3 + 4 * static_cast<Eigen::Index>(f);
+      row.nees = summary_of(tally, d, first + 1);
+      for (int a = 0; a < 2; ++a) row.along[static_cast<std::size_t>(a)] = summary_of(tally, d, first + 2 + a);
+      // Pairs of trials with opposite draws are no normal sample of as many degrees of freedom.
+      row.wishart_p =
+          s_.antithetic ? kNaN : stats::wishart_test(sample.covariance, row.predicted, sample.units).p_value;
+      row.expected = s_.annotations.expected("ellipse", row.formulation, "ellipse");
+      t.number("md_m", "m", "measured depth", depth.md);
+      study::write_ellipse(t, row, sample, s_.verdict);
+    }
+  }
+  if (!enough) {
+    t.number("md_m", "m", "measured depth", 0);
+    study::write_ellipse(t, {"", Eigen::Vector2d::Zero(), Eigen::Matrix2d::Zero()}, {}, s_.verdict);
+    t.drop_rows();
+  }
+  return t.take();
+}
+
+store::Table ErrorModelMonteCarlo::covariance_table(const stats::Tally& tally) const {
+  study::TableRows t("position_covariance", "covariance of the position, true north");
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    const auto row = [&](const std::string& name, const Matrix3d& c) {
+      t.number("md_m", "m", "measured depth", depths_[d].md);
+      t.word("formulation", "monte_carlo, or which analytic prediction", name);
+      t.covariance("nev", "element of the covariance", c);
+    };
+    if (units(tally) > 1) row("monte_carlo", sample_covariance(tally, d));
+    for (const Formulation& f : depths_[d].formulations) row(f.name, f.covariance);
+  }
+  return t.take();
+}
+
+store::Table ErrorModelMonteCarlo::additivity_table(const stats::Tally& tally) const {
+  study::TableRows t(
+      "additivity",
+      "the whole model against the sum of its sources' covariances, each by Monte Carlo, along the axes of "
+      "minimum_curvature" +
+          study::at_confidence(s_.verdict.confidence));
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    const Matrix3d axes = propagate::ellipsoid(drawn_[0].control[d]).axes;
+    for (int a = 0; a < 3; ++a) {
+      const Vector3d u = axes.col(a);
+      double sum = 0, square = 0;  // of variances, and of their half widths
+      for (std::size_t i = 0; i < single_.size(); ++i) {
+        const study::Estimate sd = found(tally, whole_axes_[i][d] + static_cast<std::size_t>(a)).sd;
+        sum += sd.value * sd.value;
+        square += std::pow((sd.interval.hi - sd.interval.lo) * sd.value, 2);
+      }
+      const double whole = found(tally, whole_sd_[d] + static_cast<std::size_t>(a)).sd.value, of_sum = std::sqrt(sum),
+                   half = 0.5 * std::sqrt(square) / of_sum, predicted = sd_along(drawn_[0].control[d], u);
+      t.number("md_m", "m", "measured depth", depths_[d].md);
+      t.count("axis", "of the predicted ellipsoid, largest first", a + 1);
+      t.number("predicted_sd_m", "m", "first order, minimum_curvature", predicted);
+      t.number("total_sd_m", "m", "Monte Carlo of the whole model", whole);
+      t.estimate("sum_sd_m", "m", "root of the sum of the sources' variances by Monte Carlo", of_sum,
+                 {of_sum - half, of_sum + half});
+      t.number("total_over_predicted", "1", "Monte Carlo of the whole over first order", whole / predicted);
+      t.number("sum_over_predicted", "1", "sum of the sources over first order", of_sum / predicted);
+      t.number("total_over_sum", "1", "whole over the sum of its parts: 1 if effects only add", whole / of_sum);
+    }
+  }
+  return t.take();
+}
+
+store::Table ErrorModelMonteCarlo::samples_table(const stats::Tally& tally) const {
+  store::Table t{"realisations", "position errors of the first trials at every reported depth"};
+  t.columns = {study::number_column("md_m", "m", "measured depth"),
+               study::number_column("trial", "1", "number of the trial, from 0")};
+  for (const char* d : kNev)
+    t.columns.push_back(study::number_column(fmt::format("{}_m", d), "m", "position less the true one"));
+  return study::table_of_numbers(std::move(t), tally.samples);
+}
+
+}  // namespace surveymc::studies::error_model_monte_carlo

@@ -1,0 +1,149 @@
+#!/usr/bin/python3
+"""End-to-end tests of error_model_monte_carlo: test_error_model_monte_carlo.py SURVEYMC_EXECUTABLE SOURCE_FOLDER"""
+import csv
+import io
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+EXECUTABLE = None
+SOURCE = None
+DONE, BAD_INPUT = 0, 65
+
+WELL = """\
+experiment = "error_model_monte_carlo"
+seed = 5
+trials = 2000
+report_md_m = [900.0]
+error_model = "iscwsa_mwd_rev5.10"
+[well]
+inclination_deg = 60.0
+azimuth_deg = 80.0
+length_m = 900.0
+vertical_m = 300.0
+[field]
+total_nT = 50000.0
+dip_deg = 72.0
+"""
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.path = Path(self.folder.name)
+
+    def call(self, *arguments):
+        return subprocess.run([EXECUTABLE, *map(str, arguments)], capture_output=True, text=True, cwd=self.path, timeout=300)
+
+    def run_config(self, text, *arguments):
+        (self.path / "well.toml").write_text(text)
+        run = self.call("run", "well.toml", "-o", "well.h5", *arguments)
+        self.assertEqual(run.returncode, DONE, run.stderr)
+
+    def table(self, name, **wanted):
+        shown = self.call("show", "well.h5", name, "--csv")
+        self.assertEqual(shown.returncode, DONE, shown.stderr)
+        rows = list(csv.DictReader(io.StringIO(shown.stdout)))
+        return [r for r in rows if all(r[k] == v for k, v in wanted.items())]
+
+    def refused(self, text, *says):
+        (self.path / "well.toml").write_text(text)
+        run = self.call("run", "well.toml", "-o", "well.h5")
+        self.assertEqual(run.returncode, BAD_INPUT, run.stderr)
+        self.assertFalse((self.path / "well.h5").exists())
+        for words in says:
+            self.assertIn(words, run.stderr)
+        self.assertRegex(run.stderr, r"well\.toml:\d+: ")
+
+
+class Results(Case):
+    def test_small_errors_have_the_predicted_covariance_along_every_axis(self):
+        self.run_config(WELL, "--set", "errors.multiplier=0.1")
+        for formulation in ("minimum_curvature", "second_order"):
+            for axis in (1, 2, 3):
+                (row,) = self.table("axes", formulation=formulation, quantity=f"sd_axis_{axis}")
+                # The control variate leaves 1e-3 of the sampling error of 2000 trials.
+                self.assertLess(abs(float(row["ratio"]) - 1), 1e-3)
+                self.assertLess(float(row["ratio_ci_high"]) - float(row["ratio_ci_low"]), 2e-3)
+
+    def test_iscwsa_has_the_covariance_of_position_covariance(self):
+        self.run_config(WELL)
+        (own,) = self.table("position_covariance", formulation="iscwsa")
+        rows = ["md_m,inclination_deg,azimuth_deg"]
+        for k in range(31):
+            rows.append(f"{30 * k},{min(60, max(0, 3 * (k - 10)))},80")
+        (self.path / "well.csv").write_text("\n".join(rows) + "\n")
+        (self.path / "covariance.toml").write_text(re.sub(r"\[well\][^[]*", '[survey]\nfile = "well.csv"\n', WELL)
+                                                   .replace("error_model_monte_carlo", "position_covariance")
+                                                   .replace("report_md_m = [900.0]\n", ""))
+        run = self.call("run", "covariance.toml", "-o", "covariance.h5")
+        self.assertEqual(run.returncode, DONE, run.stderr)
+        shown = self.call("show", "covariance.h5", "covariance", "--csv").stdout
+        last = [r for r in csv.DictReader(io.StringIO(shown)) if float(r["md_m"]) == 900][0]
+        trace = sum(float(last[c]) for c in ("nn_m2", "ee_m2", "vv_m2"))
+        for element in ("nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2"):
+            self.assertLess(abs(float(own[element]) - float(last[element])), 1e-11 * trace)
+
+    def test_quadrature_leaves_random_sources_out_and_needs_no_trials(self):
+        self.run_config(WELL.replace("trials = 2000\n", ""), "--set", "errors.sources=quadrature")
+        rows = self.table("by_source", formulation="minimum_curvature", quantity="sd_along")
+        modes = {r["mode"] for r in rows}
+        self.assertEqual(modes, {"S", "W", "G"})
+        self.assertNotIn("DECR", {r["source"] for r in rows})
+        told = self.call("check", "well.toml", "--set", "errors.sources=quadrature")
+        self.assertIn("leaves out DRFR, DECR,", told.stderr + told.stdout)
+        for r in rows:
+            self.assertLess(abs(float(r["ratio"]) - 1), 1e-3)
+
+    def test_a_sampled_source_is_what_quadrature_says(self):
+        self.run_config(WELL, "--set", "errors.sources=[\"AMIL\"]", "--set", "errors.multiplier=5")
+        (sampled,) = self.table("by_source", formulation="minimum_curvature", quantity="sd_along")
+        self.run_config(WELL, "--set", "errors.sources=quadrature", "--set", "errors.multiplier=5")
+        (exact,) = self.table("by_source", formulation="minimum_curvature", quantity="sd_along", source="AMIL")
+        half = (float(sampled["monte_carlo_ci_high"]) - float(sampled["monte_carlo_ci_low"])) / 2
+        self.assertLess(abs(float(sampled["monte_carlo"]) - float(exact["monte_carlo"])), 3 * half + 1e-9)
+        self.assertLess(half, 0.01 * float(exact["monte_carlo"]))
+
+    def test_a_gyro_is_drawn_too(self):
+        text = WELL.replace("iscwsa_mwd_rev5.10", "GYRO-NS-CT").replace("dip_deg = 72.0", "dip_deg = 72.0\nlatitude_deg = 60.0")
+        self.run_config(text, "--set", "errors.multiplier=0.1")
+        for axis in (1, 2, 3):
+            (row,) = self.table("axes", formulation="minimum_curvature", quantity=f"sd_axis_{axis}")
+            self.assertLess(abs(float(row["ratio"]) - 1), 2e-3)
+
+    def test_a_trial_is_printed_again(self):
+        self.run_config(WELL + "[verdict]\nmargin = 0.1\n", "--set", "save_samples=10", "--set", "antithetic=true")
+        text = self.call("run", "well.toml", "--set", "antithetic=true", "--trial", "7").stdout
+        rows = list(csv.DictReader(io.StringIO(self.call("show", "well.h5", "realisations", "--csv").stdout)))
+        self.assertIn(f"north {float(rows[7]['north_m']):.17g} m", text)
+        pair = self.call("run", "well.toml", "--set", "antithetic=true", "--trial", "6").stdout
+        values = [float(re.search(r"AMIL.*: (\S+)", t)[1]) for t in (text, pair)]
+        self.assertEqual(values[0], -values[1])
+
+
+class BadInput(Case):
+    def test_values_are_refused_with_place_and_rule(self):
+        self.refused(WELL + "[errors]\nmultiplier = 0.0\n", "errors.multiplier = 0", "must be > 0")
+        self.refused(WELL + "[errors]\nsources = [\"AMILL\"]\n", "errors.sources", "AMILL")
+        self.refused(WELL.replace("[900.0]", "[900.0, 901.0]"), "report_md_m", "901 is off the survey")
+        self.refused(WELL.replace("[900.0]", "[600.0, 300.0]"), "report_md_m", "must increase")
+        self.refused(WELL.replace("trials = 2000", "trials = 2001\nantithetic = true"), "trials = 2001", "even")
+        self.refused(WELL + "[survey]\nfile = \"well.csv\"\n", "survey.file", "not together with [well]")
+        self.refused("formulations = [\"iscwsa\", \"linear\"]\n" + WELL, "formulations", "linear")
+        self.refused(WELL + "[errors]\nvertical = \"lateral\"\n", "errors.vertical", "tilt")
+
+    def test_a_pole_of_the_model_is_refused(self):
+        text = WELL.replace("iscwsa_mwd_rev5.10", "GYRO-NS").replace("inclination_deg = 60.0", "inclination_deg = 90.0")
+        text = text.replace("[field]", "build_deg_per_30m = 6.0\n[field]\nlatitude_deg = 60.0")
+        self.refused(text, "has no finite effect at 750 m")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 3:
+        sys.exit(__doc__)
+    EXECUTABLE, SOURCE = str(Path(sys.argv.pop(1)).resolve()), Path(sys.argv.pop(1)).resolve()
+    unittest.main()

@@ -1,0 +1,76 @@
+#!/usr/bin/python3
+"""Tests of plot_error_model_monte_carlo.py on the smoke result, whose folder is in the environment variable
+SURVEYMC_SMOKE_RESULTS; and on a map that the program given as argument runs."""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import h5py
+
+SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
+sys.path.insert(0, SCRIPTS)
+import plotting  # noqa: E402
+
+FOLDER = os.environ.get("SURVEYMC_SMOKE_RESULTS", "")
+EXECUTABLE = sys.argv.pop(1)
+
+MAP = """\
+experiment = "error_model_monte_carlo"
+seed = 1
+trials = 200
+error_model = "iscwsa_mwd_rev5.10"
+[well]
+length_m = 600.0
+vertical_m = 90.0
+[field]
+total_nT = 50000.0
+dip_deg = 72.0
+[sweep]
+"well.inclination_deg" = [30.0, 60.0]
+"well.azimuth_deg" = [0.0, 90.0, 180.0]
+"errors.multiplier" = [1.0, 3.0]
+"""
+
+
+def draw(*arguments):
+    return subprocess.run([sys.executable, os.path.join(SCRIPTS, "plot_error_model_monte_carlo.py"), *arguments],
+                          capture_output=True, text=True, timeout=240)
+
+
+class Drawing(unittest.TestCase):
+    def check(self, result, figures):
+        with tempfile.TemporaryDirectory() as folder:
+            run = draw(result, "-o", folder)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            stem = os.path.splitext(os.path.basename(result))[0]
+            wanted = sorted(f"{stem}_{f}.{e}" for f in figures for e in ("png", "svg"))
+            self.assertEqual(sorted(os.listdir(folder)), wanted)
+            for name in wanted:
+                self.assertGreater(os.path.getsize(os.path.join(folder, name)), 10_000, name)
+
+    @unittest.skipUnless(FOLDER, "SURVEYMC_SMOKE_RESULTS is not set")
+    def test_ratio_cloud_and_sources(self):
+        self.check(os.path.join(FOLDER, "error_model_monte_carlo.h5"), ("ratio", "cloud", "sources"))
+
+    def test_a_map_over_inclination_and_azimuth(self):
+        with tempfile.TemporaryDirectory() as folder:
+            config, result = os.path.join(folder, "map.toml"), os.path.join(folder, "map.h5")
+            with open(config, "w", encoding="utf-8") as file:
+                file.write(MAP)
+            subprocess.run([EXECUTABLE, "run", config, "-o", result], check=True, capture_output=True)
+            self.check(result, ("map",))
+
+    def test_tables_that_are_missing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "empty.h5")
+            with h5py.File(path, "w") as file:
+                file.attrs.update({"format": "surveymc", "experiment": "error_model_monte_carlo", "config": ""})
+            run = draw(path)
+            self.assertEqual(run.returncode, plotting.BAD_DATA, run.stderr)
+            self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

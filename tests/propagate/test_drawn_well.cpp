@@ -1,0 +1,441 @@
+#include "propagate/drawn_well.h"
+
+#include <array>
+#include <cmath>
+#include <map>
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "base/units.h"
+#include "config/error_model_file.h"
+#include "config/shipped_models.h"
+#include "config/survey_csv.h"
+#include "error_model/model_graph.h"
+#include "propagate/second_order.h"
+#include "propagate/source_moments.h"
+#include "propagate/tool_weights.h"
+#include "simd/instruction_set.h"
+#include "survey/minimum_curvature.h"
+#include "thesis_cases.h"
+
+using namespace surveymc;
+using namespace surveymc::propagate;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+config::SharedModel shipped(const std::string& name) {
+  return config::load_shipped_model(*config::find_shipped_model(name));
+}
+
+survey::ReferenceField field_of(double total, double dip_deg, double declination_deg) {
+  survey::ReferenceField f;
+  f.total = total;
+  f.dip = dip_deg * kDegree;
+  f.declination = declination_deg * kDegree;
+  f.gravity = 9.80665;
+  return f;
+}
+
+survey::Survey survey_of(const std::vector<std::array<double, 3>>& stations) {
+  survey::Survey s;
+  for (const auto& [md, inclination, azimuth] : stations)
+    s.stations.push_back({md, inclination * kDegree, azimuth * kDegree, 0});
+  return s;
+}
+
+config::InputTable well_1_table() {
+  const std::string path = "configs/iscwsa/well1.csv";
+  return config::parse_csv(test::project_file(path), path);
+}
+
+/// configs/error_model_mc/east_west.csv
+survey::Survey east_west() {
+  std::vector<std::array<double, 3>> s;
+  for (int k = 0; k <= 200; ++k) s.push_back({30.0 * k, std::clamp(3.0 * (k - 30), 0.0, 90.0), 90});
+  return survey_of(s);
+}
+
+struct Well {
+  survey::Survey survey;
+  std::vector<double> tvd;
+  std::vector<ToolRun> runs;
+  survey::ReferenceField field;
+  WellErrors errors;
+
+  Well(survey::Survey s, const std::string& model, const survey::ReferenceField& f, double multiplier = 1,
+       VerticalRule rule = VerticalRule::tilt, std::vector<double> listed_tvd = {})
+      : survey(std::move(s)),
+        tvd(listed_tvd.empty() ? survey::true_vertical_depths(survey) : std::move(listed_tvd)),
+        runs{{1, shipped(model)}},
+        field(f),
+        errors(well_errors(survey, tvd, runs, f, 60 * kDegree, multiplier, rule)) {}
+
+  std::size_t source(const std::string& code) const {
+    for (std::size_t i = 0; i < errors.sources.size(); ++i)
+      if (errors.sources[i].code == code) return i;
+    FAIL("no source " << code);
+    return 0;
+  }
+};
+
+constexpr const char* kRev5 = "iscwsa_mwd_rev5.10";
+
+Well well_1_drawn(double multiplier = 1) {
+  const config::InputTable table = well_1_table();
+  return {config::survey_from_table(table, {}, false),
+          kRev5,
+          field_of(50000, 72, -4),
+          multiplier,
+          VerticalRule::tilt,
+          config::tvd_from_table(table)};
+}
+Well east_west_drawn(double multiplier = 1) { return {east_west(), kRev5, field_of(55000, 80, 0), multiplier}; }
+
+}  // namespace
+
+TEST_CASE("Single sources through the drawn well have the moments of an independent quadrature") {
+  // Gauss-Hermite quadrature in another program; nine digits of the sd, the others as many as are given.
+  struct Row {
+    const char *source, *well;
+    double md, multiplier, sd, ratio, across, north, east, vertical;
+  };
+  const Row row =
+      GENERATE(Row{"ABXY-TI2S", "1", 2100, 5, 2.88677531, .99997059, .02210772, .01576177, .00091942, -.00363128},
+               Row{"AMIL", "1", 8000, 1, 75.30771217, .99993198, .6892879, -.12615387, -.47081263, .00000239},
+               Row{"AMIL", "1", 8000, 5, 376.5385608, .99790485, 17.19664, -3.15059051, -11.75816, .0000598},
+               Row{"SAGE", "1", 8000, 5, 107.0360352, .99985332, 1.281294, -.22187158, -.82803601, -.29388137},
+               Row{"AMIL", "EW", 6000, 1, 107.1131310, .99976328, 1.718734, 0, -1.21548686, .00000923},
+               Row{"AMIL", "EW", 6000, 5, 535.5656549, .99358492, 42.70047, 0, -30.2922473, .00023083},
+               Row{"DBH-OS", "EW", 6000, 5, 146.4873556, .9995566, 3.177730, 0, -2.24752349, 0});
+  const Well w = row.well == std::string("1") ? well_1_drawn(row.multiplier) : east_west_drawn(row.multiplier);
+  const std::size_t source = w.source(row.source);
+  const WellPoint point = point_at(w.survey, row.md);
+  const PointMoments m = source_moments(w.errors, {point}, source).front();
+  const Vector3d first = draw_effects(w.errors, point, FirstOrder::iscwsa).col(w.errors.sources[source].draws.front());
+  const Vector3d along = first.normalized();
+  CAPTURE(row.source, row.well, row.md, row.multiplier, m.mean.transpose(), first.transpose());
+  CHECK_THAT(first.norm(), WithinRel(row.sd, 1e-8));
+  CHECK_THAT(std::sqrt(along.dot(m.covariance * along)) / first.norm(), WithinAbs(row.ratio, 2e-8));
+  const double across = m.covariance.trace() - along.dot(m.covariance * along);
+  CHECK_THAT(std::sqrt(across), WithinRel(row.across, 1e-6));
+  CHECK_THAT(m.mean.x(), WithinAbs(row.north, 6e-8 + 1e-6 * std::abs(row.north)));
+  CHECK_THAT(m.mean.y(), WithinAbs(row.east, 6e-8 + 1e-6 * std::abs(row.east)));
+  CHECK_THAT(m.mean.z(), WithinAbs(row.vertical, 6e-8 + 1e-6 * std::abs(row.vertical)));
+}
+
+namespace {
+
+/// Legs of 4 to 40 m, inclinations through 0 and beyond 90 deg, two tools and three legs.
+struct Winding {
+  survey::Survey survey;
+  std::vector<ToolRun> runs;
+  WellErrors errors;
+
+  explicit Winding(double multiplier = 1) {
+    std::vector<std::array<double, 3>> s;
+    double md = 100;
+    for (int k = 0; k < 61; ++k) {
+      s.push_back({md, k < 6 ? 0 : 2.5 * (k - 6) - 20 * (k % 2), std::fmod(300 + 9.0 * k, 360)});
+      s.back()[1] = std::abs(s.back()[1]);
+      md += k % 5 == 0 ? 4 : k % 3 == 0 ? 40 : 29;
+    }
+    survey = survey_of(s);
+    runs = {{1, shipped(kRev5)}, {23, shipped("iscwsa_mwd_rev4")}, {41, shipped(kRev5)}};
+    errors =
+        well_errors(survey, survey::true_vertical_depths(survey), runs, field_of(48000, -58, 11), kNaN, multiplier);
+  }
+};
+
+/// All normals of a trial by their places.
+std::vector<double> normals_of(const random::Stream& stream, std::uint64_t trial,
+                               const std::vector<DrawPlace>& places) {
+  std::vector<double> z;
+  for (const DrawPlace& p : places) z.push_back(stream.normal(trial, p.channel, p.index));
+  return z;
+}
+
+/// draw_wells of one instruction set.
+survey::LaneArray drawn_by(void (*kernel)(const DrawnWellBatch&, const random::Stream&), const DrawnWell& well,
+                           const random::Stream& stream, std::uint64_t first, bool antithetic, int groups) {
+  survey::LaneArray out(groups, well.rows()), scratch = well.make_scratch();
+  kernel(well.batch(first, antithetic, groups, out, scratch), stream);
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("Lanes of drawn wells are the readable definition with the draws of their places") {
+  // At five times the sizes some angles pass half a radian, beyond which the lanes reduce their argument.
+  const double multiplier = GENERATE(1, 5, 40);
+  const Winding w(multiplier);
+  const std::vector<WellPoint> points{point_at(w.survey, w.survey.stations[1].md),  {9, 0.3},  {9, 0.8},
+                                      point_at(w.survey, w.survey.stations[25].md), {60, 0.5}, {60, 1}};
+  const auto places = draw_places(w.errors, 4, 8);
+  const DrawnWell well(w.errors, points, places, true);
+  const random::Stream stream(7, 21);
+  constexpr std::uint64_t kFirst = 80;
+  constexpr int kGroups = 3;  // an odd number: AVX-512 takes two at a time
+  const survey::LaneArray out = drawn_by(propagate::isa_v3::draw_wells, well, stream, kFirst, false, kGroups);
+  std::vector<Eigen::Matrix3Xd> effects;
+  for (const WellPoint& p : points) effects.push_back(draw_effects(w.errors, p, FirstOrder::minimum_curvature));
+  double worst = 0, worst_control = 0, largest = 0;
+  for (int t = 0; t < kGroups * simd::kGroup; ++t) {
+    const auto z = normals_of(stream, kFirst + static_cast<std::uint64_t>(t), places);
+    const auto own = drawn_positions(w.errors, points, z);
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      const Vector3d linear =
+          effects[p] * Eigen::Map<const Eigen::VectorXd>(z.data(), static_cast<Eigen::Index>(z.size()));
+      for (int a = 0; a < 3; ++a) {
+        const int row = 3 * static_cast<int>(p) + a;
+        worst = std::max(worst, std::abs(out.value(t, row) - own[static_cast<std::size_t>(row)]));
+        worst_control =
+            std::max(worst_control, std::abs(out.value(t, row + 3 * static_cast<int>(points.size())) - linear[a]));
+        largest = std::max(largest, std::abs(linear[a]));
+      }
+    }
+  }
+  // 1e4 roundings of coordinates of a kilometre; of legs that a dogleg near 180 deg makes ill-conditioned at 40.
+  CHECK(worst < 1e-10 * std::max(1.0, multiplier / 5));
+  CHECK(worst_control < 1e-12 * largest * multiplier);
+  CHECK(largest > multiplier);
+
+  const survey::LaneArray same = drawn_by(propagate::isa_v3::draw_wells, well, stream, kFirst + 8, false, 1);
+  for (int t = 0; t < simd::kGroup; ++t)
+    for (int r = 0; r < well.rows(); ++r) CHECK(same.value(t, r) == out.value(t + 8, r));
+  if (simd::instruction_set() == simd::InstructionSet::v4) {
+    const survey::LaneArray wide = drawn_by(propagate::isa_v4::draw_wells, well, stream, kFirst, false, kGroups);
+    for (int t = 0; t < kGroups * simd::kGroup; ++t)
+      for (int r = 0; r < well.rows(); ++r) CHECK(wide.value(t, r) == out.value(t, r));
+  }
+}
+
+TEST_CASE("Antithetic wells have the draws of one trial with both signs") {
+  const Winding w;
+  const std::vector<WellPoint> points{{60, 1}};
+  const auto places = draw_places(w.errors);
+  const DrawnWell well(w.errors, points, places, true);
+  const random::Stream stream(3, 21);
+  const survey::LaneArray out = drawn_by(propagate::isa_v3::draw_wells, well, stream, 16, true, 1);
+  for (int t = 0; t < simd::kGroup; ++t) {
+    auto z = normals_of(stream, static_cast<std::uint64_t>(16 + t) / 2, places);
+    for (double& x : z) x = t % 2 == 1 ? -x : x;
+    const auto own = drawn_positions(w.errors, points, z);
+    for (int a = 0; a < 3; ++a) CHECK_THAT(out.value(t, a), WithinAbs(own[static_cast<std::size_t>(a)], 1e-10));
+  }
+}
+
+TEST_CASE("A well of one source makes only its draws, and they are those of the whole") {
+  const Winding w;
+  const std::vector<WellPoint> points{{60, 1}};
+  const auto places = draw_places(w.errors);
+  std::vector<bool> keep(w.errors.sources.size(), false);
+  const std::size_t source = GENERATE(0, 5, 20);
+  keep[source] = true;
+  const WellErrors own = only_sources(w.errors, keep);
+  const DrawnWell well(own, points, places, false);
+  const bool is_random = w.errors.sources[source].mode == error_model::PropagationMode::random;
+  CHECK(well.normals() <= (is_random ? 4 * 60 : 4 * 3));
+  const random::Stream stream(3, 21);
+  const survey::LaneArray out = drawn_by(propagate::isa_v3::draw_wells, well, stream, 0, false, 1);
+  for (int t = 0; t < simd::kGroup; ++t) {
+    const auto z = normals_of(stream, static_cast<std::uint64_t>(t), places);
+    const auto expected = drawn_positions(own, points, z);
+    for (int a = 0; a < 3; ++a) CHECK_THAT(out.value(t, a), WithinAbs(expected[static_cast<std::size_t>(a)], 1e-10));
+  }
+}
+
+TEST_CASE("First order of the draws sums to the covariance of the tools, whole and by source") {
+  for (const config::ShippedModel& m : config::shipped_models()) {
+    CAPTURE(m.catalogue, m.name);
+    const auto model = config::load_shipped_model(m);
+    survey::Survey s;
+    for (int k = 0; k <= 80; ++k)
+      s.stations.push_back({30.0 * k, std::max(0.0, 1.1 * (k - 12)) * kDegree, (20 + 2.3 * k) * kDegree, 0});
+    const auto tvd = survey::true_vertical_depths(s);
+    const std::vector<ToolRun> runs{{1, model}, {50, model}};
+    const survey::ReferenceField field = field_of(51000, 68, 3);
+    const auto whole = tool_covariances(s, tvd, runs, field, 58 * kDegree, SourceDetail::all);
+    const WellErrors errors = well_errors(s, tvd, runs, field, 58 * kDegree);
+    for (const std::size_t k : {std::size_t{1}, std::size_t{30}, std::size_t{80}}) {
+      const auto effects = draw_effects(errors, {k, 1}, FirstOrder::iscwsa);
+      const Matrix3d& expected = whole.total[k];
+      if (!expected.allFinite()) {
+        CHECK(!effects.allFinite());
+        continue;
+      }
+      CHECK((covariance_of(effects) - expected).norm() <= 1e-12 * expected.norm());
+      for (std::size_t i = 0; i < whole.sources.size(); ++i) {
+        Matrix3d own = Matrix3d::Zero();
+        for (const ErrorSource& source : errors.sources)
+          if (source.code == whole.sources[i]) own += covariance_of(effects, source);
+        CHECK((own - whole.by_source[k * whole.sources.size() + i]).norm() <= 1e-12 * expected.norm());
+      }
+    }
+  }
+}
+
+namespace {
+
+/// The parts of a function's lateral weight at one station, as a tool of this function alone has them.
+struct Parts {
+  double inclination, azimuth, tilt;
+};
+Parts parts_of(const std::shared_ptr<const error_model::Function>& function, double inclination, double azimuth,
+               const survey::ReferenceField& field) {
+  error_model::Model model;
+  model.terms = {{"X", function, 1, "", 1, error_model::PropagationMode::well}};
+  survey::Survey s;
+  s.stations = {{0, inclination, azimuth, 0}, {4, inclination, azimuth, 0}};
+  const error_model::ModelGraph graph = error_model::model_graph(model.terms);
+  const std::vector<double> tvd{0, 4};
+  const StationDirections directions(s, field.declination);
+  RunWeights weights(model, graph, s, tvd, directions, field, 60 * kDegree, true);
+  weights.begin_run({});
+  weights.evaluate(1, 1);
+  const BlockWeights& w = weights.of_term(0);
+  const auto at = [](const double* x) { return x == nullptr ? 0 : *x; };
+  return {at(w.inclination), at(w.azimuth), at(w.tilt)};
+}
+
+}  // namespace
+
+TEST_CASE("Formulas part into inclination, azimuth and tilt as the functions of the ISCWSA model do") {
+  const survey::ReferenceField field = field_of(51000, 68, 5);
+  const double inclination = GENERATE(0.0, 1e-9, 1e-5, 1e-3, 0.4, 1.5, 2.6), azimuth = GENERATE(0.0, 1.0, 4.0);
+  const double s = std::sin(inclination), c = std::cos(inclination), am = azimuth - field.declination,
+               tan_dip = std::tan(field.dip), g = field.gravity, q = std::abs(c) * std::sqrt(2.5);
+  std::map<std::string, Parts> expected{
+      {"ABXY-TI1", {-c / g, c / g * tan_dip * std::sin(am), 0}},
+      {"ABXY-TI2", {0, -tan_dip * std::cos(am) / g, c / g}},
+      {"ABZ", {-s / g, s / g * tan_dip * std::sin(am), 0}},
+      {"ASXY-TI3", {0, (tan_dip * s * std::cos(am) - c) / 2, 0}},
+      {"ASZ", {-s * c, s * c * tan_dip * std::sin(am), 0}},
+      {"XYM3E", {q * std::cos(azimuth), 0, -q * std::sin(azimuth)}},
+      {"XYM4E", {q * std::sin(azimuth), 0, q * std::cos(azimuth)}},
+      {"XYM2", {0, -1, 0}},
+      {"SAG", {s, 0, 0}},
+      {"CNA", {0, 0, 1}},
+  };
+  for (const auto& [name, function] : config::shipped_functions()) {
+    if (expected.count(name) == 0) continue;
+    const Parts p = parts_of(function, inclination, azimuth, field);
+    CAPTURE(name, inclination, azimuth);
+    // (lateral - tilt) / sinI keeps sinI dA to rounding, so dA to rounding over sinI; at most 1e-4 of sinI are exact.
+    const double rounding = 1e-15 * (1 + 1 / std::max(s, 1e-4));
+    CHECK_THAT(p.inclination, WithinAbs(expected[name].inclination, 1e-15));
+    CHECK_THAT(p.azimuth, WithinAbs(expected[name].azimuth, rounding));
+    CHECK_THAT(p.tilt, WithinAbs(expected[name].tilt, 1e-15));
+    expected.erase(name);
+  }
+  CHECK(expected.empty());
+}
+
+TEST_CASE("No azimuth error of a shipped function grows as the hole becomes vertical") {
+  const survey::ReferenceField field = field_of(51000, 68, 5);
+  const auto largest = [&](const auto& function, double inclination) {
+    Parts most{0, 0, 0};
+    for (int i = 0; i < 24; ++i) {
+      const Parts p = parts_of(function, inclination, i * 15 * kDegree, field);
+      most.azimuth = std::max(most.azimuth, std::abs(p.azimuth));
+      most.tilt = std::max(most.tilt, std::abs(p.tilt));
+    }
+    return most;
+  };
+  for (const auto& [name, function] : config::shipped_functions()) {
+    if (function->kind == error_model::Kind::continuous || function->kind == error_model::Kind::course) continue;
+    const Parts far = largest(function, 0.05);
+    for (const double inclination : {0.0, 1e-8, 1e-6, 1e-4, 1e-2}) {
+      const Parts p = largest(function, inclination);
+      CAPTURE(name, inclination, far.azimuth, p.azimuth, p.tilt);
+      CHECK(p.azimuth <= 1.2 * far.azimuth + 1e-14 * p.tilt / std::max(inclination, 1e-4));
+      CHECK_THAT(p.tilt, WithinRel(far.tilt, 0.01) || WithinAbs(0, 0));
+    }
+  }
+}
+
+namespace {
+
+std::shared_ptr<const error_model::Function> function_of(
+    std::initializer_list<std::pair<error_model::Expression error_model::Function::*, const char*>> formulas) {
+  auto f = std::make_shared<error_model::Function>();
+  f->name = "X";
+  for (const auto& [member, text] : formulas) (*f).*member = error_model::parse_expression(text);
+  return f;
+}
+
+}  // namespace
+
+TEST_CASE("A singular azimuth formula with vertical formulas has the parts of the lateral one") {
+  using error_model::Function;
+  const survey::ReferenceField field = field_of(51000, 68, 5);
+  const auto shipped_one = config::shipped_functions().at("ABXY-TI2");
+  // As the ISCWSA papers write it.
+  const auto paper = function_of({{&Function::azimuth, "(Cos(Inc) / Sin(Inc) - Tan(Dip) * Cos(AzM)) / GField"},
+                                  {&Function::vertical_north, "-Sin(AzT) / GField"},
+                                  {&Function::vertical_east, "Cos(AzT) / GField"}});
+  for (const double inclination : {0.0, 1e-6, 0.01, 1.0, 2.5}) {
+    const Parts a = parts_of(paper, inclination, 2, field), b = parts_of(shipped_one, inclination, 2, field);
+    CAPTURE(inclination);
+    CHECK_THAT(a.tilt, WithinAbs(b.tilt, 1e-12));
+    CHECK_THAT(a.azimuth, WithinAbs(b.azimuth, 1e-11 / std::max(1e-3, std::sin(inclination))));
+  }
+  // The value of Tan(Inc) is not one of Sin(Inc): all of it is a tilt.
+  const Parts p = parts_of(function_of({{&Function::lateral, "Cos(Inc) + Tan(Inc)"}}), 0.3, 2, field);
+  CHECK_THAT(p.tilt, WithinAbs(std::cos(0.3) + std::tan(0.3), 1e-15));
+  CHECK(p.azimuth == 0);
+}
+
+TEST_CASE("Reading lateral errors as azimuth errors changes no first order but at vertical stations") {
+  const Winding tilt;
+  const WellErrors azimuth = well_errors(tilt.survey, survey::true_vertical_depths(tilt.survey), tilt.runs,
+                                         field_of(48000, -58, 11), kNaN, 1, VerticalRule::azimuth);
+  const auto a = draw_effects(tilt.errors, {60, 1}, FirstOrder::iscwsa),
+             b = draw_effects(azimuth, {60, 1}, FirstOrder::iscwsa);
+  CHECK((a - b).norm() <= 1e-12 * a.norm());
+  bool any_tilt = false;
+  for (std::size_t k = 8; k < azimuth.at.size(); ++k)
+    for (const DrawEffect& e : azimuth.at[k]) any_tilt = any_tilt || e.tilt != 0;
+  CHECK(!any_tilt);
+}
+
+TEST_CASE("Second order leaves an error of fourth order in the mean and of sixth in the covariance") {
+  // One source, so that quadrature knows the truth: twice the size makes the error 16 and 64 times as large.
+  const auto errors_at = [](double multiplier, const char* code, double& mean, double& covariance) {
+    const Well w = well_1_drawn(multiplier);
+    std::vector<bool> keep(w.errors.sources.size(), false);
+    keep[w.source(code)] = true;
+    const WellErrors own = only_sources(w.errors, keep);
+    const WellPoint point = point_at(w.survey, 6000);
+    const PointMoments exact = source_moments(w.errors, {point}, w.source(code)).front(),
+                       second = second_order_moments(own, point);
+    mean = (exact.mean - second.mean).norm();
+    covariance = (exact.covariance - second.covariance).norm();
+    CHECK(mean < 0.02 * exact.mean.norm());
+    CHECK(covariance < 1e-3 * exact.covariance.norm());
+  };
+  const char* code = GENERATE("AMIL", "SAGE", "ABXY-TI2S", "MSXY-TI2S");
+  double mean_4 = 0, mean_8 = 0, covariance_4 = 0, covariance_8 = 0;
+  errors_at(4, code, mean_4, covariance_4);
+  errors_at(8, code, mean_8, covariance_8);
+  CAPTURE(code);
+  CHECK_THAT(mean_8 / mean_4, WithinRel(16, 0.1));
+  CHECK_THAT(covariance_8 / covariance_4, WithinRel(64, 0.1));
+}
+
+TEST_CASE("Second order of the whole model is the sum of what it is made of, in any order of summation") {
+  // The blocks of draws of one station enter by other sums than those of several: a model whose R sources become S
+  // sources of many legs has the same draws, all of them lasting.
+  const Winding w(3);
+  const WellPoint point{40, 0.7};
+  const PointMoments blocks = second_order_moments(w.errors, point);
+  WellErrors lasting = w.errors;
+  lasting.station_draws = lasting.draws.size();
+  const PointMoments dense = second_order_moments(lasting, point);
+  CHECK((blocks.mean - dense.mean).norm() <= 1e-10 * dense.mean.norm());
+  CHECK((blocks.covariance - dense.covariance).norm() <= 1e-10 * dense.covariance.norm());
+}
