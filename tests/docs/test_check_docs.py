@@ -16,7 +16,9 @@ import numpy as np
 
 SOURCE = pathlib.Path(sys.argv.pop(1)).resolve()
 sys.path.insert(0, str(SOURCE / "scripts"))
+sys.path.insert(0, str(SOURCE / "tests" / "support"))
 import check_docs  # noqa: E402
+from sealed import result_file  # noqa: E402
 
 PROGRAM = """#!/bin/bash
 if [ "$1" = check ]; then
@@ -31,7 +33,7 @@ cp "${0%/*}/$size.h5" "${@: -1}"
 
 
 def write_result(path, north, half):
-    with h5py.File(path, "w") as file:
+    with result_file(path) as file:
         file.attrs["format"] = "surveymc"
         def text(*words):
             return np.array(words, h5py.string_dtype())

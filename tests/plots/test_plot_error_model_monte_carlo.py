@@ -7,11 +7,12 @@ import sys
 import tempfile
 import unittest
 
-import h5py
 
 SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
 sys.path.insert(0, SCRIPTS)
 import plotting  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from sealed import result_file  # noqa: E402
 
 FOLDER = os.environ.get("SURVEYMC_SMOKE_RESULTS", "")
 EXECUTABLE = sys.argv.pop(1)
@@ -65,7 +66,7 @@ class Drawing(unittest.TestCase):
     def test_tables_that_are_missing(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "empty.h5")
-            with h5py.File(path, "w") as file:
+            with result_file(path) as file:
                 file.attrs.update({"format": "surveymc", "experiment": "error_model_monte_carlo", "config": ""})
             run = draw(path)
             self.assertEqual(run.returncode, plotting.BAD_DATA, run.stderr)

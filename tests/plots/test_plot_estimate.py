@@ -7,7 +7,9 @@ import sys
 import tempfile
 import unittest
 
-import h5py
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from sealed import result_file  # noqa: E402
+
 
 SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "plot_estimate.py")
 RESULT = os.environ.get("SURVEYMC_RESULT", "")
@@ -53,10 +55,10 @@ class PlotEstimate(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "r.h5")
             self.assert_refused(BAD_DATA, "no such file", path)
-            with h5py.File(path, "w") as file:
+            with result_file(path) as file:
                 file.attrs.update({"format": "surveymc", "experiment": "msa_position", "config": ""})
             self.assert_refused(BAD_DATA, "msa_position", path)
-            with h5py.File(path, "w") as file:
+            with result_file(path) as file:
                 file.attrs.update({"format": "surveymc", "experiment": "estimate", "config": ""})
             self.assert_refused(BAD_DATA, "'parameters' is missing", path)
 

@@ -7,11 +7,12 @@ import sys
 import tempfile
 import unittest
 
-import h5py
 
 SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
 sys.path.insert(0, SCRIPTS)
 import plotting  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from sealed import result_file  # noqa: E402
 
 FOLDER = os.environ.get("SURVEYMC_SMOKE_RESULTS", "")
 STUDIES = {"vertical_well": ("ellipses", "ratio"), "sensor_monte_carlo": ("ellipses", "axes")}
@@ -63,7 +64,7 @@ class BadInput(unittest.TestCase):
         for study in STUDIES:
             with self.subTest(study=study), tempfile.TemporaryDirectory() as folder:
                 path = os.path.join(folder, "empty.h5")
-                with h5py.File(path, "w") as file:
+                with result_file(path) as file:
                     file.attrs.update({"format": "surveymc", "experiment": study, "config": ""})
                 run = draw(study, path)
                 self.assertEqual(run.returncode, plotting.BAD_DATA, run.stderr)

@@ -12,12 +12,13 @@ import sys
 import tempfile
 import unittest
 
-import h5py
 import numpy as np
 
 SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
 sys.path.insert(0, SCRIPTS)
 import plotting  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from sealed import result_file  # noqa: E402
 
 SCRIPT = os.path.join(SCRIPTS, "plot_msa_position.py")
 RESULT = os.environ.get("SURVEYMC_RESULT", "")
@@ -168,7 +169,7 @@ class BadInput(unittest.TestCase):
         self.assertEqual(run.stdout, "")
 
     def write(self, name, config="", **attributes):
-        with h5py.File(self.path(name), "w") as file:
+        with result_file(self.path(name)) as file:
             file.attrs.update({"format": "surveymc", "experiment": "msa_position", "config": config, **attributes})
         return self.path(name)
 
@@ -197,13 +198,13 @@ class BadInput(unittest.TestCase):
 
     def test_table_without_its_columns(self):
         path = self.write("column.h5")
-        with h5py.File(path, "a") as file:
+        with result_file(path, "a") as file:
             file["tables/position/quantity"] = ["sigma3_north"]
         self.assert_refused(plotting.BAD_DATA, "no column", path)
 
     def test_columns_of_different_length(self):
         path = self.write("length.h5")
-        with h5py.File(path, "a") as file:
+        with result_file(path, "a") as file:
             file["tables/position/quantity"] = ["sigma3_north"]
             file["tables/position/ratio"] = [1.0, 2.0]
         self.assert_refused(plotting.BAD_DATA, "differ in length", path)
