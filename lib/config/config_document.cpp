@@ -159,11 +159,7 @@ FileText ConfigDocument::read(const fs::path& path, std::uint64_t most, const st
 
 const InputTable& ConfigDocument::input(const TomlNode& n, const std::string& key) {
   if (const auto* known = known_file(n, key, n.text, inputs, stored_files, is_from_result)) return *known;
-  return inputs
-      .emplace(
-          n.text,
-          parse_csv(bytes_of(*this, n, key, kLargestTable, "give only the rows and columns that are needed"), n.text))
-      .first->second;
+  return inputs.emplace(n.text, parse_csv(bytes_of(*this, n, key, kLargestTable, kSmallerTable), n.text)).first->second;
 }
 
 const InputTable& ConfigDocument::table(const TomlNode& n, const std::string& key,
@@ -174,6 +170,9 @@ const InputTable& ConfigDocument::table(const TomlNode& n, const std::string& ke
            fmt::format("is read in two ways ({}; {}): a result stores a file once: copy it under another name",
                        it->second.empty() ? "as it is" : it->second, reading.empty() ? "as it is" : reading));
   if (const auto* known = known_file(n, key, n.text, inputs, stored_files, is_from_result)) return *known;
+  if (log)  // files that come with the program are CSV
+    return inputs.emplace(n.text, parse_csv(bytes_of(*this, n, key, kLargestTable, kSmallerTable), n.text))
+        .first->second;
   try {
     InputTable table = load(folder / n.text);
     table.path = n.text;

@@ -30,6 +30,7 @@ struct FileText {
 };
 /// How large a file is read whole: configs and models, which are parsed value by value, and tables.
 inline constexpr std::uint64_t kLargestDocument = std::uint64_t{1} << 24, kLargestTable = std::uint64_t{1} << 28;
+inline constexpr const char* kSmallerTable = "give only the rows and columns that are needed";
 FileText read_file(const std::filesystem::path& path, std::uint64_t most, const std::string& way_out);
 
 /// Everything that the points of one config share. Readers keep it alive.

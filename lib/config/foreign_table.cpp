@@ -163,7 +163,7 @@ bool is_own_form(const std::string& text, ForeignKind kind) {
 ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignKind kind,
                         const ImportOptions& options) {
   if (place.native().find('\0') != std::string::npos) throw IoError("is not the name of a file");
-  const auto [text, fault] = read_file(place);
+  const auto [text, fault] = read_file(place, kLargestTable, kSmallerTable);
   if (!fault.empty()) throw IoError(fmt::format("cannot be read: {} (looked for {})", fault, place.string()));
   if (is_own_form(text, kind)) {
     for (const auto& [name, value] : options)
