@@ -9,6 +9,7 @@
   study(position_covariance, experiment)   \
   study(tool_code_map, experiment)         \
   study(error_model_monte_carlo, experiment) \
+  study(clearance, experiment)             \
   study(vertical_well, experiment)         \
   study(sensor_monte_carlo, experiment)    \
   study(reliability, map_experiment)       \

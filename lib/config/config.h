@@ -101,6 +101,10 @@ class ConfigReader {
   std::vector<std::string> texts(const std::string& key);
   /// An inline table of numbers: { a = 1.0, b = 2.0 }, in alphabetical order of the names.
   std::vector<std::pair<std::string, double>> number_table(const std::string& key, const Range& range);
+  /// A list whose elements are strings or tables ("none", { name = "own", codes = ["A"] }), in order: the string, or
+  /// the reader of the table. finish() of this reader covers them. `fallback`: strings.
+  std::vector<std::variant<std::string, ConfigReader>> texts_or_tables(const std::string& key,
+                                                                       const std::vector<std::string>& fallback);
   /// One reader per element of an array of tables; none if the key is absent. finish() of this reader covers them.
   std::vector<ConfigReader> tables(const std::string& key);
   /// True if every entry of the inline table `key` equals this point's value of the dotted key it names

@@ -234,6 +234,35 @@ std::vector<ConfigReader> ConfigReader::tables(const std::string& key) {
   return out;
 }
 
+std::vector<std::variant<std::string, ConfigReader>> ConfigReader::texts_or_tables(
+    const std::string& key, const std::vector<std::string>& fallback) {
+  std::vector<std::variant<std::string, ConfigReader>> out;
+  const auto found = state_->find(key);
+  if (!found) {
+    TomlNode list;
+    list.kind = TomlNode::Kind::array;
+    for (const std::string& text : fallback) list.items.push_back(node_of(text));
+    state_->use_default(key, list, true);
+    out.assign(fallback.begin(), fallback.end());
+    return out;
+  }
+  const TomlNode& n = *found.node;
+  if (!n.is_array()) refuse_kind(n, found.key, "must be a list of strings or tables");
+  if (n.items.empty()) refuse(n, found.key, "must not be empty");
+  const std::string full = state_->full_key(key);
+  state_->point->arrays.insert(full);
+  for (std::size_t i = 0; i < n.items.size(); ++i) {
+    const std::string element = fmt::format("{}[{}]", full, i);
+    if (n.items[i].is_text())
+      out.emplace_back(n.items[i].text);
+    else if (n.items[i].is_table())
+      out.emplace_back(ConfigReader(std::make_shared<State>(State{state_->point, &n.items[i], element})));
+    else
+      refuse_kind(n.items[i], element, "must be a string or a table");
+  }
+  return out;
+}
+
 bool ConfigReader::matches_point(const std::string& key) {
   const auto found = state_->find(key);
   if (!found) return true;

@@ -223,11 +223,73 @@ Matrix3d matrix_at(const BlockCovariance& c, std::size_t i) {
   return m;
 }
 
+bool joins_runs(em::PropagationMode mode) {
+  return mode == em::PropagationMode::well || mode == em::PropagationMode::global;
+}
+
+/// Keeps the effects of sources for StationEffects.
+class EffectsKeeper {
+ public:
+  EffectsKeeper(const std::vector<ToolRun>& runs, const Sources& sources, std::size_t stations, bool joining_alone,
+                StationEffects* out)
+      : out_(out) {
+    if (out_ == nullptr) return;
+    *out_ = {};
+    out_->stations = stations;
+    for (const Source& s : sources.all) {
+      const bool is_kept = !joining_alone || joins_runs(s.mode);
+      row_.push_back(is_kept ? out_->sources.size() : kNotKept);
+      if (is_kept) out_->sources.push_back({s.code, s.mode, ""});
+    }
+    for (std::size_t r = 0; r < runs.size(); ++r)
+      for (std::size_t t = 0; t < runs[r].model->terms.size(); ++t) {
+        const std::size_t row = row_[sources.of_run[r][t]];
+        if (row != kNotKept && out_->sources[row].function.empty())
+          out_->sources[row].function = runs[r].model->terms[t].function->name;
+      }
+    const std::size_t size = out_->sources.size() * stations;
+    out_->star.assign(size, Eigen::Vector3d::Zero());
+    out_->full = out_->star;
+    out_->depth.assign(size, 0);
+    out_->draw.assign(size, StationEffects::kNone);
+    draw_.assign(out_->sources.size(), 1);
+  }
+
+  void keep(std::size_t source, const em::Term& term, const BlockWeights& w, const Effects& e, Grouping grouping,
+            const std::array<bool, kBlock>& begins_group, std::size_t run_first, std::size_t first, std::size_t count) {
+    if (out_ == nullptr || row_[source] == kNotKept) return;
+    const std::size_t row = row_[source], at = row * out_->stations + first;
+    for (std::size_t i = 0; i < count; ++i) {
+      out_->star[at + i] = {e.star[0][i], e.star[1][i], e.star[2][i]};
+      out_->full[at + i] = {e.full[0][i], e.full[1][i], e.full[2][i]};
+      if (w.depth != nullptr) out_->depth[at + i] = term.sigma * w.depth[i];
+      const bool is_new = grouping == Grouping::station || (grouping == Grouping::mixed && begins_group[i]);
+      if (is_new)
+        draw_[row] = static_cast<int>(first + i);
+      else if (grouping == Grouping::run)
+        draw_[row] = joins_runs(term.mode) ? 1 : static_cast<int>(run_first);
+      out_->draw[at + i] = draw_[row];
+    }
+  }
+
+ private:
+  static constexpr std::size_t kNotKept = static_cast<std::size_t>(-1);
+  StationEffects* out_;
+  std::vector<std::size_t> row_;  ///< of each source among those that are kept
+  std::vector<int> draw_;         ///< at hand, of each that is kept
+};
+
 /// The sources, moved along the well.
 class Propagation {
  public:
-  Propagation(const survey::Survey& survey, const std::vector<ToolRun>& runs, SourceDetail detail, ToolCovariances& out)
-      : survey_(survey), runs_(runs), detail_(detail), sources_(runs), out_(out) {
+  Propagation(const survey::Survey& survey, const std::vector<ToolRun>& runs, SourceDetail detail, ToolCovariances& out,
+              StationEffects* effects, bool joining_alone)
+      : survey_(survey),
+        runs_(runs),
+        detail_(detail),
+        sources_(runs),
+        out_(out),
+        keeper_(runs, sources_, survey.stations.size(), joining_alone, effects) {
     const std::size_t n = survey.stations.size();
     out.sources = sources_.codes;
     out.total.assign(n, Matrix3d::Zero());
@@ -247,7 +309,10 @@ class Propagation {
         const auto t = static_cast<std::size_t>(term - terms.data());
         set_effects(*term, weights.of_term(t), d, count, effects_);
         refuse_poles(run, t, weights.of_term(t), first, count, d);
-        propagate(source, grouping_of(*term, runs_[run].model->gyro.has_value()), begins_group, effects_, count, own_);
+        const Grouping grouping = grouping_of(*term, runs_[run].model->gyro.has_value());
+        propagate(source, grouping, begins_group, effects_, count, own_);
+        keeper_.keep(s, *term, weights.of_term(t), effects_, grouping, begins_group,
+                     static_cast<std::size_t>(runs_[run].first), first, count);
       } else {
         // The tool of this run does not have it: what there is remains, and stays in the covariance.
         std::array<double, 6> c = source.past;
@@ -268,8 +333,7 @@ class Propagation {
       is_per_section[sources_.of_run[run][t]] = terms[t].function->per_section;
     for (std::size_t s = 0; s < sources_.all.size(); ++s) {
       Source& source = sources_.all[s];
-      const bool joins_runs = source.mode == em::PropagationMode::well || source.mode == em::PropagationMode::global;
-      if (!joins_runs || is_per_section[s]) source.end_group();
+      if (!joins_runs(source.mode) || is_per_section[s]) source.end_group();
     }
   }
 
@@ -329,6 +393,7 @@ class Propagation {
   SourceDetail detail_;
   Sources sources_;
   ToolCovariances& out_;
+  EffectsKeeper keeper_;
   std::vector<const em::Term*> term_of_source_;
   Effects effects_;
   BlockCovariance own_, total_;
@@ -338,11 +403,11 @@ class Propagation {
 
 ToolCovariances tool_covariances(const survey::Survey& survey, const std::vector<double>& tvd,
                                  const std::vector<ToolRun>& runs, const survey::ReferenceField& field, double latitude,
-                                 SourceDetail detail) {
+                                 SourceDetail detail, StationEffects* effects, bool joining_alone) {
   const std::size_t n = survey.stations.size();
   const StationDirections directions(survey, field.declination);
   ToolCovariances out;
-  Propagation propagation(survey, runs, detail, out);
+  Propagation propagation(survey, runs, detail, out, effects, joining_alone);
   // Runs of one model share its graph; both maps keep their elements in place.
   std::map<const em::Model*, em::ModelGraph> graphs;
   std::map<const em::Model*, RunWeights> weights;

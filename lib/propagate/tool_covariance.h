@@ -44,6 +44,25 @@ struct ToolCovariances {
   std::vector<std::vector<GyroStretch>> gyro;  ///< of each run; empty for a tool without modes
 };
 
+/// Effects of the sources at the stations, one standard deviation each, as tool_covariances() sums them: for what needs
+/// the draws themselves (several wells, sidetracks). Element s * stations + k is that of source s at station k.
+struct StationEffects {
+  struct Source {
+    std::string code;
+    error_model::PropagationMode mode;
+    std::string function;  ///< name of its first weighting function
+  };
+  static constexpr int kNone = -1;
+
+  std::size_t stations = 0;
+  std::vector<Source> sources;              ///< in order of their first appearance; code and mode are unique
+  std::vector<Eigen::Vector3d> star, full;  ///< e*_k and e_k: N, E, V in metres; zero at the tie-on
+  std::vector<double> depth;                ///< the error of the measured depth alone, m
+  /// Stations of one number are moved by one draw, whose number is that of the first of them; 1 for a source that joins
+  /// the legs of a well. kNone: the tool of the station does not have the source.
+  std::vector<int> draw;
+};
+
 /// Balanced tangential effects of station k's measurement errors (ISCWSA; thesis eqs 36-38), with t the tangents, h the
 /// derivatives of t_k by inclination and a that by azimuth over sinI:
 ///   on position k       e*_k = depth (t_{k-1} + t_k)/2,     angles D_k/2 (h w_I + a sinI w_A),   D_k = md_k - md_{k-1}
@@ -61,8 +80,9 @@ struct ToolCovariances {
 ///
 /// `tvd`: true vertical depth of every station, m. `latitude`: rad, NaN where no formula needs it. Runs in order, the
 /// first with first = 1. Time is linear in stations times terms; a function is evaluated once a station.
+/// `effects`, if not null, gets the effects of all sources, or of those with modes W and G alone (`joining_alone`).
 ToolCovariances tool_covariances(const survey::Survey& survey, const std::vector<double>& tvd,
                                  const std::vector<ToolRun>& runs, const survey::ReferenceField& field, double latitude,
-                                 SourceDetail detail);
+                                 SourceDetail detail, StationEffects* effects = nullptr, bool joining_alone = false);
 
 }  // namespace surveymc::propagate

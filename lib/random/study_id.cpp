@@ -37,6 +37,8 @@ std::string_view name_of(StudyId id) {
       return "reliability_well";
     case StudyId::gross_error_detection:
       return "gross_error_detection";
+    case StudyId::clearance:
+      return "clearance";
   }
   return "";
 }

@@ -50,10 +50,11 @@ double read_from_md(config::ConfigReader& leg, std::string& key) {
 
 }  // namespace
 
-ToolRuns read_tool_runs(config::ConfigReader& c, const survey::Survey& survey) {
+ToolRuns read_tool_runs(config::ConfigReader& c, const survey::Survey& survey,
+                        const std::optional<NamedErrorModel>& fallback) {
   constexpr double kSameDepth = 1e-6;  // m: a depth in feet may be written in metres, too
   ToolRuns out;
-  NamedErrorModel model = read_error_model_choice(c);
+  NamedErrorModel model = fallback && !c.has("error_model") ? *fallback : read_error_model_choice(c);
   out.runs.push_back({1, model.model});
   out.model_names.push_back(model.name);
   out.from_md.push_back(survey.stations.front().md);

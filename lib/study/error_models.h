@@ -28,7 +28,9 @@ struct ToolRuns {
   std::vector<std::string> model_names;
   std::vector<double> from_md;  ///< m
 };
-ToolRuns read_tool_runs(config::ConfigReader& config, const survey::Survey& survey);
+/// `fallback`: the model of the first run where the config names none.
+ToolRuns read_tool_runs(config::ConfigReader& config, const survey::Survey& survey,
+                        const std::optional<NamedErrorModel>& fallback = std::nullopt);
 
 /// `field.latitude_deg` in rad: required where a formula of a model has Latitude, else NaN where it is not given.
 double read_latitude(config::ConfigReader& config, const std::vector<config::SharedModel>& models);

@@ -22,12 +22,12 @@ const char* north_name(config::AzimuthReference north) {
 }  // namespace
 
 void tell_survey(config::ConfigReader& c, const config::InputTable& table, const survey::Survey& survey,
-                 const config::SurveyConventions& conventions) {
+                 const config::SurveyConventions& conventions, const std::string& unusual) {
   // The key is asked for by has() first, so that no default of it is written into every config.
-  const bool allowed = c.has("survey.unusual") && c.choice("survey.unusual", {"refuse", "allow"}) == "allow";
+  const bool allowed = c.has(unusual) && c.choice(unusual, {"refuse", "allow"}) == "allow";
   for (const config::SurveyFinding& f : config::unusual_in_survey(table, survey)) {
     if (f.is_refused && !allowed)
-      throw InputError(f.text + "; if the survey is meant so, set survey.unusual = \"allow\"");
+      throw InputError(fmt::format("{}; if the survey is meant so, set {} = \"allow\"", f.text, unusual));
     c.warn("", f.text);
   }
   const survey::SurveySummary s = survey::summary_of(survey);

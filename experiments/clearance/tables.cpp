@@ -1,0 +1,270 @@
+#include "clearance/tables.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/ranges.h>
+
+#include "base/units.h"
+#include "propagate/tool_validity.h"
+
+namespace surveymc::studies::clearance {
+namespace {
+
+using Eigen::Matrix3d;
+using proximity::LeastOf;
+using proximity::PairClearance;
+using proximity::PairErrors;
+using proximity::PairPoints;
+using proximity::PathEnd;
+using proximity::ScanDirection;
+
+const char* direction_name(ScanDirection d) { return d == ScanDirection::reference ? "reference" : "offset"; }
+const char* end_name(PathEnd e) { return e == PathEnd::interior ? "interior" : e == PathEnd::start ? "start" : "end"; }
+const char* least_name(LeastOf q) {
+  return q == LeastOf::separation_factor ? "separation_factor" : q == LeastOf::distance ? "distance" : "mahalanobis";
+}
+
+void write_wells(study::TableRows& t, const std::string& offset, const std::string& formulation) {
+  t.word("offset", "name of the offset well", offset);
+  t.word("formulation", "which errors the two wells share", formulation);
+}
+
+}  // namespace
+
+double quantity_of(const std::string& name, const PairPoints& p, const PairClearance& c) {
+  const std::array<double, 13> values{p.reference.md,       p.offset.md,          p.distance,       p.bearing / kDegree,
+                                      p.toolface / kDegree, c.sd_reference,       c.sd_offset,      c.sd_relative,
+                                      c.separation_factor,  c.ellipse_separation, c.sigma_distance, c.mahalanobis,
+                                      c.ellipsoid_factor};
+  const auto& names = published_quantities();
+  const auto at = std::find(names.begin(), names.end(), name);
+  return at == names.end() ? kNaN : values[static_cast<std::size_t>(at - names.begin())];
+}
+
+Tables::Tables(const Scenario& scenario)
+    : s_(scenario),
+      clearance_("clearance", "pairs of closest points of two wells, and how far they are apart; sd are one sigma"),
+      least_("least",
+             fmt::format("the least separation factor, distance and Mahalanobis distance of each pair of wells; "
+                         "kept: separation factor at least 1, k = {:g}, S_m = {:g} m, sigma_pa = {:g} m",
+                         scenario.rule.scale_factor, scenario.rule.surface_margin, scenario.rule.project_ahead)) {}
+
+void Tables::add(const Pair& pair) {
+  for (const ScanDirection direction : s_.directions) {
+    const std::vector<PairPoints> points = proximity::scan(pair.geometry, direction, s_.step, s_.keep);
+    if (s_.with_rows) add_clearance(pair, direction, points);
+    std::vector<PairPoints> closest;
+    for (const PairPoints& p : points)
+      if (p.minimum == 1) closest.push_back(p);
+    add_least(pair, direction, closest);
+  }
+  for (const PairErrors& errors : pair.formulations)
+    for (const double md : s_.report_md)
+      if (md >= pair.geometry.reference->md(pair.geometry.first))
+        add_covariance(pair, errors, "report_md_m", proximity::pair_at(pair.geometry, ScanDirection::reference, md));
+  add_published(pair);
+  add_warnings(*pair.offset, pair.non_finite);
+}
+
+void Tables::add_clearance(const Pair& pair, ScanDirection direction, const std::vector<PairPoints>& points) {
+  study::TableRows& t = clearance_;
+  const auto point = [&](const char* which, const proximity::PathPoint& p) {
+    const std::string w = which;
+    t.number(w + "_north_m", "m", "position, true north", p.position.x());
+    t.number(w + "_east_m", "m", "position", p.position.y());
+    t.number(w + "_tvd_m", "m", "position, down", p.position.z());
+  };
+  for (const PairPoints& p : points)
+    for (const PairErrors& errors : pair.formulations) {
+      const PairClearance c = proximity::clearance_of(pair.geometry, errors, p, true);
+      write_wells(t, pair.offset->name, errors.formulation);
+      t.word("direction", "the well that the scan goes along; on the other the point is the closest",
+             direction_name(direction));
+      t.number("ref_md_m", "m", "measured depth on the reference", p.reference.md);
+      t.number("offset_md_m", "m", "measured depth on the offset", p.offset.md);
+      t.word("end", "where the closest point lies on its well: interior, start or end", end_name(p.end));
+      t.count("minimum", "1: the closest point; 2 ...: further local minima of the distance", p.minimum);
+      point("ref", p.reference);
+      point("offset", p.offset);
+      t.number("distance_m", "m", "centre to centre", p.distance);
+      t.number("horizontal_bearing_deg", "deg", "from the reference to the offset, from north; none: straight above",
+               p.bearing / kDegree);
+      t.number("toolface_to_offset_deg", "deg", "direction to the offset seen along the reference, from high side",
+               p.toolface / kDegree);
+      t.number("sd_reference_m", "m", "pedal radius of the reference along the line between the wells", c.sd_reference);
+      t.number("sd_offset_m", "m", "pedal radius of the offset", c.sd_offset);
+      t.number("sd_relative_m", "m", "pedal radius of the relative covariance: sd of the distance", c.sd_relative);
+      t.number("separation_factor", "1", "(D - R - S_m) / (k sqrt(sd^2 + sigma_pa^2))", c.separation_factor);
+      t.number("ellipse_separation_m", "m", "D - R - k sd", c.ellipse_separation);
+      t.number("sigma_distance", "1", "D / sd_relative", c.sigma_distance);
+      t.number("mahalanobis", "1", "sqrt(d' C_rel^-1 d); inf: d leaves the range of C_rel", c.mahalanobis);
+      t.number("ellipsoid_factor", "1", "k at which the ellipsoids touch; of independent wells only",
+               c.ellipsoid_factor);
+    }
+}
+
+void Tables::add_least(const Pair& pair, ScanDirection direction, const std::vector<PairPoints>& points) {
+  study::TableRows& t = least_;
+  for (const PairErrors& errors : pair.formulations) {
+    const std::array<proximity::Least, 3> least = proximity::least_clearance(pair.geometry, errors, direction, points);
+    for (std::size_t q = 0; q < least.size(); ++q) {
+      const proximity::Least& x = least[q];
+      const LeastOf of = proximity::kLeastOf[q];
+      const bool is_found = !std::isnan(x.continuous);
+      const auto md = [&](double value) { return is_found ? value : kNaN; };
+      write_wells(t, pair.offset->name, errors.formulation);
+      t.word("direction", "the well that the scan goes along", direction_name(direction));
+      t.word("quantity", "what is least", least_name(of));
+      t.word("unit", "of the least values", of == LeastOf::distance ? "m" : "1");
+      t.number("at_stations", "1", "least value at stations", x.at_station);
+      t.number("stations_ref_md_m", "m", "where, on the reference", md(x.station_pair.reference.md));
+      t.number("stations_offset_md_m", "m", "where, on the offset", md(x.station_pair.offset.md));
+      t.number("continuous", "1", "least value over all depths", x.continuous);
+      t.number("ref_md_m", "m", "where, on the reference", md(x.pair.reference.md));
+      t.number("offset_md_m", "m", "where, on the offset", md(x.pair.offset.md));
+      t.word("end", "where that point lies on the well that is not scanned", is_found ? end_name(x.pair.end) : "");
+      t.number("distance_m", "m", "centre to centre, there", md(x.pair.distance));
+      t.word("rule", "kept: no separation factor below 1; broken: one is; none: no value",
+             of != LeastOf::separation_factor ? ""
+             : !is_found                      ? "none"
+             : x.continuous < 1               ? "broken"
+                                              : "kept");
+      if (of == LeastOf::separation_factor && is_found && direction == ScanDirection::reference)
+        add_covariance(pair, errors, "least separation factor", x.pair);
+    }
+  }
+}
+
+void Tables::add_covariance(const Pair& pair, const PairErrors& errors, const std::string& where, const PairPoints& p) {
+  const Matrix3d r = errors.reference->covariance_at(p.reference.leg, p.reference.share),
+                 o = errors.offset->covariance_at(p.offset.leg, p.offset.share),
+                 c = proximity::relative_covariance(errors, r, o, p.reference.leg, p.reference.share, p.offset.leg,
+                                                    p.offset.share);
+  covariances_.push_back({pair.offset->name, errors.formulation, where, p, "relative", c});
+  covariances_.push_back({pair.offset->name, errors.formulation, where, p, "reference", r});
+  covariances_.push_back({pair.offset->name, errors.formulation, where, p, "offset", o});
+}
+
+void Tables::add_published(const Pair& pair) {
+  for (const Published& p : s_.published) {
+    if (p.offset != pair.offset->name) continue;
+    const PairPoints points = proximity::pair_at(pair.geometry, p.direction, p.md);
+    const PairClearance c = proximity::clearance_of(pair.geometry, pair.formulation(p.formulation), points, true);
+    for (const auto& [quantity, value] : p.values)
+      published_.push_back({&p, quantity, quantity_of(quantity, points, c), value});
+  }
+}
+
+void Tables::add_warnings(const Well& w, const std::vector<propagate::NonFiniteTerm>& non_finite) {
+  std::vector<propagate::Validity> all = propagate::tool_validity(w.survey, w.tools.runs, w.field, w.latitude);
+  for (const propagate::NonFiniteTerm& term : non_finite) all.push_back(propagate::validity_of(term, w.tools.runs));
+  for (const propagate::Validity& v : all) {
+    if (v.rule == propagate::ValidityRule::note) continue;
+    warnings_.push_back(
+        {v.rule == propagate::ValidityRule::not_finite ? "severe" : "warning",
+         fmt::format("{}: {}: {}: {} station{}, md {:g} to {:g} m: {}", w.name, w.tools.model_names[v.run],
+                     propagate::rule_name(v.rule), v.stations, v.stations == 1 ? "" : "s",
+                     w.survey.stations[v.first].md, w.survey.stations[v.last].md, v.detail)});
+  }
+}
+
+store::Table Tables::parameters_table() const {
+  study::TableRows t("parameters", "the wells as they were compared");
+  const auto row = [&](const Well& w) {
+    t.word("well", "name of the well", w.name);
+    t.number("slot_north_m", "m", "position of the first station", w.slot.x());
+    t.number("slot_east_m", "m", "position of the first station", w.slot.y());
+    t.number("slot_down_m", "m", "position of the first station", w.slot.z());
+    t.number("hole_diameter_m", "m", "of the hole", w.hole_diameter);
+    t.count("stations", "stations of the survey", w.survey.stations.size());
+    t.number("first_md_m", "m", "measured depth of the first", w.survey.stations.front().md);
+    t.number("last_md_m", "m", "measured depth of the last", w.survey.stations.back().md);
+    t.number("kickoff_md_m", "m", "of a sidetrack: down to it, the well is the reference",
+             w.kickoff ? w.survey.stations[*w.kickoff].md : kNaN);
+    t.word("models", "error models of its survey legs", fmt::format("{}", fmt::join(w.tools.model_names, ", ")));
+    t.number("total_nT", "nT", "reference field", w.field.total);
+    t.number("dip_deg", "deg", "reference field", w.field.dip / kDegree);
+    t.number("declination_deg", "deg", "reference field", w.field.declination / kDegree);
+    t.number("scale_factor", "1", "k of the separation rule", s_.rule.scale_factor);
+    t.number("surface_margin_m", "m", "S_m of the separation rule", s_.rule.surface_margin);
+    t.number("project_ahead_m", "m", "sigma_pa of the separation rule", s_.rule.project_ahead);
+  };
+  row(s_.reference);
+  for (const Well& w : s_.offsets) row(w);
+  return t.take();
+}
+
+store::Table Tables::paths_table() const {
+  study::TableRows t("paths", "stations of all wells in one frame");
+  const auto rows = [&](const Well& w) {
+    const proximity::WellPath path(w.survey, w.slot);
+    for (std::size_t k = 0; k < path.stations(); ++k) {
+      const Eigen::Vector3d p = path.at_station(k).position;
+      t.word("well", "name of the well", w.name);
+      t.number("md_m", "m", "measured depth", path.md(k));
+      t.number("inclination_deg", "deg", "of the hole", w.survey.stations[k].inclination / kDegree);
+      t.number("azimuth_deg", "deg", "of the hole, true north", study::turn_in_degrees(w.survey.stations[k].azimuth));
+      t.number("north_m", "m", "position, true north", p.x());
+      t.number("east_m", "m", "position", p.y());
+      t.number("tvd_m", "m", "position, down", p.z());
+    }
+  };
+  rows(s_.reference);
+  for (const Well& w : s_.offsets) rows(w);
+  return t.take();
+}
+
+std::vector<store::Table> Tables::take(const Reference& reference) {
+  std::vector<store::Table> out;
+  add_warnings(reference.well(), reference.non_finite());
+  out.push_back(least_.take());
+  if (s_.with_rows) out.push_back(clearance_.take());
+  study::TableRows covariance("relative_covariance",
+                              "covariances at the least separation factor and at the depths of report_md_m");
+  study::write_rows(covariance, covariances_, [&](const CovarianceRow& r) {
+    write_wells(covariance, r.offset, r.formulation);
+    covariance.word("where", "report_md_m, or least separation factor", r.where);
+    covariance.number("ref_md_m", "m", "measured depth on the reference", r.points.reference.md);
+    covariance.number("offset_md_m", "m", "measured depth on the offset", r.points.offset.md);
+    covariance.number("distance_north_m", "m", "from the reference to the offset",
+                      r.points.offset.position.x() - r.points.reference.position.x());
+    covariance.number("distance_east_m", "m", "from the reference to the offset",
+                      r.points.offset.position.y() - r.points.reference.position.y());
+    covariance.number("distance_down_m", "m", "from the reference to the offset",
+                      r.points.offset.position.z() - r.points.reference.position.z());
+    covariance.word("of", "relative, reference or offset", r.of);
+    covariance.covariance("nev", "covariance, north, east, vertical (down), true north", r.covariance);
+  });
+  out.push_back(covariance.take());
+  out.push_back(parameters_table());
+  if (s_.with_rows) out.push_back(paths_table());
+  study::TableRows published("published", "published figures; agrees: within the tolerance");
+  const Published none{};
+  study::write_rows(published, published_, [&](const PublishedRow& r) {
+    const Published& p = r.published ? *r.published : none;
+    write_wells(published, p.offset, p.formulation);
+    published.word("direction", "the well that the scan goes along", direction_name(p.direction));
+    published.number("md_m", "m", "measured depth on that well", p.md);
+    published.word("quantity", "column of the table clearance", r.quantity);
+    published.number("analytic", "1", "our value, in the unit of its column", r.analytic);
+    published.number("published", "1", "published value", r.value);
+    published.number("difference", "1", "analytic - published", r.analytic - r.value);
+    published.number("tolerance", "1", "of the difference", p.tolerance);
+    published.word("verdict", "agrees or differs",
+                   std::abs(r.analytic - r.value) <= p.tolerance ? "agrees" : "differs");
+    published.word("expected", "the verdict this row should have", "agrees");
+    published.word("note", "where the published value is from", p.source);
+  });
+  out.push_back(published.take());
+  study::TableRows warnings("warnings", "what to know before these separations are used");
+  study::write_rows(warnings, warnings_, [&](const WarningRow& r) {
+    warnings.word("severity", "severe: there is no covariance; warning: it may be wrong", r.severity);
+    warnings.word("message", "in words", r.message);
+  });
+  out.push_back(warnings.take());
+  return out;
+}
+
+}  // namespace surveymc::studies::clearance

@@ -1,0 +1,57 @@
+#pragma once
+/// Tables of the study clearance (docs/results-format.md).
+#include <vector>
+
+#include "clearance/pairs.h"
+#include "store/table.h"
+#include "study/table_rows.h"
+
+namespace surveymc::studies::clearance {
+
+/// One pair of points in one formulation, by the names of published_quantities().
+double quantity_of(const std::string& name, const proximity::PairPoints& points,
+                   const proximity::PairClearance& clearance);
+
+/// The tables, filled pair of wells after pair of wells.
+class Tables {
+ public:
+  explicit Tables(const Scenario& scenario);
+
+  void add(const Pair& pair);
+  std::vector<store::Table> take(const Reference& reference);
+
+ private:
+  struct CovarianceRow {
+    std::string offset, formulation, where;
+    proximity::PairPoints points;
+    std::string of;
+    Eigen::Matrix3d covariance;
+  };
+  struct PublishedRow {
+    const Published* published;
+    std::string quantity;
+    double analytic, value;
+  };
+  struct WarningRow {
+    std::string severity, message;
+  };
+
+  void add_clearance(const Pair& pair, proximity::ScanDirection direction,
+                     const std::vector<proximity::PairPoints>& points);
+  void add_least(const Pair& pair, proximity::ScanDirection direction,
+                 const std::vector<proximity::PairPoints>& points);
+  void add_covariance(const Pair& pair, const proximity::PairErrors& errors, const std::string& where,
+                      const proximity::PairPoints& points);
+  void add_published(const Pair& pair);
+  void add_warnings(const Well& well, const std::vector<propagate::NonFiniteTerm>& non_finite);
+  store::Table parameters_table() const;
+  store::Table paths_table() const;
+
+  const Scenario& s_;
+  study::TableRows clearance_, least_;
+  std::vector<CovarianceRow> covariances_;
+  std::vector<PublishedRow> published_;
+  std::vector<WarningRow> warnings_;
+};
+
+}  // namespace surveymc::studies::clearance
