@@ -15,11 +15,11 @@ propagate::StationEffects all_effects(const Well& w, const study::ToolRuns& tool
   return effects;
 }
 
-std::shared_ptr<const proximity::WellErrors> errors_of(const Well& w, Interpolation interpolation,
-                                                       std::vector<propagate::NonFiniteTerm>& non_finite) {
+std::shared_ptr<const proximity::PositionErrors> errors_of(const Well& w, Interpolation interpolation,
+                                                           std::vector<propagate::NonFiniteTerm>& non_finite) {
   propagate::ToolCovariances covariances;
-  auto errors = std::make_shared<proximity::WellErrors>(
-      proximity::well_errors(w.survey, w.tvd, w.tools.runs, w.field, w.latitude, interpolation, &covariances));
+  auto errors = std::make_shared<proximity::PositionErrors>(
+      proximity::position_errors(w.survey, w.tvd, w.tools.runs, w.field, w.latitude, interpolation, &covariances));
   non_finite = covariances.non_finite;
   return errors;
 }

@@ -16,7 +16,7 @@ class Reference {
 
   const Well& well() const { return well_; }
   const proximity::WellPath& path() const { return path_; }
-  std::shared_ptr<const proximity::WellErrors> errors() const { return errors_; }
+  std::shared_ptr<const proximity::PositionErrors> errors() const { return errors_; }
   /// Effects of all sources, for sidetracks.
   const propagate::StationEffects& effects() const;
   const std::vector<propagate::NonFiniteTerm>& non_finite() const { return non_finite_; }
@@ -25,7 +25,7 @@ class Reference {
   const Well& well_;
   proximity::WellPath path_;
   std::vector<propagate::NonFiniteTerm> non_finite_;
-  std::shared_ptr<const proximity::WellErrors> errors_;
+  std::shared_ptr<const proximity::PositionErrors> errors_;
   mutable std::unique_ptr<propagate::StationEffects> effects_;
 };
 

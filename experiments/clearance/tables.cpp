@@ -107,8 +107,10 @@ void Tables::add_clearance(const Pair& pair, ScanDirection direction, const std:
 
 void Tables::add_least(const Pair& pair, ScanDirection direction, const std::vector<PairPoints>& points) {
   study::TableRows& t = least_;
+  const std::vector<PairPoints> samples = proximity::least_samples(pair.geometry, direction);
   for (const PairErrors& errors : pair.formulations) {
-    const std::array<proximity::Least, 3> least = proximity::least_clearance(pair.geometry, errors, direction, points);
+    const std::array<proximity::Least, 3> least =
+        proximity::least_clearance(pair.geometry, errors, direction, points, samples);
     for (std::size_t q = 0; q < least.size(); ++q) {
       const proximity::Least& x = least[q];
       const LeastOf of = proximity::kLeastOf[q];

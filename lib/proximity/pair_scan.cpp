@@ -128,20 +128,25 @@ PairClearance clearance_of(const PairGeometry& g, const PairErrors& errors, cons
   return r;
 }
 
-std::array<Least, 3> least_clearance(const PairGeometry& g, const PairErrors& errors, ScanDirection direction,
-                                     const std::vector<PairPoints>& pairs) {
-  constexpr int kParts = 4;            // samples a leg
-  constexpr double kRounding = 1e-12;  // of the value: a plateau has no minima
-  constexpr int kBits = 24;            // 2^-24 of the bracket
+std::vector<PairPoints> least_samples(const PairGeometry& g, ScanDirection direction) {
+  constexpr int kParts = 4;
   const WellPath& path = scanned(g, direction);
-  const auto points_at = [&](double md) { return pair_at(g, direction, md); };
-  std::vector<double> md;
   std::vector<PairPoints> samples;
   for (std::size_t k = first_scanned(g); k < path.stations(); ++k)
-    for (int i = 0; i < (k + 1 == path.stations() ? 1 : kParts); ++i) {
-      md.push_back(i == 0 ? path.md(k) : path.md(k) + i * (path.md(k + 1) - path.md(k)) / kParts);
-      samples.push_back(points_at(md.back()));
-    }
+    for (int i = 0; i < (k + 1 == path.stations() ? 1 : kParts); ++i)
+      samples.push_back(
+          pair_at(g, direction, i == 0 ? path.md(k) : path.md(k) + i * (path.md(k + 1) - path.md(k)) / kParts));
+  return samples;
+}
+
+std::array<Least, 3> least_clearance(const PairGeometry& g, const PairErrors& errors, ScanDirection direction,
+                                     const std::vector<PairPoints>& pairs, const std::vector<PairPoints>& samples) {
+  constexpr double kRounding = 1e-12;  // of the value: a plateau has no minima
+  constexpr int kBits = 24;            // 2^-24 of the bracket
+  const auto points_at = [&](double md) { return pair_at(g, direction, md); };
+  std::vector<double> md;
+  for (const PairPoints& p : samples)
+    md.push_back(direction == ScanDirection::reference ? p.reference.md : p.offset.md);
   std::array<Least, 3> out;
   for (std::size_t q = 0; q < kLeastOf.size(); ++q) {
     Least& least = out[q];

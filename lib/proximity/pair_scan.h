@@ -6,8 +6,8 @@
 #include <array>
 #include <vector>
 
+#include "proximity/pair_errors.h"
 #include "proximity/separation.h"
-#include "proximity/well_errors.h"
 #include "proximity/well_path.h"
 
 namespace surveymc::proximity {
@@ -65,11 +65,13 @@ struct Least {
   double at_station = 0, continuous = 0;  ///< of what is sought: m for the distance
   PairPoints station_pair, pair;
 };
-/// In the order of kLeastOf. `pairs`: of scan() without further minima and points.
+/// Pairs at the stations of a scan and at the quarters of its legs.
+std::vector<PairPoints> least_samples(const PairGeometry& geometry, ScanDirection direction);
+
+/// In the order of kLeastOf. `pairs`: of scan() without further minima and points. `samples`: of least_samples().
 ///
-/// Every local minimum among samples at stations and at quarters of legs is refined between its neighbours to 1e-7 of
-/// their distance (Brent).
+/// Every local minimum among the samples is refined between its neighbours to 2^-24 of their distance (Brent).
 std::array<Least, 3> least_clearance(const PairGeometry& geometry, const PairErrors& errors, ScanDirection direction,
-                                     const std::vector<PairPoints>& pairs);
+                                     const std::vector<PairPoints>& pairs, const std::vector<PairPoints>& samples);
 
 }  // namespace surveymc::proximity

@@ -4,6 +4,7 @@
 #include "error_model/model_graph.h"
 #include "propagate/drawn_well.h"
 #include "propagate/tool_covariance.h"
+#include "proximity/pair_scan.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::bench {
@@ -98,6 +99,49 @@ void drawn_well_normals(benchmark::State& state, simd::InstructionSet set) {
   count_items(state, simd::kGroup);
 }
 const bool well_normals_registered = on_both("drawn_well_normals", drawn_well_normals);
+
+/// An offset well held against a reference: path, errors, closest points from the stations of both, and all columns of
+/// the table clearance in two formulations. Items: pairs of wells. `least`: least values between stations as well.
+void clearance_pairs(benchmark::State& state) {
+  const int stations = static_cast<int>(state.range(0));
+  const bool with_least = state.range(1) != 0;
+  survey::Survey reference = synthetic_survey(stations), offset = reference;
+  for (survey::Station& s : offset.stations) s.azimuth += 10 * kDegree;
+  const std::vector<double> tvd = survey::true_vertical_depths(reference);
+  const std::vector<propagate::ToolRun> runs{{1, shipped("MWD+SRGM")}};
+  survey::ReferenceField field;
+  field.total = 50000;
+  field.dip = 70 * kDegree;
+  const auto errors_of = [&](const survey::Survey& s) {
+    return std::make_shared<const proximity::PositionErrors>(
+        proximity::position_errors(s, tvd, runs, field, 1, proximity::Interpolation::covariance));
+  };
+  const proximity::WellPath reference_path(reference, {0, 0, 0});
+  const auto reference_errors = errors_of(reference);
+  for (auto _ : state) {
+    const proximity::WellPath offset_path(offset, {0, 30, 0});
+    const auto offset_errors = errors_of(offset);
+    const proximity::PairGeometry g{&reference_path, &offset_path, &reference, {}, 0.7, 0};
+    std::vector<proximity::PairErrors> formulations;
+    for (const proximity::Sharing sharing : {proximity::Sharing::none, proximity::Sharing::geomagnetic}) {
+      proximity::PairErrors e{"", reference_errors, offset_errors, {}, true};
+      e.common.sources = proximity::shared_sources(sharing, {}, *reference_errors, *offset_errors);
+      e.is_independent = e.common.sources.empty();
+      formulations.push_back(std::move(e));
+    }
+    for (const proximity::ScanDirection direction :
+         {proximity::ScanDirection::reference, proximity::ScanDirection::offset}) {
+      const auto pairs = proximity::scan(g, direction, 0, 1);
+      const auto samples = with_least ? proximity::least_samples(g, direction) : pairs;
+      for (const proximity::PairErrors& e : formulations) {
+        for (const proximity::PairPoints& p : pairs) benchmark::DoNotOptimize(proximity::clearance_of(g, e, p, true));
+        if (with_least) benchmark::DoNotOptimize(proximity::least_clearance(g, e, direction, pairs, samples));
+      }
+    }
+  }
+  count_items(state, 1);
+}
+BENCHMARK(clearance_pairs)->ArgNames({"stations", "least"})->Args({100, 0})->Args({100, 1})->Args({1000, 0});
 
 /// All shipped models, read from their text.
 void load_models(benchmark::State& state) {

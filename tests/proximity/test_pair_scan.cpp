@@ -25,12 +25,12 @@ survey::ReferenceField field() {
 struct Well {
   survey::Survey survey;
   WellPath path;
-  std::shared_ptr<const WellErrors> errors;
+  std::shared_ptr<const PositionErrors> errors;
 
   Well(survey::Survey s, const Vector3d& slot) : survey(std::move(s)), path(survey, slot) {
     const auto model = config::load_shipped_model(*config::find_shipped_model("iscwsa_mwd_rev5.10"));
-    errors = std::make_shared<const WellErrors>(well_errors(survey, survey::true_vertical_depths(survey), {{1, model}},
-                                                            field(), kNaN, Interpolation::covariance));
+    errors = std::make_shared<const PositionErrors>(position_errors(
+        survey, survey::true_vertical_depths(survey), {{1, model}}, field(), kNaN, Interpolation::covariance));
   }
 };
 
@@ -82,7 +82,8 @@ TEST_CASE("Straight holes that cross: the least distance between stations, from 
   for (const ScanDirection direction : {ScanDirection::reference, ScanDirection::offset}) {
     const auto pairs = scan(g, direction, 0, 1);
     CHECK(pairs.size() == (direction == ScanDirection::reference ? 8 : 14));
-    const auto least = least_clearance(g, formulation(reference, offset, Sharing::none), direction, pairs);
+    const auto least = least_clearance(g, formulation(reference, offset, Sharing::none), direction, pairs,
+                                       least_samples(g, direction));
     const Least& distance = least[1];
     // Stations at 90 and 120 m down; along the offset at 180 and 210 m, 10 m from the crossing.
     CHECK(distance.at_station == Approx(std::hypot(7, 10)).epsilon(1e-12));
@@ -98,7 +99,8 @@ TEST_CASE("Least values are those of a dense scan, and the separation factor is 
   const PairGeometry g = geometry_of(reference, offset);
   for (const Sharing sharing : {Sharing::none, Sharing::geomagnetic}) {
     const PairErrors errors = formulation(reference, offset, sharing);
-    const auto least = least_clearance(g, errors, ScanDirection::reference, scan(g, ScanDirection::reference, 0, 1));
+    const auto least = least_clearance(g, errors, ScanDirection::reference, scan(g, ScanDirection::reference, 0, 1),
+                                       least_samples(g, ScanDirection::reference));
     std::array<double, 3> found{HUGE_VAL, HUGE_VAL, HUGE_VAL};
     for (const PairPoints& p : scan(g, ScanDirection::reference, 0.25, 1)) {
       const PairClearance c = clearance_of(g, errors, p, false);

@@ -5,7 +5,7 @@
 
 #include "base/units.h"
 #include "config/error_model_file.h"
-#include "proximity/well_errors.h"
+#include "proximity/pair_errors.h"
 #include "survey/minimum_curvature.h"
 
 using namespace surveymc;
@@ -42,8 +42,8 @@ StationEffects effects_of(const survey::Survey& s, const std::vector<propagate::
                               propagate::SourceDetail::none, &e);
   return e;
 }
-WellErrors errors_of(const survey::Survey& s, const std::vector<propagate::ToolRun>& runs, Interpolation how) {
-  return well_errors(s, survey::true_vertical_depths(s), runs, field(), 60 * kDegree, how);
+PositionErrors errors_of(const survey::Survey& s, const std::vector<propagate::ToolRun>& runs, Interpolation how) {
+  return position_errors(s, survey::true_vertical_depths(s), runs, field(), 60 * kDegree, how);
 }
 
 /// The error of a station, draw by draw: one column each, named by code, mode and draw.
@@ -88,7 +88,7 @@ TEST_CASE("Effects of the draws add up to the covariance of the well, whatever i
     const auto total = propagate::tool_covariances(s, survey::true_vertical_depths(s), runs, field(), 60 * kDegree,
                                                    propagate::SourceDetail::none)
                            .total;
-    WellErrors w;
+    PositionErrors w;
     sum_effects(e, 0, w);
     for (std::size_t k = 0; k < e.stations; ++k) {
       const Draws own = draws_at(e, k);
@@ -104,8 +104,8 @@ TEST_CASE("Between stations, effects are those of a path whose errors are linear
   const survey::Survey s = well(30, 200, 3);
   const std::vector<propagate::ToolRun> runs{{1, shipped("iscwsa_mwd_rev5.10")}};
   const StationEffects e = effects_of(s, runs);
-  const WellErrors effects = errors_of(s, runs, Interpolation::effects),
-                   linear = errors_of(s, runs, Interpolation::covariance);
+  const PositionErrors effects = errors_of(s, runs, Interpolation::effects),
+                       linear = errors_of(s, runs, Interpolation::covariance);
   for (const std::size_t leg : {0, 5, 14, 28})
     for (const double f : {0.0, 0.2, 0.5, 1.0}) {
       const Draws at = between(draws_at(e, leg), draws_at(e, leg + 1), f);
@@ -124,8 +124,8 @@ TEST_CASE("Two wells share what the formulation says, and the relative covarianc
   const survey::Survey a = well(40, 0), b = well(40, 170, 5);
   const auto mwd = shipped("iscwsa_mwd_rev5.10"), ifr = shipped("MWD+IFR1");
   const std::vector<propagate::ToolRun> of_a{{1, mwd}}, of_b{{1, ifr}};
-  const auto ra = std::make_shared<const WellErrors>(errors_of(a, of_a, Interpolation::effects)),
-             rb = std::make_shared<const WellErrors>(errors_of(b, of_b, Interpolation::effects));
+  const auto ra = std::make_shared<const PositionErrors>(errors_of(a, of_a, Interpolation::effects)),
+             rb = std::make_shared<const PositionErrors>(errors_of(b, of_b, Interpolation::effects));
   const StationEffects ea = effects_of(a, of_a), eb = effects_of(b, of_b);
   struct Case {
     Sharing sharing;
@@ -158,7 +158,7 @@ TEST_CASE("Two wells share what the formulation says, and the relative covarianc
   }
   // Twins: with all of W and G shared, only R and S are left, twice.
   const std::vector<propagate::ToolRun> twins{{1, mwd}};
-  const auto twin = std::make_shared<const WellErrors>(errors_of(a, twins, Interpolation::covariance));
+  const auto twin = std::make_shared<const PositionErrors>(errors_of(a, twins, Interpolation::covariance));
   PairErrors pad{"pad", twin, twin, {shared_sources(Sharing::pad, {}, *twin, *twin), Matrix3d::Zero()}, false};
   Matrix3d rest = Matrix3d::Zero();
   for (const auto& [name, effect] : draws_at(ea, 39))

@@ -30,7 +30,7 @@ struct JoiningSource {
 };
 
 /// Covariances (m2; N, E, V) and shared parts (m) of all stations of a well.
-struct WellErrors {
+struct PositionErrors {
   std::vector<Eigen::Matrix3d> covariance;  ///< C_k, one a station
   std::vector<Eigen::Matrix3d> step;        ///< X_k, one a leg; empty: C is linear in measured depth
   std::vector<JoiningSource> sources;
@@ -43,12 +43,12 @@ struct WellErrors {
 
 /// The well with its sources of modes W and G that are one draw along all of it. `tvd`, `runs`, `latitude` as for
 /// tool_covariances(). `out`, if not null, gets what it returned, without sources.
-WellErrors well_errors(const survey::Survey& survey, const std::vector<double>& tvd,
-                       const std::vector<propagate::ToolRun>& runs, const survey::ReferenceField& field,
-                       double latitude, Interpolation interpolation, propagate::ToolCovariances* out = nullptr);
+PositionErrors position_errors(const survey::Survey& survey, const std::vector<double>& tvd,
+                               const std::vector<propagate::ToolRun>& runs, const survey::ReferenceField& field,
+                               double latitude, Interpolation interpolation, propagate::ToolCovariances* out = nullptr);
 
 /// C_k and X_k from the effects, draw by draw: the readable form. Stations before `first` have none.
-void sum_effects(const propagate::StationEffects& effects, std::size_t first, WellErrors& out);
+void sum_effects(const propagate::StationEffects& effects, std::size_t first, PositionErrors& out);
 
 /// What two wells share.
 struct CommonErrors {
@@ -59,7 +59,7 @@ struct CommonErrors {
 /// Two wells of one formulation.
 struct PairErrors {
   std::string formulation;
-  std::shared_ptr<const WellErrors> reference, offset;
+  std::shared_ptr<const PositionErrors> reference, offset;
   CommonErrors common;
   bool is_independent = true;  ///< nothing is shared
 };
@@ -81,7 +81,8 @@ enum class Sharing {
 bool is_shared(Sharing sharing, const std::vector<std::string>& codes, const JoiningSource& source);
 /// Pairs of sources that are shared: of one code and mode in both wells. Magnitudes and functions may differ.
 std::vector<std::pair<std::size_t, std::size_t>> shared_sources(Sharing sharing, const std::vector<std::string>& codes,
-                                                                const WellErrors& reference, const WellErrors& offset);
+                                                                const PositionErrors& reference,
+                                                                const PositionErrors& offset);
 
 // ---- a well and its sidetrack, which has the well's stations down to station `kickoff` of both, and its own beyond.
 // Effects of all sources; the sidetrack's tool runs are those of the well down to the kick-off, and begin anew beyond.

@@ -1,4 +1,4 @@
-#include "proximity/well_errors.h"
+#include "proximity/pair_errors.h"
 
 #include <algorithm>
 
@@ -40,13 +40,13 @@ std::vector<Vector3d> sums_of_draw(const StationEffects& e, std::size_t source, 
 
 /// Puts s_i of the given sources and draws in order of stations; those before `first` are zero.
 void set_summed(const std::vector<std::vector<Vector3d>>& by_source, std::size_t stations, std::size_t first,
-                WellErrors& out) {
+                PositionErrors& out) {
   out.summed.assign(stations * by_source.size(), Vector3d::Zero());
   for (std::size_t i = 0; i < by_source.size(); ++i)
     for (std::size_t k = first; k < stations; ++k) out.summed[k * by_source.size() + i] = by_source[i][k - first];
 }
 
-void set_joining_sources(const StationEffects& e, WellErrors& out) {
+void set_joining_sources(const StationEffects& e, PositionErrors& out) {
   std::vector<std::vector<Vector3d>> summed;
   for (std::size_t s = 0; s < e.sources.size(); ++s) {
     if (!is_joining(e.sources[s].mode) || !is_one_draw(e, s)) continue;
@@ -58,7 +58,7 @@ void set_joining_sources(const StationEffects& e, WellErrors& out) {
 
 }  // namespace
 
-Matrix3d WellErrors::covariance_at(std::size_t leg, double f) const {
+Matrix3d PositionErrors::covariance_at(std::size_t leg, double f) const {
   if (f == 0) return covariance[leg];
   if (f == 1) return covariance[leg + 1];
   if (step.empty()) return (1 - f) * covariance[leg] + f * covariance[leg + 1];
@@ -66,14 +66,14 @@ Matrix3d WellErrors::covariance_at(std::size_t leg, double f) const {
          f * (1 - f) * (step[leg] + step[leg].transpose());
 }
 
-Vector3d WellErrors::summed_at(std::size_t source, std::size_t leg, double f) const {
+Vector3d PositionErrors::summed_at(std::size_t source, std::size_t leg, double f) const {
   const std::size_t n = sources.size();
   if (f == 0) return summed[leg * n + source];
   if (f == 1) return summed[(leg + 1) * n + source];
   return (1 - f) * summed[leg * n + source] + f * summed[(leg + 1) * n + source];
 }
 
-void sum_effects(const StationEffects& e, std::size_t first, WellErrors& out) {
+void sum_effects(const StationEffects& e, std::size_t first, PositionErrors& out) {
   out.covariance.assign(e.stations, Matrix3d::Zero());
   out.step.assign(e.stations - 1, Matrix3d::Zero());
   for (std::size_t s = 0; s < e.sources.size(); ++s) {
@@ -101,14 +101,14 @@ void sum_effects(const StationEffects& e, std::size_t first, WellErrors& out) {
   }
 }
 
-WellErrors well_errors(const survey::Survey& survey, const std::vector<double>& tvd,
-                       const std::vector<propagate::ToolRun>& runs, const survey::ReferenceField& field,
-                       double latitude, Interpolation interpolation, propagate::ToolCovariances* out) {
+PositionErrors position_errors(const survey::Survey& survey, const std::vector<double>& tvd,
+                               const std::vector<propagate::ToolRun>& runs, const survey::ReferenceField& field,
+                               double latitude, Interpolation interpolation, propagate::ToolCovariances* out) {
   StationEffects effects;
   propagate::ToolCovariances own =
       propagate::tool_covariances(survey, tvd, runs, field, latitude, propagate::SourceDetail::none, &effects,
                                   interpolation == Interpolation::covariance);
-  WellErrors w;
+  PositionErrors w;
   if (interpolation == Interpolation::effects) sum_effects(effects, 0, w);
   w.covariance = own.total;
   set_joining_sources(effects, w);
@@ -146,7 +146,8 @@ bool is_shared(Sharing sharing, const std::vector<std::string>& codes, const Joi
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> shared_sources(Sharing sharing, const std::vector<std::string>& codes,
-                                                                const WellErrors& reference, const WellErrors& offset) {
+                                                                const PositionErrors& reference,
+                                                                const PositionErrors& offset) {
   std::vector<std::pair<std::size_t, std::size_t>> out;
   for (std::size_t i = 0; i < reference.sources.size(); ++i)
     for (std::size_t j = 0; j < offset.sources.size(); ++j)
@@ -157,7 +158,7 @@ std::vector<std::pair<std::size_t, std::size_t>> shared_sources(Sharing sharing,
 }
 
 PairErrors shared_hole(const StationEffects& reference, const StationEffects& offset, std::size_t kickoff) {
-  auto r = std::make_shared<WellErrors>(), o = std::make_shared<WellErrors>();
+  auto r = std::make_shared<PositionErrors>(), o = std::make_shared<PositionErrors>();
   sum_effects(reference, 0, *r);
   sum_effects(offset, 0, *o);
   PairErrors pair{"shared", nullptr, nullptr, {}, false};
@@ -198,8 +199,8 @@ PairErrors shared_hole(const StationEffects& reference, const StationEffects& of
 namespace {
 
 /// Errors of the part of a well from its kick-off on, which counts as known.
-std::shared_ptr<const WellErrors> errors_from(StationEffects e, std::size_t kickoff, const Vector3d& tangent,
-                                              Interpolation interpolation) {
+std::shared_ptr<const PositionErrors> errors_from(StationEffects e, std::size_t kickoff, const Vector3d& tangent,
+                                                  Interpolation interpolation) {
   for (std::size_t s = 0; s < e.sources.size(); ++s) {
     const std::size_t at = s * e.stations + kickoff;
     // Half the leg below with its angles and -(t_0 + t_1)/2 with its depth; that the kick-off itself is where it is
@@ -207,7 +208,7 @@ std::shared_ptr<const WellErrors> errors_from(StationEffects e, std::size_t kick
     e.full[at] = e.full[at] - e.star[at] + e.depth[at] * tangent;
     e.star[at].setZero();
   }
-  auto w = std::make_shared<WellErrors>();
+  auto w = std::make_shared<PositionErrors>();
   sum_effects(e, kickoff, *w);
   if (interpolation == Interpolation::covariance) w->step.clear();
   return w;
