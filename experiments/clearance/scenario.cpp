@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include <fmt/ranges.h>
@@ -306,6 +307,56 @@ void read_reported(config::ConfigReader& c, Scenario& s) {
   }
 }
 
+/// `errors.multiplier`: of the sizes of all models.
+void scale_models(config::ConfigReader& c, Scenario& s) {
+  const double multiplier = c.number("errors.multiplier", config::Range::positive(), 1);
+  if (multiplier == 1) return;
+  std::map<const error_model::Model*, config::SharedModel> scaled;
+  const auto scale = [&](study::ToolRuns& tools) {
+    for (propagate::ToolRun& run : tools.runs) {
+      config::SharedModel& own = scaled[run.model.get()];
+      if (!own) {
+        auto model = std::make_shared<error_model::Model>(*run.model);
+        for (error_model::Term& t : model->terms) {
+          t.magnitude *= multiplier;
+          t.sigma *= multiplier;
+        }
+        own = std::move(model);
+      }
+      run.model = own;
+    }
+  };
+  const auto scale_well = [&](Well& w) {
+    scale(w.tools);
+    scale(w.tools_from_kickoff);
+  };
+  scale_well(s.reference);
+  for (Well& w : s.offsets) scale_well(w);
+}
+
+void read_drawing(config::ConfigReader& c, Scenario& s) {
+  Drawing& d = s.drawing;
+  std::vector<study::RowName> rows;
+  for (const Formulation& f : s.formulations) {
+    for (const char* q : kRelativeQuantities) rows.push_back({"relative_position", f.name, q});
+    for (const std::string& q : published_quantities()) rows.push_back({"clearance", f.name, q});
+  }
+  if (c.has("trials")) d.trials = static_cast<std::uint64_t>(c.integer("trials", 0, 1'000'000'000'000));
+  d.verdict = study::read_verdict_rule(c);
+  d.annotations = study::Annotations::read(c, rows);
+  if (d.trials == 0) return;
+  c.require(d.trials >= 20, "trials", "must be 0 or at least 20");
+  c.require(!s.report_md.empty(), "trials", "needs report_md_m: depths of the reference at which wells are drawn");
+  d.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+  d.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "azimuth" ? propagate::VerticalRule::azimuth
+                                                                                     : propagate::VerticalRule::tilt;
+  std::vector<std::string> names{"own"};
+  for (const Formulation& f : s.formulations)
+    if (f.kind != Formulation::Kind::zeroed) names.push_back(f.name);
+  const std::string drawn = c.choice("errors.formulation", names, "own");
+  if (drawn != "own") d.formulation = drawn;
+}
+
 void read_published_values(config::ConfigReader& c, Scenario& s) {
   std::vector<std::string> offsets, formulations;
   for (const Well& w : s.offsets) offsets.push_back(w.name);
@@ -315,7 +366,7 @@ void read_published_values(config::ConfigReader& c, Scenario& s) {
     Published p;
     p.source = given.source;
     p.values = given.values;
-    entry.choice("table", {"clearance"});
+    if (entry.choice("table", {"clearance", "relative_position"}) != "clearance") continue;
     for (const auto& [quantity, value] : p.values) {
       const auto& known = published_quantities();
       entry.require(std::find(known.begin(), known.end(), quantity) != known.end(), "values",
@@ -352,8 +403,9 @@ const std::vector<std::string>& published_quantities() {
   return names;
 }
 
-Scenario read_scenario(config::ConfigReader& c) {
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
+  s.seed = seed;
   Well& r = s.reference;
   r.name = "reference";
   r.field = study::read_field(c);
@@ -389,7 +441,8 @@ Scenario read_scenario(config::ConfigReader& c) {
   s.with_rows = c.choice("output.clearance", {"all", "none"}, "all") == "all";
   read_reported(c, s);
   read_published_values(c, s);
-  if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
+  scale_models(c, s);
+  read_drawing(c, s);
   c.finish();
   return s;
 }

@@ -1,12 +1,16 @@
 #pragma once
 /// Config of the study clearance as checked values (docs/results-format.md has the keys).
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "config/config.h"
+#include "propagate/well_errors.h"
 #include "proximity/pair_scan.h"
+#include "random/study_id.h"
+#include "study/annotations.h"
 #include "study/error_models.h"
 #include "survey/reference_field.h"
 #include "survey/survey.h"
@@ -50,7 +54,17 @@ struct Published {
   std::vector<std::pair<std::string, double>> values;
 };
 
+/// Monte Carlo of pairs of wells.
+struct Drawing {
+  std::uint64_t trials = 0, save_samples = 0;
+  propagate::VerticalRule vertical = propagate::VerticalRule::tilt;
+  std::string formulation;  ///< whose draws the wells share; empty: every formulation is held against its own
+  study::VerdictRule verdict;
+  study::Annotations annotations;
+};
+
 struct Scenario {
+  random::StudySeed seed;
   Well reference;
   std::vector<Well> offsets;
   std::vector<Formulation> formulations;
@@ -61,9 +75,14 @@ struct Scenario {
   bool with_rows = true;          ///< tables clearance and paths
   std::vector<double> report_md;  ///< of the reference, m
   std::vector<Published> published;
+  Drawing drawing;
 };
 
-Scenario read_scenario(config::ConfigReader& config);
+Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
+
+/// Rows of the table relative_position.
+inline constexpr std::array<const char*, 5> kRelativeQuantities{"sd_relative", "sd_axis_1", "sd_axis_2", "sd_axis_3",
+                                                                "nees"};
 
 /// Columns of the table clearance that `[[published]]` may name.
 const std::vector<std::string>& published_quantities();

@@ -1,8 +1,10 @@
 /// Study: how safely do two wells, or a well and many others, pass each other?
 ///
-///   surveys, slots, error models (config) -> closest points of continuous minimum-curvature paths (clearance)
+///   surveys, slots, error models (config) -> closest points of continuous minimum-curvature paths (proximity)
 ///   -> relative covariance, by what the wells share -> separation factor and distances in standard deviations
+/// With trials, both wells of each pair are drawn, and the relative covariance is held against them.
 #include "base/error.h"
+#include "clearance/drawn_pairs.h"
 #include "clearance/tables.h"
 #include "study/experiment.h"
 
@@ -11,9 +13,15 @@ namespace {
 
 class Clearance final : public study::StudyPoint {
  public:
-  explicit Clearance(std::shared_ptr<const Scenario> scenario) : s_(std::move(scenario)) {}
+  explicit Clearance(std::shared_ptr<const Scenario> scenario) : s_(std::move(scenario)) {
+    if (s_->drawing.trials > 0) drawn_ = std::make_unique<DrawnPairs>(*s_);
+  }
 
-  study::PointResult report(const stats::Tally&, const montecarlo::RunOptions& options) const override {
+  stats::Tally run_block(montecarlo::TrialBlock block) const override {
+    return drawn_->run_block(block.first, block.count);
+  }
+
+  study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions& options) const override {
     const Reference reference(s_->reference, s_->interpolation);
     Tables tables(*s_);
     // One offset at a time: of each only its rows stay.
@@ -21,16 +29,24 @@ class Clearance final : public study::StudyPoint {
       if (options.stop && *options.stop) throw Interrupted("stopped before all wells were compared");
       tables.add(Pair(*s_, reference, offset));
     }
-    return {tables.take(reference), {}, {}};
+    study::PointResult r;
+    r.tables = tables.take(reference);
+    if (drawn_) r.tables.insert(r.tables.begin(), drawn_->relative_position(tally));
+    if (drawn_ && s_->drawing.save_samples > 0) r.samples = {drawn_->realisations(tally)};
+    return r;
   }
+
+  std::string replay(std::uint64_t trial) const override { return drawn_ ? drawn_->replay(trial) : ""; }
 
  private:
   std::shared_ptr<const Scenario> s_;
+  std::unique_ptr<const DrawnPairs> drawn_;
 };
 
 class ClearancePlan final : public study::PointPlan {
  public:
   explicit ClearancePlan(Scenario scenario) : s_(std::make_shared<const Scenario>(std::move(scenario))) {}
+  std::uint64_t trials() const override { return s_->drawing.trials; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<Clearance>(s_);
   }
@@ -44,8 +60,8 @@ class ClearancePlan final : public study::PointPlan {
 study::Experiment experiment() {
   return {random::StudyId::clearance, "How safely two wells pass: separation factors from relative covariances",
           "SPE 187073; ISCWSA clearance set and correlation diagnostics",
-          [](config::ConfigReader& config, random::StudySeed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<ClearancePlan>(read_scenario(config));
+          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+            return std::make_unique<ClearancePlan>(read_scenario(config, seed));
           }};
 }
 
