@@ -10,6 +10,8 @@
 <stem>_views       plan and vertical section about the least separation factor: paths, K-sigma ellipses and pedal curves
 <stem>_relative    the relative position at the least separation factor: ellipses of the relative covariance in plan and
                    section, one panel a formulation, and the holes
+<stem>_cloud       drawn relative positions at the first depth of report_md_m, with 1, 2, 3 sigma ellipses of the first formulation,
+                   in plan and section (with trials and save_samples)
 each as PNG and SVG. Of a sweep one point is drawn: --point (counted from 0, in the order of the file; the first), and the
 figures are named <stem>_point<I>_<figure>.
 """
@@ -45,6 +47,7 @@ class Clearance:
             self.title += f": {plotting.point_name(keys, point)}"
         tables = [plotting.at_point(plotting.read_table(file, name), keys, point)
                   for name in ("parameters", "clearance", "least", "relative_covariance", "paths")]
+        self.samples = plotting.at_point(plotting.read_table(file, "relative_realisations", "samples"), keys, point)
         self.parameters, rows, self.least, self.covariance, self.paths = tables
         if rows is None:
             raise PlotError(f"{arguments.result}: has no table clearance: run it with output.clearance = \"all\"")
@@ -295,6 +298,44 @@ def relative(data, sigma):
     return figure
 
 
+def cloud(data):
+    """None where no wells were drawn."""
+    s = data.samples
+    if s is None or s.rows == 0:
+        return None
+    everywhere = [w for w in data.parameters["well"] if w != "reference"]  # samples count them all
+    offsets = [o for o in data.offsets if np.any(s["offset"] == everywhere.index(o) + 1)][:4]
+    figure, panels = plt.subplots(len(offsets), 2, figsize=(11.0, 1.7 + 5.0 * len(offsets)), squeeze=False)
+    high = figure.get_figheight()
+    figure.subplots_adjust(left=0.09, right=0.965, top=1 - 1.55 / high, bottom=0.65 / high, hspace=0.3, wspace=0.22)
+    first = data.formulations(offsets[0])[0]
+    plotting.heading(figure, data.title, f"Errors of the relative position, drawn with all errors of both wells; 1, 2, 3{SIGMA} ellipses of the relative covariance "
+                     f"({first}).\nThe arrow points along the line between the wells.")
+    for line, offset in zip(panels, offsets):
+        c = data.covariance
+        formulation = data.formulations(offset)[0]
+        row = c.row(offset=offset, formulation=formulation, where="report_md_m", of="relative")
+        keep = (s["offset"] == everywhere.index(offset) + 1) & (s["md_m"] == row["ref_md_m"])
+        x = np.array([s[k][keep] for k in ("north_m", "east_m", "down_m")])
+        nn, ee, vv, ne, nv, ev = (row[e] for e in ELEMENTS)
+        covariance = np.array([[nn, ne, nv], [ne, ee, ev], [nv, ev, vv]])
+        d = np.array([row["distance_north_m"], row["distance_east_m"], row["distance_down_m"]])
+        for ax, (name, p, labels) in zip(line, projections(d)):
+            ax.scatter(*(p @ x), s=4, color="#0072B2", alpha=0.35, linewidths=0, rasterized=True)
+            flat = p @ covariance @ p.T
+            for k in (1, 2, 3):
+                ax.plot(*plotting.ellipse_points(flat, k), color="#D55E00", linewidth=1.3)
+            u = p @ d / np.linalg.norm(d) * 3 * np.sqrt(np.max(np.linalg.eigvalsh(flat)))
+            ax.annotate("", u, (0, 0), arrowprops={"arrowstyle": "->", "color": "#222222"})
+            ax.set_aspect("equal", adjustable="datalim")
+            if name == "section":
+                ax.invert_yaxis()
+            ax.set_xlabel(labels[0])
+            ax.set_ylabel(labels[1])
+            ax.set_title(f"{offset}, {name}, at {number(row['ref_md_m'], 5)} m, {int(np.sum(keep))} drawn")
+    return figure
+
+
 def main():
     parser = plotting.argument_parser("distance, separation factor and uncertainty of two and more wells")
     parser.add_argument("--point", type=int, help="point of a sweep, from 0 (the first)")
@@ -310,6 +351,9 @@ def main():
     plotting.save(cylinder(data), folder, f"{stem}_cylinder")
     plotting.save(views(data, arguments.sigma), folder, f"{stem}_views")
     plotting.save(relative(data, arguments.sigma), folder, f"{stem}_relative")
+    drawn = cloud(data)
+    if drawn is not None:
+        plotting.save(drawn, folder, f"{stem}_cloud")
 
 
 plotting.run(main)

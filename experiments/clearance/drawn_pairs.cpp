@@ -187,6 +187,25 @@ stats::Tally DrawnPairs::run_block(std::uint64_t first_trial, int count) const {
 
 store::Table DrawnPairs::relative_position(const stats::Tally& tally) const {
   store::Table all;
+  const auto add = [&](const Offset& o, const Judgement& j, double md, const std::vector<study::ComparisonRow>& rows) {
+    store::Table t = study::comparison_table(
+        "relative_position",
+        "the relative position by Monte Carlo, along the line between the wells and the axes of the predicted "
+        "ellipsoid" +
+            study::at_confidence(s_.drawing.verdict.confidence),
+        rows, tally.trials, tally.failed, true);
+    const std::string drawn = o.truths.empty() ? "" : o.truths[j.truth].formulation;
+    std::vector<store::Column> leading{
+        {"md_m", "m", "measured depth on the reference", std::vector<double>(rows.size(), md)},
+        {"offset", "", "name of the offset well", std::vector<std::string>(rows.size(), o.name)},
+        {"drawn", "", "formulation by which the wells share draws", std::vector<std::string>(rows.size(), drawn)}};
+    t.columns.insert(t.columns.begin(), leading.begin(), leading.end());
+    if (all.columns.empty())
+      all = std::move(t);
+    else
+      store::append_rows(all, t);
+  };
+  add({}, {}, 0, {});  // the columns, even where there is no row
   std::size_t at = 0;
   for (const Offset& o : offsets_) {
     for (const Judgement& j : o.judgements)
@@ -207,23 +226,7 @@ store::Table DrawnPairs::relative_position(const stats::Tally& tally) const {
               study::compare_nees("nees", stats::summarise(tally.groups[at], 0), 3, s_.drawing.verdict, tally.trials));
         for (study::ComparisonRow& row : rows) row.formulation = j.formulation;
         s_.drawing.annotations.apply("relative_position", rows);
-        store::Table t = study::comparison_table(
-            "relative_position",
-            "the relative position by Monte Carlo, along the line between the wells and the axes of the predicted "
-            "ellipsoid" +
-                study::at_confidence(s_.drawing.verdict.confidence),
-            rows, tally.trials, tally.failed, true);
-        std::vector<store::Column> leading{
-            {"md_m", "m", "measured depth on the reference",
-             std::vector<double>(rows.size(), s_.report_md[o.depths[d]])},
-            {"offset", "", "name of the offset well", std::vector<std::string>(rows.size(), o.name)},
-            {"drawn", "", "formulation by which the wells share draws",
-             std::vector<std::string>(rows.size(), o.truths[j.truth].formulation)}};
-        t.columns.insert(t.columns.begin(), leading.begin(), leading.end());
-        if (all.columns.empty())
-          all = std::move(t);
-        else
-          store::append_rows(all, t);
+        add(o, j, s_.report_md[o.depths[d]], rows);
       }
   }
   return all;

@@ -16,6 +16,9 @@ using Eigen::Vector3d;
 
 namespace {
 
+/// m: centre lines that are nearer meet. Between them there is no direction, only rounding.
+constexpr double kCoincident = 1e-6;
+
 double positive_turn(double angle) { return angle < 0 ? angle + 2 * kPi : angle; }
 
 /// The listed azimuth where the hole is vertical, so that a direction about it means what the survey says.
@@ -39,6 +42,10 @@ PairPoints pair_of(const PairGeometry& g, ScanDirection direction, const PathPoi
   p.offset = direction == ScanDirection::reference ? to.point : from;
   p.end = to.end;
   p.distance = to.distance;
+  if (p.distance < kCoincident) {
+    p.distance = 0;
+    p.offset.position = p.reference.position;
+  }
   const Vector3d d = p.offset.position - p.reference.position;
   p.bearing = std::hypot(d.x(), d.y()) <= 1e-9 * d.norm() ? kNaN : positive_turn(std::atan2(d.y(), d.x()));
   p.toolface = d.isZero(0) ? kNaN : toolface_of(g, p.reference, d);

@@ -24,7 +24,7 @@ struct PairGeometry {
   std::size_t first = 0;  ///< station at which both paths begin: that of the kick-off, or 0
 };
 
-/// The geometry of one pair of points.
+/// The geometry of one pair of points. Centre lines within a micrometre of each other meet: D = 0 there.
 struct PairPoints {
   PathPoint reference, offset;
   PathEnd end = PathEnd::interior;  ///< where the closest point lies on the well that is not scanned

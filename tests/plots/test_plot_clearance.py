@@ -9,7 +9,7 @@ import unittest
 
 SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
 RESULT = os.environ.get("SURVEYMC_RESULT", "")
-FIGURES = ("ladder", "separation", "cylinder", "views", "relative")
+FIGURES = ("ladder", "separation", "cylinder", "views", "relative", "cloud")
 
 
 def draw(*arguments):

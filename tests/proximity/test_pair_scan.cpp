@@ -191,4 +191,10 @@ TEST_CASE("Where the centre lines meet there is no direction, and the factor is 
   CHECK(c.sigma_distance == 0);
   CHECK(c.mahalanobis == 0);
   CHECK(c.ellipsoid_factor == 0);
+  // Two holes that are one down to 600 m and part there: rounding gives no direction.
+  survey::Survey s = build(40, 10, 60, 20), other = s;
+  for (std::size_t k = 21; k < other.stations.size(); ++k) other.stations[k].azimuth += 5 * kDegree;
+  const Well main(s, {1000, -2000, 30}), side(other, {1000, -2000, 30});
+  for (const PairPoints& pair : scan(geometry_of(main, side), ScanDirection::reference, 7, 1))
+    CHECK((pair.distance == 0) == (pair.reference.md <= 600));
 }
