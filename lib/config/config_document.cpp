@@ -240,9 +240,12 @@ void write_names_into_tables(TomlNode& root, const std::set<std::string>& named)
 bool belongs_into_text(const ConfigDocument& doc, const std::string& key, const UsedDefault& d) {
   const bool everywhere = std::find(d.points.begin(), d.points.end(), false) == d.points.end();
   if (!d.is_alike || !everywhere || doc.sweep.varies(key)) return false;
-  return std::none_of(doc.known_absent.begin(), doc.known_absent.end(), [&](const std::string& absent) {
-    return key == absent || key + ".name" == absent || key.starts_with(absent + ".");
-  });
+  // Neither the key, nor its name, nor a table that it is in: looked up one by one, as a config may have 10,000 tables.
+  const auto is_absent = [&](const std::string& k) { return doc.known_absent.contains(k); };
+  if (is_absent(key) || is_absent(key + ".name")) return false;
+  for (std::size_t dot = key.find('.'); dot != std::string::npos; dot = key.find('.', dot + 1))
+    if (is_absent(key.substr(0, dot))) return false;
+  return true;
 }
 
 }  // namespace
