@@ -31,14 +31,14 @@ std::string_view name_of(StudyId id) {
       return "tool_code_map";
     case StudyId::error_model_monte_carlo:
       return "error_model_monte_carlo";
+    case StudyId::clearance:
+      return "clearance";
     case StudyId::reliability_map:
       return "reliability_map";
     case StudyId::reliability_well:
       return "reliability_well";
     case StudyId::gross_error_detection:
       return "gross_error_detection";
-    case StudyId::clearance:
-      return "clearance";
   }
   return "";
 }

@@ -21,10 +21,10 @@ enum class StudyId : std::uint32_t {
   position_covariance = 10,
   tool_code_map = 18,
   error_model_monte_carlo = 21,
+  clearance = 23,
   reliability_map = 11,
   reliability_well = 12,
   gross_error_detection = 20,
-  clearance = 23,
 };
 
 /// The study's name, as configs have it; "" of none.
