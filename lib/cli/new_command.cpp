@@ -3,10 +3,12 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <optional>
 #include <system_error>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -25,9 +27,13 @@ std::optional<std::string> shipped(const std::string& path) {
   return std::nullopt;
 }
 
+struct DataFile {
+  std::string name, text;  ///< without folder
+};
+
 struct Template {
   std::string text;
-  std::string data, data_text;  ///< the file of data that it names, without folder; empty if it needs none
+  std::vector<DataFile> data;  ///< files that it names
 };
 
 /// configs/new/NAME.toml, which names data of another folder of configs/: here they are beside the config.
@@ -35,17 +41,20 @@ Template template_of(const std::string& name) {
   const std::optional<std::string> text = shipped("configs/new/" + name + ".toml");
   require(text.has_value(), "new {}: no config of it comes with the program: write one, from surveymc keys {}", name,
           name);
-  Template out{*text, "", ""};
-  const std::size_t begin = out.text.find("\"../");
-  if (begin == std::string::npos) return out;
-  const std::size_t end = out.text.find('"', begin + 1);
-  const fs::path named = out.text.substr(begin + 1, end - begin - 1);
-  out.data = named.filename().string();
-  out.data_text = shipped(("configs/new" / named).lexically_normal().string()).value();
-  // The comment behind the name stays in its column.
-  const std::size_t comment = out.text.find('#', end);
-  out.text.insert(comment, named.string().size() - out.data.size(), ' ');
-  out.text.replace(begin + 1, named.string().size(), out.data);
+  Template out{*text, {}};
+  std::size_t begin = 0;
+  while ((begin = out.text.find("\"../", begin)) != std::string::npos) {
+    const std::size_t end = out.text.find('"', begin + 1);
+    const fs::path named = out.text.substr(begin + 1, end - begin - 1);
+    const std::string own = named.filename().string();
+    const bool is_new =
+        std::none_of(out.data.begin(), out.data.end(), [&](const DataFile& d) { return d.name == own; });
+    if (is_new) out.data.push_back({own, shipped(("configs/new" / named).lexically_normal().string()).value()});
+    // A comment behind the name stays in its column.
+    const std::size_t comment = out.text.find_first_of("#\n", end);
+    if (out.text[comment] == '#') out.text.insert(comment, named.string().size() - own.size(), ' ');
+    out.text.replace(begin + 1, named.string().size(), own);
+  }
   return out;
 }
 
@@ -79,9 +88,9 @@ void new_config(const std::vector<study::Experiment>& studies, const NewArgument
   const fs::path path = a.output;
   if (!write_new(path, made.text)) throw IoError(fmt::format("{}: exists; choose another name with -o", path.string()));
   fmt::print("wrote {}: put in your well; surveymc keys {} lists every key\n", path.string(), name);
-  if (!made.data.empty()) {
-    const fs::path data = path.parent_path() / made.data;
-    if (write_new(data, made.data_text))
+  for (const DataFile& file : made.data) {
+    const fs::path data = path.parent_path() / file.name;
+    if (write_new(data, file.text))
       fmt::print("wrote {}: an example of the data that it names; put in yours\n", data.string());
     else
       fmt::print("{} is there: the config names it\n", data.string());
