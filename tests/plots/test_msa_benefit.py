@@ -8,13 +8,14 @@ import sys
 import tempfile
 import unittest
 
-import h5py
 import numpy as np
 
 SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
 sys.path.insert(0, SCRIPTS)
 import plot_msa_benefit  # noqa: E402
 import plotting  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from sealed import result_file  # noqa: E402
 
 RESULT = ""
 
@@ -33,7 +34,7 @@ class Figures(unittest.TestCase):
     def changed(self, change):
         path = os.path.join(self.folder, "changed.h5")
         shutil.copy(RESULT, path)
-        with h5py.File(path, "a") as file:
+        with result_file(path, "a") as file:
             change(file)
         return path
 

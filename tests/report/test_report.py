@@ -19,6 +19,8 @@ sys.path.insert(0, SCRIPTS)
 import studies  # noqa: E402
 import surveymc  # noqa: E402
 from report_page import explore, figures, headlines, page, tables, text  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from sealed import result_file  # noqa: E402
 
 REPORT = SMOKE = ""
 VOID = {"meta", "link", "img", "br", "hr", "input"}
@@ -240,7 +242,7 @@ class AnyResult(unittest.TestCase):
     def changed(self, name, change):
         path = os.path.join(self.folder, f"{name}.h5")
         shutil.copy(os.path.join(SMOKE, "msa_sweep.h5"), path)
-        with h5py.File(path, "a") as file:
+        with result_file(path, "a") as file:
             change(file)
         return path
 
