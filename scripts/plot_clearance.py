@@ -116,10 +116,11 @@ def ladder(data):
             ax.plot(md, need, color=COLOURS[i % 8], linestyle=DASHES[i % 8], linewidth=1.5, label=f)
         least = data.least_row(offset)
         ax.axvline(least["ref_md_m"], color="#777777", linewidth=1.0, linestyle=(0, (4, 3)), zorder=0.5)
-        # Where the wells are far apart nothing is to be seen: the scale is that of what is needed.
+        # Where the wells are far apart nothing is to be seen: the scale is that of what is needed, and of the least distance.
         most = max(np.nanmax(data.of(offset, f)["sd_relative_m"]) for f in data.formulations(offset))
-        top = 4 * (data.radii(offset) + data.margin + data.k * np.hypot(most, data.project_ahead))
-        ax.set_ylim(0, min(top, 1.05 * np.nanmax(data.of(offset, data.formulations(offset)[0])["distance_m"])))
+        apart = data.of(offset, data.formulations(offset)[0])["distance_m"]
+        top = max(4 * (data.radii(offset) + data.margin + data.k * np.hypot(most, data.project_ahead)), 1.5 * np.nanmin(apart))
+        ax.set_ylim(0, min(top, 1.05 * np.nanmax(apart)))
         ax.set_ylabel("m")
         ax.set_title(f"{offset}: least separation factor {number(least['continuous'])} at {number(least['ref_md_m'], 5)} m "
                      f"({least['formulation']})")
@@ -165,26 +166,29 @@ def cylinder(data):
     """Polar: distance against the direction from the high side; rings where the separation factor would be 1."""
     columns = min(3, len(data.offsets))
     lines = -(-len(data.offsets) // columns)
-    figure, panels = plt.subplots(lines, columns, figsize=(4.6 * columns + 0.9, 4.7 * lines + 1.2), squeeze=False,
+    figure, panels = plt.subplots(lines, columns, figsize=(max(9.6, 4.6 * columns + 0.9), 4.7 * lines + 1.4), squeeze=False,
                                   subplot_kw={"projection": "polar"})
-    high = figure.get_figheight()
-    figure.subplots_adjust(left=0.05, right=0.9, top=1 - 1.55 / high, bottom=0.35 / high, hspace=0.35, wspace=0.3)
-    plotting.heading(figure, data.title, "Travelling cylinder: the offset seen along the reference, high side up, by measured depth. Orange rings: where "
-                     "the separation\nfactor would be 1, at the depths of the points." + note_of(data))
-    image = None
+    high, wide = figure.get_figheight(), figure.get_figwidth()
+    figure.subplots_adjust(left=0.05, right=1 - 1.4 / wide, top=1 - 1.75 / high, bottom=0.35 / high, hspace=0.35, wspace=0.3)
+    plotting.heading(figure, data.title, "Travelling cylinder: the offset seen along the reference, high side up, by measured depth.\n"
+                     "Orange rings: where the separation factor would be 1, at the depths of the points." + note_of(data))
+    image, shown = None, []
     for ax in panels.flat[len(data.offsets):]:
         ax.set_visible(False)
-    for ax, offset in zip(panels.flat, data.offsets):
+    for offset in data.offsets:
         t = data.of(offset, data.formulations(offset)[0])
         angle, distance, md = np.radians(t["toolface_to_offset_deg"]), t["distance_m"], t["ref_md_m"]
         ring = data.radii(offset) + data.margin + data.k * np.hypot(t["sd_relative_m"], data.project_ahead)
         limit = max(2.2 * np.nanmax(ring), 1.3 * np.nanmin(distance))
         keep = np.isfinite(angle) & (distance <= limit)
+        shown.append((offset, t, angle, distance, md, ring, limit, keep))
+    depths = np.concatenate([s[4][s[7]] for s in shown])  # colours: the depths that are drawn, of all panels
+    for ax, (offset, t, angle, distance, md, ring, limit, keep) in zip(panels.flat, shown):
         for r, m in list(zip(ring[keep], md[keep]))[::max(1, int(np.sum(keep)) // 12)]:
             ax.plot(np.linspace(0, 2 * np.pi, 181), np.full(181, r), color="#D55E00", linewidth=0.6, alpha=0.45, zorder=1)
         ax.plot(angle[keep], distance[keep], color="#777777", linewidth=0.6, zorder=2)
         image = ax.scatter(angle[keep], distance[keep], c=md[keep], s=16, cmap="viridis", zorder=3,
-                           vmin=np.min(data.rows["ref_md_m"]), vmax=np.max(data.rows["ref_md_m"]))
+                           vmin=np.min(depths), vmax=np.max(depths))
         broken = keep & (t["separation_factor"] < 1)
         ax.scatter(angle[broken], distance[broken], s=46, facecolors="none", edgecolors="#D55E00", linewidths=1.3, zorder=4)
         ax.set_theta_zero_location("N")
@@ -194,7 +198,7 @@ def cylinder(data):
         ax.tick_params(labelsize=8)
         ax.set_title(f"{offset} (m)", pad=14)
     if image is not None:
-        bar = figure.colorbar(image, cax=figure.add_axes((0.935, 0.15, 0.014, 0.6)))
+        bar = figure.colorbar(image, cax=figure.add_axes((1 - 1.05 / wide, 0.15, 0.16 / wide, 0.6)))
         bar.set_label("Measured depth on the reference (m)")
     return figure
 

@@ -16,6 +16,7 @@ import os
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import LogNorm
 from matplotlib.lines import Line2D
 
 import plotting
@@ -223,8 +224,8 @@ def map_figure(title, axes, ellipses, md):
             for i in range(table.rows):
                 if MULTIPLIER not in table or table[MULTIPLIER][i] == size:
                     grid[inclinations.index(table[INCLINATION][i]), azimuths.index(table[AZIMUTH][i])] = value[i]
-            ax.imshow(np.log10(np.clip(grid, 1e-3, None)), origin="lower", aspect="auto", cmap=colours, vmin=low,
-                      vmax=high if high > low else low + 1)
+            image = ax.imshow(np.clip(grid, 1e-3, None), origin="lower", aspect="auto", cmap=colours,
+                              norm=LogNorm(10**low, 10**(high if high > low else low + 1)))
             for y, x in np.ndindex(grid.shape):
                 shade = (np.log10(max(grid[y, x], 1e-3)) - low) / max(high - low, 1e-9)
                 dark = shade < 0.6 if colours == "viridis" else shade > 0.5
@@ -234,6 +235,9 @@ def map_figure(title, axes, ellipses, md):
             ax.set_title(f"{label if size == sizes[0] else ''}\nerrors {TIMES} {size:g}", loc="left")
             ax.grid(False)
         line[0].set_ylabel("Inclination (deg)")
+        bar = figure.colorbar(image, ax=list(line), pad=0.01, format="%g",
+                              ticks=[t for t in (0.5, 1, 1.2, 1.5, 2, 3, 5, 7, 10, 15, 20, 30, 50, 100) if 10**low <= t <= 10**high])
+        bar.ax.minorticks_off()
     for ax in panels[-1]:
         ax.set_xlabel("Azimuth (deg)")
     plotting.heading(figure, title, f"At {md:g} m. {plotting.trials_text(axes)} a cell; a normal distribution has "
