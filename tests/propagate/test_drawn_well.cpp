@@ -234,7 +234,7 @@ TEST_CASE("A well of one source makes only its draws, and they are those of the 
   const std::vector<WellPoint> points{{60, 1}};
   const auto places = draw_places(w.errors);
   std::vector<bool> keep(w.errors.sources.size(), false);
-  const std::size_t source = GENERATE(0, 5, 20);
+  const std::size_t source = GENERATE(0u, 5u, 20u);
   keep[source] = true;
   const WellErrors own = only_sources(w.errors, keep);
   const DrawnWell well(own, points, places, false);

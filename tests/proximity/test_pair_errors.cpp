@@ -106,7 +106,7 @@ TEST_CASE("Between stations, effects are those of a path whose errors are linear
   const StationEffects e = effects_of(s, runs);
   const PositionErrors effects = errors_of(s, runs, Interpolation::effects),
                        linear = errors_of(s, runs, Interpolation::covariance);
-  for (const std::size_t leg : {0, 5, 14, 28})
+  for (const std::size_t leg : {0u, 5u, 14u, 28u})
     for (const double f : {0.0, 0.2, 0.5, 1.0}) {
       const Draws at = between(draws_at(e, leg), draws_at(e, leg + 1), f);
       CAPTURE(leg, f);
@@ -148,8 +148,8 @@ TEST_CASE("Two wells share what the formulation says, and the relative covarianc
     Draws da = between(draws_at(ea, 30), draws_at(ea, 31), 0.4), db = between(draws_at(eb, 38), draws_at(eb, 39), 0.9);
     Draws difference = da;
     for (const auto& [name, effect] : db) {
-      const bool is_shared =
-          std::any_of(x.shared.begin(), x.shared.end(), [&](const std::string& c) { return name == c + "G1"; });
+      const bool is_shared = std::any_of(x.shared.begin(), x.shared.end(),
+                                         [&, &name = name](const std::string& c) { return name == c + "G1"; });
       difference.try_emplace(is_shared ? name : "offset " + name, Vector3d::Zero()).first->second -= effect;
     }
     const Matrix3d c =
