@@ -62,8 +62,10 @@ fs::path write_beside_old(const fs::path& path, bool overwrite, const std::funct
   try {
     write();
   } catch (...) {
-    if (kept.moved) std::rename(kept.name.c_str(), target.c_str());
-    if (kept.ours && !kept.moved) unlink(kept.name.c_str());
+    // The new file may have its name already, as the disk can fail after that: then the old one keeps its new name.
+    std::error_code error;
+    if (kept.moved && !fs::exists(target, error)) std::rename(kept.name.c_str(), target.c_str());
+    if (kept.ours && !kept.moved && fs::equivalent(target, kept.name, error)) unlink(kept.name.c_str());
     throw;
   }
   return kept.name.lexically_normal();
