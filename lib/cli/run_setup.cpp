@@ -192,10 +192,13 @@ montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& 
   return options;
 }
 
-std::string program_name() {
-  const Build build = this_build();
-  return fmt::format("surveymc {} ({}), {}, libm {}", build.version, build.git_revision, build.compiler,
-                     simd::libm_fingerprint());
+const std::string& program_name() {
+  static const std::string name = [] {
+    const Build build = this_build();
+    return fmt::format("surveymc {} ({}), {}, libm {}", build.version, build.git_revision, build.compiler,
+                       simd::libm_fingerprint());
+  }();
+  return name;
 }
 
 checkpoint::RunKey run_key(const study::RunPlan& run) { return {run.config.hash(), program_name()}; }

@@ -100,8 +100,8 @@ void stop_after(double seconds);
 /// Options of a run, with this stop flag.
 montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress);
 
-/// This program: version, revision, compiler.
-std::string program_name();
+/// This program: version, revision, compiler, C library.
+const std::string& program_name();
 checkpoint::RunKey run_key(const study::RunPlan& run);
 void stamp(store::Result& result, const std::string& command);
 store::RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, const RunArguments& a);
