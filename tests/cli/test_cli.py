@@ -150,7 +150,7 @@ class Case(unittest.TestCase):
         return done.stderr
 
     def snapshot(self):
-        return {str(p.relative_to(self.folder)): None if p.is_dir() else p.read_bytes()
+        return {str(p.relative_to(self.folder)): p.read_bytes() if p.is_file() else None
                 for p in sorted(self.folder.rglob("*"))}
 
     @contextlib.contextmanager

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 
 import test_cli
-from test_cli import BAD_INPUT, Case, column
+from test_cli import BAD_INPUT, Case, column, content_hash
 
 CONFIG = """\
 experiment = "drift_monitoring"
@@ -36,11 +36,6 @@ def rows(path, table):
         g = f["tables"][table]
         columns = {k: (d.asstr()[()] if h5py.check_string_dtype(d.dtype) else d[()]) for k, d in g.items()}
     return [dict(zip(columns, v)) for v in zip(*columns.values())]
-
-
-def hash_of(path):
-    with h5py.File(path) as f:
-        return f.attrs["content_hash"]
 
 
 class Monitoring(Case):
@@ -153,8 +148,8 @@ class Monitoring(Case):
         self.assertRegex(found["training_rows"]["action"], "of 269999: every 54th")
 
         self.call("run", "csv.toml", "--point", 0, "-o", "parts/")
-        merged = lambda *more: (self.call("merge", "parts", "-o", "merged.h5", *more), hash_of(self.folder / "merged.h5"))[1]
-        self.assertEqual(merged(), hash_of(long))
+        merged = lambda *more: (self.call("merge", "parts", "-o", "merged.h5", *more), content_hash(self.folder / "merged.h5"))[1]
+        self.assertEqual(merged(), content_hash(long))
 
         self.assertRegex(self.call("rerun", long).stdout, "^identical")  # the file is in this folder
         self.assertRegex(self.call("rerun", "short.h5").stdout, "^identical")
@@ -162,7 +157,7 @@ class Monitoring(Case):
         (self.folder / "long.csv").rename(self.folder / "moved/long.csv")
         self.refused(BAD_INPUT, "rerun", "long.h5", says="too large to be stored .* --inputs")
         self.refused(BAD_INPUT, "merge", "parts", "-o", "merged.h5", says="too large to be stored .* --inputs")
-        self.assertEqual(merged("--inputs", "moved"), hash_of(long))
+        self.assertEqual(merged("--inputs", "moved"), content_hash(long))
         self.assertRegex(self.call("rerun", "long.h5", "--inputs", "moved").stdout, "^identical")
         self.write("moved/long.csv", text.replace("1,", "2,", 1))
         self.refused(BAD_INPUT, "rerun", "long.h5", "--inputs", "moved", says="is another one")

@@ -6,51 +6,14 @@ import resource
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 from pathlib import Path
 
-EXECUTABLE = SOURCE = None
-USAGE, BAD_INPUT, NO_MEANS, CANNOT_WRITE, INTERRUPTED = 64, 65, 71, 74, 75
+import test_cli
+from test_cli import BAD_INPUT, CANNOT_WRITE, INTERRUPTED, USAGE, Case
 
-SURVEY = "md_m,inclination_deg,azimuth_deg,toolface_deg\n0,10,20,0\n30,14,25,50\n60,18,30,120\n90,22,37,200\n"
-CONFIG = """\
-experiment = "msa_position"
-seed = 1
-trials = 600
-estimator = "msa"
-[survey]
-file = "survey.csv"
-toolface_zero = "y"
-[field]
-total_nT = 50000.0
-dip_deg = 60.0
-[noise]
-magnetometer_nT = 50.0
-"""
-
-
-class Case(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="surveymc-usage-")
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-        (self.folder / "base.toml").write_text(CONFIG)
-        (self.folder / "survey.csv").write_text(SURVEY)
-
-    def call(self, *arguments, program=None, timeout=30, **more):
-        return subprocess.run([*(program or [EXECUTABLE]), *map(str, arguments)], cwd=self.folder, stdin=subprocess.DEVNULL,
-                              capture_output=True, text=True, timeout=timeout, **more)
-
-    def refused(self, code, says, *arguments, **more):
-        before = sorted(os.listdir(self.folder))
-        done = self.call(*arguments, **more)
-        told = f"{arguments}: {done.stdout[:300]}{done.stderr[:600]}"
-        self.assertEqual(done.returncode, code, told)
-        self.assertRegex(done.stderr, says, told)
-        self.assertEqual(done.stdout, "", told)
-        self.assertEqual(sorted(os.listdir(self.folder)), before, told)
+NO_MEANS = 71
 
 
 class CommandLine(Case):
@@ -66,7 +29,7 @@ class CommandLine(Case):
             (["-version"], "did you mean --version\\?"), (["run", "base.toml", "other.toml"], "other.toml is not expected\n"),
         ]:
             with self.subTest(words=words):
-                self.refused(USAGE, says, *words)
+                self.refused(USAGE, *words, says=says)
 
     def test_a_wrong_command_line_is_64_for_every_command(self):
         out = self.call("--help").stdout
@@ -74,7 +37,7 @@ class CommandLine(Case):
         self.assertGreaterEqual(len(commands), 11)
         for command in commands:
             with self.subTest(command=command):
-                self.refused(USAGE, "--nonsense is not expected", command, "--nonsense")
+                self.refused(USAGE, command, "--nonsense", says="--nonsense is not expected")
         for words, says in [
             (["run", "base.toml", "--trial", "600"], "--trial 600: .*numbered 0 to 599"),
             (["run", "base.toml", "--trials", "many"], "--trials many: must be a whole number"),
@@ -87,20 +50,27 @@ class CommandLine(Case):
             (["check", "base.toml", "--set", "trials"], "--set trials: must be KEY=VALUE"),
         ]:
             with self.subTest(words=words):
-                self.refused(USAGE, says, *words)
+                self.refused(USAGE, *words, says=says)
 
     def test_what_the_config_forbids_is_65(self):
-        self.refused(BAD_INPUT, "trials = 1: must be in", "run", "base.toml", "--trials", "1")
-        self.refused(BAD_INPUT, "unknown key", "check", "base.toml", "--set", "nonsense=1")
+        self.refused(BAD_INPUT, "run", "base.toml", "--trials", "1", says="trials = 1: must be in")
+        self.refused(BAD_INPUT, "check", "base.toml", "--set", "nonsense=1", says="unknown key")
 
     def test_scripts_of_users_end_so_too(self):
         scripts = [["report.py", "--nonsense", "x.h5"], ["import_survey.py", "--nonsense", "x.csv"], ["import_survey.py"],
                    ["run_studies.py", "--nonsense"], ["draw_result.py"], ["plot_msa_position.py", "x.h5", "--nonsense"]]
         for words in scripts:
             with self.subTest(words=words):
-                self.refused(USAGE, words[0], SOURCE / "scripts" / words[0], *words[1:], program=["/usr/bin/python3"], timeout=120)
-        self.refused(USAGE, "did you mean --quick\\?", SOURCE / "scripts/run_studies.py", "--qiuck", program=["/usr/bin/python3"],
-                     timeout=120)
+                self.script_refused(words[0], *words)
+        self.script_refused("did you mean --quick\\?", "run_studies.py", "--qiuck")
+
+    def script_refused(self, says, script, *words):
+        with self.untouched():
+            done = subprocess.run(["/usr/bin/python3", test_cli.SOURCE / "scripts" / script, *words], cwd=self.folder,
+                                  stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, USAGE, done.stderr)
+        self.assertRegex(done.stderr, says)
+        self.assertEqual(done.stdout, "")
 
 
 class Inputs(Case):
@@ -110,24 +80,22 @@ class Inputs(Case):
             with self.subTest(name=name):
                 says = "it is a pipe or a device: save what it gives as a file"
                 for command in ["check", "run", "plan"]:
-                    self.refused(BAD_INPUT, says, command, name, *(["--count"] if command == "plan" else []), timeout=5)
-                self.refused(BAD_INPUT, says, "check", "base.toml", "--set", f"survey.file={name}", timeout=5)
-                self.refused(BAD_INPUT, says, "models", "--file", name, timeout=5)
-                self.refused(CANNOT_WRITE, says, "merge", name, "-o", "out.h5", timeout=5)
-                self.refused(CANNOT_WRITE, "not a regular file", "show", name, timeout=5)
-                self.refused(CANNOT_WRITE, "not a regular file", "rerun", name, timeout=5)
-                self.refused(CANNOT_WRITE, "refusing to overwrite", "run", "base.toml", "-o", name, timeout=5)
+                    self.refused(BAD_INPUT, command, name, *(["--count"] if command == "plan" else []), says=says, timeout=5)
+                self.refused(BAD_INPUT, "check", "base.toml", "--set", f"survey.file={name}", says=says, timeout=5)
+                self.refused(BAD_INPUT, "models", "--file", name, says=says, timeout=5)
+                self.refused(CANNOT_WRITE, "merge", name, "-o", "out.h5", says=says, timeout=5)
+                self.refused(CANNOT_WRITE, "show", name, says="not a regular file", timeout=5)
+                self.refused(CANNOT_WRITE, "rerun", name, says="not a regular file", timeout=5)
+                self.refused(CANNOT_WRITE, "run", "base.toml", "-o", name, says="refusing to overwrite", timeout=5)
         os.mkfifo(self.folder / "base.h5.journal.x.1")  # no journal: passed over
-        self.assertEqual(self.call("run", "base.toml", "-o", "base.h5", timeout=20).returncode, 0)
+        self.call("run", "base.toml", "-o", "base.h5", timeout=20)
 
     def test_what_is_too_large_is_refused_unread(self):
         for name, size, says, words in [("large.toml", 17, "17 MiB, at most 16 are read: a config has keys; data go to a CSV", []),
                                         ("large.csv", 257, "257 MiB, at most 256 are read: give only the rows", ["survey"])]:
             with open(self.folder / name, "wb") as file:
                 file.truncate(size << 20)
-            start = time.process_time()
-            self.refused(BAD_INPUT, says, "check", *(["base.toml", "--set", f"survey.file={name}"] if words else [name]), timeout=5)
-            self.assertLess(time.process_time() - start, 5)
+            self.refused(BAD_INPUT, "check", *(["base.toml", "--set", f"survey.file={name}"] if words else [name]), says=says, timeout=5)
 
 
 class Limits(Case):
@@ -136,15 +104,15 @@ class Limits(Case):
             resource.setrlimit(resource.RLIMIT_STACK, (1 << 30, 1 << 30))
             resource.setrlimit(resource.RLIMIT_AS, (3 << 29, 3 << 29))
 
-        self.refused(NO_MEANS, r"the system starts only \d of 8 threads \(.*\): give fewer with --threads", "run", "base.toml", "-o",
-                     "out.h5", "--threads", "8", preexec_fn=little)
-        self.assertEqual(self.call("run", "base.toml", "-o", "out.h5", "--threads", "1", preexec_fn=little).returncode, 0)
+        self.refused(NO_MEANS, "run", "base.toml", "-o", "out.h5", "--threads", "8", before=little,
+                     says=r"the system starts only \d of 8 threads \(.*\): give fewer with --threads")
+        self.call("run", "base.toml", "-o", "out.h5", "--threads", "1", before=little)
 
 
 class Signals(Case):
     def stopped(self, words, after, number):
         """Seconds from the signal to the end, and what was said."""
-        child = subprocess.Popen([EXECUTABLE, *words], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        child = subprocess.Popen([test_cli.EXECUTABLE, *words], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         time.sleep(after)
         self.assertIsNone(child.poll(), "ended before the signal came")
         start = time.monotonic()
@@ -165,7 +133,7 @@ class Signals(Case):
 
     def test_while_a_point_is_prepared(self):
         # A search of the bandwidth that takes minutes and looks at no flag.
-        (self.folder / "drift.toml").write_text(DRIFT)
+        self.write("drift.toml", (test_cli.SOURCE / "configs/smoke/drift_monitoring.toml").read_text())
         search = "model.search.bandwidths={from = 0.1, to = 5.0, step = 0.00001}"
         seconds, said = self.stopped(["run", "drift.toml", "-o", "x.h5", "--set", search], 3, signal.SIGTERM)
         self.assertIn("nothing was written", said)
@@ -173,7 +141,7 @@ class Signals(Case):
         self.assertEqual(sorted(os.listdir(self.folder)), ["base.toml", "drift.toml", "survey.csv"])
 
     def test_the_default_action_where_nothing_is_computed(self):
-        child = subprocess.Popen([EXECUTABLE, "check", "base.toml", "--set",
+        child = subprocess.Popen([test_cli.EXECUTABLE, "check", "base.toml", "--set",
                                   "sweep.noise.scale={from = 1.0, to = 1000000.0, step = 1.0}"], cwd=self.folder,
                                  stdout=subprocess.DEVNULL)
         time.sleep(0.5)
@@ -181,9 +149,6 @@ class Signals(Case):
         self.assertEqual(child.wait(timeout=20), -signal.SIGTERM)
 
 
-DRIFT = None
-
 if __name__ == "__main__":
-    EXECUTABLE, SOURCE = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]).resolve()
-    DRIFT = (SOURCE / "configs/smoke/drift_monitoring.toml").read_text()
+    test_cli.EXECUTABLE, test_cli.SOURCE = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]).resolve()
     unittest.main(argv=[sys.argv[0], *sys.argv[3:]])

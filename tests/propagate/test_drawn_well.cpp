@@ -18,6 +18,7 @@
 #include "simd/instruction_set.h"
 #include "survey/minimum_curvature.h"
 #include "thesis_cases.h"
+#include "tools.h"
 
 using namespace surveymc;
 using namespace surveymc::propagate;
@@ -25,21 +26,10 @@ using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using surveymc::test::field_of;
+using surveymc::test::shipped;
 
 namespace {
-
-config::SharedModel shipped(const std::string& name) {
-  return config::load_shipped_model(*config::find_shipped_model(name));
-}
-
-survey::ReferenceField field_of(double total, double dip_deg, double declination_deg) {
-  survey::ReferenceField f;
-  f.total = total;
-  f.dip = dip_deg * kDegree;
-  f.declination = declination_deg * kDegree;
-  f.gravity = 9.80665;
-  return f;
-}
 
 survey::Survey survey_of(const std::vector<std::array<double, 3>>& stations) {
   survey::Survey s;

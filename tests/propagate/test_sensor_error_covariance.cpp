@@ -7,22 +7,16 @@
 #include "propagate/toolface_independent.h"
 #include "simd/dual.h"
 #include "thesis_cases.h"
+#include "tools.h"
 
 using namespace surveymc;
 using namespace surveymc::propagate;
 using Eigen::Matrix3d;
+using surveymc::test::field_of;
 
 namespace {
 
 const survey::SensorTermArray kIscwsaSizes = survey::equal_axes(0.004, 0.0005, 70, 0.0016);
-
-survey::ReferenceField field_with(double dip_deg, double declination_deg) {
-  survey::ReferenceField f;
-  f.total = 50000;
-  f.dip = dip_deg * kDegree;
-  f.declination = declination_deg * kDegree;
-  return f;
-}
 
 /// Four stations through everything difficult: vertical, nearly so, horizontal, beyond, and a short leg.
 std::vector<survey::Survey> difficult_surveys() {
@@ -106,7 +100,7 @@ TEST_CASE("The tangent's derivatives by the twelve sensor errors agree with dual
 TEST_CASE("Averaged over toolface, sensor errors are the TI terms, all S when slid") {
   for (const double dip : {-60.0, 0.0, 72.0})
     for (const survey::Survey& survey : difficult_surveys()) {
-      const survey::ReferenceField field = field_with(dip, 12);
+      const survey::ReferenceField field = field_of(50000, dip, 12);
       const auto terms = closed_form(survey, field, ToolfacePropagation::systematic);
       CAPTURE(dip, survey.stations[1].inclination);
       CHECK(largest_difference(brute_force_mean(survey, field, {0, 0, 0, 0}, 7), terms) < 1e-12);
@@ -117,7 +111,7 @@ TEST_CASE("Averaged over toolface, sensor errors are the TI terms, all S when sl
 TEST_CASE("Averaged over toolface, those TI terms that turn with it are R when rotated") {
   for (const double dip : {-60.0, 72.0})
     for (const survey::Survey& survey : difficult_surveys()) {
-      const survey::ReferenceField field = field_with(dip, -4);
+      const survey::ReferenceField field = field_of(50000, dip, -4);
       const auto terms = closed_form(survey, field, ToolfacePropagation::random);
       CAPTURE(dip, survey.stations[1].inclination);
       CHECK(largest_difference(brute_force_mean(survey, field, {0, 1, 2, 3}, 5), terms) < 1e-12);
@@ -126,7 +120,7 @@ TEST_CASE("Averaged over toolface, those TI terms that turn with it are R when r
 }
 
 TEST_CASE("A slide within a rotated hole: its stations go together, the others alone") {
-  const survey::ReferenceField field = field_with(72, -4);
+  const survey::ReferenceField field = field_of(50000, 72, -4);
   for (const survey::Survey& survey : difficult_surveys()) {
     const std::vector<double> md = survey.md();
     const survey::ToolfacePlan plan = survey::partly_slid(md, md[1], md[2]);
@@ -141,7 +135,7 @@ TEST_CASE("The closed forms keep the whole chain: not one term alone, every one 
   const double dips[] = {-75, 72};
   for (const double dip : dips)
     for (const survey::Attitude& at : test::difficult_attitudes()) {
-      const survey::ReferenceField field = field_with(dip, 0);
+      const survey::ReferenceField field = field_of(50000, dip, 0);
       const auto terms = toolface_independent_terms(at.inclination, at.azimuth, field);
       const double si = std::sin(at.inclination), ci = std::cos(at.inclination), sa = std::sin(at.azimuth),
                    ca = std::cos(at.azimuth);
@@ -195,7 +189,7 @@ TEST_CASE("Positions of all stations in one pass are those of each station's own
 }
 
 TEST_CASE("The covariance goes continuously through the vertical, whatever the azimuth written there") {
-  const survey::ReferenceField field = field_with(72, 0);
+  const survey::ReferenceField field = field_of(50000, 72, 0);
   const auto covariance = [&](double inclination, double azimuth) {
     survey::Survey s;
     for (int k = 0; k < 5; ++k) s.stations.push_back({30.0 * k, inclination, azimuth, 0});

@@ -9,6 +9,7 @@
 #include "error_model/model_graph.h"
 #include "survey/minimum_curvature.h"
 #include "thesis_cases.h"
+#include "tools.h"
 
 using namespace surveymc;
 using namespace surveymc::config;
@@ -16,20 +17,13 @@ using namespace surveymc::propagate;
 using namespace surveymc::survey;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using surveymc::test::field_of;
 
 namespace {
 
 /// The shipped model: "rev4" or "rev5.10".
 SharedModel shipped(const std::string& revision) {
   return load_shipped_model(*find_shipped_model("iscwsa_mwd_" + revision));
-}
-
-ReferenceField field_of(double total, double dip_deg, double declination_deg) {
-  ReferenceField f;
-  f.total = total;
-  f.dip = dip_deg * kDegree;
-  f.declination = declination_deg * kDegree;
-  return f;
 }
 
 struct Angles {

@@ -8,29 +8,15 @@
 #include "random/study_stream.h"
 #include "stats/tests.h"
 #include "survey/minimum_curvature.h"
+#include "wells.h"
 
 using namespace surveymc;
 using namespace surveymc::proximity;
+using namespace surveymc::test;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
-
-config::SharedModel shipped(const char* name) { return config::load_shipped_model(*config::find_shipped_model(name)); }
-
-survey::ReferenceField field() {
-  survey::ReferenceField f;
-  f.total = 50000;
-  f.dip = 70 * kDegree;
-  return f;
-}
-
-survey::Survey well(int stations, double azimuth) {
-  survey::Survey s;
-  for (int k = 0; k < stations; ++k)
-    s.stations.push_back({30.0 * k, std::clamp(3.0 * (k - 10), 0.0, 60.0) * kDegree, azimuth * kDegree, 0});
-  return s;
-}
 
 propagate::WellErrors errors_of(const survey::Survey& s, const std::vector<propagate::ToolRun>& runs,
                                 double multiplier) {

@@ -7,9 +7,11 @@
 #include "config/error_model_file.h"
 #include "proximity/pair_errors.h"
 #include "survey/minimum_curvature.h"
+#include "wells.h"
 
 using namespace surveymc;
 using namespace surveymc::proximity;
+using namespace surveymc::test;
 using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
@@ -17,24 +19,6 @@ using error_model::PropagationMode;
 using propagate::StationEffects;
 
 namespace {
-
-config::SharedModel shipped(const char* name) { return config::load_shipped_model(*config::find_shipped_model(name)); }
-
-survey::ReferenceField field() {
-  survey::ReferenceField f;
-  f.total = 50000;
-  f.dip = 70 * kDegree;
-  return f;
-}
-
-/// Vertical, a build to 60 deg from station 10 on, then turning by `turn` deg a station.
-survey::Survey well(int stations, double azimuth, double turn = 0) {
-  survey::Survey s;
-  for (int k = 0; k < stations; ++k)
-    s.stations.push_back({30.0 * k, std::clamp(3.0 * (k - 10), 0.0, 60.0) * kDegree,
-                          (azimuth + (k > 20 ? turn * (k - 20) : 0)) * kDegree, 0});
-  return s;
-}
 
 StationEffects effects_of(const survey::Survey& s, const std::vector<propagate::ToolRun>& runs) {
   StationEffects e;

@@ -4,23 +4,17 @@
 #include <catch2/catch.hpp>
 
 #include "base/units.h"
-#include "config/error_model_file.h"
 #include "proximity/pair_scan.h"
 #include "survey/minimum_curvature.h"
+#include "wells.h"
 
 using namespace surveymc;
 using namespace surveymc::proximity;
+using namespace surveymc::test;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
-
-survey::ReferenceField field() {
-  survey::ReferenceField f;
-  f.total = 50000;
-  f.dip = 70 * kDegree;
-  return f;
-}
 
 struct Well {
   survey::Survey survey;
@@ -28,9 +22,9 @@ struct Well {
   std::shared_ptr<const PositionErrors> errors;
 
   Well(survey::Survey s, const Vector3d& slot) : survey(std::move(s)), path(survey, slot) {
-    const auto model = config::load_shipped_model(*config::find_shipped_model("iscwsa_mwd_rev5.10"));
-    errors = std::make_shared<const PositionErrors>(position_errors(
-        survey, survey::true_vertical_depths(survey), {{1, model}}, field(), kNaN, Interpolation::covariance));
+    errors = std::make_shared<const PositionErrors>(position_errors(survey, survey::true_vertical_depths(survey),
+                                                                    {{1, shipped("iscwsa_mwd_rev5.10")}}, field(), kNaN,
+                                                                    Interpolation::covariance));
   }
 };
 

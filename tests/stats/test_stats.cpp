@@ -61,6 +61,31 @@ TEST_CASE("Merged moments are those of the whole, however it is cut") {
   }
 }
 
+TEST_CASE("Only tallies of the same quantities can be merged") {
+  const auto of = [](Eigen::Index d) { return Moments::of(Eigen::MatrixXd::Ones(4, d)); };
+  Tally a;
+  a.moments = of(3);
+  a.groups = {of(2), of(1)};
+  a.controlled = {of(4)};
+  a.pairs = of(2);
+  a.controlled_pairs = {of(5)};
+  a.counts = {1, 2};
+  CHECK(can_merge(a, a));
+  CHECK(can_merge(a, Tally()));  // a block in which all trials failed
+  CHECK(can_merge(Tally(), a));
+  const auto changed = [&](auto change) {
+    Tally b = a;
+    change(b);
+    return can_merge(a, b) || can_merge(b, a);
+  };
+  CHECK_FALSE(changed([&](Tally& b) { b.moments = of(4); }));
+  CHECK_FALSE(changed([&](Tally& b) { b.groups[1] = of(2); }));
+  CHECK_FALSE(changed([&](Tally& b) { b.controlled[0] = of(3); }));
+  CHECK_FALSE(changed([&](Tally& b) { b.pairs = of(3); }));
+  CHECK_FALSE(changed([&](Tally& b) { b.controlled_pairs[0] = of(4); }));
+  CHECK_FALSE(changed([&](Tally& b) { b.counts.push_back(3); }));
+}
+
 TEST_CASE("A tally lists the first thousand failures and keeps samples in order") {
   Tally a, b;
   a.trials = b.trials = 800;
