@@ -87,9 +87,23 @@ class Clearance:
         row = self.covariance.row(offset=offset, formulation=formulation, where="least separation factor", of=of)
         if row is None:
             return None
-        nn, ee, vv, ne, nv, ev = (row[e] for e in ELEMENTS)
-        d = np.array([row["distance_north_m"], row["distance_east_m"], row["distance_down_m"]])
-        return row, d, np.array([[nn, ne, nv], [ne, ee, ev], [nv, ev, vv]])
+        return row, *relative_position(row)
+
+
+def relative_position(row):
+    """Difference of the positions (3) and covariance (3x3) of a row of relative_covariance."""
+    nn, ee, vv, ne, nv, ev = (row[e] for e in ELEMENTS)
+    d = np.array([row["distance_north_m"], row["distance_east_m"], row["distance_down_m"]])
+    return d, np.array([[nn, ne, nv], [ne, ee, ev], [nv, ev, vv]])
+
+
+def lines_of_two(data, offsets, text, wide=11.0, right=0.965):
+    """A figure with plan and section of each offset."""
+    figure, panels = plt.subplots(len(offsets), 2, figsize=(wide, 1.7 + 5.1 * len(offsets)), squeeze=False)
+    high = figure.get_figheight()
+    figure.subplots_adjust(left=0.09, right=right, top=1 - 1.55 / high, bottom=0.65 / high, hspace=0.3, wspace=0.22)
+    plotting.heading(figure, data.title, text)
+    return figure, panels
 
 
 def note_of(data):
@@ -228,10 +242,7 @@ def frame(ax, points, size, down):
 
 def views(data, sigma):
     offsets = data.offsets[:4]
-    figure, panels = plt.subplots(len(offsets), 2, figsize=(11.0, 1.7 + 5.1 * len(offsets)), squeeze=False)
-    high = figure.get_figheight()
-    figure.subplots_adjust(left=0.09, right=0.965, top=1 - 1.55 / high, bottom=0.65 / high, hspace=0.3, wspace=0.22)
-    plotting.heading(figure, data.title, f"Where the separation factor is least: paths, {sigma:g}{SIGMA} ellipses (filled) and pedal curves (lines) of each well, "
+    figure, panels = lines_of_two(data, offsets, f"Where the separation factor is least: paths, {sigma:g}{SIGMA} ellipses (filled) and pedal curves (lines) of each well, "
                      "and the line between\nthe centres. The pedal curve's radius along that line is what the rule takes.")
     for line, offset in zip(panels, offsets):
         least = data.least_row(offset)
@@ -270,11 +281,8 @@ def views(data, sigma):
 
 def relative(data, sigma):
     offsets = data.offsets[:4]
-    figure, panels = plt.subplots(len(offsets), 2, figsize=(13.6, 1.7 + 5.0 * len(offsets)), squeeze=False)
-    high = figure.get_figheight()
-    figure.subplots_adjust(left=0.09, right=0.78, top=1 - 1.55 / high, bottom=0.65 / high, hspace=0.3, wspace=0.22)
-    plotting.heading(figure, data.title, f"The offset relative to the reference where the separation factor is least: {sigma:g}{SIGMA} ellipses of the relative covariance by what the "
-                     "wells share.\nThe disc at the cross is the reference's place, with both hole radii.")
+    figure, panels = lines_of_two(data, offsets, f"The offset relative to the reference where the separation factor is least: {sigma:g}{SIGMA} ellipses of the relative covariance by what the "
+                     "wells share.\nThe disc at the cross is the reference's place, with both hole radii.", wide=13.6, right=0.78)
     for line, offset in zip(panels, offsets):
         worst = data.least_row(offset)["formulation"]
         for i, f in enumerate(data.formulations(offset)):
@@ -309,11 +317,8 @@ def cloud(data):
         return None
     everywhere = [w for w in data.parameters["well"] if w != "reference"]  # samples count them all
     offsets = [o for o in data.offsets if np.any(s["offset"] == everywhere.index(o) + 1)][:4]
-    figure, panels = plt.subplots(len(offsets), 2, figsize=(11.0, 1.7 + 5.0 * len(offsets)), squeeze=False)
-    high = figure.get_figheight()
-    figure.subplots_adjust(left=0.09, right=0.965, top=1 - 1.55 / high, bottom=0.65 / high, hspace=0.3, wspace=0.22)
     first = data.formulations(offsets[0])[0]
-    plotting.heading(figure, data.title, f"Errors of the relative position, drawn with all errors of both wells; 1, 2, 3{SIGMA} ellipses of the relative covariance "
+    figure, panels = lines_of_two(data, offsets, f"Errors of the relative position, drawn with all errors of both wells; 1, 2, 3{SIGMA} ellipses of the relative covariance "
                      f"({first}).\nThe arrow points along the line between the wells.")
     for line, offset in zip(panels, offsets):
         c = data.covariance
@@ -321,9 +326,7 @@ def cloud(data):
         row = c.row(offset=offset, formulation=formulation, where="report_md_m", of="relative")
         keep = (s["offset"] == everywhere.index(offset) + 1) & (s["md_m"] == row["ref_md_m"])
         x = np.array([s[k][keep] for k in ("north_m", "east_m", "down_m")])
-        nn, ee, vv, ne, nv, ev = (row[e] for e in ELEMENTS)
-        covariance = np.array([[nn, ne, nv], [ne, ee, ev], [nv, ev, vv]])
-        d = np.array([row["distance_north_m"], row["distance_east_m"], row["distance_down_m"]])
+        d, covariance = relative_position(row)
         for ax, (name, p, labels) in zip(line, projections(d)):
             ax.scatter(*(p @ x), s=4, color="#0072B2", alpha=0.35, linewidths=0, rasterized=True)
             flat = p @ covariance @ p.T

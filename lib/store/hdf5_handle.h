@@ -41,8 +41,8 @@ T checked(T result, const char* action, const std::string& object = {}) {
   return result;
 }
 
-/// Why an identifier could not be closed, the first time since it was empty. HDF5 writes what it still
-/// holds of an object when the object is closed, and a destructor cannot throw: who writes to a disk looks here.
+/// Why an identifier could not be closed, the first time since it was empty. HDF5 writes what it still holds of an
+/// object when the object is closed, and a destructor cannot throw: who writes to a disk looks here.
 inline std::string& close_fault() {
   static std::string fault;  // one thread of a program uses HDF5
   return fault;
