@@ -49,7 +49,9 @@ Tables::Tables(const Scenario& scenario)
       least_("least",
              fmt::format("the least separation factor, distance and Mahalanobis distance of each pair of wells; "
                          "kept: separation factor at least 1, k = {:g}, S_m = {:g} m, sigma_pa = {:g} m",
-                         scenario.rule.scale_factor, scenario.rule.surface_margin, scenario.rule.project_ahead)) {}
+                         scenario.rule.scale_factor, scenario.rule.surface_margin, scenario.rule.project_ahead)),
+      covariance_("relative_covariance",
+                  "covariances at the least separation factor and at the depths of report_md_m") {}
 
 void Tables::add(const Pair& pair) {
   for (const ScanDirection direction : s_.directions) {
@@ -144,9 +146,24 @@ void Tables::add_covariance(const Pair& pair, const PairErrors& errors, const st
                  o = errors.offset->covariance_at(p.offset.leg, p.offset.share),
                  c = proximity::relative_covariance(errors, r, o, p.reference.leg, p.reference.share, p.offset.leg,
                                                     p.offset.share);
-  covariances_.push_back({pair.offset->name, errors.formulation, where, p, "relative", c});
-  covariances_.push_back({pair.offset->name, errors.formulation, where, p, "reference", r});
-  covariances_.push_back({pair.offset->name, errors.formulation, where, p, "offset", o});
+  write_covariance(pair.offset->name, errors.formulation, where, p, "relative", c);
+  write_covariance(pair.offset->name, errors.formulation, where, p, "reference", r);
+  write_covariance(pair.offset->name, errors.formulation, where, p, "offset", o);
+}
+
+void Tables::write_covariance(const std::string& offset, const std::string& formulation, const std::string& where,
+                              const PairPoints& p, const std::string& of, const Matrix3d& covariance) {
+  study::TableRows& t = covariance_;
+  write_wells(t, offset, formulation);
+  t.word("where", "report_md_m, or least separation factor", where);
+  t.number("ref_md_m", "m", "measured depth on the reference", p.reference.md);
+  t.number("offset_md_m", "m", "measured depth on the offset", p.offset.md);
+  const Eigen::Vector3d d = p.offset.position - p.reference.position;
+  t.number("distance_north_m", "m", "from the reference to the offset", d.x());
+  t.number("distance_east_m", "m", "from the reference to the offset", d.y());
+  t.number("distance_down_m", "m", "from the reference to the offset", d.z());
+  t.word("of", "relative, reference or offset", of);
+  t.covariance("nev", "covariance, north, east, vertical (down), true north", covariance);
 }
 
 void Tables::add_published(const Pair& pair) {
@@ -223,23 +240,11 @@ std::vector<store::Table> Tables::take(const Reference& reference) {
   add_warnings(reference.well(), reference.non_finite());
   out.push_back(least_.take());
   if (s_.with_rows) out.push_back(clearance_.take());
-  study::TableRows covariance("relative_covariance",
-                              "covariances at the least separation factor and at the depths of report_md_m");
-  study::write_rows(covariance, covariances_, [&](const CovarianceRow& r) {
-    write_wells(covariance, r.offset, r.formulation);
-    covariance.word("where", "report_md_m, or least separation factor", r.where);
-    covariance.number("ref_md_m", "m", "measured depth on the reference", r.points.reference.md);
-    covariance.number("offset_md_m", "m", "measured depth on the offset", r.points.offset.md);
-    covariance.number("distance_north_m", "m", "from the reference to the offset",
-                      r.points.offset.position.x() - r.points.reference.position.x());
-    covariance.number("distance_east_m", "m", "from the reference to the offset",
-                      r.points.offset.position.y() - r.points.reference.position.y());
-    covariance.number("distance_down_m", "m", "from the reference to the offset",
-                      r.points.offset.position.z() - r.points.reference.position.z());
-    covariance.word("of", "relative, reference or offset", r.of);
-    covariance.covariance("nev", "covariance, north, east, vertical (down), true north", r.covariance);
-  });
-  out.push_back(covariance.take());
+  if (covariance_.is_empty()) {
+    write_covariance("", "", "", {}, "", Matrix3d::Zero());
+    covariance_.drop_rows();
+  }
+  out.push_back(covariance_.take());
   out.push_back(parameters_table());
   if (s_.with_rows) out.push_back(paths_table());
   study::TableRows published("published", "published figures; agrees: within the tolerance");

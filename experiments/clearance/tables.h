@@ -21,12 +21,6 @@ class Tables {
   std::vector<store::Table> take(const Reference& reference);
 
  private:
-  struct CovarianceRow {
-    std::string offset, formulation, where;
-    proximity::PairPoints points;
-    std::string of;
-    Eigen::Matrix3d covariance;
-  };
   struct PublishedRow {
     const Published* published;
     std::string quantity;
@@ -44,12 +38,13 @@ class Tables {
                       const proximity::PairPoints& points);
   void add_published(const Pair& pair);
   void add_warnings(const Well& well, const std::vector<propagate::NonFiniteTerm>& non_finite);
+  void write_covariance(const std::string& offset, const std::string& formulation, const std::string& where,
+                        const proximity::PairPoints& points, const std::string& of, const Eigen::Matrix3d& covariance);
   store::Table parameters_table() const;
   store::Table paths_table() const;
 
   const Scenario& s_;
-  study::TableRows clearance_, least_;
-  std::vector<CovarianceRow> covariances_;
+  study::TableRows clearance_, least_, covariance_;
   std::vector<PublishedRow> published_;
   std::vector<WarningRow> warnings_;
 };

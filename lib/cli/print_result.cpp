@@ -16,6 +16,22 @@ namespace {
 
 constexpr const char* kWarningsTable = "warnings";
 
+void print_warning_rows(const store::Table& t) {
+  const auto& severity = std::get<std::vector<std::string>>(t.column("severity").values);
+  const auto& message = std::get<std::vector<std::string>>(t.column("message").values);
+  for (std::size_t row = 0; row < t.rows(); ++row) {
+    std::string point;  // columns of the sweep stand in front
+    for (const store::Column& c : t.columns) {
+      if (c.name == "severity") break;
+      if (const auto* words = std::get_if<std::vector<std::string>>(&c.values))
+        point += store::printable((*words)[row]) + ": ";
+      else
+        point += fmt::format("{} = {:g}: ", c.name, std::get<std::vector<double>>(c.values)[row]);
+    }
+    say(fmt::format("{}: {}{}", severity[row], point, store::printable(message[row])));
+  }
+}
+
 }  // namespace
 
 void say(const std::string& line) { fmt::print("{}\n", on_screen(line, STDOUT_FILENO, 4)); }
@@ -40,19 +56,7 @@ void print_tables(const store::Result& result, const std::string& path, bool fee
 void print_warnings(const store::Result& result) {
   for (const store::Table& t : result.tables) {
     if (t.name != kWarningsTable) continue;
-    const auto& severity = std::get<std::vector<std::string>>(t.column("severity").values);
-    const auto& message = std::get<std::vector<std::string>>(t.column("message").values);
-    for (std::size_t row = 0; row < t.rows(); ++row) {
-      std::string point;  // columns of the sweep stand in front
-      for (const store::Column& c : t.columns) {
-        if (c.name == "severity") break;
-        if (const auto* words = std::get_if<std::vector<std::string>>(&c.values))
-          point += store::printable((*words)[row]) + ": ";
-        else
-          point += fmt::format("{} = {:g}: ", c.name, std::get<std::vector<double>>(c.values)[row]);
-      }
-      say(fmt::format("{}: {}{}", severity[row], point, store::printable(message[row])));
-    }
+    store::for_each_piece(t, [](const store::Table& piece, std::size_t) { print_warning_rows(piece); });
   }
 }
 

@@ -32,6 +32,17 @@ store::Table in_units(const ShowArguments& a, const store::Table& table) {
   return a.units == "ft" ? in_feet(table) : table;
 }
 
+/// Text for the screen; of a table that is not held only the rows that are shown are read.
+std::string formatted(const ShowArguments& a, const store::Table& table) {
+  store::TableFormat format = terminal_format(a);
+  if (table.is_held()) return store::format_table(in_units(a, table), format);
+  const std::size_t shown = std::min(format.most_rows, table.rows());
+  format.left_out = table.rows() - shown;
+  return store::format_table(in_units(a, store::first_and_last(table, shown)), format);
+}
+
+void print_text(const std::string& text) { fmt::print("{}", text); }
+
 /// "36 agree, 2 differ (1 !)": the kinds that occur; "!" counts the verdicts that are not as expected.
 std::string short_words(const VerdictCounts& counts) {
   std::string out;
@@ -161,7 +172,7 @@ void print_json(const ShowArguments& a, const store::Result& r) {
   const auto print_tables = [&](const char* key, const std::vector<store::Table>& tables) {
     fmt::print(",\n\"{}\": [", key);
     for (const store::Table& t : tables)
-      fmt::print("{}\n{}", &t == &tables.front() ? "" : ",", store::to_json(t, !a.list));
+      fmt::print("{}\n", &t == &tables.front() ? "" : ","), store::to_json(t, !a.list, print_text);
     fmt::print("]");
   };
   print_tables("tables", r.tables);
@@ -179,9 +190,12 @@ bool print_one(const ShowArguments& a, const store::Result& r) {
   for (const auto* tables : {&r.tables, &r.samples})
     for (const store::Table& t : *tables) {
       if (t.name != a.name) continue;
-      fmt::print("{}", a.csv    ? store::to_csv(t)
-                       : a.json ? store::to_json(t) + "\n"
-                                : store::format_table(in_units(a, t), terminal_format(a)));
+      if (a.csv)
+        store::to_csv(t, print_text);
+      else if (a.json)
+        store::to_json(t, true, print_text), print_text("\n");
+      else
+        print_text(formatted(a, t));
       return true;
     }
   for (const MapSource& m : maps_of(r)) {
@@ -205,7 +219,7 @@ void show(const ShowArguments& a) {
     } else {
       print_list(a, r);
       for (const store::Table& t : r.tables)
-        if (t.rows() > 0 && !a.list) fmt::print("\n{}", store::format_table(in_units(a, t), terminal_format(a)));
+        if (t.rows() > 0 && !a.list) fmt::print("\n{}", formatted(a, t));
     }
     return;
   }

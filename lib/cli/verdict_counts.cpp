@@ -9,39 +9,47 @@
 
 namespace surveymc::cli {
 
-VerdictCounts count_verdicts(const std::vector<store::Table>& tables) {
-  VerdictCounts counts;
-  for (const store::Table& t : tables) {
-    const std::vector<double>* margin = nullptr;
-    const std::vector<std::string>* expected = nullptr;
-    for (const store::Column& c : t.columns) {
-      if (c.name == "margin") margin = std::get_if<std::vector<double>>(&c.values);
-      if (c.name == "expected") expected = std::get_if<std::vector<std::string>>(&c.values);
+namespace {
+
+void add_verdicts(const store::Table& t, VerdictCounts& counts) {
+  const std::vector<double>* margin = nullptr;
+  const std::vector<std::string>* expected = nullptr;
+  for (const store::Column& c : t.columns) {
+    if (c.name == "margin") margin = std::get_if<std::vector<double>>(&c.values);
+    if (c.name == "expected") expected = std::get_if<std::vector<std::string>>(&c.values);
+  }
+  for (const store::Column& c : t.columns) {
+    if (c.name != "verdict") continue;
+    const auto& words = std::get<std::vector<std::string>>(c.values);
+    const auto number_of = [&](const char* word) {
+      return static_cast<std::size_t>(std::count(words.begin(), words.end(), word));
+    };
+    const auto is_said = [](const std::string& word) { return !word.empty(); };
+    counts.judged = counts.judged || std::any_of(words.begin(), words.end(), is_said) ||
+                    (expected && std::any_of(expected->begin(), expected->end(), is_said));
+    counts.agrees += number_of("agrees");
+    counts.differs += number_of("differs");
+    counts.undecided += number_of("undecided");
+    for (std::size_t i = 0; expected && i < words.size(); ++i) {
+      const std::string& wanted = (*expected)[i];
+      counts.differs_as_expected += wanted == "differs" && words[i] == wanted;
+      counts.unexpected_undecided += !wanted.empty() && words[i] == "undecided" && words[i] != wanted;
     }
-    for (const store::Column& c : t.columns) {
-      if (c.name != "verdict") continue;
-      const auto& words = std::get<std::vector<std::string>>(c.values);
-      const auto number_of = [&](const char* word) {
-        return static_cast<std::size_t>(std::count(words.begin(), words.end(), word));
-      };
-      const auto is_said = [](const std::string& word) { return !word.empty(); };
-      counts.judged = counts.judged || std::any_of(words.begin(), words.end(), is_said) ||
-                      (expected && std::any_of(expected->begin(), expected->end(), is_said));
-      counts.agrees += number_of("agrees");
-      counts.differs += number_of("differs");
-      counts.undecided += number_of("undecided");
-      for (std::size_t i = 0; expected && i < words.size(); ++i) {
-        const std::string& wanted = (*expected)[i];
-        counts.differs_as_expected += wanted == "differs" && words[i] == wanted;
-        counts.unexpected_undecided += !wanted.empty() && words[i] == "undecided" && words[i] != wanted;
-      }
-      for (std::size_t i = 0; margin && i < words.size(); ++i) {
-        if (std::isnan((*margin)[i])) continue;
-        if (words[i] == "agrees") ++counts.agrees_within[(*margin)[i]];
-        if (words[i] == "differs") ++counts.differs_beyond[(*margin)[i]];
-      }
+    for (std::size_t i = 0; margin && i < words.size(); ++i) {
+      if (std::isnan((*margin)[i])) continue;
+      if (words[i] == "agrees") ++counts.agrees_within[(*margin)[i]];
+      if (words[i] == "differs") ++counts.differs_beyond[(*margin)[i]];
     }
   }
+}
+
+}  // namespace
+
+VerdictCounts count_verdicts(const std::vector<store::Table>& tables) {
+  VerdictCounts counts;
+  for (const store::Table& t : tables)
+    if (std::any_of(t.columns.begin(), t.columns.end(), [](const store::Column& c) { return c.name == "verdict"; }))
+      store::for_each_piece(t, [&](const store::Table& piece, std::size_t) { add_verdicts(piece, counts); });
   counts.unexpected = study::unexpected_verdicts(tables).size();
   return counts;
 }

@@ -106,6 +106,7 @@ survey::Survey survey_from_table(const InputTable& table, const SurveyConvention
     return column[q] < 0 ? 0.0 : table.columns[static_cast<std::size_t>(column[q])][row];
   };
   survey::Survey survey;
+  survey.stations.reserve(table.rows());
   for (std::size_t row = 0; row < table.rows(); ++row)
     survey.stations.push_back({cell(0, row) * factor[0], cell(1, row) * factor[1], cell(2, row) * factor[2] + to_true,
                                cell(3, row) * kDegree + to_y});

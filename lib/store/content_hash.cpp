@@ -40,7 +40,17 @@ class Hasher {
     add(std::uint64_t{values.index()});
     std::visit([&](const auto& v) { add(v); }, values);
   }
-  void add(const Column& c) { add(c.name, c.unit, c.long_name, c.ancillary, c.values); }
+  void add(const Column& c) {
+    add(c.name, c.unit, c.long_name, c.ancillary);
+    add(std::uint64_t{c.values.index()}, std::uint64_t{c.size()});
+    c.for_each_piece([&](const Values& piece) {
+      std::visit(
+          [&](const auto& values) {
+            for (const auto& v : values) add(v);
+          },
+          piece);
+    });
+  }
   void add(const Axis& a) { add(a.name, a.unit, a.long_name, a.values); }
   void add(const Table& t) { add(t.name, t.long_name, t.columns); }
   void add(const InputData& i) { add(i.path, i.hash, i.table.long_name, i.table.columns); }

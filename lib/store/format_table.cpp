@@ -296,12 +296,12 @@ std::string lines_of(const Blocks& blocks, const Blocks& above, std::size_t rows
     out += line(blocks, [](const Block& b) { return b.unit; });
   }
   out += std::string(lines_width(blocks), '-') + '\n';
-  const std::size_t left_out = rows > most_rows ? rows - most_rows : 0, first = (most_rows + 1) / 2;
+  const std::size_t too_many = rows > most_rows ? rows - most_rows : 0, left_out = too_many + format.left_out;
+  const std::size_t first = (std::min(rows, most_rows) + 1) / 2;
   for (std::size_t i = 0; i < rows; ++i) {
     if (left_out > 0 && i == first) {
-      out += fmt::format("... {} of {} rows left out ...\n", left_out, rows);
-      i += left_out - 1;
-      continue;
+      out += fmt::format("... {} of {} rows left out ...\n", left_out, rows + format.left_out);
+      i += too_many;
     }
     if (!above.empty()) {
       const std::string own = group_line(above, i, format);

@@ -13,16 +13,17 @@ std::string element(double x) { return json_number(x); }
 std::string element(std::int64_t x) { return fmt::format("{}", x); }
 std::string element(const std::string& x) { return json_string(x); }
 
+/// Values with commas between them.
 template <class Variant>
-std::string array(const Variant& values) {
+std::string elements(const Variant& values) {
   return std::visit(
       [](const auto& list) {
-        std::string out = "[";
+        std::string out;
         for (std::size_t i = 0; i < list.size(); ++i) {
           if (i > 0) out += ',';
           out += element(list[i]);
         }
-        return out + "]";
+        return out;
       },
       values);
 }
@@ -53,23 +54,40 @@ std::string json_number(double x) {
   return fmt::format("{}", x);
 }
 
-std::string to_json(const Table& table, bool with_values) {
-  std::string out = fmt::format("{{\"name\": {}, \"long_name\": {}, \"rows\": {}, \"columns\": [",
-                                json_string(table.name), json_string(table.long_name), table.rows());
+void to_json(const Table& table, bool with_values, const std::function<void(const std::string&)>& write) {
+  write(fmt::format("{{\"name\": {}, \"long_name\": {}, \"rows\": {}, \"columns\": [", json_string(table.name),
+                    json_string(table.long_name), table.rows()));
   for (const Column& c : table.columns) {
-    out += fmt::format("{}\n  {{{}", &c == &table.columns.front() ? "" : ",", described(c.name, c.unit, c.long_name));
-    if (!c.ancillary.empty()) out += ", \"ancillary\": " + json_string(c.ancillary);
-    if (with_values) out += ", \"values\": " + array(c.values);
-    out += "}";
+    write(fmt::format("{}\n  {{{}", &c == &table.columns.front() ? "" : ",", described(c.name, c.unit, c.long_name)));
+    if (!c.ancillary.empty()) write(", \"ancillary\": " + json_string(c.ancillary));
+    if (with_values) {
+      write(", \"values\": [");
+      bool any = false;
+      c.for_each_piece([&](const Values& piece) {
+        const std::string text = elements(piece);
+        if (any && !text.empty()) write(",");
+        any = any || !text.empty();
+        write(text);
+      });
+      write("]");
+    }
+    write("}");
   }
-  return out + "]}";
+  write("]}");
+}
+
+std::string to_json(const Table& table, bool with_values) {
+  std::string all;
+  to_json(table, with_values, [&](const std::string& text) { all += text; });
+  return all;
 }
 
 std::string map_members_json(const Map& map) {
   std::string axes, shape;
   for (const Axis& a : map.axes) {
     const std::string separator = axes.empty() ? "" : ", ";
-    axes += separator + fmt::format("{{{}, \"values\": {}}}", described(a.name, a.unit, a.long_name), array(a.values));
+    axes +=
+        separator + fmt::format("{{{}, \"values\": [{}]}}", described(a.name, a.unit, a.long_name), elements(a.values));
     shape += separator + fmt::format("{}", std::visit([](const auto& v) { return v.size(); }, a.values));
   }
   return fmt::format("{}, \"shape\": [{}], \"axes\": [{}]", described(map.name, map.unit, map.long_name), shape, axes);

@@ -16,6 +16,8 @@ std::string json_number(double x);
 /// pure number and "" for text. A column with an interval also has "ancillary": the names of its ends. `with_values`:
 /// false leaves "values" out.
 std::string to_json(const Table& table, bool with_values = true);
+/// The same in pieces, of which none is a long table's whole.
+void to_json(const Table& table, bool with_values, const std::function<void(const std::string& text)>& write);
 
 /// All members of a map but its values: "name": ..., "unit", "long_name", "axes": [{"name", "unit", "long_name",
 /// "values"}, ...], "shape": [...]; without the braces around them, because values may follow.

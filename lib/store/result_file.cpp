@@ -17,8 +17,9 @@
 
 // How a file is made: HDF5 builds it in memory (result_writer.h), a seal is added at its end (seal.h), then plain
 // write() puts it on the disk under a temporary name (atomic_file.h). So a full disk is an error of our write(), and
-// does not leave HDF5 with a file that it can neither flush nor close. Only a result with streamed maps, which may be
-// larger than the memory, is made by HDF5 in the temporary file itself. result_reader.cpp reads files.
+// does not leave HDF5 with a file that it can neither flush nor close. Only a large result, or one with
+// streamed maps, is made by HDF5 in the temporary file itself. result_reader.cpp
+// reads files.
 
 namespace surveymc::store {
 namespace {
@@ -51,14 +52,30 @@ void refuse_foreign_file(const fs::path& path, const fs::path& target) {
   }
 }
 
+/// About as many bytes as the file has: values, and what HDF5 says of a column.
+std::uintmax_t size_of(const Result& result) {
+  constexpr std::uintmax_t kColumn = 2000;
+  const auto of_table = [](const Table& t) { return t.columns.size() * (t.rows() * sizeof(double) + kColumn); };
+  std::uintmax_t bytes = 0;
+  for (const auto* tables : {&result.tables, &result.samples})
+    for (const Table& t : *tables) bytes += of_table(t);
+  for (const InputData& i : result.inputs) bytes += of_table(i.table);
+  for (const Map& m : result.maps) bytes += m.values.size() * sizeof(double);
+  for (const MapStream& s : result.streams)
+    for (const Map& m : s.maps) bytes += map_size(m) * sizeof(double);
+  return bytes;
+}
+
+bool is_too_large_to_hold(const Result& result) {
+  constexpr std::uintmax_t kMostInMemory = std::uintmax_t{64} << 20;
+  return !result.streams.empty() || size_of(result) > kMostInMemory;
+}
+
 /// Throws IoError if the disk is too full, before hours of streaming.
 void require_space(const fs::path& target, const Result& result) {
-  std::uintmax_t needed = 0;
-  for (const MapStream& s : result.streams)
-    for (const Map& m : s.maps) needed += map_size(m) * sizeof(double);
   std::error_code error;
   const fs::space_info space = fs::space(folder_of(target), error);
-  if (error || space.available >= needed) return;
+  if (error || space.available >= size_of(result)) return;
   throw std::system_error(ENOSPC, std::generic_category());
 }
 
@@ -98,7 +115,7 @@ void write_result(const fs::path& path, const Result& result) {
   const fs::path target = target_of(path);
   refuse_foreign_file(path, target);
   try {
-    if (!result.streams.empty()) {
+    if (is_too_large_to_hold(result)) {
       require_space(target, result);
       AtomicFile file(target);
       write_file(file.temporary_path(), result);

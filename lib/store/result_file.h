@@ -46,6 +46,8 @@ struct Result {
 
 /// Values of a stream that are made, hashed and written at a time, at most: 2 MB.
 inline constexpr std::size_t kStreamPiece = std::size_t{1} << 18;
+/// read_result() leaves longer tables on the disk.
+inline constexpr std::size_t kMostHeldRows = std::size_t{1} << 16;
 /// read_result() returns a map as a stream if it has more values than this (128 MB).
 inline constexpr std::size_t kMostHeldValues = std::size_t{1} << 24;
 
@@ -65,13 +67,14 @@ void check_output_path(const std::filesystem::path& path);
 /// An existing file stays untouched on any error. Throws IoError with path and reason, also if that file is not a
 /// surveymc result, and std::logic_error if the result is malformed (columns of different length, a name twice).
 /// NaN is a missing value; bytes that are not UTF-8 are stored as U+FFFD.
-/// A result with streams is written in pieces and needs no more memory than one piece of each stream. Exceptions of the
-/// streams (Interrupted) pass through and leave no file. Streamed maps are computed once.
+/// A result with streams or with rows on the disk is written in pieces and needs no more memory than one piece of each.
+/// Exceptions of the streams (Interrupted) pass through and leave no file. Streamed maps are computed once.
 void write_result(const std::filesystem::path& path, const Result& result);
 
 /// Reads a file written by write_result. Throws IoError if it is missing, truncated, or not a surveymc result of a
 /// known format version, or if it is damaged or edited: its contents do not match its content_hash or its checksum.
-/// Large maps come as one stream each, which reads from the file: the file must not change meanwhile.
+/// Large maps come as one stream each, and long tables stay on the disk: both read from the file, which must not change
+/// meanwhile.
 Result read_result(const std::filesystem::path& path);
 
 /// Version of the HDF5 library that the program runs with, "1.10.8".

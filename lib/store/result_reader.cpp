@@ -106,21 +106,67 @@ std::vector<T> values(hid_t d, hid_t type, std::size_t count, const std::string&
   return out;
 }
 
+/// Values first .. first + count - 1 of a list.
+template <class T>
+std::vector<T> values(hid_t d, hid_t type, std::size_t first, std::size_t count, const std::string& link) {
+  std::vector<T> out(count);
+  const Handle space(H5Dget_space(d), "read the shape of", link);
+  const hsize_t start = first, length = count;
+  checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, &start, nullptr, &length, nullptr), "select a part of", link);
+  const Handle memory(H5Screate_simple(1, &length, nullptr), "make a dataspace");
+  checked(H5Dread(d, type, memory, space, H5P_DEFAULT, out.data()), "read", link);
+  return out;
+}
+
+std::vector<std::string> texts(hid_t d, std::size_t first, std::size_t count, const std::string& link) {
+  const Handle type(H5Dget_type(d), "read the type of", link);
+  if (H5Tis_variable_str(type) <= 0) throw Hdf5Failure(link + " does not hold variable-length strings");
+  if (count == 0) return {};
+  std::vector<char*> pointers = values<char*>(d, type, first, count, link);
+  std::vector<std::string> out;
+  out.reserve(count);
+  for (const char* p : pointers) out.emplace_back(p ? p : "");
+  const hsize_t length = count;
+  const Handle memory(H5Screate_simple(1, &length, nullptr), "make a dataspace");
+  H5Dvlen_reclaim(type, memory, H5P_DEFAULT, pointers.data());
+  return out;
+}
+
 std::vector<double> numbers(hid_t d, std::size_t count, const std::string& link) {
   return values<double>(d, H5T_NATIVE_DOUBLE, count, link);
 }
 
-std::vector<std::string> texts(hid_t d, std::size_t count, const std::string& link) {
-  const Handle type(H5Dget_type(d), "read the type of", link);
-  if (H5Tis_variable_str(type) <= 0) throw Hdf5Failure(link + " does not hold variable-length strings");
-  std::vector<char*> pointers = values<char*>(d, type, count, link);
-  std::vector<std::string> out;
-  out.reserve(count);
-  for (const char* p : pointers) out.emplace_back(p ? p : "");
-  const Handle space(H5Dget_space(d), "read the shape of", link);
-  H5Dvlen_reclaim(type, space, H5P_DEFAULT, pointers.data());
-  return out;
-}
+std::vector<std::string> texts(hid_t d, std::size_t count, const std::string& link) { return texts(d, 0, count, link); }
+
+/// A long column of a file, which is held open.
+class FileValues final : public DiskValues {
+ public:
+  FileValues(std::shared_ptr<Handle> file, std::string file_name, std::string dataset_name, std::size_t size,
+             H5T_class_t type)
+      : file_(std::move(file)),
+        file_name_(std::move(file_name)),
+        dataset_name_(std::move(dataset_name)),
+        size_(size),
+        type_(type) {}
+
+  std::size_t size() const override { return size_; }
+  Values read(std::size_t first, std::size_t count) const override {
+    try {
+      const Handle d = dataset(*file_, dataset_name_);
+      if (type_ == H5T_STRING) return texts(d, first, count, dataset_name_);
+      if (type_ == H5T_INTEGER) return values<std::int64_t>(d, H5T_NATIVE_INT64, first, count, dataset_name_);
+      return values<double>(d, H5T_NATIVE_DOUBLE, first, count, dataset_name_);
+    } catch (const Hdf5Failure& e) {
+      throw IoError(fmt::format("{}: {}", file_name_, e.what()));
+    }
+  }
+
+ private:
+  std::shared_ptr<Handle> file_;
+  std::string file_name_, dataset_name_;
+  std::size_t size_;
+  H5T_class_t type_;
+};
 
 /// The dimension scale of one dimension of a map.
 Handle scale(hid_t map, unsigned dimension, const std::string& map_name) {
@@ -209,7 +255,7 @@ class Reader {
   std::vector<Table> tables(const std::string& parent) const {
     const Handle all = group(file_, parent);
     std::vector<Table> out;
-    for (const std::string& link : links(all)) out.push_back(table(group(all, link), link));
+    for (const std::string& link : links(all)) out.push_back(table(group(all, link), link, "/" + parent + "/" + link));
     return out;
   }
 
@@ -233,17 +279,18 @@ class Reader {
     return out;
   }
 
-  Table table(hid_t g, const std::string& name) const {
+  /// With a path in the file, long columns stay on the disk.
+  Table table(hid_t g, const std::string& name, const std::string& path = "") const {
     Table t{name, text_or(g, "long_name", "")};
     for (const std::string& link : links(g)) {
       if (link == kRow) continue;
-      t.columns.push_back(column(g, link));
+      t.columns.push_back(column(g, link, path));
       if (t.columns.back().size() != t.rows()) throw Hdf5Failure("columns of " + name + " differ in length");
     }
     return t;
   }
 
-  Column column(hid_t g, const std::string& link) const {
+  Column column(hid_t g, const std::string& link, const std::string& path) const {
     const Handle d = dataset(g, link);
     Column c{text_or(d, kOriginalName, link),
              text_or(d, "units", ""),
@@ -251,15 +298,18 @@ class Reader {
              {},
              text_or(d, "ancillary_variables", "")};
     const std::size_t count = length(d, link);
-    switch (type_class(d, link)) {
+    const H5T_class_t type = type_class(d, link);
+    const bool stays = !path.empty() && count > kMostHeldRows;
+    if (stays) c.on_disk = std::make_shared<FileValues>(open_file_, path_.string(), path + "/" + link, count, type);
+    switch (type) {
       case H5T_FLOAT:
-        c.values = numbers(d, count, link);
+        c.values = numbers(d, stays ? 0 : count, link);
         break;
       case H5T_INTEGER:
-        c.values = values<std::int64_t>(d, H5T_NATIVE_INT64, count, link);
+        c.values = values<std::int64_t>(d, H5T_NATIVE_INT64, stays ? 0 : count, link);
         break;
       case H5T_STRING:
-        c.values = texts(d, count, link);
+        c.values = texts(d, stays ? 0 : count, link);
         break;
       default:
         throw Hdf5Failure(link + " holds neither numbers nor text");

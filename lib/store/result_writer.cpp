@@ -5,11 +5,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -61,6 +64,21 @@ Handle disk_file(const std::filesystem::path& path) {
   return Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation_properties(H5P_FILE_CREATE), access), "start the file");
 }
 
+/// 0, 1, 2, ...
+class RowNumbers final : public DiskValues {
+ public:
+  explicit RowNumbers(std::size_t rows) : rows_(rows) {}
+  std::size_t size() const override { return rows_; }
+  Values read(std::size_t first, std::size_t count) const override {
+    std::vector<std::int64_t> numbers(count);
+    std::iota(numbers.begin(), numbers.end(), static_cast<std::int64_t>(first));
+    return numbers;
+  }
+
+ private:
+  std::size_t rows_;
+};
+
 class Writer {
  public:
   void write(hid_t file, const Result& result) {
@@ -105,41 +123,81 @@ class Writer {
     return Handle(H5Gcreate2(parent, link.c_str(), H5P_DEFAULT, group_properties_, H5P_DEFAULT), "create group", link);
   }
 
-  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<double>& values) {
+  /// Calls use(values) with the values as HDF5 stores them.
+  static void in_stored_form(const std::vector<double>& values, const std::function<void(const void*)>& use) {
     std::vector<double> canonical(values.size());
     std::transform(values.begin(), values.end(), canonical.begin(), canonical_number);
-    return dataset(parent, link, dims, H5T_NATIVE_DOUBLE, canonical.data());
+    use(canonical.data());
   }
-  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<std::int64_t>& values) {
-    return dataset(parent, link, dims, H5T_NATIVE_INT64, values.data());
+  static void in_stored_form(const std::vector<std::int64_t>& values, const std::function<void(const void*)>& use) {
+    use(values.data());
   }
-  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<std::string>& values) {
+  static void in_stored_form(const std::vector<std::string>& values, const std::function<void(const void*)>& use) {
     std::vector<std::string> canonical(values.size());
     std::transform(values.begin(), values.end(), canonical.begin(), canonical_text);
     std::vector<const char*> pointers;
     for (const std::string& s : canonical) pointers.push_back(s.c_str());
-    return dataset(parent, link, dims, text_, pointers.data());
+    use(pointers.data());
+  }
+
+  hid_t type_of(const std::vector<double>&) const { return H5T_NATIVE_DOUBLE; }
+  hid_t type_of(const std::vector<std::int64_t>&) const { return H5T_NATIVE_INT64; }
+  hid_t type_of(const std::vector<std::string>&) const { return text_; }
+
+  template <class T>
+  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<T>& values) {
+    Handle d = empty_dataset(parent, link, dims, type_of(values));
+    if (!values.empty())  // H5Dwrite refuses a null pointer
+      in_stored_form(values, [&](const void* stored) {
+        checked(H5Dwrite(d, type_of(values), H5S_ALL, H5S_ALL, H5P_DEFAULT, stored), "write dataset", link);
+      });
+    return d;
   }
   template <class... V>
   Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::variant<V...>& values) {
     return std::visit([&](const auto& v) { return dataset(parent, link, dims, v); }, values);
   }
-  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, hid_t type, const void* values) {
+  Handle empty_dataset(hid_t parent, const std::string& link, const Dims& dims, hid_t type) {
     const Handle space(
         dims.empty() ? H5Screate(H5S_SCALAR) : H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr),
         "make a dataspace for", link);
-    Handle d(H5Dcreate2(parent, link.c_str(), type, space, H5P_DEFAULT, dataset_properties_, H5P_DEFAULT),
-             "create dataset", link);
-    if (H5Sget_simple_extent_npoints(space) > 0) {  // without any, `values` may be null, which H5Dwrite refuses
-      checked(H5Dwrite(d, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), "write dataset", link);
-    }
+    return Handle(H5Dcreate2(parent, link.c_str(), type, space, H5P_DEFAULT, dataset_properties_, H5P_DEFAULT),
+                  "create dataset", link);
+  }
+
+  /// Values that are partly on the disk, in pieces.
+  Handle dataset(hid_t parent, const std::string& link, const Column& c) {
+    const hid_t type = std::visit([&](const auto& v) { return type_of(v); }, c.values);
+    Handle d = empty_dataset(parent, link, {c.size()}, type);
+    const Handle space(H5Dget_space(d), "read the shape of", link);
+    hsize_t at = 0;
+    c.for_each_piece([&](const Values& piece) {
+      const hsize_t count = std::visit([](const auto& v) { return v.size(); }, piece);
+      if (count == 0) return;
+      checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, &at, nullptr, &count, nullptr), "select a part of", link);
+      const Handle memory(H5Screate_simple(1, &count, nullptr), "make a dataspace");
+      std::visit(
+          [&](const auto& v) {
+            in_stored_form(v, [&](const void* values) {
+              checked(H5Dwrite(d, type, memory, space, H5P_DEFAULT, values), "write", link);
+            });
+          },
+          piece);
+      at += count;
+    });
     return d;
+  }
+  template <class Quantity>
+  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const Quantity& q) {
+    if constexpr (std::is_same_v<Quantity, Column>)
+      if (q.on_disk) return dataset(parent, link, q);
+    return dataset(parent, link, dims, q.values);
   }
 
   /// A Column, Axis or Map as a dataset that says what it is.
   template <class Quantity>
   Handle described(hid_t parent, const std::string& link, const Dims& dims, const Quantity& q) {
-    Handle d = dataset(parent, link, dims, q.values);
+    Handle d = dataset(parent, link, dims, q);
     if (!q.unit.empty()) attribute(d, "units", q.unit);  // none for a label: `units` of "" would call it a pure number
     attribute(d, "long_name", q.long_name);
     if (link != canonical_text(q.name)) attribute(d, kOriginalName, q.name);
@@ -174,10 +232,14 @@ class Writer {
 
   void write_columns(hid_t g, const Table& table) {
     attribute(g, "long_name", table.long_name);
-    std::vector<std::int64_t> numbers(table.rows());
-    std::iota(numbers.begin(), numbers.end(), 0);
-    const Dims dims = {numbers.size()};
-    const Handle row = described(g, kRow, dims, Column{kRow, "1", "row number, from 0", numbers});
+    const Dims dims = {table.rows()};
+    const auto numbers = std::make_shared<RowNumbers>(table.rows());
+    Column row_numbers{kRow, "1", "row number, from 0", std::vector<std::int64_t>{}};
+    if (table.is_held())
+      row_numbers.values = numbers->read(0, table.rows());
+    else
+      row_numbers.on_disk = numbers;
+    const Handle row = described(g, kRow, dims, row_numbers);
     checked(H5DSset_scale(row, kRow), "make the dimension scale of", table.name);
 
     std::set<std::string> taken = {kRow};
@@ -268,11 +330,7 @@ class Writer {
   }
 
   Handle empty_dataset(hid_t all, const Map& m) {
-    const Dims dims = shape(m);
-    const Handle space(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), "make a dataspace for",
-                       m.name);
-    Handle d(H5Dcreate2(all, m.name.c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, dataset_properties_, H5P_DEFAULT),
-             "create dataset", m.name);
+    Handle d = empty_dataset(all, m.name, shape(m), H5T_NATIVE_DOUBLE);
     if (!m.unit.empty()) attribute(d, "units", m.unit);
     attribute(d, "long_name", m.long_name);
     return d;

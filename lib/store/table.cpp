@@ -1,12 +1,16 @@
 #include "store/table.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
+
+#include "store/row_spool.h"
 
 namespace surveymc::store {
 namespace {
@@ -44,10 +48,18 @@ std::string printable(std::string text) {
 }
 
 std::size_t Column::size() const {
-  return std::visit([](const auto& v) { return v.size(); }, values);
+  return (on_disk ? on_disk->size() : 0) + std::visit([](const auto& v) { return v.size(); }, values);
+}
+
+void Column::for_each_piece(const std::function<void(const Values&)>& visit) const {
+  const std::size_t before = on_disk ? on_disk->size() : 0;
+  for (std::size_t at = 0; at < before; at += kPieceRows) visit(on_disk->read(at, std::min(kPieceRows, before - at)));
+  visit(values);
 }
 
 std::size_t Table::rows() const { return columns.empty() ? 0 : columns.front().size(); }
+
+bool Table::is_held() const { return columns.empty() || !columns.front().on_disk; }
 
 const Column& Table::column(const std::string& column_name) const {
   for (const Column& c : columns) {
@@ -62,36 +74,84 @@ std::size_t map_size(const Map& map) {
   return n;
 }
 
-void append_rows(Table& table, const Table& more) {
-  assert(table.columns.size() == more.columns.size());
-  for (std::size_t i = 0; i < table.columns.size(); ++i) {
-    assert(table.columns[i].name == more.columns[i].name);
+Table rows_of(const Table& table, std::size_t first, std::size_t count) {
+  Table part{table.name, table.long_name};
+  for (const Column& c : table.columns) {
+    const std::size_t before = c.on_disk ? c.on_disk->size() : 0;
+    const std::size_t from_disk = first < before ? std::min(count, before - first) : 0;
+    Column& own = part.columns.emplace_back(Column{c.name, c.unit, c.long_name, {}, c.ancillary});
+    if (from_disk > 0) own.values = c.on_disk->read(first, from_disk);
     std::visit(
-        [&](auto& values) {
-          const auto added = std::get<std::decay_t<decltype(values)>>(more.columns[i].values);  // a copy: may be itself
-          values.insert(values.end(), added.begin(), added.end());
+        [&](const auto& held) {
+          using List = std::decay_t<decltype(held)>;
+          if (from_disk == 0) own.values = List{};
+          const auto begin = held.begin() + static_cast<std::ptrdiff_t>(first + from_disk - before);
+          auto& values = std::get<List>(own.values);
+          if (from_disk < count)
+            values.insert(values.end(), begin, begin + static_cast<std::ptrdiff_t>(count - from_disk));
         },
-        table.columns[i].values);
+        c.values);
   }
+  return part;
 }
 
-std::string to_csv(const Table& table) {
-  if (table.columns.empty()) return "";
-  const auto add_line = [&](std::string& out, const auto& text_of) {
+Table first_and_last(const Table& table, std::size_t count) {
+  const std::size_t rows = table.rows(), last = std::min(count, rows) / 2, first = std::min(count, rows) - last;
+  Table shown = rows_of(table, 0, first);
+  append_rows(shown, rows_of(table, rows - last, last));
+  return shown;
+}
+
+void for_each_piece(const Table& table, const std::function<void(const Table& piece, std::size_t first)>& visit) {
+  if (table.is_held()) return visit(table, 0);
+  const std::size_t rows = table.rows();
+  for (std::size_t at = 0; at < rows; at += kPieceRows) visit(rows_of(table, at, std::min(kPieceRows, rows - at)), at);
+}
+
+void append_rows(Table& table, const Table& more) {
+  for_each_piece(more, [&](const Table& piece, std::size_t) {
+    assert(table.columns.size() == piece.columns.size());
+    for (std::size_t i = 0; i < table.columns.size(); ++i) {
+      assert(table.columns[i].name == piece.columns[i].name);
+      std::visit(
+          [&](auto& values) {
+            const auto added =
+                std::get<std::decay_t<decltype(values)>>(piece.columns[i].values);  // a copy: may be itself
+            values.insert(values.end(), added.begin(), added.end());
+          },
+          table.columns[i].values);
+    }
+    hold_less(table);
+  });
+}
+
+void to_csv(const Table& table, const std::function<void(const std::string& lines)>& write) {
+  if (table.columns.empty()) return;
+  const auto add_line = [](const Table& t, std::string& out, const auto& text_of) {
     std::string csv_line;
-    for (const Column& c : table.columns) {
-      if (&c != &table.columns.front()) csv_line += ',';
+    for (const Column& c : t.columns) {
+      if (&c != &t.columns.front()) csv_line += ',';
       csv_line += text_of(c);
     }
     if (csv_line.empty()) csv_line = "\"\"";  // one column, no value: readers skip an empty line
     out += csv_line + '\n';
   };
   std::string out;
-  add_line(out, [](const Column& c) { return csv_text(c.name); });
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    add_line(out, [i](const Column& c) { return csv_cell(c, i); });
-  }
-  return out;
+  add_line(table, out, [](const Column& c) { return csv_text(c.name); });
+  for_each_piece(table, [&](const Table& piece, std::size_t) {
+    for (std::size_t i = 0; i < piece.rows(); ++i) {
+      add_line(piece, out, [i](const Column& c) { return csv_cell(c, i); });
+      constexpr std::size_t kLongText = std::size_t{1} << 20;
+      if (out.size() > kLongText) write(std::exchange(out, {}));
+    }
+  });
+  write(out);
+}
+
+std::string to_csv(const Table& table) {
+  std::string all;
+  to_csv(table, [&](const std::string& lines) { all += lines; });
+  return all;
 }
 
 }  // namespace surveymc::store

@@ -4,28 +4,46 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
 
 namespace surveymc::store {
 
-/// One column of a table. All columns of a table have one length.
-struct Column {
-  std::string name;       ///< identifier; a quantity with a unit ends in it (`md_m`)
-  std::string unit;       ///< "1" for a pure number, "" for text
-  std::string long_name;  ///< one line for a reader
-  std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::string>> values;
-  std::string ancillary = {};  ///< names of the interval columns, separated by a space ("x_ci_low x_ci_high")
+using Values = std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::string>>;
 
-  std::size_t size() const;
+/// Values of a column that are kept on the disk.
+class DiskValues {
+ public:
+  virtual ~DiskValues() = default;
+  virtual std::size_t size() const = 0;
+  /// Values first .. first + count - 1. Throws IoError.
+  virtual Values read(std::size_t first, std::size_t count) const = 0;
 };
 
+/// One column of a table. All columns of a table have one length.
+struct Column {
+  std::string name;            ///< identifier; a quantity with a unit ends in it (`md_m`)
+  std::string unit;            ///< "1" for a pure number, "" for text
+  std::string long_name;       ///< one line for a reader
+  Values values;               ///< all of them, unless the table is too long to be held: then the last ones
+  std::string ancillary = {};  ///< names of the interval columns, separated by a space ("x_ci_low x_ci_high")
+  std::shared_ptr<const DiskValues> on_disk = {};  ///< those in front of `values`, of the kind of `values`
+
+  std::size_t size() const;
+  /// Calls visit(values) for all values, in order: in pieces those on the disk, then those that are held.
+  void for_each_piece(const std::function<void(const Values&)>& visit) const;
+};
+
+/// A table that is built row by row may get too long for the memory: move_to_disk() of store/row_spool.h. Whoever makes
+/// a table reads its `values`; whoever is given one that may be long goes through it by for_each_piece() and rows_of().
 struct Table {
   std::string name, long_name;
   std::vector<Column> columns = {};
 
   std::size_t rows() const;  ///< 0 without columns
+  bool is_held() const;      ///< no row is on the disk
   /// Throws std::out_of_range when there is no such column.
   const Column& column(const std::string& column_name) const;
 };
@@ -55,7 +73,17 @@ struct MapStream {
 /// Product of the axes' lengths: how many values a map has.
 std::size_t map_size(const Map& map);
 
-/// Rows of `more` below those of `table`. Both have the same columns (asserted).
+/// Rows first .. first + count - 1 as a table that is held.
+Table rows_of(const Table& table, std::size_t first, std::size_t count);
+
+/// The first and the last `count` rows together, as a table that is held.
+Table first_and_last(const Table& table, std::size_t count);
+
+/// Calls visit(piece, first) for all rows, in order; every piece is held, and begins with row `first`. A table that is
+/// held is one piece.
+void for_each_piece(const Table& table, const std::function<void(const Table& piece, std::size_t first)>& visit);
+
+/// Rows of `more` below those of `table`, which has the same columns (asserted). What gets too long goes to the disk.
 void append_rows(Table& table, const Table& more);
 
 /// Text that is safe on a terminal and in a row: control characters become spaces.
@@ -68,6 +96,7 @@ struct TableFormat {
   bool fold = false;        ///< title and notes are folded at the width
   std::size_t most_rows =
       std::numeric_limits<std::size_t>::max();  ///< the first and the last so many, if there are more
+  std::size_t left_out = 0;                     ///< rows that are missing behind the first half: first_and_last()
 };
 
 /// Aligned text for a terminal: a title line, column names with units, one line a row. Numbers have 6 significant
@@ -76,16 +105,20 @@ struct TableFormat {
 /// `expected` one is marked "(!)". If the rows get too wide, counts and margins that are the same in all rows go to a
 /// line of their own and sentences become footnotes, but for those that name the row. In a split table, names that take
 /// more than half of the width stand in lines of their own above the rows that have them.
+/// The table must be held.
 std::string format_table(const Table& table, const TableFormat& format = {});
 
 /// `text` in lines of at most `widest` letters, broken at blanks; lines after the first begin with `indent` blanks. A
 /// word that is longer stays whole.
 std::string folded(const std::string& text, std::size_t widest, std::size_t indent = 0);
 
-/// RFC 4180 text, but with lines that end in LF: names in the first line, numbers with the fewest digits that read back
-/// to the same bits, NaN as an empty cell.
 /// Length of the longest line of a text, in bytes.
 std::size_t longest_line(const std::string& text);
+
+/// RFC 4180 text, but with lines that end in LF: names in the first line, numbers with the fewest digits that read back
+/// to the same bits, NaN as an empty cell.
 std::string to_csv(const Table& table);
+/// The same in pieces of some thousand lines.
+void to_csv(const Table& table, const std::function<void(const std::string& lines)>& write);
 
 }  // namespace surveymc::store

@@ -231,29 +231,35 @@ store::Table published_fit_table(const std::vector<ComparisonRow>& rows) {
   return t.take();
 }
 
+namespace {
+
+void add_unexpected(const store::Table& t, std::vector<std::string>& found) {
+  const auto& v = std::get<std::vector<std::string>>(t.column("verdict").values);
+  const auto& e = std::get<std::vector<std::string>>(t.column("expected").values);
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (e[i].empty() || e[i] == v[i]) continue;
+    std::string place = t.name;  // the columns up to `quantity` say which row it is
+    for (const store::Column& c : t.columns) {
+      if (c.name == "unit" || c.name == "semi_major_m") break;
+      if (const auto* words = std::get_if<std::vector<std::string>>(&c.values))
+        place += " " + (*words)[i];
+      else if (const auto* values = std::get_if<std::vector<double>>(&c.values))
+        place += fmt::format(" {} = {:g}", c.name, (*values)[i]);
+    }
+    found.push_back(fmt::format("{}: {}, expected {}", place, v[i].empty() ? "no verdict" : v[i], e[i]));
+  }
+}
+
+}  // namespace
+
 std::vector<std::string> unexpected_verdicts(const std::vector<store::Table>& tables) {
   std::vector<std::string> found;
   for (const store::Table& t : tables) {
-    const store::Column *verdict = nullptr, *expected = nullptr;
-    for (const store::Column& c : t.columns) {
-      if (c.name == "verdict") verdict = &c;
-      if (c.name == "expected") expected = &c;
-    }
-    if (!verdict || !expected) continue;
-    const auto& v = std::get<std::vector<std::string>>(verdict->values);
-    const auto& e = std::get<std::vector<std::string>>(expected->values);
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      if (e[i].empty() || e[i] == v[i]) continue;
-      std::string place = t.name;  // the columns up to `quantity` say which row it is
-      for (const store::Column& c : t.columns) {
-        if (c.name == "unit" || c.name == "semi_major_m") break;
-        if (const auto* words = std::get_if<std::vector<std::string>>(&c.values))
-          place += " " + (*words)[i];
-        else if (const auto* values = std::get_if<std::vector<double>>(&c.values))
-          place += fmt::format(" {} = {:g}", c.name, (*values)[i]);
-      }
-      found.push_back(fmt::format("{}: {}, expected {}", place, v[i].empty() ? "no verdict" : v[i], e[i]));
-    }
+    const auto has = [&](const char* name) {
+      return std::any_of(t.columns.begin(), t.columns.end(), [&](const store::Column& c) { return c.name == name; });
+    };
+    if (has("verdict") && has("expected"))
+      store::for_each_piece(t, [&](const store::Table& piece, std::size_t) { add_unexpected(piece, found); });
   }
   return found;
 }

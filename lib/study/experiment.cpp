@@ -70,13 +70,26 @@ store::Column sweep_column(const config::SweepValue& value, std::size_t rows) {
 
 namespace {
 
+store::Table with_sweep_columns(store::Table t, const std::vector<config::SweepValue>& sweep) {
+  if (sweep.empty()) return t;
+  store::Table all{t.name, t.long_name};
+  store::for_each_piece(t, [&](const store::Table& piece, std::size_t) {
+    store::Table part = piece;
+    std::vector<store::Column> keys;
+    for (const config::SweepValue& v : sweep) keys.push_back(sweep_column(v, piece.rows()));
+    part.columns.insert(part.columns.begin(), keys.begin(), keys.end());
+    if (all.columns.empty())
+      all.columns = std::move(part.columns);
+    else
+      store::append_rows(all, part);
+  });
+  return all;
+}
+
 void add_point(std::vector<store::Table>& all, std::vector<store::Table>&& tables,
                const std::vector<config::SweepValue>& sweep) {
   for (store::Table& t : tables) {
-    const std::size_t rows = t.rows();
-    std::vector<store::Column> keys;
-    for (const config::SweepValue& v : sweep) keys.push_back(sweep_column(v, rows));
-    t.columns.insert(t.columns.begin(), keys.begin(), keys.end());
+    t = with_sweep_columns(std::move(t), sweep);
     const auto same = std::find_if(all.begin(), all.end(), [&](const store::Table& o) { return o.name == t.name; });
     if (same == all.end()) {
       all.push_back(std::move(t));

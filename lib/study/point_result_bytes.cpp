@@ -30,6 +30,22 @@ std::vector<std::string> texts(ByteReader& in) {
   return list;
 }
 
+/// As a list of all its values, wherever they are.
+void put_values(ByteWriter& out, const store::Column& c) {
+  if (!c.on_disk) return put(out, c.values);
+  store::Values all = c.values;
+  std::visit([](auto& values) { values.clear(); }, all);
+  c.for_each_piece([&](const store::Values& piece) {
+    std::visit(
+        [&](auto& values) {
+          const auto& more = std::get<std::decay_t<decltype(values)>>(piece);
+          values.insert(values.end(), more.begin(), more.end());
+        },
+        all);
+  });
+  put(out, all);
+}
+
 void put_tables(ByteWriter& out, const std::vector<store::Table>& tables) {
   out.put(std::uint64_t{tables.size()});
   for (const store::Table& t : tables) {
@@ -38,7 +54,7 @@ void put_tables(ByteWriter& out, const std::vector<store::Table>& tables) {
     out.put(std::uint64_t{t.columns.size()});
     for (const store::Column& c : t.columns) {
       for (const std::string* s : {&c.name, &c.unit, &c.long_name, &c.ancillary}) out.put(*s);
-      put(out, c.values);
+      put_values(out, c);
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/units.h"
+#include "store/row_spool.h"
 
 namespace surveymc::study {
 
@@ -21,6 +22,8 @@ void TableRows::put(std::string_view name, std::string_view unit, std::string_vi
     } else {
       first_row_ = false;
       next_ = 0;
+      constexpr std::size_t kLook = 4096;
+      if (columns.front().size() % kLook == 0) store::hold_less(table_);
     }
   }
   store::Column& column = columns[next_++];

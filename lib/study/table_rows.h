@@ -9,7 +9,8 @@
 ///   }
 ///   return t.take();
 ///
-/// The first row makes the columns. Every further row has the same ones in the same order (asserted).
+/// The first row makes the columns. Every further row has the same ones in the same order (asserted). Of a long table
+/// the first rows go to the disk (store/row_spool.h).
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -44,6 +45,8 @@ class TableRows {
   void test(double statistic, double critical_low, double critical_high, double p_value);
   /// Elements of a symmetric 3 x 3 matrix in m2: nn_m2, ee_m2, vv_m2, ne_m2, nv_m2, ev_m2 for the axes "nev".
   void covariance(std::string_view axes, std::string_view meaning, const Eigen::Matrix3d& c);
+
+  bool is_empty() const { return table_.columns.empty(); }  ///< no row was written
 
   /// Removes all rows and keeps the columns. A table without rows has columns, too: write any row, then drop it.
   void drop_rows();
