@@ -40,7 +40,7 @@ enum class Channel : std::uint32_t {
   axial_magnetisation = 50,  ///< index station: of the string, new at every station (axial_correction)
   station_reference = 51,    ///< index 4 station + {gravity, horizontal field, vertical field} (axial_correction)
   error_source = 60,         ///< error models: draws of several stations (propagate/well_errors.h), in their order
-  station_error = 61,        ///< error models: draws of one station, in the order of the stations
+  station_error = 61,        ///< error models: draws of one station, in their order; 62, 70 .. 74: rare_channels.h
 };
 
 class Stream {

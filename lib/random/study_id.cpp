@@ -33,6 +33,10 @@ std::string_view name_of(StudyId id) {
       return "error_model_monte_carlo";
     case StudyId::clearance:
       return "clearance";
+    case StudyId::collision:
+      return "collision";
+    case StudyId::rare_event:
+      return "rare_event";
     case StudyId::reliability_map:
       return "reliability_map";
     case StudyId::reliability_well:

@@ -22,6 +22,8 @@ enum class StudyId : std::uint32_t {
   tool_code_map = 18,
   error_model_monte_carlo = 21,
   clearance = 23,
+  collision = 26,
+  rare_event = 27,
   reliability_map = 11,
   reliability_well = 12,
   gross_error_detection = 20,

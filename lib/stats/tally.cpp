@@ -103,8 +103,11 @@ bool can_merge(const Tally& a, const Tally& b) {
                       alike);
   };
   const bool same_counts = a.counts.empty() || b.counts.empty() || a.counts.size() == b.counts.size();
-  return same_counts && alike(a.moments, b.moments) && alike(a.pairs, b.pairs) && all_alike(a.groups, b.groups) &&
-         all_alike(a.controlled, b.controlled) && all_alike(a.controlled_pairs, b.controlled_pairs);
+  const bool same_weights = (a.weighted.empty() || b.weighted.empty() || a.weighted.size() == b.weighted.size()) &&
+                            (a.proposal == 0 || b.proposal == 0 || a.proposal == b.proposal);
+  return same_counts && same_weights && alike(a.moments, b.moments) && alike(a.pairs, b.pairs) &&
+         all_alike(a.groups, b.groups) && all_alike(a.controlled, b.controlled) &&
+         all_alike(a.controlled_pairs, b.controlled_pairs);
 }
 
 void Tally::merge(const Tally& next) {
@@ -123,6 +126,10 @@ void Tally::merge(const Tally& next) {
       failed_trials.end(), next.failed_trials.begin(),
       next.failed_trials.begin() + static_cast<std::ptrdiff_t>(std::min(room, next.failed_trials.size())));
   samples.insert(samples.end(), next.samples.begin(), next.samples.end());
+  if (weighted.size() < next.weighted.size()) weighted.resize(next.weighted.size());
+  for (std::size_t i = 0; i < next.weighted.size(); ++i) weighted[i].merge(next.weighted[i]);
+  assert(proposal == 0 || next.proposal == 0 || proposal == next.proposal);
+  if (proposal == 0) proposal = next.proposal;
 }
 
 }  // namespace surveymc::stats

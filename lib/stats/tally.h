@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "stats/moments.h"
+#include "stats/weighted_hits.h"
 
 namespace surveymc::stats {
 
@@ -21,6 +22,9 @@ struct Tally {
   std::vector<std::uint64_t> counts;         ///< of the study's events
   std::vector<std::uint64_t> failed_trials;  ///< numbers of the first kMaxListed failed trials, for replay
   std::vector<double> samples;               ///< first realisations, row by row, as many as the study asked for
+  std::vector<WeightedHits> weighted;        ///< of the study's events, where trials have weights
+  /// Which proposal gave the weights: a hash of it; 0: none. Weights of two proposals do not add up.
+  std::uint64_t proposal = 0;
 
   static constexpr std::size_t kMaxListed = 1000;
 
@@ -28,7 +32,8 @@ struct Tally {
   void merge(const Tally& next);
 };
 
-/// True if the two are of the same quantities: lists of equal length, where both have any.
+/// True if the two are of the same quantities, and their weights of one proposal: lists of equal length, where both
+/// have any.
 bool can_merge(const Tally& a, const Tally& b);
 
 }  // namespace surveymc::stats

@@ -46,12 +46,33 @@ std::vector<Moments> moments_list(ByteReader& in) {
   return list;
 }
 
+void put(ByteWriter& out, const std::vector<WeightedHits>& list) {
+  out.put(std::uint64_t{list.size()});
+  for (const auto& [count, sum, squares, largest] : list) {  // fails when a member is added: write it, too
+    out.put(count);
+    out.put(sum);
+    out.put(squares);
+    out.put(largest);
+  }
+}
+
+std::vector<WeightedHits> weighted_list(ByteReader& in) {
+  std::vector<WeightedHits> list(in.length(sizeof(WeightedHits)));
+  for (WeightedHits& h : list) {
+    h.count = in.get<std::uint64_t>();
+    h.sum = in.get<double>();
+    h.squares = in.get<double>();
+    h.largest = in.get<double>();
+  }
+  return list;
+}
+
 }  // namespace
 
 std::string tally_to_bytes(const Tally& t) {
   // Fails to compile when a member is added: then write it below, read it in tally_from_bytes, and raise kTallyVersion.
   [[maybe_unused]] const auto& [trials, failed, left_out, moments_, groups, controlled, pairs, controlled_pairs, counts,
-                                failed_trials, samples] = t;
+                                failed_trials, samples, weighted, proposal] = t;
   ByteWriter out;
   out.put(kTallyVersion);
   out.put(t.trials);
@@ -65,6 +86,8 @@ std::string tally_to_bytes(const Tally& t) {
   out.put(t.counts);
   out.put(t.failed_trials);
   out.put(t.samples);
+  put(out, t.weighted);
+  out.put(t.proposal);
   return out.take();
 }
 
@@ -83,6 +106,8 @@ Tally tally_from_bytes(std::string_view bytes) {
   t.counts = in.list<std::uint64_t>();
   t.failed_trials = in.list<std::uint64_t>();
   t.samples = in.list<double>();
+  t.weighted = weighted_list(in);
+  t.proposal = in.get<std::uint64_t>();
   if (in.left() != 0) throw IoError("damaged: data behind the tally");
   return t;
 }

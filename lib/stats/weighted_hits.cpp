@@ -1,0 +1,70 @@
+#include "stats/weighted_hits.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <boost/math/distributions/gamma.hpp>
+
+#include "base/units.h"
+
+namespace surveymc::stats {
+namespace {
+
+/// Quantile of the gamma distribution of this mean and variance.
+double gamma_quantile_of(double mean, double variance, double probability) {
+  if (!(variance > 0)) return mean;
+  return boost::math::quantile(boost::math::gamma_distribution<>(mean / variance * mean, variance / mean), probability);
+}
+
+}  // namespace
+
+void WeightedHits::add(double weight) {
+  ++count;
+  sum += weight;
+  squares += weight * weight;
+  largest = std::max(largest, weight);
+}
+
+void WeightedHits::merge(const WeightedHits& next) {
+  count += next.count;
+  sum += next.sum;
+  squares += next.squares;
+  largest = std::max(largest, next.largest);
+}
+
+Interval weighted_interval(const WeightedHits& hits, std::uint64_t trials, double confidence, bool is_plain) {
+  const double tail = (1 - confidence) / 2, n = static_cast<double>(trials);
+  if (hits.count == 0) return {0, is_plain ? std::min(1.0, -std::log(tail) / n) : kNaN};
+  // In units of the largest weight: squares of the smallest probabilities are no numbers.
+  const double s1 = hits.sum / hits.largest, s2 = hits.squares / hits.largest / hits.largest;
+  const double v = std::max(0.0, s2 - s1 * s1 / n), u = v + 1;
+  const double lo = gamma_quantile_of(s1, v, tail), hi = gamma_quantile_of(s1 + 1, u, 1 - tail);
+  return {hits.largest * lo / n, hits.largest * hi / n};
+}
+
+WeightedProbability weighted_probability(const WeightedHits& hits, const WeightedHits& lost, std::uint64_t trials,
+                                         double confidence, bool is_plain) {
+  WeightedProbability p;
+  if (trials == 0) return {kNaN, {kNaN, kNaN}, kNaN, kNaN, false, "no trials"};
+  const double n = static_cast<double>(trials);
+  p.value = hits.sum / n;
+  p.interval = is_plain ? binomial_interval(hits.count, trials, confidence)
+                        : weighted_interval(hits, trials, confidence, is_plain);
+  p.relative_half_width = hits.count > 0 ? (p.interval.hi - p.interval.lo) / 2 / p.value : kNaN;
+  const double variance = (hits.squares / n - p.value * p.value) / n;
+  p.relative_efficiency = hits.count > 0 && variance > 0 ? p.value * (1 - p.value) / (n * variance) : kNaN;
+  const auto tell = [&](const std::string& text) { p.note += (p.note.empty() ? "" : "; ") + text; };
+  if (hits.count == 0)
+    tell("never hit");
+  else if (hits.effective() < kTrustedHits)
+    tell(fmt::format("{:.3g} effective hits, not {:g}", hits.effective(), kTrustedHits));
+  if (hits.largest_share() > kTrustedShare) tell(fmt::format("one hit has {:.2g} of the sum", hits.largest_share()));
+  if (lost.sum > kMostLost * hits.sum)
+    tell(fmt::format("{} trials without a result weigh {:.2g} of the hits", lost.count,
+                     hits.sum > 0 ? lost.sum / hits.sum : kInfinity));
+  p.trusted = p.note.empty();
+  return p;
+}
+
+}  // namespace surveymc::stats

@@ -1,0 +1,53 @@
+#pragma once
+/// Probability of an event from trials that a proposal drew instead of the standard normals: every trial of the event
+/// counts with its weight, density of the normals / density of the proposal. Plain trials have the weight 1.
+#include <cstdint>
+#include <string>
+
+#include "stats/intervals.h"
+
+namespace surveymc::stats {
+
+/// What is kept of the hits, the trials at which the event happened.
+struct WeightedHits {
+  std::uint64_t count = 0;
+  double sum = 0, squares = 0;  ///< S1, S2: of the weights and of their squares
+  double largest = 0;           ///< m
+
+  void add(double weight);
+  /// `next` holds trials that follow. The order of merging is part of the bits of the sums.
+  void merge(const WeightedHits& next);
+
+  /// S1^2 / S2: so many hits of equal weight tell as much; 0 without hits.
+  double effective() const { return squares > 0 ? sum * sum / squares : 0; }
+  /// m / S1: how much of the estimate hangs on one trial; 0 without hits.
+  double largest_share() const { return sum > 0 ? largest / sum : 0; }
+};
+
+/// Interval of p = S1 / trials by gamma distributions (Fay and Feuer 1997). With v = S2 - S1^2/N, u = v + m^2 and
+/// G(a; s) the lower a quantile of the gamma distribution of shape s,
+///   lo = v/S1 G(tail; S1^2/v) / N,   hi = u/(S1 + m) G(1 - tail; (S1 + m)^2/u) / N.
+/// For few hits of equal weight it is the exact interval of a Poisson count. Without hits lo = 0, and hi = -ln(tail)/N
+/// where the trials are plain; under a proposal nothing bounds a weight, and hi is NaN.
+/// `is_plain`: all weights are 1, hits or not. `trials` > 0.
+Interval weighted_interval(const WeightedHits& hits, std::uint64_t trials, double confidence, bool is_plain);
+
+/// A weighted estimate, and how far to trust it.
+struct WeightedProbability {
+  double value = 0;
+  Interval interval;
+  double relative_half_width = 0;  ///< of the interval, of the value; NaN without hits
+  double relative_efficiency = 0;  ///< p (1 - p) / (N var p): plain trials that one evaluation is worth; NaN: no hits
+  bool trusted = false;
+  std::string note;  ///< why it is not trusted
+};
+
+/// Trusted are estimates of at least kTrustedHits effective hits of which none has more than kTrustedShare.
+inline constexpr double kTrustedHits = 100, kTrustedShare = 0.05;
+
+/// `lost`: trials without a result, which count as no hits; their weights may make up kMostLost of those of the hits.
+inline constexpr double kMostLost = 0.01;
+WeightedProbability weighted_probability(const WeightedHits& hits, const WeightedHits& lost, std::uint64_t trials,
+                                         double confidence, bool is_plain);
+
+}  // namespace surveymc::stats
