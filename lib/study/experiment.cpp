@@ -227,11 +227,21 @@ montecarlo::RunOptions options_of_point(montecarlo::RunOptions options, const Ru
   return options;
 }
 
+void require_proposal(const StudyPoint& point, const stats::Tally& tally, const std::string& whose) {
+  if (tally.proposal == 0 || tally.proposal == point.proposal()) return;
+  throw InputError(fmt::format(
+      "{}: its trials were drawn from another preparation ({:016x}) than this run's ({:016x}), so that their "
+      "weights do not add up: must be of this config, seed and program; remove it, and run it again",
+      whose, tally.proposal, point.proposal()));
+}
+
 stats::Tally point_tally(const RunPlan& run, std::size_t index, const StudyPoint& point,
                          const montecarlo::RunOptions& options, const Checkpoint& checkpoint) {
   const PointPlan& plan = *run.points[index];
   if (plan.trials() == 0) return {};
   const auto kept = checkpoint.finished.find(index);
+  if (kept != checkpoint.finished.end())
+    for (const montecarlo::Subtree& s : kept->second) require_proposal(point, s.tally, "a journal beside the output");
   return montecarlo::run_blocks(
       plan.trials(), [&](montecarlo::TrialBlock b) { return point.run_block(b); },
       options_of_point(options, run, index, checkpoint.journal),

@@ -34,6 +34,9 @@ class StudyPoint {
   virtual ~StudyPoint() = default;
   /// Not called for a study without trials.
   virtual stats::Tally run_block(montecarlo::TrialBlock /*block*/) const { return {}; }
+  /// Which proposal its trials are drawn from, where they have weights (stats::Tally::proposal); 0: none. Tallies of
+  /// another one are refused.
+  virtual std::uint64_t proposal() const { return 0; }
   /// Number of trials needed in all, predicted from the trials so far. Called at the looks of the plan; the run ends at
   /// a look that has as many trials.
   virtual std::uint64_t trials_needed(const stats::Tally& /*so_far*/) const {
@@ -98,6 +101,9 @@ struct Checkpoint {
   checkpoint::FinishedBlocks finished = {};
   checkpoint::Journal* journal = nullptr;  ///< none: nothing is kept
 };
+
+/// Throws InputError that names `whose`, where the tally's weights are of another proposal than the point's.
+void require_proposal(const StudyPoint& point, const stats::Tally& tally, const std::string& whose);
 
 /// Tally of point `index` of `run`, computed or taken from the checkpoint; empty without trials. `point` is that point,
 /// prepared. Here and below: where Interrupted is thrown, the journal has all finished blocks; they are not yet synced.

@@ -197,6 +197,11 @@ store::Result merge_parts(const RunPlan& run, const std::vector<checkpoint::Part
         const checkpoint::PartPiece& first = *of_point[i].front();
         if (trials == 0) return point_result_from_bytes(first.result);
         const std::shared_ptr<const StudyPoint> point = run.prepare(i, options);
+        for (const checkpoint::PartPiece* p : of_point[i])
+          for (const montecarlo::Subtree& node : p->subtrees)
+            require_proposal(
+                *point, node.tally,
+                fmt::format("the part with blocks {} to {} of point {}", p->blocks.first, p->blocks.end - 1, i));
         if (first.whole && first.subtrees.size() == 1)
           return point_report(point, first.subtrees.front().tally, options);
         std::vector<montecarlo::Subtree> nodes;
