@@ -11,39 +11,14 @@
 #include "proximity/pair_scan.h"
 #include "random/study_id.h"
 #include "study/annotations.h"
-#include "study/error_models.h"
+#include "study/well_pairs.h"
 #include "survey/reference_field.h"
 #include "survey/survey.h"
 
 namespace surveymc::studies::clearance {
 
-/// A well and the tools that it was surveyed with.
-struct Well {
-  std::string name;  ///< "reference" of the reference
-  survey::Survey survey;
-  survey::ReferenceField field;
-  double latitude = 0;  ///< rad; NaN where no model needs it
-  study::ToolRuns tools;
-  /// Of a sidetrack: with a run of its own below the kick-off, even where it has the tool of the reference. `tools`
-  /// takes it as one well, whose run goes on.
-  study::ToolRuns tools_from_kickoff = {};
-  std::vector<double> tvd;  ///< for the error models, m
-  Eigen::Vector3d slot = Eigen::Vector3d::Zero();
-  double hole_diameter = 0;                 ///< m
-  std::optional<std::size_t> kickoff = {};  ///< of a sidetrack: the station down to which it is the reference
-};
-
-/// How what two wells share is taken into account.
-struct Formulation {
-  enum class Kind { sharing, shared_hole, zeroed };
-  std::string name;
-  Kind kind = Kind::sharing;
-  proximity::Sharing sharing = proximity::Sharing::none;
-  std::vector<std::string> codes = {};
-
-  /// Sidetracks alone have some formulations.
-  bool is_for(const Well& offset) const { return kind == Kind::sharing || offset.kickoff.has_value(); }
-};
+using Well = study::SurveyedWell;
+using Formulation = study::PairFormulation;
 
 /// An entry of `[[published]]`.
 struct Published {
@@ -63,13 +38,8 @@ struct Drawing {
   study::Annotations annotations;
 };
 
-struct Scenario {
+struct Scenario : study::WellPairs {
   random::StudySeed seed;
-  Well reference;
-  std::vector<Well> offsets;
-  std::vector<Formulation> formulations;
-  proximity::SeparationRule rule;
-  proximity::Interpolation interpolation = proximity::Interpolation::covariance;
   std::vector<proximity::ScanDirection> directions;
   double step = 0, keep = 1;
   bool with_rows = true;          ///< tables clearance and paths

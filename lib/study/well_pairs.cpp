@@ -1,0 +1,419 @@
+#include "study/well_pairs.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include <fmt/ranges.h>
+
+#include "base/units.h"
+#include "study/scenario.h"
+#include "study/told_inputs.h"
+#include "survey/minimum_curvature.h"
+
+namespace surveymc::study {
+namespace {
+
+using error_model::PropagationMode;
+using proximity::Interpolation;
+using proximity::JoiningSource;
+using proximity::Sharing;
+using Formulation = PairFormulation;
+using Well = SurveyedWell;
+using Scenario = WellPairs;
+
+constexpr double kInch = 0.0254;
+constexpr double kSameDepth = 1e-6;  // m
+constexpr double kSameAngle = 1e-9;  // rad
+
+/// `<prefix>_in` or `<prefix>_m`; without one, `fallback`, or an error if that is 0.
+double read_hole_diameter(config::ConfigReader& c, const std::string& prefix, double fallback) {
+  const std::string inches = prefix + "_in", metres = prefix + "_m";
+  if (c.has(inches) && c.has(metres)) c.fail(inches, "not together with " + metres);
+  if (c.has(metres) || (fallback == 0 && !c.has(inches))) return c.number(metres, config::Range::positive());
+  return c.has(inches) ? kInch * c.number(inches, config::Range::positive()) : fallback;
+}
+
+Eigen::Vector3d vector_of(const std::vector<double>& x) { return {x[0], x[1], x[2]}; }
+
+config::AzimuthReference north_of(const std::string& word) {
+  return word == "magnetic" ? config::AzimuthReference::magnetic
+         : word == "grid"   ? config::AzimuthReference::grid
+                            : config::AzimuthReference::true_north;
+}
+
+/// `[offset.field]`: that of a place, or total field and dip together; what else is not given is the reference's.
+survey::ReferenceField read_offset_field(config::ConfigReader& c, const survey::ReferenceField& reference) {
+  if (!c.has("field")) return reference;
+  if (c.has("field.model")) return read_field(c);
+  survey::ReferenceField f = reference;
+  if (c.has("field.total_nT") || c.has("field.dip_deg")) {
+    f.total = c.number("field.total_nT", config::Range::closed(1e3, 1e6));
+    f.dip = c.number("field.dip_deg", config::Range::closed(-90, 90)) * kDegree;
+    c.require(std::abs(f.dip) < 89.99 * kDegree, "field.dip_deg",
+              "the horizontal field vanishes: there is no magnetic azimuth");
+  }
+  const auto angle = [&](const char* key, double& x) {
+    if (c.has(key)) x = c.number(key, config::Range::closed(-180, 180)) * kDegree;
+  };
+  angle("field.declination_deg", f.declination);
+  if (c.has("field.grid"))
+    f.convergence = read_convergence(c);
+  else
+    angle("field.convergence_deg", f.convergence);
+  if (c.has("field.gravity_mps2")) f.gravity = c.number("field.gravity_mps2", config::Range::closed(9.7, 9.9));
+  return f;
+}
+
+survey::Survey read_offset_survey(config::ConfigReader& c, const survey::ReferenceField& field,
+                                  const std::string& north_of_reference) {
+  config::SurveyConventions conventions;
+  const config::InputTable table = c.csv("file");
+  const std::vector<std::string> norths{"true", "magnetic", "grid"};
+  if (north_of_reference != "true" && !c.has("azimuth_reference"))
+    c.fail("azimuth_reference", "missing: azimuths of the reference are from " + north_of_reference +
+                                    " north; say from which north those of this survey are");
+  conventions.azimuth_reference = north_of(c.choice("azimuth_reference", norths, "true"));
+  conventions.declination = field.declination;
+  conventions.convergence = field.convergence;
+  survey::Survey survey = config::survey_from_table(table, conventions, false);
+  tell_survey(c, table, survey, conventions, "unusual");
+  return survey;
+}
+
+std::vector<config::SharedModel> models_of(const ToolRuns& tools) {
+  std::vector<config::SharedModel> out;
+  for (const propagate::ToolRun& run : tools.runs) out.push_back(run.model);
+  return out;
+}
+
+/// The reference's tools at the same depths, as far as the survey goes.
+ToolRuns inherited_tools(const ToolRuns& reference, const survey::Survey& survey) {
+  ToolRuns out;
+  for (std::size_t r = 0; r < reference.runs.size(); ++r) {
+    const auto first = std::find_if(survey.stations.begin() + 1, survey.stations.end(), [&](const survey::Station& s) {
+      return r == 0 || s.md > reference.from_md[r] + kSameDepth;
+    });
+    if (first == survey.stations.end()) break;
+    const int index = static_cast<int>(first - survey.stations.begin());
+    if (!out.runs.empty() && out.runs.back().first == index) {  // the run before has no station here
+      out.runs.pop_back();
+      out.model_names.pop_back();
+      out.from_md.pop_back();
+    }
+    out.runs.push_back({out.runs.empty() ? 1 : index, reference.runs[r].model});
+    out.model_names.push_back(reference.model_names[r]);
+    out.from_md.push_back(r == 0 ? survey.stations.front().md : reference.from_md[r]);
+  }
+  return out;
+}
+
+/// Tools of a sidetrack: those of the well down to the kick-off, then a run of its own and its legs.
+ToolRuns sidetrack_tools(config::ConfigReader& c, const ToolRuns& reference, const survey::Survey& survey,
+                         std::size_t kickoff) {
+  ToolRuns out;
+  for (std::size_t r = 0; r < reference.runs.size() && reference.runs[r].first <= static_cast<int>(kickoff); ++r) {
+    out.runs.push_back(reference.runs[r]);
+    out.model_names.push_back(reference.model_names[r]);
+    out.from_md.push_back(reference.from_md[r]);
+  }
+  const ToolRuns own = read_tool_runs(c, survey, NamedErrorModel{out.model_names.back(), out.runs.back().model});
+  const int first = static_cast<int>(kickoff) + 1;
+  for (std::size_t r = 0; r < own.runs.size(); ++r) {
+    if (r > 0 && own.runs[r].first <= first)
+      c.fail("kickoff_md_m", "a [[offset.leg]] begins at or above it: down to it, the tools are the reference's");
+    out.runs.push_back({r == 0 ? first : own.runs[r].first, own.runs[r].model});
+    out.model_names.push_back(own.model_names[r]);
+    out.from_md.push_back(r == 0 ? survey.stations[kickoff].md : own.from_md[r]);
+  }
+  return out;
+}
+
+bool is_same_station(const survey::Station& a, const survey::Station& b) {
+  const bool is_vertical = std::max(a.inclination, b.inclination) < error_model::kVerticalLimit;
+  return std::abs(a.md - b.md) < kSameDepth && std::abs(a.inclination - b.inclination) < kSameAngle &&
+         (is_vertical || std::abs(std::remainder(a.azimuth - b.azimuth, 2 * kPi)) < kSameAngle);
+}
+
+std::size_t read_kickoff(config::ConfigReader& c, const Well& offset, const Well& reference) {
+  const double md = c.number("kickoff_md_m", config::Range::non_negative());
+  const auto find = [&](const survey::Survey& s, const char* which) {
+    for (std::size_t k = 0; k < s.stations.size(); ++k)
+      if (std::abs(s.stations[k].md - md) < kSameDepth) return k;
+    c.fail("kickoff_md_m", fmt::format("{} has no station at this depth", which));
+  };
+  const std::size_t own = find(offset.survey, "the survey of the sidetrack");
+  const std::size_t of_reference = find(reference.survey, "the survey of the reference");
+  for (std::size_t k = 0; k <= std::min(own, of_reference); ++k)
+    if (!is_same_station(offset.survey.stations[k], reference.survey.stations[k]))
+      c.fail("kickoff_md_m",
+             fmt::format("down to it, both surveys must be equal: station {} is at md {:.10g} m, inclination {:.10g}, "
+                         "azimuth {:.10g} deg here, and at {:.10g} m, {:.10g}, {:.10g} deg in the reference",
+                         k + 1, offset.survey.stations[k].md, offset.survey.stations[k].inclination / kDegree,
+                         offset.survey.stations[k].azimuth / kDegree, reference.survey.stations[k].md,
+                         reference.survey.stations[k].inclination / kDegree,
+                         reference.survey.stations[k].azimuth / kDegree));
+  c.require(own == of_reference, "kickoff_md_m", "down to it, both surveys must have the same stations");
+  c.require(own > 0, "kickoff_md_m", "must be below the tie-on");
+  c.require(own + 1 < offset.survey.stations.size() && own + 1 < reference.survey.stations.size(), "kickoff_md_m",
+            "both wells must have stations below it");
+  c.require(offset.slot == reference.slot, "kickoff_md_m", "a sidetrack has the slot of the reference");
+  return own;
+}
+
+Well read_offset(config::ConfigReader& c, const Well& reference, const std::string& north) {
+  Well w;
+  w.name = c.text("name");
+  w.field = read_offset_field(c, reference.field);
+  w.survey = read_offset_survey(c, w.field, north);
+  const bool is_sidetrack = c.has("kickoff_md_m");
+  w.slot = is_sidetrack && !c.has("slot_m") ? reference.slot : vector_of(c.numbers("slot_m", {}, 3));
+  w.hole_diameter = read_hole_diameter(c, "hole_diameter", reference.hole_diameter);
+  if (is_sidetrack) {
+    w.kickoff = read_kickoff(c, w, reference);
+    w.tools_from_kickoff = sidetrack_tools(c, reference.tools, w.survey, *w.kickoff);
+    const bool has_own = c.has("error_model") || c.has("leg");
+    w.tools = has_own ? w.tools_from_kickoff : inherited_tools(reference.tools, w.survey);
+  } else if (c.has("error_model") || c.has("leg")) {
+    w.tools = read_tool_runs(c, w.survey,
+                             NamedErrorModel{reference.tools.model_names.front(), reference.tools.runs.front().model});
+  } else {
+    w.tools = inherited_tools(reference.tools, w.survey);
+  }
+  const bool has_latitude = c.has("field.latitude_deg") || std::isnan(reference.latitude);
+  w.latitude = has_latitude ? read_latitude(c, models_of(w.tools)) : reference.latitude;
+  w.tvd = config::tvd_from_table(c.csv("file"));
+  if (w.tvd.empty()) w.tvd = survey::true_vertical_depths(w.survey);
+  const bool is_identical = w.slot == reference.slot && std::equal(w.survey.stations.begin(), w.survey.stations.end(),
+                                                                   reference.survey.stations.begin(),
+                                                                   reference.survey.stations.end(), is_same_station);
+  c.require(!is_identical, "file",
+            "is the reference itself, station by station and with its slot: the distance would be 0 everywhere");
+  return w;
+}
+
+Formulation read_list(config::ConfigReader& c) {
+  Formulation f;
+  f.name = c.text("name");
+  f.sharing = Sharing::listed;
+  f.codes = c.texts("codes");
+  return f;
+}
+
+Formulation formulation_of(const config::ConfigReader& c, const std::string& word) {
+  if (word == "independent") return {word};
+  if (word == "geomagnetic") return {word, Formulation::Kind::sharing, Sharing::geomagnetic};
+  if (word == "global") return {word, Formulation::Kind::sharing, Sharing::global};
+  if (word == "pad") return {word, Formulation::Kind::sharing, Sharing::pad};
+  if (word == "shared") return {word, Formulation::Kind::shared_hole};
+  if (word == "zeroed") return {word, Formulation::Kind::zeroed};
+  c.fail("separation.formulations",
+         fmt::format("\"{}\" is none of \"independent\", \"geomagnetic\", \"global\", \"pad\", \"shared\", \"zeroed\" "
+                     "and {{ name, codes }}",
+                     word));
+}
+
+using CodeAndMode = std::pair<std::string, PropagationMode>;
+
+/// Code and mode of all terms of a well.
+std::set<CodeAndMode> sources_of(const Well& w, const Formulation* sharing = nullptr) {
+  std::set<CodeAndMode> out;
+  for (const propagate::ToolRun& run : w.tools.runs)
+    for (const error_model::Term& t : run.model->terms) {
+      const bool joins = t.mode == PropagationMode::well || t.mode == PropagationMode::global;
+      if (sharing == nullptr ||
+          (joins && proximity::is_shared(sharing->sharing, sharing->codes, {t.code, t.mode, t.function->name})))
+        out.insert({t.code, t.mode});
+    }
+  return out;
+}
+
+void check_list(config::ConfigReader& c, const Formulation& f, const Scenario& s) {
+  std::set<CodeAndMode> all = sources_of(s.reference);
+  for (const Well& w : s.offsets) all.merge(sources_of(w));
+  for (const std::string& code : f.codes) {
+    bool is_known = false, joins = false;
+    for (const auto& [known, mode] : all)
+      if (known == code) {
+        is_known = true;
+        joins = joins || mode == PropagationMode::well || mode == PropagationMode::global;
+      }
+    c.require(is_known, "codes", fmt::format("no model here has the code \"{}\"", code));
+    c.require(joins, "codes",
+              fmt::format("\"{}\" is a source of mode R or S: two wells never share it (a sidetrack does, by "
+                          "\"shared\")",
+                          code));
+  }
+}
+
+/// Warns of sources that a formulation would share if both wells had them.
+void warn_of_lacking(config::ConfigReader& c, const Formulation& f, const Scenario& s) {
+  if (f.kind != Formulation::Kind::sharing || f.sharing == Sharing::none) return;
+  const std::set<CodeAndMode> reference = sources_of(s.reference, &f);
+  std::set<std::string> told;
+  for (const Well& w : s.offsets) {
+    const std::set<CodeAndMode> offset = sources_of(w, &f);
+    const auto lacking = [](const std::set<CodeAndMode>& a, const std::set<CodeAndMode>& b) {
+      std::vector<std::string> codes;
+      for (const CodeAndMode& x : a)
+        if (b.count(x) == 0) codes.push_back(x.first);
+      return codes;
+    };
+    const std::vector<std::string> of_reference = lacking(reference, offset), of_offset = lacking(offset, reference);
+    if (of_reference.empty() && of_offset.empty()) continue;
+    const bool shares_none = of_reference.size() == reference.size();
+    std::string text = fmt::format("\"{}\" of {}: ", f.name, w.name);
+    if (shares_none) text += "shares nothing; ";
+    if (!of_reference.empty()) text += fmt::format("only the reference has {}; ", fmt::join(of_reference, ", "));
+    if (!of_offset.empty()) text += fmt::format("only the offset has {}; ", fmt::join(of_offset, ", "));
+    text += "sources are shared by code and mode";
+    if (told.insert(text).second) c.warn("separation.formulations", text);
+  }
+}
+
+void read_formulations(config::ConfigReader& c, Scenario& s) {
+  std::set<std::string> names;
+  const bool has_sidetrack =
+      std::any_of(s.offsets.begin(), s.offsets.end(), [](const Well& w) { return w.kickoff.has_value(); });
+  for (auto& entry : c.texts_or_tables("separation.formulations", {"independent", "geomagnetic"})) {
+    if (const std::string* word = std::get_if<std::string>(&entry)) {
+      s.formulations.push_back(formulation_of(c, *word));
+    } else {
+      config::ConfigReader& list = std::get<config::ConfigReader>(entry);
+      s.formulations.push_back(read_list(list));
+      check_list(list, s.formulations.back(), s);
+    }
+    const Formulation& f = s.formulations.back();
+    c.require(names.insert(f.name).second, "separation.formulations",
+              fmt::format("two formulations have the name \"{}\"", f.name));
+    c.require(f.kind == Formulation::Kind::sharing || has_sidetrack, "separation.formulations",
+              fmt::format("\"{}\" is for sidetracks: no [[offset]] has a kickoff_md_m", f.name));
+    warn_of_lacking(c, f, s);
+  }
+}
+
+/// `errors.multiplier`: of the sizes of all models.
+void scale_all_models(config::ConfigReader& c, Scenario& s) {
+  const double multiplier = c.number("errors.multiplier", config::Range::positive(), 1);
+  if (multiplier == 1) return;
+  std::map<const error_model::Model*, config::SharedModel> scaled;
+  const auto scale = [&](ToolRuns& tools) {
+    for (propagate::ToolRun& run : tools.runs) {
+      config::SharedModel& own = scaled[run.model.get()];
+      if (!own) {
+        auto model = std::make_shared<error_model::Model>(*run.model);
+        for (error_model::Term& t : model->terms) {
+          t.magnitude *= multiplier;
+          t.sigma *= multiplier;
+        }
+        own = std::move(model);
+      }
+      run.model = own;
+    }
+  };
+  const auto scale_well = [&](Well& w) {
+    scale(w.tools);
+    scale(w.tools_from_kickoff);
+  };
+  scale_well(s.reference);
+  for (Well& w : s.offsets) scale_well(w);
+}
+
+propagate::StationEffects all_effects(const Well& w, const study::ToolRuns& tools) {
+  propagate::StationEffects effects;
+  propagate::tool_covariances(w.survey, w.tvd, tools.runs, w.field, w.latitude, propagate::SourceDetail::none,
+                              &effects);
+  return effects;
+}
+
+std::shared_ptr<const proximity::PositionErrors> errors_of(const Well& w, Interpolation interpolation,
+                                                           std::vector<propagate::NonFiniteTerm>& non_finite) {
+  propagate::ToolCovariances covariances;
+  auto errors = std::make_shared<proximity::PositionErrors>(
+      proximity::position_errors(w.survey, w.tvd, w.tools.runs, w.field, w.latitude, interpolation, &covariances));
+  non_finite = covariances.non_finite;
+  return errors;
+}
+
+}  // namespace
+
+WellPairs read_well_pairs(config::ConfigReader& c) {
+  WellPairs s;
+  Well& r = s.reference;
+  r.name = "reference";
+  r.field = read_field(c);
+  r.survey = read_survey(c, r.field, false);
+  const std::string north = c.choice("survey.azimuth_reference", {"true", "magnetic", "grid"}, "true");
+  r.slot = vector_of(c.numbers("survey.slot_m", {}, 3, {0, 0, 0}));
+  r.hole_diameter = read_hole_diameter(c, "survey.hole_diameter", 0);
+  r.tools = read_tool_runs(c, r.survey);
+  r.latitude = read_latitude(c, models_of(r.tools));
+  r.tvd = read_true_vertical_depths(c, r.survey);
+  read_outside_range(c, r.survey, r.tools.runs, propagate::tool_validity(r.survey, r.tools.runs, r.field, r.latitude));
+  std::vector<config::ConfigReader> offsets = c.tables("offset");
+  if (offsets.empty()) c.fail("offset", "missing: there must be at least one [[offset]]");
+  std::set<std::string> names{r.name};
+  for (config::ConfigReader& entry : offsets) {
+    s.offsets.push_back(read_offset(entry, r, north));
+    entry.require(names.insert(s.offsets.back().name).second, "name", "another well has this name");
+  }
+  s.rule.scale_factor = c.number("separation.scale_factor", config::Range::positive(), s.rule.scale_factor);
+  s.rule.surface_margin = c.number("separation.surface_margin_m", config::Range::non_negative(), s.rule.surface_margin);
+  s.rule.project_ahead = c.number("separation.project_ahead_m", config::Range::non_negative(), s.rule.project_ahead);
+  s.interpolation = c.choice("separation.interpolation", {"covariance", "effects"}, "covariance") == "effects"
+                        ? Interpolation::effects
+                        : Interpolation::covariance;
+  read_formulations(c, s);
+  return s;
+}
+
+void scale_models(config::ConfigReader& c, WellPairs& s) { scale_all_models(c, s); }
+
+PairReference::PairReference(const SurveyedWell& well, Interpolation interpolation)
+    : well_(well), path_(well.survey, well.slot) {
+  errors_ = errors_of(well, interpolation, non_finite_);
+}
+
+const propagate::StationEffects& PairReference::effects() const {
+  if (!effects_) effects_ = std::make_unique<propagate::StationEffects>(all_effects(well_, well_.tools));
+  return *effects_;
+}
+
+WellPair::WellPair(const WellPairs& s, const PairReference& reference, const SurveyedWell& well)
+    : offset(&well), offset_path(well.survey, well.slot) {
+  geometry.reference = &reference.path();
+  geometry.offset = &offset_path;
+  geometry.reference_survey = &reference.well().survey;
+  geometry.rule = s.rule;
+  geometry.radii = (reference.well().hole_diameter + well.hole_diameter) / 2;
+  geometry.first = well.kickoff.value_or(0);
+  const auto of_reference = reference.errors(), of_offset = errors_of(well, s.interpolation, non_finite);
+  propagate::StationEffects effects;
+  if (well.kickoff) effects = all_effects(well, well.tools_from_kickoff);
+  for (const Formulation& f : s.formulations) {
+    if (!f.is_for(well)) continue;
+    if (f.kind == Formulation::Kind::shared_hole) {
+      formulations.push_back(proximity::shared_hole(reference.effects(), effects, *well.kickoff));
+    } else if (f.kind == Formulation::Kind::zeroed) {
+      formulations.push_back(proximity::zeroed_at_kickoff(reference.effects(), effects, *well.kickoff,
+                                                          reference.path().at_station(*well.kickoff).tangent,
+                                                          s.interpolation));
+    } else {
+      proximity::PairErrors e{f.name, of_reference, of_offset, {}, true};
+      e.common.sources = proximity::shared_sources(f.sharing, f.codes, *of_reference, *of_offset);
+      e.is_independent = e.common.sources.empty();
+      formulations.push_back(std::move(e));
+    }
+  }
+}
+
+const proximity::PairErrors& WellPair::formulation(const std::string& name) const {
+  const auto at = std::find_if(formulations.begin(), formulations.end(),
+                               [&](const proximity::PairErrors& e) { return e.formulation == name; });
+  assert(at != formulations.end());
+  return *at;
+}
+
+}  // namespace surveymc::study
