@@ -10,6 +10,8 @@
   study(tool_code_map, experiment)         \
   study(error_model_monte_carlo, experiment) \
   study(clearance, experiment)             \
+  study(collision, experiment)             \
+  study(rare_event, experiment)            \
   study(vertical_well, experiment)         \
   study(sensor_monte_carlo, experiment)    \
   study(reliability, map_experiment)       \

@@ -240,6 +240,22 @@ void DrawnWell::draw(const random::Stream& stream, std::uint64_t first_trial, bo
     isa_v3::draw_wells(b, stream);
 }
 
+void DrawnWell::draw_path(const survey::LaneArray& z, const std::vector<std::uint32_t>& rows, int groups,
+                          survey::LaneArray& out) const {
+  survey::LaneArray scratch = make_scratch(), points(groups, this->rows());
+  DrawnWellBatch b = batch(0, false, groups, points, scratch);
+  b.derivatives = nullptr;
+  b.given = z.row(0, 0);
+  b.given_stride = z.group_stride();
+  b.given_rows = rows.data();
+  b.path = out.row(0, 0);
+  b.path_stride = out.group_stride();
+  if (simd::instruction_set() == simd::InstructionSet::v4)
+    isa_v4::draw_wells(b, random::Stream(0, 0));
+  else
+    isa_v3::draw_wells(b, random::Stream(0, 0));
+}
+
 std::vector<double> drawn_positions(const WellErrors& errors, const std::vector<WellPoint>& points,
                                     const std::vector<double>& draws) {
   const auto errors_at = [&](std::size_t k, Eigen::Vector3d& course) {

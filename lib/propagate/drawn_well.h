@@ -44,6 +44,14 @@ class DrawnWell {
   void draw(const random::Stream& stream, std::uint64_t first_trial, bool antithetic, int groups,
             survey::LaneArray& out) const;
 
+  /// The stream's calls of a trial, in the order of make and use.
+  const std::vector<DrawCall>& calls() const { return calls_; }
+  std::size_t stations() const { return stations_; }
+  /// The whole path from given normals: the four of calls()[i] are rows rows[i] .. rows[i] + 3 of `z`. `out`:
+  /// kPathRows stations() rows. Positions are relative to the first station.
+  void draw_path(const survey::LaneArray& z, const std::vector<std::uint32_t>& rows, int groups,
+                 survey::LaneArray& out) const;
+
   /// How many normals a trial takes, those made in vain to fill a call included.
   std::size_t normals() const { return 4 * calls_.size(); }
 

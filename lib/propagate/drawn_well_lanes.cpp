@@ -22,6 +22,8 @@ template <std::size_t P>
 struct Trials {
   Bits<T> trial[P];
   Bits<T> sign;
+  const double* given[P];
+  double* path[P];
 };
 
 /// Calls first .. end - 1 into rows from `row` on.
@@ -29,6 +31,13 @@ template <std::size_t P>
 void make_draws(const DrawnWellBatch& b, const random::Stream& stream, const Trials<P>& trials, std::size_t first,
                 std::size_t end, double* row) {
   constexpr std::size_t kStride = P * kLanes;
+  if (b.given != nullptr) {
+    for (; first < end; ++first, row += 4 * kStride)
+      for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t p = 0; p < P; ++p)
+          store(row + i * kStride + p * kLanes, load<T>(trials.given[p] + (b.given_rows[first] + i) * kGroup));
+    return;
+  }
   while (first < end) {
     const random::Channel channel = b.calls[first].channel;
     // As many of one channel as there are side by side; the last one again where there are fewer.
@@ -94,6 +103,12 @@ void store3(double* row, const Vec3<T>& r) {
   store(row + 2 * kGroup, r.z);
 }
 
+void store_station(double* row, const Vec3<T>& position, const Vec3<T>& tangent, const T& length) {
+  store3(row, position);
+  store3(row + 3 * kGroup, tangent);
+  store(row + 6 * kGroup, length);
+}
+
 template <std::size_t P>
 void draw_group(const DrawnWellBatch& b, const random::Stream& stream, const Trials<P>& trials,
                 double* const (&out)[P]) {
@@ -114,6 +129,7 @@ void draw_group(const DrawnWellBatch& b, const random::Stream& stream, const Tri
     x.position = x.linear = origin;
     x.tangent = drawn_tangent(b.legs[1].from, x.errors);
   }
+  for (std::size_t p = 0; p < P && b.path != nullptr; ++p) store_station(trials.path[p], origin, path[p].tangent, zero);
   std::size_t point = 0;
   for (std::size_t s = 0; s < b.stretch_count; ++s) {
     const DrawnStretch& stretch = b.stretches[s];
@@ -150,6 +166,9 @@ void draw_group(const DrawnWellBatch& b, const random::Stream& stream, const Tri
           add_derivative(b.derivatives + 24 * k, x.errors, x.linear);
           add_derivative(b.derivatives + 24 * k + 12, at, x.linear);
         }
+        if (b.path != nullptr)
+          store_station(trials.path[p] + kPathRows * k * kGroup, x.position, tangent,
+                        T(leg.length) + (at.depth - x.errors.depth));
         x.errors = at;
         x.tangent = tangent;
       }
@@ -169,6 +188,8 @@ void draw_registers(const DrawnWellBatch& b, const random::Stream& stream, std::
     const auto from = random::draw_address<T>(consecutive<T>(b.first_trial + g * kGroup + lane), b.antithetic);
     trials.trial[p] = from.trial;
     trials.sign = from.sign;
+    trials.given[p] = b.given == nullptr ? nullptr : b.given + g * b.given_stride + lane;
+    trials.path[p] = b.path == nullptr ? nullptr : b.path + g * b.path_stride + lane;
     out[p] = b.positions + g * b.positions_stride + lane;
   }
   draw_group<P>(b, stream, trials, out);

@@ -63,7 +63,17 @@ struct DrawnWellBatch {
   double*
       positions;  ///< rows 3 point + axis: position less the true one; then 3 (points + point) + axis: to first order
   std::size_t positions_stride;
+  /// Given normals instead of the stream's: the four rows of call i begin at row given_rows[i]; null: drawn.
+  const double* given;
+  std::size_t given_stride;
+  const std::uint32_t* given_rows;
+  double* path;  ///< if not null: rows kPathRows k of station k
+  std::size_t path_stride;
 };
+
+/// Of a station of a drawn path: its place from the first station (N, E, V), the tangent there, and the length of the
+/// leg that ends there; m.
+inline constexpr std::size_t kPathRows = 7;
 
 namespace isa_v3 {
 void draw_wells(const DrawnWellBatch& batch, const random::Stream& stream);

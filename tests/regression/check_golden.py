@@ -23,7 +23,8 @@ TABLES = ("parameters", "position", "ellipse", "control_variate", "observability
           "worst_stations", "systematic", "detection", "injected", "alarms", "blame", "claims", "delay", "failures",
           "profile", "metrics", "comparison", "operating", "baselines", "data_quality",
           "reference_field", "magnetic_elements", "interference", "modes", "outliers", "rms", "unstart", "worse",
-          "gyro", "tool_codes", "validity", "by_source", "least", "relative_covariance", "relative_position")
+          "gyro", "tool_codes", "validity", "by_source", "least", "relative_covariance", "relative_position",
+          "probability", "sampling", "design_points", "importance")
 # Long tables: the mean over realisations, and nothing that follows from it.
 CHOSEN_COLUMNS = {"metrics": {"formulation", "quantity", "monte_carlo"}}
 

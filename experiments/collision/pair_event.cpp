@@ -1,0 +1,252 @@
+#include "collision/pair_event.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+#include "base/units.h"
+#include "proximity/touch_predictions.h"
+#include "random/rare_channels.h"
+#include "stats/normal_tail.h"
+
+namespace surveymc::studies::collision {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using proximity::PairPoints;
+using proximity::PathPoint;
+using proximity::ScanDirection;
+
+constexpr double kKeep = 2.5;  // of beta: design points within it of the least
+constexpr int kMostDimensions = 10;
+
+/// Orthonormal directions of the rows of J at the first design point, then of the others as far as they lead out of
+/// them.
+Eigen::MatrixXd directions_of(const Eigen::Matrix3Xd& j, const std::vector<rare::DesignPoint>& designs) {
+  constexpr double kSpread = 1e-6, kNew = 0.2;
+  Eigen::MatrixXd basis(j.cols(), 0);
+  const auto add = [&](Eigen::VectorXd x, double least) {
+    for (int twice = 0; twice < 2; ++twice) x -= basis * (basis.transpose() * x);
+    if (!(x.norm() > least) || basis.cols() >= kMostDimensions) return;
+    basis.conservativeResize(j.cols(), basis.cols() + 1);
+    basis.col(basis.cols() - 1) = x.normalized();
+  };
+  const double size = j.rowwise().norm().maxCoeff();
+  for (int row = 0; row < 3; ++row) add(j.row(row).transpose(), kSpread * size);
+  for (const rare::DesignPoint& d : designs) add(d.z, kNew * d.beta);
+  return basis;
+}
+
+propagate::WellErrors errors_of(const Scenario& s, const study::SurveyedWell& w, const study::ToolRuns& tools) {
+  return propagate::well_errors(w.survey, w.tvd, tools.runs, w.field, w.latitude, 1, s.vertical);
+}
+
+std::size_t bin_of(double md, const std::pair<double, double>& range) {
+  const double share = (md - range.first) / (range.second - range.first);
+  return static_cast<std::size_t>(
+      std::clamp(std::floor(share * PairEvent::kContactBins), 0.0, PairEvent::kContactBins - 1.0));
+}
+
+}  // namespace
+
+PairEvent::PairEvent(const Scenario& s, const study::PairReference& reference, const propagate::WellErrors& drawn,
+                     std::size_t offset, const study::PairFormulation& formulation, const random::Stream& stream)
+    : s_(s), stream_(stream), offset_(s.offsets[offset].name), correlation_(formulation.name) {
+  const study::SurveyedWell& well = s.offsets[offset];
+  const WellExtras& extras = s.extras[offset];
+  const study::WellPair pair(s, reference, well);
+  const proximity::PairErrors& errors = pair.formulation(formulation.name);
+  const bool is_hole_shared = formulation.kind == study::PairFormulation::Kind::shared_hole;
+  const propagate::WellErrors offset_errors = errors_of(s, well, is_hole_shared ? well.tools_from_kickoff : well.tools);
+  const proximity::SharedDraws shared = is_hole_shared
+                                            ? proximity::draws_of_shared_hole(drawn, offset_errors, *well.kickoff)
+                                            : proximity::shared_draws(drawn, offset_errors, errors);
+  radii_ = pair.geometry.radii;
+  depths_ = {
+      std::pair(reference.path().md(extras.first_reference), reference.path().md(reference.path().stations() - 1)),
+      std::pair(pair.offset_path.md(extras.first), pair.offset_path.md(pair.offset_path.stations() - 1))};
+  state_ = std::make_unique<proximity::ContactState>(
+      proximity::DrawnWellPlace{&drawn, s.reference.slot, s.reference_slot_sd, extras.first_reference, 0},
+      proximity::DrawnWellPlace{&offset_errors, well.slot, extras.slot_sd, extras.first,
+                                static_cast<std::uint32_t>(offset + 1)},
+      shared, radii_);
+  hits_ = std::make_unique<proximity::HitState>(*state_);
+  reference_sources_ = drawn.sources;
+  offset_sources_ = offset_errors.sources;
+  slots_.diagonal() = s.reference_slot_sd.cwiseAbs2() + extras.slot_sd.cwiseAbs2();
+  touching_ = proximity::touching_pairs(
+      reference.path(), extras.first_reference, pair.offset_path, extras.first,
+      [&](const PathPoint& a, const PathPoint& b) {
+        return Matrix3d(slots_ + proximity::relative_covariance(errors, errors.reference->covariance_at(a.leg, a.share),
+                                                                errors.offset->covariance_at(b.leg, b.share), a.leg,
+                                                                a.share, b.leg, b.share));
+      },
+      radii_, kKeep, s.sampling.preparing.max_components);
+  event_ = study::prepare_event(s.sampling, [&] { return prepare(drawn, offset_errors); });
+  predict(s, pair, errors);
+  closest_r_ = predictions_.closest.offset.position - predictions_.closest.reference.position;
+  closest_j_ = state_->derivative(drawn, offset_errors, proximity::well_point(predictions_.closest.reference),
+                                  proximity::well_point(predictions_.closest.offset));
+  trials_ = std::make_unique<rare::EventTrials>(*hits_, event_.prepared.proposal,
+                                                rare::TrialAddresses{state_->calls(), random::kRareChoice}, stream_);
+}
+
+rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset) const {
+  rare::Prepared out;
+  Eigen::Matrix3Xd first;
+  for (const proximity::TouchingPair& p : touching_) {
+    const Eigen::Matrix3Xd j =
+        state_->derivative(reference, offset, proximity::well_point(p.reference), proximity::well_point(p.offset));
+    const Vector3d r = p.offset.position - p.reference.position;
+    Vector3d q;
+    const double beta = proximity::touching_beta(r, j * j.transpose(), radii_, &q);
+    if (!std::isfinite(beta)) continue;
+    const Eigen::VectorXd z = proximity::design_of(j, r, q);
+    if (out.designs.empty()) first = j;
+    out.designs.push_back({z, z.norm()});
+  }
+  if (out.designs.empty()) return out;
+  const bool is_near = out.designs.front().beta < study::kPlainBeta;
+  if (s_.sampling.method == "auto" && is_near) return out;
+  const Eigen::MatrixXd basis = directions_of(first, out.designs);
+  constexpr double kLeastWide = 1.3;
+  const double wide = std::max(kLeastWide, out.designs.front().beta / std::sqrt(3.0));
+  constexpr int kRounds = 8;
+  out.proposal = rare::adapt_proposal(*state_, stream_, out.designs, basis, s_.sampling.preparing, wide, kRounds, true,
+                                      out.evaluations);
+  return out;
+}
+
+void PairEvent::predict(const Scenario& s, const study::WellPair& pair, const proximity::PairErrors& errors) {
+  const auto covariance = [&](const PairPoints& p) {
+    return Matrix3d(slots_ + proximity::relative_covariance(
+                                 errors, errors.reference->covariance_at(p.reference.leg, p.reference.share),
+                                 errors.offset->covariance_at(p.offset.leg, p.offset.share), p.reference.leg,
+                                 p.reference.share, p.offset.leg, p.offset.share));
+  };
+  const auto apart = [](const PairPoints& p) { return Vector3d(p.offset.position - p.reference.position); };
+  const ScanDirection direction = ScanDirection::reference;
+  const auto scanned = proximity::scan(pair.geometry, direction, 0, 1);
+  const auto least = proximity::least_clearance(pair.geometry, errors, direction, scanned,
+                                                proximity::least_samples(pair.geometry, direction));
+  Predictions& out = predictions_;
+  out.closest = least[1].pair;
+  out.separation_factor = least[0].continuous;
+  out.least_sf_pair = least[0].pair;
+  // Slots spread, too: the rule itself knows of none.
+  if (!slots_.isZero(0)) {
+    out.separation_factor = kInfinity;
+    for (const PairPoints& p : scanned) {
+      const Vector3d d = apart(p);
+      const double sf = proximity::separation_factor(s.rule, p.distance, radii_,
+                                                     proximity::pedal_radius(covariance(p), d.normalized()));
+      if (!(sf < out.separation_factor * (1 - 1e-12))) continue;
+      out.separation_factor = sf;
+      out.least_sf_pair = p;
+    }
+  }
+  std::size_t near = 0;
+  for (const PairPoints& p : scanned) near += p.distance < out.closest.distance * 1.0001;
+  out.is_equidistant = near > 2 && near * 10 > scanned.size();
+  const Vector3d r = apart(out.closest);
+  const Matrix3d c = covariance(out.closest);
+  const Vector3d &a = out.closest.reference.tangent, &b = out.closest.offset.tangent;
+  const Vector3d along = (a.dot(b) < 0 ? Vector3d(a - b) : Vector3d(a + b)).normalized();
+  out.sd = proximity::pedal_radius(c, r.normalized());
+  out.mahalanobis = proximity::mahalanobis(r, c);
+  plane_.row(0) = (r - along * along.dot(r)).normalized().transpose();
+  plane_.row(1) = along.cross(Vector3d(plane_.row(0).transpose())).transpose();
+  const double beta = touching_.empty()                 ? kInfinity
+                      : event_.prepared.designs.empty() ? touching_.front().beta
+                                                        : event_.prepared.designs.front().beta;
+  out.probability = {proximity::touch_half_space(r, c, radii_),
+                     proximity::touch_half_space(apart(out.least_sf_pair), covariance(out.least_sf_pair), radii_),
+                     proximity::touch_slab(r, c, radii_),
+                     proximity::touch_disc(r, c, radii_, along),
+                     proximity::touch_point(r, c, radii_),
+                     stats::normal_upper_tail(beta)};
+}
+
+Eigen::Matrix2d PairEvent::plane_covariance() const {
+  return plane_ * closest_j_ * closest_j_.transpose() * plane_.transpose();
+}
+
+std::size_t PairEvent::weights() const {
+  return rare::kFirstComponent + event_.prepared.proposal.components().size() + 2 * kContactBins;
+}
+
+stats::Tally PairEvent::run_block(std::uint64_t first, int count, std::size_t number) const {
+  std::vector<stats::WeightedHits> bins(2 * kContactBins);
+  std::vector<double> samples;
+  stats::Tally tally = trials_->run_block(first, count, [&](const rare::EventTrial& t, const rare::DrawnTrials& drawn) {
+    bins[bin_of(t.marks[0], depths_[0])].add(t.weight);
+    bins[kContactBins + bin_of(t.marks[1], depths_[1])].add(t.weight);
+    if (t.trial >= s_.save_samples) return;
+    Vector3d x = closest_r_;
+    for (int i = 0; i < state_->dimension(); ++i) x += closest_j_.col(i) * drawn.z.value(t.lane_index, i);
+    const Eigen::Vector2d at = plane_ * x;
+    samples.insert(samples.end(), {static_cast<double>(number + 1), static_cast<double>(t.trial), t.weight,
+                                   static_cast<double>(t.component), t.marks[0], t.marks[1], at[0], at[1]});
+  });
+  tally.weighted.insert(tally.weighted.end(), bins.begin(), bins.end());
+  tally.samples = std::move(samples);
+  return tally;
+}
+
+stats::Tally PairEvent::subset_replicates(std::uint64_t first, int count) const {
+  return rare::run_subset_replicates(*state_, stream_, first, count, s_.sampling.subset_samples);
+}
+
+std::string PairEvent::replay(std::uint64_t trial) const {
+  const std::string head = fmt::format("  {}, {}: ", offset_, correlation_);
+  if (event_.method == "subset") {
+    const rare::SubsetReplicate r = rare::subset_simulation(*state_, stream_, trial, s_.sampling.subset_samples);
+    return head +
+           fmt::format("probability {:.17g}, levels {}, evaluations {}\n", r.probability, r.levels, r.evaluations);
+  }
+  rare::EventTrials all(*state_, event_.prepared.proposal, rare::TrialAddresses{state_->calls(), random::kRareChoice},
+                        stream_);
+  proximity::Contact c;
+  double reference_md = 0, offset_md = 0;
+  const rare::EventTrial t = all.replay(trial, [&](const rare::EventTrial& at, const rare::DrawnTrials& drawn) {
+    c = state_->contact(drawn.z, at.lane_index, reference_md, offset_md);
+  });
+  const auto& components = event_.prepared.proposal.components();
+  return head + fmt::format(
+                    "g {:.17g} m{}, weight {:.17g}, component {} ({}), nearest at {:.10g} m of the reference and "
+                    "{:.10g} m of the offset\n",
+                    t.g, t.g <= 0 ? " (a hit)" : "", t.weight, t.component,
+                    components.empty() ? "plain" : rare::name_of(components[t.component].kind), reference_md,
+                    offset_md);
+}
+
+std::vector<PairEvent::Importance> PairEvent::importance() const {
+  std::vector<Importance> out;
+  if (event_.prepared.designs.empty()) return out;
+  const rare::DesignPoint& d = event_.prepared.designs.front();
+  std::map<std::pair<int, std::uint32_t>, double> sums;
+  for (std::size_t i = 0; i < state_->names().size(); ++i) {
+    const auto& name = state_->names()[i];
+    if (name.well < 0) continue;
+    const double alpha = d.z[static_cast<Eigen::Index>(i)] / d.beta;
+    sums[{name.well, name.source}] += alpha * alpha;
+  }
+  for (const auto& [name, factor] : sums) {
+    Importance x{"slot", "", name.first == 0 ? "reference" : name.first == 1 ? offset_ : "both", factor};
+    if (name.second != proximity::ContactState::kSlot) {
+      const propagate::ErrorSource& source = (name.first == 1 ? offset_sources_ : reference_sources_)[name.second];
+      x.code = source.code;
+      x.mode = std::string(1, error_model::mode_letter(source.mode));
+    }
+    out.push_back(std::move(x));
+  }
+  std::stable_sort(out.begin(), out.end(),
+                   [](const Importance& x, const Importance& y) { return x.factor > y.factor; });
+  return out;
+}
+
+}  // namespace surveymc::studies::collision

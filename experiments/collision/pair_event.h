@@ -1,0 +1,84 @@
+#pragma once
+/// One pair of wells in one formulation of what they share: the event that they touch.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "collision/scenario.h"
+#include "proximity/contact_design.h"
+#include "proximity/contact_state.h"
+#include "rare/event_trials.h"
+
+namespace surveymc::studies::collision {
+
+/// What is said of a pair before anything is drawn. Standard deviations and covariances have the slots in them.
+struct Predictions {
+  proximity::PairPoints closest, least_sf_pair;
+  double separation_factor = kNaN;  ///< the least, by the rule of `[separation]`
+  double mahalanobis = kNaN;        ///< at the closest pair
+  double sd = kNaN;                 ///< along the line between its points, m
+  bool is_equidistant = false;      ///< the wells are as near over a tenth of the reference: "closest" is arbitrary
+  std::array<double, kFormulations.size()> probability{};
+};
+
+class PairEvent {
+ public:
+  PairEvent(const Scenario& scenario, const study::PairReference& reference, const propagate::WellErrors& drawn,
+            std::size_t offset, const study::PairFormulation& formulation, const random::Stream& stream);
+
+  const std::string& offset() const { return offset_; }
+  const std::string& correlation() const { return correlation_; }
+  const study::PreparedEvent& event() const { return event_; }
+  const Predictions& predictions() const { return predictions_; }
+  const std::vector<proximity::TouchingPair>& touching() const { return touching_; }
+  int dimension() const { return state_->dimension(); }
+  double radii() const { return radii_; }
+
+  /// weighted: as EventTrials, then the hits by depth of contact: kContactBins of the reference, as many of the offset.
+  static constexpr std::size_t kContactBins = 20;
+  stats::Tally run_block(std::uint64_t first, int count, std::size_t number) const;
+  stats::Tally subset_replicates(std::uint64_t first, int count) const;
+  /// How many WeightedHits a block has.
+  std::size_t weights() const;
+  /// Least and largest measured depth of the bins: 0 the reference, 1 the offset; m.
+  std::pair<double, double> depths(int well) const { return depths_[static_cast<std::size_t>(well)]; }
+
+  std::string replay(std::uint64_t trial) const;
+
+  /// alpha_i^2 of the first design point, summed by source and well; largest first.
+  struct Importance {
+    std::string code, mode, well;
+    double factor = 0;
+  };
+  std::vector<Importance> importance() const;
+
+  /// Numbers of a sample of the table hits: number of the event, trial, weight, component, two depths, and the linear
+  /// displacement at the closest pair in the plane across the wells, two numbers (m).
+  static constexpr int kSampled = 8;
+  /// Covariance of that displacement, m2, and where the reference then is: r in that plane.
+  Eigen::Matrix2d plane_covariance() const;
+  Eigen::Vector2d plane_mean() const { return plane_ * closest_r_; }
+
+ private:
+  rare::Prepared prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset) const;
+  void predict(const Scenario& s, const study::WellPair& pair, const proximity::PairErrors& errors);
+
+  const Scenario& s_;
+  random::Stream stream_;
+  std::string offset_, correlation_;
+  double radii_;
+  std::unique_ptr<proximity::ContactState> state_;
+  std::unique_ptr<proximity::HitState> hits_;
+  std::vector<proximity::TouchingPair> touching_;
+  std::array<std::pair<double, double>, 2> depths_;
+  std::vector<propagate::ErrorSource> reference_sources_, offset_sources_;
+  Predictions predictions_;
+  Eigen::Vector3d closest_r_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, 2, 3> plane_;
+  Eigen::Matrix3Xd closest_j_;
+  Eigen::Matrix3d slots_ = Eigen::Matrix3d::Zero();
+  study::PreparedEvent event_;
+  std::unique_ptr<rare::EventTrials> trials_;
+};
+
+}  // namespace surveymc::studies::collision

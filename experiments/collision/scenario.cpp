@@ -1,0 +1,94 @@
+#include "collision/scenario.h"
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "proximity/drawn_contact.h"
+#include "study/scenario.h"
+#include "survey/minimum_curvature.h"
+
+namespace surveymc::studies::collision {
+namespace {
+
+Eigen::Vector3d read_slot_sd(config::ConfigReader& c, const std::string& key) {
+  const std::vector<double> sd = c.numbers(key, config::Range::non_negative(), 3, {0, 0, 0});
+  return {sd[0], sd[1], sd[2]};
+}
+
+/// The well as surveyed.
+proximity::DrawnPath path_of(const study::SurveyedWell& well) {
+  const proximity::WellPath path(well.survey, well.slot);
+  proximity::DrawnPath out;
+  out.resize(path.stations());
+  for (std::size_t k = 0; k < path.stations(); ++k) {
+    const proximity::PathPoint p = path.at_station(k);
+    out.set(k, p.position, p.tangent, k == 0 ? 0 : path.md(k) - path.md(k - 1));
+  }
+  return out;
+}
+
+/// Stations from which on the wells are apart: the first ones, or of a sidetrack those behind its kick-off where the
+/// holes have left each other.
+void set_first_stations(config::ConfigReader& entry, const Scenario& s, const study::SurveyedWell& offset,
+                        WellExtras& extras) {
+  const proximity::DrawnPath a = path_of(s.reference), b = path_of(offset);
+  const double radii = (s.reference.hole_diameter + offset.hole_diameter) / 2;
+  proximity::ContactScratch scratch;
+  const auto nearest = [&] {
+    return proximity::nearest_contact(a, extras.first_reference, b, extras.first, kInfinity, scratch);
+  };
+  if (offset.kickoff) {
+    extras.first_reference = extras.first = *offset.kickoff + 1;
+    while (extras.first_reference + 2 < a.stations() && extras.first + 2 < b.stations() && nearest().distance <= radii)
+      ++extras.first_reference, ++extras.first;
+  }
+  const proximity::Contact c = nearest();
+  if (c.distance > radii) return;
+  const auto md = [](const study::SurveyedWell& w, std::size_t leg, double share) {
+    const std::vector<double> depths = w.survey.md();
+    return depths[leg] + share * (depths[leg + 1] - depths[leg]);
+  };
+  entry.fail(
+      offset.kickoff ? "kickoff_md_m" : "slot_m",
+      fmt::format("the holes touch as surveyed: centre lines are {:.4g} m apart at {:.6g} m of the reference and "
+                  "{:.6g} m of this well, and the radii add up to {:.4g} m: the probability is 1; must be "
+                  "wells that pass each other",
+                  c.distance, md(s.reference, c.reference_leg, c.reference_share),
+                  md(offset, c.offset_leg, c.offset_share), radii));
+}
+
+}  // namespace
+
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
+  Scenario s;
+  static_cast<study::WellPairs&>(s) = study::read_well_pairs(c);
+  s.seed = seed;
+  s.reference_slot_sd = read_slot_sd(c, "survey.slot_sd_m");
+  std::vector<config::ConfigReader> entries = c.tables("offset");
+  for (std::size_t o = 0; o < entries.size(); ++o) {
+    WellExtras extras;
+    extras.slot_sd = read_slot_sd(entries[o], "slot_sd_m");
+    set_first_stations(entries[o], s, s.offsets[o], extras);
+    s.extras.push_back(extras);
+  }
+  for (const study::PairFormulation& f : s.formulations)
+    c.require(f.kind != study::PairFormulation::Kind::zeroed, "separation.formulations",
+              "\"zeroed\" is no way to draw wells: must be one by which they share draws");
+  study::scale_models(c, s);
+  s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "azimuth" ? propagate::VerticalRule::azimuth
+                                                                                     : propagate::VerticalRule::tilt;
+  s.sampling = study::read_event_sampling(c);
+  s.verdict = study::read_event_verdict(c);
+  s.plan = study::read_trial_plan(c, {"probability"}, s.verdict);
+  c.require(s.sampling.method != "subset" || s.plan.looks.empty(), "stop",
+            "not with sampling.method = \"subset\": give `trials`, the number of replicates");
+  if (s.sampling.method != "subset")
+    s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+  std::vector<study::RowName> rows;
+  for (const char* f : kFormulations) rows.push_back({"probability", f, "probability"});
+  s.annotations = study::Annotations::read(c, rows);
+  c.finish();
+  return s;
+}
+
+}  // namespace surveymc::studies::collision

@@ -1,0 +1,38 @@
+#pragma once
+/// Config of the study collision as checked values (docs/results-format.md has the keys).
+#include <array>
+#include <string>
+#include <vector>
+
+#include "random/study_id.h"
+#include "study/annotations.h"
+#include "study/event_sampling.h"
+#include "study/well_pairs.h"
+
+namespace surveymc::studies::collision {
+
+/// What a well of the study has besides those of study::WellPairs.
+struct WellExtras {
+  Eigen::Vector3d slot_sd = Eigen::Vector3d::Zero();  ///< north, east, down, m
+  std::size_t first_reference = 0, first = 0;         ///< stations from which on both wells of the pair count
+};
+
+struct Scenario : study::WellPairs {
+  random::StudySeed seed;
+  study::TrialPlan plan;
+  std::uint64_t save_samples = 0;
+  study::EventSampling sampling;
+  study::VerdictRule verdict;
+  study::Annotations annotations;
+  propagate::VerticalRule vertical = propagate::VerticalRule::tilt;
+  Eigen::Vector3d reference_slot_sd = Eigen::Vector3d::Zero();
+  std::vector<WellExtras> extras;  ///< of the offsets
+};
+
+Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
+
+/// Predictions of the table probability.
+inline constexpr std::array<const char*, 6> kFormulations{"half_space", "half_space_least_sf", "slab", "disc", "point",
+                                                          "form"};
+
+}  // namespace surveymc::studies::collision

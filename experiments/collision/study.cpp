@@ -1,0 +1,146 @@
+/// Study: how likely do two wells touch, anywhere along their paths?
+///
+///   surveys, slots, error models (config) -> nearest way to touch over all pairs of points
+///   (proximity/contact_design.h)
+///   -> mixture adapted to it (rare/preparing.h) -> both wells drawn, least distance of both paths, weights
+/// held against the predictions of one pair of points.
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "collision/tables.h"
+#include "random/study_stream.h"
+#include "study/experiment.h"
+
+namespace surveymc::studies::collision {
+namespace {
+
+class Collision final : public study::StudyPoint {
+ public:
+  Collision(std::shared_ptr<const Scenario> scenario, const montecarlo::RunOptions& options) : s_(std::move(scenario)) {
+    const study::PairReference reference(s_->reference, s_->interpolation);
+    const propagate::WellErrors drawn =
+        propagate::well_errors(s_->reference.survey, s_->reference.tvd, s_->reference.tools.runs, s_->reference.field,
+                               s_->reference.latitude, 1, s_->vertical);
+    const random::Stream stream = random::stream_of(s_->seed);
+    for (std::size_t o = 0; o < s_->offsets.size(); ++o)
+      for (const study::PairFormulation& f : s_->formulations) {
+        if (!f.is_for(s_->offsets[o])) continue;
+        if (options.stop && *options.stop) throw Interrupted("stopped before all pairs were prepared");
+        events_.push_back(std::make_unique<PairEvent>(*s_, reference, drawn, o, f, stream));
+      }
+  }
+
+  stats::Tally run_block(montecarlo::TrialBlock block) const override {
+    stats::Tally all;
+    all.trials = static_cast<std::uint64_t>(block.count);
+    if (is_subset()) {
+      for (const auto& e : events_) {
+        const stats::Tally t = e->subset_replicates(block.first, block.count);
+        all.groups.push_back(t.moments);
+        all.counts.insert(all.counts.end(), t.counts.begin(), t.counts.end());
+      }
+      return all;
+    }
+    for (std::size_t i = 0; i < events_.size(); ++i) {
+      stats::Tally t = events_[i]->run_block(block.first, block.count, i);
+      all.weighted.insert(all.weighted.end(), t.weighted.begin(), t.weighted.end());
+      all.samples.insert(all.samples.end(), t.samples.begin(), t.samples.end());
+      all.failed += t.failed;
+    }
+    all.proposal = proposal();
+    return all;
+  }
+
+  std::uint64_t proposal() const override {
+    std::uint64_t h = 0;
+    for (const auto& e : events_) h = h * 0x9e3779b97f4a7c15u + e->event().prepared.proposal.hash();
+    return h;
+  }
+
+  std::uint64_t trials_needed(const stats::Tally& tally) const override {
+    std::uint64_t needed = 0;
+    for (const JudgedEvent& e : judged(tally, {}))
+      needed = std::max(needed, study::trials_for(e.found, tally.trials, s_->plan.relative_ci));
+    return needed;
+  }
+
+  study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions& options) const override {
+    std::vector<stats::Tally> checks(events_.size());
+    if (!is_subset())
+      for (std::size_t i = 0; i < events_.size(); ++i)
+        for (int r = 0; r < s_->sampling.subset_replicates && !events_[i]->touching().empty(); ++r) {
+          if (options.stop && *options.stop) throw Interrupted("stopped before the check was done");
+          checks[i].merge(events_[i]->subset_replicates(static_cast<std::uint64_t>(r), 1));
+        }
+    study::PointResult r;
+    r.tables = tables_of(*s_, judged(tally, checks));
+    if (s_->save_samples > 0) r.samples = {hits_table(tally)};
+    return r;
+  }
+
+  std::string replay(std::uint64_t trial) const override {
+    std::string text = fmt::format("trial {}\n", trial);
+    for (const auto& e : events_) text += e->replay(trial);
+    return text;
+  }
+
+ private:
+  bool is_subset() const { return s_->sampling.method == "subset"; }
+
+  std::vector<JudgedEvent> judged(const stats::Tally& tally, const std::vector<stats::Tally>& checks) const {
+    std::vector<JudgedEvent> out;
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < events_.size(); ++i) {
+      const PairEvent& e = *events_[i];
+      JudgedEvent j{&e, {}, {}};
+      j.tally.trials = tally.trials;
+      if (is_subset()) {
+        j.tally.moments = tally.groups.empty() ? stats::Moments(1) : tally.groups[i];
+        if (!tally.counts.empty()) j.tally.counts = {tally.counts[2 * i], tally.counts[2 * i + 1]};
+      } else if (first + e.weights() <= tally.weighted.size()) {
+        const auto begin = tally.weighted.begin() + static_cast<std::ptrdiff_t>(first);
+        j.tally.weighted.assign(begin, begin + static_cast<std::ptrdiff_t>(e.weights()));
+        j.tally.failed = j.tally.weighted[rare::kLost].count;
+        first += e.weights();
+      }
+      j.found = study::estimate_event(e.event(), j.tally, checks.empty() ? stats::Tally{} : checks[i],
+                                      s_->verdict.confidence, 0);
+      if (e.touching().empty()) {
+        j.found.probability = 0;
+        j.found.interval = {0, 0};
+        j.found.note = "impossible, p = 0: no source moves the wells to each other";
+      }
+      out.push_back(std::move(j));
+    }
+    return out;
+  }
+
+  std::shared_ptr<const Scenario> s_;
+  std::vector<std::unique_ptr<PairEvent>> events_;
+};
+
+class CollisionPlan final : public study::PointPlan {
+ public:
+  explicit CollisionPlan(Scenario scenario) : s_(std::make_shared<const Scenario>(std::move(scenario))) {}
+  std::uint64_t trials() const override { return s_->plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_->plan.looks; }
+  int block_trials() const override { return s_->sampling.method == "subset" ? 1 : montecarlo::kBlockTrials; }
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
+    return std::make_unique<Collision>(s_, options);
+  }
+
+ private:
+  std::shared_ptr<const Scenario> s_;
+};
+
+}  // namespace
+
+study::Experiment experiment() {
+  return {random::StudyId::collision, "How likely two wells touch: importance sampling of whole wells",
+          "Loeng 2012; SPE 187073; ISCWSA clearance set and correlation diagnostics",
+          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
+            return std::make_unique<CollisionPlan>(read_scenario(config, seed));
+          }};
+}
+
+}  // namespace surveymc::studies::collision

@@ -1,0 +1,252 @@
+#include "collision/tables.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "proximity/touch_predictions.h"
+#include "study/table_rows.h"
+
+namespace surveymc::studies::collision {
+namespace {
+
+using study::TableRows;
+
+void put_event(TableRows& t, const PairEvent& e) {
+  t.word("offset", "name of the offset well", e.offset());
+  t.word("correlation", "what the wells share", e.correlation());
+}
+
+store::Table probability_table(const Scenario& s, const std::vector<JudgedEvent>& events) {
+  store::Table all;
+  for (const JudgedEvent& e : events) {
+    const Predictions& p = e.event->predictions();
+    std::vector<study::ComparisonRow> rows;
+    for (std::size_t f = 0; f < kFormulations.size(); ++f) {
+      study::ComparisonRow row =
+          study::compare_probability(kFormulations[f], e.found, p.probability[f], s.verdict, e.tally.trials);
+      const std::string own = std::string_view(kFormulations[f]) == "half_space_least_sf"
+                                  ? fmt::format("at {:.6g} m of the reference", p.least_sf_pair.reference.md)
+                              : p.is_equidistant && std::string_view(kFormulations[f]) != "form"
+                                  ? "the wells are equidistant: the closest pair is arbitrary"
+                                  : "";
+      if (!own.empty()) row.note += (row.note.empty() ? "" : "; ") + own;
+      rows.push_back(row);
+    }
+    s.annotations.apply("probability", rows);
+    store::Table t = study::comparison_table(
+        "probability", "probability that the wells touch" + study::at_confidence(s.verdict.confidence), rows,
+        e.tally.trials, e.tally.failed, true);
+    const std::vector<store::Column> leading{
+        {"offset", "", "name of the offset well", std::vector<std::string>(rows.size(), e.event->offset())},
+        {"correlation", "", "what the wells share", std::vector<std::string>(rows.size(), e.event->correlation())},
+        {"separation_factor", "1", "the least of the pair", std::vector<double>(rows.size(), p.separation_factor)}};
+    t.columns.insert(t.columns.begin(), leading.begin(), leading.end());
+    if (all.columns.empty())
+      all = std::move(t);
+    else
+      store::append_rows(all, t);
+  }
+  return all;
+}
+
+store::Table sampling_table(const Scenario& s, const std::vector<JudgedEvent>& events) {
+  TableRows t("sampling", "how the events were drawn" + study::at_confidence(s.verdict.confidence));
+  for (const JudgedEvent& e : events) {
+    put_event(t, *e.event);
+    study::put_sampling(t, e.event->event(), e.found);
+  }
+  return t.take();
+}
+
+store::Table design_table(const std::vector<JudgedEvent>& events) {
+  TableRows t("design_points", "the nearest ways to touch, and what their components hit");
+  const auto put = [&](const PairEvent& e, std::size_t k, const rare::Component& c, double share) {
+    const auto design = static_cast<std::size_t>(std::max(c.design_point, 0));
+    const bool has = c.design_point >= 0 && design < e.event().prepared.designs.size();
+    const proximity::TouchingPair* at = has && design < e.touching().size() ? &e.touching()[design] : nullptr;
+    put_event(t, e);
+    t.count("component", "number of the component, from 0", static_cast<std::uint64_t>(k));
+    t.word("kind", "adapted, shifted to a design point, or wide", rare::name_of(c.kind));
+    t.number("beta", "1", "distance of the design point from the origin",
+             has ? e.event().prepared.designs[design].beta : kNaN);
+    t.number("share_of_hits", "1", "share of the estimate that this component drew", share);
+    t.number("ref_md_m", "m", "where it touches: measured depth of the reference", at ? at->reference.md : kNaN);
+    t.number("offset_md_m", "m", "of the offset", at ? at->offset.md : kNaN);
+    t.number("distance_m", "m", "distance of the two points as surveyed",
+             at ? (at->offset.position - at->reference.position).norm() : kNaN);
+  };
+  bool any = false;
+  for (const JudgedEvent& e : events) {
+    const auto& components = e.event->event().prepared.proposal.components();
+    const double all = e.tally.weighted.empty() ? 0 : e.tally.weighted[rare::kAllHits].sum;
+    for (std::size_t k = 0; k < components.size(); ++k, any = true)
+      put(*e.event, k, components[k], all > 0 ? e.tally.weighted[rare::kFirstComponent + k].sum / all : 0);
+    if (components.empty() && !e.event->touching().empty()) {  // plain: where they would touch first
+      rare::Component c;
+      c.design_point = 0;
+      put(*e.event, 0, c, kNaN);
+      any = true;
+    }
+  }
+  if (!any) {
+    put(*events.front().event, 0, {}, 0);
+    t.drop_rows();
+  }
+  return t.take();
+}
+
+store::Table importance_table(const std::vector<JudgedEvent>& events) {
+  TableRows t("importance",
+              "squared direction cosines of the first design point, by source: which errors make the wells "
+              "touch");
+  bool any = false;
+  const auto put = [&](const PairEvent& e, const PairEvent::Importance& x) {
+    put_event(t, e);
+    t.word("code", "code of the error source", x.code);
+    t.word("mode", "R, S, W or G", x.mode);
+    t.word("well", "whose error, or both: shared", x.well);
+    t.number("factor", "1", "part of beta^2; all add up to 1", x.factor);
+  };
+  for (const JudgedEvent& e : events)
+    for (const PairEvent::Importance& x : e.event->importance()) put(*e.event, x), any = true;
+  if (!any) {
+    put(*events.front().event, {});
+    t.drop_rows();
+  }
+  return t.take();
+}
+
+store::Table contact_table(const Scenario& s, const std::vector<JudgedEvent>& events) {
+  TableRows t("contact", "where along both wells the weighted hits touch" + study::at_confidence(s.verdict.confidence));
+  bool any = false;
+  for (const JudgedEvent& e : events) {
+    if (e.event->event().method == "subset" || e.tally.weighted.empty()) continue;
+    const std::size_t first = rare::kFirstComponent + e.event->event().prepared.proposal.components().size();
+    const double all = e.tally.weighted[rare::kAllHits].sum;
+    for (int well = 0; well < 2; ++well) {
+      const auto [lo, hi] = e.event->depths(well);
+      double below = 0;
+      for (std::size_t b = 0; b < PairEvent::kContactBins; ++b, any = true) {
+        const stats::WeightedHits& h =
+            e.tally.weighted[first + static_cast<std::size_t>(well) * PairEvent::kContactBins + b];
+        const double width = (hi - lo) / PairEvent::kContactBins;
+        below += h.sum;
+        put_event(t, *e.event);
+        t.word("well", "reference or offset", well == 0 ? "reference" : "offset");
+        t.number("from_md_m", "m", "beginning of the bin", lo + width * static_cast<double>(b));
+        t.number("to_md_m", "m", "end of the bin", lo + width * static_cast<double>(b + 1));
+        t.count("hits", "trials that touch there", h.count);
+        t.number("share", "1", "of the probability", all > 0 ? h.sum / all : kNaN);
+        t.number("share_above", "1", "of the probability down to the end of the bin", all > 0 ? below / all : kNaN);
+      }
+    }
+  }
+  if (!any) {
+    put_event(t, *events.front().event);
+    t.word("well", "reference or offset", "");
+    for (const char* name : {"from_md_m", "to_md_m"}) t.number(name, "m", "", 0);
+    t.count("hits", "trials that touch there", 0);
+    for (const char* name : {"share", "share_above"}) t.number(name, "1", "", 0);
+    t.drop_rows();
+  }
+  return t.take();
+}
+
+constexpr std::size_t kHalfSpace = 0, kHalfSpaceLeastSf = 1, kDisc = 3, kPoint = 4;
+
+store::Table claims_table(const std::vector<JudgedEvent>& events) {
+  TableRows t("claims", "statements on the probability that wells touch, held against it");
+  const auto put = [&](const std::string& offset, const std::string& correlation, const std::string& claim,
+                       const std::string& source, const std::string& what, double value, const std::string& verdict) {
+    t.word("offset", "name of the offset well; all: over all pairs", offset);
+    t.word("correlation", "what the wells share", correlation);
+    t.word("claim", "the statement", claim);
+    t.word("source", "who states it", source);
+    t.word("found", "what the number is", what);
+    t.number("value", "1", "what was found", value);
+    t.word("verdict", "agrees, differs or undecided", verdict);
+  };
+  // A ratio prediction / probability above (or below) 1, by the whole interval.
+  const auto above = [](const JudgedEvent& e, double predicted, bool is_above) -> std::string {
+    if (!e.found.trusted || !std::isfinite(predicted)) return "undecided";
+    const bool larger = predicted > e.found.interval.hi, smaller = predicted < e.found.interval.lo;
+    return larger == smaller ? "undecided" : larger == is_above ? "agrees" : "differs";
+  };
+  for (const JudgedEvent& e : events) {
+    const Predictions& p = e.event->predictions();
+    const std::string &offset = e.event->offset(), &correlation = e.event->correlation();
+    const double found = e.found.probability;
+    const auto add = [&](const std::string& claim, const std::string& source, const std::string& what, double value,
+                         const std::string& verdict) { put(offset, correlation, claim, source, what, value, verdict); };
+    const std::string loeng = "Loeng 2012, abstract", rule = "SPE 187073: hypothesis test along the closest line";
+    add("over whole wells the probability is much larger than at the two closest points", loeng,
+        "probability / that of the ball", found / p.probability[kPoint], above(e, p.probability[kPoint] * 2, false));
+    add("over whole wells the probability is much larger than at the two closest points", loeng,
+        "probability / that of the disc", found / p.probability[kDisc], above(e, p.probability[kDisc] * 2, false));
+    add("the test at the two closest points is on the safe side", rule, "half_space / probability",
+        p.probability[kHalfSpace] / found, above(e, p.probability[kHalfSpace], true));
+    add("the test at the least separation factor is on the safe side", rule, "half_space_least_sf / probability",
+        p.probability[kHalfSpaceLeastSf] / found, above(e, p.probability[kHalfSpaceLeastSf], true));
+    const double three = proximity::touch_chi_squared(p.mahalanobis);
+    add("the test of three dimensions is more conservative than that of one", "Loeng 2012", "chi-square / half_space",
+        three / p.probability[kHalfSpace], three > p.probability[kHalfSpace] ? "agrees" : "differs");
+    add("the test of three dimensions is on the safe side", "Loeng 2012", "chi-square / probability", three / found,
+        above(e, three, true));
+  }
+  // Pairs of events whose factors and probabilities stand in opposite orders, beyond their intervals.
+  int wrong = 0, compared = 0;
+  double most = kNaN;
+  for (const JudgedEvent& a : events)
+    for (const JudgedEvent& b : events) {
+      const double sa = a.event->predictions().separation_factor, sb = b.event->predictions().separation_factor;
+      if (&a == &b || !(sa < sb) || !a.found.trusted || !b.found.trusted) continue;
+      ++compared;
+      if (a.found.interval.hi >= b.found.interval.lo) continue;
+      ++wrong;
+      most = std::fmax(most, b.found.probability / a.found.probability);
+    }
+  if (compared > 0)
+    put("all", "", "separation factors order the risk", "common use",
+        fmt::format("{} of {} pairs stand in the opposite order; by so much at most", wrong, compared),
+        wrong > 0 ? most : 1, wrong > 0 ? "differs" : "agrees");
+  for (const JudgedEvent& a : events)
+    for (const JudgedEvent& b : events)
+      if (a.event->offset() == b.event->offset() && a.event->correlation() == "independent" &&
+          b.event->correlation() != "independent") {
+        const bool lower = b.found.interval.hi<a.found.interval.lo, higher = b.found.interval.lo> a.found.interval.hi;
+        put(a.event->offset(), b.event->correlation(), "shared errors change the risk",
+            "ISCWSA correlation diagnostics", "probability with shared errors / without",
+            b.found.probability / a.found.probability,
+            !a.found.trusted || !b.found.trusted ? "undecided"
+            : lower || higher                    ? "agrees"
+                                                 : "undecided");
+      }
+  return t.take();
+}
+
+}  // namespace
+
+std::vector<store::Table> tables_of(const Scenario& s, const std::vector<JudgedEvent>& events) {
+  return {probability_table(s, events), sampling_table(s, events), design_table(events),
+          importance_table(events),     contact_table(s, events),  claims_table(events)};
+}
+
+store::Table hits_table(const stats::Tally& tally) {
+  store::Table t{"hits", "trials in which the wells touch, among the first"};
+  t.columns = {
+      study::number_column("event", "1", "number of the event, from 1: the order of the table sampling"),
+      study::number_column("trial", "1", "number of the trial, from 0"),
+      study::number_column("weight", "1", "its weight"),
+      study::number_column("component", "1", "number of the component that drew it, from 0"),
+      study::number_column("ref_md_m", "m", "where they touch: measured depth of the reference"),
+      study::number_column("offset_md_m", "m", "of the offset"),
+      study::number_column("towards_m", "m",
+                           "from the reference to the offset at the closest pair, to first order, in the plane "
+                           "across the wells: along the line between them"),
+      study::number_column("across_m", "m", "the same across that line")};
+  return study::table_of_numbers(std::move(t), tally.samples);
+}
+
+}  // namespace surveymc::studies::collision

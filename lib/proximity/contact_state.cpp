@@ -1,0 +1,161 @@
+#include "proximity/contact_state.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/units.h"
+#include "random/rare_channels.h"
+
+namespace surveymc::proximity {
+
+using Eigen::Vector3d;
+using propagate::DrawPlace;
+using propagate::kPathRows;
+using propagate::WellErrors;
+using propagate::WellPoint;
+
+ContactState::Side ContactState::make_side(const DrawnWellPlace& place, const std::vector<DrawPlace>& places) {
+  const WellPoint last{place.errors->survey.stations.size() - 1, 1};
+  return {place.slot,
+          place.slot_sd,
+          place.errors->survey.md(),
+          place.first,
+          0,
+          propagate::DrawnWell(*place.errors, {last}, places, false),
+          {},
+          {}};
+}
+
+int ContactState::row_of(random::Channel channel, std::uint32_t index) {
+  const auto at = std::find_if(calls_.begin(), calls_.end(),
+                               [&](const rare::NormalCall& c) { return c.channel == channel && c.call == index / 4; });
+  const auto number = at - calls_.begin();
+  if (at == calls_.end()) calls_.push_back({channel, index / 4});
+  names_.resize(4 * calls_.size(), {-1, 0});
+  return static_cast<int>(4 * number + index % 4);
+}
+
+void ContactState::add_rows(Side& side, const std::vector<DrawPlace>& places) {
+  for (const propagate::DrawCall& c : side.well.calls())
+    side.rows.push_back(static_cast<std::uint32_t>(row_of(c.channel, 4 * c.call)));
+  for (const DrawPlace& p : places) {
+    const auto at = std::find_if(calls_.begin(), calls_.end(), [&](const rare::NormalCall& c) {
+      return c.channel == p.channel && c.call == p.index / 4;
+    });
+    // A draw without effect has no call.
+    side.draw_rows.push_back(at == calls_.end() ? 0xffffffffu
+                                                : static_cast<std::uint32_t>(4 * (at - calls_.begin())) + p.index % 4);
+  }
+}
+
+ContactState::ContactState(const DrawnWellPlace& reference, const DrawnWellPlace& offset, const SharedDraws& shared,
+                           double radii)
+    : radii_(radii),
+      reference_(make_side(reference, propagate::draw_places(*reference.errors))),
+      offset_(make_side(offset, offset_places(*reference.errors, *offset.errors, shared))) {
+  for (auto [side, place] : {std::pair(&reference_, &reference), {&offset_, &offset}}) {
+    if (place->slot_sd.isZero(0)) continue;
+    side->slot_row = row_of(random::kWellPlace, 4 * place->number);
+    for (int axis = 0; axis < 3; ++axis)
+      if (place->slot_sd[axis] > 0)
+        names_[static_cast<std::size_t>(side->slot_row + axis)] = {side == &reference_ ? 0 : 1, kSlot};
+  }
+  add_rows(reference_, propagate::draw_places(*reference.errors));
+  add_rows(offset_, offset_places(*reference.errors, *offset.errors, shared));
+  const auto name = [&](const Side& side, const WellErrors& errors, int well) {
+    for (std::size_t d = 0; d < errors.draws.size(); ++d) {
+      if (side.draw_rows[d] == 0xffffffffu) continue;
+      NormalName& n = names_[side.draw_rows[d]];
+      n = n.well == 0 && well == 1 ? NormalName{2, n.source} : NormalName{well, errors.draws[d].source};
+    }
+  };
+  name(reference_, *reference.errors, 0);
+  name(offset_, *offset.errors, 1);
+  if (calls_.empty()) row_of(random::kWellPlace, 0);  // no source at all: a row that nothing reads
+}
+
+void ContactState::set_path(const Side& side, const survey::LaneArray& drawn, const survey::LaneArray& z, int trial,
+                            DrawnPath& path) {
+  const std::size_t n = side.well.stations();
+  path.resize(n);
+  Vector3d slot = side.slot;
+  for (int axis = 0; axis < 3; ++axis)
+    if (side.slot_sd[axis] > 0) slot[axis] += side.slot_sd[axis] * z.value(trial, side.slot_row + axis);
+  const double* row = drawn.row(trial / simd::kGroup, 0) + trial % simd::kGroup;
+  constexpr std::size_t kStep = kPathRows * simd::kGroup;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double* at = row + kStep * k;
+    path.x[k] = slot.x() + at[0];
+    path.y[k] = slot.y() + at[simd::kGroup];
+    path.z[k] = slot.z() + at[2 * simd::kGroup];
+    path.tx[k] = at[3 * simd::kGroup];
+    path.ty[k] = at[4 * simd::kGroup];
+    path.tz[k] = at[5 * simd::kGroup];
+    path.length[k] = at[6 * simd::kGroup];
+  }
+}
+
+template <class EachTrial>
+void ContactState::each(const survey::LaneArray& z, int groups, EachTrial each_trial) const {
+  survey::LaneArray a(groups, static_cast<int>(kPathRows * reference_.well.stations())),
+      b(groups, static_cast<int>(kPathRows * offset_.well.stations()));
+  reference_.well.draw_path(z, reference_.rows, groups, a);
+  offset_.well.draw_path(z, offset_.rows, groups, b);
+  DrawnPath reference, offset;
+  ContactScratch scratch;
+  for (int t = 0; t < groups * simd::kGroup; ++t) {
+    set_path(reference_, a, z, t, reference);
+    set_path(offset_, b, z, t, offset);
+    each_trial(t, reference, offset, scratch);
+  }
+}
+
+void ContactState::evaluate(const survey::LaneArray& z, int groups, double* g) const {
+  each(z, groups, [&](int t, const DrawnPath& a, const DrawnPath& b, ContactScratch& scratch) {
+    g[t] = nearest_contact(a, reference_.first, b, offset_.first, kInfinity, scratch).distance - radii_;
+  });
+}
+
+double ContactState::md_of(const Side& side, std::size_t leg, double share) {
+  return side.md[leg] + share * (side.md[leg + 1] - side.md[leg]);
+}
+
+void ContactState::evaluate_hits(const survey::LaneArray& z, int groups, double* g, double* depths) const {
+  each(z, groups, [&](int t, const DrawnPath& a, const DrawnPath& b, ContactScratch& scratch) {
+    const Contact c = nearest_contact(a, reference_.first, b, offset_.first, radii_, scratch);
+    g[t] = c.distance < radii_ ? c.distance - radii_ : radii_;
+    if (depths == nullptr || g[t] > 0) return;
+    depths[2 * t] = md_of(reference_, c.reference_leg, c.reference_share);
+    depths[2 * t + 1] = md_of(offset_, c.offset_leg, c.offset_share);
+  });
+}
+
+Contact ContactState::contact(const survey::LaneArray& z, int trial, double& reference_md, double& offset_md) const {
+  survey::LaneArray one(1, dimension());
+  for (int i = 0; i < dimension(); ++i)
+    for (int lane = 0; lane < simd::kGroup; ++lane) one.row(0, i)[lane] = z.value(trial, i);
+  Contact found;
+  each(one, 1, [&](int t, const DrawnPath& a, const DrawnPath& b, ContactScratch& scratch) {
+    if (t == 0) found = nearest_contact(a, reference_.first, b, offset_.first, kInfinity, scratch);
+  });
+  reference_md = md_of(reference_, found.reference_leg, found.reference_share);
+  offset_md = md_of(offset_, found.offset_leg, found.offset_share);
+  return found;
+}
+
+Eigen::Matrix3Xd ContactState::derivative(const WellErrors& reference, const WellErrors& offset,
+                                          const WellPoint& reference_point, const WellPoint& offset_point) const {
+  Eigen::Matrix3Xd j = Eigen::Matrix3Xd::Zero(3, dimension());
+  const auto add = [&](const Side& side, const WellErrors& errors, const WellPoint& point, double sign) {
+    const Eigen::Matrix3Xd m = propagate::draw_effects(errors, point, propagate::FirstOrder::minimum_curvature);
+    for (std::size_t d = 0; d < side.draw_rows.size(); ++d)
+      if (side.draw_rows[d] != 0xffffffffu) j.col(side.draw_rows[d]) += sign * m.col(static_cast<Eigen::Index>(d));
+    for (int axis = 0; axis < 3; ++axis)
+      if (side.slot_sd[axis] > 0) j(axis, side.slot_row + axis) += sign * side.slot_sd[axis];
+  };
+  add(reference_, reference, reference_point, -1);
+  add(offset_, offset, offset_point, 1);
+  return j;
+}
+
+}  // namespace surveymc::proximity

@@ -1,0 +1,115 @@
+#include "proximity/drawn_contact.h"
+
+#include <cmath>
+#include <random>
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "base/units.h"
+#include "proximity/contact_design.h"
+#include "proximity/touch_predictions.h"
+#include "proximity/well_path.h"
+
+using namespace surveymc;
+using namespace surveymc::proximity;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+survey::Survey winding(unsigned seed, int stations) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> turn(-4, 4);
+  survey::Survey s;
+  double inclination = 60, azimuth = 40;
+  for (int k = 0; k < stations; ++k, inclination += turn(generator), azimuth += turn(generator))
+    s.stations.push_back({30.0 * k, inclination * kDegree, azimuth * kDegree, 0});
+  return s;
+}
+
+DrawnPath drawn(const survey::Survey& s, const Vector3d& slot) {
+  const WellPath path(s, slot);
+  DrawnPath out;
+  out.resize(path.stations());
+  for (std::size_t k = 0; k < path.stations(); ++k)
+    out.set(k, path.at_station(k).position, path.at_station(k).tangent, k == 0 ? 0 : path.md(k) - path.md(k - 1));
+  return out;
+}
+
+Contact nearest(const DrawnPath& a, std::size_t first_a, const DrawnPath& b, std::size_t first_b, double below) {
+  ContactScratch scratch;
+  return nearest_contact(a, first_a, b, first_b, below, scratch);
+}
+
+}  // namespace
+
+TEST_CASE("The nearest contact of two paths is that of continuous arcs", "[contact]") {
+  // Against the closest points of the offset's arcs from 64 points a leg of the reference: never farther, and nearer by
+  // no more than a sixty-fourth of a leg can make (s^2 / (2 D), s = 30 / 128 m along each well).
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const survey::Survey a = winding(seed, 40), b = winding(seed + 100, 40);
+    const Vector3d slot(20, -15, 25);
+    const Contact c = nearest(drawn(a, {0, 0, 0}), 0, drawn(b, slot), 0, kInfinity);
+    const WellPath reference(a, {0, 0, 0}), offset(b, slot);
+    double least = kInfinity;
+    for (std::size_t leg = 0; leg + 1 < reference.stations(); ++leg)
+      for (int i = 0; i <= 64; ++i)
+        least = std::min(least, offset.closest(reference.at(leg, i / 64.0).position, 0).distance);
+    CAPTURE(seed, least);
+    CHECK(c.distance <= least + kContactError);
+    CHECK(c.distance >= least - (30.0 / 128) * (30.0 / 128) / (2 * least) - 0.01 * least - kContactError);
+    const Vector3d p = reference.at(c.reference_leg, c.reference_share).position,
+                   q = offset.at(c.offset_leg, c.offset_share).position;
+    CHECK_THAT((p - q).norm(), WithinAbs(c.distance, 0.01));
+    // Below a threshold it is the same, and above it is the threshold.
+    CHECK_THAT(nearest(drawn(a, {0, 0, 0}), 0, drawn(b, slot), 0, c.distance + 1).distance,
+               WithinAbs(c.distance, 2 * kContactError));
+    CHECK(nearest(drawn(a, {0, 0, 0}), 0, drawn(b, slot), 0, c.distance / 2).distance == c.distance / 2);
+  }
+}
+
+TEST_CASE("The distance of beta is the least length of normals that make two points touch", "[contact]") {
+  std::mt19937 generator(7);
+  std::normal_distribution<double> normal;
+  for (int run = 0; run < 50; ++run) {
+    Eigen::Matrix3Xd j(3, 6);
+    for (double& x : j.reshaped()) x = 4 * normal(generator);
+    const Vector3d r(30 * normal(generator), 30 * normal(generator), 30 + 5 * normal(generator));
+    Vector3d q;
+    const double radii = 0.762, beta = touching_beta(r, j * j.transpose(), radii, &q);
+    const Eigen::VectorXd z = design_of(j, r, q);
+    CHECK_THAT(z.norm(), WithinRel(beta, 1e-9));
+    CHECK_THAT((r + j * z).norm(), WithinRel(radii, 1e-9));
+    // Nothing nearer touches: other points of the ball cost more.
+    for (int i = 0; i < 20; ++i) {
+      const Vector3d other = radii * Vector3d(normal(generator), normal(generator), normal(generator)).normalized();
+      CHECK(design_of(j, r, other).norm() >= beta * (1 - 1e-9));
+    }
+  }
+  // A spread in one direction alone reaches what lies in it, and nothing else.
+  Matrix3d flat = Matrix3d::Zero();
+  flat(0, 0) = 4;
+  CHECK_THAT(touching_beta({10, 0, 0}, flat, 1), WithinRel(4.5, 1e-12));
+  CHECK(std::isinf(touching_beta({10, 2, 0}, flat, 1)));
+  CHECK(std::isinf(touching_beta({10, 0, 0}, Matrix3d::Zero(), 1)));
+  CHECK(touching_beta({0.5, 0, 0}, flat, 1) == 0);
+}
+
+TEST_CASE("Predictions of one pair of points have the values of a quadrature", "[contact]") {
+  // Two vertical wells, slots of sd (5, 8, 0) and (6, 9, 0) m, 25 m apart to the north, radii .762 m.
+  Matrix3d c = Matrix3d::Zero();
+  c.diagonal() << 61, 145, 1e-4;
+  const Vector3d r(25, 0, 0);
+  CHECK_THAT(touch_disc(r, c, 0.762, Vector3d::UnitZ()), WithinRel(1.858687e-5, 5e-7));
+  CHECK_THAT(touch_slab(r, c, 0.762) / touch_disc(r, c, 0.762, Vector3d::UnitZ()), WithinAbs(25.5, 0.5));
+  // A ball of an isotropic normal: 4/3 pi R^3 of its density, to second order in R.
+  const Matrix3d ball = 400 * Matrix3d::Identity();
+  const double density = std::exp(-625 / 800.0) / std::pow(2 * kPi * 400, 1.5);
+  CHECK_THAT(touch_point(r, ball, 0.762), WithinRel(4.0 / 3 * kPi * std::pow(0.762, 3) * density, 1e-3));
+  // Isotropic disc, D 20 m, radii .76 m: the most at sd = D / sqrt 2.
+  for (const auto& [sd, p] : {std::pair(5.0, 4.03e-6), {10, 3.91e-4}, {14.142, 5.31e-4}, {20, 4.38e-4}, {40, 1.59e-4}})
+    CHECK_THAT(touch_disc({20, 0, 0}, sd * sd * Matrix3d::Identity(), 0.76, Vector3d::UnitZ()), WithinRel(p, 2e-3));
+}
