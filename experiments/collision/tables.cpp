@@ -154,6 +154,25 @@ store::Table contact_table(const Scenario& s, const std::vector<JudgedEvent>& ev
   return t.take();
 }
 
+store::Table closest_table(const std::vector<JudgedEvent>& events) {
+  TableRows t("closest_pair",
+              "the closest pair of points as surveyed, and the relative covariance there in the plane across "
+              "the wells: along the line between them, and across it");
+  for (const JudgedEvent& e : events) {
+    const proximity::PairPoints& p = e.event->predictions().closest;
+    const Eigen::Matrix2d c = e.event->plane_covariance();
+    put_event(t, *e.event);
+    t.number("ref_md_m", "m", "measured depth of the reference", p.reference.md);
+    t.number("offset_md_m", "m", "of the offset", p.offset.md);
+    t.number("distance_m", "m", "of the centre lines", p.distance);
+    t.number("radii_m", "m", "radii of both holes together", e.event->radii());
+    t.number("towards_m2", "m2", "variance along the line between the wells", c(0, 0));
+    t.number("across_m2", "m2", "variance across it", c(1, 1));
+    t.number("cross_m2", "m2", "covariance", c(0, 1));
+  }
+  return t.take();
+}
+
 constexpr std::size_t kHalfSpace = 0, kHalfSpaceLeastSf = 1, kDisc = 3, kPoint = 4;
 
 store::Table claims_table(const std::vector<JudgedEvent>& events) {
@@ -229,8 +248,8 @@ store::Table claims_table(const std::vector<JudgedEvent>& events) {
 }  // namespace
 
 std::vector<store::Table> tables_of(const Scenario& s, const std::vector<JudgedEvent>& events) {
-  return {probability_table(s, events), sampling_table(s, events), design_table(events),
-          importance_table(events),     contact_table(s, events),  claims_table(events)};
+  return {probability_table(s, events), sampling_table(s, events), design_table(events), importance_table(events),
+          contact_table(s, events),     claims_table(events),      closest_table(events)};
 }
 
 store::Table hits_table(const stats::Tally& tally) {

@@ -35,7 +35,7 @@ void WeightedHits::merge(const WeightedHits& next) {
 
 Interval weighted_interval(const WeightedHits& hits, std::uint64_t trials, double confidence, bool is_plain) {
   const double tail = (1 - confidence) / 2, n = static_cast<double>(trials);
-  if (hits.count == 0) return {0, is_plain ? std::min(1.0, -std::log(tail) / n) : kNaN};
+  if (!(hits.largest > 0)) return {0, is_plain ? std::min(1.0, -std::log(tail) / n) : kNaN};
   // In units of the largest weight: squares of the smallest probabilities are no numbers.
   const double s1 = hits.sum / hits.largest, s2 = hits.squares / hits.largest / hits.largest;
   const double v = std::max(0.0, s2 - s1 * s1 / n), u = v + 1;
@@ -51,12 +51,14 @@ WeightedProbability weighted_probability(const WeightedHits& hits, const Weighte
   p.value = hits.sum / n;
   p.interval = is_plain ? binomial_interval(hits.count, trials, confidence)
                         : weighted_interval(hits, trials, confidence, is_plain);
-  p.relative_half_width = hits.count > 0 ? (p.interval.hi - p.interval.lo) / 2 / p.value : kNaN;
+  p.relative_half_width = hits.sum > 0 ? (p.interval.hi - p.interval.lo) / 2 / p.value : kNaN;
   const double variance = (hits.squares / n - p.value * p.value) / n;
-  p.relative_efficiency = hits.count > 0 && variance > 0 ? p.value * (1 - p.value) / (n * variance) : kNaN;
+  p.relative_efficiency = variance > 0 ? p.value * (1 - p.value) / (n * variance) : kNaN;
   const auto tell = [&](const std::string& text) { p.note += (p.note.empty() ? "" : "; ") + text; };
   if (hits.count == 0)
     tell("never hit");
+  else if (!(hits.largest > 0))
+    tell("every weight is below the smallest number");
   else if (hits.effective() < kTrustedHits)
     tell(fmt::format("{:.3g} effective hits, not {:g}", hits.effective(), kTrustedHits));
   if (hits.largest_share() > kTrustedShare) tell(fmt::format("one hit has {:.2g} of the sum", hits.largest_share()));

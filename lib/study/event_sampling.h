@@ -62,7 +62,8 @@ struct EventEstimate {
 };
 
 /// `check`: the tally of replicates of subset simulation; none of them: no check. Contradicted is an estimate whose
-/// interval at 99 % is apart from the check's by more than the check's bias of 15 %.
+/// interval at 99 % lies below the check's by more than the check's bias of 15 %: a mode may be missing. Less than the
+/// estimate is found by few skewed replicates, too, and is only noted.
 EventEstimate estimate_event(const PreparedEvent& event, const stats::Tally& tally, const stats::Tally& check,
                              double confidence, int dimension);
 

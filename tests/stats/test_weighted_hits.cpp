@@ -43,6 +43,9 @@ TEST_CASE("Without hits a plain run has a bound, and weights have none", "[weigh
   CHECK_THAT(plain.hi, WithinRel(-std::log(0.025) / 1000, 1e-14));
   CHECK(std::isnan(stats::weighted_interval({}, 1000, 0.95, false).hi));
   CHECK_FALSE(stats::weighted_probability({}, {}, 1000, 0.95, false).trusted);
+  const auto lost = stats::weighted_probability(hits_of(3, 0), {}, 1000, 0.95, false);  // weights that are no numbers
+  CHECK(lost.value == 0);
+  CHECK_FALSE(lost.trusted);
   // Every trial hits with one weight: nothing varies below.
   CHECK_THAT(stats::weighted_interval(hits_of(50, 0.5), 50, 0.95, false).lo, WithinRel(0.5, 1e-12));
 }

@@ -1,0 +1,214 @@
+#!/usr/bin/python3
+"""Figures of a collision or rare_event result: how likely is the event, and how far is the number to be trusted?
+
+    plot_collision.py RESULT.h5 [-o FOLDER] [--point I]
+"""
+import os
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import plotting
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#A8508A", "#222222", "#E69F00")
+MARKERS = ("o", "s", "^", "D", "v", "P")
+
+
+def rows(table, **wanted):
+    return table.where(lambda i: all(table[k][i] == v for k, v in wanted.items()))
+
+
+def distinct(values):
+    return list(dict.fromkeys(values))
+
+
+def intervals(table):
+    p = np.asarray(table["monte_carlo"])
+    return np.clip(np.array([p - table["monte_carlo_ci_low"], table["monte_carlo_ci_high"] - p]), 0, None)
+
+
+def events_of(table):
+    return distinct(zip(table["offset"], table["correlation"]))
+
+
+def probability(table):
+    """Probability against the least separation factor; what the wells share joins the points of an offset."""
+    form = rows(table, formulation="form")
+    figure, ax = plt.subplots(figsize=(7.5, 5.2))
+    for k, offset in enumerate(distinct(form["offset"])):
+        own = rows(form, offset=offset)
+        order = np.argsort(own["separation_factor"])
+        ax.errorbar(np.asarray(own["separation_factor"])[order], np.asarray(own["monte_carlo"])[order],
+                    intervals(own)[:, order], color=COLOURS[k % 6], marker=MARKERS[k % 6], linewidth=1.2, label=offset)
+        for i in order:
+            ax.annotate(own["correlation"][i], (own["separation_factor"][i], own["monte_carlo"][i]), fontsize=7,
+                        xytext=(5, 4), textcoords="offset points")
+    ax.axvline(1, color="#777777", linewidth=1)
+    ax.set(yscale="log", xlabel="least separation factor", ylabel="probability that the wells touch")
+    ax.legend()
+    ax.set_title("Probability and separation factor", loc="left")
+    return figure
+
+
+def contact(table):
+    events = events_of(table)
+    figure, axes = plt.subplots(len(events), 2, figsize=(9, 1.0 + 1.5 * len(events)), squeeze=False, layout="constrained")
+    for line, (offset, correlation) in zip(axes, events):
+        for ax, well in zip(line, ("reference", "offset")):
+            own = rows(table, offset=offset, correlation=correlation, well=well)
+            low, high = np.asarray(own["from_md_m"]), np.asarray(own["to_md_m"])
+            ax.bar(low, own["share"], high - low, align="edge", color="#0072B2", edgecolor="white", linewidth=0.5)
+            ax.set_title(f"{offset}, {correlation}: {well}", loc="left", fontsize=9)
+            ax.set_ylabel("share")
+    for ax in axes[-1]:
+        ax.set_xlabel("measured depth where they touch (m)")
+    return figure
+
+
+def importance(table):
+    events = events_of(table)
+    columns = min(4, len(events))
+    lines = -(-len(events) // columns)
+    figure, axes = plt.subplots(lines, columns, figsize=(1.5 + 2.7 * columns, 3.6 * lines), squeeze=False,
+                                layout="constrained")
+    for ax in axes.flat[len(events):]:
+        ax.set_axis_off()
+    for ax, (offset, correlation) in zip(axes.flat, events):
+        own = rows(table, offset=offset, correlation=correlation)
+        sums = {}
+        for code, mode, well, factor in zip(own["code"], own["mode"], own["well"], own["factor"]):
+            bar = sums.setdefault(f"{code} {mode}".strip(), {})
+            side = well if well in ("reference", "both") else "offset"
+            bar[side] = bar.get(side, 0) + factor
+        top = sorted(sums, key=lambda c: -sum(sums[c].values()))[:12][::-1]
+        left = np.zeros(len(top))
+        for side, colour in (("reference", "#0072B2"), ("offset", "#E69F00"), ("both", "#222222")):
+            width = np.array([sums[c].get(side, 0) for c in top])
+            ax.barh(range(len(top)), width, left=left, color=colour, label=side)
+            left += width
+        ax.set_yticks(range(len(top)), top, fontsize=8)
+        ax.set_xlabel("part of \N{GREEK SMALL LETTER BETA}\N{SUPERSCRIPT TWO}")
+        ax.set_title(f"{offset},\n{correlation}", fontsize=9)
+    axes[0][0].legend(fontsize=8, loc="lower right")
+    return figure
+
+
+def plane(hits, closest):
+    events = events_of(closest)
+    # Where the closest pair is that of the slots, it does not move.
+    seen = [e for e in range(len(events)) if np.any(np.asarray(hits["event"]) == e + 1) and closest["towards_m2"][e] > 1e-3]
+    if not seen:
+        return None
+    columns = min(4, len(seen))
+    lines = -(-len(seen) // columns)
+    figure, axes = plt.subplots(lines, columns, figsize=(3.6 * columns, 3.6 * lines), squeeze=False, layout="constrained")
+    angle = np.linspace(0, 2 * np.pi, 200)
+    for ax in axes.flat[len(seen):]:
+        ax.set_axis_off()
+    for ax, e in zip(axes.flat, seen):
+        own = hits.where(lambda i: hits["event"][i] == e + 1)
+        row = {k: closest[k][e] for k in closest}
+        weight = np.asarray(own["weight"])
+        ax.scatter(own["towards_m"], own["across_m"], s=0.5 + 25 * weight / weight.max(), color="#0072B2", alpha=0.5,
+                   linewidths=0, rasterized=True)
+        c = np.array([[row["towards_m2"], row["cross_m2"]], [row["cross_m2"], row["across_m2"]]])
+        values, vectors = np.linalg.eigh(c)
+        for k in (1, 2, 3):
+            curve = vectors @ (np.sqrt(np.maximum(values, 0))[:, None] * np.array([np.cos(angle), np.sin(angle)])) * k
+            ax.plot(row["distance_m"] + curve[0], curve[1], color="#D55E00", linewidth=1)
+        ax.fill(row["radii_m"] * np.cos(angle), row["radii_m"] * np.sin(angle), facecolor="none", edgecolor="#222222")
+        ax.plot(row["distance_m"], 0, "+", color="#222222")
+        ax.set_aspect("equal", adjustable="datalim")
+        ax.set(xlabel="towards the offset (m)", ylabel="across (m)")
+        ax.set_title("{}, {}".format(*events[e]), fontsize=9)
+    return figure
+
+
+def multiplier(table):
+    """Probability, hypothesis test and separation factor against the size of the errors."""
+    figure, ax = plt.subplots(figsize=(7.5, 5))
+    factor = ax.twinx()
+    for k, (offset, correlation) in enumerate(events_of(table)):
+        own = rows(table, offset=offset, correlation=correlation)
+        size = {f: rows(own, formulation=f) for f in distinct(own["formulation"])}
+        form = size["form"]
+        x = form["errors.multiplier"]
+        ax.errorbar(x, form["monte_carlo"], intervals(form), color=COLOURS[k % 6], marker="o",
+                    label=f"{offset}, {correlation}: probability")
+        test = size["half_space_least_sf"]
+        ax.plot(x, test["analytic"], color=COLOURS[k % 6], linestyle="--", label="hypothesis test at the least factor")
+        factor.plot(x, form["separation_factor"], color="#777777", linestyle=":", label="separation factor")
+    ax.set(xscale="log", yscale="log", xlabel="errors times", ylabel="probability")
+    x = sorted(set(table["errors.multiplier"]))
+    ax.set_xticks(x, [f"{v:g}" for v in x])
+    ax.minorticks_off()
+    factor.set_ylabel("separation factor (dotted)")
+    factor.grid(False)
+    ax.legend(loc="center right", fontsize=8)
+    ax.set_title("Larger errors, smaller factor: the probability levels off", loc="left")
+    return figure
+
+
+def convergence(hits, table, name_of):
+    """Estimate and 95 % band (normal) of the first trials."""
+    groups = distinct(hits["event"]) if "event" in hits else [None]
+    figure, ax = plt.subplots(figsize=(7.5, 5))
+    for k, event in enumerate(groups[:6]):
+        own = hits if event is None else hits.where(lambda i: hits["event"][i] == event)
+        order = np.argsort(own["trial"], kind="stable")
+        n = np.asarray(own["trial"])[order] + 1
+        w = np.asarray(own["weight"])[order]
+        s, q = np.cumsum(w), np.cumsum(w * w)
+        p, half = s / n, 1.96 * np.sqrt(np.maximum(q - s * s / n, 0)) / n
+        final = p[-1]
+        keep = n > 20
+        ax.plot(n[keep], (p / final)[keep], color=COLOURS[k], label=f"{name_of(event)}: {plotting.number(final)}")
+        ax.fill_between(n[keep], ((p - half) / final)[keep], ((p + half) / final)[keep], color=COLOURS[k], alpha=0.15,
+                        linewidth=0)
+    ax.axhspan(0.9, 1.1, color="#009E73", alpha=0.12, linewidth=0)
+    ax.set(xscale="log", ylim=(0.4, 1.8), xlabel="evaluations of the main run", ylabel="estimate / the last one")
+    ax.legend(fontsize=8)
+    ax.set_title("The estimate and its 95 % interval settle; shaded: 10 %", loc="left")
+    return figure
+
+
+def main():
+    parser = plotting.argument_parser("probability that two wells touch, where, and by which errors")
+    parser.add_argument("--point", type=int, help="point of a sweep, from 0 (the first)")
+    arguments = parser.parse_args()
+    plotting.use_style()
+    with plotting.open_result(arguments.result, ("collision", "rare_event")) as file:
+        config = plotting.configuration(file)
+        tables = {n: plotting.read_table(file, n) for n in ("probability", "contact", "importance", "closest_pair")}
+        hits = plotting.read_table(file, "hits", "samples")
+    whole = tables["probability"]
+    keys = plotting.sweep_keys(config, whole)
+    points = plotting.sweep_points(whole, keys)
+    chosen = plotting.chosen_point(arguments, points)
+    point = points[chosen or 0]
+    at = {n: plotting.at_point(t, keys, point) for n, t in tables.items()}
+    hits = plotting.at_point(hits, keys, point)
+    folder = plotting.figures_folder(arguments.output, arguments.result)
+    stem = os.path.splitext(os.path.basename(arguments.result))[0] + ("" if chosen is None else f"_point{chosen}")
+    if "offset" in whole:
+        events = events_of(at["closest_pair"])
+        plotting.save(probability(at["probability"]), folder, f"{stem}_probability")
+        if at["contact"].rows:
+            plotting.save(contact(at["contact"]), folder, f"{stem}_contact")
+        if at["importance"].rows:
+            plotting.save(importance(at["importance"]), folder, f"{stem}_importance")
+        if "errors.multiplier" in keys and len(keys) == 1:
+            plotting.save(multiplier(whole), folder, f"{stem}_multiplier")
+        drawn = plane(hits, at["closest_pair"]) if hits is not None and hits.rows else None
+        if drawn is not None:
+            plotting.save(drawn, folder, f"{stem}_plane")
+        name_of = lambda event: "{}, {}".format(*events[int(event) - 1])  # noqa: E731
+    else:
+        name_of = lambda event: at["probability"]["event"][0]  # noqa: E731
+    if hits is not None and hits.rows:
+        plotting.save(convergence(hits, at["probability"], name_of), folder, f"{stem}_convergence")
+    elif "offset" not in whole:
+        raise plotting.PlotError(f"{arguments.result}: has no samples: run it with save_samples")
+
+
+plotting.run(main)
