@@ -43,8 +43,8 @@ class EventTrials {
   /// The same for one trial, hit or not.
   EventTrial replay(std::uint64_t trial, const Visit& visit = {}) const;
 
-  /// How many trials are drawn at a time.
-  static constexpr int kBatch = 64;
+  /// How many trials are drawn at a time: normals and paths of two wells of 100 stations stay in the second cache.
+  static constexpr int kBatch = 16;
 
  private:
   template <class EachTrial>
