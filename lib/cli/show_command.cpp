@@ -185,17 +185,21 @@ void print_json(const ShowArguments& a, const store::Result& r) {
   fmt::print("]}}\n");
 }
 
+void print_table(const ShowArguments& a, const store::Table& t) {
+  if (a.csv)
+    store::to_csv(t, print_text);
+  else if (a.json)
+    store::to_json(t, true, print_text), print_text("\n");
+  else
+    print_text(formatted(a, t));
+}
+
 /// Prints the table or map of that name. False: there is none.
 bool print_one(const ShowArguments& a, const store::Result& r) {
   for (const auto* tables : {&r.tables, &r.samples})
     for (const store::Table& t : *tables) {
       if (t.name != a.name) continue;
-      if (a.csv)
-        store::to_csv(t, print_text);
-      else if (a.json)
-        store::to_json(t, true, print_text), print_text("\n");
-      else
-        print_text(formatted(a, t));
+      print_table(a, t);
       return true;
     }
   for (const MapSource& m : maps_of(r)) {
@@ -211,6 +215,15 @@ bool print_one(const ShowArguments& a, const store::Result& r) {
 
 void show(const ShowArguments& a) {
   const store::Result r = store::read_result(a.file);
+  if (a.cost) {
+    if (r.cost.columns.empty())
+      throw InputError(
+          fmt::format("{}: does not say what its rows cost: only a run that computed all of its trials itself does, "
+                      "neither merged parts nor several ranks",
+                      a.file));
+    print_table(a, r.cost);
+    return;
+  }
   if (a.name.empty()) {
     if (a.json) {
       print_json(a, r);

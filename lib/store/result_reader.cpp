@@ -209,6 +209,7 @@ class Reader {
     Result r;
     r.provenance = provenance();
     r.run = run();
+    r.cost = cost();
     r.tables = tables("tables");
     r.samples = tables("samples");
     for (Map& m : maps()) {
@@ -250,6 +251,13 @@ class Reader {
   RunInfo run() const {
     const Handle g = group(file_, "run");
     return {text(g, "created"), text(g, "host"), number(g, "elapsed_s"), integer(g, "threads"), integer(g, "ranks")};
+  }
+
+  Table cost() const {
+    const Handle g = group(file_, "run");
+    for (const std::string& link : links(g))
+      if (link == kCost) return table(group(g, link), link);
+    return {};
   }
 
   std::vector<Table> tables(const std::string& parent) const {

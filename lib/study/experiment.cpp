@@ -4,6 +4,8 @@
 #include <stdexcept>
 
 #include "base/error.h"
+#include "study/cost.h"
+#include "study/family.h"
 
 namespace surveymc::study {
 
@@ -38,6 +40,7 @@ RunPlan read_run(const Experiment& experiment, config::Config config, const std:
     if (stop && *stop) throw Interrupted("stopped before all points were read");
     config::ConfigReader reader = run.config.reader(i);
     run.points.push_back(experiment.read(reader, seed));
+    if (reader.has("verdict.family")) run.as_family = reader.text("verdict.family") != "none";
     run.placed.push_back(reader.has("field.model") ? read_placed_field(reader) : std::nullopt);
     if (run.points.back()->trials() > 0) run.config.seed();  // trials draw: there must be one
     const std::vector<store::Axis> own = run.points.back()->map_axes();
@@ -261,7 +264,8 @@ PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const s
 
 store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint) {
   std::uint64_t done_before = 0, after = run.total_trials();
-  return assemble(
+  store::Table cost;
+  store::Result result = assemble(
       run,
       [&](std::size_t i) {
         after -= run.points[i]->trials();
@@ -271,11 +275,22 @@ store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options,
             options.progress(done_before + done, done_before + expected + after);
           };
         const std::shared_ptr<const StudyPoint> point = run.prepare(i, of_point);
+        const double before = processor_seconds();
         const stats::Tally tally = point_tally(run, i, *point, of_point, checkpoint);
+        const double seconds = processor_seconds() - before;
         done_before += tally.trials;
-        return point_report(point, tally, of_point);
+        PointResult r = point_report(point, tally, of_point);
+        std::uint64_t kept = 0;
+        if (const auto of_earlier = checkpoint.finished.find(i); of_earlier != checkpoint.finished.end())
+          for (const montecarlo::Subtree& n : of_earlier->second) kept += n.tally.trials;
+        // The time of other ranks is not known here.
+        if (tally.trials > kept && !options.workers)
+          add_cost(cost, r.tables, run.config.sweep_values(i), seconds, tally.trials - kept, tally.trials);
+        return r;
       },
       options.stop);
+  result.cost = std::move(cost);
+  return result;
 }
 
 store::Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)>& point_result,
@@ -293,6 +308,7 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
     add_maps(result.maps, std::move(r.maps), axes);
     streams.add(std::move(r.streams), axes);
   }
+  if (run.as_family) apply_family(result.tables);
   result.streams = streams.take(stop);
   const auto add_inputs = [&](const auto& files) {
     for (const auto& in : files) {

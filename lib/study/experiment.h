@@ -85,6 +85,7 @@ struct RunPlan {
   config::Config config;
   std::vector<std::unique_ptr<PointPlan>> points;
   std::vector<std::optional<PlacedField>> placed;  ///< of each point whose reference field is that of a place
+  bool as_family = true;                           ///< `verdict.family` is not "none": see family.h
 
   std::uint64_t total_trials() const;
   /// The point, ready to run. InputError of a sweep's point says which point it is. Throws Interrupted if options.stop
