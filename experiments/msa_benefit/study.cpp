@@ -192,7 +192,7 @@ study::PointResult BenefitPoint::report(const stats::Tally& tally, const monteca
           analysis::predict_benefit(benefit_well(s_, inclination, azimuth), s_.field, s_.errors, s_.estimator));
   }
   study::PointResult r;
-  r.maps = benefit_maps(s_, benefits);
+  if (benefits.size() > 1) r.maps = benefit_maps(s_, benefits);  // one direction is a row of the summary
   r.tables.push_back(benefit_summary(s_, benefits));
   if (!verified_.empty()) r.tables.push_back(verification_table(tally));
   if (s_.calibration.on)

@@ -39,7 +39,7 @@ store::Result run_and_stamp(const RunArguments& a, const study::RunPlan& run, co
     for (const montecarlo::Subtree& n : nodes) kept += n.tally.trials;
   Progress progress(kept);
   const auto created = std::chrono::system_clock::now();
-  store::Result result = study::execute(run, run_options(a, run, progress), checkpoint);
+  store::Result result = study::execute(run, run_options(a, run, progress, false), checkpoint);
   elapsed = progress.elapsed_s();
   stamp(result, command);
   result.run = run_info(created, elapsed, a);
@@ -55,14 +55,20 @@ int check(const RunArguments& a) {
     fmt::print("{}\n", comment);
   }
   std::set<std::string> printed;
-  for (const auto& point : run.points) {
-    const std::string details = point->details();
+  for (std::size_t i = 0; i < (run.is_large() ? 1 : run.point_count()); ++i) {
+    const std::string details = run.plan(i)->details();
     if (!printed.insert(details).second) continue;
     std::istringstream lines(details);
     for (std::string text; std::getline(lines, text);) fmt::print("#{}{}\n", text.empty() ? "" : " ", text);
   }
-  fmt::print("# {} sweep point{}, {} trials in all; config hash {}\n", run.points.size(),
-             run.points.size() == 1 ? "" : "s", run.total_trials(), run.config.hash());
+  if (run.is_large())
+    fmt::print(
+        "# a sample of {} points was read: values of every key, and random points; a point that turns out to be "
+        "invalid is listed in the result\n",
+        run.config.sample_points().size());
+  fmt::print("# {} sweep point{}, {} trials in all; config hash {}\n", run.point_count(),
+             run.point_count() == 1 ? "" : "s", run.total_trials(),
+             run.is_large() ? run.config.source_hash() : run.config.hash());
   return kDone;
 }
 
@@ -70,13 +76,14 @@ int run(const RunArguments& a, const std::string& command) {
   catch_signals();
   stop_after(a.max_seconds);
   std::optional<EndsBySignal> ends(std::in_place, a);
-  const study::RunPlan plan = load(a);
+  const bool part = is_part(a);
+  const study::RunPlan plan = part || a.trial ? open_config(a) : load(a);
   if (a.trial) {
     const std::uint64_t number = whole_number("--trial", *a.trial),
                         index = whole_number("--point", a.point.value_or("0"));
-    require_usage(index < plan.points.size(), "--point {}: the points of this config are numbered 0 to {}", index,
-                  plan.points.size() - 1);
-    const std::uint64_t trials = plan.points[index]->trials();
+    require_usage(index < plan.point_count(), "--point {}: the points of this config are numbered 0 to {}", index,
+                  plan.point_count() - 1);
+    const std::uint64_t trials = plan.plan(index)->trials();
     require_usage(trials > 0, "--trial {}: a config of {} has no trials", number, plan.experiment.name());
     require_usage(number < trials, "--trial {}: the trials of this config are numbered 0 to {}", number, trials - 1);
     montecarlo::RunOptions options;
@@ -85,6 +92,7 @@ int run(const RunArguments& a, const std::string& command) {
     return kDone;
   }
   const std::optional<study::PartChoice> choice = part_choice(a, plan);
+  if (choice) study::read_points(plan, *choice, stop_flag());
   ends.reset();
   if (choice) return run_one_part(a, plan, *choice, command);
   std::filesystem::path output = a.output;
@@ -95,14 +103,14 @@ int run(const RunArguments& a, const std::string& command) {
     if (error) throw IoError(fmt::format("results: cannot be made: {}; name a file with -o", error.message()));
   }
   store::check_output_path(output);
-  log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.points.size(),
-                       plan.points.size() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
+  log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.point_count(),
+                       plan.point_count() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
   log_remarks(plan.config);
   double elapsed = 0;
   store::Result result;
   std::filesystem::path kept;
   with_checkpoint(
-      a, plan, output, command,
+      a, run_key(plan, false), output, command,
       [&](const study::Checkpoint& checkpoint) { result = run_and_stamp(a, plan, command, elapsed, checkpoint); },
       [&] { kept = store::write_beside_old(output, a.overwrite, [&] { store::write_result(output, result); }); });
   print_tables(result, output.string(), a.units == "ft");
@@ -171,13 +179,17 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
     case Command::plan:
       return plan_parts(a, line.parts_plan);
     case Command::merge:
-      return merge_files(a, line.parts, line.inputs);
+      return merge_files(a, line.parts, line.inputs, line.to_part);
     case Command::status:
       return status_of(line.parts_plan.folder);
     case Command::show:
       return show(line.shown), kDone;
+    case Command::diff:
+      return diff_results(line.compared);
+    case Command::refine:
+      return refine_result(studies, line.refined);
     case Command::rerun:
-      return rerun(line.file, line.inputs, a, command);
+      return rerun(line.file, line.inputs.empty() ? "." : line.inputs, a, command);
     case Command::man:
       return fmt::print("{}", man_page(program_words(), this_build().version)), kDone;
     case Command::completion:

@@ -200,9 +200,12 @@ TEST_CASE("A part file comes back whole, or is called damaged", "[checkpoint]") 
   part.references = {{"large.csv", 1 << 25, "abcd", "md_m"}};
   part.folder = "/somewhere";
   part.points = 4;
+  part.range = {1, 4, 2};
   part.pieces = {{1, {2, 5}, 9, false, {{1, 1, kernel({1024, 512})}}}, {3, {0, 0}, 0, true, {}, "tables"}};
   write_part(path, part);
   const Part again = read_part(path);
+  CHECK(again.range == part.range);
+  CHECK(again.points == 4);
   CHECK(again.key == part.key);
   CHECK(again.inputs[0].columns == part.inputs[0].columns);
   CHECK(again.texts[0].text == "x = 1\n");
@@ -214,12 +217,32 @@ TEST_CASE("A part file comes back whole, or is called damaged", "[checkpoint]") 
   CHECK(again.pieces[0].subtrees[0].end_block() == 4);
   CHECK(bits(again.pieces[0].subtrees[0].tally) == bits(part.pieces[0].subtrees[0].tally));
   CHECK(again.pieces[1].result == "tables");
-  std::string bytes = content(path);
-  bytes[bytes.size() / 2] ^= 1;
-  overwrite(path, bytes);
-  CHECK(part_state(path) == PartState::damaged);
-  CHECK_THROWS_WITH(read_part(path), Catch::Contains("damaged"));
-  overwrite(path, "SMCPART1 of an older version");
+  const PartHead head = read_part_head(path);
+  CHECK(head.run == run_bytes(kKey));
+  CHECK(head.run != run_bytes({kKey.config_hash, "another build"}));
+  CHECK((head.points == 4 && head.range == part.range && head.shards == 1 && !head.whole && !head.failed));
+  PartReader reader(path);
+  CHECK(reader.pieces().at(0).blocks_in_all == 9);
+  CHECK(reader.piece(1).result == "tables");
+  reader.close();
+  CHECK(reader.about().config == "seed = 1\n");
+  // Pieces of another part, as they are
+  write_part_of(folder.path / "b.part", part, reader.pieces(), [&](std::size_t i) { return reader.piece_bytes(i); });
+  CHECK(content(folder.path / "b.part") == content(path));
+
+  const std::string bytes = content(path);
+  for (std::size_t i = 0; i < bytes.size(); i += 5) {  // whatever byte it is
+    std::string flipped = bytes;
+    flipped[i] = static_cast<char>(flipped[i] ^ 1);
+    overwrite(path, flipped);
+    CHECK_THROWS_AS(read_part(path), surveymc::IoError);
+    if (i > 7) CHECK(part_state(path) == PartState::damaged);
+    overwrite(path, bytes.substr(0, i));
+    CHECK_THROWS_AS(read_part_head(path), surveymc::IoError);
+  }
+  overwrite(path, bytes + "more");
+  CHECK_THROWS_WITH(read_part_head(path), Catch::Contains("damaged"));
+  overwrite(path, "SMCPART2 of an older version");
   CHECK(part_state(path) == PartState::damaged);
   CHECK_THROWS_WITH(read_part(path), Catch::Contains("another version"));
   overwrite(path, "hello");
