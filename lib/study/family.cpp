@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <string>
 
 #include "study/table_rows.h"
@@ -54,8 +53,9 @@ store::Table with_family(const store::Table& t, const std::map<std::size_t, cons
 }  // namespace
 
 std::vector<bool> holm(const std::vector<double>& p, double level) {
-  std::vector<std::size_t> order(p.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < p.size(); ++i)
+    if (!std::isnan(p[i])) order.push_back(i);
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return p[a] < p[b]; });
   std::vector<bool> rejected(p.size(), false);
   for (std::size_t k = 0; k < order.size(); ++k) {

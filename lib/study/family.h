@@ -13,6 +13,7 @@ inline constexpr const char *kDiffersInFamily = "differs", *kMayBeChance = "may 
 
 /// Which of these hypotheses Holm (1979) rejects at `level`: the k-th smallest of n p-values is compared with
 /// level / (n - k + 1), until one is larger. P(any true hypothesis is rejected) <= level, whatever their dependence.
+/// NaN: no hypothesis.
 std::vector<bool> holm(const std::vector<double>& p, double level);
 
 /// The share of wrong ones to be expected among those of `p` that are at most `accepted`: q of the last of them,
