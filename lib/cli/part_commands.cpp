@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "checkpoint/same_numbers.h"
 #include "cli/log.h"
 #include "cli/print_result.h"
 #include "store/atomic_file.h"
@@ -86,7 +87,7 @@ bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartC
     const checkpoint::Part there = checkpoint::read_part(path);
     const checkpoint::RunKey key = run_key(run);
     const char* what = there.key.config_hash != key.config_hash                      ? "a part of another config"
-                       : there.key.program != key.program                            ? "this part by another build"
+                       : numerics_of(there.key.program) != numerics_of(key.program)  ? "this part by another build"
                        : !same_pieces(there.pieces, study::part_pieces(run, choice)) ? "another part of this config"
                                                                                      : nullptr;
     if (what && !overwrite)
@@ -201,7 +202,7 @@ int plan_parts(const RunArguments& a, const PlanArguments& plan) {
   for (const fs::path& path : files_with(plan.folder, kExtension)) {
     std::optional<checkpoint::Part> part = outline(path);
     if (!part) continue;
-    if (part->key == key)
+    if (checkpoint::same_numbers(part->key, key))
       there.push_back(std::move(*part));
     else
       log_warning(fmt::format("{}: is of another config or build: not counted", path.string()));
@@ -240,10 +241,13 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
     const checkpoint::RunKey &key = parts.back().key, &first = parts.front().key;
     require(key.config_hash == first.config_hash, "{}: is of another config (hash {}) than {} ({})", path.string(),
             key.config_hash, paths[0].string(), first.config_hash);
-    require(key.program == program_name(),
+    require(numerics_of(key.program) == numerics_of(program_name()),
             "{}: was made by another build ({}, this is {}), whose results may differ in their last bits: merge with "
             "that build, or run the part again",
             path.string(), key.program, program_name());
+    if (key.program != program_name())
+      log_info(fmt::format("{}: is of another build ({}), whose numbers have the same bits: used", path.string(),
+                           key.program));
   }
   config::Config config = study::config_of(parts.front(), paths[0].string(), inputs);
   const study::Experiment& experiment = find_experiment(*a.studies, config);

@@ -100,7 +100,7 @@ void stop_after(double seconds);
 /// Options of a run, with this stop flag.
 montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress);
 
-/// This program: version, revision, compiler, C library.
+/// This program: version, revision, compiler; behind them numerics_text().
 const std::string& program_name();
 checkpoint::RunKey run_key(const study::RunPlan& run);
 void stamp(store::Result& result, const std::string& command);
