@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
+#include <variant>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -91,8 +93,8 @@ void print_heading(const store::Result& r) {
   const store::Provenance& p = r.provenance;
   const auto say = [](const std::string& text) { fmt::print("{}\n", on_screen(text, STDOUT_FILENO)); };
   say(store::printable(p.title));
-  say(fmt::format("experiment {}, seed {}, {} trials a point; surveymc {} ({}), {}", p.experiment, p.seed, p.trials,
-                  p.surveymc_version, p.git_revision, r.run.created));
+  say(store::printable(fmt::format("experiment {}, seed {}, {} trials a point; surveymc {} ({}), {}", p.experiment,
+                                   p.seed, p.trials, p.surveymc_version, p.git_revision, r.run.created)));
   const std::string verdicts = in_words(count_verdicts(r.tables));
   if (!verdicts.empty()) say("verdicts: " + verdicts);
 }
@@ -213,8 +215,9 @@ bool print_one(const ShowArguments& a, const store::Result& r) {
 
 }  // namespace
 
-void show(const ShowArguments& a) {
-  const store::Result r = store::read_result(a.file);
+namespace {
+
+void show_result(const ShowArguments& a, const store::Result& r) {
   if (a.cost) {
     if (r.cost.columns.empty())
       throw InputError(
@@ -242,6 +245,23 @@ void show(const ShowArguments& a) {
   for (const std::string& n : std::get<std::vector<std::string>>(list.column("name").values))
     known += (known.empty() ? "" : ", ") + n;
   throw InputError(fmt::format("{}: table {}: not in this file, which has {}", a.file, a.name, known));
+}
+
+}  // namespace
+
+void show(const ShowArguments& a) {
+  const store::Result r = store::read_result(a.file);
+  const auto refuse = [&] {
+    throw IoError(
+        fmt::format("{}: is not as surveymc writes results: a column is missing or has another type", a.file));
+  };
+  try {
+    show_result(a, r);
+  } catch (const std::out_of_range&) {
+    refuse();
+  } catch (const std::bad_variant_access&) {
+    refuse();
+  }
 }
 
 }  // namespace surveymc::cli
