@@ -79,7 +79,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
                                                                                      : propagate::VerticalRule::tilt;
   s.sampling = study::read_event_sampling(c);
   s.verdict = study::read_event_verdict(c);
-  s.plan = study::read_trial_plan(c, {"probability"}, s.verdict);
+  s.plan = study::read_trial_plan(c, {"probability"}, {}, s.verdict);
   c.require(s.sampling.method != "subset" || s.plan.looks.empty(), "stop",
             "not with sampling.method = \"subset\": give `trials`, the number of replicates");
   if (s.sampling.method != "subset")

@@ -76,7 +76,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   c.require(s.sampling.method != "union" || is_union, "sampling.method",
             "the event is no union of half spaces: must be of another method, or the problem \"linear\" or \"union\"");
   s.verdict = study::read_event_verdict(c);
-  s.plan = study::read_trial_plan(c, {"probability"}, s.verdict);
+  s.plan = study::read_trial_plan(c, {"probability"}, {}, s.verdict);
   c.require(s.sampling.method != "subset" || s.plan.looks.empty(), "stop",
             "not with sampling.method = \"subset\": give `trials`, the number of replicates");
   if (s.sampling.method != "subset")

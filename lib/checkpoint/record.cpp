@@ -20,20 +20,20 @@ namespace {
 
 constexpr std::size_t kHead = 8 + sizeof(std::uint64_t), kChecksum = sizeof(XXH128_canonical_t);
 
-std::string checksum(std::string_view bytes) {
+}  // namespace
+
+std::string checksum_of(std::string_view bytes) {
   XXH128_canonical_t canonical;
   XXH128_canonicalFromHash(&canonical, XXH3_128bits(bytes.data(), bytes.size()));
   return {reinterpret_cast<const char*>(canonical.digest), sizeof canonical.digest};
 }
-
-}  // namespace
 
 std::string sealed_record(std::string_view mark, std::string_view body) {
   ByteWriter out;
   out.put(mark.data(), mark.size());
   out.put(body);
   std::string bytes = out.take();
-  return bytes + checksum(bytes);
+  return bytes + checksum_of(bytes);
 }
 
 std::optional<Record> record_at(std::string_view bytes, std::size_t begin, std::string_view mark) {
@@ -42,7 +42,7 @@ std::optional<Record> record_at(std::string_view bytes, std::size_t begin, std::
   const auto size = ByteReader(here.substr(mark.size())).get<std::uint64_t>();
   if (size > here.size() - kHead - kChecksum) return std::nullopt;
   const std::size_t sealed = kHead + static_cast<std::size_t>(size);
-  if (here.substr(sealed, kChecksum) != checksum(here.substr(0, sealed))) return std::nullopt;
+  if (here.substr(sealed, kChecksum) != checksum_of(here.substr(0, sealed))) return std::nullopt;
   return Record{here.substr(kHead, static_cast<std::size_t>(size)), begin + sealed + kChecksum};
 }
 

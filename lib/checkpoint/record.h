@@ -17,6 +17,9 @@ struct RunKey {
   bool operator==(const RunKey&) const = default;
 };
 
+/// XXH3-128 of the bytes, 16 bytes.
+std::string checksum_of(std::string_view bytes);
+
 /// mark (8 bytes), length of the body (8), body, XXH3-128 of all of them (16).
 std::string sealed_record(std::string_view mark, std::string_view body);
 

@@ -75,7 +75,8 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   run->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   run->add_option("--trial", a.trial, "replay this one trial (from 0) and print it; writes nothing");
   run->add_option("--point", a.point,
-                  "run only this sweep point (from 0); writes a part file, or nothing with --trial");
+                  "run only this sweep point (from 0), or the points FIRST:END or FIRST:END:STEP (END not among them); "
+                  "writes one part file, or nothing with --trial");
   run->add_option("--shard", a.shard, "I/N: run only slice I (from 0) of N slices of the trials; writes a part file");
   run->add_flag("--array", a.array, "run the part of this Slurm array task: a point, or with --shards a shard");
   run->add_option("--shards", a.shards,
@@ -92,12 +93,18 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   CLI::Option* missing = plan->add_option("--missing", line.parts_plan.folder,
                                           "print the parts that are not in this folder, as a Slurm array list");
   count->excludes(missing);
+  plan->add_option("--groups", line.parts_plan.groups,
+                   "divide the sweep into this many ranges of points that cost about the same, and print them a line "
+                   "each, for run --point; with --count or --missing, the parts are these ranges, numbered from 0");
   plan->add_option("--shards", a.shards, "divide the run into this many shards, not into sweep points");
-  CLI::App* merge = command(Command::merge, "merge", "put part files together to the result of the whole run");
+  CLI::App* merge =
+      command(Command::merge, "merge",
+              "put part files together to the result of the whole run; or results, rounds of one sweep, to one");
   merge->add_option("parts", line.parts, "part files, or folders of them")->required();
   merge->add_option("-o,--output", a.output, "result file")->required();
   merge->add_option("--inputs", line.inputs,
                     "folder of the config, with input files that were too large to be stored (default: where it was)");
+  merge->add_flag("--part", line.to_part, "write a larger part file, to be merged later, and no result");
   units_option(merge, a.units);
   overwrite_option(merge);
   quiet_option(merge);
@@ -108,6 +115,8 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   show->add_option("file", line.shown.file, "result file")->required();
   CLI::Option* name = show->add_option("table", line.shown.name, "only this table or map");
   CLI::Option* only_list = show->add_flag("--list", line.shown.list, "only a list of the tables and maps");
+  CLI::Option* cost = show->add_flag("--cost", line.shown.cost,
+                                     "what the rows cost: processor time, figure of merit, seconds to a verdict");
   CLI::Option* csv = show->add_flag("--csv", line.shown.csv, "as CSV");
   CLI::Option* json = show->add_flag("--json", line.shown.json, "as JSON");
   show->add_option("--rows", line.shown.rows,
@@ -116,6 +125,25 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   units_option(show, line.shown.units)->excludes(csv)->excludes(json);
   csv->excludes(json);
   only_list->excludes(name)->excludes(csv);
+  cost->excludes(name)->excludes(only_list);
+  CLI::App* diff = command(Command::diff, "diff", "what differs beyond chance between two results");
+  diff->add_option("file_a", line.compared.a, "result file")->required();
+  diff->add_option("file_b", line.compared.b, "another one of the same experiment")->required();
+  diff->add_option("--level", line.compared.level,
+                   "probability of any false difference, over all rows together (default: 0.05)")
+      ->check(CLI::Range(1e-12, 0.5));
+  diff->add_option("--tolerance", line.compared.tolerance,
+                   "of the same draws: standard errors that a value may have changed (default: 0)")
+      ->check(CLI::NonNegativeNumber);
+  CLI::Option* diff_csv = diff->add_flag("--csv", line.compared.csv, "every row as CSV");
+  CLI::Option* diff_json = diff->add_flag("--json", line.compared.json, "every row as JSON");
+  diff_csv->excludes(diff_json);
+  CLI::App* refine =
+      command(Command::refine, "refine", "the next points of a sweep, along the boundary that its [refine] names");
+  refine->add_option("file", line.refined.file, "result of a sweep over two or more numeric keys")->required();
+  refine->add_option("-o,--output", line.refined.output, "config to write, with its table of points beside it")
+      ->required();
+  refine->add_flag("--overwrite", line.refined.overwrite, "replace an existing config and table");
   CLI::App* rerun =
       command(Command::rerun, "rerun", "repeat a result from the config and inputs stored in it, and compare");
   rerun->add_option("file", line.file, "result file")->required();
@@ -133,10 +161,10 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
 /// The kind of the arguments with these names; any other argument is text.
 ValueKind kind_of(const std::string& name) {
   static const std::map<std::string, ValueKind> kKinds = {
-      {"config", ValueKind::config_file},   {"file", ValueKind::result_file}, {"parts", ValueKind::result_file},
-      {"output", ValueKind::result_file},   {"inputs", ValueKind::folder},    {"folder", ValueKind::folder},
-      {"missing", ValueKind::folder},       {"table", ValueKind::table},      {"shell", ValueKind::shell},
-      {"experiment", ValueKind::experiment}};
+      {"config", ValueKind::config_file}, {"file", ValueKind::result_file},  {"file_a", ValueKind::result_file},
+      {"file_b", ValueKind::result_file}, {"parts", ValueKind::result_file}, {"output", ValueKind::result_file},
+      {"inputs", ValueKind::folder},      {"folder", ValueKind::folder},     {"missing", ValueKind::folder},
+      {"table", ValueKind::table},        {"shell", ValueKind::shell},       {"experiment", ValueKind::experiment}};
   const auto found = kKinds.find(name);
   return found == kKinds.end() ? ValueKind::text : found->second;
 }

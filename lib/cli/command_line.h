@@ -4,16 +4,34 @@
 #include <vector>
 
 #include "cli/command_words.h"
+#include "cli/diff_command.h"
 #include "cli/keys_command.h"
 #include "cli/models_command.h"
 #include "cli/new_command.h"
 #include "cli/part_commands.h"
+#include "cli/refine_command.h"
 #include "cli/run_setup.h"
 #include "cli/show_command.h"
 
 namespace surveymc::cli {
 
-enum class Command { list, keys, new_config, models, check, run, plan, merge, status, show, rerun, man, completion };
+enum class Command {
+  list,
+  keys,
+  new_config,
+  models,
+  check,
+  run,
+  plan,
+  merge,
+  status,
+  show,
+  diff,
+  refine,
+  rerun,
+  man,
+  completion
+};
 
 /// The command and options of a command line (README.md).
 struct CommandLine {
@@ -21,12 +39,15 @@ struct CommandLine {
   RunArguments arguments = {};
   PlanArguments parts_plan = {};
   ShowArguments shown = {};
+  DiffArguments compared = {};
+  RefineArguments refined = {};
   ModelsArguments models = {};
   KeysArguments keys = {};
   NewArguments made = {};
-  std::string shell;  ///< of completion
-  std::string file, inputs = ".";
+  std::string shell;         ///< of completion
+  std::string file, inputs;  ///< `inputs`: "" if it was not given
   std::vector<std::string> parts = {};
+  bool to_part = false;  ///< of merge
 };
 
 /// The command line, or the exit code if it asks for help or is wrong; help and errors are printed unless `silent`.

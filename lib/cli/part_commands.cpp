@@ -1,14 +1,17 @@
 #include "cli/part_commands.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <map>
 #include <system_error>
 
 #include <fmt/format.h>
 
+#include "checkpoint/same_numbers.h"
 #include "cli/log.h"
 #include "cli/print_result.h"
+#include "cli/refine_command.h"
 #include "store/atomic_file.h"
 #include "store/backup.h"
 
@@ -44,8 +47,8 @@ void require_choice(const study::RunPlan& run, const study::PartChoice& choice) 
 study::PartChoice array_choice(const RunArguments& a, const study::RunPlan& run) {
   const std::uint64_t id = slurm_number("SLURM_ARRAY_TASK_ID");
   if (const std::uint64_t n = shard_count(a)) return {std::nullopt, id, n};
-  const bool divisible = run.points.size() == 1 && run.total_trials() > 0 && run.points[0]->looks().empty();
-  if (!divisible) return {id};
+  const bool divisible = run.point_count() == 1 && run.total_trials() > 0 && run.plan(0)->looks().empty();
+  if (!divisible) return study::PartChoice::of_point(id);
   const std::uint64_t count = slurm_number("SLURM_ARRAY_TASK_COUNT");
   const char* first = std::getenv("SLURM_ARRAY_TASK_MIN");
   require_usage(
@@ -68,11 +71,15 @@ fs::path part_path(const RunArguments& a, const study::PartChoice& choice) {
   return output / (study::part_name(choice) + kExtension);
 }
 
-bool same_pieces(const std::vector<checkpoint::PartPiece>& a, const std::vector<checkpoint::PartPiece>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const checkpoint::PartPiece& x, const checkpoint::PartPiece& y) {
-                      return x.point == y.point && x.blocks.first == y.blocks.first && x.blocks.end == y.blocks.end;
-                    });
+/// What the reader of parts says of a damaged one.
+std::string why_damaged(const fs::path& path) {
+  try {
+    checkpoint::read_part(path);
+  } catch (const IoError& e) {
+    const std::string why = e.what();
+    return why.substr(0, why.rfind(": "));
+  }
+  return path.string();
 }
 
 /// True if the part is there already. Throws IoError if another file is in its place, or if it could not be written.
@@ -81,20 +88,23 @@ bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartC
   if (state == checkpoint::PartState::foreign)
     throw IoError(fmt::format("{}: exists and is no surveymc part file: refusing to overwrite it", path.string()));
   if (state == checkpoint::PartState::damaged)
-    log_warning(fmt::format("{}: is damaged; that part is computed again", path.string()));
+    log_warning(fmt::format("{}; that part is computed again", why_damaged(path)));
   if (state == checkpoint::PartState::whole) {
-    const checkpoint::Part there = checkpoint::read_part(path);
-    const checkpoint::RunKey key = run_key(run);
-    const char* what = there.key.config_hash != key.config_hash                      ? "a part of another config"
-                       : there.key.program != key.program                            ? "this part by another build"
-                       : !same_pieces(there.pieces, study::part_pieces(run, choice)) ? "another part of this config"
-                                                                                     : nullptr;
-    if (what && !overwrite)
+    const checkpoint::Part there = checkpoint::PartReader(path).about();
+    const checkpoint::RunKey key = part_key(run);
+    const std::string other = study::other_file(there, run.config);
+    const bool same = there.range == choice.range(run) && there.shard == choice.shard && there.shards == choice.shards;
+    const std::string what = there.key.config_hash != key.config_hash                     ? "a part of another config"
+                             : numerics_of(there.key.program) != numerics_of(key.program) ? "this part by another build"
+                             : !same          ? "another part of this config"
+                             : !other.empty() ? fmt::format("this part with other contents of {}", other)
+                                              : "";
+    if (!what.empty() && !overwrite)
       throw IoError(
           fmt::format("{}: holds {} (config hash {}, made by {}): choose another name or folder with -o, or replace it "
                       "with --overwrite",
                       path.string(), what, there.key.config_hash, there.key.program));
-    if (!what) return true;
+    if (what.empty()) return true;
   }
   try {
     store::remove_stale_temporaries(store::resolved(path));
@@ -106,26 +116,39 @@ bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartC
   return false;
 }
 
+/// Files of a folder and of the folders in it (sweep.sh has at most 1,000 parts in each), sorted.
 std::vector<fs::path> files_with(const fs::path& folder, const std::string& word) {
   std::vector<fs::path> found;
+  const auto add = [&](const fs::directory_entry& e) {
+    const std::string name = e.path().filename().string();
+    const bool hit = word == kExtension ? e.path().extension() == word : name.find(word) != std::string::npos;
+    if (hit && name[0] != '.') found.push_back(e.path());
+  };
   std::error_code error;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    const std::string name = it->path().filename().string();
-    const bool hit = word == kExtension ? it->path().extension() == word : name.find(word) != std::string::npos;
-    if (hit && name[0] != '.') found.push_back(it->path());
+    std::error_code gone;
+    if (!it->is_directory(gone)) {
+      add(*it);
+      continue;
+    }
+    std::error_code inner;
+    for (fs::directory_iterator in(it->path(), inner), last; !inner && in != last; in.increment(inner)) add(*in);
   }
   std::sort(found.begin(), found.end());
   return found;
 }
 
-/// The part without its tallies and maps, which take memory.
-std::optional<checkpoint::Part> outline(const fs::path& path) {
+/// A part as its head has it; its pieces where the head does not say what they are.
+struct ListedPart {
+  fs::path path;
+  checkpoint::PartHead head;
+  std::vector<checkpoint::PieceEntry> pieces = {};
+};
+
+std::optional<ListedPart> listed(const fs::path& path) {
   try {
-    checkpoint::Part part = checkpoint::read_part(path);
-    for (checkpoint::PartPiece& p : part.pieces) {
-      p.subtrees.clear();
-      p.result.clear();
-    }
+    ListedPart part{path, checkpoint::read_part_head(path), {}};
+    if (!part.head.whole) part.pieces = checkpoint::PartReader(path).pieces();
     return part;
   } catch (const IoError& e) {
     log_warning(e.what());
@@ -133,7 +156,29 @@ std::optional<checkpoint::Part> outline(const fs::path& path) {
   }
 }
 
+void add_to(study::Coverage& coverage, const ListedPart& part) {
+  if (part.head.whole) coverage.add(part.head.range);
+  for (const checkpoint::PieceEntry& e : part.pieces) coverage.add(e);
+}
+
+/// "17", "100:200", "0:100000:1000".
+checkpoint::PointRange range_of(const std::string& text) {
+  const auto number = [&](std::string_view word) { return whole_number("--point", std::string(word)); };
+  const std::size_t first = text.find(':');
+  if (first == std::string::npos) {
+    const std::uint64_t point = number(text);
+    return {point, point + 1, 1};
+  }
+  const std::size_t second = text.find(':', first + 1);
+  checkpoint::PointRange r{number(text.substr(0, first)), number(text.substr(first + 1, second - first - 1)), 1};
+  if (second != std::string::npos) r.stride = number(text.substr(second + 1));
+  require_usage(r.stride > 0, "--point {}: the step must not be 0", text);
+  return r;
+}
+
 }  // namespace
+
+bool is_part(const RunArguments& a) { return (a.point || a.shard || a.array) && !a.trial; }
 
 std::optional<study::PartChoice> part_choice(const RunArguments& a, const study::RunPlan& run) {
   require_usage(!a.shards || a.array, "--shards: belongs to --array; without Slurm it is --shard I/N");
@@ -143,7 +188,7 @@ std::optional<study::PartChoice> part_choice(const RunArguments& a, const study:
   require_usage(!a.check, "--check: a part has no verdicts; give it to surveymc merge");
   study::PartChoice choice;
   if (a.array) choice = array_choice(a, run);
-  if (a.point) choice.point = whole_number("--point", *a.point);
+  if (a.point) choice.points = range_of(*a.point);
   if (a.shard) {
     const std::size_t slash = a.shard->find('/');
     require_usage(slash != std::string::npos, "--shard {}: must be I/N, such as 0/4", *a.shard);
@@ -152,15 +197,17 @@ std::optional<study::PartChoice> part_choice(const RunArguments& a, const study:
     require_usage(choice.shards <= 1'000'000, "--shard {}: at most 1000000 shards", *a.shard);
   }
   require_choice(run, choice);
-  if (choice.shards == 1 && !choice.point && run.points.size() == 1) choice.point = 0;  // one name for one thing
+  if (choice.shards == 1 && !choice.points && run.point_count() == 1)
+    choice.points = checkpoint::PointRange{0, 1, 1};  // one name for one thing
   return choice;
 }
 
 int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::PartChoice& choice,
                  const std::string& command) {
   const fs::path path = part_path(a, choice);
+  const checkpoint::RunKey key = run_key(run, true);
   if (is_done(path, run, choice, a.overwrite)) {
-    checkpoint::remove_journals(path, run_key(run));
+    checkpoint::remove_journals(path, key);
     fmt::print("{} is done already\n", path.string());
     return kDone;
   }
@@ -171,87 +218,166 @@ int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::
   const auto compute = [&](const study::Checkpoint& checkpoint) {
     Progress progress;
     const auto created = std::chrono::system_clock::now();
-    part = study::run_part(run, choice, run_options(a, run, progress), checkpoint);
+    part = study::run_part(run, choice, run_options(a, run, progress, true), checkpoint);
     elapsed = progress.elapsed_s();
-    part.key = run_key(run);
+    part.key = part_key(run);
     part.command = command;
     part.folder = fs::absolute(a.config).parent_path().string();
     part.run = run_info(created, elapsed, a);
   };
   fs::path kept;  // what was there is damaged, but it is the user's
-  with_checkpoint(a, run, path, command, compute, [&] {
+  with_checkpoint(a, key, path, command, compute, [&] {
     kept = store::write_beside_old(path, a.overwrite, [&] { checkpoint::write_part(path, part); });
   });
+  const auto failed =
+      std::count_if(part.pieces.begin(), part.pieces.end(), [](const auto& p) { return !p.failure.empty(); });
+  for (const checkpoint::PartPiece& p : part.pieces)
+    if (!p.failure.empty()) {
+      log_warning(fmt::format("{} of {} points cannot be run, and the result will list them; the first: {}", failed,
+                              part.pieces.size(), p.failure));
+      break;
+    }
   say(fmt::format("wrote {} (in {})", path.string(), format_duration(elapsed)));
   tell_backup(kept);
   return kDone;
 }
 
+namespace {
+
+/// Ranges of points, in order, of nearly equal predicted cost; at most `groups` of them. A large sweep is not read: its
+/// points are taken to cost the same.
+std::vector<checkpoint::PointRange> groups_of(const study::RunPlan& run, std::uint64_t groups) {
+  const std::uint64_t points = run.point_count();
+  groups = std::min(groups, points);
+  std::vector<double> upto(run.is_large() ? 0 : points + 1);  // cost of the points before
+  for (std::uint64_t i = 0; i + 1 < upto.size(); ++i) upto[i + 1] = upto[i] + run.plan(i)->cost();
+  std::vector<checkpoint::PointRange> out;
+  std::uint64_t first = 0;
+  for (std::uint64_t g = 1; g <= groups; ++g) {
+    const double share = static_cast<double>(g) / static_cast<double>(groups);
+    std::uint64_t end = points;
+    if (g < groups && run.is_large()) {
+      end = static_cast<std::uint64_t>(std::llround(share * static_cast<double>(points)));
+    } else if (g < groups) {
+      const auto at = std::lower_bound(upto.begin(), upto.end(), share * upto.back());
+      end = static_cast<std::uint64_t>(at - upto.begin());
+      if (at != upto.begin() && share * upto.back() - *(at - 1) < *at - share * upto.back()) --end;
+    }
+    end = std::clamp(end, first + 1, points - (groups - g));  // every group has a point
+    out.push_back({first, end, 1});
+    first = end;
+  }
+  return out;
+}
+
+std::string range_text(const checkpoint::PointRange& r) {
+  return r.count() == 1 ? fmt::format("{}", r.first) : fmt::format("{}:{}", r.first, r.end);
+}
+
+}  // namespace
+
 int plan_parts(const RunArguments& a, const PlanArguments& plan) {
-  require_usage(plan.count || !plan.folder.empty(), "plan: say --count or --missing FOLDER");
-  const study::RunPlan run = load(a);
-  const std::uint64_t shards = shard_count(a), parts = shards > 0 ? shards : run.points.size();
+  require_usage(plan.count || plan.groups || !plan.folder.empty(), "plan: say --count, --missing FOLDER or --groups N");
+  const std::uint64_t groups = plan.groups ? whole_number("--groups", *plan.groups) : 0;
+  require_usage(!plan.groups || (groups > 0 && groups <= 1'000'000), "--groups {}: must be 1 to 1000000",
+                plan.groups.value_or(""));
+  const std::uint64_t shards = shard_count(a);
+  require_usage(shards == 0 || !plan.groups, "--groups: not together with --shards");
+  const study::RunPlan run = open_config(a);
   if (shards > 0) require_choice(run, {std::nullopt, 0, shards});
+  const std::vector<checkpoint::PointRange> ranges =
+      plan.groups ? groups_of(run, groups) : std::vector<checkpoint::PointRange>{};
+  const std::uint64_t parts = plan.groups ? ranges.size() : shards > 0 ? shards : run.point_count();
   if (plan.count) {
     fmt::print("{}\n", parts);
     return kDone;
   }
-  std::vector<checkpoint::Part> there;
-  const checkpoint::RunKey key = run_key(run);
+  if (plan.folder.empty()) {
+    for (const checkpoint::PointRange& r : ranges) fmt::print("{}\n", range_text(r));
+    return kDone;
+  }
+  study::Coverage there;
+  const std::string key = checkpoint::run_bytes(part_key(run));
   for (const fs::path& path : files_with(plan.folder, kExtension)) {
-    std::optional<checkpoint::Part> part = outline(path);
+    const std::optional<ListedPart> part = listed(path);
     if (!part) continue;
-    if (part->key == key)
-      there.push_back(std::move(*part));
+    if (part->head.run == key)
+      add_to(there, *part);
     else
       log_warning(fmt::format("{}: is of another config or build: not counted", path.string()));
   }
-  std::vector<const checkpoint::PartPiece*> pieces;
-  for (const checkpoint::Part& part : there)
-    for (const checkpoint::PartPiece& p : part.pieces) pieces.push_back(&p);
-  const auto missing = study::missing_blocks(study::part_pieces(run, {}), pieces);
-  std::vector<std::uint64_t> ids;
-  for (std::uint64_t i = 0; i < parts; ++i) {
-    const study::PartChoice choice = shards > 0 ? study::PartChoice{std::nullopt, i, shards} : study::PartChoice{i};
-    if (!study::is_covered(study::part_pieces(run, choice), missing)) ids.push_back(i);
+  const PointSet points = there.missing(run.point_count());
+  PointSet ids;
+  if (plan.groups) {
+    for (std::uint64_t g = 0; g < ranges.size(); ++g)
+      if (points.meets(ranges[g].first, ranges[g].end)) ids.add(g);
+  } else if (shards > 0) {
+    for (std::uint64_t i = 0; i < shards; ++i) {
+      const std::vector<checkpoint::PartPiece> pieces = study::part_pieces(run, {std::nullopt, i, shards});
+      if (!std::all_of(pieces.begin(), pieces.end(), [&](const auto& p) { return there.covers(p); })) ids.add(i);
+    }
+  } else {
+    ids = points;
   }
   if (!ids.empty()) fmt::print("{}\n", study::array_list(ids));
   return kDone;
 }
 
-int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs) {
+int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs, bool part) {
   catch_signals();
   std::vector<fs::path> paths;
   for (const std::string& name : names) {
     std::error_code error;
-    const std::vector<fs::path> within = files_with(name, kExtension);
     if (fs::is_directory(name, error)) {
+      const std::vector<fs::path> within = files_with(name, kExtension);
       require(!within.empty(), "{}: has no part files (*{})", name, kExtension);
       paths.insert(paths.end(), within.begin(), within.end());
     } else {
       paths.push_back(name);
     }
   }
-  store::check_output_path(a.output);
   std::optional<EndsBySignal> ends(std::in_place, a);
-  std::vector<checkpoint::Part> parts;
-  for (const fs::path& path : paths) {
-    parts.push_back(checkpoint::read_part(path));
-    const checkpoint::RunKey &key = parts.back().key, &first = parts.front().key;
-    require(key.config_hash == first.config_hash, "{}: is of another config (hash {}) than {} ({})", path.string(),
-            key.config_hash, paths[0].string(), first.config_hash);
-    require(key.program == program_name(),
-            "{}: was made by another build ({}, this is {}), whose results may differ in their last bits: merge with "
-            "that build, or run the part again",
-            path.string(), key.program, program_name());
+  if (part) {
+    require_usage(fs::path(a.output).extension() == kExtension, "-o {}: the name of a part ends in {}", a.output,
+                  kExtension);
+    for (const fs::path& path : paths) {
+      std::error_code error;
+      require(!fs::equivalent(path, a.output, error), "{}: is one of the parts: choose another name with -o", a.output);
+    }
+    if (checkpoint::part_state(a.output) == checkpoint::PartState::foreign)
+      throw IoError(fmt::format("{}: exists and is no surveymc part file: refusing to overwrite it", a.output));
+  } else {
+    store::check_output_path(a.output);
   }
-  config::Config config = study::config_of(parts.front(), paths[0].string(), inputs);
+  if (!part && paths.size() > 1 && paths[0].extension() == ".h5") {  // results: rounds of one sweep
+    std::vector<std::string> files;
+    for (const fs::path& path : paths) files.push_back(path.string());
+    store::Result result = merge_rounds(*a.studies, files, a.output, inputs);
+    ends.reset();
+    stamp(result, "surveymc merge");
+    result.run = {"", "", 0, 0, 0};
+    const fs::path kept =
+        store::write_beside_old(a.output, a.overwrite, [&] { store::write_result(a.output, result); });
+    say(fmt::format("wrote {} (from {} result{})", a.output, files.size(), files.size() == 1 ? "" : "s"));
+    tell_backup(kept);
+    return kDone;
+  }
+  study::PartSet parts(paths, program_name());
+  for (const std::string& remark : parts.remarks()) log_info(remark);
+  if (part) {
+    const fs::path kept =
+        store::write_beside_old(a.output, a.overwrite, [&] { parts.write_merged(a.output, stop_flag()); });
+    say(fmt::format("wrote {} (from {} part{})", a.output, parts.count(), parts.count() == 1 ? "" : "s"));
+    tell_backup(kept);
+    return kDone;
+  }
+  config::Config config = study::config_of(parts.about(), paths[0].string(), inputs);
   const study::Experiment& experiment = find_experiment(*a.studies, config);
-  const study::RunPlan run = study::read_run(experiment, std::move(config), stop_flag());
-  if (run.config.hash() != parts.front().key.config_hash)
+  const study::RunPlan run = study::open_run(experiment, std::move(config));
+  if (run.config.source_hash() != parts.about().key.config_hash)
     throw IoError(fmt::format("{}: its config does not have the hash it says", paths[0].string()));
   Progress progress;
-  store::Result result = study::merge_parts(run, parts, run_options(a, run, progress));
+  store::Result result = study::merge_parts(run, parts, run_options(a, run, progress, true));
   ends.reset();
   stamp(result, "surveymc merge");
   result.run = {"", "", 0, 0, 0};  // of many runs; so the file does not depend on who ran what
@@ -259,7 +385,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   print_tables(result, a.output, a.units == "ft");
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);
-  say(fmt::format("wrote {} (from {} part{})", a.output, parts.size(), parts.size() == 1 ? "" : "s"));
+  say(fmt::format("wrote {} (from {} part{})", a.output, parts.count(), parts.count() == 1 ? "" : "s"));
   tell_backup(kept);
   return exit;
 }
@@ -267,37 +393,30 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
 int status_of(const std::string& folder) {
   std::error_code error;
   require(fs::is_directory(folder, error), "{}: is not a folder", folder);
-  std::map<std::string, std::vector<checkpoint::Part>> runs;
+  std::map<std::string, std::vector<ListedPart>> runs;
   std::size_t damaged = 0;
   for (const fs::path& path : files_with(folder, kExtension)) {
-    if (std::optional<checkpoint::Part> part = outline(path))
-      runs[part->key.config_hash + part->key.program].push_back(std::move(*part));
+    if (std::optional<ListedPart> part = listed(path))
+      runs[part->head.run].push_back(std::move(*part));
     else
       ++damaged;
   }
   for (const auto& [key, parts] : runs) {
-    const checkpoint::Part& first = parts.front();
-    std::vector<checkpoint::PartPiece> whole(first.points);
-    std::vector<const checkpoint::PartPiece*> pieces;
+    const checkpoint::Part first = checkpoint::PartReader(parts.front().path).about();
+    study::Coverage there;
     double elapsed = 0;
-    for (const checkpoint::Part& part : parts) {
-      elapsed += part.run.elapsed_s;
-      for (const checkpoint::PartPiece& p : part.pieces) {
-        pieces.push_back(&p);
-        if (p.point < whole.size()) whole[p.point] = {p.point, {0, p.blocks_in_all}, p.blocks_in_all, p.whole};
-      }
+    std::size_t failed = 0;
+    for (const ListedPart& part : parts) {
+      elapsed += part.head.elapsed_s;
+      failed += part.head.failed;
+      add_to(there, part);
     }
-    std::vector<bool> seen(whole.size());
-    for (const checkpoint::PartPiece* p : pieces)
-      if (p->point < seen.size()) seen[p->point] = true;
-    const auto missing = study::missing_blocks(whole, pieces);
-    std::vector<std::uint64_t> open;
-    for (std::uint64_t i = 0; i < whole.size(); ++i)
-      if (!seen[i] || !missing[i].empty()) open.push_back(i);
+    const PointSet open = there.missing(first.points);
     fmt::print("{}\n  experiment {}, config hash {}, {}\n  {} part{}, computed in {}; {} of {} points done{}{}\n",
                store::printable(first.title), first.experiment, first.key.config_hash, first.key.program, parts.size(),
-               parts.size() == 1 ? "" : "s", format_duration(elapsed), first.points - open.size(), first.points,
+               parts.size() == 1 ? "" : "s", format_duration(elapsed), first.points - open.count(), first.points,
                open.empty() ? "" : "; missing, whole or in part: ", study::array_list(open));
+    if (failed > 0) fmt::print("  {} part{} with points that cannot be run\n", failed, failed == 1 ? "" : "s");
   }
   if (runs.empty()) fmt::print("no part files in {}\n", folder);
   if (damaged > 0) fmt::print("{} damaged or foreign part file{}\n", damaged, damaged == 1 ? "" : "s");

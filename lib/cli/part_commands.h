@@ -12,7 +12,11 @@ namespace surveymc::cli {
 struct PlanArguments {
   bool count = false;
   std::string folder;
+  std::optional<std::string> groups;  // as typed
 };
+
+/// True if the arguments ask for a part of a run.
+bool is_part(const RunArguments& a);
 
 /// The part that the arguments or Slurm's environment ask for. Throws InputError.
 std::optional<study::PartChoice> part_choice(const RunArguments& a, const study::RunPlan& run);
@@ -20,7 +24,8 @@ std::optional<study::PartChoice> part_choice(const RunArguments& a, const study:
 int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::PartChoice& choice,
                  const std::string& command);
 int plan_parts(const RunArguments& a, const PlanArguments& plan);
-int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs);
+/// `part`: to a larger part, not to a result.
+int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs, bool part);
 int status_of(const std::string& folder);
 
 }  // namespace surveymc::cli

@@ -1,6 +1,8 @@
 /// The command line: list, keys, new, models, check, run, plan, merge, status, show, rerun, man, completion
 /// (README.md). Prints;
 /// all work is in lib/ and the studies.
+#include <cerrno>
+#include <cfenv>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -11,10 +13,12 @@
 #include <sstream>
 #include <variant>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include "base/error.h"
+#include "base/numerics.h"
 #include "cli/command_line.h"
 #include "cli/log.h"
 #include "cli/part_commands.h"
@@ -39,7 +43,7 @@ store::Result run_and_stamp(const RunArguments& a, const study::RunPlan& run, co
     for (const montecarlo::Subtree& n : nodes) kept += n.tally.trials;
   Progress progress(kept);
   const auto created = std::chrono::system_clock::now();
-  store::Result result = study::execute(run, run_options(a, run, progress), checkpoint);
+  store::Result result = study::execute(run, run_options(a, run, progress, false), checkpoint);
   elapsed = progress.elapsed_s();
   stamp(result, command);
   result.run = run_info(created, elapsed, a);
@@ -55,28 +59,46 @@ int check(const RunArguments& a) {
     fmt::print("{}\n", comment);
   }
   std::set<std::string> printed;
-  for (const auto& point : run.points) {
-    const std::string details = point->details();
+  for (std::size_t i = 0; i < (run.is_large() ? 1 : run.point_count()); ++i) {
+    const std::string details = run.plan(i)->details();
     if (!printed.insert(details).second) continue;
     std::istringstream lines(details);
     for (std::string text; std::getline(lines, text);) fmt::print("#{}{}\n", text.empty() ? "" : " ", text);
   }
-  fmt::print("# {} sweep point{}, {} trials in all; config hash {}\n", run.points.size(),
-             run.points.size() == 1 ? "" : "s", run.total_trials(), run.config.hash());
+  if (run.is_large())
+    fmt::print(
+        "# a sample of {} points was read: values of every key, and random points; a point that turns out to be "
+        "invalid is listed in the result\n",
+        run.config.sample_points().size());
+  fmt::print("# {} sweep point{}, {} trials in all; config hash {}\n", run.point_count(),
+             run.point_count() == 1 ? "" : "s", run.total_trials(),
+             run.is_large() ? run.config.source_hash() : run.config.hash());
   return kDone;
+}
+
+/// The result that this run has made before; none if there is none, or one of another config or other numerics.
+std::optional<store::Result> finished_result(const std::filesystem::path& output, const study::RunPlan& plan) {
+  try {
+    store::Result r = store::read_result(output);
+    if (r.provenance.config_hash == plan.config.hash() && numerics_of(r.provenance.compiler) == numerics_text())
+      return r;
+  } catch (const IoError&) {  // not there, or what check_output_path() refuses
+  }
+  return std::nullopt;
 }
 
 int run(const RunArguments& a, const std::string& command) {
   catch_signals();
   stop_after(a.max_seconds);
   std::optional<EndsBySignal> ends(std::in_place, a);
-  const study::RunPlan plan = load(a);
+  const bool part = is_part(a);
+  const study::RunPlan plan = part || a.trial ? open_config(a) : load(a);
   if (a.trial) {
     const std::uint64_t number = whole_number("--trial", *a.trial),
                         index = whole_number("--point", a.point.value_or("0"));
-    require_usage(index < plan.points.size(), "--point {}: the points of this config are numbered 0 to {}", index,
-                  plan.points.size() - 1);
-    const std::uint64_t trials = plan.points[index]->trials();
+    require_usage(index < plan.point_count(), "--point {}: the points of this config are numbered 0 to {}", index,
+                  plan.point_count() - 1);
+    const std::uint64_t trials = plan.plan(index)->trials();
     require_usage(trials > 0, "--trial {}: a config of {} has no trials", number, plan.experiment.name());
     require_usage(number < trials, "--trial {}: the trials of this config are numbered 0 to {}", number, trials - 1);
     montecarlo::RunOptions options;
@@ -85,6 +107,7 @@ int run(const RunArguments& a, const std::string& command) {
     return kDone;
   }
   const std::optional<study::PartChoice> choice = part_choice(a, plan);
+  if (choice) study::read_points(plan, *choice, stop_flag());
   ends.reset();
   if (choice) return run_one_part(a, plan, *choice, command);
   std::filesystem::path output = a.output;
@@ -94,15 +117,24 @@ int run(const RunArguments& a, const std::string& command) {
     std::filesystem::create_directories("results", error);
     if (error) throw IoError(fmt::format("results: cannot be made: {}; name a file with -o", error.message()));
   }
+  if (a.resume)
+    if (const std::optional<store::Result> there = finished_result(output, plan)) {
+      print_tables(*there, output.string(), a.units == "ft");
+      const int exit = report_verdicts(*there, a.check);
+      print_warnings(*there);
+      checkpoint::remove_journals(output, run_key(plan));
+      say(fmt::format("{} is done already", output.string()));
+      return exit;
+    }
   store::check_output_path(output);
-  log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.points.size(),
-                       plan.points.size() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
+  log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.point_count(),
+                       plan.point_count() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
   log_remarks(plan.config);
   double elapsed = 0;
   store::Result result;
   std::filesystem::path kept;
   with_checkpoint(
-      a, plan, output, command,
+      a, run_key(plan, false), output, command,
       [&](const study::Checkpoint& checkpoint) { result = run_and_stamp(a, plan, command, elapsed, checkpoint); },
       [&] { kept = store::write_beside_old(output, a.overwrite, [&] { store::write_result(output, result); }); });
   print_tables(result, output.string(), a.units == "ft");
@@ -130,8 +162,11 @@ int rerun(const std::string& file, const std::string& folder, const RunArguments
   }
   fmt::print("not identical: the file has {}, this run {}\n", before, now);
   if (stored.provenance.git_revision != this_build().git_revision)
-    fmt::print("the file was made by surveymc {} ({}), this is {} ({})\n", stored.provenance.surveymc_version,
-               stored.provenance.git_revision, this_build().version, this_build().git_revision);
+    say(fmt::format("the file was made by surveymc {} ({}), this is {} ({})", stored.provenance.surveymc_version,
+                    stored.provenance.git_revision, this_build().version, this_build().git_revision));
+  if (const auto numerics = numerics_of(stored.provenance.compiler); numerics != numerics_text())
+    say(fmt::format("their numbers may differ in the last bits: the file has {}, this program {}", numerics,
+                    numerics_text()));
   if (store::content_hash(stored) != before)
     fmt::print("the file's data do not match its own content_hash: it was changed\n");
   return kUnexpected;
@@ -171,13 +206,17 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
     case Command::plan:
       return plan_parts(a, line.parts_plan);
     case Command::merge:
-      return merge_files(a, line.parts, line.inputs);
+      return merge_files(a, line.parts, line.inputs, line.to_part);
     case Command::status:
       return status_of(line.parts_plan.folder);
     case Command::show:
       return show(line.shown), kDone;
+    case Command::diff:
+      return diff_results(line.compared);
+    case Command::refine:
+      return refine_result(studies, line.refined);
     case Command::rerun:
-      return rerun(line.file, line.inputs, a, command);
+      return rerun(line.file, line.inputs.empty() ? "." : line.inputs, a, command);
     case Command::man:
       return fmt::print("{}", man_page(program_words(), this_build().version)), kDone;
     case Command::completion:
@@ -190,7 +229,7 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
 int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& workers,
               const montecarlo::Messages* messages, const std::string& mpi) {
   const auto fails = [](int exit, const char* kind, const char* what) {  // fmt would throw: the log's disk may be full
-    std::fprintf(stderr, "%s%s\n", kind, what);
+    std::fprintf(stderr, "%s%s\n", kind, printable_lines(what).c_str());
     return exit;
   };
   try {
@@ -209,8 +248,9 @@ int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& w
     return fails(kInterrupted, "interrupted: ", "nothing was written");
   } catch (const montecarlo::NoThreads& e) {
     return fails(kNoThreads, "error: ", e.what());
-  } catch (const std::bad_alloc&) {
-    return fails(kInternal, "error: ", "not enough memory: give the run more, or ask for less");
+  } catch (const std::bad_alloc&) {  // no memory for anything else either
+    std::fputs("error: not enough memory: give the run more, or ask for less\n", stderr);
+    return kInternal;
   } catch (const std::exception& e) {
     return std::ferror(stdout) != 0 ? fails(kCannotWrite, "error: standard output: ", e.what())
                                     : fails(kInternal, "internal error: ", e.what());
@@ -219,7 +259,18 @@ int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& w
 
 }  // namespace
 
+void fill_standard_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(descriptor, F_GETFD) < 0 && errno == EBADF) {
+      // Only to be read: what is printed to a closed output still is an error there.
+      const int opened = open("/dev/null", descriptor == STDERR_FILENO ? O_WRONLY : O_RDONLY);
+      (void)opened;  // the lowest free number is this one
+    }
+}
+
 int program_main(int argc, char** argv, ListStudies studies, montecarlo::Messages* messages, const std::string& mpi) {
+  fill_standard_descriptors();
+  std::fesetenv(FE_DFL_ENV);      // a library may have changed it when it was loaded: bits must not depend on that
   std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is an error of write(), with a message, and does not kill us
   try {
     if (messages && messages->rank() > 0) return work_for_rank_0(studies(), *messages, argc, argv);

@@ -9,12 +9,12 @@
 
 #include "cli/command_line.h"
 #include "cli/log.h"
+#include "cli/part_commands.h"
 #include "cli/run_setup.h"
 
 namespace surveymc::cli {
 
-std::string run_name(const study::RunPlan& run) {
-  const checkpoint::RunKey key = run_key(run);
+std::string run_name(const checkpoint::RunKey& key) {
   return fmt::format("config hash {}, {}", key.config_hash, key.program);
 }
 
@@ -23,6 +23,7 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
   silence_log();
   CommandLine line;
   std::optional<study::RunPlan> run;
+  checkpoint::RunKey key;
   std::exception_ptr error;
   try {
     std::variant<CommandLine, int> read = read_command_line(argc, argv, "", /*silent=*/true);
@@ -30,9 +31,16 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
       line = std::get<CommandLine>(std::move(read));
       line.arguments.studies = &studies;
       if (line.command == Command::run || line.command == Command::rerun) catch_signals();
-      if (line.command == Command::run) run.emplace(load(line.arguments));
+      const bool part = line.command == Command::run && is_part(line.arguments);
+      if (line.command == Command::run) run.emplace(part ? open_config(line.arguments) : load(line.arguments));
       if (line.command == Command::rerun)
-        run.emplace(read_rerun(studies, line.file, store::read_result(line.file), line.inputs));
+        run.emplace(
+            read_rerun(studies, line.file, store::read_result(line.file), line.inputs.empty() ? "." : line.inputs));
+      if (part) {
+        if (const std::optional<study::PartChoice> choice = part_choice(line.arguments, *run))
+          study::read_points(*run, *choice, stop_flag());
+      }
+      if (run) key = run_key(*run, part);
     }
   } catch (...) {
     error = std::current_exception();  // if rank 0 does not have this error, too, the first order takes it there
@@ -41,15 +49,16 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
   std::unique_ptr<checkpoint::Journal> journal;
   std::optional<std::uint64_t> prepared;  // rank 0 goes from point to point
   std::shared_ptr<const study::StudyPoint> point;
+  const std::string name = run ? run_name(key) : "nothing";
   return montecarlo::serve(messages, [&](const montecarlo::BlockOrder& order) -> montecarlo::Share {
     if (error) std::rethrow_exception(error);
-    if (!run || run_name(*run) != order.run)
+    if (!run || name != order.run)
       throw IoError(
           fmt::format("does not see the same run as rank 0 ({}, here {}): the same program and files must be "
                       "there for all ranks",
-                      order.run, run ? run_name(*run) : "nothing"));
+                      order.run, name));
     if (!order.journal.empty() && !journal)
-      journal = std::make_unique<checkpoint::Journal>(order.journal, run_key(*run),
+      journal = std::make_unique<checkpoint::Journal>(order.journal, key,
                                                       std::chrono::duration<double>(a.checkpoint_seconds));
     montecarlo::RunOptions options;
     options.threads = a.threads > 0 ? a.threads : messages.threads();
@@ -58,7 +67,7 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
       point = run->prepare(order.point, options);
       prepared = order.point;
     }
-    return {run->points[order.point]->trials(), [point](montecarlo::TrialBlock b) { return point->run_block(b); },
+    return {run->plan(order.point)->trials(), [point](montecarlo::TrialBlock b) { return point->run_block(b); },
             study::options_of_point(options, *run, order.point, journal.get())};
   });
 }

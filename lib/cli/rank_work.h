@@ -7,7 +7,7 @@
 namespace surveymc::cli {
 
 /// A text that is equal for two ranks if they run the same config with the same program.
-std::string run_name(const study::RunPlan& run);
+std::string run_name(const checkpoint::RunKey& key);
 
 /// Computes blocks of the run that the command line names until rank 0 ends it; returns rank 0's exit code. Prints
 /// nothing: rank 0 reports errors.

@@ -17,13 +17,14 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "base/numerics.h"
+#include "checkpoint/journal_remarks.h"
 #include "cli/log.h"
 #include "cli/print_result.h"
 #include "cli/rank_work.h"
 #include "cli/stored_inputs.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
-#include "simd/libm_fingerprint.h"
 
 namespace surveymc::cli {
 namespace {
@@ -112,7 +113,12 @@ void stop_after(double seconds) {
 
 study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const std::string& file,
                           const store::Result& stored, const std::string& folder) {
-  StoredInputs in = stored_inputs(stored);
+  StoredInputs in;
+  try {
+    in = stored_inputs(stored);
+  } catch (const IoError& e) {
+    throw IoError(fmt::format("{}: {}", file, e.what()));
+  }
   config::Config config = config::Config::from_text(stored.provenance.config, file, std::move(in.tables),
                                                     std::move(in.texts), std::move(in.references), folder);
   const study::Experiment& experiment = find_experiment(studies, config);
@@ -153,24 +159,38 @@ const study::Experiment& find_experiment(const std::vector<study::Experiment>& s
   config.fail("experiment", "must be one of " + known);
 }
 
-study::RunPlan load(const RunArguments& a) {
+namespace {
+
+config::Config config_with_changes(const RunArguments& a) {
   std::vector<std::string> overrides = a.set;
   for (const std::string& s : overrides)
     require_usage(s.find('=') != std::string::npos && s.find('=') > 0, "--set {}: {}must be KEY=VALUE", s,
                   s.starts_with('=') ? "the key is missing: " : "");
   if (a.seed) overrides.push_back(fmt::format("seed={}", whole_number("--seed", *a.seed)));
   if (a.trials) overrides.push_back(fmt::format("trials={}", whole_number("--trials", *a.trials)));
-  config::Config config = config::Config::load(a.config, overrides);
+  return config::Config::load(a.config, overrides);
+}
+
+}  // namespace
+
+study::RunPlan load(const RunArguments& a) {
+  config::Config config = config_with_changes(a);
   const study::Experiment& experiment = find_experiment(*a.studies, config);
   return study::read_run(experiment, std::move(config), &g_stop);
+}
+
+study::RunPlan open_config(const RunArguments& a) {
+  config::Config config = config_with_changes(a);
+  const study::Experiment& experiment = find_experiment(*a.studies, config);
+  return study::open_run(experiment, std::move(config));
 }
 
 namespace {
 
 SweepPace pace_of(const study::RunPlan& run) {
   std::vector<PacedPoint> points;
-  for (std::size_t i = 0; i < run.points.size(); ++i) {
-    PacedPoint p{run.points[i]->trials(), {}};
+  for (std::size_t i = 0; i < run.point_count(); ++i) {
+    PacedPoint p{run.plan(i)->trials(), {}};
     for (const config::SweepValue& v : run.config.sweep_values(i))
       p.values.push_back(std::holds_alternative<double>(v.value) ? config::format_number(std::get<double>(v.value))
                                                                  : std::get<std::string>(v.value));
@@ -181,33 +201,36 @@ SweepPace pace_of(const study::RunPlan& run) {
 
 }  // namespace
 
-montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress) {
+montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress, bool part) {
   montecarlo::RunOptions options;
   options.threads = a.threads;
-  progress.know(pace_of(run));
+  if (!part && !run.is_large()) progress.know(pace_of(run));
   if (!a.quiet) options.progress = [&](std::uint64_t done, std::uint64_t expected) { progress.update(done, expected); };
   options.stop = &g_stop;
   options.workers = a.workers;
-  if (a.workers) a.workers->run = run_name(run);
+  if (a.workers) a.workers->run = run_name(run_key(run, part));
   return options;
 }
 
 const std::string& program_name() {
   static const std::string name = [] {
     const Build build = this_build();
-    return fmt::format("surveymc {} ({}), {}, libm {}", build.version, build.git_revision, build.compiler,
-                       simd::libm_fingerprint());
+    return fmt::format("surveymc {} ({}), {}{}", build.version, build.git_revision, build.compiler, numerics_text());
   }();
   return name;
 }
 
-checkpoint::RunKey run_key(const study::RunPlan& run) { return {run.config.hash(), program_name()}; }
+checkpoint::RunKey run_key(const study::RunPlan& run, bool part) {
+  return {part || run.is_large() ? run.config.hash_as_read() : run.config.hash(), program_name()};
+}
+
+checkpoint::RunKey part_key(const study::RunPlan& run) { return {run.config.source_hash(), program_name()}; }
 
 void stamp(store::Result& result, const std::string& command) {
   result.provenance.command = command;
   result.provenance.surveymc_version = this_build().version;
   result.provenance.git_revision = this_build().git_revision;
-  result.provenance.compiler = this_build().compiler;
+  result.provenance.compiler = this_build().compiler + numerics_text();
 }
 
 store::RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, const RunArguments& a) {
@@ -222,11 +245,10 @@ void tell_backup(const std::filesystem::path& kept) {
   if (!kept.empty()) say(fmt::format("the file that was there is now {}", kept.string()));
 }
 
-void with_checkpoint(const RunArguments& a, const study::RunPlan& run, const std::filesystem::path& output,
+void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const std::filesystem::path& output,
                      const std::string& command, const std::function<void(const study::Checkpoint&)>& compute,
                      const std::function<void()>& write) {
   std::optional<EndsBySignal> reading(std::in_place, a);
-  const checkpoint::RunKey key = run_key(run);
   checkpoint::JournalContents kept = checkpoint::read_journals(output, key);
   if (!a.resume && (!kept.finished.empty() || !kept.damaged.empty()))
     throw IoError(fmt::format(
@@ -234,7 +256,10 @@ void with_checkpoint(const RunArguments& a, const study::RunPlan& run, const std
         "delete this journal to begin anew",
         checkpoint::journals_of(output).front().string()));
   for (const auto& path : kept.damaged)
-    log_warning(fmt::format("{}: damaged at the end; what cannot be read is computed again", path.string()));
+    log_warning(fmt::format("{}: is damaged; what cannot be read is computed again", path.string()));
+  const checkpoint::JournalRemarks remarks = checkpoint::journal_remarks(output, key);
+  for (const std::string& warning : remarks.warnings) log_warning(warning);
+  for (const std::string& note : remarks.notes) log_info(note);
   std::uint64_t trials = 0;
   for (auto& [point, nodes] : kept.finished) {
     nodes = montecarlo::disjoint_subtrees(std::move(nodes));

@@ -68,7 +68,10 @@ std::vector<std::string> remark_lines(const config::Config& config);
 void log_remarks(const config::Config& config);
 
 const study::Experiment& find_experiment(const std::vector<study::Experiment>& studies, const config::Config& config);
+/// The run that the arguments name, all of its points read (of a large sweep, a sample).
 study::RunPlan load(const RunArguments& a);
+/// The same without any point read.
+study::RunPlan open_config(const RunArguments& a);
 
 /// The run that made the result `stored`, read from `file`. `folder`: the folder of the config, which has the files
 /// that were too large to be stored.
@@ -97,12 +100,16 @@ class EndsBySignal {
 /// Sets the stop flag after `seconds`, if not 0. Call catch_signals() first.
 void stop_after(double seconds);
 
-/// Options of a run, with this stop flag.
-montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress);
+/// Options of a run, with this stop flag. `part`: not all of its points are run.
+montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress, bool part);
 
-/// This program: version, revision, compiler, C library.
+/// This program: version, revision, compiler; behind them numerics_text().
 const std::string& program_name();
-checkpoint::RunKey run_key(const study::RunPlan& run);
+/// Key of the journals of a run. `part`: of one that has read the points of a part only. Two attempts at the same run
+/// have the same key when they have just read its points.
+checkpoint::RunKey run_key(const study::RunPlan& run, bool part);
+/// Key of the parts of a run, whichever points were read.
+checkpoint::RunKey part_key(const study::RunPlan& run);
 void stamp(store::Result& result, const std::string& command);
 store::RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, const RunArguments& a);
 
@@ -112,7 +119,7 @@ void tell_backup(const std::filesystem::path& kept);
 /// Runs `compute` with the journals of `output`, then `write`, and removes the journals afterwards. Throws IoError if
 /// there are journals and a.resume is not set, or journals of another config; Resumable if the run was interrupted and
 /// work was kept.
-void with_checkpoint(const RunArguments& a, const study::RunPlan& run, const std::filesystem::path& output,
+void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const std::filesystem::path& output,
                      const std::string& command, const std::function<void(const study::Checkpoint&)>& compute,
                      const std::function<void()>& write);
 

@@ -48,7 +48,13 @@ std::vector<double> checked_numbers(const TomlNode& n, const std::string& key, c
 
 bool is_steps(const TomlNode& n) { return n.is_table() && (n.entry("from") || n.entry("to") || n.entry("step")); }
 
-std::vector<double> expand_steps(const TomlNode& n, const std::string& key, const Range& range) {
+double Steps::value(std::uint64_t i) const {
+  if (ends_at_to && i + 1 == count) return to;
+  const auto k = static_cast<double>(i);
+  return decimals > 0 ? (std::round(from * decimals) + k * std::round(step * decimals)) / decimals : from + k * step;
+}
+
+Steps steps_of(const TomlNode& n, const std::string& key, const Range& range, double most) {
   const std::string from_key = join_key(key, "from"), to_key = join_key(key, "to"), step_key = join_key(key, "step");
   for (const auto& [k, v] : n.entries) {
     if (k == "from" || k == "to" || k == "step") continue;
@@ -58,33 +64,36 @@ std::vector<double> expand_steps(const TomlNode& n, const std::string& key, cons
     if (!n.entry(k)) refuse(n.place, join_key(key, k), "missing");
   }
   const TomlNode& step_node = *n.entry("step");
-  const double from = checked_number(*n.entry("from"), from_key, range);
-  const double to = checked_number(*n.entry("to"), to_key, range);
-  const double step = checked_number(step_node, step_key, Range{});
-  if (step == 0) refuse(step_node, step_key, "must not be 0");
-  const double steps = (to - from) / step;
+  Steps x;
+  x.from = checked_number(*n.entry("from"), from_key, range);
+  x.to = checked_number(*n.entry("to"), to_key, range);
+  x.step = checked_number(step_node, step_key, Range{});
+  if (x.step == 0) refuse(step_node, step_key, "must not be 0");
+  const double steps = (x.to - x.from) / x.step;
   if (!(steps >= 0)) {
-    refuse(step_node, step_key, fmt::format("must lead from {} to {}", format_number(from), format_number(to)));
+    refuse(step_node, step_key, fmt::format("must lead from {} to {}", format_number(x.from), format_number(x.to)));
   }
-  if (!(steps < kMostValues)) refuse(step_node, step_key, "gives more than 1e7 values");
+  if (!(steps < most)) refuse(step_node, step_key, fmt::format("gives more than {:g} values", most));
 
-  double decimals = 0;  // a power of ten that makes integers of from and step; 0 if there is none
-  for (double p = 1; p <= 1e12 && decimals == 0; p *= 10) {
-    const double a = std::round(from * p), b = std::round(step * p);
+  for (double p = 1; p <= 1e12 && x.decimals == 0; p *= 10) {
+    const double a = std::round(x.from * p), b = std::round(x.step * p);
     // Below 2^53 every integer is a double, so only the division rounds.
-    if (a / p == from && b / p == step && std::abs(a) + (steps + 1) * std::abs(b) < 0x1p53) decimals = p;
+    if (a / p == x.from && b / p == x.step && std::abs(a) + (steps + 1) * std::abs(b) < 0x1p53) x.decimals = p;
   }
+  x.count = static_cast<std::uint64_t>(steps + kStepRounding) + 1;
+  x.ends_at_to = std::abs(steps - static_cast<double>(x.count - 1)) <= kStepRounding;
+  // Rounding is coarsest where the numbers are largest: at one of the ends.
+  for (const std::uint64_t i : {std::uint64_t{1}, x.count - 1}) {
+    if (i == 0 || i >= x.count || x.value(i) != x.value(i - 1)) continue;
+    refuse(step_node, step_key, fmt::format("is too small to change {}", format_number(x.value(i))));
+  }
+  return x;
+}
+
+std::vector<double> expand_steps(const TomlNode& n, const std::string& key, const Range& range) {
+  const Steps steps = steps_of(n, key, range, kMostValues);
   std::vector<double> x;
-  const auto last = static_cast<std::size_t>(steps + kStepRounding);
-  for (std::size_t i = 0; i <= last; ++i) {
-    const auto k = static_cast<double>(i);
-    x.push_back(decimals > 0 ? (std::round(from * decimals) + k * std::round(step * decimals)) / decimals
-                             : from + k * step);
-  }
-  if (std::abs(steps - static_cast<double>(last)) <= kStepRounding) x.back() = to;
-  for (std::size_t i = 1; i < x.size(); ++i) {
-    if (x[i] == x[i - 1]) refuse(step_node, step_key, fmt::format("is too small to change {}", format_number(x[i])));
-  }
+  for (std::uint64_t i = 0; i < steps.count; ++i) x.push_back(steps.value(i));
   return x;
 }
 

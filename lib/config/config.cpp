@@ -119,41 +119,96 @@ std::vector<InputReference> Config::input_references() const {
 
 const std::vector<Remark>& Config::remarks() const { return impl_->doc->remarks; }
 
-std::string Config::hash() const {
-  static_assert(std::endian::native == std::endian::little, "the hash is over little-endian numbers");
-  XXH3_state_t state;
-  XXH3_128bits_reset(&state);
-  const auto add = [&](const void* data, std::size_t bytes) { XXH3_128bits_update(&state, data, bytes); };
-  // Lengths before contents, so that no two different inputs give the same bytes.
-  const auto add_size = [&](std::size_t n) {
-    const std::uint64_t x = n;
-    add(&x, sizeof x);
-  };
-  const auto add_text = [&](const std::string& s) {
-    add_size(s.size());
-    add(s.data(), s.size());
-  };
-  add_text(resolved_text());
-  for (const auto& [path, table] : impl_->doc->inputs) {
-    add_text(path);
-    add_size(table.names.size());
-    for (std::size_t j = 0; j < table.names.size(); ++j) {
-      add_text(table.names[j]);
-      add_size(table.columns[j].size());
-      add(table.columns[j].data(), table.columns[j].size() * sizeof(double));
+bool Config::is_product() const { return impl_->doc->sweep.is_product(); }
+
+std::optional<std::vector<SweepDimension>> Config::sweep_product() const {
+  const Sweep& sweep = impl_->doc->sweep;
+  if (!sweep.is_product()) return std::nullopt;
+  return sweep.dimensions();
+}
+
+std::vector<std::size_t> Config::sample_points() const {
+  constexpr std::size_t kMostOfAxis = 1000, kRandom = 1000;
+  return impl_->doc->sweep.sample(kMostOfAxis, kRandom);
+}
+
+void Config::check_sweep(const std::function<void()>& between) const { impl_->doc->sweep.check_table(between); }
+
+std::string Config::sweep_file() const { return impl_->doc->sweep.table_file(); }
+
+std::string Config::source_text() const {
+  return impl_->doc->text_with_refine(impl_->doc->base) + impl_->doc->sweep.toml();
+}
+
+namespace {
+
+/// Hash of a config's text and files. Lengths stand before contents, so that no two different inputs give the same
+/// bytes.
+class ConfigHash {
+ public:
+  ConfigHash() { XXH3_128bits_reset(&state_); }
+  void add(const std::string& s) {
+    add(s.size());
+    XXH3_128bits_update(&state_, s.data(), s.size());
+  }
+  void add_files(const ConfigDocument& doc, const std::string& only = "") {
+    for (const auto& [path, table] : doc.inputs) {
+      if (!only.empty() && path != only) continue;
+      add(path);
+      add(table.names.size());
+      for (std::size_t j = 0; j < table.names.size(); ++j) {
+        add(table.names[j]);
+        add(table.columns[j].size());
+        XXH3_128bits_update(&state_, table.columns[j].data(), table.columns[j].size() * sizeof(double));
+      }
+    }
+    for (const auto& [path, text] : doc.texts) {
+      if (!only.empty() && path != only) continue;
+      add(path);
+      add(text);
+    }
+    for (const auto& [path, reference] : doc.references) {
+      if (!only.empty() && path != only) continue;
+      add(path);
+      add(reference.size);
+      add(reference.hash);
     }
   }
-  for (const auto& [path, text] : impl_->doc->texts) {
-    add_text(path);
-    add_text(text);
+  std::string hex() const {
+    const XXH128_hash_t h = XXH3_128bits_digest(&state_);
+    return fmt::format("{:016x}{:016x}", h.high64, h.low64);
   }
-  for (const auto& [path, reference] : impl_->doc->references) {
-    add_text(path);
-    add_size(reference.size);
-    add_text(reference.hash);
+
+ private:
+  static_assert(std::endian::native == std::endian::little, "the hash is over little-endian numbers");
+  void add(std::size_t n) {
+    const std::uint64_t x = n;
+    XXH3_128bits_update(&state_, &x, sizeof x);
   }
-  const XXH128_hash_t h = XXH3_128bits_digest(&state);
-  return fmt::format("{:016x}{:016x}", h.high64, h.low64);
+  XXH3_state_t state_;
+};
+
+}  // namespace
+
+std::string Config::source_hash() const {
+  ConfigHash h;
+  h.add(source_text());
+  if (!sweep_file().empty()) h.add_files(*impl_->doc, sweep_file());
+  return h.hex();
+}
+
+std::string Config::hash_as_read() const {
+  ConfigHash h;
+  h.add(source_text());
+  h.add_files(*impl_->doc);
+  return h.hex();
+}
+
+std::string Config::hash() const {
+  ConfigHash h;
+  h.add(resolved_text());
+  h.add_files(*impl_->doc);
+  return h.hex();
 }
 
 }  // namespace surveymc::config

@@ -6,6 +6,7 @@
 #include <functional>
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -35,6 +36,12 @@ struct Range {
 struct SweepValue {
   std::string key;
   std::variant<double, std::string> value;
+};
+
+/// One key of a sweep (or `case`) with its values in order of the points.
+struct SweepDimension {
+  std::string key;
+  std::variant<std::vector<double>, std::vector<std::string>> values;
 };
 
 /// What reading a config has to tell its user besides errors.
@@ -165,10 +172,11 @@ Config config_with_log(const InputText& file, std::shared_ptr<KeyLog> log);
 
 /// A config file with its overrides, expanded to the points of its sweep.
 ///
-/// `[sweep]` holds lists under dotted keys; the points are their product. `[[sweep.case]]` is an array of tables, each
-/// with a `name` and any dotted keys: one more dimension, whose value is the name. Points are numbered from 0; cases
-/// vary slowest, then the keys in alphabetical order, the last one fastest. An empty list is an error, and so is a key
-/// that two of these set. experiment, seed, title and trials cannot vary.
+/// `[sweep]` holds lists or ranges under dotted keys; the points are their product, or what `design` says.
+/// `[[sweep.case]]` is an array of tables, each with a `name` and any dotted keys: one more dimension, whose value is
+/// the name. Points are numbered from 0; cases vary slowest, then the points of the design: of a product the keys in
+/// alphabetical order, the last one fastest. A point is a function of its number; nothing lists them all. An empty list
+/// is an error, and so is a key that two of these set. experiment, seed, title and trials cannot vary.
 class Config {
  public:
   /// `overrides` are KEY=VALUE texts from --set (VALUE in TOML; a bare word is taken as a string), later ones win.
@@ -194,6 +202,17 @@ class Config {
   std::size_t point_count() const;
   /// Sweep keys in column order, then point I's values for them. Empty without a sweep.
   std::vector<SweepValue> sweep_values(std::size_t point) const;
+  /// True if each value of a key goes with all values of the others.
+  bool is_product() const;
+  /// The keys of the sweep with all their values if each value goes with all of the others; none of another design.
+  std::optional<std::vector<SweepDimension>> sweep_product() const;
+  /// Points that show what there is to check of a sweep that is too large to be read whole: of a product every value of
+  /// every key, but at most 1000 of a key, and 1000 random points, the same ones for every reader. Rising.
+  std::vector<std::size_t> sample_points() const;
+  /// Reads every row of a table of points, if the sweep has one; calls `between` now and then. Throws InputError.
+  void check_sweep(const std::function<void()>& between) const;
+  /// The file that has the sweep's points; "" without one.
+  std::string sweep_file() const;
   /// A fresh reader for point I; it may outlive the Config. Reading it records defaults and input files for
   /// resolved_text() and inputs().
   ConfigReader reader(std::size_t point);
@@ -203,6 +222,12 @@ class Config {
   /// The config as TOML with overrides and the defaults that every point read alike. Keys sorted; round-trip exact.
   /// Reads back to the same points. Call it after all points were read.
   std::string resolved_text() const;
+  /// The config as TOML with overrides, before any point was read: the same whichever points are read.
+  std::string source_text() const;
+  /// 128-bit XXH3 in hex of source_text() and the file of points: what all tasks of a sweep have in common.
+  std::string source_hash() const;
+  /// The same of source_text() and of the files that the points that were read name.
+  std::string hash_as_read() const;
   /// Every CSV file that was read, once each, in order of path.
   std::vector<InputTable> inputs() const;
   /// Every TOML file that was read besides the config (toml()), shipped ones too, once each, in order of path.

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/input_path.h"
 #include "config/key_log_apply.h"
+#include "config/next_round.h"
 #include "config/suggest.h"
 #include "config/text.h"
 #include "config/toml_parse.h"
@@ -78,7 +79,11 @@ void ConfigDocument::build(TomlNode root, const std::vector<std::string>& overri
   base = std::move(root);
   if (const auto swept = base.entries.extract("sweep")) sweep.read(swept.mapped());
   for (const auto& o : overrides) apply_override(*this, o);
-  sweep.expand();
+  if (auto at = base.entries.extract("refine")) {
+    refine_rule(at.mapped());
+    refine = std::move(at.mapped());
+  }
+  sweep.expand([this](const TomlNode& n, const std::string& key) { return file(n, key); });
 
   const TomlNode& experiment = required(*this, "experiment");
   if (!experiment.is_text()) refuse_kind(experiment, "experiment", "must be a string");
@@ -117,12 +122,9 @@ TomlNode ConfigDocument::point_root(std::size_t point) const {
 void ConfigDocument::use_default(const std::string& key, const TomlNode& value, std::size_t point) {
   const auto [it, is_new] = defaults.try_emplace(key);
   UsedDefault& d = it->second;
-  if (is_new) {
-    d.value = value;
-    d.points.resize(sweep.point_count());
-  }
+  if (is_new) d.value = value;
   d.is_alike = d.is_alike && toml_text(d.value) == toml_text(value);
-  d.points[point] = true;
+  d.points.add(point);
 }
 
 namespace {
@@ -218,8 +220,7 @@ InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {
   const bool is_file = fs::is_regular_file(place, error);
   if (is_from_result) {
     const InputReference& was = stored->second;
-    const std::string what =
-        fmt::format("is too large to be stored in the result ({} bytes, hash {})", was.size, was.hash);
+    const std::string what = fmt::format("is not stored with this config ({} bytes, hash {})", was.size, was.hash);
     if (!is_file)
       refuse(n, key,
              fmt::format("{}: it is not at {}: name the folder of the config with --inputs", what, place.string()));
@@ -231,6 +232,12 @@ InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {
                            now.hash));
     } catch (const IoError& e) {
       refuse(n, key, fmt::format("{}: cannot be read: {}", what, e.what()));
+    }
+    if (was.size <= kLargestStoredFile) {  // of a part, which leaves the table of points to the folder of the config
+      const FileText read = read_file(place, kLargestStoredFile, kSmallerTable);
+      if (!read.fault.empty()) refuse(n, key, fmt::format("{}: cannot be read: {}", what, read.fault));
+      texts.emplace(n.text, read.text);
+      return {n.text, std::make_shared<const std::string>(read.text), {}, was.size};
     }
     references.emplace(*stored);
     return {n.text, nullptr, place, was.size};
@@ -264,7 +271,7 @@ void write_names_into_tables(TomlNode& root, const std::set<std::string>& named)
 
 /// True if writing the default changes nothing for any point that reads the text back.
 bool belongs_into_text(const ConfigDocument& doc, const std::string& key, const UsedDefault& d) {
-  const bool everywhere = std::find(d.points.begin(), d.points.end(), false) == d.points.end();
+  const bool everywhere = d.points.covers(0, doc.sweep.point_count());
   if (!d.is_alike || !everywhere || doc.sweep.varies(key)) return false;
   // Neither the key, nor its name, nor a table that it is in: looked up one by one, as a config may have 10,000 tables.
   const auto is_absent = [&](const std::string& k) { return doc.known_absent.contains(k); };
@@ -282,7 +289,12 @@ std::string ConfigDocument::resolved_text() const {
   for (const auto& [key, d] : defaults) {
     if (belongs_into_text(*this, key, d)) assign_default(root, key, d.value);
   }
-  return toml_document(root) + sweep.toml();
+  return text_with_refine(std::move(root)) + sweep.toml();
+}
+
+std::string ConfigDocument::text_with_refine(TomlNode root) const {
+  if (refine) root.entries["refine"] = *refine;
+  return toml_document(root);
 }
 
 }  // namespace surveymc::config

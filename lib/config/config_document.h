@@ -4,10 +4,12 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "base/point_set.h"
 #include "config/config.h"
 #include "config/input_file.h"
 #include "config/input_table.h"
@@ -20,7 +22,7 @@ namespace surveymc::config {
 /// A default that readers used: its value, and by which points.
 struct UsedDefault {
   TomlNode value;
-  std::vector<bool> points;
+  PointSet points;
   bool is_alike = true;  // the same value at all of them
 };
 
@@ -48,6 +50,7 @@ struct ConfigDocument {
 
   TomlNode base;  // without [sweep], with overrides
   Sweep sweep;
+  std::optional<TomlNode> refine;  // [refine], which is of the sweep as a whole
 
   // What reading has shown, for resolved_text() and Config::inputs().
   std::map<std::string, UsedDefault> defaults;
@@ -85,6 +88,8 @@ struct ConfigDocument {
   FileText read(const std::filesystem::path& path, std::uint64_t most, const std::string& way_out) const;
   /// See Config.
   std::string resolved_text() const;
+  /// `root` and [refine] as TOML.
+  std::string text_with_refine(TomlNode root) const;
 };
 
 }  // namespace surveymc::config

@@ -27,6 +27,16 @@ std::FILE* opened(const std::filesystem::path& place) {
   return f;
 }
 
+std::string header_of(const InputFile& file) {
+  constexpr std::size_t kLongestHeader = 1000;
+  LineReader lines(file);
+  std::string_view line;
+  while (lines.next(line))
+    if (const std::string_view t = trimmed(line); !t.empty() && t.front() != '#')
+      return std::string(t.substr(0, kLongestHeader));
+  return "";
+}
+
 }  // namespace
 
 InputReference describe_file(const std::string& path, const std::filesystem::path& place) {
@@ -45,14 +55,14 @@ InputReference describe_file(const std::string& path, const std::filesystem::pat
   }
   const XXH128_hash_t h = XXH3_128bits_digest(&state);
   r.hash = fmt::format("{:016x}{:016x}", h.high64, h.low64);
-
-  constexpr std::size_t kLongestHeader = 1000;
-  LineReader lines({path, nullptr, place, r.size});
-  std::string_view line;
-  while (r.header.empty() && lines.next(line))
-    if (const std::string_view t = trimmed(line); !t.empty() && t.front() != '#')
-      r.header = std::string(t.substr(0, kLongestHeader));
+  r.header = header_of({path, nullptr, place, r.size});
   return r;
+}
+
+InputReference describe_text(const std::string& path, const std::string& text) {
+  const XXH128_hash_t h = XXH3_128bits(text.data(), text.size());
+  return {path, text.size(), fmt::format("{:016x}{:016x}", h.high64, h.low64),
+          header_of({path, std::make_shared<const std::string>(text), {}, text.size()})};
 }
 
 LineReader::LineReader(const InputFile& file) : file_(file) {

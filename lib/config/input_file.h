@@ -31,6 +31,9 @@ struct InputFile {
 /// Reads the whole file once, in pieces. Throws IoError with the reason.
 InputReference describe_file(const std::string& path, const std::filesystem::path& place);
 
+/// The same of a text that was read as the file `path`.
+InputReference describe_text(const std::string& path, const std::string& text);
+
 /// The lines of a file, without their ends (LF or CRLF) and without a UTF-8 byte order mark. Holds 1 MiB of it.
 class LineReader {
  public:

@@ -81,7 +81,13 @@ std::map<std::string, KeyUse> keys_of_every_file(const std::map<std::string, Key
       {"seed", key({"integer"}, "in [0, 9223372036854775807]; needed where anything is drawn", "1", false)},
       {"title", key({"text"}, "any", "\"A well\"", false)},
       {"sweep.KEY",
-       key({"list", "{ from, to, step }"}, "values of one kind: a point of the sweep each", "[1.0, 0.1]", false)},
+       key({"list", "{ from, to, step }", "{ from, to, count, scale }"},
+           "values of one kind: a point of the sweep each; { from, to, scale } is drawn from by a random design",
+           "[1.0, 0.1]", false)},
+      {"sweep.design",
+       key({"text or table"},
+           "product, zip, or { kind = latin_hypercube or sobol, points, seed } or { kind = table, file }", "\"zip\"",
+           false)},
       {"sweep.case[].name", key({"text"}, "a point with keys of its own; all names differ", "\"a\"", false)},
       {"sweep.case[].KEY", key({"as of KEY"}, "its value in that case", "", false)}};
   if (asked.contains("error_model.name"))

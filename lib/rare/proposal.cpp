@@ -88,7 +88,6 @@ TrialAddresses addresses_in(random::Channel normals, random::Channel choice, int
 
 void draw_trials(const Proposal& proposal, const TrialAddresses& from, const random::Stream& stream,
                  std::uint64_t first_trial, int groups, int n, DrawnTrials& out) {
-  const bool v4 = simd::instruction_set() == simd::InstructionSet::v4;
   const std::size_t trials = static_cast<std::size_t>(groups) * simd::kGroup;
   if (out.log_weight.size() != trials) out.z = survey::LaneArray(groups, n);
   out.log_weight.assign(trials, 0);
@@ -100,7 +99,10 @@ void draw_trials(const Proposal& proposal, const TrialAddresses& from, const ran
                           static_cast<std::size_t>(groups),
                           out.z.row(0, 0),
                           out.z.group_stride()};
-  (v4 ? isa_v4::draw_normals : isa_v3::draw_normals)(batch, stream);
+  if (simd::instruction_set() == simd::InstructionSet::v4)
+    isa_v4::draw_normals(batch, stream);
+  else
+    isa_v3::draw_normals(batch, stream);
   if (proposal.is_plain()) return;
   const auto r = static_cast<std::size_t>(proposal.basis().cols());
   out.y.resize(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(trials));
@@ -111,7 +113,10 @@ void draw_trials(const Proposal& proposal, const TrialAddresses& from, const ran
   survey::LaneArray y(1, static_cast<int>(r));
   for (int g = 0; g < groups; ++g) {
     const BasisBatch b{basis.data(), static_cast<std::size_t>(n), r, out.z.row(g, 0), y.row(0, 0)};
-    (v4 ? isa_v4::project : isa_v3::project)(b);
+    if (simd::instruction_set() == simd::InstructionSet::v4)
+      isa_v4::project(b);
+    else
+      isa_v3::project(b);
     for (int lane = 0; lane < simd::kGroup; ++lane) {
       const auto t = static_cast<std::size_t>(g * simd::kGroup + lane);
       const std::uint64_t trial = first_trial + t;
@@ -129,7 +134,10 @@ void draw_trials(const Proposal& proposal, const TrialAddresses& from, const ran
       out.component[t] = static_cast<std::uint32_t>(k);
       out.log_weight[t] = proposal.log_weight(drawn);
     }
-    (v4 ? isa_v4::shift : isa_v3::shift)(b);
+    if (simd::instruction_set() == simd::InstructionSet::v4)
+      isa_v4::shift(b);
+    else
+      isa_v3::shift(b);
   }
 }
 

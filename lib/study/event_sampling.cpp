@@ -123,6 +123,8 @@ ComparisonRow compare_probability(const std::string& formulation, const EventEst
   if (found.trusted || !std::isfinite(predicted)) return row;
   row.verdict = "undecided";
   row.margin = rule.margin;
+  row.evidence = {};
+  row.trials_to_decide = 0;
   return row;
 }
 

@@ -1,17 +1,16 @@
 #include "study/experiment.h"
 
 #include <algorithm>
+#include <numeric>
 #include <stdexcept>
 
 #include "base/error.h"
+#include "base/units.h"
+#include "study/cost.h"
+#include "study/family.h"
+#include "study/point_failure.h"
 
 namespace surveymc::study {
-
-std::uint64_t RunPlan::total_trials() const {
-  std::uint64_t n = 0;
-  for (const auto& p : points) n += p->trials();
-  return n;
-}
 
 namespace {
 
@@ -20,32 +19,77 @@ std::uint64_t seed_of(const config::Config& config) { return config.has_seed() ?
 
 }  // namespace
 
+const RunPlan::ReadPoint& RunPlan::read(std::size_t point) const {
+  if (const auto it = read_.find(point); it != read_.end()) return it->second;
+  config::ConfigReader reader = config.reader(point);
+  ReadPoint p;
+  p.plan = experiment.read(reader, random::StudySeed{seed_of(config), experiment.id});
+  if (reader.has("field.model")) p.placed = read_placed_field(reader);
+  if (reader.has("verdict.family")) is_family_ = reader.text("verdict.family") != "none";
+  if (p.plan->trials() > 0) config.seed();  // trials draw: there must be one
+  std::vector<store::Axis> own = p.plan->map_axes();
+  if (!axes_) axes_.emplace(point, own);
+  const std::vector<store::Axis>& first = axes_->second;
+  for (std::size_t a = 0; a < std::max(first.size(), own.size()); ++a)
+    require(a < first.size() && a < own.size() && first[a].name == own[a].name && first[a].values == own[a].values,
+            "sweep: point {} has other values of the map axis {} than point {}: give all of them as the grid itself",
+            point, (a < own.size() ? own : first)[a].name, axes_->first);
+  if (is_large()) read_.clear();
+  return read_.emplace(point, std::move(p)).first->second;
+}
+
+std::shared_ptr<const PointPlan> RunPlan::plan(std::size_t point) const { return read(point).plan; }
+
+std::optional<PlacedField> RunPlan::placed(std::size_t point) const { return read(point).placed; }
+
+std::uint64_t RunPlan::trials_of(std::size_t point) const {
+  if (!is_large()) return plan(point)->trials();
+  if (!first_trials_) {
+    try {
+      first_trials_ = plan(point)->trials();
+    } catch (const InputError&) {  // a point that fails has no trials; another one will tell
+      return 0;
+    }
+  }
+  return *first_trials_;
+}
+
+std::uint64_t RunPlan::total_trials() const {
+  if (is_large()) return trials_of(0) * point_count();
+  std::uint64_t n = 0;
+  for (std::size_t i = 0; i < point_count(); ++i) n += plan(i)->trials();
+  return n;
+}
+
 std::shared_ptr<const StudyPoint> RunPlan::prepare(std::size_t point, const montecarlo::RunOptions& options) const {
   if (options.stop && *options.stop) throw Interrupted("stopped before all points were prepared");
+  const std::shared_ptr<const PointPlan> of_point = plan(point);
   try {
-    return points.at(point)->prepare(options);
+    return of_point->prepare(options);
   } catch (const InputError& e) {
-    if (points.size() == 1) throw;
+    if (point_count() == 1) throw;
     throw InputError(fmt::format("{} (point {} of the sweep)", e.what(), point));
   }
 }
 
+RunPlan open_run(const Experiment& experiment, config::Config config) { return {experiment, std::move(config)}; }
+
 RunPlan read_run(const Experiment& experiment, config::Config config, const std::atomic<bool>* stop) {
-  RunPlan run{experiment, std::move(config), {}, {}};
-  const random::StudySeed seed{seed_of(run.config), experiment.id};
-  std::vector<store::Axis> first;
-  for (std::size_t i = 0; i < run.config.point_count(); ++i) {
+  RunPlan run = open_run(experiment, std::move(config));
+  const auto look = [&] {
     if (stop && *stop) throw Interrupted("stopped before all points were read");
-    config::ConfigReader reader = run.config.reader(i);
-    run.points.push_back(experiment.read(reader, seed));
-    run.placed.push_back(reader.has("field.model") ? read_placed_field(reader) : std::nullopt);
-    if (run.points.back()->trials() > 0) run.config.seed();  // trials draw: there must be one
-    const std::vector<store::Axis> own = run.points.back()->map_axes();
-    if (i == 0) first = own;
-    for (std::size_t a = 0; a < std::max(first.size(), own.size()); ++a)
-      require(a < first.size() && a < own.size() && first[a].name == own[a].name && first[a].values == own[a].values,
-              "sweep: point {} has other values of the map axis {} than point 0: give all of them as the grid itself",
-              i, (a < own.size() ? own : first)[a].name);
+  };
+  run.config.check_sweep(look);
+  if (run.is_large()) {
+    for (const std::size_t i : run.config.sample_points()) {
+      look();
+      run.plan(i);
+    }
+    return run;
+  }
+  for (std::size_t i = 0; i < run.point_count(); ++i) {
+    look();
+    run.plan(i);
   }
   return run;
 }
@@ -86,15 +130,13 @@ store::Table with_sweep_columns(store::Table t, const std::vector<config::SweepV
   return all;
 }
 
-void add_point(std::vector<store::Table>& all, std::vector<store::Table>&& tables,
-               const std::vector<config::SweepValue>& sweep) {
+void add_point(std::vector<store::Table>& all, std::vector<store::Table>&& tables) {
   for (store::Table& t : tables) {
-    t = with_sweep_columns(std::move(t), sweep);
     const auto same = std::find_if(all.begin(), all.end(), [&](const store::Table& o) { return o.name == t.name; });
     if (same == all.end()) {
       all.push_back(std::move(t));
     } else {
-      const auto named_alike = [](const store::Column& a, const store::Column& b) { return a.name == b.name; };
+      const auto named_alike = [](const store::Column& x, const store::Column& y) { return x.name == y.name; };
       require(std::equal(same->columns.begin(), same->columns.end(), t.columns.begin(), t.columns.end(), named_alike),
               "table {}: points of the sweep fill it with other columns: run them apart", t.name);
       store::append_rows(*same, t);
@@ -102,25 +144,23 @@ void add_point(std::vector<store::Table>& all, std::vector<store::Table>&& table
   }
 }
 
-/// Sweep dimensions in column order with their distinct values in order of the points.
+constexpr const char* kPointAxis = "point";
+constexpr const char* kFailedPoints = "failed_points";
+constexpr const char* kPointTable = "sweep_points";
+
+/// Sweep dimensions in column order with their values in order of the points; of a design that is no product the
+/// points themselves.
 std::vector<store::Axis> sweep_axes(const config::Config& config) {
   std::vector<store::Axis> axes;
-  for (std::size_t i = 0; i < config.point_count(); ++i) {
-    const std::vector<config::SweepValue> values = config.sweep_values(i);
-    if (i == 0)
-      for (const config::SweepValue& v : values) {
-        const bool number = std::holds_alternative<double>(v.value);
-        store::Axis axis{v.key, number ? unit_of_name(v.key) : "", "sweep key", std::vector<double>{}};
-        if (!number) axis.values = std::vector<std::string>{};
-        axes.push_back(axis);
-      }
-    for (std::size_t d = 0; d < values.size(); ++d)
-      std::visit(
-          [&](const auto& v) {
-            auto& seen = std::get<std::vector<std::decay_t<decltype(v)>>>(axes[d].values);
-            if (std::find(seen.begin(), seen.end(), v) == seen.end()) seen.push_back(v);
-          },
-          values[d].value);
+  const std::optional<std::vector<config::SweepDimension>> product = config.sweep_product();
+  if (!product) {
+    std::vector<double> numbers(config.point_count());
+    std::iota(numbers.begin(), numbers.end(), 0.0);
+    return {{kPointAxis, "1", "number of the point of the sweep", std::move(numbers)}};
+  }
+  for (const config::SweepDimension& d : *product) {
+    const bool number = std::holds_alternative<std::vector<double>>(d.values);
+    axes.push_back({d.key, number ? unit_of_name(d.key) : "", "sweep key", d.values});
   }
   return axes;
 }
@@ -138,6 +178,14 @@ void add_maps(std::vector<store::Map>& all, std::vector<store::Map>&& maps, cons
   }
 }
 
+/// Values of one point in a map over the sweep's axes and its own.
+std::size_t values_of_point(const store::Map& m, std::size_t sweep_axes) {
+  std::size_t n = 1;
+  for (std::size_t a = sweep_axes; a < m.axes.size(); ++a)
+    n *= std::visit([](const auto& v) { return v.size(); }, m.axes[a].values);
+  return n;
+}
+
 /// The streams of all points, one after the other: points come in product order, last key fastest.
 class Streams {
  public:
@@ -149,7 +197,9 @@ class Streams {
           m.axes.insert(m.axes.begin(), sweep.begin(), sweep.end());
           all_[i].maps.push_back(std::move(m));
         }
-      points_.resize(streams.size());
+      points_.resize(streams.size(), std::vector<store::MapStream>(missing_));
+      for (const store::MapStream& one : streams)
+        of_point_.push_back(one.maps.empty() ? 1 : store::map_size(one.maps.front()));
     }
     for (std::size_t i = 0; i < streams.size(); ++i) {
       for (std::size_t m = 0; m < streams[i].maps.size(); ++m)
@@ -158,15 +208,23 @@ class Streams {
     }
   }
 
+  /// A point without values.
+  void add_missing() {
+    ++missing_;
+    for (auto& points : points_) points.push_back({});
+  }
+
   std::vector<store::MapStream> take(const std::atomic<bool>* stop) {
     for (std::size_t i = 0; i < all_.size(); ++i)
-      all_[i].values = [points = std::move(points_[i]), stop](std::size_t first, std::size_t count) {
+      all_[i].values = [points = std::move(points_[i]), stop, of_point = of_point_[i], maps = all_[i].maps.size()](
+                           std::size_t first, std::size_t count) {
         if (stop && *stop) throw Interrupted("stopped before all maps were written");
-        const std::size_t of_point = store::map_size(points.front().maps.front());
         std::vector<std::vector<double>> out;
         while (count > 0) {
           const std::size_t at = first % of_point, n = std::min(count, of_point - at);
-          std::vector<std::vector<double>> part = points[first / of_point].values(at, n);
+          const store::MapStream& point = points[first / of_point];
+          std::vector<std::vector<double>> part =
+              point.values ? point.values(at, n) : std::vector<std::vector<double>>(maps, std::vector<double>(n, kNaN));
           if (out.empty()) {
             out = std::move(part);
           } else {
@@ -182,7 +240,9 @@ class Streams {
 
  private:
   std::vector<store::MapStream> all_;
-  std::vector<std::vector<store::MapStream>> points_;  // [stream][point]
+  std::vector<std::vector<store::MapStream>> points_;  // [stream][point]; without values: missing
+  std::vector<std::size_t> of_point_;                  // [stream] values of a point
+  std::size_t missing_ = 0;                            // before the first point with values
 };
 
 store::Table table_of(const config::InputTable& in) {
@@ -216,7 +276,7 @@ store::Table table_of(const config::InputReference& in) {
 
 montecarlo::RunOptions options_of_point(montecarlo::RunOptions options, const RunPlan& run, std::size_t point,
                                         checkpoint::Journal* journal) {
-  options.block_trials = run.points[point]->block_trials();
+  options.block_trials = run.plan(point)->block_trials();
   options.point = point;
   if (!journal) return options;
   options.save_due = [journal] { return journal->due(); };
@@ -237,7 +297,8 @@ void require_proposal(const StudyPoint& point, const stats::Tally& tally, const 
 
 stats::Tally point_tally(const RunPlan& run, std::size_t index, const StudyPoint& point,
                          const montecarlo::RunOptions& options, const Checkpoint& checkpoint) {
-  const PointPlan& plan = *run.points[index];
+  const std::shared_ptr<const PointPlan> of_point = run.plan(index);
+  const PointPlan& plan = *of_point;
   if (plan.trials() == 0) return {};
   const auto kept = checkpoint.finished.find(index);
   if (kept != checkpoint.finished.end())
@@ -259,41 +320,84 @@ PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const s
   return r;
 }
 
-store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint) {
-  std::uint64_t done_before = 0, after = run.total_trials();
-  return assemble(
-      run,
-      [&](std::size_t i) {
-        after -= run.points[i]->trials();
-        montecarlo::RunOptions of_point = options;
-        if (options.progress)
-          of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
-            options.progress(done_before + done, done_before + expected + after);
-          };
-        const std::shared_ptr<const StudyPoint> point = run.prepare(i, of_point);
-        const stats::Tally tally = point_tally(run, i, *point, of_point, checkpoint);
-        done_before += tally.trials;
-        return point_report(point, tally, of_point);
-      },
-      options.stop);
+std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, const montecarlo::RunOptions& options,
+                                                        const Checkpoint& checkpoint, store::Table* cost) {
+  const auto done_before = std::make_shared<std::uint64_t>(0), after = std::make_shared<std::uint64_t>(0);
+  *after = run.total_trials();
+  return [&run, options, &checkpoint, cost, done_before, after](std::size_t i) {
+    try {
+      *after -= run.trials_of(i);
+      montecarlo::RunOptions of_point = options;
+      if (options.progress)
+        of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
+          options.progress(*done_before + done, *done_before + expected + *after);
+        };
+      const std::shared_ptr<const StudyPoint> point = run.prepare(i, of_point);
+      const double before = processor_seconds();
+      const stats::Tally tally = point_tally(run, i, *point, of_point, checkpoint);
+      const double seconds = processor_seconds() - before;
+      *done_before += tally.trials;
+      PointResult r = point_report(point, tally, of_point);
+      std::uint64_t kept = 0;
+      if (const auto of_earlier = checkpoint.finished.find(i); of_earlier != checkpoint.finished.end())
+        for (const montecarlo::Subtree& n : of_earlier->second) kept += n.tally.trials;
+      // The time of other ranks is not known here.
+      if (cost && tally.trials > kept && !options.workers)
+        add_cost(*cost, r.tables, run.config.sweep_values(i), seconds, tally.trials - kept, tally.trials);
+      return r;
+    } catch (const InputError& e) {
+      if (!run.is_large()) throw;
+      return failed_point(i, without_place(e.what()));
+    }
+  };
 }
 
-store::Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)>& point_result,
-                       const std::atomic<bool>* stop) {
-  store::Result result;
-  const std::vector<store::Axis> axes = sweep_axes(run.config);
-  Streams streams;
-  for (std::size_t i = 0; i < run.points.size(); ++i) {
-    PointResult r = point_result(i);
-    if (run.placed[i])
-      for (store::Table& t : field_tables(*run.placed[i])) r.tables.push_back(std::move(t));
-    const std::vector<config::SweepValue> sweep = run.config.sweep_values(i);
-    add_point(result.tables, std::move(r.tables), sweep);
-    add_point(result.samples, std::move(r.samples), sweep);
-    add_maps(result.maps, std::move(r.maps), axes);
-    streams.add(std::move(r.streams), axes);
+store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint) {
+  store::Table cost;
+  store::Result result = assemble(run, computed_points(run, options, checkpoint, &cost), options.stop);
+  result.cost = std::move(cost);
+  return result;
+}
+
+std::string without_place(const std::string& message) {
+  const std::size_t end = message.find(": ");
+  if (end == std::string::npos) return message;
+  const std::string place = message.substr(0, end);
+  const std::size_t colon = place.rfind(':');
+  const bool has_line = colon != std::string::npos && colon + 1 < place.size() &&
+                        place.find_first_not_of("0123456789", colon + 1) == std::string::npos;
+  return has_line ? message.substr(end + 2) : message;
+}
+
+PointResult failed_point(std::size_t point, const std::string& reason) {
+  return {{{kFailedPoints,
+            "points of the sweep that could not be run",
+            {{"point", "1", "number of the point", std::vector<std::int64_t>{static_cast<std::int64_t>(point)}},
+             {"reason", "", "what is wrong with it", std::vector<std::string>{reason}}}}},
+          {},
+          {}};
+}
+
+bool is_failed(const PointResult& r) { return r.tables.size() == 1 && r.tables.front().name == kFailedPoints; }
+
+PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult r) {
+  if (!is_failed(r)) {
+    if (const std::optional<PlacedField> field = run.placed(point))
+      for (store::Table& t : field_tables(*field)) r.tables.push_back(std::move(t));
+    if (!run.config.is_product() && (!r.maps.empty() || !r.streams.empty()))  // what the maps' axis means
+      r.tables.push_back(
+          {kPointTable,
+           "values of the sweep's keys at each point",
+           {{"point", "1", "number of the point", std::vector<std::int64_t>{static_cast<std::int64_t>(point)}}}});
   }
-  result.streams = streams.take(stop);
+  const std::vector<config::SweepValue> sweep = run.config.sweep_values(point);
+  for (std::vector<store::Table>* tables : {&r.tables, &r.samples})
+    for (store::Table& t : *tables) t = with_sweep_columns(std::move(t), sweep);
+  return r;
+}
+
+store::Result result_without_tables(const RunPlan& run) {
+  store::Result result;
   const auto add_inputs = [&](const auto& files) {
     for (const auto& in : files) {
       const store::Table t = table_of(in);
@@ -309,7 +413,41 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
   p.config = run.config.resolved_text();
   p.config_hash = run.config.hash();
   p.seed = seed_of(run.config);
-  p.trials = run.points.empty() ? 0 : run.points.front()->trials();
+  p.trials = run.point_count() == 0 ? 0 : run.trials_of(0);
+  return result;
+}
+
+store::Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)>& point_result,
+                       const std::atomic<bool>* stop) {
+  std::vector<store::Table> tables, samples;
+  std::vector<store::Map> maps;
+  const std::vector<store::Axis> axes = sweep_axes(run.config);
+  Streams streams;
+  std::size_t failed = 0;  // before the first point that did not
+  for (std::size_t i = 0; i < run.point_count(); ++i) {
+    PointResult own = point_result(i);
+    const bool has_failed = is_failed(own);
+    PointResult r = placed_in_sweep(run, i, std::move(own));
+    add_point(tables, std::move(r.tables));
+    add_point(samples, std::move(r.samples));
+    if (has_failed) {  // its values are missing
+      if (maps.empty()) ++failed;
+      for (store::Map& m : maps) m.values.insert(m.values.end(), values_of_point(m, axes.size()), kNaN);
+      streams.add_missing();
+      continue;
+    }
+    const bool is_first = maps.empty();
+    add_maps(maps, std::move(r.maps), axes);
+    if (is_first)
+      for (store::Map& m : maps) m.values.insert(m.values.begin(), failed * values_of_point(m, axes.size()), kNaN);
+    streams.add(std::move(r.streams), axes);
+  }
+  store::Result result = result_without_tables(run);
+  result.tables = std::move(tables);
+  result.samples = std::move(samples);
+  result.maps = std::move(maps);
+  if (run.is_family()) apply_family(result.tables);
+  result.streams = streams.take(stop);
   return result;
 }
 

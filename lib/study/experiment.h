@@ -1,12 +1,15 @@
 #pragma once
 /// An experiment turns each point of a config's sweep into tables. All experiments run in the same stages:
-///   read      config -> PointPlan for every point: checked, and so cheap that a sweep of 10,000 points is read in a
-///             moment by every task of an array
+///   read      config -> PointPlan: checked, and so cheap that a sweep of 10,000 points is read in a moment. A task of
+///   a
+///             sweep reads the points that it runs, and no others
 ///   prepare   PointPlan -> StudyPoint, in the task that runs the point and for no other point
 ///   run       blocks of trials -> tally
 ///   report    tally -> tables and maps -> Result
+#include <algorithm>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -57,6 +60,8 @@ class PointPlan {
   virtual std::uint64_t trials() const { return 0; }
   /// Trials in a block: fewer where a trial takes long, so that threads share them. Results depend on this number.
   virtual int block_trials() const { return montecarlo::kBlockTrials; }
+  /// What the point costs compared with others, in any unit: tasks of a sweep get points of equal cost in all.
+  virtual double cost() const { return std::max<double>(1, static_cast<double>(trials())); }
   /// Trial counts at which StudyPoint::trials_needed is called, rising; empty if the number of trials is fixed.
   virtual std::vector<std::uint64_t> looks() const { return {}; }
   /// Axes of the point's maps; all points of a sweep must have the same. Empty: no maps, or known to be the same.
@@ -79,22 +84,53 @@ struct Experiment {
   std::string name() const { return std::string(random::name_of(id)); }
 };
 
-/// A config whose every point was read without error.
-struct RunPlan {
-  Experiment experiment;
-  config::Config config;
-  std::vector<std::unique_ptr<PointPlan>> points;
-  std::vector<std::optional<PlacedField>> placed;  ///< of each point whose reference field is that of a place
+/// A sweep of more points is not read whole before it runs, and a point that turns out to be invalid does not end it:
+/// the result lists it in the table failed_points.
+inline constexpr std::size_t kMostReadWhole = 10'000;
 
+/// A config and its points, which are read when they are asked for. One thread at a time may ask.
+class RunPlan {
+ public:
+  RunPlan(Experiment of, config::Config from) : experiment(std::move(of)), config(std::move(from)) {}
+
+  Experiment experiment;
+  mutable config::Config config;  ///< reading a point tells it the files and defaults of the point
+
+  std::size_t point_count() const { return config.point_count(); }
+  bool is_large() const { return point_count() > kMostReadWhole; }
+  /// Reads the point, unless it still has it. Throws InputError, also where the maps of a sweep have different axes.
+  std::shared_ptr<const PointPlan> plan(std::size_t point) const;
+  /// The reference field of the point, if it is that of a place.
+  std::optional<PlacedField> placed(std::size_t point) const;
+  /// `verdict.family` of the points that were read is not "none": see family.h.
+  bool is_family() const { return is_family_; }
+  /// Trials of all points; of a large sweep as many times those of the first point.
   std::uint64_t total_trials() const;
+  /// Trials of one point: of a large sweep those of the first one, which is not read again.
+  std::uint64_t trials_of(std::size_t point) const;
   /// The point, ready to run. InputError of a sweep's point says which point it is. Throws Interrupted if options.stop
   /// is set.
   std::shared_ptr<const StudyPoint> prepare(std::size_t point, const montecarlo::RunOptions& options) const;
+
+ private:
+  struct ReadPoint {
+    std::shared_ptr<const PointPlan> plan;
+    std::optional<PlacedField> placed;
+  };
+  const ReadPoint& read(std::size_t point) const;
+
+  mutable std::map<std::size_t, ReadPoint> read_;  // those of a large sweep are forgotten again
+  mutable std::optional<std::pair<std::size_t, std::vector<store::Axis>>> axes_;  // the first point that was read
+  mutable std::optional<std::uint64_t> first_trials_;
+  mutable bool is_family_ = true;
 };
 
-/// Reads all points; prepares none. Throws InputError, also where the maps of a sweep have different axes; Interrupted
-/// when *stop is set; touches no file but those that the config names.
+/// Reads all points; of a large sweep the table of points, if it has one, and sample_points(). Prepares none. Throws
+/// InputError, Interrupted when *stop is set; touches no file but those that the config names.
 RunPlan read_run(const Experiment& experiment, config::Config config, const std::atomic<bool>* stop = nullptr);
+
+/// Reads no point.
+RunPlan open_run(const Experiment& experiment, config::Config config);
 
 /// Finished blocks of an earlier attempt at a run, and the journal for the blocks that this attempt finishes.
 struct Checkpoint {
@@ -119,10 +155,27 @@ PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const s
 montecarlo::RunOptions options_of_point(montecarlo::RunOptions options, const RunPlan& run, std::size_t point,
                                         checkpoint::Journal* journal);
 
+/// What a point that cannot be run gives to a result: a row of the table failed_points.
+PointResult failed_point(std::size_t point, const std::string& reason);
+
+/// What a point gives to a result: with the tables of its reference field, and the sweep's keys as first columns.
+PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult result);
+/// True of failed_point().
+bool is_failed(const PointResult& result);
+
+/// A result with everything but tables, samples and maps: inputs, and provenance from the config, all of whose points
+/// were read.
+store::Result result_without_tables(const RunPlan& run);
+
 /// A whole result from those of all points, which are asked for in order: tables below each other, the sweep's keys as
 /// the first columns of every table and the first axes of every map, inputs, and provenance from the config.
 store::Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)>& point_result,
                        const std::atomic<bool>* stop);
+
+/// Computes the points of a run, which are asked for in order, each once: its part of execute(). `cost`: a table to
+/// which the points' costs are added (add_cost()).
+std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, const montecarlo::RunOptions& options,
+                                                        const Checkpoint& checkpoint, store::Table* cost = nullptr);
 
 /// Prepares and runs one point after the other and puts their tables together: the sweep's keys become the first
 /// columns of every table and the first axes of every map. Streams of the result compute while they are read, and throw

@@ -3,8 +3,10 @@
 #   scripts/slurm/sweep.sh [options] CONFIG OUTDIR [-- --set KEY=VALUE, --seed, --trials as in surveymc run]
 # Run it as often as you like: what is done, queued or running is not submitted again. Writes OUTDIR/parts/,
 # OUTDIR/logs/ and at the end OUTDIR/<config>.h5.
-#   --shards N          the parts are N shards of the trials of every point, instead of the points
-#   --group N           parts a task, one after the other (1); for points of seconds: make a task last minutes
+#   --tasks N           at most so many tasks, each a range of points of about the same cost (1000)
+#   --group N           N points a task, instead; for points of seconds: make a task last minutes
+#   --shards N          the parts are N shards of the trials of every point, instead of ranges of points; then --group is
+#                       the number of shards a task runs, one after the other (1)
 #   --cpus N            cores a task (1)
 #   --concurrent N      at most so many tasks at once
 #   --max-seconds S     a task stops then, and goes on later (else 120 s before the job's time limit, by Slurm's signal)
@@ -19,18 +21,19 @@ die() { echo "sweep.sh: $*" >&2; exit "${code:-64}"; }
 usage() { sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; }
 number() { case $2 in '' | *[!0-9]* | 0) die "$1 $2: must be a whole number above 0" ;; *) echo "$2" ;; esac; }
 
-shards=${SURVEYMC_SHARDS:-} group=${SURVEYMC_GROUP:-1} cpus=${SURVEYMC_CPUS:-1} concurrent=${SURVEYMC_CONCURRENT:-}
+shards=${SURVEYMC_SHARDS:-} group=${SURVEYMC_GROUP:-} tasks=${SURVEYMC_TASKS:-1000} cpus=${SURVEYMC_CPUS:-1} concurrent=${SURVEYMC_CONCURRENT:-}
 max_seconds=${SURVEYMC_MAX_SECONDS:-} dry_run='' sbatch_options=() names=()
 while [ $# -gt 0 ]; do
   case $1 in
     --help | -h) usage; exit 0 ;;
     --dry-run) dry_run=yes; shift ;;
     --) shift; break ;;
-    --shards | --group | --cpus | --concurrent | --max-seconds | --sbatch)
+    --shards | --group | --tasks | --cpus | --concurrent | --max-seconds | --sbatch)
       [ $# -ge 2 ] || die "$1: needs a value"
       case $1 in
         --shards) shards=$(number "$1" "$2") ;;
         --group) group=$(number "$1" "$2") ;;
+        --tasks) tasks=$(number "$1" "$2") ;;
         --cpus) cpus=$(number "$1" "$2") ;;
         --concurrent) concurrent=$(number "$1" "$2") ;;
         --max-seconds) max_seconds=$(number "$1" "$2") ;;
@@ -58,7 +61,7 @@ result=$out/$(basename "$config" .toml).h5
 logs=${out//%/%%}/logs  # as sbatch reads it
 # The jobs of this folder and this kind of parts, to be found again in the queue
 job=smc-$(printf %s "$out" | cksum | cut -d' ' -f1)
-kind=${shards:-p}.$group
+kind=${shards:-p}.${group:-t$tasks}
 exec 9>"$out/logs/.lock"
 locked=0
 flock -n -E 99 9 2>/dev/null || locked=$?
@@ -66,8 +69,16 @@ flock -n -E 99 9 2>/dev/null || locked=$?
 [ $locked = 0 ] || echo "sweep.sh: $out: this file system has no locks: run one sweep.sh at a time there" >&2
 
 plan=("$SURVEYMC" plan "$config" "${changes[@]}" ${shards:+--shards "$shards"})
+if [ -z "$shards" ]; then
+  [ -z "$group" ] || tasks=$((($("${plan[@]}" --count) + group - 1) / group))
+  plan+=(--groups "$tasks")
+fi
 count=$("${plan[@]}" --count)
 missing=$("${plan[@]}" --missing "$out/parts")
+if [ -n "$shards" ]; then SURVEYMC_RANGES='' group=${group:-1}; else SURVEYMC_RANGES=$out/logs/ranges.$kind group=1; fi
+[ -n "$shards" ] || "${plan[@]}" >"$SURVEYMC_RANGES"
+SURVEYMC_FOLDERS=''
+[ "$count" -le 1000 ] || SURVEYMC_FOLDERS=yes
 
 # "0-3,7" -> a number a line
 numbers() { tr , '\n' | awk -F- 'NF { for (i = $1; i <= $NF; ++i) print i }'; }
@@ -75,13 +86,13 @@ numbers() { tr , '\n' | awk -F- 'NF { for (i = $1; i <= $NF; ++i) print i }'; }
 as_list() { awk 'NR == 1 { a = b = $1; next } $1 == b + 1 { b = $1; next } { printf "%s,", (a == b ? a : a "-" b); a = b = $1 }
   END { if (NR) print (a == b ? a : a "-" b) }'; }
 
-tasks=$(printf %s "$missing" | numbers | awk -v g="$group" '{ t = int($1 / g) } t != last || NR == 1 { print t; last = t }')
+todo=$(printf %s "$missing" | numbers | awk -v g="$group" '{ t = int($1 / g) } t != last || NR == 1 { print t; last = t }')
 queue=$(squeue -h -r -o '%j %K %A %F %t' | awk -v job="$job" 'index($1, job) == 1')  # one line a task
 if other=$(printf '%s\n' "$queue" | awk -v mine="$job.$kind." -v merge="$job.merge" '$1 != "" && $1 != merge && index($1, mine) != 1 { print $4 }' | sort -u) && [ -n "$other" ]; then
-  code=75 die "$out: jobs with other --shards or --group are still in the queue ($(echo $other)): wait, or scancel them"
+  code=75 die "$out: jobs with other --shards, --tasks or --group are still in the queue ($(echo $other)): wait, or scancel them"
 fi
 queued=$(printf '%s\n' "$queue" | awk -v mine="$job.$kind." 'index($1, mine) == 1 { print substr($1, length(mine) + 1) + $2 }' | sort -n)
-todo=$(comm -23 <(printf '%s\n' $tasks | sort) <(printf '%s\n' $queued | sort) | awk NF | sort -n)
+todo=$(comm -23 <(printf '%s\n' $todo | sort) <(printf '%s\n' $queued | sort) | awk NF | sort -n)
 
 if [ -z "$missing" ] && [ -z "$queued" ] && [ -f "$result" ] && [ -z "$(find "$out/parts" -name '*.part' -newer "$result" -print -quit)" ]; then
   echo "all $count parts are done: $result"
@@ -99,7 +110,7 @@ submit() { # submit SBATCH_OPTIONS... -- SCRIPT ARGUMENTS...: the job's number
   if [ -n "$dry_run" ]; then echo "sbatch ${options[*]} ${sbatch_options[*]} $*" >&2; echo 0; return; fi
   sbatch --parsable "${options[@]}" "${sbatch_options[@]}" "$@" | cut -d';' -f1
 }
-export SURVEYMC SURVEYMC_HOME=$home SURVEYMC_SHARDS=$shards SURVEYMC_GROUP=$group SURVEYMC_COUNT=$count SURVEYMC_FIRST=0
+export SURVEYMC SURVEYMC_RANGES SURVEYMC_FOLDERS SURVEYMC_HOME=$home SURVEYMC_SHARDS=$shards SURVEYMC_GROUP=$group SURVEYMC_COUNT=$count SURVEYMC_FIRST=0
 jobs=$(printf '%s\n' "$queue" | awk -v job="$job.merge" '$1 != "" && $1 != job { print $4 }' | sort -u)
 
 # Slurm numbers the tasks of an array below MaxArraySize: one array for each so many.

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "checkpoint/journal.h"
+#include "checkpoint/journal_remarks.h"
 #include "checkpoint/part_file.h"
 #include "montecarlo/run_blocks.h"
 #include "random/stream.h"
@@ -152,7 +153,7 @@ TEST_CASE("A run that goes on behind a look ends where the first attempt would h
   }
 }
 
-TEST_CASE("A journal gives back what stands before the damage, whatever byte it is", "[checkpoint]") {
+TEST_CASE("A journal gives back all but the record that is damaged, whatever byte it is", "[checkpoint]") {
   const Folder folder;
   {
     Journal journal(folder.output(), kKey, std::chrono::seconds(0));
@@ -174,7 +175,9 @@ TEST_CASE("A journal gives back what stands before the damage, whatever byte it 
     flipped[i] = static_cast<char>(flipped[i] ^ 4);
     overwrite(path, flipped);
     const JournalContents left = read_journals(folder.output(), kKey);
-    CHECK(left.finished.size() == i / record);
+    CHECK(left.finished.size() == 2);  // those before and behind
+    CHECK(left.finished.count(i / record) == 0);
+    CHECK(left.damaged.size() == 1);
     overwrite(path, bytes.substr(0, i));
     CHECK(read_journals(folder.output(), kKey).finished.size() == i / record);
   }
@@ -183,7 +186,30 @@ TEST_CASE("A journal gives back what stands before the damage, whatever byte it 
   CHECK_THROWS_WITH(read_journals(folder.output(), {kKey.config_hash, "other"}), Catch::Contains("another build"));
   remove_journals(folder.output(), {"ffff", "this build"});
   CHECK(fs::exists(path));
+  const RunKey other{kKey.config_hash, "another build; numerics 1, probe 0"},
+      alike{kKey.config_hash, "this; numerics 1, probe 0"};
+  {
+    Journal journal(folder.output(), other, std::chrono::seconds(0));
+    journal.add(0, {0, 0, kernel({0, 4})});
+    REQUIRE(journal.sync());
+  }
+  CHECK_THROWS_WITH(read_journals(folder.output(), kKey), Catch::Contains("another build"));
+  overwrite(path, "");
+  const JournalContents used = read_journals(folder.output(), alike);
+  CHECK(used.finished.size() == 1);
+  REQUIRE(journal_remarks(folder.output(), alike).notes.size() == 1);
+  CHECK_THAT(journal_remarks(folder.output(), alike).notes[0], Catch::Contains("another build; numerics 1"));
+  remove_journals(folder.output(), alike);
+  CHECK(journals_of(folder.output()).empty());
+  overwrite(path, bytes);
   overwrite(folder.path / "out.h5.journal.mine", "a user's notes");
+  CHECK(journal_remarks(folder.output(), kKey).warnings.size() == 1);
+  std::string later = bytes.substr(0, record);
+  later = sealed_record("SMCJRNL2", record_at(later, 0, "SMCJRNL1")->body);
+  overwrite(path, later);
+  CHECK_THROWS_WITH(read_journals(folder.output(), kKey), Catch::Contains("another version"));
+  overwrite(path, std::string(40, 'x'));  // by its name it is ours
+  CHECK(read_journals(folder.output(), kKey).damaged.size() == 1);
   remove_journals(folder.output(), kKey);
   CHECK_FALSE(fs::exists(path));
   CHECK(fs::exists(folder.path / "out.h5.journal.mine"));
@@ -200,9 +226,12 @@ TEST_CASE("A part file comes back whole, or is called damaged", "[checkpoint]") 
   part.references = {{"large.csv", 1 << 25, "abcd", "md_m"}};
   part.folder = "/somewhere";
   part.points = 4;
+  part.range = {1, 4, 2};
   part.pieces = {{1, {2, 5}, 9, false, {{1, 1, kernel({1024, 512})}}}, {3, {0, 0}, 0, true, {}, "tables"}};
   write_part(path, part);
   const Part again = read_part(path);
+  CHECK(again.range == part.range);
+  CHECK(again.points == 4);
   CHECK(again.key == part.key);
   CHECK(again.inputs[0].columns == part.inputs[0].columns);
   CHECK(again.texts[0].text == "x = 1\n");
@@ -214,12 +243,32 @@ TEST_CASE("A part file comes back whole, or is called damaged", "[checkpoint]") 
   CHECK(again.pieces[0].subtrees[0].end_block() == 4);
   CHECK(bits(again.pieces[0].subtrees[0].tally) == bits(part.pieces[0].subtrees[0].tally));
   CHECK(again.pieces[1].result == "tables");
-  std::string bytes = content(path);
-  bytes[bytes.size() / 2] ^= 1;
-  overwrite(path, bytes);
-  CHECK(part_state(path) == PartState::damaged);
-  CHECK_THROWS_WITH(read_part(path), Catch::Contains("damaged"));
-  overwrite(path, "SMCPART1 of an older version");
+  const PartHead head = read_part_head(path);
+  CHECK(head.run == run_bytes(kKey));
+  CHECK(head.run != run_bytes({kKey.config_hash, "another build"}));
+  CHECK((head.points == 4 && head.range == part.range && head.shards == 1 && !head.whole && !head.failed));
+  PartReader reader(path);
+  CHECK(reader.pieces().at(0).blocks_in_all == 9);
+  CHECK(reader.piece(1).result == "tables");
+  reader.close();
+  CHECK(reader.about().config == "seed = 1\n");
+  // Pieces of another part, as they are
+  write_part_of(folder.path / "b.part", part, reader.pieces(), [&](std::size_t i) { return reader.piece_bytes(i); });
+  CHECK(content(folder.path / "b.part") == content(path));
+
+  const std::string bytes = content(path);
+  for (std::size_t i = 0; i < bytes.size(); i += 5) {  // whatever byte it is
+    std::string flipped = bytes;
+    flipped[i] = static_cast<char>(flipped[i] ^ 1);
+    overwrite(path, flipped);
+    CHECK_THROWS_AS(read_part(path), surveymc::IoError);
+    if (i > 7) CHECK(part_state(path) == PartState::damaged);
+    overwrite(path, bytes.substr(0, i));
+    CHECK_THROWS_AS(read_part_head(path), surveymc::IoError);
+  }
+  overwrite(path, bytes + "more");
+  CHECK_THROWS_WITH(read_part_head(path), Catch::Contains("damaged"));
+  overwrite(path, "SMCPART2 of an older version");
   CHECK(part_state(path) == PartState::damaged);
   CHECK_THROWS_WITH(read_part(path), Catch::Contains("another version"));
   overwrite(path, "hello");

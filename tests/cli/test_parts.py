@@ -8,7 +8,7 @@ import random
 import subprocess
 import unittest
 
-from durability import BAD_INPUT, CANNOT_WRITE, DONE, USAGE, Case, program_from_arguments
+from durability import BAD_INPUT, CANNOT_WRITE, CONFIG, DONE, USAGE, Case, program_from_arguments
 
 
 class Parts(Case):
@@ -25,6 +25,8 @@ class Parts(Case):
         divisions = [[("--shard", f"{i}/{n}") for i in range(n)] for n in (1, 2, 5)]
         divisions.append([("--point", 0), ("--point", 2), ("--point", 1, "--shard", "1/2"), ("--point", 1, "--shard", "0/2")])
         divisions.append([("--shard", "0/2"), ("--shard", "2/5"), ("--shard", "3/5"), ("--shard", "4/5"), ("--point", 1)])
+        divisions.append([("--point", "0:2"), ("--point", "2:3")])
+        divisions.append([("--point", "0:3:2"), ("--point", "1:3:2"), ("--point", "0:2", "--shard", "1/3")])
         for d, division in enumerate(divisions):
             for i, choice in enumerate(division):
                 self.part(*choice, "--threads", (1, 2, 3, 7)[i % 4], folder=f"{d}/")
@@ -74,6 +76,76 @@ class Parts(Case):
         self.part("--point", 1, code=CANNOT_WRITE, says="no surveymc part file")
         self.assertEqual(path.read_text(), "my notes")
 
+    def test_a_tree_of_merges_gives_the_same_bytes(self):
+        for i, choice in enumerate((("--point", 0), ("--point", "1:3"), ("--shard", "0/2"), ("--shard", "1/2"))):
+            self.part(*choice, folder=f"p/{i % 2}/")  # folders within the folder
+        files = sorted((self.folder / "p").glob("*/*.part"))
+        self.call("merge", "-o", "flat.h5", "p")
+        self.call("merge", "--part", "-o", "points.part", *[f for f in files if "point" in f.name])
+        self.call("merge", "--part", "-o", "shards.part", *[f for f in files if "shard" in f.name])
+        self.call("merge", "--part", "-o", "all.part", "points.part", "shards.part", files[0])
+        for i, names in enumerate((["points.part"], ["shards.part"], ["all.part"], ["all.part", "points.part", files[1]])):
+            self.call("merge", "-o", f"{i}.h5", *names)
+            self.assertEqual((self.folder / f"{i}.h5").read_bytes(), (self.folder / "flat.h5").read_bytes(), names)
+        self.assertEqual(self.hash_of("flat.h5"), self.whole)
+        self.call("merge", "--part", "-o", "x.h5", "points.part", code=USAGE, says="ends in .part")
+        self.call("merge", "--part", "-o", "points.part", "points.part", code=BAD_INPUT, says="is one of the parts")
+        self.assertRegex(self.call("status", "p"), "4 parts, .*; 3 of 3 points done\n")
+
+    def test_ranges_of_points(self):
+        self.assertEqual(self.call("plan", "small.toml", "--groups", 2), "0:2\n2\n")
+        self.assertEqual(self.call("plan", "small.toml", "--groups", 9, "--count"), "3\n")
+        self.part("--point", "0:2")
+        self.assertEqual([p.name for p in (self.folder / "p").iterdir()], ["points-00000-00002.part"])
+        self.assertEqual(self.call("plan", "small.toml", "--groups", 2, "--missing", "p"), "1\n")
+        self.assertEqual(self.call("plan", "small.toml", "--missing", "p"), "2\n")
+        self.part("--point", "0:2", says="is done already")
+        self.part("--point", "0:3:2", folder="p/points-00000-00002.part", code=CANNOT_WRITE, says="another part of this config")
+        for bad, rule in (("2:4", "numbered 0 to 2"), ("2:2", "has no points"), ("0:2:0", "step must not be 0"), ("0:x", "whole number"),
+                          ("1:2:3:4", "whole number")):
+            self.part("--point", bad, code=USAGE, says=rule)
+
+    def test_a_part_does_not_grow_with_the_sweep(self):
+        sizes = []
+        for count in (10, 1_000_000):
+            text = CONFIG.format(trials=5000).replace("noise.scale = [1.0, 0.5, 0.1]",
+                                                      f"noise.scale = {{ from = 0.1, to = 1.0, count = {count} }}")
+            (self.folder / "sweep.toml").write_text(text)
+            self.call("run", "sweep.toml", "--point", 7, "-o", f"{count}.part")
+            sizes.append((self.folder / f"{count}.part").stat().st_size)
+        self.assertLess(abs(sizes[1] - sizes[0]), 32)
+        self.assertLess(sizes[1], 12_000)
+        self.assertEqual(self.call("plan", "sweep.toml", "--count"), "1000000\n")
+        self.assertEqual(self.call("plan", "sweep.toml", "--groups", 4), "0:250000\n250000:500000\n500000:750000\n750000:1000000\n")
+        self.assertRegex(self.call("check", "sweep.toml"), "a sample of [0-9]+ points .*\n# 1000000 sweep points, 5000000000 trials")
+
+    def test_points_of_a_table(self):
+        (self.folder / "points.csv").write_text("noise.scale,field.dip_deg\n1.0,60\n0.5,61\n0.1,62\n")
+        text = CONFIG.format(trials=5000).replace("noise.scale = [1.0, 0.5, 0.1]", 'design = { kind = "table", file = "points.csv" }')
+        (self.folder / "table.toml").write_text(text)
+        self.call("run", "table.toml", "-o", "table.h5")
+        for choice in ("0:2", "2"):
+            self.call("run", "table.toml", "--point", choice, "-o", "t/")
+        self.assertFalse(any(b"0.1,62" in p.read_bytes() for p in (self.folder / "t").iterdir()))  # no part has the table
+        self.call("merge", "-o", "m.h5", "t")
+        self.assertEqual(self.hash_of("m.h5"), self.hash_of("table.h5"))
+        self.assertRegex(self.call("rerun", "m.h5"), "identical")
+        (self.folder / "points.csv").write_text("noise.scale,field.dip_deg\n1.0,60\n0.5,61\n0.1,63\n")
+        self.call("merge", "-o", "m.h5", "t", code=BAD_INPUT, says="points.csv.*another one")
+        self.call("run", "table.toml", "--point", "2", "-o", "t/", code=CANNOT_WRITE, says="another config")
+
+    def test_other_contents_of_an_input_file(self):
+        self.part("--point", 0)
+        path = self.folder / "survey.csv"
+        path.write_text(path.read_text().replace("30,14", "30,15"))
+        self.part("--point", 0, code=CANNOT_WRITE, says="other contents of survey.csv")
+        self.part("--point", "1:3")
+        self.call("merge", "-o", "m.h5", "p", code=BAD_INPUT, says="survey.csv had other contents")
+
+    def test_parts_of_an_earlier_format_are_refused_by_name(self):
+        (self.folder / "old.part").write_bytes(b"SMCPART2" + bytes(200))
+        self.call("merge", "-o", "m.h5", "old.part", code=CANNOT_WRITE, says="old.part: is a part file of another version")
+
     def test_foreign_parts_are_not_merged(self):
         for i in range(2):
             self.part("--shard", f"{i}/2")
@@ -106,6 +178,30 @@ class Parts(Case):
         self.call("merge", "-o", "m.h5", "k")
         self.assertEqual(self.hash_of("m.h5"), self.hash_of("large.h5"))
         self.assertEqual(self.journals(), [])
+
+
+class Differences(Case):
+    def test_two_seeds_do_not_differ_and_two_configs_do(self):
+        run = lambda name, *more: self.call("run", "small.toml", "-o", name, *more)
+        run("a.h5")
+        run("b.h5", "--seed", 2)
+        self.call("diff", "a.h5", "a.h5", says="0 differ.*the same|the same seed(.|\n)*0 differ")
+        self.assertRegex(self.call("diff", "a.h5", "b.h5"), r"other seeds(.|\n)*\n0 differ(.|\n)*power: .* % of the value")
+        run("c.h5", "--set", "noise.magnetometer_nT=50.5", "--seed", 2)
+        self.call("diff", "a.h5", "c.h5", code=1)  # the predictions have changed, whatever chance did
+        run("d.h5", "--set", "noise.magnetometer_nT=50.5")
+        self.assertRegex(self.call("diff", "a.h5", "d.h5", code=1), "changed")  # common draws: everything shows
+        csv = self.call("diff", "a.h5", "b.h5", "--csv")
+        self.assertTrue(csv.startswith("table,row,column,finding,"), csv[:80])
+        self.assertGreater(len(csv.splitlines()), 20)
+        self.assertIn('"name":', self.call("diff", "a.h5", "b.h5", "--json").replace(" ", "").replace('"name":', '"name":'))
+        run("e.h5", "--set", "noise.scale=1.0")
+        self.assertRegex(self.call("diff", "a.h5", "e.h5", code=1), "only in A")
+        self.call("run", "maps.toml", "-o", "maps.h5")
+        self.call("diff", "a.h5", "maps.h5", code=BAD_INPUT, says="different experiments")
+        self.call("diff", "maps.h5", "maps.h5", says="0 differ")
+        (self.folder / "bad.h5").write_bytes((self.folder / "a.h5").read_bytes()[:-30])
+        self.call("diff", "a.h5", "bad.h5", code=CANNOT_WRITE, says="bad.h5")
 
 
 class Disks(Case):

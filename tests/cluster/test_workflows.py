@@ -35,9 +35,12 @@ class Workflows(Case):
         self.shell(f"{snakemake} out=out")
         self.assertEqual(self.hash_of("out/small.h5"), self.serial)
         self.assertIn("Nothing to be done", self.shell(f"{snakemake} out=out"))
-        (self.folder / "out/parts/point-00001.part").unlink()
+        (self.folder / "out/parts/points-1.part").unlink()
         self.shell(f"{snakemake} out=out shards=5 threads=2")
         self.assertEqual(self.hash_of("out/small.h5"), self.serial)
+        self.shell(f"{snakemake} out=two tasks=2")
+        self.assertEqual(sorted(p.name for p in (self.folder / "two/parts").iterdir()), ["points-0-2.part", "points-2.part"])
+        self.assertEqual(self.hash_of("two/small.h5"), self.serial)
         self.shell(f"{snakemake} 'out=a b;touch bad'")  # a name is no command
         self.assertEqual(self.hash_of("a b;touch bad/small.h5"), self.serial)
         self.assertFalse((self.folder / "bad").exists())
@@ -45,7 +48,7 @@ class Workflows(Case):
     @unittest.skipUnless(shutil.which("parallel"), "no GNU parallel")
     def test_gnu_parallel(self):
         line = ('parallel --joblog log --resume-failed -j 2 "$SURVEYMC" run small.toml --point {} --threads 1 --resume -o parts/ '
-                '::: $(seq 0 $(($("$SURVEYMC" plan small.toml --count) - 1))) && "$SURVEYMC" merge -o out.h5 parts')
+                '::: $("$SURVEYMC" plan small.toml --groups 2) && "$SURVEYMC" merge -o out.h5 parts')
         self.shell(line)
         self.assertEqual(self.hash_of("out.h5"), self.serial)
         self.shell(line)  # again: nothing to do but the merge

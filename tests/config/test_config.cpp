@@ -627,7 +627,8 @@ TEST_CASE("Sweep: what cannot be a sweep") {
   CHECK(fault("[sweep]\nx = [{ a = 1 }]\n") ==
         "t.toml:4: sweep.x: every value must be a number, a string or a list: use [[sweep.case]] for tables");
   CHECK(fault("[sweep]\nx = { from = 0, to = 1, step = 0 }\n") == "t.toml:4: sweep.x.step = 0: must not be 0");
-  CHECK(fault("[sweep]\nx = { from = 0, to = 1 }\n") == "t.toml:4: sweep.x.step: missing");
+  CHECK(fault("[sweep]\nx = { from = 0, to = 1 }\n") ==
+        "t.toml:4: sweep.x.step: missing (or count; only latin_hypercube and sobol draw from an interval)");
   CHECK(fault("[sweep]\nx = { from = 0, to = 1, step = 1, by = 1 }\n") == "t.toml:4: sweep.x.by: unknown key");
   CHECK(fault("[sweep]\nseed = [1, 2]\n") == "t.toml:4: sweep.seed: cannot be swept");
   CHECK(fault("[sweep]\nexperiment = ['a']\n") == "t.toml:4: sweep.experiment: cannot be swept");
@@ -637,8 +638,8 @@ TEST_CASE("Sweep: what cannot be a sweep") {
   CHECK(fault("[sweep]\n\"a.b\" = [1]\na.b = [2]\n") == "t.toml:4: sweep.a.b = [1]: is given twice");
   CHECK(fault("[sweep]\nestimator = ['a']\n\"estimator.name\" = ['b']\n") ==
         "t.toml:5: sweep.estimator.name = [\"b\"]: is the same as sweep.estimator");
-  CHECK(fault("[sweep]\nx = { from = 1, to = 9999, step = 1 }\ny = { from = 1, to = 9999, step = 1 }\n") ==
-        "t.toml:5: sweep: has more than 1e7 points");
+  CHECK(fault("[sweep]\nx = { from = 1, to = 2e6, step = 1 }\ny = { from = 1, to = 2e6, step = 1 }\n") ==
+        "t.toml:5: sweep: has more than 2^40 points");
   CHECK(message_of([] { config_of("x = 3\n[sweep]\n\"x.y\" = [1]\n").reader(0); }) ==
         "t.toml:5: x.y = 1: x is not a table");
 }

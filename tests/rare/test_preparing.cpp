@@ -135,7 +135,6 @@ TEST_CASE("Preparing and trials have the same bits again, in any split", "[rare]
 }
 
 TEST_CASE("Both instruction sets draw, project and shift the same bits", "[rare]") {
-  if (simd::instruction_set() != simd::InstructionSet::v4) return;
   constexpr int kN = 13, kR = 3;
   const TrialAddresses from = addresses_in(random::kRareNormal, random::kRareChoice, kN);
   const random::Stream stream(4, 27);
@@ -145,15 +144,19 @@ TEST_CASE("Both instruction sets draw, project and shift the same bits", "[rare]
   const auto batch = [&](survey::LaneArray& z) {
     return NormalBatch{from.calls.data(), from.calls.size(), kN, 16, 1, z.row(0, 0), z.group_stride()};
   };
-  isa_v3::draw_normals(batch(z3), stream);
-  isa_v4::draw_normals(batch(z4), stream);
   const BasisBatch b3{basis.data(), kN, kR, z3.row(0, 0), y3.row(0, 0)},
       b4{basis.data(), kN, kR, z4.row(0, 0), y4.row(0, 0)};
-  isa_v3::project(b3), isa_v4::project(b4);
-  isa_v3::shift(b3), isa_v4::shift(b4);
-  for (int t = 0; t < simd::kGroup; ++t) {
-    for (int i = 0; i < kN; ++i) CHECK(z3.value(t, i) == z4.value(t, i));
-    for (int i = 0; i < kR; ++i) CHECK(y3.value(t, i) == y4.value(t, i));
+  isa_v3::draw_normals(batch(z3), stream);
+  isa_v3::project(b3);
+  isa_v3::shift(b3);
+  if (simd::instruction_set() == simd::InstructionSet::v4) {
+    isa_v4::draw_normals(batch(z4), stream);
+    isa_v4::project(b4);
+    isa_v4::shift(b4);
+    for (int t = 0; t < simd::kGroup; ++t) {
+      for (int i = 0; i < kN; ++i) CHECK(z3.value(t, i) == z4.value(t, i));
+      for (int i = 0; i < kR; ++i) CHECK(y3.value(t, i) == y4.value(t, i));
+    }
   }
 }
 

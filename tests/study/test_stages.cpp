@@ -1,7 +1,10 @@
-/// Points are read in every task, and prepared only in the task that runs them.
+/// A task reads and prepares the points that it runs, and no others.
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <filesystem>
+
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 
@@ -109,6 +112,47 @@ RunPlan task(int trials) {
   return read_run(counted(), config_of(trials));
 }
 
+/// Files of parts, as tasks write them.
+class PartFiles {
+ public:
+  PartFiles() {
+    static int number = 0;
+    folder_ = std::filesystem::temp_directory_path() / fmt::format("smc-stages-{}-{}", getpid(), ++number);
+    std::filesystem::create_directory(folder_);
+  }
+  ~PartFiles() { std::filesystem::remove_all(folder_); }
+  PartFiles(const PartFiles&) = delete;
+  PartFiles& operator=(const PartFiles&) = delete;
+  void add(checkpoint::Part part) {
+    part.key.program = "this";
+    paths_.push_back(folder_ / fmt::format("{}.part", paths_.size()));
+    checkpoint::write_part(paths_.back(), part);
+  }
+  PartSet set() const { return PartSet(paths_, "this"); }
+  const std::vector<std::filesystem::path>& paths() const { return paths_; }
+  std::filesystem::path folder() const { return folder_; }
+
+ private:
+  std::filesystem::path folder_;
+  std::vector<std::filesystem::path> paths_;
+};
+
+store::Result merged(const RunPlan& run, const PartFiles& files) {
+  PartSet parts = files.set();
+  return merge_parts(run, parts, {});
+}
+
+/// Reads none of the points.
+RunPlan opened(int trials) {
+  forget();
+  return open_run(counted(), config_of(trials));
+}
+
+store::Result merged_file(const std::filesystem::path& path) {
+  PartSet parts({path}, "this");
+  return merge_parts(opened(2000), parts, {});
+}
+
 std::vector<double> means(const store::Result& r) {
   return std::get<std::vector<double>>(r.tables[0].column("mean").values);
 }
@@ -119,42 +163,108 @@ TEST_CASE("Reading, checking and planning a sweep prepare no point") {
   const RunPlan run = task(2000);
   CHECK(g_read == 4);
   CHECK(run.total_trials() == 8000);
-  check_choice(run, {2});
+  check_choice(run, PartChoice::of_point(2));
   CHECK(part_pieces(run, {}).size() == 4);
   CHECK(prepared() == Times{});
+  CHECK(g_read == 4);
 }
 
-TEST_CASE("A part of a run prepares its own points, and a whole run each of them once") {
+TEST_CASE("A part of a run reads and prepares its own points, and a whole run each of them once") {
   const store::Result whole = execute(task(2000), {});
   CHECK(prepared() == Times{1, 1, 1, 1});
-  std::vector<checkpoint::Part> points, shards;
+  PartFiles points, shards, ranges, strides;
   for (std::uint64_t i = 0; i < kPoints; ++i) {
-    points.push_back(run_part(task(2000), {i}, {}, {}));
+    points.add(run_part(opened(2000), PartChoice::of_point(i), {}, {}));
     Times only{};
     only[i] = 1;
+    CHECK(g_read == 1);
     CHECK(prepared() == only);
   }
+  ranges.add(run_part(opened(2000), {checkpoint::PointRange{0, 3, 1}}, {}, {}));
+  CHECK(g_read == 3);
+  CHECK(prepared() == Times{1, 1, 1, 0});
+  ranges.add(run_part(opened(2000), {checkpoint::PointRange{3, 4, 1}}, {}, {}));
+  for (std::uint64_t i = 0; i < 2; ++i)
+    strides.add(run_part(opened(2000), {checkpoint::PointRange{i, kPoints, 2}}, {}, {}));
+  CHECK(prepared() == Times{0, 1, 0, 1});
   // 4 blocks a point: of 6 shards some have no block of it
   for (std::uint64_t i = 0; i < 6; ++i) {
     const RunPlan run = task(2000);
-    shards.push_back(run_part(run, {std::nullopt, i, 6}, {}, {}));
+    shards.add(run_part(run, {std::nullopt, i, 6}, {}, {}));
     Times those{};
     for (const checkpoint::PartPiece& p : part_pieces(run, {std::nullopt, i, 6}))
       those[p.point] = p.blocks.first < p.blocks.end;
     CHECK(prepared() == those);
   }
   CHECK(prepared() != Times{});
-  CHECK(means(merge_parts(task(2000), points, {})) == means(whole));
-  CHECK(prepared() == Times{1, 1, 1, 1});  // reports need the points
-  CHECK(means(merge_parts(task(2000), shards, {})) == means(whole));
+  for (const PartFiles* files : {&points, &shards, &ranges, &strides}) {
+    CHECK(means(merged(opened(2000), *files)) == means(whole));
+    CHECK(prepared() == Times{1, 1, 1, 1});  // reports need the points
+  }
+  // A tree of merges: parts of parts, also where they overlap
+  PartFiles tree;
+  for (const PartFiles* files : {&points, &shards, &strides}) {
+    const std::filesystem::path larger = tree.folder() / fmt::format("larger{}.part", tree.paths().size());
+    PartSet set = files->set();
+    set.write_merged(larger, nullptr);
+    CHECK(means(merged_file(larger)) == means(whole));
+    tree.add(checkpoint::read_part(larger));
+  }
+  CHECK(means(merged(opened(2000), tree)) == means(whole));
 }
 
 TEST_CASE("Merging a study without trials prepares nothing: the parts have its tables") {
-  std::vector<checkpoint::Part> points;
-  for (std::uint64_t i = 0; i < kPoints; ++i) points.push_back(run_part(task(0), {i}, {}, {}));
-  const RunPlan run = task(0);
-  CHECK(means(merge_parts(run, points, {})) == std::vector<double>(4, 0.0));
+  PartFiles points;
+  for (std::uint64_t i = 0; i < kPoints; ++i) points.add(run_part(opened(0), PartChoice::of_point(i), {}, {}));
+  CHECK(means(merged(opened(0), points)) == std::vector<double>(4, 0.0));
   CHECK(prepared() == Times{});
+}
+
+TEST_CASE("A merge names the points and trials that no part has") {
+  PartFiles files;
+  files.add(run_part(opened(2000), {checkpoint::PointRange{2, 3, 1}}, {}, {}));
+  files.add(run_part(task(2000), {checkpoint::PointRange{0, 1, 1}, 0, 2}, {}, {}));
+  CHECK_THROWS_WITH(merged(opened(2000), files),
+                    "the parts are not the whole run: missing points 1,3; of point 0 the trials 1024 to 1999");
+}
+
+TEST_CASE("In a sweep that is too large to be read whole, a point that fails is listed and the others go on") {
+  static constexpr int kLarge = kMostReadWhole + 1;
+  const auto config = [] {
+    return config::Config::from_text(
+        fmt::format("experiment = 'e'\nseed = 9\ntrials = 4\n[sweep]\nother = {{ from = 1, to = {}, step = 1 }}\n",
+                    kLarge),
+        "t.toml", {});
+  };
+  const Experiment failing = {
+      random::StudyId::none, "", "", [](config::ConfigReader& c, random::StudySeed seed) -> std::unique_ptr<PointPlan> {
+        ++g_read;
+        c.integer("trials", 0, 1'000'000);
+        const auto other = static_cast<std::uint64_t>(c.integer("other", 0, 1'000'000));
+        c.require(other != 2 && other != 5, "other", "must not be 2 or 5");
+        c.finish();
+        return std::make_unique<CountedPlan>(Scenario{seed, other == 4 ? 13u : 4u, other % kPoints, c.place("other")});
+      }};
+  forget();
+  PartFiles files;
+  files.add(run_part(open_run(failing, config()), {checkpoint::PointRange{0, 6, 1}}, {}, {}));
+  CHECK(g_read < 12);  // of its 6 points
+  const checkpoint::Part part = checkpoint::read_part(files.paths()[0]);
+  CHECK(checkpoint::read_part_head(files.paths()[0]).failed);
+  CHECK(part.pieces[1].failure == "other = 2: must not be 2 or 5");
+  CHECK_THAT(part.pieces[3].failure, EndsWith("what only computing shows (point 3 of the sweep)"));
+  CHECK(part.pieces[4].failure == "other = 5: must not be 2 or 5");
+  CHECK(part.pieces[5].failure.empty());
+  files.add(run_part(open_run(failing, config()), {checkpoint::PointRange{6, kLarge, 1}}, {}, {}));
+  const store::Result r = merged(open_run(failing, config()), files);
+  REQUIRE(r.tables.size() == 2);
+  CHECK(r.tables[0].rows() == kLarge - 3);
+  const store::Table& failed = r.tables[1];
+  CHECK(failed.name == "failed_points");
+  CHECK(std::get<std::vector<std::int64_t>>(failed.column("point").values) == std::vector<std::int64_t>{1, 3, 4});
+  CHECK(std::get<std::vector<double>>(failed.column("other").values) == std::vector<double>{2, 4, 5});
+  const std::vector<double> map = r.streams.at(0).values(0, 9).at(0);
+  CHECK((std::isfinite(map[2]) && std::isnan(map[3]) && std::isnan(map[5]) && std::isfinite(map[6])));
 }
 
 TEST_CASE("Streams of a result outlive the plan") {
@@ -165,7 +275,7 @@ TEST_CASE("Streams of a result outlive the plan") {
 
 TEST_CASE("A value that only computing shows to be wrong is named with its place and point") {
   const RunPlan run = task(13);
-  CHECK_NOTHROW(check_choice(run, {2}));
+  CHECK_NOTHROW(check_choice(run, PartChoice::of_point(2)));
   try {
     run.prepare(2, {});
     FAIL("must throw");
@@ -187,6 +297,6 @@ TEST_CASE("A stop flag is looked at between points") {
   montecarlo::RunOptions options;
   options.stop = &stop;
   CHECK_THROWS_AS(execute(run, options), Interrupted);
-  CHECK_THROWS_AS(run_part(run, {1}, options, {}), Interrupted);
+  CHECK_THROWS_AS(run_part(run, PartChoice::of_point(1), options, {}), Interrupted);
   CHECK(prepared() == Times{});
 }

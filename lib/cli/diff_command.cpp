@@ -1,0 +1,79 @@
+#include "cli/diff_command.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "cli/print_result.h"
+#include "cli/run_setup.h"
+#include "cli/screen.h"
+#include "store/json.h"
+#include "study/difference.h"
+
+namespace surveymc::cli {
+namespace {
+
+std::string plural(std::size_t n, const char* word) { return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s"); }
+
+/// What a difference would have had to be to be found.
+void print_power(const study::Differences& d) {
+  std::vector<double> relative, sizes;
+  for (const study::DifferenceRow& r : d.rows) {
+    if (std::isnan(r.detectable)) continue;
+    // Rows of logarithms say it in per cent; the others in standard errors only.
+    if (r.a > 0 && r.b > 0 && std::abs(r.difference - std::log(r.b / r.a)) < 1e-12) relative.push_back(r.detectable);
+    sizes.push_back(r.detectable / r.standard_error);
+  }
+  if (sizes.empty()) return;
+  std::string text =
+      fmt::format("power: a difference of {:.2g} standard errors would be found with probability .9", sizes.front());
+  if (!relative.empty()) {
+    std::sort(relative.begin(), relative.end());
+    const auto percent = [](double ln) { return 100 * std::expm1(ln); };
+    text += fmt::format("; that is {:.2g} % of the value in the median row, {:.2g} % to {:.2g} % in all {}",
+                        percent(relative[relative.size() / 2]), percent(relative.front()), percent(relative.back()),
+                        plural(relative.size(), "row"));
+  }
+  say(text);
+}
+
+}  // namespace
+
+int diff_results(const DiffArguments& a) {
+  const store::Result first = store::read_result(a.a), second = store::read_result(a.b);
+  study::DifferenceRule rule;
+  rule.level = a.level;
+  rule.tolerance = a.tolerance;
+  const study::Differences d = study::compare_results(first, second, rule);
+  if (a.csv || a.json) {
+    const store::Table all = study::difference_table(d, true);
+    fmt::print("{}{}", a.csv ? store::to_csv(all) : store::to_json(all), a.csv ? "" : "\n");
+    return d.any() ? kUnexpected : kDone;
+  }
+  const store::Table found = study::difference_table(d, false);
+  if (found.rows() > 0) {
+    store::TableFormat format = screen_format();
+    constexpr std::size_t kReadableRows = 60;
+    format.most_rows = kReadableRows;
+    fmt::print("{}\n", store::format_table(found, format));
+  }
+  std::size_t equal = 0, chance = 0, few = 0, verdicts = 0, differing = 0;
+  for (const study::DifferenceRow& r : d.rows) {
+    equal += r.finding == "equal";
+    chance += r.finding == "chance";
+    few += r.finding == "few";
+    verdicts += r.finding == "verdict";
+    differing += r.counts();
+  }
+  say(fmt::format("{} and {}: {}, {}", a.a, a.b, d.same_seed ? "the same seed" : "other seeds",
+                  d.same_trials ? "as many trials" : "other numbers of trials"));
+  say(fmt::format("{} differ, {} do not beyond chance (level {:g} for all {} together), {} are equal{}{}", differing,
+                  chance, a.level, d.judged, equal,
+                  few > 0 ? fmt::format(", {} have too few trials or events", few) : "",
+                  verdicts > 0 ? fmt::format("; {} changed", plural(verdicts, "verdict")) : ""));
+  print_power(d);
+  return d.any() ? kUnexpected : kDone;
+}
+
+}  // namespace surveymc::cli

@@ -1,0 +1,111 @@
+#include "cli/refine_command.h"
+
+#include <cerrno>
+#include <filesystem>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "cli/print_result.h"
+#include "cli/run_setup.h"
+#include "cli/stored_inputs.h"
+#include "store/atomic_file.h"
+#include "study/refine.h"
+
+namespace surveymc::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+void write_text(const fs::path& path, const std::string& text) {
+  try {
+    store::AtomicFile file(store::resolved(path));
+    file.write({text.begin(), text.end()});
+    file.commit();
+  } catch (const std::system_error& e) {
+    throw IoError(fmt::format("{}: cannot be written: {}", path.string(), e.code().message()));
+  }
+}
+
+study::Round round_of(const std::string& file) {
+  study::Round r{file, store::read_result(file)};
+  StoredInputs in = stored_inputs(r.result);
+  r.tables = std::move(in.tables);
+  r.texts = std::move(in.texts);
+  r.references = std::move(in.references);
+  return r;
+}
+
+std::string csv_of(const config::InputTable& t) {
+  store::Table table{t.path, ""};
+  for (std::size_t c = 0; c < t.names.size(); ++c) table.columns.push_back({t.names[c], "", "", t.columns[c]});
+  return store::to_csv(table);
+}
+
+/// Files that the config names, from the result, where the next config does not find them.
+void write_missing_inputs(const study::Round& round, const fs::path& folder, const std::string& points) {
+  const auto write = [&](const std::string& name, const std::string& text) {
+    const fs::path path = folder / name;
+    std::error_code error;
+    if (name == points || name.ends_with(".points.csv") || fs::exists(path, error)) return;
+    if (fs::path(name).is_absolute() || name.find("..") != std::string::npos)
+      throw IoError(
+          fmt::format("{}: is named by the config, and is not there: write the next config into the folder "
+                      "of the first one",
+                      path.string()));
+    fs::create_directories(path.parent_path(), error);
+    write_text(path, text);
+  };
+  for (const config::InputTable& t : round.tables) write(t.path, csv_of(t));
+  for (const config::InputText& t : round.texts) write(t.path, t.text);
+}
+
+}  // namespace
+
+int refine_result(const std::vector<study::Experiment>& studies, const RefineArguments& a) {
+  const fs::path output = a.output;
+  require_usage(output.extension() == ".toml", "-o {}: the name of a config ends in .toml", a.output);
+  const study::Round round = round_of(a.file);
+  const std::string points = output.stem().string() + ".points.csv";
+  const study::NextRound next = study::next_round(round.result, a.file, points);
+  if (next.count == 0) {
+    say(
+        fmt::format("nothing to refine: the boundary passes {} cell{} of the size that [refine] wants, and no larger "
+                    "one",
+                    next.crossed, next.crossed == 1 ? "" : "s"));
+    return kDone;
+  }
+  const fs::path folder = store::folder_of(output);
+  for (const fs::path& path : {output, folder / points}) {
+    std::error_code error;
+    if (fs::exists(path, error) && !a.overwrite)
+      throw IoError(
+          fmt::format("{}: exists: choose another name with -o, or replace it with --overwrite", path.string()));
+  }
+  write_text(folder / points, next.points);
+  write_text(output, next.config);
+  write_missing_inputs(round, folder, points);
+  (void)studies;
+  say(fmt::format("wrote {} with {} new point{} in {}", output.string(), next.count, next.count == 1 ? "" : "s",
+                  points));
+  return kDone;
+}
+
+store::Result merge_rounds(const std::vector<study::Experiment>& studies, const std::vector<std::string>& files,
+                           const std::string& output, const std::string& folder) {
+  std::vector<study::Round> rounds;
+  for (const std::string& file : files) {
+    rounds.push_back(round_of(file));
+    const store::Provenance &p = rounds.back().result.provenance, &first = rounds.front().result.provenance;
+    require(p.experiment == first.experiment, "{}: is of another experiment than {}", file, files.front());
+    require(p.git_revision == first.git_revision && p.compiler == first.compiler,
+            "{}: was made by another build than {}, whose results may differ in their last bits", file, files.front());
+  }
+  const std::string& name = rounds.front().result.provenance.experiment;
+  for (const study::Experiment& e : studies)
+    if (e.name() == name)
+      return study::merged_rounds(e, std::move(rounds), fs::path(output).stem().string() + ".points.csv", folder);
+  throw InputError(fmt::format("{}: is of the experiment {}, which this program does not have", files.front(), name));
+}
+
+}  // namespace surveymc::cli
