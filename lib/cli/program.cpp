@@ -122,7 +122,7 @@ int run(const RunArguments& a, const std::string& command) {
       print_tables(*there, output.string(), a.units == "ft");
       const int exit = report_verdicts(*there, a.check);
       print_warnings(*there);
-      checkpoint::remove_journals(output, run_key(plan));
+      checkpoint::remove_journals(output, run_key(plan, false));
       say(fmt::format("{} is done already", output.string()));
       return exit;
     }
