@@ -24,4 +24,5 @@ file(CONFIGURE OUTPUT ${OUTPUT} @ONLY CONTENT
 inline constexpr char kVersion[] = \"@VERSION@\";
 inline constexpr char kGitRevision[] = \"@revision@\";
 inline constexpr char kCompiler[] = \"@COMPILER@\";
+inline constexpr char kLibraries[] = \"@LIBRARIES@\";
 ")

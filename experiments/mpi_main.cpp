@@ -6,6 +6,7 @@
 #include "registry.h"
 
 int main(int argc, char** argv) {
+  surveymc::cli::fill_standard_descriptors();
   try {
     const auto messages = surveymc::mpi::mpi_messages(argc, argv);
     return surveymc::cli::program_main(argc, argv, surveymc::studies::all_experiments, messages.get(),

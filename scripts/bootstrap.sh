@@ -3,6 +3,7 @@
 #   scripts/bootstrap.sh              to build and plot
 #   scripts/bootstrap.sh report       what the report and the Python reader need on top
 #   scripts/bootstrap.sh import       what import_survey.py needs to read WITSML and Excel
+#   scripts/bootstrap.sh cross        what the tests of other processors need (nightly)
 #   scripts/bootstrap.sh test style   what the tests and the style checks need on top
 set -euo pipefail
 
@@ -19,7 +20,8 @@ for part in "$@"; do
       chromium chromium-driver python3-selenium python3-pip python3-setuptools python3-wheel doxygen mandoc
       slurm-wlm munge parallel snakemake clang libclang-rt-14-dev libomp-14-dev) ;;
     style) packages+=(clang-format) ;;
-    *) echo "bootstrap.sh: unknown part '$part': must be report, import, test or style" >&2; exit 64 ;;
+    cross) packages+=(g++-aarch64-linux-gnu qemu-user) ;;
+    *) echo "bootstrap.sh: unknown part '$part': must be report, import, test, style or cross" >&2; exit 64 ;;
   esac
 done
 

@@ -80,7 +80,7 @@ class Table(dict):
     def __init__(self, name, columns, long_name=""):
         super().__init__(columns)
         self.name, self.long_name = name, long_name
-        found = re.search(r"intervals at ([\d.]+) %$", long_name)
+        found = re.search(r"intervals at (?:all looks at )?([\d.]+) %$", long_name)
         self.confidence = float(found[1]) / 100 if found else math.nan
         self.rows = len(next(iter(columns.values()))) if columns else 0
 

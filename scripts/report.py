@@ -79,7 +79,7 @@ def make(results, base, folder, jobs, note, progress):
         identity = next(n for k in range(len(results) + 1) if (n := f"result-{stem}" + (f"-{k + 1}" if k else "")) not in taken)
         taken.add(identity)
         try:
-            html, counts, chances, count = page.result_part(result, study, drawn.get(i, figures.Drawn()), identity,
+            html, counts, chances, family, count = page.result_part(result, study, drawn.get(i, figures.Drawn()), identity,
                                                    os.path.relpath(result.path), number)
         except (surveymc.ResultError, OSError, ValueError) as error:  # opened, but not whole
             print(f"report.py: left out: {result.path}: {error}", file=sys.stderr)
@@ -90,7 +90,8 @@ def make(results, base, folder, jobs, note, progress):
         findings.append((study.experiment, headlines.Headline(study.headline_rank(result.path), headlines.sentence(result, counts), identity,
                                                               next(iter(drawn.get(i, figures.Drawn()).files), ""))))
         title = result.title or os.path.splitext(os.path.basename(result.path))[0]
-        groups[-1][1].append({"id": identity, "title": title, "counts": counts, "chances": chances, "html": html})
+        groups[-1][1].append({"id": identity, "title": title, "counts": counts, "chances": chances, "family": family,
+                              "html": html})
         version = f"{result.version} ({result.revision})"
         versions += [version] if version not in versions else []
     broken = [b for d in drawn.values() for b in d.broken]

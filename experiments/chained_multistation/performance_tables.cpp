@@ -232,6 +232,8 @@ std::vector<study::RowName> performance_rows(const Scenario& s) {
     for (const char* q : kTestedStateNames) rows.push_back({"consistency", name_of(e), q});
     for (const char* q : {"nees", "cost", "cost_sd"}) rows.push_back({"consistency", name_of(e), q});
   }
+  if (s.calibration.on)
+    for (const study::RowName& row : study::calibration_rows(PerformanceCalibration::rows(s))) rows.push_back(row);
   return rows;
 }
 

@@ -70,6 +70,32 @@ class PerformanceLayout {
   double cost_width_;
 };
 
+/// Counts of claimed distributions of the chained estimators: twelve states and NEES of the first, middle and last
+/// station, and the cost.
+class PerformanceCalibration {
+ public:
+  explicit PerformanceCalibration(const Scenario& s);
+  /// Names of all quantities that `estimators` of the scenario claim, in order; table is "".
+  static std::vector<study::RowName> rows(const Scenario& s);
+
+  /// How many counts it has.
+  std::size_t size() const { return quantities_.size() * stats::kPitSlots; }
+  /// One trial, by estimator; those that failed are left out. `counts`: size() of them.
+  void add(const std::vector<RunCheck>& checks, std::uint64_t* counts) const;
+  const std::vector<study::CalibratedQuantity>& quantities() const { return quantities_; }
+
+ private:
+  /// Where the number of a quantity is found in a RunCheck.
+  struct Source {
+    std::size_t estimator = 0, station = 0;
+    int state = 0;  ///< of twelve; kNees, kCost
+  };
+  static constexpr int kNees = -1, kCost = -2;
+
+  std::vector<study::CalibratedQuantity> quantities_;
+  std::vector<Source> sources_;
+};
+
 /// Rows that annotations may name.
 std::vector<study::RowName> performance_rows(const Scenario& s);
 

@@ -9,6 +9,7 @@
 #include "random/study_id.h"
 #include "sensor/chained_runs.h"
 #include "study/annotations.h"
+#include "study/calibration.h"
 #include "study/experiment.h"
 #include "study/scenario.h"
 #include "study/verdict.h"
@@ -37,6 +38,7 @@ struct Scenario {
   std::vector<double> md;         ///< m, along the profile
   std::vector<Solver> estimators;
   study::VerdictRule verdict;
+  study::CalibrationRule calibration;  ///< of study "performance"
   study::Annotations annotations;
 
   int stations() const { return static_cast<int>(truth.attitudes.size()); }

@@ -24,11 +24,11 @@ namespace {
 class ChainedPerformance final : public study::StudyPoint {
  public:
   ChainedPerformance(Scenario scenario, std::size_t kept)
-      : s_(std::move(scenario)), layout_(s_, kept), stream_(random::stream_of(s_.seed)) {}
+      : s_(std::move(scenario)), layout_(s_, kept), calibration_(s_), stream_(random::stream_of(s_.seed)) {}
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     stats::Tally tally;
-    tally.counts.assign(layout_.counts.size(), 0);
+    tally.counts.assign(layout_.counts.size() + calibration_.size(), 0);
     PerformanceLayout::Block numbers = layout_.block(block.count, s_.stations());
     constexpr int kBatch = 64;  // trials whose readings and answers stay in the caches
     for (int first = 0; first < block.count; first += kBatch) {
@@ -60,6 +60,7 @@ class ChainedPerformance final : public study::StudyPoint {
           if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
         }
         layout_.add(checks, numbers, tally.counts);
+        calibration_.add(checks, tally.counts.data() + layout_.counts.size());
         if (trial < layout_.kept()) layout_.keep(checks, tally.samples);
       }
     }
@@ -70,6 +71,10 @@ class ChainedPerformance final : public study::StudyPoint {
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     study::PointResult r;
     r.tables = performance_tables(s_, layout_, tally);
+    if (s_.calibration.on)
+      for (store::Table& t : study::calibration_tables(s_.calibration, calibration_.quantities(), tally.counts,
+                                                       layout_.counts.size(), false, s_.annotations))
+        r.tables.push_back(std::move(t));
     r.tables.push_back(tracks_table(s_, stream_));
     return r;
   }
@@ -111,6 +116,7 @@ class ChainedPerformance final : public study::StudyPoint {
 
   Scenario s_;
   PerformanceLayout layout_;
+  PerformanceCalibration calibration_;
   random::Stream stream_;
 };
 
@@ -146,6 +152,11 @@ std::unique_ptr<study::PointPlan> performance_plan(config::ConfigReader& c, rand
     s.estimators.push_back(e);
   }
   const auto kept = static_cast<std::size_t>(c.integer("kept_runs", 0, 1'000'000, 20'000));
+  std::vector<std::string> known;
+  for (const study::RowName& row : PerformanceCalibration::rows(s)) known.push_back(row.quantity);
+  s.calibration = study::read_calibration(c, known);
+  c.require(!s.calibration.on || !known.empty(), "estimators",
+            "none of them claims a covariance: with [calibration] one must be a filter or a smoother");
   s.annotations = study::Annotations::read(c, performance_rows(s));
   c.finish();
   return std::make_unique<ChainedPerformancePlan>(std::move(s), kept);

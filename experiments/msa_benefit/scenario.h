@@ -7,6 +7,7 @@
 #include "analysis/well_design.h"
 #include "random/study_id.h"
 #include "study/annotations.h"
+#include "study/calibration.h"
 #include "study/scenario.h"
 
 namespace surveymc::studies::msa_benefit {
@@ -33,8 +34,12 @@ struct Scenario {
   estimate::EstimatorOptions estimator;
   std::vector<VerifiedDirection> verify;
   study::VerdictRule verdict;
+  study::CalibrationRule calibration;
   study::Annotations annotations;
 };
+
+/// Quantities of the trials, in the order in which they are tallied, with their direction as formulation. Table is "".
+std::vector<study::RowName> calibrated_rows(const Scenario& scenario);
 
 /// Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);

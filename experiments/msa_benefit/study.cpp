@@ -43,6 +43,11 @@ double last_azimuth(const survey::ReadingBlock& b, const survey::LaneArray& para
   return std::atan2(t.y, t.x);
 }
 
+/// In the order and units of kPerDirection.
+std::array<double, kPerDirection> predicted_sd(const analysis::Benefit& b) {
+  return {b.before.azimuth / kDegree, b.after.azimuth / kDegree, b.before.lateral, b.after.lateral};
+}
+
 }  // namespace
 
 /// Errors of a batch in one direction, in the order of kPerDirection; NaN where the estimate did not converge.
@@ -75,7 +80,20 @@ BenefitPoint::BenefitPoint(Scenario scenario, std::vector<VerifiedWell> verified
     : s_(std::move(scenario)),
       estimator_(estimate::make_estimator(s_.estimator, s_.field)),
       uncorrected_(no_correction()),
-      verified_(std::move(verified)) {}
+      verified_(std::move(verified)) {
+  if (s_.calibration.on) make_calibrated();
+}
+
+void BenefitPoint::make_calibrated() {
+  const std::vector<study::RowName> rows = calibrated_rows(s_);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!s_.calibration.wants(rows[i].quantity)) continue;
+    const std::size_t q = i % kPerDirection;
+    calibrated_.push_back(study::normal_quantity(rows[i].formulation, rows[i].quantity,
+                                                 predicted_sd(verified_[i / kPerDirection].benefit)[q]));
+    calibrated_columns_.push_back(static_cast<Eigen::Index>(i));
+  }
+}
 
 BenefitPoint::Errors BenefitPoint::simulate(const VerifiedWell& v, std::uint64_t first, int count) const {
   const random::Stream stream = random::stream_of(s_.seed);
@@ -132,6 +150,10 @@ stats::Tally BenefitPoint::run_block(montecarlo::TrialBlock block) const {
     }
   }
   tally.moments = stats::Moments::of(values.topRows(kept));
+  tally.counts.assign(calibrated_.size() * stats::kPitSlots, 0);
+  for (std::size_t c = 0; c < calibrated_.size(); ++c)
+    for (Eigen::Index t = 0; t < kept; ++t)
+      ++tally.counts[c * stats::kPitSlots + calibrated_[c].cells.of(values(t, calibrated_columns_[c]))];
   return tally;
 }
 
@@ -140,8 +162,7 @@ store::Table BenefitPoint::verification_table(const stats::Tally& tally) const {
   std::vector<double> inclination, azimuth;
   for (std::size_t d = 0; d < verified_.size(); ++d) {
     const analysis::Benefit& b = verified_[d].benefit;
-    const std::array<double, kPerDirection> predicted{b.before.azimuth / kDegree, b.after.azimuth / kDegree,
-                                                      b.before.lateral, b.after.lateral};
+    const std::array<double, kPerDirection> predicted = predicted_sd(b);
     for (std::size_t q = 0; q < kPerDirection; ++q) {
       rows.push_back(study::compare_sd(
           fmt::format("sd_{}_{}", kBenefits[q / 2], q % 2 == 0 ? "before" : "after"), kBenefitUnits[q / 2], 1,
@@ -174,6 +195,10 @@ study::PointResult BenefitPoint::report(const stats::Tally& tally, const monteca
   if (benefits.size() > 1) r.maps = benefit_maps(s_, benefits);  // one direction is a row of the summary
   r.tables.push_back(benefit_summary(s_, benefits));
   if (!verified_.empty()) r.tables.push_back(verification_table(tally));
+  if (s_.calibration.on)
+    for (store::Table& t :
+         study::calibration_tables(s_.calibration, calibrated_, tally.counts, 0, false, s_.annotations))
+      r.tables.push_back(std::move(t));
   return r;
 }
 

@@ -32,11 +32,14 @@ class BenefitPoint final : public study::StudyPoint {
   struct Errors;  // of a batch
   Errors simulate(const VerifiedWell& v, std::uint64_t first, int count) const;
   store::Table verification_table(const stats::Tally& tally) const;
+  void make_calibrated();
 
   Scenario s_;
   std::unique_ptr<estimate::Estimator> estimator_;
   survey::LaneArray uncorrected_;  ///< parameters that leave readings as they are
   std::vector<VerifiedWell> verified_;
+  std::vector<study::CalibratedQuantity> calibrated_;  ///< empty: no calibration
+  std::vector<Eigen::Index> calibrated_columns_;       ///< of the tallied vector
 };
 
 /// `benefits` on the grid of the scenario, azimuth fastest.

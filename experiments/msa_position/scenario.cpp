@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "analysis/msa_prediction.h"
+#include "estimate/estimators.h"
 #include "study/drilling.h"
 
 namespace surveymc::studies::msa_position {
@@ -30,6 +31,23 @@ std::vector<study::RowName> row_names() {
   return rows;
 }
 
+/// Rows that trials can decide: of this scenario, with a margin, and with a confidence sequence. A NEES has none.
+std::vector<study::RowName> decidable(const Scenario& s) {
+  const estimate::EstimatorKind& kind = estimate::estimator_kind(s.estimator.name);
+  std::vector<study::RowName> rows;
+  for (const study::RowName& row : row_names()) {
+    const bool of_reference = row.quantity.find("reference_") != std::string::npos;
+    if (row.quantity == "nees" || row.table == "ellipse") continue;
+    if (row.formulation == "claimed" && !kind.weighs) continue;
+    if (row.formulation == "first_order" && s.assumed_noise != sensor::AssumedNoise::constant) continue;
+    if (of_reference && !kind.estimates_reference) continue;
+    if (row.table == "hanak_parameters" && s.estimator.name != "wls_consider") continue;
+    if (row.table.starts_with("position") && !s.with_position) continue;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
 /// Quantities that [stop] may name: sd that have an analytic prediction and a control variate.
 std::vector<std::string> stoppable(bool with_position) {
   std::vector<std::string> names;
@@ -40,6 +58,19 @@ std::vector<std::string> stoppable(bool with_position) {
 }
 
 }  // namespace
+
+std::vector<study::RowName> calibrated_rows(const Scenario& s) {
+  std::vector<study::RowName> rows;
+  for (const char* p : estimate::kParameterNames) rows.push_back({"", "claimed", p});
+  if (s.assumed_noise != sensor::AssumedNoise::constant) return rows;
+  if (estimate::estimator_kind(s.estimator.name).estimates_reference)
+    for (const char* p : kReference) rows.push_back({"", "claimed", p});
+  rows.push_back({"", "claimed", "nees"});
+  if (!s.with_position) return rows;
+  for (const char* p : {kDirections[0], kDirections[1], kDirections[2], "major_axis", "minor_axis"})
+    rows.push_back({"", "joint", p});
+  return rows;
+}
 
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
@@ -71,10 +102,19 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
             "weights that are drawn anew have no linear prediction: set outputs = [\"parameters\"] and "
             "control_variate = false, and no antithetic");
   s.verdict = study::read_verdict_rule(c);
-  s.plan = study::read_trial_plan(c, stoppable(s.with_position), s.verdict);
+  std::vector<std::string> known;
+  const std::vector<study::RowName> calibrated = calibrated_rows(s);
+  for (const study::RowName& row : calibrated) known.push_back(row.quantity);
+  s.calibration = study::read_calibration(c, known);
+  study::require_calibrated_inputs(c, s.calibration, s.estimator, analysis::input_errors(s.noise, s.spread, s.field),
+                                   s.errors);
+  s.plan = study::read_trial_plan(c, stoppable(s.with_position), decidable(s), s.verdict);
   c.require(!s.noise.antithetic || s.plan.trials % 2 == 0, s.plan.looks.empty() ? "trials" : "stop.max_trials",
             "must be even where antithetic = true: trials come in pairs");
-  s.annotations = study::Annotations::read(c, row_names());
+  std::vector<study::RowName> rows = row_names();
+  for (const study::RowName& row : study::calibration_rows(calibrated))
+    if (s.calibration.on) rows.push_back(row);
+  s.annotations = study::Annotations::read(c, rows);
   c.finish();
   return s;
 }

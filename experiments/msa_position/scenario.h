@@ -7,6 +7,7 @@
 #include "estimate/observability.h"
 #include "random/study_id.h"
 #include "study/annotations.h"
+#include "study/calibration.h"
 #include "study/scenario.h"
 
 namespace surveymc::studies::msa_position {
@@ -36,8 +37,13 @@ struct Scenario {
   estimate::EstimatorOptions estimator;
   sensor::AssumedNoise assumed_noise = sensor::AssumedNoise::constant;
   study::VerdictRule verdict;
+  study::CalibrationRule calibration;
   study::Annotations annotations;
 };
+
+/// Quantities whose claimed distribution this scenario can judge, in order, with the formulation that claims it. Table
+/// is "".
+std::vector<study::RowName> calibrated_rows(const Scenario& scenario);
 
 /// Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);

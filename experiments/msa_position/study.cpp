@@ -65,6 +65,20 @@ std::unique_ptr<estimate::Estimator> choose_estimator(const Scenario& s, const s
   return evaluations(*near) <= 1.25 * evaluations(*whole) ? std::move(near) : std::move(whole);
 }
 
+std::string long_name_of(const std::string& table) {
+  if (table == "parameters") return "estimates of gains and biases against the first-order prediction";
+  if (table == "hanak_parameters")
+    return "estimates in the convention b = (2 - scale) m - offset, against their noise-free values and the consider "
+           "covariance";
+  if (table == "position") return "final position of the corrected survey against three propagations";
+  return "the same along high side, lateral and hole at the last station";
+}
+
+/// Number of the look at which a run had so many trials; failed trials count.
+std::size_t look_of(const std::vector<std::uint64_t>& looks, std::uint64_t trials) {
+  return static_cast<std::size_t>(std::lower_bound(looks.begin(), looks.end(), trials) - looks.begin());
+}
+
 }  // namespace
 
 Components::Components(const Scenario& s, const estimate::Estimator& estimator) {
@@ -107,14 +121,24 @@ PositionPoint::PositionPoint(Scenario scenario, Model model)
       stream_(random::stream_of(s_.seed)),
       estimator_(std::move(model.estimator)),
       at_(s_, *estimator_),
-      intervals_(study::at_confidence(s_.verdict.confidence)),
+      intervals_(study::at_confidence(s_.verdict)),
       horizontal_weight_(model.horizontal_weight),
       horizontal_axes_(model.horizontal_axes),
       hla_from_nev_(model.hla_from_nev),
-      parameter_weight_(model.parameter_weight) {}
+      parameter_weight_(model.parameter_weight),
+      claimed_weight_(prediction_.claimed_covariance.topLeftCorner<6, 6>().inverse()) {
+  if (s_.calibration.on) make_calibrated();
+}
 
 std::uint64_t PositionPoint::trials_needed(const stats::Tally& tally) const {
   if (units(tally) < 2) return s_.plan.trials;  // nothing to predict from
+  if (!s_.plan.decisive.empty()) {
+    const std::size_t look = look_of(s_.plan.looks, tally.trials);
+    std::uint64_t most = tally.trials;
+    for (const DecisiveRow& d : decisive_rows(tally_at_look(tally, look)))
+      if (d.row.verdict == "undecided") most = std::max({most, d.row.trials_to_decide, tally.trials + 1});
+    return most;
+  }
   double needed = 0;
   for (const std::string& quantity : s_.plan.quantities) {
     const stats::ControlledEstimate e = sd_estimate(tally, component_of(quantity));
@@ -188,7 +212,7 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
       std::clamp(static_cast<int>(std::bit_floor(fitting)), simd::kGroup, montecarlo::kBlockTrials);  // divides a block
   Batch b(std::min(batch, block.count), s_);
   stats::Tally tally;
-  tally.counts.assign(kFormulations.size() * 3, 0);
+  tally.counts.assign(kCounts + calibrated_.size() * stats::kPitSlots, 0);
   // One quantity a column; a few spare rows, or all columns would fall into the same sets of the cache.
   Eigen::MatrixXd values(block.count + 8, at_.count);
   Eigen::MatrixXd controls(s_.control_variate ? block.count + 8 : 0, sensor::NoiseWeights::kSums);
@@ -236,6 +260,13 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
   }
   tally.moments = stats::Moments::of(values.topRows(kept));
   if (antithetic()) tally.pairs = stats::Moments::of(stats::pair_columns(values.topRows(kept)));
+  count_calibration(values.topRows(kept), tally.counts);
+  if (!s_.plan.decisive.empty()) {  // the trials between two looks: what all looks saw can be told at the end
+    const std::size_t part = 2 * look_of(s_.plan.looks, block.first + static_cast<std::uint64_t>(block.count));
+    tally.groups.resize(part + 2);
+    tally.groups[part] = tally.moments;
+    tally.groups[part + 1] = tally.pairs;
+  }
   for (std::size_t p = 0; p < kControlledPairs.size() && s_.control_variate; ++p) {
     const auto [i, j] = kControlledPairs[p];
     const Eigen::MatrixXd columns = stats::control_columns(values.col(i).head(kept), values.col(j).head(kept),
@@ -254,33 +285,37 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
   return tally;
 }
 
+std::vector<std::pair<std::string, std::vector<study::ComparisonRow>>> PositionPoint::all_rows(
+    const stats::Tally& tally) const {
+  std::vector<std::pair<std::string, std::vector<study::ComparisonRow>>> rows{{"parameters", parameter_rows(tally)}};
+  if (at_.hanak >= 0) rows.emplace_back("hanak_parameters", hanak_rows(tally));
+  if (s_.with_position) {
+    rows.emplace_back("position", position_rows(tally));
+    rows.emplace_back("position_hla", hole_rows(tally));
+  }
+  return rows;
+}
+
 study::PointResult PositionPoint::report(const stats::Tally& tally, const montecarlo::RunOptions&) const {
   study::PointResult r;
-  const std::vector<study::ComparisonRow> parameters = parameter_rows(tally);
-  r.tables = {
-      comparison("parameters", "estimates of gains and biases against the first-order prediction", parameters, tally)};
-  std::vector<study::ComparisonRow> published = parameters;
-  if (at_.hanak >= 0) {
-    const std::vector<study::ComparisonRow> rows = hanak_rows(tally);
-    r.tables.push_back(comparison("hanak_parameters",
-                                  "estimates in the convention b = (2 - scale) m - offset, against their noise-free "
-                                  "values and the consider covariance",
-                                  rows, tally));
-    published.insert(published.end(), rows.begin(), rows.end());
+  std::vector<study::ComparisonRow> published;
+  for (auto& [table, rows] : all_rows(tally)) {
+    note_look(table, rows, tally);
+    r.tables.push_back(comparison(table, long_name_of(table), rows, tally));
+    if (table != "position_hla") published.insert(published.end(), rows.begin(), rows.end());
   }
   if (s_.with_position) {
-    const std::vector<study::ComparisonRow> position = position_rows(tally);
-    r.tables.push_back(
-        comparison("position", "final position of the corrected survey against three propagations", position, tally));
-    r.tables.push_back(comparison("position_hla", "the same along high side, lateral and hole at the last station",
-                                  hole_rows(tally), tally));
-    published.insert(published.end(), position.begin(), position.end());
     r.tables.push_back(ellipse_table(tally));
     r.tables.push_back(covariance_table(tally));
   }
   r.tables.push_back(correlation_table(tally));
   if (s_.control_variate) r.tables.push_back(control_variate_table(tally));
   if (s_.annotations.has_published()) r.tables.push_back(study::published_fit_table(published));
+  if (s_.calibration.on)
+    for (store::Table& t :
+         study::calibration_tables(s_.calibration, calibrated_, tally.counts, kCounts, antithetic(), s_.annotations))
+      r.tables.push_back(std::move(t));
+  if (!s_.plan.decisive.empty()) r.tables.push_back(looks_table(tally));
   r.tables.push_back(study::failed_trials_table("trials without a converged estimate", tally.failed_trials));
   if (antithetic()) r.tables.push_back(pairs_table(tally));
   if (s_.save_samples > 0) r.samples = {samples_table(tally)};
@@ -365,7 +400,8 @@ stats::ControlledEstimate PositionPoint::sd_estimate(const stats::Tally& tally, 
   const auto p = static_cast<std::size_t>(component);  // kControlledPairs begins with the nine variances
   if (s_.control_variate)
     return stats::controlled_sd(tally.controlled[p], prediction_.linear.covariance(component, component),
-                                s_.verdict.confidence, controlled_pairs(tally, p), lost_trials(tally, p));
+                                s_.verdict.interval_confidence(units(tally)), controlled_pairs(tally, p),
+                                lost_trials(tally, p));
   stats::ControlledEstimate e;
   const stats::SampleSummary s = sample(tally, component);
   e.plain = std::sqrt(s.variance);

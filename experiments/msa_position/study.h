@@ -10,6 +10,7 @@
 #include "msa_position/scenario.h"
 #include "stats/control_variate.h"
 #include "stats/sample_summary.h"
+#include "study/calibration.h"
 #include "study/experiment.h"
 
 namespace surveymc::studies::msa_position {
@@ -75,6 +76,23 @@ class PositionPoint final : public study::StudyPoint {
   static stats::LostTrials lost_trials(const stats::Tally& tally, std::size_t p);
   stats::ControlledEstimate sd_estimate(const stats::Tally& tally, int component) const;
 
+  /// Rows of all comparison tables, by name of the table.
+  std::vector<std::pair<std::string, std::vector<study::ComparisonRow>>> all_rows(const stats::Tally& tally) const;
+  /// The rows that the stopping rule names, of a tally; empty without such a rule.
+  struct DecisiveRow {
+    std::string table;
+    study::ComparisonRow row;
+  };
+  std::vector<DecisiveRow> decisive_rows(const stats::Tally& tally) const;
+  /// The moments of the trials before look `look` of a rule by verdict.
+  stats::Tally tally_at_look(const stats::Tally& tally, std::size_t look) const;
+  store::Table looks_table(const stats::Tally& tally) const;
+  /// Says of the decisive rows at which look the run ended.
+  void note_look(const std::string& table, std::vector<study::ComparisonRow>& rows, const stats::Tally& tally) const;
+
+  void make_calibrated();
+  void count_calibration(const Eigen::Ref<const Eigen::MatrixXd>& values, std::vector<std::uint64_t>& counts) const;
+
   std::vector<study::ComparisonRow> parameter_rows(const stats::Tally& tally) const;
   std::vector<study::ComparisonRow> reference_rows(const stats::Tally& tally) const;
   std::vector<study::ComparisonRow> hanak_rows(const stats::Tally& tally) const;
@@ -89,6 +107,16 @@ class PositionPoint final : public study::StudyPoint {
   store::Table pairs_table(const stats::Tally& tally) const;
   store::Table samples_table(const stats::Tally& tally) const;
 
+  /// Where the error of a calibrated quantity is found in the tallied vector: value + offset; over the root of the
+  /// column `variance`, if there is one; of column kNees, the squared distance by the claimed covariance.
+  struct CalibratedColumn {
+    int column = 0;
+    double offset = 0;
+    int variance = -1;
+  };
+  static constexpr int kNees = -1;
+  static constexpr std::size_t kCounts = kFormulations.size() * 3;  ///< trials in ellipses; calibration follows
+
   Scenario s_;
   sensor::CleanReadings clean_;
   std::vector<double> md_;
@@ -99,7 +127,9 @@ class PositionPoint final : public study::StudyPoint {
   std::string intervals_;  ///< end of the long name of tables with intervals
   std::array<Eigen::Matrix2d, 3> horizontal_weight_, horizontal_axes_;
   Eigen::Matrix3d hla_from_nev_;
-  Eigen::Matrix<double, 6, 6> parameter_weight_;
+  Eigen::Matrix<double, 6, 6> parameter_weight_, claimed_weight_;
+  std::vector<study::CalibratedQuantity> calibrated_;  ///< empty: no calibration
+  std::vector<CalibratedColumn> calibrated_columns_;
 };
 
 /// Pairs of the first nine components whose second moments get a control variate.

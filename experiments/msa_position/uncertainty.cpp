@@ -72,7 +72,7 @@ store::Table PositionPoint::correlation_table(const stats::Tally& tally) const {
       if (units(tally) > 4) {
         r = correlation(tally.moments.squares, i, j);
         // Fisher's z
-        const double half = stats::normal_quantile(1 - (1 - s_.verdict.confidence) / 2) /
+        const double half = stats::normal_quantile(1 - (1 - s_.verdict.interval_confidence(units(tally))) / 2) /
                             std::sqrt(static_cast<double>(units(tally)) - 3);
         ci = {std::tanh(std::atanh(r) - half), std::tanh(std::atanh(r) + half)};
       }
@@ -114,8 +114,13 @@ store::Table PositionPoint::control_variate_table(const stats::Tally& tally) con
              "how many times more independent trials the plain estimate needs for the same interval",
              e.variance_reduction);
     t.number("margin", "1", "what agrees: the ratio within 1 -+ margin", judged ? s_.verdict.margin : nan);
-    t.word("verdict", "agrees, differs or undecided, by the controlled estimate",
-           judged ? study::judge(ratio, s_.verdict.margin, tally.trials).word : "");
+    const study::Verdict verdict = judged ? study::judge(ratio, s_.verdict.margin, tally.trials) : study::Verdict{};
+    t.word("verdict", "agrees, differs or undecided, by the controlled estimate", verdict.word);
+    study::write_evidence(t,
+                          verdict.word.empty()
+                              ? study::Evidence{}
+                              : study::evidence_of(analytic / e.controlled, ratio, s_.verdict, units(tally), true),
+                          verdict.trials_to_decide);
     write_counts(t, tally);
   };
   if (units(tally) < 20) {
@@ -123,7 +128,7 @@ store::Table PositionPoint::control_variate_table(const stats::Tally& tally) con
     t.drop_rows();
     return t.take();
   }
-  const double confidence = s_.verdict.confidence;
+  const double confidence = s_.verdict.interval_confidence(units(tally));
   const auto& linear = prediction_.linear.covariance;
   const auto both = [&](int i, const std::string& name, const std::string& mean_name, const std::string& unit,
                         double offset) {

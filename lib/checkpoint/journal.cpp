@@ -6,12 +6,17 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <functional>
 #include <system_error>
 
 #include <fmt/format.h>
 
 #include "base/bytes.h"
 #include "base/error.h"
+#include "base/numerics.h"
+#include "base/retry.h"
+#include "checkpoint/journal_remarks.h"
+#include "checkpoint/same_numbers.h"
 #include "store/atomic_file.h"
 
 namespace surveymc::checkpoint {
@@ -19,7 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kJournalMark = "SMCJRNL1";
+// The last character is the version of the format.
+constexpr std::string_view kJournalMark = "SMCJRNL1", kAnyJournalMark = "SMCJRNL";
 
 std::string prefix_of(const fs::path& output) { return store::resolved(output).filename().string() + ".journal."; }
 
@@ -30,8 +36,33 @@ RunKey read_key(ByteReader& in) {
   return key;
 }
 
-/// A file with the name of a journal that begins otherwise belongs to a user.
-bool is_journal(std::string_view bytes) { return bytes.starts_with(kJournalMark) || kJournalMark.starts_with(bytes); }
+/// "<output>.journal.<host>.<pid>", as a writer names its journal.
+bool has_our_name(const fs::path& path) {
+  const std::string number = path.extension().string();
+  return number.size() > 1 && number.find_first_not_of("0123456789", 1) == std::string::npos;
+}
+
+/// False of a file that has the name of a journal, but belongs to a user: nothing in it looks like one. What a writer
+/// has named is a journal even if damage has left nothing of it.
+bool is_journal(const fs::path& path, std::string_view bytes) {
+  return has_our_name(path) || bytes.find(kJournalMark) != std::string_view::npos || kJournalMark.starts_with(bytes);
+}
+
+/// Reads the whole records of a journal; `take` gets their bodies. False if anything else is between them.
+bool for_each_record(std::string_view bytes, const std::function<void(std::string_view)>& take) {
+  constexpr int kMostGaps = 1000;  // a file that is made of false beginnings is not searched for ever
+  int gaps = bytes.empty() ? 1 : 0;
+  for (std::size_t at = 0; at < bytes.size() && gaps < kMostGaps;) {
+    if (const std::optional<Record> record = record_at(bytes, at, kJournalMark)) {
+      take(record->body);
+      at = record->end;
+    } else {
+      at = bytes.find(kJournalMark, at + 1);
+      ++gaps;
+    }
+  }
+  return gaps == 0;
+}
 
 }  // namespace
 
@@ -59,38 +90,63 @@ JournalContents read_journals(const fs::path& output, const RunKey& key) {
       if (!fs::exists(path, error)) continue;  // another attempt has just finished
       throw;
     }
-    if (!is_journal(bytes)) continue;
-    std::size_t at = 0;
-    while (const std::optional<Record> record = record_at(bytes, at, kJournalMark)) {
-      at = record->end;
-      ByteReader in(record->body);
+    const std::string mark = bytes.substr(0, kJournalMark.size());
+    if (mark != kJournalMark && mark.starts_with(kAnyJournalMark) && record_at(bytes, 0, mark))
+      throw IoError(fmt::format(
+          "{}: is a journal of another version of surveymc: finish with that version, or delete the journal",
+          path.string()));
+    if (!is_journal(path, bytes)) continue;
+    const bool is_whole = for_each_record(bytes, [&](std::string_view body) {
+      ByteReader in(body);
       const RunKey of = read_key(in);  // before the tally, whose form another build may not know
       if (of.config_hash != key.config_hash)
         throw IoError(
             fmt::format("{}: is the journal of an unfinished run of another config (hash {}, this one has {}): finish "
                         "that run, or delete the journal, or choose another output with -o",
                         path.string(), of.config_hash, key.config_hash));
-      if (of.program != key.program)
+      if (numerics_of(of.program) != numerics_of(key.program))
         throw IoError(
             fmt::format("{}: is the journal of another build ({}, this is {}), whose results may differ in "
                         "their last bits: finish with that build, or delete the journal",
                         path.string(), of.program, key.program));
       const auto point = in.get<std::uint64_t>();
       all.finished[point].push_back(montecarlo::subtree_from_bytes(in.raw(in.left())));
-    }
-    if (at != bytes.size() || bytes.empty()) all.damaged.push_back(path);
+    });
+    if (!is_whole) all.damaged.push_back(path);
   }
   return all;
+}
+
+JournalRemarks journal_remarks(const fs::path& output, const RunKey& key) {
+  JournalRemarks remarks;
+  for (const fs::path& path : journals_of(output)) {
+    const std::string bytes = read_bytes(path);
+    if (!is_journal(path, bytes))
+      remarks.warnings.push_back(
+          fmt::format("{}: has the name of a journal, but is none: it is not read, and stays", path.string()));
+    std::string other;
+    for_each_record(bytes, [&](std::string_view body) {
+      ByteReader in(body);
+      if (const std::string program = read_key(in).program; program != key.program) other = program;
+    });
+    if (!other.empty())
+      remarks.notes.push_back(
+          fmt::format("{}: is of another build ({}), whose numbers have the same bits: used", path.string(), other));
+  }
+  return remarks;
 }
 
 void remove_journals(const fs::path& output, const RunKey& key) {
   for (const fs::path& path : journals_of(output)) {
     try {
       const std::string bytes = read_bytes(path);
-      if (!is_journal(bytes)) continue;
-      const std::optional<Record> first = record_at(bytes, 0, kJournalMark);
-      ByteReader in(first ? first->body : std::string_view{});
-      if (!first || read_key(in) == key) unlink(path.c_str());
+      if (!is_journal(path, bytes)) continue;
+      bool is_ours = true;
+      for_each_record(bytes, [&](std::string_view body) {
+        ByteReader in(body);
+        is_ours = is_ours && same_numbers(read_key(in), key);
+      });
+      if (is_ours) unlink(path.c_str());
     } catch (const IoError&) {  // removed already, or without permission to read
     }
   }
@@ -137,19 +193,18 @@ bool Journal::write_pending() {
     // A dead writer may have had our pid, and its journal may be what we resumed from.
     for (int again = 0; file_ < 0 && again < 1000; ++again) {
       path_ = store::folder_of(output_) / (again == 0 ? name : fmt::format("{}.{}", name, again));
-      file_ = open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+      file_ =
+          uninterrupted([&] { return open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_EXCL | O_CLOEXEC, 0666); });
       if (file_ < 0 && errno != EEXIST) break;
     }
     if (file_ < 0) return fail();
   }
-  ssize_t n;
-  do n = ::write(file_, pending_.data(), pending_.size());
-  while (n < 0 && errno == EINTR);
+  const ssize_t n = uninterrupted([&] { return ::write(file_, pending_.data(), pending_.size()); });
   if (n != static_cast<ssize_t>(pending_.size())) {
     if (n >= 0) errno = ENOSPC;  // a short write: the disk is full, or the file may not grow
     fail();
     // Half a record would hide all records written after it. A journal that never had a whole record is removed.
-    if (size_ == 0 || ftruncate(file_, size_) != 0) {
+    if (size_ == 0 || uninterrupted([&] { return ftruncate(file_, size_); }) != 0) {
       if (size_ == 0) unlink(path_.c_str());
       close(file_);
       file_ = -1;
@@ -166,7 +221,7 @@ bool Journal::write_pending() {
 bool Journal::sync() {
   const std::scoped_lock lock(writing_);
   if (!write_pending()) return false;
-  return file_ < 0 || fsync(file_) == 0 || fail();
+  return file_ < 0 || uninterrupted([&] { return fsync(file_); }) == 0 || fail();
 }
 
 }  // namespace surveymc::checkpoint

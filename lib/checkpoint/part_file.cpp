@@ -13,6 +13,7 @@
 #include "base/bytes.h"
 #include "base/error.h"
 #include "base/input_path.h"
+#include "base/numerics.h"
 #include "store/atomic_file.h"
 
 namespace surveymc::checkpoint {
@@ -210,7 +211,7 @@ auto decoded(const fs::path& path, const Decode& decode) {
 std::string run_bytes(const RunKey& key) {
   ByteWriter out;
   out.put(key.config_hash);
-  out.put(key.program);
+  out.put(std::string(numerics_of(key.program)));  // other builds with the same bits count
   return checksum_of(out.take());
 }
 

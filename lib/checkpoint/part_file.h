@@ -79,7 +79,7 @@ struct PartHead {
 /// The head of a part whose file has the size that it should have. Reads nothing else. Throws IoError.
 PartHead read_part_head(const std::filesystem::path& path);
 
-/// PartHead::run of parts with this key.
+/// PartHead::run of parts with this key: the same for builds whose numbers have the same bits.
 std::string run_bytes(const RunKey& key);
 
 /// One piece of a part, and where it is.

@@ -115,6 +115,8 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   show->add_option("file", line.shown.file, "result file")->required();
   CLI::Option* name = show->add_option("table", line.shown.name, "only this table or map");
   CLI::Option* only_list = show->add_flag("--list", line.shown.list, "only a list of the tables and maps");
+  CLI::Option* cost = show->add_flag("--cost", line.shown.cost,
+                                     "what the rows cost: processor time, figure of merit, seconds to a verdict");
   CLI::Option* csv = show->add_flag("--csv", line.shown.csv, "as CSV");
   CLI::Option* json = show->add_flag("--json", line.shown.json, "as JSON");
   show->add_option("--rows", line.shown.rows,
@@ -123,6 +125,7 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   units_option(show, line.shown.units)->excludes(csv)->excludes(json);
   csv->excludes(json);
   only_list->excludes(name)->excludes(csv);
+  cost->excludes(name)->excludes(only_list);
   CLI::App* diff = command(Command::diff, "diff", "what differs beyond chance between two results");
   diff->add_option("file_a", line.compared.a, "result file")->required();
   diff->add_option("file_b", line.compared.b, "another one of the same experiment")->required();

@@ -27,7 +27,7 @@ void start_log() {
 void silence_log() { spdlog::set_level(spdlog::level::off); }
 void log_only_warnings() { spdlog::set_level(spdlog::level::warn); }
 
-void log_info(const std::string& text) { spdlog::info(behind_time(text)); }
-void log_warning(const std::string& text) { spdlog::warn(behind_time(text)); }
+void log_info(const std::string& text) { spdlog::info(behind_time(printable_lines(text))); }
+void log_warning(const std::string& text) { spdlog::warn(behind_time(printable_lines(text))); }
 
 }  // namespace surveymc::cli

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "checkpoint/same_numbers.h"
 #include "cli/log.h"
 #include "cli/print_result.h"
 #include "cli/refine_command.h"
@@ -93,9 +94,9 @@ bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartC
     const checkpoint::RunKey key = part_key(run);
     const std::string other = study::other_file(there, run.config);
     const bool same = there.range == choice.range(run) && there.shard == choice.shard && there.shards == choice.shards;
-    const std::string what = there.key.config_hash != key.config_hash ? "a part of another config"
-                             : there.key.program != key.program       ? "this part by another build"
-                             : !same                                  ? "another part of this config"
+    const std::string what = there.key.config_hash != key.config_hash                     ? "a part of another config"
+                             : numerics_of(there.key.program) != numerics_of(key.program) ? "this part by another build"
+                             : !same          ? "another part of this config"
                              : !other.empty() ? fmt::format("this part with other contents of {}", other)
                                               : "";
     if (!what.empty() && !overwrite)
@@ -362,6 +363,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
     return kDone;
   }
   study::PartSet parts(paths, program_name());
+  for (const std::string& remark : parts.remarks()) log_info(remark);
   if (part) {
     const fs::path kept =
         store::write_beside_old(a.output, a.overwrite, [&] { parts.write_merged(a.output, stop_flag()); });

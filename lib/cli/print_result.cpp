@@ -34,7 +34,7 @@ void print_warning_rows(const store::Table& t) {
 
 }  // namespace
 
-void say(const std::string& line) { fmt::print("{}\n", on_screen(line, STDOUT_FILENO, 4)); }
+void say(const std::string& line) { fmt::print("{}\n", on_screen(printable_lines(line), STDOUT_FILENO, 4)); }
 
 void print_tables(const store::Result& result, const std::string& path, bool feet) {
   constexpr std::size_t kReadableRows = 30, kReadableColumns = 40, kReadableLines = 100;

@@ -1,6 +1,8 @@
 /// The command line: list, keys, new, models, check, run, plan, merge, status, show, rerun, man, completion
 /// (README.md). Prints;
 /// all work is in lib/ and the studies.
+#include <cerrno>
+#include <cfenv>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -11,10 +13,12 @@
 #include <sstream>
 #include <variant>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include "base/error.h"
+#include "base/numerics.h"
 #include "cli/command_line.h"
 #include "cli/log.h"
 #include "cli/part_commands.h"
@@ -72,6 +76,17 @@ int check(const RunArguments& a) {
   return kDone;
 }
 
+/// The result that this run has made before; none if there is none, or one of another config or other numerics.
+std::optional<store::Result> finished_result(const std::filesystem::path& output, const study::RunPlan& plan) {
+  try {
+    store::Result r = store::read_result(output);
+    if (r.provenance.config_hash == plan.config.hash() && numerics_of(r.provenance.compiler) == numerics_text())
+      return r;
+  } catch (const IoError&) {  // not there, or what check_output_path() refuses
+  }
+  return std::nullopt;
+}
+
 int run(const RunArguments& a, const std::string& command) {
   catch_signals();
   stop_after(a.max_seconds);
@@ -102,6 +117,15 @@ int run(const RunArguments& a, const std::string& command) {
     std::filesystem::create_directories("results", error);
     if (error) throw IoError(fmt::format("results: cannot be made: {}; name a file with -o", error.message()));
   }
+  if (a.resume)
+    if (const std::optional<store::Result> there = finished_result(output, plan)) {
+      print_tables(*there, output.string(), a.units == "ft");
+      const int exit = report_verdicts(*there, a.check);
+      print_warnings(*there);
+      checkpoint::remove_journals(output, run_key(plan));
+      say(fmt::format("{} is done already", output.string()));
+      return exit;
+    }
   store::check_output_path(output);
   log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.point_count(),
                        plan.point_count() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
@@ -138,8 +162,11 @@ int rerun(const std::string& file, const std::string& folder, const RunArguments
   }
   fmt::print("not identical: the file has {}, this run {}\n", before, now);
   if (stored.provenance.git_revision != this_build().git_revision)
-    fmt::print("the file was made by surveymc {} ({}), this is {} ({})\n", stored.provenance.surveymc_version,
-               stored.provenance.git_revision, this_build().version, this_build().git_revision);
+    say(fmt::format("the file was made by surveymc {} ({}), this is {} ({})", stored.provenance.surveymc_version,
+                    stored.provenance.git_revision, this_build().version, this_build().git_revision));
+  if (const auto numerics = numerics_of(stored.provenance.compiler); numerics != numerics_text())
+    say(fmt::format("their numbers may differ in the last bits: the file has {}, this program {}", numerics,
+                    numerics_text()));
   if (store::content_hash(stored) != before)
     fmt::print("the file's data do not match its own content_hash: it was changed\n");
   return kUnexpected;
@@ -202,7 +229,7 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
 int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& workers,
               const montecarlo::Messages* messages, const std::string& mpi) {
   const auto fails = [](int exit, const char* kind, const char* what) {  // fmt would throw: the log's disk may be full
-    std::fprintf(stderr, "%s%s\n", kind, what);
+    std::fprintf(stderr, "%s%s\n", kind, printable_lines(what).c_str());
     return exit;
   };
   try {
@@ -221,8 +248,9 @@ int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& w
     return fails(kInterrupted, "interrupted: ", "nothing was written");
   } catch (const montecarlo::NoThreads& e) {
     return fails(kNoThreads, "error: ", e.what());
-  } catch (const std::bad_alloc&) {
-    return fails(kInternal, "error: ", "not enough memory: give the run more, or ask for less");
+  } catch (const std::bad_alloc&) {  // no memory for anything else either
+    std::fputs("error: not enough memory: give the run more, or ask for less\n", stderr);
+    return kInternal;
   } catch (const std::exception& e) {
     return std::ferror(stdout) != 0 ? fails(kCannotWrite, "error: standard output: ", e.what())
                                     : fails(kInternal, "internal error: ", e.what());
@@ -231,7 +259,18 @@ int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& w
 
 }  // namespace
 
+void fill_standard_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(descriptor, F_GETFD) < 0 && errno == EBADF) {
+      // Only to be read: what is printed to a closed output still is an error there.
+      const int opened = open("/dev/null", descriptor == STDERR_FILENO ? O_WRONLY : O_RDONLY);
+      (void)opened;  // the lowest free number is this one
+    }
+}
+
 int program_main(int argc, char** argv, ListStudies studies, montecarlo::Messages* messages, const std::string& mpi) {
+  fill_standard_descriptors();
+  std::fesetenv(FE_DFL_ENV);      // a library may have changed it when it was loaded: bits must not depend on that
   std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is an error of write(), with a message, and does not kill us
   try {
     if (messages && messages->rank() > 0) return work_for_rank_0(studies(), *messages, argc, argv);

@@ -10,6 +10,11 @@ namespace surveymc::cli {
 /// Makes the list of studies; called where its errors are told.
 using ListStudies = std::vector<study::Experiment> (*)();
 
+/// Opens /dev/null in the place of standard input, output and error where they are closed: no file that the program
+/// writes gets their number, so that no message goes into it. Call this before anything opens a file; program_main()
+/// does.
+void fill_standard_descriptors();
+
 /// The program: parses the command line, runs the command with `studies`, prints, returns the exit code. With
 /// `messages` every rank calls this function: rank 0 runs the command, the others compute blocks for rank 0 and print
 /// nothing. `mpi`: for --version.

@@ -49,13 +49,14 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
   std::unique_ptr<checkpoint::Journal> journal;
   std::optional<std::uint64_t> prepared;  // rank 0 goes from point to point
   std::shared_ptr<const study::StudyPoint> point;
+  const std::string name = run ? run_name(key) : "nothing";
   return montecarlo::serve(messages, [&](const montecarlo::BlockOrder& order) -> montecarlo::Share {
     if (error) std::rethrow_exception(error);
-    if (!run || run_name(key) != order.run)
+    if (!run || name != order.run)
       throw IoError(
           fmt::format("does not see the same run as rank 0 ({}, here {}): the same program and files must be "
                       "there for all ranks",
-                      order.run, run ? run_name(key) : "nothing"));
+                      order.run, name));
     if (!order.journal.empty() && !journal)
       journal = std::make_unique<checkpoint::Journal>(order.journal, key,
                                                       std::chrono::duration<double>(a.checkpoint_seconds));

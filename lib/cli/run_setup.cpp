@@ -17,13 +17,14 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "base/numerics.h"
+#include "checkpoint/journal_remarks.h"
 #include "cli/log.h"
 #include "cli/print_result.h"
 #include "cli/rank_work.h"
 #include "cli/stored_inputs.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
-#include "simd/libm_fingerprint.h"
 
 namespace surveymc::cli {
 namespace {
@@ -112,7 +113,12 @@ void stop_after(double seconds) {
 
 study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const std::string& file,
                           const store::Result& stored, const std::string& folder) {
-  StoredInputs in = stored_inputs(stored);
+  StoredInputs in;
+  try {
+    in = stored_inputs(stored);
+  } catch (const IoError& e) {
+    throw IoError(fmt::format("{}: {}", file, e.what()));
+  }
   config::Config config = config::Config::from_text(stored.provenance.config, file, std::move(in.tables),
                                                     std::move(in.texts), std::move(in.references), folder);
   const study::Experiment& experiment = find_experiment(studies, config);
@@ -209,8 +215,7 @@ montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& 
 const std::string& program_name() {
   static const std::string name = [] {
     const Build build = this_build();
-    return fmt::format("surveymc {} ({}), {}, libm {}", build.version, build.git_revision, build.compiler,
-                       simd::libm_fingerprint());
+    return fmt::format("surveymc {} ({}), {}{}", build.version, build.git_revision, build.compiler, numerics_text());
   }();
   return name;
 }
@@ -225,7 +230,7 @@ void stamp(store::Result& result, const std::string& command) {
   result.provenance.command = command;
   result.provenance.surveymc_version = this_build().version;
   result.provenance.git_revision = this_build().git_revision;
-  result.provenance.compiler = this_build().compiler;
+  result.provenance.compiler = this_build().compiler + numerics_text();
 }
 
 store::RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, const RunArguments& a) {
@@ -251,7 +256,10 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
         "delete this journal to begin anew",
         checkpoint::journals_of(output).front().string()));
   for (const auto& path : kept.damaged)
-    log_warning(fmt::format("{}: damaged at the end; what cannot be read is computed again", path.string()));
+    log_warning(fmt::format("{}: is damaged; what cannot be read is computed again", path.string()));
+  const checkpoint::JournalRemarks remarks = checkpoint::journal_remarks(output, key);
+  for (const std::string& warning : remarks.warnings) log_warning(warning);
+  for (const std::string& note : remarks.notes) log_info(note);
   std::uint64_t trials = 0;
   for (auto& [point, nodes] : kept.finished) {
     nodes = montecarlo::disjoint_subtrees(std::move(nodes));

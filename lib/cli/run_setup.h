@@ -103,7 +103,7 @@ void stop_after(double seconds);
 /// Options of a run, with this stop flag. `part`: not all of its points are run.
 montecarlo::RunOptions run_options(const RunArguments& a, const study::RunPlan& run, Progress& progress, bool part);
 
-/// This program: version, revision, compiler, C library.
+/// This program: version, revision, compiler; behind them numerics_text().
 const std::string& program_name();
 /// Key of the journals of a run. `part`: of one that has read the points of a part only. Two attempts at the same run
 /// have the same key when they have just read its points.

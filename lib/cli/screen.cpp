@@ -30,4 +30,15 @@ std::string on_screen(const std::string& text, int descriptor, std::size_t inden
   return width == 0 ? text : store::folded(text, width, indent);
 }
 
+std::string printable_lines(const std::string& text) {
+  std::string out;
+  for (std::size_t begin = 0;;) {
+    const std::size_t end = text.find('\n', begin);
+    out += store::printable(text.substr(begin, end - begin));
+    if (end == std::string::npos) return out;
+    out += '\n';
+    begin = end + 1;
+  }
+}
+
 }  // namespace surveymc::cli

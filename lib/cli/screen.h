@@ -19,4 +19,7 @@ store::TableFormat screen_format();
 /// where there is none.
 std::string on_screen(const std::string& text, int descriptor, std::size_t indent = 2);
 
+/// store::printable() of every line: messages.
+std::string printable_lines(const std::string& text);
+
 }  // namespace surveymc::cli

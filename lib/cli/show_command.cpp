@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
+#include <variant>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -91,8 +93,8 @@ void print_heading(const store::Result& r) {
   const store::Provenance& p = r.provenance;
   const auto say = [](const std::string& text) { fmt::print("{}\n", on_screen(text, STDOUT_FILENO)); };
   say(store::printable(p.title));
-  say(fmt::format("experiment {}, seed {}, {} trials a point; surveymc {} ({}), {}", p.experiment, p.seed, p.trials,
-                  p.surveymc_version, p.git_revision, r.run.created));
+  say(store::printable(fmt::format("experiment {}, seed {}, {} trials a point; surveymc {} ({}), {}", p.experiment,
+                                   p.seed, p.trials, p.surveymc_version, p.git_revision, r.run.created)));
   const std::string verdicts = in_words(count_verdicts(r.tables));
   if (!verdicts.empty()) say("verdicts: " + verdicts);
 }
@@ -185,17 +187,21 @@ void print_json(const ShowArguments& a, const store::Result& r) {
   fmt::print("]}}\n");
 }
 
+void print_table(const ShowArguments& a, const store::Table& t) {
+  if (a.csv)
+    store::to_csv(t, print_text);
+  else if (a.json)
+    store::to_json(t, true, print_text), print_text("\n");
+  else
+    print_text(formatted(a, t));
+}
+
 /// Prints the table or map of that name. False: there is none.
 bool print_one(const ShowArguments& a, const store::Result& r) {
   for (const auto* tables : {&r.tables, &r.samples})
     for (const store::Table& t : *tables) {
       if (t.name != a.name) continue;
-      if (a.csv)
-        store::to_csv(t, print_text);
-      else if (a.json)
-        store::to_json(t, true, print_text), print_text("\n");
-      else
-        print_text(formatted(a, t));
+      print_table(a, t);
       return true;
     }
   for (const MapSource& m : maps_of(r)) {
@@ -209,8 +215,18 @@ bool print_one(const ShowArguments& a, const store::Result& r) {
 
 }  // namespace
 
-void show(const ShowArguments& a) {
-  const store::Result r = store::read_result(a.file);
+namespace {
+
+void show_result(const ShowArguments& a, const store::Result& r) {
+  if (a.cost) {
+    if (r.cost.columns.empty())
+      throw InputError(
+          fmt::format("{}: does not say what its rows cost: only a run that computed all of its trials itself does, "
+                      "neither merged parts nor several ranks",
+                      a.file));
+    print_table(a, r.cost);
+    return;
+  }
   if (a.name.empty()) {
     if (a.json) {
       print_json(a, r);
@@ -229,6 +245,23 @@ void show(const ShowArguments& a) {
   for (const std::string& n : std::get<std::vector<std::string>>(list.column("name").values))
     known += (known.empty() ? "" : ", ") + n;
   throw InputError(fmt::format("{}: table {}: not in this file, which has {}", a.file, a.name, known));
+}
+
+}  // namespace
+
+void show(const ShowArguments& a) {
+  const store::Result r = store::read_result(a.file);
+  const auto refuse = [&] {
+    throw IoError(
+        fmt::format("{}: is not as surveymc writes results: a column is missing or has another type", a.file));
+  };
+  try {
+    show_result(a, r);
+  } catch (const std::out_of_range&) {
+    refuse();
+  } catch (const std::bad_variant_access&) {
+    refuse();
+  }
 }
 
 }  // namespace surveymc::cli

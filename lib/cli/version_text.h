@@ -10,7 +10,12 @@ struct Build {
 /// One source alone reads the revision, so that a commit or an edit recompiles nothing else for it.
 Build this_build();
 
-/// What `surveymc --version` prints: version and revision, then compiler, HDF5, MPI (as given), instruction set.
+/// kNumericsMark, and what decides the bits of its numbers: version, compiler, libraries that compute, and the probe of
+/// this machine.
+std::string numerics_text();
+
+/// What `surveymc --version` prints: version and revision, then compiler, HDF5, MPI (as given), instruction set,
+/// numerics.
 std::string version_text(const std::string& mpi);
 
 }  // namespace surveymc::cli

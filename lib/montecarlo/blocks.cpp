@@ -6,12 +6,15 @@
 #include <exception>
 #include <latch>
 #include <mutex>
+#include <optional>
 #include <system_error>
 #include <thread>
 
 #include <fmt/format.h>
 #include <omp.h>
 #include <unistd.h>
+
+#include "montecarlo/block_queue.h"
 
 namespace surveymc::montecarlo {
 
@@ -91,32 +94,62 @@ void require_threads(int threads) {
 
 }  // namespace
 
+std::vector<BlockRange> BlockQueue::take_first(std::uint64_t count) {
+  std::vector<BlockRange> piece;
+  while (count > 0 && next_ < open_.size()) {
+    BlockRange& range = open_[next_];
+    const std::uint64_t n = std::min(count, range.end - range.first);
+    if (n > 0) piece.push_back({range.first, range.first + n});
+    range.first += n;
+    count -= n;
+    left_ -= n;
+    if (range.first == range.end) ++next_;
+  }
+  return piece;
+}
+
+std::optional<std::uint64_t> BlockQueue::take() {
+  const std::scoped_lock lock(taking_);
+  const std::vector<BlockRange> one = take_first(1);
+  return one.empty() ? std::nullopt : std::optional(one.front().first);
+}
+
+std::vector<BlockRange> BlockQueue::take_piece(std::uint64_t takers, std::uint64_t least) {
+  const std::scoped_lock lock(taking_);
+  const std::uint64_t equal = (left_ + takers - 1) / takers;
+  return take_first(std::max(equal / 4, std::min(least, equal)));
+}
+
+std::uint64_t BlockQueue::left() const {
+  const std::scoped_lock lock(taking_);
+  return left_;
+}
+
 bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std::function<bool()>& stopped,
                     const std::function<void(std::uint64_t, stats::Tally)>& take) {
-  std::vector<std::uint64_t> ends;  // of the ranges, counted in blocks of this work
-  for (const BlockRange& r : work.blocks) ends.push_back((ends.empty() ? 0 : ends.back()) + (r.end - r.first));
-  const std::uint64_t all = ends.empty() ? 0 : ends.back();
-  const auto number_of = [&](std::uint64_t n) {
-    const auto range = static_cast<std::size_t>(std::upper_bound(ends.begin(), ends.end(), n) - ends.begin());
-    return work.blocks[range].end - (ends[range] - n);
-  };
+  BlockQueue queue(work.blocks);
+  return compute_blocks(queue, work, kernel, stopped, take);
+}
+
+bool compute_blocks(BlockQueue& queue, const BlockWork& work, const BlockKernel& kernel,
+                    const std::function<bool()>& stopped,
+                    const std::function<void(std::uint64_t, stats::Tally)>& take) {
   const auto size = static_cast<std::uint64_t>(work.block_trials);
   const int threads = work.threads > 0 ? work.threads : available_threads();
   require_threads(threads);
   std::exception_ptr error;
-  std::mutex taking;  // not omp critical: thread sanitizers know a mutex, but not GCC's OpenMP
-  std::atomic<bool> abandon = false;
-  std::atomic<std::uint64_t> next = 0;  // our own dynamic schedule: a stop leaves the loop, however many blocks remain
+  std::mutex taking;                  // not omp critical: thread sanitizers know a mutex, but not GCC's OpenMP
+  std::atomic<bool> abandon = false;  // our own dynamic schedule: a stop leaves the loop at once
   g_starting = threads > 1;
 #pragma omp parallel num_threads(threads)
-  for (g_starting = false; !abandon && next < all && !stopped();) {
-    const std::uint64_t n = next++;
-    if (n >= all) break;
+  for (g_starting = false; !abandon && !stopped();) {
+    const std::optional<std::uint64_t> block = queue.take();
+    if (!block) break;
     try {
-      const std::uint64_t block = number_of(n), first = block * size;
+      const std::uint64_t first = *block * size;
       stats::Tally tally = kernel({first, static_cast<int>(std::min(size, work.trials - first))});
       const std::scoped_lock lock(taking);
-      take(block, std::move(tally));
+      take(*block, std::move(tally));
     } catch (...) {
       abandon = true;
       const std::scoped_lock lock(taking);
@@ -125,7 +158,7 @@ bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std:
   }
   const std::scoped_lock lock(taking);
   if (error) std::rethrow_exception(error);
-  return next >= all;
+  return queue.left() == 0;
 }
 
 }  // namespace surveymc::montecarlo

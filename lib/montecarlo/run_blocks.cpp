@@ -1,6 +1,7 @@
 #include "montecarlo/run_blocks.h"
 
 #include "base/error.h"
+#include "montecarlo/block_queue.h"
 #include "montecarlo/workers.h"
 
 namespace surveymc::montecarlo {
@@ -25,28 +26,37 @@ class BlockRun {
   }
 
   void until(std::uint64_t end_block) {
-    std::vector<std::vector<BlockRange>> shares = divide({next_, end_block});
+    BlockQueue queue(gaps({next_, end_block}, covered_));
     next_ = end_block;
-    const std::vector<BlockRange> own = std::move(shares.front());
-    shares.erase(shares.begin());
-    const std::uint64_t of_all = count_of(own) == 0 ? 1 : 1 + total(shares) / count_of(own);  // for the progress
-    if (options_.workers) options_.workers->order(options_.point, shares);
+    const std::function<void(std::size_t)> hand_on = [&](std::size_t worker) {
+      const std::vector<BlockRange> piece =
+          queue.take_piece(1 + options_.workers->count(), options_.workers->least_piece());
+      if (!piece.empty()) options_.workers->order(options_.point, worker, piece);
+    };
+    if (options_.workers) {
+      const std::size_t others = options_.workers->count();
+      for (std::size_t w = 0; w < others; ++w) hand_on(w);
+      // A second order each, which is there when the first is done; if there is enough for rank 0, too.
+      if (queue.left() > 2 * (1 + others) * options_.workers->least_piece())
+        for (std::size_t w = 0; w < others; ++w) hand_on(w);
+    }
     bool whole = false;
     try {
       whole = compute_blocks(
-          {own, trials_, options_.block_trials, options_.threads}, kernel_, [&] { return stopped(); },
+          queue, {{}, trials_, options_.block_trials, options_.threads}, kernel_, [&] { return stopped(); },
           [&](std::uint64_t block, stats::Tally tally) {
-            done_ += tally.trials * of_all;
+            done_ += tally.trials;
             merge_.add(block, std::move(tally));
+            if (options_.workers && options_.workers->poll(hand_on)) other_stopped_ = true;
+            if (options_.workers) add(options_.workers->taken());
             if (options_.progress) options_.progress(std::min(done_, expected_), expected_);
             if (options_.save && options_.save_due && options_.save_due()) options_.save(merge_);
-            if (options_.workers && options_.workers->poll()) other_stopped_ = true;
           });
     } catch (...) {
       drop_others();
       throw;
     }
-    if (collect(whole) && whole) return;
+    if (collect(whole, hand_on) && whole) return;
     save_rest();
     throw Interrupted("stopped before all trials were done");
   }
@@ -62,29 +72,26 @@ class BlockRun {
  private:
   bool stopped() const { return other_stopped_ || (options_.stop && *options_.stop); }
 
-  std::vector<std::vector<BlockRange>> divide(BlockRange range) const {
-    return divided(gaps(range, covered_), 1 + (options_.workers ? options_.workers->count() : 0));
+  void add(std::vector<Subtree> nodes) {
+    for (Subtree& n : nodes) {
+      done_ += n.tally.trials;
+      merge_.add(std::move(n), false);
+    }
   }
 
-  static std::uint64_t total(const std::vector<std::vector<BlockRange>>& shares) {
-    std::uint64_t n = 0;
-    for (const auto& s : shares) n += count_of(s);
-    return n;
-  }
-
-  /// Waits for the other ranks, telling them to stop if our own share is not `whole`. True if their shares are whole.
-  bool collect(bool whole) {
+  /// Waits for the other ranks, telling them to stop if our own blocks are not `whole`. True if their orders are whole.
+  bool collect(bool whole, const std::function<void(std::size_t)>& hand_on) {
     if (!options_.workers) return true;
     if (!whole) options_.workers->stop();
-    Workers::Work work = options_.workers->collect([&] { return stopped(); });
-    for (Subtree& n : work.subtrees) merge_.add(std::move(n), false);
+    Workers::Work work = options_.workers->collect([&] { return stopped(); }, hand_on);
+    add(std::move(work.subtrees));
     return !work.cut_short;
   }
 
   /// Our own error is reported, and not those of other ranks that follow from telling them to stop.
   void drop_others() {
     try {
-      collect(false);
+      collect(false, [](std::size_t) {});
     } catch (const std::exception&) {
     }
   }

@@ -1,6 +1,8 @@
 #include "montecarlo/workers.h"
 
+#include <algorithm>
 #include <chrono>
+#include <deque>
 #include <stdexcept>
 #include <thread>
 
@@ -82,12 +84,13 @@ Message Messages::receive() {
   }
 }
 
-void Workers::order(std::uint64_t point, const std::vector<std::vector<BlockRange>>& shares) {
-  for (std::size_t w = 0; w < shares.size(); ++w) {
-    if (shares[w].empty()) continue;
-    messages_->send(static_cast<int>(w) + 1, message(kOrder, to_bytes({run, journal, point, shares[w]})));
-    ++open_;
-  }
+std::uint64_t Workers::least_piece() const {
+  return messages_ ? static_cast<std::uint64_t>(std::max(1, messages_->threads())) : 1;
+}
+
+void Workers::order(std::uint64_t point, std::size_t worker, const std::vector<BlockRange>& blocks) {
+  messages_->send(static_cast<int>(worker) + 1, message(kOrder, to_bytes({run, journal, point, blocks})));
+  ++open_;
 }
 
 void Workers::take(const Message& m) {
@@ -103,11 +106,12 @@ void Workers::take(const Message& m) {
   }
 }
 
-bool Workers::poll() {
+bool Workers::poll(const std::function<void(std::size_t)>& is_free) {
   while (open_ > 0) {
     const std::optional<Message> m = messages_->try_receive();
     if (!m) break;
     take(*m);
+    if (!stopped_) is_free(static_cast<std::size_t>(m->from) - 1);
   }
   return stopped_;
 }
@@ -118,10 +122,10 @@ void Workers::stop() {
   for (std::size_t w = 0; w < count(); ++w) messages_->send(static_cast<int>(w) + 1, message(kStop));
 }
 
-Workers::Work Workers::collect(const std::function<bool()>& stopped) {
+Workers::Work Workers::collect(const std::function<bool()>& stopped, const std::function<void(std::size_t)>& is_free) {
   for (; open_ > 0; doze()) {
     if (stopped()) stop();
-    poll();
+    poll(is_free);
   }
   Work work = std::move(work_);
   work_ = {};
@@ -136,7 +140,7 @@ Workers::Work Workers::collect(const std::function<bool()>& stopped) {
 }
 
 void Workers::end(int exit) {
-  for (stop(); open_ > 0; doze()) poll();  // no rank may wait for us to receive its answer
+  for (stop(); open_ > 0; doze()) poll([](std::size_t) {});  // no rank may wait for us to receive its answer
   ByteWriter body;
   body.put(std::int32_t{exit});
   const std::string bytes = message(kEnd, body.take());
@@ -152,11 +156,13 @@ class Server {
 
   int run() {
     while (!exit_) {
-      const Message m = messages_.receive();
-      if (m.bytes[0] == kOrder)
+      if (orders_.empty()) {
+        take(messages_.receive());
+      } else {
+        const Message m = std::move(orders_.front());
+        orders_.pop_front();
         reply(answer(order_from(std::string_view(m.bytes).substr(1))));
-      else
-        take(m);
+      }
     }
     return *exit_;
   }
@@ -170,7 +176,12 @@ class Server {
     }
   }
 
-  void take(const Message& m) {
+  /// An order waits until those before it are done; anything else is to stop.
+  void take(Message m) {
+    if (m.bytes[0] == kOrder) {
+      orders_.push_back(std::move(m));
+      return;
+    }
     told_ = true;
     if (m.bytes[0] == kEnd) exit_ = exit_code(std::string_view(m.bytes).substr(1));
   }
@@ -186,7 +197,7 @@ class Server {
           [&](std::uint64_t block, stats::Tally tally) {
             merge.add(block, std::move(tally));
             if (options.save && options.save_due && options.save_due()) options.save(merge);
-            if (const std::optional<Message> m = messages_.try_receive()) take(*m);
+            if (std::optional<Message> m = messages_.try_receive()) take(std::move(*m));
           });
       if (options.save) options.save(merge);
       return message(whole ? kDone : kCut, to_bytes(merge.take()));
@@ -205,6 +216,7 @@ class Server {
 
   Messages& messages_;
   const std::function<Share(const BlockOrder&)>& share_of_;
+  std::deque<Message> orders_;
   std::atomic<bool> told_ = false;  // to stop
   std::optional<int> exit_;
 };

@@ -3,7 +3,9 @@
 /// sweep points, and send back subtrees. A stop or an error of one rank stops all.
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "montecarlo/messages.h"
@@ -28,19 +30,24 @@ class Workers {
   std::size_t count() const { return messages_ ? static_cast<std::size_t>(messages_->count() - 1) : 0; }
   std::string run, journal;  ///< of all orders
 
-  /// Worker w computes shares[w].
-  void order(std::uint64_t point, const std::vector<std::vector<BlockRange>>& shares);
-  /// Receives all messages that have arrived. True if a worker has stopped or failed: then all are told to stop.
-  bool poll();
+  /// So many blocks give each thread of a rank one; its threads are taken to be as many as ours.
+  std::uint64_t least_piece() const;
+  /// Worker `worker` (0 to count() - 1) computes these blocks behind those that it has.
+  void order(std::uint64_t point, std::size_t worker, const std::vector<BlockRange>& blocks);
+  /// Receives all messages that have arrived; calls `is_free` with each worker that has done an order. True if a worker
+  /// has stopped or failed: then all are told to stop.
+  bool poll(const std::function<void(std::size_t)>& is_free);
+  /// What poll() has received.
+  std::vector<Subtree> taken() { return std::exchange(work_.subtrees, {}); }
   /// Tells all workers to stop for good: blocks ordered afterwards come back uncomputed.
   void stop();
-  /// Waits for all ordered blocks, asking `stopped` meanwhile whether to tell all workers to stop. Throws the error of
-  /// a worker, as InputError, IoError or std::runtime_error.
+  /// Waits for all ordered blocks, asking `stopped` meanwhile whether to tell all workers to stop; `is_free` as in
+  /// poll(). Throws the error of a worker, as InputError, IoError or std::runtime_error.
   struct Work {
     std::vector<Subtree> subtrees;
     bool cut_short = false;
   };
-  Work collect(const std::function<bool()>& stopped);
+  Work collect(const std::function<bool()>& stopped, const std::function<void(std::size_t)>& is_free);
   /// Ends all; their serve() returns `exit`.
   void end(int exit);
 

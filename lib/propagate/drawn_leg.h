@@ -67,12 +67,22 @@ template <class T>
   return scale(T(0.5) * length * ratio_factor_of_leg(s), from + to);
 }
 
-/// Direction of the drawn hole: N, E, V.
+/// Which of the angles of a station have errors at all, in any trial: the others need no sines.
+struct DrawnAngles {
+  bool inclination = true, azimuth = true, tilt = true;
+};
+
+/// Direction of the drawn hole: N, E, V. The same bits whether an error that is zero is left out by `has` or not.
 template <class T>
-[[gnu::always_inline]] inline survey::Vec3<T> drawn_tangent(const StationAttitude& at, const DrawnErrors<T>& e) {
-  const auto [s_i, c_i] = sincos_of_error(e.inclination);
-  const auto [s_a, c_a] = sincos_of_error(e.azimuth);
-  const auto [s_t, c_t] = sincos_of_error(e.tilt);
+[[gnu::always_inline]] inline survey::Vec3<T> drawn_tangent(const StationAttitude& at, const DrawnErrors<T>& e,
+                                                            const DrawnAngles& has = {}) {
+  std::pair<T, T> inclination{T(0.0), T(1.0)}, azimuth = inclination, tilt = inclination;
+  if (has.inclination) inclination = sincos_of_error(e.inclination);
+  if (has.azimuth) azimuth = sincos_of_error(e.azimuth);
+  if (has.tilt) tilt = sincos_of_error(e.tilt);
+  const auto& [s_i, c_i] = inclination;
+  const auto& [s_a, c_a] = azimuth;
+  const auto& [s_t, c_t] = tilt;
   const T sin_i = fma(T(at.sin_i), c_i, T(at.cos_i) * s_i), cos_i = fma(T(at.cos_i), c_i, T(-at.sin_i) * s_i);
   const T sin_a = fma(T(at.sin_a), c_a, T(at.cos_a) * s_a), cos_a = fma(T(at.cos_a), c_a, T(-at.sin_a) * s_a);
   const T along = c_t * sin_i;

@@ -139,14 +139,14 @@ void draw_group(const DrawnWellBatch& b, const random::Stream& stream, const Tri
       T sums[kDrawnSums][P];
       for (std::size_t q = 0; q < kDrawnSums; ++q)
         weighted_sum<P>(b.items + ends[q], b.items + ends[q + 1], rows, sums[q]);
-      const bool turns = ends[kInclination] != ends[kTilt + 1];
+      const auto has = [&](std::size_t q) { return ends[q] != ends[q + 1]; };
+      const DrawnAngles angles{has(kInclination), has(kAzimuth), has(kTilt)};
       const LegGeometry& leg = b.legs[k];
       for (std::size_t p = 0; p < P; ++p) {
         Path& x = path[p];
         const DrawnErrors<T> at{sums[kDepth][p], sums[kInclination][p], sums[kAzimuth][p], sums[kTilt][p]};
         const Vec3<T> course{sums[kCourseNorth][p], sums[kCourseEast][p], sums[kCourseDown][p]};
-        const Vec3<T> tangent =
-            turns ? drawn_tangent(leg.to, at) : drawn_tangent(leg.to, DrawnErrors<T>{zero, zero, zero, zero});
+        const Vec3<T> tangent = drawn_tangent(leg.to, at, angles);
         for (std::size_t i = point; i < b.point_count && b.points[i].station == k; ++i) {
           const DrawnPoint& here = b.points[i];
           const Vec3<T> r =

@@ -4,6 +4,13 @@
 #include <cstring>
 
 namespace surveymc::simd {
+
+#if defined(SURVEYMC_PORTABLE)
+
+const char* name(InstructionSet) { return "portable"; }
+
+#else
+
 namespace {
 
 InstructionSet detect() {
@@ -23,5 +30,7 @@ InstructionSet instruction_set() {
 }
 
 const char* name(InstructionSet set) { return set == InstructionSet::v4 ? "x86-64-v4" : "x86-64-v3"; }
+
+#endif
 
 }  // namespace surveymc::simd

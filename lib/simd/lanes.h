@@ -11,10 +11,18 @@
 /// program chooses when it runs (instruction_set.h). Code that depends on the width lives in an inline namespace of its
 /// own, so that the linker cannot mix the two versions. Kernel files therefore use no inline function of other headers
 /// but templates on T.
+///
+/// A portable build (SURVEYMC_PORTABLE, for other processors than x86-64) has two lanes and compiles kernel files once,
+/// in the place of x86-64-v3. It uses the vectors of the compiler, and NEON for what these lack.
+/// tests/simd/lane_bits.cpp compares the variants bit by bit.
 #include <cmath>
 #include <cstdint>
 
+#if !defined(SURVEYMC_PORTABLE)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#endif
 
 namespace surveymc::simd {
 
@@ -22,7 +30,10 @@ namespace surveymc::simd {
 /// over trials, is the same on all machines.
 inline constexpr int kGroup = 8;
 
-#if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__)
+#if defined(SURVEYMC_PORTABLE)
+#define SURVEYMC_ISA isa_v3
+#define SURVEYMC_LANES 2
+#elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__)
 #define SURVEYMC_ISA isa_v4
 #define SURVEYMC_LANES 8
 #else
@@ -57,6 +68,12 @@ struct LaneMask {
   friend LaneMask operator&(LaneMask a, LaneMask b) { return {static_cast<__mmask8>(a.m & b.m)}; }
   friend LaneMask operator|(LaneMask a, LaneMask b) { return {static_cast<__mmask8>(a.m | b.m)}; }
   friend LaneMask operator!(LaneMask a) { return {static_cast<__mmask8>(~a.m)}; }
+#elif SURVEYMC_LANES == 2
+  using Vector = std::int64_t __attribute__((vector_size(16)));
+  Vector m;  // all bits of a lane set where true
+  friend LaneMask operator&(LaneMask a, LaneMask b) { return {a.m & b.m}; }
+  friend LaneMask operator|(LaneMask a, LaneMask b) { return {a.m | b.m}; }
+  friend LaneMask operator!(LaneMask a) { return {~a.m}; }
 #else
   __m256d m;  // all bits of a lane set where true
   friend LaneMask operator&(LaneMask a, LaneMask b) { return {_mm256_and_pd(a.m, b.m)}; }
@@ -82,6 +99,9 @@ struct Lanes {
 #if SURVEYMC_LANES == 8
   friend LaneMask operator<(Lanes a, Lanes b) { return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_LT_OQ)}; }
   friend LaneMask operator<=(Lanes a, Lanes b) { return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_LE_OQ)}; }
+#elif SURVEYMC_LANES == 2
+  friend LaneMask operator<(Lanes a, Lanes b) { return {LaneMask::Vector(a.v < b.v)}; }
+  friend LaneMask operator<=(Lanes a, Lanes b) { return {LaneMask::Vector(a.v <= b.v)}; }
 #else
   friend LaneMask operator<(Lanes a, Lanes b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ)}; }
   friend LaneMask operator<=(Lanes a, Lanes b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LE_OQ)}; }
@@ -144,6 +164,21 @@ inline Lanes sqrt(Lanes x) { return Lanes::Vector(_mm512_maskz_sqrt_pd(0xff, x.v
 inline Lanes select(LaneMask c, Lanes a, Lanes b) { return Lanes::Vector(_mm512_mask_blend_pd(c.m, b.v, a.v)); }
 inline bool any(LaneMask c) { return c.m != 0; }
 inline bool all(LaneMask c) { return c.m == 0xff; }
+#elif SURVEYMC_LANES == 2
+inline bool lane(const LaneMask& x, int i) { return x.m[i] != 0; }
+#if defined(__aarch64__)
+inline Lanes fma(Lanes a, Lanes b, Lanes c) { return Lanes::Vector(vfmaq_f64(c.v, a.v, b.v)); }
+inline Lanes sqrt(Lanes x) { return Lanes::Vector(vsqrtq_f64(x.v)); }
+#else
+inline Lanes fma(Lanes a, Lanes b, Lanes c) {
+  return Lanes::Vector{__builtin_fma(a.v[0], b.v[0], c.v[0]), __builtin_fma(a.v[1], b.v[1], c.v[1])};
+}
+inline Lanes sqrt(Lanes x) { return Lanes::Vector{__builtin_sqrt(x.v[0]), __builtin_sqrt(x.v[1])}; }
+#endif
+inline Lanes fms(Lanes a, Lanes b, Lanes c) { return fma(a, b, -c); }
+inline Lanes select(LaneMask c, Lanes a, Lanes b) { return Lanes::Vector(c.m ? a.v : b.v); }
+inline bool any(LaneMask c) { return (c.m[0] | c.m[1]) != 0; }
+inline bool all(LaneMask c) { return (c.m[0] & c.m[1]) != 0; }
 #else
 inline bool lane(const LaneMask& x, int i) { return ((_mm256_movemask_pd(x.m) >> i) & 1) != 0; }
 inline Lanes fma(Lanes a, Lanes b, Lanes c) { return Lanes::Vector(_mm256_fmadd_pd(a.v, b.v, c.v)); }
@@ -165,6 +200,8 @@ inline Lanes from_bits(LaneBits x) { return Lanes::Vector(x.v); }
 inline bool odd(std::uint64_t a) { return (a & 1) != 0; }
 #if SURVEYMC_LANES == 8
 inline LaneMask odd(LaneBits a) { return {_mm512_test_epi64_mask(__m512i(a.v), _mm512_set1_epi64(1))}; }
+#elif SURVEYMC_LANES == 2
+inline LaneMask odd(LaneBits a) { return {LaneMask::Vector((a.v & 1) != 0)}; }
 #else
 inline LaneMask odd(LaneBits a) { return {_mm256_castsi256_pd(__m256i(a.v << 63))}; }  // blendv looks at the sign
 #endif
@@ -178,6 +215,12 @@ inline std::uint64_t multiply_low32(std::uint64_t a, std::uint64_t b) { return (
 inline LaneBits multiply_low32(LaneBits a, LaneBits b) {
 #if SURVEYMC_LANES == 8
   return LaneBits::Vector(_mm512_maskz_mul_epu32(0xff, __m512i(a.v), __m512i(b.v)));
+#elif SURVEYMC_LANES == 2
+#if defined(__aarch64__)
+  return LaneBits::Vector(vmull_u32(vmovn_u64(uint64x2_t(a.v)), vmovn_u64(uint64x2_t(b.v))));
+#else
+  return (a.v & 0xffffffffu) * (b.v & 0xffffffffu);
+#endif
 #else
   return LaneBits::Vector(_mm256_mul_epu32(__m256i(a.v), __m256i(b.v)));
 #endif
@@ -201,6 +244,8 @@ Bits<T> consecutive(std::uint64_t first) {
   else
 #if SURVEYMC_LANES == 8
     return LaneBits(first) + LaneBits(LaneBits::Vector{0, 1, 2, 3, 4, 5, 6, 7});
+#elif SURVEYMC_LANES == 2
+    return LaneBits(first) + LaneBits(LaneBits::Vector{0, 1});
 #else
     return LaneBits(first) + LaneBits(LaneBits::Vector{0, 1, 2, 3});
 #endif

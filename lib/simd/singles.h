@@ -69,6 +69,10 @@ template <int N>
 Singles<N> fma(Singles<N> a, Singles<N> b, Singles<N> c) {
 #if SURVEYMC_LANES == 8
   if constexpr (N == 16) return typename Singles<N>::Vector(_mm512_fmadd_ps(a.v, b.v, c.v));
+#elif SURVEYMC_LANES == 2
+#if defined(__aarch64__)
+  if constexpr (N == 4) return typename Singles<N>::Vector(vfmaq_f32(c.v, a.v, b.v));
+#endif
 #else
   if constexpr (N == 8) return typename Singles<N>::Vector(_mm256_fmadd_ps(a.v, b.v, c.v));
 #endif
@@ -79,6 +83,10 @@ template <int N>
 Singles<N> sqrt(Singles<N> a) {
 #if SURVEYMC_LANES == 8
   if constexpr (N == 16) return typename Singles<N>::Vector(_mm512_maskz_sqrt_ps(0xffff, a.v));
+#elif SURVEYMC_LANES == 2
+#if defined(__aarch64__)
+  if constexpr (N == 4) return typename Singles<N>::Vector(vsqrtq_f32(a.v));
+#endif
 #else
   if constexpr (N == 8) return typename Singles<N>::Vector(_mm256_sqrt_ps(a.v));
 #endif
@@ -123,6 +131,9 @@ inline Lanes lower(Singles<16> a) {
   return Lanes::Vector(_mm512_maskz_cvtps_pd(0xff, __m256(low)));
 }
 inline Lanes upper(Singles<16> a) { return lower(Singles<16>::Vector(LaneBits::Vector(a.v) >> 32)); }
+#elif SURVEYMC_LANES == 2
+inline Lanes lower(Singles<4> a) { return Lanes::Vector{a.v[0], a.v[2]}; }
+inline Lanes upper(Singles<4> a) { return Lanes::Vector{a.v[1], a.v[3]}; }
 #else
 inline Lanes lower(Singles<8> a) {
   const __m256i even = _mm256_permutevar8x32_epi32(__m256i(a.v), _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6));

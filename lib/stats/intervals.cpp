@@ -39,6 +39,12 @@ Interval binomial_interval(std::uint64_t successes, std::uint64_t trials, double
           bm::binomial::find_upper_bound_on_p(n, k, tail, method)};
 }
 
+BinomialTails binomial_tails(std::uint64_t events, std::uint64_t trials, double probability) {
+  const bm::binomial_distribution<> x(static_cast<double>(trials), std::clamp(probability, 0.0, 1.0));
+  const auto k = static_cast<double>(events);
+  return {bm::cdf(x, k), events == 0 ? 1 : bm::cdf(bm::complement(x, k - 1))};
+}
+
 Interval nees_band(double dimension, std::uint64_t count, double confidence) {
   const double n = static_cast<double>(count), tail = (1 - confidence) / 2;
   return {chi_squared_quantile(n * dimension, tail) / n, chi_squared_quantile(n * dimension, 1 - tail) / n};

@@ -25,6 +25,12 @@ Interval mean_interval(double mean, double variance, std::uint64_t count, double
 /// Probability of an event seen `successes` times in `trials`: exact (Clopper and Pearson 1934).
 Interval binomial_interval(std::uint64_t successes, std::uint64_t trials, double confidence);
 
+/// P(X <= events) and P(X >= events) of a binomial X.
+struct BinomialTails {
+  double at_most = 1, at_least = 1;
+};
+BinomialTails binomial_tails(std::uint64_t events, std::uint64_t trials, double probability);
+
 /// Band in which the mean of `count` chi-squared(dimension) values (NEES, NIS) lies.
 Interval nees_band(double dimension, std::uint64_t count, double confidence);
 

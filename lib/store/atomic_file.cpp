@@ -16,6 +16,8 @@
 
 #include <fmt/format.h>
 
+#include "base/retry.h"
+
 namespace surveymc::store {
 namespace {
 
@@ -83,7 +85,8 @@ AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
   constexpr int kAttempts = 100;
   for (int i = 0; i < kAttempts && file_ < 0; ++i) {
     path_ = folder_of(target) / fmt::format("{}{:016x}{}", temporary_prefix(target), random_number(), kTemporarySuffix);
-    file_ = open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    file_ =
+        uninterrupted([&] { return open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_EXCL | O_CLOEXEC, 0666); });
     if (file_ < 0 && errno != EEXIST) fail();
     if (file_ < 0) continue;
     const bool is_taken = flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;  // no locks here: as if locked
@@ -113,19 +116,20 @@ void AtomicFile::commit() {
     const bool kept = fchmod(file_, old.st_mode & 07777) == 0;
     (void)kept;
   }
-  if (fsync(file_) != 0) fail();
+  if (uninterrupted([&] { return fsync(file_); }) != 0) fail();
   // The lock lasts until the file has its name: a duplicate shares it, while errors of closing are seen before.
   struct Held {
     int file;
     ~Held() { close(file); }
   } const held{fcntl(file_, F_DUPFD_CLOEXEC, 0)};
   if (held.file < 0) fail();
-  if (close(std::exchange(file_, -1)) != 0) fail();
+  if (close(std::exchange(file_, -1)) != 0 && errno != EINTR) fail();  // interrupted behind fsync(): it is closed
   if (rename(path_.c_str(), target_.c_str()) != 0) fail();
   committed_ = true;
   const int folder = open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;  // a folder that we may write but not read: its entry reaches the disk a little later
-  const bool failed = fsync(folder) != 0 && errno == EIO;  // other errors: a file system without fsync of folders
+  const bool failed = uninterrupted([&] { return fsync(folder); }) != 0 &&
+                      errno == EIO;  // other errors: a file system without fsync of folders
   close(folder);
   if (failed) throw std::system_error(EIO, std::generic_category());
 }

@@ -74,6 +74,11 @@ bool is_blank(const Column& column) {
       column.values);
 }
 
+/// Columns that say in numbers what `verdict` and `note` say: for files, not for eyes.
+bool is_for_files(const Column& column) {
+  return column.name == "p_differs" || column.name == "p_agrees" || column.name == "trials_to_decide";
+}
+
 /// One printed column: one or two lines of name, unit, cells.
 struct Block {
   std::string name, unit;
@@ -137,7 +142,7 @@ std::vector<Block> printed_blocks(const Table& table) {
   const std::size_t rows = table.rows();
   std::vector<Block> blocks;
   for (const Column& column : table.columns) {
-    if (!is_text(column) && is_end(column.name)) continue;
+    if (!is_text(column) && (is_end(column.name) || is_for_files(column))) continue;
     const Ends ends = is_text(column) ? Ends{} : ends_of(column.name);
     const bool interval = ends.low && (rows == 0 || !is_blank(*ends.low) || !is_blank(*ends.high));
     if (rows > 0 && is_blank(column) && !interval) continue;
@@ -182,12 +187,13 @@ std::size_t mark_unexpected(const Table& table, std::vector<Block>& blocks) {
     }
     return nullptr;
   };
-  const auto *verdict = texts_of("verdict"), *expected = texts_of("expected");
+  const auto *verdict = texts_of("verdict"), *expected = texts_of("expected"), *family = texts_of("family");
   const auto block = std::find_if(blocks.begin(), blocks.end(), [](const Block& b) { return b.name == "verdict"; });
   if (!verdict || !expected || block == blocks.end()) return 0;
   std::size_t marked = 0;
   for (std::size_t i = 0; i < verdict->size(); ++i) {
     if ((*expected)[i].empty() || (*expected)[i] == (*verdict)[i]) continue;
+    if (family && (*verdict)[i] == "differs" && (*family)[i] == "may be chance") continue;  // as unexpected_verdicts()
     block->cells[i] = ((*verdict)[i].empty() ? "none" : printable((*verdict)[i])) + kUnexpectedMark;
     ++marked;
   }

@@ -40,8 +40,11 @@ std::string json_string(const std::string& text) {
   for (const char c : canonical_text(text)) {
     if (c == '"' || c == '\\')
       out += {'\\', c};
-    else if (static_cast<unsigned char>(c) < 0x20)
+    else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F)
       out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
+    else if (const auto byte = static_cast<unsigned char>(c);
+             out.back() == '\xC2' && byte < 0xA0)  // control codes, too
+      out.replace(out.size() - 1, 1, fmt::format("\\u{:04x}", byte));
     else
       out += c;
   }

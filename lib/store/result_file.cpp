@@ -47,9 +47,14 @@ void refuse_foreign_file(const fs::path& path, const fs::path& target) {
   if (fs::is_regular_file(status) && access(target.c_str(), W_OK) != 0) {
     refuse(path, "exists and cannot be replaced: " + error_text(errno));
   }
-  if (!is_result_file(target)) {
+  const ResultFileState state = result_file_state(target);
+  if (state.is == ResultFile::other)
     refuse(path, "exists and is not a surveymc result: refusing to overwrite it; choose another name with -o");
-  }
+  if (state.is == ResultFile::unreadable)
+    refuse(path,
+           fmt::format("exists and cannot be read ({}): refusing to overwrite it; choose another name with -o, or "
+                       "move it away",
+                       state.reason));
 }
 
 /// About as many bytes as the file has: values, and what HDF5 says of a column.

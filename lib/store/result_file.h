@@ -42,6 +42,7 @@ struct Result {
   std::vector<Map> maps;                ///< `/maps/<name>`
   std::vector<MapStream> streams = {};  ///< `/maps/<name>` as well, behind `maps`
   std::vector<InputData> inputs;
+  Table cost = {};  ///< `/run/cost`, outside of the content hash: processor time is no part of a result; may be absent
 };
 
 /// Values of a stream that are made, hashed and written at a time, at most: 2 MB.

@@ -7,9 +7,11 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
+#include <fstream>
 #include <memory>
 #include <new>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -17,6 +19,7 @@
 
 #include "base/error.h"
 #include "store/hdf5_handle.h"
+#include "store/isolated.h"
 #include "store/map_boxes.h"
 #include "store/result_file.h"
 #include "store/seal.h"
@@ -28,6 +31,8 @@ namespace surveymc::store {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::string_view kHdf5Signature = "\x89HDF\r\n\x1a\n";
 
 // ---------------------------------------------------------------------------------------------------------------------
 // Attributes, links and values. `link` is the object's name in messages.
@@ -73,11 +78,17 @@ Handle group(hid_t parent, const std::string& link) {
   return Handle(H5Gopen2(parent, link.c_str(), H5P_DEFAULT), "open group", link);
 }
 
+/// Throws Hdf5Failure if its values are elsewhere: in another file, or in other datasets.
 Handle dataset(hid_t parent, const std::string& link) {
-  return Handle(H5Dopen2(parent, link.c_str(), H5P_DEFAULT), "open dataset", link);
+  Handle d(H5Dopen2(parent, link.c_str(), H5P_DEFAULT), "open dataset", link);
+  const Handle made(H5Dget_create_plist(d), "read how it was made:", link);
+  if (H5Pget_layout(made) == H5D_VIRTUAL || H5Pget_external_count(made) > 0)
+    throw Hdf5Failure(link + " has its values elsewhere; they are not read");
+  return d;
 }
 
-/// Names in a group, in the order in which they were written.
+/// Names in a group, in the order in which they were written. Throws Hdf5Failure if one leads elsewhere, as into
+/// another file: surveymc writes no such links.
 std::vector<std::string> links(hid_t parent) {
   H5G_info_t info;
   checked(H5Gget_info(parent, &info), "list a group");
@@ -90,6 +101,9 @@ std::vector<std::string> links(hid_t parent) {
     };
     std::string name(name_at(nullptr, 0), '\0');
     name_at(name.data(), name.size() + 1);
+    H5L_info_t link;
+    checked(H5Lget_info(parent, name.c_str(), &link, H5P_DEFAULT), "look at link", name);
+    if (link.type != H5L_TYPE_HARD) throw Hdf5Failure("has a link that leads elsewhere: " + name + "; it is not read");
     names.push_back(name);
   }
   return names;
@@ -206,9 +220,11 @@ class Reader {
   std::string stored_hash() const { return text(file_, "content_hash"); }
 
   Result result() const {
+    links(file_);
     Result r;
     r.provenance = provenance();
     r.run = run();
+    r.cost = cost();
     r.tables = tables("tables");
     r.samples = tables("samples");
     for (Map& m : maps()) {
@@ -250,6 +266,13 @@ class Reader {
   RunInfo run() const {
     const Handle g = group(file_, "run");
     return {text(g, "created"), text(g, "host"), number(g, "elapsed_s"), integer(g, "threads"), integer(g, "ranks")};
+  }
+
+  Table cost() const {
+    const Handle g = group(file_, "run");
+    for (const std::string& link : links(g))
+      if (link == kCost) return table(group(g, link), link);
+    return {};
   }
 
   std::vector<Table> tables(const std::string& parent) const {
@@ -395,7 +418,8 @@ class Reader {
   hid_t file_;
 };
 
-/// Runs `read` on the open file; every failure becomes IoError with the path.
+/// Runs `read` on the open file; every failure becomes IoError with the path. A file without a seal may come from
+/// anywhere, and HDF5 follows what it says: it is read in a child process first.
 template <class Read>
 auto reading(const fs::path& path, const Read& read) {
   silence_hdf5();
@@ -404,10 +428,13 @@ auto reading(const fs::path& path, const Read& read) {
     if (fs::is_directory(path, error)) throw Hdf5Failure("is a folder");
     if (access(path.c_str(), R_OK) != 0) throw Hdf5Failure(std::generic_category().message(errno));
     if (!fs::is_regular_file(path, error)) throw Hdf5Failure("is not a regular file");
+    if (seal_state(path) == Seal::none)
+      if (const std::string fault = fault_in_child(fs::file_size(path), [&] { read(Reader(path)); }); !fault.empty())
+        throw Hdf5Failure(fault);
     return read(Reader(path));
   } catch (const Hdf5Failure& e) {
     throw IoError(fmt::format("{}: {}", path.string(), e.what()));
-  } catch (const fs::filesystem_error& e) {
+  } catch (const std::system_error& e) {
     throw IoError(fmt::format("{}: {}", path.string(), e.code().message()));
   } catch (const std::bad_alloc&) {
     throw IoError(fmt::format("{}: too large for the memory, or damaged", path.string()));
@@ -416,11 +443,20 @@ auto reading(const fs::path& path, const Read& read) {
 
 }  // namespace
 
-bool is_result_file(const fs::path& path) {
+ResultFileState result_file_state(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return {};
+  std::string head(kHdf5Signature.size(), '\0');
+  errno = 0;
+  std::ifstream in(path, std::ios::binary);
+  if (!in || (!in.read(head.data(), static_cast<std::streamsize>(head.size())) && !in.eof()))
+    return {ResultFile::unreadable, std::generic_category().message(errno != 0 ? errno : EIO)};
+  if (head != kHdf5Signature) return {};
   try {
-    return reading(path, [](const Reader& reader) { return reader.is_surveymc(); });
-  } catch (const IoError&) {
-    return false;
+    return {reading(path, [](const Reader& reader) { return reader.is_surveymc(); }) ? ResultFile::yes
+                                                                                     : ResultFile::other};
+  } catch (const IoError& e) {
+    return {ResultFile::unreadable, std::string(e.what()).substr(path.string().size() + 2)};
   }
 }
 

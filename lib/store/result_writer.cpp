@@ -87,7 +87,7 @@ class Writer {
     write_maps(file, result.maps, result.streams, hashes);
     write_tables(file, "samples", result.samples);
     write_inputs(file, result.inputs);
-    write_run(file, result.run);
+    write_run(file, result.run, result.cost);
     write_provenance(file, result, hashes);
     checked(H5Fflush(file, H5F_SCOPE_GLOBAL), "flush");
   }
@@ -221,13 +221,14 @@ class Writer {
     attribute(file, "content_hash", content_hash(result, hashes));
   }
 
-  void write_run(hid_t file, const RunInfo& run) {
+  void write_run(hid_t file, const RunInfo& run, const Table& cost) {
     const Handle g = group(file, "run");
     attribute(g, "created", run.created);
     attribute(g, "host", run.host);
     attribute(g, "elapsed_s", run.elapsed_s);
     attribute(g, "threads", run.threads);
     attribute(g, "ranks", run.ranks);
+    if (!cost.columns.empty()) write_columns(group(g, kCost), cost);
   }
 
   void write_columns(hid_t g, const Table& table) {

@@ -17,6 +17,7 @@ static_assert(std::endian::native == std::endian::little, "hashes and native HDF
 
 inline constexpr const char* kFormat = "surveymc";
 inline constexpr std::int64_t kFormatVersion = 1;
+inline constexpr const char* kCost = "cost";                   // table in the group run
 inline constexpr const char* kRow = "row";                     // dimension scale of every table
 inline constexpr const char* kOriginalName = "original_name";  // where the link had to be named otherwise
 

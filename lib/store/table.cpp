@@ -39,10 +39,15 @@ std::string csv_cell(const Column& column, std::size_t row) {
 
 }  // namespace
 
-/// Notes and names come from config files: a line break would break the row, an escape sequence the terminal.
+/// Notes and names come from config files: a line break would break the row, an escape sequence the terminal. Some
+/// terminals take U+0080 to U+009F, in UTF-8 0xC2 and one of these bytes, for escape sequences, too.
 std::string printable(std::string text) {
+  unsigned char before = 0;
   for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7F) c = ' ';
+    if (before == 0xC2 && byte < 0xA0) c = '\xA0';  // no-break space
+    before = byte;
   }
   return text;
 }

@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "stats/normal_tail.h"
+#include "study/family.h"
 #include "study/table_rows.h"
 
 namespace surveymc::study {
@@ -23,7 +25,39 @@ Verdict judge(const stats::Interval& r, double margin, std::uint64_t trials) {
   return {"undecided", static_cast<std::uint64_t>(std::ceil(static_cast<double>(trials) * factor * factor * 1.1))};
 }
 
+namespace {
+
+/// Two-sided p of what lies z standard errors away.
+double two_sided_p(double z, const VerdictRule& rule, std::uint64_t units) {
+  if (z <= 0) return 1;
+  return rule.at_all_looks ? stats::sequence_p(units, z) : std::min(1.0, 2 * stats::normal_upper_tail(z));
+}
+
+}  // namespace
+
+Evidence evidence_of(double value, const stats::Interval& interval, const VerdictRule& rule, std::uint64_t units,
+                     bool logarithmic) {
+  if (!std::isfinite(interval.lo) || !std::isfinite(interval.hi)) return {};
+  if (logarithmic && !(interval.lo > 0)) return {};  // a prediction of 0 differs for certain
+  const double quantile = rule.at_all_looks ? stats::sequence_quantile(units, rule.confidence)
+                                            : stats::normal_quantile((1 + rule.confidence) / 2);
+  const auto scaled = [&](double x) { return logarithmic ? std::log(x) : x; };
+  const double at = scaled(value), lo = scaled(1 - rule.margin), hi = scaled(1 + rule.margin);
+  // In the direction of increasing values, how many standard errors from the value to the edge.
+  const auto errors_to = [&](double edge) {
+    const double half = edge > at ? scaled(interval.hi) - at : at - scaled(interval.lo);
+    return edge == at ? 0 : quantile * (edge - at) / half;
+  };
+  const double to_lo = errors_to(lo), to_hi = errors_to(hi);
+  return {two_sided_p(std::max(to_lo, -to_hi), rule, units), two_sided_p(std::min(-to_lo, to_hi), rule, units)};
+}
+
 std::string at_confidence(double confidence) { return fmt::format(", intervals at {:.6g} %", 100 * confidence); }
+
+std::string at_confidence(const VerdictRule& rule) {
+  return rule.at_all_looks ? fmt::format(", intervals at all looks at {:.6g} %", 100 * rule.confidence)
+                           : at_confidence(rule.confidence);
+}
 
 namespace {
 
@@ -35,10 +69,16 @@ ComparisonRow row_of(const std::string& quantity, const std::string& unit, doubl
   return row;
 }
 
-void set_verdict(ComparisonRow& row, const stats::Interval& ratio, const VerdictRule& rule, std::uint64_t trials) {
-  const Verdict v = judge(ratio, rule.margin, trials);
+/// The verdict on `value`, a ratio (`logarithmic`) or one plus the shift of a mean.
+void set_verdict(ComparisonRow& row, double value, const stats::Interval& interval, const VerdictRule& rule,
+                 std::uint64_t trials, std::uint64_t units, bool logarithmic = true) {
+  const Verdict v = judge(interval, rule.margin, trials);
   row.verdict = v.word;
   row.margin = v.word.empty() ? kNaN : rule.margin;
+  row.judged = value;
+  row.judged_interval = interval;
+  row.evidence = evidence_of(value, interval, rule, units, logarithmic);
+  row.trials_to_decide = v.trials_to_decide;
   if (v.trials_to_decide > 0) {
     if (!row.note.empty()) row.note += "; ";
     row.note += fmt::format("about {:.2g} trials would decide", static_cast<double>(v.trials_to_decide));
@@ -63,7 +103,7 @@ Estimate rms_estimate(double mean_square, double variance, std::uint64_t count, 
 }
 
 ComparisonRow compare_value(const std::string& quantity, const std::string& unit, const Estimate& found,
-                            double predicted, const VerdictRule& rule, std::uint64_t trials) {
+                            double predicted, const VerdictRule& rule, std::uint64_t trials, std::uint64_t units) {
   ComparisonRow row = row_of(quantity, unit, predicted);
   row.monte_carlo = found.value;
   row.interval = found.interval;
@@ -71,7 +111,7 @@ ComparisonRow compare_value(const std::string& quantity, const std::string& unit
   row.ratio = predicted / found.value;
   row.ratio_interval = {predicted / found.interval.hi,
                         found.interval.lo > 0 ? predicted / found.interval.lo : kInfinity};
-  set_verdict(row, row.ratio_interval, rule, trials);
+  set_verdict(row, row.ratio, row.ratio_interval, rule, trials, units > 0 ? units : trials);
   return row;
 }
 
@@ -90,7 +130,8 @@ ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, d
     return row;
   }
   const double sd = std::sqrt(s.variance);
-  const stats::Interval ci = stats::sd_interval(s, rule.confidence);
+  const stats::Interval ci =
+      rule.at_all_looks ? stats::sd_sequence(s, rule.confidence) : stats::sd_interval(s, rule.confidence);
   row.monte_carlo = sigmas * sd;
   row.interval = {sigmas * ci.lo, sigmas * ci.hi};
   if (!(sd > 0)) {
@@ -104,7 +145,7 @@ ComparisonRow compare_sd(const std::string& quantity, const std::string& unit, d
   if ((std::abs(skew) > 4 * std::sqrt(6 / n) && std::abs(skew) > 0.1) ||
       (std::abs(kurt - 3) > 4 * std::sqrt(24 / n) && std::abs(kurt - 3) > 0.2))
     row.note = fmt::format("not normal: skewness {:.2f}, kurtosis {:.2f}", skew, kurt);
-  set_verdict(row, row.ratio_interval, rule, trials);
+  set_verdict(row, row.ratio, row.ratio_interval, rule, trials, s.units);
   return row;
 }
 
@@ -124,7 +165,7 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
   }
   const double sd = std::sqrt(s.variance);
   row.monte_carlo = s.mean + offset;
-  row.interval = stats::mean_interval(row.monte_carlo, s.unit_variance, s.units, rule.confidence);
+  row.interval = stats::mean_interval(row.monte_carlo, s.unit_variance, s.units, rule.interval_confidence(s.units));
   if (!(sd > 0)) {
     row.note = "every trial gave the same";
     return row;
@@ -133,7 +174,8 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
   const auto shift = [&](double x) { return (x - predicted) / sd; };
   row.note = fmt::format("mean is {:+.3f} sd ({:+.3f} .. {:+.3f}) from the prediction", shift(row.monte_carlo),
                          shift(row.interval.lo), shift(row.interval.hi));
-  set_verdict(row, {1 + shift(row.interval.lo), 1 + shift(row.interval.hi)}, rule, trials);
+  set_verdict(row, 1 + shift(row.monte_carlo), {1 + shift(row.interval.lo), 1 + shift(row.interval.hi)}, rule, trials,
+              s.units, false);
   return row;
 }
 
@@ -144,9 +186,25 @@ void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std
       fmt::format("{} of {} {} did not converge (more than {:g} %)", failed, trials, what, 100 * most);
   for (ComparisonRow& row : rows) {
     if (!row.verdict.empty() || std::isfinite(row.analytic)) row.verdict = "undecided";
+    row.evidence = {};
+    row.trials_to_decide = 0;  // more trials do not help
     row.note = row.note.empty() ? why : why + "; " + row.note;
   }
 }
+
+namespace {
+
+/// Exact, as Clopper and Pearson's interval is: by the binomial tails at the rates whose ratio is at an edge.
+Evidence rate_evidence(std::uint64_t events, std::uint64_t runs, double predicted, const VerdictRule& rule) {
+  const double lo = std::min(1.0, predicted / (1 + rule.margin)), hi = std::min(1.0, predicted / (1 - rule.margin));
+  const double above_hi = stats::binomial_tails(events, runs, hi).at_least,
+               below_lo = stats::binomial_tails(events, runs, lo).at_most,
+               above_lo = stats::binomial_tails(events, runs, lo).at_least,
+               below_hi = stats::binomial_tails(events, runs, hi).at_most;
+  return {std::min(1.0, 2 * std::min(above_hi, below_lo)), std::min(1.0, 2 * std::max(above_lo, below_hi))};
+}
+
+}  // namespace
 
 ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, std::uint64_t runs, double predicted,
                            const VerdictRule& rule, std::uint64_t trials) {
@@ -157,25 +215,36 @@ ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, st
     return row;
   }
   row.monte_carlo = static_cast<double>(events) / static_cast<double>(runs);
-  row.interval = stats::binomial_interval(events, runs, rule.confidence);
+  row.interval = rule.at_all_looks ? stats::rate_sequence(events, runs, rule.confidence)
+                                   : stats::binomial_interval(events, runs, rule.confidence);
   if (std::isnan(predicted)) return row;
   if (events == 0) {  // no ratio, but perhaps a verdict: the prediction may lie above all that is possible
     row.note = "never seen";
     if (predicted * (1 - rule.margin) > row.interval.hi) {
       row.verdict = "differs";
       row.margin = rule.margin;
+      row.evidence = rate_evidence(events, runs, predicted, rule);
     }
     return row;
   }
   row.ratio = predicted / row.monte_carlo;
   row.ratio_interval = {predicted / row.interval.hi, predicted / row.interval.lo};
-  set_verdict(row, row.ratio_interval, rule, trials);
+  set_verdict(row, row.ratio, row.ratio_interval, rule, trials, runs);
+  if (!row.verdict.empty() && !rule.at_all_looks) row.evidence = rate_evidence(events, runs, predicted, rule);
   return row;
 }
 
 ComparisonRow labelled(const std::string& formulation, ComparisonRow row) {
   row.formulation = formulation;
   return row;
+}
+
+void write_evidence(TableRows& t, const Evidence& evidence, std::uint64_t trials_to_decide) {
+  t.number("p_differs", "1", "p-value of the hypothesis that the value lies within the margin", evidence.p_differs);
+  t.number("p_agrees", "1", "p-value of the hypothesis that it lies outside", evidence.p_agrees);
+  t.word("family", "differs: so among all rows of the file (Holm at 5 %); may be chance: not so", "");
+  t.number("trials_to_decide", "1", "roughly how many trials would decide an undecided row",
+           trials_to_decide > 0 ? static_cast<double>(trials_to_decide) : kNaN);
 }
 
 store::Table comparison_table(const std::string& name, const std::string& long_name,
@@ -199,6 +268,7 @@ store::Table comparison_table(const std::string& name, const std::string& long_n
              r.margin);
     t.word("verdict", "agrees, differs or undecided", r.verdict);
     t.word("expected", "the verdict this row should have; differs where a formulation is wrong on purpose", r.expected);
+    write_evidence(t, r.evidence, r.trials_to_decide);
     t.word("note", "what else there is to say", r.note);
     t.count("trials", "trials run", trials);
     t.count("failed", "trials without a converged estimate, not in the statistics", failed);
@@ -236,8 +306,14 @@ namespace {
 void add_unexpected(const store::Table& t, std::vector<std::string>& found) {
   const auto& v = std::get<std::vector<std::string>>(t.column("verdict").values);
   const auto& e = std::get<std::vector<std::string>>(t.column("expected").values);
+  const auto family =
+      std::find_if(t.columns.begin(), t.columns.end(), [](const store::Column& c) { return c.name == "family"; });
+  const auto may_be_chance = [&](std::size_t i) {
+    return family != t.columns.end() && v[i] == "differs" &&
+           std::get<std::vector<std::string>>(family->values)[i] == kMayBeChance;
+  };
   for (std::size_t i = 0; i < v.size(); ++i) {
-    if (e[i].empty() || e[i] == v[i]) continue;
+    if (e[i].empty() || e[i] == v[i] || may_be_chance(i)) continue;
     std::string place = t.name;  // the columns up to `quantity` say which row it is
     for (const store::Column& c : t.columns) {
       if (c.name == "unit" || c.name == "semi_major_m") break;

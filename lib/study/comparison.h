@@ -7,6 +7,7 @@
 #include "base/units.h"
 #include "stats/sample_summary.h"
 #include "store/table.h"
+#include "study/table_rows.h"
 #include "study/verdict.h"
 
 namespace surveymc::study {
@@ -23,6 +24,11 @@ struct ComparisonRow {
   double published = kNaN;
   std::string verdict, expected, note;
   double margin = kNaN;  ///< margin of the verdict
+  /// What the verdict is on: the ratio, or one plus the shift of a mean in sd.
+  double judged = kNaN;
+  stats::Interval judged_interval{judged, judged};
+  Evidence evidence = {};
+  std::uint64_t trials_to_decide = 0;  ///< of an undecided row
 };
 
 /// A Monte-Carlo value and its interval. NaN: not there.
@@ -38,9 +44,9 @@ Estimate rms_estimate(const stats::Moments& squares, Eigen::Index index, double 
 Estimate rms_estimate(double mean_square, double variance, std::uint64_t count, double confidence);
 
 /// Compares a positive value with its prediction, by the ratio of the two. Without a finite prediction, or if the value
-/// is 0, there is neither ratio nor verdict.
+/// is 0, there is neither ratio nor verdict. `units`: independent units behind `found`; 0: as many as trials.
 ComparisonRow compare_value(const std::string& quantity, const std::string& unit, const Estimate& found,
-                            double predicted, const VerdictRule& rule, std::uint64_t trials);
+                            double predicted, const VerdictRule& rule, std::uint64_t trials, std::uint64_t units = 0);
 
 /// Standard deviation of component `index`, times `sigmas`, against a predicted one (not yet multiplied).
 /// Skewness and kurtosis go to the note where the distribution is clearly not normal.
@@ -74,6 +80,9 @@ ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, st
 /// The same row of this formulation.
 ComparisonRow labelled(const std::string& formulation, ComparisonRow row);
 
+/// The columns behind a verdict: p_differs, p_agrees, family (empty: apply_family() fills it) and trials_to_decide.
+void write_evidence(TableRows& t, const Evidence& evidence, std::uint64_t trials_to_decide);
+
 /// The columns of every comparison table (docs/results-format.md) from rows. `trials` and `failed` are repeated. The
 /// column `formulation` is there if a row has one, or if it is asked for: tables of one study must be alike.
 store::Table comparison_table(const std::string& name, const std::string& long_name,
@@ -86,7 +95,7 @@ store::Table comparison_table(const std::string& name, const std::string& long_n
 store::Table published_fit_table(const std::vector<ComparisonRow>& rows);
 
 /// Rows whose verdict is not the expected one, as text for a terminal; empty if there are none. Looks at every table
-/// that has the columns `verdict` and `expected`.
+/// that has the columns `verdict` and `expected`. A row that differs and "may be chance" in its family does not count.
 std::vector<std::string> unexpected_verdicts(const std::vector<store::Table>& tables);
 
 }  // namespace surveymc::study

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "stats/intervals.h"
 #include "stats/normal_tail.h"
+#include "study/family.h"
 #include "study/table_rows.h"
 
 namespace surveymc::study {
@@ -39,19 +40,6 @@ double same_rate_p(std::uint64_t k1, std::uint64_t n1, std::uint64_t k2, std::ui
   for (double x = mode - 1; x >= lo && take(x); --x) {
   }
   return std::clamp(1 - inside / all, 0.0, 1.0);
-}
-
-std::vector<bool> holm(const std::vector<double>& p, double level) {
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < p.size(); ++i)
-    if (!std::isnan(p[i])) order.push_back(i);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return p[i] < p[j]; });
-  std::vector<bool> rejected(p.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    if (p[order[i]] > level / static_cast<double>(order.size() - i)) break;
-    rejected[order[i]] = true;
-  }
-  return rejected;
 }
 
 bool Differences::any() const {

@@ -60,9 +60,6 @@ Differences compare_results(const store::Result& a, const store::Result& b, cons
 /// Fisher's exact test, two-sided by small probabilities: k1 events of n1 trials and k2 of n2 have the same rate.
 double same_rate_p(std::uint64_t k1, std::uint64_t n1, std::uint64_t k2, std::uint64_t n2);
 
-/// Which of these p-values survive Holm's procedure at `level`. NaN: no hypothesis.
-std::vector<bool> holm(const std::vector<double>& p, double level);
-
 /// The rows as a table. `all`: those without a difference, too.
 store::Table difference_table(const Differences& differences, bool all);
 

@@ -6,6 +6,8 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "study/cost.h"
+#include "study/family.h"
 #include "study/point_failure.h"
 
 namespace surveymc::study {
@@ -23,6 +25,7 @@ const RunPlan::ReadPoint& RunPlan::read(std::size_t point) const {
   ReadPoint p;
   p.plan = experiment.read(reader, random::StudySeed{seed_of(config), experiment.id});
   if (reader.has("field.model")) p.placed = read_placed_field(reader);
+  if (reader.has("verdict.family")) is_family_ = reader.text("verdict.family") != "none";
   if (p.plan->trials() > 0) config.seed();  // trials draw: there must be one
   std::vector<store::Axis> own = p.plan->map_axes();
   if (!axes_) axes_.emplace(point, own);
@@ -318,10 +321,10 @@ PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const s
 }
 
 std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, const montecarlo::RunOptions& options,
-                                                        const Checkpoint& checkpoint) {
+                                                        const Checkpoint& checkpoint, store::Table* cost) {
   const auto done_before = std::make_shared<std::uint64_t>(0), after = std::make_shared<std::uint64_t>(0);
   *after = run.total_trials();
-  return [&run, options, &checkpoint, done_before, after](std::size_t i) {
+  return [&run, options, &checkpoint, cost, done_before, after](std::size_t i) {
     try {
       *after -= run.trials_of(i);
       montecarlo::RunOptions of_point = options;
@@ -330,9 +333,18 @@ std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, cons
           options.progress(*done_before + done, *done_before + expected + *after);
         };
       const std::shared_ptr<const StudyPoint> point = run.prepare(i, of_point);
+      const double before = processor_seconds();
       const stats::Tally tally = point_tally(run, i, *point, of_point, checkpoint);
+      const double seconds = processor_seconds() - before;
       *done_before += tally.trials;
-      return point_report(point, tally, of_point);
+      PointResult r = point_report(point, tally, of_point);
+      std::uint64_t kept = 0;
+      if (const auto of_earlier = checkpoint.finished.find(i); of_earlier != checkpoint.finished.end())
+        for (const montecarlo::Subtree& n : of_earlier->second) kept += n.tally.trials;
+      // The time of other ranks is not known here.
+      if (cost && tally.trials > kept && !options.workers)
+        add_cost(*cost, r.tables, run.config.sweep_values(i), seconds, tally.trials - kept, tally.trials);
+      return r;
     } catch (const InputError& e) {
       if (!run.is_large()) throw;
       return failed_point(i, without_place(e.what()));
@@ -341,7 +353,10 @@ std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, cons
 }
 
 store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint) {
-  return assemble(run, computed_points(run, options, checkpoint), options.stop);
+  store::Table cost;
+  store::Result result = assemble(run, computed_points(run, options, checkpoint, &cost), options.stop);
+  result.cost = std::move(cost);
+  return result;
 }
 
 std::string without_place(const std::string& message) {
@@ -431,6 +446,7 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
   result.tables = std::move(tables);
   result.samples = std::move(samples);
   result.maps = std::move(maps);
+  if (run.is_family()) apply_family(result.tables);
   result.streams = streams.take(stop);
   return result;
 }

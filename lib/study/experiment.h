@@ -102,6 +102,8 @@ class RunPlan {
   std::shared_ptr<const PointPlan> plan(std::size_t point) const;
   /// The reference field of the point, if it is that of a place.
   std::optional<PlacedField> placed(std::size_t point) const;
+  /// `verdict.family` of the points that were read is not "none": see family.h.
+  bool is_family() const { return is_family_; }
   /// Trials of all points; of a large sweep as many times those of the first point.
   std::uint64_t total_trials() const;
   /// Trials of one point: of a large sweep those of the first one, which is not read again.
@@ -120,6 +122,7 @@ class RunPlan {
   mutable std::map<std::size_t, ReadPoint> read_;  // those of a large sweep are forgotten again
   mutable std::optional<std::pair<std::size_t, std::vector<store::Axis>>> axes_;  // the first point that was read
   mutable std::optional<std::uint64_t> first_trials_;
+  mutable bool is_family_ = true;
 };
 
 /// Reads all points; of a large sweep the table of points, if it has one, and sample_points(). Prepares none. Throws
@@ -169,9 +172,10 @@ store::Result result_without_tables(const RunPlan& run);
 store::Result assemble(const RunPlan& run, const std::function<PointResult(std::size_t)>& point_result,
                        const std::atomic<bool>* stop);
 
-/// Computes the points of a run, which are asked for in order, each once: its part of execute().
+/// Computes the points of a run, which are asked for in order, each once: its part of execute(). `cost`: a table to
+/// which the points' costs are added (add_cost()).
 std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, const montecarlo::RunOptions& options,
-                                                        const Checkpoint& checkpoint);
+                                                        const Checkpoint& checkpoint, store::Table* cost = nullptr);
 
 /// Prepares and runs one point after the other and puts their tables together: the sweep's keys become the first
 /// columns of every table and the first axes of every map. Streams of the result compute while they are read, and throw

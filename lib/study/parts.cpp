@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/numerics.h"
 #include "study/point_failure.h"
 #include "study/point_result_bytes.h"
 
@@ -269,10 +270,13 @@ PartSet::PartSet(const std::vector<std::filesystem::path>& paths, const std::str
     }
     require(part.key.config_hash == about_.key.config_hash, "{}: is of another config (hash {}) than {} ({})",
             path.string(), part.key.config_hash, paths[0].string(), about_.key.config_hash);
-    require(part.key.program == program,
+    require(numerics_of(part.key.program) == numerics_of(program),
             "{}: was made by another build ({}, this is {}), whose results may differ in their last bits: merge with "
             "that build, or run the part again",
             path.string(), part.key.program, program);
+    if (part.key.program != program)
+      remarks_.push_back(fmt::format("{}: is of another build ({}), whose numbers have the same bits: used",
+                                     path.string(), part.key.program));
     add_files(about_.inputs, part.inputs, path.string());
     add_files(about_.texts, part.texts, path.string());
     add_files(about_.references, part.references, path.string());

@@ -78,8 +78,8 @@ config::Config config_of(const checkpoint::Part& part, const std::string& label,
 /// Parts of one run, of which at most 64 files are open at a time and one piece of a point is held.
 class PartSet {
  public:
-  /// Throws IoError; InputError if a part is of another config or build than the first, or than `program`, or where
-  /// two parts have read different files of one name.
+  /// Throws IoError; InputError if a part is of another config than the first, or of a build whose numbers may have
+  /// other bits than those of `program`, or where two parts have read different files of one name.
   PartSet(const std::vector<std::filesystem::path>& paths, const std::string& program);
 
   /// Of the first part, with the files of all of them.
@@ -89,6 +89,8 @@ class PartSet {
   /// Pieces of a point, in the order of the parts.
   std::vector<checkpoint::PartPiece> pieces(std::uint64_t point);
   bool has_failures() const { return failed_; }
+  /// What the user should know of the parts: which are of another build.
+  const std::vector<std::string>& remarks() const { return remarks_; }
   /// Writes the pieces of all parts, in order of the points, as one part.
   void write_merged(const std::filesystem::path& path, const std::atomic<bool>* stop);
 
@@ -105,6 +107,7 @@ class PartSet {
   std::vector<std::uint32_t> open_;  // in order of their last use
   Coverage coverage_;
   bool failed_ = false;
+  std::vector<std::string> remarks_;
 };
 
 /// Throws InputError that names what no part has: points, and trials of points.

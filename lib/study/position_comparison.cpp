@@ -1,5 +1,6 @@
 #include "study/position_comparison.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -27,13 +28,23 @@ void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector
   const std::array<double, 2> predicted{e.semi_major, e.semi_minor};
   std::array<double, 2> sd{kNaN, kNaN};
   std::array<stats::Interval, 2> sd_ci{kNoInterval, kNoInterval}, ratio_ci = sd_ci;
-  std::array<std::string, 2> word;
+  std::array<Verdict, 2> verdict;
+  std::array<Evidence, 2> axis;
   for (std::size_t a = 0; a < 2 && usable; ++a) {
     sd[a] = std::sqrt(row->along[a].variance);
-    sd_ci[a] = stats::sd_interval(row->along[a], rule.confidence);
+    sd_ci[a] = rule.at_all_looks ? stats::sd_sequence(row->along[a], rule.confidence)
+                                 : stats::sd_interval(row->along[a], rule.confidence);
     ratio_ci[a] = {predicted[a] / sd_ci[a].hi, predicted[a] / sd_ci[a].lo};
-    word[a] = judge(ratio_ci[a], rule.margin, s.trials).word;
+    verdict[a] = judge(ratio_ci[a], rule.margin, s.trials);
+    axis[a] = evidence_of(predicted[a] / sd[a], ratio_ci[a], rule, s.units, true);
   }
+  const std::array<std::string, 2> word{verdict[0].word, verdict[1].word};
+  // One axis is enough to differ (Bonferroni), and both have to agree.
+  const Evidence both{std::min(1.0, 2 * std::min(axis[0].p_differs, axis[1].p_differs)),
+                      std::max(axis[0].p_agrees, axis[1].p_agrees)};
+  const std::string whole = word[0] == "differs" || word[1] == "differs" ? "differs"
+                            : word[0] == word[1]                         ? word[0]
+                                                                         : "undecided";
   t.estimate("mc_sd_major_m", "m", "Monte-Carlo standard deviation along this row's major axis", sd[0], sd_ci[0]);
   t.estimate("mc_sd_minor_m", "m", "Monte-Carlo standard deviation along this row's minor axis", sd[1], sd_ci[1]);
   t.estimate("ratio_major", "1", "analytic / Monte Carlo along the major axis", predicted[0] / sd[0], ratio_ci[0]);
@@ -45,24 +56,25 @@ void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector
                fmt::format("share of trials inside the {}-sigma ellipse; {:.4f} if normal", k,
                            propagate::ellipse_coverage(static_cast<double>(k))),
                has_area ? static_cast<double>(inside) / static_cast<double>(s.paired ? 2 * s.units : s.units) : kNaN,
-               !has_area  ? kNoInterval
-               : s.paired ? stats::paired_binomial_interval(inside, s.units, rule.confidence)
-                          : stats::binomial_interval(inside, s.units, rule.confidence));
+               !has_area           ? kNoInterval
+               : s.paired          ? stats::paired_binomial_interval(inside, s.units, rule.interval_confidence(s.units))
+               : rule.at_all_looks ? stats::rate_sequence(inside, s.units, rule.confidence)
+                                   : stats::binomial_interval(inside, s.units, rule.confidence));
   }
   t.estimate("nees", "1", "mean squared Mahalanobis distance from the truth; 2 if consistent",
              has_area ? row->nees.mean : kNaN,
-             has_area ? stats::mean_interval(row->nees, rule.confidence) : kNoInterval);
+             has_area ? stats::mean_interval(row->nees, rule.interval_confidence(s.units)) : kNoInterval);
   t.number("wishart_p", "1", "p-value of the likelihood-ratio test of the 2x2 covariance",
            has_area ? row->wishart_p : kNaN);
   t.number("published_ratio_major", "1", "published ratio along the major axis", row ? row->published_major : kNaN);
   t.number("published_ratio_minor", "1", "published ratio along the minor axis", row ? row->published_minor : kNaN);
   t.number("margin", "1", "what agrees: the ratio of both axes within 1 -+ margin",
            word[0].empty() && word[1].empty() ? kNaN : rule.margin);
-  t.word("verdict", "both axes agree, one differs, or undecided",
-         word[0] == "differs" || word[1] == "differs" ? "differs"
-         : word[0] == word[1]                         ? word[0]
-                                                      : "undecided");
+  t.word("verdict", "both axes agree, one differs, or undecided", whole);
   t.word("expected", "the verdict this row should have", row ? row->expected : "");
+  const bool judged = !word[0].empty() && !word[1].empty();
+  write_evidence(t, judged ? both : Evidence{},
+                 whole == "undecided" ? std::max(verdict[0].trials_to_decide, verdict[1].trials_to_decide) : 0);
   t.word("note", "what else there is to say", row ? row->note : "");
   t.count("trials", "trials run", s.trials);
   t.count("failed", "trials without a position, not in the statistics", s.failed);
@@ -82,8 +94,11 @@ void write_ellipse(TableRows& t, const EllipseRow& row, const HorizontalSample& 
 ComparisonRow compare_nees(const std::string& quantity, const stats::SampleSummary& distance, double dimension,
                            const VerdictRule& rule, std::uint64_t trials) {
   const bool enough = distance.units >= 2;
-  const Estimate found = enough ? Estimate{distance.mean, stats::mean_interval(distance, rule.confidence)} : Estimate{};
-  ComparisonRow row = compare_value(quantity, "1", found, dimension, {rule.nees_margin, rule.confidence}, trials);
+  const Estimate found =
+      enough ? Estimate{distance.mean, stats::mean_interval(distance, rule.interval_confidence(distance.units))}
+             : Estimate{};
+  ComparisonRow row =
+      compare_value(quantity, "1", found, dimension, rule.with_margin(rule.nees_margin), trials, distance.units);
   const stats::Interval band =
       enough ? stats::nees_band(dimension, distance.units, rule.confidence) : stats::Interval{};
   row.note =

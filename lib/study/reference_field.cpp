@@ -56,7 +56,7 @@ double convergence_of_grid(config::ConfigReader& c, const earth::Place& place) {
 }
 
 /// `place`: nothing if it has not been read.
-double read_convergence(config::ConfigReader& c, const std::optional<earth::Place>& place) {
+double convergence_at(config::ConfigReader& c, const std::optional<earth::Place>& place) {
   if (!c.has("field.grid")) return c.number("field.convergence_deg", config::Range::closed(-180, 180), 0) * kDegree;
   if (c.has("field.convergence_deg")) c.fail("field.convergence_deg", "not together with grid, which gives it");
   return convergence_of_grid(c, place ? *place : read_place(c));
@@ -78,7 +78,7 @@ void refuse_blackout(config::ConfigReader& c, const PlacedField& f) {
 
 }  // namespace
 
-double read_convergence(config::ConfigReader& c) { return read_convergence(c, std::nullopt); }
+double read_convergence(config::ConfigReader& c) { return convergence_at(c, std::nullopt); }
 
 std::optional<PlacedField> read_placed_field(config::ConfigReader& c) {
   if (!c.has("field.model")) {
@@ -106,7 +106,7 @@ std::optional<PlacedField> read_placed_field(config::ConfigReader& c) {
   refuse_blackout(c, f);
   c.require(std::abs(e.dip) < 89.99 * kDegree, "field.latitude_deg",
             "the horizontal field vanishes there: there is no magnetic azimuth");
-  f.field = {earth::normal_gravity(f.place), e.total, e.dip, e.declination, read_convergence(c, f.place)};
+  f.field = {earth::normal_gravity(f.place), e.total, e.dip, e.declination, convergence_at(c, f.place)};
   c.note(
       fmt::format("reference field of {} at {}, {:.2f}: {:.1f} nT, dip {:.3f} deg, declination {:.3f} deg (sd {:.2f}), "
                   "convergence {:.3f} deg, gravity {:.5f} m/s2",

@@ -7,6 +7,7 @@
 #include "estimate/estimator.h"
 #include "sensor/magnetometer.h"
 #include "sensor/tool_spread.h"
+#include "study/annotations.h"
 #include "study/reference_field.h"
 #include "study/verdict.h"
 #include "survey/reference_field.h"
@@ -57,15 +58,22 @@ struct TrialPlan {
   std::uint64_t trials = 0;  ///< at most
   double relative_ci = 0;    ///< stop when the half width of every interval is below this part of its estimate
   std::vector<std::string> quantities;
+  std::vector<RowName> decisive;     ///< stop when each of these rows is decided; then there is no relative_ci
   std::vector<std::uint64_t> looks;  ///< trial counts at which to look; empty without [stop]
 };
 
-/// `trials` (at least two), or `[stop] relative_ci, quantities, max_trials` with quantities from `stoppable`.
+/// `trials` (at least two), or one of two kinds of `[stop]`, whose looks are 4096 trials and then 1.1 (by verdict 1.05)
+/// times more each, up to `max_trials`.
 ///
-/// The rule is valid under repeated looks: looks are fixed beforehand (4096 trials, then 1.5 times more each, up to
-/// max_trials), and with J of them every interval is made at confidence 1 - (1 - confidence) / J, which is written to
-/// `verdict`. By Bonferroni the intervals of all looks hold together, so those of the last look hold too.
+/// By precision, `relative_ci, quantities` (from `stoppable`), `correction ("none")`: the moment of the stop depends on
+/// the width of an interval, not on where it lies, and so the interval of a fixed number of trials keeps its coverage
+/// (Chow and Robbins 1965). "bonferroni" looks every 1.5 times, J times in all, and makes every interval at 1 -
+/// (1 - confidence) / J, which is written to `verdict`.
+///
+/// By verdict, `verdict` (names of `judged` rows): the moment depends on the value. Intervals are those of a confidence
+/// sequence (stats/confidence_sequence.h), valid at all looks at once: verdict.at_all_looks is set. Without `judged`
+/// rows a study has no such stop.
 TrialPlan read_trial_plan(config::ConfigReader& config, const std::vector<std::string>& stoppable,
-                          VerdictRule& verdict);
+                          const std::vector<RowName>& judged, VerdictRule& verdict);
 
 }  // namespace surveymc::study

@@ -7,6 +7,8 @@ import os
 
 import studies
 
+from surveymc.result import agreement_share, family_rows, holm
+
 from . import explore, figures, tables
 from .text import VERDICT_MARKS, counts_bar, counts_marks, counts_sentence, escape, grouped, number, prose, slug
 
@@ -41,6 +43,23 @@ def chances_of(frames):
         if math.isfinite(frame.attrs["confidence"]) and "ratio" in frame:
             found[round(frame.attrs["confidence"], 9)] += int((frame["verdict"] != "").sum())
     return found
+
+
+def family_of(frames):
+    """The rows of tables that are judged as a family: [(verdict, p_differs, p_agrees)]."""
+    rows = [family_rows(frame) for frame in frames]
+    return [(v, float(d), float(a)) for r in rows if len(r) for v, d, a in zip(r["verdict"], r["p_differs"], r["p_agrees"])]
+
+
+def error_rates(family):
+    """How many rows of a family agree and differ, how many of the latter do so among all (Holm at 5 %), and what share of
+    the former may be wrong (Benjamini and Hochberg)."""
+    agreeing = [a for v, _, a in family if v == "agrees" and math.isfinite(a)]
+    rejected = holm([d for _, d, _ in family])
+    return {"verdicts": len(family), "agrees": sum(v == "agrees" for v, _, _ in family),
+            "differs": sum(v == "differs" for v, _, _ in family),
+            "surviving": sum(r and v == "differs" for r, (v, _, _) in zip(rejected, family)),
+            "share": agreement_share([a if math.isfinite(a) else 1.0 for _, _, a in family], max(agreeing, default=0.0))}
 
 
 def expectation(counts):
@@ -121,7 +140,8 @@ def _provenance(result, config, name):
 
 
 def result_part(result, study, drawn, identity, name, first_figure):
-    """One result as HTML, its verdict counts, rows by the level of their intervals, and how many figures it has.
+    """One result as HTML, its verdict counts, rows by the level of their intervals, its family (family_of), and how many
+    figures it has.
 
     name: its path as the reader has it; identity: the id of its part of the page.
     """
@@ -157,7 +177,8 @@ def result_part(result, study, drawn, identity, name, first_figure):
             parts.append("</div>")
     parts.append(_provenance(result, config, name))
     parts.append("</article>")
-    return "\n".join(parts), counts, chances_of(frames[t] for t in judged) if result.trials else {}, len(drawn.files)
+    chances = chances_of(frames[t] for t in judged) if result.trials else {}
+    return "\n".join(parts), counts, chances, family_of(frames.values()), len(drawn.files)
 
 
 # --- the whole page -------------------------------------------------------------------------------------------------
@@ -221,6 +242,29 @@ def _chance(chances):
                    "well within their margins. A single row that differs is no finding; several of one kind are.")
 
 
+def _families(groups):
+    """The table of the report's own error rates: a row for each study, and one for all results together."""
+    named = [(study.name, [row for e in entries for row in e["family"]]) for study, entries in groups]
+    everything = [row for _, family in named for row in family]
+    if not everything:
+        return ""
+    rows = []
+    for name, family in (*named, ("all together", everything)):
+        if not family:
+            continue
+        r = error_rates(family)
+        rows.append(f'<tr><th scope="row">{escape(name)}</th>' + "".join(f'<td class="n">{grouped(r[k])}</td>' for k in (
+            "verdicts", "agrees", "differs", "surviving")) + f'<td class="n">{100 * r["share"]:.2g}&nbsp;%</td></tr>')
+    return ('<details class="about" id="family"><summary>How many of these verdicts may be wrong</summary>'
+            "<p>Rows that are not expected to differ, judged together. Of those that differ, the ones that still do so among all "
+            "rows of their line (Holm): the chance that even one of them is false is at most 5&nbsp;%. Of those that agree, the "
+            "share that may be wrong (Benjamini and Hochberg).</p>"
+            '<div class="scroll" tabindex="0" role="region" aria-label="Error rates"><table><thead><tr><th scope="col">study</th>'
+            '<th scope="col" class="n">rows</th><th scope="col" class="n">agree</th><th scope="col" class="n">differ</th>'
+            '<th scope="col" class="n">differ among all</th><th scope="col" class="n">wrong agreements</th></tr></thead>'
+            f'<tbody>{"".join(rows)}</tbody></table></div></details>')
+
+
 def page(groups, versions, note="", findings=()):
     """The report. groups: [(study, [{id, title, counts, chances, html}])] in their order; versions: of the programs that
     ran; findings: headlines.Headline of the first screen."""
@@ -267,6 +311,7 @@ surveying</p></div><button type="button" id="theme" hidden></button></header>
 <p class="lead">{lead}</p>{counts_bar(counts)}
 {f'<p class="small" id="chance">{_chance(chances)}</p>' if chances else ""}
 {_overview(groups)}
+{_families(groups)}
 <details class="about" id="reading"><summary>How to read the tables</summary>
 <p>A ratio is analytic (or published) over Monte Carlo: below 1 a prediction promises too much. Brackets are 95&nbsp;%
 intervals. The small scale beside a ratio goes from ½ to 2; its band is what counts as agreement.</p>

@@ -9,7 +9,8 @@ from .text import counts_marks, escape, grouped, interval, number, unit, verdict
 OPEN_ROWS = 14  # a table with more is folded
 MOST_ROWS = 150  # a table with more is shortened; the whole is a command away
 PAPER_COLUMNS = 13  # a table with more is not printed but named, with its counts: no paper is wide enough for it
-MERGED = ("expected", "trials", "failed")  # said in another column, or in the caption
+# said in another column, in words or in the caption
+MERGED = ("expected", "trials", "failed", "p_differs", "p_agrees", "trials_to_decide")
 
 
 def _is_number(column):
@@ -29,12 +30,17 @@ def _shortened(frame):
     if "published" in frame and _is_number(frame["published"]):
         rank = [1 if math.isfinite(p) else 2 for p in frame["published"]]
     if "verdict" in frame and "expected" in frame:
-        rank = [0 if is_unexpected(v, e) else r for r, v, e in zip(rank, frame["verdict"], frame["expected"])]
+        rank = [0 if is_unexpected(v, e, f) else r
+                for r, v, e, f in zip(rank, frame["verdict"], frame["expected"], _family(frame))]
     chosen = sorted(sorted(range(len(frame)), key=lambda i: (rank[i], i))[:MOST_ROWS])
     first = "those not as expected, then those with published values, then the first" if min(rank) < 2 else "the first"
     shown = frame.iloc[chosen]
     shown.attrs = frame.attrs
     return shown, f"{grouped(MOST_ROWS)} of {grouped(len(frame))} rows are shown: {first}."
+
+
+def _family(frame):
+    return frame["family"] if "family" in frame else [""] * len(frame)
 
 
 def no_counts():
@@ -46,11 +52,11 @@ def counts_of(frame):
     ones are undecided."""
     counts = no_counts()
     expected = frame["expected"] if "expected" in frame else [""] * len(frame)
-    for got, wanted in zip(frame["verdict"], expected):
+    for got, wanted, family in zip(frame["verdict"], expected, _family(frame)):
         kind = verdict_kind(got, wanted)
         if kind in counts:
             counts[kind] += 1
-        counts["unexpected"] += is_unexpected(got, wanted)
+        counts["unexpected"] += is_unexpected(got, wanted, family)
         counts["unexpected_undecided"] += got == "undecided" and is_unexpected(got, wanted)
     return counts
 
@@ -100,7 +106,8 @@ class _Columns:
         value = row[column]
         if column == "verdict":
             wanted = row.get("expected", "")
-            return f'<td class="v">{verdict(verdict_kind(value, wanted), is_unexpected(value, wanted))}</td>'
+            odd = is_unexpected(value, wanted, row.get("family", ""))
+            return f'<td class="v">{verdict(verdict_kind(value, wanted), odd)}</td>'
         if not _is_number(self.frame[column]):
             if column == "quantity" and row.get("unit", "1") not in ("1", ""):
                 return f'<th scope="row">{escape(value)} <span class="unit">({escape(unit(row["unit"]))})</span></th>'
@@ -143,7 +150,7 @@ def table(frame, margin=0.0, command="", fold=False):
     rows = []
     for i in range(len(shown)):
         row = {c: shown[c].iat[i] for c in shown}
-        unexpected = is_unexpected(row.get("verdict", ""), row.get("expected", ""))
+        unexpected = is_unexpected(row.get("verdict", ""), row.get("expected", ""), row.get("family", ""))
         rows.append(f"<tr{' class=unexpected' if unexpected else ''}>" + "".join(columns.cell(row, c) for c in columns.shown)
                     + "</tr>")
     note = f'<p class="small">{shortened} All: <code>{escape(command)}</code></p>' if shortened else ""

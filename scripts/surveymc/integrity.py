@@ -82,8 +82,16 @@ def _text(item, key, otherwise=""):
 
 
 def _links(group):
+    """Names in a group, in the order in which they were written. ValueError if one leads elsewhere, or has its values there:
+    into another file, or other datasets. surveymc writes nothing of the kind."""
     names = []
     group.id.links.iterate(lambda name: names.append(name.decode("utf-8")), idx_type=h5py.h5.INDEX_CRT_ORDER)
+    for name in names:
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            raise ValueError(f"{name} leads elsewhere")
+        item = group[name]
+        if isinstance(item, h5py.Dataset) and (item.is_virtual or item.external):
+            raise ValueError(f"{name} has its values elsewhere")
     return names
 
 
@@ -121,6 +129,8 @@ def _map_hash(name, dataset):
 
 def content_hash(file):
     """The hash of tables, samples, maps, inputs and provenance of an open result; equal to its attribute `content_hash`."""
+    _links(file)
+    _links(file["maps"])
     h = _Hasher()
     h.texts("surveymc result 1", *(_text(file, key) for key in ("title", "experiment", "config", "config_hash")))
     h.number(int(file.attrs["seed"]))

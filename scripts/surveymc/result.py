@@ -14,6 +14,7 @@ from .ellipse import Ellipse
 from .storage import ResultError
 from .storage import plain as _python
 
+MAY_BE_CHANCE = "may be chance"  # of column `family`
 VERDICTS = ("agrees", "differs as expected", "undecided", "differs")
 _ATTRIBUTES = {  # of the root group: name here, name there
     "title": "title", "experiment": "experiment", "seed": "seed", "trials": "trials", "version": "surveymc_version",
@@ -105,12 +106,13 @@ class Result:
         with self._file() as file:
             for table in file.get("tables", {}).values():
                 if "verdict" in table:
-                    expected = _values(table["expected"]) if "expected" in table else [""] * len(table["verdict"])
-                    for got, wanted in zip(_values(table["verdict"]), expected):
+                    expected, family = (_values(table[c]) if c in table else [""] * len(table["verdict"])
+                                        for c in ("expected", "family"))
+                    for got, wanted, together in zip(_values(table["verdict"]), expected, family):
                         kind = verdict_kind(got, wanted)
                         if kind:
                             counts[kind] += 1
-                        counts["unexpected"] += is_unexpected(got, wanted)
+                        counts["unexpected"] += is_unexpected(got, wanted, together)
         return counts
 
     def table(self, name):
@@ -132,7 +134,7 @@ class Result:
             columns = {k: d for k, d in stored.items() if k != "row"}
             frame = pandas.DataFrame({k: _values(d) for k, d in columns.items()})
             long_name = _python(stored.attrs.get("long_name", ""))
-            found = re.search(r"intervals at ([\d.]+) %$", long_name)
+            found = re.search(r"intervals at (?:all looks at )?([\d.]+) %$", long_name)
             frame.attrs = {
                 "name": name, "long_name": long_name,
                 "sweep_keys": [k for k, d in columns.items() if _python(d.attrs.get("long_name", "")) == "sweep key"],
@@ -208,10 +210,39 @@ def _described(data):
     return {k: _python(data.attrs[k]) for k in ("units", "long_name") if k in data.attrs}
 
 
-def is_unexpected(verdict, expected):
+def is_unexpected(verdict, expected, family=""):
     """Whether a row is "not as expected", by the rule of the program and the report: its verdict is not the one that the
-    config expects, or undecided, or missing."""
-    return bool(expected) and verdict != expected
+    config expects, or undecided, or missing. A row that differs but "may be chance" in its family does not count."""
+    return bool(expected) and verdict != expected and not (verdict == "differs" and family == MAY_BE_CHANCE)
+
+
+def holm(p, level=0.05):
+    """Which hypotheses with these p-values Holm's procedure rejects, as a list of bool: the k-th smallest of n is compared
+    with level / (n - k + 1), until one is larger. The probability of any false rejection is at most `level`."""
+    order = sorted(range(len(p)), key=lambda i: p[i])
+    rejected = [False] * len(p)
+    for k, i in enumerate(order):
+        if not p[i] <= level / (len(p) - k):
+            break
+        rejected[i] = True
+    return rejected
+
+
+def agreement_share(p, accepted):
+    """The share of wrong ones to be expected among those of p that are at most `accepted` (Benjamini and Hochberg 1995): q
+    of the last of them; 0 where there is none."""
+    rising = sorted(p)
+    last = sum(x <= accepted for x in rising)
+    return min([1.0, *(len(p) * rising[i] / (i + 1) for i in range(last - 1, len(rising)))]) if last else 0.0
+
+
+def family_rows(frame):
+    """The rows of a table (Result.table) that are judged as a family, as in the program: those with a verdict and a
+    p-value that are not expected to differ. Empty for a table without p-values."""
+    if not {"verdict", "p_differs", "p_agrees", "family"} <= set(frame.columns):
+        return frame.iloc[:0]
+    asked = frame["expected"] == "differs" if "expected" in frame else False
+    return frame[(frame["verdict"] != "") & frame["p_differs"].notna() & ~asked]
 
 
 def verdict_kind(verdict, expected=""):

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "checkpoint/journal.h"
+#include "checkpoint/journal_remarks.h"
 #include "checkpoint/part_file.h"
 #include "montecarlo/run_blocks.h"
 #include "random/stream.h"
@@ -152,7 +153,7 @@ TEST_CASE("A run that goes on behind a look ends where the first attempt would h
   }
 }
 
-TEST_CASE("A journal gives back what stands before the damage, whatever byte it is", "[checkpoint]") {
+TEST_CASE("A journal gives back all but the record that is damaged, whatever byte it is", "[checkpoint]") {
   const Folder folder;
   {
     Journal journal(folder.output(), kKey, std::chrono::seconds(0));
@@ -174,7 +175,9 @@ TEST_CASE("A journal gives back what stands before the damage, whatever byte it 
     flipped[i] = static_cast<char>(flipped[i] ^ 4);
     overwrite(path, flipped);
     const JournalContents left = read_journals(folder.output(), kKey);
-    CHECK(left.finished.size() == i / record);
+    CHECK(left.finished.size() == 2);  // those before and behind
+    CHECK(left.finished.count(i / record) == 0);
+    CHECK(left.damaged.size() == 1);
     overwrite(path, bytes.substr(0, i));
     CHECK(read_journals(folder.output(), kKey).finished.size() == i / record);
   }
@@ -183,7 +186,30 @@ TEST_CASE("A journal gives back what stands before the damage, whatever byte it 
   CHECK_THROWS_WITH(read_journals(folder.output(), {kKey.config_hash, "other"}), Catch::Contains("another build"));
   remove_journals(folder.output(), {"ffff", "this build"});
   CHECK(fs::exists(path));
+  const RunKey other{kKey.config_hash, "another build; numerics 1, probe 0"},
+      alike{kKey.config_hash, "this; numerics 1, probe 0"};
+  {
+    Journal journal(folder.output(), other, std::chrono::seconds(0));
+    journal.add(0, {0, 0, kernel({0, 4})});
+    REQUIRE(journal.sync());
+  }
+  CHECK_THROWS_WITH(read_journals(folder.output(), kKey), Catch::Contains("another build"));
+  overwrite(path, "");
+  const JournalContents used = read_journals(folder.output(), alike);
+  CHECK(used.finished.size() == 1);
+  REQUIRE(journal_remarks(folder.output(), alike).notes.size() == 1);
+  CHECK_THAT(journal_remarks(folder.output(), alike).notes[0], Catch::Contains("another build; numerics 1"));
+  remove_journals(folder.output(), alike);
+  CHECK(journals_of(folder.output()).empty());
+  overwrite(path, bytes);
   overwrite(folder.path / "out.h5.journal.mine", "a user's notes");
+  CHECK(journal_remarks(folder.output(), kKey).warnings.size() == 1);
+  std::string later = bytes.substr(0, record);
+  later = sealed_record("SMCJRNL2", record_at(later, 0, "SMCJRNL1")->body);
+  overwrite(path, later);
+  CHECK_THROWS_WITH(read_journals(folder.output(), kKey), Catch::Contains("another version"));
+  overwrite(path, std::string(40, 'x'));  // by its name it is ours
+  CHECK(read_journals(folder.output(), kKey).damaged.size() == 1);
   remove_journals(folder.output(), kKey);
   CHECK_FALSE(fs::exists(path));
   CHECK(fs::exists(folder.path / "out.h5.journal.mine"));

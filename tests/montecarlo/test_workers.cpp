@@ -1,5 +1,6 @@
 #include "montecarlo/workers.h"
 
+#include <chrono>
 #include <deque>
 #include <exception>
 #include <mutex>
@@ -10,6 +11,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
+#include "montecarlo/block_queue.h"
 #include "random/stream.h"
 #include "stats/tally_bytes.h"
 
@@ -144,6 +146,56 @@ TEST_CASE("Any number of ranks gives the bits of one, with a stopping rule and a
           CHECK_FALSE(kept.empty());
         });
     for (const int e : exits) CHECK(e == 0);
+  }
+}
+
+TEST_CASE("What a slow rank does not do in time, the others do", "[workers]") {
+  // Rank 1 ends no block before rank 0 has done 70 of 100: with equal shares, neither would ever end.
+  constexpr std::uint64_t kTrials = 100 * kBlockTrials;
+  std::atomic<int> done_by_rank_0 = 0;
+  std::atomic<bool> is_stuck = false;
+  const auto slow = [&](TrialBlock b) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (done_by_rank_0 < 70 && !is_stuck) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      if (std::chrono::steady_clock::now() > end) is_stuck = true;
+    }
+    return kernel(b);
+  };
+  const auto fast = [&](TrialBlock b) {
+    ++done_by_rank_0;
+    return kernel(b);
+  };
+  with_ranks(
+      2, [&](const BlockOrder&, int) { return share(kTrials, slow); },
+      [&](Workers& workers) {
+        RunOptions options{1};
+        options.workers = &workers;
+        CHECK(stats::tally_to_bytes(run_blocks(kTrials, fast, options)) ==
+              stats::tally_to_bytes(run_blocks(kTrials, kernel, {1})));
+      });
+  CHECK_FALSE(is_stuck);
+  CHECK(done_by_rank_0 < 100);  // rank 1 had some
+}
+
+TEST_CASE("Pieces of a queue are all of its blocks, once", "[workers]") {
+  for (const std::uint64_t takers : {1u, 2u, 7u}) {
+    BlockQueue queue({{3, 5}, {8, 9}, {20, 60}});
+    std::vector<std::uint64_t> blocks;
+    while (queue.left() > 0) {
+      const std::uint64_t before = queue.left();
+      const std::vector<BlockRange> piece = queue.take_piece(takers, 4);
+      REQUIRE(count_of(piece) > 0);
+      CHECK(count_of(piece) <= (before + takers - 1) / takers);
+      CHECK(queue.left() == before - count_of(piece));
+      for (const BlockRange& r : piece)
+        for (std::uint64_t b = r.first; b < r.end; ++b) blocks.push_back(b);
+      if (const auto one = queue.take()) blocks.push_back(*one);
+    }
+    CHECK_FALSE(queue.take());
+    std::vector<std::uint64_t> all{3, 4, 8};
+    for (std::uint64_t b = 20; b < 60; ++b) all.push_back(b);
+    CHECK(blocks == all);
   }
 }
 

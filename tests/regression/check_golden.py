@@ -24,7 +24,10 @@ TABLES = ("parameters", "position", "ellipse", "control_variate", "observability
           "profile", "metrics", "comparison", "operating", "baselines", "data_quality",
           "reference_field", "magnetic_elements", "interference", "modes", "outliers", "rms", "unstart", "worse",
           "gyro", "tool_codes", "validity", "by_source", "least", "relative_covariance", "relative_position",
-          "probability", "sampling", "design_points", "importance")
+          "probability", "sampling", "design_points", "importance",
+          "calibration", "family")
+# What follows from interval, margin and verdict, which are kept; tests/study/test_family.cpp judges it.
+DERIVED = {"p_differs", "p_agrees", "family", "trials_to_decide"}
 # Long tables: the mean over realisations, and nothing that follows from it.
 CHOSEN_COLUMNS = {"metrics": {"formulation", "quantity", "monte_carlo"}}
 
@@ -40,10 +43,13 @@ def table(surveymc, result, name):
     if shown.returncode != 0:
         return None
     rows = list(csv.reader(io.StringIO(shown.stdout)))
-    if name not in CHOSEN_COLUMNS:
+    if name in CHOSEN_COLUMNS:
+        sweep = set(rows[0][:rows[0].index("formulation")])
+        chosen = [i for i, column in enumerate(rows[0]) if column in CHOSEN_COLUMNS[name] | sweep]
+    elif "p_differs" in rows[0]:
+        chosen = [i for i, column in enumerate(rows[0]) if column not in DERIVED]
+    else:
         return shown.stdout, rows
-    sweep = set(rows[0][:rows[0].index("formulation")])
-    chosen = [i for i, column in enumerate(rows[0]) if column in CHOSEN_COLUMNS[name] | sweep]
     rows = [[row[i] for i in chosen] for row in rows]
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)

@@ -9,6 +9,7 @@
 #include "stats/intervals.h"
 #include "study/comparison.h"
 #include "study/difference.h"
+#include "study/family.h"
 
 using namespace surveymc;
 using namespace surveymc::study;

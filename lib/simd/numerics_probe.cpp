@@ -1,14 +1,15 @@
-#include "simd/libm_fingerprint.h"
+#include "simd/numerics_probe.h"
 
 #include <bit>
 #include <cmath>
 #include <cstdint>
 
 #include <fmt/format.h>
+#include <Eigen/Dense>
 
 namespace surveymc::simd {
 
-std::string libm_fingerprint() {
+std::string numerics_probe() {
   constexpr int kArguments = 128;
   std::uint64_t hash = 14695981039346656037u;  // FNV-1a over words of 64 bits
   const auto add = [&](double x) { hash = (hash ^ std::bit_cast<std::uint64_t>(x)) * 1099511628211u; };
@@ -22,6 +23,18 @@ std::string libm_fingerprint() {
                            std::tgamma(x),       std::lgamma(x),       std::fmod(x, 0.3)})
       add(y);
   }
+  constexpr Eigen::Index kRows = 37, kInner = 29, kColumns = 11;  // no multiples of any vector's length
+  const auto matrix = [](Eigen::Index rows, Eigen::Index columns) {
+    Eigen::MatrixXd m(rows, columns);
+    for (Eigen::Index c = 0; c < columns; ++c)
+      for (Eigen::Index r = 0; r < rows; ++r) m(r, c) = 1.0 / static_cast<double>(3 + 7 * r + 5 * c);
+    return m;
+  };
+  const Eigen::MatrixXd a = matrix(kRows, kInner), b = matrix(kInner, kColumns), product = a * b;
+  for (const double y : product.reshaped()) add(y);
+  add(a.sum());
+  add(a.col(0).dot(a.col(1)));
+  add(a.col(2).norm());
   return fmt::format("{:08x}", static_cast<std::uint32_t>(hash ^ (hash >> 32)));
 }
 

@@ -1,0 +1,129 @@
+#include "study/family.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "study/table_rows.h"
+
+namespace surveymc::study {
+namespace {
+
+using Words = std::vector<std::string>;
+
+/// The columns of a table that belong to a family; `is_whole` if it has all that are needed.
+struct FamilyColumns {
+  const Words *verdict = nullptr, *expected = nullptr;
+  const std::vector<double>*p_differs = nullptr, *p_agrees = nullptr;
+  bool has_family = false;
+
+  bool is_whole() const { return verdict && p_differs && p_agrees && has_family; }
+};
+
+FamilyColumns family_columns(const store::Table& t) {
+  FamilyColumns f;
+  for (const store::Column& c : t.columns) {
+    if (c.name == "verdict") f.verdict = std::get_if<Words>(&c.values);
+    if (c.name == "expected") f.expected = std::get_if<Words>(&c.values);
+    if (c.name == "p_differs") f.p_differs = std::get_if<std::vector<double>>(&c.values);
+    if (c.name == "p_agrees") f.p_agrees = std::get_if<std::vector<double>>(&c.values);
+    f.has_family = f.has_family || c.name == "family";
+  }
+  return f;
+}
+
+/// The table with these words in column `family`, by row; the other rows as they are.
+store::Table with_family(const store::Table& t, const std::map<std::size_t, const char*>& words) {
+  store::Table out;
+  store::for_each_piece(t, [&](const store::Table& piece, std::size_t first) {
+    store::Table part = piece;
+    for (store::Column& c : part.columns)
+      if (c.name == "family")
+        for (auto w = words.lower_bound(first); w != words.end() && w->first < first + piece.rows(); ++w)
+          std::get<Words>(c.values)[w->first - first] = w->second;
+    if (out.columns.empty())
+      out = std::move(part);
+    else
+      store::append_rows(out, part);
+  });
+  return out;
+}
+
+}  // namespace
+
+std::vector<bool> holm(const std::vector<double>& p, double level) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < p.size(); ++i)
+    if (!std::isnan(p[i])) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return p[a] < p[b]; });
+  std::vector<bool> rejected(p.size(), false);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    if (!(p[order[k]] <= level / static_cast<double>(order.size() - k))) break;
+    rejected[order[k]] = true;
+  }
+  return rejected;
+}
+
+double benjamini_hochberg_share(const std::vector<double>& p, double accepted) {
+  std::vector<double> rising = p;
+  std::sort(rising.begin(), rising.end());
+  const auto k = std::upper_bound(rising.begin(), rising.end(), accepted) - rising.begin();
+  if (k == 0) return 0;
+  // q of one row is the smallest n p / k of it and of those behind it.
+  double share = 1;
+  for (auto i = static_cast<std::size_t>(k); i <= rising.size(); ++i)
+    share = std::min(share, static_cast<double>(rising.size()) * rising[i - 1] / static_cast<double>(i));
+  return share;
+}
+
+void apply_family(std::vector<store::Table>& tables) {
+  struct Place {
+    std::size_t table, row;
+    bool differs;
+  };
+  std::vector<Place> places;
+  std::vector<double> p_differs, p_agrees;
+  std::size_t agrees = 0, differs = 0, undecided = 0;
+  double last_agreed = 0;
+  const auto collect = [&](std::size_t table, const store::Table& piece, std::size_t first) {
+    const FamilyColumns f = family_columns(piece);
+    for (std::size_t i = 0; i < piece.rows(); ++i) {
+      const std::string& verdict = (*f.verdict)[i];
+      const double p = (*f.p_differs)[i], q = (*f.p_agrees)[i];
+      if (verdict.empty() || std::isnan(p) || (f.expected && (*f.expected)[i] == "differs")) continue;
+      places.push_back({table, first + i, verdict == "differs"});
+      p_differs.push_back(p);
+      p_agrees.push_back(std::isnan(q) ? 1 : q);
+      agrees += verdict == "agrees";
+      differs += verdict == "differs";
+      undecided += verdict == "undecided";
+      if (verdict == "agrees") last_agreed = std::max(last_agreed, p_agrees.back());
+    }
+  };
+  for (std::size_t table = 0; table < tables.size(); ++table)
+    if (family_columns(tables[table]).is_whole())
+      store::for_each_piece(tables[table],
+                            [&](const store::Table& piece, std::size_t first) { collect(table, piece, first); });
+  if (places.empty()) return;
+  const std::vector<bool> rejected = holm(p_differs, kFamilyLevel);
+  std::size_t surviving = 0;
+  std::map<std::size_t, std::map<std::size_t, const char*>> words;  // by table and row
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (!places[i].differs) continue;
+    surviving += rejected[i];
+    words[places[i].table][places[i].row] = rejected[i] ? kDiffersInFamily : kMayBeChance;
+  }
+  for (const auto& [table, by_row] : words) tables[table] = with_family(tables[table], by_row);
+  TableRows t("family", "the verdicts of all rows of this file together; those that are expected to differ stay out");
+  t.count("verdicts", "rows with a verdict and a p-value", places.size());
+  t.count("agrees", "of them, rows that agree", agrees);
+  t.count("differs", "of them, rows that differ", differs);
+  t.count("undecided", "of them, rows that are undecided", undecided);
+  t.count("differs_holm", "rows that differ among all of them: Holm at 5 %", surviving);
+  t.number("agrees_q", "1", "share of the rows that agree which may be wrong (Benjamini and Hochberg)",
+           agrees > 0 ? benjamini_hochberg_share(p_agrees, last_agreed) : 0);
+  tables.push_back(t.take());
+}
+
+}  // namespace surveymc::study

@@ -1,0 +1,310 @@
+#!/usr/bin/python3
+"""Hostile files, closed descriptors, little memory, other builds, other settings: test_hardening.py SURVEYMC_EXECUTABLE
+LIBRARY_WITH_OTHER_FLOATING_POINT [unittest arguments]"""
+import os
+import re
+import resource
+import shutil
+import struct
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+import xxhash
+
+from durability import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, PATIENCE, Case, program_from_arguments
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+from surveymc import integrity  # noqa: E402
+
+INTERNAL, NO_MACHINE = 70, 71
+FLOATING_POINT = ""
+ESCAPE = re.compile("[\x00-\x08\x0b-\x1f\x7f\x80-\x9f]")
+
+
+def records(data):
+    """[mark, body] of a journal or a part."""
+    out, at = [], 0
+    while at < len(data):
+        size, = struct.unpack_from("<Q", data, at + 8)
+        out.append((data[at:at + 8], data[at + 16:at + 16 + size]))
+        at += 16 + size + 16
+    return out
+
+
+def sealed(mark, body):
+    data = mark + struct.pack("<Q", len(body)) + body
+    return data + xxhash.xxh3_128(data).digest()
+
+
+def of_another_program(data, change):
+    """The same records, as another program would have written them."""
+    out = b""
+    for mark, body in records(data):
+        hash_size, = struct.unpack_from("<Q", body, 0)
+        at = 8 + hash_size
+        size, = struct.unpack_from("<Q", body, at)
+        name = change(body[at + 8:at + 8 + size].decode()).encode()
+        out += sealed(mark, body[:at] + struct.pack("<Q", len(name)) + name + body[at + 8 + size:])
+    return out
+
+
+def another_revision(name):
+    changed = re.sub(r"\(([^)]*)\), (\S+) ", r"(0123456789ab), SomeCompiler ", name)
+    assert changed != name, name
+    return changed
+
+
+def other_numerics(name):
+    changed = re.sub(r"; numerics (\d+)", lambda m: f"; numerics {int(m[1]) + 1}", name)
+    assert changed != name, name
+    return changed
+
+
+class Hardening(Case):
+    RUN = ("run", "large.toml", "-o", "out.h5", "--checkpoint-seconds", "0.01")
+
+    def small(self, name="small.h5"):
+        self.call("run", "small.toml", "-o", name)
+        return self.folder / name
+
+    def interrupted(self):
+        """A journal with something in it; it and the hash of the whole run."""
+        self.call("run", "large.toml", "-o", "whole.h5")
+        code = DONE
+        while not self.journals():
+            code, err = self.interrupt(*self.RUN, number=15)
+            self.assertIn(code, (DONE, INTERRUPTED), err)
+            if code == DONE:
+                (self.folder / "out.h5").unlink()
+        journal, = self.journals()
+        return journal, self.hash_of("whole.h5")
+
+    # --- files ---
+
+    def crafted(self, edit):
+        """A result that is edited without its seal, with the content hash that then is right wherever that can be made."""
+        path = self.folder / "crafted.h5"
+        data = (self.folder / "small.h5").read_bytes()
+        path.write_bytes(data[:-integrity.SEAL_SIZE])
+        with h5py.File(path, "r+") as file:
+            edit(file)
+        try:
+            with h5py.File(path, "r+") as file:
+                file.attrs["content_hash"] = integrity.content_hash(file)
+        except Exception:
+            pass
+        return path
+
+    def test_files_that_lead_elsewhere_are_not_read(self):
+        self.small()
+        secret = self.folder / "secret.bin"
+        secret.write_bytes(np.arange(64, dtype=float).tobytes())
+        with h5py.File(self.folder / "other.h5", "w") as file:
+            file["position"] = np.arange(3.0)
+
+        def of_itself(file):
+            name = next(n for n in file["tables/position"] if file["tables/position"][n].dtype == np.float64)
+            layout = h5py.VirtualLayout(shape=file[f"tables/position/{name}"].shape, dtype=float)
+            layout[...] = h5py.VirtualSource(".", f"/tables/position/{name}", shape=layout.shape)
+            del file[f"tables/position/{name}"]
+            file.create_virtual_dataset(f"tables/position/{name}", layout)
+
+        def external(file):
+            table = file["tables/position"]
+            name = next(n for n in table if table[n].dtype == np.float64)
+            shape = table[name].shape
+            del table[name]
+            table.create_dataset(name, shape, float, external=[(str(secret), 0, 8 * shape[0])])
+
+        def link(file):
+            file["tables/position/linked"] = h5py.ExternalLink(str(self.folder / "other.h5"), "/position")
+
+        def root_link(file):
+            del file["samples"]
+            file["samples"] = h5py.SoftLink("/tables")
+
+        def no_columns(file):
+            for name in list(file["inputs"]):
+                for column in list(file["inputs"][name]):
+                    del file["inputs"][name][column]
+
+        for edit, says in ((of_itself, "elsewhere|damaged"), (external, "elsewhere"), (link, "leads elsewhere"),
+                           (root_link, "leads elsewhere"), (no_columns, "not as surveymc stores files")):
+            with self.subTest(edit.__name__):
+                path = self.crafted(edit)
+                for command in (("show", path), ("show", path, "--json"), ("rerun", path))[2 if edit is no_columns else 0:]:
+                    self.call(*command, code=CANNOT_WRITE, says=says)
+                self.call("run", "small.toml", "-o", path)  # whatever it is, it is kept
+                self.assertEqual([p.name for p in self.folder.glob("crafted.*.h5")], ["crafted.1.h5"])
+                (self.folder / "crafted.1.h5").unlink()
+
+    def test_what_crashes_ends_in_the_child(self):
+        """Any bytes behind a whole beginning: HDF5 may crash at them, the program may not."""
+        data = self.small().read_bytes()[:-integrity.SEAL_SIZE]
+        path = self.folder / "damaged.h5"
+        for at in range(96, len(data), len(data) // 60):
+            bad = bytearray(data)
+            bad[at:at + 8] = b"\xff" * 8
+            path.write_bytes(bytes(bad))
+            done = subprocess.run([*self.PROGRAM, "show", path, "--list"], capture_output=True, text=True, timeout=PATIENCE)
+            self.assertIn(done.returncode, (DONE, CANNOT_WRITE), f"{at}: {done.stderr}")
+
+    def test_names_with_escape_sequences(self):
+        evil = "\x1b]0;owned\x07\x1b[31m\x9b2J"
+        self.small()
+        path = self.crafted(lambda file: (file.attrs.__setitem__("title", evil), file.attrs.__setitem__("git_revision", evil),
+                                          file["tables/position"].attrs.__setitem__("long_name", evil)))
+        for command in (("show", path), ("show", path, "position"), ("show", path, "--json")):
+            self.assertNotRegex(self.call(*command), ESCAPE)
+        for command in (("run", f"a{evil}.toml"), ("show", f"a{evil}.h5"), ("merge", f"a{evil}.part", "-o", "m.h5"), (evil,),
+                        ("run", "small.toml", "--set", f"{evil}=1"), ("status", evil)):
+            done = subprocess.run([*self.PROGRAM, *command], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
+            self.assertIn(done.returncode, (64, BAD_INPUT, CANNOT_WRITE), done.stderr)
+            self.assertNotRegex(done.stdout + done.stderr, ESCAPE)
+        odd = self.folder / f"odd{evil}.h5"
+        shutil.copy(self.folder / "small.h5", odd)
+        self.assertNotRegex(self.call("run", "small.toml", "-o", odd, "--seed", 3), ESCAPE)
+
+    def test_an_old_result_that_cannot_be_read_is_called_so(self):
+        path = self.small()
+        data = bytearray(path.read_bytes())
+        data[len(data) // 2] ^= 1
+        path.write_bytes(data)
+        self.call("run", "small.toml", "-o", "small.h5", code=CANNOT_WRITE,
+                  says=r"exists and cannot be read \(is damaged or was edited: its checksum does not match\): refusing")
+        self.assertEqual(path.read_bytes(), data)
+
+    # --- descriptors, memory, machines ---
+
+    def test_closed_descriptors(self):
+        whole = self.small()
+        for closed in ((2,), (0, 1, 2), (0, 2)):
+            with self.subTest(closed):
+                def close():
+                    for number in closed:
+                        os.close(number)
+                go = lambda *more: subprocess.run([*self.PROGRAM, "run", "small.toml", "-o", "out.h5", "--threads", "1", *more],
+                                                  cwd=self.folder, preexec_fn=close, timeout=PATIENCE).returncode
+                codes = [go("--checkpoint-seconds", "0.001", "--max-seconds", "0.004")]
+                for journal in self.journals():
+                    self.assertTrue(journal.read_bytes().startswith(b"SMCJRNL1"))
+                    records(journal.read_bytes())
+                codes.append(go("--resume"))
+                # With standard output closed, not all was printed: that is an error, but the result is there.
+                self.assertIn(codes[-1], (CANNOT_WRITE,) if 1 in closed else (DONE,))
+                self.assertEqual(self.hash_of("out.h5"), self.hash_of("small.h5"))
+                (self.folder / "out.h5").unlink()
+
+    def test_little_memory(self):
+        """Under every limit of memory the program ends by itself, with a message and the code for it."""
+        self.small()
+        peak = 0
+        for mebibytes in (*range(40, 200, 12), 260, 400):
+            for command in (("run", "small.toml", "-o", "out.h5", "--threads", "2", "--overwrite"), ("rerun", "small.h5"), ("show", "small.h5")):
+                done = subprocess.run([*self.PROGRAM, *command], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE,
+                                      preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (mebibytes << 20,) * 2))
+                told = f"{mebibytes} MiB, {command}: {done.returncode}: {done.stderr}"
+                if done.returncode == 127:  # the loader: the program has not begun
+                    continue
+                peak = max(peak, mebibytes)
+                self.assertIn(done.returncode, (DONE, INTERNAL, NO_MACHINE, CANNOT_WRITE), told)
+                if done.returncode != DONE:
+                    self.assertRegex(done.stderr, "memory|threads", told)
+                    self.assertNotRegex(done.stderr, "internal error|terminate|libgomp", told)
+                self.assertEqual(self.temporaries(), [], told)
+        self.assertGreater(peak, 0)
+
+    def test_a_processor_that_lacks_the_instructions(self):
+        emulator = shutil.which("qemu-x86_64")
+        if not emulator:
+            self.skipTest("no qemu-x86_64")
+        done = subprocess.run([emulator, "-cpu", "Nehalem", *self.PROGRAM, "list"], capture_output=True, text=True, timeout=PATIENCE)
+        self.assertEqual(done.returncode, NO_MACHINE, done.stderr)
+        self.assertRegex(done.stderr, "needs a processor with AVX2 and FMA")
+
+    def test_settings_change_no_bit(self):
+        whole = self.hash_of(self.small().name)
+        for number, settings in enumerate((
+                {"OMP_NUM_THREADS": "3"}, {"OMP_NUM_THREADS": "1", "OMP_DYNAMIC": "true"}, {"OMP_SCHEDULE": "guided,7", "OMP_NESTED": "true"},
+                {"OMP_PROC_BIND": "close", "OMP_WAIT_POLICY": "active"}, {"OMP_THREAD_LIMIT": "2"}, {"OMP_STACKSIZE": "512k"},
+                {"LC_ALL": "de_DE.UTF-8"}, {"LC_ALL": "tr_TR.UTF-8", "LANG": "tr_TR.UTF-8"}, {"LC_NUMERIC": "C.UTF-8"}, {"LC_ALL": "none"},
+                {"TZ": "Pacific/Kiritimati"}, {"TZ": "nowhere/at all"}, {"MALLOC_PERTURB_": "165"}, {"LD_PRELOAD": FLOATING_POINT},
+                {"SURVEYMC_INSTRUCTION_SET": "x86-64-v3"})):
+            with self.subTest(settings):
+                self.call("run", "small.toml", "-o", f"{number}.h5", env=settings)
+                self.assertEqual(self.hash_of(f"{number}.h5"), whole)
+
+    # --- journals and parts of other builds ---
+
+    def test_a_finished_run_is_not_computed_again(self):
+        path = self.small()
+        before = path.stat()
+        said = self.call("run", "small.toml", "-o", "small.h5", "--resume", says="small.h5 is done already")
+        self.assertIn("position", said)  # its tables are printed again
+        self.assertEqual((path.stat().st_ino, path.stat().st_mtime_ns), (before.st_ino, before.st_mtime_ns))
+        self.call("run", "small.toml", "-o", "small.h5", "--resume", "--seed", 2, says="wrote small.h5")  # another config
+        self.assertTrue((self.folder / "small.1.h5").exists())
+
+    def test_journals_of_other_builds(self):
+        journal, whole = self.interrupted()
+        data = journal.read_bytes()
+        journal.write_bytes(of_another_program(data, other_numerics))
+        self.call(*self.RUN, "--resume", code=CANNOT_WRITE, says="is the journal of another build .*last bits")
+        journal.write_bytes(of_another_program(data, another_revision))
+        done = subprocess.run([*self.PROGRAM, *self.RUN, "--resume"], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
+        self.assertEqual(done.returncode, DONE, done.stderr)
+        self.assertRegex(done.stderr, r"is of another build \(surveymc .*SomeCompiler.*\), whose numbers have the same bits: used")
+        self.assertRegex(done.stderr, "going on from [1-9]")
+        self.assertEqual(self.hash_of("out.h5"), whole)
+        self.assertEqual(self.journals(), [])
+
+    def test_parts_of_other_builds(self):
+        whole = self.hash_of(self.small().name)
+        for shard in (0, 1):
+            self.call("run", "small.toml", "--shard", f"{shard}/2", "-o", "p/")
+        part, other = sorted((self.folder / "p").glob("*.part"))
+        data = part.read_bytes()
+        part.write_bytes(of_another_program(data, other_numerics))
+        self.call("merge", "p", "-o", "m.h5", code=BAD_INPUT, says="was made by another build")
+        self.call("run", "small.toml", "--shard", "0/2", "-o", "p/", code=CANNOT_WRITE, says="this part by another build")
+        part.write_bytes(of_another_program(data, another_revision))
+        self.call("run", "small.toml", "--shard", "0/2", "-o", "p/", says="is done already")
+        done = subprocess.run([*self.PROGRAM, "merge", "p", "-o", "m.h5"], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
+        self.assertEqual(done.returncode, DONE, done.stderr)
+        self.assertRegex(done.stderr, "is of another build .*SomeCompiler.*the same bits: used")
+        self.assertEqual(self.hash_of("m.h5"), whole)
+
+    def test_a_journal_with_a_damaged_head(self):
+        journal, whole = self.interrupted()
+        data = bytearray(journal.read_bytes())
+        for first in (8, 16, len(data)):  # its mark, its mark and length, all of it
+            (self.folder / "out.h5").unlink(missing_ok=True)
+            bad = data[:]
+            bad[:first] = b"\x55" * first
+            journal.write_bytes(bad)
+            self.call(*self.RUN, code=CANNOT_WRITE, says="was not finished")
+            done = subprocess.run([*self.PROGRAM, *self.RUN, "--resume"], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
+            self.assertEqual(done.returncode, DONE, done.stderr)
+            self.assertIn("is damaged; what cannot be read is computed again", done.stderr)
+            if len(records(bytes(data))) > 1 and first < len(data):
+                self.assertRegex(done.stderr, "going on from [1-9]")  # the records behind it
+            self.assertEqual(self.hash_of("out.h5"), whole)
+            self.assertEqual(self.journals(), [])
+        (self.folder / "out.h5").unlink()
+        notes = self.folder / "out.h5.journal.of-mine"
+        notes.write_text("a user's notes")
+        done = subprocess.run([*self.PROGRAM, *self.RUN], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
+        self.assertEqual(done.returncode, DONE, done.stderr)
+        self.assertIn("has the name of a journal, but is none", done.stderr)
+        self.assertEqual(notes.read_text(), "a user's notes")
+        self.assertEqual(self.hash_of("out.h5"), whole)
+
+
+if __name__ == "__main__":
+    program_from_arguments(__doc__)
+    FLOATING_POINT = os.path.abspath(sys.argv.pop(1))
+    unittest.main()

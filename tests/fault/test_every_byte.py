@@ -1,0 +1,142 @@
+#!/usr/bin/python3
+"""Every byte of a small result, part and journal flipped, and the file cut there: test_every_byte.py SURVEYMC [--sample N]
+
+Each time the damage is found, with a message that names the file and the documented exit code, or it does no harm: the
+same values are shown, merged, gone on from. Never a crash, never other values.
+--sample N: about N of the damages, evenly spread over files and places.
+"""
+import argparse
+import concurrent.futures
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import h5py
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+from surveymc import integrity, storage  # noqa: E402
+
+DONE, BAD_INPUT, CANNOT_WRITE, INTERRUPTED = 0, 65, 74, 75
+PATIENCE = 300
+SURVEY = "md_m,inclination_deg,azimuth_deg,toolface_deg\n0,10,20,0\n30,14,25,50\n60,18,30,120\n90,22,37,200\n"
+CONFIG = ('experiment = "msa_position"\nseed = 1\ntrials = 20000\nestimator = "msa"\n[survey]\nfile = "survey.csv"\ntoolface_zero = "y"\n'
+          "[field]\ntotal_nT = 50000.0\ndip_deg = 60.0\n[noise]\nmagnetometer_nT = 50.0\n")
+
+
+def call(command, folder):
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace", timeout=PATIENCE)
+
+
+def content_hash(path):
+    with h5py.File(path, "r") as file:
+        return file.attrs["content_hash"]
+
+
+class Target:
+    """A file, a command that reads it, and what says whether that did harm."""
+
+    def __init__(self, program, template, name, command, outcome):
+        self.template, self.name, self.command = template, name, [program, *command]
+        self.data = (template / name).read_bytes()
+        self.outcome, self.expected = outcome, None
+
+    def damages(self):
+        for at in range(len(self.data)):
+            yield self, at, False
+            yield self, at, True
+
+    def damaged(self, at, is_cut):
+        return self.data[:at] if is_cut else self.data[:at] + bytes([self.data[at] ^ (1 << at % 8)]) + self.data[at + 1:]
+
+    def wrong(self, at, is_cut, work):
+        """What is wrong after this damage; nothing if nothing is."""
+        with tempfile.TemporaryDirectory(dir=work) as name:
+            folder = pathlib.Path(name) / "w"
+            shutil.copytree(self.template, folder)
+            (folder / self.name).write_bytes(self.damaged(at, is_cut))
+            done = call(self.command, folder)
+            if done.returncode == DONE:
+                if self.outcome(done, folder) != self.expected:
+                    return "other values, and no word"
+            elif done.returncode not in (BAD_INPUT, CANNOT_WRITE):
+                return f"exit {done.returncode}: {done.stderr[-300:]}"
+            elif self.name.split("/")[-1] not in done.stderr:
+                return f"exit {done.returncode} without the name of the file: {done.stderr[-300:]}"
+            left = [p.name for p in folder.rglob(".*.tmp")]
+            if left:
+                return f"left behind: {left}"
+            if self.name.endswith(".h5"):  # the Python reader, too
+                try:
+                    with storage.open_file(str(folder / self.name)) as file:
+                        if integrity.content_hash(file) != self.python:
+                            return "Python reads other values"
+                except storage.ResultError:
+                    pass
+        return None
+
+
+def targets(program, work):
+    folders = {}
+    for name in ("result", "part", "journal"):
+        folders[name] = work / name
+        folders[name].mkdir()
+        (folders[name] / "survey.csv").write_text(SURVEY)
+        (folders[name] / "c.toml").write_text(CONFIG)
+    prepare = (("result", ["run", "c.toml", "-o", "r.h5"]), ("part", ["run", "c.toml", "--shard", "0/2", "-o", "p/"]),
+               ("part", ["run", "c.toml", "--shard", "1/2", "-o", "p/"]),
+               ("journal", ["run", "c.toml", "-o", "r.h5", "--checkpoint-seconds", "0.001", "--max-seconds", "0.0005", "--threads", "1"]))
+    for name, command in prepare:
+        for _ in range(200):
+            done = call([program, *command], folders[name])
+            journals = list(folders[name].glob("r.h5.journal.*"))
+            if name != "journal" or journals:
+                break
+            (folders[name] / "r.h5").unlink(missing_ok=True)
+            command[command.index("--max-seconds") + 1] = str(float(command[command.index("--max-seconds") + 1]) * 1.2)
+        if done.returncode not in (DONE, INTERRUPTED):
+            sys.exit(f"cannot prepare: {done.stderr}")
+    if not journals:
+        sys.exit("no run could be interrupted with a journal")
+    shown = Target(program, folders["result"], "r.h5", ["show", "r.h5", "--json"], lambda done, folder: done.stdout)
+    shown.python = content_hash(folders["result"] / "r.h5")
+    yield shown
+    parts = sorted((folders["part"] / "p").glob("*.part"))
+    yield Target(program, folders["part"], f"p/{parts[0].name}", ["merge", "p", "-o", "m.h5"], lambda done, folder: content_hash(folder / "m.h5"))
+    yield Target(program, folders["journal"], journals[0].name, ["run", "c.toml", "-o", "r.h5", "--resume"],
+                 lambda done, folder: (content_hash(folder / "r.h5"), [p.name for p in folder.glob("*.journal.*")]))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("surveymc")
+    parser.add_argument("--sample", type=int)
+    a = parser.parse_args()
+    program = str(pathlib.Path(a.surveymc).resolve())
+    with tempfile.TemporaryDirectory(prefix="surveymc-bytes-") as name:
+        work, planned = pathlib.Path(name), []
+        for target in targets(program, work):
+            whole = work / "whole"
+            shutil.copytree(target.template, whole)
+            done = call(target.command, whole)
+            if done.returncode != DONE:
+                sys.exit(f"{target.name}: fails without damage: {done.stderr}")
+            target.expected = target.outcome(done, whole)
+            shutil.rmtree(whole)
+            all_of_it = list(target.damages())
+            wanted = min(len(all_of_it), (a.sample or 0) // 3 or len(all_of_it))
+            print(f"{target.name}: {len(target.data)} bytes, {wanted} of {len(all_of_it)} damages", flush=True)
+            planned += [all_of_it[i * len(all_of_it) // wanted] for i in range(wanted)]
+        findings = 0
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            for (target, at, is_cut), wrong in zip(planned, pool.map(lambda p: p[0].wrong(p[1], p[2], work), planned)):
+                if wrong:
+                    findings += 1
+                    print(f"{target.name}, {'cut' if is_cut else 'flipped'} at {at}: {wrong}", flush=True)
+    print(f"{len(planned)} damages, {findings} with a finding")
+    sys.exit(1 if findings else 0)
+
+
+main()

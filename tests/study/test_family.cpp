@@ -1,0 +1,125 @@
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "base/units.h"
+#include "study/comparison.h"
+#include "study/family.h"
+
+using namespace surveymc;
+using namespace surveymc::study;
+
+namespace {
+
+using Words = std::vector<std::string>;
+
+/// A row whose ratio is `ratio` with half width `half` of the logarithm at 95 %.
+ComparisonRow row_of(double ratio, double half, const std::string& expected = "") {
+  const VerdictRule rule;
+  const Estimate found{1 / ratio, {std::exp(-half) / ratio, std::exp(half) / ratio}};
+  ComparisonRow row = compare_value("q", "m", found, 1, rule, 40'000);
+  row.expected = expected;
+  return row;
+}
+
+Words family_of(const store::Table& t) { return std::get<Words>(t.column("family").values); }
+
+double cell(const store::Table& t, const std::string& column) {
+  const auto& values = t.column(column).values;
+  if (const auto* counts = std::get_if<std::vector<std::int64_t>>(&values)) return static_cast<double>(counts->front());
+  return std::get<std::vector<double>>(values).front();
+}
+
+}  // namespace
+
+TEST_CASE("The p-values of a row stand on the side of its verdict") {
+  constexpr double kQuantile = 1.959964;
+  // 3 standard errors beyond the upper edge of the margin: P(|N| > 3) = .0026998.
+  const double se = 0.01, half = kQuantile * se;
+  const ComparisonRow beyond = row_of(1.02 * std::exp(3 * se), half);
+  CHECK(beyond.verdict == "differs");
+  CHECK(beyond.evidence.p_differs == Approx(0.0026998).epsilon(1e-4));
+  CHECK(beyond.evidence.p_agrees == 1);
+  const ComparisonRow below = row_of(0.98 * std::exp(-3 * se), half);
+  CHECK(below.evidence.p_differs == Approx(0.0026998).epsilon(1e-4));
+  // Just at the level of its interval.
+  CHECK(row_of(1.02 * std::exp(1.000001 * half), half).verdict == "differs");
+  CHECK(row_of(1.02 * std::exp(1.000001 * half), half).evidence.p_differs == Approx(0.05).epsilon(1e-4));
+  const ComparisonRow narrow = row_of(1, 0.001 * kQuantile);
+  CHECK(narrow.verdict == "agrees");
+  CHECK(narrow.evidence.p_differs == 1);
+  CHECK(narrow.evidence.p_agrees < 1e-50);
+  // The nearer edge decides: two standard errors away, P(|N| > 2) = .0455003.
+  CHECK(row_of(1.02 * std::exp(-2 * se), half).evidence.p_agrees == Approx(0.0455003).epsilon(1e-5));
+  CHECK(row_of(1.02 * std::exp(-0.002), 0.001 * kQuantile).evidence.p_agrees == Approx(0.0455).epsilon(1e-3));
+}
+
+TEST_CASE("The evidence of a rate is exact, and agrees with its interval") {
+  const VerdictRule rule{0.02, 0.95};
+  // 40 of 1000 against .02: P(X >= 40), X binomial(1000, .02 / .98), twice.
+  const ComparisonRow row = compare_rate("p", 40, 1000, 0.02, rule, 1000);
+  CHECK(row.verdict == "differs");
+  CHECK(row.evidence.p_differs == Approx(1.2e-4).epsilon(0.2));
+  CHECK(row.evidence.p_agrees == Approx(1).epsilon(1e-3));
+  const ComparisonRow none = compare_rate("p", 0, 1000, 0.02, rule, 1000);
+  CHECK(none.verdict == "differs");
+  CHECK(none.evidence.p_differs == Approx(2 * std::pow(1 - 0.02 / 1.02, 1000)).epsilon(1e-9));
+}
+
+TEST_CASE("Holm rejects from the smallest on, against a growing level, and stops at the first that fails") {
+  CHECK(holm({}, 0.05).empty());
+  CHECK(holm({0.04}, 0.05) == std::vector<bool>{true});
+  // .05/4 = .0125, .05/3 = .0167, .05/2 = .025
+  CHECK(holm({0.03, 0.01, 0.016, 0.9}, 0.05) == std::vector<bool>{false, true, true, false});
+  CHECK(holm({0.02, 0.02, 0.02}, 0.05) == std::vector<bool>{false, false, false});
+}
+
+TEST_CASE("The share of wrong agreements is that of Benjamini and Hochberg") {
+  CHECK(benjamini_hochberg_share({0.01, 0.02, 0.9}, 0.02) == Approx(3 * 0.02 / 2).epsilon(1e-12));
+  CHECK(benjamini_hochberg_share({0.5, 0.6}, 0.05) == 0);
+  CHECK(benjamini_hochberg_share({0.9, 0.9}, 0.9) == Approx(0.9).epsilon(1e-12));
+}
+
+TEST_CASE("A family of a file marks what may be chance, and leaves out rows that are expected to differ") {
+  // 60 rows; one differs by a little, one by much, one is expected to differ.
+  std::vector<ComparisonRow> rows(57, row_of(1.001, 0.002));
+  rows.push_back(row_of(1.06, 0.03));
+  rows.push_back(row_of(1.2, 0.03));
+  rows.push_back(row_of(1.2, 0.03, "differs"));
+  std::vector<store::Table> tables{comparison_table("a", "", rows, 40'000, 0),
+                                   comparison_table("b", "", {row_of(1.0, 0.05)}, 40'000, 0),
+                                   {"other", "", {{"x", "1", "", std::vector<double>{1}}}}};
+  apply_family(tables);
+  const Words family = family_of(tables[0]);
+  CHECK(family[57] == kMayBeChance);
+  CHECK(family[58] == kDiffersInFamily);
+  CHECK(family[59].empty());
+  CHECK(family[0].empty());
+  REQUIRE(tables.back().name == "family");
+  CHECK(cell(tables.back(), "verdicts") == 60);  // 59 of the first table and one of the second
+  CHECK(cell(tables.back(), "agrees") == 57);
+  CHECK(cell(tables.back(), "differs") == 2);
+  CHECK(cell(tables.back(), "undecided") == 1);
+  CHECK(cell(tables.back(), "differs_holm") == 1);
+  CHECK(cell(tables.back(), "agrees_q") < 1e-9);
+}
+
+TEST_CASE("A check forgives a row that differs by chance, but neither a missing difference nor an open question") {
+  std::vector<ComparisonRow> rows(20, row_of(1.001, 0.002, "agrees"));
+  rows.push_back(row_of(1.055, 0.03, "agrees"));  // p .02: does not survive among 22
+  rows.push_back(row_of(1.0, 0.05, "agrees"));
+  rows.push_back(row_of(1.0, 0.002, "differs"));
+  std::vector<store::Table> tables{comparison_table("a", "", rows, 40'000, 0)};
+  CHECK(unexpected_verdicts(tables).size() == 3);
+  apply_family(tables);
+  const std::vector<std::string> unexpected = unexpected_verdicts(tables);
+  REQUIRE(unexpected.size() == 2);
+  CHECK(unexpected[0].find("undecided, expected agrees") != std::string::npos);
+  CHECK(unexpected[1].find("agrees, expected differs") != std::string::npos);
+}
+
+TEST_CASE("Without rows that have a verdict there is no family") {
+  std::vector<store::Table> tables{{"other", "", {{"x", "1", "", std::vector<double>{1}}}}};
+  apply_family(tables);
+  CHECK(tables.size() == 1);
+}
