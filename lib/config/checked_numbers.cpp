@@ -73,7 +73,8 @@ Steps steps_of(const TomlNode& n, const std::string& key, const Range& range, do
   if (!(steps >= 0)) {
     refuse(step_node, step_key, fmt::format("must lead from {} to {}", format_number(x.from), format_number(x.to)));
   }
-  if (!(steps < most)) refuse(step_node, step_key, fmt::format("gives more than {:g} values", most));
+  if (!(steps < most))
+    refuse(step_node, step_key, fmt::format("gives more than {} values", most > kMostValues ? "2^40" : "1e7"));
 
   for (double p = 1; p <= 1e12 && x.decimals == 0; p *= 10) {
     const double a = std::round(x.from * p), b = std::round(x.step * p);

@@ -56,14 +56,14 @@ class Cells {
   std::vector<Axis> axes_;
 };
 
-/// Calls visit(place) for all places low + k size / parts, k = 0 .. parts, of every axis; `parts` is 1 or 2.
+/// Calls visit(place, k) for all places low + k size / parts, k = 0 .. parts, of every axis; `parts` is 1 or 2.
 template <class Visit>
 void for_each_node(const Place& low, const Place& size, const std::vector<unsigned>& parts, const Visit& visit) {
   Place k(low.size(), 0);
   for (;;) {
     Place at(low.size());
     for (std::size_t d = 0; d < low.size(); ++d) at[d] = low[d] + k[d] * (size[d] / parts[d]);
-    visit(at);
+    visit(at, k);
     std::size_t d = low.size();
     while (d > 0 && k[d - 1] == parts[d - 1]) k[--d] = 0;
     if (d == 0) return;
@@ -100,6 +100,32 @@ NextPoints next_points(const std::vector<std::string>& axes, const std::map<std:
       ++k[d - 1];
     }
   }
+  std::map<Place, int> inferred;
+  const auto known_side = [&](const Place& at) {
+    const auto known = side.find(cells.values(at));
+    if (known != side.end()) return known->second;
+    const auto guessed = inferred.find(at);
+    return guessed == inferred.end() ? 0 : guessed->second;
+  };
+  // The side of all corners of the edge or face of which a node is the middle; 0 if they differ.
+  const auto side_around = [&](const Place& at, const Place& k, const std::vector<unsigned>& parts,
+                               const Place& sides) {
+    int all = 0;
+    for (std::size_t corner = 0; corner < std::size_t{1} << at.size(); ++corner) {
+      Place place = at;
+      bool is_corner = true;
+      for (std::size_t d = 0; d < at.size(); ++d) {
+        const bool upper = (corner >> d & 1) != 0, is_middle = parts[d] == 2 && k[d] == 1;
+        if (!is_middle && upper) is_corner = false;  // this axis has no two ends here
+        if (is_middle) place[d] = upper ? at[d] + sides[d] / 2 : at[d] - sides[d] / 2;
+      }
+      if (!is_corner || place == at) continue;
+      const int here = known_side(place);
+      if (here == 0 || (all != 0 && here != all)) return 0;
+      all = here;
+    }
+    return all;
+  };
   while (!open.empty()) {
     const Cell c = std::move(open.back());
     open.pop_back();
@@ -110,18 +136,27 @@ NextPoints next_points(const std::vector<std::string>& axes, const std::map<std:
       divides = divides || parts[d] == 2;
     }
     bool above = false, below = false;
-    std::vector<std::vector<double>> unknown;
-    for_each_node(c.low, c.size, parts, [&](const Place& at) {
-      std::vector<double> values = cells.values(at);
-      const auto known = side.find(values);
-      if (known == side.end()) {
-        unknown.push_back(std::move(values));
-      } else {
-        above = above || known->second > 0;
-        below = below || known->second < 0;
-      }
+    std::vector<std::pair<Place, Place>> nodes;  // and which of the cell's nodes they are
+    for_each_node(c.low, c.size, parts, [&](const Place& at, const Place& k) {
+      const int here = known_side(at);
+      above = above || here > 0;
+      below = below || here < 0;
+      nodes.emplace_back(at, k);
     });
     if (!above || !below) continue;
+    std::vector<std::vector<double>> unknown;
+    for (const auto& [at, k] : nodes) {
+      const std::vector<double> values = cells.values(at);
+      bool is_middle = false;
+      for (std::size_t d = 0; d < k.size(); ++d) is_middle = is_middle || (parts[d] == 2 && k[d] == 1);
+      if (side.contains(values) || (!is_middle && inferred.contains(at))) continue;
+      // In the middle of an edge or face whose corners are all on one side, a point is taken to be on that side, too.
+      const int around = side_around(at, k, parts, c.size);
+      if (around != 0)
+        inferred[at] = around;
+      else
+        unknown.push_back(values);
+    }
     if (!divides) {
       ++out.crossed;
     } else if (!unknown.empty()) {

@@ -14,6 +14,8 @@ namespace surveymc::study {
 ///
 /// A grid of cells is divided where a boundary passes: a cell whose corners, or those midpoints of it that are known,
 /// lie on both sides of it, is halved along every axis on which it is larger than the rule's `cell`, until it is not.
+/// Of its midpoints, those of edges and faces with all corners on one side are not run: they are taken to be there,
+/// too.
 struct NextPoints {
   std::vector<std::map<std::string, double>> points;  ///< value of every axis; rising, the last axis fastest
   std::size_t crossed = 0;                            ///< smallest cells that the boundary crosses

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""What a sweep of 10,000 points x 1e6 trials on 1,000 cores costs, from constants measured here.
+"""What a large sweep costs besides its trials, from constants measured here.
 
-    scripts/slurm/scale_plan.py [--points N] [--trials N] [--cores N] [--group N] [--surveymc PROGRAM] [--config CONFIG]
+    scripts/slurm/scale_plan.py [--points N] [--trials N] [--range N] [--ranges N] [--surveymc PROGRAM] [--config CONFIG]
 
-Makes sweeps of CONFIG (configs/bench/msa_traj4.toml) over `noise.magnetometer_nT`, and measures, in processor seconds of
-this machine: reading a sweep of N points (every `run --point` does it), preparing and running a point, the size of a part and of a journal
-record, merging 100, 200 and 400 real parts. The rest is arithmetic: the printed formulas. Takes about a minute.
+Sweeps CONFIG (configs/bench/msa_traj4.toml) over `noise.magnetometer_nT`, and measures, in processor seconds of this machine:
+`check`, some ranges of points with 512 trials each, one point with many trials, the merge of those ranges, the sizes of parts and
+result. The rest is arithmetic: the printed lines.
 """
 import argparse
 import pathlib
@@ -16,17 +16,17 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-parser.add_argument("--points", type=int, default=10_000)
-parser.add_argument("--trials", type=int, default=1_000_000)
-parser.add_argument("--cores", type=int, default=1000)
-parser.add_argument("--group", type=int, default=10, help="points a task")
+parser.add_argument("--points", type=int, default=100_000)
+parser.add_argument("--trials", type=int, default=100_000)
+parser.add_argument("--range", type=int, default=1000, help="points a task")
+parser.add_argument("--ranges", type=int, default=3, help="ranges that are run")
 parser.add_argument("--surveymc", default=str(ROOT / "build/surveymc"))
 parser.add_argument("--config", default=str(ROOT / "configs/bench/msa_traj4.toml"))
 args = parser.parse_args()
 
 
 def seconds(*command):
-    """Processor seconds of a child and its peak memory so far of all children, MB."""
+    """Processor seconds of a child, and the peak memory so far of all children, MB."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([args.surveymc, *map(str, command)], check=True, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -41,43 +41,32 @@ with tempfile.TemporaryDirectory(prefix="surveymc-scale-") as name:
 
     def sweep(points):
         path = folder / f"s{points}.toml"
-        values = ", ".join(f"{1 + 0.01 * i:.2f}" for i in range(points))
-        path.write_text(text + f'\n[sweep]\n"noise.magnetometer_nT" = [{values}]\n')
+        path.write_text(f'{text}\n[sweep]\n"noise.magnetometer_nT" = {{ from = 10.0, to = 100.0, count = {points} }}\n')
         return path
 
-    # A journal record in a large sweep, from a run that ends before it is done
-    one = sweep(args.points)
-    reading, _ = seconds("plan", one, "--count", "--trials", args.trials)
-    whole, _ = seconds("run", one, "--point", 3, "--trials", args.trials, "--threads", 1, "-o", folder / "a.part")
-    part_bytes = (folder / "a.part").stat().st_size
-    compute = max(whole - reading, 0.0)
-    done = subprocess.run([args.surveymc, "run", sweep(1), "-o", folder / "j.h5", "--trials", str(10**10), "--threads", "1",
-                           "--checkpoint-seconds", "0.5", "--max-seconds", "3"], capture_output=True, text=True)
-    journal, = folder.glob("j.h5.journal.*")
-    journal_rate = journal.stat().st_size / 3 / 2  # written every 0.5 s here, every 5 s by default; few records a write
+    whole, block = sweep(args.points), 512
+    checked, _ = seconds("check", whole)
+    spent = [seconds("run", whole, "--point", f"{i * args.range}:{(i + 1) * args.range}", "--trials", block, "--threads", 1,
+                     "-o", f"{folder}/p/")[0] for i in range(args.ranges)]
+    one, _ = seconds("run", whole, "--point", 17, "--trials", args.trials, "--threads", 1, "-o", folder / "one.part")
+    part = (folder / "one.part").stat().st_size
+    bytes_of_range = max(p.stat().st_size for p in (folder / "p").iterdir())
+    merged = sweep(args.range * args.ranges)
+    for i in range(args.ranges):
+        seconds("run", merged, "--point", f"{i * args.range}:{(i + 1) * args.range}", "--trials", block, "--threads", 1, "-o",
+                f"{folder}/m/")
+    merging, memory = seconds("merge", "-o", folder / "m.h5", folder / "m")
+    result = (folder / "m.h5").stat().st_size
 
-    merges = []
-    for points in (100, 200, 400):
-        path, parts = sweep(points), folder / f"p{points}"
-        for i in range(points):
-            subprocess.run([args.surveymc, "run", path, "--point", str(i), "--trials", "1024", "--threads", "1", "-o", f"{parts}/"],
-                           check=True, capture_output=True)
-        spent, memory = seconds("merge", "-o", folder / "m.h5", parts)
-        merges.append((points, spent, memory, (folder / "m.h5").stat().st_size, sum(p.stat().st_size for p in parts.iterdir())))
-
-n, tasks = args.points, -(-args.points // args.group)
-core_hours = n * (reading + compute) / 3600
-print(f"measured: reading {n} points {reading:.2f} s; a point of {args.trials:.0e} trials {compute:.2f} s; a part {part_bytes / 1e3:.1f} kB; "
-      f"a journal {journal_rate / 1e3:.1f} kB/s")
-for points, spent, memory, result_bytes, bytes_in in merges:
-    print(f"measured: merging {points} parts ({bytes_in / 1e6:.2f} MB) {spent:.3f} s, peak {memory:.0f} MB, result {result_bytes / 1e6:.2f} MB")
-a, b = merges[-2], merges[-1]
-# time of a merge: c1 N (a point's tables) + c2 N^2 (every part carries the list of all points)
-c2 = max((b[1] / b[0] - a[1] / a[0]) / (b[0] - a[0]), 0.0)
-c1 = max(b[1] / b[0] - c2 * b[0], 0.0)
-result = (b[3] - a[3]) / (b[0] - a[0]) * n
-print(f"part files        {n}, {n * part_bytes / 1e6:.0f} MB (a part carries the resolved config, so N parts of an N-point list grow as N^2)")
-print(f"processor time    {core_hours:.1f} core hours, {reading / (reading + compute):.0%} of it reading; on {args.cores} cores {core_hours * 3600 / args.cores:.0f} s")
-print(f"tasks             {tasks} of {args.group} points, {args.group * (reading + compute):.0f} s each; {tasks / max(args.group * (reading + compute), 1e-9) * min(1, args.cores / tasks):.0f} starts and ends a second")
-print(f"journals          {min(args.cores, tasks)} at once; nothing for points shorter than --checkpoint-seconds (5 s)")
-print(f"merge             {c1 * n + c2 * n * n:.0f} s, {n * part_bytes / 1e6:.0f} MB of parts in memory; result {result / 1e6:.0f} MB")
+a_trial = one / args.trials
+a_point = sum(spent) / args.ranges / args.range - block * a_trial
+a_merge = merging / (args.range * args.ranges)
+trials = args.points * args.trials * a_trial
+print(f"measured: check {checked:.2f} s; a point of {args.trials} trials {one:.3f} s; {args.ranges} ranges of {args.range} points x {block} "
+      f"trials {sum(spent):.2f} s; a part {part / 1e3:.1f} kB, of a range {bytes_of_range / 1e6:.2f} MB; merge of "
+      f"{args.range * args.ranges} points {merging:.2f} s, {memory:.0f} MB")
+print(f"trials            {trials / 3600:.2f} core hours")
+print(f"tasks besides     {args.points * a_point:.0f} s: {args.points * a_point / trials:.1%} of the trials")
+print(f"merge             {args.points * a_merge:.0f} s: {args.points * a_merge / trials:.1%} of the trials")
+print(f"part files        {-(-args.points // args.range)}, {args.points / args.range * bytes_of_range / 1e6:.0f} MB; "
+      f"result {result / (args.range * args.ranges) * args.points / 1e6:.0f} MB")

@@ -64,7 +64,7 @@ TEST_CASE("Rounds follow a boundary: the same cells as the full grid, from fewer
       crossed += std::abs(sum) != 4;
     }
   CHECK(next.crossed == crossed);
-  CHECK(side.size() < 81 * 65 / 5);
+  CHECK(side.size() < 81 * 65 / 9);
 }
 
 TEST_CASE("The next round of a result is a config with a table of points") {
