@@ -10,6 +10,21 @@
 
 namespace surveymc::studies::msa_position {
 
+/// The tallied NEES is then that of the claim.
+bool PositionPoint::claims_what_is_predicted() const {
+  const Eigen::Matrix<double, 6, 6> claimed = prediction_.claimed_covariance.topLeftCorner<6, 6>();
+  for (int i = 0; i < 6; ++i) {
+    const auto a = static_cast<std::size_t>(i);
+    const double off = prediction_.parameters[i] - (i < 3 ? s_.errors.gain[a] : s_.errors.bias[a - 3]);
+    if (!(std::abs(off) <= 1e-9 * std::sqrt(claimed(i, i)))) return false;
+    for (int j = 0; j <= i; ++j)
+      if (!(std::abs(claimed(i, j) - prediction_.parameter_covariance(i, j)) <=
+            1e-12 * std::sqrt(claimed(i, i) * claimed(j, j))))
+        return false;
+  }
+  return true;
+}
+
 void PositionPoint::make_calibrated() {
   const Eigen::Matrix3d& joint = prediction_.position_covariance[0];
   const Eigen::Vector3d off =
@@ -43,7 +58,7 @@ void PositionPoint::make_calibrated() {
         const double variance = axis.dot(joint.topLeftCorner<2, 2>() * axis);
         sd = variance > 1e-14 * joint.trace() ? std::sqrt(variance) : 0;  // rounding is no claim
       }
-    if (q == "nees") at = {kNees};
+    if (q == "nees") at = {claims_what_is_predicted() ? at_.nees_parameters : kNees};
     calibrated_.push_back(q == "nees" ? study::chi_squared_quantity(f, q, 6) : study::normal_quantity(f, q, sd));
     calibrated_columns_.push_back(at);
   }

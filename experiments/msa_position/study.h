@@ -90,6 +90,7 @@ class PositionPoint final : public study::StudyPoint {
   /// Says of the decisive rows at which look the run ended.
   void note_look(const std::string& table, std::vector<study::ComparisonRow>& rows, const stats::Tally& tally) const;
 
+  bool claims_what_is_predicted() const;
   void make_calibrated();
   void count_calibration(const Eigen::Ref<const Eigen::MatrixXd>& values, std::vector<std::uint64_t>& counts) const;
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/units.h"
+#include "store/row_spool.h"
 #include "study/comparison.h"
 #include "study/family.h"
 
@@ -102,6 +103,21 @@ TEST_CASE("A family of a file marks what may be chance, and leaves out rows that
   CHECK(cell(tables.back(), "undecided") == 1);
   CHECK(cell(tables.back(), "differs_holm") == 1);
   CHECK(cell(tables.back(), "agrees_q") < 1e-9);
+}
+
+TEST_CASE("A family takes in rows that wait on the disk") {
+  std::vector<ComparisonRow> rows(40, row_of(1.001, 0.002));
+  rows.push_back(row_of(1.06, 0.03));
+  rows.push_back(row_of(1.2, 0.03));
+  std::vector<store::Table> held{comparison_table("a", "", rows, 40'000, 0)}, moved = held;
+  store::move_to_disk(moved[0]);
+  store::append_rows(moved[0], comparison_table("a", "", {row_of(1.2, 0.03)}, 40'000, 0));
+  store::append_rows(held[0], comparison_table("a", "", {row_of(1.2, 0.03)}, 40'000, 0));
+  apply_family(held);
+  apply_family(moved);
+  CHECK(store::to_csv(moved[0]) == store::to_csv(held[0]));
+  CHECK(store::to_csv(moved[1]) == store::to_csv(held[1]));
+  CHECK(family_of(held[0]).back() == kDiffersInFamily);
 }
 
 TEST_CASE("A check forgives a row that differs by chance, but neither a missing difference nor an open question") {
