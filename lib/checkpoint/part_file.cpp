@@ -110,7 +110,7 @@ void write_part(const fs::path& path, const Part& part) {
   const std::string bytes = sealed_record(kPartMark, encode(part));
   try {
     store::AtomicFile file(store::resolved(path));
-    file.write({bytes.begin(), bytes.end()});
+    file.write(bytes);
     file.commit();
   } catch (const std::system_error& e) {
     throw IoError(fmt::format("{}: cannot be written: {}", path.string(), e.code().message()));
