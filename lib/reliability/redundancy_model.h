@@ -28,10 +28,12 @@ class RedundancyModel {
   /// 0 where it cannot be tested.
   double w(Eigen::Index i) const { return w_[static_cast<std::size_t>(i)]; }
   bool is_testable(Eigen::Index i) const { return at(i, i) > 0; }
-  /// |rho| > 1 - 1e-9 of two observations that can be tested.
+  /// |rho| > 1 - 1e-9 of two observations, to the rounding of G, which after some rejections is large beside an
+  /// observation of which little is left.
   bool are_inseparable(Eigen::Index i, Eigen::Index j) const {
-    constexpr double kLeast = (1 - 1e-9) * (1 - 1e-9);
-    return at(i, j) * at(i, j) > kLeast * (at(i, i) * at(j, j));
+    constexpr double kLeast = (1 - 1e-9) * (1 - 1e-9), kRounding = 2e-14;
+    const double gi = at(i, i), gj = at(j, j), both = at(i, j) * at(i, j);
+    return gi > 0 && gj > 0 && both > kLeast * (gi * gj) - kRounding * (gi > gj ? gi : gj);
   }
   /// How much Omega falls without both.
   double pair_statistic(Eigen::Index i, Eigen::Index j) const;

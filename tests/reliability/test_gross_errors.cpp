@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include "reliability/gross_error_lanes.h"
@@ -111,10 +112,15 @@ TEST_CASE("Several stations on lanes are those of the general adjustment, and so
             CHECK(model.redundancy() == a.parity.redundancy);
             CHECK(inseparable_groups(model) == inseparable_groups(a.parity));
             const auto alike = [&](const SnoopingResult& x, const SnoopingResult& y) {
-              CHECK(x.rejected == y.rejected);
+              const auto explanations = [](const SnoopingResult& r) {  // which of the ties comes first is rounding
+                auto all = r.ties;
+                all.push_back(r.rejected);
+                if (all.size() > 1) std::sort(all.begin(), all.end());
+                return all;
+              };
+              CHECK(explanations(x) == explanations(y));
               CHECK(x.accepted == y.accepted);
               CHECK(x.exhausted == y.exhausted);
-              CHECK(x.ties == y.ties);
               ++searched;
               found += !x.rejected.empty();
             };
