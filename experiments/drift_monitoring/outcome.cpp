@@ -40,24 +40,32 @@ OutcomeSum::OutcomeSum(const Scenario& s) : s_(s), at_(s), row_(at_.size(), kNon
   for (std::size_t a = 0; a < s.architectures.size(); ++a) row_[at_.skipped(a)] = 0;
 }
 
+template <class Test, class Signal>
+void OutcomeSum::add_alarms(const MonitoredBlock& b, std::size_t m, std::size_t j, Test& test, const Signal& signal) {
+  for (std::size_t i = 0; i < b.test_h.size(); ++i) {
+    if (test.update(signal[static_cast<Eigen::Index>(i)]) == 0) continue;
+    keep_first(row_[at_.alarm(m, j, OutcomeLayout::first)], b.test_h[i]);
+    if (b.test_h[i] >= s_.start_h) keep_first(row_[at_.alarm(m, j, OutcomeLayout::first_after_start)], b.test_h[i]);
+    row_[at_.alarm(m, j, OutcomeLayout::count)] += 1;
+  }
+}
+
 void OutcomeSum::add_alarms(const MonitoredBlock& b) {
   const std::size_t p = s_.data.sensors.size();
   for (std::size_t m = 0; m < s_.method_count(); ++m)
     for (std::size_t j = 0; j < p; ++j) {
       const std::size_t a = s_.method(m).architecture;
       const auto c = static_cast<Eigen::Index>(j);
-      AlarmTest &with = with_[m * p + j], &without = without_[m * p + j];
-      for (std::size_t i = 0; i < b.test_h.size(); ++i) {
-        const auto row = static_cast<Eigen::Index>(i);
-        if (update(with, b.with[a].signal(row, c)) != 0) {
-          keep_first(row_[at_.alarm(m, j, OutcomeLayout::first)], b.test_h[i]);
-          if (b.test_h[i] >= s_.start_h)
-            keep_first(row_[at_.alarm(m, j, OutcomeLayout::first_after_start)], b.test_h[i]);
-          row_[at_.alarm(m, j, OutcomeLayout::count)] += 1;
-        }
-        if (update(without, b.without[a].signal(row, c)) != 0)
-          keep_first(row_[at_.alarm(m, j, OutcomeLayout::first_without_drift)], b.test_h[i]);
-      }
+      // The kind of test is asked for once, not at every sample
+      std::visit([&](auto& test) { add_alarms(b, m, j, test, b.with[a].signal.col(c)); }, with_[m * p + j]);
+      std::visit(
+          [&](auto& test) {
+            const auto signal = b.without[a].signal.col(c);
+            for (std::size_t i = 0; i < b.test_h.size(); ++i)
+              if (test.update(signal[static_cast<Eigen::Index>(i)]) != 0)
+                keep_first(row_[at_.alarm(m, j, OutcomeLayout::first_without_drift)], b.test_h[i]);
+          },
+          without_[m * p + j]);
     }
 }
 

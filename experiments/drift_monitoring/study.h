@@ -51,11 +51,6 @@ void calibrate_baselines(Scenario& s, const std::atomic<bool>* stop);
 
 using AlarmTest = std::variant<monitoring::Sprt, monitoring::Cusum, monitoring::Threshold>;
 AlarmTest make_test(const Scenario& s, const AlarmMethod& method);
-/// +1 or -1 if this sample raises an alarm.
-inline int update(AlarmTest& test, double d) {
-  return std::visit([d](auto& t) { return t.update(d); }, test);
-}
-
 /// Layout of the numbers of a realisation in its row of Tally::samples.
 class OutcomeLayout : public stats::Layout {
   std::size_t p_, methods_, architectures_;
@@ -82,6 +77,10 @@ class OutcomeSum {
 
  private:
   void add_alarms(const MonitoredBlock& block);
+  /// Of a method and sensor, with drift.
+  template <class Test, class Signal>
+  void add_alarms(const MonitoredBlock& block, std::size_t method, std::size_t sensor, Test& test,
+                  const Signal& signal);
 
   const Scenario& s_;
   OutcomeLayout at_;

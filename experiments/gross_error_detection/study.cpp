@@ -9,6 +9,7 @@
 /// readings with the errors but without noise.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -71,10 +72,16 @@ class GrossErrorDetection final : public study::StudyPoint {
     Eigen::MatrixXd shares(block.count, 1);  // of the tests that raise a false alarm
     Eigen::Index kept = 0;
     survey::LaneArray without, with;
+    const int groups = survey::groups_for(block.count);
+    const bool shots = trials_.shots_on_lanes();
     if (trials_.on_lanes()) {
-      without = survey::LaneArray(survey::groups_for(block.count), reliability::kTestRows);
-      with = survey::LaneArray(survey::groups_for(block.count), reliability::kTestRows);
-      trials_.simulate(block.first, without, with, survey::groups_for(block.count));
+      without = survey::LaneArray(groups, reliability::kTestRows);
+      with = survey::LaneArray(groups, reliability::kTestRows);
+      trials_.simulate(block.first, without, with, groups);
+    } else if (shots) {
+      without = survey::LaneArray(groups, trials_.shots_rows().tests());
+      with = survey::LaneArray(groups, trials_.shots_rows().all());
+      trials_.simulate_shots(block.first, without, with, groups);
     }
     for (int t = 0; t < block.count; ++t) {
       const std::uint64_t trial = block.first + static_cast<std::uint64_t>(t);
@@ -84,14 +91,33 @@ class GrossErrorDetection final : public study::StudyPoint {
         const reliability::TrialTests clean = reliability::GrossErrorTrials::tests_of(without, t),
                                       wrong = reliability::GrossErrorTrials::tests_of(with, t);
         converged = clean.converged && wrong.converged;
-        if (converged) shares(kept++, 0) = count(trial, clean, wrong, nullptr, tally.counts);
+        std::optional<reliability::ParityModel> own;
+        if (converged)
+          shares(kept++, 0) = count(clean, wrong, tally.counts, [&](SnoopingStrategy strategy) {
+            if (strategy == SnoopingStrategy::single) return suspected(wrong.suspects);
+            if (!own) own = trials_.adjusted(trials_.readings(trial, true)).parity;
+            return snoop(strategy, *own);
+          });
+      } else if (shots && trials_.converged_shots(without, t) && trials_.converged_shots(with, t)) {
+        converged = true;
+        std::optional<reliability::RedundancyModel> own;
+        shares(kept++, 0) = count(trials_.tests_of_shots(without, t), trials_.tests_of_shots(with, t), tally.counts,
+                                  [&](SnoopingStrategy strategy) {
+                                    if (!own) own = trials_.model_of_shots(with, t);
+                                    if (strategy != SnoopingStrategy::single) return snoop(strategy, *own);
+                                    return suspected(reliability::data_snooping(*own, 0).rejected.front());
+                                  });
       } else {
         const reliability::StationAdjustment clean = trials_.adjusted(trials_.readings(trial, false)),
                                              wrong = trials_.adjusted(trials_.readings(trial, true));
         converged = clean.converged && wrong.converged;
-        if (converged)
-          shares(kept++, 0) = count(trial, reliability::GrossErrorTrials::tests_of(clean),
-                                    reliability::GrossErrorTrials::tests_of(wrong), &wrong.parity, tally.counts);
+        if (converged) {
+          const reliability::TrialTests tests = reliability::GrossErrorTrials::tests_of(wrong);
+          shares(kept++, 0) = count(
+              reliability::GrossErrorTrials::tests_of(clean), tests, tally.counts, [&](SnoopingStrategy strategy) {
+                return strategy == SnoopingStrategy::single ? suspected(tests.suspects) : snoop(strategy, wrong.parity);
+              });
+        }
       }
       if (converged) continue;
       ++tally.failed;
@@ -127,8 +153,9 @@ class GrossErrorDetection final : public study::StudyPoint {
       if (!with_errors || !a.converged) continue;
       const reliability::TrialTests tests = reliability::GrossErrorTrials::tests_of(a);
       for (const SnoopingStrategy strategy : s_.strategies) {
-        const reliability::SnoopingResult r =
-            rejects(tests) ? snoop(strategy, tests, a.parity) : reliability::SnoopingResult{};
+        const reliability::SnoopingResult r = !rejects(tests)                        ? reliability::SnoopingResult{}
+                                              : strategy == SnoopingStrategy::single ? suspected(tests.suspects)
+                                                                                     : snoop(strategy, a.parity);
         text += fmt::format("  {}: {}\n", strategy_names()[static_cast<std::size_t>(strategy)],
                             outcome_names()[static_cast<std::size_t>(judge_snooping(r, errors_))]);
       }
@@ -143,28 +170,26 @@ class GrossErrorDetection final : public study::StudyPoint {
   }
   bool rejects(const reliability::TrialTests& t) const { return statistic(t, t.largest) > prediction_.critical; }
 
-  reliability::SnoopingResult snoop(SnoopingStrategy strategy, const reliability::TrialTests& tests,
-                                    const reliability::ParityModel& parity) const {
-    switch (strategy) {
-      case SnoopingStrategy::single: {
-        reliability::SnoopingResult r;
-        r.rejected = {tests.suspects};
-        return r;
-      }
-      case SnoopingStrategy::iterative:
-        return reliability::iterative_snooping(parity, prediction_.critical);
-      case SnoopingStrategy::readmission:
-        return reliability::iterative_snooping_with_readmission(parity, prediction_.critical);
-      case SnoopingStrategy::pairs:
-        return reliability::pair_search(parity, prediction_.critical);
-    }
-    return {};
+  static reliability::SnoopingResult suspected(const reliability::SuspectGroup& group) {
+    reliability::SnoopingResult r;
+    r.rejected = {group};
+    return r;
   }
 
-  /// Counts what happened in a trial; returns the share of tests that raised a false alarm. `parity` of the adjustment
-  /// with errors, if there is one: where trials are on lanes it is made only for strategies that need it.
-  double count(std::uint64_t trial, const reliability::TrialTests& clean, const reliability::TrialTests& wrong,
-               const reliability::ParityModel* parity, std::vector<std::uint64_t>& counts) const {
+  /// A strategy other than `single`. Model: ParityModel or RedundancyModel.
+  template <class Model>
+  reliability::SnoopingResult snoop(SnoopingStrategy strategy, const Model& model) const {
+    if (strategy == SnoopingStrategy::iterative) return reliability::iterative_snooping(model, prediction_.critical);
+    if (strategy == SnoopingStrategy::readmission)
+      return reliability::iterative_snooping_with_readmission(model, prediction_.critical);
+    return reliability::pair_search(model, prediction_.critical);
+  }
+
+  /// Counts what happened in a trial; returns the share of tests that raised a false alarm. `search(strategy)` is
+  /// called where the largest test with errors rejects.
+  template <class Search>
+  double count(const reliability::TrialTests& clean, const reliability::TrialTests& wrong,
+               std::vector<std::uint64_t>& counts, const Search& search) const {
     const double critical = prediction_.critical;
     for (std::size_t k = 0; k < errors_.size(); ++k) {
       counts[layout_.false_alarm(k)] += statistic(clean, clean.w[errors_[k]]) > critical;
@@ -175,16 +200,8 @@ class GrossErrorDetection final : public study::StudyPoint {
     counts[layout_.false_alarm_general()] += clean.omega > prediction_.general.critical;
     counts[layout_.detection_general()] += wrong.omega > prediction_.general.critical;
 
-    reliability::ParityModel own;
     for (std::size_t k = 0; k < s_.strategies.size(); ++k) {
-      reliability::SnoopingResult r;
-      if (rejects(wrong)) {
-        if (!parity && s_.strategies[k] != SnoopingStrategy::single) {
-          own = trials_.adjusted(trials_.readings(trial, true)).parity;
-          parity = &own;
-        }
-        r = snoop(s_.strategies[k], wrong, parity ? *parity : own);
-      }
+      const reliability::SnoopingResult r = rejects(wrong) ? search(s_.strategies[k]) : reliability::SnoopingResult{};
       ++counts[layout_.outcome(k, static_cast<std::size_t>(judge_snooping(r, errors_)))];
     }
 

@@ -72,7 +72,7 @@ std::vector<PublishedElement> compare(const std::vector<Published>& published, c
   for (const Published& p : published) {
     const auto row = static_cast<std::size_t>(std::find(result.sources.begin(), result.sources.end(), p.source) -
                                               result.sources.begin());
-    const Eigen::Matrix3d& own =
+    const Eigen::Matrix3d own =
         p.source == "total" ? result.total[p.station] : result.by_source[p.station * result.sources.size() + row];
     for (const auto& [quantity, value] : p.values)
       out.push_back(
@@ -129,21 +129,24 @@ class PositionCovariance final : public study::StudyPoint {
   explicit PositionCovariance(Scenario scenario) : s_(std::move(scenario)) {}
 
   study::PointResult report(const stats::Tally&, const montecarlo::RunOptions&) const override {
-    const propagate::ToolCovariances result =
+    propagate::ToolCovariances result =
         propagate::tool_covariances(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.detail);
     std::vector<propagate::Validity> validity = s_.validity;
     for (const propagate::NonFiniteTerm& term : result.non_finite)
       validity.push_back(propagate::validity_of(term, s_.tools.runs));
+    const std::vector<PublishedElement> published = compare(s_.published, s_.survey, result);
     study::PointResult r;
     r.tables.push_back(covariance_table(s_.survey, result));
     if (s_.detail != propagate::SourceDetail::none)
       r.tables.push_back(covariance_by_source_table(s_.survey, result, s_.detail));
-    for (const store::Table& t : std::initializer_list<store::Table>{
-             ellipsoid_table(s_.survey, s_.tvd, result), tool_codes_table(s_.tools), error_terms_table(s_.tools),
-             validity_table(s_.survey, s_.tools, validity), gyro_table(s_.survey, s_.tools, result),
-             published_table(compare(s_.published, s_.survey, result), s_.margin),
-             uncertainty_table(s_.survey, result, s_.report), validity_warnings_table(s_.survey, s_.tools, validity)})
-      r.tables.push_back(t);
+    r.tables.push_back(ellipsoid_table(s_.survey, s_.tvd, result));
+    r.tables.push_back(tool_codes_table(s_.tools));
+    r.tables.push_back(error_terms_table(s_.tools));
+    r.tables.push_back(validity_table(s_.survey, s_.tools, validity));
+    r.tables.push_back(gyro_table(s_.survey, s_.tools, result));
+    r.tables.push_back(published_table(published, s_.margin));
+    r.tables.push_back(uncertainty_table(s_.survey, result, s_.report));
+    r.tables.push_back(validity_warnings_table(s_.survey, s_.tools, validity));
     return r;
   }
 

@@ -77,29 +77,28 @@ store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<dou
   return t.take();
 }
 
-store::Table covariance_by_source_table(const survey::Survey& survey, const propagate::ToolCovariances& result,
+store::Table covariance_by_source_table(const survey::Survey& survey, propagate::ToolCovariances& result,
                                         propagate::SourceDetail detail) {
-  struct Row {
-    double md;
-    std::string source;
-    Matrix3d covariance;
-  };
-  const std::size_t sources = result.sources.size(), n = survey.stations.size();
-  std::vector<Row> rows;
-  for (std::size_t k = detail == propagate::SourceDetail::all ? 0 : n - 1; k < n; ++k)
-    for (std::size_t i = 0; i < sources; ++i)
-      rows.push_back({survey.stations[k].md, result.sources[i],
-                      result.by_source[(detail == propagate::SourceDetail::all ? k * sources : 0) + i]});
-  study::TableRows t("covariance_by_source",
-                     detail == propagate::SourceDetail::all
-                         ? "position covariance of every station by error source; their sum is the covariance"
-                         : "position covariance of the last station by error source");
-  study::write_rows(t, rows, [&](const Row& r) {
-    t.number("md_m", "m", "measured depth", r.md);
-    t.word("source", "code of the error source", r.source);
-    t.covariance("nev", kNevCovariance, r.covariance);
-  });
-  return t.take();
+  const bool of_all = detail == propagate::SourceDetail::all;
+  const std::size_t sources = result.sources.size(), n = survey.stations.size(), rows = result.by_source.size();
+  study::TableRows one("covariance_by_source",
+                       of_all ? "position covariance of every station by error source; their sum is the covariance"
+                              : "position covariance of the last station by error source");
+  one.number("md_m", "m", "measured depth", 0);
+  one.word("source", "code of the error source", "");
+  one.covariance("nev", kNevCovariance, Matrix3d::Zero());
+  store::Table t = one.take();  // of 10,000 stations and 35 sources these columns are large: they are moved, not copied
+
+  std::vector<double> md(rows);
+  std::vector<std::string> codes(rows);
+  for (std::size_t row = 0; row < rows; ++row) {
+    md[row] = survey.stations[of_all ? row / sources : n - 1].md;
+    codes[row] = result.sources[row % sources];
+  }
+  t.columns[0].values = std::move(md);
+  t.columns[1].values = std::move(codes);
+  for (std::size_t m = 0; m < 6; ++m) t.columns[2 + m].values = std::move(result.by_source.elements[m]);
+  return t;
 }
 
 store::Table tool_codes_table(const study::ToolRuns& tools) {

@@ -23,8 +23,8 @@ store::Table covariance_table(const survey::Survey& survey, const propagate::Too
 /// One row a station: where it is, and the ellipsoid of its covariance.
 store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<double>& tvd,
                              const propagate::ToolCovariances& result);
-/// One row a station and source; of the last station alone for SourceDetail::last.
-store::Table covariance_by_source_table(const survey::Survey& survey, const propagate::ToolCovariances& result,
+/// One row a station and source; of the last station alone for SourceDetail::last. Takes `by_source` out of the result.
+store::Table covariance_by_source_table(const survey::Survey& survey, propagate::ToolCovariances& result,
                                         propagate::SourceDetail detail);
 /// One row a leg: its model and where that holds.
 store::Table tool_codes_table(const study::ToolRuns& tools);

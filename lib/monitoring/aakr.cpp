@@ -1,42 +1,85 @@
 #include "monitoring/aakr.h"
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numeric>
+
 #include "base/error.h"
 #include "monitoring/aakr_lanes.h"
 #include "simd/instruction_set.h"
+#include "stats/linear_algebra.h"
 
 namespace surveymc::monitoring {
+namespace {
+
+using Eigen::Index;
+
+/// Of length 1: the direction in which the vectors differ most.
+Eigen::VectorXd main_direction(const Samples& memory) {
+  const Samples centred = memory.rowwise() - memory.colwise().mean();
+  return stats::symmetric_eigen(centred.transpose() * centred).vectors.col(memory.cols() - 1);
+}
+
+constexpr double kLn2 = 0.69314718055994530942;
+
+}  // namespace
 
 Aakr::Aakr(const Samples& memory, double bandwidth)
     : sensors_(static_cast<int>(memory.cols())),
       vectors_(static_cast<int>(memory.rows())),
       bandwidth_(bandwidth),
-      padded_((static_cast<std::size_t>(vectors_) + simd::kGroup - 1) / simd::kGroup * simd::kGroup) {
+      padded_((static_cast<std::size_t>(vectors_) + kTile - 1) / kTile * kTile) {
   require(vectors_ > 0 && sensors_ > 0, "AAKR: the memory is empty: must have at least one vector of one sensor");
   require(bandwidth > 0, "AAKR: bandwidth = {}: must be > 0", bandwidth);
-  valid_.assign(padded_, 0.0);
-  for (int i = 0; i < vectors_; ++i) valid_[static_cast<std::size_t>(i)] = 1;
-  memory_.resize(padded_ * static_cast<std::size_t>(sensors_));
-  for (std::size_t i = 0; i < padded_; ++i)
-    for (int j = 0; j < sensors_; ++j)
-      memory_[static_cast<std::size_t>(j) * padded_ + i] = memory(std::min(static_cast<int>(i), vectors_ - 1), j);
+  constexpr double kFar = 1e150;  // its square is finite, and weighs nothing
+  direction_ = main_direction(memory);
+  largest_norm_ = memory.rowwise().norm().maxCoeff();
+  const Eigen::VectorXd projection = memory * direction_;
+  std::vector<Index> order(static_cast<std::size_t>(vectors_));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return projection[a] < projection[b]; });
+  memory_.assign(static_cast<std::size_t>(sensors_) * padded_, kFar);
+  for (std::size_t j = 0; j < static_cast<std::size_t>(sensors_); ++j)
+    for (std::size_t i = 0; i < order.size(); ++i) memory_[j * padded_ + i] = memory(order[i], static_cast<Index>(j));
+  for (std::size_t i = 0; i < order.size(); i += kTile) {
+    low_.push_back(projection[order[i]]);
+    high_.push_back(projection[order[std::min(i + kTile, order.size()) - 1]]);
+  }
+}
+
+double Aakr::cutoff() const {
+  // Without a logarithm of libm, whose last bit changes between machines: ln m is rounded up to a multiple of ln 2.
+  constexpr double kPerNegligible = 29.933606208922594;  // -ln kNegligibleShare
+  const int doublings = std::bit_width(static_cast<unsigned>(vectors_));
+  return 2 * bandwidth_ * bandwidth_ * (doublings * kLn2 + kPerNegligible);
+}
+
+AakrBatch Aakr::batch(const double* queries, int count, double* predictions, double* nearest, Scratch& scratch) const {
+  scratch.resize(padded_);
+  return {.memory = memory_.data(),
+          .direction = direction_.data(),
+          .low = low_.data(),
+          .high = high_.data(),
+          .padded = padded_,
+          .tiles = low_.size(),
+          .sensors = sensors_,
+          .cutoff = cutoff(),
+          .rounding = 1e-12 * largest_norm_,
+          .per_square = -0.5 / (bandwidth_ * bandwidth_ * kLn2),
+          .queries = queries,
+          .count = count,
+          .predictions = predictions,
+          .nearest = nearest,
+          .weights = scratch.data()};
 }
 
 void Aakr::predict(const double* queries, int count, double* predictions, double* nearest, Scratch& scratch) const {
-  scratch.resize(padded_);
-  const AakrBatch batch{.memory = memory_.data(),
-                        .valid = valid_.data(),
-                        .padded = padded_,
-                        .sensors = sensors_,
-                        .minus_half_per_h2 = -0.5 / (bandwidth_ * bandwidth_),
-                        .queries = queries,
-                        .count = count,
-                        .predictions = predictions,
-                        .nearest = nearest,
-                        .scratch = scratch.data()};
+  const AakrBatch b = batch(queries, count, predictions, nearest, scratch);
   if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::aakr_predict(batch);
+    isa_v4::aakr_predict(b);
   else
-    isa_v3::aakr_predict(batch);
+    isa_v3::aakr_predict(b);
 }
 
 }  // namespace surveymc::monitoring

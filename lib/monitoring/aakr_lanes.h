@@ -6,18 +6,25 @@
 
 namespace surveymc::monitoring {
 
-/// Raw view of a memory and of the vectors to predict. Rows of `memory` are `padded` doubles long, a multiple of
-/// kGroup; `valid` is 1 where there is a memory vector and 0 where there is only padding.
+/// Memory vectors that are worked on together.
+inline constexpr std::size_t kTile = 4 * simd::kGroup;
+
+/// Raw view of a memory and of the vectors to predict. Vectors stand in the order of their projections on `direction`.
+/// Rows of `memory` are `padded` = kTile * tiles doubles long; padding is so far from all queries that its weight is 0.
 struct AakrBatch {
-  const double *memory, *valid;  ///< [sensor][vector], [vector]
-  std::size_t padded;
+  const double* memory;      ///< [sensor][vector]
+  const double* direction;   ///< [sensor], of length 1
+  const double *low, *high;  ///< [tile]: projections of its first and last vector
+  std::size_t padded, tiles;
   int sensors;
-  double minus_half_per_h2;  ///< -1 / (2 h^2)
-  const double* queries;     ///< [query][sensor]
+  double cutoff;          ///< squared distance beyond the nearest at which weights are negligible
+  double rounding;        ///< of a projection, at most
+  double per_square;      ///< -1 / (2 h^2 ln 2): log2 of a weight per squared distance
+  const double* queries;  ///< [query][sensor]
   int count;
   double* predictions;  ///< [query][sensor]
   double* nearest;      ///< [query]: distance to the nearest memory vector
-  double* scratch;      ///< padded doubles
+  double* weights;      ///< scratch: padded doubles
 };
 
 namespace isa_v3 {

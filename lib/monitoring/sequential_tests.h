@@ -20,7 +20,21 @@ class Sprt {
  public:
   explicit Sprt(const SprtOptions& options);
   /// +1 or -1 if this sample completes an acceptance of H1 on that side, else 0.
-  int update(double d);
+  int update(double d) {
+    int accepted = 0;
+    for (int side = 0; side < 2; ++side) {
+      sum_[side] += slope_ * ((side == 0 ? d : -d) - half_shift_);
+      if (sum_[side] <= lower_) {
+        decided_[side] = false;
+        sum_[side] = 0;
+      } else if (sum_[side] >= upper_) {
+        decided_[side] = true;
+        sum_[side] = 0;
+        accepted = side == 0 ? 1 : -1;
+      }
+    }
+    return accepted;
+  }
   /// The decision that holds: 0 (H0 on both sides), +1 or -1 (H1).
   int decision() const { return decided_[0] ? 1 : decided_[1] ? -1 : 0; }
 
@@ -39,7 +53,18 @@ struct CusumOptions {
 class Cusum {
  public:
   explicit Cusum(const CusumOptions& options) : options_(options) {}
-  int update(double d);
+  int update(double d) {
+    int alarm = 0;
+    for (int side = 0; side < 2; ++side) {
+      const double sum = sum_[side] + (side == 0 ? d : -d) - options_.allowance;
+      sum_[side] = sum > 0 ? sum : 0;
+      if (sum_[side] >= options_.threshold) {
+        sum_[side] = 0;
+        alarm = side == 0 ? 1 : -1;
+      }
+    }
+    return alarm;
+  }
   double largest() const { return sum_[0] > sum_[1] ? sum_[0] : sum_[1]; }  ///< of the two sums, now
 
  private:

@@ -108,120 +108,159 @@ struct Effects {
   std::array<Column, 3> star, full;
 };
 
-void add_depth(const BlockWeights& w, double sigma, const Displacements& d, std::size_t count, Effects& e) {
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    for (std::size_t i = 0; i < count; ++i) {
-      const double depth = sigma * w.depth[i];
-      e.star[axis][i] = depth * d.star_depth[axis][i];
-      e.full[axis][i] = depth * d.full_depth[axis][i];
-    }
-}
-
-/// Effects of angles across the hole, in metres per metre of interval.
-void set_across(const BlockWeights& w, double sigma, const Displacements& d, std::size_t count,
-                std::array<Column, 3>& across) {
-  const double *wi = w.inclination, *wl = w.lateral;
-  if (wi != nullptr && wl != nullptr) {
-    for (std::size_t i = 0; i < count; ++i) {
-      across[0][i] = sigma * (wi[i] * d.high_side[0][i] + wl[i] * d.right_north[i]);
-      across[1][i] = sigma * (wi[i] * d.high_side[1][i] + wl[i] * d.right_east[i]);
-      across[2][i] = sigma * (wi[i] * d.high_side[2][i]);
-    }
-  } else if (wi != nullptr) {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      for (std::size_t i = 0; i < count; ++i) across[axis][i] = sigma * (wi[i] * d.high_side[axis][i]);
-  } else {
-    for (std::size_t i = 0; i < count; ++i) {
-      across[0][i] = wl != nullptr ? sigma * (wl[i] * d.right_north[i]) : 0;
-      across[1][i] = wl != nullptr ? sigma * (wl[i] * d.right_east[i]) : 0;
-      across[2][i] = 0;
-    }
+/// Effects of angles: across the hole, metres per metre of interval, times the intervals on both sides. The vertical
+/// formulas take the place of the others where there are any.
+void set_angle_effects(const BlockWeights& w, double sigma, bool is_course, const Displacements& d, std::size_t count,
+                       Effects& e) {
+  static constexpr Column kZeros{};
+  const double* const wi = w.inclination != nullptr ? w.inclination : kZeros.data();
+  const double* const wl = w.lateral != nullptr ? w.lateral : kZeros.data();
+  const double* const at = is_course ? d.length.data() : d.star_angle.data();
+  const double* const beyond = is_course ? d.length.data() : d.full_angle.data();
+#pragma GCC ivdep  // e is none of the columns that are read
+  for (std::size_t i = 0; i < count; ++i) {
+    const double north = sigma * (wi[i] * d.high_side[0][i] + wl[i] * d.right_north[i]),
+                 east = sigma * (wi[i] * d.high_side[1][i] + wl[i] * d.right_east[i]),
+                 down = sigma * (wi[i] * d.high_side[2][i]);
+    e.star[0][i] = at[i] * north;
+    e.star[1][i] = at[i] * east;
+    e.star[2][i] = at[i] * down;
+    e.full[0][i] = beyond[i] * north;
+    e.full[1][i] = beyond[i] * east;
+    e.full[2][i] = beyond[i] * down;
   }
   if (w.vertical_north == nullptr) return;
-  for (std::size_t i = 0; i < count; ++i)
-    if (d.is_vertical[i]) {
-      across[0][i] = sigma * w.vertical_north[i];
-      across[1][i] = sigma * w.vertical_east[i];
-      across[2][i] = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!d.is_vertical[i]) continue;
+    const std::array<double, 3> across{sigma * w.vertical_north[i], sigma * w.vertical_east[i], 0};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      e.star[axis][i] = at[i] * across[axis];
+      e.full[axis][i] = beyond[i] * across[axis];
     }
+  }
+}
+
+void zero_effects(std::size_t count, Effects& e) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::fill_n(e.star[axis].begin(), count, 0.0);
+    std::fill_n(e.full[axis].begin(), count, 0.0);
+  }
 }
 
 void set_effects(const em::Term& term, const BlockWeights& w, const Displacements& d, std::size_t count, Effects& e) {
-  const double sigma = term.sigma;
   const bool has_angles = w.inclination != nullptr || w.lateral != nullptr || w.vertical_north != nullptr;
-  if (w.depth != nullptr) {
-    add_depth(w, sigma, d, count, e);
-    if (!has_angles) return;
-  } else {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::fill_n(e.star[axis].begin(), count, 0.0);
-      std::fill_n(e.full[axis].begin(), count, 0.0);
-    }
-  }
-  std::array<Column, 3> across;
-  set_across(w, sigma, d, count, across);
-  if (term.function->kind == em::Kind::course) {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      for (std::size_t i = 0; i < count; ++i) {
-        e.star[axis][i] += d.length[i] * across[axis][i];
-        e.full[axis][i] += d.length[i] * across[axis][i];
-      }
-    return;
-  }
+  if (has_angles)
+    set_angle_effects(w, term.sigma, term.function->kind == em::Kind::course, d, count, e);
+  else
+    zero_effects(count, e);
+  if (w.depth == nullptr) return;
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t i = 0; i < count; ++i) {
-      e.star[axis][i] += d.star_angle[i] * across[axis][i];
-      e.full[axis][i] += d.full_angle[i] * across[axis][i];
+      const double depth = term.sigma * w.depth[i];
+      e.star[axis][i] += depth * d.star_depth[axis][i];
+      e.full[axis][i] += depth * d.full_depth[axis][i];
     }
 }
 
 /// Covariance of one source, or of all, at the stations of a block: nn, ee, vv, ne, nv, ev.
 using BlockCovariance = std::array<Column, 6>;
+constexpr std::array<std::array<std::size_t, 2>, 6> kAxes{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
+
+/// What a source that is one error along the block moves the positions by; adds up its effects.
+void add_up(Source& s, const Effects& e, std::size_t count, std::array<Column, 3>& at) {
+  double north = s.sum[0], east = s.sum[1], down = s.sum[2];
+  for (std::size_t i = 0; i < count; ++i) {
+    at[0][i] = north + e.star[0][i];
+    at[1][i] = east + e.star[1][i];
+    at[2][i] = down + e.star[2][i];
+    north += e.full[0][i];
+    east += e.full[1][i];
+    down += e.full[2][i];
+  }
+  s.sum = {north, east, down};
+}
 
 /// Moves a source through a block: its covariance at every station.
 void propagate(Source& s, Grouping grouping, const std::array<bool, kBlock>& begins_group, const Effects& e,
                std::size_t count, BlockCovariance& c) {
-  if (grouping == Grouping::station) {
-    for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t m = 0; m < 6; ++m) c[m][i] = s.past[m];
-      Source::add_product(s.past, e.full[0][i], e.full[1][i], e.full[2][i]);
+  if (grouping == Grouping::run) {
+    std::array<Column, 3> at;
+    add_up(s, e, count, at);
+    for (std::size_t m = 0; m < 6; ++m) {
+      const Column &x = at[kAxes[m][0]], &y = at[kAxes[m][1]];
+      const double past = s.past[m];
+      for (std::size_t i = 0; i < count; ++i) c[m][i] = past + x[i] * y[i];
     }
-    constexpr std::array<std::array<std::size_t, 2>, 6> kAxes{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
-    for (std::size_t m = 0; m < 6; ++m)
-      for (std::size_t i = 0; i < count; ++i) c[m][i] += e.star[kAxes[m][0]][i] * e.star[kAxes[m][1]][i];
     return;
   }
-  std::array<Column, 3> at;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (grouping == Grouping::mixed) {
-      if (begins_group[i]) s.end_group();
-      for (std::size_t m = 0; m < 6; ++m) c[m][i] = s.past[m];
+  if (grouping == Grouping::station) {
+    for (std::size_t m = 0; m < 6; ++m) {
+      const std::size_t x = kAxes[m][0], y = kAxes[m][1];
+      double past = s.past[m];
+      for (std::size_t i = 0; i < count; ++i) {
+        c[m][i] = past + e.star[x][i] * e.star[y][i];
+        past += e.full[x][i] * e.full[y][i];
+      }
+      s.past[m] = past;
     }
+    return;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (begins_group[i]) s.end_group();
+    std::array<double, 3> at;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      at[axis][i] = s.sum[axis] + e.star[axis][i];
+      at[axis] = s.sum[axis] + e.star[axis][i];
       s.sum[axis] += e.full[axis][i];
     }
-  }
-  if (grouping == Grouping::run)
-    for (std::size_t m = 0; m < 6; ++m) std::fill_n(c[m].begin(), count, s.past[m]);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double x = at[0][i], y = at[1][i], z = at[2][i];
-    c[0][i] += x * x;
-    c[1][i] += y * y;
-    c[2][i] += z * z;
-    c[3][i] += x * y;
-    c[4][i] += x * z;
-    c[5][i] += y * z;
+    for (std::size_t m = 0; m < 6; ++m) c[m][i] = s.past[m] + at[kAxes[m][0]] * at[kAxes[m][1]];
   }
 }
 
-Matrix3d matrix_at(const BlockCovariance& c, std::size_t i) {
+Matrix3d symmetric(double nn, double ee, double vv, double ne, double nv, double ev) {
   Matrix3d m;
-  m << c[0][i], c[3][i], c[4][i],  //
-      c[3][i], c[1][i], c[5][i],   //
-      c[4][i], c[5][i], c[2][i];
+  m << nn, ne, nv,  //
+      ne, ee, ev,   //
+      nv, ev, vv;
   return m;
 }
+
+/// Covariances of all codes at the stations of a block, source by source, and their way to station by station.
+class BlockBySource {
+ public:
+  explicit BlockBySource(std::size_t codes) : codes_(codes), columns_(6 * codes) {}
+
+  void clear(std::size_t count) {
+    for (PaddedColumn& c : columns_) std::fill_n(c.begin(), count, 0.0);
+  }
+  void add(std::size_t code, const BlockCovariance& own, std::size_t count) {
+    for (std::size_t m = 0; m < 6; ++m) {
+      PaddedColumn& c = columns_[m * codes_ + code];
+      for (std::size_t i = 0; i < count; ++i) c[i] += own[m][i];
+    }
+  }
+  /// The stations first to first + count - 1 of the block, behind those that `out` has.
+  void append(std::size_t first, std::size_t count, CovarianceColumns& out) const {
+    for (std::size_t m = 0; m < 6; ++m) {
+      std::vector<double>& to = out.elements[m];
+      const std::size_t before = to.size();
+      to.resize(before + count * codes_);
+      for (std::size_t tile = 0; tile < count; tile += kTile) {
+        const std::size_t end = std::min(tile + kTile, count);
+        for (std::size_t code = 0; code < codes_; ++code) {
+          const double* from = columns_[m * codes_ + code].data() + first;
+          double* at = to.data() + before + code;
+          for (std::size_t i = tile; i < end; ++i) at[i * codes_] = from[i];
+        }
+      }
+    }
+  }
+
+ private:
+  static constexpr std::size_t kTile = 8;                   // stations of which a line of the cache holds one column
+  using PaddedColumn = std::array<double, kBlock + kTile>;  // columns do not all begin in the same set of the cache
+  std::size_t codes_;
+  std::vector<PaddedColumn> columns_;  // [element][code]
+};
 
 bool joins_runs(em::PropagationMode mode) {
   return mode == em::PropagationMode::well || mode == em::PropagationMode::global;
@@ -288,18 +327,25 @@ class Propagation {
         runs_(runs),
         detail_(detail),
         sources_(runs),
+        by_source_(sources_.codes.size()),
         out_(out),
         keeper_(runs, sources_, survey.stations.size(), joining_alone, effects) {
     const std::size_t n = survey.stations.size();
     out.sources = sources_.codes;
     out.total.assign(n, Matrix3d::Zero());
-    if (detail != SourceDetail::none)
-      out.by_source.assign((detail == SourceDetail::all ? n : 1) * out.sources.size(), Matrix3d::Zero());
+    if (detail != SourceDetail::all) return;
+    for (std::vector<double>& column : out.by_source.elements) {
+      column.reserve(n * out.sources.size());
+      column.resize(out.sources.size());  // the tie-on
+    }
   }
 
   void run_block(std::size_t run, std::size_t first, std::size_t count, const RunWeights& weights,
                  const Displacements& d, const std::array<bool, kBlock>& begins_group) {
     for (std::size_t m = 0; m < 6; ++m) std::fill_n(total_[m].begin(), count, 0.0);
+    const bool is_kept =
+        detail_ == SourceDetail::all || (detail_ == SourceDetail::last && first + count == survey_.stations.size());
+    if (is_kept) by_source_.clear(count);
     term_of_source_.assign(sources_.all.size(), nullptr);
     const auto& terms = runs_[run].model->terms;
     for (std::size_t t = 0; t < terms.size(); ++t) term_of_source_[sources_.of_run[run][t]] = &terms[t];
@@ -321,9 +367,14 @@ class Propagation {
       }
       for (std::size_t m = 0; m < 6; ++m)
         for (std::size_t i = 0; i < count; ++i) total_[m][i] += own_[m][i];
-      keep_source(source.row, first, count);
+      if (is_kept) by_source_.add(source.row, own_, count);
     }
-    for (std::size_t i = 0; i < count; ++i) out_.total[first + i] = matrix_at(total_, i);
+    for (std::size_t i = 0; i < count; ++i)
+      out_.total[first + i] =
+          symmetric(total_[0][i], total_[1][i], total_[2][i], total_[3][i], total_[4][i], total_[5][i]);
+    if (detail_ == SourceDetail::all) by_source_.append(0, count, out_.by_source);
+    if (detail_ == SourceDetail::last && first + count == survey_.stations.size())
+      by_source_.append(count - 1, 1, out_.by_source);
   }
 
   void end_run(std::size_t run) {
@@ -338,19 +389,11 @@ class Propagation {
   }
 
  private:
-  void keep_source(std::size_t row, std::size_t first, std::size_t count) {
-    const std::size_t rows = out_.sources.size();
-    if (detail_ == SourceDetail::all)
-      for (std::size_t i = 0; i < count; ++i) out_.by_source[(first + i) * rows + row] += matrix_at(own_, i);
-    if (detail_ == SourceDetail::last && first + count == survey_.stations.size())
-      out_.by_source[row] += matrix_at(own_, count - 1);
-  }
-
   /// Where one standard deviation has no finite effect, it becomes NaN, and so does all beyond; the term is noted.
   void refuse_poles(std::size_t run, std::size_t t, const BlockWeights& w, std::size_t first, std::size_t count,
                     const Displacements& d) {
     const em::Term& term = runs_[run].model->terms[t];
-    if (term.sigma == 0) return zero_effects(count);
+    if (term.sigma == 0) return zero_effects(count, effects_);
     if (term.sigma * w.largest_angle <= kLargestAngle && term.sigma * w.largest_depth <= 1e300) return;
     for (std::size_t i = 0; i < count; ++i) {
       const bool has_vertical = w.vertical_north != nullptr && d.is_vertical[i];
@@ -365,13 +408,6 @@ class Propagation {
       if (formula == nullptr) continue;
       for (std::size_t axis = 0; axis < 3; ++axis) effects_.star[axis][i] = effects_.full[axis][i] = kNaN;
       note(run, t, first + i, *formula);
-    }
-  }
-
-  void zero_effects(std::size_t count) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::fill_n(effects_.star[axis].begin(), count, 0.0);
-      std::fill_n(effects_.full[axis].begin(), count, 0.0);
     }
   }
 
@@ -392,6 +428,7 @@ class Propagation {
   const std::vector<ToolRun>& runs_;
   SourceDetail detail_;
   Sources sources_;
+  BlockBySource by_source_;
   ToolCovariances& out_;
   EffectsKeeper keeper_;
   std::vector<const em::Term*> term_of_source_;
@@ -400,6 +437,10 @@ class Propagation {
 };
 
 }  // namespace
+
+Matrix3d CovarianceColumns::operator[](std::size_t i) const {
+  return symmetric(elements[0][i], elements[1][i], elements[2][i], elements[3][i], elements[4][i], elements[5][i]);
+}
 
 ToolCovariances tool_covariances(const survey::Survey& survey, const std::vector<double>& tvd,
                                  const std::vector<ToolRun>& runs, const survey::ReferenceField& field, double latitude,

@@ -1,5 +1,6 @@
 #pragma once
 /// Covariance of every position of a surveyed well from the error models of its tools (ISCWSA).
+#include <array>
 #include <limits>
 #include <memory>
 #include <string>
@@ -34,12 +35,21 @@ struct NonFiniteTerm {
 /// rad: an angle of one standard deviation beyond it is no linear error any more, but a pole (1 / cosI at 90 deg).
 inline constexpr double kLargestAngle = 1000;
 
+/// Many covariances, element by element: as a table has them, and three quarters of the memory of matrices.
+struct CovarianceColumns {
+  std::array<std::vector<double>, 6> elements;  ///< nn, ee, vv, ne, nv, ev
+
+  std::size_t size() const { return elements[0].size(); }
+  bool empty() const { return elements[0].empty(); }
+  Eigen::Matrix3d operator[](std::size_t i) const;
+};
+
 struct ToolCovariances {
   std::vector<Eigen::Matrix3d> total;  ///< one per station: N, E, V (true north), m2; zero at the tie-on
   std::vector<std::string> sources;    ///< codes of all models, in order of their first appearance
   /// Of source i at station k: by_source[k * sources.size() + i] for SourceDetail::all; of the last station alone,
   /// by_source[i], for SourceDetail::last; else empty.
-  std::vector<Eigen::Matrix3d> by_source;
+  CovarianceColumns by_source;
   std::vector<NonFiniteTerm> non_finite;
   std::vector<std::vector<GyroStretch>> gyro;  ///< of each run; empty for a tool without modes
 };

@@ -25,6 +25,11 @@ bool GrossErrorTrials::on_lanes() const {
   return attitudes_.size() == 1 && !(model_.mode == AdjustmentMode::mse_shared && model_.systematic_terms);
 }
 
+bool GrossErrorTrials::shots_on_lanes() const {
+  return attitudes_.size() > 1 && attitudes_.size() <= kMostShots && model_.mode == AdjustmentMode::mse_shared &&
+         !model_.systematic_terms && variances_.head(static_cast<Index>(kReadings * attitudes_.size())).minCoeff() > 0;
+}
+
 StationReadings GrossErrorTrials::readings_of(const VectorXd& noise, bool with_errors) const {
   VectorXd error = noise;
   if (with_errors)
@@ -89,6 +94,70 @@ void GrossErrorTrials::simulate(std::uint64_t first, survey::LaneArray& without,
       if (block.value(t, kConvergedRow) != 0) continue;
       put(tests_of(adjusted(readings(first + static_cast<std::uint64_t>(t), with_errors))), t, block);
     }
+}
+
+namespace {
+
+/// Units of the observations on lanes: readings over G and B, references over G, B and 1.
+double lane_unit(const survey::ReferenceField& f, std::size_t observation, std::size_t readings) {
+  if (observation < readings) return observation % kReadings < 3 ? f.gravity : f.total;
+  return observation == readings ? f.gravity : observation == readings + 1 ? f.total : 1;
+}
+
+}  // namespace
+
+ShotsModel GrossErrorTrials::shots_model() const {
+  ShotsModel m{attitudes_.size(), model_.rotational_shot, {}, std::sin(model_.field.dip), std::cos(model_.field.dip)};
+  for (std::size_t i = 0; i < m.observations(); ++i)
+    m.sd[i] = std::sqrt(variances_[static_cast<Index>(i)]) / lane_unit(model_.field, i, kReadings * m.shots);
+  return m;
+}
+
+ShotsRows GrossErrorTrials::shots_rows() const {
+  const std::size_t shots = attitudes_.size();
+  return {kReadings * shots + 3, model_.rotational_shot ? 6 + shots - 1 : 3 + 3 * shots};
+}
+
+ShotsBatch GrossErrorTrials::shots_batch(std::uint64_t first, survey::LaneArray& without, survey::LaneArray& with,
+                                         int groups) const {
+  ShotsBatch b{shots_model(), {}, {}, stream_, first, groups, without.row(0, 0), with.row(0, 0)};
+  const std::size_t readings = kReadings * b.model.shots;
+  for (std::size_t i = 0; i < readings; ++i)
+    b.truth[i] = truth_[i / kReadings][i % kReadings] / lane_unit(model_.field, i, readings);
+  b.truth[readings] = b.truth[readings + 1] = 1;  // the dip is counted from the true one
+  for (const GrossError& e : errors_) {
+    const auto i = static_cast<std::size_t>(e.number);
+    b.error[i] += e.size / lane_unit(model_.field, i, readings);
+  }
+  return b;
+}
+
+void GrossErrorTrials::simulate_shots(std::uint64_t first, survey::LaneArray& without, survey::LaneArray& with,
+                                      int groups) const {
+  const ShotsBatch b = shots_batch(first, without, with, groups);
+  if (simd::instruction_set() == simd::InstructionSet::v4)
+    isa_v4::shots_trials(b);
+  else
+    isa_v3::shots_trials(b);
+}
+
+TrialTests GrossErrorTrials::tests_of_shots(const survey::LaneArray& block, int trial) const {
+  const ShotsRows rows = shots_rows();
+  TrialTests t;
+  t.converged = block.value(trial, rows.converged()) != 0;
+  t.omega = block.value(trial, rows.omega());
+  t.largest = block.value(trial, rows.largest());
+  t.w.resize(static_cast<Index>(rows.observations));
+  for (Index i = 0; i < t.w.size(); ++i) t.w[i] = block.value(trial, static_cast<int>(i));
+  return t;
+}
+
+RedundancyModel GrossErrorTrials::model_of_shots(const survey::LaneArray& with, int trial) const {
+  const ShotsRows rows = shots_rows();
+  std::vector<double> w(rows.observations), v(rows.observations * rows.unknowns);
+  for (std::size_t i = 0; i < w.size(); ++i) w[i] = with.value(trial, static_cast<int>(i));
+  for (std::size_t i = 0; i < v.size(); ++i) v[i] = with.value(trial, rows.base() + static_cast<int>(i));
+  return {w, v, static_cast<Index>(rows.observations - rows.unknowns), with.value(trial, rows.omega())};
 }
 
 void GrossErrorTrials::put(const TrialTests& tests, int trial, survey::LaneArray& block) {

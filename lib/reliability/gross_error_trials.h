@@ -8,6 +8,8 @@
 
 #include "random/stream.h"
 #include "reliability/adjustment.h"
+#include "reliability/redundancy_model.h"
+#include "reliability/shots_lanes.h"
 #include "survey/readings.h"
 
 namespace surveymc::reliability {
@@ -35,6 +37,8 @@ class GrossErrorTrials {
 
   /// One station, and no systematic terms: simulate() may be used, with trials side by side.
   bool on_lanes() const;
+  /// Two to kMostShots stations with shared references, and no systematic terms: simulate_shots() may be used.
+  bool shots_on_lanes() const;
   /// Readings of a trial, with or without the gross errors.
   StationReadings readings(std::uint64_t trial, bool with_errors) const;
   /// Error-free readings, plus the gross errors.
@@ -47,6 +51,21 @@ class GrossErrorTrials {
   void simulate(std::uint64_t first, survey::LaneArray& without, survey::LaneArray& with, int groups) const;
   /// Tests of one trial of such a block; the same as those of adjusted(readings(...)) to rounding.
   static TrialTests tests_of(const survey::LaneArray& block, int trial);
+
+  /// The same of several stations, with ShotsRows::tests() and all() rows (shots_lanes.h). Trials that do not converge
+  /// on lanes are marked so: the caller adjusts them by adjusted().
+  void simulate_shots(std::uint64_t first, survey::LaneArray& without, survey::LaneArray& with, int groups) const;
+  /// The same as the kernel sees it.
+  ShotsBatch shots_batch(std::uint64_t first, survey::LaneArray& without, survey::LaneArray& with, int groups) const;
+  ShotsRows shots_rows() const;
+  bool converged_shots(const survey::LaneArray& block, int trial) const {
+    return block.value(trial, shots_rows().converged()) != 0;
+  }
+  /// Tests of one trial, without the suspects.
+  TrialTests tests_of_shots(const survey::LaneArray& block, int trial) const;
+  /// The linear model of one trial with errors.
+  RedundancyModel model_of_shots(const survey::LaneArray& with, int trial) const;
+
   static TrialTests tests_of(const StationAdjustment& adjustment);
 
   const AdjustmentModel& model() const { return model_; }
@@ -56,6 +75,7 @@ class GrossErrorTrials {
  private:
   static void put(const TrialTests& tests, int trial, survey::LaneArray& block);
   StationReadings readings_of(const Eigen::VectorXd& noise, bool with_errors) const;
+  ShotsModel shots_model() const;
 
   AdjustmentModel model_;
   std::vector<survey::Attitude> attitudes_;

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <set>
+
+#include "reliability/redundancy_model.h"
 
 namespace surveymc::reliability {
 namespace {
@@ -21,6 +24,14 @@ struct Largest {
   SuspectGroup group;
   double size = 0;  ///< |w|
 };
+
+// What the searches ask of a model: parity.h is the plain one, redundancy_model.h the fast one.
+Index redundancy_of(const ParityModel& m) { return m.redundancy; }
+double w_of(const ParityModel& m, Index i) { return w_statistics(m)[i]; }
+ParityModel left_of(const ParityModel& m, const std::vector<Index>& out) { return without(m, out); }
+double pair_statistic(const ParityModel& m, Index i, Index j) {
+  return general_test(m, std::vector<Index>{i, j}).chi_squared;
+}
 Largest largest_w(const ParityModel& m) {
   const Eigen::VectorXd w = w_statistics(m).cwiseAbs();
   Largest best;
@@ -29,23 +40,63 @@ Largest largest_w(const ParityModel& m) {
   return best;
 }
 
-bool passes(const ParityModel& m, double critical) { return !(largest_w(m).size > critical); }
+Index redundancy_of(const RedundancyModel& m) { return m.redundancy(); }
+double w_of(const RedundancyModel& m, Index i) { return m.w(i); }
+RedundancyModel left_of(const RedundancyModel& m, const std::vector<Index>& out) { return m.without(out); }
+double pair_statistic(const RedundancyModel& m, Index i, Index j) { return m.pair_statistic(i, j); }
+/// Calls each(first, bits of the members) for all groups, in order of their first members.
+template <class Each>
+void for_groups(const RedundancyModel& m, Each each) {
+  std::uint64_t taken = 0;
+  for (Index i = 0; i < m.observations(); ++i) {
+    if (!m.is_testable(i) || (taken >> i & 1) != 0) continue;
+    std::uint64_t members = std::uint64_t{1} << i;
+    for (Index j = i + 1; j < m.observations(); ++j)  // of one that cannot be tested all products are 0
+      members |= std::uint64_t{m.are_inseparable(i, j)} << j;
+    taken |= members;
+    each(i, members);
+  }
+}
+SuspectGroup group_of_bits(std::uint64_t members) {
+  SuspectGroup g;
+  for (Index i = 0; members != 0; ++i, members >>= 1)
+    if ((members & 1) != 0) g.push_back(i);
+  return g;
+}
+Largest largest_w(const RedundancyModel& m) {
+  std::uint64_t best = 0;
+  double size = 0;
+  for_groups(m, [&](Index first, std::uint64_t members) {
+    const double w = std::abs(m.w(first));
+    if (best != 0 && !(w > size)) return;
+    best = members;
+    size = w;
+  });
+  return {group_of_bits(best), size};
+}
 
-SnoopingResult finished(Groups rejected, const ParityModel& left, double critical) {
+template <class Model>
+bool passes(const Model& m, double critical) {
+  return !(largest_w(m).size > critical);
+}
+
+template <class Model>
+SnoopingResult finished(Groups rejected, const Model& left, double critical) {
   SnoopingResult r;
   r.rejected = std::move(rejected);
-  r.exhausted = left.redundancy == 0;
+  r.exhausted = redundancy_of(left) == 0;
   r.accepted = !r.exhausted && passes(left, critical);
   return r;
 }
 
 /// Tests the earlier ones of `rejected` again, the oldest first: those that pass with the others rejected are removed
 /// from `rejected`.
-void readmit(const ParityModel& m, double critical, std::vector<Index>& rejected) {
+template <class Model>
+void readmit(const Model& m, double critical, std::vector<Index>& rejected) {
   for (std::size_t k = 0; k + 1 < rejected.size();) {
     std::vector<Index> others = rejected;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    if (std::abs(w_statistics(without(m, others))[rejected[k]]) > critical)
+    if (std::abs(w_of(left_of(m, others), rejected[k])) > critical)
       ++k;
     else
       rejected = std::move(others);
@@ -53,12 +104,84 @@ void readmit(const ParityModel& m, double critical, std::vector<Index>& rejected
 }
 
 /// The observations that could take the place of rejected[k], given the others.
-SuspectGroup group_of(const ParityModel& m, const std::vector<Index>& rejected, std::size_t k) {
+template <class Model>
+SuspectGroup group_of(const Model& m, const std::vector<Index>& rejected, std::size_t k) {
   std::vector<Index> others = rejected;
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-  for (const SuspectGroup& g : inseparable_groups(without(m, others)))
+  for (const SuspectGroup& g : inseparable_groups(left_of(m, others)))
     if (std::find(g.begin(), g.end(), rejected[k]) != g.end()) return g;
   return {rejected[k]};
+}
+
+template <class Model>
+SnoopingResult snooped_once(const Model& m, double critical) {
+  const Largest worst = largest_w(m);
+  if (!(worst.size > critical)) return finished({}, m, critical);
+  return finished({worst.group}, left_of(m, {worst.group.front()}), critical);
+}
+
+template <class Model>
+SnoopingResult snooped_again(const Model& m, double critical) {
+  Groups rejected;
+  for (;;) {
+    const Model left = left_of(m, representatives(rejected));
+    const Largest worst = largest_w(left);
+    if (redundancy_of(left) == 0 || !(worst.size > critical)) return finished(rejected, left, critical);
+    rejected.push_back(worst.group);
+  }
+}
+
+template <class Model>
+SnoopingResult snooped_with_readmission(const Model& m, double critical) {
+  std::vector<Index> rejected;  // in the order of rejection
+  std::set<std::vector<Index>> seen;
+  for (;;) {
+    const Model left = left_of(m, rejected);
+    const Largest worst = largest_w(left);
+    std::vector<Index> state = rejected;
+    std::sort(state.begin(), state.end());
+    if (redundancy_of(left) == 0 || !(worst.size > critical) || !seen.insert(state).second) {
+      Groups groups;
+      for (std::size_t k = 0; k < rejected.size(); ++k) groups.push_back(group_of(m, rejected, k));
+      return finished(std::move(groups), left, critical);
+    }
+    // Members of a group are equivalent as long as all earlier rejections are out, but not when these are tested again:
+    // the member that lets most of them back explains the observations with the fewest errors.
+    std::vector<Index> best;
+    for (const Index member : worst.group) {
+      std::vector<Index> kept = rejected;
+      kept.push_back(member);
+      readmit(m, critical, kept);
+      if (best.empty() || kept.size() < best.size()) best = std::move(kept);
+    }
+    rejected = std::move(best);
+  }
+}
+
+template <class Model>
+SnoopingResult searched_pairs(const Model& m, double critical) {
+  const Largest worst = largest_w(m);
+  if (!(worst.size > critical)) return finished({}, m, critical);
+  const Model one_less = left_of(m, {worst.group.front()});
+  if (redundancy_of(one_less) == 0 || passes(one_less, critical)) return finished({worst.group}, one_less, critical);
+
+  const std::vector<SuspectGroup> groups = inseparable_groups(m);
+  struct Pair {
+    double statistic;
+    std::size_t i, j;
+  };
+  std::vector<Pair> pairs;
+  for (std::size_t i = 0; i < groups.size(); ++i)
+    for (std::size_t j = i + 1; j < groups.size(); ++j)
+      pairs.push_back({pair_statistic(m, groups[i].front(), groups[j].front()), i, j});
+  if (pairs.empty()) return finished({worst.group}, one_less, critical);
+  const auto best = std::max_element(pairs.begin(), pairs.end(),
+                                     [](const Pair& a, const Pair& b) { return a.statistic < b.statistic; });
+  const auto groups_of = [&](const Pair& p) { return Groups{groups[p.i], groups[p.j]}; };
+  SnoopingResult r = finished(groups_of(*best), left_of(m, representatives(groups_of(*best))), critical);
+  for (auto p = pairs.begin(); p != pairs.end(); ++p)
+    if (p != best && p->statistic > best->statistic - 1e-9 * m.omega()) r.ties.push_back(groups_of(*p));
+  return r;
 }
 
 }  // namespace
@@ -80,68 +203,26 @@ std::vector<SuspectGroup> inseparable_groups(const ParityModel& m) {
   return groups;
 }
 
-SnoopingResult data_snooping(const ParityModel& m, double critical) {
-  const Largest worst = largest_w(m);
-  if (!(worst.size > critical)) return finished({}, m, critical);
-  return finished({worst.group}, without(m, {worst.group.front()}), critical);
+std::vector<SuspectGroup> inseparable_groups(const RedundancyModel& m) {
+  std::vector<SuspectGroup> groups;
+  for_groups(m, [&](Index, std::uint64_t members) { groups.push_back(group_of_bits(members)); });
+  return groups;
 }
 
-SnoopingResult iterative_snooping(const ParityModel& m, double critical) {
-  Groups rejected;
-  for (;;) {
-    const ParityModel left = without(m, representatives(rejected));
-    const Largest worst = largest_w(left);
-    if (left.redundancy == 0 || !(worst.size > critical)) return finished(rejected, left, critical);
-    rejected.push_back(worst.group);
-  }
-}
+SnoopingResult data_snooping(const ParityModel& m, double critical) { return snooped_once(m, critical); }
+SnoopingResult data_snooping(const RedundancyModel& m, double critical) { return snooped_once(m, critical); }
+
+SnoopingResult iterative_snooping(const ParityModel& m, double critical) { return snooped_again(m, critical); }
+SnoopingResult iterative_snooping(const RedundancyModel& m, double critical) { return snooped_again(m, critical); }
 
 SnoopingResult iterative_snooping_with_readmission(const ParityModel& m, double critical) {
-  std::vector<Index> rejected;  // in the order of rejection
-  std::set<std::vector<Index>> seen;
-  for (;;) {
-    const ParityModel left = without(m, rejected);
-    const Largest worst = largest_w(left);
-    std::vector<Index> state = rejected;
-    std::sort(state.begin(), state.end());
-    if (left.redundancy == 0 || !(worst.size > critical) || !seen.insert(state).second) {
-      Groups groups;
-      for (std::size_t k = 0; k < rejected.size(); ++k) groups.push_back(group_of(m, rejected, k));
-      return finished(std::move(groups), left, critical);
-    }
-    // Members of a group are equivalent as long as all earlier rejections are out, but not when these are tested again:
-    // the member that lets most of them back explains the observations with the fewest errors.
-    std::vector<Index> best;
-    for (const Index member : worst.group) {
-      std::vector<Index> kept = rejected;
-      kept.push_back(member);
-      readmit(m, critical, kept);
-      if (best.empty() || kept.size() < best.size()) best = std::move(kept);
-    }
-    rejected = std::move(best);
-  }
+  return snooped_with_readmission(m, critical);
+}
+SnoopingResult iterative_snooping_with_readmission(const RedundancyModel& m, double critical) {
+  return snooped_with_readmission(m, critical);
 }
 
-SnoopingResult pair_search(const ParityModel& m, double critical) {
-  if (passes(m, critical)) return finished({}, m, critical);
-  const Largest worst = largest_w(m);
-  const ParityModel one_less = without(m, {worst.group.front()});
-  if (one_less.redundancy == 0 || passes(one_less, critical)) return finished({worst.group}, one_less, critical);
-
-  const std::vector<SuspectGroup> groups = inseparable_groups(m);
-  std::vector<std::pair<double, Groups>> pairs;
-  for (std::size_t i = 0; i < groups.size(); ++i)
-    for (std::size_t j = i + 1; j < groups.size(); ++j) {
-      const GeneralTest t = general_test(m, std::vector<Index>{groups[i].front(), groups[j].front()});
-      pairs.push_back({t.chi_squared, {groups[i], groups[j]}});
-    }
-  if (pairs.empty()) return finished({worst.group}, one_less, critical);
-  const auto best =
-      std::max_element(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  SnoopingResult r = finished(best->second, without(m, representatives(best->second)), critical);
-  for (auto p = pairs.begin(); p != pairs.end(); ++p)
-    if (p != best && p->first > best->first - 1e-9 * m.omega()) r.ties.push_back(p->second);
-  return r;
-}
+SnoopingResult pair_search(const ParityModel& m, double critical) { return searched_pairs(m, critical); }
+SnoopingResult pair_search(const RedundancyModel& m, double critical) { return searched_pairs(m, critical); }
 
 }  // namespace surveymc::reliability

@@ -101,7 +101,7 @@ AtomicFile::~AtomicFile() {
   if (!committed_) unlink(path_.c_str());
 }
 
-void AtomicFile::write(const std::vector<char>& bytes) {
+void AtomicFile::write(std::span<const char> bytes) {
   constexpr std::size_t kMost = std::size_t{1} << 30;  // one write() takes less than 2^31 bytes
   for (std::size_t done = 0; done < bytes.size();) {
     const ssize_t n = ::write(file_, bytes.data() + done, std::min(bytes.size() - done, kMost));

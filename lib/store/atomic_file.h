@@ -1,7 +1,7 @@
 #pragma once
 /// Files that appear whole or not at all: written under a temporary name, renamed when they are complete.
 #include <filesystem>
-#include <vector>
+#include <span>
 
 namespace surveymc::store {
 
@@ -24,7 +24,7 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
   ~AtomicFile();
 
-  void write(const std::vector<char>& bytes);  ///< at the end of the file
+  void write(std::span<const char> bytes);  ///< at the end of the file
 
   /// For another writer, which may replace the contents but not the file.
   const std::filesystem::path& temporary_path() const { return path_; }

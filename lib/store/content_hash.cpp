@@ -1,8 +1,11 @@
 #include "store/content_hash.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
+#include <cstring>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -22,13 +25,29 @@ class Hasher {
  public:
   Hasher() { XXH3_128bits_reset(&state_); }
 
-  void add(std::uint64_t x) { XXH3_128bits_update(&state_, &x, sizeof x); }
+  void add(std::uint64_t x) { add_bytes(&x, sizeof x); }
   void add(std::int64_t x) { add(static_cast<std::uint64_t>(x)); }
   void add(double x) { add(std::bit_cast<std::uint64_t>(canonical_number(x))); }
   void add(const std::string& text) {
-    const std::string canonical = canonical_text(text);
-    add(std::uint64_t{canonical.size()});
-    XXH3_128bits_update(&state_, canonical.data(), canonical.size());
+    if (!is_canonical(text)) return add(canonical_text(text));
+    add(std::uint64_t{text.size()});
+    add_bytes(text.data(), text.size());
+  }
+  void add(const std::vector<double>& list) {
+    add(std::uint64_t{list.size()});
+    add_numbers(list);
+  }
+  void add(const std::vector<std::int64_t>& list) {
+    add(std::uint64_t{list.size()});
+    add_numbers(list);
+  }
+  /// Without their number.
+  void add_numbers(const std::vector<double>& list) {
+    if (are_canonical(list)) return add_bytes(list.data(), list.size() * sizeof(double));
+    for (const double x : list) add(x);
+  }
+  void add_numbers(const std::vector<std::int64_t>& list) {
+    add_bytes(list.data(), list.size() * sizeof(std::int64_t));
   }
   template <class T>
   void add(const std::vector<T>& list) {
@@ -46,7 +65,11 @@ class Hasher {
     c.for_each_piece([&](const Values& piece) {
       std::visit(
           [&](const auto& values) {
-            for (const auto& v : values) add(v);
+            using Value = typename std::decay_t<decltype(values)>::value_type;
+            if constexpr (std::is_same_v<Value, std::string>)
+              for (const std::string& v : values) add(v);
+            else
+              add_numbers(values);
           },
           piece);
     });
@@ -59,23 +82,40 @@ class Hasher {
     add(first), add(second), (add(more), ...);
   }
 
-  std::string hex() const {
+  std::string hex() {
+    flush();
     const XXH128_hash_t h = XXH3_128bits_digest(&state_);
     return fmt::format("{:016x}{:016x}", h.high64, h.low64);
   }
 
  private:
+  /// Few bytes are gathered: a call of the hash function for each number takes longer than the hash. How the bytes are
+  /// divided does not change the hash.
+  void add_bytes(const void* bytes, std::size_t count) {
+    if (count > gathered_.size() - used_) flush();
+    if (count > gathered_.size()) {
+      XXH3_128bits_update(&state_, bytes, count);
+      return;
+    }
+    if (count > 0) std::memcpy(gathered_.data() + used_, bytes, count);
+    used_ += count;
+  }
+  void flush() {
+    XXH3_128bits_update(&state_, gathered_.data(), used_);
+    used_ = 0;
+  }
+
   XXH3_state_t state_;
+  std::array<char, 4096> gathered_;
+  std::size_t used_ = 0;
 };
 
 /// Hash of one map, values in pieces.
 class MapHasher {
  public:
   explicit MapHasher(const Map& m) { hasher_.add(m.name, m.unit, m.long_name, m.axes, std::uint64_t{map_size(m)}); }
-  void add(const std::vector<double>& values) {
-    for (const double x : values) hasher_.add(x);
-  }
-  std::string hex() const { return hasher_.hex(); }
+  void add(const std::vector<double>& values) { hasher_.add_numbers(values); }
+  std::string hex() { return hasher_.hex(); }
 
  private:
   Hasher hasher_;

@@ -87,7 +87,7 @@ void require_space(const fs::path& target, const Result& result) {
 /// Throws IoError if the file that HDF5 has written does not hold what it says: an error that HDF5 has passed over.
 void require_readable(const fs::path& path, const fs::path& written) {
   try {
-    read_result(written);
+    require_content(written);
   } catch (const IoError&) {
     refuse(path, "cannot be written: what was written does not read back; is the disk full or failing?");
   }
@@ -129,10 +129,10 @@ void write_result(const fs::path& path, const Result& result) {
       file.commit();
       return;
     }
-    std::vector<char> image = file_image(result);
-    append_seal(image);
+    const FileImage image = file_image(result);
     AtomicFile file(target);
-    file.write(image);
+    file.write(image.bytes);
+    file.write(seal_of(image.bytes));
     file.commit();
   } catch (const Hdf5Failure& e) {
     refuse(path, fmt::format("cannot be written: {}", e.what()));

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <deque>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -92,13 +93,13 @@ class Writer {
     checked(H5Fflush(file, H5F_SCOPE_GLOBAL), "flush");
   }
 
-  std::vector<char> file_image(const Result& result) {
-    const Handle file = memory_file();
-    write(file, result);
-    const auto size = checked(H5Fget_file_image(file, nullptr, 0), "size the file");
-    std::vector<char> image(static_cast<std::size_t>(size));
-    checked(H5Fget_file_image(file, image.data(), image.size()), "copy the file");
-    return image;
+  FileImage file_image(const Result& result) {
+    const auto file = std::make_shared<const Handle>(memory_file());
+    write(*file, result);  // flushes: all is in the memory of the driver
+    void** memory = nullptr;
+    checked(H5Fget_vfd_handle(*file, H5P_DEFAULT, reinterpret_cast<void**>(&memory)), "find the file in memory");
+    const auto size = checked(H5Fget_file_image(*file, nullptr, 0), "size the file");
+    return {file, {static_cast<const char*>(*memory), static_cast<std::size_t>(size)}};
   }
 
  private:
@@ -125,6 +126,7 @@ class Writer {
 
   /// Calls use(values) with the values as HDF5 stores them.
   static void in_stored_form(const std::vector<double>& values, const std::function<void(const void*)>& use) {
+    if (are_canonical(values)) return use(values.data());
     std::vector<double> canonical(values.size());
     std::transform(values.begin(), values.end(), canonical.begin(), canonical_number);
     use(canonical.data());
@@ -133,10 +135,11 @@ class Writer {
     use(values.data());
   }
   static void in_stored_form(const std::vector<std::string>& values, const std::function<void(const void*)>& use) {
-    std::vector<std::string> canonical(values.size());
-    std::transform(values.begin(), values.end(), canonical.begin(), canonical_text);
+    std::deque<std::string> changed;
     std::vector<const char*> pointers;
-    for (const std::string& s : canonical) pointers.push_back(s.c_str());
+    pointers.reserve(values.size());
+    for (const std::string& s : values)
+      pointers.push_back(is_canonical(s) ? s.c_str() : changed.emplace_back(canonical_text(s)).c_str());
     use(pointers.data());
   }
 
@@ -404,7 +407,7 @@ void check_shape(const Result& result) {
   demand(result.provenance.seed <= kMax && result.provenance.trials <= kMax, "seed or trials above 2^63 - 1");
 }
 
-std::vector<char> file_image(const Result& result) {
+FileImage file_image(const Result& result) {
   silence_hdf5();
   return Writer().file_image(result);
 }

@@ -42,9 +42,9 @@ std::optional<XXH128_hash_t> hash_of(std::ifstream& in, std::uintmax_t size) {
 
 }  // namespace
 
-void append_seal(std::vector<char>& bytes) {
+std::vector<char> seal_of(std::span<const char> bytes) {
   const std::string seal = seal_text(XXH3_128bits(bytes.data(), bytes.size()));
-  bytes.insert(bytes.end(), seal.begin(), seal.end());
+  return {seal.begin(), seal.end()};
 }
 
 std::vector<char> seal_of(const std::filesystem::path& path) {

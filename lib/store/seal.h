@@ -3,11 +3,13 @@
 /// own data. But HDF5 follows damaged addresses and crashes, so a sealed file is compared with its seal before HDF5
 /// reads it. A file without a seal (rewritten by h5repack, extended by h5py) is read all the same.
 #include <filesystem>
+#include <span>
 #include <vector>
 
 namespace surveymc::store {
 
-void append_seal(std::vector<char>& bytes);
+/// The seal for these bytes.
+std::vector<char> seal_of(std::span<const char> bytes);
 
 /// The seal for the present contents of a file, which this function reads. Throws std::system_error.
 std::vector<char> seal_of(const std::filesystem::path& path);

@@ -27,7 +27,24 @@ std::size_t utf8_length(const std::string& s, std::size_t at) {
 
 }  // namespace
 
+bool are_canonical(const std::vector<double>& values) {
+  bool all = true;
+  for (const double x : values)
+    all &= !std::isnan(x) || std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(kNaN);
+  return all;
+}
+
+bool is_canonical(const std::string& text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = utf8_length(text, at);
+    if (length == 0) return false;
+    at += length;
+  }
+  return true;
+}
+
 std::string canonical_text(const std::string& text) {
+  if (is_canonical(text)) return text;
   std::string out;
   out.reserve(text.size());
   for (std::size_t at = 0; at < text.size();) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "base/units.h"
 #include "store/table.h"
@@ -23,10 +24,14 @@ inline constexpr const char* kOriginalName = "original_name";  // where the link
 
 /// All NaNs are one missing value.
 inline double canonical_number(double x) { return std::isnan(x) ? kNaN : x; }
+/// True if canonical_number() changes none of them.
+bool are_canonical(const std::vector<double>& values);
 
 /// Every byte that is not UTF-8 (a header line in Latin-1) becomes U+FFFD: Python readers refuse the file otherwise.
 /// So does NUL, which would end a string in HDF5.
 std::string canonical_text(const std::string& text);
+/// True if canonical_text() does not change it.
+bool is_canonical(const std::string& text);
 
 /// `name` in a form that HDF5 and netCDF can store in a group with the links `taken`; adds it to `taken`. Users' column
 /// names ("Inc/deg", "row", "") make this necessary. A name that can be stored does not change.

@@ -75,10 +75,5 @@ struct TrialPlan {
 /// rows a study has no such stop.
 TrialPlan read_trial_plan(config::ConfigReader& config, const std::vector<std::string>& stoppable,
                           const std::vector<RowName>& judged, VerdictRule& verdict);
-/// Of a study whose rows have no confidence sequence: a stop by precision only.
-inline TrialPlan read_trial_plan(config::ConfigReader& config, const std::vector<std::string>& stoppable,
-                                 VerdictRule& verdict) {
-  return read_trial_plan(config, stoppable, {}, verdict);
-}
 
 }  // namespace surveymc::study

@@ -2,31 +2,33 @@
 #include <random>
 
 #include "bench_setup.h"
+#include "monitoring/aakr.h"
 #include "monitoring/aakr_lanes.h"
 
 namespace surveymc::bench {
 namespace {
 
-/// Items: samples predicted.
-void aakr(benchmark::State& state, simd::InstructionSet set) {
-  constexpr std::size_t vectors = 1350, padded = 1352, sensors = 4, queries = 64;
-  std::mt19937_64 g(1);
+/// Readings of four gauges that one rate drives, with noise of .3 of their spread: as the gas-lift well's, in z.
+monitoring::Samples gauges(Eigen::Index count, std::mt19937_64& g) {
   std::normal_distribution<double> normal;
-  std::vector<double> memory(padded * sensors), valid(padded, 1.0), query(queries * sensors), out(query),
-      nearest(queries), scratch(padded);
-  for (double& x : memory) x = normal(g);
-  for (double& x : query) x = normal(g);
-  for (std::size_t i = vectors; i < padded; ++i) valid[i] = 0;
-  const monitoring::AakrBatch batch{.memory = memory.data(),
-                                    .valid = valid.data(),
-                                    .padded = padded,
-                                    .sensors = sensors,
-                                    .minus_half_per_h2 = -0.5 / (0.2 * 0.2),
-                                    .queries = query.data(),
-                                    .count = queries,
-                                    .predictions = out.data(),
-                                    .nearest = nearest.data(),
-                                    .scratch = scratch.data()};
+  std::uniform_real_distribution<double> rate(-1.7, 1.7);
+  monitoring::Samples x(count, 4);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double r = rate(g);
+    for (Eigen::Index j = 0; j < 4; ++j) x(i, j) = .96 * (j == 0 ? -r : r) + .29 * normal(g);
+  }
+  return x;
+}
+
+/// Items: samples predicted. range(0): the bandwidth h in percent of z; how many vectors are left out depends on it.
+void aakr(benchmark::State& state, simd::InstructionSet set) {
+  constexpr int kQueries = 64;
+  std::mt19937_64 g(1);
+  const monitoring::Aakr model(gauges(1350, g), .01 * static_cast<double>(state.range(0)));
+  const monitoring::Samples queries = gauges(kQueries, g);
+  monitoring::Samples out(kQueries, 4);
+  std::vector<double> nearest(kQueries), scratch;
+  const monitoring::AakrBatch batch = model.batch(queries.data(), kQueries, out.data(), nearest.data(), scratch);
   for (auto _ : state) {
     if (set == simd::InstructionSet::v4)
       surveymc::monitoring::isa_v4::aakr_predict(batch);
@@ -34,9 +36,9 @@ void aakr(benchmark::State& state, simd::InstructionSet set) {
       surveymc::monitoring::isa_v3::aakr_predict(batch);
     benchmark::ClobberMemory();
   }
-  count_items(state, queries);
+  count_items(state, kQueries);
 }
-const bool aakr_registered = on_both("aakr_1350x4", aakr);
+const bool aakr_registered = on_both("aakr_1350x4", aakr, {10, 20, 50});
 
 }  // namespace
 }  // namespace surveymc::bench

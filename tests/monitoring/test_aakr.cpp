@@ -88,6 +88,35 @@ TEST_CASE("AAKR equals its equations for any number of sensors and vectors", "[m
     }
 }
 
+TEST_CASE("Vectors that are left out weigh less than is said", "[monitoring]") {
+  // Long and thin, in a direction that is no axis: most of the memory is outside of the window of any query. Of queries
+  // on the line, beside it and beyond its ends.
+  constexpr int kVectors = 1350, kQueries = 60;
+  const Samples noise = random_samples(kVectors + kQueries, 4, 20);
+  const Eigen::RowVector4d along(.7, -.4, .5, .3);
+  Samples memory(kVectors, 4), queries(kQueries, 4);
+  for (Eigen::Index i = 0; i < kVectors; ++i)
+    memory.row(i) = (static_cast<double>(i * 7919 % kVectors) / 10 - 60) * along + .3 * noise.row(i);
+  for (Eigen::Index q = 0; q < kQueries; ++q)
+    queries.row(q) = (3.0 * static_cast<double>(q) - 75) * along + noise.row(kVectors + q);
+  for (const double h : {.1, .3, 1.0}) {
+    const Aakr model(memory, h);
+    for (Eigen::Index q = 0; q < kQueries; ++q) {
+      const Eigen::RowVectorXd query = queries.row(q);
+      const auto expected = oracle(memory, query, h);
+      double nearest = 0;
+      const auto x = predict_one(model, query, &nearest);
+      const double closest = std::sqrt((memory.rowwise() - query).rowwise().squaredNorm().minCoeff());
+      CHECK(std::abs(nearest - closest) <= 1e-14 * closest);
+      // kNegligibleShare of an extent of 140, and exponents of 15^2 / 2h^2 to 1e-16 where the query is that far
+      const double bound = 140 * Aakr::kNegligibleShare + 2e-15 * (1 + closest * closest / (h * h));
+      for (std::size_t j = 0; j < 4; ++j) REQUIRE(std::abs(x[static_cast<Eigen::Index>(j)] - expected[j]) <= bound);
+    }
+  }
+  const Samples same = Samples::Constant(100, 3, .25);  // no direction at all
+  CHECK((predict_one(Aakr(same, .2), Eigen::RowVector3d(1, 2, 3)).array() - .25).abs().maxCoeff() < 1e-15);
+}
+
 TEST_CASE("A query far from the memory gets the nearest vector, not 0 / 0", "[monitoring]") {
   const Samples memory = random_samples(50, 3, 12);
   double nearest = 0;
@@ -109,24 +138,8 @@ TEST_CASE("Both instruction sets give the same bits, whatever else is predicted 
   for (Eigen::Index q = 0; q < 40; ++q) CHECK(predict_one(model, queries.row(q)) == together.row(q));
 
   if (simd::instruction_set() == simd::InstructionSet::v4) {
-    const std::size_t padded = 1352;
-    std::vector<double> rows(6 * padded), valid(padded, 1.0), work(padded);
-    valid[1350] = valid[1351] = 0;
-    for (std::size_t i = 0; i < padded; ++i)
-      for (std::size_t j = 0; j < 6; ++j)
-        rows[j * padded + i] =
-            memory(static_cast<Eigen::Index>(std::min<std::size_t>(i, 1349)), static_cast<Eigen::Index>(j));
     Samples narrow(40, 6);
-    isa_v3::aakr_predict({.memory = rows.data(),
-                          .valid = valid.data(),
-                          .padded = padded,
-                          .sensors = 6,
-                          .minus_half_per_h2 = -0.5 / (0.3 * 0.3),
-                          .queries = queries.data(),
-                          .count = 40,
-                          .predictions = narrow.data(),
-                          .nearest = nearest.data(),
-                          .scratch = work.data()});
+    isa_v3::aakr_predict(model.batch(queries.data(), 40, narrow.data(), nearest.data(), scratch));
     CHECK(narrow == together);
   }
 }

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include "reliability/gross_error_lanes.h"
@@ -7,6 +8,7 @@
 #include "reliability/identification.h"
 #include "reliability/significance.h"
 #include "reliability/snooping.h"
+#include "simd/instruction_set.h"
 
 using namespace surveymc;
 using namespace surveymc::reliability;
@@ -63,6 +65,92 @@ TEST_CASE("Trials on lanes are those of the general adjustment") {
           }
       }
   CHECK(compared == 4 * 6 * 3 * 4 * 2);
+}
+
+namespace {
+
+/// Shots with shared references; with a rotational shot, of one direction.
+GrossErrorTrials shots_of(bool rotational, int shots, double inclination, const std::vector<GrossError>& errors) {
+  AdjustmentModel m = model_of(AdjustmentMode::mse_shared);
+  m.rotational_shot = rotational;
+  std::vector<survey::Attitude> attitudes;
+  for (int k = 0; k < shots; ++k)
+    attitudes.push_back(
+        degrees(inclination + (rotational ? 0 : 7.0 * k), 185 + 76.0 * k, rotational ? 100 : 100 + 11 * k));
+  return {m, attitudes, errors, random::Stream(3, 20)};
+}
+
+}  // namespace
+
+TEST_CASE("Several stations on lanes are those of the general adjustment, and so are the searches") {
+  // Two independent derivations: here unknowns and Cholesky's factor of J'J, there conditions. What is left is
+  // rounding, and both stop within 1e-9 sd of the minimum. Searches: redundancy matrix here, whitened misclosures
+  // there.
+  int searched = 0, found = 0;
+  for (const bool rotational : {true, false})
+    for (const int shots : {2, 3, 4})
+      for (const double inclination : {0.0, 45.0, 90.0, 135.0}) {
+        const GrossErrorTrials trials = shots_of(rotational, shots, inclination, {{6 + 1, .1211}, {6 + kBx, -761.8}});
+        REQUIRE(trials.shots_on_lanes());
+        REQUIRE_FALSE(trials.on_lanes());
+        const ShotsRows rows = trials.shots_rows();
+        survey::LaneArray without(1, rows.tests()), with(1, rows.all());
+        trials.simulate_shots(16, without, with, 1);
+        for (const int t : {0, 5})
+          for (const bool with_errors : {false, true}) {
+            const TrialTests fast = trials.tests_of_shots(with_errors ? with : without, t);
+            const StationAdjustment a =
+                trials.adjusted(trials.readings(static_cast<std::uint64_t>(16 + t), with_errors));
+            const TrialTests slow = GrossErrorTrials::tests_of(a);
+            REQUIRE(fast.converged);
+            REQUIRE(slow.converged);
+            CHECK_THAT(fast.omega, WithinRel(slow.omega, 1e-6));
+            CHECK_THAT(fast.largest, WithinRel(slow.largest, 1e-6));
+            for (Index i = 0; i < slow.w.size(); ++i) CHECK_THAT(fast.w[i], WithinAbs(slow.w[i], 1e-5));
+            if (!with_errors) continue;
+            const RedundancyModel model = trials.model_of_shots(with, t);
+            CHECK(model.redundancy() == a.parity.redundancy);
+            CHECK(inseparable_groups(model) == inseparable_groups(a.parity));
+            const auto alike = [&](const SnoopingResult& x, const SnoopingResult& y) {
+              const auto explanations = [](const SnoopingResult& r) {  // which of the ties comes first is rounding
+                auto all = r.ties;
+                all.push_back(r.rejected);
+                if (all.size() > 1) std::sort(all.begin(), all.end());
+                return all;
+              };
+              CHECK(explanations(x) == explanations(y));
+              CHECK(x.accepted == y.accepted);
+              CHECK(x.exhausted == y.exhausted);
+              ++searched;
+              found += !x.rejected.empty();
+            };
+            for (const double critical : {kCritical, 1.5, 0.3}) {  // low ones reject until little or nothing is left
+              alike(data_snooping(model, critical), data_snooping(a.parity, critical));
+              alike(iterative_snooping(model, critical), iterative_snooping(a.parity, critical));
+              alike(iterative_snooping_with_readmission(model, critical),
+                    iterative_snooping_with_readmission(a.parity, critical));
+              alike(pair_search(model, critical), pair_search(a.parity, critical));
+            }
+          }
+      }
+  CHECK(searched == 2 * 3 * 4 * 2 * 3 * 4);
+  CHECK(found > searched / 2);
+}
+
+TEST_CASE("Several stations on lanes: the same bits for all neighbours and instruction sets") {
+  const GrossErrorTrials trials = shots_of(true, 3, 45, {{7, .1211}});
+  const ShotsRows rows = trials.shots_rows();
+  survey::LaneArray a(2, rows.tests()), b(2, rows.all()), c(1, rows.tests()), d(1, rows.all());
+  trials.simulate_shots(0, a, b, 2);
+  trials.simulate_shots(8, c, d, 1);
+  for (int t = 0; t < 8; ++t) {
+    for (int r = 0; r < rows.tests(); ++r) CHECK(a.value(8 + t, r) == c.value(t, r));
+    for (int r = 0; r < rows.all(); ++r) CHECK(b.value(8 + t, r) == d.value(t, r));
+  }
+  if (simd::instruction_set() != simd::InstructionSet::v4) return;
+  reliability::isa_v3::shots_trials(trials.shots_batch(8, c, d, 1));
+  for (int t = 0; t < 8; ++t)
+    for (int r = 0; r < rows.all(); ++r) REQUIRE(b.value(8 + t, r) == d.value(t, r));
 }
 
 TEST_CASE("One lane does not depend on its neighbours") {
