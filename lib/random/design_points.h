@@ -12,7 +12,7 @@ inline constexpr std::uint64_t kMostDesignPoints = std::uint64_t{1} << 40;
 
 /// The number that a random permutation of 0 .. count - 1 has at `i` < count <= kMostDesignPoints. Axes have
 /// independent permutations. A Feistel network of eight rounds over the next even power of two, walked along its cycle
-/// until it is below `count` (Black and Rogaway, "Ciphers with arbitrary finite domains", CT-RSA 2002, method 3).
+/// until it is below `count` (Black and Rogaway, CT-RSA 2002, method 3).
 std::uint64_t permuted(std::uint64_t i, std::uint64_t count, unsigned axis, std::uint64_t seed);
 
 /// Coordinate `axis` of point `i` of a latin hypercube of `count` points, in (0, 1): one uniform draw in the stratum
