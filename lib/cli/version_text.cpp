@@ -1,8 +1,11 @@
 #include "cli/version_text.h"
 
+#include <cstdint>
+
 #include <fmt/format.h>
 
 #include "base/numerics.h"
+#include "montecarlo/ordered_merge.h"
 #include "simd/instruction_set.h"
 #include "simd/numerics_probe.h"
 #include "store/result_file.h"
@@ -12,8 +15,20 @@ namespace surveymc::cli {
 
 Build this_build() { return {kVersion, kGitRevision, kCompiler}; }
 
+namespace {
+
+/// Tells apart the forms in which builds write tallies: a member more makes an empty one longer.
+std::uint32_t tally_form() {
+  std::uint64_t hash = 14695981039346656037u;  // FNV-1a
+  for (const char c : montecarlo::subtree_to_bytes({})) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
+  return static_cast<std::uint32_t>(hash ^ (hash >> 32));
+}
+
+}  // namespace
+
 std::string numerics_text() {
-  return fmt::format("{}{}, {}, probe {}", kNumericsMark, kNumericsVersion, kLibraries, simd::numerics_probe());
+  return fmt::format("{}{}, {}, probe {}, tallies {:08x}", kNumericsMark, kNumericsVersion, kLibraries,
+                     simd::numerics_probe(), tally_form());
 }
 
 std::string version_text(const std::string& mpi) {

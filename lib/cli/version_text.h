@@ -11,7 +11,7 @@ struct Build {
 Build this_build();
 
 /// kNumericsMark, and what decides the bits of its numbers: version, compiler, libraries that compute, and the probe of
-/// this machine.
+/// this machine; and the form of its tallies, which journals and parts have.
 std::string numerics_text();
 
 /// What `surveymc --version` prints: version and revision, then compiler, HDF5, MPI (as given), instruction set,

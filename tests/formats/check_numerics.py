@@ -21,7 +21,9 @@ SKIPPED = 77
 
 
 def numerics(program):
-    return re.search(r"numerics: +(.*)", subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout)[1]
+    """All that decides bits; not the form of tallies, which decides what journals and parts may be read."""
+    said = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout
+    return re.search(r"numerics: +(.*?)(, tallies .*)?$", said, re.M)[1]
 
 
 def lines_of(folder):
