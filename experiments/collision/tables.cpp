@@ -139,7 +139,8 @@ store::Table contact_table(const Scenario& s, const std::vector<JudgedEvent>& ev
         t.number("to_md_m", "m", "end of the bin", lo + width * static_cast<double>(b + 1));
         t.count("hits", "trials that touch there", h.count);
         t.number("share", "1", "of the probability", all > 0 ? h.sum / all : kNaN);
-        t.number("share_above", "1", "of the probability down to the end of the bin", all > 0 ? below / all : kNaN);
+        t.number("share_above", "1", "of the probability down to the end of the bin",
+                 all > 0 ? std::min(1.0, below / all) : kNaN);
       }
     }
   }

@@ -37,7 +37,7 @@ void print_warning_rows(const store::Table& t) {
 void say(const std::string& line) { fmt::print("{}\n", on_screen(printable_lines(line), STDOUT_FILENO, 4)); }
 
 void print_tables(const store::Result& result, const std::string& path, bool feet) {
-  constexpr std::size_t kReadableRows = 30, kReadableColumns = 40, kReadableLines = 100;
+  constexpr std::size_t kReadableRows = 30, kReadableColumns = 44, kReadableLines = 100;
   std::string left_out;
   for (const store::Table& t : result.tables) {
     if (t.rows() == 0 || t.name == kWarningsTable) continue;

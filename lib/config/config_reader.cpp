@@ -297,6 +297,7 @@ std::vector<ConfigReader> ConfigReader::tables(const std::string& key) {
 std::vector<std::variant<std::string, ConfigReader>> ConfigReader::texts_or_tables(
     const std::string& key, const std::vector<std::string>& fallback) {
   std::vector<std::variant<std::string, ConfigReader>> out;
+  if (state_->has_log()) state_->log_use(key, "list of texts or tables");
   const auto found = state_->find(key);
   if (!found) {
     TomlNode list;

@@ -88,6 +88,14 @@ std::map<std::string, KeyUse> keys_of_every_file(const std::map<std::string, Key
        key({"text or table"},
            "product, zip, or { kind = latin_hypercube or sobol, points, seed } or { kind = table, file }", "\"zip\"",
            false)},
+      {"refine.quantity", key({"text"}, "TABLE.COLUMN that surveymc refine looks at", "\"summary.ratio_best\"", false)},
+      {"refine.level", key({"number"}, "the boundary; or refine.verdict", "1.0", false)},
+      {"refine.verdict", key({"text"}, "the boundary is where rows begin to have it", "\"agrees\"", false)},
+      {"refine.cell", key({"number"}, "in (0, 1): finest cell, as a share of an axis", "0.01", false)},
+      {"refine.axes", key({"list of texts"}, "numeric keys of the sweep that are divided", "", false)},
+      {"refine.where", key({"table of keys"}, "columns and the word that a row has in them", "", false)},
+      {"refine.grid",
+       key({"table of keys"}, "values of the axes in the first round; surveymc refine writes it", "", false)},
       {"sweep.case[].name", key({"text"}, "a point with keys of its own; all names differ", "\"a\"", false)},
       {"sweep.case[].KEY", key({"as of KEY"}, "its value in that case", "", false)}};
   if (asked.contains("error_model.name"))

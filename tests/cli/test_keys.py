@@ -83,7 +83,7 @@ class Keys(unittest.TestCase):
                 if isinstance(value, dict) and "match" in value:
                     wanted += [f"sweep.{key}.{pattern}" for pattern in value]
                 elif key.split(".")[-1] not in ("match", "without"):
-                    wanted.append(re.sub(r"\.(from|to|step)$", "", key))
+                    wanted.append(re.sub(r"\.(from|to|step|count|scale)$", "", key))
             for key in wanted:
                 seen += 1
                 self.assertTrue(self.is_listed(key, listed), f"{path.relative_to(SOURCE)}: {key} is not in: surveymc keys "

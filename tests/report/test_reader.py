@@ -78,11 +78,11 @@ class Reading(unittest.TestCase):
 
     def test_mappings_read_what_there_is(self):
         result = opened("sensor_monte_carlo")
-        self.assertEqual(set(result.tables), {"axes", "ellipse", "position_covariance"})
+        self.assertEqual(set(result.tables), {"axes", "ellipse", "family", "position_covariance"})
         self.assertEqual(len(result.samples["realisations"]), 300)
         self.assertEqual(list(result.inputs["traj4"].columns)[0], "md_m")
         self.assertEqual(len(result.maps), 0)
-        self.assertEqual(repr(result.tables), "<axes, ellipse, position_covariance>")
+        self.assertEqual(repr(result.tables), "<axes, ellipse, position_covariance, family>")
 
     def test_map_has_coordinates_and_units(self):
         result = opened("reliability_map")
