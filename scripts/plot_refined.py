@@ -36,10 +36,11 @@ def read(path):
         for key, word in rule.get("where", {}).items():
             chosen &= np.array(table[key]) == word
         keys = [k for k in table if plotting.text_attribute(file[f"tables/{name}/{k}"], "long_name") == "sweep key"]
-    axes = sorted(rule.get("axes") or rule["grid"])
+    axes = sorted(rule.get("axes") or rule.get("grid", []))
     if len(axes) != 2:
         raise PlotError(f"{path}: [refine] divides {len(axes)} axes, this draws 2")
     values = {k: np.array(table[k])[chosen] for k in keys}
+    rule.setdefault("grid", {a: sorted(set(values[a])) for a in axes})  # a first round
     return rule, axes, [k for k in keys if k not in axes], values, np.array(table[column])[chosen]
 
 

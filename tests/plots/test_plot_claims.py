@@ -1,0 +1,44 @@
+#!/usr/bin/python3
+"""Figures of calibrated claims and of refined sweeps: test_plot_claims.py SURVEYMC SOURCE_FOLDER SMOKE_FOLDER"""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+EXECUTABLE, SOURCE, SMOKE = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
+
+
+class Claims(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="surveymc-plots-")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def plot(self, script, result, code=0):
+        done = subprocess.run(["/usr/bin/python3", SOURCE / "scripts" / script, result, "-o", self.folder], capture_output=True,
+                              text=True, timeout=200)
+        self.assertEqual(done.returncode, code, done.stderr)
+        self.assertNotIn("Traceback", done.stderr)
+        return sorted(p.name for p in self.folder.glob("*.png")), done.stderr
+
+    def test_what_a_result_claims(self):
+        names, _ = self.plot("plot_calibration.py", SMOKE / "calibration.h5")
+        for figure in ["calibration_family.png", "calibration_point1_calibration.png", "calibration_point1_histogram.png",
+                       "calibration_point1_looks.png"]:
+            self.assertIn(figure, names)
+
+    def test_a_first_round_along_a_boundary(self):
+        result = self.folder / "harm.h5"
+        subprocess.run([EXECUTABLE, "run", SOURCE / "configs/sweeps/msa_harm_boundary.toml", "-o", result, "--quiet",
+                        "--set", "sweep.inclination_deg=[10.0, 60.0, 110.0]", "--set", "sweep.azimuth_deg=[0.0, 60.0, 120.0]",
+                        "--set", "sweep.well.stations=[10, 30]"], check=True, timeout=200)
+        self.assertEqual(self.plot("plot_refined.py", result)[0], ["harm_refined.png"])
+
+    def test_other_results_are_refused_in_a_line(self):
+        self.assertIn("has no [refine]", self.plot("plot_refined.py", SMOKE / "calibration.h5", code=65)[1])
+        self.assertIn("has neither calibration", self.plot("plot_calibration.py", SMOKE / "reliability_map.h5", code=65)[1])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[4:])
