@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Tests under sanitizers, built with clang in folders of their own. A finding ends it with an error.
-#   scripts/sanitize.sh asan           all unit tests, address and undefined-behaviour sanitizers
+#   scripts/sanitize.sh asan           unit tests but those tagged [long] (statistics of many trials, in loops that others
+#                                      run, too), address and undefined-behaviour sanitizers
+#   scripts/sanitize.sh asan-all       all unit tests (some twenty minutes)
 #   scripts/sanitize.sh tsan           the tests of what has threads, thread sanitizer
 #   scripts/sanitize.sh tsan-studies   these, and every smoke config on three threads (some minutes more)
 # What has threads is lib/montecarlo and lib/checkpoint; the only parallel loop (lib/montecarlo/blocks.cpp) calls the
@@ -15,11 +17,16 @@ if ! command -v clang++ >/dev/null || ! ls /usr/lib/llvm-*/lib/libarcher.so >/de
   exit 0
 fi
 case "${1:-}" in
-  asan)
+  asan | asan-all)
     cmake --preset asan >/dev/null
     cmake --build build-asan --target unit_tests
+    left_out='^$'
+    if [ "$1" = asan ]; then
+      names=$(for tests in build-asan/tests/*_tests; do "$tests" "[long]" --list-test-names-only || true; done)
+      left_out=$(sed 's/[][().*^$+?|\\]/\\&/g' <<<"$names" | paste -sd'|')
+    fi
     LSAN_OPTIONS="suppressions=$PWD/tests/lsan.supp:print_suppressions=0" ctest --test-dir build-asan \
-      --no-tests=error --output-on-failure --parallel "$(nproc)" -R '^unit:'
+      --no-tests=error --output-on-failure --parallel "$(nproc)" -R '^unit:' -E "$left_out"
     ;;
   tsan | tsan-studies)
     cmake --preset tsan >/dev/null
@@ -42,5 +49,5 @@ case "${1:-}" in
     done
     echo "tsan: tests with threads and $(ls configs/smoke/*.toml | wc -l) smoke configs passed"
     ;;
-  *) sed -n '2,6s/^# //p' "$0" >&2; exit 64 ;;
+  *) sed -n '2,8s/^# //p' "$0" >&2; exit 64 ;;
 esac

@@ -289,7 +289,7 @@ montecarlo::RunOptions options_of_point(montecarlo::RunOptions options, const Ru
 
 void require_proposal(const StudyPoint& point, const stats::Tally& tally, const std::string& whose) {
   if (tally.proposal == 0 || tally.proposal == point.proposal()) return;
-  throw InputError(fmt::format(
+  throw IoError(fmt::format(
       "{}: its trials were drawn from another preparation ({:016x}) than this run's ({:016x}), so that their "
       "weights do not add up: must be of this config, seed and program; remove it, and run it again",
       whose, tally.proposal, point.proposal()));

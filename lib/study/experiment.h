@@ -138,7 +138,7 @@ struct Checkpoint {
   checkpoint::Journal* journal = nullptr;  ///< none: nothing is kept
 };
 
-/// Throws InputError that names `whose`, where the tally's weights are of another proposal than the point's.
+/// Throws IoError that names `whose`, where the tally's weights are of another proposal than the point's.
 void require_proposal(const StudyPoint& point, const stats::Tally& tally, const std::string& whose);
 
 /// Tally of point `index` of `run`, computed or taken from the checkpoint; empty without trials. `point` is that point,

@@ -191,7 +191,7 @@ TEST_CASE("Covariances are those of the first-order prediction: parameters, and 
     }
 }
 
-TEST_CASE("Intervals cover what they claim, and the tests reject as often as they claim") {
+TEST_CASE("Intervals cover what they claim, and the tests reject as often as they claim", "[long]") {
   const test::ThesisCase c = test::thesis_case(4);
   constexpr int kTrials = 400;
   const double z = stats::normal_quantile(0.975);

@@ -94,7 +94,7 @@ void check_rms(const Result& r, const std::array<double, 6>& expected) {
 
 }  // namespace
 
-TEST_CASE("RMS errors of slide 11 are those of an independent program", "[chained]") {
+TEST_CASE("RMS errors of slide 11 are those of an independent program", "[chained][long]") {
   const Model m = slide7();
   sensor::ChainedRunSetup setup = run_setup(m, building_profile(kLength));
   for (std::size_t i = 0; i < 3; ++i) {  // references in error by a constant
@@ -108,7 +108,7 @@ TEST_CASE("RMS errors of slide 11 are those of an independent program", "[chaine
   check_rms(solved(in, m, Mode::smoother), {0.486, 0.027, 0.084, 0.099, 36, 67});
 }
 
-TEST_CASE("The smoother's covariance is the scatter of its errors", "[chained]") {
+TEST_CASE("The smoother's covariance is the scatter of its errors", "[chained][long]") {
   const Model m = slide7();
   const Runs in(run_setup(m, building_profile(kLength)));
   for (const Mode mode : {Mode::smoother, Mode::filter}) {

@@ -72,7 +72,7 @@ TEST_CASE("The chain's curvature is the second difference of its cost", "[chaine
   }
 }
 
-TEST_CASE("Near horizontal east and west every run has its minimum, smoothed and filtered", "[chained]") {
+TEST_CASE("Near horizontal east and west every run has its minimum, smoothed and filtered", "[chained][long]") {
   for (const double prior : {300.0, 1000.0, 3000.0})
     for (const double inclination : {80.0, 90.0})
       for (const double azimuth : {60.0, 85.0, 90.0, 270.0})
@@ -129,7 +129,7 @@ TEST_CASE("Where the lanes converge they are where the scalar filter is, hard at
   CHECK(converged > 0);
 }
 
-TEST_CASE("Where the claims are too small the profile says so, and its interval holds", "[chained]") {
+TEST_CASE("Where the claims are too small the profile says so, and its interval holds", "[chained][long]") {
   const Model m = loose(1000);
   constexpr int kRuns = 30;
   constexpr std::size_t kStation = 9;
@@ -155,7 +155,7 @@ TEST_CASE("Where the claims are too small the profile says so, and its interval 
   CHECK(unflagged == 0);
 }
 
-TEST_CASE("Where the model is nearly linear the claims hold, and the profile is the covariance", "[chained]") {
+TEST_CASE("Where the model is nearly linear the claims hold, and the profile is the covariance", "[chained][long]") {
   const Model m = slide7();
   for (std::uint64_t trial = 0; trial < 3; ++trial) {
     const Readings r{run_of(m, building_profile(18), trial).readings};

@@ -127,7 +127,7 @@ TEST_CASE("Law: noise-free readings give the truth to 1e-9, on all four trajecto
     }
 }
 
-TEST_CASE("Law: unbiased to 4 standard errors and with the claimed covariance, where noise is small") {
+TEST_CASE("Law: unbiased to 4 standard errors and with the claimed covariance, where noise is small", "[long]") {
   // Noise / 50: the second-order shift of thesis test 1 (0.2 sd at full noise) is 0.004 sd, below one standard error.
   constexpr double scale = 1.0 / 50;
   constexpr int trials = 4096;
@@ -234,7 +234,7 @@ TEST_CASE("Law: the order of the stations does not matter") {
   }
 }
 
-TEST_CASE("NLopt and Gauss-Newton find the same minimum, or the same root, on every test, at full noise") {
+TEST_CASE("NLopt and Gauss-Newton find the same minimum, or the same root, on every test, at full noise", "[long]") {
   for (int number = 1; number <= 4; ++number) {
     const test::ThesisCase c = test::thesis_case(number);
     constexpr int trials = 8;

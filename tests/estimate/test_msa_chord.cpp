@@ -116,7 +116,7 @@ TEST_CASE("The series for 1/Bh is wrong by its fourth-order term", "[msa_chord]"
 }
 
 TEST_CASE("From the expansion point and from unit gains: the same minimum in every trial of every test",
-          "[msa_chord]") {
+          "[msa_chord][long]") {
   // The long way's last steps may be chord steps too, each a tenth of the one before: both ends are within a ninth of
   // the tolerance. Biases in units of the total field.
   EstimatorOptions options;
@@ -140,7 +140,7 @@ TEST_CASE("From the expansion point and from unit gains: the same minimum in eve
     }
 }
 
-TEST_CASE("Where the chord iteration does not contract, a trial has the bits of the long way", "[msa_chord]") {
+TEST_CASE("Where the chord iteration does not contract, a trial has the bits of the long way", "[msa_chord][long]") {
   const NewtonOptions options;
   int short_way = 0, long_way = 0;
   const Trials trials(1, 2000, noise(1, sensor::ReferenceNoise::per_run));  // two modes in one valley

@@ -177,8 +177,8 @@ TEST_CASE("At the minimum the gradient vanishes and no neighbour is lower") {
   }
 }
 
-TEST_CASE(
-    "The second mode of thesis test 1 is MSA's minimum, not the solver's: a search from the truth ends there too") {
+TEST_CASE("The second mode of thesis test 1 is MSA's minimum, not the solver's: a search from the truth ends there too",
+          "[long]") {
   int far = 0;
   for (std::uint64_t first = 0; first < 4000; first += simd::kGroup) {
     const Data d(1, 70, first);

@@ -185,7 +185,7 @@ TEST_CASE("A monitor gives the same bits however its readings are divided", "[mo
 }
 
 TEST_CASE("Alarms of the SPRT by integration are those of simulation, and of the first sample in closed form",
-          "[monitoring]") {
+          "[monitoring][long]") {
   SprtOptions options;
   options.shift = 1;
   options.variance = 1;

@@ -393,7 +393,7 @@ TEST_CASE("Reading lateral errors as azimuth errors changes no first order but a
   CHECK(!any_tilt);
 }
 
-TEST_CASE("Second order leaves an error of fourth order in the mean and of sixth in the covariance") {
+TEST_CASE("Second order leaves an error of fourth order in the mean and of sixth in the covariance", "[long]") {
   // One source, so that quadrature knows the truth: twice the size makes the error 16 and 64 times as large.
   const auto errors_at = [](double multiplier, const char* code, double& mean, double& covariance) {
     const Well w = well_1_drawn(multiplier);

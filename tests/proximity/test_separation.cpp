@@ -70,7 +70,7 @@ TEST_CASE("The pedal radius is the sd of the distance, and never less cautious t
   CHECK(pedal_radius(Vector3d(1, 4, 9).asDiagonal(), axis.normalized()) == 2);
 }
 
-TEST_CASE("The ellipsoid factor is the largest of a dense search, between M / sqrt 2 and M") {
+TEST_CASE("The ellipsoid factor is the largest of a dense search, between M / sqrt 2 and M", "[long]") {
   std::mt19937 random(5);
   for (int i = 0; i < 60; ++i) {
     // Moderate sizes, so that the maximum is not narrower than the search.

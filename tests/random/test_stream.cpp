@@ -61,7 +61,7 @@ TEST_CASE("Lanes hold consecutive trials, bit for bit, also across 2^32") {
   }
 }
 
-TEST_CASE("Draws have the moments of a standard normal and are not correlated with their neighbours") {
+TEST_CASE("Draws have the moments of a standard normal and are not correlated with their neighbours", "[long]") {
   const Stream stream(20251120, 1);
   constexpr int n = 200000;
   Eigen::MatrixXd x(8, n);  // two calls, so that pairs across calls and within are seen

@@ -232,7 +232,7 @@ TEST_CASE("The extended correction has basic and simple as limits", "[single_sta
   }
 }
 
-TEST_CASE("Extended and optimising are the lowest minimum of weighted least squares", "[single_station]") {
+TEST_CASE("Extended and optimising are the lowest minimum of weighted least squares", "[single_station][long]") {
   StationReferences ref = kReference;
   ref.vertical += 130;
   ref.horizontal -= 70;

@@ -64,7 +64,7 @@ bool holds(const Interval& i, double x) { return i.lo <= x && x <= i.hi; }
 
 }  // namespace
 
-TEST_CASE("Estimates from antithetic pairs are unbiased and their 95 % intervals hold the truth") {
+TEST_CASE("Estimates from antithetic pairs are unbiased and their 95 % intervals hold the truth", "[long]") {
   constexpr int repetitions = 1000, n = 16000;
   int mean = 0, sd = 0, controlled_means = 0, controlled_sds = 0, covariances = 0, plain_sds = 0;
   Errors of_mean, of_variance, of_covariance, of_controlled, of_controlled_covariance, independent,

@@ -37,7 +37,7 @@ const double kCovariance = kCorrelation + kCurve * kCurve * 2 * kCorrelation * k
 
 }  // namespace
 
-TEST_CASE("Controlled estimates are unbiased, their 95 % intervals hold the truth, and they are narrower") {
+TEST_CASE("Controlled estimates are unbiased, their 95 % intervals hold the truth, and they are narrower", "[long]") {
   constexpr int repetitions = 1500, n = 1000;
   int mean = 0, sd = 0, covariance = 0, plain_sd = 0;
   double squared = 0, plain_squared = 0, reduction = 0;
@@ -96,7 +96,8 @@ Truncated truncated(double limit, bool two_sided) {
 
 }  // namespace
 
-TEST_CASE("Trials that fail are accounted for: of those that do not, means and sds are right, and still narrower") {
+TEST_CASE("Trials that fail are accounted for: of those that do not, means and sds are right, and still narrower",
+          "[long]") {
   constexpr int repetitions = 1500, n = 1000;
   constexpr double limit = 1.5;  // trials with l0 above it fail: 6.7 %
   const Truncated truth = truncated(limit, false);
@@ -122,7 +123,7 @@ TEST_CASE("Trials that fail are accounted for: of those that do not, means and s
   CHECK(ignored < repetitions / 10);  // the control's mean over all trials is not that of the trials that are left
 }
 
-TEST_CASE("Pairs with a failed trial are accounted for") {
+TEST_CASE("Pairs with a failed trial are accounted for", "[long]") {
   constexpr int repetitions = 600, pairs = 1500;
   constexpr double limit = 2;  // either trial of a pair beyond it fails: 4.6 % of pairs are left out
   const Truncated truth = truncated(limit, true);

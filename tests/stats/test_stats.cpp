@@ -114,7 +114,7 @@ TEST_CASE("Interval of a standard deviation: 4.4 % at 1000 values, 1.4 % at 10,0
   CHECK(sd_interval(4, 1000, 3, 0.95).lo == Approx(2 * a.lo).epsilon(1e-13));
 }
 
-TEST_CASE("95 % intervals hold the truth in 95 % of repetitions, for normal and for heavy-tailed values") {
+TEST_CASE("95 % intervals hold the truth in 95 % of repetitions, for normal and for heavy-tailed values", "[long]") {
   int normal = 0, heavy = 0, mean = 0;
   constexpr int repetitions = 2000, n = 400;
   for (int rep = 0; rep < repetitions; ++rep) {

@@ -288,6 +288,22 @@ TEST_CASE("A value that only computing shows to be wrong is named with its place
   CHECK_THROWS_WITH(one.prepare(0, {}), !Contains("point"));
 }
 
+TEST_CASE("Tallies of another preparation are refused by name") {
+  class Proposed final : public StudyPoint {
+   public:
+    std::uint64_t proposal() const override { return 5; }
+    PointResult report(const stats::Tally&, const montecarlo::RunOptions&) const override { return {}; }
+  };
+  stats::Tally tally;
+  require_proposal(Proposed(), tally, "a part");  // all of its trials have failed: no weights
+  tally.proposal = 5;
+  require_proposal(Proposed(), tally, "a part");
+  tally.proposal = 7;
+  CHECK_THROWS_AS(require_proposal(Proposed(), tally, "a part"), IoError);
+  CHECK_THROWS_WITH(require_proposal(Proposed(), tally, "a part"),
+                    StartsWith("a part: ") && Contains("another preparation (0000000000000007)"));
+}
+
 TEST_CASE("A stop flag is looked at between points") {
   std::atomic<bool> stop = true;
   forget();
