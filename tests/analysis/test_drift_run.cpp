@@ -32,7 +32,7 @@ DriftRunSetup setup() {
 
 }  // namespace
 
-TEST_CASE("The bias filter is consistent where the biases walk as it assumes") {
+TEST_CASE("The bias filter is consistent where the biases walk as it assumes", "[long]") {
   const DriftRunSetup s = setup();
   constexpr int kWells = 300;
   double nis = 0, nees = 0, nees2 = 0;

@@ -152,7 +152,7 @@ TEST_CASE("Law: unbiased to 4 standard errors and with the claimed covariance, w
     }
 }
 
-TEST_CASE("Law: with priors, over tools drawn from them, an estimator has the covariance that it claims") {
+TEST_CASE("Law: with priors, over tools drawn from them, an estimator has the covariance that it claims", "[long]") {
   // All sizes a tenth of the thesis': second-order shifts are .1 sd at full size, more than four standard errors.
   constexpr double scale = 0.1;
   constexpr int trials = 4096;

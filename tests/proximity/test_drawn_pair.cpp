@@ -78,7 +78,7 @@ TEST_CASE("Predictions from draws are those from summed effects, for every way t
   CHECK((c - d).norm() < 1e-9 * pair.reference->covariance[45].norm());
 }
 
-TEST_CASE("Two wells drawn together have the covariance of what they share") {
+TEST_CASE("Two wells drawn together have the covariance of what they share", "[long]") {
   const survey::Survey a = well(60, 0), b = well(60, 180);
   const std::vector<propagate::ToolRun> runs{{1, shipped("MWD+SRGM")}};
   const auto ra = std::make_shared<const PositionErrors>(positions_of(a, runs)),

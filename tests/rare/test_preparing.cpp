@@ -57,7 +57,7 @@ TEST_CASE("The functions have the probabilities of an independent quadrature", "
   }
 }
 
-TEST_CASE("Prepared proposals hold the six published functions, at every seed", "[rare]") {
+TEST_CASE("Prepared proposals hold the six published functions, at every seed", "[rare][long]") {
   // Twelve seeds each, 4000 trials: intervals at 99.9 % hold all 72 with probability .93; two may fail.
   int failed = 0;
   for (const std::string& name : published()) {

@@ -121,7 +121,8 @@ TEST_CASE("A deviation is named by its shape and its size") {
   CHECK(nees.verdict == "differs");
 }
 
-TEST_CASE("The band finds an error of 5 % of an sd in nine of ten runs of 6000 trials, and none where there is none") {
+TEST_CASE("The band finds an error of 5 % of an sd in nine of ten runs of 6000 trials, and none where there is none",
+          "[long]") {
   int found = 0, cried = 0;
   constexpr int kRuns = 200;
   for (unsigned run = 0; run < kRuns; ++run) {
