@@ -52,6 +52,26 @@ def of_another_program(data, change):
     return out
 
 
+def part_of_another_program(data, change):
+    """The same part, as another program whose name is as long would have written it: head of 128 bytes, then records."""
+    size, = struct.unpack_from("<Q", data, 136)
+    body = data[144:144 + size]
+    hash_size, = struct.unpack_from("<Q", body, 0)
+    at = 8 + hash_size
+    length, = struct.unpack_from("<Q", body, at)
+    name = change(body[at + 8:at + 8 + length].decode()).encode()
+    assert len(name) == length, name
+    numerics = name[name.index(b"; numerics "):]
+    run = xxhash.xxh3_128(body[:at] + struct.pack("<Q", len(numerics)) + numerics).digest()
+    head = data[:16] + run + data[32:112]
+    about = sealed(data[128:136], body[:at + 8] + name + body[at + 8 + length:])
+    return head + xxhash.xxh3_128(head).digest() + about + data[144 + size + 16:]
+
+
+def another_revision_as_long(name):
+    return re.sub(r"\(([^)]*)\)", lambda m: "(" + "0" * len(m[1]) + ")", name, count=1)
+
+
 def another_revision(name):
     changed = re.sub(r"\(([^)]*)\), (\S+) ", r"(0123456789ab), SomeCompiler ", name)
     assert changed != name, name
@@ -268,14 +288,14 @@ class Hardening(Case):
             self.call("run", "small.toml", "--shard", f"{shard}/2", "-o", "p/")
         part, other = sorted((self.folder / "p").glob("*.part"))
         data = part.read_bytes()
-        part.write_bytes(of_another_program(data, other_numerics))
+        part.write_bytes(part_of_another_program(data, other_numerics))
         self.call("merge", "p", "-o", "m.h5", code=BAD_INPUT, says="was made by another build")
         self.call("run", "small.toml", "--shard", "0/2", "-o", "p/", code=CANNOT_WRITE, says="this part by another build")
-        part.write_bytes(of_another_program(data, another_revision))
+        part.write_bytes(part_of_another_program(data, another_revision_as_long))
         self.call("run", "small.toml", "--shard", "0/2", "-o", "p/", says="is done already")
         done = subprocess.run([*self.PROGRAM, "merge", "p", "-o", "m.h5"], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
         self.assertEqual(done.returncode, DONE, done.stderr)
-        self.assertRegex(done.stderr, "is of another build .*SomeCompiler.*the same bits: used")
+        self.assertRegex(done.stderr, "is of another build .*\\(0+\\).*the same bits: used")
         self.assertEqual(self.hash_of("m.h5"), whole)
 
     def test_a_journal_with_a_damaged_head(self):
