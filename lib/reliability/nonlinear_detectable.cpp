@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 
 #include "base/units.h"
 #include "reliability/adjustment.h"
@@ -15,43 +15,45 @@ namespace {
 
 /// The computation of adjust() with all memory on the stack, because maps need it a million times. One station, or two
 /// of which the second stands for all others of a shared adjustment; observations in the order of StationReadings
-/// (adjustment.h). kFull: the shared quantities have a full covariance instead of variances.
-template <int kStations, bool kSystematic, bool kFull = false>
+/// (adjustment.h). A condition has derivatives by the readings of its own station and by what the stations share.
 class ErrorShift {
-  static constexpr int kReferencesAt = 6 * kStations, kBiasesAt = kReferencesAt + 3, kScalesAt = kBiasesAt + 6;
-  static constexpr int kShared = kSystematic ? 15 : 3, kCount = kReferencesAt + kShared, kConditions = 3 * kStations;
+  static constexpr int kMostStations = 2, kMostShared = 15, kMostCount = 6 * kMostStations + kMostShared,
+                       kMostConditions = 3 * kMostStations;
   static constexpr int kBz = static_cast<int>(index_of(Observation::bz));
-  using Values = Eigen::Matrix<double, kCount, 1>;
-  using Misfits = Eigen::Matrix<double, kConditions, 1>;
-  using Jacobian = Eigen::Matrix<double, kConditions, kCount>;
-  using Covariance = Eigen::Matrix<double, kConditions, kConditions>;
+  using Values = std::array<double, kMostCount>;
+  using Misfits = std::array<double, kMostConditions>;
+  using Jacobian = std::array<Values, kMostConditions>;
+  using Square = std::array<Misfits, kMostConditions>;
 
  public:
-  ErrorShift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation,
-             const Eigen::MatrixXd& shared = {})
-      : model_(model) {
+  /// `full`: the shared quantities have the covariance `shared` (3 x 3, or 15 x 15 with systematic terms), not
+  /// variances.
+  ErrorShift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation, int stations,
+             bool systematic, const Eigen::MatrixXd* full = nullptr)
+      : model_(model), stations_(stations), shared_(systematic ? 15 : 3) {
     const Observations y = true_observations(at, model.field), v = observation_variances(model, y);
-    truth_.setZero();
-    for (int k = 0; k < kStations; ++k)
+    for (int k = 0; k < stations_; ++k)
       for (int i = 0; i < 6; ++i) {
-        truth_[6 * k + i] = y[static_cast<std::size_t>(i)];
-        variance_[6 * k + i] = v[static_cast<std::size_t>(i)] / (k == 0 ? 1 : model.stations - 1);
+        truth_[at_(6 * k + i)] = y[at_(i)];
+        variance_[at_(6 * k + i)] = v[at_(i)] / (k == 0 ? 1 : model.stations - 1);
       }
     for (int j = 0; j < 3; ++j) {
-      truth_[kReferencesAt + j] = y[static_cast<std::size_t>(6 + j)];
-      variance_[kReferencesAt + j] = v[static_cast<std::size_t>(6 + j)];
+      truth_[at_(references_at() + j)] = y[at_(6 + j)];
+      variance_[at_(references_at() + j)] = v[at_(6 + j)];
     }
-    if constexpr (kSystematic)
-      variance_.template tail<12>() = adjustment_variances(model, {{y[0], y[1], y[2], y[3], y[4], y[5]}}).tail<12>();
-    if constexpr (kFull) {
-      shared_ = shared;
-      variance_.template tail<kShared>() = shared_.diagonal();
+    if (systematic) {
+      const Eigen::VectorXd terms = adjustment_variances(model, {{y[0], y[1], y[2], y[3], y[4], y[5]}}).tail<12>();
+      for (int i = 0; i < 12; ++i) variance_[at_(biases_at() + i)] = terms[i];
     }
-    in_error_ = static_cast<int>(observation) + (observation < kReadings ? 0 : kReferencesAt - 6);
+    if (full) {
+      covariance_ = *full;
+      for (int j = 0; j < shared_; ++j) variance_[at_(references_at() + j)] = covariance_(j, j);
+    }
+    in_error_ = static_cast<int>(observation) + (observation < kReadings ? 0 : references_at() - 6);
     without_bz_ = model.mode == AdjustmentMode::sse_axial;
   }
 
-  double sd() const { return std::sqrt(variance_[in_error_]); }
+  double sd() const { return std::sqrt(variance_[at_(in_error_)]); }
 
   struct Solution {
     TestShift shift;
@@ -63,114 +65,190 @@ class ErrorShift {
   Solution solve(double nabla) const {
     constexpr int kMost = 60;
     Values y = truth_;
-    y[in_error_] += nabla;
+    y[at_(in_error_)] += nabla;
     Values adjusted = y;
     for (int i = 0; i < kMost; ++i) {
       const Step s = step_from(adjusted, y);
       double moved = 0;
-      for (int k = 0; k < kCount; ++k)
-        if (variance_[k] > 0) moved = std::max(moved, std::abs(s.next[k] - adjusted[k]) / std::sqrt(variance_[k]));
+      for (int k = 0; k < count(); ++k)
+        if (variance_[at_(k)] > 0)
+          moved = std::max(moved, std::abs(s.next[at_(k)] - adjusted[at_(k)]) / std::sqrt(variance_[at_(k)]));
       adjusted = s.next;
       if (moved <= 1e-8) return {s.shift, adjusted};
     }
     const Minimum m = minimum(y);
     if (!m.converged) return {{kNaN, kNaN}, y};
-    adjusted.template head<kReferencesAt>() = m.adjusted.template head<kReferencesAt>();
-    adjusted.template tail<kShared>().head(m.adjusted.size() - kReferencesAt) =
-        m.adjusted.tail(m.adjusted.size() - kReferencesAt);
+    for (Eigen::Index k = 0; k < m.adjusted.size(); ++k) adjusted[static_cast<std::size_t>(k)] = m.adjusted[k];
     return {step_from(adjusted, y).shift, adjusted};
   }
 
-  /// Readings of the station in error, less the systematic terms.
-  static std::array<double, kReadings> corrected(const Values& y, int k = 0) {
+  /// Readings of station `k`, less the systematic terms; the station in error is 0.
+  std::array<double, kReadings> corrected(const Values& y, int k = 0) const {
     std::array<double, kReadings> r;
     for (int i = 0; i < 6; ++i) {
-      r[static_cast<std::size_t>(i)] = y[6 * k + i];
-      if constexpr (kSystematic) r[static_cast<std::size_t>(i)] -= y[kBiasesAt + i] + y[kScalesAt + i] * y[6 * k + i];
+      r[at_(i)] = y[at_(6 * k + i)];
+      if (systematic()) r[at_(i)] -= y[at_(biases_at() + i)] + y[at_(scales_at() + i)] * y[at_(6 * k + i)];
     }
     return r;
   }
 
   /// Estimated errors of the shared quantities: of references observed less adjusted, and the systematic terms.
   Eigen::VectorXd shared_errors(const Values& adjusted, double nabla) const {
-    Values y = truth_;
-    y[in_error_] += nabla;
-    Eigen::Matrix<double, kShared, 1> z = adjusted.template tail<kShared>();
-    z.template head<3>() = y.template segment<3>(kReferencesAt) - z.template head<3>();
+    Eigen::VectorXd z(shared_);
+    for (int j = 0; j < shared_; ++j) {
+      const int i = references_at() + j;
+      const double observed = truth_[at_(i)] + (i == in_error_ ? nabla : 0);
+      z[j] = j < 3 ? observed - adjusted[at_(i)] : adjusted[at_(i)];
+    }
     return z;
   }
 
  private:
+  static constexpr std::size_t at_(int i) { return static_cast<std::size_t>(i); }
+  bool systematic() const { return shared_ > 3; }
+  int references_at() const { return 6 * stations_; }
+  int biases_at() const { return references_at() + 3; }
+  int scales_at() const { return references_at() + 9; }
+  int count() const { return references_at() + shared_; }
+  int conditions() const { return 3 * stations_; }
+
+  /// Calls use(j) with the observations that condition `i` has derivatives by, in their order.
+  template <class Use>
+  void of_condition(int i, const Use& use) const {
+    for (int j = 6 * (i / 3); j < 6 * (i / 3) + 6; ++j) use(at_(j));
+    for (int j = references_at(); j < count(); ++j) use(at_(j));
+  }
+
+  /// L^-1 (scale b), L lower triangular.
+  Misfits decorrelated(const Square& l, const Misfits& scale, Misfits b) const {
+    for (std::size_t i = 0; i < at_(conditions()); ++i) {
+      b[i] *= scale[i];
+      for (std::size_t k = 0; k < i; ++k) b[i] -= l[i][k] * b[k];
+      b[i] /= l[i][i];
+    }
+    return b;
+  }
+  double dot(const Misfits& a, const Misfits& b) const {
+    double s = 0;
+    for (std::size_t i = 0; i < at_(conditions()); ++i) s += a[i] * b[i];
+    return s;
+  }
+
   /// One Gauss-Newton step, and the tests of the linear problem that it solves.
   struct Step {
     Values next;
     TestShift shift;
   };
   Step step_from(const Values& adjusted, const Values& y) const {
+    const std::size_t n = at_(conditions());
     Misfits w;
     Jacobian jacobian;
     linearise(adjusted, w, jacobian);
-    w += jacobian * (y - adjusted);
-    Eigen::Matrix<double, kCount, kConditions> weighted = variance_.asDiagonal() * jacobian.transpose();
-    if constexpr (kFull)
-      weighted.template bottomRows<kShared>() = shared_ * jacobian.template rightCols<kShared>().transpose();
-    const Covariance covariance = jacobian * weighted;
-    const Misfits scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::LLT<Covariance> factor(scale.asDiagonal() * covariance * scale.asDiagonal());
-    Misfits t = factor.matrixL().solve(scale.cwiseProduct(w));
-    Misfits own = factor.matrixL().solve(scale.cwiseProduct(jacobian.col(in_error_)));
+    Jacobian weighted;  // rows of (covariance of the observations) x jacobian'
+    for (std::size_t i = 0; i < n; ++i) {
+      weighted[i].fill(0);
+      of_condition(static_cast<int>(i), [&](std::size_t j) {
+        w[i] += jacobian[i][j] * (y[j] - adjusted[j]);
+        weighted[i][j] = variance_[j] * jacobian[i][j];
+      });
+      const std::size_t shared = at_(references_at());
+      for (Eigen::Index j = 0; j < covariance_.rows(); ++j) {
+        double s = 0;
+        for (Eigen::Index k = 0; k < covariance_.cols(); ++k)
+          s += covariance_(k, j) * jacobian[i][shared + at_(int(k))];
+        weighted[i][shared + at_(int(j))] = s;
+      }
+    }
+    Square covariance;
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t k = 0; k <= i; ++k) {
+        double s = 0;
+        of_condition(static_cast<int>(i), [&](std::size_t j) { s += jacobian[i][j] * weighted[k][j]; });
+        covariance[i][k] = s;
+      }
+    Misfits scale;
+    for (std::size_t i = 0; i < n; ++i) scale[i] = 1 / std::sqrt(covariance[i][i]);
+    Square l;  // Cholesky factor of the correlations
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t k = 0; k <= i; ++k) {
+        double s = scale[i] * covariance[i][k] * scale[k];
+        for (std::size_t j = 0; j < k; ++j) s -= l[i][j] * l[k][j];
+        l[i][k] = i == k ? std::sqrt(s) : s / l[k][k];
+      }
+    const auto column = [&](int j, double size) {
+      Misfits c;
+      for (std::size_t i = 0; i < n; ++i) c[i] = jacobian[i][at_(j)] * size;
+      return decorrelated(l, scale, c);
+    };
+    Misfits t = decorrelated(l, scale, w), own = column(in_error_, 1);
     double bz = 0;
     if (without_bz_) {
       const double sd_z = std::sqrt(variance_[kBz]);
-      const Misfits z = factor.matrixL().solve(scale.cwiseProduct(jacobian.col(kBz) * sd_z));
-      if (z.squaredNorm() > 1e-10) {  // kLeastRedundancy
-        bz = z.dot(t) / z.squaredNorm() * sd_z;
-        t -= z * (bz / sd_z);
-        own -= z * (z.dot(own) / z.squaredNorm());
+      const Misfits z = column(kBz, sd_z);
+      if (const double squared = dot(z, z); squared > 1e-10) {  // kLeastRedundancy
+        bz = dot(z, t) / squared * sd_z;
+        const double of_own = dot(z, own) / squared;
+        for (std::size_t i = 0; i < n; ++i) {
+          t[i] -= z[i] * (bz / sd_z);
+          own[i] -= z[i] * of_own;
+        }
       }
     }
+    Misfits back = t;  // scale L'^-1 t
+    for (std::size_t i = n; i-- > 0;) {
+      for (std::size_t k = i + 1; k < n; ++k) back[i] -= l[k][i] * back[k];
+      back[i] /= l[i][i];
+    }
     Step s;
-    s.next = y - weighted * (scale.asDiagonal() * factor.matrixU().solve(t));
+    s.next = y;
+    for (std::size_t i = 0; i < n; ++i)
+      of_condition(static_cast<int>(i), [&](std::size_t j) { s.next[j] -= weighted[i][j] * (scale[i] * back[i]); });
     if (without_bz_) s.next[kBz] = y[kBz] - bz;
-    const double size = own.norm();
-    s.shift = {t.norm(), size * sd() > 1e-5 ? std::abs(own.dot(t)) / size : 0};  // r of 1e-10, kLeastRedundancy
+    const double size = std::sqrt(dot(own, own));
+    // r of 1e-10, kLeastRedundancy
+    s.shift = {std::sqrt(dot(t, t)), size * sd() > 1e-5 ? std::abs(dot(own, t)) / size : 0};
     return s;
   }
 
   Minimum minimum(const Values& y) const {
     StationReadings readings;
-    for (int k = 0; k < kStations; ++k) {
+    for (int k = 0; k < stations_; ++k) {
       readings.readings.emplace_back();
-      for (int i = 0; i < 6; ++i) readings.readings.back()[static_cast<std::size_t>(i)] = y[6 * k + i];
+      for (int i = 0; i < 6; ++i) readings.readings.back()[at_(i)] = y[at_(6 * k + i)];
     }
-    for (int j = 0; j < 3; ++j) readings.references[static_cast<std::size_t>(j)] = y[kReferencesAt + j];
+    for (int j = 0; j < 3; ++j) readings.references[at_(j)] = y[at_(references_at() + j)];
     AdjustmentModel m = model_;
     m.rotational_shot = false;
     std::optional<Eigen::MatrixXd> shared;
-    if constexpr (kFull) shared = shared_;
-    return minimum_of_omega(m, readings, variance_, {}, shared);
+    if (covariance_.size() > 0) shared = covariance_;
+    return minimum_of_omega(m, readings, Eigen::Map<const Eigen::VectorXd>(variance_.data(), count()), {}, shared);
   }
 
   /// Conditions at the observations `y`, and their derivatives. Corrected reading = reading - bias - scale reading.
-  static void linearise(const Values& y, Misfits& values, Jacobian& jacobian) {
-    jacobian.setZero();
-    for (int k = 0; k < kStations; ++k) {
+  void linearise(const Values& y, Misfits& values, Jacobian& jacobian) const {
+    for (int k = 0; k < stations_; ++k) {
       const Conditions c = station_conditions(corrected(y, k).data());
-      values.template segment<3>(3 * k) = c.values - y.template segment<3>(kReferencesAt);
-      jacobian.template block<3, 6>(3 * k, 6 * k) = c.jacobian;
-      jacobian.template block<3, 3>(3 * k, kReferencesAt) = -Eigen::Matrix3d::Identity();
-      if constexpr (kSystematic)
-        for (int i = 0; i < 6; ++i) {
-          jacobian.template block<3, 1>(3 * k, 6 * k + i) *= 1 - y[kScalesAt + i];
-          jacobian.template block<3, 1>(3 * k, kBiasesAt + i) = -c.jacobian.col(i);
-          jacobian.template block<3, 1>(3 * k, kScalesAt + i) = -y[6 * k + i] * c.jacobian.col(i);
+      for (int i = 0; i < 3; ++i) {
+        Values& row = jacobian[at_(3 * k + i)];
+        row.fill(0);
+        values[at_(3 * k + i)] = c.values[i] - y[at_(references_at() + i)];
+        row[at_(references_at() + i)] = -1;
+        for (int j = 0; j < 6; ++j) {
+          const double by_reading = c.jacobian(i, j);
+          row[at_(6 * k + j)] = by_reading;
+          if (!systematic()) continue;
+          row[at_(6 * k + j)] *= 1 - y[at_(scales_at() + j)];
+          row[at_(biases_at() + j)] = -by_reading;
+          row[at_(scales_at() + j)] = -y[at_(6 * k + j)] * by_reading;
         }
+      }
     }
   }
 
   AdjustmentModel model_;
-  Values truth_, variance_;
-  Eigen::Matrix<double, kFull ? kShared : 0, kFull ? kShared : 0> shared_;
+  int stations_, shared_;
+  Values truth_{}, variance_{};
+  Eigen::MatrixXd covariance_;  // of the shared quantities, where it is full
   int in_error_;
   bool without_bz_;
 };
@@ -180,17 +258,11 @@ void check_observed(const AdjustmentModel& model, std::size_t observation) {
     throw std::invalid_argument(observation_names()[observation] + " is not observed");
 }
 
-/// Calls use(shift) with the smallest adjustment that is equal to that of all stations.
-template <class Use>
-auto with_shift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation, const Use& use) {
+/// The smallest adjustment that is equal to that of all stations.
+ErrorShift error_shift_of(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation) {
   check_observed(model, observation);
-  const bool shared = model.mode == AdjustmentMode::mse_shared, systematic = shared && model.systematic_terms;
-  const bool alone = !shared || model.stations == 1;
-  if (alone)
-    return systematic ? use(ErrorShift<1, true>(model, at, observation))
-                      : use(ErrorShift<1, false>(model, at, observation));
-  return systematic ? use(ErrorShift<2, true>(model, at, observation))
-                    : use(ErrorShift<2, false>(model, at, observation));
+  const bool shared = model.mode == AdjustmentMode::mse_shared;
+  return {model, at, observation, shared && model.stations > 1 ? 2 : 1, shared && model.systematic_terms};
 }
 
 /// Smallest size whose shift reaches lambda0. size(nabla) -> shift.
@@ -231,13 +303,12 @@ double first_found(const Size& size, double sd, double lambda0, double tolerance
   return above;
 }
 
-template <class Shift>
-DetectedError detected_in(const Shift& shift, double lambda0, int sign, DetectedBy test) {
+DetectedError detected_in(const ErrorShift& shift, double lambda0, int sign, DetectedBy test) {
   DetectedError e;
   e.size = sign * first_found([&](double size) { return shift(sign * size).by(test); }, shift.sd(), lambda0, 1e-8);
   if (!std::isfinite(e.size)) return e;
   const auto solution = shift.solve(e.size);
-  const auto y = Shift::corrected(solution.adjusted);
+  const auto y = shift.corrected(solution.adjusted);
   e.down = {y[0], y[1], y[2]};
   e.field = {y[3], y[4], y[5]};
   e.shared_errors = shift.shared_errors(solution.adjusted, e.size);
@@ -247,28 +318,26 @@ DetectedError detected_in(const Shift& shift, double lambda0, int sign, Detected
 }  // namespace
 
 TestShift error_shift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation, double nabla) {
-  return with_shift(model, at, observation, [&](const auto& shift) { return shift(nabla); });
+  return error_shift_of(model, at, observation)(nabla);
 }
 
 double nonlinear_detectable_error(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation,
                                   double lambda0, int sign, DetectedBy test) {
-  return with_shift(model, at, observation, [&](const auto& shift) {
-    return sign * first_found([&](double size) { return shift(sign * size).by(test); }, shift.sd(), lambda0, 1e-10);
-  });
+  const ErrorShift shift = error_shift_of(model, at, observation);
+  return sign * first_found([&](double size) { return shift(sign * size).by(test); }, shift.sd(), lambda0, 1e-10);
 }
 
 DetectedError detected_error(const StationInWell& s, std::size_t observation, double lambda0, int sign,
                              DetectedBy test) {
   check_observed(s.model, observation);
-  if (s.shared.size() == 0) return detected_in(ErrorShift<1, false>(s.model, s.at, observation), lambda0, sign, test);
-  if (s.shared.rows() == 3)
-    return detected_in(ErrorShift<1, false, true>(s.model, s.at, observation, s.shared), lambda0, sign, test);
-  return detected_in(ErrorShift<1, true, true>(s.model, s.at, observation, s.shared), lambda0, sign, test);
+  const bool full = s.shared.size() > 0;
+  const ErrorShift shift(s.model, s.at, observation, 1, s.shared.rows() > 3, full ? &s.shared : nullptr);
+  return detected_in(shift, lambda0, sign, test);
 }
 
 DetectedError detected_error(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation,
                              double lambda0, int sign, DetectedBy test) {
-  return with_shift(model, at, observation, [&](const auto& shift) { return detected_in(shift, lambda0, sign, test); });
+  return detected_in(error_shift_of(model, at, observation), lambda0, sign, test);
 }
 
 AngleEffects angle_effects(const survey::Attitude& at, const DetectedError& e) {
