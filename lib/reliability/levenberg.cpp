@@ -4,23 +4,18 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include "stats/linear_algebra.h"
-#include "survey/frames.h"
 
 namespace surveymc::reliability {
 namespace {
 
-using Eigen::Dynamic;
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using Vector6 = Eigen::Matrix<double, kReadings, 1>;
-using Matrix63 = Eigen::Matrix<double, kReadings, 3>;
 
 Matrix3d turn(const Vector3d& phi) {
   const double angle = phi.norm();
@@ -37,291 +32,371 @@ Matrix3d directions_of(const std::array<double, kReadings>& y) {
   return f;
 }
 
-/// kRows, kColumns: most residuals and unknowns, which keeps a single station on the stack; Dynamic: any number.
-template <int kRows, int kColumns>
-class Descent {
-  using Rows = Eigen::Matrix<double, Dynamic, 1, 0, kRows, 1>;
-  using Columns = Eigen::Matrix<double, Dynamic, 1, 0, kColumns, 1>;
-  using Jacobian = Eigen::Matrix<double, Dynamic, Dynamic, 0, kRows, kColumns>;
-  using Square = Eigen::Matrix<double, Dynamic, Dynamic, 0, kColumns, kColumns>;
-  static constexpr int kMostShared = 15;
-  using Shared = Eigen::Matrix<double, Dynamic, 1, 0, kMostShared, 1>;
-  using SharedSquare = Eigen::Matrix<double, Dynamic, Dynamic, 0, kMostShared, kMostShared>;
+constexpr Index kOwn = 4;          // unknowns that turn one station: a small vector, and the angle between shots
+constexpr Index kMostShared = 15;  // G, B, Theta, biases, scale factors
 
-  struct State {
-    std::vector<Matrix3d> frames;
-    std::vector<double> turned;  // rotational shot: about the tool's z axis, from the first shot
-    Shared zeta;                 // z = z_0 + S zeta, S S' = Cov(z_0)
-  };
-  struct Linear {
-    double omega = 0;
-    Rows residual;
-    Jacobian jacobian;
-    Square hessian;  // of Omega / 2
-    Columns gradient;
-  };
+struct Problem {
+  const StationReadings& y;
+  Index stations, width = 0, turns = 0;  // width: of z; turns: unknowns that are no part of z, which come first
+  bool rotational = false;
+  double digits = 1e-14;  // rounding of a residual, in sd
+  VectorXd weight;        // 1 / sd, 0 where an observation is left out; then the elements of zeta
+  MatrixXd spread;        // S of z = z_0 + S zeta, S S' = Cov(z_0)
 
- public:
-  Descent(const AdjustmentModel& model, const StationReadings& y, const VectorXd& variances,
-          const std::vector<Index>& out, const std::optional<MatrixXd>& covariance)
-      : y_(y), stations_(static_cast<Index>(y.readings.size())) {
-    const bool shared = model.mode == AdjustmentMode::mse_shared;
-    rotational_ = shared && model.rotational_shot;
-    width_ = model.mode == AdjustmentMode::mse_fixed ? 0 : shared && model.systematic_terms ? 15 : 3;
-    const Index refs = 6 * stations_;
-    weight_ = Rows::Zero(refs + width_);
-    for (Index i = 0; i < refs; ++i) weight_[i] = 1 / std::sqrt(variances[i]);
-    weight_.tail(width_).setOnes();
-    spread_ = SharedSquare::Zero(width_, width_);
-    if (covariance) {
-      // In units of the sd first: G, B and Theta differ by many powers of ten
-      const VectorXd sd = covariance->diagonal().cwiseSqrt();
-      MatrixXd unit = MatrixXd::Identity(width_, width_);
-      for (Index i = 0; i < width_; ++i)
-        for (Index j = 0; j < width_; ++j)
-          if (i != j && sd[i] > 0 && sd[j] > 0) unit(i, j) = (*covariance)(i, j) / (sd[i] * sd[j]);
-      spread_ = sd.asDiagonal() * stats::cholesky(unit).lower();
-    } else {
-      for (Index i = 0; i < width_; ++i) spread_(i, i) = std::sqrt(variances[refs + i]);
-    }
-    for (const Index k : out) weight_[k] = 0;
-    for (Index i = 0; i < refs; ++i)
-      digits_ =
-          std::max(digits_, std::abs(y.readings[static_cast<std::size_t>(i / 6)][static_cast<std::size_t>(i % 6)]) *
-                                weight_[i] * std::numeric_limits<double>::epsilon());
-    turns_ = rotational_ ? 3 + stations_ - 1 : 3 * stations_;
-  }
-
-  Minimum run() const {
-    constexpr int kMost = 300;
-    constexpr double kGradient = 1e-8, kStep = 1e-7;
-    Minimum m;
-    State at = start();
-    Linear l = linearise(at);
-    double mu = 1e-4, growth = 2;
-    for (m.steps = 1; m.steps <= kMost; ++m.steps) {
-      const Columns scale = scale_of(l);
-      const Square h = scale.asDiagonal() * l.hessian * scale.asDiagonal();
-      const Columns gradient = scale.cwiseProduct(l.gradient);
-      if (!std::isfinite(l.omega) || !gradient.allFinite()) break;
-      const Eigen::LLT<Square> factor(h + mu * Square::Identity(h.rows(), h.cols()));
-      if (factor.info() != Eigen::Success) {  // negative curvature that mu does not outweigh yet
-        mu = std::max(4 * mu, 1e-3);
-        continue;
-      }
-      const Columns scaled = factor.solve(gradient), step = scale.cwiseProduct(scaled);
-      const double moved = (l.jacobian * step).cwiseAbs().maxCoeff();
-      if (gradient.cwiseAbs().maxCoeff() <= kGradient && (moved <= kStep || mu > 1)) {
-        const std::optional<State> lower = beside_saddle(at, l, h, scale);
-        if (!lower) {
-          m.converged = true;
-          break;
-        }
-        at = *lower;
-        l = linearise(at);
-        mu = 1e-4;
-        continue;
-      }
-      const State next = moved_by(at, step);
-      const double omega = omega_at(next);
-      // Omega falls by step'(2 gradient - H step) in the quadratic model of 2 (Omega / 2)
-      const double promised = scaled.dot(2 * gradient - h * scaled), fallen = l.omega - omega;
-      const double rounding = 8 * digits_ * (1 + std::sqrt(l.omega));
-      const bool flat = std::abs(promised) <= rounding && std::abs(fallen) <= rounding;
-      if (flat || fallen > 1e-4 * promised) {
-        const double ratio = flat ? 1 : fallen / promised;
-        mu *= std::max(0.1, 1 - std::pow(2 * ratio - 1, 3));
-        growth = 2;
-        at = next;
-        l = linearise(at);
-      } else {
-        mu = std::max(mu, 1e-6) * growth;
-        growth *= 2;
-        if (mu > 1e16) break;
-      }
-    }
-    m.omega = l.omega;
-    m.adjusted = adjusted_at(at);
-    return m;
-  }
-
- private:
-  bool systematic() const { return width_ > 3; }
-
-  State start() const {
-    State s;
-    for (const auto& readings : y_.readings) s.frames.push_back(directions_of(readings));
-    s.zeta = Shared::Zero(width_);
-    if (rotational_) {
-      for (Index k = 0; k < stations_; ++k) {
-        const Matrix3d r = s.frames[static_cast<std::size_t>(k)] * s.frames[0].transpose();
-        s.turned.push_back(k == 0 ? 0 : std::atan2(r(1, 0) - r(0, 1), r(0, 0) + r(1, 1)));
-      }
-      turn_shots(s);
-    }
-    return s;
-  }
-  void turn_shots(State& s) const {
-    for (std::size_t k = 1; k < s.frames.size(); ++k) s.frames[k] = turn(Vector3d(0, 0, s.turned[k])) * s.frames[0];
-  }
-  State moved_by(const State& from, const Columns& step) const {
-    State s = from;
-    if (rotational_) {
-      s.frames[0] = turn(step.template head<3>()) * from.frames[0];
-      for (std::size_t k = 1; k < s.frames.size(); ++k) s.turned[k] += step[2 + static_cast<Index>(k)];
-      turn_shots(s);
-    } else {
-      for (std::size_t k = 0; k < s.frames.size(); ++k)
-        s.frames[k] = turn(step.template segment<3>(3 * static_cast<Index>(k))) * from.frames[k];
-    }
-    s.zeta += step.tail(width_);
-    return s;
-  }
-
-  /// z, or (G, B, Theta) that are free of error
-  Shared shared_at(const State& s) const {
-    Shared z = Shared::Zero(std::max<Index>(width_, 3));
-    for (Index j = 0; j < 3; ++j) z[j] = y_.references[static_cast<std::size_t>(j)];
-    z.head(width_) += spread_ * s.zeta;
-    return z;
-  }
-  Vector6 readings_at(const Matrix3d& f, const Shared& z) const {
-    Vector6 t;
-    t << z[0] * f.col(2), z[1] * (std::cos(z[2]) * f.col(0) + std::sin(z[2]) * f.col(2));
-    if (systematic())
-      for (Index i = 0; i < 6; ++i) t[i] = (t[i] + z[3 + i]) / (1 - z[9 + i]);
-    return t;
-  }
-  Rows residuals_at(const State& s) const {
-    const Shared z = shared_at(s);
-    Rows r(weight_.size());
-    for (Index k = 0; k < stations_; ++k) {
-      const auto& y = y_.readings[static_cast<std::size_t>(k)];
-      const Vector6 readings = readings_at(s.frames[static_cast<std::size_t>(k)], z);
-      for (Index i = 0; i < 6; ++i) r[6 * k + i] = weight_[6 * k + i] * (y[static_cast<std::size_t>(i)] - readings[i]);
-    }
-    for (Index j = 0; j < width_; ++j) r[6 * stations_ + j] = -weight_[6 * stations_ + j] * s.zeta[j];
-    return r;
-  }
-  double omega_at(const State& s) const { return residuals_at(s).squaredNorm(); }
-
-  VectorXd adjusted_at(const State& s) const {
-    const Shared z = shared_at(s);
-    VectorXd a(6 * stations_ + width_);
-    for (Index k = 0; k < stations_; ++k) a.segment<6>(6 * k) = readings_at(s.frames[static_cast<std::size_t>(k)], z);
-    a.tail(width_) = z.head(width_);
-    return a;
-  }
-
-  Linear linearise(const State& s) const {
-    const Shared z = shared_at(s);
-    const Index unknowns = turns_ + width_;
-    Linear l;
-    l.residual = residuals_at(s);
-    l.omega = l.residual.squaredNorm();
-    l.jacobian = Jacobian::Zero(weight_.size(), unknowns);
-    Square second = Square::Zero(unknowns, unknowns);  // sum of residuals times second derivatives
-    const double sine = std::sin(z[2]), cosine = std::cos(z[2]);
-    for (Index k = 0; k < stations_; ++k) {
-      const Matrix3d& f = s.frames[static_cast<std::size_t>(k)];
-      const Vector3d u = f.col(2), h = cosine * f.col(0) + sine * u, m = cosine * u - sine * f.col(0);
-      const Vector3d g = z[0] * u, b = z[1] * h;
-      Matrix63 by_turn;
-      by_turn << -survey::cross_matrix(g), -survey::cross_matrix(b);  // phi x v
-      Matrix63 by_reference = Matrix63::Zero();
-      by_reference.col(0).head<3>() = u;
-      by_reference.col(1).tail<3>() = h;
-      by_reference.col(2).tail<3>() = z[1] * m;
-      const Vector6 w = weight_.template segment<6>(6 * k);
-      Vector6 gain = Vector6::Ones();
-      if (systematic()) gain = (1 - z.template segment<6>(9).array()).inverse();
-      const Vector6 rho = w.cwiseProduct(gain).cwiseProduct(l.residual.template segment<6>(6 * k));
-      const Vector3d rg = rho.head<3>(), rb = rho.tail<3>();
-
-      Matrix3d turn_turn = -(rg.dot(g) + rb.dot(b)) * Matrix3d::Identity();
-      turn_turn += (rg * g.transpose() + g * rg.transpose() + rb * b.transpose() + b * rb.transpose()) / 2;
-      Matrix3d turn_reference, reference_reference = Matrix3d::Zero();
-      turn_reference << u.cross(rg), h.cross(rb), z[1] * m.cross(rb);
-      reference_reference(1, 2) = reference_reference(2, 1) = rb.dot(m);
-      reference_reference(2, 2) = -rb.dot(b);
-
-      // By the unknowns that turn this station
-      Eigen::Matrix<double, 3, Dynamic, 0, 3, 4> chain = Matrix3d::Identity();
-      Index at = 3 * k, extra = -1;
-      if (rotational_) {
-        at = 0;
-        if (k > 0) {
-          extra = 2 + k;
-          chain.resize(3, 4);
-          chain << turn(Vector3d(0, 0, s.turned[static_cast<std::size_t>(k)])), Vector3d::UnitZ();
-        }
-      }
-      const auto weighted = w.cwiseProduct(gain).asDiagonal();
-      const Eigen::Matrix<double, 6, Dynamic, 0, 6, 4> own = weighted * by_turn * chain;
-      l.jacobian.template block<6, 3>(6 * k, at) = own.template leftCols<3>();
-      const Eigen::Matrix<double, Dynamic, Dynamic, 0, 4, 4> own_second = chain.transpose() * turn_turn * chain;
-      second.template block<3, 3>(at, at) += own_second.template topLeftCorner<3, 3>();
-      if (extra >= 0) {
-        l.jacobian.template block<6, 1>(6 * k, extra) = own.col(3);
-        second(extra, extra) += own_second(3, 3);
-        second.template block<3, 1>(at, extra) += own_second.template block<3, 1>(0, 3);
-        second.template block<1, 3>(extra, at) += own_second.template block<1, 3>(3, 0);
-      }
-      if (width_ == 0) continue;
-      Eigen::Matrix<double, 6, Dynamic, 0, 6, kMostShared> by_shared(6, width_);
-      by_shared.template leftCols<3>() = gain.asDiagonal() * by_reference;
-      if (systematic()) {
-        by_shared.template middleCols<6>(3) = Matrix6(gain.asDiagonal());
-        by_shared.template middleCols<6>(9) = Matrix6(gain.cwiseProduct(readings_at(f, z)).asDiagonal());
-      }
-      l.jacobian.block(6 * k, turns_, 6, width_) = w.asDiagonal() * by_shared * spread_;
-      const auto of_references = spread_.template topRows<3>();
-      const Eigen::Matrix<double, Dynamic, Dynamic, 0, 4, kMostShared> mixed =
-          chain.transpose() * turn_reference * of_references;
-      second.block(at, turns_, 3, width_) += mixed.template topRows<3>();
-      second.block(turns_, at, width_, 3) += mixed.template topRows<3>().transpose();
-      if (extra >= 0) {
-        second.block(extra, turns_, 1, width_) += mixed.row(3);
-        second.block(turns_, extra, width_, 1) += mixed.row(3).transpose();
-      }
-      second.bottomRightCorner(width_, width_) += of_references.transpose() * reference_reference * of_references;
-    }
-    for (Index j = 0; j < width_; ++j) l.jacobian(6 * stations_ + j, turns_ + j) = weight_[6 * stations_ + j];
-    l.gradient = l.jacobian.transpose() * l.residual;  // down the slope of Omega / 2
-    l.hessian = l.jacobian.transpose() * l.jacobian - second;
-    return l;
-  }
-
-  /// 1 / |column of J|: unknowns of which one unit moves the observations by one sd.
-  static Columns scale_of(const Linear& l) {
-    const Columns size = l.jacobian.colwise().norm().transpose();
-    double largest = 0;
-    for (Eigen::Index i = 0; i < size.size(); ++i) largest = std::max(largest, size[i]);
-    const double least = 1e-8 * largest;
-    return size.cwiseMax(least).cwiseInverse();
-  }
-
-  /// A state with a lower Omega where the stationary point has a direction of negative curvature.
-  std::optional<State> beside_saddle(const State& at, const Linear& l, const Square& h, const Columns& scale) const {
-    constexpr double kLeast = 1e-7;  // curvature per sd and sd; J'J has 1
-    if (stats::cholesky(h + kLeast * Square::Identity(h.rows(), h.cols())).positive_definite()) return {};
-    const Columns along = scale.cwiseProduct(Columns(stats::symmetric_eigen(h).vectors.col(0)));
-    for (double size = 1; size > 1e-6; size /= 4) {
-      const State right = moved_by(at, size * along), left = moved_by(at, -size * along);
-      const double of_right = omega_at(right), of_left = omega_at(left);
-      if (std::min(of_right, of_left) < l.omega) return of_right <= of_left ? right : left;
-    }
-    return {};
-  }
-
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  const StationReadings& y_;
-  Index stations_, width_ = 0, turns_ = 0;
-  bool rotational_ = false;
-  double digits_ = 1e-14;  // rounding of a residual, in sd
-  Rows weight_;
-  SharedSquare spread_;
+  bool systematic() const { return width > 3; }
 };
+
+struct State {
+  std::vector<Matrix3d> frames;
+  std::vector<double> turned;  // rotational shot: about the tool's z axis, from the first shot
+  VectorXd zeta;
+};
+
+/// Residuals of one station by the unknowns that turn it, and by zeta. Plain numbers: products of blocks of matrices
+/// would take a compiler longer than all else in this file.
+using Row = std::array<double, kOwn + kMostShared>;
+struct StationRows {
+  std::array<Row, kReadings> rows;
+  std::array<Index, kOwn> own;  // their unknowns; -1: none
+};
+
+struct Linear {
+  double omega = 0;
+  VectorXd residual;
+  std::vector<StationRows> stations;
+  MatrixXd hessian;  // of Omega / 2
+  VectorXd gradient, column_size;
+};
+
+Problem problem_of(const AdjustmentModel& model, const StationReadings& y, const VectorXd& variances,
+                   const std::vector<Index>& out, const std::optional<MatrixXd>& covariance) {
+  Problem p{.y = y, .stations = static_cast<Index>(y.readings.size()), .weight = {}, .spread = {}};
+  const bool shared = model.mode == AdjustmentMode::mse_shared;
+  p.rotational = shared && model.rotational_shot;
+  p.width = model.mode == AdjustmentMode::mse_fixed ? 0 : shared && model.systematic_terms ? kMostShared : 3;
+  p.turns = p.rotational ? 3 + p.stations - 1 : 3 * p.stations;
+  const Index refs = 6 * p.stations, width = p.width;
+  p.weight = VectorXd::Ones(refs + width);
+  for (Index i = 0; i < refs; ++i) p.weight[i] = 1 / std::sqrt(variances[i]);
+  p.spread = MatrixXd::Zero(width, width);
+  if (covariance) {
+    // In units of the sd first: G, B and Theta differ by many powers of ten
+    const VectorXd sd = covariance->diagonal().cwiseSqrt();
+    MatrixXd unit = MatrixXd::Identity(width, width);
+    for (Index i = 0; i < width; ++i)
+      for (Index j = 0; j < width; ++j)
+        if (i != j && sd[i] > 0 && sd[j] > 0) unit(i, j) = (*covariance)(i, j) / (sd[i] * sd[j]);
+    p.spread = sd.asDiagonal() * stats::cholesky(unit).lower();
+  } else {
+    for (Index i = 0; i < width; ++i) p.spread(i, i) = std::sqrt(variances[refs + i]);
+  }
+  for (const Index k : out) p.weight[k] = 0;
+  for (Index i = 0; i < refs; ++i) {
+    const double reading = y.readings[static_cast<std::size_t>(i / 6)][static_cast<std::size_t>(i % 6)];
+    p.digits = std::max(p.digits, std::abs(reading) * p.weight[i] * std::numeric_limits<double>::epsilon());
+  }
+  return p;
+}
+
+void turn_shots(State& s) {
+  for (std::size_t k = 1; k < s.frames.size(); ++k) s.frames[k] = turn(Vector3d(0, 0, s.turned[k])) * s.frames[0];
+}
+
+State start_of(const Problem& p) {
+  State s;
+  for (const auto& readings : p.y.readings) s.frames.push_back(directions_of(readings));
+  s.zeta = VectorXd::Zero(p.width);
+  if (p.rotational) {
+    for (std::size_t k = 0; k < s.frames.size(); ++k) {
+      const Matrix3d r = s.frames[k] * s.frames[0].transpose();
+      s.turned.push_back(k == 0 ? 0 : std::atan2(r(1, 0) - r(0, 1), r(0, 0) + r(1, 1)));
+    }
+    turn_shots(s);
+  }
+  return s;
+}
+
+State moved_by(const Problem& p, const State& from, const VectorXd& step) {
+  State s = from;
+  const auto vector = [&](Index at) { return Vector3d(step[at], step[at + 1], step[at + 2]); };
+  if (p.rotational) {
+    s.frames[0] = turn(vector(0)) * from.frames[0];
+    for (std::size_t k = 1; k < s.frames.size(); ++k) s.turned[k] += step[2 + static_cast<Index>(k)];
+    turn_shots(s);
+  } else {
+    for (std::size_t k = 0; k < s.frames.size(); ++k)
+      s.frames[k] = turn(vector(3 * static_cast<Index>(k))) * from.frames[k];
+  }
+  s.zeta += step.tail(p.width);
+  return s;
+}
+
+/// z, or (G, B, Theta) that are free of error
+std::array<double, kMostShared> shared_at(const Problem& p, const State& s) {
+  std::array<double, kMostShared> z{};
+  for (std::size_t j = 0; j < 3; ++j) z[j] = p.y.references[j];
+  for (Index i = 0; i < p.width; ++i)
+    for (Index j = 0; j < p.width; ++j) z[static_cast<std::size_t>(i)] += p.spread(i, j) * s.zeta[j];
+  return z;
+}
+
+Observations readings_at(const Problem& p, const Matrix3d& f, const std::array<double, kMostShared>& z) {
+  const double cosine = std::cos(z[2]), sine = std::sin(z[2]);
+  Observations t{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto row = static_cast<Index>(i);
+    t[i] = z[0] * f(row, 2);
+    t[3 + i] = z[1] * (cosine * f(row, 0) + sine * f(row, 2));
+  }
+  if (p.systematic())
+    for (std::size_t i = 0; i < 6; ++i) t[i] = (t[i] + z[3 + i]) / (1 - z[9 + i]);
+  return t;
+}
+
+VectorXd residuals_at(const Problem& p, const State& s) {
+  const auto z = shared_at(p, s);
+  VectorXd r(p.weight.size());
+  for (Index k = 0; k < p.stations; ++k) {
+    const auto& y = p.y.readings[static_cast<std::size_t>(k)];
+    const Observations readings = readings_at(p, s.frames[static_cast<std::size_t>(k)], z);
+    for (Index i = 0; i < 6; ++i) {
+      const auto c = static_cast<std::size_t>(i);
+      r[6 * k + i] = p.weight[6 * k + i] * (y[c] - readings[c]);
+    }
+  }
+  for (Index j = 6 * p.stations; j < r.size(); ++j) r[j] = -p.weight[j] * s.zeta[j - 6 * p.stations];
+  return r;
+}
+
+double omega_at(const Problem& p, const State& s) { return residuals_at(p, s).squaredNorm(); }
+
+VectorXd adjusted_at(const Problem& p, const State& s) {
+  const auto z = shared_at(p, s);
+  VectorXd a(6 * p.stations + p.width);
+  for (Index k = 0; k < p.stations; ++k) {
+    const Observations readings = readings_at(p, s.frames[static_cast<std::size_t>(k)], z);
+    for (Index i = 0; i < 6; ++i) a[6 * k + i] = readings[static_cast<std::size_t>(i)];
+  }
+  for (Index j = 0; j < p.width; ++j) a[6 * p.stations + j] = z[static_cast<std::size_t>(j)];
+  return a;
+}
+
+/// Calls use(c, unknown) with the places in a row of station `s` and the unknowns that they belong to.
+template <class Use>
+void of_row(const Problem& p, const StationRows& s, const Use& use) {
+  for (std::size_t c = 0; c < kOwn; ++c)
+    if (s.own[c] >= 0) use(c, s.own[c]);
+  for (Index j = 0; j < p.width; ++j) use(static_cast<std::size_t>(kOwn + j), p.turns + j);
+}
+
+/// Derivatives of the residuals of station `k`. Adds their second derivatives, times the residuals, to `second`.
+StationRows linearise_station(const Problem& p, const State& s, const std::array<double, kMostShared>& z, Index k,
+                              const VectorXd& residual, MatrixXd& second) {
+  const double sine = std::sin(z[2]), cosine = std::cos(z[2]);
+  const Matrix3d& f = s.frames[static_cast<std::size_t>(k)];
+  const Vector3d u = f.col(2), h = cosine * f.col(0) + sine * u, m = cosine * u - sine * f.col(0);
+  const Vector3d g = z[0] * u, b = z[1] * h;
+  std::array<double, kReadings> gain, rho;
+  for (std::size_t i = 0; i < kReadings; ++i) {
+    const Index row = 6 * k + static_cast<Index>(i);
+    gain[i] = p.systematic() ? 1 / (1 - z[9 + i]) : 1;
+    rho[i] = p.weight[row] * gain[i] * residual[row];
+  }
+  const Vector3d rg(rho[0], rho[1], rho[2]), rb(rho[3], rho[4], rho[5]);
+  Matrix3d turn_turn = -(rg.dot(g) + rb.dot(b)) * Matrix3d::Identity();
+  turn_turn += (rg * g.transpose() + g * rg.transpose() + rb * b.transpose() + b * rb.transpose()) / 2;
+  Matrix3d turn_reference, reference_reference = Matrix3d::Zero();
+  turn_reference << u.cross(rg), h.cross(rb), z[1] * m.cross(rb);
+  reference_reference(1, 2) = reference_reference(2, 1) = rb.dot(m);
+  reference_reference(2, 2) = -rb.dot(b);
+
+  // The small vector that turns the station, by the unknowns (columns); the angle of a later shot is about its z axis
+  std::array<Vector3d, kOwn> chain{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ(), Vector3d::Zero()};
+  StationRows r{};
+  r.own = {3 * k, 3 * k + 1, 3 * k + 2, -1};
+  if (p.rotational) {
+    r.own = {0, 1, 2, k > 0 ? 2 + k : -1};
+    if (k > 0) {
+      const Matrix3d of_first = turn(Vector3d(0, 0, s.turned[static_cast<std::size_t>(k)]));
+      chain = {of_first.col(0), of_first.col(1), of_first.col(2), Vector3d::UnitZ()};
+    }
+  }
+  const Observations readings = readings_at(p, f, z);
+  for (std::size_t i = 0; i < kReadings; ++i) {
+    const std::size_t axis = i % 3;
+    const auto row = static_cast<Index>(axis);
+    const double w = p.weight[6 * k + static_cast<Index>(i)];
+    for (std::size_t c = 0; c < kOwn; ++c) r.rows[i][c] = w * gain[i] * chain[c].cross(i < 3 ? g : b)[row];
+    std::array<double, kMostShared> by_z{};  // of the reading
+    if (i < 3) {
+      by_z[0] = gain[i] * u[row];
+    } else {
+      by_z[1] = gain[i] * h[row];
+      by_z[2] = gain[i] * z[1] * m[row];
+    }
+    if (p.systematic()) {
+      by_z[3 + i] = gain[i];
+      by_z[9 + i] = gain[i] * readings[i];
+    }
+    for (Index j = 0; j < p.width; ++j) {
+      double sum = 0;
+      for (Index l = 0; l < p.width; ++l) sum += by_z[static_cast<std::size_t>(l)] * p.spread(l, j);
+      r.rows[i][static_cast<std::size_t>(kOwn + j)] = w * sum;
+    }
+  }
+  for (std::size_t c = 0; c < kOwn; ++c) {
+    if (r.own[c] < 0) continue;
+    const Vector3d turned = turn_turn * chain[c];
+    for (std::size_t d = 0; d < kOwn; ++d)
+      if (r.own[d] >= 0) second(r.own[d], r.own[c]) += chain[d].dot(turned);
+    for (Index j = 0; j < p.width; ++j) {
+      double mixed = 0;
+      for (Index l = 0; l < 3; ++l) mixed += chain[c].dot(turn_reference.col(l)) * p.spread(l, j);
+      second(r.own[c], p.turns + j) += mixed;
+      second(p.turns + j, r.own[c]) += mixed;
+    }
+  }
+  for (Index i = 0; i < p.width; ++i)
+    for (Index j = 0; j < p.width; ++j) {
+      double sum = 0;
+      for (Index l = 1; l < 3; ++l)
+        for (Index n = 1; n < 3; ++n) sum += p.spread(l, i) * reference_reference(l, n) * p.spread(n, j);
+      second(p.turns + i, p.turns + j) += sum;
+    }
+  return r;
+}
+
+Linear linearise(const Problem& p, const State& s) {
+  const auto z = shared_at(p, s);
+  const Index unknowns = p.turns + p.width;
+  Linear l;
+  l.residual = residuals_at(p, s);
+  l.omega = l.residual.squaredNorm();
+  l.gradient = l.column_size = VectorXd::Zero(unknowns);
+  MatrixXd second = MatrixXd::Zero(unknowns, unknowns), squares = second;
+  for (Index k = 0; k < p.stations; ++k) {
+    l.stations.push_back(linearise_station(p, s, z, k, l.residual, second));
+    const StationRows& station = l.stations.back();
+    for (std::size_t i = 0; i < kReadings; ++i) {
+      const Row& row = station.rows[i];
+      const double residual = l.residual[6 * k + static_cast<Index>(i)];
+      of_row(p, station, [&](std::size_t c, Index unknown) {
+        l.gradient[unknown] += row[c] * residual;  // down the slope of Omega / 2
+        of_row(p, station, [&](std::size_t d, Index other) { squares(other, unknown) += row[c] * row[d]; });
+      });
+    }
+  }
+  for (Index j = 0; j < p.width; ++j) {
+    const double weight = p.weight[6 * p.stations + j];
+    l.gradient[p.turns + j] += weight * l.residual[6 * p.stations + j];
+    squares(p.turns + j, p.turns + j) += weight * weight;
+  }
+  l.column_size = squares.diagonal().cwiseSqrt();
+  l.hessian = squares - second;
+  return l;
+}
+
+/// Most that a step moves an observation, in sd.
+double largest_move(const Problem& p, const Linear& l, const VectorXd& step) {
+  double most = 0;
+  for (const StationRows& station : l.stations)
+    for (const Row& row : station.rows) {
+      double moved = 0;
+      of_row(p, station, [&](std::size_t c, Index unknown) { moved += row[c] * step[unknown]; });
+      most = std::max(most, std::abs(moved));
+    }
+  for (Index j = 0; j < p.width; ++j) most = std::max(most, std::abs(p.weight[6 * p.stations + j] * step[p.turns + j]));
+  return most;
+}
+
+/// 1 / |column of J|: unknowns of which one unit moves the observations by one sd.
+VectorXd scale_of(const Linear& l) {
+  double largest = 0;
+  for (const double size : l.column_size) largest = std::max(largest, size);
+  const double least = 1e-8 * largest;
+  VectorXd scale = l.column_size;
+  for (double& size : scale) size = 1 / std::max(size, least);
+  return scale;
+}
+
+MatrixXd scaled_hessian(const Linear& l, const VectorXd& scale) {
+  MatrixXd h = l.hessian;
+  for (Index j = 0; j < h.cols(); ++j)
+    for (Index i = 0; i < h.rows(); ++i) h(i, j) = scale[i] * l.hessian(i, j) * scale[j];
+  return h;
+}
+
+MatrixXd with_diagonal(MatrixXd h, double more) {
+  for (Index i = 0; i < h.rows(); ++i) h(i, i) += more;
+  return h;
+}
+
+/// A state with a lower Omega where the stationary point has a direction of negative curvature.
+std::optional<State> beside_saddle(const Problem& p, const State& at, const Linear& l, const MatrixXd& h,
+                                   const VectorXd& scale) {
+  constexpr double kLeast = 1e-7;  // curvature per sd and sd; J'J has 1
+  if (stats::cholesky(with_diagonal(h, kLeast)).positive_definite()) return {};
+  const VectorXd along = scale.cwiseProduct(VectorXd(stats::symmetric_eigen(h).vectors.col(0)));
+  for (double size = 1; size > 1e-6; size /= 4) {
+    const State right = moved_by(p, at, size * along), left = moved_by(p, at, -size * along);
+    const double of_right = omega_at(p, right), of_left = omega_at(p, left);
+    if (std::min(of_right, of_left) < l.omega) return of_right <= of_left ? right : left;
+  }
+  return {};
+}
+
+Minimum descend(const Problem& p) {
+  constexpr int kMost = 300;
+  constexpr double kGradient = 1e-8, kStep = 1e-7;
+  Minimum m;
+  State at = start_of(p);
+  Linear l = linearise(p, at);
+  double mu = 1e-4, growth = 2;
+  for (m.steps = 1; m.steps <= kMost; ++m.steps) {
+    const VectorXd scale = scale_of(l);
+    const MatrixXd h = scaled_hessian(l, scale);
+    const VectorXd gradient = scale.cwiseProduct(l.gradient);
+    if (!std::isfinite(l.omega) || !gradient.allFinite()) break;
+    const stats::Cholesky factor = stats::cholesky(with_diagonal(h, mu));
+    if (!factor.positive_definite()) {  // negative curvature that mu does not outweigh yet
+      mu = std::max(4 * mu, 1e-3);
+      continue;
+    }
+    const VectorXd scaled = factor.solve(gradient), step = scale.cwiseProduct(scaled);
+    if (gradient.cwiseAbs().maxCoeff() <= kGradient && (mu > 1 || largest_move(p, l, step) <= kStep)) {
+      const std::optional<State> lower = beside_saddle(p, at, l, h, scale);
+      if (!lower) {
+        m.converged = true;
+        break;
+      }
+      at = *lower;
+      l = linearise(p, at);
+      mu = 1e-4;
+      continue;
+    }
+    const State next = moved_by(p, at, step);
+    const double omega = omega_at(p, next);
+    // Omega falls by step'(2 gradient - H step) in the quadratic model of 2 (Omega / 2)
+    const VectorXd curved = h * scaled;
+    const double promised = scaled.dot(2 * gradient - curved), fallen = l.omega - omega;
+    const double rounding = 8 * p.digits * (1 + std::sqrt(l.omega));
+    const bool flat = std::abs(promised) <= rounding && std::abs(fallen) <= rounding;
+    if (flat || fallen > 1e-4 * promised) {
+      const double ratio = flat ? 1 : fallen / promised;
+      mu *= std::max(0.1, 1 - std::pow(2 * ratio - 1, 3));
+      growth = 2;
+      at = next;
+      l = linearise(p, at);
+    } else {
+      mu = std::max(mu, 1e-6) * growth;
+      growth *= 2;
+      if (mu > 1e16) break;
+    }
+  }
+  m.omega = l.omega;
+  m.adjusted = adjusted_at(p, at);
+  return m;
+}
 
 }  // namespace
 
@@ -330,9 +405,7 @@ Minimum minimum_of_omega(const AdjustmentModel& model, const StationReadings& y,
   std::vector<Index> out = left_out;
   const auto bz = static_cast<Index>(index_of(Observation::bz));
   if (model.mode == AdjustmentMode::sse_axial && std::find(out.begin(), out.end(), bz) == out.end()) out.push_back(bz);
-  if (y.readings.size() == 1 && !(model.mode == AdjustmentMode::mse_shared && model.systematic_terms))
-    return Descent<9, 6>(model, y, variances, out, shared_covariance).run();
-  return Descent<Dynamic, Dynamic>(model, y, variances, out, shared_covariance).run();
+  return descend(problem_of(model, y, variances, out, shared_covariance));
 }
 
 }  // namespace surveymc::reliability
