@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <Eigen/Cholesky>
 
 #include "base/error.h"
 #include "base/units.h"
 #include "estimate/estimators.h"
 #include "propagate/corrected_well_covariance.h"
+#include "stats/linear_algebra.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::analysis {
@@ -217,7 +217,8 @@ ReadingsAnalysis analyse_readings(const survey::SixAxisReadings& readings, const
   a.tests = estimate::residual_tests(corrected, a.misfits, input);
   const propagate::Vector6d off = (x - perfect).cwiseQuotient(a.covariance.diagonal().cwiseSqrt());
   const propagate::Vector6d per_sd = a.covariance.diagonal().cwiseSqrt().cwiseInverse();
-  a.perfect_tool_statistic = off.dot((per_sd.asDiagonal() * a.covariance * per_sd.asDiagonal()).ldlt().solve(off));
+  const Eigen::MatrixXd correlation = per_sd.asDiagonal() * a.covariance * per_sd.asDiagonal();
+  a.perfect_tool_statistic = off.dot(propagate::Vector6d(stats::symmetric_inverse(correlation) * off));
 
   const std::vector<survey::Vec3<double>> raw_tangents = true_tangents(readings, raw, field.declination);
   const std::vector<survey::Vec3<double>> tangents = true_tangents(readings, corrected, field.declination);

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "base/units.h"
 #include "propagate/ellipse.h"
 #include "propagate/sensor_error_covariance.h"
 #include "propagate/toolface_independent.h"
+#include "stats/linear_algebra.h"
 
 namespace surveymc::analysis {
 
@@ -24,10 +24,10 @@ constexpr double kZero = 1e-6;
 }  // namespace
 
 PositionPrediction::PositionPrediction(const Matrix3d& c) : covariance(c), horizontal_weight(Matrix2d::Constant(kNaN)) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(c);  // eigenvalues ascending
+  const auto eigen = stats::symmetric_eigen(c);
   for (int a = 0; a < 3; ++a) {
-    sd[a] = std::sqrt(std::max(0.0, eigen.eigenvalues()[2 - a]));
-    axes.col(a) = eigen.eigenvectors().col(2 - a);
+    sd[a] = std::sqrt(std::max(0.0, eigen.values[2 - a]));
+    axes.col(a) = eigen.vectors.col(2 - a);
   }
   for (int a = 1; a < 3; ++a)
     if (sd[a] < kZero * sd[0]) sd[a] = 0;

@@ -1,5 +1,6 @@
 #include "chained/basic_solution.h"
 
+#include <array>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -28,15 +29,25 @@ SingleStation station_of(const Vector3d& f, const Vector3d& h) {
   return s;
 }
 
-/// Minimises sum w_i (y_i - x_i)^2 + sum_j v_j (q_j(x) - r_j)^2 by Gauss-Newton from x = y. `rows(x)` gives q and its
-/// gradients. The curvature is noise over field: a few steps.
-template <int Q, class Rows>
-Vector3d optimum(const Vector3d& y, const Vector3d& w, const Eigen::Matrix<double, Q, 1>& v, const Rows& rows) {
+/// One term v (q(x) - r)^2.
+struct Term {
+  double weight, misfit;  ///< v, q - r
+  Vector3d gradient;      ///< of q
+};
+
+/// Minimises sum w_i (y_i - x_i)^2 + sum_j v_j (q_j(x) - r_j)^2 by Gauss-Newton from x = y. `terms(x)` gives the second
+/// sum. The curvature is noise over field: a few steps.
+template <class Terms>
+Vector3d optimum(const Vector3d& y, const Vector3d& w, const Terms& terms) {
   Vector3d x = y;
   for (int it = 0; it < 50; ++it) {
-    const auto [misfit, gradient] = rows(x);  // Q, Q x 3
-    const Matrix3d normal = Matrix3d(w.asDiagonal()) + gradient.transpose() * v.asDiagonal() * gradient;
-    const Vector3d step = normal.llt().solve(w.cwiseProduct(y - x) - gradient.transpose() * v.cwiseProduct(misfit));
+    Matrix3d normal = w.asDiagonal();
+    Vector3d pull = w.cwiseProduct(y - x);
+    for (const Term& t : terms(x)) {
+      normal += t.weight * t.gradient * t.gradient.transpose();
+      pull -= t.weight * t.misfit * t.gradient;
+    }
+    const Vector3d step = normal.llt().solve(pull);
     x += step;
     if (step.norm() <= 1e-15 * y.norm()) break;
   }
@@ -60,20 +71,16 @@ SingleWeights single_weights(const Model& m) {
 SingleStation fully_optimised_station(const Model& m, const SingleWeights& weights, const StationReading& y) {
   const Vector3d s_f = accelerometers(weights.reading_sd), s_h = magnetometers(weights.reading_sd);
   const auto& s_r = weights.reference_sd;
-  using One = Eigen::Matrix<double, 1, 1>;
-  const Vector3d f =
-      optimum<1>(accelerometers(y), s_f.cwiseAbs2().cwiseInverse(), One(1 / (s_r[0] * s_r[0])), [&](const Vector3d& x) {
-        return std::pair{One(x.norm() - m.gravity), Eigen::Matrix<double, 1, 3>(x.transpose() / x.norm())};
-      });
+  const auto weight = [&](std::size_t j) { return 1 / (s_r[j] * s_r[j]); };
+  const Vector3d f = optimum(accelerometers(y), s_f.cwiseAbs2().cwiseInverse(), [&](const Vector3d& x) {
+    return std::array{Term{weight(0), x.norm() - m.gravity, x / x.norm()}};
+  });
   const Vector3d d = -f.normalized();
-  const Vector3d h =
-      optimum<2>(magnetometers(y), s_h.cwiseAbs2().cwiseInverse(),
-                 Eigen::Vector2d(1 / (s_r[1] * s_r[1]), 1 / (s_r[2] * s_r[2])), [&](const Vector3d& x) {
-                   const Vector3d level = x - d.dot(x) * d;
-                   Eigen::Matrix<double, 2, 3> gradient;
-                   gradient << level.normalized().transpose(), d.transpose();
-                   return std::pair{Eigen::Vector2d(level.norm() - m.horizontal, d.dot(x) - m.down), gradient};
-                 });
+  const Vector3d h = optimum(magnetometers(y), s_h.cwiseAbs2().cwiseInverse(), [&](const Vector3d& x) {
+    const Vector3d level = x - d.dot(x) * d;
+    return std::array{Term{weight(1), level.norm() - m.horizontal, level.normalized()},
+                      Term{weight(2), d.dot(x) - m.down, d}};
+  });
   return station_of(f, h);
 }
 

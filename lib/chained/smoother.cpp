@@ -5,9 +5,9 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "base/error.h"
+#include "stats/linear_algebra.h"
 
 namespace surveymc::chained {
 
@@ -77,8 +77,7 @@ Parted parted(const Model& m, const Readings& readings, const Point& at, int k) 
   p.linear = linearise(m, readings, at, k);
   p.by_state.resize(6, kChainStates + m.interference.states());
   p.by_state << p.linear.by_chain, p.linear.by_interference;
-  const Eigen::HouseholderQR<Eigen::Matrix<double, 6, 3>> qr(p.linear.by_delta);
-  p.null = (qr.householderQ() * Eigen::Matrix<double, 6, 6>::Identity()).rightCols<3>();
+  p.null = stats::orthogonal_complement(p.linear.by_delta);
   return p;
 }
 
@@ -138,7 +137,7 @@ Pass pass(const Model& m, const Readings& readings, const Point& at) {
     const std::size_t k = n - 1 - back;
     // Gain P F' P(k+1|k)^-1, from the factor of the predicted covariance.
     const Covariance gain =
-        before[k + 1].covariance.llt().solve(Covariance(f.asDiagonal() * after[k].covariance)).transpose();
+        stats::cholesky(before[k + 1].covariance).solve(f.asDiagonal() * after[k].covariance).transpose();
     Gaussian& s = out.smoothed[k];
     s.mean += gain * (out.smoothed[k + 1].mean - before[k + 1].mean);
     s.covariance += gain * (out.smoothed[k + 1].covariance - before[k + 1].covariance) * gain.transpose();
@@ -231,7 +230,7 @@ Solution run_filter(const Model& m, const Readings& readings, const Point& start
     out.stations.push_back(
         {at.frames[i], at.chain[i], joint_covariance(attitude_given(p, State::Zero(kChainStates)), after.covariance)});
     const State pull = after.mean - before.mean;
-    out.cost += p.linear.residual.squaredNorm() + pull.dot(before.covariance.llt().solve(pull));
+    out.cost += p.linear.residual.squaredNorm() + pull.dot(VectorXd(stats::cholesky(before.covariance).solve(pull)));
     out.iterations = std::max(out.iterations, it);
   }
   out.converged = out.status == Status::converged;

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "base/error.h"
@@ -54,7 +53,9 @@ GasLiftFlow<T> flow(const GasLiftWell& p, const std::array<T, 3>& x, double inje
   return {{T(injection) - wiv, wiv + gas - wpc * x[1] / tubing, oil - wpc * x[2] / tubing}, pwf, pwh, pat};
 }
 
-Eigen::Matrix3d jacobian(const GasLiftWell& well, const GasLiftState& x, double injection) {
+}  // namespace
+
+Eigen::Matrix3d gas_lift_jacobian(const GasLiftWell& well, const GasLiftState& x, double injection) {
   using D = Dual<double, 3>;
   const auto f = flow<D>(well, {D::variable(x[0], 0), D::variable(x[1], 1), D::variable(x[2], 2)}, injection);
   Eigen::Matrix3d j;
@@ -63,11 +64,14 @@ Eigen::Matrix3d jacobian(const GasLiftWell& well, const GasLiftState& x, double 
   return j;
 }
 
+namespace {
+
 /// False if Newton's method does not end at a state in which all three masses are positive.
 bool newton(const GasLiftWell& well, double injection, GasLiftState& x) {
   for (int i = 0; i < 50; ++i) {
     const GasLiftState f = gas_lift_derivative(well, x, injection);
-    const Eigen::Vector3d step = jacobian(well, x, injection).partialPivLu().solve(Eigen::Vector3d(f[0], f[1], f[2]));
+    const Eigen::Vector3d step =
+        gas_lift_jacobian(well, x, injection).partialPivLu().solve(Eigen::Vector3d(f[0], f[1], f[2]));
     double largest = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       x[k] -= step[static_cast<Eigen::Index>(k)];
@@ -115,12 +119,6 @@ GasLiftState gas_lift_steady_state(const GasLiftWell& well, double injection) {
   for (int i = 1; i <= steps && found; ++i) found = newton(well, kStable + (injection - kStable) * i / steps, x);
   require(found, "gas-lift well: no steady state at an injection of {} kg/s", injection);
   return x;
-}
-
-std::array<std::complex<double>, 3> gas_lift_eigenvalues(const GasLiftWell& well, const GasLiftState& state,
-                                                         double injection) {
-  const auto values = Eigen::EigenSolver<Eigen::Matrix3d>(jacobian(well, state, injection), false).eigenvalues();
-  return {values[0], values[1], values[2]};
 }
 
 InjectionSchedule gas_lift_schedule(bool out_of_range) {

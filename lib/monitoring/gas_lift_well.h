@@ -2,7 +2,6 @@
 /// A gas-lifted oil well with four pressure gauges: public stand-in for the OLGA model of Boechat, Moreno and Haramura.
 /// Eikrem-type model with three states; the parameters are ours.
 #include <array>
-#include <complex>
 #include <vector>
 
 #include "monitoring/samples.h"
@@ -40,9 +39,8 @@ GasLiftPressures gas_lift_pressures(const GasLiftWell& well, const GasLiftState&
 /// InputError if there is none with flow through all valves.
 GasLiftState gas_lift_steady_state(const GasLiftWell& well, double injection);
 
-/// Eigenvalues (1/s) of the Jacobian: a positive real part means casing heading.
-std::array<std::complex<double>, 3> gas_lift_eigenvalues(const GasLiftWell& well, const GasLiftState& state,
-                                                         double injection);
+/// Derivatives (1/s) of the masses' rates by the masses: an eigenvalue with a positive real part means casing heading.
+Eigen::Matrix3d gas_lift_jacobian(const GasLiftWell& well, const GasLiftState& state, double injection);
 
 /// One step of the classical Runge-Kutta method of fourth order; dt in seconds.
 GasLiftState gas_lift_step(const GasLiftWell& well, const GasLiftState& state, double injection, double dt);

@@ -4,9 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
 #include "base/units.h"
+#include "stats/linear_algebra.h"
 
 namespace surveymc::propagate {
 namespace {
@@ -17,17 +16,17 @@ constexpr double kSingular = 1e-14;  // an eigenvalue below this part of the lar
 }  // namespace
 
 Ellipse ellipse(const Eigen::Matrix2d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(covariance);  // eigenvalues ascending
+  const stats::SmallSymmetricEigen<2> eigen = stats::symmetric_eigen(covariance);
   Ellipse e;
-  const double largest = std::max(0.0, eigen.eigenvalues()[1]), smallest = eigen.eigenvalues()[0];
+  const double largest = std::max(0.0, eigen.values[1]), smallest = eigen.values[0];
   e.semi_major = std::sqrt(largest);
   e.semi_minor = smallest > kSingular * largest ? std::sqrt(smallest) : 0.0;
   if (largest - smallest <= kRounding * largest) {  // a circle: rounding must not choose an axis
     e.axes.setIdentity();
     return e;
   }
-  e.axes.col(0) = eigen.eigenvectors().col(1);
-  e.axes.col(1) = eigen.eigenvectors().col(0);
+  e.axes.col(0) = eigen.vectors.col(1);
+  e.axes.col(1) = eigen.vectors.col(0);
   e.azimuth = std::atan2(e.axes(1, 0), e.axes(0, 0));
   if (e.azimuth < 0) e.azimuth += kPi;
   if (e.azimuth >= kPi) e.azimuth -= kPi;
@@ -35,7 +34,7 @@ Ellipse ellipse(const Eigen::Matrix2d& covariance) {
 }
 
 Ellipsoid ellipsoid(const Eigen::Matrix3d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance);  // eigenvalues ascending
+  const stats::SmallSymmetricEigen<3> eigen = stats::symmetric_eigen(covariance);
   Ellipsoid e;
   if ((covariance - Eigen::Matrix3d(covariance.diagonal().asDiagonal())).cwiseAbs().maxCoeff() <=
       kRounding * covariance.diagonal().maxCoeff()) {
@@ -51,9 +50,9 @@ Ellipsoid ellipsoid(const Eigen::Matrix3d& covariance) {
     return e;
   }
   for (int i = 0; i < 3; ++i) {
-    const double variance = eigen.eigenvalues()[2 - i];
-    e.semi_axes[i] = variance > kSingular * eigen.eigenvalues()[2] ? std::sqrt(variance) : 0.0;
-    e.axes.col(i) = eigen.eigenvectors().col(2 - i);
+    const double variance = eigen.values[2 - i];
+    e.semi_axes[i] = variance > kSingular * eigen.values[2] ? std::sqrt(variance) : 0.0;
+    e.axes.col(i) = eigen.vectors.col(2 - i);
     if (e.axes(2, i) < 0) e.axes.col(i) *= -1;
   }
   return e;

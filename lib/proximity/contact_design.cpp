@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "base/units.h"
+#include "stats/linear_algebra.h"
 
 namespace surveymc::proximity {
 namespace {
@@ -50,11 +51,11 @@ double touching_beta(const Vector3d& r, const Matrix3d& c, double radii, Vector3
 }
 
 Eigen::VectorXd design_of(const Eigen::Matrix3Xd& j, const Vector3d& r, const Vector3d& q) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(Matrix3d(j * j.transpose()));
+  const auto eigen = stats::symmetric_eigen(Matrix3d(j * j.transpose()));
   Vector3d x = Vector3d::Zero();
   for (int i = 0; i < 3; ++i)
-    if (eigen.eigenvalues()[i] > kNoVariance * eigen.eigenvalues()[2])
-      x += eigen.eigenvectors().col(i) * (eigen.eigenvectors().col(i).dot(r - q) / eigen.eigenvalues()[i]);
+    if (eigen.values[i] > kNoVariance * eigen.values[2])
+      x += eigen.vectors.col(i) * (eigen.vectors.col(i).dot(r - q) / eigen.values[i]);
   return -(j.transpose() * x);
 }
 

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
 #include "base/units.h"
+#include "stats/linear_algebra.h"
 
 namespace surveymc::proximity {
 
@@ -25,12 +24,12 @@ struct Whitened {
 };
 
 Whitened whiten(const Vector3d& d, const Matrix3d& c) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(c);  // eigenvalues ascending
-  const double largest = eigen.eigenvalues()[2];
+  const auto eigen = stats::symmetric_eigen(c);
+  const double largest = eigen.values[2];
   Whitened w;
   for (int i = 2; i >= 0; --i) {
-    const double variance = eigen.eigenvalues()[i];
-    const Vector3d axis = eigen.eigenvectors().col(i);
+    const double variance = eigen.values[i];
+    const Vector3d axis = eigen.vectors.col(i);
     if (variance > 0 && variance > kSingular * largest)
       w.transform.row(w.rank++) = axis.transpose() / std::sqrt(variance);
     else if (std::abs(axis.dot(d)) > kLeavesRange * d.norm())
@@ -157,12 +156,12 @@ double ellipsoid_factor(const Vector3d& d, const Matrix3d& a, const Matrix3d& b)
   if (!w.is_in_range) return kInfinity;
   Matrix3d own = w.transform * a * w.transform.transpose();
   for (int i = w.rank; i < 3; ++i) own(i, i) = -1;  // coordinates that do not exist come first
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(own);
-  const Vector3d y = eigen.eigenvectors().transpose() * (w.transform * d);
+  const auto eigen = stats::symmetric_eigen(own);
+  const Vector3d y = eigen.vectors.transpose() * (w.transform * d);
   Vector3d y2 = Vector3d::Zero(), share = Vector3d::Zero();
   for (int i = 0; i < w.rank; ++i) {
     y2[i] = y[3 - w.rank + i] * y[3 - w.rank + i];
-    share[i] = std::clamp(eigen.eigenvalues()[3 - w.rank + i], 0.0, 1.0);
+    share[i] = std::clamp(eigen.values[3 - w.rank + i], 0.0, 1.0);
   }
   return std::sqrt(largest_factor_squared(y2, share, w.rank));
 }

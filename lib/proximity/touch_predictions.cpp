@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <boost/math/quadrature/gauss.hpp>
 
 #include "base/units.h"
 #include "rare/test_functions.h"
 #include "stats/intervals.h"
+#include "stats/linear_algebra.h"
 #include "stats/normal_tail.h"
 
 namespace surveymc::proximity {
@@ -40,22 +40,22 @@ double touch_disc(const Vector3d& r, const Matrix3d& c, double radii, const Vect
   Eigen::Matrix<double, 3, 2> plane;
   plane.col(0) = along.unitOrthogonal();
   plane.col(1) = along.cross(plane.col(0));
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(Eigen::Matrix2d(plane.transpose() * c * plane));
-  if (!(eigen.eigenvalues()[0] > kFlat * eigen.eigenvalues()[1])) return kNaN;
-  const Eigen::Vector2d mean = eigen.eigenvectors().transpose() * (plane.transpose() * r);
+  const auto eigen = stats::symmetric_eigen(Eigen::Matrix2d(plane.transpose() * c * plane));
+  if (!(eigen.values[0] > kFlat * eigen.values[1])) return kNaN;
+  const Eigen::Vector2d mean = eigen.vectors.transpose() * (plane.transpose() * r);
   rare::TestProblem disc;
   disc.name = "disc";
   disc.mean = {mean[1], mean[0]};  // along the larger axis first
-  disc.sd = {std::sqrt(eigen.eigenvalues()[1]), std::sqrt(eigen.eigenvalues()[0])};
+  disc.sd = {std::sqrt(eigen.values[1]), std::sqrt(eigen.values[0])};
   disc.radius = radii;
   return rare::exact_probability(disc);
 }
 
 double touch_point(const Vector3d& r, const Matrix3d& c, double radii) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(c);
-  const Vector3d w = eigen.eigenvalues();
+  const auto eigen = stats::symmetric_eigen(c);
+  const Vector3d w = eigen.values;
   if (!(w[0] > kFlat * w[2])) return kNaN;
-  const Vector3d mean = eigen.eigenvectors().transpose() * r, sd = w.cwiseSqrt();
+  const Vector3d mean = eigen.vectors.transpose() * r, sd = w.cwiseSqrt();
   // Discs along the largest axis, at radius sin t.
   rare::TestProblem disc;
   disc.name = "disc";

@@ -16,40 +16,42 @@ namespace {
 /// The computation of adjust() with all memory on the stack, because maps need it a million times. One station, or two
 /// of which the second stands for all others of a shared adjustment; observations in the order of StationReadings
 /// (adjustment.h). A condition has derivatives by the readings of its own station and by what the stations share.
+template <int kStations, bool kSystematic>
 class ErrorShift {
-  static constexpr int kMostStations = 2, kMostShared = 15, kMostCount = 6 * kMostStations + kMostShared,
-                       kMostConditions = 3 * kMostStations;
+  static constexpr int kReferencesAt = 6 * kStations, kBiasesAt = kReferencesAt + 3, kScalesAt = kBiasesAt + 6;
+  static constexpr int kShared = kSystematic ? 15 : 3, kCount = kReferencesAt + kShared, kConditions = 3 * kStations;
   static constexpr int kBz = static_cast<int>(index_of(Observation::bz));
-  using Values = std::array<double, kMostCount>;
-  using Misfits = std::array<double, kMostConditions>;
-  using Jacobian = std::array<Values, kMostConditions>;
-  using Square = std::array<Misfits, kMostConditions>;
+  using Values = std::array<double, kCount>;
+  using Misfits = std::array<double, kConditions>;
+  using Jacobian = std::array<Values, kConditions>;
+  using Square = std::array<Misfits, kConditions>;
 
  public:
   /// `full`: the shared quantities have the covariance `shared` (3 x 3, or 15 x 15 with systematic terms), not
   /// variances.
-  ErrorShift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation, int stations,
-             bool systematic, const Eigen::MatrixXd* full = nullptr)
-      : model_(model), stations_(stations), shared_(systematic ? 15 : 3) {
+  ErrorShift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation,
+             const Eigen::MatrixXd* full = nullptr)
+      : model_(model) {
     const Observations y = true_observations(at, model.field), v = observation_variances(model, y);
-    for (int k = 0; k < stations_; ++k)
+    for (int k = 0; k < kStations; ++k)
       for (int i = 0; i < 6; ++i) {
         truth_[at_(6 * k + i)] = y[at_(i)];
         variance_[at_(6 * k + i)] = v[at_(i)] / (k == 0 ? 1 : model.stations - 1);
       }
     for (int j = 0; j < 3; ++j) {
-      truth_[at_(references_at() + j)] = y[at_(6 + j)];
-      variance_[at_(references_at() + j)] = v[at_(6 + j)];
+      truth_[at_(kReferencesAt + j)] = y[at_(6 + j)];
+      variance_[at_(kReferencesAt + j)] = v[at_(6 + j)];
     }
-    if (systematic) {
+    if constexpr (kSystematic) {
       const Eigen::VectorXd terms = adjustment_variances(model, {{y[0], y[1], y[2], y[3], y[4], y[5]}}).tail<12>();
-      for (int i = 0; i < 12; ++i) variance_[at_(biases_at() + i)] = terms[i];
+      for (int i = 0; i < 12; ++i) variance_[at_(kBiasesAt + i)] = terms[i];
     }
     if (full) {
       covariance_ = *full;
-      for (int j = 0; j < shared_; ++j) variance_[at_(references_at() + j)] = covariance_(j, j);
+      for (int j = 0; j < kShared; ++j) variance_[at_(kReferencesAt + j)] = covariance_(j, j);
     }
-    in_error_ = static_cast<int>(observation) + (observation < kReadings ? 0 : references_at() - 6);
+    for (std::size_t k = 0; k < kCount; ++k) inverse_sd_[k] = variance_[k] > 0 ? 1 / std::sqrt(variance_[k]) : 0;
+    in_error_ = static_cast<int>(observation) + (observation < kReadings ? 0 : kReferencesAt - 6);
     without_bz_ = model.mode == AdjustmentMode::sse_axial;
   }
 
@@ -70,9 +72,8 @@ class ErrorShift {
     for (int i = 0; i < kMost; ++i) {
       const Step s = step_from(adjusted, y);
       double moved = 0;
-      for (int k = 0; k < count(); ++k)
-        if (variance_[at_(k)] > 0)
-          moved = std::max(moved, std::abs(s.next[at_(k)] - adjusted[at_(k)]) / std::sqrt(variance_[at_(k)]));
+      for (std::size_t k = 0; k < kCount; ++k)
+        moved = std::max(moved, std::abs(s.next[k] - adjusted[k]) * inverse_sd_[k]);
       adjusted = s.next;
       if (moved <= 1e-8) return {s.shift, adjusted};
     }
@@ -87,16 +88,16 @@ class ErrorShift {
     std::array<double, kReadings> r;
     for (int i = 0; i < 6; ++i) {
       r[at_(i)] = y[at_(6 * k + i)];
-      if (systematic()) r[at_(i)] -= y[at_(biases_at() + i)] + y[at_(scales_at() + i)] * y[at_(6 * k + i)];
+      if constexpr (kSystematic) r[at_(i)] -= y[at_(kBiasesAt + i)] + y[at_(kScalesAt + i)] * y[at_(6 * k + i)];
     }
     return r;
   }
 
   /// Estimated errors of the shared quantities: of references observed less adjusted, and the systematic terms.
   Eigen::VectorXd shared_errors(const Values& adjusted, double nabla) const {
-    Eigen::VectorXd z(shared_);
-    for (int j = 0; j < shared_; ++j) {
-      const int i = references_at() + j;
+    Eigen::VectorXd z(kShared);
+    for (int j = 0; j < kShared; ++j) {
+      const int i = kReferencesAt + j;
       const double observed = truth_[at_(i)] + (i == in_error_ ? nabla : 0);
       z[j] = j < 3 ? observed - adjusted[at_(i)] : adjusted[at_(i)];
     }
@@ -105,32 +106,26 @@ class ErrorShift {
 
  private:
   static constexpr std::size_t at_(int i) { return static_cast<std::size_t>(i); }
-  bool systematic() const { return shared_ > 3; }
-  int references_at() const { return 6 * stations_; }
-  int biases_at() const { return references_at() + 3; }
-  int scales_at() const { return references_at() + 9; }
-  int count() const { return references_at() + shared_; }
-  int conditions() const { return 3 * stations_; }
 
   /// Calls use(j) with the observations that condition `i` has derivatives by, in their order.
   template <class Use>
   void of_condition(int i, const Use& use) const {
     for (int j = 6 * (i / 3); j < 6 * (i / 3) + 6; ++j) use(at_(j));
-    for (int j = references_at(); j < count(); ++j) use(at_(j));
+    for (int j = kReferencesAt; j < kCount; ++j) use(at_(j));
   }
 
-  /// L^-1 (scale b), L lower triangular.
+  /// L^-1 (scale b), L lower triangular with 1 / its diagonal.
   Misfits decorrelated(const Square& l, const Misfits& scale, Misfits b) const {
-    for (std::size_t i = 0; i < at_(conditions()); ++i) {
+    for (std::size_t i = 0; i < at_(kConditions); ++i) {
       b[i] *= scale[i];
       for (std::size_t k = 0; k < i; ++k) b[i] -= l[i][k] * b[k];
-      b[i] /= l[i][i];
+      b[i] *= l[i][i];
     }
     return b;
   }
   double dot(const Misfits& a, const Misfits& b) const {
     double s = 0;
-    for (std::size_t i = 0; i < at_(conditions()); ++i) s += a[i] * b[i];
+    for (std::size_t i = 0; i < at_(kConditions); ++i) s += a[i] * b[i];
     return s;
   }
 
@@ -140,7 +135,7 @@ class ErrorShift {
     TestShift shift;
   };
   Step step_from(const Values& adjusted, const Values& y) const {
-    const std::size_t n = at_(conditions());
+    const std::size_t n = at_(kConditions);
     Misfits w;
     Jacobian jacobian;
     linearise(adjusted, w, jacobian);
@@ -151,7 +146,7 @@ class ErrorShift {
         w[i] += jacobian[i][j] * (y[j] - adjusted[j]);
         weighted[i][j] = variance_[j] * jacobian[i][j];
       });
-      const std::size_t shared = at_(references_at());
+      const std::size_t shared = at_(kReferencesAt);
       for (Eigen::Index j = 0; j < covariance_.rows(); ++j) {
         double s = 0;
         for (Eigen::Index k = 0; k < covariance_.cols(); ++k)
@@ -168,12 +163,12 @@ class ErrorShift {
       }
     Misfits scale;
     for (std::size_t i = 0; i < n; ++i) scale[i] = 1 / std::sqrt(covariance[i][i]);
-    Square l;  // Cholesky factor of the correlations
+    Square l;  // Cholesky factor of the correlations, with 1 / its diagonal
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t k = 0; k <= i; ++k) {
         double s = scale[i] * covariance[i][k] * scale[k];
         for (std::size_t j = 0; j < k; ++j) s -= l[i][j] * l[k][j];
-        l[i][k] = i == k ? std::sqrt(s) : s / l[k][k];
+        l[i][k] = i == k ? 1 / std::sqrt(s) : s * l[k][k];
       }
     const auto column = [&](int j, double size) {
       Misfits c;
@@ -197,7 +192,7 @@ class ErrorShift {
     Misfits back = t;  // scale L'^-1 t
     for (std::size_t i = n; i-- > 0;) {
       for (std::size_t k = i + 1; k < n; ++k) back[i] -= l[k][i] * back[k];
-      back[i] /= l[i][i];
+      back[i] *= l[i][i];
     }
     Step s;
     s.next = y;
@@ -212,42 +207,41 @@ class ErrorShift {
 
   Minimum minimum(const Values& y) const {
     StationReadings readings;
-    for (int k = 0; k < stations_; ++k) {
+    for (int k = 0; k < kStations; ++k) {
       readings.readings.emplace_back();
       for (int i = 0; i < 6; ++i) readings.readings.back()[at_(i)] = y[at_(6 * k + i)];
     }
-    for (int j = 0; j < 3; ++j) readings.references[at_(j)] = y[at_(references_at() + j)];
+    for (int j = 0; j < 3; ++j) readings.references[at_(j)] = y[at_(kReferencesAt + j)];
     AdjustmentModel m = model_;
     m.rotational_shot = false;
     std::optional<Eigen::MatrixXd> shared;
     if (covariance_.size() > 0) shared = covariance_;
-    return minimum_of_omega(m, readings, Eigen::Map<const Eigen::VectorXd>(variance_.data(), count()), {}, shared);
+    return minimum_of_omega(m, readings, Eigen::Map<const Eigen::VectorXd>(variance_.data(), kCount), {}, shared);
   }
 
   /// Conditions at the observations `y`, and their derivatives. Corrected reading = reading - bias - scale reading.
   void linearise(const Values& y, Misfits& values, Jacobian& jacobian) const {
-    for (int k = 0; k < stations_; ++k) {
+    for (int k = 0; k < kStations; ++k) {
       const Conditions c = station_conditions(corrected(y, k).data());
       for (int i = 0; i < 3; ++i) {
         Values& row = jacobian[at_(3 * k + i)];
         row.fill(0);
-        values[at_(3 * k + i)] = c.values[i] - y[at_(references_at() + i)];
-        row[at_(references_at() + i)] = -1;
+        values[at_(3 * k + i)] = c.values[i] - y[at_(kReferencesAt + i)];
+        row[at_(kReferencesAt + i)] = -1;
         for (int j = 0; j < 6; ++j) {
           const double by_reading = c.jacobian(i, j);
           row[at_(6 * k + j)] = by_reading;
-          if (!systematic()) continue;
-          row[at_(6 * k + j)] *= 1 - y[at_(scales_at() + j)];
-          row[at_(biases_at() + j)] = -by_reading;
-          row[at_(scales_at() + j)] = -y[at_(6 * k + j)] * by_reading;
+          if constexpr (!kSystematic) continue;
+          row[at_(6 * k + j)] *= 1 - y[at_(kScalesAt + j)];
+          row[at_(kBiasesAt + j)] = -by_reading;
+          row[at_(kScalesAt + j)] = -y[at_(6 * k + j)] * by_reading;
         }
       }
     }
   }
 
   AdjustmentModel model_;
-  int stations_, shared_;
-  Values truth_{}, variance_{};
+  Values truth_{}, variance_{}, inverse_sd_{};
   Eigen::MatrixXd covariance_;  // of the shared quantities, where it is full
   int in_error_;
   bool without_bz_;
@@ -258,11 +252,17 @@ void check_observed(const AdjustmentModel& model, std::size_t observation) {
     throw std::invalid_argument(observation_names()[observation] + " is not observed");
 }
 
-/// The smallest adjustment that is equal to that of all stations.
-ErrorShift error_shift_of(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation) {
+/// Calls use(shift) with the smallest adjustment that is equal to that of all stations.
+template <class Use>
+auto with_shift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation, const Use& use) {
   check_observed(model, observation);
-  const bool shared = model.mode == AdjustmentMode::mse_shared;
-  return {model, at, observation, shared && model.stations > 1 ? 2 : 1, shared && model.systematic_terms};
+  const bool shared = model.mode == AdjustmentMode::mse_shared, systematic = shared && model.systematic_terms;
+  const bool alone = !shared || model.stations == 1;
+  if (alone)
+    return systematic ? use(ErrorShift<1, true>(model, at, observation))
+                      : use(ErrorShift<1, false>(model, at, observation));
+  return systematic ? use(ErrorShift<2, true>(model, at, observation))
+                    : use(ErrorShift<2, false>(model, at, observation));
 }
 
 /// Smallest size whose shift reaches lambda0. size(nabla) -> shift.
@@ -303,7 +303,8 @@ double first_found(const Size& size, double sd, double lambda0, double tolerance
   return above;
 }
 
-DetectedError detected_in(const ErrorShift& shift, double lambda0, int sign, DetectedBy test) {
+template <class Shift>
+DetectedError detected_in(const Shift& shift, double lambda0, int sign, DetectedBy test) {
   DetectedError e;
   e.size = sign * first_found([&](double size) { return shift(sign * size).by(test); }, shift.sd(), lambda0, 1e-8);
   if (!std::isfinite(e.size)) return e;
@@ -318,26 +319,28 @@ DetectedError detected_in(const ErrorShift& shift, double lambda0, int sign, Det
 }  // namespace
 
 TestShift error_shift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation, double nabla) {
-  return error_shift_of(model, at, observation)(nabla);
+  return with_shift(model, at, observation, [&](const auto& shift) { return shift(nabla); });
 }
 
 double nonlinear_detectable_error(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation,
                                   double lambda0, int sign, DetectedBy test) {
-  const ErrorShift shift = error_shift_of(model, at, observation);
-  return sign * first_found([&](double size) { return shift(sign * size).by(test); }, shift.sd(), lambda0, 1e-10);
+  return with_shift(model, at, observation, [&](const auto& shift) {
+    return sign * first_found([&](double size) { return shift(sign * size).by(test); }, shift.sd(), lambda0, 1e-10);
+  });
 }
 
 DetectedError detected_error(const StationInWell& s, std::size_t observation, double lambda0, int sign,
                              DetectedBy test) {
   check_observed(s.model, observation);
-  const bool full = s.shared.size() > 0;
-  const ErrorShift shift(s.model, s.at, observation, 1, s.shared.rows() > 3, full ? &s.shared : nullptr);
-  return detected_in(shift, lambda0, sign, test);
+  const Eigen::MatrixXd* full = s.shared.size() > 0 ? &s.shared : nullptr;
+  if (s.shared.rows() > 3)
+    return detected_in(ErrorShift<1, true>(s.model, s.at, observation, full), lambda0, sign, test);
+  return detected_in(ErrorShift<1, false>(s.model, s.at, observation, full), lambda0, sign, test);
 }
 
 DetectedError detected_error(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation,
                              double lambda0, int sign, DetectedBy test) {
-  return detected_in(error_shift_of(model, at, observation), lambda0, sign, test);
+  return with_shift(model, at, observation, [&](const auto& shift) { return detected_in(shift, lambda0, sign, test); });
 }
 
 AngleEffects angle_effects(const survey::Attitude& at, const DetectedError& e) {

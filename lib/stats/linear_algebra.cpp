@@ -14,6 +14,14 @@ SymmetricEigen symmetric_eigen(const MatrixXd& a) {
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
+template <int N>
+SmallSymmetricEigen<N> symmetric_eigen(const Eigen::Matrix<double, N, N>& a) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, N, N>> solver(a);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+template SmallSymmetricEigen<2> symmetric_eigen(const Eigen::Matrix2d& a);
+template SmallSymmetricEigen<3> symmetric_eigen(const Eigen::Matrix3d& a);
+
 VectorXd symmetric_eigenvalues(const MatrixXd& a) {
   return Eigen::SelfAdjointEigenSolver<MatrixXd>(a, Eigen::EigenvaluesOnly).eigenvalues();
 }
@@ -25,6 +33,11 @@ SingularValues singular_values(const MatrixXd& a) {
 
 MatrixXd orthonormal_columns(const MatrixXd& a) {
   return Eigen::HouseholderQR<MatrixXd>(a).householderQ() * MatrixXd::Identity(a.rows(), a.cols());
+}
+
+MatrixXd orthogonal_complement(const MatrixXd& a) {
+  const MatrixXd q = Eigen::HouseholderQR<MatrixXd>(a).householderQ() * MatrixXd::Identity(a.rows(), a.rows());
+  return q.rightCols(a.rows() - a.cols());
 }
 
 VectorXd least_squares_solution(const MatrixXd& a, const VectorXd& b, double threshold) {

@@ -1,6 +1,6 @@
 #pragma once
-/// Decompositions of matrices whose size is known only when the program runs. Only this module's source file
-/// instantiates Eigen's solvers, because each takes ten to thirty seconds to compile.
+/// Decompositions of matrices whose size is known only when the program runs, and eigenvectors of small ones. Only this
+/// module's source file instantiates Eigen's solvers, because each takes ten to thirty seconds to compile.
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
@@ -12,6 +12,14 @@ struct SymmetricEigen {
 };
 /// Eigenvalues and eigenvectors of a symmetric matrix; its lower triangle is read.
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& a);
+template <int N>
+struct SmallSymmetricEigen {
+  Eigen::Matrix<double, N, 1> values;   ///< ascending
+  Eigen::Matrix<double, N, N> vectors;  ///< columns, orthonormal, in the order of the values
+};
+/// The same for 2 x 2 and 3 x 3 matrices, without memory from the heap.
+template <int N>
+SmallSymmetricEigen<N> symmetric_eigen(const Eigen::Matrix<double, N, N>& a);
 /// Eigenvalues alone, ascending.
 Eigen::VectorXd symmetric_eigenvalues(const Eigen::MatrixXd& a);
 
@@ -25,6 +33,9 @@ SingularValues singular_values(const Eigen::MatrixXd& a);
 
 /// Orthonormal basis (m x n) of the column space of an m x n matrix of full rank, m >= n, by Householder reflections.
 Eigen::MatrixXd orthonormal_columns(const Eigen::MatrixXd& a);
+
+/// Orthonormal basis (m x (m - n)) of what is orthogonal to the columns of an m x n matrix of full rank, m >= n.
+Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& a);
 
 /// The shortest x with least |A x - b|. A pivot below `threshold` of the largest counts as zero.
 Eigen::VectorXd least_squares_solution(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, double threshold);

@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <complex>
 
+#include <Eigen/LU>
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
@@ -9,6 +12,19 @@
 using namespace surveymc;
 using namespace surveymc::monitoring;
 using Catch::Matchers::WithinAbs;
+
+/// Of the eigenvalues of a matrix: the roots of its characteristic polynomial, all at once (Durand and Kerner).
+static double largest_real_part(const Eigen::Matrix3d& a) {
+  const double unit = a.norm(), trace = a.trace() / unit, det = a.determinant() / std::pow(unit, 3);
+  const double minors = (trace * trace - (a * a).trace() / (unit * unit)) / 2;
+  std::array<std::complex<double>, 3> r{1.0, {.4, .9}, {-.65, .72}};
+  for (int i = 0; i < 200; ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto p = ((r[k] - trace) * r[k] + minors) * r[k] - det;
+      r[k] -= p / ((r[k] - r[(k + 1) % 3]) * (r[k] - r[(k + 2) % 3]));
+    }
+  return unit * std::max({r[0].real(), r[1].real(), r[2].real()});
+}
 
 TEST_CASE("Steady states of the gas-lift well to the printed digits, and which of them are stable", "[monitoring]") {
   struct Case {
@@ -24,9 +40,7 @@ TEST_CASE("Steady states of the gas-lift well to the printed digits, and which o
     CHECK_THAT(p.pt_t / 1000, WithinAbs(c.pwh, 5e-4));
     CHECK_THAT(p.pt_g / 1000, WithinAbs(c.pat, 5e-4));
     CHECK_THAT(p.pt_m / 1000, WithinAbs(c.ptm, 5e-4));
-    double largest = -1;
-    for (const auto& e : gas_lift_eigenvalues(well, x, c.w)) largest = std::max(largest, e.real());
-    CHECK_THAT(largest, WithinAbs(c.eigenvalue, 5e-6));
+    CHECK_THAT(largest_real_part(gas_lift_jacobian(well, x, c.w)), WithinAbs(c.eigenvalue, 5e-6));
     // Mass flows are kg/s: what is left is rounding of 10 kg/s.
     for (const double d : gas_lift_derivative(well, x, c.w)) CHECK_THAT(d, WithinAbs(0, 1e-12));
   }
