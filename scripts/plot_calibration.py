@@ -5,6 +5,7 @@ Draws what the file has, of any experiment:
   calibration  deviation of every claimed distribution from uniform, with band, margin and the shape that it resembles
   histogram    u = F(error) in 20 bins, with the interval of one bin
   looks        interval of every row that may end the run, at all looks, with the margin
+  merit        figure of merit of these rows at all looks, over that of the first
   family       p-values of the rows that differ or might, against their rank, with the line of Holm's procedure
 """
 import os
@@ -18,11 +19,12 @@ from matplotlib.patches import Patch
 import plotting
 from plotting import PlotError
 from surveymc import storage
-from surveymc.result import Result, family_rows, holm
+from surveymc.result import Result, holm
 
 DATA, SHAPE, BAND, MARGIN = "#0072B2", "#D55E00", "#BBBBBB", "#3C8C50"
 LEVEL = 0.05
 MOST_PANELS = 24
+MARKERS = "os^Dv"
 
 
 def panels(count, columns, width, height, **options):
@@ -131,10 +133,33 @@ def looks_figure(title, looks):
     return figure
 
 
+def merit_figure(title, looks):
+    """Figure of merit against the trials: 1 / (standard error^2 x trials), over that of the first look."""
+    chosen = list(dict.fromkeys(zip(looks["table"], looks["formulation"], looks["quantity"])))[:MOST_PANELS]
+    figure, ax = plt.subplots(figsize=(6.4, 4.2))
+    ax.axhspan(0.9, 1.1, color=MARGIN, alpha=0.15, linewidth=0, label="within 10 %")
+    for i, (table, formulation, quantity) in enumerate(chosen):
+        one = looks.where(lambda k: (looks["table"][k], looks["formulation"][k], looks["quantity"][k]) == (table, formulation, quantity))
+        ax.plot(one["trials"], one["relative_merit"], marker=MARKERS[i % len(MARKERS)], markersize=4,
+                label=f"{readable(quantity)}{', ' + readable(formulation) if formulation else ''}")
+    ax.set_xscale("log")
+    low, high = ax.get_ylim()
+    ax.set_ylim(min(low, 0.85), max(high, 1.15))
+    n = np.unique(looks["trials"])
+    n = np.unique(n[np.linspace(0, len(n) - 1, min(len(n), 5)).astype(int)])
+    ax.set_xticks(n, [f"{int(t):,}" for t in n])
+    ax.xaxis.set_minor_locator(plt.NullLocator())
+    ax.set_xlabel("Trials")
+    ax.set_ylabel("Figure of merit over that of the first look")
+    ax.set_title(textwrap.fill(title, 60), fontsize=10)
+    ax.legend(loc="lower left", fontsize=8)
+    figure.tight_layout()
+    return figure
+
+
 def family_figure(title, result):
-    """Sorted p-values of all rows, the smallest in sight, with Holm's line; None without rows."""
-    rows = [r for r in (family_rows(result.table(t)) for t in result.tables) if len(r)]
-    p = np.sort(np.concatenate([np.asarray(r["p_differs"], float) for r in rows] or [[]]))
+    """Sorted p-values of all rows and covariance tests, the smallest in sight, with Holm's line; None without rows."""
+    p = np.sort(np.asarray(result.family, float))
     if len(p) == 0:
         return None
     rank = np.arange(1, len(p) + 1)
@@ -188,6 +213,8 @@ def main():
             figures[prefix + "histogram"] = histogram_figure(heading, here["calibration"], here["pit"])
         if here["looks"] and here["looks"].rows:
             figures[prefix + "looks"] = looks_figure(heading, here["looks"])
+            if "relative_merit" in here["looks"]:
+                figures[prefix + "merit"] = merit_figure(heading, here["looks"])
     together = family_figure(title, result)
     if together is not None:
         figures["family"] = together

@@ -18,6 +18,7 @@ import studies
 import surveymc
 from plotting import PlotError
 from report_page import figures, headlines, page, text
+from surveymc.result import holm_limit
 
 
 def is_kept_old(name, beside):
@@ -57,6 +58,13 @@ def read_all(paths):
     return results
 
 
+def _family(result):
+    try:
+        return result.family
+    except (surveymc.ResultError, OSError, ValueError):  # opened, but not whole; make() tells
+        return []
+
+
 def _order(known, result):
     study = studies.study_of(known, result.experiment)
     return study.order, study.experiment, result.path
@@ -72,6 +80,7 @@ def make(results, base, folder, jobs, note, progress):
                   os.path.join(folder, os.path.relpath(os.path.dirname(r.path) or ".", base).replace("..", "up")))
                  for i, r in enumerate(results)]
         drawn = figures.draw_all(tasks, jobs, progress)
+    limit = holm_limit([p for result in results for p in _family(result)])
     groups, taken, number, versions, findings = [], set(), 1, [], []
     for i, result in enumerate(results):
         study = studies.study_of(known, result.experiment)
@@ -80,7 +89,7 @@ def make(results, base, folder, jobs, note, progress):
         taken.add(identity)
         try:
             html, counts, chances, family, count = page.result_part(result, study, drawn.get(i, figures.Drawn()), identity,
-                                                   os.path.relpath(result.path), number)
+                                                                  os.path.relpath(result.path), number, limit)
         except (surveymc.ResultError, OSError, ValueError) as error:  # opened, but not whole
             print(f"report.py: left out: {result.path}: {error}", file=sys.stderr)
             continue

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include "proximity/touch_predictions.h"
+#include "stats/normal_tail.h"
+#include "study/claims.h"
 #include "study/table_rows.h"
 
 namespace surveymc::studies::collision {
@@ -176,10 +178,20 @@ store::Table closest_table(const std::vector<JudgedEvent>& events) {
 
 constexpr std::size_t kHalfSpace = 0, kHalfSpaceLeastSf = 1, kDisc = 3, kPoint = 4;
 
-store::Table claims_table(const std::vector<JudgedEvent>& events) {
+/// p-value of two probabilities being the same, against the first being larger; on the logarithm.
+double p_of_larger(const study::EventEstimate& a, const study::EventEstimate& b, double confidence) {
+  const double quantile = stats::normal_quantile((1 + confidence) / 2);
+  const double down = std::log(a.probability / a.interval.lo), up = std::log(b.interval.hi / b.probability);
+  const double z = quantile * std::log(a.probability / b.probability) / std::hypot(down, up);
+  return std::isfinite(z) ? std::min(1.0, 2 * stats::normal_upper_tail(std::max(z, 0.0))) : kNaN;
+}
+
+store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& events) {
+  const double confidence = s.verdict.confidence;
   TableRows t("claims", "statements on the probability that wells touch, held against it");
   const auto put = [&](const std::string& offset, const std::string& correlation, const std::string& claim,
-                       const std::string& source, const std::string& what, double value, const std::string& verdict) {
+                       const std::string& source, const std::string& what, double value, const std::string& verdict,
+                       const study::Evidence& evidence) {
     t.word("offset", "name of the offset well; all: over all pairs", offset);
     t.word("correlation", "what the wells share", correlation);
     t.word("claim", "the statement", claim);
@@ -187,6 +199,7 @@ store::Table claims_table(const std::vector<JudgedEvent>& events) {
     t.word("found", "what the number is", what);
     t.number("value", "1", "what was found", value);
     t.word("verdict", "agrees, differs or undecided", verdict);
+    study::write_evidence(t, evidence, 0);
   };
   // A ratio prediction / probability above (or below) 1, by the whole interval.
   const auto above = [](const JudgedEvent& e, double predicted, bool is_above) -> std::string {
@@ -194,35 +207,45 @@ store::Table claims_table(const std::vector<JudgedEvent>& events) {
     const bool larger = predicted > e.found.interval.hi, smaller = predicted < e.found.interval.lo;
     return larger == smaller ? "undecided" : larger == is_above ? "agrees" : "differs";
   };
+  // Of the same claim: that the probability lies below the prediction (or above).
+  const auto evidence = [&](const JudgedEvent& e, double predicted, bool is_above) -> study::Evidence {
+    if (!e.found.trusted) return {};
+    return study::claim_evidence(e.found.probability, e.found.interval, predicted, is_above, confidence, true);
+  };
   for (const JudgedEvent& e : events) {
     const Predictions& p = e.event->predictions();
     const std::string &offset = e.event->offset(), &correlation = e.event->correlation();
     const double found = e.found.probability;
     const auto add = [&](const std::string& claim, const std::string& source, const std::string& what, double value,
-                         const std::string& verdict) { put(offset, correlation, claim, source, what, value, verdict); };
+                         double predicted, bool is_above) {
+      put(offset, correlation, claim, source, what, value, above(e, predicted, is_above),
+          evidence(e, predicted, is_above));
+    };
     const std::string loeng = "Loeng 2012, abstract", rule = "SPE 187073: hypothesis test along the closest line";
     add("over whole wells the probability is much larger than at the two closest points", loeng,
-        "probability / that of the ball", found / p.probability[kPoint], above(e, p.probability[kPoint] * 2, false));
+        "probability / that of the ball", found / p.probability[kPoint], p.probability[kPoint] * 2, false);
     add("over whole wells the probability is much larger than at the two closest points", loeng,
-        "probability / that of the disc", found / p.probability[kDisc], above(e, p.probability[kDisc] * 2, false));
+        "probability / that of the disc", found / p.probability[kDisc], p.probability[kDisc] * 2, false);
     add("the test at the two closest points is on the safe side", rule, "half_space / probability",
-        p.probability[kHalfSpace] / found, above(e, p.probability[kHalfSpace], true));
+        p.probability[kHalfSpace] / found, p.probability[kHalfSpace], true);
     add("the test at the least separation factor is on the safe side", rule, "half_space_least_sf / probability",
-        p.probability[kHalfSpaceLeastSf] / found, above(e, p.probability[kHalfSpaceLeastSf], true));
+        p.probability[kHalfSpaceLeastSf] / found, p.probability[kHalfSpaceLeastSf], true);
     const double three = proximity::touch_chi_squared(p.mahalanobis);
-    add("the test of three dimensions is more conservative than that of one", "Loeng 2012", "chi-square / half_space",
-        three / p.probability[kHalfSpace], three > p.probability[kHalfSpace] ? "agrees" : "differs");
+    put(offset, correlation, "the test of three dimensions is more conservative than that of one", "Loeng 2012",
+        "chi-square / half_space", three / p.probability[kHalfSpace],
+        three > p.probability[kHalfSpace] ? "agrees" : "differs", {});  // no trials: no chance
     add("the test of three dimensions is on the safe side", "Loeng 2012", "chi-square / probability", three / found,
-        above(e, three, true));
+        three, true);
   }
   // Pairs of events whose factors and probabilities stand in opposite orders, beyond their intervals.
   int wrong = 0, compared = 0;
-  double most = kNaN;
+  double most = kNaN, smallest = kNaN;
   for (const JudgedEvent& a : events)
     for (const JudgedEvent& b : events) {
       const double sa = a.event->predictions().separation_factor, sb = b.event->predictions().separation_factor;
       if (&a == &b || !(sa < sb) || !a.found.trusted || !b.found.trusted) continue;
       ++compared;
+      smallest = std::fmin(smallest, p_of_larger(a.found, b.found, confidence));
       if (a.found.interval.hi >= b.found.interval.lo) continue;
       ++wrong;
       most = std::fmax(most, b.found.probability / a.found.probability);
@@ -230,7 +253,8 @@ store::Table claims_table(const std::vector<JudgedEvent>& events) {
   if (compared > 0)
     put("all", "", "separation factors order the risk", "common use",
         fmt::format("{} of {} pairs stand in the opposite order; by so much at most", wrong, compared),
-        wrong > 0 ? most : 1, wrong > 0 ? "differs" : "agrees");
+        wrong > 0 ? most : 1, wrong > 0 ? "differs" : "agrees",
+        {std::min(1.0, compared * smallest), kNaN});  // Bonferroni
   for (const JudgedEvent& a : events)
     for (const JudgedEvent& b : events)
       if (a.event->offset() == b.event->offset() && a.event->correlation() == "independent" &&
@@ -241,7 +265,8 @@ store::Table claims_table(const std::vector<JudgedEvent>& events) {
             b.found.probability / a.found.probability,
             !a.found.trusted || !b.found.trusted ? "undecided"
             : lower || higher                    ? "agrees"
-                                                 : "undecided");
+                                                 : "undecided",
+            {});  // it is never said to differ
       }
   return t.take();
 }
@@ -250,7 +275,7 @@ store::Table claims_table(const std::vector<JudgedEvent>& events) {
 
 std::vector<store::Table> tables_of(const Scenario& s, const std::vector<JudgedEvent>& events) {
   return {probability_table(s, events), sampling_table(s, events), design_table(events), importance_table(events),
-          contact_table(s, events),     claims_table(events),      closest_table(events)};
+          contact_table(s, events),     claims_table(s, events),   closest_table(events)};
 }
 
 store::Table hits_table(const stats::Tally& tally) {

@@ -122,8 +122,9 @@ std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& 
     if (s.methods[m].test != AlarmMethod::Test::sprt) continue;
     const bool as = is_as(s.architectures[s.methods[m].architecture]);
     const study::ComparisonRow row = blamed(s, o, m, as ? "blames_a_healthy_sensor" : "blames_no_healthy_sensor");
-    rows.push_back(as ? study::judge_claim(row, 0.5, false, "in more than half of the realisations")
-                      : study::judge_claim(row, 0.05, true, "in less than 5 % of the realisations"));
+    rows.push_back(
+        as ? study::judge_claim(row, 0.5, false, s.verdict.confidence, "in more than half of the realisations")
+           : study::judge_claim(row, 0.05, true, s.verdict.confidence, "in less than 5 % of the realisations"));
   }
   if (s.architectures.size() < 2) return rows;
   const Metrics as(s, o, 0), aks(s, o, 1);
@@ -131,7 +132,7 @@ std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& 
                        bool below) {
     rows.push_back(
         study::judge_claim(study::mean_row(kBoth, quantity, "1", ratios(of_aks, of_as), s.verdict.confidence), 1, below,
-                           below ? "ratio below 1" : "ratio above 1"));
+                           s.verdict.confidence, below ? "ratio below 1" : "ratio above 1"));
   };
   add("auto_sensitivity_is_lower", aks.auto_sensitivity(), as.auto_sensitivity(), true);
   add("cross_sensitivity_is_lower", aks.cross_sensitivity(), as.cross_sensitivity(), true);

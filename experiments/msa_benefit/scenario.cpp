@@ -69,15 +69,23 @@ void read_verified(config::ConfigReader& c, Scenario& s) {
     v.place = entry.place("inclination_deg");
     s.verify.push_back(std::move(v));
   }
-  const bool given = c.has("trials");
+  const std::array<bool, 2> given{c.has("trials"), c.has("stop")};
   if (s.verify.empty()) {
-    if (given) c.fail("trials", "without [[verify]] there is nothing to simulate: leave it out");
+    for (std::size_t i = 0; i < given.size(); ++i)
+      if (given[i]) c.fail(i == 0 ? "trials" : "stop", "without [[verify]] there is nothing to simulate: leave it out");
     return;
   }
-  s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 1'000'000'000'000));
+  std::vector<study::RowName> judged;
+  for (const VerifiedDirection& v : s.verify)
+    for (const study::RowName& row : row_names()) judged.push_back({row.table, name_of(v), row.quantity});
+  s.plan = study::read_trial_plan(c, {}, judged, s.verdict);
 }
 
 }  // namespace
+
+std::string name_of(const VerifiedDirection& v) {
+  return fmt::format("inclination {:g} azimuth {:g}", v.inclination_deg, v.azimuth_deg);
+}
 
 survey::Survey benefit_well(const Scenario& s, double inclination_deg, double azimuth_deg) {
   constexpr double kOffVertical = 1e-6;
@@ -123,8 +131,7 @@ std::vector<study::RowName> calibrated_rows(const Scenario& s) {
   for (const VerifiedDirection& v : s.verify)
     for (const char* quantity : kBenefits)
       for (const char* when : {"before", "after"})
-        rows.push_back({"", fmt::format("inclination {:g} azimuth {:g}", v.inclination_deg, v.azimuth_deg),
-                        fmt::format("{}_{}", quantity, when)});
+        rows.push_back({"", name_of(v), fmt::format("{}_{}", quantity, when)});
   return rows;
 }
 

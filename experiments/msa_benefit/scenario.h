@@ -1,6 +1,7 @@
 #pragma once
 /// The checked settings of a config of `msa_benefit`.
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "analysis/msa_benefit_prediction.h"
@@ -22,9 +23,12 @@ struct VerifiedDirection {
   config::ConfigPlace place = {};  ///< of the inclination
 };
 
+/// "inclination 60 azimuth 45"
+std::string name_of(const VerifiedDirection& direction);
+
 struct Scenario {
   random::StudySeed seed;
-  std::uint64_t trials = 0;
+  study::TrialPlan plan;                             ///< no trials without [[verify]]
   std::vector<double> inclination_deg, azimuth_deg;  ///< the map, of the last station
   analysis::WellDesign well;
   survey::ReferenceField field;

@@ -78,6 +78,10 @@ std::vector<VerifiedWell> verified_wells(const Scenario& s) {
 
 BenefitPoint::BenefitPoint(Scenario scenario, std::vector<VerifiedWell> verified)
     : s_(std::move(scenario)),
+      stop_(s_.plan, s_.verdict,
+            [this](const stats::Tally& t) {
+              return study::RowsOfTables{{"verification", verification_rows(t)}};
+            }),
       estimator_(estimate::make_estimator(s_.estimator, s_.field)),
       uncorrected_(no_correction()),
       verified_(std::move(verified)) {
@@ -150,33 +154,44 @@ stats::Tally BenefitPoint::run_block(montecarlo::TrialBlock block) const {
     }
   }
   tally.moments = stats::Moments::of(values.topRows(kept));
+  stop_.keep(block, tally);
   tally.counts.assign(calibrated_.size() * stats::kPitSlots, 0);
   for (std::size_t c = 0; c < calibrated_.size(); ++c)
-    for (Eigen::Index t = 0; t < kept; ++t)
-      ++tally.counts[c * stats::kPitSlots + calibrated_[c].cells.of(values(t, calibrated_columns_[c]))];
+    calibrated_[c].cells.count(values.col(calibrated_columns_[c]).data(), static_cast<std::size_t>(kept), 0,
+                               tally.counts.data() + c * stats::kPitSlots);
   return tally;
 }
 
-store::Table BenefitPoint::verification_table(const stats::Tally& tally) const {
+std::vector<study::ComparisonRow> BenefitPoint::verification_rows(const stats::Tally& tally) const {
   std::vector<study::ComparisonRow> rows;
-  std::vector<double> inclination, azimuth;
   for (std::size_t d = 0; d < verified_.size(); ++d) {
-    const analysis::Benefit& b = verified_[d].benefit;
-    const std::array<double, kPerDirection> predicted = predicted_sd(b);
-    for (std::size_t q = 0; q < kPerDirection; ++q) {
-      rows.push_back(study::compare_sd(
-          fmt::format("sd_{}_{}", kBenefits[q / 2], q % 2 == 0 ? "before" : "after"), kBenefitUnits[q / 2], 1,
-          tally.moments, static_cast<Eigen::Index>(kPerDirection * d + q), predicted[q], s_.verdict, tally.trials));
-      inclination.push_back(verified_[d].direction.inclination_deg);
-      azimuth.push_back(verified_[d].direction.azimuth_deg);
-    }
+    const std::array<double, kPerDirection> predicted = predicted_sd(verified_[d].benefit);
+    for (std::size_t q = 0; q < kPerDirection; ++q)
+      rows.push_back(study::labelled(
+          name_of(verified_[d].direction),
+          study::compare_sd(fmt::format("sd_{}_{}", kBenefits[q / 2], q % 2 == 0 ? "before" : "after"),
+                            kBenefitUnits[q / 2], 1, tally.moments, static_cast<Eigen::Index>(kPerDirection * d + q),
+                            predicted[q], s_.verdict, tally.trials)));
+  }
+  return rows;
+}
+
+store::Table BenefitPoint::verification_table(const stats::Tally& tally) const {
+  std::vector<study::ComparisonRow> rows = verification_rows(tally);
+  std::vector<double> inclination, azimuth;
+  stop_.add_notes("verification", rows, tally);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const VerifiedDirection& direction = verified_[i / kPerDirection].direction;
+    rows[i].formulation.clear();  // the direction has columns of its own
+    inclination.push_back(direction.inclination_deg);
+    azimuth.push_back(direction.azimuth_deg);
   }
   s_.annotations.apply("verification", rows);
   store::Table t = study::comparison_table(
       "verification",
       "azimuth of the last station and last lateral position, before and after MSA, against the "
       "first-order prediction of the maps" +
-          study::at_confidence(s_.verdict.confidence),
+          study::at_confidence(s_.verdict),
       rows, tally.trials, tally.failed);
   t.columns.insert(t.columns.begin(), {{"inclination_deg", "deg", "inclination of the last station", inclination},
                                        {"azimuth_deg", "deg", "azimuth of the last station", azimuth}});
@@ -195,6 +210,7 @@ study::PointResult BenefitPoint::report(const stats::Tally& tally, const monteca
   if (benefits.size() > 1) r.maps = benefit_maps(s_, benefits);  // one direction is a row of the summary
   r.tables.push_back(benefit_summary(s_, benefits));
   if (!verified_.empty()) r.tables.push_back(verification_table(tally));
+  if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   if (s_.calibration.on)
     for (store::Table& t :
          study::calibration_tables(s_.calibration, calibrated_, tally.counts, 0, false, s_.annotations))
@@ -224,7 +240,8 @@ namespace {
 class MsaBenefitPlan final : public study::PointPlan {
  public:
   explicit MsaBenefitPlan(Scenario scenario) : s_(std::move(scenario)) {}
-  std::uint64_t trials() const override { return s_.trials; }
+  std::uint64_t trials() const override { return s_.plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<BenefitPoint>(s_, verified_wells(s_));
   }

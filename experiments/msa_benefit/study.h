@@ -5,6 +5,7 @@
 
 #include "msa_benefit/scenario.h"
 #include "study/experiment.h"
+#include "study/verdict_stop.h"
 #include "survey/readings.h"
 
 namespace surveymc::studies::msa_benefit {
@@ -24,6 +25,7 @@ class BenefitPoint final : public study::StudyPoint {
  public:
   BenefitPoint(Scenario scenario, std::vector<VerifiedWell> verified);
 
+  std::uint64_t trials_needed(const stats::Tally& tally) const override { return stop_.trials_needed(tally); }
   stats::Tally run_block(montecarlo::TrialBlock block) const override;
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions& options) const override;
   std::string replay(std::uint64_t trial) const override;
@@ -31,10 +33,13 @@ class BenefitPoint final : public study::StudyPoint {
  private:
   struct Errors;  // of a batch
   Errors simulate(const VerifiedWell& v, std::uint64_t first, int count) const;
+  /// Of table `verification`, direction by direction, which is their formulation.
+  std::vector<study::ComparisonRow> verification_rows(const stats::Tally& tally) const;
   store::Table verification_table(const stats::Tally& tally) const;
   void make_calibrated();
 
   Scenario s_;
+  study::VerdictStop stop_;
   std::unique_ptr<estimate::Estimator> estimator_;
   survey::LaneArray uncorrected_;  ///< parameters that leave readings as they are
   std::vector<VerifiedWell> verified_;

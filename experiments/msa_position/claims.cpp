@@ -1,11 +1,8 @@
-/// Calibration of the claimed distributions of the study `msa_position`, and its stopping rule by verdict.
+/// Calibration of the claimed distributions of the study `msa_position`.
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "base/units.h"
 #include "msa_position/study.h"
-#include "study/table_rows.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::studies::msa_position {
@@ -58,94 +55,57 @@ void PositionPoint::make_calibrated() {
         const double variance = axis.dot(joint.topLeftCorner<2, 2>() * axis);
         sd = variance > 1e-14 * joint.trace() ? std::sqrt(variance) : 0;  // rounding is no claim
       }
+    for (int i = 0; i < 3; ++i)
+      if (q == kAzimuths[static_cast<std::size_t>(i)]) at = {kAzimuth - i};
     if (q == "nees") at = {claims_what_is_predicted() ? at_.nees_parameters : kNees};
-    calibrated_.push_back(q == "nees" ? study::chi_squared_quantity(f, q, 6) : study::normal_quantity(f, q, sd));
+    has_azimuths_ = has_azimuths_ || at.column <= kAzimuth;
+    calibrated_.push_back(
+        q == "nees" ? study::chi_squared_quantity(f, q, 6)
+        : at.column <= kAzimuth
+            ? study::angle_quantity(f, q,
+                                    prediction_.claimed_azimuth_sd[static_cast<std::size_t>(kAzimuth - at.column)])
+            : study::normal_quantity(f, q, sd));
     calibrated_columns_.push_back(at);
+  }
+  azimuth_places_ = analysis::first_middle_last(s_.survey.stations.size());
+  for (std::size_t i = 0; i < azimuth_places_.size(); ++i) {
+    const double magnetic = s_.survey.stations[azimuth_places_[i]].azimuth - s_.field.declination;
+    sin_azimuth_[i] = std::sin(magnetic);
+    cos_azimuth_[i] = std::cos(magnetic);
   }
 }
 
-void PositionPoint::count_calibration(const Eigen::Ref<const Eigen::MatrixXd>& values,
+void PositionPoint::count_calibration(const Eigen::Ref<const Eigen::MatrixXd>& values, const Eigen::MatrixXd& angles,
                                       std::vector<std::uint64_t>& counts) const {
+  Eigen::VectorXd scaled(values.rows());
   for (std::size_t c = 0; c < calibrated_.size(); ++c) {
-    const stats::PitCells& cells = calibrated_[c].cells;
     const CalibratedColumn& at = calibrated_columns_[c];
-    std::uint64_t* slots = counts.data() + kCounts + c * stats::kPitSlots;
-    for (Eigen::Index t = 0; t < values.rows(); ++t) {
-      double x = 0;
-      if (at.column == kNees) {
+    const double* x = scaled.data();
+    double offset = 0;
+    if (at.column <= kAzimuth) {
+      x = angles.col(kAzimuth - at.column).data();
+    } else if (at.column == kNees) {
+      for (Eigen::Index t = 0; t < values.rows(); ++t) {
         Eigen::Matrix<double, 6, 1> error;
         for (int i = 0; i < 6; ++i) {
           const auto a = static_cast<std::size_t>(i);
           error[i] = values(t, at_.parameter + i) + prediction_.parameters[i] -
                      (i < 3 ? s_.errors.gain[a] : s_.errors.bias[a - 3]);
         }
-        x = error.dot(claimed_weight_ * error);
-      } else {
-        x = values(t, at.column) + at.offset;
-        if (at.variance >= 0) x /= std::sqrt(values(t, at.variance));
+        scaled[t] = error.dot(claimed_weight_ * error);
       }
-      ++slots[cells.of(x)];
+    } else if (at.variance >= 0) {
+      for (Eigen::Index t = 0; t < values.rows(); ++t) {
+        const double variance = values(t, at.variance);
+        scaled[t] = variance > 0 ? (values(t, at.column) + at.offset) / std::sqrt(variance) : kNaN;
+      }
+    } else {
+      x = values.col(at.column).data();
+      offset = at.offset;
     }
+    calibrated_[c].cells.count(x, static_cast<std::size_t>(values.rows()), offset,
+                               counts.data() + kCounts + c * stats::kPitSlots);
   }
-}
-
-stats::Tally PositionPoint::tally_at_look(const stats::Tally& tally, std::size_t look) const {
-  stats::Tally at;
-  at.trials = std::min(s_.plan.looks.at(std::min(look, s_.plan.looks.size() - 1)), tally.trials);
-  for (std::size_t part = 0; part <= look && 2 * part + 1 < tally.groups.size(); ++part) {
-    at.moments.merge(tally.groups[2 * part]);
-    at.pairs.merge(tally.groups[2 * part + 1]);
-  }
-  return at;
-}
-
-std::vector<PositionPoint::DecisiveRow> PositionPoint::decisive_rows(const stats::Tally& tally) const {
-  std::vector<DecisiveRow> found;
-  for (const auto& [table, rows] : all_rows(tally))
-    for (const study::ComparisonRow& row : rows)
-      for (const study::RowName& name : s_.plan.decisive)
-        if (name.table == table && name.quantity == row.quantity && name.formulation == row.formulation)
-          found.push_back({table, row});
-  return found;
-}
-
-void PositionPoint::note_look(const std::string& table, std::vector<study::ComparisonRow>& rows,
-                              const stats::Tally& tally) const {
-  std::size_t look = 1;
-  while (look < s_.plan.looks.size() && s_.plan.looks[look - 1] < tally.trials) ++look;
-  for (const study::RowName& name : s_.plan.decisive)
-    for (study::ComparisonRow& row : rows)
-      if (name.table == table && name.quantity == row.quantity && name.formulation == row.formulation)
-        row.note += fmt::format("{}the run ended at look {} of at most {}", row.note.empty() ? "" : "; ", look,
-                                s_.plan.looks.size());
-}
-
-store::Table PositionPoint::looks_table(const stats::Tally& tally) const {
-  struct LookRow {
-    std::size_t look = 0;
-    std::uint64_t trials = 0;
-    DecisiveRow decisive;
-  };
-  std::vector<LookRow> rows;
-  for (std::size_t look = 0; look < s_.plan.looks.size() && s_.plan.looks[look] <= tally.trials; ++look) {
-    const stats::Tally at = tally_at_look(tally, look);
-    if (units(at) < 2) continue;
-    for (DecisiveRow& d : decisive_rows(at)) rows.push_back({look + 1, at.trials, std::move(d)});
-  }
-  study::TableRows t("looks", "the rows that may end the run, at every look" + intervals_);
-  study::write_rows(t, rows, [&](const LookRow& x) {
-    const study::ComparisonRow& row = x.decisive.row;
-    t.count("look", "number of the look, from 1", x.look);
-    t.count("trials", "trials at the look", x.trials);
-    t.word("table", "where the row stands", x.decisive.table);
-    t.word("formulation", "which analytic prediction", row.formulation);
-    t.word("quantity", "what is compared", row.quantity);
-    t.estimate("ratio", "1", "analytic / Monte Carlo; of a mean, one plus its shift in sd", row.judged,
-               row.judged_interval);
-    t.number("margin", "1", "what agrees: within 1 -+ margin", row.margin);
-    t.word("decision", "verdict at this look", row.verdict);
-  });
-  return t.take();
 }
 
 }  // namespace surveymc::studies::msa_position

@@ -66,6 +66,7 @@ std::vector<study::RowName> calibrated_rows(const Scenario& s) {
   if (estimate::estimator_kind(s.estimator.name).estimates_reference)
     for (const char* p : kReference) rows.push_back({"", "claimed", p});
   rows.push_back({"", "claimed", "nees"});
+  for (const char* p : kAzimuths) rows.push_back({"", "claimed", p});
   if (!s.with_position) return rows;
   for (const char* p : {kDirections[0], kDirections[1], kDirections[2], "major_axis", "minor_axis"})
     rows.push_back({"", "joint", p});

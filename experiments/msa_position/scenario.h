@@ -22,6 +22,8 @@ constexpr std::array<const char*, 6> kHanakParameters{"scale_x",  "scale_y",  "s
 constexpr std::array<const char*, 2> kReference{"reference_total", "reference_dip"};
 constexpr std::array<const char*, 2> kReferenceUnits{"nT", "deg"};
 
+constexpr std::array<const char*, 3> kAzimuths{"azimuth_first", "azimuth_middle", "azimuth_last"};
+
 struct Scenario {
   random::StudySeed seed;
   std::uint64_t save_samples = 0;

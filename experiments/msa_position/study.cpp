@@ -74,11 +74,6 @@ std::string long_name_of(const std::string& table) {
   return "the same along high side, lateral and hole at the last station";
 }
 
-/// Number of the look at which a run had so many trials; failed trials count.
-std::size_t look_of(const std::vector<std::uint64_t>& looks, std::uint64_t trials) {
-  return static_cast<std::size_t>(std::lower_bound(looks.begin(), looks.end(), trials) - looks.begin());
-}
-
 }  // namespace
 
 Components::Components(const Scenario& s, const estimate::Estimator& estimator) {
@@ -115,6 +110,7 @@ Model model_of(const Scenario& s) {
 
 PositionPoint::PositionPoint(Scenario scenario, Model model)
     : s_(std::move(scenario)),
+      stop_(s_.plan, s_.verdict, [this](const stats::Tally& t) { return all_rows(t); }),
       clean_(std::move(model.clean)),
       md_(s_.survey.md()),
       prediction_(std::move(model.prediction)),
@@ -132,13 +128,7 @@ PositionPoint::PositionPoint(Scenario scenario, Model model)
 
 std::uint64_t PositionPoint::trials_needed(const stats::Tally& tally) const {
   if (units(tally) < 2) return s_.plan.trials;  // nothing to predict from
-  if (!s_.plan.decisive.empty()) {
-    const std::size_t look = look_of(s_.plan.looks, tally.trials);
-    std::uint64_t most = tally.trials;
-    for (const DecisiveRow& d : decisive_rows(tally_at_look(tally, look)))
-      if (d.row.verdict == "undecided") most = std::max({most, d.row.trials_to_decide, tally.trials + 1});
-    return most;
-  }
+  if (stop_.is_on()) return stop_.trials_needed(tally);
   double needed = 0;
   for (const std::string& quantity : s_.plan.quantities) {
     const stats::ControlledEstimate e = sd_estimate(tally, component_of(quantity));
@@ -158,7 +148,8 @@ struct PositionPoint::Batch {
         position(survey::groups_for(trials), 3),
         sums(survey::groups_for(trials), sensor::NoiseWeights::kSums),
         deviation(survey::groups_for(trials), 6),
-        nees(survey::groups_for(trials), 1) {
+        nees(survey::groups_for(trials), 1),
+        azimuth(survey::groups_for(trials), static_cast<int>(kAzimuths.size())) {
     if (s.assumed_noise != sensor::AssumedNoise::constant) readings.add_assumed_sd();
   }
   survey::ReadingBlock readings;
@@ -166,6 +157,7 @@ struct PositionPoint::Batch {
   survey::LaneArray position, sums;
   survey::LaneArray deviation;  ///< of the run's tool from the nominal one
   survey::LaneArray nees;       ///< squared Mahalanobis distance of the parameters from their prediction
+  survey::LaneArray azimuth;    ///< tangents of the errors of the calibrated azimuths
 };
 
 /// The tallied vector of trial `t` of a batch, and the ellipses it lies in.
@@ -216,6 +208,7 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
   // One quantity a column; a few spare rows, or all columns would fall into the same sets of the cache.
   Eigen::MatrixXd values(block.count + 8, at_.count);
   Eigen::MatrixXd controls(s_.control_variate ? block.count + 8 : 0, sensor::NoiseWeights::kSums);
+  Eigen::MatrixXd angles(has_azimuths_ ? block.count + 8 : 0, static_cast<Eigen::Index>(kAzimuths.size()));
   // Controls of trials that are not in the statistics: of the failed, and of the others of their antithetic pairs.
   std::vector<Eigen::VectorXd> lost;
   const auto lose = [&](int t) {
@@ -249,6 +242,7 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
         if (s_.control_variate)
           for (int q = 0; q < sensor::NoiseWeights::kSums; ++q)
             controls(kept, q) = b.sums.value(t, q) - prediction_.linear.mean[q];
+        for (int a = 0; a < angles.cols() && has_azimuths_; ++a) angles(kept, a) = b.azimuth.value(t, a);
         ++kept;
       }
       if (trial < s_.save_samples) {
@@ -260,13 +254,8 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
   }
   tally.moments = stats::Moments::of(values.topRows(kept));
   if (antithetic()) tally.pairs = stats::Moments::of(stats::pair_columns(values.topRows(kept)));
-  count_calibration(values.topRows(kept), tally.counts);
-  if (!s_.plan.decisive.empty()) {  // the trials between two looks: what all looks saw can be told at the end
-    const std::size_t part = 2 * look_of(s_.plan.looks, block.first + static_cast<std::uint64_t>(block.count));
-    tally.groups.resize(part + 2);
-    tally.groups[part] = tally.moments;
-    tally.groups[part + 1] = tally.pairs;
-  }
+  count_calibration(values.topRows(kept), angles, tally.counts);
+  stop_.keep(block, tally);
   for (std::size_t p = 0; p < kControlledPairs.size() && s_.control_variate; ++p) {
     const auto [i, j] = kControlledPairs[p];
     const Eigen::MatrixXd columns = stats::control_columns(values.col(i).head(kept), values.col(j).head(kept),
@@ -285,9 +274,8 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
   return tally;
 }
 
-std::vector<std::pair<std::string, std::vector<study::ComparisonRow>>> PositionPoint::all_rows(
-    const stats::Tally& tally) const {
-  std::vector<std::pair<std::string, std::vector<study::ComparisonRow>>> rows{{"parameters", parameter_rows(tally)}};
+study::RowsOfTables PositionPoint::all_rows(const stats::Tally& tally) const {
+  study::RowsOfTables rows{{"parameters", parameter_rows(tally)}};
   if (at_.hanak >= 0) rows.emplace_back("hanak_parameters", hanak_rows(tally));
   if (s_.with_position) {
     rows.emplace_back("position", position_rows(tally));
@@ -300,7 +288,7 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
   study::PointResult r;
   std::vector<study::ComparisonRow> published;
   for (auto& [table, rows] : all_rows(tally)) {
-    note_look(table, rows, tally);
+    stop_.add_notes(table, rows, tally);
     r.tables.push_back(comparison(table, long_name_of(table), rows, tally));
     if (table != "position_hla") published.insert(published.end(), rows.begin(), rows.end());
   }
@@ -308,6 +296,7 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
     r.tables.push_back(ellipse_table(tally));
     r.tables.push_back(covariance_table(tally));
   }
+  r.tables.push_back(covariance_tests_table(tally));
   r.tables.push_back(correlation_table(tally));
   if (s_.control_variate) r.tables.push_back(control_variate_table(tally));
   if (s_.annotations.has_published()) r.tables.push_back(study::published_fit_table(published));
@@ -315,7 +304,7 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
     for (store::Table& t :
          study::calibration_tables(s_.calibration, calibrated_, tally.counts, kCounts, antithetic(), s_.annotations))
       r.tables.push_back(std::move(t));
-  if (!s_.plan.decisive.empty()) r.tables.push_back(looks_table(tally));
+  if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   r.tables.push_back(study::failed_trials_table("trials without a converged estimate", tally.failed_trials));
   if (antithetic()) r.tables.push_back(pairs_table(tally));
   if (s_.save_samples > 0) r.samples = {samples_table(tally)};
@@ -358,7 +347,10 @@ void PositionPoint::simulate(std::uint64_t first, Batch& b) const {
   if (b.readings.has_assumed_sd)
     sensor::draw_assumed_sd(s_.assumed_noise, s_.estimator.assumed.magnetometer, stream_, first, b.readings);
   estimator_->solve(b.readings, b.estimates);
-  for (int group = 0; group < b.readings.groups(); ++group) parameter_nees(b, group, b.nees.row(group, 0));
+  for (int group = 0; group < b.readings.groups(); ++group) {
+    parameter_nees(b, group, b.nees.row(group, 0));
+    if (has_azimuths_) azimuth_errors(b, group);
+  }
   if (s_.with_position)
     survey::corrected_final_positions(b.readings, b.estimates.parameters, md_, s_.field.declination, b.position);
 }
@@ -378,6 +370,27 @@ void PositionPoint::parameter_nees(const Batch& b, int group, double* nees) cons
     for (int t = 0; t < simd::kGroup; ++t) sum[t] += row[t] * error[i][t];
   }
   std::copy(sum, sum + simd::kGroup, nees);
+}
+
+/// The hole's azimuth is atan2(e_z, n_z) with east e = u x b and north n = b - (u.b) u, both of length Bh.
+void PositionPoint::azimuth_errors(Batch& b, int group) const {
+  for (std::size_t place = 0; place < azimuth_places_.size(); ++place) {
+    const int row = 3 * static_cast<int>(azimuth_places_[place]);
+    const double s = sin_azimuth_[place], c = cos_azimuth_[place];
+    double* out = b.azimuth.row(group, static_cast<int>(place));
+    for (int t = 0; t < simd::kGroup; ++t) {
+      double u[3], field[3];
+      for (int i = 0; i < 3; ++i) {
+        u[i] = b.readings.down.row(group, row + i)[t];
+        field[i] = (b.readings.magnetic.row(group, row + i)[t] - b.estimates.parameters.row(group, 3 + i)[t]) /
+                   b.estimates.parameters.row(group, i)[t];
+      }
+      const double east = u[0] * field[1] - u[1] * field[0],
+                   north = field[2] - (u[0] * field[0] + u[1] * field[1] + u[2] * field[2]) * u[2];
+      const double across = east * c - north * s, along = north * c + east * s;
+      out[t] = along > 0 ? across / along : across > 0 ? kInfinity : -kInfinity;
+    }
+  }
 }
 
 stats::SampleSummary PositionPoint::sample(const stats::Tally& tally, int component) const {

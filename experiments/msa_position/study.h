@@ -10,8 +10,10 @@
 #include "msa_position/scenario.h"
 #include "stats/control_variate.h"
 #include "stats/sample_summary.h"
+#include "stats/tests.h"
 #include "study/calibration.h"
 #include "study/experiment.h"
+#include "study/verdict_stop.h"
 
 namespace surveymc::studies::msa_position {
 
@@ -77,22 +79,14 @@ class PositionPoint final : public study::StudyPoint {
   stats::ControlledEstimate sd_estimate(const stats::Tally& tally, int component) const;
 
   /// Rows of all comparison tables, by name of the table.
-  std::vector<std::pair<std::string, std::vector<study::ComparisonRow>>> all_rows(const stats::Tally& tally) const;
-  /// The rows that the stopping rule names, of a tally; empty without such a rule.
-  struct DecisiveRow {
-    std::string table;
-    study::ComparisonRow row;
-  };
-  std::vector<DecisiveRow> decisive_rows(const stats::Tally& tally) const;
-  /// The moments of the trials before look `look` of a rule by verdict.
-  stats::Tally tally_at_look(const stats::Tally& tally, std::size_t look) const;
-  store::Table looks_table(const stats::Tally& tally) const;
-  /// Says of the decisive rows at which look the run ended.
-  void note_look(const std::string& table, std::vector<study::ComparisonRow>& rows, const stats::Tally& tally) const;
-
+  study::RowsOfTables all_rows(const stats::Tally& tally) const;
   bool claims_what_is_predicted() const;
   void make_calibrated();
-  void count_calibration(const Eigen::Ref<const Eigen::MatrixXd>& values, std::vector<std::uint64_t>& counts) const;
+  /// `angles`: tangents of the errors of the azimuths, a column each; empty if none is wanted.
+  void count_calibration(const Eigen::Ref<const Eigen::MatrixXd>& values, const Eigen::MatrixXd& angles,
+                         std::vector<std::uint64_t>& counts) const;
+  /// Tangents of the errors of the azimuths of a group, at the stations of `azimuth_places_`.
+  void azimuth_errors(Batch& b, int group) const;
 
   std::vector<study::ComparisonRow> parameter_rows(const stats::Tally& tally) const;
   std::vector<study::ComparisonRow> reference_rows(const stats::Tally& tally) const;
@@ -103,22 +97,27 @@ class PositionPoint final : public study::StudyPoint {
                           const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
   store::Table covariance_table(const stats::Tally& tally) const;
+  /// Whether the 6 x 6 covariance of the estimates is that of the first-order prediction; nothing with few trials.
+  std::optional<stats::WishartTest> parameter_test(const stats::Tally& tally) const;
+  store::Table covariance_tests_table(const stats::Tally& tally) const;
   store::Table correlation_table(const stats::Tally& tally) const;
   store::Table control_variate_table(const stats::Tally& tally) const;
   store::Table pairs_table(const stats::Tally& tally) const;
   store::Table samples_table(const stats::Tally& tally) const;
 
   /// Where the error of a calibrated quantity is found in the tallied vector: value + offset; over the root of the
-  /// column `variance`, if there is one; of column kNees, the squared distance by the claimed covariance.
+  /// column `variance`, if there is one; of column kNees, the squared distance by the claimed covariance; of column
+  /// kAzimuth - i, the tangent of the error of the i-th azimuth.
   struct CalibratedColumn {
     int column = 0;
     double offset = 0;
     int variance = -1;
   };
-  static constexpr int kNees = -1;
+  static constexpr int kNees = -1, kAzimuth = -2;
   static constexpr std::size_t kCounts = kFormulations.size() * 3;  ///< trials in ellipses; calibration follows
 
   Scenario s_;
+  study::VerdictStop stop_;
   sensor::CleanReadings clean_;
   std::vector<double> md_;
   analysis::MsaPrediction prediction_;
@@ -131,6 +130,9 @@ class PositionPoint final : public study::StudyPoint {
   Eigen::Matrix<double, 6, 6> parameter_weight_, claimed_weight_;
   std::vector<study::CalibratedQuantity> calibrated_;  ///< empty: no calibration
   std::vector<CalibratedColumn> calibrated_columns_;
+  bool has_azimuths_ = false;  ///< among the calibrated quantities
+  std::array<std::size_t, 3> azimuth_places_{};
+  std::array<double, 3> sin_azimuth_{}, cos_azimuth_{};  ///< magnetic, of the true hole there
 };
 
 /// Pairs of the first nine components whose second moments get a control variate.

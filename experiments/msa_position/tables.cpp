@@ -6,7 +6,6 @@
 #include "base/units.h"
 #include "estimate/estimators.h"
 #include "msa_position/study.h"
-#include "stats/tests.h"
 #include "study/position_comparison.h"
 
 namespace surveymc::studies::msa_position {
@@ -51,14 +50,19 @@ std::vector<study::ComparisonRow> PositionPoint::parameter_rows(const stats::Tal
     for (const study::ComparisonRow& row : reference_rows(tally)) rows.push_back(row);
   if (predicted && prediction_.parameter_covariance(0, 0) > 0) {
     rows.push_back(study::compare_nees("nees", sample(tally, at_.nees_parameters), 6, s_.verdict, tally.trials));
-    if (units(tally) > 20) {
-      const stats::WishartTest test =
-          stats::wishart_test(covariance(tally).topLeftCorner<6, 6>(), prediction_.parameter_covariance, units(tally));
-      rows.back().note += fmt::format("; Wishart test of the 6x6 covariance: p = {:.2g}", test.p_value);
-    }
+    if (const std::optional<stats::WishartTest> test = parameter_test(tally))
+      rows.back().note += fmt::format("; Wishart test of the 6x6 covariance: p = {:.2g}", test->p_value);
   }
   s_.annotations.apply("parameters", rows);
   return rows;
+}
+
+std::optional<stats::WishartTest> PositionPoint::parameter_test(const stats::Tally& tally) const {
+  constexpr std::uint64_t kFewest = 20;
+  const bool predicted =
+      s_.assumed_noise == sensor::AssumedNoise::constant && prediction_.parameter_covariance(0, 0) > 0;
+  if (!predicted || units(tally) <= kFewest) return {};
+  return stats::wishart_test(covariance(tally).topLeftCorner<6, 6>(), prediction_.parameter_covariance, units(tally));
 }
 
 std::vector<study::ComparisonRow> PositionPoint::reference_rows(const stats::Tally& tally) const {

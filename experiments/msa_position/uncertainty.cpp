@@ -61,6 +61,19 @@ store::Table PositionPoint::covariance_table(const stats::Tally& tally) const {
   return t.take();
 }
 
+store::Table PositionPoint::covariance_tests_table(const stats::Tally& tally) const {
+  const std::optional<stats::WishartTest> test = parameter_test(tally);
+  study::TableRows t("covariance_tests", "likelihood-ratio tests of whole covariances, without a margin");
+  t.word("formulation", "which analytic prediction", "first_order");
+  t.word("quantity", "whose covariance", "parameters");
+  t.count("dimension", "rows of the matrix", 6);
+  t.number("statistic", "1", "chi-squared with dimension (dimension + 1) / 2 degrees", test ? test->statistic : kNaN);
+  t.number("wishart_p", "1", "p-value of the test", test ? test->p_value : kNaN);
+  t.word("wishart_family", "differs: the test says so among all rows of the file (Holm at 5 %); may be chance: not so",
+         "");
+  return t.take();
+}
+
 store::Table PositionPoint::correlation_table(const stats::Tally& tally) const {
   study::TableRows t("parameter_correlation",
                      "correlation of the estimates; near -1 or 1: the two can hardly be told apart" + intervals_);

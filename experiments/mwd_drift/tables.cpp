@@ -119,16 +119,16 @@ std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& 
     row.note.clear();
     return row;
   };
-  return {study::judge_claim(study::mean_row(both, "detects_no_less", "1", more, confidence), -0.01, false,
+  return {study::judge_claim(study::mean_row(both, "detects_no_less", "1", more, confidence), -0.01, false, confidence,
                              "share of wells found, less that of the SPRT: above -1 %"),
-          study::judge_claim(share(both, "is_sooner", sooner, decided), 0.5, false,
+          study::judge_claim(share(both, "is_sooner", sooner, decided), 0.5, false, confidence,
                              "in more than half of the wells in which one is sooner"),
           study::judge_claim(share(kFilter, "names_the_right_sensor", rightly_named(s, o), alarms(o, Value::filter)),
-                             0.99, false, "in more than 99 % of its alarms"),
+                             0.99, false, confidence, "in more than 99 % of its alarms"),
           study::judge_claim(share(kSprt, "false_alarms_are_rare", alarms(o, Value::sprt_without), o.trials()), 0.01,
-                             true, "in less than 1 % of wells without drift"),
+                             true, confidence, "in less than 1 % of wells without drift"),
           study::judge_claim(share(kFilter, "false_alarms_are_rare", alarms(o, Value::filter_without), o.trials()),
-                             0.01, true, "in less than 1 % of wells without drift")};
+                             0.01, true, confidence, "in less than 1 % of wells without drift")};
 }
 
 store::Table detection_table(const Scenario& s, const Outcomes& o) {

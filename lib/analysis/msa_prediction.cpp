@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "estimate/sensitivity.h"
+#include "propagate/corrected_well_covariance.h"
 #include "propagate/station_effects.h"
 #include "survey/minimum_curvature.h"
 
@@ -29,7 +30,28 @@ void append_rows(std::vector<double>& weights, const ErrorByInput& by_draw) {
     for (Eigen::Index q = 0; q < by_draw.rows(); ++q) weights.push_back(by_draw(q, c));
 }
 
+/// Claimed sd of the azimuth at station k: its own noise and the estimate move the corrected field by
+///   db_i = (noise_i - b_i dgain_i - dbias_i) / gain_i.
+double claimed_azimuth_sd(const estimate::Sensitivity& sensitive, const std::vector<survey::StationFields>& fields,
+                          std::size_t k, const std::array<double, 3>& gain, const estimate::InputErrors& assumed,
+                          const propagate::Matrix6d& claimed) {
+  const propagate::AzimuthDerivatives by = propagate::azimuth_derivatives(fields[k]);
+  const Vector3d u = survey::to_eigen(fields[k].down_T), b = survey::to_eigen(fields[k].field_T);
+  const Eigen::RowVector3d by_reading = by.by_field.array() / Eigen::RowVector3d(gain[0], gain[1], gain[2]).array();
+  const Matrix3d tilt = assumed.down * (Matrix3d::Identity() - u * u.transpose());
+  Eigen::Matrix<double, 1, 6> own = Eigen::Matrix<double, 1, 6>::Zero(), by_parameters;
+  own.head<3>() = assumed.magnetometer * by_reading;
+  if (assumed.down > 0) own.tail<3>() = by.by_down * tilt;
+  by_parameters << -by_reading.cwiseProduct(b.transpose()), -by_reading;
+  propagate::Matrix6d by_draws;
+  by_draws << assumed.magnetometer * sensitive.by_magnetometer[k].topRows<6>(),
+      sensitive.by_down[k].topRows<6>() * tilt;
+  return std::sqrt(propagate::covariance_with_estimate(own, by_parameters, by_draws, claimed)(0, 0));
+}
+
 }  // namespace
+
+std::array<std::size_t, 3> first_middle_last(std::size_t stations) { return {0, stations / 2, stations - 1}; }
 
 estimate::InputErrors input_errors(const sensor::NoiseModel& noise, const sensor::ToolSpread& spread,
                                    const survey::ReferenceField& field) {
@@ -71,6 +93,10 @@ MsaPrediction predict_msa(const survey::Survey& survey, const survey::ReferenceF
   p.parameter_covariance = covariance.topLeftCorner<6, 6>();
   p.reference_covariance = covariance.bottomRightCorner<2, 2>();
   p.claimed_covariance = estimate::error_covariance(sensitive, fields, estimator.assumed);
+  const std::array<std::size_t, 3> places = first_middle_last(n);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    p.claimed_azimuth_sd[i] = claimed_azimuth_sd(sensitive, fields, places[i], errors.gain, estimator.assumed,
+                                                 p.claimed_covariance.topLeftCorner<6, 6>());
 
   const std::vector<propagate::StationEffect> effects =
       propagate::final_position_effects(survey.md(), fields, field.declination);

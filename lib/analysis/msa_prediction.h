@@ -19,6 +19,9 @@ struct MsaPrediction {
   Eigen::Matrix2d reference_covariance;              ///< of the reference after the estimate: nT, rad
   /// Covariance of parameters and reference that the estimator claims, by the errors that it assumes.
   Eigen::Matrix<double, 8, 8> claimed_covariance;
+  /// One sd of the magnetic azimuth of the hole at the first, middle and last station that follows from the claimed
+  /// covariance, with the correlation of the station's own noise and the estimate, rad; not finite in a vertical hole.
+  std::array<double, 3> claimed_azimuth_sd;
   Eigen::Vector3d position;     ///< mean final position, N, E, V in metres from the first station
   Eigen::Vector3d uncorrected;  ///< final position of the noise-free, uncorrected readings
   /// Covariance of the final position, by propagation: joint (with station noise), systematic, random.
@@ -28,6 +31,9 @@ struct MsaPrediction {
   sensor::NoiseWeights weights;
   sensor::NoiseSumMoments linear;
 };
+
+/// Number of the first, middle and last of so many stations.
+std::array<std::size_t, 3> first_middle_last(std::size_t stations);
 
 /// `clean` are the readings of this survey by this tool (`spread`: by tools that vary about it). Throws InputError when
 /// the stations cannot determine the parameters.

@@ -110,7 +110,7 @@ void judge_with_margin(const std::array<double, kInner>& d, double n, double mar
 
 PitCells::PitCells(const std::array<double, kPitBins + 1>& edges) : beyond_(edges.size()) {
   std::copy(edges.begin(), edges.end(), edges_.begin());
-  edges_.back() = kInfinity;
+  edges_.back() = kNaN;
   first_ = edges.front();
   const double length = edges.back() - edges.front();
   per_unit_ = kLookUp / length * (1 - 1e-9);  // what is below the last edge stays within
@@ -119,12 +119,43 @@ PitCells::PitCells(const std::array<double, kPitBins + 1>& edges) : beyond_(edge
     const double begin = first_ + (static_cast<double>(i) - 1e-6) / per_unit_;
     start_[i] = static_cast<std::uint8_t>(std::upper_bound(edges.begin(), edges.end(), begin) - edges.begin());
   }
+  start_[kLookUp] = static_cast<std::uint8_t>(beyond_);
+  has_single_edges_ = true;
+  for (std::size_t i = 0; i < kLookUp; ++i) {
+    const double end = first_ + (static_cast<double>(i + 1) + 1e-6) / per_unit_;
+    const auto below = static_cast<std::size_t>(std::upper_bound(edges.begin(), edges.end(), end) - edges.begin());
+    has_single_edges_ = has_single_edges_ && below <= start_[i] + std::size_t{1};
+  }
+}
+
+void PitCells::count(const double* x, std::size_t n, double offset, std::uint64_t* slots) const {
+  if (!has_single_edges_) {
+    for (std::size_t t = 0; t < n; ++t) ++slots[of(x[t] + offset)];
+    return;
+  }
+  std::uint64_t unjudged = 0;
+  for (std::size_t t = 0; t < n; ++t) {
+    const double value = x[t] + offset, place = (value - first_) * per_unit_;
+    const double within = place < kLookUp ? place : kLookUp;  // NaN is at the end
+    const std::size_t slot = start_[static_cast<std::size_t>(static_cast<int>(within > 0 ? within : 0.0))];
+    ++slots[slot + static_cast<std::size_t>(value >= edges_[slot])];
+    unjudged += static_cast<std::uint64_t>(std::isnan(value));
+  }
+  slots[beyond_] -= unjudged;
+  slots[kPitUnjudged] += unjudged;
 }
 
 PitCells PitCells::normal(double sd) {
   if (!(sd > 0) || !std::isfinite(sd)) return {};
   std::array<double, kPitBins + 1> edges = edges_as_u();
   for (double& e : edges) e = sd * normal_quantile(e);
+  return PitCells(edges);
+}
+
+PitCells PitCells::normal_angle(double sd) {
+  std::array<double, kPitBins + 1> edges = edges_as_u();
+  if (!(sd > 0) || !(sd * normal_quantile(edges.back()) < kPi / 2)) return {};
+  for (double& e : edges) e = std::tan(sd * normal_quantile(e));
   return PitCells(edges);
 }
 

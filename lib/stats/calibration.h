@@ -23,6 +23,9 @@ class PitCells {
  public:
   /// Normal errors with mean 0; sd in the unit of the errors. A sd that is not positive and finite leaves all unjudged.
   static PitCells normal(double sd = 1);
+  /// The same of an angle, given by its tangent: the distribution function of both is one. sd in rad. Where 98 % of the
+  /// angles do not lie within a right angle, all are left unjudged.
+  static PitCells normal_angle(double sd);
   /// Squared distances, chi-squared with so many degrees.
   static PitCells chi_squared(double degrees);
 
@@ -35,15 +38,20 @@ class PitCells {
     return i;
   }
 
+  /// Adds to the kPitSlots counts at `slots` the `n` errors x[t] + offset: of() of each, without a branch.
+  void count(const double* x, std::size_t n, double offset, std::uint64_t* slots) const;
+
  private:
   static constexpr int kLookUp = 1024;
   explicit PitCells(const std::array<double, kPitBins + 1>& edges);
   PitCells() = default;
 
-  std::array<double, kPitBins + 2> edges_{};   // rising; infinity behind the last
-  std::array<std::uint8_t, kLookUp> start_{};  // slot in which a part of the way from the first to the last edge begins
-  double first_ = kNaN, per_unit_ = 0;         // NaN leaves all unjudged
-  std::size_t beyond_ = kPitUnjudged;          // slot of what lies beyond the last edge
+  std::array<double, kPitBins + 2> edges_{};  // rising; NaN behind the last, which nothing reaches
+  /// Slot in which a part of the way from the first to the last edge begins; behind the last, all that lies beyond.
+  std::array<std::uint8_t, kLookUp + 1> start_{};
+  double first_ = kNaN, per_unit_ = 0;  // NaN leaves all unjudged
+  bool has_single_edges_ = false;       // no part of the way has two edges
+  std::size_t beyond_ = kPitUnjudged;   // slot of what lies beyond the last edge
 };
 
 /// The counts of one quantity, put together.

@@ -222,6 +222,10 @@ CalibratedQuantity normal_quantity(const std::string& formulation, const std::st
   return {formulation, quantity, {}, stats::PitCells::normal(sd)};
 }
 
+CalibratedQuantity angle_quantity(const std::string& formulation, const std::string& quantity, double sd) {
+  return {formulation, quantity, {}, stats::PitCells::normal_angle(sd)};
+}
+
 CalibratedQuantity chi_squared_quantity(const std::string& formulation, const std::string& quantity, double degrees) {
   return {formulation, quantity, {degrees}, stats::PitCells::chi_squared(degrees)};
 }

@@ -45,6 +45,8 @@ struct CalibratedQuantity {
 
 /// Errors in units of the claimed normal's `sd`; squared distances of so many degrees.
 CalibratedQuantity normal_quantity(const std::string& formulation, const std::string& quantity, double sd);
+/// Angles by their tangents; sd in rad.
+CalibratedQuantity angle_quantity(const std::string& formulation, const std::string& quantity, double sd);
 CalibratedQuantity chi_squared_quantity(const std::string& formulation, const std::string& quantity, double degrees);
 
 /// Row names of these quantities in table `calibration`, for annotations.

@@ -1,6 +1,9 @@
 #include "study/claims.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "stats/normal_tail.h"
 
 namespace surveymc::study {
 
@@ -21,11 +24,23 @@ ComparisonRow mean_row(const std::string& formulation, const std::string& quanti
   return row;
 }
 
-ComparisonRow judge_claim(ComparisonRow row, double bound, bool below, const std::string& note) {
+Evidence claim_evidence(double value, const stats::Interval& interval, double bound, bool below, double confidence,
+                        bool logarithmic) {
+  const auto scaled = [&](double x) { return logarithmic ? std::log(x) : x; };
+  const double lo = scaled(interval.lo), hi = scaled(interval.hi), at = scaled(value), edge = scaled(bound);
+  if (!std::isfinite(lo) || !std::isfinite(hi) || !std::isfinite(edge)) return {};
+  const double half = edge > at ? hi - at : at - lo;
+  const double above = edge == at ? 0 : stats::normal_quantile((1 + confidence) / 2) * (at - edge) / half;
+  const auto p = [](double z) { return z <= 0 ? 1 : std::min(1.0, 2 * stats::normal_upper_tail(z)); };
+  return below ? Evidence{p(above), p(-above)} : Evidence{p(-above), p(above)};
+}
+
+ComparisonRow judge_claim(ComparisonRow row, double bound, bool below, double confidence, const std::string& note) {
   const bool single = std::isnan(row.interval.lo);
   const double lo = single ? row.monte_carlo : row.interval.lo, hi = single ? row.monte_carlo : row.interval.hi;
   if (!std::isnan(row.monte_carlo)) row.verdict = hi < bound ? "agrees" : lo > bound ? "differs" : "undecided";
   if (!below && !row.verdict.empty() && row.verdict != "undecided") row.verdict = lo > bound ? "agrees" : "differs";
+  row.evidence = claim_evidence(row.monte_carlo, row.interval, bound, below, confidence, false);
   row.note = note + (single && !row.verdict.empty() ? "; one realisation: no interval" : "");
   return row;
 }

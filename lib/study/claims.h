@@ -11,8 +11,14 @@ namespace surveymc::study {
 ComparisonRow mean_row(const std::string& formulation, const std::string& quantity, const std::string& unit,
                        const std::vector<double>& x, double confidence);
 
+/// What speaks against, and for, the claim that a value lies below `bound` (or above it): p-values by the standard
+/// error that the half of the interval towards the bound shows, on the logarithm if `logarithmic`. NaN without an
+/// interval.
+Evidence claim_evidence(double value, const stats::Interval& interval, double bound, bool below, double confidence,
+                        bool logarithmic);
+
 /// The verdict on the claim that the value of `row` lies below the bound, or above it: "agrees" or "differs" where the
-/// whole interval (without one: the value) lies on one side.
-ComparisonRow judge_claim(ComparisonRow row, double bound, bool below, const std::string& note);
+/// whole interval (without one: the value) lies on one side. `confidence`: of the row's interval.
+ComparisonRow judge_claim(ComparisonRow row, double bound, bool below, double confidence, const std::string& note);
 
 }  // namespace surveymc::study

@@ -17,11 +17,39 @@ namespace {
 /// The seed; 0 where a config has none, because it draws nothing.
 std::uint64_t seed_of(const config::Config& config) { return config.has_seed() ? config.seed() : 0; }
 
+/// Tables that only some studies have, for a message that says which.
+struct OfferedTable {
+  const char* table;
+  std::vector<random::StudyId> studies;
+  const char* otherwise;
+};
+const std::vector<OfferedTable>& offered_tables() {
+  using enum random::StudyId;
+  static const std::vector<OfferedTable> tables{
+      {"stop", {msa_position, msa_benefit, collision, rare_event}, "a fixed number of trials: give `trials`"},
+      {"calibration", {msa_position, msa_benefit, chained_multistation}, "no estimator that claims a distribution"}};
+  return tables;
+}
+
+void require_offered(const config::ConfigReader& reader, const Experiment& experiment) {
+  for (const OfferedTable& t : offered_tables()) {
+    if (!reader.has(t.table) || std::find(t.studies.begin(), t.studies.end(), experiment.id) != t.studies.end())
+      continue;
+    std::string names;
+    for (const random::StudyId id : t.studies) {
+      if (!names.empty()) names += ", ";
+      names += random::name_of(id);
+    }
+    reader.fail(t.table, fmt::format("{} has {}; the table is of {}", experiment.name(), t.otherwise, names));
+  }
+}
+
 }  // namespace
 
 const RunPlan::ReadPoint& RunPlan::read(std::size_t point) const {
   if (const auto it = read_.find(point); it != read_.end()) return it->second;
   config::ConfigReader reader = config.reader(point);
+  require_offered(reader, experiment);
   ReadPoint p;
   p.plan = experiment.read(reader, random::StudySeed{seed_of(config), experiment.id});
   if (reader.has("field.model")) p.placed = read_placed_field(reader);

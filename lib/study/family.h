@@ -1,6 +1,7 @@
 #pragma once
 /// The verdicts of many rows as a family. A row's verdict is the row's; the family says which "differs" survive Holm's
-/// procedure at 5 %, and what share of the "agrees" may be wrong (Benjamini and Hochberg 1995).
+/// procedure at 5 %, and what share of the "agrees" may be wrong (Benjamini and Hochberg 1995). Wishart tests of whole
+/// matrices join with their own p.
 #include <vector>
 
 #include "store/table.h"
@@ -20,9 +21,10 @@ std::vector<bool> holm(const std::vector<double>& p, double level);
 /// n p / k at most 1 with the k-th smallest p; 0 where there is none.
 double benjamini_hochberg_share(const std::vector<double>& p, double accepted);
 
-/// Fills column `family` of every table that has it and p_differs, verdict, over all rows of all tables with a p; rows
-/// with expected = "differs" were asked beforehand and stay out. Appends the table `family`, one row: verdicts, agrees,
-/// differs, undecided, differs_holm, agrees_q. Without rows nothing is done.
+/// Fills column `family` of every table that has it and p_differs, verdict, and column `wishart_family` of every table
+/// that has it and wishart_p, over all these p together; rows with expected = "differs" were asked beforehand and stay
+/// out. Appends the table `family`, one row: verdicts, agrees, differs, undecided, differs_holm, agrees_q, tests,
+/// tests_holm. Without rows nothing is done.
 void apply_family(std::vector<store::Table>& tables);
 
 }  // namespace surveymc::study

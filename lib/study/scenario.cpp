@@ -282,6 +282,9 @@ TrialPlan read_trial_plan(config::ConfigReader& c, const std::vector<std::string
     verdict.at_all_looks = true;
     return plan;
   }
+  if (judged.empty() && c.has("stop.verdict"))
+    c.fail("stop.verdict", "no row of this study has an interval that holds at all looks: end it by stop.relative_ci");
+  if (stoppable.empty() && !c.has("stop.verdict")) c.fail("stop", "this study ends by its verdicts: give stop.verdict");
   plan.relative_ci = c.number("stop.relative_ci", config::Range::open(0, 1));
   plan.trials = static_cast<std::uint64_t>(c.integer("stop.max_trials", 4096, kMost));
   plan.quantities = c.texts("stop.quantities");

@@ -7,7 +7,7 @@ import os
 
 import studies
 
-from surveymc.result import agreement_share, family_rows, holm
+from surveymc.result import MAY_BE_CHANCE, agreement_share, family_rows, holm, test_rows
 
 from . import explore, figures, tables
 from .text import VERDICT_MARKS, counts_bar, counts_marks, counts_sentence, escape, grouped, number, prose, slug
@@ -45,10 +45,27 @@ def chances_of(frames):
     return found
 
 
+TEST = "test"  # in place of a verdict: a Wishart test, which has a p-value alone
+
+
 def family_of(frames):
-    """The rows of tables that are judged as a family: [(verdict, p_differs, p_agrees)]."""
-    rows = [family_rows(frame) for frame in frames]
-    return [(v, float(d), float(a)) for r in rows if len(r) for v, d, a in zip(r["verdict"], r["p_differs"], r["p_agrees"])]
+    """The rows of tables that are judged as a family: [(verdict or TEST, p_differs, p_agrees)]."""
+    frames = list(frames)
+    rows, tests = [family_rows(frame) for frame in frames], [test_rows(frame) for frame in frames]
+    return [*((v, float(d), float(a)) for r in rows if len(r) for v, d, a in zip(r["verdict"], r["p_differs"], r["p_agrees"])),
+            *((TEST, float(p), math.nan) for r in tests if len(r) for p in r["wishart_p"])]
+
+
+def judged_together(frame, limit):
+    """The table with column `family` as the whole report has it. limit: the largest p-value that Holm's procedure rejects among
+    all results (surveymc.result.holm_limit)."""
+    if "family" not in frame or not {"verdict", "p_differs"} <= set(frame.columns):
+        return frame
+    together = frame.copy()
+    together.attrs = frame.attrs
+    together["family"] = [("differs" if p <= limit else MAY_BE_CHANCE) if said and v == "differs" else said
+                          for said, v, p in zip(frame["family"], frame["verdict"], frame["p_differs"])]
+    return together
 
 
 def error_rates(family):
@@ -56,10 +73,12 @@ def error_rates(family):
     the former may be wrong (Benjamini and Hochberg)."""
     agreeing = [a for v, _, a in family if v == "agrees" and math.isfinite(a)]
     rejected = holm([d for _, d, _ in family])
-    return {"verdicts": len(family), "agrees": sum(v == "agrees" for v, _, _ in family),
+    judged = [a for v, _, a in family if v != TEST]
+    return {"verdicts": len(judged), "tests": len(family) - len(judged), "agrees": sum(v == "agrees" for v, _, _ in family),
             "differs": sum(v == "differs" for v, _, _ in family),
             "surviving": sum(r and v == "differs" for r, (v, _, _) in zip(rejected, family)),
-            "share": agreement_share([a if math.isfinite(a) else 1.0 for _, _, a in family], max(agreeing, default=0.0))}
+            "tests_surviving": sum(r and v == TEST for r, (v, _, _) in zip(rejected, family)),
+            "share": agreement_share([a if math.isfinite(a) else 1.0 for a in judged], max(agreeing, default=0.0))}
 
 
 def expectation(counts):
@@ -139,13 +158,13 @@ def _provenance(result, config, name):
             f"<p>Config as it was resolved:</p><pre>{escape(result.config)}</pre></details>")
 
 
-def result_part(result, study, drawn, identity, name, first_figure):
+def result_part(result, study, drawn, identity, name, first_figure, limit=math.inf):
     """One result as HTML, its verdict counts, rows by the level of their intervals, its family (family_of), and how many
     figures it has.
 
-    name: its path as the reader has it; identity: the id of its part of the page.
+    name: its path as the reader has it; identity: the id of its part of the page; limit: see judged_together.
     """
-    frames = {t: result.table(t) for t in result.tables}
+    frames = {t: judged_together(result.table(t), limit) for t in result.tables}
     judged = [t for t in frames if "verdict" in frames[t] and len(frames[t])]
     counts = added(tables.counts_of(frames[t]) for t in judged)
     config = studies.config_of(result.command, result.title)
@@ -239,7 +258,11 @@ def _chance(chances):
     if most < 0.5:
         return text + f"over all rows that is a chance below {number(max(most, 1e-12), 2)} that even one differs by chance."
     return text + (f"of {grouped(rows)} rows at most {grouped(round(most))} may differ by chance, mostly far fewer, as most right predictions are "
-                   "well within their margins. A single row that differs is no finding; several of one kind are.")
+                   "well within their margins. Those that do not differ among all rows together are marked △ and counted apart.")
+
+
+def _share(share):
+    return f"{100 * share:.2g}&nbsp;%" if share >= 1e-4 or share == 0 else "below 0.01&nbsp;%"
 
 
 def _families(groups):
@@ -254,14 +277,18 @@ def _families(groups):
             continue
         r = error_rates(family)
         rows.append(f'<tr><th scope="row">{escape(name)}</th>' + "".join(f'<td class="n">{grouped(r[k])}</td>' for k in (
-            "verdicts", "agrees", "differs", "surviving")) + f'<td class="n">{100 * r["share"]:.2g}&nbsp;%</td></tr>')
+            "verdicts", "agrees", "differs", "surviving")) + f'<td class="n">{_share(r["share"])}</td>'
+                    + "".join(f'<td class="n">{grouped(r[k])}</td>' for k in ("tests", "tests_surviving")) + "</tr>")
     return ('<details class="about" id="family"><summary>How many of these verdicts may be wrong</summary>'
             "<p>Rows that are not expected to differ, judged together. Of those that differ, the ones that still do so among all "
             "rows of their line (Holm): the chance that even one of them is false is at most 5&nbsp;%. Of those that agree, the "
-            "share that may be wrong (Benjamini and Hochberg).</p>"
+            "share that may be wrong (Benjamini and Hochberg). The marks of this page are those of the last line: a row that differs "
+            "by itself but not among all results may be chance. Tests of whole covariances (Wishart) have no margin and no verdict; "
+            "they join with their own p-value.</p>"
             '<div class="scroll" tabindex="0" role="region" aria-label="Error rates"><table><thead><tr><th scope="col">study</th>'
             '<th scope="col" class="n">rows</th><th scope="col" class="n">agree</th><th scope="col" class="n">differ</th>'
-            '<th scope="col" class="n">differ among all</th><th scope="col" class="n">wrong agreements</th></tr></thead>'
+            '<th scope="col" class="n">differ among all</th><th scope="col" class="n">wrong agreements</th>'
+            '<th scope="col" class="n">covariance tests</th><th scope="col" class="n">of them differ among all</th></tr></thead>'
             f'<tbody>{"".join(rows)}</tbody></table></div></details>')
 
 
@@ -320,6 +347,7 @@ intervals. The small scale beside a ratio goes from ½ to 2; its band is what co
 <dt><span class="verdict differs"><i aria-hidden="true">◆</i> differs</span></dt><dd>the whole interval is outside of it: this prediction is wrong here</dd>
 <dt><span class="verdict expected"><i aria-hidden="true">◇</i> differs, as expected</span></dt><dd>the same, and the config says so: a formulation that is wrong on purpose, or a known misprint</dd>
 <dt><span class="verdict undecided"><i aria-hidden="true">▲</i> undecided</span></dt><dd>more trials would tell</dd>
+<dt><span class="verdict undecided"><i aria-hidden="true">△</i> differs, may be chance</span></dt><dd>it differs by itself, but among so many rows one may by chance</dd>
 </dl><p>“Not as expected” marks rows whose verdict is another than the one that the config asks for.</p></details>
 </section>
 {"".join(body)}

@@ -2,7 +2,7 @@
 
 import math
 
-from surveymc.result import VERDICTS, is_unexpected, verdict_kind
+from surveymc.result import MAY_BE_CHANCE, VERDICTS, is_unexpected, verdict_kind
 
 from .text import counts_marks, escape, grouped, interval, number, unit, verdict
 
@@ -10,7 +10,7 @@ OPEN_ROWS = 14  # a table with more is folded
 MOST_ROWS = 150  # a table with more is shortened; the whole is a command away
 PAPER_COLUMNS = 13  # a table with more is not printed but named, with its counts: no paper is wide enough for it
 # said in another column, in words or in the caption
-MERGED = ("expected", "trials", "failed", "p_differs", "p_agrees", "trials_to_decide")
+MERGED = ("expected", "trials", "failed", "p_differs", "p_agrees", "trials_to_decide", "family", "wishart_family")
 
 
 def _is_number(column):
@@ -43,17 +43,23 @@ def _family(frame):
     return frame["family"] if "family" in frame else [""] * len(frame)
 
 
+def _kind(verdict, expected, family):
+    """The kind of a row's verdict; one that differs may be chance in its family."""
+    kind = verdict_kind(verdict, expected)
+    return MAY_BE_CHANCE if kind == "differs" and family == MAY_BE_CHANCE else kind
+
+
 def no_counts():
-    return dict.fromkeys((*VERDICTS, "unexpected", "unexpected_undecided"), 0)
+    return dict.fromkeys((*VERDICTS, MAY_BE_CHANCE, "unexpected", "unexpected_undecided"), 0)
 
 
 def counts_of(frame):
-    """Verdict counts of one table, as Result.verdicts has them of all, and "unexpected_undecided": how many of the unexpected
-    ones are undecided."""
+    """Verdict counts of one table, as Result.verdicts has them of all, but with rows that may be chance apart, and
+    "unexpected_undecided": how many of the unexpected ones are undecided."""
     counts = no_counts()
     expected = frame["expected"] if "expected" in frame else [""] * len(frame)
     for got, wanted, family in zip(frame["verdict"], expected, _family(frame)):
-        kind = verdict_kind(got, wanted)
+        kind = _kind(got, wanted, family)
         if kind in counts:
             counts[kind] += 1
         counts["unexpected"] += is_unexpected(got, wanted, family)
@@ -106,8 +112,8 @@ class _Columns:
         value = row[column]
         if column == "verdict":
             wanted = row.get("expected", "")
-            odd = is_unexpected(value, wanted, row.get("family", ""))
-            return f'<td class="v">{verdict(verdict_kind(value, wanted), odd)}</td>'
+            together = row.get("family", "")
+            return f'<td class="v">{verdict(_kind(value, wanted, together), is_unexpected(value, wanted, together))}</td>'
         if not _is_number(self.frame[column]):
             if column == "quantity" and row.get("unit", "1") not in ("1", ""):
                 return f'<th scope="row">{escape(value)} <span class="unit">({escape(unit(row["unit"]))})</span></th>'

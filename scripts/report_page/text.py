@@ -71,6 +71,7 @@ VERDICT_MARKS = {  # kind: class, mark, words for one and for several
     "agrees": ("agrees", "●", "agrees", "agree"),
     "differs as expected": ("expected", "◇", "differs, as expected", "differ, as expected"),
     "undecided": ("undecided", "▲", "undecided", "undecided"),
+    "may be chance": ("undecided", "△", "differs, may be chance", "differ, may be chance"),
     "differs": ("differs", "◆", "differs", "differ")}
 
 
@@ -86,8 +87,9 @@ def verdict(kind, unexpected=False):
 def counts_sentence(counts):
     """'12 agree, 3 differ as expected'; the kinds that there are."""
     words = {"agrees": ("agrees", "agree"), "differs as expected": ("differs as expected", "differ as expected"),
-             "undecided": ("is undecided", "are undecided"), "differs": ("differs", "differ")}
-    parts = [f"{grouped(counts[k])} {w[counts[k] != 1]}" for k, w in words.items() if counts[k]]
+             "undecided": ("is undecided", "are undecided"),
+             "may be chance": ("differs, which may be chance", "differ, which may be chance"), "differs": ("differs", "differ")}
+    parts = [f"{grouped(counts[k])} {w[counts[k] != 1]}" for k, w in words.items() if counts.get(k)]
     return ", ".join(parts)
 
 

@@ -115,6 +115,23 @@ class Result:
                         counts["unexpected"] += is_unexpected(got, wanted, together)
         return counts
 
+    @property
+    def family(self):
+        """The p-values of all rows and tests that are judged as a family (family_rows, test_rows), as a list; empty where the
+        config asks for none."""
+        found = []
+        if self.settings.get("verdict", {}).get("family") == "none":
+            return found
+        with self._file() as file:
+            for table in file.get("tables", {}).values():
+                for judged, column in (({"verdict", "p_differs", "p_agrees", "family"}, "p_differs"),
+                                       ({"wishart_p", "wishart_family"}, "wishart_p")):
+                    if judged <= set(table):
+                        columns = [_values(table[c]) if c in table else None for c in (column, "verdict", "expected")]
+                        found += [float(p) for i, p in enumerate(columns[0]) if p == p
+                                  and (column == "wishart_p" or columns[1][i]) and (columns[2] is None or columns[2][i] != "differs")]
+        return found
+
     def table(self, name):
         """Table `name` as pandas.DataFrame, columns in the order of the file. Its attrs:
 
@@ -243,6 +260,19 @@ def family_rows(frame):
         return frame.iloc[:0]
     asked = frame["expected"] == "differs" if "expected" in frame else False
     return frame[(frame["verdict"] != "") & frame["p_differs"].notna() & ~asked]
+
+
+def test_rows(frame):
+    """The rows of a table whose Wishart test joins the family: those with a wishart_p that are not expected to differ."""
+    if not {"wishart_p", "wishart_family"} <= set(frame.columns):
+        return frame.iloc[:0]
+    asked = frame["expected"] == "differs" if "expected" in frame else False
+    return frame[frame["wishart_p"].notna() & ~asked]
+
+
+def holm_limit(p, level=0.05):
+    """The largest p-value that Holm's procedure rejects; -1 where it rejects none."""
+    return max([x for x, rejected in zip(p, holm(p, level)) if rejected], default=-1.0)
 
 
 def verdict_kind(verdict, expected=""):

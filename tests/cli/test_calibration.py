@@ -49,7 +49,7 @@ class Calibration(CalibrationCase):
         path = self.run_config()
         quantity = list(column(path, "tables/calibration", "quantity"))
         self.assertEqual(quantity, ["gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z", "reference_total", "reference_dip",
-                                    "nees", "north", "east", "vertical", "major_axis", "minor_axis"])
+                                    "nees", "azimuth_first", "azimuth_middle", "azimuth_last", "north", "east", "vertical", "major_axis", "minor_axis"])
         share, upto = (column(path, "tables/pit", c).reshape(len(quantity), 100) for c in ("share", "upto"))
         self.assertTrue((np.diff(share, axis=1) >= 0).all() and (share[:, -1] == 1).all())
         d = (share - upto)[:, :-1]
@@ -65,6 +65,13 @@ class Calibration(CalibrationCase):
         plain = self.run_config(config="plain.toml", output="plain.h5")
         for name in ("monte_carlo", "ratio_ci_low"):
             np.testing.assert_array_equal(column(path, "tables/parameters", name), column(plain, "tables/parameters", name))
+
+    def test_azimuths_are_calibrated_and_a_wrong_claim_shows_in_them(self):
+        asked = "--set", 'calibration.quantities=["azimuth_first", "azimuth_middle", "azimuth_last"]', "--set", "calibration.margin=0"
+        right = self.run_config(*asked)
+        self.assertGreater(column(right, "tables/calibration", "p_band").min(), 1e-4)
+        wrong = self.run_config(*asked, "--set", "estimator.magnetometer_nT=16", output="wrong.h5")
+        self.assertEqual(list(column(wrong, "tables/calibration", "verdict")), ["differs"] * 3)
 
     def test_a_wrong_claim_is_found_and_named(self):
         # Assumed noise a third of the true one: errors are far larger than the claim.
@@ -92,6 +99,86 @@ class Calibration(CalibrationCase):
         self.run_config("--set", "estimator.prior.gain=0.002", "--set", 'calibration.truth="as_is"')
 
 
+BENEFIT = """\
+experiment = "msa_benefit"
+seed = 4
+trials = 2000
+inclination_deg = [75.0]
+azimuth_deg = [30.0]
+estimator = "msa_joint"
+[well]
+kind = "building"
+stations = 12
+[field]
+total_nT = 51000.0
+dip_deg = 72.0
+[sensor.spread]
+gain = 0.0016
+bias_nT = 70.0
+[noise]
+magnetometer_nT = 30.0
+reference = { per = "run", total_nT = 50.0, dip_deg = 0.1 }
+[[verify]]
+inclination_deg = 75.0
+azimuth_deg = 30.0
+[[verify]]
+inclination_deg = 60.0
+azimuth_deg = 80.0
+"""
+CHAINED = """\
+experiment = "chained_multistation"
+seed = 8
+trials = 1000
+estimators = ["base", "filter", "smoother"]
+[field]
+total_nT = 50000.0
+dip_deg = 75.0
+[profile]
+stations = 4
+"""
+
+
+class OtherStudies(CalibrationCase):
+    def test_the_benefit_of_msa_is_calibrated_and_ends_by_its_verdicts(self):
+        self.write("benefit.toml", BENEFIT + "[calibration]\nmargin = 0.08\n")
+        path = self.run_config(config="benefit.toml", output="benefit.h5")
+        self.assertEqual(list(column(path, "tables/calibration", "quantity")),
+                         ["azimuth_before", "azimuth_after", "lateral_before", "lateral_after"] * 2)
+        self.assertEqual(set(column(path, "tables/calibration", "trials")), {2000})
+        self.assertEqual(set(column(path, "tables/calibration", "verdict")), {"agrees"})
+        self.write("stop.toml", BENEFIT.replace("trials = 2000\n", "") + "[verdict]\nmargin = 0.05\n"
+                   '[stop]\nverdict = ["verification.sd_azimuth_after"]\nmax_trials = 40000\n')
+        path = self.run_config("--threads", 1, config="stop.toml")
+        quantity, verdict, note, trials = (column(path, "tables/verification", c) for c in ("quantity", "verdict", "note", "trials"))
+        named = [i for i, q in enumerate(quantity) if q == "sd_azimuth_after"]
+        self.assertEqual([verdict[i] for i in named], ["agrees"] * 2)
+        self.assertTrue(all("the run ended at look" in note[i] for i in named))
+        self.assertEqual(column(path, "tables/looks", "trials")[-1], trials[0])
+        self.assertLess(trials[0], 40000)
+        self.assertEqual(set(column(path, "tables/looks", "formulation")), {"inclination 75 azimuth 30", "inclination 60 azimuth 80"})
+        again = self.run_config("--threads", 2, config="stop.toml", output="again.h5")
+        self.assertEqual(content_hash(again), content_hash(path))
+
+    def test_the_smoother_is_calibrated(self):
+        self.write("chained.toml", CHAINED + "[calibration]\nmargin = 0.08\n")
+        path = self.run_config(config="chained.toml")
+        rows = list(zip(column(path, "tables/calibration", "formulation"), column(path, "tables/calibration", "quantity")))
+        self.assertEqual(len(rows), 2 * (3 * 13 + 1))
+        self.assertNotIn("base", {f for f, _ in rows})
+        self.assertNotIn("differs", set(column(path, "tables/calibration", "verdict")))
+        self.assertIn(("smoother", "cost"), rows)
+
+    def test_what_a_study_does_not_offer_is_said_by_name(self):
+        for study in ("vertical_well", "sensor_monte_carlo", "error_model_monte_carlo", "gross_error_detection", "drift_monitoring"):
+            self.call("new", study, "-o", f"{study}.toml")
+            self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", 'stop.verdict=["a.b"]',
+                         says=f"{study} has a fixed number of trials.*msa_position, msa_benefit, collision, rare_event")
+            self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", "calibration.margin=0.01",
+                         says=f"{study} has no estimator that claims.*msa_position, msa_benefit, chained_multistation")
+        self.write("benefit.toml", BENEFIT.replace("trials = 2000\n", ""))
+        self.refused(BAD_INPUT, "check", "benefit.toml", "--set", "stop.relative_ci=0.1", says="ends by its verdicts: give stop.verdict")
+
+
 class Verdicts(CalibrationCase):
     def test_a_run_ends_when_its_row_is_decided_with_the_same_bits_however_it_is_run(self):
         path = self.run_config("--threads", 1, config="stop.toml")
@@ -102,6 +189,9 @@ class Verdicts(CalibrationCase):
         decision = list(column(path, "tables/looks", "decision"))
         self.assertEqual(set(decision[:-1]), {"undecided"})
         self.assertEqual(decision[-1], "agrees")
+        merit = column(path, "tables/looks", "relative_merit")
+        self.assertEqual(merit[0], 1)
+        np.testing.assert_allclose(merit, 1, rtol=0, atol=0.1)
         row = [i for i, (q, f) in enumerate(zip(column(path, "tables/parameters", "quantity"),
                                                 column(path, "tables/parameters", "formulation")))
                if (q, f) == ("sigma3_gain_z", "claimed")][0]
@@ -129,6 +219,9 @@ class Verdicts(CalibrationCase):
         said = {c: column(path, "tables/family", c)[0] for c in
                 ("verdicts", "agrees", "differs", "undecided", "differs_holm", "agrees_q")}
         self.assertEqual(said["verdicts"], said["agrees"] + said["differs"] + said["undecided"])
+        tests = [p for t in ("covariance_tests", "ellipse") for p in column(path, f"tables/{t}", "wishart_p") if p == p]
+        self.assertEqual(column(path, "tables/family", "tests")[0], len(tests))
+        self.assertGreater(len(tests), 1)
         self.assertLessEqual(said["differs_holm"], said["differs"])
         words = {w for t in ("parameters", "position", "calibration", "ellipse") for w in column(path, f"tables/{t}", "family")}
         self.assertLessEqual(words, {"", "differs", "may be chance"})
@@ -150,6 +243,14 @@ class Cost(CalibrationCase):
         self.assertGreaterEqual(len(values["table"]), ratio // 2)
         np.testing.assert_allclose(values["figure_of_merit"].astype(float),
                                    1 / (values["relative_half_width"] ** 2 * values["seconds_per_trial"] * 3000), rtol=1e-9)
+        # The figure of merit does not depend on the number of trials, but for the seconds of a trial, which no test times.
+        more = self.run_config("--trials", 48000, output="more.h5")
+        table = json.loads(self.call("show", more, "--cost", "--json").stdout)
+        later = {c["name"]: np.array(c["values"]) for c in table["columns"]}
+        rows = np.isin(values["quantity"], ["sigma3_gain_x", "sigma3_bias_z", "sigma3_north", "sigma3_east", "sigma3_vertical"])
+        np.testing.assert_array_equal(values["quantity"][rows], later["quantity"][rows])
+        merit = [(v["figure_of_merit"] * v["seconds_per_trial"])[rows].astype(float) for v in (values, later)]
+        np.testing.assert_allclose(merit[0], merit[1], rtol=0.1)
         again = self.run_config(output="again.h5")  # other times, the same result
         self.assertEqual(content_hash(again), content_hash(path))
         self.call("run", "base.toml", "-o", "p/", "--shard", "0/1")

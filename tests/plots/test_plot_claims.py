@@ -25,7 +25,7 @@ class Claims(unittest.TestCase):
     def test_what_a_result_claims(self):
         names, _ = self.plot("plot_calibration.py", SMOKE / "calibration.h5")
         for figure in ["calibration_family.png", "calibration_point1_calibration.png", "calibration_point1_histogram.png",
-                       "calibration_point1_looks.png"]:
+                       "calibration_point1_looks.png", "calibration_point1_merit.png"]:
             self.assertIn(figure, names)
 
     def test_a_first_round_along_a_boundary(self):

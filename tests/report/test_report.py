@@ -144,7 +144,7 @@ class Structure(unittest.TestCase):
 
     def test_verdicts_are_marks_with_words(self):
         cells = re.findall(r'<td class="v"><span class="verdict (\w+)"><i aria-hidden="true">(.)</i> ([^<]+)', self.source)
-        self.assertEqual({(c, w) for c, _, w in cells} - {("agrees", "agrees"), ("differs", "differs"), ("undecided", "undecided"),
+        self.assertEqual({(c, w) for c, _, w in cells} - {("agrees", "agrees"), ("differs", "differs"), ("undecided", "undecided"), ("undecided", "differs, may be chance"),
                                                           ("expected", "differs, as expected")}, set())
         self.assertGreaterEqual(len({m for _, m, _ in cells}), 3)
 
@@ -194,6 +194,26 @@ class FirstScreen(unittest.TestCase):
         said = re.search(r'id="chance">(.*?)</p>', self.source)[1]
         self.assertEqual(len(rows), 1)
         self.assertGreaterEqual(int(re.match(r"[\d\u202f]+", said)[0].replace("\u202f", "")), sum(rows.values()))
+
+    def test_the_report_is_one_family(self):
+        frame = surveymc.open(os.path.join(SMOKE, "msa_sweep.h5")).table("position")
+        odd = frame[(frame["verdict"] == "differs") & (frame["expected"] != "differs") & (frame["family"] == "differs")]
+        asked = frame[(frame["verdict"] == "differs") & (frame["expected"] == "differs")]
+        chosen = odd if len(odd) else asked
+        self.assertGreater(len(chosen), 0)
+        one = chosen.copy()
+        one.attrs, one["expected"], one["family"] = frame.attrs, "", "differs"
+        p = float(one["p_differs"].max())
+        for limit, kind in ((p, "differs"), (-1.0, "may be chance")):
+            counts = tables.counts_of(page.judged_together(one, limit))
+            self.assertEqual(counts[kind], len(one))
+            self.assertEqual(sum(counts.values()), len(one))
+        family = page.family_of([frame, surveymc.open(os.path.join(SMOKE, "msa_sweep.h5")).table("covariance_tests")])
+        rates = page.error_rates(family)
+        self.assertGreater(rates["tests"], 0)
+        self.assertEqual(rates["verdicts"] + rates["tests"], len(family))
+        whole = surveymc.open(os.path.join(SMOKE, "msa_sweep.h5"))  # the same p-values without the tables
+        self.assertEqual(sorted(whole.family), sorted(d for _, d, _ in page.family_of(whole.table(t) for t in whole.tables)))
 
     def test_verdicts_are_the_last_column(self):
         frame = surveymc.open(os.path.join(SMOKE, "msa_sweep.h5")).table("position")

@@ -50,7 +50,7 @@ class Running(unittest.TestCase):
         result = surveymc.open(self.result("thesis/test4"))
         self.assertEqual(result.trials, studies.load()["msa_position"].quick_trials)
         self.assertIn("run configs/thesis/test4.toml", result.command)
-        self.assertEqual(result.settings["verdict"]["confidence"], run_studies.QUICK_CONFIDENCE)
+        self.assertEqual(result.settings["verdict"]["confidence"], 0.95)
         self.assertIn("3 done already, 0 to run", self.go(*chosen))
         self.assertEqual(stamps, {n: os.stat(self.result(n)).st_mtime_ns for n in stamps})
         with open(self.result("reliability/fig1"), "r+b") as file:  # damaged: surveymc does not write over what it cannot read

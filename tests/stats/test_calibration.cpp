@@ -84,6 +84,31 @@ TEST_CASE("An error falls into the slot of its u, at the edges too") {
   }
 }
 
+TEST_CASE("Errors counted together fall into the slots of each alone") {
+  std::vector<double> x{kNaN, kInfinity, -kInfinity, 1e300, -1e300, 0};
+  for (double v = -9; v < 40; v += 0.00193) x.push_back(v);
+  for (const double u : {0.01, 0.025, 0.5, 0.975, 0.99})
+    for (const double edge : {normal_quantile(u), chi_squared_quantile(6, u)})
+      for (const double v : {edge, std::nextafter(edge, -10.0), std::nextafter(edge, 1e3)}) x.push_back(v);
+  // The last has more than one edge in a part of its way; the one before judges nothing.
+  for (const PitCells& cells : {PitCells::normal(), PitCells::normal(0.3), PitCells::chi_squared(6),
+                                PitCells::normal_angle(0.1), PitCells::normal(0), PitCells::chi_squared(1)})
+    for (const double offset : {0.0, 0.25}) {
+      std::vector<std::uint64_t> together(kPitSlots, 3), alone(kPitSlots, 3);
+      for (const double v : x) ++alone[cells.of(v + offset)];
+      cells.count(x.data(), x.size(), offset, together.data());
+      CHECK(together == alone);
+    }
+}
+
+TEST_CASE("An angle is judged by its tangent") {
+  const double sd = 0.2;
+  const PitCells angles = PitCells::normal_angle(sd), numbers = PitCells::normal(sd);
+  for (double a = -1.5; a < 1.5; a += 0.0011) CHECK(angles.of(std::tan(a)) == numbers.of(a));
+  CHECK(angles.of(kInfinity) == numbers.of(2.0));            // beyond a right angle
+  CHECK(PitCells::normal_angle(0.7).of(0) == kPitUnjudged);  // 2 sd are a right angle
+}
+
 TEST_CASE("Counts of a tally give bins, the central 95 % and what was not judged") {
   std::vector<std::uint64_t> slots(kPitSlots, 1);
   slots[kPitUnjudged] = 7;

@@ -4,6 +4,7 @@
 
 #include "base/units.h"
 #include "store/row_spool.h"
+#include "study/claims.h"
 #include "study/comparison.h"
 #include "study/family.h"
 
@@ -103,6 +104,41 @@ TEST_CASE("A family of a file marks what may be chance, and leaves out rows that
   CHECK(cell(tables.back(), "undecided") == 1);
   CHECK(cell(tables.back(), "differs_holm") == 1);
   CHECK(cell(tables.back(), "agrees_q") < 1e-9);
+}
+
+TEST_CASE("Wishart tests join the family with their own p, unless they are expected to differ") {
+  const std::vector<double> p{0.4, kNaN, 1e-6, 0.03, 1e-9};
+  const store::Table tests{"ellipse",
+                           "",
+                           {{"wishart_p", "1", "", p},
+                            {"expected", "", "", Words{"", "", "", "", "differs"}},
+                            {"wishart_family", "", "", Words(5)}}};
+  std::vector<store::Table> tables{comparison_table("a", "", {row_of(1.0, 0.005)}, 40'000, 0), tests};
+  apply_family(tables);
+  CHECK(std::get<Words>(tables[1].column("wishart_family").values) ==
+        Words{"", "", kDiffersInFamily, kMayBeChance, ""});  // .03 is above .05 / 3
+  CHECK(cell(tables.back(), "verdicts") == 1);
+  CHECK(cell(tables.back(), "tests") == 3);
+  CHECK(cell(tables.back(), "tests_holm") == 1);
+  CHECK(cell(tables.back(), "differs_holm") == 0);
+}
+
+TEST_CASE("A claim has p-values on the side of its verdict") {
+  constexpr double kQuantile = 1.959964;
+  const auto of = [&](double value, double bound, bool below, bool logarithmic) {
+    const stats::Interval i =
+        logarithmic ? stats::Interval{value * std::exp(-kQuantile * 0.1), value * std::exp(kQuantile * 0.1)}
+                    : stats::Interval{value - kQuantile * 0.1, value + kQuantile * 0.1};
+    return claim_evidence(value, i, bound, below, 0.95, logarithmic);
+  };
+  // Three standard errors above the bound: P(|N| > 3) = .0026998 against "below", and for "above".
+  for (const bool below : {true, false}) {
+    const Evidence e = of(1.3, 1, below, false);
+    CHECK((below ? e.p_differs : e.p_agrees) == Approx(0.0026998).epsilon(1e-4));
+    CHECK((below ? e.p_agrees : e.p_differs) == 1);
+  }
+  CHECK(of(std::exp(-0.2), 1, true, true).p_agrees == Approx(0.0455003).epsilon(1e-4));
+  CHECK(std::isnan(claim_evidence(1, {kNaN, kNaN}, 1, true, 0.95, false).p_differs));
 }
 
 TEST_CASE("A family takes in rows that wait on the disk") {
