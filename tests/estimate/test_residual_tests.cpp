@@ -6,6 +6,7 @@
 #include "base/units.h"
 #include "estimate/msa_residual.h"
 #include "simd/dual.h"
+#include "stats/linear_algebra.h"
 #include "thesis_cases.h"
 
 using namespace surveymc;
@@ -55,8 +56,8 @@ struct Dense {
     }
     if (!noise.reference_per_station) q += common * common.transpose();
     j.rightCols(3) *= 51000;  // condition
-    const MatrixXd p = q.inverse();
-    m = p - p * j * (j.transpose() * p * j).inverse() * j.transpose() * p;
+    const MatrixXd p = stats::symmetric_inverse(q);
+    m = p - p * j * stats::symmetric_inverse(j.transpose() * p * j) * j.transpose() * p;
   }
 };
 

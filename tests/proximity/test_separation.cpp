@@ -5,6 +5,7 @@
 
 #include "base/units.h"
 #include "proximity/separation.h"
+#include "stats/linear_algebra.h"
 
 using namespace surveymc;
 using namespace surveymc::proximity;
@@ -19,7 +20,7 @@ Matrix3d random_covariance(std::mt19937& random) {
   std::uniform_real_distribution<double> power(-3, 3);
   Matrix3d a;
   for (int i = 0; i < 9; ++i) a(i) = normal(random);
-  const Matrix3d axes = a.householderQr().householderQ();
+  const Matrix3d axes = stats::orthonormal_columns(a);
   const Vector3d sd(std::pow(10, power(random)), std::pow(10, power(random)), std::pow(10, power(random)));
   return axes * sd.cwiseAbs2().asDiagonal() * axes.transpose();
 }

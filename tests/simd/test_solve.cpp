@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 
 #include "simd/dual.h"
+#include "stats/linear_algebra.h"
 
 using namespace surveymc;
 using namespace surveymc::simd;
@@ -24,7 +25,7 @@ TEST_CASE("LDL' solves what Eigen solves, to the condition of the matrix") {
   std::normal_distribution<double> n;
   for (const double smallest : {1.0, 1e-3, 1e-6}) {
     Eigen::Matrix<double, 6, 6> m = Eigen::Matrix<double, 6, 6>::NullaryExpr([&] { return n(g); });
-    const Eigen::Matrix<double, 6, 6> q = m.householderQr().householderQ();
+    const Eigen::Matrix<double, 6, 6> q = stats::orthonormal_columns(m);
     Eigen::Matrix<double, 6, 1> d = Eigen::Matrix<double, 6, 1>::Ones();
     d[5] = smallest;
     const Eigen::Matrix<double, 6, 6> a = q * d.asDiagonal() * q.transpose();
@@ -48,7 +49,7 @@ TEST_CASE("LU solves what Eigen solves where a positive definite matrix is a lit
   std::normal_distribution<double> n;
   const auto random = [&] { return Eigen::Matrix<double, 6, 6>::NullaryExpr([&] { return n(g); }).eval(); };
   for (const double smallest : {1.0, 1e-3, 1e-6}) {
-    const Eigen::Matrix<double, 6, 6> q = random().householderQr().householderQ();
+    const Eigen::Matrix<double, 6, 6> q = stats::orthonormal_columns(random());
     Eigen::Matrix<double, 6, 1> d = Eigen::Matrix<double, 6, 1>::Ones();
     d[5] = smallest;
     const Eigen::Matrix<double, 6, 6> a = q * d.asDiagonal() * q.transpose() + 0.01 * smallest * random();

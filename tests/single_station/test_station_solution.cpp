@@ -10,6 +10,7 @@
 #include "simd/dual.h"
 #include "single_station/axial_correction.h"
 #include "single_station/station_batch.h"
+#include "stats/linear_algebra.h"
 
 using namespace surveymc;
 using namespace surveymc::single_station;
@@ -100,7 +101,7 @@ Oracle least_squares(const survey::Attitude& at, const survey::Vec3<double>& b, 
       jacobian.row(5) << x[0] / bh, x[1] / bh, 0, 0;
     }
     for (Index r = 0; r < rows; ++r) jacobian.row(r) /= sd[r];
-    const Eigen::VectorXd dx = jacobian.leftCols(n).colPivHouseholderQr().solve(residual(x));
+    const Eigen::VectorXd dx = stats::least_squares_solution(jacobian.leftCols(n), residual(x), 1e-14);
     double factor = 1;
     Eigen::Vector4d next = x;
     do {
@@ -112,7 +113,7 @@ Oracle least_squares(const survey::Attitude& at, const survey::Vec3<double>& b, 
     x = next;
   }
   Oracle o{x, Eigen::Matrix4d::Zero(), residual(x).squaredNorm()};
-  o.covariance.topLeftCorner(n, n) = (jacobian.leftCols(n).transpose() * jacobian.leftCols(n)).inverse();
+  o.covariance.topLeftCorner(n, n) = stats::symmetric_inverse(jacobian.leftCols(n).transpose() * jacobian.leftCols(n));
   return o;
 }
 
@@ -369,7 +370,7 @@ TEST_CASE("Gravity that is pulled to its reference is the minimum of slide 4", "
       j << -u[1] * cs, -sn, 0, u[1] * sn, -cs, 0, 0, 0, 1, 0, u[1] / total, u[2] / total;
       Eigen::Vector4d e(g.x + u[1] * sn, g.y + u[1] * cs, g.z - u[2], kGravity - total);
       const Eigen::Vector4d w(1 / s.accelerometer_xy, 1 / s.accelerometer_xy, 1 / s.accelerometer_z, 1 / s.gravity);
-      u += (w.asDiagonal() * j).colPivHouseholderQr().solve(w.asDiagonal() * e);
+      u += stats::least_squares_solution(w.asDiagonal() * j, w.asDiagonal() * e, 1e-14);
     }
     CHECK_THAT(x.gravity * x.si, WithinAbs(u[1], 1e-11));
     CHECK_THAT(x.gravity * x.ci, WithinAbs(u[2], 1e-11));
