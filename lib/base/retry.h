@@ -1,15 +1,22 @@
 #pragma once
 #include <cerrno>
+#include <type_traits>
 
 namespace surveymc {
 
-/// The result of a system call that is made again as long as a signal interrupts it. Not for close(), whose descriptor
-/// is gone in any case.
+/// The result of a call, a number or a pointer, that is made again as long as a signal interrupts it. Not for close(),
+/// whose descriptor is gone in any case.
 template <class Call>
 auto uninterrupted(const Call& call) {
   for (;;) {
     const auto result = call();
-    if (result >= 0 || errno != EINTR) return result;
+    bool is_done;
+    if constexpr (std::is_pointer_v<decltype(call())>) {
+      is_done = result != nullptr;
+    } else {
+      is_done = result >= 0;
+    }
+    if (is_done || errno != EINTR) return result;
   }
 }
 

@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "base/input_path.h"
 #include "base/numerics.h"
+#include "base/retry.h"
 #include "store/atomic_file.h"
 
 namespace surveymc::checkpoint {
@@ -259,7 +260,7 @@ void write_part(const fs::path& path, const Part& part) {
 }
 
 PartHead read_part_head(const fs::path& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  const int file = uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
   const auto fail = [&](int reason) {
     throw IoError(fmt::format("{}: cannot be read: {}", path.string(), std::generic_category().message(reason)));
   };
@@ -267,7 +268,7 @@ PartHead read_part_head(const fs::path& path) {
   struct stat status {};
   char bytes[kHeadSize];
   const bool is_file = fstat(file, &status) == 0 && S_ISREG(status.st_mode);
-  const ssize_t n = is_file ? pread(file, bytes, sizeof bytes, 0) : -1;
+  const ssize_t n = is_file ? uninterrupted([&] { return pread(file, bytes, sizeof bytes, 0); }) : -1;
   const int reason = errno;
   ::close(file);
   if (!is_file) throw IoError(fmt::format("{}: cannot be read: {}", path.string(), input_fault(path)));
@@ -293,7 +294,7 @@ void PartReader::close() {
 }
 
 std::string PartReader::bytes(std::uint64_t offset, std::uint64_t size) {
-  if (file_ < 0) file_ = open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file_ < 0) file_ = uninterrupted([&] { return open(path_.c_str(), O_RDONLY | O_CLOEXEC); });
   struct stat status {};
   if (file_ < 0 || fstat(file_, &status) != 0)
     throw IoError(fmt::format("{}: cannot be read: {}", path_.string(), std::generic_category().message(errno)));
@@ -349,7 +350,7 @@ PartState part_state(const fs::path& path) {
     return PartState::whole;
   } catch (const IoError&) {
     std::string begin;
-    if (const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC); file >= 0) {
+    if (const int file = uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC); }); file >= 0) {
       begin.assign(kAnyPartMark.size(), '\0');
       const ssize_t n = read(file, begin.data(), begin.size());
       begin.resize(n > 0 ? static_cast<std::size_t>(n) : 0);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <map>
 #include <sstream>
 
@@ -17,6 +18,14 @@ namespace {
 constexpr const char* kProgram = "surveymc: Monte-Carlo research workbench for wellbore directional surveying";
 
 /// Gives `app` the commands and options of the program; parsing fills `line`, which must live as long.
+/// CLI::Range takes what is not a number, and tells a limit of infinity with 309 digits.
+const CLI::Validator kFinite(
+    [](std::string& text) {
+      double x = 0;
+      return CLI::detail::lexical_cast(text, x) && !std::isfinite(x) ? "must be a finite number, not " + text : "";
+    },
+    "");
+
 void define(CLI::App& app, CommandLine& line, const std::string& version) {
   app.set_version_flag("--version", version);
   app.require_subcommand(1);
@@ -83,9 +92,11 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
                   "with --array: number of shards in all; the task runs shard SLURM_ARRAY_TASK_ID");
   run->add_flag("--resume", a.resume, "go on from the journal of an interrupted run, if there is one");
   run->add_option("--max-seconds", a.max_seconds, "stop after this time, keep finished blocks, exit with 75")
+      ->check(kFinite)
       ->check(CLI::PositiveNumber);
   run->add_option("--checkpoint-seconds", a.checkpoint_seconds,
                   "time between writes of finished blocks to the journal (default: 5)")
+      ->check(kFinite)
       ->check(CLI::Range(0.001, 1e6));
   CLI::App* plan = command(Command::plan, "plan", "parts of a config: how many, and which are missing");
   config_options(plan);
@@ -131,9 +142,11 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   diff->add_option("file_b", line.compared.b, "another one of the same experiment")->required();
   diff->add_option("--level", line.compared.level,
                    "probability of any false difference, over all rows together (default: 0.05)")
+      ->check(kFinite)
       ->check(CLI::Range(1e-12, 0.5));
   diff->add_option("--tolerance", line.compared.tolerance,
                    "of the same draws: standard errors that a value may have changed (default: 0)")
+      ->check(kFinite)
       ->check(CLI::NonNegativeNumber);
   CLI::Option* diff_csv = diff->add_flag("--csv", line.compared.csv, "every row as CSV");
   CLI::Option* diff_json = diff->add_flag("--json", line.compared.json, "every row as JSON");

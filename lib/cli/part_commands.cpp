@@ -39,7 +39,7 @@ std::uint64_t shard_count(const RunArguments& a) {
 void require_choice(const study::RunPlan& run, const study::PartChoice& choice) {
   try {
     study::check_choice(run, choice);
-  } catch (const InputError& e) {
+  } catch (const study::BadChoice& e) {
     throw UsageError(e.what());
   }
 }
@@ -65,7 +65,12 @@ fs::path part_path(const RunArguments& a, const study::PartChoice& choice) {
   const bool is_default = output.empty();
   if (is_default) output = fs::path("results") / (fs::path(a.config).stem().string() + ".parts") / "";
   const bool is_folder = !output.has_filename() || fs::is_directory(output, error);
-  if (!is_folder) return output;
+  if (!is_folder) {
+    require_usage(output.extension() == kExtension,
+                  "-o {}: the name of a part ends in {}, so that surveymc merge finds it; or give a folder",
+                  output.string(), kExtension);
+    return output;
+  }
   fs::create_directories(output, error);
   if (error) throw IoError(fmt::format("{}: cannot be made: {}", output.string(), error.message()));
   return output / (study::part_name(choice) + kExtension);
@@ -406,7 +411,9 @@ int status_of(const std::string& folder) {
     study::Coverage there;
     double elapsed = 0;
     std::size_t failed = 0;
+    std::vector<checkpoint::PartHead> heads;
     for (const ListedPart& part : parts) {
+      heads.push_back(part.head);
       elapsed += part.head.elapsed_s;
       failed += part.head.failed;
       add_to(there, part);
@@ -416,6 +423,7 @@ int status_of(const std::string& folder) {
                store::printable(first.title), first.experiment, first.key.config_hash, first.key.program, parts.size(),
                parts.size() == 1 ? "" : "s", format_duration(elapsed), first.points - open.count(), first.points,
                open.empty() ? "" : "; missing, whole or in part: ", study::array_list(open));
+    if (const std::string shards = study::missing_shards(heads); !shards.empty()) fmt::print("  missing {}\n", shards);
     if (failed > 0) fmt::print("  {} part{} with points that cannot be run\n", failed, failed == 1 ? "" : "s");
   }
   if (runs.empty()) fmt::print("no part files in {}\n", folder);

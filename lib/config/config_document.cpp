@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/input_path.h"
+#include "base/retry.h"
 #include "config/key_log_apply.h"
 #include "config/next_round.h"
 #include "config/suggest.h"
@@ -25,7 +26,8 @@ FileText read_file(const fs::path& path, std::uint64_t most, const std::string& 
   const auto failed = [](const std::string& fault) { return FileText{"", fault}; };
   const auto reason = [] { return std::generic_category().message(errno); };
   if (const std::string fault = input_fault(path, most, way_out); !fault.empty()) return failed(fault);
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(
+      uninterrupted([&] { return std::fopen(path.c_str(), "rb"); }), &std::fclose);
   if (!file) return failed(reason());
   FileText out;
   char buffer[1 << 16];

@@ -10,6 +10,7 @@
 #include <xxhash.h>
 
 #include "base/error.h"
+#include "base/retry.h"
 #include "config/text.h"
 
 namespace surveymc::config {
@@ -22,7 +23,7 @@ constexpr std::size_t kPiece = std::size_t{1} << 20;
 }
 
 std::FILE* opened(const std::filesystem::path& place) {
-  std::FILE* f = std::fopen(place.c_str(), "rb");
+  std::FILE* f = uninterrupted([&] { return std::fopen(place.c_str(), "rb"); });
   if (!f) fail(place, std::generic_category().message(errno));
   return f;
 }

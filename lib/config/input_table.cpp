@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "config/csv_cells.h"
 #include "config/text.h"
 
 namespace surveymc::config {
@@ -38,41 +39,6 @@ std::size_t first_bad_byte(std::string_view s) {
     i += n;
   }
   return std::string_view::npos;
-}
-
-/// Cells of one line. Boost's escaped_list_separator would read `1"2` and `"1""2"` as 12; a wrong number must not
-/// pass, so quotes are strict here: around a whole cell, doubled inside it. Throws the rule that is broken.
-std::vector<std::string> split_cells(std::string_view line, const std::string& place) {
-  std::vector<std::string> cells;
-  std::size_t i = 0;
-  for (;;) {
-    while (i < line.size() && (line[i] == ' ' || line[i] == '\t')) ++i;
-    if (i < line.size() && line[i] == '"') {
-      std::string cell;
-      bool closed = false;
-      for (++i; i < line.size() && !closed; ++i) {
-        if (line[i] != '"') {
-          cell += line[i];
-        } else if (i + 1 < line.size() && line[i + 1] == '"') {
-          cell += line[i++];
-        } else {
-          closed = true;
-        }
-      }
-      require(closed, "{}: a quote is not closed on its line", place);
-      while (i < line.size() && (line[i] == ' ' || line[i] == '\t')) ++i;
-      require(i == line.size() || line[i] == ',', "{}: text after a closing quote", place);
-      cells.emplace_back(trimmed(cell));
-    } else {
-      const std::size_t end = std::min(line.find(',', i), line.size());
-      const auto cell = trimmed(line.substr(i, end - i));
-      require(cell.find('"') == std::string_view::npos, "{}: {}: a quote inside a cell", place, shortened(cell));
-      cells.emplace_back(cell);
-      i = end;
-    }
-    if (i == line.size()) return cells;
-    ++i;  // the comma
-  }
 }
 
 enum class Reading { number, infinite, out_of_range, other };
@@ -129,6 +95,40 @@ double checked_cell(const std::string& cell, const std::string& name, const std:
 }
 
 }  // namespace
+
+// Boost's escaped_list_separator would read `1"2` and `"1""2"` as 12.
+std::vector<std::string> split_cells(std::string_view line, const std::string& place) {
+  std::vector<std::string> cells;
+  std::size_t i = 0;
+  for (;;) {
+    while (i < line.size() && (line[i] == ' ' || line[i] == '\t')) ++i;
+    if (i < line.size() && line[i] == '"') {
+      std::string cell;
+      bool closed = false;
+      for (++i; i < line.size() && !closed; ++i) {
+        if (line[i] != '"') {
+          cell += line[i];
+        } else if (i + 1 < line.size() && line[i + 1] == '"') {
+          cell += line[i++];
+        } else {
+          closed = true;
+        }
+      }
+      require(closed, "{}: a quote is not closed on its line", place);
+      while (i < line.size() && (line[i] == ' ' || line[i] == '\t')) ++i;
+      require(i == line.size() || line[i] == ',', "{}: text after a closing quote", place);
+      cells.emplace_back(trimmed(cell));
+    } else {
+      const std::size_t end = std::min(line.find(',', i), line.size());
+      const auto cell = trimmed(line.substr(i, end - i));
+      require(cell.find('"') == std::string_view::npos, "{}: {}: a quote inside a cell", place, shortened(cell));
+      cells.emplace_back(cell);
+      i = end;
+    }
+    if (i == line.size()) return cells;
+    ++i;  // the comma
+  }
+}
 
 int InputTable::find(const std::string& name) const {
   const auto it = std::find(names.begin(), names.end(), name);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "config/csv_cells.h"
 #include "config/text.h"
 
 namespace surveymc::config {
@@ -24,30 +25,6 @@ std::string_view next_line(std::string_view text, std::size_t& at) {
 bool is_no_row(std::string_view line) {
   const std::string_view t = trimmed(line);
   return t.empty() || t.front() == '#';
-}
-
-/// Cells of a line; a cell in quotes may hold commas and doubled quotes.
-std::vector<std::string> split_cells(std::string_view line) {
-  std::vector<std::string> cells;
-  for (std::size_t at = 0; at <= line.size();) {
-    std::size_t first = at;
-    while (first < line.size() && (line[first] == ' ' || line[first] == '\t')) ++first;
-    std::string cell;
-    if (first < line.size() && line[first] == '"') {
-      for (at = first + 1; at < line.size(); ++at) {
-        if (line[at] == '"' && (at + 1 >= line.size() || line[at + 1] != '"')) break;
-        if (line[at] == '"') ++at;
-        cell += line[at];
-      }
-      at = std::min(line.find(',', std::min(at, line.size())), line.size());
-    } else {
-      at = std::min(line.find(',', at), line.size());
-      cell = std::string(trimmed(line.substr(first, at - std::min(first, at))));
-    }
-    cells.push_back(std::move(cell));
-    ++at;  // behind the comma; of a line that ends in one, the last cell is empty
-  }
-  return cells;
 }
 
 TomlNode value_of(const std::string& cell) {
@@ -85,7 +62,7 @@ void SweepTable::scan() {
     if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);
     if (is_no_row(line)) return;
     if (names_.empty()) {
-      names_ = split_cells(line);
+      names_ = split_cells(line, place(number));
       std::set<std::string> seen;
       for (const std::string& name : names_) {
         if (name.empty()) throw InputError(fmt::format("{}: a column has no name", place(number)));
@@ -118,6 +95,8 @@ void SweepTable::scan() {
       const std::size_t used = std::min(at, piece.size());
       piece.erase(0, used);
       begin += used;
+      if (disk.bad() || (!more && begin < file_.size))  // a read that fails would else be the end of the table
+        throw IoError(fmt::format("{}: cannot be read to its end", file_.path));
       if (piece.size() > 16 * kPiece) throw InputError(fmt::format("{}: the line is too long", place(number + 1)));
     }
   }
@@ -150,7 +129,7 @@ const std::string& SweepTable::chunk_text(std::uint64_t chunk) const {
 }
 
 std::vector<TomlNode> SweepTable::cells_of(const Line& line) const {
-  const std::vector<std::string> cells = split_cells(line.text);
+  const std::vector<std::string> cells = split_cells(line.text, place(line.number));
   for (std::size_t c = 0; c < names_.size(); ++c)
     if (c >= cells.size() || cells[c].empty())
       throw InputError(fmt::format("{}: {}: the cell is missing", place(line.number), names_[c]));

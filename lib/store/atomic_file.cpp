@@ -126,7 +126,8 @@ void AtomicFile::commit() {
   if (close(std::exchange(file_, -1)) != 0 && errno != EINTR) fail();  // interrupted behind fsync(): it is closed
   if (rename(path_.c_str(), target_.c_str()) != 0) fail();
   committed_ = true;
-  const int folder = open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int folder =
+      uninterrupted([&] { return open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
   if (folder < 0) return;  // a folder that we may write but not read: its entry reaches the disk a little later
   const bool failed = uninterrupted([&] { return fsync(folder); }) != 0 &&
                       errno == EIO;  // other errors: a file system without fsync of folders

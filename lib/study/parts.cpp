@@ -21,6 +21,11 @@ std::string points_in_words(const RunPlan& run) {
   return fmt::format("the points of this config are numbered 0 to {}", run.point_count() - 1);
 }
 
+template <class... Args>
+void require_choice(bool ok, fmt::format_string<Args...> format, Args&&... args) {
+  if (!ok) throw BadChoice(fmt::format(format, std::forward<Args>(args)...));
+}
+
 }  // namespace
 
 std::string part_name(const PartChoice& c) {
@@ -36,21 +41,24 @@ std::string part_name(const PartChoice& c) {
 
 void check_choice(const RunPlan& run, const PartChoice& c) {
   const checkpoint::PointRange range = c.range(run);
-  if (range.count() == 1) require(range.first < run.point_count(), "--point {}: {}", range.first, points_in_words(run));
-  require(range.count() > 0 && range.end <= run.point_count(), "--point {}:{}: {}", range.first, range.end,
-          range.count() == 0 ? "has no points: FIRST:END goes from FIRST to END - 1" : points_in_words(run));
-  require(c.shards > 0 && c.shard < c.shards, "--shard {}/{}: shards are numbered 0 to {}", c.shard, c.shards,
-          c.shards - (c.shards > 0));
+  if (range.count() == 1)
+    require_choice(range.first < run.point_count(), "--point {}: {}", range.first, points_in_words(run));
+  require_choice(range.count() > 0 && range.end <= run.point_count(), "--point {}:{}: {}", range.first, range.end,
+                 range.count() == 0 ? "has no points: FIRST:END goes from FIRST to END - 1" : points_in_words(run));
+  require_choice(c.shards > 0 && c.shard < c.shards, "--shard {}/{}: shards are numbered 0 to {}", c.shard, c.shards,
+                 c.shards - (c.shards > 0));
   if (c.points && c.shards == 1) return;
   // Of a large sweep the first point stands for the others, as only shards need them all.
   for (std::uint64_t i = 0; i < (run.is_large() ? 1 : range.count()); ++i) {
     const std::shared_ptr<const PointPlan> plan = run.plan(range.point(i));
-    require(plan->trials() > 0, "--shard {}/{}: a config of {} has no trials to divide; divide it by --point (0 to {})",
-            c.shard, c.shards, run.experiment.name(), run.point_count() - 1);
-    require(plan->looks().empty(),
-            "--shard {}/{}: this config ends by [stop], which looks at all trials so far, and a shard sees only its "
-            "own; divide it by --point (0 to {}), or give trials instead of [stop]",
-            c.shard, c.shards, run.point_count() - 1);
+    require_choice(plan->trials() > 0,
+                   "--shard {}/{}: a config of {} has no trials to divide; divide it by --point (0 to {})", c.shard,
+                   c.shards, run.experiment.name(), run.point_count() - 1);
+    require_choice(
+        plan->looks().empty(),
+        "--shard {}/{}: this config ends by [stop], which looks at all trials so far, and a shard sees only its "
+        "own; divide it by --point (0 to {}), or give trials instead of [stop]",
+        c.shard, c.shards, run.point_count() - 1);
   }
 }
 
@@ -348,7 +356,25 @@ void PartSet::write_merged(const std::filesystem::path& path, const std::atomic<
   });
 }
 
-void require_complete(const RunPlan& run, const Coverage& coverage) {
+std::vector<checkpoint::PartHead> PartSet::heads() const {
+  std::vector<checkpoint::PartHead> out;
+  for (const checkpoint::PartReader& r : readers_) out.push_back(r.head());
+  return out;
+}
+
+std::string missing_shards(const std::vector<checkpoint::PartHead>& parts) {
+  PointSet there;
+  for (const checkpoint::PartHead& p : parts) {
+    if (p.shards < 2 || p.shards != parts.front().shards || !(p.range == parts.front().range)) return "";
+    there.add(p.shard);
+  }
+  const PointSet missing = there.others(parts.empty() ? 0 : parts.front().shards);
+  if (missing.empty()) return "";
+  return fmt::format("{} {} of {}", missing.count() == 1 ? "shard" : "shards", array_list(missing),
+                     parts.front().shards);
+}
+
+void require_complete(const RunPlan& run, const Coverage& coverage, const std::string& shards) {
   PointSet none;
   std::string text;
   const PointSet missing = coverage.missing(run.point_count());
@@ -368,6 +394,7 @@ void require_complete(const RunPlan& run, const Coverage& coverage) {
     text = fmt::format("; {} {}{}", none.count() == 1 ? "point" : "points", array_list(none),
                        run.point_count() == none.count() ? " (all)" : "") +
            text;
+  if (!text.empty() && !shards.empty()) text = "; " + shards + text;
   require(text.empty(), "the parts are not the whole run: missing {}", text.empty() ? text : text.substr(2));
 }
 
@@ -410,7 +437,7 @@ PointResult merged_point(const RunPlan& run, std::uint64_t point, std::vector<ch
 }
 
 store::Result merge_parts(const RunPlan& run, PartSet& parts, const montecarlo::RunOptions& options) {
-  require_complete(run, parts.coverage());
+  require_complete(run, parts.coverage(), missing_shards(parts.heads()));
   return assemble(
       run,
       [&](std::size_t i) {

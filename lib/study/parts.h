@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "base/point_set.h"
 #include "checkpoint/part_file.h"
 #include "study/experiment.h"
@@ -25,8 +26,14 @@ struct PartChoice {
 /// second number is the end of the range, as given.
 std::string part_name(const PartChoice& choice);
 
-/// Throws InputError if the run has no such part: a number is out of range, or there are shards where a point has no
-/// trials or a [stop] rule, which looks at all trials so far.
+/// The run has no such part; its config is right.
+class BadChoice : public InputError {
+ public:
+  using InputError::InputError;
+};
+
+/// Throws BadChoice if a number is out of range, or there are shards where a point has no trials or a [stop] rule,
+/// which looks at all trials so far. Throws InputError for a point that cannot be read.
 void check_choice(const RunPlan& run, const PartChoice& choice);
 
 /// Reads the points of the part, the first kMostReadWhole of them if it has more, and the table of points, if there is
@@ -69,6 +76,10 @@ class Coverage {
 /// "0-3,7", as Slurm's --array wants it.
 std::string array_list(const PointSet& points);
 
+/// "shard 1 of 2", "shards 1-3,7 of 9": those that are not among these parts, if all are shards of one division of the
+/// same points; otherwise, and if none is missing, "".
+std::string missing_shards(const std::vector<checkpoint::PartHead>& parts);
+
 /// The first file of which the part has other contents than `config` has read; "" if there is none.
 std::string other_file(const checkpoint::Part& part, const config::Config& config);
 
@@ -89,6 +100,7 @@ class PartSet {
   /// Pieces of a point, in the order of the parts.
   std::vector<checkpoint::PartPiece> pieces(std::uint64_t point);
   bool has_failures() const { return failed_; }
+  std::vector<checkpoint::PartHead> heads() const;
   /// What the user should know of the parts: which are of another build.
   const std::vector<std::string>& remarks() const { return remarks_; }
   /// Writes the pieces of all parts, in order of the points, as one part.
@@ -110,8 +122,8 @@ class PartSet {
   std::vector<std::string> remarks_;
 };
 
-/// Throws InputError that names what no part has: points, and trials of points.
-void require_complete(const RunPlan& run, const Coverage& coverage);
+/// Throws InputError that names what no part has: `shards` (missing_shards()), points, and trials of points.
+void require_complete(const RunPlan& run, const Coverage& coverage, const std::string& shards);
 
 /// What a point gives to the result, from its pieces.
 PointResult merged_point(const RunPlan& run, std::uint64_t point, std::vector<checkpoint::PartPiece> pieces,

@@ -50,11 +50,14 @@ class Parts(Case):
             if i not in (3, 7):
                 self.part("--array", "--shards", 9, folder="s/", env={"SLURM_ARRAY_TASK_ID": str(i)})
         self.assertEqual(self.call("plan", "small.toml", "--missing", "s", "--shards", 9), "3,7\n")
-        self.call("merge", "-o", "m.h5", "s", code=BAD_INPUT, says="of point 0 the trials 1536 to 2047")
+        self.call("merge", "-o", "m.h5", "s", code=BAD_INPUT, says="missing shards 3,7 of 9; of point 0 the trials 1536 to 2047")
+        self.assertRegex(self.call("status", "s"), "missing shards 3,7 of 9")
         self.call("merge", "-o", "m.h5", "s", "p", code=BAD_INPUT, says="missing of point 0 the trials 1536 to")
         self.assertFalse((self.folder / "m.h5").exists())
-        for i in (3, 7):
-            self.part("--shard", f"{i}/9", folder="s/")
+        self.part("--shard", "3/9", folder="s/")
+        self.call("merge", "-o", "m.h5", "s", code=BAD_INPUT, says="missing shard 7 of 9; of point 0")
+        self.part("--shard", "7/9", folder="s/")
+        self.assertNotIn("missing", self.call("status", "s"))
         self.assertEqual(self.call("plan", "small.toml", "--missing", "s", "--shards", 9), "")
         self.call("merge", "-o", "m.h5", "s")
         self.assertEqual(self.hash_of("m.h5"), self.whole)
@@ -104,6 +107,16 @@ class Parts(Case):
         for bad, rule in (("2:4", "numbered 0 to 2"), ("2:2", "has no points"), ("0:2:0", "step must not be 0"), ("0:x", "whole number"),
                           ("1:2:3:4", "whole number")):
             self.part("--point", bad, code=USAGE, says=rule)
+
+    def test_names_that_merge_would_not_find(self):
+        for name in ("x.h5", "x", "x.part.1", "x.PART"):
+            self.call("run", "small.toml", "--shard", "0/2", "-o", name, code=USAGE, says=f"-o {name}: the name of a part ends in .part")
+            self.assertFalse((self.folder / name).exists())
+
+    def test_a_mistake_in_the_config_is_none_of_the_command_line(self):
+        (self.folder / "bad.toml").write_text(CONFIG.format(trials=5000).replace("survey.csv", "no.csv"))
+        for choice in (("--shard", "0/2"), ("--point", "0")):
+            self.call("run", "bad.toml", *choice, "-o", "q/", code=BAD_INPUT, says="no.csv.*cannot be read: No such file")
 
     def test_a_part_does_not_grow_with_the_sweep(self):
         sizes = []

@@ -41,6 +41,10 @@ class CommandLine(Case):
         for words, says in [
             (["run", "base.toml", "--trial", "600"], "--trial 600: .*numbered 0 to 599"),
             (["run", "base.toml", "--trials", "many"], "--trials many: must be a whole number"),
+            (["run", "base.toml", "--max-seconds", "nan"], "--max-seconds: must be a finite number, not nan"),
+            (["run", "base.toml", "--checkpoint-seconds", "nan"], "must be a finite number"),
+            (["diff", "a.h5", "b.h5", "--level", "nan"], "must be a finite number"),
+            (["diff", "a.h5", "b.h5", "--tolerance", "inf"], "must be a finite number"),
             (["run", "base.toml", "--seed", "-1"], "--seed -1"), (["run", "base.toml", "--point", "1"], "--point 1: .*0 to 0"),
             (["run", "base.toml", "--shard", "1"], "must be I/N"), (["run", "base.toml", "--shard", "4/4"], "numbered 0 to 3"),
             (["run", "base.toml", "--array"], "SLURM_ARRAY_TASK_ID is not set"), (["run", "base.toml", "--shards", "2"], "--array"),

@@ -197,6 +197,8 @@ TEST_CASE("Designs: points in a table") {
   CHECK(folder.refused("a,b\n1,2\n3\n") == "points.csv:3: b: the cell is missing");
   CHECK(folder.refused("a,b\n1,2\n,4\n") == "points.csv:3: a: the cell is missing");
   CHECK(folder.refused("a,b\n1,2\n1,2,3\n") == "points.csv:3: has 3 cells, but there are 2 columns");
+  CHECK(folder.refused("a,b\n1,2\n\"3,4\n") == "points.csv:3: a quote is not closed on its line");
+  CHECK(folder.refused("a\n\"1\"2\n") == "points.csv:2: text after a closing quote");
   CHECK(folder.refused("a,a\n1,2\n") == "points.csv:1: a: two columns have this name");
   CHECK(folder.refused("a\n") == "points.csv: has no rows: each is a point");
   CHECK(folder.refused("a,trials\n1,2\n") == "points.csv: trials: cannot be swept: a result has one number of trials");

@@ -21,9 +21,11 @@ from surveymc import integrity, storage  # noqa: E402
 
 DONE, BAD_INPUT, CANNOT_WRITE, INTERRUPTED = 0, 65, 74, 75
 PATIENCE = 300
-SURVEY = "md_m,inclination_deg,azimuth_deg,toolface_deg\n0,10,20,0\n30,14,25,50\n60,18,30,120\n90,22,37,200\n"
-CONFIG = ('experiment = "msa_position"\nseed = 1\ntrials = 20000\nestimator = "msa"\n[survey]\nfile = "survey.csv"\ntoolface_zero = "y"\n'
-          "[field]\ntotal_nT = 50000.0\ndip_deg = 60.0\n[noise]\nmagnetometer_nT = 50.0\n")
+# A map, as its file is small; and events of small probability, whose tallies are.
+MAP = ('experiment = "reliability_map"\nseed = 1\nmode = "sse"\nobservation = "bx"\ninclination_deg = 30.0\n'
+       "toolface_deg = [0.0, 90.0]\nmagnetic_azimuth_deg = [0.0, 60.0]\n")
+EVENT = ('experiment = "rare_event"\nseed = 1\ntrials = 100000\n[problem]\nname = "rp107"\n[sampling]\nmethod = "importance"\n'
+         "subset = { samples = 100, replicates = 2 }\n")
 
 
 def call(command, folder):
@@ -80,11 +82,10 @@ class Target:
 
 def targets(program, work):
     folders = {}
-    for name in ("result", "part", "journal"):
+    for name, config in (("result", MAP), ("part", EVENT), ("journal", EVENT)):
         folders[name] = work / name
         folders[name].mkdir()
-        (folders[name] / "survey.csv").write_text(SURVEY)
-        (folders[name] / "c.toml").write_text(CONFIG)
+        (folders[name] / "c.toml").write_text(config)
     prepare = (("result", ["run", "c.toml", "-o", "r.h5"]), ("part", ["run", "c.toml", "--shard", "0/2", "-o", "p/"]),
                ("part", ["run", "c.toml", "--shard", "1/2", "-o", "p/"]),
                ("journal", ["run", "c.toml", "-o", "r.h5", "--checkpoint-seconds", "0.001", "--max-seconds", "0.0005", "--threads", "1"]))

@@ -24,8 +24,8 @@ import tempfile
 import h5py
 
 DONE, BAD_INPUT, INTERNAL, NO_THREADS, CANNOT_WRITE, INTERRUPTED = 0, 65, 70, 71, 74, 75
-FAULTS = {"open": ["EMFILE", "EACCES"], "read": ["EIO", "EINTR", "short"], "write": ["ENOSPC", "EIO", "EINTR", "short", "ENOSPC+"],
-          "fsync": ["EIO"], "rename": ["EIO", "ENOSPC"], "ftruncate": ["EIO"], "close": ["EIO", "EDQUOT"], "mkdir": ["EACCES"],
+FAULTS = {"open": ["EMFILE", "EACCES", "EINTR"], "read": ["EIO", "EINTR", "short"], "write": ["ENOSPC", "EIO", "EINTR", "short", "ENOSPC+"],
+          "fsync": ["EIO", "EINTR"], "rename": ["EIO", "ENOSPC"], "ftruncate": ["EIO"], "close": ["EIO", "EDQUOT"], "mkdir": ["EACCES"],
           "mmap": ["ENOMEM", "ENOMEM+"], "malloc": ["ENOMEM", "ENOMEM+"], "thread": ["EAGAIN", "EAGAIN+"]}
 MOST_SITES = {"malloc": 40, "mmap": 20}  # of thousands: spread evenly in the logarithm
 PATIENCE = 300
