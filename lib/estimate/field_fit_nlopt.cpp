@@ -2,12 +2,12 @@
 /// trial at a time, and shares only the readable residual with the kernels.
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <nlopt.hpp>
 
 #include "estimate/field_fit_estimators.h"
 #include "simd/dual.h"
+#include "stats/linear_algebra.h"
 
 namespace surveymc::estimate {
 namespace {
@@ -140,7 +140,7 @@ void recenter(Problem& p, const Vector& x, bool tilted) {
   // An unknown that nothing depends on (a reference without uncertainty and without weight) keeps its place.
   for (Eigen::Index i = 0; i < p.size(); ++i)
     if (normal(i, i) == 0) normal(i, i) = 1;
-  p.scale = normal.llt().matrixU().solve(Matrix::Identity(p.size(), p.size()));
+  p.scale = stats::cholesky(normal).solve_upper(Matrix::Identity(p.size(), p.size()));
 }
 
 class FieldFitNlopt final : public Estimator {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "base/units.h"
@@ -36,7 +35,11 @@ ResidualTests residual_tests(const std::vector<survey::StationFields>& stations,
     Matrix2d q = noise.magnetometer * noise.magnetometer * m.by_magnetometer * m.by_magnetometer.transpose() +
                  noise.down * noise.down * by_tilt * by_tilt.transpose();
     if (noise.reference_per_station) q += by_reference * by_reference.transpose();
-    whiten.push_back(Matrix2d(q.llt().matrixL()).inverse());
+    Matrix2d lower = Matrix2d::Zero();  // Cholesky factor of Q_k
+    lower(0, 0) = std::sqrt(q(0, 0));
+    lower(1, 0) = q(1, 0) / lower(0, 0);
+    lower(1, 1) = std::sqrt(q(1, 1) - lower(1, 0) * lower(1, 0));
+    whiten.push_back(lower.inverse());
     const auto row = static_cast<Index>(2 * k);
     a.block<2, 6>(row, 0) = whiten[k] * m.by_parameters;
     if (!noise.reference_per_station) a.block<2, 2>(row, 6) = whiten[k] * by_reference;

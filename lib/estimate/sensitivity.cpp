@@ -65,7 +65,7 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
   for (int i = 0; i < 6; ++i) (model.estimated[static_cast<std::size_t>(i)] ? unknown : held).push_back(i);
   weight(held).setZero();
   Matrix6d prior = dpq.transpose() * weight.asDiagonal() * dpq;
-  prior(Eigen::all, held).setZero();
+  for (const int k : held) prior.col(k).setZero();
   const Matrix8d by_readings = normal;
   normal.topLeftCorner<6, 6>() += prior;
   Sensitivity s;
