@@ -83,9 +83,11 @@ def error_rates(family):
 
 def expectation(counts):
     """What a reader should know of the rows whose verdict is not the one that a config expects."""
-    rows, undecided = counts["unexpected"], counts["unexpected_undecided"]
+    rows, undecided, waiting = counts["unexpected"], counts["unexpected_undecided"], counts["waiting"]
     if not rows:
-        return "No verdict is other than the configs expect."
+        return "No verdict is other than the configs expect." + (
+            f" {grouped(waiting)} that they expect {'is' if waiting == 1 else 'are'} not decided by these trials, which are not the "
+            "configs'." if waiting else "")
     are = "is" if rows == 1 else "are"
     why = "" if not undecided else ": undecided with so many trials" if undecided == rows else \
         f"; {grouped(undecided)} of them {'is' if undecided == 1 else 'are'} undecided with so many trials"
@@ -165,6 +167,9 @@ def result_part(result, study, drawn, identity, name, first_figure, limit=math.i
     name: its path as the reader has it; identity: the id of its part of the page; limit: see judged_together.
     """
     frames = {t: judged_together(result.table(t), limit) for t in result.tables}
+    own_trials = "--trials" not in result.command
+    for frame in frames.values():
+        frame.attrs["own_trials"] = own_trials
     judged = [t for t in frames if "verdict" in frames[t] and len(frames[t])]
     counts = added(tables.counts_of(frames[t]) for t in judged)
     config = studies.config_of(result.command, result.title)

@@ -49,21 +49,31 @@ def _kind(verdict, expected, family):
     return MAY_BE_CHANCE if kind == "differs" and family == MAY_BE_CHANCE else kind
 
 
+def _unexpected(frame, got, wanted, family):
+    """Whether a row is not as expected. Rows that are not decided say nothing against a config if the run had other trials than
+    the config has (attrs["own_trials"], set by page.result_part)."""
+    waits = got in ("", "undecided") and not frame.attrs.get("own_trials", True)
+    return is_unexpected(got, wanted, family) and not waits
+
+
 def no_counts():
-    return dict.fromkeys((*VERDICTS, MAY_BE_CHANCE, "unexpected", "unexpected_undecided"), 0)
+    return dict.fromkeys((*VERDICTS, MAY_BE_CHANCE, "unexpected", "unexpected_undecided", "waiting"), 0)
 
 
 def counts_of(frame):
-    """Verdict counts of one table, as Result.verdicts has them of all, but with rows that may be chance apart, and
-    "unexpected_undecided": how many of the unexpected ones are undecided."""
+    """Verdict counts of one table, as Result.verdicts has them of all, but with rows that may be chance apart,
+    "unexpected_undecided": how many of the unexpected ones are undecided, and "waiting": how many would be unexpected, but
+    are not decided by other trials than the config's."""
     counts = no_counts()
     expected = frame["expected"] if "expected" in frame else [""] * len(frame)
     for got, wanted, family in zip(frame["verdict"], expected, _family(frame)):
         kind = _kind(got, wanted, family)
         if kind in counts:
             counts[kind] += 1
-        counts["unexpected"] += is_unexpected(got, wanted, family)
-        counts["unexpected_undecided"] += got == "undecided" and is_unexpected(got, wanted)
+        odd = _unexpected(frame, got, wanted, family)
+        counts["unexpected"] += odd
+        counts["unexpected_undecided"] += got == "undecided" and odd
+        counts["waiting"] += is_unexpected(got, wanted, family) and not odd
     return counts
 
 
@@ -113,7 +123,7 @@ class _Columns:
         if column == "verdict":
             wanted = row.get("expected", "")
             together = row.get("family", "")
-            return f'<td class="v">{verdict(_kind(value, wanted, together), is_unexpected(value, wanted, together))}</td>'
+            return f'<td class="v">{verdict(_kind(value, wanted, together), _unexpected(self.frame, value, wanted, together))}</td>'
         if not _is_number(self.frame[column]):
             if column == "quantity" and row.get("unit", "1") not in ("1", ""):
                 return f'<th scope="row">{escape(value)} <span class="unit">({escape(unit(row["unit"]))})</span></th>'
@@ -156,7 +166,7 @@ def table(frame, margin=0.0, command="", fold=False):
     rows = []
     for i in range(len(shown)):
         row = {c: shown[c].iat[i] for c in shown}
-        unexpected = is_unexpected(row.get("verdict", ""), row.get("expected", ""), row.get("family", ""))
+        unexpected = _unexpected(shown, row.get("verdict", ""), row.get("expected", ""), row.get("family", ""))
         rows.append(f"<tr{' class=unexpected' if unexpected else ''}>" + "".join(columns.cell(row, c) for c in columns.shown)
                     + "</tr>")
     note = f'<p class="small">{shortened} All: <code>{escape(command)}</code></p>' if shortened else ""

@@ -60,6 +60,11 @@ class Calibration(CalibrationCase):
         self.assertTrue((np.diff(coverage, axis=1) >= 0).all())
         np.testing.assert_allclose(coverage[:, 0], share[:, 74] - share[:, 24], rtol=0, atol=1e-12)
         np.testing.assert_allclose(coverage[:, 4], share[:, 98] - share[:, 0], rtol=0, atol=1e-12)
+        # Of another seed: the same rows, whatever shapes they have, and no largest deviation taken for a normal value.
+        said = json.loads(self.call("diff", path, self.run_config("--seed", 2, output="other.h5"), "--json", code=(0, UNEXPECTED)).stdout)
+        said = {c["name"]: c["values"] for c in said["columns"]}
+        self.assertNotIn("only in A", said["finding"])
+        self.assertNotIn("deviation", said["column"])
         # Estimates are the same without.
         self.write("plain.toml", CONFIG[:CONFIG.index("[calibration]")])
         plain = self.run_config(config="plain.toml", output="plain.h5")

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """Figures of calibrated claims and of refined sweeps: test_plot_claims.py SURVEYMC SOURCE_FOLDER SMOKE_FOLDER"""
+import os
 import pathlib
 import subprocess
 import sys
@@ -27,6 +28,24 @@ class Claims(unittest.TestCase):
         for figure in ["calibration_family.png", "calibration_point1_calibration.png", "calibration_point1_histogram.png",
                        "calibration_point1_looks.png", "calibration_point1_merit.png"]:
             self.assertIn(figure, names)
+
+    def test_what_differs_between_two_results(self):
+        runs = []
+        for seed, bias in ((1, 0.0), (2, 0.0), (3, 160.0)):
+            runs.append(self.folder / f"seed{seed}.h5")
+            subprocess.run([EXECUTABLE, "run", SOURCE / "configs/calibration/msa_joint.toml", "-o", runs[-1], "--quiet", "--trials", "2000",
+                            "--seed", str(seed), "--set", f"sensor.bias_nT=[{bias}, 0.0, 0.0]",
+                            "--set", 'calibration.truth="as_is"'], check=True, timeout=200)
+        os.environ["SURVEYMC"] = str(EXECUTABLE)
+        for other, name in ((runs[1], "seed2_difference.png"), (runs[2], "seed3_difference.png")):
+            done = subprocess.run(["/usr/bin/python3", SOURCE / "scripts/draw_difference.py", runs[0], other, "-o", self.folder],
+                                  capture_output=True, text=True, timeout=200)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertTrue((self.folder / name).exists())
+        # The same draws: nothing that chance can move.
+        done = subprocess.run(["/usr/bin/python3", SOURCE / "scripts/draw_difference.py", runs[0], runs[0]], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 65)
+        self.assertIn("no value that chance can move", done.stderr)
 
     def test_a_first_round_along_a_boundary(self):
         result = self.folder / "harm.h5"

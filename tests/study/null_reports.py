@@ -6,6 +6,9 @@ margin; they are 3 % too large, beyond it. The true ratio of a row is its predic
 of positions, first order of parameters), because errors are small here. False "differs": the true ratio is within the margin.
 False "agrees": it is not. Fails where, with claims that are right or beyond the margin, more than 5 % of the reports have a
 false "differs" in their family or a false "agrees", or with claims on the margin a false "differs" in their family.
+
+Then `surveymc diff` of neighbouring seeds: of the same config, where at most 7 % may find a difference (5 % and their own
+chance), and against a noise 3 % larger at 40,000 trials, which every pair must find.
 """
 import argparse
 import os
@@ -18,7 +21,8 @@ parser.add_argument("surveymc")
 parser.add_argument("source")
 parser.add_argument("--seeds", type=int, default=400)
 parser.add_argument("--trials", type=int, default=20000)
-parser.add_argument("--factors", type=float, nargs="+", default=[1.0, 1.02, 1.03])
+parser.add_argument("--factors", type=float, nargs="*", default=[1.0, 1.02, 1.03])
+parser.add_argument("--pairs", type=int, default=400, help="of diff")
 arguments = parser.parse_args()
 sys.path.insert(0, os.path.join(arguments.source, "scripts"))
 import surveymc  # noqa: E402
@@ -99,4 +103,31 @@ with tempfile.TemporaryDirectory() as folder:
         print(f"claims x {factor:g}: {n} reports of {rows_seen / n:.0f} rows; of them with a false \"differs\" of some row alone "
               f"{alone / n:.3f}, in its family {family / n:.3f}, of a covariance test in its family {tested / n:.3f}; with a false "
               f"\"agrees\" {agrees / n:.3f}{'   MORE THAN 5 %' if wrong else ''}", flush=True)
+    def run(name, seed, trials, noise=5.0):
+        with open(config, "w", encoding="utf-8") as file:
+            file.write(CONFIG.format(source=os.path.abspath(arguments.source), trials=trials, noise=5, total=9, dip=0.014, gain=1e-4,
+                                     bias=5).replace("magnetometer_nT = 5.0", f"magnetometer_nT = {noise}"))
+        path = os.path.join(folder, name)
+        subprocess.run([arguments.surveymc, "run", config, "-o", path, "--seed", str(seed), "--overwrite", "--quiet", "--threads", "1"],
+                       check=True, stdout=subprocess.DEVNULL)
+        return path
+
+    def differ(a, b):
+        code = subprocess.run([arguments.surveymc, "diff", a, b], stdout=subprocess.DEVNULL).returncode
+        assert code in (0, 1), code
+        return code
+
+    config = os.path.join(folder, "pair.toml")
+    found = missed = 0
+    config_a = run("0.h5", 1000, arguments.trials)
+    for i in range(arguments.pairs):
+        config_b = run(f"{(i + 1) % 2}.h5", 1001 + i, arguments.trials)
+        found += differ(config_a, config_b)
+        config_a = config_b
+    for i in range(arguments.pairs // 4):
+        missed += not differ(run("a.h5", 3000 + i, 40000), run("b.h5", 4000 + i, 40000, 5.15))
+    if arguments.pairs:
+        failed = failed or found > 0.07 * arguments.pairs or missed > 0
+        print(f"diff: {arguments.pairs} pairs of seeds: a false difference in {found / arguments.pairs:.3f}; noise 3 % larger at 40,000 "
+              f"trials: {missed} of {arguments.pairs // 4} pairs find nothing")
 sys.exit(failed)
