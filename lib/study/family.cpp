@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "base/units.h"
 #include "study/table_rows.h"
 
 namespace surveymc::study {
