@@ -4,7 +4,8 @@
     scripts/plot_refined.py RESULT.h5 [-o FOLDER]
 
 RESULT.h5 is a merged result of all rounds (scripts/slurm/refine.sh). One panel for each value of the keys that [refine] does
-not divide; two axes. A cell is drawn where four points that stand in a rectangle have no point inside it.
+not divide; two axes. A cell is drawn where a rectangle has no point inside it, in the mean colour of its corners; the black line
+is the boundary between the points.
 """
 import os
 
@@ -12,6 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import TwoSlopeNorm
+from matplotlib.tri import Triangulation
 
 import plotting
 from plotting import PlotError
@@ -44,19 +46,20 @@ def read(path):
     return rule, axes, [k for k in keys if k not in axes], values, np.array(table[column])[chosen]
 
 
-def cells_of(points, grid):
-    """Leaf rectangles (x0, x1, y0, y1) of the cells of `grid` halved as far as `points` go."""
+def cells_of(x, y, grid):
+    """Leaf rectangles (x0, x1, y0, y1) of the cells of `grid`, halved where points lie inside. Midpoints that `refine` has inferred
+    are no points: there a cell is drawn larger than it was looked at."""
     leaves = []
-    stack = [(grid[0][i], grid[0][i + 1], grid[1][j], grid[1][j + 1]) for i in range(len(grid[0]) - 1) for j in range(len(grid[1]) - 1)]
+    stack = [(grid[0][i], grid[0][i + 1], grid[1][j], grid[1][j + 1], np.arange(len(x)))
+             for i in range(len(grid[0]) - 1) for j in range(len(grid[1]) - 1)]
     while stack:
-        x0, x1, y0, y1 = stack.pop()
-        x, y = (x0 + x1) / 2, (y0 + y1) / 2
-        if has(points, x, y):
-            stack += [(x0, x, y0, y), (x, x1, y0, y), (x0, x, y, y1), (x, x1, y, y1)]
-        elif has(points, x, y0) and has(points, x, y1):  # halved along x only
-            stack += [(x0, x, y0, y1), (x, x1, y0, y1)]
-        elif has(points, x0, y) and has(points, x1, y) and not (has(points, x, y0) or has(points, x, y1)):
-            leaves.append((x0, x1, y0, y1))
+        x0, x1, y0, y1, near = stack.pop()
+        near = near[(x[near] >= x0) & (x[near] <= x1) & (y[near] >= y0) & (y[near] <= y1)]
+        tiny = 1e-9 * (x1 - x0), 1e-9 * (y1 - y0)
+        inside = (x[near] > x0 + tiny[0]) & (x[near] < x1 - tiny[0]) & (y[near] > y0 + tiny[1]) & (y[near] < y1 - tiny[1])
+        if inside.any():
+            middle = (x0 + x1) / 2, (y0 + y1) / 2
+            stack += [(a, b, c, d, near) for a, b in ((x0, middle[0]), (middle[0], x1)) for c, d in ((y0, middle[1]), (middle[1], y1))]
         else:
             leaves.append((x0, x1, y0, y1))
     return leaves
@@ -66,8 +69,12 @@ def key_of(x, y):
     return round(x, 9), round(y, 9)
 
 
-def has(points, x, y):
-    return key_of(x, y) in points
+def mean_of(cell, points, x, y, q):
+    """Mean of the corners that were run; else the point that is nearest to the middle."""
+    corners = [v for v in (points.get(key_of(a, b), np.nan) for a in cell[:2] for b in cell[2:]) if np.isfinite(v)]
+    if corners:
+        return np.mean(corners)
+    return q[np.argmin(((x - sum(cell[:2]) / 2) / np.ptp(x)) ** 2 + ((y - sum(cell[2:]) / 2) / np.ptp(y)) ** 2)]
 
 
 def draw(rule, axes, others, values, quantity):
@@ -83,14 +90,17 @@ def draw(rule, axes, others, values, quantity):
             here &= values[key] == value
         x, y, q = values[axes[0]][here], values[axes[1]][here], quantity[here]
         points = {key_of(a, b): c for a, b, c in zip(x, y, q)}
-        leaves = cells_of(points, (rule["grid"][axes[0]], rule["grid"][axes[1]]))
-        mean = [np.nanmean([points.get(key_of(a, b), np.nan) for a in cell[:2] for b in cell[2:]]) for cell in leaves]
+        leaves = cells_of(x, y, (rule["grid"][axes[0]], rule["grid"][axes[1]]))
+        mean = [mean_of(cell, points, x, y, q) for cell in leaves]
         cells = PolyCollection([[(a, c), (b, c), (b, d), (a, d)] for a, b, c, d in leaves], array=np.array(mean), norm=norm, cmap="RdBu_r",
                                edgecolors="0.6", linewidths=0.2)
         panel.add_collection(cells)
-        crossed = [cell for cell in leaves
-                   if len({points.get(key_of(a, b), np.nan) >= level for a in cell[:2] for b in cell[2:]}) == 2]
-        panel.plot([(a + b) / 2 for a, b, _, _ in crossed], [(c + d) / 2 for _, _, c, d in crossed], "k.", markersize=1.5)
+        good = np.isfinite(q)
+        distance = (q[good] - level) / np.maximum(np.abs(q[good]) + abs(level), 1e-300)
+        if good.sum() > 2 and distance.min() < 0 < distance.max():
+            scaled = [(v[good] - v.min()) / (v.max() - v.min()) for v in (x, y)]  # triangles of the map, not of its units
+            mesh = Triangulation(x[good], y[good], Triangulation(*scaled).triangles)
+            panel.tricontour(mesh, distance, levels=[0], colors="k", linewidths=1)
         panel.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), xlabel=axes[0].replace("_", " "), ylabel=axes[1].replace("_", " "))
         panel.set_title(", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in zip(others, which)) +
                         f"  ({len(points)} points)", fontsize=9)

@@ -124,6 +124,7 @@ class ChainedPerformancePlan final : public study::PointPlan {
  public:
   ChainedPerformancePlan(Scenario scenario, std::size_t kept) : s_(std::move(scenario)), kept_(kept) {}
   std::uint64_t trials() const override { return s_.trials; }
+  double cost() const override { return 1.0 * s_.stations() * static_cast<double>(s_.trials); }
   int block_trials() const override { return s_.stations() > 100 ? 32 : montecarlo::kBlockTrials; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ChainedPerformance>(s_, kept_);

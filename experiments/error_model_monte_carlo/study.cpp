@@ -395,6 +395,12 @@ class ErrorModelMonteCarloPlan final : public study::PointPlan {
  public:
   explicit ErrorModelMonteCarloPlan(Scenario scenario) : s_(std::move(scenario)) {}
   std::uint64_t trials() const override { return s_.trials; }
+  /// A trial draws every source at every station; without trials it is the prediction.
+  double cost() const override {
+    double terms = 0;
+    for (const propagate::ToolRun& run : s_.tools.runs) terms += static_cast<double>(run.model->terms.size());
+    return s_.survey.size() * terms * std::max(1.0, static_cast<double>(s_.trials));
+  }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ErrorModelMonteCarlo>(s_);
   }

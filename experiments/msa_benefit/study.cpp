@@ -242,6 +242,11 @@ class MsaBenefitPlan final : public study::PointPlan {
   explicit MsaBenefitPlan(Scenario scenario) : s_(std::move(scenario)) {}
   std::uint64_t trials() const override { return s_.plan.trials; }
   std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
+  /// A direction of the maps costs about as much as a trial.
+  double cost() const override {
+    const auto directions = static_cast<double>(s_.inclination_deg.size() * s_.azimuth_deg.size());
+    return s_.well.stations * (directions + static_cast<double>(s_.verify.size() * s_.plan.trials));
+  }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<BenefitPoint>(s_, verified_wells(s_));
   }

@@ -429,6 +429,7 @@ class MsaPositionPlan final : public study::PointPlan {
   explicit MsaPositionPlan(Scenario scenario) : s_(std::move(scenario)) {}
   std::uint64_t trials() const override { return s_.plan.trials; }
   std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
+  double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(s_.plan.trials); }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     try {
       return std::make_unique<PositionPoint>(s_, model_of(s_));

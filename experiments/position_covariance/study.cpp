@@ -89,6 +89,7 @@ struct Scenario {
   std::vector<double> tvd;
   std::vector<propagate::Validity> validity;
   propagate::SourceDetail detail = propagate::SourceDetail::all;
+  bool last_only = false;  ///< tables have the last station alone, and not the models
   UncertaintyReport report;
   double margin = 0;
   std::vector<Published> published;
@@ -113,6 +114,9 @@ Scenario read_scenario(config::ConfigReader& c) {
   s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
   study::read_outside_range(c, s.survey, s.tools.runs, s.validity);
   s.detail = read_source_detail(c);
+  s.last_only = c.choice("output.stations", {"all", "last"}, "all") == "last";
+  if (s.last_only && s.detail == propagate::SourceDetail::all)
+    c.fail("output.by_source", "must be \"last\" or \"none\" where output.stations = \"last\"");
   s.report = read_uncertainty_report(c, s.survey);
   if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
   s.margin = c.number("verdict.margin", config::Range::open(0, 1), 1e-6);
@@ -136,12 +140,13 @@ class PositionCovariance final : public study::StudyPoint {
       validity.push_back(propagate::validity_of(term, s_.tools.runs));
     const std::vector<PublishedElement> published = compare(s_.published, s_.survey, result);
     study::PointResult r;
-    r.tables.push_back(covariance_table(s_.survey, result));
+    const auto of_stations = [&](store::Table t) { return s_.last_only ? store::rows_of(t, t.rows() - 1, 1) : t; };
+    r.tables.push_back(of_stations(covariance_table(s_.survey, result)));
     if (s_.detail != propagate::SourceDetail::none)
       r.tables.push_back(covariance_by_source_table(s_.survey, result, s_.detail));
-    r.tables.push_back(ellipsoid_table(s_.survey, s_.tvd, result));
+    r.tables.push_back(of_stations(ellipsoid_table(s_.survey, s_.tvd, result)));
     r.tables.push_back(tool_codes_table(s_.tools));
-    r.tables.push_back(error_terms_table(s_.tools));
+    if (!s_.last_only) r.tables.push_back(error_terms_table(s_.tools));
     r.tables.push_back(validity_table(s_.survey, s_.tools, validity));
     r.tables.push_back(gyro_table(s_.survey, s_.tools, result));
     r.tables.push_back(published_table(published, s_.margin));
@@ -157,6 +162,11 @@ class PositionCovariance final : public study::StudyPoint {
 class PositionCovariancePlan final : public study::PointPlan {
  public:
   explicit PositionCovariancePlan(Scenario scenario) : s_(std::move(scenario)) {}
+  double cost() const override {
+    double terms = 0;
+    for (const propagate::ToolRun& run : s_.tools.runs) terms += static_cast<double>(run.model->terms.size());
+    return s_.survey.size() * terms;
+  }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<PositionCovariance>(s_);
   }

@@ -334,6 +334,7 @@ class SensorMonteCarloPlan final : public study::PointPlan {
  public:
   explicit SensorMonteCarloPlan(Scenario scenario) : s_(std::move(scenario)) {}
   std::uint64_t trials() const override { return s_.trials; }
+  double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(s_.trials); }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<SensorMonteCarlo>(
         s_,

@@ -14,6 +14,7 @@
 #include "base/retry.h"
 #include "config/key_log_apply.h"
 #include "config/next_round.h"
+#include "config/sensitivity_rule.h"
 #include "config/suggest.h"
 #include "config/text.h"
 #include "config/toml_parse.h"
@@ -85,7 +86,14 @@ void ConfigDocument::build(TomlNode root, const std::vector<std::string>& overri
     refine_rule(at.mapped());
     refine = std::move(at.mapped());
   }
+  if (auto at = base.entries.extract("sensitivity")) {
+    sensitivity_rule(at.mapped());
+    sensitivity = std::move(at.mapped());
+  }
   sweep.expand([this](const TomlNode& n, const std::string& key) { return file(n, key); });
+  if (sensitivity && (!sweep.has_independent_keys() || sweep.point_count() < 20))
+    refuse(sensitivity->place, "sensitivity",
+           "needs a sweep of at least 20 points whose keys vary independently: a product, latin_hypercube or sobol");
 
   const TomlNode& experiment = required(*this, "experiment");
   if (!experiment.is_text()) refuse_kind(experiment, "experiment", "must be a string");
@@ -296,6 +304,7 @@ std::string ConfigDocument::resolved_text() const {
 
 std::string ConfigDocument::text_with_refine(TomlNode root) const {
   if (refine) root.entries["refine"] = *refine;
+  if (sensitivity) root.entries["sensitivity"] = *sensitivity;
   return toml_document(root);
 }
 

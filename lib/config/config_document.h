@@ -50,7 +50,7 @@ struct ConfigDocument {
 
   TomlNode base;  // without [sweep], with overrides
   Sweep sweep;
-  std::optional<TomlNode> refine;  // [refine], which is of the sweep as a whole
+  std::optional<TomlNode> refine, sensitivity;  // [refine] and [sensitivity], which are of the sweep as a whole
 
   // What reading has shown, for resolved_text() and Config::inputs().
   std::map<std::string, UsedDefault> defaults;
@@ -88,7 +88,7 @@ struct ConfigDocument {
   FileText read(const std::filesystem::path& path, std::uint64_t most, const std::string& way_out) const;
   /// See Config.
   std::string resolved_text() const;
-  /// `root` and [refine] as TOML.
+  /// `root`, [refine] and [sensitivity] as TOML.
   std::string text_with_refine(TomlNode root) const;
 };
 

@@ -96,6 +96,12 @@ std::map<std::string, KeyUse> keys_of_every_file(const std::map<std::string, Key
       {"refine.where", key({"table of keys"}, "columns and the word that a row has in them", "", false)},
       {"refine.grid",
        key({"table of keys"}, "values of the axes in the first round; surveymc refine writes it", "", false)},
+      {"sensitivity.quantity",
+       key({"text", "list of texts"}, "TABLE.COLUMN: how much of it each key of the sweep explains",
+           "\"covariance.semi_major_m\"", false)},
+      {"sensitivity.where", key({"table of keys"}, "columns and the word that a row has in them", "", false)},
+      {"sensitivity.scale", key({"text"}, "linear, log", "\"linear\"", false)},
+      {"sensitivity.confidence", key({"number"}, "in (0, 1): of all intervals of a quantity together", "0.95", false)},
       {"sweep.case[].name", key({"text"}, "a point with keys of its own; all names differ", "\"a\"", false)},
       {"sweep.case[].KEY", key({"as of KEY"}, "its value in that case", "", false)}};
   if (asked.contains("error_model.name"))

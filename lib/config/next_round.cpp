@@ -84,6 +84,7 @@ std::string text_without_sweep(const std::string& config, const std::string& lab
   TomlNode root = parse_document(config, label);
   root.entries.erase("sweep");
   root.entries.erase("refine");
+  root.entries.erase("sensitivity");
   return toml_document(root);
 }
 
@@ -95,6 +96,7 @@ std::string text_with_points(const std::string& config, const std::string& label
   design.entries["kind"] = node_of(std::string("table"));
   design.entries["file"] = node_of(file);
   root.entries.erase("sweep");
+  root.entries.erase("sensitivity");  // the keys of a table are not independent
   if (const auto refine = root.entries.find("refine"); refine != root.entries.end() && !grid.empty()) {
     TomlNode lists;
     for (const auto& [key, values] : grid) lists.entries[key] = node_of(values);

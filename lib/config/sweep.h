@@ -53,6 +53,8 @@ class Sweep {
   void apply(TomlNode& root, std::size_t point) const;
   /// True if some points have `key`, or a value that holds it, from the sweep.
   bool varies(const std::string& key) const;
+  /// False if what a key is at a point says something of the other keys: of a table, and of lists that go together.
+  bool has_independent_keys() const { return design_.kind != Kind::table && design_.kind != Kind::zip; }
   /// True if every value of a dimension goes with every value of the others.
   bool is_product() const { return design_.kind == Kind::product; }
   /// Values of the dimensions of a product, in order of the points.

@@ -52,6 +52,9 @@ struct Differences {
 ///  the
 ///    variance is se_b^2 - se_a^2;
 ///  * predictions: any relative difference above rule.analytic.
+/// Intervals of a confidence sequence ([stop] verdict) are wider than those of as many trials; taken as if they were
+/// not, they make standard errors too large and false alarms rarer, also where the moment of the stop depends on the
+/// value. The looks of a stopping rule and the numbers of failed trials are not compared across draws.
 /// Columns that are neither Monte-Carlo values with an interval nor predictions are compared where no chance is: for
 /// the same draws, or without any. Maps likewise. Samples are not compared. Throws InputError if the results are of
 /// different experiments.

@@ -9,6 +9,7 @@
 #include "study/cost.h"
 #include "study/family.h"
 #include "study/point_failure.h"
+#include "study/sensitivity.h"
 
 namespace surveymc::study {
 
@@ -452,10 +453,15 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
   const std::vector<store::Axis> axes = sweep_axes(run.config);
   Streams streams;
   std::size_t failed = 0;  // before the first point that did not
+  const std::optional<config::SensitivityRule> sensitivity =
+      config::sensitivity_rule_of(run.config.source_text(), "the config");
+  bool is_checked = false;  // at the first point, not after hours
   for (std::size_t i = 0; i < run.point_count(); ++i) {
     PointResult own = point_result(i);
     const bool has_failed = is_failed(own);
     PointResult r = placed_in_sweep(run, i, std::move(own));
+    if (sensitivity && !has_failed && !is_checked) check_sensitivity(*sensitivity, r.tables);
+    is_checked = is_checked || !has_failed;
     add_point(tables, std::move(r.tables));
     add_point(samples, std::move(r.samples));
     if (has_failed) {  // its values are missing
@@ -475,6 +481,7 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
   result.samples = std::move(samples);
   result.maps = std::move(maps);
   if (run.is_family()) apply_family(result.tables);
+  if (sensitivity) result.tables.push_back(sensitivity_table(*sensitivity, result.tables, run.point_count()));
   result.streams = streams.take(stop);
   return result;
 }

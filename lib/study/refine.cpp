@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/units.h"
+#include "stats/order_statistics.h"
 
 namespace surveymc::study {
 namespace {
@@ -73,112 +75,261 @@ void for_each_node(const Place& low, const Place& size, const std::vector<unsign
 
 }  // namespace
 
-NextPoints next_points(const std::vector<std::string>& axes, const std::map<std::string, std::vector<double>>& grid,
-                       double cell, const std::map<std::vector<double>, int>& side) {
-  const Cells cells(axes, grid, cell);
-  NextPoints out;
-  std::set<std::vector<double>> wanted;
-  struct Cell {
-    Place low, size;
-  };
-  std::vector<Cell> open;
-  Place first(cells.count(), 0), size(cells.count());
-  std::vector<unsigned> ones(cells.count());
-  for (std::size_t d = 0; d < cells.count(); ++d) {
-    size[d] = cells.step(d);
-    ones[d] = static_cast<unsigned>(cells.cells(d)) - 1;
+namespace {
+
+/// Follows a boundary through the cells of one slice; see next_points().
+class Follower {
+ public:
+  Follower(const Cells& cells, const std::map<std::vector<double>, double>& known)
+      : cells_(cells), known_(known), dims_(cells.count()) {
+    for (std::size_t d = 0; d < dims_; ++d) {
+      sizes_.front()[d] = cells.step(d);
+      last_[d] = cells.cells(d) * cells.step(d);
+    }
+    while (std::any_of(sizes_.back().begin(), sizes_.back().end(), [](std::uint64_t n) { return n > 1; })) {
+      Place half = sizes_.back();
+      for (std::uint64_t& n : half) n = std::max<std::uint64_t>(1, n / 2);
+      sizes_.push_back(std::move(half));
+    }
+    only_sides_ = std::all_of(known.begin(), known.end(),
+                              [](const auto& k) { return std::isnan(k.second) || std::abs(k.second) == 1; });
+    read_first_grid();
   }
-  {  // the cells of the first grid
-    Place k(cells.count(), 0);
+
+  /// Nodes that are wanted, and the smallest cells that the boundary crosses.
+  std::set<std::vector<double>> wanted;
+  std::size_t crossed = 0;
+
+  /// Divides cells until a pass tells no cell that its neighbours are rougher than it knew.
+  void follow() {
+    while (divide_all() && take_over_roughness()) {
+    }
+  }
+
+ private:
+  using Curvature = std::vector<double>;  // per axis: second difference over a cell's side, the largest in the cell
+  struct Open {
+    std::size_t generation;
+    Place low;
+    Curvature curvature;
+  };
+
+  /// Calls visit(low) for all cells of the first grid.
+  template <class Visit>
+  void for_each_first_cell(const Visit& visit) const {
+    Place k(dims_, 0);
     for (;;) {
-      Place low(cells.count());
-      for (std::size_t d = 0; d < low.size(); ++d) low[d] = k[d] * size[d];
-      open.push_back({low, size});
-      std::size_t d = low.size();
-      while (d > 0 && k[d - 1] == ones[d - 1]) k[--d] = 0;
-      if (d == 0) break;
+      Place low(dims_);
+      for (std::size_t d = 0; d < dims_; ++d) low[d] = k[d] * sizes_.front()[d];
+      visit(low);
+      std::size_t d = dims_;
+      while (d > 0 && k[d - 1] + 1 == cells_.cells(d - 1)) k[--d] = 0;
+      if (d == 0) return;
       ++k[d - 1];
     }
   }
-  std::map<Place, int> inferred;
-  const auto known_side = [&](const Place& at) {
-    const auto known = side.find(cells.values(at));
-    if (known != side.end()) return known->second;
-    const auto guessed = inferred.find(at);
-    return guessed == inferred.end() ? 0 : guessed->second;
-  };
-  // The side of all corners of the edge or face of which a node is the middle; 0 if they differ.
-  const auto side_around = [&](const Place& at, const Place& k, const std::vector<unsigned>& parts,
-                               const Place& sides) {
-    int all = 0;
-    for (std::size_t corner = 0; corner < std::size_t{1} << at.size(); ++corner) {
-      Place place = at;
-      bool is_corner = true;
-      for (std::size_t d = 0; d < at.size(); ++d) {
-        const bool upper = (corner >> d & 1) != 0, is_middle = parts[d] == 2 && k[d] == 1;
-        if (!is_middle && upper) is_corner = false;  // this axis has no two ends here
-        if (is_middle) place[d] = upper ? at[d] + sides[d] / 2 : at[d] - sides[d] / 2;
-      }
-      if (!is_corner || place == at) continue;
-      const int here = known_side(place);
-      if (here == 0 || (all != 0 && here != all)) return 0;
-      all = here;
-    }
-    return all;
-  };
-  while (!open.empty()) {
-    const Cell c = std::move(open.back());
-    open.pop_back();
-    std::vector<unsigned> parts(cells.count());
-    bool divides = false;
-    for (std::size_t d = 0; d < parts.size(); ++d) {
-      parts[d] = c.size[d] > 1 ? 2 : 1;
-      divides = divides || parts[d] == 2;
-    }
-    bool above = false, below = false;
-    std::vector<std::pair<Place, Place>> nodes;  // and which of the cell's nodes they are
-    for_each_node(c.low, c.size, parts, [&](const Place& at, const Place& k) {
-      const int here = known_side(at);
-      above = above || here > 0;
-      below = below || here < 0;
-      nodes.emplace_back(at, k);
-    });
-    if (!above || !below) continue;
-    std::vector<std::vector<double>> unknown;
-    for (const auto& [at, k] : nodes) {
-      const std::vector<double> values = cells.values(at);
-      bool is_middle = false;
-      for (std::size_t d = 0; d < k.size(); ++d) is_middle = is_middle || (parts[d] == 2 && k[d] == 1);
-      if (side.contains(values) || (!is_middle && inferred.contains(at))) continue;
-      // In the middle of an edge or face whose corners are all on one side, a point is taken to be on that side, too.
-      const int around = side_around(at, k, parts, c.size);
-      if (around != 0)
-        inferred[at] = around;
-      else
-        unknown.push_back(values);
-    }
-    if (!divides) {
-      ++out.crossed;
-    } else if (!unknown.empty()) {
-      wanted.insert(unknown.begin(), unknown.end());
-    } else {
-      Place half = c.size;
-      for (std::size_t d = 0; d < half.size(); ++d) half[d] /= parts[d];
-      std::vector<unsigned> last(parts.size());
-      for (std::size_t d = 0; d < parts.size(); ++d) last[d] = parts[d] - 1;
-      Place k(half.size(), 0);
-      for (;;) {
-        Place low = c.low;
-        for (std::size_t d = 0; d < low.size(); ++d) low[d] += k[d] * half[d];
-        open.push_back({low, half});
-        std::size_t d = low.size();
-        while (d > 0 && k[d - 1] == last[d - 1]) k[--d] = 0;
-        if (d == 0) break;
-        ++k[d - 1];
-      }
-    }
+
+  /// The value at a node, known or inferred; NaN: neither, or it has none.
+  double value(const Place& at) {
+    if (const auto it = values_.find(at); it != values_.end()) return it->second;
+    const auto known = known_.find(cells_.values(at));
+    if (known == known_.end()) return kNaN;
+    return values_[at] = known->second;
   }
-  for (const std::vector<double>& values : wanted) {
+  bool is_known(const Place& at) { return values_.contains(at) || known_.contains(cells_.values(at)); }
+
+  /// Curvature of the cells of the first grid: from their corners and the next nodes on both sides.
+  void read_first_grid() {
+    for_each_first_cell([&](const Place& low) {
+      Curvature c(dims_, 0);
+      for_each_node(low, sizes_.front(), std::vector<unsigned>(dims_, 1), [&](const Place& at, const Place&) {
+        for (std::size_t d = 0; d < dims_ && !only_sides_; ++d) {
+          const std::uint64_t n = sizes_.front()[d];
+          if (last_[d] < 2 * n) continue;
+          Place middle = at;  // at the rim the next line of three
+          middle[d] = std::clamp(at[d], n, last_[d] - n);
+          Place before = middle, behind = middle;
+          before[d] -= n;
+          behind[d] += n;
+          const double left = cells_.value(d, middle[d]) - cells_.value(d, before[d]),
+                       right = cells_.value(d, behind[d]) - cells_.value(d, middle[d]),
+                       width = cells_.value(d, low[d] + n) - cells_.value(d, low[d]);
+          const double second = 2 * ((value(behind) - value(middle)) / right - (value(middle) - value(before)) / left) /
+                                (left + right) * width * width;
+          if (!std::isnan(second)) c[d] = std::max(c[d], std::abs(second));
+        }
+      });
+      first_[low] = std::move(c);
+    });
+  }
+
+  /// One pass over the cells, from large ones to small ones. False if nothing is left to be told to neighbours.
+  bool divide_all() {
+    values_.clear();
+    inferred_.clear();
+    open_.clear();
+    wanted.clear();
+    crossed = 0;
+    generations_.assign(sizes_.size(), {});
+    generations_.front() = first_;
+    for (std::size_t g = 0; g < sizes_.size(); ++g)
+      for (const auto& [low, own] : generations_[g]) visit(g, low, own);
+    return !open_.empty();
+  }
+
+  void visit(std::size_t g, const Place& low, const Curvature& own) {
+    Curvature curvature = own;
+    if (const auto told = told_.find({g, low}); told != told_.end())
+      for (std::size_t d = 0; d < dims_; ++d) curvature[d] = std::max(curvature[d], told->second[d]);
+    bool above = false, below = false;
+    double least = kInfinity, bent = 0;
+    for_each_node(low, sizes_[g], parts_of(g), [&](const Place& at, const Place&) {
+      const double v = value(at);
+      above = above || v >= 0;
+      below = below || v < 0;
+      if (!std::isnan(v)) least = std::min(least, std::abs(v));
+    });
+    for (const double c : curvature) bent += c / 8;  // what a chord misses of an arc
+    const bool crosses = above && below, smallest = g + 1 == sizes_.size();
+    if (!crosses && !(least < kDoubt * bent)) return;
+    open_.push_back({g, low, curvature});
+    if (smallest) {
+      crossed += crosses;
+      return;
+    }
+    if (fill(g, low, curvature)) halve(g, low, curvature);
+  }
+
+  std::vector<unsigned> parts_of(std::size_t g) const {
+    std::vector<unsigned> parts(dims_);
+    for (std::size_t d = 0; d < dims_; ++d) parts[d] = sizes_[g][d] > 1 ? 2 : 1;
+    return parts;
+  }
+
+  /// Infers the midpoints of a cell where its corners leave no doubt of their side, and wants the others. False if any
+  /// is wanted.
+  bool fill(std::size_t g, const Place& low, const Curvature& curvature) {
+    bool whole = true;
+    for_each_node(low, sizes_[g], parts_of(g), [&](const Place& at, const Place& k) {
+      double bent = 0;
+      std::vector<std::size_t> middles;
+      for (std::size_t d = 0; d < dims_; ++d)
+        if (sizes_[g][d] > 1 && k[d] == 1) {
+          middles.push_back(d);
+          bent += curvature[d] / 8;
+        }
+      if (middles.empty() || is_known(at)) return;
+      double sum = 0, sides = 0;
+      const std::size_t corners = std::size_t{1} << middles.size();
+      for (std::size_t c = 0; c < corners; ++c) {
+        Place corner = at;
+        for (std::size_t m = 0; m < middles.size(); ++m) {
+          const std::size_t d = middles[m];
+          corner[d] = (c >> m & 1) != 0 ? low[d] + sizes_[g][d] : low[d];
+        }
+        const double v = value(corner);
+        sum += v;
+        sides += v >= 0 ? 1 : -1;
+      }
+      const double between = sum / static_cast<double>(corners);
+      const bool one_side = std::abs(sides) == static_cast<double>(corners);
+      if (std::abs(between) > kSure * bent && (one_side || bent > 0)) {
+        values_[at] = between;
+        inferred_.insert(at);
+      } else {
+        wanted.insert(cells_.values(at));
+        whole = false;
+      }
+    });
+    return whole;
+  }
+
+  /// The halves of a cell become cells, with the curvature that its nodes show now.
+  void halve(std::size_t g, const Place& low, const Curvature& curvature) {
+    const std::vector<unsigned> parts = parts_of(g);
+    Curvature seen(dims_, 0);
+    for (std::size_t d = 0; d < dims_; ++d) {
+      if (parts[d] == 1 || only_sides_) {
+        seen[d] = curvature[d];
+        continue;
+      }
+      bool guessed = false;
+      for_each_node(low, sizes_[g], parts, [&](const Place& at, const Place& k) {
+        if (k[d] != 1) return;
+        Place before = at, behind = at;
+        before[d] = low[d];
+        behind[d] = low[d] + sizes_[g][d];
+        const double second = value(before) - 2 * value(at) + value(behind);
+        if (!std::isnan(second)) seen[d] = std::max(seen[d], std::abs(second));
+        guessed = guessed || inferred_.contains(before) || inferred_.contains(at) || inferred_.contains(behind);
+      });
+      // What was inferred shows no curvature: that of a smooth function falls by four.
+      if (guessed) seen[d] = std::max(seen[d], curvature[d] / 4);
+    }
+    for_each_node(low, sizes_[g], parts, [&](const Place& at, const Place& k) {
+      for (std::size_t d = 0; d < dims_; ++d)
+        if (k[d] == parts[d]) return;
+      generations_[g + 1][at] = seen;
+    });
+  }
+
+  /// A larger cell beside one that is divided takes over its curvature, as that of a fold: in proportion to its side.
+  /// So a valley that is narrower than the cells is followed along. True if any cell learns something.
+  bool take_over_roughness() {
+    bool learned = false;
+    for (const Open& c : open_)
+      for (std::size_t d = 0; d < dims_; ++d)
+        for (const bool up : {false, true}) {
+          if (c.generation == 0) continue;
+          Place beside = c.low;
+          if (up ? beside[d] + sizes_[c.generation][d] >= last_[d] : beside[d] == 0) continue;
+          beside[d] = up ? beside[d] + sizes_[c.generation][d] : beside[d] - sizes_[c.generation][d];
+          std::size_t g = c.generation;
+          while (!generations_[g].contains(beside)) {
+            --g;
+            for (std::size_t e = 0; e < dims_; ++e) beside[e] -= beside[e] % sizes_[g][e];
+          }
+          if (g == c.generation) continue;
+          Curvature& told = told_.try_emplace({g, beside}, Curvature(dims_, 0)).first->second;
+          for (std::size_t e = 0; e < dims_; ++e) {
+            const double larger =
+                c.curvature[e] * static_cast<double>(sizes_[g][e]) / static_cast<double>(sizes_[c.generation][e]);
+            if (!(larger > told[e])) continue;
+            told[e] = larger;
+            learned = true;
+          }
+        }
+    return learned;
+  }
+
+  // Of a fold between two nodes a quarter of the second difference may be missed, twice what an arc's chord misses.
+  // The other was chosen on one map (docs/cluster.md).
+  static constexpr double kDoubt = 2, kSure = 6;
+
+  const Cells& cells_;
+  const std::map<std::vector<double>, double>& known_;
+  std::size_t dims_;
+  bool only_sides_ = false;                    // there are no distances, of which a curvature could be told
+  std::vector<Place> sizes_ = {Place(dims_)};  // [generation] sides of its cells, on the finest grid
+  Place last_ = Place(dims_);                  // index of the last node
+  std::map<Place, Curvature> first_;
+  std::vector<std::map<Place, Curvature>> generations_;  // [generation] cells by their lowest node
+  std::map<std::pair<std::size_t, Place>, Curvature> told_;
+  std::map<Place, double> values_;
+  std::set<Place> inferred_;
+  std::vector<Open> open_;
+};
+
+}  // namespace
+
+NextPoints next_points(const std::vector<std::string>& axes, const std::map<std::string, std::vector<double>>& grid,
+                       double cell, const std::map<std::vector<double>, double>& distance) {
+  const Cells cells(axes, grid, cell);
+  Follower follower(cells, distance);
+  follower.follow();
+  NextPoints out;
+  out.crossed = follower.crossed;
+  for (const std::vector<double>& values : follower.wanted) {
     std::map<std::string, double> point;
     for (std::size_t d = 0; d < axes.size(); ++d) point[axes[d]] = values[d];
     out.points.push_back(std::move(point));
@@ -221,12 +372,26 @@ std::string csv_line(const std::vector<std::string>& cells) {
   return line + "\n";
 }
 
-int side_of(const store::Column& c, std::size_t row, const config::RefineRule& rule) {
-  if (!rule.verdict.empty()) return cell_text(c, row) == rule.verdict ? 1 : -1;
+double number_of(const store::Column& c, std::size_t row) {
   const auto* x = std::get_if<std::vector<double>>(&c.values);
-  const double value = x ? (*x)[row] : static_cast<double>(std::get<std::vector<std::int64_t>>(c.values)[row]);
-  if (std::isnan(value)) return 0;
-  return value >= rule.level ? 1 : -1;
+  return x ? (*x)[row] : static_cast<double>(std::get<std::vector<std::int64_t>>(c.values)[row]);
+}
+
+/// True of a point of the first round.
+bool is_in_grid(const std::vector<double>& at, const config::RefineRule& rule) {
+  for (std::size_t d = 0; d < at.size(); ++d) {
+    const std::vector<double>& values = rule.grid.at(rule.axes[d]);
+    if (!std::binary_search(values.begin(), values.end(), at[d])) return false;
+  }
+  return true;
+}
+
+/// Distance from the level, in (-1, 1): a share of value and level, so that a ratio of 10 and one of 20 are about as
+/// far from 1. `scale` stands for a level of 0.
+double distance_from_level(double value, double level, double scale) {
+  if (std::isinf(value)) return value > 0 ? 1 : -1;
+  const double width = std::abs(value) + (level != 0 ? std::abs(level) : scale);
+  return width > 0 ? (value - level) / width : 0;
 }
 
 }  // namespace
@@ -258,8 +423,9 @@ NextRound next_round(const store::Result& result, const std::string& label, cons
   if (rule.axes.empty()) throw InputError(fmt::format("{}: the sweep has no numeric key to refine", label));
 
   // Slices: rows with the same values of the other keys
-  std::map<std::vector<std::string>, std::map<std::vector<double>, int>> slices;
+  std::map<std::vector<std::string>, std::map<std::vector<double>, double>> slices;
   std::map<std::string, std::set<double>> seen;
+  std::vector<double> sizes;  // of a quantity in the first grid
   for (std::size_t row = 0; row < table->rows(); ++row) {
     if (!std::all_of(rule.where.begin(), rule.where.end(),
                      [&](const auto& w) { return cell_text(column_or_fail(*table, w.first, rule), row) == w.second; }))
@@ -274,7 +440,8 @@ NextRound next_round(const store::Result& result, const std::string& label, cons
       at.push_back(std::get<std::vector<double>>(c->values)[row]);
       seen[c->name].insert(at.back());
     }
-    if (!slices[slice].emplace(at, side_of(value, row, rule)).second)
+    const double here = rule.verdict.empty() ? number_of(value, row) : cell_text(value, row) == rule.verdict ? 1 : -1;
+    if (!slices[slice].emplace(at, here).second)
       throw InputError(fmt::format("{}: refine.quantity: a point has several rows in table {}: choose one by where",
                                    rule.place, rule.table));
   }
@@ -285,12 +452,21 @@ NextRound next_round(const store::Result& result, const std::string& label, cons
       throw InputError(fmt::format("{}: refine: {} has a single value: nothing lies between", rule.place, axis));
   }
 
+  if (rule.verdict.empty()) {
+    for (const auto& [slice, points] : slices)
+      for (const auto& [at, v] : points)
+        if (std::isfinite(v) && is_in_grid(at, rule)) sizes.push_back(std::abs(v));
+    const double scale = stats::median(std::move(sizes));
+    for (auto& [slice, points] : slices)
+      for (auto& [at, v] : points) v = distance_from_level(v, rule.level, scale);
+  }
+
   NextRound next;
   std::vector<std::string> names;
   for (const store::Column* c : keys) names.push_back(c->name);
   next.points = csv_line(names);
-  for (const auto& [slice, side] : slices) {
-    const NextPoints more = next_points(rule.axes, rule.grid, rule.cell, side);
+  for (const auto& [slice, distance] : slices) {
+    const NextPoints more = next_points(rule.axes, rule.grid, rule.cell, distance);
     next.crossed += more.crossed;
     for (const std::map<std::string, double>& p : more.points) {
       std::vector<std::string> cells;

@@ -92,6 +92,26 @@ config::InputTable read_any_table(config::ConfigReader& c, const std::string& ke
   return table;
 }
 
+survey::Survey read_planned_survey(config::ConfigReader& c) {
+  const double kickoff = c.number("survey.plan.kickoff_m", config::Range::non_negative()),
+               per_30m = c.number("survey.plan.build_deg_per_30m", config::Range{0, 90, true, false}, 3),
+               inclination = kDegree * c.number("survey.plan.inclination_deg", config::Range::closed(0, 180)),
+               azimuth = kDegree * c.number("survey.plan.azimuth_deg", config::Range::closed(-360, 360)),
+               bottom = c.number("survey.plan.md_m", config::Range::positive()),
+               spacing = c.number("survey.plan.spacing_m", config::Range{0, 1000, true, false}, 30);
+  c.require(bottom / spacing < 100'000.5, "survey.plan.spacing_m", "more than 100000 stations");
+  c.require(per_30m / 30 * spacing <= 90, "survey.plan.build_deg_per_30m",
+            fmt::format("with survey.plan.spacing_m = {} there is more than 90 deg between two stations", spacing));
+  survey::Survey well;
+  constexpr double kAsDeep = 1e-6;  // m; a last station nearer to the bottom is the bottom
+  for (int k = 0; k == 0 || well.stations.back().md < bottom; ++k) {
+    const double regular = spacing * k, md = regular > bottom - kAsDeep ? bottom : regular,
+                 built = std::clamp((md - kickoff) * per_30m / 30 * kDegree, 0.0, inclination);
+    well.stations.push_back({md, built, azimuth, 0});
+  }
+  return well;
+}
+
 }  // namespace
 
 config::InputTable read_readings_table(config::ConfigReader& c) {
@@ -99,6 +119,11 @@ config::InputTable read_readings_table(config::ConfigReader& c) {
 }
 
 survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField& field, bool needs_toolface) {
+  if (c.has("survey.plan")) {
+    if (c.has("survey.file")) c.fail("survey.file", "not together with [survey.plan], a made-up well");
+    if (needs_toolface) c.fail("survey.plan", "has no toolfaces, which this study needs: give survey.file");
+    return read_planned_survey(c);
+  }
   config::SurveyConventions conventions;
   const config::InputTable table =
       read_any_table(c, "survey.file", config::ForeignKind::survey, read_import_options(c));
@@ -118,6 +143,7 @@ survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField
 }
 
 std::vector<double> read_true_vertical_depths(config::ConfigReader& c, const survey::Survey& survey) {
+  if (c.has("survey.plan")) return survey::true_vertical_depths(survey);
   std::vector<double> listed = config::tvd_from_table(c.csv("survey.file"));
   return listed.empty() ? survey::true_vertical_depths(survey) : listed;
 }

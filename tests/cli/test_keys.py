@@ -76,6 +76,7 @@ class Keys(unittest.TestCase):
         for path, config in self.configs.items():
             listed = self.listed[config["experiment"]]
             sweep = config.pop("sweep", {})
+            sweep.pop("design", None)
             wanted = [key for key, _ in leaves(config)]
             for case in sweep.pop("case", []):
                 wanted += [key for key, _ in leaves({k: v for k, v in case.items() if k != "name"})]

@@ -5,10 +5,14 @@ Every comparison is of content hashes with a run in one go.
 """
 import os
 import random
+import signal
 import subprocess
 import unittest
+from pathlib import Path
 
-from durability import BAD_INPUT, CANNOT_WRITE, CONFIG, DONE, USAGE, Case, program_from_arguments
+from durability import BAD_INPUT, CANNOT_WRITE, CONFIG, DONE, INTERRUPTED, USAGE, Case, program_from_arguments
+
+SOURCE = Path(__file__).resolve().parents[2]
 
 
 class Parts(Case):
@@ -193,7 +197,52 @@ class Parts(Case):
         self.assertEqual(self.journals(), [])
 
 
+    def test_a_merge_that_is_interrupted_leaves_nothing(self):
+        for i in range(3):
+            self.part("--point", i)
+        for i in range(12):
+            code, err = self.interrupt("merge", "-o", "m.h5", "p", number=signal.SIGINT, after=0.004 * i)
+            self.assertIn(code, (DONE, INTERRUPTED, -signal.SIGINT), err)
+            self.assertEqual(self.temporaries(), [])
+            if code == DONE:
+                self.assertEqual(self.hash_of("m.h5"), self.whole)
+                (self.folder / "m.h5").unlink()
+            self.assertFalse((self.folder / "m.h5").exists())
+        self.call("merge", "-o", "m.h5", "p")
+        self.assertEqual(self.hash_of("m.h5"), self.whole)
+
+    def test_groups_of_equal_cost_count_stations(self):
+        rows = (self.folder / "survey.csv").read_text().splitlines()
+        (self.folder / "short.csv").write_text("\n".join(rows[:3]) + "\n")  # 2 stations, the other has 6
+        text = (self.folder / "small.toml").read_text().replace('file = "survey.csv"\n', "")
+        (self.folder / "wells.toml").write_text(text.replace(
+            "[sweep]", '[[sweep.case]]\nname = "short"\nsurvey.file = "short.csv"\n[[sweep.case]]\nname = "long"\nsurvey.file = "survey.csv"\n[sweep]'))
+        self.assertEqual(self.call("plan", "wells.toml", "--groups", 2).split(), ["0:4", "4:6"])  # 3 x 2 + 6 of 24
+
+    def test_a_sensitivity_table_is_that_of_the_whole_run_whatever_the_parts(self):
+        smoke = SOURCE / "configs/smoke/sensitivity.toml"
+        self.call("run", smoke, "-o", "s.h5")
+        for r in ("0:17", "17:60"):
+            self.call("run", smoke, "--point", r, "-o", "sp/")
+        self.call("merge", "-o", "sm.h5", "sp")
+        self.assertEqual(self.hash_of("sm.h5"), self.hash_of("s.h5"))
+        self.call("run", smoke, "-o", "t.h5", "--set", "sensitivity.quantity=covariance.sd", code=BAD_INPUT,
+                  says="sensitivity.quantity: table covariance has no column sd; it has")
+
+
 class Differences(Case):
+    def test_runs_that_ended_by_their_verdicts(self):
+        text = (self.folder / "small.toml").read_text().replace("trials = 5000\n", "").replace(
+            "[survey]", '[stop]\nverdict = ["position.sigma3_north"]\nmax_trials = 8000\n[survey]')
+        (self.folder / "stop.toml").write_text(text)
+        for seed in (1, 2):
+            self.call("run", "stop.toml", "-o", f"{seed}.h5", "--seed", seed)
+        self.assertRegex(self.call("diff", "1.h5", "2.h5"), r"other seeds(.|\n)*\n0 differ(.|\n)*power: ")
+        for r in ("0:2", "2"):  # every point has its own stop, whatever task runs it
+            self.call("run", "stop.toml", "--point", r, "-o", "p/", "--seed", 1)
+        self.call("merge", "-o", "m.h5", "p")
+        self.assertEqual(self.hash_of("m.h5"), self.hash_of("1.h5"))
+
     def test_two_seeds_do_not_differ_and_two_configs_do(self):
         run = lambda name, *more: self.call("run", "small.toml", "-o", name, *more)
         run("a.h5")

@@ -144,6 +144,20 @@ class Slurm(Case):
             self.assertEqual(self.hash_of(f"{folder}/small.h5"), serial, self.logs())
         self.assertEqual(len(list((self.folder / "s/parts").glob("*.part"))), 5)
 
+    def test_rounds_along_a_boundary(self):
+        config = (SOURCE / "configs/sweeps/msa_harm_boundary.toml").read_text()
+        for old, new in (("count = 14", "count = 4"), ("[10, 30, 100]", "[30]"), ("cell = 0.01", "cell = 0.17")):
+            self.assertIn(old, config)
+            config = config.replace(old, new)
+        (self.folder / "harm.toml").write_text(config)
+        script = SOURCE / "scripts/slurm/refine.sh"
+        self.environment["SURVEYMC_WAIT"] = "1"
+        self.assertRegex(self.slurm(script, "--tasks", 2, "harm.toml", "out"), r"\n[2-9] round\(s\): .*/out/harm.h5")
+        self.assertNotIn("array", self.slurm(script, "--tasks", 2, "harm.toml", "out"))  # nothing runs twice
+        self.environment["SURVEYMC_LOCAL"] = "yes"
+        self.slurm(script, "harm.toml", "here")
+        self.assertEqual(self.hash_of("out/harm.h5"), self.hash_of("here/harm.h5"), self.logs())
+
     def test_an_incomplete_sweep_is_not_merged(self):
         (self.folder / "out/parts").mkdir(parents=True)
         (self.folder / "out/parts/point-00002.part").write_text("my notes")

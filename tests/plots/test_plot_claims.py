@@ -54,8 +54,12 @@ class Claims(unittest.TestCase):
                         "--set", "sweep.well.stations=[10, 30]"], check=True, timeout=200)
         self.assertEqual(self.plot("plot_refined.py", result)[0], ["harm_refined.png"])
 
+    def test_what_explains_a_quantity(self):
+        self.assertEqual(self.plot("plot_sensitivity.py", SMOKE / "sensitivity.h5")[0], ["sensitivity_sensitivity_semi_major_m.png"])
+
     def test_other_results_are_refused_in_a_line(self):
         self.assertIn("has no [refine]", self.plot("plot_refined.py", SMOKE / "calibration.h5", code=65)[1])
+        self.assertIn("has no [sensitivity]", self.plot("plot_sensitivity.py", SMOKE / "reliability_map.h5", code=65)[1])
         self.assertIn("has neither calibration", self.plot("plot_calibration.py", SMOKE / "reliability_map.h5", code=65)[1])
 
 

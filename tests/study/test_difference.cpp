@@ -1,4 +1,5 @@
 /// surveymc diff: what differs beyond chance between two results.
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <random>
@@ -74,6 +75,18 @@ TEST_CASE("Two seeds of one config differ falsely in no more than 5 % of pairs, 
   }
   CHECK(false_alarms <= kPairs * 0.05 + 3 * std::sqrt(kPairs * 0.05 * 0.95));
   CHECK(found == 20);
+}
+
+TEST_CASE("The course of a run is not compared with that of other draws") {
+  const auto with_looks = [](std::uint64_t seed, std::size_t looks) {
+    store::Result r = drawn_result(seed, 1);
+    r.tables.push_back({"looks", "", {{"quantity", "", "", std::vector<std::string>(looks, "q")}}});
+    r.tables.push_back({"outliers", "", {{"trial", "1", "", std::vector<std::int64_t>(looks, 3)}}});
+    return r;
+  };
+  CHECK_FALSE(compare_results(with_looks(1, 4), with_looks(2, 6), {}).any());
+  const Differences same = compare_results(with_looks(1, 4), with_looks(1, 6), {});
+  CHECK(std::count_if(same.rows.begin(), same.rows.end(), [](const auto& r) { return r.finding == "only in B"; }) == 4);
 }
 
 TEST_CASE("What is detectable is found with probability .9") {

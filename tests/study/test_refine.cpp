@@ -40,7 +40,7 @@ TEST_CASE("Rounds follow a boundary: the same cells as the full grid, from fewer
   const std::vector<std::string> axes{"x", "y"};
   const std::map<std::string, std::vector<double>> grid{{"x", {0, 0.2, 0.4, 0.6, 0.8, 1}},
                                                         {"y", {0, 0.25, 0.5, 0.75, 1}}};
-  std::map<std::vector<double>, int> side;
+  std::map<std::vector<double>, double> side;
   for (const double x : grid.at("x"))
     for (const double y : grid.at("y")) side[{x, y}] = side_of_circle(x, y);
   NextPoints next;
@@ -65,6 +65,42 @@ TEST_CASE("Rounds follow a boundary: the same cells as the full grid, from fewer
     }
   CHECK(next.crossed == crossed);
   CHECK(side.size() < 81 * 65 / 9);
+}
+
+TEST_CASE("Rounds follow a valley that is narrower than the cells of the first grid") {
+  // Below 1 in a valley round a sine, which is as wide as a cell at x = 0 and ever narrower
+  const auto distance = [](double x, double y) {
+    const double off = std::abs(y - 0.5 - 0.3 * std::sin(4 * x)),
+                 value = 0.5 + off / (0.03 + 0.12 * std::pow(1 - x, 2));
+    return (value - 1) / (value + 1);
+  };
+  std::vector<double> lines;
+  for (int i = 0; i <= 8; ++i) lines.push_back(i / 8.0);
+  const std::map<std::string, std::vector<double>> grid{{"x", lines}, {"y", lines}};
+  std::map<std::vector<double>, double> known, sides;
+  for (const double x : lines)
+    for (const double y : lines) known[{x, y}] = distance(x, y);
+  for (const auto& [at, v] : known) sides[at] = v >= 0 ? 1 : -1;
+  const auto all_rounds = [&](std::map<std::vector<double>, double>& points, bool only_sides) {
+    NextPoints next;
+    while (!(next = next_points({"x", "y"}, grid, 1.0 / 64, points)).points.empty())
+      for (const auto& p : next.points) {
+        const double v = distance(p.at("x"), p.at("y"));
+        points[{p.at("x"), p.at("y")}] = !only_sides ? v : v >= 0 ? 1 : -1;
+      }
+    return next.crossed;
+  };
+  std::size_t crossed = 0;
+  for (int i = 0; i < 64; ++i)
+    for (int j = 0; j < 64; ++j) {
+      int above = 0;
+      for (const int di : {0, 1})
+        for (const int dj : {0, 1}) above += distance((i + di) / 64.0, (j + dj) / 64.0) >= 0;
+      crossed += above % 4 != 0;
+    }
+  CHECK(all_rounds(known, false) == crossed);
+  CHECK(all_rounds(sides, true) < crossed);  // sides alone lose the valley where it is narrow
+  CHECK(known.size() < 65 * 65 / 5);
 }
 
 TEST_CASE("The next round of a result is a config with a table of points") {

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "montecarlo/run_blocks.h"
 
 using namespace surveymc;
@@ -81,4 +82,30 @@ TEST_CASE("A bad stopping rule is refused with place, value and rule") {
   CHECK_THROWS_AS(read("[stop]\nrelative_ci = 0.01\nquantities = ['sigma3_east']\nmax_trials = 100"), InputError);
   CHECK_THROWS_AS(read("[stop]\nrelative_ci = 0.01\nmax_trials = 100000"), InputError);
   CHECK_THROWS_AS(read("trials = 1"), InputError);
+}
+
+TEST_CASE("[survey.plan] is vertical, then built, then held to the bottom") {
+  const auto planned = [](const std::string& more, bool needs_toolface = false) {
+    config::Config config = config::Config::from_text(
+        "experiment = 'e'\n[survey.plan]\nkickoff_m = 100\ninclination_deg = 20\nazimuth_deg = 90\n" + more, "t.toml",
+        {});
+    config::ConfigReader reader = config.reader(0);
+    survey::Survey s = read_survey(reader, {}, needs_toolface);
+    CHECK(read_true_vertical_depths(reader, s).size() == s.stations.size());
+    reader.finish();
+    return s;
+  };
+  const survey::Survey s = planned("md_m = 250\nspacing_m = 60\nbuild_deg_per_30m = 6");
+  REQUIRE(s.size() == 6);
+  CHECK(s.stations[5].md == 250);
+  CHECK(s.stations[4].md == 240);
+  CHECK(s.stations[1].inclination == 0);
+  CHECK_THAT(s.stations[2].inclination, Catch::WithinRel(4 * kDegree, 1e-14));  // 20 m of .2 deg/m
+  CHECK_THAT(s.stations[3].inclination, Catch::WithinRel(16 * kDegree, 1e-14));
+  CHECK_THAT(s.stations[5].inclination, Catch::WithinRel(20 * kDegree, 1e-14));
+  CHECK_THAT(s.stations[0].azimuth, Catch::WithinRel(90 * kDegree, 1e-14));
+  CHECK(planned("md_m = 240\nspacing_m = 60").size() == 5);
+  CHECK_THROWS_WITH(planned("md_m = 240", true), Contains("has no toolfaces, which this study needs"));
+  CHECK_THROWS_WITH(planned("md_m = 240\nspacing_m = 900\nbuild_deg_per_30m = 6"), Contains("more than 90 deg"));
+  CHECK_THROWS_WITH(planned("md_m = 1e9"), Contains("more than 100000 stations"));
 }

@@ -1,0 +1,79 @@
+#include "stats/variance_shares.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace surveymc::stats {
+
+ExplainedShare explained_share(const std::vector<double>& y, const std::vector<std::uint32_t>& group,
+                               std::uint32_t groups) {
+  const std::size_t n = y.size();
+  ExplainedShare out;
+  out.influence.assign(n, kNaN);
+  if (n < 2) return out;
+  const double count = static_cast<double>(n), mean = std::accumulate(y.begin(), y.end(), 0.0) / count;
+  std::vector<double> sum(groups, 0), size(groups, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    sum[group[i]] += y[i] - mean;
+    size[group[i]] += 1;
+  }
+  // Squares whose means are Var(y) and E[Var(y | group)], both without bias
+  std::vector<double> whole(n), within(n, kNaN);
+  double variance = 0, left = 0, judged = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double d = y[i] - mean, members = size[group[i]];
+    whole[i] = d * d * count / (count - 1);
+    variance += whole[i] / count;
+    if (members < 2) continue;
+    const double e = d - sum[group[i]] / members;
+    within[i] = e * e * members / (members - 1);
+    left += within[i];
+    judged += 1;
+  }
+  if (!(variance > 0) || judged == 0) return out;
+  left /= judged;
+  out.share = 1 - left / variance;
+  for (std::size_t i = 0; i < n; ++i)
+    out.influence[i] =
+        (left / variance * (whole[i] - variance) - (std::isnan(within[i]) ? 0 : within[i] - left)) / variance;
+  return out;
+}
+
+double standard_error_of(const std::vector<double>& influence) {
+  const double n = static_cast<double>(influence.size());
+  const double mean = std::accumulate(influence.begin(), influence.end(), 0.0) / n;
+  double squares = 0;
+  for (const double x : influence) squares += (x - mean) * (x - mean);
+  return std::sqrt(squares / (n - 1) / n);
+}
+
+namespace {
+
+std::vector<double> mean_ranks(const std::vector<double>& x) {
+  std::vector<std::size_t> order(x.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x[a] < x[b]; });
+  std::vector<double> ranks(x.size());
+  for (std::size_t first = 0, end = 0; first < order.size(); first = end) {
+    while (end < order.size() && x[order[end]] == x[order[first]]) ++end;
+    for (std::size_t i = first; i < end; ++i) ranks[order[i]] = static_cast<double>(first + end - 1) / 2;
+  }
+  return ranks;
+}
+
+}  // namespace
+
+double rank_correlation(const std::vector<double>& x, const std::vector<double>& y) {
+  const std::vector<double> a = mean_ranks(x), b = mean_ranks(y);
+  const double middle = (static_cast<double>(x.size()) - 1) / 2;
+  double aa = 0, bb = 0, ab = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    aa += (a[i] - middle) * (a[i] - middle);
+    bb += (b[i] - middle) * (b[i] - middle);
+    ab += (a[i] - middle) * (b[i] - middle);
+  }
+  return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : kNaN;
+}
+
+}  // namespace surveymc::stats

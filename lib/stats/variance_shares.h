@@ -1,0 +1,30 @@
+#pragma once
+/// How much of the variance of values their groups explain, with a standard error.
+#include <cstdint>
+#include <vector>
+
+#include "base/units.h"
+
+namespace surveymc::stats {
+
+/// share = 1 - E[Var(y | group)] / Var(y): the correlation ratio, the index of first order (Sobol' 1993) of what makes
+/// the groups. Var(y | group) is the sample variance of each group, so that chance alone explains
+/// nothing on the average; groups of one value say nothing and are left out of the mean.
+struct ExplainedShare {
+  double share = kNaN;  ///< below 0 by chance; NaN of equal values, or where no group has two
+  /// What each value adds to the error of `share`, by first order: its standard error is sd(influence) / sqrt(n). Of
+  /// sums and differences of shares of the same values, influences add up, too.
+  std::vector<double> influence = {};
+};
+
+/// `group` has one number for each of `y`, below `groups`.
+ExplainedShare explained_share(const std::vector<double>& y, const std::vector<std::uint32_t>& group,
+                               std::uint32_t groups);
+
+/// sd(influence) / sqrt(n)
+double standard_error_of(const std::vector<double>& influence);
+
+/// Correlation of ranks (Spearman), equal values having their mean rank; NaN where x or y are all equal.
+double rank_correlation(const std::vector<double>& x, const std::vector<double>& y);
+
+}  // namespace surveymc::stats
