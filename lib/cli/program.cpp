@@ -31,6 +31,7 @@
 #include "cli/text_commands.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
+#include "simd/numerics_probe.h"
 #include "store/backup.h"
 
 namespace surveymc::cli {
@@ -270,7 +271,8 @@ void fill_standard_descriptors() {
 
 int program_main(int argc, char** argv, ListStudies studies, montecarlo::Messages* messages, const std::string& mpi) {
   fill_standard_descriptors();
-  std::fesetenv(FE_DFL_ENV);      // a library may have changed it when it was loaded: bits must not depend on that
+  std::fesetenv(FE_DFL_ENV);  // a library may have changed it when it was loaded: bits must not depend on that
+  simd::fix_block_sizes();
   std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is an error of write(), with a message, and does not kill us
   try {
     if (messages && messages->rank() > 0) return work_for_rank_0(studies(), *messages, argc, argv);

@@ -2,6 +2,7 @@
 /// Blocks that wait to be computed, handed on in pieces to whoever is free: a slow rank or core does not decide how
 /// long a run takes. Who computes a block changes no bit (ordered_merge.h).
 #include <cstdint>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <vector>
@@ -19,10 +20,11 @@ class BlockQueue {
   /// The next block; none if there is none.
   std::optional<std::uint64_t> take();
 
-  /// The next piece for one of `takers`: a quarter of its equal share of what is left; `least` blocks if that is more,
-  /// but not above its equal share. So pieces become smaller towards the end, and all takers end at about the same
-  /// time. Empty if nothing is left.
-  std::vector<BlockRange> take_piece(std::uint64_t takers, std::uint64_t least);
+  /// The next piece for a taker that does `share` (above 0, at most 1) of the work: a quarter of its share of what is
+  /// left; `least` blocks if that is more, but not above its share, nor above `most`. So pieces become smaller towards
+  /// the end, and all takers end at about the same time. Empty if nothing is left.
+  std::vector<BlockRange> take_piece(double share, std::uint64_t least,
+                                     std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
 
   std::uint64_t left() const;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <exception>
 #include <latch>
@@ -114,10 +115,10 @@ std::optional<std::uint64_t> BlockQueue::take() {
   return one.empty() ? std::nullopt : std::optional(one.front().first);
 }
 
-std::vector<BlockRange> BlockQueue::take_piece(std::uint64_t takers, std::uint64_t least) {
+std::vector<BlockRange> BlockQueue::take_piece(double share, std::uint64_t least, std::uint64_t most) {
   const std::scoped_lock lock(taking_);
-  const std::uint64_t equal = (left_ + takers - 1) / takers;
-  return take_first(std::max(equal / 4, std::min(least, equal)));
+  const auto own = static_cast<std::uint64_t>(std::ceil(static_cast<double>(left_) * share));
+  return take_first(std::min(most, std::max(own / 4, std::min(least, own))));
 }
 
 std::uint64_t BlockQueue::left() const {

@@ -1,11 +1,64 @@
 #include "montecarlo/run_blocks.h"
 
+#include <deque>
+#include <limits>
+#include <numeric>
+
 #include "base/error.h"
 #include "montecarlo/block_queue.h"
 #include "montecarlo/workers.h"
 
 namespace surveymc::montecarlo {
 namespace {
+
+/// Gives blocks of a queue to other ranks as fast as each of them has been so far. Every rank begins with the least
+/// piece, so that a slow one never has much that others wait for.
+class Handing {
+ public:
+  Handing(BlockQueue& queue, const RunOptions& options)
+      : queue_(queue), options_(options), all_(queue.left()), ranks_(options.workers ? options.workers->count() : 0) {}
+
+  void begin() {
+    const std::uint64_t least = options_.workers->least_piece();
+    for (std::size_t w = 0; w < ranks_.size(); ++w) order(w, least);
+    // A second order each, which is there when the first is done; if there is enough for rank 0, too.
+    if (queue_.left() > 2 * (1 + ranks_.size()) * least)
+      for (std::size_t w = 0; w < ranks_.size(); ++w) order(w, least);
+  }
+
+  /// The rank has done the first of its orders.
+  void next(std::size_t worker) {
+    Rank& rank = ranks_[worker];
+    rank.done += rank.orders.front();
+    rank.orders.pop_front();
+    order(worker, std::numeric_limits<std::uint64_t>::max());
+  }
+
+ private:
+  struct Rank {
+    std::deque<std::uint64_t> orders;  // their blocks, without an answer
+    std::uint64_t done = 0;            // blocks
+  };
+
+  void order(std::size_t worker, std::uint64_t most) {
+    const std::uint64_t least = options_.workers->least_piece();
+    std::uint64_t ordered = 0;
+    for (const Rank& rank : ranks_) ordered = std::accumulate(rank.orders.begin(), rank.orders.end(), ordered);
+    const std::uint64_t by_all = all_ - queue_.left() - ordered;  // rank 0 takes from the queue what it computes
+    // As if each rank had done the least piece before: equal shares at the beginning.
+    const double share =
+        static_cast<double>(ranks_[worker].done + least) / static_cast<double>(by_all + (1 + ranks_.size()) * least);
+    const std::vector<BlockRange> piece = queue_.take_piece(share, least, most);
+    if (piece.empty()) return;
+    ranks_[worker].orders.push_back(count_of(piece));
+    options_.workers->order(options_.point, worker, piece);
+  }
+
+  BlockQueue& queue_;
+  const RunOptions& options_;
+  std::uint64_t all_;
+  std::vector<Rank> ranks_;  // but rank 0
+};
 
 /// One run: computes blocks in parallel up to a block number, again and again for each look of a stopping rule.
 class BlockRun {
@@ -28,18 +81,9 @@ class BlockRun {
   void until(std::uint64_t end_block) {
     BlockQueue queue(gaps({next_, end_block}, covered_));
     next_ = end_block;
-    const std::function<void(std::size_t)> hand_on = [&](std::size_t worker) {
-      const std::vector<BlockRange> piece =
-          queue.take_piece(1 + options_.workers->count(), options_.workers->least_piece());
-      if (!piece.empty()) options_.workers->order(options_.point, worker, piece);
-    };
-    if (options_.workers) {
-      const std::size_t others = options_.workers->count();
-      for (std::size_t w = 0; w < others; ++w) hand_on(w);
-      // A second order each, which is there when the first is done; if there is enough for rank 0, too.
-      if (queue.left() > 2 * (1 + others) * options_.workers->least_piece())
-        for (std::size_t w = 0; w < others; ++w) hand_on(w);
-    }
+    Handing handing(queue, options_);
+    const std::function<void(std::size_t)> hand_on = [&](std::size_t worker) { handing.next(worker); };
+    if (options_.workers) handing.begin();
     bool whole = false;
     try {
       whole = compute_blocks(

@@ -38,4 +38,9 @@ std::string numerics_probe() {
   return fmt::format("{:08x}", static_cast<std::uint32_t>(hash ^ (hash >> 32)));
 }
 
+void fix_block_sizes() {
+  constexpr std::ptrdiff_t kFirst = 32 << 10, kSecond = 512 << 10, kThird = 32 << 20;
+  Eigen::setCpuCacheSizes(kFirst, kSecond, kThird);
+}
+
 }  // namespace surveymc::simd

@@ -9,4 +9,8 @@ namespace surveymc::simd {
 /// mix.
 std::string numerics_probe();
 
+/// Lets Eigen cut large products into the same blocks on every processor. It takes their length from the size of the
+/// first cache, and sums of products with more than some 250 terms follow the blocks. Before anything is computed.
+void fix_block_sizes();
+
 }  // namespace surveymc::simd

@@ -1,6 +1,7 @@
 #include "montecarlo/workers.h"
 
 #include <chrono>
+#include <cstdio>
 #include <deque>
 #include <exception>
 #include <mutex>
@@ -178,13 +179,46 @@ TEST_CASE("What a slow rank does not do in time, the others do", "[workers]") {
   CHECK(done_by_rank_0 < 100);  // rank 1 had some
 }
 
+// montecarlo_tests "[workers_gain]": seconds with one rank of four slowed, and what equal shares would take.
+TEST_CASE("Time of a run with a slow rank, measured", "[.][workers_gain]") {
+  constexpr int kRanks = 4, kBlocks = 400;
+  constexpr auto kOneBlock = std::chrono::milliseconds(5);  // asleep, so that other load of the machine counts little
+  const auto lasting = [&](int times) {
+    return [=](TrialBlock b) {
+      std::this_thread::sleep_for(times * kOneBlock);
+      return kernel(b);
+    };
+  };
+  for (const int times : {1, 2, 4, 10}) {
+    const auto begin = std::chrono::steady_clock::now();
+    with_ranks(
+        kRanks,
+        [&](const BlockOrder&, int rank) {
+          Share s = share(kBlocks * kBlockTrials, lasting(rank == 1 ? times : 1));
+          s.options.threads = 1;
+          return s;
+        },
+        [&](Workers& workers) {
+          RunOptions options{1};
+          options.workers = &workers;
+          run_blocks(kBlocks * kBlockTrials, lasting(1), options);
+        });
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+    const double one = std::chrono::duration<double>(kOneBlock).count(), equal = kBlocks / kRanks * times * one;
+    const double least = kBlocks * one / (kRanks - 1 + 1.0 / times);
+    std::printf("one of %d ranks %2d times as slow: %.2f s; equal shares %.2f s at least; no less than %.2f s\n",
+                kRanks, times, taken.count(), equal, least);
+    CHECK(taken.count() >= least);
+  }
+}
+
 TEST_CASE("Pieces of a queue are all of its blocks, once", "[workers]") {
   for (const std::uint64_t takers : {1u, 2u, 7u}) {
     BlockQueue queue({{3, 5}, {8, 9}, {20, 60}});
     std::vector<std::uint64_t> blocks;
     while (queue.left() > 0) {
       const std::uint64_t before = queue.left();
-      const std::vector<BlockRange> piece = queue.take_piece(takers, 4);
+      const std::vector<BlockRange> piece = queue.take_piece(1.0 / static_cast<double>(takers), 4);
       REQUIRE(count_of(piece) > 0);
       CHECK(count_of(piece) <= (before + takers - 1) / takers);
       CHECK(queue.left() == before - count_of(piece));
