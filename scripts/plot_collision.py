@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figures of a collision or rare_event result: how likely is the event, and how far is the number to be trusted?
+"""Figures of a collision or rare_event result, or of a run of events: how likely is it, and how far to be trusted?
 
     plot_collision.py RESULT.h5 [-o FOLDER] [--point I]
 """
@@ -149,6 +149,42 @@ def multiplier(table):
     return figure
 
 
+def crossing(table, closest):
+    """From disc to slab: probability against the angle at which the wells pass each other."""
+    correlation = closest["correlation"][0]
+    own = rows(closest, correlation=correlation)
+    order = np.argsort(own["crossing_deg"])
+    angle = np.asarray(own["crossing_deg"])[order]
+    figure, ax = plt.subplots(figsize=(7.5, 5))
+    of = {f: [rows(table, offset=own["offset"][i], correlation=correlation, formulation=f) for i in order]
+          for f in ("form", "slab", "disc", "half_space")}
+    for formulation, colour in (("half_space", "#A8508A"), ("slab", "#009E73"), ("disc", "#D55E00")):
+        ax.plot(angle, [t["analytic"][0] for t in of[formulation]], "--", color=colour,
+                label=formulation.replace("_", " "))
+    found = of["form"]
+    half = np.hstack([intervals(t) for t in found])
+    ax.errorbar(angle, [t["monte_carlo"][0] for t in found], half, color="#0072B2", marker="o", label="whole wells")
+    ax.set(xscale="log", yscale="log", xlabel="angle at which the wells pass each other (deg)", ylabel="probability")
+    ax.set_xticks(angle, [f"{x:g}" for x in angle])
+    ax.minorticks_off()
+    ax.legend(fontsize=8)
+    ax.set_title("Crossing wells touch as a slab, parallel ones more rarely", loc="left")
+    return figure
+
+
+def factors(table):
+    """Which draws make an event: parts of beta squared."""
+    events = distinct(table["event"])
+    figure, axes = plt.subplots(1, len(events), figsize=(1.5 + 3.4 * len(events), 3.6), squeeze=False, layout="constrained")
+    for ax, event in zip(axes[0], events):
+        own = rows(table, event=event)
+        top = slice(0, 12)
+        ax.barh(own["code"][top][::-1], np.asarray(own["factor"])[top][::-1], color="#0072B2")
+        ax.set_xlabel("part of \N{GREEK SMALL LETTER BETA}\N{SUPERSCRIPT TWO}")
+        ax.set_title(event, fontsize=9)
+    return figure
+
+
 def convergence(hits, table, name_of):
     """Estimate and 95 % band (normal) of the first trials."""
     groups = distinct(hits["event"]) if "event" in hits else [None]
@@ -177,17 +213,20 @@ def main():
     parser.add_argument("--point", type=int, help="point of a sweep, from 0 (the first)")
     arguments = parser.parse_args()
     plotting.use_style()
-    with plotting.open_result(arguments.result, ("collision", "rare_event")) as file:
+    with plotting.open_result(arguments.result, ("collision", "rare_event", "msa_position", "gross_error_detection",
+                                                  "chained_multistation")) as file:
         config = plotting.configuration(file)
         tables = {n: plotting.read_table(file, n) for n in ("probability", "contact", "importance", "closest_pair")}
         hits = plotting.read_table(file, "hits", "samples")
     whole = tables["probability"]
+    if whole is None:
+        raise plotting.PlotError(f"{arguments.result}: is no run of events")
     keys = plotting.sweep_keys(config, whole)
     points = plotting.sweep_points(whole, keys)
     chosen = plotting.chosen_point(arguments, points)
     point = points[chosen or 0]
-    at = {n: plotting.at_point(t, keys, point) for n, t in tables.items()}
-    hits = plotting.at_point(hits, keys, point)
+    at = {n: plotting.at_point(t, keys, point) for n, t in tables.items() if t is not None}
+    hits = plotting.at_point(hits, keys, point) if hits is not None else None
     folder = plotting.figures_folder(arguments.output, arguments.result)
     stem = os.path.splitext(os.path.basename(arguments.result))[0] + ("" if chosen is None else f"_point{chosen}")
     if "offset" in whole:
@@ -199,15 +238,20 @@ def main():
             plotting.save(importance(at["importance"]), folder, f"{stem}_importance")
         if "errors.multiplier" in keys and len(keys) == 1:
             plotting.save(multiplier(whole), folder, f"{stem}_multiplier")
+        if len(set(np.round(at["closest_pair"]["crossing_deg"], 3))) > 2:
+            plotting.save(crossing(at["probability"], at["closest_pair"]), folder, f"{stem}_crossing")
         drawn = plane(hits, at["closest_pair"]) if hits is not None and hits.rows else None
         if drawn is not None:
             plotting.save(drawn, folder, f"{stem}_plane")
         name_of = lambda event: "{}, {}".format(*events[int(event) - 1])  # noqa: E731
     else:
-        name_of = lambda event: at["probability"]["event"][0]  # noqa: E731
+        if "importance" in at and at["importance"].rows:
+            plotting.save(factors(at["importance"]), folder, f"{stem}_importance")
+        names = distinct(at["probability"]["event"])
+        name_of = lambda event: names[int(event) - 1]  # noqa: E731
     if hits is not None and hits.rows:
         plotting.save(convergence(hits, at["probability"], name_of), folder, f"{stem}_convergence")
-    elif "offset" not in whole:
+    elif "offset" not in whole and "importance" not in at:
         raise plotting.PlotError(f"{arguments.result}: has no samples: run it with save_samples")
 
 

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "analysis/outlier_event.h"
 #include "base/units.h"
 #include "chained/attitude.h"
 #include "chained/block_solver.h"
@@ -13,11 +14,13 @@
 #include "chained_multistation/parts.h"
 #include "chained_multistation/quantities.h"
 #include "config/readings_csv.h"
+#include "random/rare_channels.h"
 #include "random/study_stream.h"
 #include "stats/layout.h"
 #include "stats/normal_tail.h"
 #include "stats/order_statistics.h"
 #include "study/comparison.h"
+#include "study/event_study.h"
 #include "study/table_rows.h"
 
 namespace surveymc::studies::chained_multistation {
@@ -62,6 +65,35 @@ struct Outliers {
   double unit() const { return axis < 3 ? kMilliG : 1; }
   const char* unit_name() const { return axis < 3 ? "mg" : "nT"; }
 };
+
+constexpr int kBlockRuns = 32;
+
+struct HeldEvent {
+  Outliers of;
+  chained::Model model;
+};
+
+struct HeldState {
+  std::shared_ptr<const HeldEvent> held;
+  analysis::OutlierDeletedWrong state;
+};
+
+std::vector<study::TrialEvent> events_of(const Outliers& o, const std::vector<study::EventRule>& rules) {
+  const auto held = std::make_shared<const HeldEvent>(HeldEvent{o, o.s.model(chained::ChainReferences::chained)});
+  std::vector<study::TrialEvent> events;
+  for (const study::EventRule& rule : rules) {
+    const auto own = std::make_shared<const HeldState>(HeldState{
+        held, analysis::OutlierDeletedWrong(held->of.s.truth, held->model, {o.station, o.axis, o.size}, o.gate)});
+    study::TrialEvent e;
+    e.name = rule.name;
+    e.state = {own, &own->state};
+    e.from = own->state.addresses(random::kRareChoice);
+    e.normals = own->state.names();
+    e.place = rule.place;
+    events.push_back(std::move(e));
+  }
+  return events;
+}
 
 class ChainedOutliers final : public study::StudyPoint {
  public:
@@ -254,7 +286,7 @@ class ChainedOutliersPlan final : public study::PointPlan {
  public:
   explicit ChainedOutliersPlan(Outliers scenario) : s_(std::move(scenario)) {}
   std::uint64_t trials() const override { return s_.s.trials; }
-  int block_trials() const override { return 32; }
+  int block_trials() const override { return kBlockRuns; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ChainedOutliers>(s_);
   }
@@ -267,7 +299,8 @@ class ChainedOutliersPlan final : public study::PointPlan {
 
 std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random::StudySeed seed) {
   Outliers o;
-  o.s = read_scenario(c, seed);
+  const bool of_events = study::has_events(c);
+  o.s = read_scenario(c, seed, of_events);
   c.require(o.s.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
   const std::string reading = c.choice("outliers.reading", {kReadingNames.begin(), kReadingNames.end()});
   o.axis =
@@ -277,6 +310,14 @@ std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random:
                                o.axis < 3 ? config::Range::closed(-500, 500) : config::Range::closed(-1e5, 1e5));
   o.gate.gate = c.number("outliers.gate", config::Range::open(0, 100), o.gate.gate);
   o.gate.dominance = c.number("outliers.dominance", config::Range::non_negative(), o.gate.dominance);
+  if (of_events) {
+    const study::EventRun run = study::read_event_run(c);
+    const study::Annotations annotations = study::read_event_annotations(c, {});
+    const std::vector<study::EventRule> events = study::read_events(c, {{kEventNames[kDeletedWrong], false}});
+    c.finish();
+    return study::event_plan(
+        run, annotations, random::stream_of(seed), [o, events] { return events_of(o, events); }, kBlockRuns);
+  }
   std::vector<study::RowName> rows;
   for (const char* e : kEventNames) rows.push_back({"outliers", "", e});
   for (const char* k : kRemedyNames) rows.push_back({"outliers", "", k});

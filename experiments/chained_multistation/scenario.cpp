@@ -42,10 +42,10 @@ void read_profile(config::ConfigReader& c, Scenario& s) {
 
 }  // namespace
 
-Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed, bool of_events) {
   Scenario s;
   s.seed = seed;
-  s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 100'000'000));
+  if (!of_events) s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 100'000'000));
   s.field = study::read_field(c);
   s.sizes = study::read_chain_sizes(c, s.field);
   read_profile(c, s);
@@ -65,7 +65,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
       s.truth.step_sd[i] = 0;
     }
   }
-  s.verdict = study::read_verdict_rule(c);
+  if (!of_events) s.verdict = study::read_verdict_rule(c);
   return s;
 }
 

@@ -48,6 +48,7 @@ struct Scenario {
 };
 
 /// `[field]`, `[model]`, `[profile]` or `[survey]`, trials, `[verdict]`: all keys but those that one study alone reads.
-Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
+/// Those of trials and verdict are left to a run `of_events`.
+Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed, bool of_events = false);
 
 }  // namespace surveymc::studies::chained_multistation

@@ -10,6 +10,7 @@
 #include "base/units.h"
 #include "proximity/touch_predictions.h"
 #include "random/rare_channels.h"
+#include "stats/intervals.h"
 #include "stats/normal_tail.h"
 
 namespace surveymc::studies::collision {
@@ -85,8 +86,8 @@ PairEvent::PairEvent(const Scenario& s, const study::PairReference& reference, c
                                                                 errors.offset->covariance_at(b.leg, b.share), a.leg,
                                                                 a.share, b.leg, b.share));
       },
-      radii_, kKeep, s.sampling.preparing.max_components);
-  event_ = study::prepare_event(s.sampling, [&] { return prepare(drawn, offset_errors); });
+      radii_, kKeep, s.run.sampling.preparing.max_components);
+  event_ = study::prepare_event(s.run.sampling, [&] { return prepare(drawn, offset_errors); });
   predict(s, pair, errors);
   closest_r_ = predictions_.closest.offset.position - predictions_.closest.reference.position;
   closest_j_ = state_->derivative(drawn, offset_errors, proximity::well_point(predictions_.closest.reference),
@@ -95,7 +96,7 @@ PairEvent::PairEvent(const Scenario& s, const study::PairReference& reference, c
                                                 rare::TrialAddresses{state_->calls(), random::kRareChoice}, stream_);
 }
 
-rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset) const {
+rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset) {
   rare::Prepared out;
   Eigen::Matrix3Xd first;
   for (const proximity::TouchingPair& p : touching_) {
@@ -111,13 +112,17 @@ rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const 
   }
   if (out.designs.empty()) return out;
   const bool is_near = out.designs.front().beta < study::kPlainBeta;
-  if (s_.sampling.method == "auto" && is_near) return out;
-  const Eigen::MatrixXd basis = directions_of(first, out.designs);
+  directions_ = directions_of(first, out.designs);
+  Eigen::MatrixXd errors = directions_;
+  for (std::size_t i = 0; i < state_->names().size(); ++i)
+    if (state_->names()[i].source == proximity::ContactState::kSlot) errors.row(static_cast<Eigen::Index>(i)).setZero();
+  scaled_ = errors.transpose() * errors;
+  if (s_.run.sampling.method == "auto" && is_near) return out;
   constexpr double kLeastWide = 1.3;
   const double wide = std::max(kLeastWide, out.designs.front().beta / std::sqrt(3.0));
   constexpr int kRounds = 8;
-  out.proposal = rare::adapt_proposal(*state_, stream_, out.designs, basis, s_.sampling.preparing, wide, kRounds, true,
-                                      out.evaluations);
+  out.proposal = rare::adapt_proposal(*state_, stream_, out.designs, directions_, s_.run.sampling.preparing, wide,
+                                      kRounds, true, out.evaluations);
   return out;
 }
 
@@ -182,10 +187,12 @@ std::size_t PairEvent::weights() const {
 stats::Tally PairEvent::run_block(std::uint64_t first, int count, std::size_t number) const {
   std::vector<stats::WeightedHits> bins(2 * kContactBins);
   std::vector<double> samples;
+  Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(count, 2);
   stats::Tally tally = trials_->run_block(first, count, [&](const rare::EventTrial& t, const rare::DrawnTrials& drawn) {
+    scores.row(static_cast<Eigen::Index>(t.trial - first)) << t.weight, t.weight * score(drawn, t.lane_index);
     bins[bin_of(t.marks[0], depths_[0])].add(t.weight);
     bins[kContactBins + bin_of(t.marks[1], depths_[1])].add(t.weight);
-    if (t.trial >= s_.save_samples) return;
+    if (t.trial >= s_.run.save_samples) return;
     Vector3d x = closest_r_;
     for (int i = 0; i < state_->dimension(); ++i) x += closest_j_.col(i) * drawn.z.value(t.lane_index, i);
     const Eigen::Vector2d at = plane_ * x;
@@ -194,17 +201,40 @@ stats::Tally PairEvent::run_block(std::uint64_t first, int count, std::size_t nu
   });
   tally.weighted.insert(tally.weighted.end(), bins.begin(), bins.end());
   tally.samples = std::move(samples);
+  tally.moments = stats::Moments::of(scores);
   return tally;
 }
 
+double PairEvent::score(const rare::DrawnTrials& drawn, int trial) const {
+  if (directions_.cols() == 0) return 0;
+  Eigen::VectorXd y;
+  if (event_.prepared.proposal.is_plain()) {
+    y = Eigen::VectorXd::Zero(directions_.cols());
+    for (Eigen::Index i = 0; i < directions_.rows(); ++i)
+      y += directions_.row(i).transpose() * drawn.z.value(trial, static_cast<int>(i));
+  } else {
+    y = drawn.y.col(trial);
+  }
+  return y.dot(scaled_ * y) - scaled_.trace();
+}
+
+PairEvent::SizeSlope PairEvent::size_slope(const stats::Moments& m, double confidence) const {
+  if (directions_.cols() == 0 || m.count < 2 || !(m.mean[0] > 0)) return {};
+  const double slope = m.mean[1] / m.mean[0];
+  const Eigen::MatrixXd c = m.covariance();
+  const double variance = (c(1, 1) - 2 * slope * c(0, 1) + slope * slope * c(0, 0)) / static_cast<double>(m.count);
+  const double half = stats::normal_quantile((1 + confidence) / 2) * std::sqrt(std::max(0.0, variance)) / m.mean[0];
+  return {slope, slope - half, slope + half};
+}
+
 stats::Tally PairEvent::subset_replicates(std::uint64_t first, int count) const {
-  return rare::run_subset_replicates(*state_, stream_, first, count, s_.sampling.subset_samples);
+  return rare::run_subset_replicates(*state_, stream_, first, count, s_.run.sampling.subset_samples);
 }
 
 std::string PairEvent::replay(std::uint64_t trial) const {
   const std::string head = fmt::format("  {}, {}: ", offset_, correlation_);
   if (event_.method == "subset") {
-    const rare::SubsetReplicate r = rare::subset_simulation(*state_, stream_, trial, s_.sampling.subset_samples);
+    const rare::SubsetReplicate r = rare::subset_simulation(*state_, stream_, trial, s_.run.sampling.subset_samples);
     return head +
            fmt::format("probability {:.17g}, levels {}, evaluations {}\n", r.probability, r.levels, r.evaluations);
   }

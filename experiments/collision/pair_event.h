@@ -34,6 +34,13 @@ class PairEvent {
   int dimension() const { return state_->dimension(); }
   double radii() const { return radii_; }
 
+  /// Of the probability p: d ln p / d ln (size of all errors), the slots' left out: p falls with larger errors below 0.
+  struct SizeSlope {
+    double value = kNaN, lo = kNaN, hi = kNaN;
+  };
+  /// `hits`: moments of weights of hits and of weights times score(), over all trials (0 where there is no hit).
+  SizeSlope size_slope(const stats::Moments& hits, double confidence) const;
+
   /// weighted: as EventTrials, then the hits by depth of contact: kContactBins of the reference, as many of the offset.
   static constexpr std::size_t kContactBins = 20;
   stats::Tally run_block(std::uint64_t first, int count, std::size_t number) const;
@@ -60,7 +67,10 @@ class PairEvent {
   Eigen::Vector2d plane_mean() const { return plane_ * closest_r_; }
 
  private:
-  rare::Prepared prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset) const;
+  rare::Prepared prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset);
+  /// What a trial says of the size of the errors: with y = U'z of the mixture's directions and M = U'U of the rows that
+  /// are errors, y'M y - tr M. The other directions do not lead to the event: to first order they say nothing.
+  double score(const rare::DrawnTrials& drawn, int trial) const;
   void predict(const Scenario& s, const study::WellPair& pair, const proximity::PairErrors& errors);
 
   const Scenario& s_;
@@ -79,6 +89,7 @@ class PairEvent {
   Eigen::Matrix3d slots_ = Eigen::Matrix3d::Zero();
   study::PreparedEvent event_;
   std::unique_ptr<rare::EventTrials> trials_;
+  Eigen::MatrixXd directions_, scaled_;  ///< U and M of score(); empty without a design point
 };
 
 }  // namespace surveymc::studies::collision

@@ -77,13 +77,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   study::scale_models(c, s);
   s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "azimuth" ? propagate::VerticalRule::azimuth
                                                                                      : propagate::VerticalRule::tilt;
-  s.sampling = study::read_event_sampling(c);
-  s.verdict = study::read_event_verdict(c);
-  s.plan = study::read_trial_plan(c, {"probability"}, {}, s.verdict);
-  c.require(s.sampling.method != "subset" || s.plan.looks.empty(), "stop",
-            "not with sampling.method = \"subset\": give `trials`, the number of replicates");
-  if (s.sampling.method != "subset")
-    s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+  s.run = study::read_event_run(c);
   std::vector<study::RowName> rows;
   for (const char* f : kFormulations) rows.push_back({"probability", f, "probability"});
   s.annotations = study::Annotations::read(c, rows);

@@ -19,10 +19,7 @@ struct WellExtras {
 
 struct Scenario : study::WellPairs {
   random::StudySeed seed;
-  study::TrialPlan plan;
-  std::uint64_t save_samples = 0;
-  study::EventSampling sampling;
-  study::VerdictRule verdict;
+  study::EventRun run;
   study::Annotations annotations;
   propagate::VerticalRule vertical = propagate::VerticalRule::tilt;
   Eigen::Vector3d reference_slot_sd = Eigen::Vector3d::Zero();

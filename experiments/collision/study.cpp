@@ -46,6 +46,7 @@ class Collision final : public study::StudyPoint {
       all.weighted.insert(all.weighted.end(), t.weighted.begin(), t.weighted.end());
       all.samples.insert(all.samples.end(), t.samples.begin(), t.samples.end());
       all.failed += t.failed;
+      all.groups.push_back(std::move(t.moments));
     }
     all.proposal = proposal();
     return all;
@@ -60,7 +61,7 @@ class Collision final : public study::StudyPoint {
   std::uint64_t trials_needed(const stats::Tally& tally) const override {
     std::uint64_t needed = 0;
     for (const JudgedEvent& e : judged(tally, {}))
-      needed = std::max(needed, study::trials_for(e.found, tally.trials, s_->plan.relative_ci));
+      needed = std::max(needed, study::trials_for(e.found, tally.trials, s_->run.plan.relative_ci));
     return needed;
   }
 
@@ -68,13 +69,13 @@ class Collision final : public study::StudyPoint {
     std::vector<stats::Tally> checks(events_.size());
     if (!is_subset())
       for (std::size_t i = 0; i < events_.size(); ++i)
-        for (int r = 0; r < s_->sampling.subset_replicates && !events_[i]->touching().empty(); ++r) {
+        for (int r = 0; r < s_->run.sampling.subset_replicates && !events_[i]->touching().empty(); ++r) {
           if (options.stop && *options.stop) throw Interrupted("stopped before the check was done");
           checks[i].merge(events_[i]->subset_replicates(static_cast<std::uint64_t>(r), 1));
         }
     study::PointResult r;
     r.tables = tables_of(*s_, judged(tally, checks));
-    if (s_->save_samples > 0) r.samples = {hits_table(tally)};
+    if (s_->run.save_samples > 0) r.samples = {hits_table(tally)};
     return r;
   }
 
@@ -85,7 +86,7 @@ class Collision final : public study::StudyPoint {
   }
 
  private:
-  bool is_subset() const { return s_->sampling.method == "subset"; }
+  bool is_subset() const { return s_->run.sampling.method == "subset"; }
 
   std::vector<JudgedEvent> judged(const stats::Tally& tally, const std::vector<stats::Tally>& checks) const {
     std::vector<JudgedEvent> out;
@@ -101,10 +102,11 @@ class Collision final : public study::StudyPoint {
         const auto begin = tally.weighted.begin() + static_cast<std::ptrdiff_t>(first);
         j.tally.weighted.assign(begin, begin + static_cast<std::ptrdiff_t>(e.weights()));
         j.tally.failed = j.tally.weighted[rare::kLost].count;
+        if (i < tally.groups.size()) j.slope = e.size_slope(tally.groups[i], s_->run.verdict.confidence);
         first += e.weights();
       }
       j.found = study::estimate_event(e.event(), j.tally, checks.empty() ? stats::Tally{} : checks[i],
-                                      s_->verdict.confidence, 0);
+                                      s_->run.verdict.confidence, 0);
       if (e.touching().empty()) {
         j.found.probability = 0;
         j.found.interval = {0, 0};
@@ -122,9 +124,9 @@ class Collision final : public study::StudyPoint {
 class CollisionPlan final : public study::PointPlan {
  public:
   explicit CollisionPlan(Scenario scenario) : s_(std::make_shared<const Scenario>(std::move(scenario))) {}
-  std::uint64_t trials() const override { return s_->plan.trials; }
-  std::vector<std::uint64_t> looks() const override { return s_->plan.looks; }
-  int block_trials() const override { return s_->sampling.method == "subset" ? 1 : montecarlo::kBlockTrials; }
+  std::uint64_t trials() const override { return s_->run.plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_->run.plan.looks; }
+  int block_trials() const override { return s_->run.block_trials(); }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
     return std::make_unique<Collision>(s_, options);
   }

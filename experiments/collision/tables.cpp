@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "base/units.h"
 #include "proximity/touch_predictions.h"
 #include "stats/normal_tail.h"
 #include "study/claims.h"
@@ -27,7 +28,7 @@ store::Table probability_table(const Scenario& s, const std::vector<JudgedEvent>
     std::vector<study::ComparisonRow> rows;
     for (std::size_t f = 0; f < kFormulations.size(); ++f) {
       study::ComparisonRow row =
-          study::compare_probability(kFormulations[f], e.found, p.probability[f], s.verdict, e.tally.trials);
+          study::compare_probability(kFormulations[f], e.found, p.probability[f], s.run.verdict, e.tally.trials);
       const std::string own = std::string_view(kFormulations[f]) == "half_space_least_sf"
                                   ? fmt::format("at {:.6g} m of the reference", p.least_sf_pair.reference.md)
                               : p.is_equidistant && std::string_view(kFormulations[f]) != "form"
@@ -38,7 +39,7 @@ store::Table probability_table(const Scenario& s, const std::vector<JudgedEvent>
     }
     s.annotations.apply("probability", rows);
     store::Table t = study::comparison_table(
-        "probability", "probability that the wells touch" + study::at_confidence(s.verdict.confidence), rows,
+        "probability", "probability that the wells touch" + study::at_confidence(s.run.verdict.confidence), rows,
         e.tally.trials, e.tally.failed, true);
     const std::vector<store::Column> leading{
         {"offset", "", "name of the offset well", std::vector<std::string>(rows.size(), e.event->offset())},
@@ -54,10 +55,13 @@ store::Table probability_table(const Scenario& s, const std::vector<JudgedEvent>
 }
 
 store::Table sampling_table(const Scenario& s, const std::vector<JudgedEvent>& events) {
-  TableRows t("sampling", "how the events were drawn" + study::at_confidence(s.verdict.confidence));
+  TableRows t("sampling", "how the events were drawn" + study::at_confidence(s.run.verdict.confidence));
   for (const JudgedEvent& e : events) {
     put_event(t, *e.event);
     study::put_sampling(t, e.event->event(), e.found);
+    t.estimate("size_slope", "1", "d ln p / d ln of the size of all errors, the slots' left out", e.slope.value,
+               {e.slope.lo, e.slope.hi});
+    t.count("diluted", "1: larger errors make the probability smaller", e.slope.hi < 0 ? 1 : 0);
   }
   return t.take();
 }
@@ -121,7 +125,8 @@ store::Table importance_table(const std::vector<JudgedEvent>& events) {
 }
 
 store::Table contact_table(const Scenario& s, const std::vector<JudgedEvent>& events) {
-  TableRows t("contact", "where along both wells the weighted hits touch" + study::at_confidence(s.verdict.confidence));
+  TableRows t("contact",
+              "where along both wells the weighted hits touch" + study::at_confidence(s.run.verdict.confidence));
   bool any = false;
   for (const JudgedEvent& e : events) {
     if (e.event->event().method == "subset" || e.tally.weighted.empty()) continue;
@@ -169,6 +174,10 @@ store::Table closest_table(const std::vector<JudgedEvent>& events) {
     t.number("offset_md_m", "m", "of the offset", p.offset.md);
     t.number("distance_m", "m", "of the centre lines", p.distance);
     t.number("radii_m", "m", "radii of both holes together", e.event->radii());
+    const double cosine = std::abs(p.reference.tangent.dot(p.offset.tangent));
+    const double sine = p.reference.tangent.cross(p.offset.tangent).norm();
+    t.number("crossing_deg", "deg", "angle at which the wells pass each other, 0 (parallel) to 90",
+             std::atan2(sine, cosine) / kDegree);
     t.number("towards_m2", "m2", "variance along the line between the wells", c(0, 0));
     t.number("across_m2", "m2", "variance across it", c(1, 1));
     t.number("cross_m2", "m2", "covariance", c(0, 1));
@@ -234,6 +243,13 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
     put(offset, correlation, "the test of three dimensions is more conservative than that of one", "Loeng 2012",
         "chi-square / half_space", three / p.probability[kHalfSpace],
         three > p.probability[kHalfSpace] ? "agrees" : "differs", {});  // no trials: no chance
+    put(offset, correlation, "larger errors make a collision likelier", "common use",
+        "d ln p / d ln of the size of all errors", e.slope.value,
+        e.found.trusted && e.slope.lo > 0   ? "agrees"
+        : e.found.trusted && e.slope.hi < 0 ? "differs"
+                                            : "undecided",
+        e.found.trusted ? study::claim_evidence(e.slope.value, {e.slope.lo, e.slope.hi}, 0, false, confidence, false)
+                        : study::Evidence{});
     add("the test of three dimensions is on the safe side", "Loeng 2012", "chi-square / probability", three / found,
         three, true);
   }
@@ -268,6 +284,16 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
                                                  : "undecided",
             {});  // it is never said to differ
       }
+  // Exact discs of two wells whose envelopes of three sd touch; the hole is a third of its envelope. Sd of each: 1.
+  const Eigen::Matrix3d both = 2 * Eigen::Matrix3d::Identity();
+  const auto touching = [&](double envelope, double hole) {
+    return 1 / proximity::touch_disc({2 * envelope, 0, 0}, both, 2 * hole, Eigen::Vector3d::UnitZ());
+  };
+  constexpr double kSaid = 300'000;
+  for (const auto& [reading, odds] : {std::pair("1 / probability; the hole lies in 3 sd", touching(3, 1)),
+                                      {"1 / probability; the envelope is 3 sd and the hole", touching(4.5, 1.5)}})
+    put("all", "", "wells with touching envelopes of 3 sd collide less than once in 300,000", "ISCWSA eBook 18.5",
+        reading, odds, odds > kSaid ? "agrees" : "differs", {});  // exact: no chance
   return t.take();
 }
 

@@ -12,6 +12,7 @@ struct JudgedEvent {
   const PairEvent* event;
   study::EventEstimate found;
   stats::Tally tally;  ///< its part of the tally
+  PairEvent::SizeSlope slope = {};
 };
 
 std::vector<store::Table> tables_of(const Scenario& scenario, const std::vector<JudgedEvent>& events);

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "analysis/gross_error_event.h"
 #include "reliability/nonlinear_detectable.h"
 #include "study/adjustment_scenario.h"
 #include "study/scenario.h"
@@ -160,6 +161,27 @@ std::vector<study::RowName> row_names(const Scenario& s) {
   return rows;
 }
 
+/// The rest of a config with `[[event]]`.
+void read_event_run(config::ConfigReader& c, Scenario& s) {
+  using Kind = analysis::GrossErrorEventKind;
+  s.event_run = study::read_event_run(c, {"union"});
+  s.annotations = study::read_event_annotations(c, {"linear", "nonlinear", "single_test", "independent", "bonferroni"});
+  std::vector<study::EventQuantity> quantities;
+  for (const char* q : analysis::kGrossErrorEvents) quantities.push_back({q, false});
+  s.events = study::read_events(c, quantities);
+  for (const study::EventRule& e : s.events) {
+    const auto kind = static_cast<Kind>(e.quantity);
+    e.place.require(kind == Kind::false_alarm_any || !s.injected.empty(),
+                    "no error is injected: must have [[inject]], or be \"false_alarm_any\"");
+    e.place.require(kind != Kind::identified_wrong || s.strategies == std::vector{SnoopingStrategy::single},
+                    "known where the reading of the largest test is blamed: must be with strategy = \"single\"");
+    c.require(s.event_run.sampling.method != "union" || (kind == Kind::false_alarm_any && !s.pope), "sampling.method",
+              "the event is no union of half spaces: must be of another method, or the event \"false_alarm_any\" of "
+              "test = \"w\"");
+  }
+  c.finish();
+}
+
 }  // namespace
 
 const std::vector<std::string>& strategy_names() {
@@ -188,7 +210,8 @@ Scenario with_sizes(Scenario s) {
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
-  s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 1'000'000'000'000));
+  const bool of_events = study::has_events(c);
+  if (!of_events) s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 1'000'000'000'000));
   const bool stations_given = c.has("stations");
   s.model = study::read_adjustment_model(c);
   s.model.field.dip = study::read_dip(c, s.model);
@@ -202,6 +225,10 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.pope = c.choice("test", {"w", "pope"}, "w") == "pope";
   s.strategies = read_strategies(c, s.pope);
   read_injected(c, s);
+  if (of_events) {
+    read_event_run(c, s);
+    return s;
+  }
   s.verdict = study::read_verdict_rule(c);
   s.false_alarm_margin = c.number("verdict.false_alarm_margin", config::Range::open(0, 1), 0.1);
   s.annotations = study::Annotations::read(c, row_names(s));

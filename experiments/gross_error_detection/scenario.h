@@ -9,6 +9,7 @@
 #include "reliability/gross_error_trials.h"
 #include "reliability/significance.h"
 #include "study/annotations.h"
+#include "study/event_study.h"
 #include "study/verdict.h"
 
 namespace surveymc::studies::gross_error_detection {
@@ -43,6 +44,8 @@ struct Scenario {
   study::VerdictRule verdict;
   double false_alarm_margin = 0.1;  ///< in place of verdict.margin for rates of false alarms
   study::Annotations annotations;
+  std::vector<study::EventRule> events;  ///< not empty: the run is one of events
+  study::EventRun event_run;
 
   std::vector<reliability::GrossError> errors() const;
 };

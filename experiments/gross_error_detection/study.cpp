@@ -13,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include "gross_error_detection/events.h"
 #include "gross_error_detection/tables.h"
 #include "random/study_stream.h"
 #include "reliability/gross_error_lanes.h"
@@ -223,9 +224,15 @@ class GrossErrorDetection final : public study::StudyPoint {
 class GrossErrorPlan final : public study::PointPlan {
  public:
   explicit GrossErrorPlan(Scenario scenario) : s_(std::move(scenario)) {}
-  std::uint64_t trials() const override { return s_.trials; }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+  std::uint64_t trials() const override { return s_.events.empty() ? s_.trials : s_.event_run.plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_.event_run.plan.looks; }
+  int block_trials() const override {
+    return s_.events.empty() ? montecarlo::kBlockTrials : s_.event_run.block_trials();
+  }
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
     Scenario s = with_sizes(s_);
+    if (!s.events.empty())
+      return study::event_study(s.event_run, s.annotations, events_of(s), random::stream_of(s.seed), options);
     reliability::GrossErrorTrials trials(s.model, s.attitudes, s.errors(), random::stream_of(s.seed));
     analysis::GrossErrorPrediction prediction = analysis::predict_gross_errors(trials, s.levels, s.pope);
     return std::make_unique<GrossErrorDetection>(std::move(s), std::move(trials), std::move(prediction));

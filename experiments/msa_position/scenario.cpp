@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "analysis/msa_event.h"
 #include "analysis/msa_prediction.h"
 #include "estimate/estimators.h"
 #include "study/drilling.h"
@@ -73,9 +74,42 @@ std::vector<study::RowName> calibrated_rows(const Scenario& s) {
   return rows;
 }
 
+namespace {
+
+/// Survey, field, tool, noise and estimator.
+void read_model(config::ConfigReader& c, Scenario& s) {
+  s.field = study::read_field(c);
+  s.survey = study::read_drilled_survey(c, s.field, s.seed);
+  s.survey_place = c.place("survey.file");
+  s.errors = study::read_magnetometer_errors(c);
+  s.spread = study::read_tool_spread(c);
+  s.noise = study::read_noise(c);
+}
+
+/// The rest of a config with `[[event]]`.
+void read_event_scenario(config::ConfigReader& c, Scenario& s) {
+  read_model(c, s);
+  c.require(s.noise.law == sensor::NoiseLaw::gaussian, "noise.law",
+            "events are regions of normals: must be \"gaussian\" where [[event]] is given");
+  s.estimator = study::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);
+  s.control_variate = false;
+  s.event_run = study::read_event_run(c);
+  s.annotations = study::read_event_annotations(c, {"first_order"});
+  std::vector<study::EventQuantity> quantities;
+  for (const char* q : analysis::kMsaEventQuantities) quantities.push_back({q});
+  s.events = study::read_events(c, quantities);
+  c.finish();
+}
+
+}  // namespace
+
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
+  if (study::has_events(c)) {
+    read_event_scenario(c, s);
+    return s;
+  }
   s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
   if (c.has("outputs")) {
     const std::vector<std::string> outputs = c.texts("outputs");
@@ -86,12 +120,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     s.with_position = std::find(outputs.begin(), outputs.end(), "position") != outputs.end();
   }
   s.control_variate = c.boolean("control_variate", true);
-  s.field = study::read_field(c);
-  s.survey = study::read_drilled_survey(c, s.field, seed);
-  s.survey_place = c.place("survey.file");
-  s.errors = study::read_magnetometer_errors(c);
-  s.spread = study::read_tool_spread(c);
-  s.noise = study::read_noise(c);
+  read_model(c, s);
   s.noise.antithetic = c.boolean("antithetic", false);
   c.require(!s.noise.antithetic || sensor::symmetric(s.noise.law), "noise.law",
             "must be symmetric about zero (\"gaussian\", \"uniform\") where antithetic = true");

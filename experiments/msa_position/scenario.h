@@ -8,6 +8,7 @@
 #include "random/study_id.h"
 #include "study/annotations.h"
 #include "study/calibration.h"
+#include "study/event_study.h"
 #include "study/scenario.h"
 
 namespace surveymc::studies::msa_position {
@@ -41,6 +42,8 @@ struct Scenario {
   study::VerdictRule verdict;
   study::CalibrationRule calibration;
   study::Annotations annotations;
+  std::vector<study::EventRule> events;  ///< not empty: the run is one of events
+  study::EventRun event_run;
 };
 
 /// Quantities whose claimed distribution this scenario can judge, in order, with the formulation that claims it. Table

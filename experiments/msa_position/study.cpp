@@ -427,11 +427,16 @@ namespace {
 class MsaPositionPlan final : public study::PointPlan {
  public:
   explicit MsaPositionPlan(Scenario scenario) : s_(std::move(scenario)) {}
-  std::uint64_t trials() const override { return s_.plan.trials; }
-  std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
-  double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(s_.plan.trials); }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+  std::uint64_t trials() const override { return plan().trials; }
+  std::vector<std::uint64_t> looks() const override { return plan().looks; }
+  double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(plan().trials); }
+  int block_trials() const override {
+    return s_.events.empty() ? montecarlo::kBlockTrials : s_.event_run.block_trials();
+  }
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
     try {
+      if (!s_.events.empty())
+        return study::event_study(s_.event_run, s_.annotations, events_of(s_), random::stream_of(s_.seed), options);
       return std::make_unique<PositionPoint>(s_, model_of(s_));
     } catch (const InputError& e) {  // the survey's geometry: say which survey, in which case of a sweep
       s_.survey_place.fail(e.what());
@@ -439,6 +444,8 @@ class MsaPositionPlan final : public study::PointPlan {
   }
 
  private:
+  const study::TrialPlan& plan() const { return s_.events.empty() ? s_.plan : s_.event_run.plan; }
+
   Scenario s_;
 };
 

@@ -46,6 +46,9 @@ struct Model {
 /// parameters.
 Model model_of(const Scenario& scenario);
 
+/// The events of a scenario that has some, with first-order predictions. Throws as model_of().
+std::vector<study::TrialEvent> events_of(const Scenario& scenario);
+
 class PositionPoint final : public study::StudyPoint {
  public:
   PositionPoint(Scenario scenario, Model model);

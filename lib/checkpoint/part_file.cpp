@@ -332,6 +332,7 @@ PartPiece PartReader::piece(std::size_t i) {
   const std::string record = bytes(pieces_.at(i).offset, pieces_.at(i).size);
   PartPiece p = decoded(path_, [&] { return decode_piece(body_of(path_, record, kPieceMark)); });
   if (p.point != pieces_[i].point) damaged(path_);
+  p.file = path_.string();
   return p;
 }
 

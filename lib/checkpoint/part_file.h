@@ -30,6 +30,7 @@ struct PartPiece {
   std::vector<montecarlo::Subtree> subtrees = {};
   std::string result = {};   ///< of a point without trials: its tables and maps (study/point_result_bytes.h)
   std::string failure = {};  ///< why the point cannot be run; "" if it can
+  std::string file = {};     ///< that it was read from, for messages
 };
 
 /// Sweep points first, first + stride, .. < end.

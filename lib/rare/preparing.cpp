@@ -1,6 +1,7 @@
 #include "rare/preparing.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/units.h"
@@ -325,7 +326,8 @@ Proposal adapt_proposal(const LimitState& state, const random::Stream& stream, c
   return proposal_of();
 }
 
-Prepared prepare_proposal(const LimitState& state, const random::Stream& stream, const PreparingOptions& o) {
+Prepared prepare_proposal(const LimitState& state, const random::Stream& stream, const PreparingOptions& o,
+                          const std::vector<VectorXd>& starts) {
   const int n = state.dimension();
   Prepared out;
   Search search(state, stream, o);
@@ -337,7 +339,18 @@ Prepared prepare_proposal(const LimitState& state, const random::Stream& stream,
     out.evaluations += r.evaluations;
     hits = joined(hits, r.hits);
   }
-  if (hits.cols() == 0) return out;
+  for (const VectorXd& start : starts) {
+    constexpr std::array<double, 6> kReach{1, 1.05, 1.15, 1.3, 1.6, 2};
+    MatrixXd places(n, kReach.size());
+    for (std::size_t i = 0; i < kReach.size(); ++i) places.col(static_cast<Index>(i)) = kReach[i] * start;
+    const VectorXd g = search.values(places);
+    const auto first = std::find_if(g.begin(), g.end(), [](double x) { return x <= 0; }) - g.begin();
+    if (first < g.size()) hits = joined(hits, places.col(first));
+  }
+  if (hits.cols() == 0) {
+    out.evaluations += search.evaluations;
+    return out;
+  }
   std::vector<Index> order(static_cast<std::size_t>(hits.cols()));
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<Index>(i);
   std::stable_sort(order.begin(), order.end(),

@@ -42,8 +42,10 @@ struct Prepared {
   std::uint64_t evaluations = 0;
 };
 
-/// Throws nothing: where the pilots find no event there is no design point.
-Prepared prepare_proposal(const LimitState& state, const random::Stream& stream, const PreparingOptions& options);
+/// Throws nothing: where the pilots find no event there is no design point. `starts`: points where a prediction expects
+/// the event to begin; each is a sample beside those of the pilots if the event is there or up to twice as far out.
+Prepared prepare_proposal(const LimitState& state, const random::Stream& stream, const PreparingOptions& options,
+                          const std::vector<Eigen::VectorXd>& starts = {});
 
 /// The directions of the mixture: all where n <= 4, otherwise the span of the design points.
 Eigen::MatrixXd basis_of(const std::vector<DesignPoint>& designs, int n);

@@ -55,14 +55,17 @@ StationReadings GrossErrorTrials::readings_without_noise(bool with_errors) const
 }
 
 StationReadings GrossErrorTrials::readings(std::uint64_t trial, bool with_errors) const {
-  VectorXd noise(variances_.size());
-  for (Index i = 0; i < noise.size(); i += 4) {
+  VectorXd normals(variances_.size());
+  for (Index i = 0; i < normals.size(); i += 4) {
     const std::array<double, 4> z =
         stream_.normals<double>(trial, random::Channel::gross_error_study, static_cast<std::uint32_t>(i / 4));
-    for (Index k = i; k < std::min(i + 4, noise.size()); ++k)
-      noise[k] = std::sqrt(variances_[k]) * z[static_cast<std::size_t>(k - i)];
+    for (Index k = i; k < std::min(i + 4, normals.size()); ++k) normals[k] = z[static_cast<std::size_t>(k - i)];
   }
-  return readings_of(noise, with_errors);
+  return readings(normals, with_errors);
+}
+
+StationReadings GrossErrorTrials::readings(const VectorXd& normals, bool with_errors) const {
+  return readings_of(variances_.cwiseSqrt().cwiseProduct(normals), with_errors);
 }
 
 void GrossErrorTrials::simulate(std::uint64_t first, survey::LaneArray& without, survey::LaneArray& with,

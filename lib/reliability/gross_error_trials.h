@@ -41,6 +41,11 @@ class GrossErrorTrials {
   bool shots_on_lanes() const;
   /// Readings of a trial, with or without the gross errors.
   StationReadings readings(std::uint64_t trial, bool with_errors) const;
+  /// The same of given normals, one an observation.
+  StationReadings readings(const Eigen::VectorXd& normals, bool with_errors) const;
+  /// How many observations the adjustment has, and their standard deviations in internal units.
+  int observations() const { return static_cast<int>(variances_.size()); }
+  Eigen::VectorXd standard_deviations() const { return variances_.cwiseSqrt(); }
   /// Error-free readings, plus the gross errors.
   StationReadings readings_without_noise(bool with_errors) const;
   /// The general adjustment of such readings, which defines the result.

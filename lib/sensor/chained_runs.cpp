@@ -22,18 +22,26 @@ std::vector<std::array<double, N>> normals(const random::Stream& stream, std::ui
 
 }  // namespace
 
-ChainedRun simulate_chained_run(const ChainedRunSetup& s, const random::Stream& stream, std::uint64_t trial) {
+ChainedDraws draw_chained_run(const ChainedRunSetup& s, const random::Stream& stream, std::uint64_t trial) {
   const std::size_t n = s.attitudes.size();
-  const auto steps = normals<9>(stream, trial, random::Channel::chained_state, n);
-  const auto noise = normals<6>(stream, trial, random::Channel::chained_noise, n);
+  ChainedDraws draws{normals<9>(stream, trial, random::Channel::chained_state, n),
+                     normals<6>(stream, trial, random::Channel::chained_noise, n),
+                     {}};
+  for (std::size_t k = 0; k < n && s.random_toolface; ++k)
+    draws.toolface.push_back(
+        stream.uniforms<double>(trial, random::Channel::chained_toolface, static_cast<std::uint64_t>(k / 4))[k % 4]);
+  return draws;
+}
+
+ChainedRun chained_run_of(const ChainedRunSetup& s, const ChainedDraws& draws) {
+  const std::size_t n = s.attitudes.size();
+  const auto& steps = draws.steps;
+  const auto& noise = draws.noise;
   ChainedRun run;
   std::array<double, 9> walk{};
   for (std::size_t k = 0; k < n; ++k) {
     survey::Attitude at = s.attitudes[k];
-    if (s.random_toolface)
-      at.toolface =
-          2 * kPi *
-          stream.uniforms<double>(trial, random::Channel::chained_toolface, static_cast<std::uint64_t>(k / 4))[k % 4];
+    if (s.random_toolface) at.toolface = 2 * kPi * draws.toolface[k];
     run.attitudes.push_back(at);
     Eigen::Matrix3d m;
     m.col(0) = survey::to_eigen(survey::magnetic_T(at, 1, 0));
@@ -61,6 +69,10 @@ ChainedRun simulate_chained_run(const ChainedRunSetup& s, const random::Stream& 
     run.readings.push_back(y);
   }
   return run;
+}
+
+ChainedRun simulate_chained_run(const ChainedRunSetup& s, const random::Stream& stream, std::uint64_t trial) {
+  return chained_run_of(s, draw_chained_run(s, stream, trial));
 }
 
 }  // namespace surveymc::sensor

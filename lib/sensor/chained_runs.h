@@ -33,6 +33,16 @@ struct ChainedRun {
   std::vector<std::array<double, 6>> readings;  ///< specific force (which points up) x, y, z, field x, y, z
 };
 
+/// What a run is drawn from, for every station.
+struct ChainedDraws {
+  std::vector<std::array<double, 9>> steps;  ///< standard normals: first values and steps of the states
+  std::vector<std::array<double, 6>> noise;  ///< standard normals
+  std::vector<double> toolface;              ///< in (0, 1); needed where toolfaces are random
+};
+ChainedDraws draw_chained_run(const ChainedRunSetup& setup, const random::Stream& stream, std::uint64_t trial);
+ChainedRun chained_run_of(const ChainedRunSetup& setup, const ChainedDraws& draws);
+
+/// chained_run_of() of draw_chained_run().
 ChainedRun simulate_chained_run(const ChainedRunSetup& setup, const random::Stream& stream, std::uint64_t trial);
 
 }  // namespace surveymc::sensor

@@ -123,4 +123,40 @@ void simulate(const SimulateBatch& b) {
     }
 }
 
+void readings_of_normals(const GivenNormalsBatch& b) {
+  for (int group = 0; group < b.groups; ++group)
+    for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
+      const auto g = static_cast<std::size_t>(group);
+      const auto normal = [&](const double* z, int r) { return load<T>(z + g * b.z_stride + r * kGroup + lane); };
+      double* magnetic = b.magnetic + g * b.magnetic_stride + lane;
+      for (int r = 0; r < 3 * b.stations; ++r)
+        store(magnetic + r * kGroup, fma(T(b.magnetometer_sd), normal(b.magnetometer_z, r), T(b.clean_magnetic[r])));
+      if (b.tool_z) {
+        std::array<T, 6> d;
+        for (int i = 0; i < 6; ++i) d[static_cast<std::size_t>(i)] = T(b.tool_sd[i]) * normal(b.tool_z, i);
+        for (int r = 0; r < 3 * b.stations; ++r) {
+          const auto i = static_cast<std::size_t>(r % 3);
+          store(magnetic + r * kGroup, load<T>(magnetic + r * kGroup) + fma(d[i], T(b.clean_field[r]), d[3 + i]));
+        }
+      }
+      if (group == 0 || b.down_stride > 0) {
+        double* down = b.down + g * b.down_stride + lane;
+        for (int r = 0; r < 3 * b.stations; ++r)
+          store(down + r * kGroup, b.accelerometer_z
+                                       ? fma(T(b.accelerometer_sd), normal(b.accelerometer_z, r), T(b.clean_gravity[r]))
+                                       : T(b.clean_down[r]));
+        if (b.accelerometer_z) normalise(b.stations, down);
+      }
+      double* reference = b.reference + g * b.reference_stride + lane;
+      for (int k = 0; k < b.reference_pairs; ++k) {
+        const T z_total = b.reference_z ? normal(b.reference_z, 2 * k) : T(0.0),
+                z_dip = b.reference_z ? normal(b.reference_z, 2 * k + 1) : T(0.0);
+        const T total = fma(T(b.total_sd), z_total, T(b.total));
+        const auto [sin_dip, cos_dip] = sincos(fma(T(b.dip_sd), z_dip, T(b.dip)));
+        store(reference + (2 * k) * kGroup, total * cos_dip);
+        store(reference + (2 * k + 1) * kGroup, total * sin_dip);
+      }
+    }
+}
+
 }  // namespace surveymc::sensor::SURVEYMC_ISA

@@ -24,11 +24,26 @@ struct SimulateBatch {
   std::size_t sums_stride;
 };
 
+/// The same of normals that are given: rows of `z` from which each source is read; null: not drawn.
+struct GivenNormalsBatch {
+  const double *clean_magnetic, *clean_gravity, *clean_down, *clean_field;  ///< 3 stations, without noise
+  double *magnetic, *down, *reference;
+  std::size_t magnetic_stride, down_stride, reference_stride;
+  int stations, reference_pairs, groups;
+  double total, dip;  ///< reference without error, nT and rad
+  double magnetometer_sd, accelerometer_sd, total_sd, dip_sd;
+  const double *magnetometer_z, *accelerometer_z, *reference_z, *tool_z;
+  std::size_t z_stride;
+  double tool_sd[6];  ///< gain x, y, z; bias x, y, z
+};
+
 namespace isa_v3 {
 void simulate(const SimulateBatch& batch);
-}
+void readings_of_normals(const GivenNormalsBatch& batch);
+}  // namespace isa_v3
 namespace isa_v4 {
 void simulate(const SimulateBatch& batch);
-}
+void readings_of_normals(const GivenNormalsBatch& batch);
+}  // namespace isa_v4
 
 }  // namespace surveymc::sensor

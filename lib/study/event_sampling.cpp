@@ -40,10 +40,18 @@ EventSampling read_event_sampling(config::ConfigReader& c, const std::vector<std
   return s;
 }
 
-VerdictRule read_event_verdict(config::ConfigReader& c) {
+EventRun read_event_run(config::ConfigReader& c, const std::vector<std::string>& methods) {
   const VerdictRule usual;
-  return {c.number("verdict.margin", config::Range::open(0, 1), 0.1),
-          c.number("verdict.confidence", config::Range::open(0, 1), usual.confidence), usual.nees_margin};
+  EventRun run;
+  run.sampling = read_event_sampling(c, methods);
+  run.verdict = {c.number("verdict.margin", config::Range::open(0, 1), 0.1),
+                 c.number("verdict.confidence", config::Range::open(0, 1), usual.confidence), usual.nees_margin};
+  run.plan = read_trial_plan(c, {"probability"}, {}, run.verdict);
+  const bool is_subset = run.sampling.method == "subset";
+  c.require(!is_subset || run.plan.looks.empty(), "stop",
+            "not with sampling.method = \"subset\": give `trials`, the number of replicates");
+  if (!is_subset) run.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
+  return run;
 }
 
 PreparedEvent prepare_event(const EventSampling& sampling, const std::function<rare::Prepared()>& prepare) {

@@ -32,8 +32,16 @@ struct EventSampling {
 /// config has antithetic pairs or a control variate.
 EventSampling read_event_sampling(config::ConfigReader& config, const std::vector<std::string>& methods = {});
 
-/// The verdict rule of studies of events: `verdict.margin` is .1 of the ratio unless the config says otherwise.
-VerdictRule read_event_verdict(config::ConfigReader& config);
+/// What the config of a run of events says of its trials.
+struct EventRun {
+  EventSampling sampling;
+  VerdictRule verdict;  ///< `verdict.margin` is .1 of the ratio unless the config says otherwise
+  TrialPlan plan;       ///< of `method = "subset"`: replicates
+  std::uint64_t save_samples = 0;
+  /// Trials in a block; `usual` unless they are replicates.
+  int block_trials(int usual = montecarlo::kBlockTrials) const { return sampling.method == "subset" ? 1 : usual; }
+};
+EventRun read_event_run(config::ConfigReader& config, const std::vector<std::string>& methods = {});
 
 /// Below this distance of the design point, plain trials are as good.
 inline constexpr double kPlainBeta = 2;

@@ -414,9 +414,9 @@ PointResult merged_point(const RunPlan& run, std::uint64_t point, std::vector<ch
   const std::shared_ptr<const StudyPoint> prepared = run.prepare(point, options);
   for (const checkpoint::PartPiece& p : pieces)
     for (const montecarlo::Subtree& node : p.subtrees)
-      require_proposal(
-          *prepared, node.tally,
-          fmt::format("the part with blocks {} to {} of point {}", p.blocks.first, p.blocks.end - 1, point));
+      require_proposal(*prepared, node.tally,
+                       fmt::format("{}: blocks {} to {} of point {}", p.file.empty() ? "a part" : p.file,
+                                   p.blocks.first, p.blocks.end - 1, point));
   if (first.whole && first.subtrees.size() == 1) return point_report(prepared, first.subtrees.front().tally, options);
   std::vector<montecarlo::Subtree> nodes;
   for (checkpoint::PartPiece& p : pieces)

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """End-to-end tests of collision and rare_event: test_collision.py SURVEYMC_EXECUTABLE SOURCE_FOLDER"""
+import subprocess
 import sys
 import unittest
 from pathlib import Path
@@ -40,6 +41,72 @@ method = "importance"
 subset = { replicates = 0 }
 """
 
+# Events in studies with trials: an estimate, and tests. Short surveys, few trials.
+MSA = """\
+experiment = "msa_position"
+seed = 3
+trials = 4096
+[survey]
+file = "turning.csv"
+toolface_zero = "y"
+[field]
+total_nT = 50000.0
+dip_deg = 70.0
+[noise]
+magnetometer_nT = 70.0
+reference = { per = "run", total_nT = 107.0, dip_deg = 0.16 }
+[estimator]
+name = "msa"
+"""
+EVENT = """\
+[[event]]
+name = "bias of x"
+quantity = "bias_x"
+above = %g
+[sampling]
+method = "%s"
+pilot = 200
+subset = { replicates = 0 }
+"""
+TESTS = """\
+experiment = "gross_error_detection"
+seed = 5
+trials = 2000
+mode = "sse"
+inclination_deg = 30.0
+toolface_deg = 45.0
+magnetic_azimuth_deg = 60.0
+alpha = 1e-7
+[[event]]
+name = "alarm"
+quantity = "false_alarm_any"
+[sampling]
+method = "union"
+subset = { replicates = 0 }
+"""
+CHAINED = """\
+experiment = "chained_multistation"
+study = "outliers"
+seed = 9
+trials = 64
+[field]
+total_nT = 50000.0
+dip_deg = 75.0
+[profile]
+stations = 3
+[outliers]
+reading = "hz"
+size_nT = 800.0
+[[event]]
+name = "deleted"
+quantity = "deleted_wrong"
+[sampling]
+method = "plain"
+subset = { replicates = 0 }
+"""
+TURNING = "md_m,inclination_deg,azimuth_deg,toolface_deg\n" + "".join(
+    f"{30 * k},{50 + 2 * k},{40 + 3 * k},{77 * k % 360}\n" for k in range(12))
+
 FUNCTION = """\
 experiment = "rare_event"
 seed = 1
@@ -79,12 +146,106 @@ class Wells(Case):
         factors = np.array(column(path, "tables/importance", "factor"))
         self.assertAlmostEqual(float(np.sum(factors)), 1, places=9)
 
-    def test_parts_and_threads_do_not_change_a_bit(self):
-        whole = self.run_config("--threads", "1")
+    def same_bits(self, config):
+        """Whatever splits the run, and whatever computes it: threads, instruction sets, shards, a kill."""
+        whole = content_hash(self.run_config("--threads", "1", config=config, output="whole.h5"))
+        v3 = {"SURVEYMC_INSTRUCTION_SET": "x86-64-v3"}
+        self.assertEqual(content_hash(self.run_config("--threads", "2", config=config, output="v3.h5", env=v3)), whole)
         for i in range(3):
-            self.call("run", "base.toml", "--shard", f"{i}/3", "-o", f"{i}.part")
+            self.call("run", config, "--shard", f"{i}/3", "-o", f"{i}.part", env=v3 if i == 1 else None)
         self.call("merge", "0.part", "1.part", "2.part", "-o", "merged.h5")
-        self.assertEqual(content_hash(whole), content_hash(self.folder / "merged.h5"))
+        self.assertEqual(content_hash(self.folder / "merged.h5"), whole)
+        # Killed again and again, each time later, until it comes through.
+        for delay in (0.05, 0.2, 0.6, 30):
+            child = subprocess.Popen([test_cli.EXECUTABLE, "run", config, "-o", "killed.h5", "--resume", "--threads", "1",
+                                      "--checkpoint-seconds", "0.01"], cwd=self.folder, stdout=subprocess.DEVNULL,
+                                     stderr=subprocess.DEVNULL)
+            try:
+                child.wait(delay)
+                break
+            except subprocess.TimeoutExpired:
+                child.kill()
+                child.wait()
+        self.assertEqual(content_hash(self.folder / "killed.h5"), whole)
+
+    def test_no_split_kill_or_instruction_set_changes_a_bit_of_wells(self):
+        self.same_bits("base.toml")
+
+    def test_nor_of_functions(self):
+        self.same_bits(self.changed(('"union"\nbeta = [4.0, 4.5]', '"rp25"'), ('method = "union"', 'method = "importance"'),
+                                    text=FUNCTION))
+
+    def test_nor_of_events_of_msa(self):
+        self.write("turning.csv", TURNING)
+        self.write("msa.toml", MSA + EVENT % (400, "importance"))
+        self.same_bits("msa.toml")
+
+    def test_plain_trials_of_an_event_are_those_of_the_study(self):
+        self.write("turning.csv", TURNING)
+        self.write("msa.toml", MSA.replace("seed = 3\n", "seed = 3\nsave_samples = 4096\n"))
+        bias = column(self.run_config(config="msa.toml"), "samples/realisations", "bias_x_nT")
+        limit = float(np.sort(bias)[-60])
+        self.write("event.toml", MSA + EVENT % (limit, "plain"))
+        path = self.run_config(config="event.toml", output="event.h5")
+        self.assertEqual(list(column(path, "tables/sampling", "hits")), [int(np.sum(bias > float("%g" % limit)))])
+
+    def test_events_that_are_none_are_refused(self):
+        self.write("turning.csv", TURNING)
+        for text, changes, says in (
+                (MSA + EVENT % (400, "importance"), ("above = 400", "above = 400\nbelow = 3"), "not together with below"),
+                (MSA + EVENT % (400, "importance"), ("above = 400\n", ""), "without a limit: must have `below` or `above`"),
+                (MSA + EVENT % (400, "importance"), ('"bias_x"', '"bias_q"'), "event.*quantity = .*bias_q"),
+                (MSA + EVENT % (400, "importance"), ('"importance"', '"union"'), "sampling.method"),
+                (MSA + EVENT % (400, "importance"), ("seed = 3\n", "seed = 3\nantithetic = true\n"), "antithetic"),
+                (MSA + EVENT % (400, "importance"), ("seed = 3\n", "seed = 3\ncontrol_variate = true\n"), "control_variate"),
+                (MSA + EVENT % (400, "importance"), ("nT = 70.0\n", 'nT = 70.0\nlaw = "uniform"\n'), "noise.law.*gaussian"),
+                (TESTS, ('quantity = "false_alarm_any"', 'quantity = "missed"'), "no error is injected"),
+                (TESTS, ('"false_alarm_any"', '"false_alarm_any"\nbelow = 2.0'), "happens or not"),
+                (TESTS, ("alpha = 1e-7\n", 'alpha = 1e-7\ntest = "pope"\n'), "no union of half spaces"),
+        ):
+            self.refused(BAD_INPUT, "check", self.changed(changes, text=text), says=says)
+        self.write("msa.toml", MSA + EVENT % (-400, "importance"))
+        self.refused(BAD_INPUT, "run", "msa.toml", "-o", "x.h5", says=r"msa.toml:\d+: .*above = -400: the event holds where nothing")
+
+    def test_false_alarms_have_their_rate_at_any_level(self):
+        self.write("tests.toml", TESTS)
+        path = self.run_config(config="tests.toml")
+        p = column(path, "tables/probability", "monte_carlo")
+        bound = {f: a for f, a in zip(column(path, "tables/probability", "formulation"), column(path, "tables/probability", "analytic"))}
+        self.assertLess(p[0], bound["bonferroni"])
+        self.assertAlmostEqual(bound["independent"] / bound["bonferroni"], 1, places=5)
+        self.assertGreater(p[0], bound["bonferroni"] / 9)
+        self.write("drawn.toml", TESTS.replace('"union"', '"importance"').replace("alpha = 1e-7", "alpha = 1e-5"))
+        self.write("union.toml", TESTS.replace("alpha = 1e-7", "alpha = 1e-5"))
+        drawn, union = (self.run_config(config=c, output=c + ".h5") for c in ("drawn.toml", "union.toml"))
+        # The nonlinear adjustment against linear theory: within both intervals and 5 % of curvature.
+        self.assertLess(column(drawn, "tables/probability", "monte_carlo_ci_low")[0],
+                        1.05 * column(union, "tables/probability", "monte_carlo_ci_high")[0])
+        self.assertGreater(column(drawn, "tables/probability", "monte_carlo_ci_high")[0],
+                           .95 * column(union, "tables/probability", "monte_carlo_ci_low")[0])
+
+    def test_a_chained_run_of_events(self):
+        self.write("chained.toml", CHAINED)
+        path = self.run_config(config="chained.toml")
+        self.assertEqual(list(column(path, "tables/sampling", "evaluations")), [64])
+        self.call("run", "chained.toml", "--trial", "3")
+
+    def test_larger_errors_make_a_far_collision_likelier_and_a_near_one_less_likely(self):
+        # Wells whose tools err, side by side: the slope by the weights is that between two sizes.
+        text = RIGID.replace("multiplier = 1e-9", "multiplier = 1").replace("[5.0, 8.0, 0.0]", "[0.0, 0.0, 0.0]").replace(
+            "[6.0, 9.0, 0.0]", "[0.0, 0.0, 0.0]").replace("[25.0, 0.0, 0.0]", "[4.0, 0.0, 0.0]")
+        found = {}
+        for size in (1, 1.1, 20, 22):
+            self.write("size.toml", text.replace("multiplier = 1", f"multiplier = {size}"))
+            path = self.run_config("--trials", 20000, config="size.toml", output=f"{size}.h5")
+            found[size] = (column(path, "tables/probability", "monte_carlo")[0],
+                           column(path, "tables/sampling", "size_slope")[0], column(path, "tables/sampling", "diluted")[0])
+        for a, b, diluted in ((1, 1.1, 0), (20, 22, 1)):
+            between = np.log(found[b][0] / found[a][0]) / np.log(b / a)
+            # Two estimates of 2 % (95 %): .3 of the slope between them. The slope is that of the directions of the mixture:
+            # what all the others add is within 15 % here.
+            self.assertLess(abs((found[a][1] + found[b][1]) / 2 - between), .3 + .15 * abs(between), found)
+            self.assertEqual(found[a][2], diluted, found)
 
     def test_bad_input_is_refused_with_place_and_rule(self):
         for changes, says in (

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Tests of plot_collision.py on the smoke results, whose paths are in SURVEYMC_RESULT and SURVEYMC_FUNCTIONS. Without them
-they are skipped."""
+"""Tests of plot_collision.py on the smoke results, whose paths are in SURVEYMC_RESULT, SURVEYMC_FUNCTIONS and
+SURVEYMC_EVENTS. Without them they are skipped."""
 import os
 import subprocess
 import sys
@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
-WELLS, FUNCTIONS = os.environ.get("SURVEYMC_RESULT", ""), os.environ.get("SURVEYMC_FUNCTIONS", "")
+WELLS, FUNCTIONS, EVENTS = (os.environ.get(k, "") for k in ("SURVEYMC_RESULT", "SURVEYMC_FUNCTIONS", "SURVEYMC_EVENTS"))
 
 
 def draw(*arguments):
@@ -20,7 +20,8 @@ def draw(*arguments):
 class Drawing(unittest.TestCase):
     def test_every_figure_is_drawn_in_both_forms(self):
         for result, stem, figures in ((WELLS, "collision", ("probability", "contact", "importance", "plane", "convergence")),
-                                      (FUNCTIONS, "rare_event", ("convergence",))):
+                                      (FUNCTIONS, "rare_event", ("convergence",)),
+                                      (EVENTS, "msa_event", ("importance", "convergence"))):
             with tempfile.TemporaryDirectory() as folder:
                 run = draw(result, "-o", folder)
                 self.assertEqual(run.returncode, 0, run.stderr)
