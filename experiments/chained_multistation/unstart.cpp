@@ -95,6 +95,10 @@ class ChainedUnstart final : public study::StudyPoint {
   }
 
  private:
+  struct End {
+    bool converged = false;
+    double cost = 0;
+  };
   struct RunOutcome {
     std::array<std::array<bool, kEvents>, kWays> ways{};
     std::array<bool, kRunEvents> run{};
@@ -117,21 +121,32 @@ class ChainedUnstart final : public study::StudyPoint {
     for (std::size_t k = 0; k < run.states.size(); ++k)
       truth.chain[k] = Eigen::Map<const chained::ChainVector>(run.states[k].data());
 
-    chained::SearchOptions undamped;
+    // All ways descend from the same starts, side by side: those of the search, the study's own, the truth
+    const std::vector<chained::Point> search = chained::search_starts(m, readings);
+    std::vector<chained::Point> starts = search;
+    starts.push_back(truth);
+    if (u_.given_start) starts.push_back(start);
+    chained::SearchOptions damped, undamped;
     undamped.polish.damped = false;
-    const chained::Modes modes = chained::find_modes(m, readings), raw = chained::find_modes(m, readings, undamped);
-    const chained::Solution at_truth = chained::solve_blocks(m, readings, truth);
-    const chained::Solution gauss_newton = chained::solve_blocks(m, readings, start, {.damped = false}),
-                            levenberg = chained::solve_blocks(m, readings, start);
-    const chained::Solution* ends[kWays] = {&gauss_newton, &levenberg, raw.modes.empty() ? nullptr : &raw.modes[0],
-                                            modes.modes.empty() ? nullptr : &modes.modes[0]};
+    std::vector<chained::Ended> ends_damped = chained::descend_all(m, readings, starts, damped.polish),
+                                ends_undamped = chained::descend_all(m, readings, starts, undamped.polish);
+    const auto own = u_.given_start ? starts.size() - 1 : 0;  // the basic solution is the search's first start
+    const auto end_of = [](const chained::Ended& e) { return End{e.status == chained::Status::converged, e.cost}; };
+    const End at_truth = end_of(ends_damped[search.size()]);
+    End ends[kWays] = {end_of(ends_undamped[own]), end_of(ends_damped[own]), {}, {}};
+    ends_damped.resize(search.size());
+    ends_undamped.resize(search.size());
+    const chained::Modes modes = chained::find_modes(m, readings, ends_damped, damped),
+                         raw = chained::find_modes(m, readings, ends_undamped, undamped);
+    if (!raw.modes.empty()) ends[kSearchGaussNewton] = {true, raw.modes[0].cost};
+    if (!modes.modes.empty()) ends[kSearch] = {true, modes.modes[0].cost};
     double lowest = at_truth.converged ? at_truth.cost : kInfinity;
-    for (const chained::Solution* end : ends)
-      if (end && end->converged) lowest = std::min(lowest, end->cost);
+    for (const End& end : ends)
+      if (end.converged) lowest = std::min(lowest, end.cost);
     RunOutcome r;
     for (std::size_t way = 0; way < kWays; ++way) {
-      const bool converged = ends[way] && ends[way]->converged;
-      const bool higher = converged && ends[way]->cost > lowest + 1e-6;  // minima stand to 1e-9
+      const bool converged = ends[way].converged;
+      const bool higher = converged && ends[way].cost > lowest + 1e-6;  // minima stand to 1e-9
       r.ways[way] = {!converged, higher, !converged || higher};
     }
     const bool not_lowest = at_truth.converged && at_truth.cost > lowest + 1e-6;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include <Eigen/Cholesky>
 
-#include "chained/descent.h"
+#include "chained/descent_kernel.h"
 
 namespace surveymc::chained {
 
@@ -26,13 +28,10 @@ struct NormalBlocks {
   std::vector<Columns> columns;  ///< first the negative gradient, then the border
   VectorXd border_rhs;
   MatrixXd border;
-  // Levenberg's scale D: steps of the chain and the border in prior sd, of attitudes in 0.1 rad. Marquardt's diagonal
-  // would hold back most where the accelerometers see the attitude, and the weak direction is a turn about the
-  // vertical.
+  // Levenberg's scale D: steps of the chain and the border in prior sd, of attitudes by kAttitudeScale
   ChainVector chain_scale;
   double border_scale;
 };
-constexpr double kAttitudeScale = 1 / (0.1 * 0.1);
 
 /// Prior of the first station's chained states, instead of the model's prior.
 struct ChainPrior {
@@ -208,37 +207,50 @@ Step step_of(const NormalBlocks& b, const BlockSolution& s, double damping) {
 }
 
 /// The chain as a problem of descent.h.
-struct ChainProblem {
-  using Point = chained::Point;
-  using System = NormalBlocks;
-  const Model& m;
-  const Readings& readings;
-  const ChainPrior* first = nullptr;
+class ChainProblem {
+ public:
+  using Scalar = double;
 
-  double cost(const Point& at) const {
-    if (!first) return chain_cost(m, readings, at);
-    const ChainVector away = at.chain[0] - first->mean;
-    return readings_cost(m, readings, at) + away.dot(first->information * away);
+  ChainProblem(const Model& m, const Readings& readings, Point start, const ChainPrior* first = nullptr)
+      : m_(m), readings_(readings), first_(first), at_(std::move(start)), next_(at_) {}
+
+  const Point& at() const { return at_; }
+  double cost() const { return cost_of(at_); }
+  DescentStep<double, bool> solve(bool curved, double damping) {
+    if (!gauss_newton_) gauss_newton_ = normal_blocks(m_, readings_, at_, first_);
+    if (curved && !newton_) newton_ = exact_blocks(*gauss_newton_, m_, readings_, at_);
+    const NormalBlocks& b = curved ? *newton_ : *gauss_newton_;
+    step_ = step_of(b, solve_blocks(b, damping), damping);
+    return {step_.positive, step_.promise, step_size2(m_, step_.delta, step_.dc, step_.da)};
   }
-  NormalBlocks system(const Point& at) const { return normal_blocks(m, readings, at, first); }
-  NormalBlocks exact(const NormalBlocks& b, const Point& at) const { return exact_blocks(b, m, readings, at); }
-  Step solve(const NormalBlocks& b, double damping) const { return step_of(b, solve_blocks(b, damping), damping); }
-  double size2(const Step& step) const { return step_size2(m, step.delta, step.dc, step.da); }
-  Point moved(Point at, const Step& step) const {
-    for (int k = 0; k < readings.stations(); ++k)
-      step_station(at, k, step.delta[static_cast<std::size_t>(k)], step.dc[static_cast<std::size_t>(k)]);
-    at.interference += step.da;
-    return at;
+  double try_step() {
+    next_ = at_;
+    for (int k = 0; k < readings_.stations(); ++k)
+      step_station(next_, k, step_.delta[static_cast<std::size_t>(k)], step_.dc[static_cast<std::size_t>(k)]);
+    next_.interference += step_.da;
+    return cost_of(next_);
   }
-  /// A whitened residual is the difference of two numbers of the size y/s, each to a part of epsilon: J, the sum of n
-  /// squares, to 2 epsilon (y/s) sqrt(n J), and to epsilon of itself. Four times that.
-  double rounding(double cost) const {
-    double largest = 0;
-    for (std::size_t i = 0; i < 6; ++i)
-      largest = std::max(largest, (i < 3 ? m.gravity : std::hypot(m.horizontal, m.down)) / m.noise[i]);
-    const double equations = 15.0 * readings.stations();
-    return 4 * std::numeric_limits<double>::epsilon() * (2 * largest * std::sqrt(equations * (1 + cost)) + cost);
+  void take(bool where) {
+    if (!where) return;
+    std::swap(at_, next_);
+    gauss_newton_.reset();
+    newton_.reset();
   }
+  double rounding(double cost) const { return cost_rounding(m_, readings_.stations(), cost); }
+
+ private:
+  double cost_of(const Point& at) const {
+    if (!first_) return chain_cost(m_, readings_, at);
+    const ChainVector away = at.chain[0] - first_->mean;
+    return readings_cost(m_, readings_, at) + away.dot(first_->information * away);
+  }
+
+  const Model& m_;
+  const Readings& readings_;
+  const ChainPrior* first_;
+  Point at_, next_;
+  std::optional<NormalBlocks> gauss_newton_, newton_;
+  Step step_;
 };
 
 }  // namespace
@@ -251,12 +263,15 @@ Point basic_start(const Model& model, const Readings& readings, const StationSol
   return p;
 }
 
-Solution solve_blocks(const Model& model, const Readings& readings, const Point& start, const Options& options) {
-  check(model);
-  Point from = start;
-  from.interference.conservativeResize(model.interference.states());
-  const ChainProblem problem{model, readings};
-  const Descent<Point> end = descend(problem, from, options);
+double cost_rounding(const Model& m, int stations, double cost) {
+  double largest = 0;
+  for (std::size_t i = 0; i < 6; ++i)
+    largest = std::max(largest, (i < 3 ? m.gravity : std::hypot(m.horizontal, m.down)) / m.noise[i]);
+  const double equations = 15.0 * stations;
+  return 4 * std::numeric_limits<double>::epsilon() * (2 * largest * std::sqrt(equations * (1 + cost)) + cost);
+}
+
+Solution solution_at(const Model& model, const Readings& readings, const Ended& end) {
   Solution out;
   out.status = end.status;
   out.converged = end.status == Status::converged;
@@ -265,9 +280,22 @@ Solution solve_blocks(const Model& model, const Readings& readings, const Point&
   out.interference = end.at.interference;
   for (std::size_t k = 0; k < end.at.frames.size(); ++k)
     out.stations.push_back({end.at.frames[k], end.at.chain[k], Matrix12::Zero()});
-  const NormalBlocks blocks = problem.system(end.at);
+  const NormalBlocks blocks = normal_blocks(model, readings, end.at, nullptr);
   set_covariances(blocks, solve_blocks(blocks, 0), out);
   return out;
+}
+
+Ended descend_blocks(const Model& model, const Readings& readings, const Point& start, const Options& options) {
+  check(model);
+  Point from = start;
+  from.interference.conservativeResize(model.interference.states());
+  ChainProblem problem(model, readings, std::move(from));
+  const DescentEnd<double> end = descend(problem, options);
+  return {problem.at(), end.cost, static_cast<Status>(end.status), static_cast<int>(end.iterations)};
+}
+
+Solution solve_blocks(const Model& model, const Readings& readings, const Point& start, const Options& options) {
+  return solution_at(model, readings, descend_blocks(model, readings, start, options));
 }
 
 StationMinimum solve_station(const Model& model, const Readings& readings, int station, const Eigen::Matrix3d& frame,
@@ -276,8 +304,10 @@ StationMinimum solve_station(const Model& model, const Readings& readings, int s
   Readings one{{readings.y[k]}};
   if (!readings.left_out.empty()) one.left_out = {readings.left_out[k]};
   const ChainPrior prior{mean, covariance.llt().solve(ChainMatrix::Identity())};
-  const Descent<Point> end = descend(ChainProblem{model, one, &prior}, Point{{frame}, {mean}, VectorXd(0)}, options);
-  return {end.at.frames[0], end.at.chain[0], end.status, end.iterations};
+  ChainProblem problem(model, one, Point{{frame}, {mean}, VectorXd(0)}, &prior);
+  const DescentEnd<double> end = descend(problem, options);
+  return {problem.at().frames[0], problem.at().chain[0], static_cast<Status>(end.status),
+          static_cast<int>(end.iterations)};
 }
 
 Solution solve_blocks(const Model& model, const Readings& readings, const Options& options) {

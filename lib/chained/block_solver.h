@@ -10,6 +10,24 @@ namespace surveymc::chained {
 /// and interference are zero.
 Point basic_start(const Model& model, const Readings& readings, const StationSolver& solver = basic_frame);
 
+/// Where a descent ended.
+struct Ended {
+  Point at;
+  double cost = 0;  ///< J
+  Status status = Status::iteration_limit;
+  int iterations = 0;
+};
+
+/// Descends from `start`, for any model. Throws InputError for an invalid one.
+Ended descend_blocks(const Model& model, const Readings& readings, const Point& start, const Options& options = {});
+
+/// The solution at the end of a descent, with its covariances.
+Solution solution_at(const Model& model, const Readings& readings, const Ended& end);
+
+/// A whitened residual is the difference of two numbers of the size y/s, each to a part of epsilon: J, the sum of n
+/// squares, to 2 epsilon (y/s) sqrt(n J), and to epsilon of itself. The result is four times that: rounding.
+double cost_rounding(const Model& model, int stations, double cost);
+
 /// Minimises J (chain_cost) from `start`; covariances are those of Gauss-Newton's normal matrix at the minimum,
 /// inverted block by block. Throws InputError for an invalid model; `status` says how it ended.
 Solution solve_blocks(const Model& model, const Readings& readings, const Point& start, const Options& options = {});

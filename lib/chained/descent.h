@@ -1,5 +1,6 @@
 #pragma once
-/// Levenberg and Marquardt's descent with a gain ratio, for the cost J of a chain or of one of its stations.
+/// Levenberg and Marquardt's descent with a gain ratio, for sums of squares J of a chain or of one of its stations, for
+/// one problem (T: double) or several side by side (T: Lanes).
 ///
 ///   step:     (B + lambda D) d = g                       g: minus half the gradient, B: half the Hessian or its model
 ///   promise:  p = 2 g.d - d.B d = g.d + lambda d.D d > 0, as B + lambda D is positive definite
@@ -16,100 +17,88 @@
 /// always, every step taken lowers J by at least least_gain |g|^2 / |B + lambda D|, and as J >= 0 the sum of all |g|^2
 /// is finite: g -> 0. Where the Hessian at the limit is positive definite, lambda -> 0 and the last steps are Newton's,
 /// which converge quadratically.
-#include <cmath>
-#include <optional>
-
 #include "base/units.h"
-#include "chained/linearised_station.h"
+#include "chained/model.h"
+#include "simd/lanes.h"
 
 namespace surveymc::chained {
 
-template <class Point>
-struct Descent {
-  Point at;
-  double cost = 0;
-  Status status = Status::iteration_limit;
-  int iterations = 0;
+using namespace simd;
+
+/// How a descent ended, in numbers of the lanes' type.
+template <class T>
+struct DescentEnd {
+  T cost;
+  T iterations;  ///< steps tried, rejected ones included
+  T status;      ///< the number of a Status
 };
 
-/// A Problem has Point; System; cost(point); system(point): Gauss-Newton's; exact(system, point): with the true
-/// Hessian; solve(system, lambda): an object with `positive` (definite), `promise` and the members that size2() and
-/// moved(point, .) need; rounding(cost): a difference of two costs below it is only rounding.
+/// What a problem says of the step it has solved for.
+template <class T, class Mask>
+struct DescentStep {
+  Mask positive;  ///< B + lambda D is positive definite
+  T promise;
+  T size2;  ///< squared length, in units of the tolerance's
+};
+
+template <class T>
+auto is_finite(const T& x) {
+  return abs(x) < T(kInfinity);
+}
+
+/// A Problem has a Scalar and holds a present point. cost(): J there. solve(curved, damping): solves for a step from
+/// it, by the true Hessian where `curved`, and gives a DescentStep. try_step(): J after that step. take(where): goes
+/// there. rounding(cost): a difference of two costs below it is only rounding. A lane that has ended keeps its point.
 template <class Problem>
-Descent<typename Problem::Point> descend(const Problem& problem, const typename Problem::Point& start,
-                                         const Options& options) {
-  using System = typename Problem::System;
+DescentEnd<typename Problem::Scalar> descend(Problem& problem, const Options& options) {
+  using T = typename Problem::Scalar;
   constexpr double kFirstDamping = 1e-2, kLeastDamping = 1e-4, kLargestDamping = 1e15, kFactor = 10;
   constexpr double kSlow = 1.0 / 16;  // squared contraction of steps above which Gauss-Newton is given up
-  const double tolerance2 = options.step_tolerance * options.step_tolerance;
-  Descent<typename Problem::Point> out{start, problem.cost(start)};
-  System gauss_newton = problem.system(out.at);
-  std::optional<System> newton;
-  bool curved = false;  // Gauss-Newton is given up
-  double damping = 0, last2 = kInfinity;
-  int held = 0;  // steps in a row that J is too coarse to judge
-  while (out.iterations < options.max_iterations) {
-    if (!std::isfinite(out.cost)) {
-      out.status = Status::not_finite;
-      break;
-    }
-    ++out.iterations;
-    if (curved && !newton) newton = problem.exact(gauss_newton, out.at);
-    auto step = problem.solve(curved ? *newton : gauss_newton, damping);
-    const bool by_newton = curved && step.positive;
-    if (curved && !by_newton) step = problem.solve(gauss_newton, damping);
-    const double size2 = problem.size2(step);
-    const bool finite = step.positive && std::isfinite(size2) && std::isfinite(step.promise);
-    if (finite && damping == 0 && size2 <= tolerance2 && step.promise <= options.gradient_tolerance * (1 + out.cost)) {
-      out.at = problem.moved(out.at, step);
-      out.cost = problem.cost(out.at);
-      out.status = curved && !by_newton ? Status::saddle : Status::converged;
-      break;
-    }
+  const T zero(0.0), one(1.0), tolerance2(options.step_tolerance * options.step_tolerance);
+  const auto number_of = [](Status s) { return T(static_cast<double>(s)); };
+  DescentEnd<T> out{problem.cost(), zero, number_of(Status::iteration_limit)};
+  auto active = zero < one, curved = one < zero;  // curved: Gauss-Newton is given up
+  T damping = zero, last2(kInfinity);
+  const auto end = [&](const auto& where, const T& status) {
+    out.status = select(where, status, out.status);
+    active = active & (!where);
+  };
+  for (int tried = 0; tried < options.max_iterations; ++tried) {
+    end(active & (!is_finite(out.cost)), number_of(Status::not_finite));
+    if (!any(active)) break;
+    out.iterations = out.iterations + select(active, one, zero);
+    auto step = problem.solve(curved, damping);
+    const auto by_newton = curved & step.positive;
+    if (any(active & curved & (!step.positive))) step = problem.solve(by_newton, damping);
+    const auto finite = step.positive & is_finite(step.size2) & is_finite(step.promise), undamped = damping <= zero;
+    const auto arrived = active & finite & undamped & (step.size2 <= tolerance2) &
+                         (step.promise <= T(options.gradient_tolerance) * (one + out.cost));
+    const T cost = problem.try_step();
+    // So near the minimum costs differ by rounding only. The model is as good as exact there, so its step is taken.
+    const T rounding = problem.rounding(out.cost), gain = (out.cost - cost) / step.promise;
+    const auto coarse = finite & (step.promise <= rounding);
+    const auto lower = (coarse & (cost <= out.cost + rounding)) | ((!coarse) & (T(options.least_gain) < gain));
+    const auto good = options.damped ? finite & lower : finite;
+    const auto taken = active & (arrived | good);
+    problem.take(taken);
+    out.cost = select(taken, cost, out.cost);
+    end(arrived, select(curved & (!by_newton), number_of(Status::saddle), number_of(Status::converged)));
     if (!options.damped) {
-      if (!finite) {
-        out.status = Status::not_finite;
-        break;
-      }
-      out.at = problem.moved(out.at, step);
-      out.cost = problem.cost(out.at);
-      gauss_newton = problem.system(out.at);
+      end(active & (!finite), number_of(Status::not_finite));
       continue;
     }
-    const bool coarse = finite && step.promise <= problem.rounding(out.cost);
-    bool taken = false;
-    double gain = 0;
-    if (finite) {
-      const auto next = problem.moved(out.at, step);
-      const double cost = problem.cost(next);
-      gain = (out.cost - cost) / step.promise;
-      // So near the minimum costs differ by rounding only. The model is as good as exact there, so its step is taken.
-      held = coarse ? held + 1 : 0;
-      taken = coarse ? cost <= out.cost + problem.rounding(out.cost) : gain > options.least_gain;
-      if (taken) {
-        out.at = next;
-        out.cost = cost;
-      }
-    }
-    if (taken) {
-      const bool slow = damping == 0 && size2 > kSlow * last2;
-      last2 = damping == 0 ? size2 : kInfinity;
-      if (coarse || gain > 0.75)
-        damping = damping > kLeastDamping ? damping / kFactor : 0;
-      else if (gain < 0.25)
-        damping *= 2;
-      curved = curved || slow || (!coarse && gain < 0.25);
-      gauss_newton = problem.system(out.at);
-      newton.reset();
-    } else if (!curved && finite) {
-      curved = true;  // the same damping again, by the true Hessian
-    } else {
-      damping = std::max(kFactor * damping, kFirstDamping);
-      if (damping > kLargestDamping) {
-        out.status = finite ? Status::no_descent : Status::not_finite;
-        break;
-      }
-    }
+    const auto went = active & good, rejected = active & (!good), poor = (!coarse) & (gain < T(0.25));
+    const auto slow = undamped & (T(kSlow) * last2 < step.size2);
+    const T less = select(T(kLeastDamping) < damping, damping / T(kFactor), zero);
+    const T more = max(T(kFactor) * damping, T(kFirstDamping));
+    // A step of Gauss-Newton that is refused is tried with the same damping by the true Hessian first.
+    const auto raised = rejected & (curved | (!finite));
+    damping = select(went & (coarse | (T(0.75) < gain)), less,
+                     select(went & poor, T(2.0) * damping, select(raised, more, damping)));
+    last2 = select(went, select(undamped, step.size2, T(kInfinity)), last2);
+    curved = curved | (went & (slow | poor)) | (rejected & finite);
+    end(raised & (T(kLargestDamping) < damping),
+        select(finite, number_of(Status::no_descent), number_of(Status::not_finite)));
   }
   return out;
 }

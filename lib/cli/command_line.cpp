@@ -58,6 +58,12 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
     sub->add_flag("--overwrite", a.overwrite,
                   "replace an existing result (default: it is kept as NAME.1.h5, or the next free number)");
   };
+  const auto compress_option = [&](CLI::App* sub) {
+    sub->add_option(
+           "--compress", a.compression,
+           "compress the numbers of the result file, at this level from 1 (fast) to 9 (default: 0, not at all)")
+        ->check(CLI::Range(0, 9));
+  };
   command(Command::list, "list", "experiments and what each reproduces");
   CLI::App* keys = command(Command::keys, "keys", "every key of an experiment: type, unit, default, rule, example");
   keys->add_option("experiment", line.keys.experiment, "name of an experiment (without: the list of them)");
@@ -80,6 +86,7 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
       ->check([](const std::string& name) { return name.empty() ? "the name is empty" : ""; });
   units_option(run, a.units);
   overwrite_option(run);
+  compress_option(run);
   quiet_option(run);
   run->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   run->add_option("--trial", a.trial, "replay this one trial (from 0) and print it; writes nothing");
@@ -118,6 +125,7 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   merge->add_flag("--part", line.to_part, "write a larger part file, to be merged later, and no result");
   units_option(merge, a.units);
   overwrite_option(merge);
+  compress_option(merge);
   quiet_option(merge);
   merge->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
   CLI::App* status = command(Command::status, "status", "part files and journals of a folder");
@@ -133,6 +141,8 @@ void define(CLI::App& app, CommandLine& line, const std::string& version) {
   show->add_option("--rows", line.shown.rows,
                    "at most this many rows of a table, from both ends; 0 for all (default: 40 on a terminal)")
       ->check(CLI::NonNegativeNumber);
+  show->add_flag("--unchecked", line.shown.unchecked,
+                 "do not verify the file: of a large one no more is read than is shown");
   units_option(show, line.shown.units)->excludes(csv)->excludes(json);
   csv->excludes(json);
   only_list->excludes(name)->excludes(csv);

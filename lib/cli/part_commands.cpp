@@ -362,7 +362,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
     stamp(result, "surveymc merge");
     result.run = {"", "", 0, 0, 0};
     const fs::path kept =
-        store::write_beside_old(a.output, a.overwrite, [&] { store::write_result(a.output, result); });
+        store::write_beside_old(a.output, a.overwrite, [&] { write_result_file(a, a.output, result); });
     say(fmt::format("wrote {} (from {} result{})", a.output, files.size(), files.size() == 1 ? "" : "s"));
     tell_backup(kept);
     return kDone;
@@ -386,7 +386,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   ends.reset();
   stamp(result, "surveymc merge");
   result.run = {"", "", 0, 0, 0};  // of many runs; so the file does not depend on who ran what
-  const fs::path kept = store::write_beside_old(a.output, a.overwrite, [&] { store::write_result(a.output, result); });
+  const fs::path kept = store::write_beside_old(a.output, a.overwrite, [&] { write_result_file(a, a.output, result); });
   print_tables(result, a.output, a.units == "ft");
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);

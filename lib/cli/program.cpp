@@ -137,7 +137,7 @@ int run(const RunArguments& a, const std::string& command) {
   with_checkpoint(
       a, run_key(plan, false), output, command,
       [&](const study::Checkpoint& checkpoint) { result = run_and_stamp(a, plan, command, elapsed, checkpoint); },
-      [&] { kept = store::write_beside_old(output, a.overwrite, [&] { store::write_result(output, result); }); });
+      [&] { kept = store::write_beside_old(output, a.overwrite, [&] { write_result_file(a, output, result); }); });
   print_tables(result, output.string(), a.units == "ft");
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);

@@ -25,6 +25,7 @@
 #include "cli/stored_inputs.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
+#include "store/large_files.h"
 
 namespace surveymc::cli {
 namespace {
@@ -123,6 +124,13 @@ study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const s
                                                     std::move(in.texts), std::move(in.references), folder);
   const study::Experiment& experiment = find_experiment(studies, config);
   return study::read_run(experiment, std::move(config), &g_stop);
+}
+
+void write_result_file(const RunArguments& a, const std::filesystem::path& path, const store::Result& result) {
+  if (a.compression > 0)
+    store::write_compressed_result(path, result, a.compression);
+  else
+    store::write_result(path, result);
 }
 
 std::uint64_t whole_number(const std::string& option, const std::string& text) {

@@ -52,10 +52,14 @@ struct RunArguments {
   int threads = 0;
   std::optional<std::string> trials, seed, trial, point, shard, shards;  // as typed, so that a message can show it
   bool check = false, array = false, resume = false, overwrite = false, quiet = false;
+  int compression = 0;                                      // level of deflate; 0: none
   double max_seconds = 0, checkpoint_seconds = 5;           // 0: no limit
   montecarlo::Workers* workers = nullptr;                   // in surveymc-mpi
   const std::vector<study::Experiment>* studies = nullptr;  // that the program knows
 };
+
+/// Writes the result as the arguments ask (store/result_file.h, store/large_files.h).
+void write_result_file(const RunArguments& a, const std::filesystem::path& path, const store::Result& result);
 
 /// A whole number that an option was given.
 std::uint64_t whole_number(const std::string& option, const std::string& text);

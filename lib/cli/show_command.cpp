@@ -14,6 +14,7 @@
 #include "cli/show_map.h"
 #include "cli/verdict_counts.h"
 #include "store/json.h"
+#include "store/large_files.h"
 #include "store/result_file.h"
 
 namespace surveymc::cli {
@@ -250,7 +251,7 @@ void show_result(const ShowArguments& a, const store::Result& r) {
 }  // namespace
 
 void show(const ShowArguments& a) {
-  const store::Result r = store::read_result(a.file);
+  const store::Result r = a.unchecked ? store::read_unchecked_result(a.file) : store::read_result(a.file);
   const auto refuse = [&] {
     throw IoError(
         fmt::format("{}: is not as surveymc writes results: a column is missing or has another type", a.file));

@@ -12,6 +12,7 @@ struct ShowArguments {
   bool cost = false;        ///< what the rows cost, instead
   std::string units = "m";  ///< "ft": lengths of tables in feet
   std::optional<int> rows;  ///< most of a table; 0: all
+  bool unchecked = false;   ///< the file is not verified: no more of it is read than is shown
 };
 
 /// Prints. Throws InputError where there is nothing of that name, IoError where the file cannot be read.

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "store/atomic_file.h"
 #include "store/hdf5_handle.h"
+#include "store/large_files.h"
 #include "store/result_reader.h"
 #include "store/result_writer.h"
 #include "store/seal.h"
@@ -115,7 +116,9 @@ void check_output_path(const fs::path& path) {
   }
 }
 
-void write_result(const fs::path& path, const Result& result) {
+namespace {
+
+void write(const fs::path& path, const Result& result, int compression) {
   check_shape(result);
   const fs::path target = target_of(path);
   refuse_foreign_file(path, target);
@@ -123,13 +126,13 @@ void write_result(const fs::path& path, const Result& result) {
     if (is_too_large_to_hold(result)) {
       require_space(target, result);
       AtomicFile file(target);
-      write_file(file.temporary_path(), result);
+      write_file(file.temporary_path(), result, compression);
       file.write(seal_of(file.temporary_path()));
       require_readable(path, file.temporary_path());
       file.commit();
       return;
     }
-    const FileImage image = file_image(result);
+    const FileImage image = file_image(result, compression);
     AtomicFile file(target);
     file.write(image.bytes);
     file.write(seal_of(image.bytes));
@@ -139,6 +142,15 @@ void write_result(const fs::path& path, const Result& result) {
   } catch (const std::system_error& e) {
     refuse(path, fmt::format("cannot be written: {}", e.code().message()));
   }
+}
+
+}  // namespace
+
+void write_result(const fs::path& path, const Result& result) { write(path, result, 0); }
+
+void write_compressed_result(const fs::path& path, const Result& result, int level) {
+  if (level < 1 || level > kMostCompression) throw std::logic_error("no such level of compression");
+  write(path, result, level);
 }
 
 std::string hdf5_version() {

@@ -20,6 +20,7 @@
 #include "base/error.h"
 #include "store/hdf5_handle.h"
 #include "store/isolated.h"
+#include "store/large_files.h"
 #include "store/map_boxes.h"
 #include "store/result_file.h"
 #include "store/seal.h"
@@ -474,6 +475,19 @@ Result checked_result(const Reader& reader) {
 }  // namespace
 
 Result read_result(const fs::path& path) { return reading(path, checked_result); }
+
+Result read_unchecked_result(const fs::path& path) {
+  const auto read = [](const Reader& reader) {
+    reader.check_format();
+    return reader.result();
+  };
+  // Nothing says that the file is whole, so a damage that ends HDF5 must end a process of its own first
+  reading(
+      path, [&](const Reader&) { return true; }, true);
+  if (const std::string fault = fault_in_child(fs::file_size(path), [&] { read(Reader(path, true)); }); !fault.empty())
+    throw IoError(fmt::format("{}: {}", path.string(), fault));
+  return reading(path, read, true);
+}
 
 void require_content(const fs::path& path) { reading(path, checked_result, true); }
 

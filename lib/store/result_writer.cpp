@@ -80,8 +80,22 @@ class RowNumbers final : public DiskValues {
   std::size_t rows_;
 };
 
+/// Of a dataset of these lengths in row-major order: as many whole trailing dimensions as there is room for. Values
+/// come in this order, so that a chunk is compressed once, while it is in HDF5's cache of 1 MB.
+std::vector<hsize_t> chunk_of(const std::vector<hsize_t>& dims) {
+  hsize_t room = hsize_t{1} << 16;
+  std::vector<hsize_t> chunk(dims.size(), 1);
+  for (std::size_t i = dims.size(); i-- > 0 && room > 1; room /= chunk[i]) chunk[i] = std::min(dims[i], room);
+  return chunk;
+}
+
 class Writer {
  public:
+  explicit Writer(int compression) : compression_(compression) {
+    if (compression > 0 && H5Zfilter_avail(H5Z_FILTER_DEFLATE) <= 0)
+      throw Hdf5Failure("cannot be compressed: the HDF5 library has no deflate");
+  }
+
   void write(hid_t file, const Result& result) {
     MapHashes hashes = held_map_hashes(result.maps);
     write_tables(file, "tables", result.tables);
@@ -164,8 +178,16 @@ class Writer {
     const Handle space(
         dims.empty() ? H5Screate(H5S_SCALAR) : H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr),
         "make a dataspace for", link);
-    return Handle(H5Dcreate2(parent, link.c_str(), type, space, H5P_DEFAULT, dataset_properties_, H5P_DEFAULT),
-                  "create dataset", link);
+    const bool compressed = is_compressed(dims, type);
+    const Handle packed(H5Pcopy(dataset_properties_), "copy a property list");
+    if (compressed) {
+      const Dims chunk = chunk_of(dims);
+      checked(H5Pset_chunk(packed, static_cast<int>(chunk.size()), chunk.data()), "set the chunks of", link);
+      checked(H5Pset_shuffle(packed), "shuffle", link);
+      checked(H5Pset_deflate(packed, static_cast<unsigned>(compression_)), "compress", link);
+    }
+    return Handle(H5Dcreate2(parent, link.c_str(), type, space, H5P_DEFAULT, packed, H5P_DEFAULT), "create dataset",
+                  link);
   }
 
   /// Values that are partly on the disk, in pieces.
@@ -365,6 +387,16 @@ class Writer {
     hash.finish(hashes);
   }
 
+  /// Of small datasets the index of the chunks would be larger than what is saved.
+  bool is_compressed(const Dims& dims, hid_t type) const {
+    constexpr hsize_t kLeast = 1024;
+    if (compression_ == 0 || type == text_) return false;
+    hsize_t size = dims.empty() ? 0 : 1;
+    for (const hsize_t d : dims) size *= d;
+    return size >= kLeast;
+  }
+
+  const int compression_;
   const Handle text_ = text_type();
   const Handle group_properties_ = creation_properties(H5P_GROUP_CREATE);
   const Handle dataset_properties_ = creation_properties(H5P_DATASET_CREATE);
@@ -407,17 +439,17 @@ void check_shape(const Result& result) {
   demand(result.provenance.seed <= kMax && result.provenance.trials <= kMax, "seed or trials above 2^63 - 1");
 }
 
-FileImage file_image(const Result& result) {
+FileImage file_image(const Result& result, int compression) {
   silence_hdf5();
-  return Writer().file_image(result);
+  return Writer(compression).file_image(result);
 }
 
-void write_file(const std::filesystem::path& path, const Result& result) {
+void write_file(const std::filesystem::path& path, const Result& result, int compression) {
   silence_hdf5();
   close_fault().clear();
   {
     const Handle file = disk_file(path);
-    Writer().write(file, result);
+    Writer(compression).write(file, result);
   }
   if (!close_fault().empty()) throw Hdf5Failure("cannot close the file: " + close_fault());
 }

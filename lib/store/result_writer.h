@@ -17,11 +17,12 @@ struct FileImage {
   std::span<const char> bytes;
 };
 
-/// The whole file, without its seal. Equal results give equal bytes. Throws Hdf5Failure.
-FileImage file_image(const Result& result);
+/// The whole file, without its seal. Equal results give equal bytes. `compression`: level of deflate, 0 for none
+/// (large_files.h). Throws Hdf5Failure.
+FileImage file_image(const Result& result, int compression = 0);
 
 /// Writes the same file in place of the one at `path`, without holding a streamed map as a whole. Throws Hdf5Failure,
 /// and the exceptions of the streams; the file then is not whole.
-void write_file(const std::filesystem::path& path, const Result& result);
+void write_file(const std::filesystem::path& path, const Result& result, int compression = 0);
 
 }  // namespace surveymc::store

@@ -4,6 +4,7 @@
 #include "bench_setup.h"
 #include "chained/batch.h"
 #include "chained/block_solver.h"
+#include "chained/mode_search.h"
 #include "chained_cases.h"
 
 namespace surveymc::bench {
@@ -61,6 +62,17 @@ void newton(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK(newton)->Name("chained_newton")->Arg(18)->Arg(2000);
+
+/// All minima of one run: three sub-searches, seven descents and the mirror image's, covariances. Items: runs.
+void modes(benchmark::State& state) {
+  const int stations = static_cast<int>(state.range(0));
+  const chained::Model m = model_of(stations);
+  const sensor::ChainedRunSetup setup = chained_case::run_setup(m, chained_case::building_profile(stations));
+  const chained::Readings readings{sensor::simulate_chained_run(setup, random::Stream(1, 8), 0).readings, {}};
+  for (auto _ : state) benchmark::DoNotOptimize(chained::find_modes(m, readings));
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(modes)->Name("chained_modes")->Arg(18)->Arg(100);
 
 }  // namespace
 }  // namespace surveymc::bench

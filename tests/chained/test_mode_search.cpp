@@ -34,6 +34,74 @@ TEST_CASE("The attitude search needs no start", "[chained]") {
   }
 }
 
+TEST_CASE("Descents side by side end where those of the block solver do, at the same minima", "[chained]") {
+  // Slide 7 and a loose axial prior east-west, where Gauss-Newton is given up; chained and independent references; a
+  // reading left out. Undamped, runs may jump for ever: only those that end in both ways are compared.
+  ChainSizes loose = slide7_sizes();
+  loose.magnetometer_z.offset = 3000;
+  for (const ChainReferences references : {ChainReferences::chained, ChainReferences::independent})
+    for (const bool hard : {false, true})
+      for (const bool damped : {true, false}) {
+        const Model m = make_model(hard ? loose : slide7_sizes(), 18, references);
+        const auto attitudes =
+            hard ? std::vector<survey::Attitude>(18, {90 * kDegree, 90 * kDegree, 0}) : building_profile(18);
+        Readings r = run_of(m, attitudes, 4, hard ? 3000 : 0);
+        r.left_out.assign(18, {});
+        r.left_out[7][2] = true;
+        Options options;
+        options.damped = damped;
+        const std::vector<Point> starts = search_starts(m, r);
+        const std::vector<Ended> ends = descend_all(m, r, starts, options);
+        REQUIRE(ends.size() == starts.size());
+        for (std::size_t i = 0; i < starts.size(); ++i) {
+          const Ended plain = descend_blocks(m, r, starts[i], options);
+          INFO(hard << damped << ", start " << i << ": " << plain.iterations << " and " << ends[i].iterations);
+          if (damped) REQUIRE(ends[i].status == plain.status);
+          if (plain.status != Status::converged || ends[i].status != Status::converged) continue;
+          // Steps of 1e-9 of a prior sd: J, which is flat there, to its rounding
+          CHECK_THAT(ends[i].cost, WithinAbs(plain.cost, cost_rounding(m, 18, plain.cost)));
+          for (std::size_t k = 0; k < 18; ++k)
+            CHECK(rotation_between(ends[i].at.frames[k], plain.at.frames[k]).norm() < 1e-7);
+        }
+      }
+}
+
+TEST_CASE("A start's end does not depend on the starts beside it", "[chained]") {
+  const Model m = slide7();
+  const Readings r = run_of(m, building_profile(18), 5);
+  const std::vector<Point> starts = search_starts(m, r);
+  const std::vector<Ended> together = descend_all(m, r, starts), alone = descend_all(m, r, {starts[3]});
+  CHECK(together[3].cost == alone[0].cost);
+  CHECK(together[3].iterations == alone[0].iterations);
+  for (std::size_t k = 0; k < 18; ++k) {
+    CHECK((together[3].at.chain[k].array() == alone[0].at.chain[k].array()).all());
+    CHECK((together[3].at.frames[k].array() == alone[0].at.frames[k].array()).all());
+  }
+}
+
+TEST_CASE("The offsets' search ends where its misfit rises to all sides", "[chained]") {
+  ChainSizes sizes = slide7_sizes();
+  sizes.magnetometer_z.offset = 3000;
+  const Model m = make_model(sizes, 18, ChainReferences::chained);
+  for (std::uint64_t trial = 0; trial < 4; ++trial) {
+    const Readings r = run_of(m, std::vector<survey::Attitude>(18, {90 * kDegree, 90 * kDegree, 0}), trial, 3000);
+    const std::vector<Offsets> starts{Offsets{}, {1, -1, 0.5, 0.3, -0.4, 1.5}};
+    const std::vector<Offsets> ends = search_offsets_from(m, r, starts);
+    REQUIRE(ends.size() == 2);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double least = offset_misfit(m, r, ends[i]);
+      CHECK(least <= offset_misfit(m, r, starts[i]));
+      // Ended at steps of 1e-3 of a prior sd: ten times that is uphill, as the prior alone curves the misfit by 2
+      for (std::size_t axis = 0; axis < 6; ++axis)
+        for (const double side : {-1e-2, 1e-2}) {
+          Offsets beside = ends[i];
+          beside[axis] += side;
+          CHECK(offset_misfit(m, r, beside) > least);
+        }
+    }
+  }
+}
+
 TEST_CASE("Near horizontal, an axial bias and the sign of cosA are told apart by the prior alone", "[chained]") {
   // A = 75 and A' = 105 differ by 2 Bh cos75 = 6699 nT of axial bias. Half of it, and a prior that allows both.
   ChainSizes sizes = slide7_sizes();

@@ -233,6 +233,19 @@ class Basics(Case):
         self.assertEqual(attribute("%s/out.h5" % self.folder, "title"), "Base")
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["base.toml", "out.h5", "survey.csv"])
 
+    def test_compressed_results_are_the_same_results(self):
+        size, content = {}, {}
+        for level in ["0", "6"]:
+            name = f"out{level}.h5"
+            self.call("run", "base.toml", "-o", name, "--trials", "3000", "--set", "save_samples=3000", "--compress", level)
+            size[level] = (self.folder / name).stat().st_size
+            content[level] = attribute(f"{self.folder}/{name}", "content_hash")
+        self.assertEqual(content["0"], content["6"])
+        self.assertLess(size["6"], size["0"])
+        self.assertEqual(self.call("show", "out6.h5", "--unchecked").stdout.splitlines()[2:],
+                         self.call("show", "out0.h5").stdout.replace("out0", "out6").splitlines()[2:])
+        self.call("run", "base.toml", "--compress", "10", code=USAGE)
+
     def test_default_output_is_in_results(self):
         self.call("run", "base.toml")
         self.assertEqual([p.name for p in (self.folder / "results").iterdir()], ["base.h5"])

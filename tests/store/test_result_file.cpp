@@ -23,6 +23,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "store/atomic_file.h"
+#include "store/large_files.h"
 #include "store/result_file.h"
 
 using namespace surveymc;
@@ -676,6 +677,55 @@ TEST_CASE("A streamed map is the same result as a held one", "[store]") {
   REQUIRE(back.maps.size() == held.maps.size());
   for (std::size_t i = 0; i < held.maps.size(); ++i) check_equal(back.maps[i], held.maps[i]);
   CHECK(folder.names().size() == 2);
+}
+
+TEST_CASE("A compressed file is smaller and the same result, held and streamed", "[store]") {
+  const Folder folder;
+  Result r = full_result();
+  std::erase_if(r.maps, [](const Map& m) { return m.axes.empty(); });
+  const auto smooth = [](std::size_t n) {
+    Numbers x;
+    for (std::size_t i = 0; i < n; ++i) x.push_back(static_cast<double>(i / 8));
+    return x;
+  };
+  // Longer than a chunk, a piece of a stream, and what is compressed at all; one column of NaN, one of texts
+  r.tables.push_back({"long",
+                      "",
+                      {{"x", "1", "", smooth(70000)},
+                       {"none", "1", "", Numbers(70000, kNaN)},
+                       {"label", "", "", Texts(70000, "abc")}}});
+  r.maps.push_back({"large",
+                    "1",
+                    "",
+                    {{"a", "1", "", smooth(3)}, {"b", "1", "", smooth(700)}, {"c", "1", "", smooth(211)}},
+                    smooth(3 * 700 * 211)});
+  REQUIRE(r.maps.back().values.size() > kStreamPiece);
+  write_result(folder / "plain.h5", r);
+  for (const Result& either : {r, streamed(r)}) {
+    write_compressed_result(folder / "packed.h5", either, 4);
+    CHECK(stored_content_hash(folder / "packed.h5") == stored_content_hash(folder / "plain.h5"));
+    const Result back = read_result(folder / "packed.h5");
+    for (std::size_t i = 0; i < r.maps.size(); ++i) check_equal(back.maps[i], r.maps[i]);
+    // 8 bytes a number are 5 MB of the plain file; texts stay as they are
+    CHECK(fs::file_size(folder / "packed.h5") + 4000000 < fs::file_size(folder / "plain.h5"));
+  }
+}
+
+TEST_CASE("Unchecked reading gives the same result, and does not look at the content hash", "[store]") {
+  const Folder folder;
+  Result r;
+  const double value = 0.123456789;
+  r.tables = {{"t", "", {{"x", "1", "", Numbers{value}}}}};
+  write_result(folder / "r.h5", r);
+  CHECK(content_hash(read_unchecked_result(folder / "r.h5")) == content_hash(r));
+  std::string bytes = bytes_of(folder / "r.h5");
+  const auto raw = std::bit_cast<std::array<char, sizeof value>>(value);
+  bytes[bytes.find(std::string(raw.begin(), raw.end()))] ^= 1;  // the last bit of the value
+  write_bytes(folder / "r.h5", bytes);
+  CHECK_THROWS_AS(read_result(folder / "r.h5"), IoError);
+  CHECK(std::get<Numbers>(read_unchecked_result(folder / "r.h5").tables[0].columns[0].values)[0] != value);
+  write_bytes(folder / "r.h5", bytes.substr(0, bytes.size() / 2));
+  CHECK_THROWS_AS(read_unchecked_result(folder / "r.h5"), IoError);
 }
 
 TEST_CASE("A stream that throws leaves no file, and the old one as it was", "[store]") {
