@@ -14,9 +14,9 @@
 
 namespace surveymc::study {
 
-/// `[survey] file, toolface_zero ("y" where toolface is not needed), azimuth_reference (what the file says, or
-/// "true")`. The file may be of another program (foreign_table.h); `depth_unit, angle_unit, decimal, columns,
-/// skip_lines, sheet, trajectory, encoding` say what it leaves open.
+/// `[survey] file, toolface_zero ("y" where not needed), azimuth_reference (what the file says, or "true")`; or a well
+/// by `[survey.plan]`, without toolfaces. The file may be of another program (foreign_table.h); `depth_unit,
+/// angle_unit, decimal, columns, skip_lines, sheet, trajectory, encoding` say what it leaves open.
 survey::Survey read_survey(config::ConfigReader& config, const survey::ReferenceField& field, bool needs_toolface);
 
 /// The file that `readings` names, in our own form or that of another program.
