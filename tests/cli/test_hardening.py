@@ -258,6 +258,13 @@ class Hardening(Case):
                 self.call("run", "small.toml", "-o", f"{number}.h5", env=settings)
                 self.assertEqual(self.hash_of(f"{number}.h5"), whole)
 
+    def test_other_variants_of_the_c_library_are_told_apart(self):
+        if " fma " not in Path("/proc/cpuinfo").read_text():
+            self.skipTest("the processor has one variant of the elementary functions")
+        probe = lambda **more: re.search("probe ([0-9a-f]{8})", self.call("--version", env=more))[1]
+        self.assertEqual(probe(), probe(SURVEYMC_INSTRUCTION_SET="x86-64-v3"))
+        self.assertNotEqual(probe(), probe(GLIBC_TUNABLES="glibc.cpu.hwcaps=-FMA,-FMA4"))
+
     # --- journals and parts of other builds ---
 
     def test_a_finished_run_is_not_computed_again(self):
