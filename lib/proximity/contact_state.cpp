@@ -95,14 +95,35 @@ void ContactState::set_path(const Side& side, const survey::LaneArray& drawn, co
   }
 }
 
-template <class EachTrial>
-void ContactState::each(const survey::LaneArray& z, int groups, EachTrial each_trial) const {
-  survey::LaneArray a(groups, static_cast<int>(kPathRows * reference_.well.stations())),
-      b(groups, static_cast<int>(kPathRows * offset_.well.stations()));
-  reference_.well.draw_path(z, reference_.rows, groups, a);
-  offset_.well.draw_path(z, offset_.rows, groups, b);
+namespace {
+
+/// Memory of a thread that is used again from batch to batch: all of it is written before it is read.
+struct ContactBuffers {
+  int groups = 0;
+  std::size_t reference_stations = 0, offset_stations = 0;
+  survey::LaneArray a, b;
   DrawnPath reference, offset;
   ContactScratch scratch;
+
+  void resize(int count, std::size_t of_reference, std::size_t of_offset) {
+    if (count == groups && of_reference == reference_stations && of_offset == offset_stations) return;
+    groups = count, reference_stations = of_reference, offset_stations = of_offset;
+    a = survey::LaneArray(count, static_cast<int>(kPathRows * of_reference));
+    b = survey::LaneArray(count, static_cast<int>(kPathRows * of_offset));
+  }
+};
+
+}  // namespace
+
+template <class EachTrial>
+void ContactState::each(const survey::LaneArray& z, int groups, EachTrial each_trial) const {
+  thread_local ContactBuffers buffers;
+  buffers.resize(groups, reference_.well.stations(), offset_.well.stations());
+  survey::LaneArray &a = buffers.a, &b = buffers.b;
+  DrawnPath &reference = buffers.reference, &offset = buffers.offset;
+  ContactScratch& scratch = buffers.scratch;
+  reference_.well.draw_path(z, reference_.rows, groups, a);
+  offset_.well.draw_path(z, offset_.rows, groups, b);
   for (int t = 0; t < groups * simd::kGroup; ++t) {
     set_path(reference_, a, z, t, reference);
     set_path(offset_, b, z, t, offset);

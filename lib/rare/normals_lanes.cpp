@@ -42,10 +42,10 @@ void project(const BasisBatch& b) {
       T even(0.0), odd(0.0);
       std::size_t i = 0;
       for (; i + 1 < b.n; i += 2) {
-        even = fma(T(b.basis[i * b.r + j]), load<T>(b.z + i * kGroup + lane), even);
-        odd = fma(T(b.basis[(i + 1) * b.r + j]), load<T>(b.z + (i + 1) * kGroup + lane), odd);
+        even = fma(T(b.basis[j * b.n + i]), load<T>(b.z + i * kGroup + lane), even);
+        odd = fma(T(b.basis[j * b.n + i + 1]), load<T>(b.z + (i + 1) * kGroup + lane), odd);
       }
-      if (i < b.n) even = fma(T(b.basis[i * b.r + j]), load<T>(b.z + i * kGroup + lane), even);
+      if (i < b.n) even = fma(T(b.basis[j * b.n + i]), load<T>(b.z + i * kGroup + lane), even);
       store(b.y + j * kGroup + lane, even + odd);
     }
 }
@@ -54,7 +54,7 @@ void shift(const BasisBatch& b) {
   for (std::size_t lane = 0; lane < kGroup; lane += kLanes)
     for (std::size_t i = 0; i < b.n; ++i) {
       T z = load<T>(b.z + i * kGroup + lane);
-      for (std::size_t j = 0; j < b.r; ++j) z = fma(T(b.basis[i * b.r + j]), load<T>(b.y + j * kGroup + lane), z);
+      for (std::size_t j = 0; j < b.r; ++j) z = fma(T(b.basis[j * b.n + i]), load<T>(b.y + j * kGroup + lane), z);
       store(b.z + i * kGroup + lane, z);
     }
 }

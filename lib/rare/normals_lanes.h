@@ -23,7 +23,7 @@ struct NormalBatch {
   std::size_t stride;  ///< from one group to the next
 };
 
-/// Of one group. `basis`: n x r, row by row. y (r rows) = basis' z, or z = z + basis y.
+/// Of one group. `basis`: n x r, column by column. y (r rows) = basis' z, or z = z + basis y.
 struct BasisBatch {
   const double* basis;
   std::size_t n, r;

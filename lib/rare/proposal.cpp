@@ -106,13 +106,9 @@ void draw_trials(const Proposal& proposal, const TrialAddresses& from, const ran
   if (proposal.is_plain()) return;
   const auto r = static_cast<std::size_t>(proposal.basis().cols());
   out.y.resize(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(trials));
-  std::vector<double> basis(static_cast<std::size_t>(n) * r);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i)
-    for (std::size_t j = 0; j < r; ++j)
-      basis[i * r + j] = proposal.basis()(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
   survey::LaneArray y(1, static_cast<int>(r));
   for (int g = 0; g < groups; ++g) {
-    const BasisBatch b{basis.data(), static_cast<std::size_t>(n), r, out.z.row(g, 0), y.row(0, 0)};
+    const BasisBatch b{proposal.basis().data(), static_cast<std::size_t>(n), r, out.z.row(g, 0), y.row(0, 0)};
     if (simd::instruction_set() == simd::InstructionSet::v4)
       isa_v4::project(b);
     else

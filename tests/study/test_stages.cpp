@@ -304,6 +304,20 @@ TEST_CASE("Tallies of another preparation are refused by name") {
                     StartsWith("a part: ") && Contains("another preparation (0000000000000007)"));
 }
 
+TEST_CASE("A part of another preparation is refused by the name of its file") {
+  forget();
+  const RunPlan run = read_run(counted(), config_of(1024));
+  checkpoint::PartPiece piece;
+  piece.blocks = {0, 2};
+  piece.blocks_in_all = 2;
+  piece.file = "shard_1.part";
+  montecarlo::Subtree node;
+  node.tally.proposal = 7;
+  piece.subtrees.push_back(node);
+  CHECK_THROWS_WITH(merged_point(run, 0, {piece}, {}),
+                    StartsWith("shard_1.part: blocks 0 to 1 of point 0: ") && Contains("another preparation"));
+}
+
 TEST_CASE("A stop flag is looked at between points") {
   std::atomic<bool> stop = true;
   forget();
