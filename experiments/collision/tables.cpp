@@ -196,7 +196,7 @@ double p_of_larger(const study::EventEstimate& a, const study::EventEstimate& b,
 }
 
 store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& events) {
-  const double confidence = s.verdict.confidence;
+  const double confidence = s.run.verdict.confidence;
   TableRows t("claims", "statements on the probability that wells touch, held against it");
   const auto put = [&](const std::string& offset, const std::string& correlation, const std::string& claim,
                        const std::string& source, const std::string& what, double value, const std::string& verdict,

@@ -10,6 +10,7 @@ import tempfile
 import unittest
 import urllib.parse
 import xml.etree.ElementTree
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -391,7 +392,8 @@ class Declarations(unittest.TestCase):
         self.assertEqual(study.caption("something_new"), "Something new.")
         self.assertEqual(study.scripts_for("results/thesis/table8.h5"), ["plot_thesis.py"])
         self.assertEqual(study.scripts_for("mine/well.h5"), study.plots)
-        self.assertEqual(set(study.plots_for) - {os.path.basename(c)[:-5] for c in studies.configs()}, set())
+        of_tests = {path.stem for path in Path(__file__).resolve().parents[2].glob("configs/smoke/*.toml")}
+        self.assertEqual(set(study.plots_for) - {os.path.basename(c)[:-5] for c in studies.configs()} - of_tests, set())
 
 
 if __name__ == "__main__":
