@@ -1,5 +1,6 @@
 #include "reliability/redundancy_model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -11,30 +12,42 @@ using Eigen::Index;
 
 RedundancyModel::RedundancyModel(const std::vector<double>& w, const std::vector<double>& v, Index redundancy,
                                  double omega)
-    : count_(w.size()), redundancy_(redundancy), omega_(omega) {
+    : count_(w.size()), stride_((w.size() + 7) / 8 * 8), redundancy_(redundancy), omega_(omega) {
   if (count_ > kMost) throw std::invalid_argument("too many observations");
   const std::size_t unknowns = v.size() / count_;
-  matrix_.fill(0);
+  std::fill_n(matrix_.begin(), count_ * stride_, 0.0);
   residuals_.fill(0);
   for (std::size_t i = 0; i < count_; ++i)
     for (std::size_t j = 0; j <= i; ++j) {
       double product = 0;
       for (std::size_t c = 0; c < unknowns; ++c) product += v[i * unknowns + c] * v[j * unknowns + c];
-      matrix_[i * kMost + j] = matrix_[j * kMost + i] = (i == j ? 1 : 0) - product;
+      matrix_[i * stride_ + j] = matrix_[j * stride_ + i] = (i == j ? 1 : 0) - product;
     }
   for (std::size_t i = 0; i < count_; ++i) {
-    if (!(matrix_[i * kMost + i] > kLeastRedundancy) || w[i] == 0) {
+    if (!(matrix_[i * (stride_ + 1)] > kLeastRedundancy) || w[i] == 0) {
       clear(i);
       continue;
     }
-    residuals_[i] = w[i] * std::sqrt(matrix_[i * kMost + i]);
+    residuals_[i] = w[i] * std::sqrt(matrix_[i * (stride_ + 1)]);
   }
   set_w();
 }
 
+RedundancyModel& RedundancyModel::operator=(const RedundancyModel& other) {
+  count_ = other.count_;
+  stride_ = other.stride_;
+  redundancy_ = other.redundancy_;
+  omega_ = other.omega_;
+  residuals_ = other.residuals_;
+  w_ = other.w_;
+  std::copy_n(other.matrix_.begin(), count_ * stride_, matrix_.begin());
+  return *this;
+}
+
 void RedundancyModel::set_w() {
-  for (std::size_t i = 0; i < kMost; ++i) {
-    const double redundancy = matrix_[i * kMost + i];
+  w_.fill(0);
+  for (std::size_t i = 0; i < count_; ++i) {
+    const double redundancy = matrix_[i * (stride_ + 1)];
     w_[i] = redundancy > 0 ? residuals_[i] / std::sqrt(redundancy) : 0;
   }
 }
@@ -48,21 +61,21 @@ double RedundancyModel::pair_statistic(Index i, Index j) const {
 }
 
 void RedundancyModel::clear(std::size_t k) {
-  for (std::size_t i = 0; i < count_; ++i) matrix_[i * kMost + k] = matrix_[k * kMost + i] = 0;
+  for (std::size_t i = 0; i < count_; ++i) matrix_[i * stride_ + k] = matrix_[k * stride_ + i] = 0;
   residuals_[k] = 0;
 }
 
 void RedundancyModel::remove(std::size_t k) {
   std::array<double, kMost> row;
-  for (std::size_t i = 0; i < kMost; ++i) row[i] = matrix_[k * kMost + i];
+  std::copy_n(matrix_.data() + k * stride_, stride_, row.data());
   const double per = 1 / row[k], e = residuals_[k];
   omega_ -= e * e * per;
   --redundancy_;
   for (std::size_t i = 0; i < count_; ++i) {
     const double share = row[i] * per;
     residuals_[i] -= share * e;
-    double* at = matrix_.data() + i * kMost;
-    for (std::size_t j = 0; j < kMost; ++j) at[j] -= share * row[j];
+    double* at = matrix_.data() + i * stride_;
+    for (std::size_t j = 0; j < stride_; ++j) at[j] -= share * row[j];
   }
   clear(k);
 }
@@ -74,7 +87,7 @@ RedundancyModel RedundancyModel::without(const std::vector<Index>& observations)
     std::size_t best = kMost;
     double most = kLeastRedundancy;
     for (const Index k : observations) {
-      const std::size_t at = static_cast<std::size_t>(k) * (kMost + 1);
+      const std::size_t at = static_cast<std::size_t>(k) * (stride_ + 1);
       if (matrix_[at] > 0 && m.matrix_[at] / matrix_[at] > most) {  // one that was removed has none left
         best = static_cast<std::size_t>(k);
         most = m.matrix_[at] / matrix_[at];
@@ -85,7 +98,7 @@ RedundancyModel RedundancyModel::without(const std::vector<Index>& observations)
   }
   for (const Index k : observations) m.clear(static_cast<std::size_t>(k));
   for (std::size_t i = 0; i < count_; ++i)
-    if (m.redundancy_ == 0 || !(m.matrix_[i * (kMost + 1)] >= kLeastRedundancy)) m.clear(i);
+    if (m.redundancy_ == 0 || !(m.matrix_[i * (stride_ + 1)] >= kLeastRedundancy)) m.clear(i);
   if (m.redundancy_ == 0) m.omega_ = 0;
   m.set_w();
   return m;

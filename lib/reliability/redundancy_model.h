@@ -40,19 +40,23 @@ class RedundancyModel {
 
   RedundancyModel without(const std::vector<Eigen::Index>& observations) const;
 
+  RedundancyModel(const RedundancyModel& other) { *this = other; }
+  RedundancyModel& operator=(const RedundancyModel& other);
+
  private:
   double at(Eigen::Index i, Eigen::Index j) const {
-    return matrix_[static_cast<std::size_t>(i) * kMost + static_cast<std::size_t>(j)];
+    return matrix_[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(j)];
   }
   void remove(std::size_t k);
   void clear(std::size_t k);
   void set_w();
 
-  std::size_t count_;
+  std::size_t count_, stride_;  ///< stride_: from a row to the next, count_ in whole registers
   Eigen::Index redundancy_;
   double omega_;
-  std::array<double, kMost * kMost> matrix_;  // rows kMost apart: no memory is asked for in a search
+  // No memory is asked for in a search, and a copy takes no more than the rows that there are.
   std::array<double, kMost> residuals_, w_;
+  std::array<double, kMost * kMost> matrix_;
 };
 
 /// As the functions of the same names in snooping.h.

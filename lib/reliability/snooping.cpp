@@ -63,16 +63,30 @@ SuspectGroup group_of_bits(std::uint64_t members) {
     if ((members & 1) != 0) g.push_back(i);
   return g;
 }
+/// The group of the largest |w|, without the other groups: its first member is the first observation that cannot be
+/// told apart from the largest.
 Largest largest_w(const RedundancyModel& m) {
-  std::uint64_t best = 0;
+  Index best = -1;
   double size = 0;
-  for_groups(m, [&](Index first, std::uint64_t members) {
-    const double w = std::abs(m.w(first));
-    if (best != 0 && !(w > size)) return;
-    best = members;
+  for (Index i = 0; i < m.observations(); ++i) {
+    const double w = std::abs(m.w(i));
+    if (!m.is_testable(i) || !(best < 0 || w > size)) continue;
+    best = i;
     size = w;
-  });
-  return {group_of_bits(best), size};
+  }
+  if (best < 0) return {};
+  Index first = 0;
+  while (first < best && !m.are_inseparable(first, best)) ++first;
+  Largest out{{first}, std::abs(m.w(first))};
+  for (Index j = first + 1; j < m.observations(); ++j)
+    if (m.are_inseparable(first, j)) out.group.push_back(j);
+  return out;
+}
+/// No group is needed to see whether any test fails.
+bool passes(const RedundancyModel& m, double critical) {
+  double size = 0;
+  for (Index i = 0; i < m.observations(); ++i) size = std::max(size, m.is_testable(i) ? std::abs(m.w(i)) : 0);
+  return !(size > critical);
 }
 
 template <class Model>
