@@ -14,6 +14,48 @@ constexpr std::size_t kLanes = lane_count<T>;
 constexpr std::size_t kCalls = kLanes == 8 ? 5 : 2;
 using Calls = Pack<T, kCalls>;
 
+constexpr std::size_t kDirections = 3;  // that one pass over the normals serves
+
+/// y of directions first .. first + kDirections - 1, or of those that are left: the last one is then made again.
+void project_some(const BasisBatch& b, std::size_t lane, std::size_t first) {
+  const double* u[kDirections];
+  T even[kDirections], odd[kDirections];
+  for (std::size_t k = 0; k < kDirections; ++k) {
+    u[k] = b.basis + (first + k < b.r ? first + k : b.r - 1) * b.n;
+    even[k] = odd[k] = T(0.0);
+  }
+  std::size_t i = 0;
+  for (; i + 1 < b.n; i += 2) {
+    const T z0 = load<T>(b.z + i * kGroup + lane), z1 = load<T>(b.z + (i + 1) * kGroup + lane);
+    for (std::size_t k = 0; k < kDirections; ++k) {
+      even[k] = fma(T(u[k][i]), z0, even[k]);
+      odd[k] = fma(T(u[k][i + 1]), z1, odd[k]);
+    }
+  }
+  if (i < b.n) {
+    const T z0 = load<T>(b.z + i * kGroup + lane);
+    for (std::size_t k = 0; k < kDirections; ++k) even[k] = fma(T(u[k][i]), z0, even[k]);
+  }
+  for (std::size_t k = 0; k < kDirections && first + k < b.r; ++k)
+    store(b.y + (first + k) * kGroup + lane, even[k] + odd[k]);
+}
+
+/// z + the part of R directions, in their order.
+template <std::size_t R>
+void shift_by(const BasisBatch& b, std::size_t lane, std::size_t first) {
+  const double* u[R];
+  T y[R];
+  for (std::size_t k = 0; k < R; ++k) {
+    u[k] = b.basis + (first + k) * b.n;
+    y[k] = load<T>(b.y + (first + k) * kGroup + lane);
+  }
+  for (std::size_t i = 0; i < b.n; ++i) {
+    T z = load<T>(b.z + i * kGroup + lane);
+    for (std::size_t k = 0; k < R; ++k) z = fma(T(u[k][i]), y[k], z);
+    store(b.z + i * kGroup + lane, z);
+  }
+}
+
 }  // namespace
 
 void draw_normals(const NormalBatch& b, const random::Stream& stream) {
@@ -38,24 +80,18 @@ void draw_normals(const NormalBatch& b, const random::Stream& stream) {
 
 void project(const BasisBatch& b) {
   for (std::size_t lane = 0; lane < kGroup; lane += kLanes)
-    for (std::size_t j = 0; j < b.r; ++j) {
-      T even(0.0), odd(0.0);
-      std::size_t i = 0;
-      for (; i + 1 < b.n; i += 2) {
-        even = fma(T(b.basis[j * b.n + i]), load<T>(b.z + i * kGroup + lane), even);
-        odd = fma(T(b.basis[j * b.n + i + 1]), load<T>(b.z + (i + 1) * kGroup + lane), odd);
-      }
-      if (i < b.n) even = fma(T(b.basis[j * b.n + i]), load<T>(b.z + i * kGroup + lane), even);
-      store(b.y + j * kGroup + lane, even + odd);
-    }
+    for (std::size_t j = 0; j < b.r; j += kDirections) project_some(b, lane, j);
 }
 
 void shift(const BasisBatch& b) {
   for (std::size_t lane = 0; lane < kGroup; lane += kLanes)
-    for (std::size_t i = 0; i < b.n; ++i) {
-      T z = load<T>(b.z + i * kGroup + lane);
-      for (std::size_t j = 0; j < b.r; ++j) z = fma(T(b.basis[j * b.n + i]), load<T>(b.y + j * kGroup + lane), z);
-      store(b.z + i * kGroup + lane, z);
+    for (std::size_t j = 0; j < b.r; j += kDirections) {
+      if (b.r - j >= kDirections)
+        shift_by<kDirections>(b, lane, j);
+      else if (b.r - j == 2)
+        shift_by<2>(b, lane, j);
+      else
+        shift_by<1>(b, lane, j);
     }
 }
 
