@@ -179,10 +179,10 @@ class OtherStudies(CalibrationCase):
     def test_what_a_study_does_not_offer_is_said_by_name(self):
         for study in ("vertical_well", "sensor_monte_carlo", "error_model_monte_carlo", "gross_error_detection", "drift_monitoring"):
             self.call("new", study, "-o", f"{study}.toml")
-            if study in ("vertical_well", "error_model_monte_carlo", "gross_error_detection", "drift_monitoring"):
+            if study in ("error_model_monte_carlo", "gross_error_detection", "drift_monitoring"):
                 self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", 'stop.verdict=["a.b"]',
                              says=f"{study} has a fixed number of trials.*msa_position, msa_benefit, "
-                                  "sensor_monte_carlo, collision, rare_event")
+                                  "sensor_monte_carlo, vertical_well, collision, rare_event")
             self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", "calibration.margin=0.01",
                          says=f"{study} has no estimator that claims.*msa_position, msa_benefit, chained_multistation")
         self.write("benefit.toml", BENEFIT.replace("trials = 2000\n", ""))
@@ -204,6 +204,19 @@ dip_deg = 60.0
 [sensor_errors]
 accelerometer_bias_mps2 = 0.004
 magnetometer_bias_nT = 70.0
+"""
+VERTICAL = """\
+experiment = "vertical_well"
+seed = 5
+depth_m = 300.0
+spacing_m = 30.0
+[drilling]
+mode = "rotating"
+[field]
+total_nT = 50000.0
+dip_deg = 72.0
+[sensor_errors]
+accelerometer_bias_mps2 = 0.004
 """
 
 
@@ -256,6 +269,18 @@ class EndsByVerdict(CalibrationCase):
         # Of a mean no ratio; no interval of a NEES holds at all looks.
         self.refused(BAD_INPUT, "check", "stop.toml", "--set", 'stop.verdict=["axes.nees"]', says="is no row with a margin")
         self.refused(BAD_INPUT, "check", "stop.toml", "--set", "stop.relative_ci=0.1", says="not together with stop.verdict")
+
+    def test_vertical_well(self):
+        path, rows = self.ends(VERTICAL, 0.08, ["toolface_sequences.ratio_rms", "ellipse.ratio_major.toolface_dependent"],
+                               "toolface_sequences.ratio_rmss", "toolface_sequences.ratio_rms")
+        self.same_at_the_last_look(path, "toolface_sequences", 0, rows)
+        names = list(column(path, "tables/ellipse", "formulation"))
+        row = names.index("toolface_dependent")
+        self.assertIn("ratio_major: the run ended at look", column(path, "tables/ellipse", "note")[row])
+        for name in ("low", "high"):
+            self.assertAlmostEqual(column(path, "tables/ellipse", f"ratio_major_ci_{name}")[row],
+                                   column(path, "tables/looks", f"ratio_ci_{name}")[-2], delta=1e-12)
+        self.refused(BAD_INPUT, "check", "stop.toml", "--set", 'stop.verdict=["toolface_sequences.ratio_q50"]', says="is no row with a margin")
 
 
 class Verdicts(CalibrationCase):
