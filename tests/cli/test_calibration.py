@@ -179,10 +179,10 @@ class OtherStudies(CalibrationCase):
     def test_what_a_study_does_not_offer_is_said_by_name(self):
         for study in ("vertical_well", "sensor_monte_carlo", "error_model_monte_carlo", "gross_error_detection", "drift_monitoring"):
             self.call("new", study, "-o", f"{study}.toml")
-            if study in ("error_model_monte_carlo", "gross_error_detection", "drift_monitoring"):
+            if study in ("gross_error_detection", "drift_monitoring"):
                 self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", 'stop.verdict=["a.b"]',
                              says=f"{study} has a fixed number of trials.*msa_position, msa_benefit, "
-                                  "sensor_monte_carlo, vertical_well, collision, rare_event")
+                                  "sensor_monte_carlo, vertical_well, error_model_monte_carlo, collision, rare_event")
             self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", "calibration.margin=0.01",
                          says=f"{study} has no estimator that claims.*msa_position, msa_benefit, chained_multistation")
         self.write("benefit.toml", BENEFIT.replace("trials = 2000\n", ""))
@@ -217,6 +217,24 @@ total_nT = 50000.0
 dip_deg = 72.0
 [sensor_errors]
 accelerometer_bias_mps2 = 0.004
+"""
+DRAWN = """\
+experiment = "error_model_monte_carlo"
+seed = 6
+antithetic = true
+report_md_m = [300.0, 570.0]
+[survey]
+file = "survey.csv"
+toolface_zero = "y"
+azimuth_reference = "true"
+[field]
+total_nT = 50000.0
+dip_deg = 60.0
+declination_deg = 1.0
+[error_model]
+name = "iscwsa_mwd_rev5.10"
+[errors]
+multiplier = 6.0
 """
 
 
@@ -281,6 +299,15 @@ class EndsByVerdict(CalibrationCase):
             self.assertAlmostEqual(column(path, "tables/ellipse", f"ratio_major_ci_{name}")[row],
                                    column(path, "tables/looks", f"ratio_ci_{name}")[-2], delta=1e-12)
         self.refused(BAD_INPUT, "check", "stop.toml", "--set", 'stop.verdict=["toolface_sequences.ratio_q50"]', says="is no row with a margin")
+
+    def test_error_model_monte_carlo(self):
+        path, rows = self.ends(DRAWN, 0.0015, ["axes.sd_axis_1.minimum_curvature", "position.sd_east.minimum_curvature"],
+                               "position.sd_est.minimum_curvature", "position.sd_east.minimum_curvature")
+        self.assertEqual(rows, 4)
+        md, quantity, formulation = (column(path, "tables/position", c) for c in ("md_m", "quantity", "formulation"))
+        row, = (i for i in range(len(md)) if (md[i], quantity[i], formulation[i]) == (570, "sd_east", "minimum_curvature"))
+        self.same_at_the_last_look(path, "position", row, rows)
+        self.refused(BAD_INPUT, "check", "stop.toml", "--set", 'errors.sources="quadrature"', says="draws nothing: leave it out")
 
 
 class Verdicts(CalibrationCase):
