@@ -181,8 +181,8 @@ class OtherStudies(CalibrationCase):
             self.call("new", study, "-o", f"{study}.toml")
             if study in ("gross_error_detection", "drift_monitoring"):
                 self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", 'stop.verdict=["a.b"]',
-                             says=f"{study} has a fixed number of trials.*msa_position, msa_benefit, "
-                                  "sensor_monte_carlo, vertical_well, error_model_monte_carlo, collision, rare_event")
+                             says=f"{study} has a fixed number of trials.*msa_position, msa_benefit, sensor_monte_carlo, vertical_well, "
+                                  "error_model_monte_carlo, chained_multistation, collision, rare_event")
             self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", "calibration.margin=0.01",
                          says=f"{study} has no estimator that claims.*msa_position, msa_benefit, chained_multistation")
         self.write("benefit.toml", BENEFIT.replace("trials = 2000\n", ""))
@@ -308,6 +308,15 @@ class EndsByVerdict(CalibrationCase):
         row, = (i for i in range(len(md)) if (md[i], quantity[i], formulation[i]) == (570, "sd_east", "minimum_curvature"))
         self.same_at_the_last_look(path, "position", row, rows)
         self.refused(BAD_INPUT, "check", "stop.toml", "--set", 'errors.sources="quadrature"', says="draws nothing: leave it out")
+
+    def test_chained_multistation(self):
+        text = CHAINED.replace("trials = 1000\n", "").replace('["base", "filter", "smoother"]', '["filter"]')
+        path, rows = self.ends(text, 0.05, ["rms.inclination_deg.filter", "consistency.cost_sd"], "rms.inclinatoin_deg.filter",
+                               "rms.inclination_deg.filter")
+        row, = (i for i, q in enumerate(column(path, "tables/consistency", "quantity")) if q == "cost_sd")
+        self.same_at_the_last_look(path, "consistency", row, rows)
+        for study in ("unstart", "outliers", "interference"):
+            self.refused(BAD_INPUT, "check", "stop.toml", "--set", f'study="{study}"', says='only study = "performance" ends by its verdicts')
 
 
 class Verdicts(CalibrationCase):
