@@ -10,6 +10,7 @@
 #include "reliability/significance.h"
 #include "study/annotations.h"
 #include "study/verdict.h"
+#include "study/verdict_stop.h"
 
 namespace surveymc::studies::gross_error_detection {
 
@@ -33,7 +34,7 @@ struct InjectedError {
 
 struct Scenario {
   random::StudySeed seed;
-  std::uint64_t trials = 0;
+  study::TrialPlan plan;
   reliability::AdjustmentModel model;
   reliability::TestLevels levels;
   std::vector<survey::Attitude> attitudes;  ///< of the stations; azimuths magnetic

@@ -135,7 +135,8 @@ void VerdictStop::add_notes(const std::string& table, std::vector<ComparisonRow>
     row.note =
         fmt::format("{}{}the run ended at look {} of at most {}", said, said.empty() ? "" : "; ", look, looks_.size());
     for (const NamedRow& b : before)
-      if (b.table == table && b.place == place && b.row.quantity == row.quantity &&
+      if (kept_.counts == 0 &&  // a rate has no tail, but few events at its first look
+          b.table == table && b.place == place && b.row.quantity == row.quantity &&
           b.row.formulation == row.formulation)
         if (const double ratio = merit_of(row, tally) / merit_of(b.row, first); ratio < 1 - kHeavyTail)
           row.note +=

@@ -179,10 +179,10 @@ class OtherStudies(CalibrationCase):
     def test_what_a_study_does_not_offer_is_said_by_name(self):
         for study in ("vertical_well", "sensor_monte_carlo", "error_model_monte_carlo", "gross_error_detection", "drift_monitoring"):
             self.call("new", study, "-o", f"{study}.toml")
-            if study in ("gross_error_detection", "drift_monitoring"):
+            if study == "drift_monitoring":
                 self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", 'stop.verdict=["a.b"]',
                              says=f"{study} has a fixed number of trials.*msa_position, msa_benefit, sensor_monte_carlo, vertical_well, "
-                                  "error_model_monte_carlo, chained_multistation, collision, rare_event")
+                                  "error_model_monte_carlo, chained_multistation, gross_error_detection, collision, rare_event")
             self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", "calibration.margin=0.01",
                          says=f"{study} has no estimator that claims.*msa_position, msa_benefit, chained_multistation")
         self.write("benefit.toml", BENEFIT.replace("trials = 2000\n", ""))
@@ -235,6 +235,19 @@ declination_deg = 1.0
 name = "iscwsa_mwd_rev5.10"
 [errors]
 multiplier = 6.0
+"""
+
+
+GROSS = """\
+experiment = "gross_error_detection"
+seed = 5
+mode = "sse"
+inclination_deg = 45.0
+magnetic_azimuth_deg = 100.0
+toolface_deg = 30.0
+[[inject]]
+observation = "bx"
+size = "minimal_detectable"
 """
 
 
@@ -317,6 +330,14 @@ class EndsByVerdict(CalibrationCase):
         self.same_at_the_last_look(path, "consistency", row, rows)
         for study in ("unstart", "outliers", "interference"):
             self.refused(BAD_INPUT, "check", "stop.toml", "--set", f'study="{study}"', says='only study = "performance" ends by its verdicts')
+
+
+    def test_gross_error_detection(self):
+        path, rows = self.ends(GROSS, 0.03, ["detection.detection_bx.nonlinear", "detection.detection_any"], "detection.detection_by.nonlinear",
+                               "detection.detection_bx.nonlinear")
+        self.assertEqual(rows, 3)  # detection_any by both formulations
+        names = list(zip(column(path, "tables/detection", "formulation"), column(path, "tables/detection", "quantity")))
+        self.same_at_the_last_look(path, "detection", names.index(("nonlinear", "detection_any")), rows)
 
 
 class Verdicts(CalibrationCase):
