@@ -164,7 +164,7 @@ class ChainedInterference final : public study::StudyPoint {
 class ChainedInterferencePlan final : public study::PointPlan {
  public:
   explicit ChainedInterferencePlan(Interference scenario) : s_(std::move(scenario)) {}
-  std::uint64_t trials() const override { return s_.s.trials; }
+  std::uint64_t trials() const override { return s_.s.plan.trials; }
   int block_trials() const override { return 32; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ChainedInterference>(s_);
@@ -178,7 +178,7 @@ class ChainedInterferencePlan final : public study::PointPlan {
 
 std::unique_ptr<study::PointPlan> interference_plan(config::ConfigReader& c, random::StudySeed seed) {
   Interference in;
-  in.s = read_scenario(c, seed);
+  in.s = read_scenario_of_fixed_length(c, seed);
   c.require(in.s.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
   in.size = c.number("interference.size_nT", config::Range::closed(0, 1e5), 800);
   in.drawn = c.choice("interference.law", {"normal", "constant"}, "normal") == "normal";

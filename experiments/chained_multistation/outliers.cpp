@@ -285,7 +285,7 @@ class ChainedOutliers final : public study::StudyPoint {
 class ChainedOutliersPlan final : public study::PointPlan {
  public:
   explicit ChainedOutliersPlan(Outliers scenario) : s_(std::move(scenario)) {}
-  std::uint64_t trials() const override { return s_.s.trials; }
+  std::uint64_t trials() const override { return s_.s.plan.trials; }
   int block_trials() const override { return kBlockRuns; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ChainedOutliers>(s_);
@@ -300,7 +300,7 @@ class ChainedOutliersPlan final : public study::PointPlan {
 std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random::StudySeed seed) {
   Outliers o;
   const bool of_events = study::has_events(c);
-  o.s = read_scenario(c, seed, of_events);
+  o.s = of_events ? read_scenario(c, seed, true) : read_scenario_of_fixed_length(c, seed);
   c.require(o.s.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
   const std::string reading = c.choice("outliers.reading", {kReadingNames.begin(), kReadingNames.end()});
   o.axis =

@@ -21,13 +21,12 @@ std::vector<study::ComparisonRow> rms_rows(const Scenario& s, const PerformanceL
       const stats::Moments& m = layout.moments(tally, e);
       const double claimed =
           is_chained(s.estimators[e]) && m.count > 0 ? std::sqrt(m.mean[layout.numbers.claimed(q)]) : kNaN;
-      rows.push_back(
-          study::labelled(name_of(s.estimators[e]),
-                          study::compare_value(kRunQuantityNames[q], kRunQuantityUnits[q],
-                                               study::rms_estimate(m, layout.numbers.square(q), s.verdict.confidence),
-                                               claimed, s.verdict, tally.trials)));
+      rows.push_back(study::labelled(
+          name_of(s.estimators[e]),
+          study::compare_value(kRunQuantityNames[q], kRunQuantityUnits[q],
+                               study::rms_estimate(m, layout.numbers.square(q), s.verdict.interval_confidence(m.count)),
+                               claimed, s.verdict, tally.trials, m.count)));
     }
-  s.annotations.apply("rms", rows);
   return rows;
 }
 
@@ -43,40 +42,49 @@ store::Table by_estimator(store::Table t, const std::vector<study::ComparisonRow
   return t;
 }
 
-store::Table consistency_table(const Scenario& s, const PerformanceLayout& layout, const stats::Tally& tally) {
+std::vector<study::ComparisonRow> consistency_rows(const Scenario& s, const PerformanceLayout& layout,
+                                                   const stats::Tally& tally) {
   std::vector<study::ComparisonRow> rows;
   const double equations = 3.0 * s.stations();
   for (std::size_t e = 0; e < s.estimators.size(); ++e) {
     if (!is_chained(s.estimators[e])) continue;
     const stats::Moments& m = layout.moments(tally, e);
     const std::string& name = name_of(s.estimators[e]);
+    const double confidence = s.verdict.interval_confidence(m.count);
     study::VerdictRule of_nees = s.verdict;
     of_nees.margin = s.verdict.nees_margin;
     const auto compare = [&](const char* quantity, const study::Estimate& found, double expected,
                              const study::VerdictRule& rule) {
-      rows.push_back(study::labelled(name, study::compare_value(quantity, "1", found, expected, rule, tally.trials)));
+      rows.push_back(
+          study::labelled(name, study::compare_value(quantity, "1", found, expected, rule, tally.trials, m.count)));
     };
     for (std::size_t z = 0; z < kTestedStates; ++z)
-      compare(kTestedStateNames[z], study::rms_estimate(m, layout.numbers.z_square(z), s.verdict.confidence), 1,
-              s.verdict);
-    compare("nees", study::mean_estimate(m, layout.numbers.nees(), s.verdict.confidence), kTestedStates, of_nees);
-    compare("cost", study::mean_estimate(m, layout.numbers.cost(), s.verdict.confidence), equations, s.verdict);
+      compare(kTestedStateNames[z], study::rms_estimate(m, layout.numbers.z_square(z), confidence), 1, s.verdict);
+    compare("nees", study::mean_estimate(m, layout.numbers.nees(), confidence), kTestedStates, of_nees);
+    compare("cost", study::mean_estimate(m, layout.numbers.cost(), confidence), equations, s.verdict);
     rows.push_back(study::labelled(name, study::compare_sd("cost_sd", "1", 1, m, layout.numbers.cost(),
                                                            std::sqrt(2 * equations), s.verdict, tally.trials)));
   }
+  return rows;
+}
+
+store::Table consistency_table(const Scenario& s, const PerformanceLayout& layout, const study::VerdictStop& stop,
+                               const stats::Tally& tally) {
+  std::vector<study::ComparisonRow> rows = consistency_rows(s, layout, tally);
+  stop.add_notes("consistency", rows, tally);
   s.annotations.apply("consistency", rows);
   return by_estimator(study::comparison_table(
                           "consistency",
                           "do the covariances claim what the errors are: RMS of z-scores, NEES of twelve states, cost "
                           "against chi-squared(3 stations)" +
-                              study::at_confidence(s.verdict.confidence),
+                              study::at_confidence(s.verdict),
                           rows, tally.trials, tally.failed, true),
                       rows, s, layout, tally);
 }
 
 /// RMS at every station, beside the claims of the covariances over all stations.
 store::Table stations_table(const Scenario& s, const PerformanceLayout& layout, const stats::Tally& tally) {
-  study::TableRows t("stations", "RMS errors along the well" + study::at_confidence(s.verdict.confidence));
+  study::TableRows t("stations", "RMS errors along the well" + study::at_confidence(s.verdict));
   const bool there = layout.along() && !tally.groups.empty();
   for (std::size_t e = 0; e < s.estimators.size(); ++e)
     for (int k = 0; k < (there ? s.stations() : 1); ++k) {
@@ -87,7 +95,8 @@ store::Table stations_table(const Scenario& s, const PerformanceLayout& layout, 
       t.number("inclination_profile_deg", "deg", "of the profile", s.truth.attitudes[i].inclination / kDegree);
       for (std::size_t q = 0; q < kRunQuantities; ++q) {
         const study::Estimate r =
-            there ? study::rms_estimate(tally.groups[layout.groups.square(e, q)], k, s.verdict.confidence)
+            there ? study::rms_estimate(tally.groups[layout.groups.square(e, q)], k,
+                                        s.verdict.interval_confidence(layout.moments(tally, e).count))
                   : study::Estimate{};
         t.estimate(std::string("rms_") + kRunQuantityNames[q], kRunQuantityUnits[q], "RMS error", r.value, r.interval);
       }
@@ -117,16 +126,15 @@ store::Table worse_table(const Scenario& s, const PerformanceLayout& layout, con
                           : kNaN});
     }
   }
-  study::TableRows t(
-      "worse", "runs in which chaining is worse than single stations" + study::at_confidence(s.verdict.confidence));
+  study::TableRows t("worse", "runs in which chaining is worse than single stations" + study::at_confidence(s.verdict));
   study::write_rows(t, rows, [&](const WorseRow& x) {
     t.word("formulation", "estimator", x.formulation);
     t.word("quantity", "whose error is compared", x.quantity);
     t.count("worse_runs", "runs whose RMS over the stations is above that of the single stations", x.worse);
-    t.share("p_worse_run", "their share", x.worse, x.runs, s.verdict.confidence);
+    t.share("p_worse_run", "their share", x.worse, x.runs, s.verdict.interval_confidence(x.runs));
     t.number("mean_rms_worse", "1", "mean RMS of the estimator in these runs, in the quantity's unit", x.mean_rms);
     t.count("worse_last", "runs whose error at the last station is larger than single's", x.last);
-    t.share("p_worse_last", "their share", x.last, x.runs, s.verdict.confidence);
+    t.share("p_worse_last", "their share", x.last, x.runs, s.verdict.interval_confidence(x.runs));
     t.count("trials", "trials run", tally.trials);
     t.count("failed", "trials without a converged estimate, not in the statistics", x.failed);
   });
@@ -224,7 +232,7 @@ store::Table failures_table(const Scenario& s, const PerformanceLayout& layout, 
 
 }  // namespace
 
-std::vector<study::RowName> performance_rows(const Scenario& s) {
+std::vector<study::RowName> performance_row_names(const Scenario& s) {
   std::vector<study::RowName> rows;
   for (const Solver e : s.estimators) {
     for (const char* q : kRunQuantityNames) rows.push_back({"rms", name_of(e), q});
@@ -237,22 +245,41 @@ std::vector<study::RowName> performance_rows(const Scenario& s) {
   return rows;
 }
 
+std::vector<study::RowName> judged_performance_rows(const Scenario& s) {
+  std::vector<study::RowName> rows = performance_row_names(s);
+  std::erase_if(rows, [&](const study::RowName& r) {
+    const bool claims = std::any_of(s.estimators.begin(), s.estimators.end(),
+                                    [&](Solver e) { return is_chained(e) && name_of(e) == r.formulation; });
+    return !claims || r.quantity == "nees" || (r.table != "rms" && r.table != "consistency");
+  });
+  return rows;
+}
+
+study::RowsOfTables performance_rows(const Scenario& s, const PerformanceLayout& layout, const stats::Tally& tally) {
+  return {{"rms", rms_rows(s, layout, tally)}, {"consistency", consistency_rows(s, layout, tally)}};
+}
+
 std::vector<store::Table> performance_tables(const Scenario& s, const PerformanceLayout& layout,
-                                             const stats::Tally& tally) {
-  const std::vector<study::ComparisonRow> rms = rms_rows(s, layout, tally);
-  return {by_estimator(
-              study::comparison_table("rms",
-                                      "RMS errors over all stations and trials; analytic: by the claimed covariances" +
-                                          study::at_confidence(s.verdict.confidence),
-                                      rms, tally.trials, tally.failed, true),
-              rms, s, layout, tally),
-          consistency_table(s, layout, tally),
-          stations_table(s, layout, tally),
-          worse_table(s, layout, tally),
-          runs_table(rms, tally),
-          histogram_table(s, layout, tally),
-          failures_table(s, layout, tally),
-          study::failed_trials_table("trials without a converged estimate of some estimator", tally.failed_trials)};
+                                             const study::VerdictStop& stop, const stats::Tally& tally) {
+  std::vector<study::ComparisonRow> rms = rms_rows(s, layout, tally);
+  stop.add_notes("rms", rms, tally);
+  s.annotations.apply("rms", rms);
+  std::vector<store::Table> tables{
+      by_estimator(
+          study::comparison_table("rms",
+                                  "RMS errors over all stations and trials; analytic: by the claimed covariances" +
+                                      study::at_confidence(s.verdict),
+                                  rms, tally.trials, tally.failed, true),
+          rms, s, layout, tally),
+      consistency_table(s, layout, stop, tally),
+      stations_table(s, layout, tally),
+      worse_table(s, layout, tally),
+      runs_table(rms, tally),
+      histogram_table(s, layout, tally),
+      failures_table(s, layout, tally),
+      study::failed_trials_table("trials without a converged estimate of some estimator", tally.failed_trials)};
+  if (stop.is_on()) tables.push_back(stop.looks_table(tally));
+  return tables;
 }
 
 }  // namespace surveymc::studies::chained_multistation

@@ -97,11 +97,15 @@ class PerformanceCalibration {
 };
 
 /// Rows that annotations may name.
-std::vector<study::RowName> performance_rows(const Scenario& s);
+std::vector<study::RowName> performance_row_names(const Scenario& s);
+/// Those that trials can decide, and whose intervals may hold at all looks.
+std::vector<study::RowName> judged_performance_rows(const Scenario& s);
+/// Of the tables rms and consistency, without annotations.
+study::RowsOfTables performance_rows(const Scenario& s, const PerformanceLayout& layout, const stats::Tally& tally);
 
-/// rms, consistency, stations, worse, runs, histogram, failures, failed_trials.
+/// rms, consistency, stations, worse, runs, histogram, failures, failed_trials; and looks where the stop is on.
 std::vector<store::Table> performance_tables(const Scenario& s, const PerformanceLayout& layout,
-                                             const stats::Tally& tally);
+                                             const study::VerdictStop& stop, const stats::Tally& tally);
 
 /// Biases of the first trial, true and estimated (slide 9).
 store::Table tracks_table(const Scenario& s, const random::Stream& stream);

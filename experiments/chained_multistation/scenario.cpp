@@ -45,7 +45,6 @@ void read_profile(config::ConfigReader& c, Scenario& s) {
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed, bool of_events) {
   Scenario s;
   s.seed = seed;
-  if (!of_events) s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 100'000'000));
   s.field = study::read_field(c);
   s.sizes = study::read_chain_sizes(c, s.field);
   read_profile(c, s);
@@ -66,6 +65,16 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed, bool of_
     }
   }
   if (!of_events) s.verdict = study::read_verdict_rule(c);
+  return s;
+}
+
+Scenario read_scenario_of_fixed_length(config::ConfigReader& c, random::StudySeed seed) {
+  if (c.has("stop"))
+    c.fail(
+        "stop",
+        "only study = \"performance\" ends by its verdicts; the others have a fixed number of trials: give `trials`");
+  Scenario s = read_scenario(c, seed);
+  s.plan = study::read_verdict_plan(c, {}, s.verdict, kTrialLimits);
   return s;
 }
 

@@ -13,6 +13,7 @@
 #include "study/experiment.h"
 #include "study/scenario.h"
 #include "study/verdict.h"
+#include "study/verdict_stop.h"
 
 namespace surveymc::studies::chained_multistation {
 
@@ -30,7 +31,7 @@ inline chained::Mode mode_of(Solver e) {
 
 struct Scenario {
   random::StudySeed seed;
-  std::uint64_t trials = 0;
+  study::TrialPlan plan;
   survey::ReferenceField field;
   chained::ChainSizes sizes;
   int offset_stations = 18;       ///< n of the expected offsets
@@ -47,8 +48,12 @@ struct Scenario {
   }
 };
 
-/// `[field]`, `[model]`, `[profile]` or `[survey]`, trials, `[verdict]`: all keys but those that one study alone reads.
-/// Those of trials and verdict are left to a run `of_events`.
+/// `[field]`, `[model]`, `[profile]` or `[survey]`, `[verdict]`: all keys but trials and those that one study alone
+/// reads. That of the verdict is left to a run `of_events`.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed, bool of_events = false);
+
+inline constexpr study::TrialLimits kTrialLimits{2, 100'000'000};
+/// read_scenario() and `trials`, of the studies that have no [stop].
+Scenario read_scenario_of_fixed_length(config::ConfigReader& config, random::StudySeed seed);
 
 }  // namespace surveymc::studies::chained_multistation

@@ -24,7 +24,14 @@ namespace {
 class ChainedPerformance final : public study::StudyPoint {
  public:
   ChainedPerformance(Scenario scenario, std::size_t kept)
-      : s_(std::move(scenario)), layout_(s_, kept), calibration_(s_), stream_(random::stream_of(s_.seed)) {}
+      : s_(std::move(scenario)),
+        layout_(s_, kept),
+        calibration_(s_),
+        stop_(s_.plan, s_.verdict, [this](const stats::Tally& t) { return performance_rows(s_, layout_, t); },
+              {layout_.groups.size(), s_.estimators.size()}),
+        stream_(random::stream_of(s_.seed)) {}
+
+  std::uint64_t trials_needed(const stats::Tally& tally) const override { return stop_.trials_needed(tally); }
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     stats::Tally tally;
@@ -65,12 +72,13 @@ class ChainedPerformance final : public study::StudyPoint {
       }
     }
     tally.groups = layout_.moments_of(numbers);
+    stop_.keep(block, tally);
     return tally;
   }
 
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     study::PointResult r;
-    r.tables = performance_tables(s_, layout_, tally);
+    r.tables = performance_tables(s_, layout_, stop_, tally);
     if (s_.calibration.on)
       for (store::Table& t : study::calibration_tables(s_.calibration, calibration_.quantities(), tally.counts,
                                                        layout_.counts.size(), false, s_.annotations))
@@ -117,14 +125,16 @@ class ChainedPerformance final : public study::StudyPoint {
   Scenario s_;
   PerformanceLayout layout_;
   PerformanceCalibration calibration_;
+  study::VerdictStop stop_;
   random::Stream stream_;
 };
 
 class ChainedPerformancePlan final : public study::PointPlan {
  public:
   ChainedPerformancePlan(Scenario scenario, std::size_t kept) : s_(std::move(scenario)), kept_(kept) {}
-  std::uint64_t trials() const override { return s_.trials; }
-  double cost() const override { return 1.0 * s_.stations() * static_cast<double>(s_.trials); }
+  std::uint64_t trials() const override { return s_.plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
+  double cost() const override { return 1.0 * s_.stations() * static_cast<double>(s_.plan.trials); }
   int block_trials() const override { return s_.stations() > 100 ? 32 : montecarlo::kBlockTrials; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ChainedPerformance>(s_, kept_);
@@ -158,7 +168,8 @@ std::unique_ptr<study::PointPlan> performance_plan(config::ConfigReader& c, rand
   s.calibration = study::read_calibration(c, known);
   c.require(!s.calibration.on || !known.empty(), "estimators",
             "none of them claims a covariance: with [calibration] one must be a filter or a smoother");
-  s.annotations = study::Annotations::read(c, performance_rows(s));
+  s.plan = study::read_verdict_plan(c, judged_performance_rows(s), s.verdict, kTrialLimits);
+  s.annotations = study::Annotations::read(c, performance_row_names(s));
   c.finish();
   return std::make_unique<ChainedPerformancePlan>(std::move(s), kept);
 }

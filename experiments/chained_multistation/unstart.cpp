@@ -163,7 +163,7 @@ class ChainedUnstart final : public study::StudyPoint {
 class ChainedUnstartPlan final : public study::PointPlan {
  public:
   explicit ChainedUnstartPlan(Unstart scenario) : s_(std::move(scenario)) {}
-  std::uint64_t trials() const override { return s_.s.trials; }
+  std::uint64_t trials() const override { return s_.s.plan.trials; }
   int block_trials() const override { return 8; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ChainedUnstart>(s_);
@@ -177,7 +177,7 @@ class ChainedUnstartPlan final : public study::PointPlan {
 
 std::unique_ptr<study::PointPlan> unstart_plan(config::ConfigReader& c, random::StudySeed seed) {
   Unstart u;
-  u.s = read_scenario(c, seed);
+  u.s = read_scenario_of_fixed_length(c, seed);
   c.require(u.s.stations() <= 200, "profile.stations", "at most 200: every run is searched");
   const std::string from = c.choice("unstart.start", {"basic", "given"});
   u.given_start = from == "given";

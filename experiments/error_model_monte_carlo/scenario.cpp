@@ -8,6 +8,7 @@
 #include "base/units.h"
 #include "propagate/source_moments.h"
 #include "study/scenario.h"
+#include "study/verdict_stop.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::studies::error_model_monte_carlo {
@@ -135,6 +136,17 @@ std::vector<study::RowName> row_names() {
   return rows;
 }
 
+/// Those that trials can decide, and whose intervals may hold at all looks.
+std::vector<study::RowName> judged_rows(const std::vector<std::string>& formulations) {
+  std::vector<study::RowName> rows = row_names();
+  std::erase_if(rows, [&](const study::RowName& r) {
+    return r.table == "ellipse" || r.table == "by_source" || r.quantity == "nees" ||
+           (!r.formulation.empty() &&
+            std::find(formulations.begin(), formulations.end(), r.formulation) == formulations.end());
+  });
+  return rows;
+}
+
 }  // namespace
 
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
@@ -164,16 +176,18 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.formulations = read_formulations(c);
   s.antithetic = c.boolean("antithetic", false);
   if (s.samples()) {
-    s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000));
+    s.verdict = study::read_verdict_rule(c);
+    s.plan = study::read_verdict_plan(c, judged_rows(s.formulations), s.verdict, {20});
     s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
-    c.require(!s.antithetic || s.trials % 2 == 0, "trials",
+    c.require(!s.antithetic || s.plan.trials % 2 == 0, s.plan.looks.empty() ? "trials" : "stop.max_trials",
               "must be even where antithetic = true: trials come in pairs");
   } else {
+    if (c.has("stop")) c.fail("stop", "errors.sources = \"quadrature\" draws nothing: leave it out");
     if (c.has("trials")) c.integer("trials", 0, 1'000'000'000'000);  // any config may have it; nothing is drawn here
     if (c.has("save_samples")) c.integer("save_samples", 0, 1'000'000);
   }
   s.report_md = read_report_depths(c, s.survey);
-  s.verdict = study::read_verdict_rule(c);
+  if (!s.samples()) s.verdict = study::read_verdict_rule(c);
   s.annotations = study::Annotations::read(c, row_names());
   c.finish();
   return s;

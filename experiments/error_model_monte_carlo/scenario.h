@@ -7,6 +7,7 @@
 #include "random/study_id.h"
 #include "study/annotations.h"
 #include "study/error_models.h"
+#include "study/scenario.h"
 #include "study/verdict.h"
 
 namespace surveymc::studies::error_model_monte_carlo {
@@ -21,7 +22,8 @@ enum class Sources {
 
 struct Scenario {
   random::StudySeed seed;
-  std::uint64_t trials = 0, save_samples = 0;
+  study::TrialPlan plan;  ///< no trials by quadrature
+  std::uint64_t save_samples = 0;
   bool antithetic = false;
   survey::ReferenceField field;
   double latitude = 0;  ///< rad; NaN where no model needs it

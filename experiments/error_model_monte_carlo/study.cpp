@@ -72,7 +72,8 @@ ErrorModelMonteCarlo::ErrorModelMonteCarlo(Scenario scenario)
     : s_(std::move(scenario)),
       stream_(random::stream_of(s_.seed)),
       errors_(
-          propagate::well_errors(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.multiplier, s_.vertical)) {
+          propagate::well_errors(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.multiplier, s_.vertical)),
+      stop_({}, s_.verdict, {}) {
   for (std::size_t k = 0; k < errors_.at.size(); ++k)
     for (const propagate::DrawEffect& e : errors_.at[k])
       if (std::isnan(e.depth) && s_.survey.stations[k].md < s_.report_md.back() + 1e-6)
@@ -82,6 +83,9 @@ ErrorModelMonteCarlo::ErrorModelMonteCarlo(Scenario scenario)
   predict();
   predict_sources();
   plan_draws();
+  const std::size_t controlled = quantities_.size(), depths = depths_.size();
+  stop_ = study::VerdictStop(s_.plan, s_.verdict, [this](const stats::Tally& t) { return judged_rows(t); },
+                             {depths, depths, controlled, s_.antithetic ? controlled + depths : 0, 0, true});
 }
 
 void ErrorModelMonteCarlo::predict() {
@@ -301,6 +305,7 @@ stats::Tally ErrorModelMonteCarlo::run_block(montecarlo::TrialBlock block) const
     tally.groups.push_back(stats::Moments::of(values));
     if (s_.antithetic) tally.controlled_pairs.push_back(stats::Moments::of(stats::pair_columns(values)));
   }
+  stop_.keep(block, tally);
   return tally;
 }
 
@@ -316,8 +321,9 @@ ErrorModelMonteCarlo::Found ErrorModelMonteCarlo::found(const stats::Tally& tall
   const stats::Moments& columns = tally.controlled[quantity];
   const stats::Moments* pairs = s_.antithetic ? &tally.controlled_pairs[quantity] : nullptr;
   const double variance = q.direction.dot(drawn_[q.drawn].control[q.depth] * q.direction);
-  const stats::ControlledEstimate sd = stats::controlled_sd(columns, variance, s_.verdict.confidence, pairs),
-                                  mean = stats::controlled_mean(columns, variance, s_.verdict.confidence, pairs);
+  const double confidence = s_.verdict.interval_confidence(units(tally));
+  const stats::ControlledEstimate sd = stats::controlled_sd(columns, variance, confidence, pairs),
+                                  mean = stats::controlled_mean(columns, variance, confidence, pairs);
   // The known mean of a control is that over all trials: where some failed, it serves no more.
   const bool plain = tally.failed > 0;
   out.sd =
@@ -329,7 +335,7 @@ ErrorModelMonteCarlo::Found ErrorModelMonteCarlo::found(const stats::Tally& tall
   without_residual(out.sd.interval, out.sd.value);
   stats::Interval interval = plain ? mean.plain_interval : mean.controlled_interval;
   without_residual(interval, plain ? mean.plain : mean.controlled);
-  const double half = (interval.hi - interval.lo) / 2 / stats::normal_quantile(0.5 + s_.verdict.confidence / 2);
+  const double half = (interval.hi - interval.lo) / 2 / stats::normal_quantile(0.5 + confidence / 2);
   out.mean.units = units(tally);
   out.mean.mean = plain ? mean.plain : mean.controlled;
   out.mean.variance = out.sd.value * out.sd.value;
@@ -358,6 +364,7 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
   if (s_.sources != Sources::total) r.tables.push_back(by_source_table(tally));
   if (s_.samples()) r.tables.push_back(ellipse_table(tally));
   r.tables.push_back(covariance_table(tally));
+  if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   if (s_.sources == Sources::each) r.tables.push_back(additivity_table(tally));
   if (s_.save_samples > 0 && s_.samples()) r.samples = {samples_table(tally)};
   return r;
@@ -394,12 +401,13 @@ namespace {
 class ErrorModelMonteCarloPlan final : public study::PointPlan {
  public:
   explicit ErrorModelMonteCarloPlan(Scenario scenario) : s_(std::move(scenario)) {}
-  std::uint64_t trials() const override { return s_.trials; }
+  std::uint64_t trials() const override { return s_.plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
   /// A trial draws every source at every station; without trials it is the prediction.
   double cost() const override {
     double terms = 0;
     for (const propagate::ToolRun& run : s_.tools.runs) terms += static_cast<double>(run.model->terms.size());
-    return s_.survey.size() * terms * std::max(1.0, static_cast<double>(s_.trials));
+    return s_.survey.size() * terms * std::max(1.0, static_cast<double>(s_.plan.trials));
   }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ErrorModelMonteCarlo>(s_);

@@ -10,6 +10,7 @@
 #include "stats/control_variate.h"
 #include "study/comparison.h"
 #include "study/experiment.h"
+#include "study/verdict_stop.h"
 
 namespace surveymc::studies::error_model_monte_carlo {
 
@@ -60,6 +61,7 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
  public:
   explicit ErrorModelMonteCarlo(Scenario scenario);
 
+  std::uint64_t trials_needed(const stats::Tally& tally) const override { return stop_.trials_needed(tally); }
   stats::Tally run_block(montecarlo::TrialBlock block) const override;
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions& options) const override;
   std::string replay(std::uint64_t trial) const override;
@@ -81,6 +83,12 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
 
   /// Appends the rows of one depth, with its depth as first column.
   void append(store::Table& all, store::Table table, std::size_t depth) const;
+  /// Tells rows of one name apart, where there are several depths.
+  std::string place(std::size_t depth) const;
+  study::RowsOfTables judged_rows(const stats::Tally& tally) const;
+  std::vector<study::ComparisonRow> axes_rows(const stats::Tally& tally, std::size_t depth) const;
+  std::vector<study::ComparisonRow> directions_rows(const stats::Tally& tally, std::size_t depth,
+                                                    bool along_hole) const;
   store::Table axes_table(const stats::Tally& tally) const;
   store::Table directions_table(const stats::Tally& tally, bool along_hole) const;
   store::Table by_source_table(const stats::Tally& tally) const;
@@ -104,6 +112,7 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   std::vector<std::vector<std::size_t>> nev_, axes_, whole_axes_;
   std::vector<std::size_t> hla_, whole_sd_;  ///< whole_sd_: along the axes of the control
   std::vector<std::vector<std::vector<std::size_t>>> along_;
+  study::VerdictStop stop_;
 };
 
 }  // namespace surveymc::studies::error_model_monte_carlo

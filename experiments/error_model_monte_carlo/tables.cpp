@@ -48,41 +48,79 @@ void ErrorModelMonteCarlo::append(store::Table& all, store::Table table, std::si
     store::append_rows(all, table);
 }
 
+std::string ErrorModelMonteCarlo::place(std::size_t depth) const {
+  return depths_.size() > 1 ? fmt::format("{:.10g} m", depths_[depth].md) : std::string();
+}
+
+std::vector<study::ComparisonRow> ErrorModelMonteCarlo::axes_rows(const stats::Tally& tally, std::size_t d) const {
+  const Depth& depth = depths_[d];
+  std::vector<study::ComparisonRow> rows;
+  for (int a = 0; a < 3; ++a)
+    rows.push_back(study::compare_mean(std::string("mean_") + kNev[static_cast<std::size_t>(a)], "m",
+                                       found(tally, nev_[0][d] + static_cast<std::size_t>(a)).mean, depth.truth[a],
+                                       depth.truth[a], s_.verdict, tally.trials));
+  for (std::size_t f = 0; f < s_.formulations.size(); ++f) {
+    const Formulation& p = depth.formulations[f];
+    std::vector<study::ComparisonRow> means;
+    for (int a = 0; a < 3; ++a) {
+      const Found x = found(tally, axes_[f][d] + static_cast<std::size_t>(a));
+      study::ComparisonRow row =
+          study::labelled(p.name, study::compare_value(fmt::format("sd_axis_{}", a + 1), "m", x.sd, p.sd[a], s_.verdict,
+                                                       tally.trials, units(tally)));
+      if (p.is_first_order()) unless_reached(row, p.sd[a], p.sd[0]);
+      rows.push_back(row);
+      means.push_back(
+          study::labelled(p.name, study::compare_mean(fmt::format("mean_axis_{}", a + 1), "m", x.mean, 0,
+                                                      p.axes.col(a).dot(p.mean), s_.verdict, tally.trials)));
+    }
+    rows.insert(rows.end(), means.begin(), means.end());
+    if (!p.is_first_order() || !p.weight.allFinite()) continue;
+    // NEES = that of the control, whose mean is known, and the mean of the difference.
+    stats::SampleSummary nees = summary_of(tally, d, 3 + 4 * static_cast<Eigen::Index>(f));
+    nees.mean += (p.weight * drawn_[0].control[d]).trace();
+    rows.push_back(study::labelled(p.name, study::compare_nees("nees", nees, 3, s_.verdict, tally.trials)));
+  }
+  return rows;
+}
+
+std::vector<study::ComparisonRow> ErrorModelMonteCarlo::directions_rows(const stats::Tally& tally, std::size_t d,
+                                                                        bool along_hole) const {
+  std::vector<study::ComparisonRow> rows;
+  for (const Formulation& p : depths_[d].formulations)
+    for (int a = 0; a < 3; ++a) {
+      const Vector3d direction = along_hole ? Vector3d(depths_[d].hla.row(a)) : Vector3d(Vector3d::Unit(a));
+      const std::size_t quantity = (along_hole ? hla_[d] : nev_[0][d]) + static_cast<std::size_t>(a);
+      const double predicted = sd_along(p.covariance, direction);
+      study::ComparisonRow row = study::labelled(
+          p.name,
+          study::compare_value(fmt::format("sd_{}", (along_hole ? kHla : kNev)[static_cast<std::size_t>(a)]), "m",
+                               found(tally, quantity).sd, predicted, s_.verdict, tally.trials, units(tally)));
+      if (p.is_first_order()) unless_reached(row, predicted, p.sd[0]);
+      rows.push_back(row);
+    }
+  return rows;
+}
+
+study::RowsOfTables ErrorModelMonteCarlo::judged_rows(const stats::Tally& tally) const {
+  study::RowsOfTables all;
+  for (std::size_t d = 0; d < depths_.size(); ++d) {
+    all.push_back({"axes", axes_rows(tally, d), place(d)});
+    all.push_back({"position", directions_rows(tally, d, false), place(d)});
+    all.push_back({"position_hla", directions_rows(tally, d, true), place(d)});
+  }
+  return all;
+}
+
 store::Table ErrorModelMonteCarlo::axes_table(const stats::Tally& tally) const {
   store::Table all;
   for (std::size_t d = 0; d < depths_.size(); ++d) {
-    const Depth& depth = depths_[d];
-    std::vector<study::ComparisonRow> rows;
-    for (int a = 0; a < 3; ++a)
-      rows.push_back(study::compare_mean(std::string("mean_") + kNev[static_cast<std::size_t>(a)], "m",
-                                         found(tally, nev_[0][d] + static_cast<std::size_t>(a)).mean, depth.truth[a],
-                                         depth.truth[a], s_.verdict, tally.trials));
-    for (std::size_t f = 0; f < s_.formulations.size(); ++f) {
-      const Formulation& p = depth.formulations[f];
-      std::vector<study::ComparisonRow> means;
-      for (int a = 0; a < 3; ++a) {
-        const Found x = found(tally, axes_[f][d] + static_cast<std::size_t>(a));
-        study::ComparisonRow row = study::labelled(
-            p.name,
-            study::compare_value(fmt::format("sd_axis_{}", a + 1), "m", x.sd, p.sd[a], s_.verdict, tally.trials));
-        if (p.is_first_order()) unless_reached(row, p.sd[a], p.sd[0]);
-        rows.push_back(row);
-        means.push_back(
-            study::labelled(p.name, study::compare_mean(fmt::format("mean_axis_{}", a + 1), "m", x.mean, 0,
-                                                        p.axes.col(a).dot(p.mean), s_.verdict, tally.trials)));
-      }
-      rows.insert(rows.end(), means.begin(), means.end());
-      if (!p.is_first_order() || !p.weight.allFinite()) continue;
-      // NEES = that of the control, whose mean is known, and the mean of the difference.
-      stats::SampleSummary nees = summary_of(tally, d, 3 + 4 * static_cast<Eigen::Index>(f));
-      nees.mean += (p.weight * drawn_[0].control[d]).trace();
-      rows.push_back(study::labelled(p.name, study::compare_nees("nees", nees, 3, s_.verdict, tally.trials)));
-    }
+    std::vector<study::ComparisonRow> rows = axes_rows(tally, d);
+    stop_.add_notes("axes", rows, tally, place(d));
     s_.annotations.apply("axes", rows);
     append(all,
            study::comparison_table("axes",
                                    "position errors along the axes of the predicted ellipsoids, largest first" +
-                                       study::at_confidence(s_.verdict.confidence),
+                                       study::at_confidence(s_.verdict),
                                    rows, tally.trials, tally.failed, true),
            d);
   }
@@ -93,24 +131,14 @@ store::Table ErrorModelMonteCarlo::directions_table(const stats::Tally& tally, b
   const std::string name = along_hole ? "position_hla" : "position";
   store::Table all;
   for (std::size_t d = 0; d < depths_.size(); ++d) {
-    std::vector<study::ComparisonRow> rows;
-    for (const Formulation& p : depths_[d].formulations)
-      for (int a = 0; a < 3; ++a) {
-        const Vector3d direction = along_hole ? Vector3d(depths_[d].hla.row(a)) : Vector3d(Vector3d::Unit(a));
-        const std::size_t quantity = (along_hole ? hla_[d] : nev_[0][d]) + static_cast<std::size_t>(a);
-        const double predicted = sd_along(p.covariance, direction);
-        study::ComparisonRow row = study::labelled(
-            p.name, study::compare_value(fmt::format("sd_{}", (along_hole ? kHla : kNev)[static_cast<std::size_t>(a)]),
-                                         "m", found(tally, quantity).sd, predicted, s_.verdict, tally.trials));
-        if (p.is_first_order()) unless_reached(row, predicted, p.sd[0]);
-        rows.push_back(row);
-      }
+    std::vector<study::ComparisonRow> rows = directions_rows(tally, d, along_hole);
+    stop_.add_notes(name, rows, tally, place(d));
     s_.annotations.apply(name, rows);
     append(all,
            study::comparison_table(name,
                                    (along_hole ? "position errors along high side, lateral and hole"
                                                : "position errors north, east and down") +
-                                       study::at_confidence(s_.verdict.confidence),
+                                       study::at_confidence(s_.verdict),
                                    rows, tally.trials, tally.failed, true),
            d);
   }
@@ -163,7 +191,7 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
           square -= sd.value * sd.value;
           own.push_back(
               study::labelled(f.name, study::compare_value(a == 0 ? "sd_along" : fmt::format("sd_along_{}", a + 1), "m",
-                                                           sd, p.sd[a], s_.verdict, tally.trials)));
+                                                           sd, p.sd[a], s_.verdict, tally.trials, units(tally))));
           if (!p.cancels) continue;
           own.back().verdict.clear();
           own.back().margin = kNaN;
@@ -180,7 +208,7 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
     store::Table t = study::comparison_table(
         "by_source",
         (s_.samples() ? "position errors of single sources" : "position errors of single sources by quadrature") +
-            study::at_confidence(s_.verdict.confidence),
+            study::at_confidence(s_.verdict),
         rows, tally.trials, tally.failed, true);
     const auto words = [&](auto member) {
       std::vector<std::string> x;
@@ -206,8 +234,8 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
 }
 
 store::Table ErrorModelMonteCarlo::ellipse_table(const stats::Tally& tally) const {
-  study::TableRows t("ellipse", "horizontal one-sigma ellipses, and how Monte Carlo fills them" +
-                                    study::at_confidence(s_.verdict.confidence));
+  study::TableRows t(
+      "ellipse", "horizontal one-sigma ellipses, and how Monte Carlo fills them" + study::at_confidence(s_.verdict));
   const bool enough = units(tally) > 2;
   for (std::size_t d = 0; d < depths_.size() && enough; ++d) {
     const Depth& depth = depths_[d];
@@ -264,7 +292,7 @@ store::Table ErrorModelMonteCarlo::additivity_table(const stats::Tally& tally) c
       "additivity",
       "the whole model against the sum of its sources' covariances, each by Monte Carlo, along the axes of "
       "minimum_curvature" +
-          study::at_confidence(s_.verdict.confidence));
+          study::at_confidence(s_.verdict));
   for (std::size_t d = 0; d < depths_.size(); ++d) {
     const Matrix3d axes = propagate::ellipsoid(drawn_[0].control[d]).axes;
     for (int a = 0; a < 3; ++a) {

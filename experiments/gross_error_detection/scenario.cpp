@@ -182,6 +182,17 @@ void read_event_run(config::ConfigReader& c, Scenario& s) {
   c.finish();
 }
 
+/// Those that have a prediction: of the outcomes of snooping only those of a single error, singly looked for.
+std::vector<study::RowName> judged_rows(const Scenario& s) {
+  const std::vector<std::string>& strategies = strategy_names();
+  std::vector<study::RowName> rows = row_names(s);
+  std::erase_if(rows, [&](const study::RowName& r) {
+    return std::find(strategies.begin(), strategies.end(), r.formulation) != strategies.end() &&
+           (r.formulation != "single" || s.injected.size() != 1);
+  });
+  return rows;
+}
+
 }  // namespace
 
 const std::vector<std::string>& strategy_names() {
@@ -211,7 +222,6 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
   const bool of_events = study::has_events(c);
-  if (!of_events) s.trials = static_cast<std::uint64_t>(c.integer("trials", 2, 1'000'000'000'000));
   const bool stations_given = c.has("stations");
   s.model = study::read_adjustment_model(c);
   s.model.field.dip = study::read_dip(c, s.model);
@@ -231,6 +241,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   }
   s.verdict = study::read_verdict_rule(c);
   s.false_alarm_margin = c.number("verdict.false_alarm_margin", config::Range::open(0, 1), 0.1);
+  s.plan = study::read_verdict_plan(c, judged_rows(s), s.verdict, {});
   s.annotations = study::Annotations::read(c, row_names(s));
   c.finish();
   return s;

@@ -11,6 +11,7 @@
 #include "study/annotations.h"
 #include "study/event_study.h"
 #include "study/verdict.h"
+#include "study/verdict_stop.h"
 
 namespace surveymc::studies::gross_error_detection {
 
@@ -34,7 +35,7 @@ struct InjectedError {
 
 struct Scenario {
   random::StudySeed seed;
-  std::uint64_t trials = 0;
+  study::TrialPlan plan;
   reliability::AdjustmentModel model;
   reliability::TestLevels levels;
   std::vector<survey::Attitude> attitudes;  ///< of the stations; azimuths magnetic

@@ -63,9 +63,16 @@ class GrossErrorDetection final : public study::StudyPoint {
       : s_(std::move(scenario)),
         trials_(std::move(trials)),
         prediction_(std::move(prediction)),
-        layout_{s_.injected.size(), s_.strategies.size()} {
+        layout_{s_.injected.size(), s_.strategies.size()},
+        stop_(s_.plan, s_.verdict,
+              [this](const stats::Tally& t) {
+                return study::RowsOfTables{{"detection", detection_rows(s_, prediction_, t)}};
+              },
+              {0, 0, 0, 0, layout_.size(), true}) {
     for (const InjectedError& e : s_.injected) errors_.push_back(e.error.number);
   }
+
+  std::uint64_t trials_needed(const stats::Tally& tally) const override { return stop_.trials_needed(tally); }
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     stats::Tally tally;
@@ -125,13 +132,15 @@ class GrossErrorDetection final : public study::StudyPoint {
       if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
     }
     tally.moments = stats::Moments::of(shares.topRows(kept));
+    stop_.keep(block, tally);
     return tally;
   }
 
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     study::PointResult r;
-    r.tables = {detection_table(s_, prediction_, tally), injected_table(s_, prediction_),
+    r.tables = {detection_table(s_, prediction_, stop_, tally), injected_table(s_, prediction_),
                 study::failed_trials_table("trials without a converged adjustment", tally.failed_trials)};
+    if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
     return r;
   }
 
@@ -218,14 +227,15 @@ class GrossErrorDetection final : public study::StudyPoint {
   reliability::GrossErrorTrials trials_;
   analysis::GrossErrorPrediction prediction_;
   EventLayout layout_;
+  study::VerdictStop stop_;
   Numbers errors_;
 };
 
 class GrossErrorPlan final : public study::PointPlan {
  public:
   explicit GrossErrorPlan(Scenario scenario) : s_(std::move(scenario)) {}
-  std::uint64_t trials() const override { return s_.events.empty() ? s_.trials : s_.event_run.plan.trials; }
-  std::vector<std::uint64_t> looks() const override { return s_.event_run.plan.looks; }
+  std::uint64_t trials() const override { return plan().trials; }
+  std::vector<std::uint64_t> looks() const override { return plan().looks; }
   int block_trials() const override {
     return s_.events.empty() ? montecarlo::kBlockTrials : s_.event_run.block_trials();
   }
@@ -239,6 +249,8 @@ class GrossErrorPlan final : public study::PointPlan {
   }
 
  private:
+  const study::TrialPlan& plan() const { return s_.events.empty() ? s_.plan : s_.event_run.plan; }
+
   Scenario s_;
 };
 

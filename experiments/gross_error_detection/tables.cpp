@@ -46,7 +46,8 @@ std::string name_of(const Scenario& s, Index number) {
 
 }  // namespace
 
-store::Table detection_table(const Scenario& s, const analysis::GrossErrorPrediction& p, const stats::Tally& tally) {
+std::vector<study::ComparisonRow> detection_rows(const Scenario& s, const analysis::GrossErrorPrediction& p,
+                                                 const stats::Tally& tally) {
   const EventLayout layout{s.injected.size(), s.strategies.size()};
   const std::uint64_t runs = tally.trials - tally.failed;
   study::VerdictRule alarms = s.verdict;
@@ -64,12 +65,12 @@ store::Table detection_table(const Scenario& s, const analysis::GrossErrorPredic
     const bool tested = p.model.columns.col(s.injected[k].error.number).squaredNorm() > 0;
     rate("design", "false_alarm_" + s.injected[k].label, layout.false_alarm(k), tested ? p.two_sided_alpha : 0, alarms);
   }
-  study::Estimate share = study::mean_estimate(tally.moments, 0, s.verdict.confidence);
+  const double confidence = s.verdict.interval_confidence(tally.moments.count);
+  study::Estimate share = study::mean_estimate(tally.moments, 0, confidence);
   if (tally.moments.count > 1)  // a share: its interval must not leave [0, 1]
-    share.interval =
-        stats::share_interval(share.value, tally.moments.variance(0), tally.moments.count, s.verdict.confidence);
-  study::ComparisonRow mean =
-      study::compare_value("false_alarm_mean", "1", share, p.two_sided_alpha, alarms, tally.trials);
+    share.interval = stats::share_interval(share.value, tally.moments.variance(0), tally.moments.count, confidence);
+  study::ComparisonRow mean = study::compare_value("false_alarm_mean", "1", share, p.two_sided_alpha, alarms,
+                                                   tally.trials, tally.moments.count);
   mean.formulation = "design";
   mean.note = tally.moments.count > 1 ? "mean over all observations that can be tested" : "";
   rows.push_back(mean);
@@ -108,10 +109,16 @@ store::Table detection_table(const Scenario& s, const analysis::GrossErrorPredic
       if (predicted == 0 && row.monte_carlo == 0) row.verdict = "agrees";
     }
   study::leave_undecided(rows, tally.failed, tally.trials, kMostFailed, "adjustments");
+  return rows;
+}
+
+store::Table detection_table(const Scenario& s, const analysis::GrossErrorPrediction& p, const study::VerdictStop& stop,
+                             const stats::Tally& tally) {
+  std::vector<study::ComparisonRow> rows = detection_rows(s, p, tally);
+  stop.add_notes("detection", rows, tally);
   s.annotations.apply("detection", rows);
   return study::comparison_table(
-      "detection",
-      "false alarms, detection and identification of gross errors" + study::at_confidence(s.verdict.confidence), rows,
+      "detection", "false alarms, detection and identification of gross errors" + study::at_confidence(s.verdict), rows,
       tally.trials, tally.failed);
 }
 

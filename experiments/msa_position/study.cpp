@@ -276,10 +276,10 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
 
 study::RowsOfTables PositionPoint::all_rows(const stats::Tally& tally) const {
   study::RowsOfTables rows{{"parameters", parameter_rows(tally)}};
-  if (at_.hanak >= 0) rows.emplace_back("hanak_parameters", hanak_rows(tally));
+  if (at_.hanak >= 0) rows.push_back({"hanak_parameters", hanak_rows(tally)});
   if (s_.with_position) {
-    rows.emplace_back("position", position_rows(tally));
-    rows.emplace_back("position_hla", hole_rows(tally));
+    rows.push_back({"position", position_rows(tally)});
+    rows.push_back({"position_hla", hole_rows(tally)});
   }
   return rows;
 }
@@ -287,7 +287,7 @@ study::RowsOfTables PositionPoint::all_rows(const stats::Tally& tally) const {
 study::PointResult PositionPoint::report(const stats::Tally& tally, const montecarlo::RunOptions&) const {
   study::PointResult r;
   std::vector<study::ComparisonRow> published;
-  for (auto& [table, rows] : all_rows(tally)) {
+  for (auto& [table, rows, place] : all_rows(tally)) {
     stop_.add_notes(table, rows, tally);
     r.tables.push_back(comparison(table, long_name_of(table), rows, tally));
     if (table != "position_hla") published.insert(published.end(), rows.begin(), rows.end());

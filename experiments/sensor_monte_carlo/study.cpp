@@ -23,6 +23,7 @@
 #include "study/experiment.h"
 #include "study/position_comparison.h"
 #include "study/scenario.h"
+#include "study/verdict_stop.h"
 
 namespace surveymc::studies::sensor_monte_carlo {
 namespace {
@@ -49,7 +50,8 @@ Eigen::Index at(const stats::Slots& slots, int i, int j = 0) {
 
 struct Scenario {
   random::StudySeed seed;
-  std::uint64_t trials = 0, save_samples = 0;
+  study::TrialPlan trial_plan;
+  std::uint64_t save_samples = 0;
   survey::ReferenceField field;
   survey::Survey survey;
   survey::ToolfacePlan plan;
@@ -67,6 +69,13 @@ std::vector<study::RowName> row_names() {
     for (const char* q : {"sd_axis_1", "sd_axis_2", "sd_axis_3", "nees"}) rows.push_back({"axes", f, q});
     rows.push_back({"ellipse", f, "ellipse"});
   }
+  return rows;
+}
+
+/// Those that trials can decide, and whose intervals may hold at all looks.
+std::vector<study::RowName> judged_rows() {
+  std::vector<study::RowName> rows = row_names();
+  std::erase_if(rows, [](const study::RowName& r) { return r.quantity == "nees" || r.quantity == "ellipse"; });
   return rows;
 }
 
@@ -94,7 +103,6 @@ std::vector<int> read_reported(config::ConfigReader& c, const survey::Survey& su
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
-  s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000));
   s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
   s.field = study::read_field(c);
   std::vector<std::string> modes = study::kDrillingModes;
@@ -111,6 +119,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.reported = read_reported(c, s.survey);
   s.first_is_tie_on = c.choice("first_station", {"measured", "tie_on"}, "measured") == "tie_on";
   s.verdict = study::read_verdict_rule(c);
+  s.trial_plan = study::read_verdict_plan(c, judged_rows(), s.verdict, {20});
   s.annotations = study::Annotations::read(c, row_names());
   c.finish();
   return s;
@@ -131,9 +140,18 @@ class SensorMonteCarlo final : public study::StudyPoint {
         setup_(std::move(setup)),
         stream_(random::stream_of(s_.seed)),
         truth_(std::move(truth)),
-        predictions_(std::move(predictions)) {
+        predictions_(std::move(predictions)),
+        stop_(s_.trial_plan, s_.verdict,
+              [this](const stats::Tally& t) {
+                study::RowsOfTables all;
+                for (std::size_t d = 0; d < truth_.size(); ++d) all.push_back({"axes", axes_rows(t, d), place(d)});
+                return all;
+              },
+              {truth_.size(), truth_.size()}) {
     setup_.first_is_tie_on = s_.first_is_tie_on;
   }
+
+  std::uint64_t trials_needed(const stats::Tally& tally) const override { return stop_.trials_needed(tally); }
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     const std::size_t depths = truth_.size();
@@ -161,12 +179,14 @@ class SensorMonteCarlo final : public study::StudyPoint {
           }
         });
     for (const Eigen::MatrixXd& v : values) tally.groups.push_back(stats::Moments::of(v.topRows(kept)));
+    stop_.keep(block, tally);
     return tally;
   }
 
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     study::PointResult r;
     r.tables = {axes_table(tally), ellipse_table(tally), covariance_table(tally)};
+    if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
     if (s_.save_samples > 0) r.samples = {samples_table(tally)};
     return r;
   }
@@ -191,6 +211,10 @@ class SensorMonteCarlo final : public study::StudyPoint {
 
  private:
   double md(std::size_t depth) const { return s_.survey.stations[static_cast<std::size_t>(s_.reported[depth])].md; }
+  /// Tells rows of one name apart, where there are several depths.
+  std::string place(std::size_t depth) const {
+    return truth_.size() > 1 ? fmt::format("{:.10g} m", md(depth)) : std::string();
+  }
   /// No position where the errors turned the field along gravity.
   bool has_positions(const sensor::SensorRuns& runs, int t) const {
     for (int i = 0; i < 3 * static_cast<int>(truth_.size()); ++i)
@@ -219,6 +243,7 @@ class SensorMonteCarlo final : public study::StudyPoint {
     }
   }
 
+  std::vector<study::ComparisonRow> axes_rows(const stats::Tally& tally, std::size_t depth) const;
   store::Table axes_table(const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
   store::Table covariance_table(const stats::Tally& tally) const;
@@ -229,40 +254,47 @@ class SensorMonteCarlo final : public study::StudyPoint {
   random::Stream stream_;
   std::vector<Vector3d> truth_;                             ///< at every reported depth
   std::vector<analysis::PositionPredictions> predictions_;  ///< at every reported depth
+  study::VerdictStop stop_;
 };
+
+std::vector<study::ComparisonRow> SensorMonteCarlo::axes_rows(const stats::Tally& tally, std::size_t d) const {
+  const stats::Moments& m = tally.groups[d];
+  std::vector<study::ComparisonRow> rows;
+  for (int i = 0; i < 3; ++i)
+    rows.push_back(study::compare_mean(std::string("mean_") + kDirections[static_cast<std::size_t>(i)], "m", m, i,
+                                       truth_[d][i], truth_[d][i], s_.verdict, tally.trials));
+  for (int f = 0; f < 3; ++f) {
+    const analysis::PositionPrediction& p = predictions_[d][static_cast<std::size_t>(f)];
+    for (int a = 0; a < 3; ++a) {
+      rows.push_back(study::compare_sd(fmt::format("sd_axis_{}", a + 1), "m", 1, m, at(kAt.axes, f, a), p.sd[a],
+                                       s_.verdict, tally.trials));
+      study::ComparisonRow& row = rows.back();
+      if (p.sd[a] == 0) {
+        row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = kNaN;
+        row.verdict.clear();
+        row.note = "zero to first order";
+      }
+      row.formulation = kFormulations[static_cast<std::size_t>(f)];
+    }
+    if (p.sd[2] == 0) continue;
+    rows.push_back(study::compare_nees("nees",
+                                       m.count < 2 ? stats::SampleSummary{} : stats::summarise(m, at(kAt.nees, f)), 3,
+                                       s_.verdict, tally.trials));
+    rows.back().formulation = kFormulations[static_cast<std::size_t>(f)];
+  }
+  return rows;
+}
 
 store::Table SensorMonteCarlo::axes_table(const stats::Tally& tally) const {
   store::Table all;
   for (std::size_t d = 0; d < truth_.size(); ++d) {
-    const stats::Moments& m = tally.groups[d];
-    std::vector<study::ComparisonRow> rows;
-    for (int i = 0; i < 3; ++i)
-      rows.push_back(study::compare_mean(std::string("mean_") + kDirections[static_cast<std::size_t>(i)], "m", m, i,
-                                         truth_[d][i], truth_[d][i], s_.verdict, tally.trials));
-    for (int f = 0; f < 3; ++f) {
-      const analysis::PositionPrediction& p = predictions_[d][static_cast<std::size_t>(f)];
-      for (int a = 0; a < 3; ++a) {
-        rows.push_back(study::compare_sd(fmt::format("sd_axis_{}", a + 1), "m", 1, m, at(kAt.axes, f, a), p.sd[a],
-                                         s_.verdict, tally.trials));
-        study::ComparisonRow& row = rows.back();
-        if (p.sd[a] == 0) {
-          row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = kNaN;
-          row.verdict.clear();
-          row.note = "zero to first order";
-        }
-        row.formulation = kFormulations[static_cast<std::size_t>(f)];
-      }
-      if (p.sd[2] == 0) continue;
-      rows.push_back(study::compare_nees("nees",
-                                         m.count < 2 ? stats::SampleSummary{} : stats::summarise(m, at(kAt.nees, f)), 3,
-                                         s_.verdict, tally.trials));
-      rows.back().formulation = kFormulations[static_cast<std::size_t>(f)];
-    }
+    std::vector<study::ComparisonRow> rows = axes_rows(tally, d);
+    stop_.add_notes("axes", rows, tally, place(d));
     s_.annotations.apply("axes", rows);
     store::Table t = study::comparison_table(
         "axes",
         "position errors, and their sd along the axes of the predicted ellipsoids, largest first" +
-            study::at_confidence(s_.verdict.confidence),
+            study::at_confidence(s_.verdict),
         rows, tally.trials, tally.failed);
     t.columns.insert(t.columns.begin(), {"md_m", "m", "measured depth", std::vector<double>(rows.size(), md(d))});
     if (d == 0)
@@ -275,10 +307,10 @@ store::Table SensorMonteCarlo::axes_table(const stats::Tally& tally) const {
 
 store::Table SensorMonteCarlo::ellipse_table(const stats::Tally& tally) const {
   const bool drawn = s_.plan.has(survey::ToolfaceSource::slide) || s_.plan.has(survey::ToolfaceSource::own);
-  study::TableRows t("ellipse", "horizontal one-sigma ellipses, and how Monte Carlo fills them" +
-                                    study::at_confidence(s_.verdict.confidence));
+  study::TableRows t(
+      "ellipse", "horizontal one-sigma ellipses, and how Monte Carlo fills them" + study::at_confidence(s_.verdict));
   for (std::size_t d = 0; d < truth_.size(); ++d) {
-    const stats::Moments& m = tally.groups[d];
+    const stats::Moments& m = tally.groups[d];  // those of looks follow
     if (m.count < 3) continue;
     const Vector2d truth = truth_[d].head<2>();
     const study::HorizontalSample sample{
@@ -333,8 +365,9 @@ store::Table SensorMonteCarlo::samples_table(const stats::Tally& tally) const {
 class SensorMonteCarloPlan final : public study::PointPlan {
  public:
   explicit SensorMonteCarloPlan(Scenario scenario) : s_(std::move(scenario)) {}
-  std::uint64_t trials() const override { return s_.trials; }
-  double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(s_.trials); }
+  std::uint64_t trials() const override { return s_.trial_plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_.trial_plan.looks; }
+  double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(s_.trial_plan.trials); }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<SensorMonteCarlo>(
         s_,

@@ -21,6 +21,7 @@
 #include "study/experiment.h"
 #include "study/position_comparison.h"
 #include "study/scenario.h"
+#include "study/verdict_stop.h"
 
 namespace surveymc::studies::vertical_well {
 namespace {
@@ -42,7 +43,8 @@ constexpr std::array<std::pair<const char*, double>, 5> kQuantiles{
 
 struct Scenario {
   random::StudySeed seed;
-  std::uint64_t trials = 0, save_samples = 0;
+  study::TrialPlan trial_plan;
+  std::uint64_t save_samples = 0;
   int legs = 0;
   double spacing = 0;  ///< m
   survey::ReferenceField field;
@@ -68,10 +70,18 @@ std::vector<study::RowName> row_names() {
   return rows;
 }
 
+/// Those that trials can decide, and whose intervals may hold at all looks; a quantile has none.
+std::vector<study::RowName> judged_rows(const Scenario& s) {
+  std::vector<study::RowName> rows;
+  for (const std::string& f : s.formulations)
+    for (const char* q : {"ratio_major", "ratio_minor"}) rows.push_back({"ellipse", f, q});
+  rows.push_back({"toolface_sequences", "", "ratio_rms"});
+  return rows;
+}
+
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
-  s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000));
   s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
   const double depth = c.number("depth_m", config::Range::positive());
   s.spacing = c.number("spacing_m", config::Range::positive());
@@ -93,6 +103,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   }
   c.require(!s.formulations.empty(), "formulations", "must name at least one");
   s.verdict = study::read_verdict_rule(c);
+  s.trial_plan = study::read_verdict_plan(c, judged_rows(s), s.verdict, {20});
   s.annotations = study::Annotations::read(c, row_names());
   c.finish();
   return s;
@@ -129,7 +140,15 @@ class VerticalWell final : public study::StudyPoint {
         setup_(std::move(setup)),
         run_(std::move(p.run)),
         independent_sd_(p.independent_sd),
-        predicted_(std::move(p.predicted)) {}
+        predicted_(std::move(p.predicted)),
+        stop_(s_.trial_plan, s_.verdict, [this](const stats::Tally& t) {
+          study::RowsOfTables all;
+          for (std::size_t f = 0; f < predicted_.size(); ++f) all.push_back({"ellipse", axis_rows(t, f)});
+          all.push_back({"toolface_sequences", {rms_row(t)}});
+          return all;
+        }) {}
+
+  std::uint64_t trials_needed(const stats::Tally& tally) const override { return stop_.trials_needed(tally); }
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     stats::Tally tally;
@@ -150,12 +169,14 @@ class VerticalWell final : public study::StudyPoint {
         });
     tally.trials = static_cast<std::uint64_t>(block.count);
     tally.moments = stats::Moments::of(values);
+    stop_.keep(block, tally);
     return tally;
   }
 
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     study::PointResult r;
     r.tables = {ellipse_table(tally), sequences_table(tally)};
+    if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
     if (s_.save_samples > 0) r.samples = {samples_table(tally)};
     return r;
   }
@@ -207,6 +228,27 @@ class VerticalWell final : public study::StudyPoint {
     return {tally.trials, 0, m.count, false, m.mean.head<2>(), m.covariance().topLeftCorner<2, 2>()};
   }
 
+  bool has_own_ellipse(std::size_t formulation) const {
+    return varies_ && s_.formulations[formulation] == kToolfaceDependent;
+  }
+  /// Covariance whose axes are compared. Where each run has its own ellipse: their mean square, which is what the cloud
+  /// of all runs shows.
+  Matrix2d compared_covariance(const stats::Moments& m, std::size_t formulation) const {
+    return has_own_ellipse(formulation)
+               ? Matrix2d(independent_sd_ * independent_sd_ * m.mean[kSpread] * Matrix2d::Identity())
+               : predicted_[formulation];
+  }
+  /// Positions along the axes of a diagonal covariance, largest first: they are north and east.
+  static std::array<stats::SampleSummary, 2> along_axes(const stats::Moments& m, const propagate::Ellipse& e) {
+    std::array<stats::SampleSummary, 2> along;
+    for (std::size_t a = 0; a < 2; ++a)
+      along[a] =
+          stats::summarise(m, std::abs(e.axes(0, static_cast<Eigen::Index>(a))) > 0.5 ? kPosition : kPosition + 1);
+    return along;
+  }
+  /// The axes of a formulation of table `ellipse`, one by one.
+  std::vector<study::ComparisonRow> axis_rows(const stats::Tally& tally, std::size_t formulation) const;
+  study::ComparisonRow rms_row(const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
   store::Table sequences_table(const stats::Tally& tally) const;
   store::Table samples_table(const stats::Tally& tally) const;
@@ -218,11 +260,21 @@ class VerticalWell final : public study::StudyPoint {
   analysis::VerticalWellRun run_;
   double independent_sd_;  ///< m, of eqs 41, 42 as random
   std::vector<Matrix2d> predicted_;
+  study::VerdictStop stop_;
 };
+
+std::vector<study::ComparisonRow> VerticalWell::axis_rows(const stats::Tally& tally, std::size_t f) const {
+  const propagate::Ellipse e = propagate::ellipse(compared_covariance(tally.moments, f));
+  const std::array<stats::SampleSummary, 2> along = along_axes(tally.moments, e);
+  return {study::labelled(s_.formulations[f],
+                          study::compare_sd("ratio_major", "m", 1, along[0], e.semi_major, s_.verdict, tally.trials)),
+          study::labelled(s_.formulations[f],
+                          study::compare_sd("ratio_minor", "m", 1, along[1], e.semi_minor, s_.verdict, tally.trials))};
+}
 
 store::Table VerticalWell::ellipse_table(const stats::Tally& tally) const {
   study::TableRows t("ellipse", "horizontal one-sigma ellipses of the last position, and how Monte Carlo fills them" +
-                                    study::at_confidence(s_.verdict.confidence));
+                                    study::at_confidence(s_.verdict));
   const stats::Moments& m = tally.moments;
   const study::HorizontalSample sample = sample_of(tally);
   study::write_sample_ellipse(t, sample);
@@ -232,20 +284,23 @@ store::Table VerticalWell::ellipse_table(const stats::Tally& tally) const {
     const auto nees = kNees + static_cast<Eigen::Index>(f);
     std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(3 * f), 3, row.inside.begin());
     row.nees = stats::summarise(m, nees);
-    if (name == kToolfaceDependent && varies_) {
-      // Each run has its own ellipse. Their mean square is what the cloud of all runs shows.
-      row.predicted = independent_sd_ * independent_sd_ * m.mean[kSpread] * Matrix2d::Identity();
+    row.predicted = compared_covariance(m, f);
+    if (has_own_ellipse(f)) {
       row.wishart_p =
           stats::wishart_test(m.covariance().block<2, 2>(kOwn, kOwn), Matrix2d::Identity(), m.count).p_value;
       row.note = "axes: root mean square over the runs' toolfaces; coverage, nees, p: by each run's own ellipse";
     } else {
       row.wishart_p = varies_ ? kNaN : stats::wishart_test(sample.covariance, predicted_[f], m.count).p_value;
     }
-    const propagate::Ellipse e =
-        propagate::ellipse(row.predicted);  // of a diagonal covariance: its axes are north and east
-    for (std::size_t a = 0; a < 2; ++a)
-      row.along[a] =
-          stats::summarise(m, std::abs(e.axes(0, static_cast<Eigen::Index>(a))) > 0.5 ? kPosition : kPosition + 1);
+    row.along = along_axes(m, propagate::ellipse(row.predicted));
+    if (stop_.is_on()) {
+      std::vector<study::ComparisonRow> axes = axis_rows(tally, f);
+      for (study::ComparisonRow& axis : axes) axis.note.clear();  // what else there is to say of it
+      stop_.add_notes("ellipse", axes, tally);
+      for (const study::ComparisonRow& axis : axes)
+        if (!axis.note.empty())
+          row.note += fmt::format("{}{}: {}", row.note.empty() ? "" : "; ", axis.quantity, axis.note);
+    }
     row.expected = s_.annotations.expected("ellipse", name, "ellipse");
     std::vector<study::ComparisonRow> published(2);
     for (std::size_t a = 0; a < 2; ++a) {
@@ -260,23 +315,34 @@ store::Table VerticalWell::ellipse_table(const stats::Tally& tally) const {
   return t.take();
 }
 
+/// The sd of both directions over that of eqs 41, 42 as random.
+study::ComparisonRow VerticalWell::rms_row(const stats::Tally& tally) const {
+  const study::HorizontalSample sample = sample_of(tally);
+  stats::SampleSummary both;
+  both.units = sample.units;
+  both.variance = sample.covariance.trace() / 2;
+  both.unit_kurtosis = std::max(tally.moments.kurtosis(kPosition), tally.moments.kurtosis(kPosition + 1));
+  const stats::Interval sd = s_.verdict.at_all_looks ? stats::sd_sequence(both, s_.verdict.confidence)
+                                                     : stats::sd_interval(both.variance, both.units, both.unit_kurtosis,
+                                                                          s_.verdict.confidence);
+  const char* right = varies_ ? "fictive_terms" : kToolfaceDependent.c_str();
+  study::ComparisonRow row = study::compare_value(
+      "ratio_rms", "1",
+      {std::sqrt(both.variance) / independent_sd_, {sd.lo / independent_sd_, sd.hi / independent_sd_}},
+      std::sqrt(analysis::vertical_well_covariance(right, run_)(0, 0)) / independent_sd_, s_.verdict, tally.trials);
+  row.note = varies_ ? "sd of all runs; analytic: fictive terms" : "sd of all runs; analytic: toolface_dependent";
+  return row;
+}
+
 /// How far one toolface sequence is from the mean over all: eqs 41, 42 as random describe only the latter.
 store::Table VerticalWell::sequences_table(const stats::Tally& tally) const {
-  const double confidence = s_.verdict.confidence;
-  std::vector<study::ComparisonRow> rows;
+  const double confidence = s_.verdict.interval_confidence(tally.moments.count);
+  std::vector<study::ComparisonRow> rows{rms_row(tally)};
   const auto add = [&](const char* quantity, double monte_carlo, const stats::Interval& interval, double analytic,
                        const char* note) {
     rows.push_back(study::compare_value(quantity, "1", {monte_carlo, interval}, analytic, s_.verdict, tally.trials));
     rows.back().note = note;
   };
-  const study::HorizontalSample sample = sample_of(tally);
-  const double mean_variance = sample.covariance.trace() / 2;
-  const double kurtosis = std::max(tally.moments.kurtosis(kPosition), tally.moments.kurtosis(kPosition + 1));
-  const stats::Interval sd = stats::sd_interval(mean_variance, sample.units, kurtosis, confidence);
-  const char* right = varies_ ? "fictive_terms" : kToolfaceDependent.c_str();
-  add("ratio_rms", std::sqrt(mean_variance) / independent_sd_, {sd.lo / independent_sd_, sd.hi / independent_sd_},
-      std::sqrt(analysis::vertical_well_covariance(right, run_)(0, 0)) / independent_sd_,
-      varies_ ? "sd of all runs; analytic: fictive terms" : "sd of all runs; analytic: toolface_dependent");
   if (s_.plan.has(survey::ToolfaceSource::own) && !s_.plan.has(survey::ToolfaceSource::slide)) {
     const std::uint64_t* counts = tally.counts.data() + 3 * predicted_.size();
     for (const auto& [name, probability] : kQuantiles)
@@ -285,10 +351,11 @@ store::Table VerticalWell::sequences_table(const stats::Tally& tally) const {
           std::sqrt(-std::log1p(-probability)),
           "of the runs' own sd (eqs 19, 20); analytic: Rayleigh, the limit of many stations");
   }
+  stop_.add_notes("toolface_sequences", rows, tally);
   s_.annotations.apply("toolface_sequences", rows);
   return study::comparison_table(
       "toolface_sequences",
-      "sd of a toolface sequence over that of eqs 41, 42 as random" + study::at_confidence(confidence), rows,
+      "sd of a toolface sequence over that of eqs 41, 42 as random" + study::at_confidence(s_.verdict), rows,
       tally.trials, 0);
 }
 
@@ -307,7 +374,8 @@ store::Table VerticalWell::samples_table(const stats::Tally& tally) const {
 class VerticalWellPlan final : public study::PointPlan {
  public:
   explicit VerticalWellPlan(Scenario scenario) : s_(std::move(scenario)) {}
-  std::uint64_t trials() const override { return s_.trials; }
+  std::uint64_t trials() const override { return s_.trial_plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_.trial_plan.looks; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<VerticalWell>(s_, run_setup(s_), predict(s_));
   }

@@ -1,5 +1,5 @@
 #pragma once
-/// What a user may have meant by a key that nobody knows. Internal to the module.
+/// What a user may have meant by a key, or by a name, that nobody knows.
 #include <set>
 #include <string>
 

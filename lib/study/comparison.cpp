@@ -224,6 +224,9 @@ ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, st
       row.verdict = "differs";
       row.margin = rule.margin;
       row.evidence = rate_evidence(events, runs, predicted, rule);
+    } else if (rule.at_all_looks && predicted > 0) {  // the run goes on
+      row.verdict = "undecided";
+      row.margin = rule.margin;
     }
     return row;
   }

@@ -27,7 +27,10 @@ struct OfferedTable {
 const std::vector<OfferedTable>& offered_tables() {
   using enum random::StudyId;
   static const std::vector<OfferedTable> tables{
-      {"stop", {msa_position, msa_benefit, collision, rare_event}, "a fixed number of trials: give `trials`"},
+      {"stop",
+       {msa_position, msa_benefit, sensor_monte_carlo, vertical_well, error_model_monte_carlo, chained_multistation,
+        gross_error_detection, collision, rare_event},
+       "a fixed number of trials: give `trials`"},
       {"calibration", {msa_position, msa_benefit, chained_multistation}, "no estimator that claims a distribution"}};
   return tables;
 }

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "config/foreign_table.h"
+#include "config/suggest.h"
 #include "estimate/estimators.h"
 #include "montecarlo/run_blocks.h"
 #include "store/table.h"
@@ -271,17 +272,19 @@ std::vector<std::uint64_t> looks_until(std::uint64_t most, double factor) {
 std::vector<RowName> read_decisive_rows(config::ConfigReader& c, const std::vector<RowName>& judged) {
   std::vector<RowName> rows;
   for (const std::string& name : c.texts("stop.verdict")) {
-    std::string known;
+    std::string known, meant;
     const std::size_t before = rows.size();
     for (const RowName& row : judged) {
       const std::string shorter = row.table + "." + row.quantity,
                         longer = shorter + (row.formulation.empty() ? "" : "." + row.formulation);
       if (name == shorter || name == longer) rows.push_back(row);
       known += (known.empty() ? "" : ", ") + longer;
+      for (const std::string& row_name : {shorter, longer})
+        if (meant.empty() && config::resembles(name, row_name)) meant = fmt::format("did you mean {}? ", row_name);
     }
     if (rows.size() == before)
-      c.fail("stop.verdict", fmt::format("\"{}\" is no row with a margin that trials can decide: must be of {}",
-                                         store::printable(name), known));
+      c.fail("stop.verdict", fmt::format("\"{}\" is no row with a margin that trials can decide: {}must be of {}",
+                                         store::printable(name), meant, known));
   }
   return rows;
 }

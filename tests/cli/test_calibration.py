@@ -1,7 +1,10 @@
 #!/usr/bin/python3
 """End-to-end tests of calibration, stops by verdict, families and cost: test_calibration.py SURVEYMC_EXECUTABLE SOURCE_FOLDER"""
 import json
+import signal
+import subprocess
 import sys
+import time
 import unittest
 from pathlib import Path
 
@@ -176,12 +179,165 @@ class OtherStudies(CalibrationCase):
     def test_what_a_study_does_not_offer_is_said_by_name(self):
         for study in ("vertical_well", "sensor_monte_carlo", "error_model_monte_carlo", "gross_error_detection", "drift_monitoring"):
             self.call("new", study, "-o", f"{study}.toml")
-            self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", 'stop.verdict=["a.b"]',
-                         says=f"{study} has a fixed number of trials.*msa_position, msa_benefit, collision, rare_event")
+            if study == "drift_monitoring":
+                self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", 'stop.verdict=["a.b"]',
+                             says=f"{study} has a fixed number of trials.*msa_position, msa_benefit, sensor_monte_carlo, vertical_well, "
+                                  "error_model_monte_carlo, chained_multistation, gross_error_detection, collision, rare_event")
             self.refused(BAD_INPUT, "check", f"{study}.toml", "--set", "calibration.margin=0.01",
                          says=f"{study} has no estimator that claims.*msa_position, msa_benefit, chained_multistation")
         self.write("benefit.toml", BENEFIT.replace("trials = 2000\n", ""))
         self.refused(BAD_INPUT, "check", "benefit.toml", "--set", "stop.relative_ci=0.1", says="ends by its verdicts: give stop.verdict")
+
+
+SENSOR = """\
+experiment = "sensor_monte_carlo"
+seed = 3
+report_md_m = [300.0, 570.0]
+[survey]
+file = "survey.csv"
+toolface_zero = "y"
+[drilling]
+mode = "survey"
+[field]
+total_nT = 50000.0
+dip_deg = 60.0
+[sensor_errors]
+accelerometer_bias_mps2 = 0.004
+magnetometer_bias_nT = 70.0
+"""
+VERTICAL = """\
+experiment = "vertical_well"
+seed = 5
+depth_m = 300.0
+spacing_m = 30.0
+[drilling]
+mode = "rotating"
+[field]
+total_nT = 50000.0
+dip_deg = 72.0
+[sensor_errors]
+accelerometer_bias_mps2 = 0.004
+"""
+DRAWN = """\
+experiment = "error_model_monte_carlo"
+seed = 6
+antithetic = true
+report_md_m = [300.0, 570.0]
+[survey]
+file = "survey.csv"
+toolface_zero = "y"
+azimuth_reference = "true"
+[field]
+total_nT = 50000.0
+dip_deg = 60.0
+declination_deg = 1.0
+[error_model]
+name = "iscwsa_mwd_rev5.10"
+[errors]
+multiplier = 6.0
+"""
+
+
+GROSS = """\
+experiment = "gross_error_detection"
+seed = 5
+mode = "sse"
+inclination_deg = 45.0
+magnetic_azimuth_deg = 100.0
+toolface_deg = 30.0
+[[inject]]
+observation = "bx"
+size = "minimal_detectable"
+"""
+
+
+class EndsByVerdict(CalibrationCase):
+    """Every study with rows of means and sds: the run ends early, whatever the threads, and goes on after it was killed."""
+    def ends(self, text, margin, names, wrong, meant, most=60000):
+        self.write("stop.toml", text + f"[verdict]\nmargin = {margin}\n[stop]\nverdict = {json.dumps(names)}\nmax_trials = {most}\n")
+        path = self.run_config("--threads", 1, config="stop.toml")
+        trials, decision, table, quantity = (list(column(path, "tables/looks", c)) for c in ("trials", "decision", "table", "quantity"))
+        self.assertLess(trials[-1], most)
+        self.assertGreater(trials[-1], 4096)
+        rows = trials.count(trials[-1])  # at one look
+        self.assertNotIn("undecided", decision[-rows:])
+        self.assertIn("undecided", decision[-2 * rows:-rows])
+        self.assertEqual({f"{t}.{q}" for t, q in zip(table, quantity)}, {".".join(n.split(".")[:2]) for n in names})
+        again = self.run_config("--threads", 3, config="stop.toml", output="again.h5")
+        self.assertEqual(content_hash(again), content_hash(path))
+        self.assertEqual(content_hash(self.killed_and_resumed()), content_hash(path))
+        self.refused(BAD_INPUT, "check", "stop.toml", "--set", f'stop.verdict=["{wrong}"]',
+                     says=rf"\"{wrong}\" is no row with a margin that trials can decide: did you mean {meant}\? must be of ")
+        return path, rows
+
+    def killed_and_resumed(self):
+        for attempt in range(10):  # a run may end before it is killed
+            output = f"killed_{attempt}.h5"
+            child = subprocess.Popen([test_cli.EXECUTABLE, "run", "stop.toml", "-o", output, "--threads", "1", "--quiet",
+                                      "--checkpoint-seconds", "0.001"], cwd=self.folder)
+            end = time.monotonic() + 60
+            while not list(self.folder.glob(f"{output}.journal.*")) and child.poll() is None and time.monotonic() < end:
+                time.sleep(0.002)
+            child.kill()
+            if child.wait() == -signal.SIGKILL and list(self.folder.glob(f"{output}.journal.*")):
+                return self.run_config("--resume", "--threads", 2, config="stop.toml", output=output)
+        self.fail("no run was killed before it ended")
+
+    def same_at_the_last_look(self, path, table, row, rows, look=-1):
+        for name in ("ratio", "ratio_ci_low", "ratio_ci_high"):
+            self.assertAlmostEqual(column(path, f"tables/{table}", name)[row], column(path, "tables/looks", name)[look], delta=1e-12)
+        last = len(column(path, "tables/looks", "look")) // rows
+        self.assertIn(f"ended at look {last} of", column(path, f"tables/{table}", "note")[row])
+
+    def test_sensor_monte_carlo(self):
+        path, rows = self.ends(SENSOR, 0.03, ["axes.sd_axis_1.toolface_dependent"], "axes.sd_axes_1.toolface_dependent",
+                               "axes.sd_axis_1.toolface_dependent")
+        self.assertEqual(list(column(path, "tables/looks", "place")[-rows:]), ["300 m", "570 m"])
+        md, quantity, formulation = (column(path, "tables/axes", c) for c in ("md_m", "quantity", "formulation"))
+        for depth, look in ((300, -2), (570, -1)):
+            row, = (i for i in range(len(md)) if (md[i], quantity[i], formulation[i]) == (depth, "sd_axis_1", "toolface_dependent"))
+            self.same_at_the_last_look(path, "axes", row, rows, look)
+        # Of a mean no ratio; no interval of a NEES holds at all looks.
+        self.refused(BAD_INPUT, "check", "stop.toml", "--set", 'stop.verdict=["axes.nees"]', says="is no row with a margin")
+        self.refused(BAD_INPUT, "check", "stop.toml", "--set", "stop.relative_ci=0.1", says="not together with stop.verdict")
+
+    def test_vertical_well(self):
+        path, rows = self.ends(VERTICAL, 0.08, ["toolface_sequences.ratio_rms", "ellipse.ratio_major.toolface_dependent"],
+                               "toolface_sequences.ratio_rmss", "toolface_sequences.ratio_rms")
+        self.same_at_the_last_look(path, "toolface_sequences", 0, rows)
+        names = list(column(path, "tables/ellipse", "formulation"))
+        row = names.index("toolface_dependent")
+        self.assertIn("ratio_major: the run ended at look", column(path, "tables/ellipse", "note")[row])
+        for name in ("low", "high"):
+            self.assertAlmostEqual(column(path, "tables/ellipse", f"ratio_major_ci_{name}")[row],
+                                   column(path, "tables/looks", f"ratio_ci_{name}")[-2], delta=1e-12)
+        self.refused(BAD_INPUT, "check", "stop.toml", "--set", 'stop.verdict=["toolface_sequences.ratio_q50"]', says="is no row with a margin")
+
+    def test_error_model_monte_carlo(self):
+        path, rows = self.ends(DRAWN, 0.0015, ["axes.sd_axis_1.minimum_curvature", "position.sd_east.minimum_curvature"],
+                               "position.sd_est.minimum_curvature", "position.sd_east.minimum_curvature")
+        self.assertEqual(rows, 4)
+        md, quantity, formulation = (column(path, "tables/position", c) for c in ("md_m", "quantity", "formulation"))
+        row, = (i for i in range(len(md)) if (md[i], quantity[i], formulation[i]) == (570, "sd_east", "minimum_curvature"))
+        self.same_at_the_last_look(path, "position", row, rows)
+        self.refused(BAD_INPUT, "check", "stop.toml", "--set", 'errors.sources="quadrature"', says="draws nothing: leave it out")
+
+    def test_chained_multistation(self):
+        text = CHAINED.replace("trials = 1000\n", "").replace('["base", "filter", "smoother"]', '["filter"]')
+        path, rows = self.ends(text, 0.05, ["rms.inclination_deg.filter", "consistency.cost_sd"], "rms.inclinatoin_deg.filter",
+                               "rms.inclination_deg.filter")
+        row, = (i for i, q in enumerate(column(path, "tables/consistency", "quantity")) if q == "cost_sd")
+        self.same_at_the_last_look(path, "consistency", row, rows)
+        for study in ("unstart", "outliers", "interference"):
+            self.refused(BAD_INPUT, "check", "stop.toml", "--set", f'study="{study}"', says='only study = "performance" ends by its verdicts')
+
+
+    def test_gross_error_detection(self):
+        path, rows = self.ends(GROSS, 0.03, ["detection.detection_bx.nonlinear", "detection.detection_any"], "detection.detection_by.nonlinear",
+                               "detection.detection_bx.nonlinear")
+        self.assertEqual(rows, 3)  # detection_any by both formulations
+        names = list(zip(column(path, "tables/detection", "formulation"), column(path, "tables/detection", "quantity")))
+        self.same_at_the_last_look(path, "detection", names.index(("nonlinear", "detection_any")), rows)
 
 
 class Verdicts(CalibrationCase):
