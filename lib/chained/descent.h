@@ -70,7 +70,8 @@ DescentEnd<typename Problem::Scalar> descend(Problem& problem, const Options& op
     auto step = problem.solve(curved, damping);
     const auto by_newton = curved & step.positive;
     if (any(active & curved & (!step.positive))) step = problem.solve(by_newton, damping);
-    const auto finite = step.positive & is_finite(step.size2) & is_finite(step.promise), undamped = damping <= zero;
+    const auto finite = step.positive & is_finite(step.size2) & is_finite(step.promise);
+    const auto undamped = damping <= zero;
     const auto arrived = active & finite & undamped & (step.size2 <= tolerance2) &
                          (step.promise <= T(options.gradient_tolerance) * (one + out.cost));
     const T cost = problem.try_step();
