@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <charconv>
 #include <csignal>
@@ -36,6 +37,10 @@ extern "C" void on_signal(int) {
   g_stop = true;
   sem_post(&g_signalled);
 }
+
+constexpr std::array<int, 4> kEnding = {SIGINT, SIGTERM, SIGHUP, SIGUSR1};
+volatile std::sig_atomic_t g_held = 0;  // the signal that waits, see HoldsSignals
+extern "C" void on_held_signal(int number) { g_held = number; }
 
 /// What a signal may end: see EndsBySignal.
 struct MayEnd {
@@ -98,6 +103,19 @@ EndsBySignal::~EndsBySignal() {
   const std::scoped_lock lock(may_end().changing);
   may_end().now = false;
 }
+
+HoldsSignals::HoldsSignals() {
+  for (const int signal : kEnding)
+    if (std::signal(signal, on_held_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
+}
+
+HoldsSignals::~HoldsSignals() {
+  for (const int signal : kEnding)
+    if (std::signal(signal, SIG_DFL) == SIG_IGN) std::signal(signal, SIG_IGN);
+  if (g_held != 0) std::raise(g_held);
+}
+
+bool HoldsSignals::any() { return g_held != 0; }
 
 const std::atomic<bool>* stop_flag() { return &g_stop; }
 
@@ -258,7 +276,7 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
                      const std::function<void()>& write) {
   std::optional<EndsBySignal> reading(std::in_place, a);
   checkpoint::JournalContents kept = checkpoint::read_journals(output, key);
-  if (!a.resume && (!kept.finished.empty() || !kept.damaged.empty()))
+  if (!a.resume && (!kept.finished.empty() || !kept.points.empty() || !kept.damaged.empty()))
     throw IoError(fmt::format(
         "{}: an earlier run of this config was not finished (or still runs): go on from it with --resume, or "
         "delete this journal to begin anew",
@@ -274,6 +292,9 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
     for (const montecarlo::Subtree& n : nodes) trials += n.tally.trials;
   }
   if (trials > 0) log_info(fmt::format("going on from {} trials that are done", trials));
+  if (!kept.points.empty())
+    log_info(fmt::format("going on from {} point{} that {} done", kept.points.size(),
+                         kept.points.size() == 1 ? "" : "s", kept.points.size() == 1 ? "is" : "are"));
 
   checkpoint::Journal journal(output, key, std::chrono::duration<double>(a.checkpoint_seconds));
   if (a.workers) a.workers->journal = output.string();
@@ -282,7 +303,7 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
   reading.reset();
   std::optional<EndsBySignal> computing(std::in_place, a, &journal, go_on);
   try {
-    compute({std::move(kept.finished), &journal});
+    compute({std::move(kept.finished), &journal, std::move(kept.points)});
     computing.reset();
     write();
     checkpoint::remove_journals(output, key);
