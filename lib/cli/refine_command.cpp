@@ -33,7 +33,7 @@ class NewFiles {
   }
   void commit() {
     if (HoldsSignals::any()) throw Interrupted("stopped before the files were written");
-    for (const auto& [path, file] : files_) at(path, [&] { file->commit(); });
+    for (const auto& written : files_) at(written.first, [&] { written.second->commit(); });
   }
 
  private:
