@@ -6,6 +6,7 @@
 #include "msa_position/study.h"
 #include "random/rare_channels.h"
 #include "stats/normal_tail.h"
+#include "survey/minimum_curvature.h"
 
 namespace surveymc::studies::msa_position {
 namespace {
