@@ -48,7 +48,7 @@ void add_verdicts(const store::Table& t, VerdictCounts& counts) {
 VerdictCounts count_verdicts(const std::vector<store::Table>& tables) {
   VerdictCounts counts;
   for (const store::Table& t : tables)
-    if (std::any_of(t.columns.begin(), t.columns.end(), [](const store::Column& c) { return c.name == "verdict"; }))
+    if (t.find_column("verdict"))
       store::for_each_piece(t, [&](const store::Table& piece, std::size_t) { add_verdicts(piece, counts); });
   counts.unexpected = study::unexpected_verdicts(tables).size();
   return counts;

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "base/units.h"
 #include "store/row_spool.h"
 
 namespace surveymc::store {
@@ -66,11 +67,30 @@ std::size_t Table::rows() const { return columns.empty() ? 0 : columns.front().s
 
 bool Table::is_held() const { return columns.empty() || !columns.front().on_disk; }
 
+const Column* Table::find_column(const std::string& column_name) const {
+  for (const Column& c : columns)
+    if (c.name == column_name) return &c;
+  return nullptr;
+}
+
 const Column& Table::column(const std::string& column_name) const {
-  for (const Column& c : columns) {
-    if (c.name == column_name) return c;
-  }
+  if (const Column* c = find_column(column_name)) return *c;
   throw std::out_of_range("table " + name + " has no column " + column_name);
+}
+
+std::string Table::word(const std::string& column_name, std::size_t row) const {
+  const Column* c = find_column(column_name);
+  const auto* words = c ? std::get_if<std::vector<std::string>>(&c->values) : nullptr;
+  return words ? (*words)[row] : "";
+}
+
+double Table::number(const std::string& column_name, std::size_t row) const {
+  const Column* c = find_column(column_name);
+  if (!c) return kNaN;
+  if (const auto* numbers = std::get_if<std::vector<double>>(&c->values)) return (*numbers)[row];
+  if (const auto* counts = std::get_if<std::vector<std::int64_t>>(&c->values))
+    return static_cast<double>((*counts)[row]);
+  return kNaN;
 }
 
 std::size_t map_size(const Map& map) {

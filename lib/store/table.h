@@ -42,10 +42,15 @@ struct Table {
   std::string name, long_name;
   std::vector<Column> columns = {};
 
-  std::size_t rows() const;  ///< 0 without columns
-  bool is_held() const;      ///< no row is on the disk
+  std::size_t rows() const;                                         ///< 0 without columns
+  bool is_held() const;                                             ///< no row is on the disk
+  const Column* find_column(const std::string& column_name) const;  ///< null without such a column
   /// Throws std::out_of_range when there is no such column.
   const Column& column(const std::string& column_name) const;
+  /// The word of a row that is held; "" without such a column of words.
+  std::string word(const std::string& column_name, std::size_t row) const;
+  /// The number of a row that is held; NaN without such a column of numbers or counts.
+  double number(const std::string& column_name, std::size_t row) const;
 };
 
 /// One coordinate of a map.

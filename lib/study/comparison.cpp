@@ -309,12 +309,7 @@ namespace {
 void add_unexpected(const store::Table& t, std::vector<std::string>& found) {
   const auto& v = std::get<std::vector<std::string>>(t.column("verdict").values);
   const auto& e = std::get<std::vector<std::string>>(t.column("expected").values);
-  const auto family =
-      std::find_if(t.columns.begin(), t.columns.end(), [](const store::Column& c) { return c.name == "family"; });
-  const auto may_be_chance = [&](std::size_t i) {
-    return family != t.columns.end() && v[i] == "differs" &&
-           std::get<std::vector<std::string>>(family->values)[i] == kMayBeChance;
-  };
+  const auto may_be_chance = [&](std::size_t i) { return v[i] == "differs" && t.word("family", i) == kMayBeChance; };
   for (std::size_t i = 0; i < v.size(); ++i) {
     if (e[i].empty() || e[i] == v[i] || may_be_chance(i)) continue;
     std::string place = t.name;  // the columns up to `quantity` say which row it is
@@ -334,10 +329,7 @@ void add_unexpected(const store::Table& t, std::vector<std::string>& found) {
 std::vector<std::string> unexpected_verdicts(const std::vector<store::Table>& tables) {
   std::vector<std::string> found;
   for (const store::Table& t : tables) {
-    const auto has = [&](const char* name) {
-      return std::any_of(t.columns.begin(), t.columns.end(), [&](const store::Column& c) { return c.name == name; });
-    };
-    if (has("verdict") && has("expected"))
+    if (t.find_column("verdict") && t.find_column("expected"))
       store::for_each_piece(t, [&](const store::Table& piece, std::size_t) { add_unexpected(piece, found); });
   }
   return found;

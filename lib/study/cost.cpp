@@ -8,28 +8,6 @@
 #include "study/table_rows.h"
 
 namespace surveymc::study {
-namespace {
-
-const store::Column* find_column(const store::Table& t, const std::string& name) {
-  for (const store::Column& c : t.columns)
-    if (c.name == name) return &c;
-  return nullptr;
-}
-
-std::string word_at(const store::Table& t, const std::string& name, std::size_t row) {
-  const store::Column* c = find_column(t, name);
-  const auto* words = c ? std::get_if<std::vector<std::string>>(&c->values) : nullptr;
-  return words ? (*words)[row] : "";
-}
-
-double number_at(const store::Table& t, const std::string& name, std::size_t row) {
-  const store::Column* c = find_column(t, name);
-  const auto* numbers = c ? std::get_if<std::vector<double>>(&c->values) : nullptr;
-  return numbers ? (*numbers)[row] : kNaN;
-}
-
-}  // namespace
-
 double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 void add_cost(store::Table& cost, const std::vector<store::Table>& tables, const std::vector<config::SweepValue>& sweep,
@@ -40,14 +18,14 @@ void add_cost(store::Table& cost, const std::vector<store::Table>& tables, const
   std::size_t rows = 0;
   const auto add_rows = [&](const store::Table& table) {
     for (std::size_t i = 0; i < table.rows(); ++i) {
-      const double lo = number_at(table, "ratio_ci_low", i), hi = number_at(table, "ratio_ci_high", i);
+      const double lo = table.number("ratio_ci_low", i), hi = table.number("ratio_ci_high", i);
       if (!(lo > 0) || !(hi > lo) || !std::isfinite(hi)) continue;
-      const double half = std::log(hi / lo) / 2, to_decide = number_at(table, "trials_to_decide", i);
-      const bool judged = !word_at(table, "verdict", i).empty();
+      const double half = std::log(hi / lo) / 2, to_decide = table.number("trials_to_decide", i);
+      const bool judged = !table.word("verdict", i).empty();
       ++rows;
       t.word("table", "where the row stands", table.name);
-      t.word("formulation", "which prediction", word_at(table, "formulation", i));
-      t.word("quantity", "what is compared", word_at(table, "quantity", i));
+      t.word("formulation", "which prediction", table.word("formulation", i));
+      t.word("quantity", "what is compared", table.word("quantity", i));
       t.count("trials", "trials run", trials);
       t.number("relative_half_width", "1", "half of the interval's logarithm", half);
       t.number("seconds_per_trial", "s", "processor time of a trial", per_trial);
@@ -58,7 +36,7 @@ void add_cost(store::Table& cost, const std::vector<store::Table>& tables, const
     }
   };
   for (const store::Table& table : tables)
-    if (find_column(table, "ratio_ci_low"))
+    if (table.find_column("ratio_ci_low"))
       store::for_each_piece(table, [&](const store::Table& piece, std::size_t) { add_rows(piece); });
   if (rows == 0) return;
   store::Table added = t.take();

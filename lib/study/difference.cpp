@@ -61,26 +61,6 @@ bool is_prediction(const std::string& name) {
   return name == "analytic" || name == "published" || name == "predicted" || name.starts_with("predicted_");
 }
 
-const store::Column* column_of(const store::Table& t, const std::string& name) {
-  const auto found =
-      std::find_if(t.columns.begin(), t.columns.end(), [&](const store::Column& c) { return c.name == name; });
-  return found == t.columns.end() ? nullptr : &*found;
-}
-
-std::string word_at(const store::Table& t, const std::string& column, std::size_t row) {
-  const store::Column* c = column_of(t, column);
-  const Words* words = c ? std::get_if<Words>(&c->values) : nullptr;
-  return words ? (*words)[row] : "";
-}
-
-double number_at(const store::Table& t, const std::string& column, std::size_t row) {
-  const store::Column* c = column_of(t, column);
-  if (!c) return kNaN;
-  if (const auto* x = std::get_if<std::vector<double>>(&c->values)) return (*x)[row];
-  if (const auto* n = std::get_if<std::vector<std::int64_t>>(&c->values)) return static_cast<double>((*n)[row]);
-  return kNaN;
-}
-
 /// Tables that list what happened to the trials of one run: looks of its stopping rule, numbers of its failed trials.
 bool is_course_of_run(const std::string& table) { return table == "looks" || table == "failed_trials"; }
 
@@ -134,11 +114,11 @@ Value value_at(const store::Table& t, const store::Column& c, std::size_t row) {
   std::string lo, hi;
   names >> lo >> hi;
   v.value = std::get<std::vector<double>>(c.values)[row];
-  v.lo = number_at(t, lo, row);
-  v.hi = number_at(t, hi, row);
+  v.lo = t.number(lo, row);
+  v.hi = t.number(hi, row);
   v.confidence = confidence_of(t);
   v.quantile = stats::normal_quantile((1 + v.confidence) / 2);
-  const double trials = number_at(t, "trials", row), failed = number_at(t, "failed", row);
+  const double trials = t.number("trials", row), failed = t.number("failed", row);
   v.trials = trials > 0 ? static_cast<std::uint64_t>(trials) : 0;
   v.failed = failed > 0 ? static_cast<std::uint64_t>(failed) : 0;
   return v;
@@ -223,11 +203,11 @@ void compare_rows(Comparer& c, const store::Table& ta, std::size_t i, const stor
     r.note = fmt::format("{} and {}", a, b);
     c.out.rows.push_back(std::move(r));
   };
-  if (word_at(ta, "unit", i) != word_at(tb, "unit", j)) {
-    misfit("other unit", word_at(ta, "unit", i), word_at(tb, "unit", j));
+  if (ta.word("unit", i) != tb.word("unit", j)) {
+    misfit("other unit", ta.word("unit", i), tb.word("unit", j));
     return;
   }
-  const double margin_a = number_at(ta, "margin", i), margin_b = number_at(tb, "margin", j);
+  const double margin_a = ta.number("margin", i), margin_b = tb.number("margin", j);
   if (std::isfinite(margin_a) && std::isfinite(margin_b) && margin_a != margin_b)
     misfit("other margin", fmt::format("{}", margin_a), fmt::format("{}", margin_b));
   const bool no_chance = !c.has_trials || (c.out.same_seed && c.out.same_trials);
@@ -236,11 +216,11 @@ void compare_rows(Comparer& c, const store::Table& ta, std::size_t i, const stor
     std::istringstream names(col.ancillary);
     for (std::string end; names >> end;) ends.insert(end);
   }
-  const bool compares = column_of(ta, "monte_carlo") != nullptr;
+  const bool compares = ta.find_column("monte_carlo") != nullptr;
   bool differs = false;
   const std::size_t before = c.out.rows.size();
   for (const store::Column& col : ta.columns) {
-    const store::Column* other = column_of(tb, col.name);
+    const store::Column* other = tb.find_column(col.name);
     if (!other || other->values.index() != col.values.index() || col.long_name == "sweep key") continue;
     row.column = col.name;
     if (!col.ancillary.empty() && !other->ancillary.empty()) {
@@ -252,11 +232,11 @@ void compare_rows(Comparer& c, const store::Table& ta, std::size_t i, const stor
     }
     if (ends.contains(col.name) || col.name == "margin" || col.name == "trials") continue;
     if (std::holds_alternative<Words>(col.values)) continue;
-    const double a = number_at(ta, col.name, i), b = number_at(tb, col.name, j);
+    const double a = ta.number(col.name, i), b = tb.number(col.name, j);
     if (col.name == "failed" && !no_chance && !c.out.same_seed) {  // a rate of all trials
       Value va, vb;
-      va.trials = static_cast<std::uint64_t>(std::max(0.0, number_at(ta, "trials", i)));
-      vb.trials = static_cast<std::uint64_t>(std::max(0.0, number_at(tb, "trials", j)));
+      va.trials = static_cast<std::uint64_t>(std::max(0.0, ta.number("trials", i)));
+      vb.trials = static_cast<std::uint64_t>(std::max(0.0, tb.number("trials", j)));
       if (va.trials == 0 || vb.trials == 0) continue;
       const auto ka = static_cast<std::uint64_t>(a), kb = static_cast<std::uint64_t>(b);
       va.value = a / static_cast<double>(va.trials);
@@ -273,7 +253,7 @@ void compare_rows(Comparer& c, const store::Table& ta, std::size_t i, const stor
       c.fixed(row, a, b, c.has_trials ? 0 : c.rule.analytic);
   }
   for (std::size_t r = before; r < c.out.rows.size(); ++r) differs = differs || c.out.rows[r].counts();
-  const std::string va = word_at(ta, "verdict", i), vb = word_at(tb, "verdict", j);
+  const std::string va = ta.word("verdict", i), vb = tb.word("verdict", j);
   if (va == vb) return;
   row.column = "verdict";
   row.finding = "verdict";

@@ -339,14 +339,8 @@ NextPoints next_points(const std::vector<std::string>& axes, const std::map<std:
 
 namespace {
 
-const store::Column* find_column(const store::Table& t, const std::string& name) {
-  const auto it =
-      std::find_if(t.columns.begin(), t.columns.end(), [&](const store::Column& c) { return c.name == name; });
-  return it == t.columns.end() ? nullptr : &*it;
-}
-
 const store::Column& column_or_fail(const store::Table& t, const std::string& name, const config::RefineRule& rule) {
-  if (const store::Column* c = find_column(t, name)) return *c;
+  if (const store::Column* c = t.find_column(name)) return *c;
   std::string names;
   for (const store::Column& c : t.columns) names += (names.empty() ? "" : ", ") + c.name;
   throw InputError(fmt::format("{}: refine: table {} has no column {}; it has {}", rule.place, t.name, name, names));

@@ -18,18 +18,12 @@ namespace {
 
 using Groups = std::vector<std::uint32_t>;
 
-const store::Column* column_named(const store::Table& t, const std::string& name) {
-  for (const store::Column& c : t.columns)
-    if (c.name == name) return &c;
-  return nullptr;
-}
-
 const store::Table& table_of_quantity(const config::SensitivityRule& rule,
                                       const config::SensitivityRule::Quantity& quantity,
                                       const std::vector<store::Table>& tables) {
   for (const store::Table& t : tables)
     if (t.name == quantity.table) {
-      const store::Column* c = column_named(t, quantity.column);
+      const store::Column* c = t.find_column(quantity.column);
       std::string names;
       for (const store::Column& other : t.columns) names += (names.empty() ? "" : ", ") + other.name;
       require(c != nullptr, "sensitivity.quantity: table {} has no column {}; it has {}", t.name, quantity.column,
@@ -37,7 +31,7 @@ const store::Table& table_of_quantity(const config::SensitivityRule& rule,
       require(std::holds_alternative<std::vector<double>>(c->values),
               "sensitivity.quantity: {}.{} must be a column of numbers", t.name, quantity.column);
       for (const auto& [column, word] : rule.where) {
-        const store::Column* words = column_named(t, column);
+        const store::Column* words = t.find_column(column);
         require(words != nullptr && std::holds_alternative<std::vector<std::string>>(words->values),
                 "sensitivity.where: table {} has no column {} of words", t.name, column);
       }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
+#include <cmath>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
@@ -73,6 +74,22 @@ TEST_CASE("append_rows puts every type of value below, also those of the table i
   CHECK(std::get<Numbers>(t.column("a").values) == Numbers{1, 1, 5});
   CHECK(std::get<Integers>(t.column("n").values) == Integers{2, 2, 6});
   CHECK(std::get<Texts>(t.column("s").values) == Texts{"x", "x", "y"});
+}
+
+TEST_CASE("a cell of a held table is read by its column's name, and a column that is not there gives nothing",
+          "[table]") {
+  const Table t{
+      .name = "t",
+      .long_name = "",
+      .columns = {{"a", "1", "", Numbers{.5, 1.5}}, {"n", "1", "", Integers{2, 3}}, {"s", "", "", Texts{"x", "y"}}}};
+  CHECK(t.find_column("s") == &t.columns[2]);
+  CHECK(t.find_column("a_m") == nullptr);
+  CHECK(t.number("a", 1) == 1.5);
+  CHECK(t.number("n", 1) == 3);
+  CHECK(std::isnan(t.number("s", 0)));
+  CHECK(std::isnan(t.number("b", 0)));
+  CHECK(t.word("s", 1) == "y");
+  CHECK(t.word("a", 0).empty());
 }
 
 TEST_CASE("format_table aligns numbers right and text left, with units below the names") {
