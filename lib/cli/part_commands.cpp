@@ -307,7 +307,7 @@ int plan_parts(const RunArguments& a, const PlanArguments& plan) {
 
 int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs, bool part) {
   catch_signals();
-  std::optional<EndsBySignal> ends(std::in_place, a);
+  std::optional<EndsBySignal> ends(std::in_place);
   std::vector<fs::path> paths;
   for (const std::string& name : names) {
     std::error_code error;
