@@ -325,6 +325,7 @@ int plan_parts(const RunArguments& a, const PlanArguments& plan) {
 
 int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs, bool part) {
   catch_signals();
+  std::optional<EndsBySignal> ends(std::in_place, a);
   std::vector<fs::path> paths;
   for (const std::string& name : names) {
     std::error_code error;
@@ -336,7 +337,6 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
       paths.push_back(name);
     }
   }
-  std::optional<EndsBySignal> ends(std::in_place, a);
   if (part) {
     require_usage(fs::path(a.output).extension() == kExtension, "-o {}: the name of a part ends in {}", a.output,
                   kExtension);
@@ -365,6 +365,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   study::PartSet parts(paths, program_name());
   for (const std::string& remark : parts.remarks()) log_info(remark);
   if (part) {
+    ends.reset();  // the temporary file is not to stay: write_merged() looks at the stop flag
     const fs::path kept =
         store::write_beside_old(a.output, a.overwrite, [&] { parts.write_merged(a.output, stop_flag()); });
     say(fmt::format("wrote {} (from {} part{})", a.output, parts.count(), parts.count() == 1 ? "" : "s"));

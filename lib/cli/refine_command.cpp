@@ -2,7 +2,11 @@
 
 #include <cerrno>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -17,15 +21,32 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void write_text(const fs::path& path, const std::string& text) {
-  try {
-    store::AtomicFile file(store::resolved(path));
-    file.write({text.begin(), text.end()});
-    file.commit();
-  } catch (const std::system_error& e) {
-    throw IoError(fmt::format("{}: cannot be written: {}", path.string(), e.code().message()));
+/// Texts that become files together, at the end: a signal before that leaves the old files, and no temporary ones.
+class NewFiles {
+ public:
+  void add(const fs::path& path, const std::string& text) {
+    at(path, [&] {
+      store::remove_stale_temporaries(store::resolved(path));
+      files_.emplace_back(path, std::make_unique<store::AtomicFile>(store::resolved(path)));
+      files_.back().second->write({text.begin(), text.end()});
+    });
   }
-}
+  void commit() {
+    if (HoldsSignals::any()) throw Interrupted("stopped before the files were written");
+    for (const auto& [path, file] : files_) at(path, [&] { file->commit(); });
+  }
+
+ private:
+  static void at(const fs::path& path, const std::function<void()>& work) {
+    try {
+      work();
+    } catch (const std::system_error& e) {
+      throw IoError(fmt::format("{}: cannot be written: {}", path.string(), e.code().message()));
+    }
+  }
+  HoldsSignals held_;  // until the temporary files are gone
+  std::vector<std::pair<fs::path, std::unique_ptr<store::AtomicFile>>> files_;
+};
 
 study::Round round_of(const std::string& file) {
   study::Round r{file, store::read_result(file)};
@@ -43,7 +64,7 @@ std::string csv_of(const config::InputTable& t) {
 }
 
 /// Files that the config names, from the result, where the next config does not find them.
-void write_missing_inputs(const study::Round& round, const fs::path& folder, const std::string& points) {
+void add_missing_inputs(NewFiles& files, const study::Round& round, const fs::path& folder, const std::string& points) {
   const auto write = [&](const std::string& name, const std::string& text) {
     const fs::path path = folder / name;
     std::error_code error;
@@ -54,7 +75,7 @@ void write_missing_inputs(const study::Round& round, const fs::path& folder, con
                       "of the first one",
                       path.string()));
     fs::create_directories(path.parent_path(), error);
-    write_text(path, text);
+    files.add(path, text);
   };
   for (const config::InputTable& t : round.tables) write(t.path, csv_of(t));
   for (const config::InputText& t : round.texts) write(t.path, t.text);
@@ -82,9 +103,13 @@ int refine_result(const std::vector<study::Experiment>& studies, const RefineArg
       throw IoError(
           fmt::format("{}: exists: choose another name with -o, or replace it with --overwrite", path.string()));
   }
-  write_text(folder / points, next.points);
-  write_text(output, next.config);
-  write_missing_inputs(round, folder, points);
+  {
+    NewFiles files;
+    add_missing_inputs(files, round, folder, points);
+    files.add(folder / points, next.points);
+    files.add(output, next.config);  // last: what it names is there
+    files.commit();
+  }
   (void)studies;
   say(fmt::format("wrote {} with {} new point{} in {}", output.string(), next.count, next.count == 1 ? "" : "s",
                   points));

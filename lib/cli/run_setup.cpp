@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <charconv>
 #include <csignal>
@@ -35,6 +36,10 @@ extern "C" void on_signal(int) {
   g_stop = true;
   sem_post(&g_signalled);
 }
+
+constexpr std::array<int, 4> kEnding = {SIGINT, SIGTERM, SIGHUP, SIGUSR1};
+volatile std::sig_atomic_t g_held = 0;  // the signal that waits, see HoldsSignals
+extern "C" void on_held_signal(int number) { g_held = number; }
 
 /// What a signal may end: see EndsBySignal.
 struct MayEnd {
@@ -97,6 +102,19 @@ EndsBySignal::~EndsBySignal() {
   const std::scoped_lock lock(may_end().changing);
   may_end().now = false;
 }
+
+HoldsSignals::HoldsSignals() {
+  for (const int signal : kEnding)
+    if (std::signal(signal, on_held_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
+}
+
+HoldsSignals::~HoldsSignals() {
+  for (const int signal : kEnding)
+    if (std::signal(signal, SIG_DFL) == SIG_IGN) std::signal(signal, SIG_IGN);
+  if (g_held != 0) std::raise(g_held);
+}
+
+bool HoldsSignals::any() { return g_held != 0; }
 
 const std::atomic<bool>* stop_flag() { return &g_stop; }
 

@@ -97,6 +97,18 @@ class EndsBySignal {
   bool ours_;
 };
 
+/// While it lives, signals that would end the program wait; behind it they do. For the moments in which a command that
+/// catches no signals has temporary files. Signals that are ignored stay so.
+class HoldsSignals {
+ public:
+  HoldsSignals();
+  ~HoldsSignals();
+  HoldsSignals(const HoldsSignals&) = delete;
+  HoldsSignals& operator=(const HoldsSignals&) = delete;
+  /// True if one waits.
+  [[nodiscard]] static bool any();
+};
+
 /// Sets the stop flag after `seconds`, if not 0. Call catch_signals() first.
 void stop_after(double seconds);
 
