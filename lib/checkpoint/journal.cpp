@@ -24,6 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::uint64_t kIsResult = std::uint64_t{1} << 63;  // beside the number of a point: not a subtree follows
 // The last character is the version of the format.
 constexpr std::string_view kJournalMark = "SMCJRNL1", kAnyJournalMark = "SMCJRNL";
 
@@ -110,7 +111,11 @@ JournalContents read_journals(const fs::path& output, const RunKey& key) {
                         "their last bits: finish with that build, or delete the journal",
                         path.string(), of.program, key.program));
       const auto point = in.get<std::uint64_t>();
-      all.finished[point].push_back(montecarlo::subtree_from_bytes(in.raw(in.left())));
+      const std::string_view rest = in.raw(in.left());
+      if ((point & kIsResult) != 0)
+        all.points.insert_or_assign(point & ~kIsResult, std::string(rest));
+      else
+        all.finished[point].push_back(montecarlo::subtree_from_bytes(rest));
     });
     if (!is_whole) all.damaged.push_back(path);
   }
@@ -162,16 +167,21 @@ Journal::~Journal() {
   if (file_ >= 0) close(file_);
 }
 
-void Journal::add(std::uint64_t point, const montecarlo::Subtree& subtree) {
+void Journal::add_record(std::uint64_t what, std::string_view bytes) {
   ByteWriter body;
   body.put(key_.config_hash);
   body.put(key_.program);
-  body.put(point);
-  const std::string node = montecarlo::subtree_to_bytes(subtree);
-  body.put(node.data(), node.size());
+  body.put(what);
+  body.put(bytes.data(), bytes.size());
   const std::scoped_lock lock(writing_);
   pending_ += sealed_record(kJournalMark, body.take());
 }
+
+void Journal::add(std::uint64_t point, const montecarlo::Subtree& subtree) {
+  add_record(point, montecarlo::subtree_to_bytes(subtree));
+}
+
+void Journal::add_point(std::uint64_t point, std::string_view result) { add_record(point | kIsResult, result); }
 
 bool Journal::fail() {
   error_ = std::generic_category().message(errno);

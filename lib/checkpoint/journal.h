@@ -1,14 +1,15 @@
 #pragma once
 /// Checkpoint journals: finished blocks of a run that is not done, in files beside its output. Each writer appends to a
 /// file of its own, "<output>.journal.<host>.<pid>", so two attempts at once do not disturb each other. A journal has
-/// one record per subtree of blocks, with a checksum. A killed writer leaves at worst half a record at the end, which
-/// is not read.
+/// one record per subtree of blocks, or per point of a study without trials, with a checksum. A killed writer leaves at
+/// worst half a record at the end, which is not read.
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "checkpoint/record.h"
@@ -22,9 +23,13 @@ using FinishedBlocks = std::map<std::uint64_t, std::vector<montecarlo::Subtree>>
 /// Journals beside `output`, whoever wrote them; sorted.
 std::vector<std::filesystem::path> journals_of(const std::filesystem::path& output);
 
+/// Results of finished sweep points without trials, as bytes.
+using FinishedPoints = std::map<std::uint64_t, std::string>;
+
 struct JournalContents {
   FinishedBlocks finished;
   std::vector<std::filesystem::path> damaged;  ///< journals that are not whole; records before the damage count
+  FinishedPoints points = {};
 };
 
 /// Throws IoError if a journal beside `output` belongs to another config or another build of the program.
@@ -47,6 +52,8 @@ class Journal {
   bool due() const { return std::chrono::steady_clock::now() - last_ >= interval_; }
   /// Keeps the record for the next write.
   void add(std::uint64_t point, const montecarlo::Subtree& subtree);
+  /// The same for the result of a point without trials. point < 2^63.
+  void add_point(std::uint64_t point, std::string_view result);
   /// Appends in one write() all that was added. False, with the reason in error(), if that failed: it is kept for the
   /// next time, and the file is as long as before.
   bool write();
@@ -59,6 +66,7 @@ class Journal {
  private:
   bool fail();
   bool write_pending();
+  void add_record(std::uint64_t what, std::string_view bytes);
 
   std::mutex writing_;
   std::filesystem::path output_;

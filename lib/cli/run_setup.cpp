@@ -268,7 +268,7 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
                      const std::function<void()>& write) {
   std::optional<EndsBySignal> reading(std::in_place, a);
   checkpoint::JournalContents kept = checkpoint::read_journals(output, key);
-  if (!a.resume && (!kept.finished.empty() || !kept.damaged.empty()))
+  if (!a.resume && (!kept.finished.empty() || !kept.points.empty() || !kept.damaged.empty()))
     throw IoError(fmt::format(
         "{}: an earlier run of this config was not finished (or still runs): go on from it with --resume, or "
         "delete this journal to begin anew",
@@ -284,6 +284,9 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
     for (const montecarlo::Subtree& n : nodes) trials += n.tally.trials;
   }
   if (trials > 0) log_info(fmt::format("going on from {} trials that are done", trials));
+  if (!kept.points.empty())
+    log_info(fmt::format("going on from {} point{} that {} done", kept.points.size(),
+                         kept.points.size() == 1 ? "" : "s", kept.points.size() == 1 ? "is" : "are"));
 
   checkpoint::Journal journal(output, key, std::chrono::duration<double>(a.checkpoint_seconds));
   if (a.workers) a.workers->journal = output.string();
@@ -292,7 +295,7 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
   reading.reset();
   std::optional<EndsBySignal> computing(std::in_place, a, &journal, go_on);
   try {
-    compute({std::move(kept.finished), &journal});
+    compute({std::move(kept.finished), &journal, std::move(kept.points)});
     computing.reset();
     write();
     checkpoint::remove_journals(output, key);

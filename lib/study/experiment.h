@@ -132,10 +132,11 @@ RunPlan read_run(const Experiment& experiment, config::Config config, const std:
 /// Reads no point.
 RunPlan open_run(const Experiment& experiment, config::Config config);
 
-/// Finished blocks of an earlier attempt at a run, and the journal for the blocks that this attempt finishes.
+/// Finished blocks and points of an earlier attempt at a run, and the journal for those that this attempt finishes.
 struct Checkpoint {
   checkpoint::FinishedBlocks finished = {};
   checkpoint::Journal* journal = nullptr;  ///< none: nothing is kept
+  checkpoint::FinishedPoints points = {};  ///< of a part of a study without trials
 };
 
 /// Throws IoError that names `whose`, where the tally's weights are of another proposal than the point's.

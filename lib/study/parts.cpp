@@ -21,6 +21,14 @@ std::string points_in_words(const RunPlan& run) {
   return fmt::format("the points of this config are numbered 0 to {}", run.point_count() - 1);
 }
 
+/// Keeps a point without trials in the journal. The only point of a part would be done by then.
+void keep(checkpoint::Journal* journal, const checkpoint::PartPiece& p, const checkpoint::PointRange& range) {
+  constexpr std::size_t kMostBytes = std::size_t{64} << 20;  // larger ones are computed again: memory has them twice
+  if (!journal || range.count() == 1 || p.result.size() > kMostBytes) return;
+  journal->add_point(p.point, p.result);
+  if (journal->due()) journal->write();
+}
+
 }  // namespace
 
 std::string part_name(const PartChoice& c) {
@@ -109,9 +117,16 @@ checkpoint::Part run_part(const RunPlan& run, const PartChoice& choice, const mo
       p = part_piece(run, choice, number);
       const std::shared_ptr<const PointPlan> plan = run.plan(number);
       if (p.whole || p.blocks.first < p.blocks.end) {  // else there are more shards than blocks
+        const auto kept_point = checkpoint.points.find(number);
+        if (plan->trials() == 0 && kept_point != checkpoint.points.end()) {
+          p.result = kept_point->second;
+          part.pieces.push_back(std::move(p));
+          continue;
+        }
         const std::shared_ptr<const StudyPoint> point = run.prepare(number, of_point);
         if (plan->trials() == 0) {
           p.result = point_result_to_bytes(point_report(point, {}, of_point));
+          keep(checkpoint.journal, p, part.range);
         } else if (p.whole) {
           p.subtrees.push_back({0, 0, point_tally(run, number, *point, of_point, checkpoint)});
         } else {

@@ -184,6 +184,48 @@ class Parts(Case):
         self.assertEqual(self.journals(), [])
 
 
+    def kept_points(self, path):
+        """Points without trials of a journal; docs/results-format.md has the form."""
+        data, at, points = path.read_bytes(), 0, []
+        while data[at:at + 8] == b"SMCJRNL1":
+            size, begin = int.from_bytes(data[at + 8:at + 16], "little"), at + 16
+            for _ in range(2):  # config hash, program
+                begin += 8 + int.from_bytes(data[begin:begin + 8], "little")
+            what = int.from_bytes(data[begin:begin + 8], "little")
+            self.assertGreaterEqual(what, 1 << 63)
+            points.append(what - (1 << 63))
+            at += 16 + size + 16
+        self.assertEqual(at, len(data))
+        return points
+
+    def test_a_killed_range_of_points_without_trials_goes_on(self):
+        text = (self.folder / "maps.toml").read_text().replace("step = 45.0", "step = 1.0")
+        (self.folder / "grid.toml").write_text(text[:text.index("alpha")] + "alpha = { from = 1e-4, to = 1e-2, count = 200 }\n")
+        self.call("run", "grid.toml", "--point", "0:200", "-o", "whole.part")
+        self.call("merge", "-o", "whole.h5", "whole.part")
+        run = ("run", "grid.toml", "--point", "0:200", "-o", "k.part", "--resume", "--checkpoint-seconds", "0.001")
+        wanted = [signal.SIGKILL, signal.SIGTERM, signal.SIGKILL]
+        for _ in range(30):
+            code, err = self.interrupt(*run, number=wanted[-1])
+            if code == DONE:  # it was faster than the signal
+                (self.folder / "k.part").unlink()
+                continue
+            self.assertEqual(code, INTERRUPTED if wanted.pop() == signal.SIGTERM else -signal.SIGKILL, err)
+            if not wanted:
+                break
+        self.assertEqual(wanted, [])
+        kept = [point for path in self.journals() for point in self.kept_points(path)]
+        self.assertEqual(len(set(kept)), len(kept), "a point was computed twice")
+        self.call(*run[:-3], code=CANNOT_WRITE, says="was not finished.*--resume, or delete")
+        journal = self.journals()[0]
+        damaged = bytearray(journal.read_bytes())
+        damaged[len(damaged) // 2] ^= 1
+        journal.write_bytes(damaged)
+        self.call(*run, says=f"is damaged; what cannot be read is computed again(?s:.*)going on from {len(kept) - 1} point")
+        self.assertEqual(self.journals(), [])
+        self.call("merge", "-o", "k.h5", "k.part")
+        self.assertEqual((self.folder / "k.h5").read_bytes(), (self.folder / "whole.h5").read_bytes())
+
     def test_a_merge_that_is_interrupted_leaves_nothing(self):
         for i in range(3):
             self.part("--point", i)
