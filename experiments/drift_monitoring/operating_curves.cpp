@@ -1,5 +1,6 @@
 /// Calibration of the baselines of drift_monitoring to the false alarms of the SPRT, and operating curves.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -57,21 +58,84 @@ const char* setting_key(const AlarmMethod& m) {
                                               : "baselines.threshold_z";
 }
 
-}  // namespace
+/// What the fault-free alarms decide.
+struct Calibration {
+  std::uint64_t alarms = 0;
+  double cusum = 0, residual = 0;  // thresholds, z
+};
 
-void calibrate_baselines(Scenario& s, const std::atomic<bool>* stop) {
-  if (s.calibration_trials == 0 || s.architectures.front() != monitoring::Architecture::aakr_sprt) return;
+/// `s` has data, model, bandwidth, test and allowance.
+Calibration calibration_of(const Scenario& s, const std::atomic<bool>* stop) {
+  Calibration out;
   std::vector<double> cusum, residual;
-  s.calibration_alarms = 0;
   for (std::uint64_t i = 0; i < s.calibration_trials; ++i) {
     if (stop && *stop) throw Interrupted("stopped before the baselines were calibrated");
     const Quiet q = monitor_quiet(s, kFirstCalibrationTrial + i);
-    s.calibration_alarms += q.alarm;
+    out.alarms += q.alarm;
     cusum.push_back(q.cusum);
     residual.push_back(q.residual);
   }
-  s.cusum.threshold = threshold_for(cusum, s.calibration_alarms);
-  s.threshold = threshold_for(residual, s.calibration_alarms);
+  out.cusum = threshold_for(cusum, out.alarms);
+  out.residual = threshold_for(residual, out.alarms);
+  return out;
+}
+
+/// All that it depends on where the model is trained in every realisation.
+struct CalibrationInput {
+  ExactSamples samples;
+  double sample_s, noise_to_signal;
+  Eigen::Index train, memory_vectors;
+  double bandwidth;
+  std::array<double, 4> sprt;  // false alarm, missed alarm, shift, variance
+  double allowance;
+  std::uint64_t trials, seed;
+  random::StudyId study;
+  bool operator==(const CalibrationInput&) const = default;
+};
+
+Calibration calibrate(const CalibrationInput& in, const std::atomic<bool>* stop) {
+  Scenario s;
+  s.seed = {in.seed, in.study};
+  s.data.sensors.resize(static_cast<std::size_t>((*in.samples).cols()));
+  s.data.sample_s = in.sample_s;
+  s.data.noise_to_signal = in.noise_to_signal;
+  s.data.rows = (*in.samples).rows();
+  s.data.train = in.train;
+  set_samples(s.data, *in.samples);
+  s.memory_vectors = in.memory_vectors;
+  s.bandwidth = in.bandwidth;
+  s.sprt = {in.sprt[0], in.sprt[1], in.sprt[2], in.sprt[3]};
+  s.cusum.allowance = in.allowance;
+  s.calibration_trials = in.trials;
+  return calibration_of(s, stop);
+}
+
+}  // namespace
+
+void calibrate_baselines(Scenario& s, const montecarlo::RunOptions& options) {
+  if (s.calibration_trials == 0 || s.architectures.front() != monitoring::Architecture::aakr_sprt) return;
+  Calibration found;
+  if (s.model) {
+    found = calibration_of(s, options.stop);
+  } else {
+    const CalibrationInput in{
+        simulated_samples(s.data, options),
+        s.data.sample_s,
+        s.data.noise_to_signal,
+        s.data.train,
+        s.memory_vectors,
+        s.bandwidth,
+        {s.sprt.false_alarm, s.sprt.missed_alarm, s.sprt.shift, s.sprt.variance},
+        s.cusum.allowance,
+        s.calibration_trials,
+        s.seed.seed,
+        s.seed.study,
+    };
+    found = *shared_work(options.shared, in, calibrate, in.samples.bytes(), options.stop);
+  }
+  s.calibration_alarms = found.alarms;
+  s.cusum.threshold = found.cusum;
+  s.threshold = found.residual;
   for (AlarmMethod& m : s.methods) {
     if (m.test == AlarmMethod::Test::cusum) m.setting = s.cusum.threshold;
     if (m.test == AlarmMethod::Test::threshold) m.setting = s.threshold;

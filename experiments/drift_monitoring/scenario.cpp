@@ -60,13 +60,31 @@ void read_bandwidth(config::ConfigReader& c, Scenario& s) {
   s.search = std::move(search);
 }
 
+/// What a search depends on, in z; `clean`: without noise, of no rows where it is not known.
+struct SearchInput {
+  ExactSamples training, clean;
+  Eigen::Index memory_vectors;
+  std::vector<double> tried;
+  int folds;
+  bool operator==(const SearchInput&) const = default;
+};
+
+std::vector<monitoring::BandwidthScore> search(const SearchInput& in, const std::atomic<bool>*) {
+  return monitoring::search_bandwidth(*in.training, *in.clean, in.memory_vectors, in.tried, in.folds);
+}
+
 /// Sets the bandwidth to that of the least error.
-void choose_bandwidth(Scenario& s) {
+void choose_bandwidth(Scenario& s, const montecarlo::RunOptions& options) {
   const auto& [tried, folds, truth] = *s.search;
   const monitoring::Samples training = s.data.simulated() ? s.realisation(0).topRows(s.data.train) : s.data.training;
   const monitoring::Scaling scaling = monitoring::fit_scaling(training);
-  const monitoring::Samples clean = s.data.simulated() ? scaling.to_z(s.data.training) : monitoring::Samples{};
-  s.searched = monitoring::search_bandwidth(scaling.to_z(training), clean, s.memory_vectors, tried, folds);
+  const auto exact = [](monitoring::Samples x) {
+    return ExactSamples{std::make_shared<const monitoring::Samples>(std::move(x))};
+  };
+  const SearchInput in{exact(scaling.to_z(training)),
+                       exact(s.data.simulated() ? scaling.to_z(s.data.training) : monitoring::Samples{}),
+                       s.memory_vectors, tried, folds};
+  s.searched = *shared_work(options.shared, in, search, in.training.bytes() + in.clean.bytes(), options.stop);
   const bool by_truth = truth;
   const auto best = std::min_element(s.searched.begin(), s.searched.end(), [&](const auto& a, const auto& b) {
     return by_truth ? a.mse_truth < b.mse_truth : a.mse_measured < b.mse_measured;
@@ -188,12 +206,12 @@ monitoring::Samples Scenario::realisation(std::uint64_t trial) const {
   return x;
 }
 
-Scenario with_data(Scenario s) {
+Scenario with_data(Scenario s, const montecarlo::RunOptions& options) {
   if (s.data.simulated()) {
-    s.data = simulate_source(std::move(s.data));
+    set_samples(s.data, *simulated_samples(s.data, options));
     if (!s.model) require_variation(s.data);
   }
-  if (s.search) choose_bandwidth(s);
+  if (s.search) choose_bandwidth(s, options);
   return s;
 }
 

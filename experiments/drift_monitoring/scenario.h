@@ -1,6 +1,7 @@
 #pragma once
 /// The checked settings of a config of `drift_monitoring`.
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "monitoring/gas_lift_well.h"
 #include "monitoring/monitor.h"
 #include "monitoring/sequential_tests.h"
+#include "montecarlo/run_blocks.h"
 #include "random/study_id.h"
 #include "study/annotations.h"
 #include "study/verdict.h"
@@ -30,7 +32,7 @@ struct MonitoringData {
   std::optional<SensorFile> file;  ///< else a simulated well, with:
   monitoring::InjectionSchedule schedule;
   double sample_s = 0, noise_to_signal = 0;
-  std::vector<double> time_h;    ///< of every sample; set, as the next members, by simulate_source()
+  std::vector<double> time_h;    ///< of every sample; set, as the next members, by set_samples()
   monitoring::Samples readings;  ///< without noise
   Eigen::RowVectorXd noise_sd;   ///< drawn for every realisation
 
@@ -112,11 +114,21 @@ MonitoringData read_monitoring_data(config::ConfigReader& config, bool has_model
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 
 /// The scenario with the well simulated and the bandwidth chosen; calibrate_baselines() is not called yet. Throws
-/// InputError where a sensor of the well does not vary.
-Scenario with_data(Scenario scenario);
+/// InputError where a sensor of the well does not vary. Points of a task share the simulation and the search.
+Scenario with_data(Scenario scenario, const montecarlo::RunOptions& options);
 
-/// `data` of a simulated well, with its samples.
-MonitoringData simulate_source(MonitoringData data);
+/// Samples that are equal bit by bit, wherever they are.
+struct ExactSamples {
+  std::shared_ptr<const monitoring::Samples> values;
+  const monitoring::Samples& operator*() const { return *values; }
+  std::size_t bytes() const { return sizeof(double) * static_cast<std::size_t>(values->size()); }
+  friend bool operator==(const ExactSamples& a, const ExactSamples& b);
+};
+
+/// The samples of a simulated well, without noise.
+ExactSamples simulated_samples(const MonitoringData& data, const montecarlo::RunOptions& options);
+/// Gives a simulated well its samples, and what follows from them.
+void set_samples(MonitoringData& data, const monitoring::Samples& samples);
 
 /// Names of the rows of the tables `metrics` and `claims`.
 std::vector<study::RowName> row_names(const Scenario& s);

@@ -1,6 +1,7 @@
 /// `[source]` of drift_monitoring: a simulated gas-lift well or a user's CSV.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <map>
 
 #include <fmt/format.h>
@@ -168,6 +169,18 @@ void divide_file(config::ConfigReader& c, MonitoringData& d, bool has_model) {
   d.test_end_h = span.end_h - d.test_start_h;
 }
 
+/// What its samples without noise depend on.
+struct Well {
+  double step_h;
+  std::vector<double> rates;
+  double sample_s;
+  bool operator==(const Well&) const = default;
+};
+
+monitoring::Samples simulate(const Well& w, const std::atomic<bool>*) {
+  return 1e-3 * monitoring::simulate_gas_lift({}, {w.step_h, w.rates}, w.sample_s, 5);
+}
+
 }  // namespace
 
 MonitoringData read_monitoring_data(config::ConfigReader& c, bool has_model) {
@@ -189,12 +202,21 @@ MonitoringData read_monitoring_data(config::ConfigReader& c, bool has_model) {
   return d;
 }
 
-MonitoringData simulate_source(MonitoringData d) {
+bool operator==(const ExactSamples& a, const ExactSamples& b) {
+  return a.values == b.values || (a.values->rows() == b.values->rows() && a.values->cols() == b.values->cols() &&
+                                  std::memcmp(a.values->data(), b.values->data(), a.bytes()) == 0);
+}
+
+ExactSamples simulated_samples(const MonitoringData& d, const montecarlo::RunOptions& options) {
+  return {shared_work(options.shared, Well{d.schedule.step_h, d.schedule.rates, d.sample_s}, simulate,
+                      sizeof(double) * 4 * static_cast<std::size_t>(d.rows), options.stop)};
+}
+
+void set_samples(MonitoringData& d, const monitoring::Samples& samples) {
   d.time_h = sample_times_h(d);
-  d.readings = 1e-3 * monitoring::simulate_gas_lift({}, d.schedule, d.sample_s, 5);
+  d.readings = samples;
   d.noise_sd = d.noise_to_signal * monitoring::population_sd(d.readings);
   d.training = d.readings.topRows(d.train);
-  return d;
 }
 
 void for_each_block(const Scenario& s, const monitoring::Samples& simulated,

@@ -74,8 +74,8 @@ class DriftMonitoringPlan final : public study::PointPlan {
   std::uint64_t trials() const override { return s_.data.simulated() ? s_.trials : 0; }
   int block_trials() const override { return 4; }  // a realisation takes tens of milliseconds
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
-    Scenario s = with_data(s_);
-    calibrate_baselines(s, options.stop);
+    Scenario s = with_data(s_, options);
+    calibrate_baselines(s, options);
     return std::make_unique<DriftMonitoring>(std::move(s));
   }
 

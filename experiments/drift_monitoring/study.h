@@ -46,8 +46,9 @@ TrainedModel train_model(const Scenario& s, const monitoring::Samples& training)
 
 /// Sets the thresholds of the baselines by calibration_trials fault-free realisations, which the run does not use. Each
 /// baseline then raises an alarm (of any sensor) in as many realisations as the SPRT on the same residual: its
-/// threshold is just above the largest value in the others. Throws Interrupted when *stop is set.
-void calibrate_baselines(Scenario& s, const std::atomic<bool>* stop);
+/// threshold is just above the largest value in the others. Throws Interrupted when *options.stop is set. Points of a
+/// task share it, unless the model is given.
+void calibrate_baselines(Scenario& s, const montecarlo::RunOptions& options);
 
 using AlarmTest = std::variant<monitoring::Sprt, monitoring::Cusum, monitoring::Threshold>;
 AlarmTest make_test(const Scenario& s, const AlarmMethod& method);

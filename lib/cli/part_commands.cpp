@@ -1,7 +1,6 @@
 #include "cli/part_commands.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <map>
 #include <system_error>
@@ -14,6 +13,7 @@
 #include "cli/refine_command.h"
 #include "store/atomic_file.h"
 #include "store/backup.h"
+#include "study/point_costs.h"
 
 namespace surveymc::cli {
 namespace {
@@ -168,7 +168,10 @@ void add_to(study::Coverage& coverage, const ListedPart& part) {
 
 /// "17", "100:200", "0:100000:1000".
 checkpoint::PointRange range_of(const std::string& text) {
-  const auto number = [&](std::string_view word) { return whole_number("--point", std::string(word)); };
+  const auto number = [&](std::string_view word) {
+    require_usage(!word.empty(), "--point {}: must be POINT, FIRST:END or FIRST:END:STEP", text);
+    return whole_number("--point", std::string(word));
+  };
   const std::size_t first = text.find(':');
   if (first == std::string::npos) {
     const std::uint64_t point = number(text);
@@ -249,32 +252,6 @@ int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::
 
 namespace {
 
-/// Ranges of points, in order, of nearly equal predicted cost; at most `groups` of them. A large sweep is not read: its
-/// points are taken to cost the same.
-std::vector<checkpoint::PointRange> groups_of(const study::RunPlan& run, std::uint64_t groups) {
-  const std::uint64_t points = run.point_count();
-  groups = std::min(groups, points);
-  std::vector<double> upto(run.is_large() ? 0 : points + 1);  // cost of the points before
-  for (std::uint64_t i = 0; i + 1 < upto.size(); ++i) upto[i + 1] = upto[i] + run.plan(i)->cost();
-  std::vector<checkpoint::PointRange> out;
-  std::uint64_t first = 0;
-  for (std::uint64_t g = 1; g <= groups; ++g) {
-    const double share = static_cast<double>(g) / static_cast<double>(groups);
-    std::uint64_t end = points;
-    if (g < groups && run.is_large()) {
-      end = static_cast<std::uint64_t>(std::llround(share * static_cast<double>(points)));
-    } else if (g < groups) {
-      const auto at = std::lower_bound(upto.begin(), upto.end(), share * upto.back());
-      end = static_cast<std::uint64_t>(at - upto.begin());
-      if (at != upto.begin() && share * upto.back() - *(at - 1) < *at - share * upto.back()) --end;
-    }
-    end = std::clamp(end, first + 1, points - (groups - g));  // every group has a point
-    out.push_back({first, end, 1});
-    first = end;
-  }
-  return out;
-}
-
 std::string range_text(const checkpoint::PointRange& r) {
   return r.count() == 1 ? fmt::format("{}", r.first) : fmt::format("{}:{}", r.first, r.end);
 }
@@ -291,7 +268,7 @@ int plan_parts(const RunArguments& a, const PlanArguments& plan) {
   const study::RunPlan run = open_config(a);
   if (shards > 0) require_choice(run, {std::nullopt, 0, shards});
   const std::vector<checkpoint::PointRange> ranges =
-      plan.groups ? groups_of(run, groups) : std::vector<checkpoint::PointRange>{};
+      plan.groups ? study::PointCosts(run).ranges(groups) : std::vector<checkpoint::PointRange>{};
   const std::uint64_t parts = plan.groups ? ranges.size() : shards > 0 ? shards : run.point_count();
   if (plan.count) {
     fmt::print("{}\n", parts);
@@ -330,7 +307,7 @@ int plan_parts(const RunArguments& a, const PlanArguments& plan) {
 
 int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs, bool part) {
   catch_signals();
-  std::optional<EndsBySignal> ends(std::in_place, a);
+  std::optional<EndsBySignal> ends(std::in_place);
   std::vector<fs::path> paths;
   for (const std::string& name : names) {
     std::error_code error;

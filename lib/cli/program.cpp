@@ -91,7 +91,7 @@ std::optional<store::Result> finished_result(const std::filesystem::path& output
 int run(const RunArguments& a, const std::string& command) {
   catch_signals();
   stop_after(a.max_seconds);
-  std::optional<EndsBySignal> ends(std::in_place, a);
+  std::optional<EndsBySignal> ends(std::in_place);
   const bool part = is_part(a);
   const study::RunPlan plan = part || a.trial ? open_config(a) : load(a);
   if (a.trial) {
@@ -151,7 +151,7 @@ int run(const RunArguments& a, const std::string& command) {
 
 int rerun(const std::string& file, const std::string& folder, const RunArguments& a, const std::string& command) {
   catch_signals();
-  const EndsBySignal ends(a);  // nothing is written
+  const EndsBySignal ends;  // nothing is written
   const store::Result stored = store::read_result(file);
   const study::RunPlan plan = read_rerun(*a.studies, file, stored, folder);
   double elapsed = 0;

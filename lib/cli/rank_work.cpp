@@ -30,7 +30,10 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
     if (std::holds_alternative<CommandLine>(read)) {  // else rank 0 says why and ends it
       line = std::get<CommandLine>(std::move(read));
       line.arguments.studies = &studies;
-      if (line.command == Command::run || line.command == Command::rerun) catch_signals();
+      const bool computes = line.command == Command::run || line.command == Command::rerun;
+      if (computes) catch_signals();
+      std::optional<EndsBySignal> reading;
+      if (computes) reading.emplace();
       const bool part = line.command == Command::run && is_part(line.arguments);
       if (line.command == Command::run) run.emplace(part ? open_config(line.arguments) : load(line.arguments));
       if (line.command == Command::rerun)
@@ -63,11 +66,14 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
     montecarlo::RunOptions options;
     options.threads = a.threads > 0 ? a.threads : messages.threads();
     options.stop = stop_flag();
+    if (*stop_flag()) throw Interrupted("stopped before the first block");
+    // Until the answer to this order: an idle rank may not end while rank 0 writes.
+    const auto ends = std::make_shared<EndsBySignal>(journal.get(), "what is done is kept beside " + order.journal);
     if (prepared != order.point) {
       point = run->prepare(order.point, options);
       prepared = order.point;
     }
-    return {run->plan(order.point)->trials(), [point](montecarlo::TrialBlock b) { return point->run_block(b); },
+    return {run->plan(order.point)->trials(), [point, ends](montecarlo::TrialBlock b) { return point->run_block(b); },
             study::options_of_point(options, *run, order.point, journal.get())};
   });
 }

@@ -88,9 +88,7 @@ void catch_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGUSR1, SIGALRM}) std::signal(signal, on_signal);
 }
 
-EndsBySignal::EndsBySignal(const RunArguments& a, checkpoint::Journal* journal, const std::string& go_on)
-    : ours_(a.workers == nullptr) {
-  if (!ours_) return;
+EndsBySignal::EndsBySignal(checkpoint::Journal* journal, const std::string& go_on) {
   MayEnd& m = may_end();
   const std::scoped_lock lock(m.changing);
   m.journal = journal;
@@ -99,7 +97,6 @@ EndsBySignal::EndsBySignal(const RunArguments& a, checkpoint::Journal* journal, 
 }
 
 EndsBySignal::~EndsBySignal() {
-  if (!ours_) return;
   const std::scoped_lock lock(may_end().changing);
   may_end().now = false;
 }
@@ -274,7 +271,7 @@ void tell_backup(const std::filesystem::path& kept) {
 void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const std::filesystem::path& output,
                      const std::string& command, const std::function<void(const study::Checkpoint&)>& compute,
                      const std::function<void()>& write) {
-  std::optional<EndsBySignal> reading(std::in_place, a);
+  std::optional<EndsBySignal> reading(std::in_place);
   checkpoint::JournalContents kept = checkpoint::read_journals(output, key);
   if (!a.resume && (!kept.finished.empty() || !kept.points.empty() || !kept.damaged.empty()))
     throw IoError(fmt::format(
@@ -301,7 +298,7 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
   const std::string go_on = fmt::format("what is done is kept beside {}; go on with: {}{}", output.string(), command,
                                         a.resume ? "" : " --resume");
   reading.reset();
-  std::optional<EndsBySignal> computing(std::in_place, a, &journal, go_on);
+  std::optional<EndsBySignal> computing(std::in_place, &journal, go_on);
   try {
     compute({std::move(kept.finished), &journal, std::move(kept.points)});
     computing.reset();

@@ -88,17 +88,14 @@ void catch_signals();
 const std::atomic<bool>* stop_flag();
 
 /// While it lives, a signal ends the program within a second (exit code 75) even if nobody looks at the stop flag:
-/// after .8 s, with the journal written. For stretches in which no file of a user is half written. `a`: not in
-/// surveymc-mpi, whose ranks stop together.
+/// after .8 s, with the journal written. For stretches in which no file of a user is half written. A rank that ends so
+/// takes the others with it.
 class EndsBySignal {
  public:
-  explicit EndsBySignal(const RunArguments& a, checkpoint::Journal* journal = nullptr, const std::string& go_on = "");
+  explicit EndsBySignal(checkpoint::Journal* journal = nullptr, const std::string& go_on = "");
   ~EndsBySignal();
   EndsBySignal(const EndsBySignal&) = delete;
   EndsBySignal& operator=(const EndsBySignal&) = delete;
-
- private:
-  bool ours_;
 };
 
 /// While it lives, signals that would end the program wait; behind it they do. For the moments in which a command that

@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "base/shared_work.h"
 #include "montecarlo/blocks.h"
 #include "montecarlo/ordered_merge.h"
 
@@ -24,8 +25,9 @@ struct RunOptions {
   /// Called with the merge whenever save_due returns true, and before run_blocks returns or throws Interrupted.
   /// take_unsaved() of the merge then gives every block that was finished since the last call.
   std::function<void(OrderedMerge&)> save = {};
-  Workers* workers = nullptr;  ///< other ranks that share the blocks; they know the kernel by
-  std::uint64_t point = 0;     ///< this number
+  Workers* workers = nullptr;    ///< other ranks that share the blocks; they know the kernel by
+  std::uint64_t point = 0;       ///< this number
+  SharedWork* shared = nullptr;  ///< what preparing other points of the task has made; null: nothing is shared
 };
 
 /// Ends a run early: at each look (a rising number of trials, whole blocks) `needed` predicts from the trials so far

@@ -8,6 +8,7 @@
 #include "base/units.h"
 #include "study/cost.h"
 #include "study/family.h"
+#include "study/kept_points.h"
 #include "study/point_failure.h"
 #include "study/sensitivity.h"
 
@@ -97,7 +98,9 @@ std::shared_ptr<const StudyPoint> RunPlan::prepare(std::size_t point, const mont
   if (options.stop && *options.stop) throw Interrupted("stopped before all points were prepared");
   const std::shared_ptr<const PointPlan> of_point = plan(point);
   try {
-    return of_point->prepare(options);
+    montecarlo::RunOptions sharing = options;
+    sharing.shared = shared_.get();
+    return of_point->prepare(sharing);
   } catch (const InputError& e) {
     if (point_count() == 1) throw;
     throw InputError(fmt::format("{} (point {} of the sweep)", e.what(), point));
@@ -356,9 +359,13 @@ std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, cons
                                                         const Checkpoint& checkpoint, store::Table* cost) {
   const auto done_before = std::make_shared<std::uint64_t>(0), after = std::make_shared<std::uint64_t>(0);
   *after = run.total_trials();
-  return [&run, options, &checkpoint, cost, done_before, after](std::size_t i) {
+  const auto kept_points = std::make_shared<KeptPoints>(checkpoint, run.point_count());
+  return [&run, options, &checkpoint, cost, done_before, after, kept_points](std::size_t i) {
     try {
       *after -= run.trials_of(i);
+      const bool draws = run.plan(i)->trials() > 0;
+      if (!draws)
+        if (std::optional<PointResult> earlier = kept_points->find(i)) return *std::move(earlier);
       montecarlo::RunOptions of_point = options;
       if (options.progress)
         of_point.progress = [&](std::uint64_t done, std::uint64_t expected) {
@@ -370,6 +377,7 @@ std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, cons
       const double seconds = processor_seconds() - before;
       *done_before += tally.trials;
       PointResult r = point_report(point, tally, of_point);
+      if (!draws) return kept_points->keep(i, std::move(r));
       std::uint64_t kept = 0;
       if (const auto of_earlier = checkpoint.finished.find(i); of_earlier != checkpoint.finished.end())
         for (const montecarlo::Subtree& n : of_earlier->second) kept += n.tally.trials;

@@ -69,7 +69,8 @@ class PointPlan {
   /// Text that `surveymc check` prints as comments, besides the config: the meaning of files and names.
   virtual std::string details() const { return {}; }
   /// May compute: predictions, models, starts of the trials. A long computation checks options.stop and throws
-  /// Interrupted. Throws InputError, by ConfigPlace, where only computing shows that a value is not allowed.
+  /// Interrupted. Throws InputError, by ConfigPlace, where only computing shows that a value is not allowed. What takes
+  /// long and is the same at other points goes through shared_work(options.shared, ...).
   virtual std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions& options) const = 0;
 };
 
@@ -111,6 +112,8 @@ class RunPlan {
   /// The point, ready to run. InputError of a sweep's point says which point it is. Throws Interrupted if options.stop
   /// is set.
   std::shared_ptr<const StudyPoint> prepare(std::size_t point, const montecarlo::RunOptions& options) const;
+  /// What the points that were prepared have in common.
+  const SharedWork& shared() const { return *shared_; }
 
  private:
   struct ReadPoint {
@@ -123,6 +126,7 @@ class RunPlan {
   mutable std::optional<std::pair<std::size_t, std::vector<store::Axis>>> axes_;  // the first point that was read
   mutable std::optional<std::uint64_t> first_trials_;
   mutable bool is_family_ = true;
+  std::unique_ptr<SharedWork> shared_ = std::make_unique<SharedWork>();
 };
 
 /// Reads all points; of a large sweep the table of points, if it has one, and sample_points(). Prepares none. Throws
@@ -136,7 +140,7 @@ RunPlan open_run(const Experiment& experiment, config::Config config);
 struct Checkpoint {
   checkpoint::FinishedBlocks finished = {};
   checkpoint::Journal* journal = nullptr;  ///< none: nothing is kept
-  checkpoint::FinishedPoints points = {};  ///< of a part of a study without trials
+  checkpoint::FinishedPoints points = {};  ///< of a study without trials
 };
 
 /// Throws IoError that names `whose`, where the tally's weights are of another proposal than the point's.

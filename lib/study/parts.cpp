@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/numerics.h"
+#include "study/kept_points.h"
 #include "study/point_failure.h"
 #include "study/point_result_bytes.h"
 
@@ -24,14 +25,6 @@ std::string points_in_words(const RunPlan& run) {
 template <class... Args>
 void require_choice(bool ok, fmt::format_string<Args...> format, Args&&... args) {
   if (!ok) throw BadChoice(fmt::format(format, std::forward<Args>(args)...));
-}
-
-/// Keeps a point without trials in the journal. The only point of a part would be done by then.
-void keep(checkpoint::Journal* journal, const checkpoint::PartPiece& p, const checkpoint::PointRange& range) {
-  constexpr std::size_t kMostBytes = std::size_t{64} << 20;  // larger ones are computed again: memory has them twice
-  if (!journal || range.count() == 1 || p.result.size() > kMostBytes) return;
-  journal->add_point(p.point, p.result);
-  if (journal->due()) journal->write();
 }
 
 }  // namespace
@@ -134,7 +127,7 @@ checkpoint::Part run_part(const RunPlan& run, const PartChoice& choice, const mo
         const std::shared_ptr<const StudyPoint> point = run.prepare(number, of_point);
         if (plan->trials() == 0) {
           p.result = point_result_to_bytes(point_report(point, {}, of_point));
-          keep(checkpoint.journal, p, part.range);
+          if (part.range.count() > 1) keep_point(checkpoint.journal, number, p.result);  // else it is done by now
         } else if (p.whole) {
           p.subtrees.push_back({0, 0, point_tally(run, number, *point, of_point, checkpoint)});
         } else {

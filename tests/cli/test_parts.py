@@ -211,17 +211,15 @@ class Parts(Case):
         self.assertEqual(at, len(data))
         return points
 
-    def test_a_killed_range_of_points_without_trials_goes_on(self):
-        text = (self.folder / "maps.toml").read_text().replace("step = 45.0", "step = 1.0")
-        (self.folder / "grid.toml").write_text(text[:text.index("alpha")] + "alpha = { from = 1e-4, to = 1e-2, count = 200 }\n")
-        self.call("run", "grid.toml", "--point", "0:200", "-o", "whole.part")
-        self.call("merge", "-o", "whole.h5", "whole.part")
-        run = ("run", "grid.toml", "--point", "0:200", "-o", "k.part", "--resume", "--checkpoint-seconds", "0.001")
+    def killed_and_resumed(self, *command):
+        """A run without trials, killed three times, and a record of its journal damaged before it ends."""
+        output = self.folder / command[-1]
+        run = ("run", *command, "--resume", "--checkpoint-seconds", "0.001")
         wanted = [signal.SIGKILL, signal.SIGTERM, signal.SIGKILL]
         for _ in range(30):
             code, err = self.interrupt(*run, number=wanted[-1])
             if code == DONE:  # it was faster than the signal
-                (self.folder / "k.part").unlink()
+                output.unlink()
                 continue
             self.assertEqual(code, INTERRUPTED if wanted.pop() == signal.SIGTERM else -signal.SIGKILL, err)
             if not wanted:
@@ -236,8 +234,18 @@ class Parts(Case):
         journal.write_bytes(damaged)
         self.call(*run, says=f"is damaged; what cannot be read is computed again(?s:.*)going on from {len(kept) - 1} point")
         self.assertEqual(self.journals(), [])
+
+    def test_killed_points_without_trials_go_on(self):
+        text = (self.folder / "maps.toml").read_text().replace("step = 45.0", "step = 1.0")
+        (self.folder / "grid.toml").write_text(text[:text.index("alpha")] + "alpha = { from = 1e-4, to = 1e-2, count = 200 }\n")
+        self.call("run", "grid.toml", "--point", "0:200", "-o", "whole.part")
+        self.call("merge", "-o", "whole.h5", "whole.part")
+        self.killed_and_resumed("grid.toml", "--point", "0:200", "-o", "k.part")
         self.call("merge", "-o", "k.h5", "k.part")
         self.assertEqual((self.folder / "k.h5").read_bytes(), (self.folder / "whole.h5").read_bytes())
+        (self.folder / "k.h5").unlink()
+        self.killed_and_resumed("grid.toml", "-o", "k.h5")  # in one go
+        self.assertEqual(self.hash_of("k.h5"), self.hash_of("whole.h5"))
 
     def test_a_merge_that_is_interrupted_leaves_nothing(self):
         for i in range(3):

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "random/study_stream.h"
+#include "store/result_file.h"
 #include "study/parts.h"
 
 using namespace surveymc;
@@ -211,6 +212,36 @@ TEST_CASE("A part of a run reads and prepares its own points, and a whole run ea
     tree.add(checkpoint::read_part(larger));
   }
   CHECK(means(merged(opened(2000), tree)) == means(whole));
+}
+
+TEST_CASE("Points without trials that an earlier attempt has kept are not prepared again") {
+  PartFiles files;  // for the folder
+  const std::filesystem::path output = files.folder() / "r.h5";
+  const checkpoint::RunKey key{"config", "program"};
+  const store::Result whole = execute(task(0), {});
+  std::atomic<bool> stop = false;
+  {
+    checkpoint::Journal journal(output, key, std::chrono::duration<double>(0));
+    montecarlo::RunOptions options;
+    options.stop = &stop;
+    const RunPlan run = task(0);
+    const Checkpoint checkpoint{{}, &journal, {}};
+    const auto point = computed_points(run, options, checkpoint);
+    point(0);
+    CHECK(point(2).streams.at(0).values(1, 2) == std::vector<std::vector<double>>{{2, 2}});  // from memory, else {3, 3}
+    stop = true;
+    CHECK_THROWS_AS(point(1), Interrupted);
+    CHECK(prepared() == Times{1, 0, 1, 0});
+    REQUIRE(journal.sync());
+  }
+  stop = false;
+  checkpoint::JournalContents kept = checkpoint::read_journals(output, key);
+  CHECK(kept.points.size() == 2);
+  const RunPlan run = task(0);
+  const store::Result again = execute(run, {}, {std::move(kept.finished), nullptr, std::move(kept.points)});
+  CHECK(prepared() == Times{0, 1, 0, 1});
+  CHECK(means(again) == means(whole));
+  CHECK(store::content_hash(again) == store::content_hash(whole));
 }
 
 TEST_CASE("Merging a study without trials prepares nothing: the parts have its tables") {
