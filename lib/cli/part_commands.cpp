@@ -307,7 +307,7 @@ int plan_parts(const RunArguments& a, const PlanArguments& plan) {
 
 int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs, bool part) {
   catch_signals();
-  std::optional<EndsBySignal> ends(std::in_place);
+  std::optional<EndsBySignal> ends(std::in_place, nullptr, EndsBySignal::Says{.output = a.output});
   std::vector<fs::path> paths;
   for (const std::string& name : names) {
     std::error_code error;
@@ -335,7 +335,6 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
     std::vector<std::string> files;
     for (const fs::path& path : paths) files.push_back(path.string());
     store::Result result = merge_rounds(*a.studies, files, a.output, inputs);
-    ends.reset();
     stamp(result, "surveymc merge");
     result.run = {"", "", 0, 0, 0};
     const fs::path kept =
@@ -347,7 +346,6 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   study::PartSet parts(paths, program_name());
   for (const std::string& remark : parts.remarks()) log_info(remark);
   if (part) {
-    ends.reset();  // the temporary file is not to stay: write_merged() looks at the stop flag
     const fs::path kept =
         store::write_beside_old(a.output, a.overwrite, [&] { parts.write_merged(a.output, stop_flag()); });
     say(fmt::format("wrote {} (from {} part{})", a.output, parts.count(), parts.count() == 1 ? "" : "s"));
@@ -361,10 +359,11 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
     throw IoError(fmt::format("{}: its config does not have the hash it says", paths[0].string()));
   Progress progress;
   store::Result result = study::merge_parts(run, parts, run_options(a, run, progress, true));
-  ends.reset();
   stamp(result, "surveymc merge");
   result.run = {"", "", 0, 0, 0};  // of many runs; so the file does not depend on who ran what
   const fs::path kept = store::write_beside_old(a.output, a.overwrite, [&] { write_result_file(a, a.output, result); });
+  ends.reset();
+  ends.emplace(nullptr, EndsBySignal::Says{.nothing = fmt::format("{} is written", a.output)});
   print_tables(result, a.output, a.units == "ft");
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);

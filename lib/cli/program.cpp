@@ -109,8 +109,10 @@ int run(const RunArguments& a, const std::string& command) {
   }
   const std::optional<study::PartChoice> choice = part_choice(a, plan);
   if (choice) study::read_points(plan, *choice, stop_flag());
-  ends.reset();
-  if (choice) return run_one_part(a, plan, *choice, command);
+  if (choice) {
+    ends.reset();
+    return run_one_part(a, plan, *choice, command);
+  }
   std::filesystem::path output = a.output;
   if (output.empty()) {
     output = std::filesystem::path("results") / (std::filesystem::path(a.config).stem().string() + ".h5");
@@ -127,6 +129,7 @@ int run(const RunArguments& a, const std::string& command) {
       say(fmt::format("{} is done already", output.string()));
       return exit;
     }
+  ends.reset();
   store::check_output_path(output);
   log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.point_count(),
                        plan.point_count() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
@@ -138,6 +141,7 @@ int run(const RunArguments& a, const std::string& command) {
       a, run_key(plan, false), output, command,
       [&](const study::Checkpoint& checkpoint) { result = run_and_stamp(a, plan, command, elapsed, checkpoint); },
       [&] { kept = store::write_beside_old(output, a.overwrite, [&] { write_result_file(a, output, result); }); });
+  ends.emplace(nullptr, EndsBySignal::Says{.nothing = fmt::format("{} is written", output.string())});
   print_tables(result, output.string(), a.units == "ft");
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);

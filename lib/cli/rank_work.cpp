@@ -68,7 +68,8 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
     options.stop = stop_flag();
     if (*stop_flag()) throw Interrupted("stopped before the first block");
     // Until the answer to this order: an idle rank may not end while rank 0 writes.
-    const auto ends = std::make_shared<EndsBySignal>(journal.get(), "what is done is kept beside " + order.journal);
+    const auto ends = std::make_shared<EndsBySignal>(
+        journal.get(), EndsBySignal::Says{.kept = "what is done is kept beside " + order.journal});
     if (prepared != order.point) {
       point = run->prepare(order.point, options);
       prepared = order.point;

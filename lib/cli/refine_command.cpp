@@ -1,9 +1,11 @@
 #include "cli/refine_command.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <span>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -28,15 +30,22 @@ class NewFiles {
     at(path, [&] {
       store::remove_stale_temporaries(store::resolved(path));
       files_.emplace_back(path, std::make_unique<store::AtomicFile>(store::resolved(path)));
-      files_.back().second->write({text.begin(), text.end()});
+      constexpr std::size_t kPiece = std::size_t{1} << 20;
+      for (std::size_t done = 0; done < text.size(); done += kPiece) {
+        end_if_signalled();
+        files_.back().second->write(std::span(text).subspan(done, std::min(kPiece, text.size() - done)));
+      }
     });
   }
   void commit() {
-    if (HoldsSignals::any()) throw Interrupted("stopped before the files were written");
+    end_if_signalled();
     for (const auto& written : files_) at(written.first, [&] { written.second->commit(); });
   }
 
  private:
+  static void end_if_signalled() {
+    if (HoldsSignals::any()) throw Interrupted("stopped before the files were written");
+  }
   static void at(const fs::path& path, const std::function<void()>& work) {
     try {
       work();

@@ -26,6 +26,7 @@
 #include "cli/stored_inputs.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
+#include "store/atomic_file.h"
 #include "store/large_files.h"
 
 namespace surveymc::cli {
@@ -47,11 +48,23 @@ struct MayEnd {
   std::mutex changing;
   bool now = false;
   checkpoint::Journal* journal = nullptr;
-  std::string go_on;
+  EndsBySignal::Says says;
 };
 MayEnd& may_end() {
   static MayEnd& one = *new MayEnd;  // the waiting thread outlives main()
   return one;
+}
+
+/// Removes the temporary files that this process writes for `output`. One that has just got its name stays.
+void remove_own_temporaries(const std::filesystem::path& output) {
+  namespace fs = std::filesystem;
+  const std::string prefix = "." + output.filename().string() + ".";
+  std::error_code error;
+  for (fs::directory_iterator it("/proc/self/fd", error), end; !error && it != end; it.increment(error)) {
+    std::error_code gone;
+    const fs::path file = fs::read_symlink(it->path(), gone);
+    if (!gone && file.filename().string().starts_with(prefix) && file.extension() == ".tmp") unlink(file.c_str());
+  }
 }
 
 /// Ends the program, if it may be ended now.
@@ -60,8 +73,9 @@ void end_program() {
   const std::scoped_lock lock(m.changing);
   if (!m.now) return;
   const bool kept = m.journal && m.journal->sync() && m.journal->started();
-  const std::string text = fmt::format("{}interrupted: {}\n", isatty(STDERR_FILENO) ? "\r\033[K" : "",
-                                       kept ? m.go_on : "nothing was written");
+  const std::string text =
+      fmt::format("{}interrupted: {}\n", isatty(STDERR_FILENO) ? "\r\033[K" : "", kept ? m.says.kept : m.says.nothing);
+  if (!m.says.output.empty()) remove_own_temporaries(store::resolved(m.says.output));
   [[maybe_unused]] const ssize_t n = write(STDERR_FILENO, text.data(), text.size());
   _exit(kInterrupted);
 }
@@ -88,11 +102,11 @@ void catch_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGUSR1, SIGALRM}) std::signal(signal, on_signal);
 }
 
-EndsBySignal::EndsBySignal(checkpoint::Journal* journal, const std::string& go_on) {
+EndsBySignal::EndsBySignal(checkpoint::Journal* journal, Says says) {
   MayEnd& m = may_end();
   const std::scoped_lock lock(m.changing);
   m.journal = journal;
-  m.go_on = go_on;
+  m.says = std::move(says);
   m.now = true;
 }
 
@@ -298,11 +312,12 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
   const std::string go_on = fmt::format("what is done is kept beside {}; go on with: {}{}", output.string(), command,
                                         a.resume ? "" : " --resume");
   reading.reset();
-  std::optional<EndsBySignal> computing(std::in_place, &journal, go_on);
+  std::optional<EndsBySignal> computing(std::in_place, &journal,
+                                        EndsBySignal::Says{go_on, "nothing was written", output});
   try {
     compute({std::move(kept.finished), &journal, std::move(kept.points)});
-    computing.reset();
     write();
+    computing.reset();
     checkpoint::remove_journals(output, key);
   } catch (const IoError& e) {  // all was computed, but the result cannot be written
     if (!journal.started() || !journal.sync()) throw;

@@ -88,11 +88,16 @@ void catch_signals();
 const std::atomic<bool>* stop_flag();
 
 /// While it lives, a signal ends the program within a second (exit code 75) even if nobody looks at the stop flag:
-/// after .8 s, with the journal written. For stretches in which no file of a user is half written. A rank that ends so
-/// takes the others with it.
+/// after .8 s, with the journal written. Only one at a time. A rank that ends so takes the others with it.
 class EndsBySignal {
  public:
-  explicit EndsBySignal(checkpoint::Journal* journal = nullptr, const std::string& go_on = "");
+  struct Says {
+    std::string kept = {};                        ///< where the journal has work
+    std::string nothing = "nothing was written";  ///< where it has none
+    std::filesystem::path output = {};            ///< file whose temporary files are removed: it is written, or will be
+  };
+  explicit EndsBySignal(checkpoint::Journal* journal = nullptr) : EndsBySignal(journal, Says()) {}
+  EndsBySignal(checkpoint::Journal* journal, Says says);
   ~EndsBySignal();
   EndsBySignal(const EndsBySignal&) = delete;
   EndsBySignal& operator=(const EndsBySignal&) = delete;

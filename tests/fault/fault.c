@@ -2,7 +2,8 @@
  *   CALL   open, read, write, fsync, rename, ftruncate, close, mkdir, mmap, malloc or thread
  *   N      which of these calls, from 1, counted from the beginning of main(); 0: none
  *   FAULT  ENOSPC, EIO, EINTR, ENOMEM, EMFILE, EAGAIN, EACCES, EDQUOT: the call fails with it;
- *          "short": a write or read takes half of its bytes;  a "+" behind it: all later calls fail, too
+ *          "short": a write or read takes half of its bytes;  a "+" behind it: all later calls fail, too;
+ *          "wait": nothing fails, but the call takes half a minute, and stderr gets the line "waiting" before
  * SURVEYMC_FAULT_COUNTS=FILE: at the end, how many calls of each there were, one "CALL N" a line.
  * Only open, write and close of regular files are counted: pipes and terminals belong to the test. */
 #define _GNU_SOURCE
@@ -18,6 +19,7 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
+#include <time.h>
 #include <unistd.h>
 
 enum { kOpen, kRead, kWrite, kFsync, kRename, kFtruncate, kClose, kMkdir, kMmap, kMalloc, kThread, kCalls };
@@ -25,7 +27,7 @@ static const char *const kNames[kCalls] = {"open",  "read",  "write", "fsync",  
                                            "close", "mkdir", "mmap",  "malloc", "thread"};
 static atomic_ulong counts[kCalls];
 static atomic_int active;
-static int chosen_call = -1, chosen_errno, is_short, is_lasting;
+static int chosen_call = -1, chosen_errno, is_short, is_lasting, is_slow;
 static unsigned long chosen_number;
 
 static const struct {
@@ -43,6 +45,7 @@ static void read_settings(void) {
   char *plus = strchr(fault, '+');
   if (plus) is_lasting = 1, *plus = 0;
   is_short = strcmp(fault, "short") == 0;
+  is_slow = strcmp(fault, "wait") == 0;
   for (size_t i = 0; i < sizeof kErrors / sizeof *kErrors; ++i)
     if (strcmp(fault, kErrors[i].name) == 0) chosen_errno = kErrors[i].number;
 }
@@ -53,6 +56,12 @@ static int hit(int call) {
   const unsigned long n = atomic_fetch_add(&counts[call], 1) + 1;
   if (call != chosen_call || chosen_number == 0) return 0;
   if (is_lasting ? n < chosen_number : n != chosen_number) return 0;
+  if (is_slow) {
+    static const struct timespec kShort = {0, 100000000};
+    dprintf(STDERR_FILENO, "waiting\n");
+    for (int i = 0; i < 300; ++i) nanosleep(&kShort, NULL);
+    return 0;
+  }
   if (!is_short) errno = chosen_errno;
   return 1;
 }
@@ -78,6 +87,7 @@ static void write_counts(void) {
 static int (*real_main)(int, char **, char **);
 static int counted_main(int argc, char **argv, char **envp) {
   read_settings();
+  unsetenv("LD_PRELOAD"); /* programs that this one starts have no faults, and no counts */
   atexit(write_counts);
   atomic_store(&active, 1);
   return real_main(argc, argv, envp);

@@ -71,6 +71,7 @@ TEST_CASE("Points of a small sweep are all read, and cut where the cost is equal
   CHECK(costs.before(7) == 43);
   const std::vector<checkpoint::PointRange> four = costs.ranges(4);
   CHECK(four == std::vector<checkpoint::PointRange>{{0, 4, 1}, {4, 5, 1}, {5, 6, 1}, {6, 7, 1}});
+  CHECK(costs.ranges(2) == std::vector<checkpoint::PointRange>{{0, 5, 1}, {5, 7, 1}});  // 20 and 23, not 31 and 12
   CHECK(costs.ranges(100).size() == 7);
 }
 
