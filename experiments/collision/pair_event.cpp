@@ -54,46 +54,49 @@ std::size_t bin_of(double md, const std::pair<double, double>& range) {
 
 }  // namespace
 
-PairEvent::PairEvent(const Scenario& s, const study::PairReference& reference, const propagate::WellErrors& drawn,
-                     std::size_t offset, const study::PairFormulation& formulation, const random::Stream& stream)
-    : s_(s), stream_(stream), offset_(s.offsets[offset].name), correlation_(formulation.name) {
+std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const study::PairReference& reference,
+                                            const propagate::WellErrors& drawn, std::size_t offset,
+                                            const study::PairFormulation& formulation, const random::Stream& stream) {
   const study::SurveyedWell& well = s.offsets[offset];
   const WellExtras& extras = s.extras[offset];
-  const study::WellPair pair(s, reference, well);
+  std::unique_ptr<PairEvent> event(new PairEvent(s, stream, well.name, formulation.name));
+  PairEvent& e = *event;
+  const study::WellPair pair = study::well_pair(s, reference, well);
+  const proximity::WellPath& offset_path = *pair.offset_path;
   const proximity::PairErrors& errors = pair.formulation(formulation.name);
   const bool is_hole_shared = formulation.kind == study::PairFormulation::Kind::shared_hole;
   const propagate::WellErrors offset_errors = errors_of(s, well, is_hole_shared ? well.tools_from_kickoff : well.tools);
   const proximity::SharedDraws shared = is_hole_shared
                                             ? proximity::draws_of_shared_hole(drawn, offset_errors, *well.kickoff)
                                             : proximity::shared_draws(drawn, offset_errors, errors);
-  radii_ = pair.geometry.radii;
-  depths_ = {
+  e.radii_ = pair.geometry.radii;
+  e.depths_ = {
       std::pair(reference.path().md(extras.first_reference), reference.path().md(reference.path().stations() - 1)),
-      std::pair(pair.offset_path.md(extras.first), pair.offset_path.md(pair.offset_path.stations() - 1))};
-  state_ = std::make_unique<proximity::ContactState>(
-      proximity::DrawnWellPlace{&drawn, s.reference.slot, s.reference_slot_sd, extras.first_reference, 0},
-      proximity::DrawnWellPlace{&offset_errors, well.slot, extras.slot_sd, extras.first,
-                                static_cast<std::uint32_t>(offset + 1)},
-      shared, radii_);
-  hits_ = std::make_unique<proximity::HitState>(*state_);
-  reference_sources_ = drawn.sources;
-  offset_sources_ = offset_errors.sources;
-  slots_.diagonal() = s.reference_slot_sd.cwiseAbs2() + extras.slot_sd.cwiseAbs2();
-  touching_ = proximity::touching_pairs(
-      reference.path(), extras.first_reference, pair.offset_path, extras.first,
+      std::pair(offset_path.md(extras.first), offset_path.md(offset_path.stations() - 1))};
+  e.state_ = std::make_unique<proximity::ContactState>(proximity::contact_state(
+      {&drawn, s.reference.slot, s.reference_slot_sd, extras.first_reference, 0},
+      {&offset_errors, well.slot, extras.slot_sd, extras.first, static_cast<std::uint32_t>(offset + 1)}, shared,
+      e.radii_));
+  e.hits_ = std::make_unique<proximity::HitState>(*e.state_);
+  e.reference_sources_ = drawn.sources;
+  e.offset_sources_ = offset_errors.sources;
+  e.slots_.diagonal() = s.reference_slot_sd.cwiseAbs2() + extras.slot_sd.cwiseAbs2();
+  e.touching_ = proximity::touching_pairs(
+      reference.path(), extras.first_reference, offset_path, extras.first,
       [&](const PathPoint& a, const PathPoint& b) {
-        return Matrix3d(slots_ + proximity::relative_covariance(errors, errors.reference->covariance_at(a.leg, a.share),
-                                                                errors.offset->covariance_at(b.leg, b.share), a.leg,
-                                                                a.share, b.leg, b.share));
+        return Matrix3d(e.slots_ + proximity::relative_covariance(
+                                       errors, errors.reference->covariance_at(a.leg, a.share),
+                                       errors.offset->covariance_at(b.leg, b.share), a.leg, a.share, b.leg, b.share));
       },
-      radii_, kKeep, s.run.sampling.preparing.max_components);
-  event_ = study::prepare_event(s.run.sampling, [&] { return prepare(drawn, offset_errors); });
-  predict(s, pair, errors);
-  closest_r_ = predictions_.closest.offset.position - predictions_.closest.reference.position;
-  closest_j_ = state_->derivative(drawn, offset_errors, proximity::well_point(predictions_.closest.reference),
-                                  proximity::well_point(predictions_.closest.offset));
-  trials_ = std::make_unique<rare::EventTrials>(*hits_, event_.prepared.proposal,
-                                                rare::TrialAddresses{state_->calls(), random::kRareChoice}, stream_);
+      e.radii_, kKeep, s.run.sampling.preparing.max_components);
+  e.event_ = study::prepare_event(s.run.sampling, [&] { return e.prepare(drawn, offset_errors); });
+  e.predict(s, pair, errors);
+  e.closest_r_ = e.predictions_.closest.offset.position - e.predictions_.closest.reference.position;
+  e.closest_j_ = e.state_->derivative(drawn, offset_errors, proximity::well_point(e.predictions_.closest.reference),
+                                      proximity::well_point(e.predictions_.closest.offset));
+  e.trials_ = std::make_unique<rare::EventTrials>(*e.hits_, e.event_.prepared.proposal,
+                                                  rare::TrialAddresses{e.state_->calls(), random::kRareChoice}, stream);
+  return event;
 }
 
 rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset) {

@@ -23,9 +23,6 @@ struct Predictions {
 
 class PairEvent {
  public:
-  PairEvent(const Scenario& scenario, const study::PairReference& reference, const propagate::WellErrors& drawn,
-            std::size_t offset, const study::PairFormulation& formulation, const random::Stream& stream);
-
   const std::string& offset() const { return offset_; }
   const std::string& correlation() const { return correlation_; }
   const study::PreparedEvent& event() const { return event_; }
@@ -67,6 +64,12 @@ class PairEvent {
   Eigen::Vector2d plane_mean() const { return plane_ * closest_r_; }
 
  private:
+  friend std::unique_ptr<const PairEvent> pair_event(const Scenario&, const study::PairReference&,
+                                                     const propagate::WellErrors&, std::size_t,
+                                                     const study::PairFormulation&, const random::Stream&);
+  PairEvent(const Scenario& scenario, const random::Stream& stream, std::string offset, std::string correlation)
+      : s_(scenario), stream_(stream), offset_(std::move(offset)), correlation_(std::move(correlation)) {}
+
   rare::Prepared prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset);
   /// What a trial says of the size of the errors: with y = U'z of the mixture's directions and M = U'U of the rows that
   /// are errors, y'M y - tr M. The other directions do not lead to the event: to first order they say nothing.
@@ -76,7 +79,7 @@ class PairEvent {
   const Scenario& s_;
   random::Stream stream_;
   std::string offset_, correlation_;
-  double radii_;
+  double radii_ = 0;
   std::unique_ptr<proximity::ContactState> state_;
   std::unique_ptr<proximity::HitState> hits_;
   std::vector<proximity::TouchingPair> touching_;
@@ -91,5 +94,10 @@ class PairEvent {
   std::unique_ptr<rare::EventTrials> trials_;
   Eigen::MatrixXd directions_, scaled_;  ///< U and M of score(); empty without a design point
 };
+
+/// Predicts and prepares. `drawn`: errors of the reference. The scenario must outlive it.
+std::unique_ptr<const PairEvent> pair_event(const Scenario& scenario, const study::PairReference& reference,
+                                            const propagate::WellErrors& drawn, std::size_t offset,
+                                            const study::PairFormulation& formulation, const random::Stream& stream);
 
 }  // namespace surveymc::studies::collision

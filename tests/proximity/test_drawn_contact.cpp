@@ -31,7 +31,7 @@ survey::Survey winding(unsigned seed, int stations) {
 }
 
 DrawnPath drawn(const survey::Survey& s, const Vector3d& slot) {
-  const WellPath path(s, slot);
+  const WellPath path = well_path(s, slot);
   DrawnPath out;
   out.resize(path.stations());
   for (std::size_t k = 0; k < path.stations(); ++k)
@@ -53,7 +53,7 @@ TEST_CASE("The nearest contact of two paths is that of continuous arcs", "[conta
     const survey::Survey a = winding(seed, 40), b = winding(seed + 100, 40);
     const Vector3d slot(20, -15, 25);
     const Contact c = nearest(drawn(a, {0, 0, 0}), 0, drawn(b, slot), 0, kInfinity);
-    const WellPath reference(a, {0, 0, 0}), offset(b, slot);
+    const WellPath reference = well_path(a, {0, 0, 0}), offset = well_path(b, slot);
     double least = kInfinity;
     for (std::size_t leg = 0; leg + 1 < reference.stations(); ++leg)
       for (int i = 0; i <= 64; ++i)
