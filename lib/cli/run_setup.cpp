@@ -303,7 +303,7 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
   reading.reset();
   std::optional<EndsBySignal> computing(std::in_place, a, &journal, go_on);
   try {
-    compute({std::move(kept.finished), &journal, std::move(kept.points)});
+    compute({std::move(kept.finished), &journal, std::move(kept.points), std::move(kept.drawn_in)});
     computing.reset();
     write();
     checkpoint::remove_journals(output, key);
