@@ -309,16 +309,20 @@ Annotations read_event_annotations(config::ConfigReader& c, const std::vector<st
   return Annotations::read(c, rows);
 }
 
+void require_rare(const std::vector<TrialEvent>& events) {
+  for (const TrialEvent& e : events) {
+    const double g = rare::values_at(*e.state, Eigen::MatrixXd::Zero(e.state->dimension(), 1))[0];
+    e.place.require(!(g <= 0), "the event holds where nothing is drawn, and is not rare: must be one that draws cause");
+  }
+}
+
 std::unique_ptr<StudyPoint> event_study(const EventRun& run, const Annotations& annotations,
                                         std::vector<TrialEvent> events, const random::Stream& stream,
                                         const montecarlo::RunOptions& options) {
+  require_rare(events);
   std::vector<DrawnEvent> drawn;
   for (TrialEvent& event : events) {
     if (options.stop && *options.stop) throw Interrupted("stopped before all events were prepared");
-    const int n = event.state->dimension();
-    const double g = rare::values_at(*event.state, Eigen::MatrixXd::Zero(n, 1))[0];
-    event.place.require(!(g <= 0),
-                        "the event holds where nothing is drawn, and is not rare: must be one that draws cause");
     DrawnEvent d{std::move(event), {}, {}};
     const TrialEvent& e = d.of;
     d.prepared = prepare_event(
@@ -334,6 +338,7 @@ std::unique_ptr<StudyPoint> event_study(const EventRun& run, const Annotations& 
 
 std::unique_ptr<PointPlan> event_plan(EventRun run, Annotations annotations, random::Stream stream,
                                       std::function<std::vector<TrialEvent>()> events, int block_trials) {
+  require_rare(events());
   return std::make_unique<EventPlan>(std::move(run), std::move(annotations), stream, std::move(events), block_trials);
 }
 
