@@ -94,6 +94,11 @@ std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const study::Pair
   e.closest_r_ = e.predictions_.closest.offset.position - e.predictions_.closest.reference.position;
   e.closest_j_ = e.state_->derivative(drawn, offset_errors, proximity::well_point(e.predictions_.closest.reference),
                                       proximity::well_point(e.predictions_.closest.offset));
+  e.leading_ = e.importance();
+  e.leading_.erase(
+      std::remove_if(e.leading_.begin(), e.leading_.end(), [](const PairEvent::Importance& x) { return x.design > 0; }),
+      e.leading_.end());
+  if (e.leading_.size() > PairEvent::kLeading) e.leading_.resize(PairEvent::kLeading);
   e.trials_ = std::make_unique<rare::EventTrials>(*e.hits_, e.event_.prepared.proposal,
                                                   rare::TrialAddresses{e.state_->calls(), random::kRareChoice}, stream);
   return event;
@@ -201,6 +206,12 @@ stats::Tally PairEvent::run_block(std::uint64_t first, int count, std::size_t nu
     const Eigen::Vector2d at = plane_ * x;
     samples.insert(samples.end(), {static_cast<double>(number + 1), static_cast<double>(t.trial), t.weight,
                                    static_cast<double>(t.component), t.marks[0], t.marks[1], at[0], at[1]});
+    for (std::size_t k = 0; k < kLeading; ++k) {
+      double towards = k < leading_.size() ? 0 : kNaN;
+      for (int i = 0; k < leading_.size() && i < state_->dimension(); ++i)
+        towards += leading_[k].direction[i] * drawn.z.value(t.lane_index, i);
+      samples.push_back(towards);
+    }
   });
   tally.weighted.insert(tally.weighted.end(), bins.begin(), bins.end());
   tally.samples = std::move(samples);
@@ -259,26 +270,36 @@ std::string PairEvent::replay(std::uint64_t trial) const {
 
 std::vector<PairEvent::Importance> PairEvent::importance() const {
   std::vector<Importance> out;
-  if (event_.prepared.designs.empty()) return out;
-  const rare::DesignPoint& d = event_.prepared.designs.front();
-  std::map<std::pair<int, std::uint32_t>, double> sums;
-  for (std::size_t i = 0; i < state_->names().size(); ++i) {
-    const auto& name = state_->names()[i];
-    if (name.well < 0) continue;
-    const double alpha = d.z[static_cast<Eigen::Index>(i)] / d.beta;
-    sums[{name.well, name.source}] += alpha * alpha;
-  }
-  for (const auto& [name, factor] : sums) {
-    Importance x{"slot", "", name.first == 0 ? "reference" : name.first == 1 ? offset_ : "both", factor};
-    if (name.second != proximity::ContactState::kSlot) {
-      const propagate::ErrorSource& source = (name.first == 1 ? offset_sources_ : reference_sources_)[name.second];
-      x.code = source.code;
-      x.mode = std::string(1, error_model::mode_letter(source.mode));
+  for (std::size_t k = 0; k < event_.prepared.designs.size(); ++k) {
+    const rare::DesignPoint& d = event_.prepared.designs[k];
+    std::map<std::pair<int, std::uint32_t>, Eigen::VectorXd> of_sources;
+    for (std::size_t i = 0; i < state_->names().size(); ++i) {
+      const auto& name = state_->names()[i];
+      const auto at = static_cast<Eigen::Index>(i);
+      if (name.well < 0 || d.z[at] == 0) continue;
+      of_sources.try_emplace({name.well, name.source}, Eigen::VectorXd::Zero(d.z.size())).first->second[at] =
+          d.z[at] / d.beta;
     }
-    out.push_back(std::move(x));
+    const auto first = static_cast<std::ptrdiff_t>(out.size());
+    for (const auto& [name, alpha] : of_sources) {
+      Importance x{k,
+                   "slot",
+                   "",
+                   name.first == 0   ? "reference"
+                   : name.first == 1 ? offset_
+                                     : "both",
+                   alpha.squaredNorm(),
+                   alpha.normalized()};
+      if (name.second != proximity::ContactState::kSlot) {
+        const propagate::ErrorSource& source = (name.first == 1 ? offset_sources_ : reference_sources_)[name.second];
+        x.code = source.code;
+        x.mode = std::string(1, error_model::mode_letter(source.mode));
+      }
+      out.push_back(std::move(x));
+    }
+    std::stable_sort(out.begin() + first, out.end(),
+                     [](const Importance& x, const Importance& y) { return x.factor > y.factor; });
   }
-  std::stable_sort(out.begin(), out.end(),
-                   [](const Importance& x, const Importance& y) { return x.factor > y.factor; });
   return out;
 }
 

@@ -49,16 +49,19 @@ class PairEvent {
 
   std::string replay(std::uint64_t trial) const;
 
-  /// alpha_i^2 of the first design point, summed by source and well; largest first.
+  /// alpha_i^2 of every design point, summed by source and well; the nearest one first, of each the largest first.
   struct Importance {
+    std::size_t design = 0;
     std::string code, mode, well;
     double factor = 0;
+    Eigen::VectorXd direction = {};  ///< of the source's normals towards the design point, unit length
   };
   std::vector<Importance> importance() const;
 
-  /// Numbers of a sample of the table hits: number of the event, trial, weight, component, two depths, and the linear
-  /// displacement at the closest pair in the plane across the wells, two numbers (m).
-  static constexpr int kSampled = 8;
+  /// Numbers of a sample of the table hits: number of the event, trial, weight, component, two depths, the linear
+  /// displacement at the closest pair in the plane across the wells, two numbers (m), and how far the first kLeading
+  /// sources of importance() are drawn towards the first design point (sd; NaN where there are fewer).
+  static constexpr int kLeading = 3;
   /// Covariance of that displacement, m2, and where the reference then is: r in that plane.
   Eigen::Matrix2d plane_covariance() const;
   Eigen::Vector2d plane_mean() const { return plane_ * closest_r_; }
@@ -92,6 +95,7 @@ class PairEvent {
   Eigen::Matrix3d slots_ = Eigen::Matrix3d::Zero();
   study::PreparedEvent event_;
   std::unique_ptr<rare::EventTrials> trials_;
+  std::vector<Importance> leading_;      ///< the first kLeading of importance()
   Eigen::MatrixXd directions_, scaled_;  ///< U and M of score(); empty without a design point
 };
 

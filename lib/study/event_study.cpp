@@ -175,29 +175,30 @@ class EventStudy final : public StudyPoint {
                             own.trials, own.failed, true);
   }
 
-  /// alpha_i^2 of the first design point, summed by name; largest first.
+  /// alpha_i^2 of every design point, summed by name; largest first.
   store::Table importance_table() const {
-    TableRows t("importance",
-                "squared direction cosines of the first design point, by source: which draws make the event");
-    const auto put = [&](const std::string& event, const std::string& code, double factor) {
+    TableRows t("importance", "squared direction cosines of the design points, by source: which draws make the event");
+    const auto put = [&](const std::string& event, std::size_t design, const std::string& code, double factor) {
       t.word("event", "name of the event", event);
+      t.count("component", "design point: number of its adapted component in design_points", design);
       t.word("code", "what is drawn", code);
-      t.number("factor", "1", "part of beta^2; all add up to 1", factor);
+      t.number("factor", "1", "part of beta^2; those of a component add up to 1", factor);
     };
-    for (const DrawnEvent& e : events_) {
-      if (e.prepared.prepared.designs.empty()) continue;
-      const rare::DesignPoint& d = e.prepared.prepared.designs.front();
-      std::map<std::string, double> sums;
-      for (std::size_t i = 0; i < e.of.normals.size(); ++i) {
-        const double alpha = d.z[static_cast<Eigen::Index>(i)] / d.beta;
-        if (!e.of.normals[i].empty()) sums[e.of.normals[i]] += alpha * alpha;
+    for (const DrawnEvent& e : events_)
+      for (std::size_t k = 0; k < e.prepared.prepared.designs.size(); ++k) {
+        const rare::DesignPoint& d = e.prepared.prepared.designs[k];
+        std::map<std::string, double> sums;
+        for (std::size_t i = 0; i < e.of.normals.size(); ++i) {
+          const double alpha = d.z[static_cast<Eigen::Index>(i)] / d.beta;
+          if (!e.of.normals[i].empty()) sums[e.of.normals[i]] += alpha * alpha;
+        }
+        std::vector<std::pair<std::string, double>> sorted(sums.begin(), sums.end());
+        std::stable_sort(sorted.begin(), sorted.end(),
+                         [](const auto& a, const auto& b) { return a.second > b.second; });
+        for (const auto& [code, factor] : sorted) put(e.of.name, k, code, factor);
       }
-      std::vector<std::pair<std::string, double>> sorted(sums.begin(), sums.end());
-      std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
-      for (const auto& [code, factor] : sorted) put(e.of.name, code, factor);
-    }
     if (t.is_empty()) {
-      put({}, {}, 0);
+      put({}, 0, {}, 0);
       t.drop_rows();
     }
     return t.take();
