@@ -74,7 +74,7 @@ def importance(table):
     for ax in axes.flat[len(events):]:
         ax.set_axis_off()
     for ax, (offset, correlation) in zip(axes.flat, events):
-        own = rows(table, offset=offset, correlation=correlation)
+        own = rows(table, offset=offset, correlation=correlation, component=0)
         sums = {}
         for code, mode, well, factor in zip(own["code"], own["mode"], own["well"], own["factor"]):
             bar = sums.setdefault(f"{code} {mode}".strip(), {})
@@ -177,11 +177,51 @@ def factors(table):
     events = distinct(table["event"])
     figure, axes = plt.subplots(1, len(events), figsize=(1.5 + 3.4 * len(events), 3.6), squeeze=False, layout="constrained")
     for ax, event in zip(axes[0], events):
-        own = rows(table, event=event)
+        own = rows(table, event=event, component=0)
         top = slice(0, 12)
         ax.barh(own["code"][top][::-1], np.asarray(own["factor"])[top][::-1], color="#0072B2")
         ax.set_xlabel("part of \N{GREEK SMALL LETTER BETA}\N{SUPERSCRIPT TWO}")
         ax.set_title(event, fontsize=9)
+    return figure
+
+
+def predictions(table, sampling):
+    """Probability of every event with its interval, what subset simulation has, and what was predicted."""
+    events = distinct(table["event"])
+    formulations = distinct(table["formulation"])
+    figure, ax = plt.subplots(figsize=(7.5, 1.9 + 0.9 * len(events)), layout="constrained")
+    seen, labelled = [], set()
+
+    def label(name):
+        is_new = name not in labelled
+        labelled.add(name)
+        return name if is_new else None
+    for y, event in enumerate(events):
+        own, drawn = rows(table, event=event), rows(sampling, event=event)
+        p, low, high = (own[k][0] for k in ("monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high"))
+        note = "" if drawn["trusted"][0] else " (not trusted)"
+        seen += [v for v in (p, low, high, *own["analytic"]) if v > 0]
+        if p > 0:
+            ax.errorbar([p], [y], xerr=[[p - max(low, 0)], [max(high - p, 0)]], color="#0072B2", marker="o", capsize=4,
+                        label=label("estimate and interval"))
+        ax.annotate(f"{plotting.number(p)}{note}", (p if p > 0 else max(seen), y), xytext=(0, 9), textcoords="offset points",
+                    ha="center", fontsize=8)
+        check = drawn["subset_probability"][0]
+        if check > 0:
+            bounds = np.clip([check - drawn["subset_ci_low"][0], drawn["subset_ci_high"][0] - check], 0, None)
+            ax.errorbar([check], [y - 0.18], xerr=bounds[:, None], color="#777777", marker="s", markersize=4, capsize=3,
+                        label=label("subset simulation"))
+            seen.append(check)
+        for k, formulation in enumerate(formulations):
+            for value in rows(own, formulation=formulation)["analytic"]:
+                if value > 0:
+                    ax.plot([value], [y + 0.18], linestyle="none", marker=MARKERS[(k + 2) % 6], color=COLOURS[(k + 1) % 6],
+                            label=label(formulation))
+    ax.set(xscale="log", ylim=(len(events) - 0.4, -0.6), xlabel="probability")
+    ax.set_xlim(min(seen, default=1e-9) / 3, max(seen, default=1) * 3)
+    ax.set_yticks(range(len(events)), events)
+    ax.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
+    ax.set_title("What was found, and what was predicted", loc="left")
     return figure
 
 
@@ -216,7 +256,7 @@ def main():
     with plotting.open_result(arguments.result, ("collision", "rare_event", "msa_position", "gross_error_detection",
                                                   "chained_multistation")) as file:
         config = plotting.configuration(file)
-        tables = {n: plotting.read_table(file, n) for n in ("probability", "contact", "importance", "closest_pair")}
+        tables = {n: plotting.read_table(file, n) for n in ("probability", "sampling", "contact", "importance", "closest_pair")}
         hits = plotting.read_table(file, "hits", "samples")
     whole = tables["probability"]
     if whole is None:
@@ -245,14 +285,13 @@ def main():
             plotting.save(drawn, folder, f"{stem}_plane")
         name_of = lambda event: "{}, {}".format(*events[int(event) - 1])  # noqa: E731
     else:
+        plotting.save(predictions(at["probability"], at["sampling"]), folder, f"{stem}_probability")
         if "importance" in at and at["importance"].rows:
             plotting.save(factors(at["importance"]), folder, f"{stem}_importance")
         names = distinct(at["probability"]["event"])
         name_of = lambda event: names[int(event) - 1]  # noqa: E731
     if hits is not None and hits.rows:
         plotting.save(convergence(hits, at["probability"], name_of), folder, f"{stem}_convergence")
-    elif "offset" not in whole and "importance" not in at:
-        raise plotting.PlotError(f"{arguments.result}: has no samples: run it with save_samples")
 
 
 plotting.run(main)

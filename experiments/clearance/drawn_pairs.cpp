@@ -37,18 +37,21 @@ const Formulation& formulation_of(const Scenario& s, const std::string& name) {
 
 }  // namespace
 
-DrawnPairs::DrawnPairs(const Scenario& scenario) : s_(scenario), stream_(random::stream_of(scenario.seed)) {
-  const Reference reference(s_.reference, s_.interpolation);
-  const propagate::WellErrors drawn = drawn_errors(s_, s_.reference, s_.reference.tools);
+std::unique_ptr<const DrawnPairs> drawn_pairs(const Scenario& s) {
+  std::unique_ptr<DrawnPairs> out(new DrawnPairs(s, random::stream_of(s.seed)));
+  const Reference reference = study::pair_reference(s.reference, s.interpolation);
+  const propagate::WellErrors drawn = drawn_errors(s, s.reference, s.reference.tools);
   std::vector<propagate::WellPoint> points;
-  for (const double md : s_.report_md) points.push_back(proximity::well_point(reference.path().at(md)));
-  reference_ = std::make_unique<proximity::DrawnPoints>(drawn, points, propagate::draw_places(drawn));
-  for (const Well& well : s_.offsets) add_offset(reference, drawn, well);
+  for (const double md : s.report_md) points.push_back(proximity::well_point(reference.path().at(md)));
+  out->reference_ =
+      std::make_unique<proximity::DrawnPoints>(proximity::drawn_points(drawn, points, propagate::draw_places(drawn)));
+  for (const Well& well : s.offsets) out->add_offset(reference, drawn, well);
+  return out;
 }
 
 void DrawnPairs::add_offset(const Reference& reference, const propagate::WellErrors& drawn_reference,
                             const Well& well) {
-  const Pair pair(s_, reference, well);
+  const Pair pair = study::well_pair(s_, reference, well);
   Offset out;
   out.name = well.name;
   std::vector<propagate::WellPoint> reference_points, points;
@@ -83,8 +86,8 @@ void DrawnPairs::add_offset(const Reference& reference, const propagate::WellErr
     const propagate::WellErrors& errors = offset_of(drawn);
     const SharedDraws shared = shared_of(drawn);
     Truth t{name,
-            std::make_unique<proximity::DrawnPoints>(errors, points,
-                                                     proximity::offset_places(drawn_reference, errors, shared)),
+            std::make_unique<proximity::DrawnPoints>(
+                proximity::drawn_points(errors, points, proximity::offset_places(drawn_reference, errors, shared))),
             {}};
     for (std::size_t i = 0; i < points.size(); ++i)
       t.control.push_back(proximity::relative_covariance(drawn_reference, errors, shared, reference_points[i],

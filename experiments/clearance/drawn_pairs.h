@@ -14,8 +14,6 @@ namespace surveymc::studies::clearance {
 
 class DrawnPairs {
  public:
-  explicit DrawnPairs(const Scenario& scenario);
-
   stats::Tally run_block(std::uint64_t first_trial, int count) const;
   /// Table relative_position.
   store::Table relative_position(const stats::Tally& tally) const;
@@ -25,6 +23,9 @@ class DrawnPairs {
   std::string replay(std::uint64_t trial) const;
 
  private:
+  friend std::unique_ptr<const DrawnPairs> drawn_pairs(const Scenario&);
+  DrawnPairs(const Scenario& scenario, const random::Stream& stream) : s_(scenario), stream_(stream) {}
+
   /// Draws of an offset: which of the reference's they share.
   struct Truth {
     std::string formulation;
@@ -60,5 +61,8 @@ class DrawnPairs {
   std::unique_ptr<proximity::DrawnPoints> reference_;
   std::vector<Offset> offsets_;
 };
+
+/// `scenario` must outlive it.
+std::unique_ptr<const DrawnPairs> drawn_pairs(const Scenario& scenario);
 
 }  // namespace surveymc::studies::clearance

@@ -13,21 +13,21 @@ namespace {
 
 class Clearance final : public study::StudyPoint {
  public:
-  explicit Clearance(std::shared_ptr<const Scenario> scenario) : s_(std::move(scenario)) {
-    if (s_->drawing.trials > 0) drawn_ = std::make_unique<DrawnPairs>(*s_);
-  }
+  /// `drawn`: of the scenario, if it has trials.
+  Clearance(std::shared_ptr<const Scenario> scenario, std::unique_ptr<const DrawnPairs> drawn)
+      : s_(std::move(scenario)), drawn_(std::move(drawn)) {}
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     return drawn_->run_block(block.first, block.count);
   }
 
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions& options) const override {
-    const Reference reference(s_->reference, s_->interpolation);
+    const Reference reference = study::pair_reference(s_->reference, s_->interpolation);
     Tables tables(*s_);
     // One offset at a time: of each only its rows stay.
     for (const Well& offset : s_->offsets) {
       if (options.stop && *options.stop) throw Interrupted("stopped before all wells were compared");
-      tables.add(Pair(*s_, reference, offset));
+      tables.add(study::well_pair(*s_, reference, offset));
     }
     study::PointResult r;
     r.tables = tables.take(reference);
@@ -48,7 +48,7 @@ class ClearancePlan final : public study::PointPlan {
   explicit ClearancePlan(Scenario scenario) : s_(std::make_shared<const Scenario>(std::move(scenario))) {}
   std::uint64_t trials() const override { return s_->drawing.trials; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<Clearance>(s_);
+    return std::make_unique<Clearance>(s_, s_->drawing.trials > 0 ? drawn_pairs(*s_) : nullptr);
   }
 
  private:

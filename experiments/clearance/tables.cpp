@@ -218,7 +218,7 @@ store::Table Tables::parameters_table() const {
 store::Table Tables::paths_table() const {
   study::TableRows t("paths", "stations of all wells in one frame");
   const auto rows = [&](const Well& w) {
-    const proximity::WellPath path(w.survey, w.slot);
+    const proximity::WellPath path = proximity::well_path(w.survey, w.slot);
     for (std::size_t k = 0; k < path.stations(); ++k) {
       const Eigen::Vector3d p = path.at_station(k).position;
       t.word("well", "name of the well", w.name);

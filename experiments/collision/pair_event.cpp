@@ -54,46 +54,54 @@ std::size_t bin_of(double md, const std::pair<double, double>& range) {
 
 }  // namespace
 
-PairEvent::PairEvent(const Scenario& s, const study::PairReference& reference, const propagate::WellErrors& drawn,
-                     std::size_t offset, const study::PairFormulation& formulation, const random::Stream& stream)
-    : s_(s), stream_(stream), offset_(s.offsets[offset].name), correlation_(formulation.name) {
+std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const study::PairReference& reference,
+                                            const propagate::WellErrors& drawn, std::size_t offset,
+                                            const study::PairFormulation& formulation, const random::Stream& stream) {
   const study::SurveyedWell& well = s.offsets[offset];
   const WellExtras& extras = s.extras[offset];
-  const study::WellPair pair(s, reference, well);
+  std::unique_ptr<PairEvent> event(new PairEvent(s, stream, well.name, formulation.name));
+  PairEvent& e = *event;
+  const study::WellPair pair = study::well_pair(s, reference, well);
+  const proximity::WellPath& offset_path = *pair.offset_path;
   const proximity::PairErrors& errors = pair.formulation(formulation.name);
   const bool is_hole_shared = formulation.kind == study::PairFormulation::Kind::shared_hole;
   const propagate::WellErrors offset_errors = errors_of(s, well, is_hole_shared ? well.tools_from_kickoff : well.tools);
   const proximity::SharedDraws shared = is_hole_shared
                                             ? proximity::draws_of_shared_hole(drawn, offset_errors, *well.kickoff)
                                             : proximity::shared_draws(drawn, offset_errors, errors);
-  radii_ = pair.geometry.radii;
-  depths_ = {
+  e.radii_ = pair.geometry.radii;
+  e.depths_ = {
       std::pair(reference.path().md(extras.first_reference), reference.path().md(reference.path().stations() - 1)),
-      std::pair(pair.offset_path.md(extras.first), pair.offset_path.md(pair.offset_path.stations() - 1))};
-  state_ = std::make_unique<proximity::ContactState>(
-      proximity::DrawnWellPlace{&drawn, s.reference.slot, s.reference_slot_sd, extras.first_reference, 0},
-      proximity::DrawnWellPlace{&offset_errors, well.slot, extras.slot_sd, extras.first,
-                                static_cast<std::uint32_t>(offset + 1)},
-      shared, radii_);
-  hits_ = std::make_unique<proximity::HitState>(*state_);
-  reference_sources_ = drawn.sources;
-  offset_sources_ = offset_errors.sources;
-  slots_.diagonal() = s.reference_slot_sd.cwiseAbs2() + extras.slot_sd.cwiseAbs2();
-  touching_ = proximity::touching_pairs(
-      reference.path(), extras.first_reference, pair.offset_path, extras.first,
+      std::pair(offset_path.md(extras.first), offset_path.md(offset_path.stations() - 1))};
+  e.state_ = std::make_unique<proximity::ContactState>(proximity::contact_state(
+      {&drawn, s.reference.slot, s.reference_slot_sd, extras.first_reference, 0},
+      {&offset_errors, well.slot, extras.slot_sd, extras.first, static_cast<std::uint32_t>(offset + 1)}, shared,
+      e.radii_));
+  e.hits_ = std::make_unique<proximity::HitState>(*e.state_);
+  e.reference_sources_ = drawn.sources;
+  e.offset_sources_ = offset_errors.sources;
+  e.slots_.diagonal() = s.reference_slot_sd.cwiseAbs2() + extras.slot_sd.cwiseAbs2();
+  e.touching_ = proximity::touching_pairs(
+      reference.path(), extras.first_reference, offset_path, extras.first,
       [&](const PathPoint& a, const PathPoint& b) {
-        return Matrix3d(slots_ + proximity::relative_covariance(errors, errors.reference->covariance_at(a.leg, a.share),
-                                                                errors.offset->covariance_at(b.leg, b.share), a.leg,
-                                                                a.share, b.leg, b.share));
+        return Matrix3d(e.slots_ + proximity::relative_covariance(
+                                       errors, errors.reference->covariance_at(a.leg, a.share),
+                                       errors.offset->covariance_at(b.leg, b.share), a.leg, a.share, b.leg, b.share));
       },
-      radii_, kKeep, s.run.sampling.preparing.max_components);
-  event_ = study::prepare_event(s.run.sampling, [&] { return prepare(drawn, offset_errors); });
-  predict(s, pair, errors);
-  closest_r_ = predictions_.closest.offset.position - predictions_.closest.reference.position;
-  closest_j_ = state_->derivative(drawn, offset_errors, proximity::well_point(predictions_.closest.reference),
-                                  proximity::well_point(predictions_.closest.offset));
-  trials_ = std::make_unique<rare::EventTrials>(*hits_, event_.prepared.proposal,
-                                                rare::TrialAddresses{state_->calls(), random::kRareChoice}, stream_);
+      e.radii_, kKeep, s.run.sampling.preparing.max_components);
+  e.event_ = study::prepare_event(s.run.sampling, [&] { return e.prepare(drawn, offset_errors); });
+  e.predict(s, pair, errors);
+  e.closest_r_ = e.predictions_.closest.offset.position - e.predictions_.closest.reference.position;
+  e.closest_j_ = e.state_->derivative(drawn, offset_errors, proximity::well_point(e.predictions_.closest.reference),
+                                      proximity::well_point(e.predictions_.closest.offset));
+  e.leading_ = e.importance();
+  e.leading_.erase(
+      std::remove_if(e.leading_.begin(), e.leading_.end(), [](const PairEvent::Importance& x) { return x.design > 0; }),
+      e.leading_.end());
+  if (e.leading_.size() > PairEvent::kLeading) e.leading_.resize(PairEvent::kLeading);
+  e.trials_ = std::make_unique<rare::EventTrials>(*e.hits_, e.event_.prepared.proposal,
+                                                  rare::TrialAddresses{e.state_->calls(), random::kRareChoice}, stream);
+  return event;
 }
 
 rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset) {
@@ -198,6 +206,12 @@ stats::Tally PairEvent::run_block(std::uint64_t first, int count, std::size_t nu
     const Eigen::Vector2d at = plane_ * x;
     samples.insert(samples.end(), {static_cast<double>(number + 1), static_cast<double>(t.trial), t.weight,
                                    static_cast<double>(t.component), t.marks[0], t.marks[1], at[0], at[1]});
+    for (std::size_t k = 0; k < kLeading; ++k) {
+      double towards = k < leading_.size() ? 0 : kNaN;
+      for (int i = 0; k < leading_.size() && i < state_->dimension(); ++i)
+        towards += leading_[k].direction[i] * drawn.z.value(t.lane_index, i);
+      samples.push_back(towards);
+    }
   });
   tally.weighted.insert(tally.weighted.end(), bins.begin(), bins.end());
   tally.samples = std::move(samples);
@@ -256,26 +270,36 @@ std::string PairEvent::replay(std::uint64_t trial) const {
 
 std::vector<PairEvent::Importance> PairEvent::importance() const {
   std::vector<Importance> out;
-  if (event_.prepared.designs.empty()) return out;
-  const rare::DesignPoint& d = event_.prepared.designs.front();
-  std::map<std::pair<int, std::uint32_t>, double> sums;
-  for (std::size_t i = 0; i < state_->names().size(); ++i) {
-    const auto& name = state_->names()[i];
-    if (name.well < 0) continue;
-    const double alpha = d.z[static_cast<Eigen::Index>(i)] / d.beta;
-    sums[{name.well, name.source}] += alpha * alpha;
-  }
-  for (const auto& [name, factor] : sums) {
-    Importance x{"slot", "", name.first == 0 ? "reference" : name.first == 1 ? offset_ : "both", factor};
-    if (name.second != proximity::ContactState::kSlot) {
-      const propagate::ErrorSource& source = (name.first == 1 ? offset_sources_ : reference_sources_)[name.second];
-      x.code = source.code;
-      x.mode = std::string(1, error_model::mode_letter(source.mode));
+  for (std::size_t k = 0; k < event_.prepared.designs.size(); ++k) {
+    const rare::DesignPoint& d = event_.prepared.designs[k];
+    std::map<std::pair<int, std::uint32_t>, Eigen::VectorXd> of_sources;
+    for (std::size_t i = 0; i < state_->names().size(); ++i) {
+      const auto& name = state_->names()[i];
+      const auto at = static_cast<Eigen::Index>(i);
+      if (name.well < 0 || d.z[at] == 0) continue;
+      of_sources.try_emplace({name.well, name.source}, Eigen::VectorXd::Zero(d.z.size())).first->second[at] =
+          d.z[at] / d.beta;
     }
-    out.push_back(std::move(x));
+    const auto first = static_cast<std::ptrdiff_t>(out.size());
+    for (const auto& [name, alpha] : of_sources) {
+      Importance x{k,
+                   "slot",
+                   "",
+                   name.first == 0   ? "reference"
+                   : name.first == 1 ? offset_
+                                     : "both",
+                   alpha.squaredNorm(),
+                   alpha.normalized()};
+      if (name.second != proximity::ContactState::kSlot) {
+        const propagate::ErrorSource& source = (name.first == 1 ? offset_sources_ : reference_sources_)[name.second];
+        x.code = source.code;
+        x.mode = std::string(1, error_model::mode_letter(source.mode));
+      }
+      out.push_back(std::move(x));
+    }
+    std::stable_sort(out.begin() + first, out.end(),
+                     [](const Importance& x, const Importance& y) { return x.factor > y.factor; });
   }
-  std::stable_sort(out.begin(), out.end(),
-                   [](const Importance& x, const Importance& y) { return x.factor > y.factor; });
   return out;
 }
 

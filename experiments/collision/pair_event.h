@@ -23,9 +23,6 @@ struct Predictions {
 
 class PairEvent {
  public:
-  PairEvent(const Scenario& scenario, const study::PairReference& reference, const propagate::WellErrors& drawn,
-            std::size_t offset, const study::PairFormulation& formulation, const random::Stream& stream);
-
   const std::string& offset() const { return offset_; }
   const std::string& correlation() const { return correlation_; }
   const study::PreparedEvent& event() const { return event_; }
@@ -52,21 +49,30 @@ class PairEvent {
 
   std::string replay(std::uint64_t trial) const;
 
-  /// alpha_i^2 of the first design point, summed by source and well; largest first.
+  /// alpha_i^2 of every design point, summed by source and well; the nearest one first, of each the largest first.
   struct Importance {
+    std::size_t design = 0;
     std::string code, mode, well;
     double factor = 0;
+    Eigen::VectorXd direction = {};  ///< of the source's normals towards the design point, unit length
   };
   std::vector<Importance> importance() const;
 
-  /// Numbers of a sample of the table hits: number of the event, trial, weight, component, two depths, and the linear
-  /// displacement at the closest pair in the plane across the wells, two numbers (m).
-  static constexpr int kSampled = 8;
+  /// Numbers of a sample of the table hits: number of the event, trial, weight, component, two depths, the linear
+  /// displacement at the closest pair in the plane across the wells, two numbers (m), and how far the first kLeading
+  /// sources of importance() are drawn towards the first design point (sd; NaN where there are fewer).
+  static constexpr int kLeading = 3;
   /// Covariance of that displacement, m2, and where the reference then is: r in that plane.
   Eigen::Matrix2d plane_covariance() const;
   Eigen::Vector2d plane_mean() const { return plane_ * closest_r_; }
 
  private:
+  friend std::unique_ptr<const PairEvent> pair_event(const Scenario&, const study::PairReference&,
+                                                     const propagate::WellErrors&, std::size_t,
+                                                     const study::PairFormulation&, const random::Stream&);
+  PairEvent(const Scenario& scenario, const random::Stream& stream, std::string offset, std::string correlation)
+      : s_(scenario), stream_(stream), offset_(std::move(offset)), correlation_(std::move(correlation)) {}
+
   rare::Prepared prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset);
   /// What a trial says of the size of the errors: with y = U'z of the mixture's directions and M = U'U of the rows that
   /// are errors, y'M y - tr M. The other directions do not lead to the event: to first order they say nothing.
@@ -76,7 +82,7 @@ class PairEvent {
   const Scenario& s_;
   random::Stream stream_;
   std::string offset_, correlation_;
-  double radii_;
+  double radii_ = 0;
   std::unique_ptr<proximity::ContactState> state_;
   std::unique_ptr<proximity::HitState> hits_;
   std::vector<proximity::TouchingPair> touching_;
@@ -89,7 +95,13 @@ class PairEvent {
   Eigen::Matrix3d slots_ = Eigen::Matrix3d::Zero();
   study::PreparedEvent event_;
   std::unique_ptr<rare::EventTrials> trials_;
+  std::vector<Importance> leading_;      ///< the first kLeading of importance()
   Eigen::MatrixXd directions_, scaled_;  ///< U and M of score(); empty without a design point
 };
+
+/// Predicts and prepares. `drawn`: errors of the reference. The scenario must outlive it.
+std::unique_ptr<const PairEvent> pair_event(const Scenario& scenario, const study::PairReference& reference,
+                                            const propagate::WellErrors& drawn, std::size_t offset,
+                                            const study::PairFormulation& formulation, const random::Stream& stream);
 
 }  // namespace surveymc::studies::collision

@@ -17,7 +17,7 @@ Eigen::Vector3d read_slot_sd(config::ConfigReader& c, const std::string& key) {
 
 /// The well as surveyed.
 proximity::DrawnPath path_of(const study::SurveyedWell& well) {
-  const proximity::WellPath path(well.survey, well.slot);
+  const proximity::WellPath path = proximity::well_path(well.survey, well.slot);
   proximity::DrawnPath out;
   out.resize(path.stations());
   for (std::size_t k = 0; k < path.stations(); ++k) {

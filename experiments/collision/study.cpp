@@ -16,19 +16,8 @@ namespace {
 
 class Collision final : public study::StudyPoint {
  public:
-  Collision(std::shared_ptr<const Scenario> scenario, const montecarlo::RunOptions& options) : s_(std::move(scenario)) {
-    const study::PairReference reference(s_->reference, s_->interpolation);
-    const propagate::WellErrors drawn =
-        propagate::well_errors(s_->reference.survey, s_->reference.tvd, s_->reference.tools.runs, s_->reference.field,
-                               s_->reference.latitude, 1, s_->vertical);
-    const random::Stream stream = random::stream_of(s_->seed);
-    for (std::size_t o = 0; o < s_->offsets.size(); ++o)
-      for (const study::PairFormulation& f : s_->formulations) {
-        if (!f.is_for(s_->offsets[o])) continue;
-        if (options.stop && *options.stop) throw Interrupted("stopped before all pairs were prepared");
-        events_.push_back(std::make_unique<PairEvent>(*s_, reference, drawn, o, f, stream));
-      }
-  }
+  Collision(std::shared_ptr<const Scenario> scenario, std::vector<std::unique_ptr<const PairEvent>> events)
+      : s_(std::move(scenario)), events_(std::move(events)) {}
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     stats::Tally all;
@@ -118,8 +107,24 @@ class Collision final : public study::StudyPoint {
   }
 
   std::shared_ptr<const Scenario> s_;
-  std::vector<std::unique_ptr<PairEvent>> events_;
+  std::vector<std::unique_ptr<const PairEvent>> events_;
 };
+
+std::vector<std::unique_ptr<const PairEvent>> events_of(const Scenario& s, const montecarlo::RunOptions& options) {
+  const study::PairReference reference = study::pair_reference(s.reference, s.interpolation);
+  const propagate::WellErrors drawn =
+      propagate::well_errors(s.reference.survey, s.reference.tvd, s.reference.tools.runs, s.reference.field,
+                             s.reference.latitude, 1, s.vertical);
+  const random::Stream stream = random::stream_of(s.seed);
+  std::vector<std::unique_ptr<const PairEvent>> events;
+  for (std::size_t o = 0; o < s.offsets.size(); ++o)
+    for (const study::PairFormulation& f : s.formulations) {
+      if (!f.is_for(s.offsets[o])) continue;
+      if (options.stop && *options.stop) throw Interrupted("stopped before all pairs were prepared");
+      events.push_back(pair_event(s, reference, drawn, o, f, stream));
+    }
+  return events;
+}
 
 class CollisionPlan final : public study::PointPlan {
  public:
@@ -128,7 +133,7 @@ class CollisionPlan final : public study::PointPlan {
   std::vector<std::uint64_t> looks() const override { return s_->run.plan.looks; }
   int block_trials() const override { return s_->run.block_trials(); }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
-    return std::make_unique<Collision>(s_, options);
+    return std::make_unique<Collision>(s_, events_of(*s_, options));
   }
 
  private:

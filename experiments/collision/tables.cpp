@@ -105,15 +105,15 @@ store::Table design_table(const std::vector<JudgedEvent>& events) {
 
 store::Table importance_table(const std::vector<JudgedEvent>& events) {
   TableRows t("importance",
-              "squared direction cosines of the first design point, by source: which errors make the wells "
-              "touch");
+              "squared direction cosines of the design points, by source: which errors make the wells touch");
   bool any = false;
   const auto put = [&](const PairEvent& e, const PairEvent::Importance& x) {
     put_event(t, e);
+    t.count("component", "design point: number of its adapted component in design_points", x.design);
     t.word("code", "code of the error source", x.code);
     t.word("mode", "R, S, W or G", x.mode);
     t.word("well", "whose error, or both: shared", x.well);
-    t.number("factor", "1", "part of beta^2; all add up to 1", x.factor);
+    t.number("factor", "1", "part of beta^2; those of a component add up to 1", x.factor);
   };
   for (const JudgedEvent& e : events)
     for (const PairEvent::Importance& x : e.event->importance()) put(*e.event, x), any = true;
@@ -157,6 +157,41 @@ store::Table contact_table(const Scenario& s, const std::vector<JudgedEvent>& ev
     for (const char* name : {"from_md_m", "to_md_m"}) t.number(name, "m", "", 0);
     t.count("hits", "trials that touch there", 0);
     for (const char* name : {"share", "share_above"}) t.number(name, "1", "", 0);
+    t.drop_rows();
+  }
+  return t.take();
+}
+
+/// Linear within the bins of contact_table().
+store::Table contact_quantile_table(const std::vector<JudgedEvent>& events) {
+  TableRows t("contact_quantiles",
+              "depths above which these shares of the weighted hits touch, from bins of a twentieth");
+  const auto put = [&](const PairEvent& e, const std::string& well, double share, double md) {
+    put_event(t, e);
+    t.word("well", "reference or offset", well);
+    t.number("share", "1", "of the probability", share);
+    t.number("md_m", "m", "measured depth above which it is", md);
+  };
+  for (const JudgedEvent& e : events) {
+    if (e.event->event().method == "subset" || e.tally.weighted.empty()) continue;
+    const std::size_t first = rare::kFirstComponent + e.event->event().prepared.proposal.components().size();
+    const double all = e.tally.weighted[rare::kAllHits].sum;
+    if (!(all > 0)) continue;
+    for (std::size_t well = 0; well < 2; ++well) {
+      const auto [lo, hi] = e.event->depths(static_cast<int>(well));
+      const double width = (hi - lo) / PairEvent::kContactBins;
+      for (const double wanted : {0.05, 0.25, 0.5, 0.75, 0.95}) {
+        double above = 0;
+        std::size_t b = 0;
+        const auto in = [&] { return e.tally.weighted[first + well * PairEvent::kContactBins + b].sum / all; };
+        while (b + 1 < PairEvent::kContactBins && above + in() < wanted) above += in(), ++b;
+        const double part = in() > 0 ? std::min(1.0, (wanted - above) / in()) : 0;
+        put(*e.event, well == 0 ? "reference" : "offset", wanted, lo + width * (static_cast<double>(b) + part));
+      }
+    }
+  }
+  if (t.is_empty()) {
+    put(*events.front().event, "", 0, 0);
     t.drop_rows();
   }
   return t.take();
@@ -300,8 +335,9 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
 }  // namespace
 
 std::vector<store::Table> tables_of(const Scenario& s, const std::vector<JudgedEvent>& events) {
-  return {probability_table(s, events), sampling_table(s, events), design_table(events), importance_table(events),
-          contact_table(s, events),     claims_table(s, events),   closest_table(events)};
+  return {probability_table(s, events), sampling_table(s, events), design_table(events),
+          importance_table(events),     contact_table(s, events),  contact_quantile_table(events),
+          claims_table(s, events),      closest_table(events)};
 }
 
 store::Table hits_table(const stats::Tally& tally) {
@@ -317,6 +353,10 @@ store::Table hits_table(const stats::Tally& tally) {
                            "from the reference to the offset at the closest pair, to first order, in the plane "
                            "across the wells: along the line between them"),
       study::number_column("across_m", "m", "the same across that line")};
+  for (int k = 1; k <= PairEvent::kLeading; ++k)
+    t.columns.push_back(study::number_column(
+        fmt::format("leading_{}", k), "1",
+        fmt::format("how far source {} of the table importance is drawn towards the first design point, in sd", k)));
   return study::table_of_numbers(std::move(t), tally.samples);
 }
 

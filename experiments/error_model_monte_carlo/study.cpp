@@ -186,7 +186,7 @@ void ErrorModelMonteCarlo::plan_draws() {
   for (const Depth& d : depths_) points.push_back(d.point);
   const std::vector<propagate::DrawPlace> places = propagate::draw_places(errors_);
   const auto add_well = [&](const propagate::WellErrors& errors, int source) {
-    Drawn w{propagate::DrawnWell(errors, points, places, true), source, {}};
+    Drawn w{propagate::drawn_well(errors, points, places, true), source, {}};
     for (const Depth& d : depths_)
       w.control.push_back(source < 0
                               ? propagate::covariance_of(d.effects)

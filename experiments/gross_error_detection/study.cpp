@@ -261,7 +261,9 @@ study::Experiment experiment() {
           "Gross errors by Monte Carlo: false alarms, detection, identification by strategy",
           "E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65, sections 2.1 and 2.2",
           [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<GrossErrorPlan>(read_scenario(config, seed));
+            Scenario s = read_scenario(config, seed);
+            if (!s.events.empty()) study::require_rare(events_of(with_sizes(s)));
+            return std::make_unique<GrossErrorPlan>(std::move(s));
           }};
 }
 

@@ -424,6 +424,15 @@ stats::ControlledEstimate PositionPoint::sd_estimate(const stats::Tally& tally, 
 
 namespace {
 
+/// A survey's geometry that no run can have: says which survey, in which case of a sweep.
+std::vector<study::TrialEvent> placed_events(const Scenario& s) {
+  try {
+    return events_of(s);
+  } catch (const InputError& e) {
+    s.survey_place.fail(e.what());
+  }
+}
+
 class MsaPositionPlan final : public study::PointPlan {
  public:
   explicit MsaPositionPlan(Scenario scenario) : s_(std::move(scenario)) {}
@@ -434,9 +443,9 @@ class MsaPositionPlan final : public study::PointPlan {
     return s_.events.empty() ? montecarlo::kBlockTrials : s_.event_run.block_trials();
   }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
+    if (!s_.events.empty())
+      return study::event_study(s_.event_run, s_.annotations, placed_events(s_), random::stream_of(s_.seed), options);
     try {
-      if (!s_.events.empty())
-        return study::event_study(s_.event_run, s_.annotations, events_of(s_), random::stream_of(s_.seed), options);
       return std::make_unique<PositionPoint>(s_, model_of(s_));
     } catch (const InputError& e) {  // the survey's geometry: say which survey, in which case of a sweep
       s_.survey_place.fail(e.what());
@@ -456,7 +465,9 @@ study::Experiment experiment() {
           "Multi-station analysis and weighted least squares: errors left in parameters and final position",
           "S. Vis, TU Delft 2019, tables 5 to 11, figures 6 and 7",
           [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<MsaPositionPlan>(read_scenario(config, seed));
+            Scenario s = read_scenario(config, seed);
+            if (!s.events.empty()) study::require_rare(placed_events(s));
+            return std::make_unique<MsaPositionPlan>(std::move(s));
           }};
 }
 

@@ -112,10 +112,13 @@ JournalContents read_journals(const fs::path& output, const RunKey& key) {
                         path.string(), of.program, key.program));
       const auto point = in.get<std::uint64_t>();
       const std::string_view rest = in.raw(in.left());
-      if ((point & kIsResult) != 0)
+      if ((point & kIsResult) != 0) {
         all.points.insert_or_assign(point & ~kIsResult, std::string(rest));
-      else
-        all.finished[point].push_back(montecarlo::subtree_from_bytes(rest));
+        return;
+      }
+      montecarlo::Subtree node = montecarlo::subtree_from_bytes(rest);
+      if (node.tally.proposal != 0) all.drawn_in.try_emplace({point, node.tally.proposal}, path);
+      all.finished[point].push_back(std::move(node));
     });
     if (!is_whole) all.damaged.push_back(path);
   }

@@ -26,10 +26,14 @@ std::vector<std::filesystem::path> journals_of(const std::filesystem::path& outp
 /// Results of finished sweep points without trials, as bytes.
 using FinishedPoints = std::map<std::uint64_t, std::string>;
 
+/// The journal that has trials of a point from a proposal (stats::Tally::proposal), the first one if several have.
+using JournalsOfProposals = std::map<std::pair<std::uint64_t, std::uint64_t>, std::filesystem::path>;
+
 struct JournalContents {
   FinishedBlocks finished;
   std::vector<std::filesystem::path> damaged;  ///< journals that are not whole; records before the damage count
   FinishedPoints points = {};
+  JournalsOfProposals drawn_in = {};
 };
 
 /// Throws IoError if a journal beside `output` belongs to another config or another build of the program.

@@ -315,7 +315,7 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
   std::optional<EndsBySignal> computing(std::in_place, &journal,
                                         EndsBySignal::Says{go_on, "nothing was written", output});
   try {
-    compute({std::move(kept.finished), &journal, std::move(kept.points)});
+    compute({std::move(kept.finished), &journal, std::move(kept.points), std::move(kept.drawn_in)});
     write();
     computing.reset();
     checkpoint::remove_journals(output, key);

@@ -80,13 +80,16 @@ std::vector<DrawPlace> draw_places(const WellErrors& errors, std::uint32_t first
   return out;
 }
 
-DrawnWell::DrawnWell(const WellErrors& errors, const std::vector<WellPoint>& points,
-                     const std::vector<DrawPlace>& places, bool with_control)
-    : points_(points), stations_(points.back().station + 1) {
-  legs_.resize(stations_);
-  for (std::size_t k = 1; k < stations_; ++k) legs_[k] = leg_geometry(errors, k);
-  make_items(errors, places);
-  make_points(errors, with_control);
+DrawnWell drawn_well(const WellErrors& errors, const std::vector<WellPoint>& points,
+                     const std::vector<DrawPlace>& places, bool with_control) {
+  DrawnWell w;
+  w.points_ = points;
+  w.stations_ = points.back().station + 1;
+  w.legs_.resize(w.stations_);
+  for (std::size_t k = 1; k < w.stations_; ++k) w.legs_[k] = leg_geometry(errors, k);
+  w.make_items(errors, places);
+  w.make_points(errors, with_control);
+  return w;
 }
 
 void DrawnWell::make_items(const WellErrors& errors, const std::vector<DrawPlace>& places) {

@@ -2,7 +2,7 @@
 /// Wells drawn from their error models: trials in lanes, all errors through depth, direction and minimum curvature.
 ///
 ///   const WellErrors errors = well_errors(survey, tvd, runs, field, latitude);
-///   const DrawnWell well(errors, {point_at(survey, md)}, draw_places(errors), true);
+///   const DrawnWell well = drawn_well(errors, {point_at(survey, md)}, draw_places(errors), true);
 ///   survey::LaneArray out(groups, well.rows());
 ///   well.draw(stream, first_trial, false, groups, out);      // out.value(trial, 3 point + axis)
 #include <cstdint>
@@ -29,12 +29,6 @@ std::vector<DrawPlace> draw_places(const WellErrors& errors, std::uint32_t first
 
 class DrawnWell {
  public:
-  /// `points`: in the order of their stations. `places`: one a draw of `errors`. `with_control`: also the first-order
-  /// effect (FirstOrder::minimum_curvature) of the same draws. Draws that have no effect at or before the last point
-  /// are not made. Only numbers of `errors` are kept.
-  DrawnWell(const WellErrors& errors, const std::vector<WellPoint>& points, const std::vector<DrawPlace>& places,
-            bool with_control);
-
   /// Rows of an output: 3 i + {N, E, V}, in metres: point i less its true position; with control, further
   /// 3 (points + i) + {N, E, V}: the same to first order.
   int rows() const { return static_cast<int>(points_.size()) * (derivatives_.empty() ? 3 : 6); }
@@ -61,6 +55,8 @@ class DrawnWell {
   survey::LaneArray make_scratch() const;
 
  private:
+  friend DrawnWell drawn_well(const WellErrors&, const std::vector<WellPoint>&, const std::vector<DrawPlace>&, bool);
+  DrawnWell() = default;
   void make_items(const WellErrors& errors, const std::vector<DrawPlace>& places);
   void make_points(const WellErrors& errors, bool with_control);
 
@@ -75,6 +71,12 @@ class DrawnWell {
   std::vector<DrawnPoint> drawn_points_;
   std::vector<double> truth_, derivatives_;
 };
+
+/// `points`: in the order of their stations. `places`: one a draw of `errors`. `with_control`: also the first-order
+/// effect (FirstOrder::minimum_curvature) of the same draws. Draws that have no effect at or before the last point are
+/// not made. Only numbers of `errors` are kept.
+DrawnWell drawn_well(const WellErrors& errors, const std::vector<WellPoint>& points,
+                     const std::vector<DrawPlace>& places, bool with_control);
 
 /// One trial from its draws (one a draw of `errors`, standard normal): the readable definition, and the way to
 /// quadrature. N, E, V of every point less its true position, m: 3 a point.

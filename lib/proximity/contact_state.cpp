@@ -21,7 +21,7 @@ ContactState::Side ContactState::make_side(const DrawnWellPlace& place, const st
           place.errors->survey.md(),
           place.first,
           0,
-          propagate::DrawnWell(*place.errors, {last}, places, false),
+          propagate::drawn_well(*place.errors, {last}, places, false),
           {},
           {}};
 }
@@ -48,30 +48,34 @@ void ContactState::add_rows(Side& side, const std::vector<DrawPlace>& places) {
   }
 }
 
-ContactState::ContactState(const DrawnWellPlace& reference, const DrawnWellPlace& offset, const SharedDraws& shared,
-                           double radii)
-    : radii_(radii),
-      reference_(make_side(reference, propagate::draw_places(*reference.errors))),
-      offset_(make_side(offset, offset_places(*reference.errors, *offset.errors, shared))) {
-  for (auto [side, place] : {std::pair(&reference_, &reference), {&offset_, &offset}}) {
+void ContactState::name_normals(const Side& side, const WellErrors& errors, int well) {
+  for (std::size_t d = 0; d < errors.draws.size(); ++d) {
+    if (side.draw_rows[d] == 0xffffffffu) continue;
+    NormalName& n = names_[side.draw_rows[d]];
+    n = n.well == 0 && well == 1 ? NormalName{2, n.source} : NormalName{well, errors.draws[d].source};
+  }
+}
+
+ContactState contact_state(const DrawnWellPlace& reference, const DrawnWellPlace& offset, const SharedDraws& shared,
+                           double radii) {
+  const std::vector<DrawPlace> of_reference = propagate::draw_places(*reference.errors),
+                               of_offset = offset_places(*reference.errors, *offset.errors, shared);
+  ContactState state(radii, ContactState::make_side(reference, of_reference),
+                     ContactState::make_side(offset, of_offset));
+  for (auto [side, place] : {std::pair(&state.reference_, &reference), {&state.offset_, &offset}}) {
     if (place->slot_sd.isZero(0)) continue;
-    side->slot_row = row_of(random::kWellPlace, 4 * place->number);
+    side->slot_row = state.row_of(random::kWellPlace, 4 * place->number);
     for (int axis = 0; axis < 3; ++axis)
       if (place->slot_sd[axis] > 0)
-        names_[static_cast<std::size_t>(side->slot_row + axis)] = {side == &reference_ ? 0 : 1, kSlot};
+        state.names_[static_cast<std::size_t>(side->slot_row + axis)] = {side == &state.reference_ ? 0 : 1,
+                                                                         ContactState::kSlot};
   }
-  add_rows(reference_, propagate::draw_places(*reference.errors));
-  add_rows(offset_, offset_places(*reference.errors, *offset.errors, shared));
-  const auto name = [&](const Side& side, const WellErrors& errors, int well) {
-    for (std::size_t d = 0; d < errors.draws.size(); ++d) {
-      if (side.draw_rows[d] == 0xffffffffu) continue;
-      NormalName& n = names_[side.draw_rows[d]];
-      n = n.well == 0 && well == 1 ? NormalName{2, n.source} : NormalName{well, errors.draws[d].source};
-    }
-  };
-  name(reference_, *reference.errors, 0);
-  name(offset_, *offset.errors, 1);
-  if (calls_.empty()) row_of(random::kWellPlace, 0);  // no source at all: a row that nothing reads
+  state.add_rows(state.reference_, of_reference);
+  state.add_rows(state.offset_, of_offset);
+  state.name_normals(state.reference_, *reference.errors, 0);
+  state.name_normals(state.offset_, *offset.errors, 1);
+  if (state.calls_.empty()) state.row_of(random::kWellPlace, 0);  // no source at all: a row that nothing reads
+  return state;
 }
 
 void ContactState::set_path(const Side& side, const survey::LaneArray& drawn, const survey::LaneArray& z, int trial,

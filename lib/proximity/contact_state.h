@@ -25,9 +25,6 @@ struct DrawnWellPlace {
 
 class ContactState final : public rare::LimitState {
  public:
-  /// `radii`: R, of both holes together, m. The errors are not kept.
-  ContactState(const DrawnWellPlace& reference, const DrawnWellPlace& offset, const SharedDraws& shared, double radii);
-
   /// Where the normals stand in the stream: those of the study clearance, and the slots'.
   const std::vector<rare::NormalCall>& calls() const { return calls_; }
   int dimension() const override { return static_cast<int>(4 * calls_.size()); }
@@ -53,6 +50,7 @@ class ContactState final : public rare::LimitState {
   const std::vector<NormalName>& names() const { return names_; }
 
  private:
+  friend ContactState contact_state(const DrawnWellPlace&, const DrawnWellPlace&, const SharedDraws&, double);
   struct Side {
     Eigen::Vector3d slot, slot_sd;
     std::vector<double> md;
@@ -62,7 +60,10 @@ class ContactState final : public rare::LimitState {
     std::vector<std::uint32_t> rows;       ///< of the well's calls
     std::vector<std::uint32_t> draw_rows;  ///< of its draws
   };
+  ContactState(double radii, Side reference, Side offset)
+      : radii_(radii), reference_(std::move(reference)), offset_(std::move(offset)) {}
   static Side make_side(const DrawnWellPlace& place, const std::vector<propagate::DrawPlace>& places);
+  void name_normals(const Side& side, const propagate::WellErrors& errors, int well);
   void add_rows(Side& side, const std::vector<propagate::DrawPlace>& places);
   int row_of(random::Channel channel, std::uint32_t index);
   template <class EachTrial>
@@ -76,6 +77,10 @@ class ContactState final : public rare::LimitState {
   std::vector<NormalName> names_;
   Side reference_, offset_;
 };
+
+/// `radii`: R, of both holes together, m. The errors are not kept.
+ContactState contact_state(const DrawnWellPlace& reference, const DrawnWellPlace& offset, const SharedDraws& shared,
+                           double radii);
 
 /// The same that knows g where it is 0 or less alone: for the trials of a run. Its marks are the depths of contact.
 class HitState final : public rare::LimitState {

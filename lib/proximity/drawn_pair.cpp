@@ -93,10 +93,12 @@ std::vector<propagate::DrawPlace> offset_places(const WellErrors& reference, con
   return out;
 }
 
-DrawnPoints::DrawnPoints(const WellErrors& errors, const std::vector<WellPoint>& points,
-                         const std::vector<propagate::DrawPlace>& places)
-    : order_(by_depth(points)), position_(points.size()), well_(errors, in_order(points, order_), places, true) {
-  for (std::size_t i = 0; i < order_.size(); ++i) position_[order_[i]] = i;
+DrawnPoints drawn_points(const WellErrors& errors, const std::vector<WellPoint>& points,
+                         const std::vector<propagate::DrawPlace>& places) {
+  const std::vector<std::size_t> order = by_depth(points);
+  std::vector<std::size_t> position(points.size());
+  for (std::size_t i = 0; i < order.size(); ++i) position[order[i]] = i;
+  return {std::move(position), propagate::drawn_well(errors, in_order(points, order), places, true)};
 }
 
 Vector3d DrawnPoints::error(const survey::LaneArray& out, int trial, std::size_t point) const {

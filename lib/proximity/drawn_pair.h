@@ -35,12 +35,9 @@ Eigen::Matrix3d relative_covariance(const propagate::WellErrors& reference, cons
 std::vector<propagate::DrawPlace> offset_places(const propagate::WellErrors& reference,
                                                 const propagate::WellErrors& offset, const SharedDraws& shared);
 
-/// A well drawn at points in any order.
+/// A well drawn at points in any order: drawn_points().
 class DrawnPoints {
  public:
-  DrawnPoints(const propagate::WellErrors& errors, const std::vector<propagate::WellPoint>& points,
-              const std::vector<propagate::DrawPlace>& places);
-
   const propagate::DrawnWell& well() const { return well_; }
   /// Error of a point in trial `trial` of an output of well().draw(), N, E, V, m; and what the same draws give to first
   /// order (minimum curvature).
@@ -48,8 +45,16 @@ class DrawnPoints {
   Eigen::Vector3d first_order(const survey::LaneArray& out, int trial, std::size_t point) const;
 
  private:
-  std::vector<std::size_t> order_, position_;  ///< points in the order of their stations, and where each stands there
+  friend DrawnPoints drawn_points(const propagate::WellErrors&, const std::vector<propagate::WellPoint>&,
+                                  const std::vector<propagate::DrawPlace>&);
+  DrawnPoints(std::vector<std::size_t> position, propagate::DrawnWell well)
+      : position_(std::move(position)), well_(std::move(well)) {}
+
+  std::vector<std::size_t> position_;  ///< where each point stands in the order of their stations
   propagate::DrawnWell well_;
 };
+
+DrawnPoints drawn_points(const propagate::WellErrors& errors, const std::vector<propagate::WellPoint>& points,
+                         const std::vector<propagate::DrawPlace>& places);
 
 }  // namespace surveymc::proximity

@@ -15,15 +15,17 @@ constexpr double kStraight = 1e-12;  // rad: the arc is within 1e-12 of its leng
 
 }  // namespace
 
-WellPath::WellPath(const survey::Survey& survey, const Vector3d& slot)
-    : md_(survey.md()), positions_(survey::minimum_curvature_positions(survey)) {
-  for (Vector3d& p : positions_) p += slot;
+WellPath well_path(const survey::Survey& survey, const Vector3d& slot) {
+  WellPath path;
+  path.md_ = survey.md();
+  path.positions_ = survey::minimum_curvature_positions(survey);
+  for (Vector3d& p : path.positions_) p += slot;
   for (const survey::Station& s : survey.stations)
-    tangents_.push_back(survey::to_eigen(survey::tangent_N({s.inclination, s.azimuth, 0})));
-  for (std::size_t k = 0; k + 1 < md_.size(); ++k) {
-    const Vector3d &t1 = tangents_[k], &t2 = tangents_[k + 1];
-    Leg leg;
-    leg.length = md_[k + 1] - md_[k];
+    path.tangents_.push_back(survey::to_eigen(survey::tangent_N({s.inclination, s.azimuth, 0})));
+  for (std::size_t k = 0; k + 1 < path.md_.size(); ++k) {
+    const Vector3d &t1 = path.tangents_[k], &t2 = path.tangents_[k + 1];
+    WellPath::Leg leg;
+    leg.length = path.md_[k + 1] - path.md_[k];
     // The half angle from chord and sum: exact to rounding from straight to nearly reversed.
     leg.dogleg = 2 * std::atan2((t2 - t1).norm(), (t2 + t1).norm());
     if (leg.dogleg > kStraight) {
@@ -32,8 +34,9 @@ WellPath::WellPath(const survey::Survey& survey, const Vector3d& slot)
     } else {
       leg.dogleg = 0;
     }
-    legs_.push_back(leg);
+    path.legs_.push_back(leg);
   }
+  return path;
 }
 
 PathPoint WellPath::at_station(std::size_t k) const {

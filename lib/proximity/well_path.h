@@ -33,9 +33,6 @@ struct ClosestPoint {
 
 class WellPath {
  public:
-  /// `slot`: north, east, down of the first station, m.
-  WellPath(const survey::Survey& survey, const Eigen::Vector3d& slot);
-
   std::size_t stations() const { return md_.size(); }
   double md(std::size_t station) const { return md_[station]; }
   PathPoint at_station(std::size_t station) const;
@@ -50,6 +47,8 @@ class WellPath {
   ClosestPoint closest(const Eigen::Vector3d& q, std::size_t first) const;
 
  private:
+  friend WellPath well_path(const survey::Survey&, const Eigen::Vector3d&);
+  WellPath() = default;
   struct Leg {
     double length = 0, dogleg = 0;                     ///< m, rad
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from the beginning towards the centre; zero: a straight leg
@@ -62,5 +61,8 @@ class WellPath {
   std::vector<Eigen::Vector3d> positions_, tangents_;
   std::vector<Leg> legs_;
 };
+
+/// `slot`: north, east, down of the first station, m.
+WellPath well_path(const survey::Survey& survey, const Eigen::Vector3d& slot);
 
 }  // namespace surveymc::proximity

@@ -9,6 +9,7 @@ namespace surveymc::study {
 namespace {
 
 constexpr double kCheckConfidence = 0.99, kCheckBias = 0.15;
+constexpr std::uint64_t kTrustedReplicates = 10;
 
 void add_note(std::string& note, const std::string& text) { note += (note.empty() ? "" : "; ") + text; }
 
@@ -79,8 +80,13 @@ EventEstimate estimate_event(const PreparedEvent& event, const stats::Tally& tal
     e.relative_half_width = s.probability > 0 ? (s.hi - s.lo) / 2 / s.probability : kNaN;
     const double variance = tally.trials > 1 ? tally.moments.variance(0) / static_cast<double>(tally.trials) : kNaN;
     e.relative_efficiency = s.probability * (1 - s.probability) / (static_cast<double>(e.evaluations) * variance);
-    e.trusted = tally.trials >= 10 && s.probability > 0;
-    if (!e.trusted) e.note = s.probability > 0 ? "fewer than 10 replicates" : "never hit";
+    // An interval that reaches 0 says that a few replicates make up the mean, and not how large it may be.
+    e.trusted = tally.trials >= kTrustedReplicates && s.lo > 0;
+    if (!e.trusted)
+      e.note = !(s.probability > 0) ? "never hit"
+               : tally.trials < kTrustedReplicates
+                   ? "fewer than 10 replicates"
+                   : "the interval of the replicates reaches 0: more of them, or more samples";
     return e;
   }
   const bool is_plain = event.method == "plain";

@@ -175,29 +175,30 @@ class EventStudy final : public StudyPoint {
                             own.trials, own.failed, true);
   }
 
-  /// alpha_i^2 of the first design point, summed by name; largest first.
+  /// alpha_i^2 of every design point, summed by name; largest first.
   store::Table importance_table() const {
-    TableRows t("importance",
-                "squared direction cosines of the first design point, by source: which draws make the event");
-    const auto put = [&](const std::string& event, const std::string& code, double factor) {
+    TableRows t("importance", "squared direction cosines of the design points, by source: which draws make the event");
+    const auto put = [&](const std::string& event, std::size_t design, const std::string& code, double factor) {
       t.word("event", "name of the event", event);
+      t.count("component", "design point: number of its adapted component in design_points", design);
       t.word("code", "what is drawn", code);
-      t.number("factor", "1", "part of beta^2; all add up to 1", factor);
+      t.number("factor", "1", "part of beta^2; those of a component add up to 1", factor);
     };
-    for (const DrawnEvent& e : events_) {
-      if (e.prepared.prepared.designs.empty()) continue;
-      const rare::DesignPoint& d = e.prepared.prepared.designs.front();
-      std::map<std::string, double> sums;
-      for (std::size_t i = 0; i < e.of.normals.size(); ++i) {
-        const double alpha = d.z[static_cast<Eigen::Index>(i)] / d.beta;
-        if (!e.of.normals[i].empty()) sums[e.of.normals[i]] += alpha * alpha;
+    for (const DrawnEvent& e : events_)
+      for (std::size_t k = 0; k < e.prepared.prepared.designs.size(); ++k) {
+        const rare::DesignPoint& d = e.prepared.prepared.designs[k];
+        std::map<std::string, double> sums;
+        for (std::size_t i = 0; i < e.of.normals.size(); ++i) {
+          const double alpha = d.z[static_cast<Eigen::Index>(i)] / d.beta;
+          if (!e.of.normals[i].empty()) sums[e.of.normals[i]] += alpha * alpha;
+        }
+        std::vector<std::pair<std::string, double>> sorted(sums.begin(), sums.end());
+        std::stable_sort(sorted.begin(), sorted.end(),
+                         [](const auto& a, const auto& b) { return a.second > b.second; });
+        for (const auto& [code, factor] : sorted) put(e.of.name, k, code, factor);
       }
-      std::vector<std::pair<std::string, double>> sorted(sums.begin(), sums.end());
-      std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
-      for (const auto& [code, factor] : sorted) put(e.of.name, code, factor);
-    }
     if (t.is_empty()) {
-      put({}, {}, 0);
+      put({}, 0, {}, 0);
       t.drop_rows();
     }
     return t.take();
@@ -309,16 +310,20 @@ Annotations read_event_annotations(config::ConfigReader& c, const std::vector<st
   return Annotations::read(c, rows);
 }
 
+void require_rare(const std::vector<TrialEvent>& events) {
+  for (const TrialEvent& e : events) {
+    const double g = rare::values_at(*e.state, Eigen::MatrixXd::Zero(e.state->dimension(), 1))[0];
+    e.place.require(!(g <= 0), "the event holds where nothing is drawn, and is not rare: must be one that draws cause");
+  }
+}
+
 std::unique_ptr<StudyPoint> event_study(const EventRun& run, const Annotations& annotations,
                                         std::vector<TrialEvent> events, const random::Stream& stream,
                                         const montecarlo::RunOptions& options) {
+  require_rare(events);
   std::vector<DrawnEvent> drawn;
   for (TrialEvent& event : events) {
     if (options.stop && *options.stop) throw Interrupted("stopped before all events were prepared");
-    const int n = event.state->dimension();
-    const double g = rare::values_at(*event.state, Eigen::MatrixXd::Zero(n, 1))[0];
-    event.place.require(!(g <= 0),
-                        "the event holds where nothing is drawn, and is not rare: must be one that draws cause");
     DrawnEvent d{std::move(event), {}, {}};
     const TrialEvent& e = d.of;
     d.prepared = prepare_event(
@@ -334,6 +339,7 @@ std::unique_ptr<StudyPoint> event_study(const EventRun& run, const Annotations& 
 
 std::unique_ptr<PointPlan> event_plan(EventRun run, Annotations annotations, random::Stream stream,
                                       std::function<std::vector<TrialEvent>()> events, int block_trials) {
+  require_rare(events());
   return std::make_unique<EventPlan>(std::move(run), std::move(annotations), stream, std::move(events), block_trials);
 }
 

@@ -50,12 +50,16 @@ struct TrialEvent {
   config::ConfigPlace place = {};
 };
 
-/// Prepares the events. Throws InputError where one holds without any draw, Interrupted at options.stop.
+/// Throws InputError, with the place of the event, where one holds without any draw. One evaluation each: studies call
+/// it where they read a point.
+void require_rare(const std::vector<TrialEvent>& events);
+
+/// Prepares the events. Throws InputError as require_rare(), Interrupted at options.stop.
 std::unique_ptr<StudyPoint> event_study(const EventRun& run, const Annotations& annotations,
                                         std::vector<TrialEvent> events, const random::Stream& stream,
                                         const montecarlo::RunOptions& options);
 
-/// The plan of a point whose events `events()` makes in the task that runs it.
+/// The plan of a point whose events `events()` makes in the task that runs it, and once before: require_rare().
 std::unique_ptr<PointPlan> event_plan(EventRun run, Annotations annotations, random::Stream stream,
                                       std::function<std::vector<TrialEvent>()> events,
                                       int block_trials = montecarlo::kBlockTrials);

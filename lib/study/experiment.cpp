@@ -330,19 +330,28 @@ void require_proposal(const StudyPoint& point, const stats::Tally& tally, const 
       whose, tally.proposal, point.proposal()));
 }
 
+std::vector<montecarlo::Subtree> finished_blocks(const Checkpoint& checkpoint, std::size_t index,
+                                                 const StudyPoint& point) {
+  const auto kept = checkpoint.finished.find(index);
+  if (kept == checkpoint.finished.end()) return {};
+  for (const montecarlo::Subtree& s : kept->second) {
+    const auto in = checkpoint.drawn_in.find({index, s.tally.proposal});
+    require_proposal(point, s.tally,
+                     in == checkpoint.drawn_in.end() ? "a journal beside the output" : in->second.string());
+  }
+  return kept->second;
+}
+
 stats::Tally point_tally(const RunPlan& run, std::size_t index, const StudyPoint& point,
                          const montecarlo::RunOptions& options, const Checkpoint& checkpoint) {
   const std::shared_ptr<const PointPlan> of_point = run.plan(index);
   const PointPlan& plan = *of_point;
   if (plan.trials() == 0) return {};
-  const auto kept = checkpoint.finished.find(index);
-  if (kept != checkpoint.finished.end())
-    for (const montecarlo::Subtree& s : kept->second) require_proposal(point, s.tally, "a journal beside the output");
   return montecarlo::run_blocks(
       plan.trials(), [&](montecarlo::TrialBlock b) { return point.run_block(b); },
       options_of_point(options, run, index, checkpoint.journal),
       {plan.looks(), [&](const stats::Tally& t) { return point.trials_needed(t); }},
-      kept == checkpoint.finished.end() ? std::vector<montecarlo::Subtree>{} : kept->second);
+      finished_blocks(checkpoint, index, point));
 }
 
 PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const stats::Tally& tally,

@@ -141,10 +141,16 @@ struct Checkpoint {
   checkpoint::FinishedBlocks finished = {};
   checkpoint::Journal* journal = nullptr;  ///< none: nothing is kept
   checkpoint::FinishedPoints points = {};  ///< of a study without trials
+  checkpoint::JournalsOfProposals drawn_in = {};
 };
 
 /// Throws IoError that names `whose`, where the tally's weights are of another proposal than the point's.
 void require_proposal(const StudyPoint& point, const stats::Tally& tally, const std::string& whose);
+
+/// The blocks of point `index` that an earlier attempt has finished. `point` is that point, prepared. Throws IoError
+/// that names the journal where their weights are of another proposal.
+std::vector<montecarlo::Subtree> finished_blocks(const Checkpoint& checkpoint, std::size_t index,
+                                                 const StudyPoint& point);
 
 /// Tally of point `index` of `run`, computed or taken from the checkpoint; empty without trials. `point` is that point,
 /// prepared. Here and below: where Interrupted is thrown, the journal has all finished blocks; they are not yet synced.

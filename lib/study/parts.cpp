@@ -131,11 +131,9 @@ checkpoint::Part run_part(const RunPlan& run, const PartChoice& choice, const mo
         } else if (p.whole) {
           p.subtrees.push_back({0, 0, point_tally(run, number, *point, of_point, checkpoint)});
         } else {
-          const auto kept = checkpoint.finished.find(number);
           p.subtrees = montecarlo::run_block_range(
               plan->trials(), p.blocks, [&](montecarlo::TrialBlock b) { return point->run_block(b); },
-              options_of_point(of_point, run, number, checkpoint.journal),
-              kept == checkpoint.finished.end() ? std::vector<montecarlo::Subtree>{} : kept->second);
+              options_of_point(of_point, run, number, checkpoint.journal), finished_blocks(checkpoint, number, *point));
         }
       }
     } catch (const InputError& e) {

@@ -371,9 +371,10 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
 
 void scale_models(config::ConfigReader& c, WellPairs& s) { scale_all_models(c, s); }
 
-PairReference::PairReference(const SurveyedWell& well, Interpolation interpolation)
-    : well_(well), path_(well.survey, well.slot) {
-  errors_ = errors_of(well, interpolation, non_finite_);
+PairReference pair_reference(const SurveyedWell& well, Interpolation interpolation) {
+  PairReference r(well, proximity::well_path(well.survey, well.slot));
+  r.errors_ = errors_of(well, interpolation, r.non_finite_);
+  return r;
 }
 
 const propagate::StationEffects& PairReference::effects() const {
@@ -381,32 +382,35 @@ const propagate::StationEffects& PairReference::effects() const {
   return *effects_;
 }
 
-WellPair::WellPair(const WellPairs& s, const PairReference& reference, const SurveyedWell& well)
-    : offset(&well), offset_path(well.survey, well.slot) {
-  geometry.reference = &reference.path();
-  geometry.offset = &offset_path;
-  geometry.reference_survey = &reference.well().survey;
-  geometry.rule = s.rule;
-  geometry.radii = (reference.well().hole_diameter + well.hole_diameter) / 2;
-  geometry.first = well.kickoff.value_or(0);
-  const auto of_reference = reference.errors(), of_offset = errors_of(well, s.interpolation, non_finite);
+WellPair well_pair(const WellPairs& s, const PairReference& reference, const SurveyedWell& well) {
+  WellPair pair;
+  pair.offset = &well;
+  pair.offset_path = std::make_unique<const proximity::WellPath>(proximity::well_path(well.survey, well.slot));
+  pair.geometry.reference = &reference.path();
+  pair.geometry.offset = pair.offset_path.get();
+  pair.geometry.reference_survey = &reference.well().survey;
+  pair.geometry.rule = s.rule;
+  pair.geometry.radii = (reference.well().hole_diameter + well.hole_diameter) / 2;
+  pair.geometry.first = well.kickoff.value_or(0);
+  const auto of_reference = reference.errors(), of_offset = errors_of(well, s.interpolation, pair.non_finite);
   propagate::StationEffects effects;
   if (well.kickoff) effects = all_effects(well, well.tools_from_kickoff);
   for (const Formulation& f : s.formulations) {
     if (!f.is_for(well)) continue;
     if (f.kind == Formulation::Kind::shared_hole) {
-      formulations.push_back(proximity::shared_hole(reference.effects(), effects, *well.kickoff));
+      pair.formulations.push_back(proximity::shared_hole(reference.effects(), effects, *well.kickoff));
     } else if (f.kind == Formulation::Kind::zeroed) {
-      formulations.push_back(proximity::zeroed_at_kickoff(reference.effects(), effects, *well.kickoff,
-                                                          reference.path().at_station(*well.kickoff).tangent,
-                                                          s.interpolation));
+      pair.formulations.push_back(proximity::zeroed_at_kickoff(reference.effects(), effects, *well.kickoff,
+                                                               reference.path().at_station(*well.kickoff).tangent,
+                                                               s.interpolation));
     } else {
       proximity::PairErrors e{f.name, of_reference, of_offset, {}, true};
       e.common.sources = proximity::shared_sources(f.sharing, f.codes, *of_reference, *of_offset);
       e.is_independent = e.common.sources.empty();
-      formulations.push_back(std::move(e));
+      pair.formulations.push_back(std::move(e));
     }
   }
+  return pair;
 }
 
 const proximity::PairErrors& WellPair::formulation(const std::string& name) const {

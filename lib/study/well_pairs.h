@@ -58,11 +58,9 @@ WellPairs read_well_pairs(config::ConfigReader& config);
 /// `errors.multiplier` (1): of the sizes of all models. After everything that names their terms was read.
 void scale_models(config::ConfigReader& config, WellPairs& wells);
 
-/// The reference, and what of it every pair needs.
+/// The reference, and what of it every pair needs: pair_reference().
 class PairReference {
  public:
-  PairReference(const SurveyedWell& well, proximity::Interpolation interpolation);
-
   const SurveyedWell& well() const { return well_; }
   const proximity::WellPath& path() const { return path_; }
   std::shared_ptr<const proximity::PositionErrors> errors() const { return errors_; }
@@ -71,6 +69,9 @@ class PairReference {
   const std::vector<propagate::NonFiniteTerm>& non_finite() const { return non_finite_; }
 
  private:
+  friend PairReference pair_reference(const SurveyedWell&, proximity::Interpolation);
+  PairReference(const SurveyedWell& well, proximity::WellPath path) : well_(well), path_(std::move(path)) {}
+
   const SurveyedWell& well_;
   proximity::WellPath path_;
   std::vector<propagate::NonFiniteTerm> non_finite_;
@@ -78,19 +79,21 @@ class PairReference {
   mutable std::unique_ptr<propagate::StationEffects> effects_;
 };
 
-/// A reference and an offset. The wells must outlive it.
+/// `well` must outlive it.
+PairReference pair_reference(const SurveyedWell& well, proximity::Interpolation interpolation);
+
+/// A reference and an offset: well_pair().
 struct WellPair {
-  const SurveyedWell* offset;
-  proximity::WellPath offset_path;
-  proximity::PairGeometry geometry;
+  const SurveyedWell* offset = nullptr;
+  std::unique_ptr<const proximity::WellPath> offset_path;
+  proximity::PairGeometry geometry = {};
   std::vector<proximity::PairErrors> formulations;  ///< those that are for this offset, in the order of the scenario
   std::vector<propagate::NonFiniteTerm> non_finite;
 
-  WellPair(const WellPairs& wells, const PairReference& reference, const SurveyedWell& offset);
-  WellPair(const WellPair&) = delete;
-  WellPair& operator=(const WellPair&) = delete;
-
   const proximity::PairErrors& formulation(const std::string& name) const;
 };
+
+/// The reference and the wells must outlive it.
+WellPair well_pair(const WellPairs& wells, const PairReference& reference, const SurveyedWell& offset);
 
 }  // namespace surveymc::study

@@ -68,7 +68,8 @@ void drawn_wells(benchmark::State& state, simd::InstructionSet set) {
   field.dip = 72 * kDegree;
   const propagate::WellErrors errors = propagate::well_errors(
       survey, survey::true_vertical_depths(survey), {{1, shipped("iscwsa_mwd_rev5.10")}}, field, 60 * kDegree);
-  const propagate::DrawnWell well(errors, {{kDrawnStations - 1, 1}}, propagate::draw_places(errors), WithControl);
+  const propagate::DrawnWell well =
+      propagate::drawn_well(errors, {{kDrawnStations - 1, 1}}, propagate::draw_places(errors), WithControl);
   constexpr int kGroups = 8;
   survey::LaneArray out(kGroups, well.rows()), scratch = well.make_scratch();
   const random::Stream stream(1, 1);
@@ -116,10 +117,10 @@ void clearance_pairs(benchmark::State& state) {
     return std::make_shared<const proximity::PositionErrors>(
         proximity::position_errors(s, tvd, runs, field, 1, proximity::Interpolation::covariance));
   };
-  const proximity::WellPath reference_path(reference, {0, 0, 0});
+  const proximity::WellPath reference_path = proximity::well_path(reference, {0, 0, 0});
   const auto reference_errors = errors_of(reference);
   for (auto _ : state) {
-    const proximity::WellPath offset_path(offset, {0, 30, 0});
+    const proximity::WellPath offset_path = proximity::well_path(offset, {0, 30, 0});
     const auto offset_errors = errors_of(offset);
     const proximity::PairGeometry g{&reference_path, &offset_path, &reference, {}, 0.7, 0};
     std::vector<proximity::PairErrors> formulations;

@@ -215,6 +215,23 @@ TEST_CASE("A journal gives back all but the record that is damaged, whatever byt
   CHECK(fs::exists(folder.path / "out.h5.journal.mine"));
 }
 
+TEST_CASE("A journal is known by the proposals of its trials", "[checkpoint]") {
+  const Folder folder;
+  const auto drawn = [](std::uint64_t proposal) {
+    stats::Tally t = kernel({0, 4});
+    t.proposal = proposal;
+    return t;
+  };
+  Journal first(folder.output(), kKey, std::chrono::seconds(0));
+  first.add(3, {0, 0, drawn(7)});
+  first.add(3, {0, 1, drawn(0)});  // trials without weights are of every preparation
+  REQUIRE(first.sync());
+  const fs::path path = journals_of(folder.output())[0];
+  const JournalContents kept = read_journals(folder.output(), kKey);
+  CHECK(kept.finished.at(3).size() == 2);
+  CHECK(kept.drawn_in == JournalsOfProposals{{{3, 7}, path}});
+}
+
 TEST_CASE("A part file comes back whole, or is called damaged", "[checkpoint]") {
   const Folder folder;
   const fs::path path = folder.path / "a.part";

@@ -143,8 +143,11 @@ class Wells(Case):
         self.assertLess(abs((high + low) / 2 - analytic), 2 * half)  # four standard errors
         self.assertLess(half, .05 * analytic)
         self.assertEqual(list(column(path, "tables/sampling", "trusted")), [1])
-        factors = np.array(column(path, "tables/importance", "factor"))
-        self.assertAlmostEqual(float(np.sum(factors)), 1, places=9)
+        factors, points = (np.array(column(path, "tables/importance", k)) for k in ("factor", "component"))
+        for point in set(points):
+            self.assertAlmostEqual(float(np.sum(factors[points == point])), 1, places=9)
+        # Both wells are as near at every depth: of equal ones the shallowest is where they are said to touch.
+        self.assertEqual(list(column(path, "tables/contact_quantiles", "share"))[:5], [.05, .25, .5, .75, .95])
 
     def same_bits(self, config):
         """Whatever splits the run, and whatever computes it: threads, instruction sets, shards, a kill."""
@@ -204,8 +207,18 @@ class Wells(Case):
                 (TESTS, ("alpha = 1e-7\n", 'alpha = 1e-7\ntest = "pope"\n'), "no union of half spaces"),
         ):
             self.refused(BAD_INPUT, "check", self.changed(changes, text=text), says=says)
-        self.write("msa.toml", MSA + EVENT % (-400, "importance"))
-        self.refused(BAD_INPUT, "run", "msa.toml", "-o", "x.h5", says=r"msa.toml:\d+: .*above = -400: the event holds where nothing")
+
+    def test_an_event_that_holds_where_nothing_is_drawn_is_refused_before_anything_runs(self):
+        self.write("turning.csv", TURNING)
+        # An error of a third of the critical value: no test shows it.
+        small = TESTS.replace('"false_alarm_any"', '"missed"').replace('"union"', '"plain"') + (
+            '[[inject]]\nobservation = "bx"\nsize_nT = 50.0\n')
+        for name, text, says in (("msa", MSA + EVENT % (-400, "importance"), "above = -400"),
+                                 ("tests", small, 'quantity = .?"?missed')):
+            self.write(f"{name}.toml", text)
+            for command in (("check",), ("run", "-o", "x.h5")):
+                self.refused(BAD_INPUT, command[0], f"{name}.toml", *command[1:],
+                             says=rf"{name}.toml:\d+: .*{says}.*: the event holds where nothing is drawn")
 
     def test_false_alarms_have_their_rate_at_any_level(self):
         self.write("tests.toml", TESTS)
@@ -242,8 +255,9 @@ class Wells(Case):
                            column(path, "tables/sampling", "size_slope")[0], column(path, "tables/sampling", "diluted")[0])
         for a, b, diluted in ((1, 1.1, 0), (20, 22, 1)):
             between = np.log(found[b][0] / found[a][0]) / np.log(b / a)
-            # Two estimates of 2 % (95 %): .3 of the slope between them. The slope is that of the directions of the mixture:
-            # what all the others add is within 15 % here.
+            # Two estimates of 2 % (95 %): .3 of the slope between them. The slope is that of the directions of the mixture. The
+            # 15 % for what all the others add were chosen when an error of 11 % had been seen: they say that it is no more
+            # here, not that it is small.
             self.assertLess(abs((found[a][1] + found[b][1]) / 2 - between), .3 + .15 * abs(between), found)
             self.assertEqual(found[a][2], diluted, found)
 

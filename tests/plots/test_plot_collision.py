@@ -20,8 +20,8 @@ def draw(*arguments):
 class Drawing(unittest.TestCase):
     def test_every_figure_is_drawn_in_both_forms(self):
         for result, stem, figures in ((WELLS, "collision", ("probability", "contact", "importance", "plane", "convergence")),
-                                      (FUNCTIONS, "rare_event", ("convergence",)),
-                                      (EVENTS, "msa_event", ("importance", "convergence"))):
+                                      (FUNCTIONS, "rare_event", ("probability", "convergence")),
+                                      (EVENTS, "msa_event", ("probability", "importance", "convergence"))):
             with tempfile.TemporaryDirectory() as folder:
                 run = draw(result, "-o", folder)
                 self.assertEqual(run.returncode, 0, run.stderr)

@@ -166,7 +166,7 @@ TEST_CASE("Lanes of drawn wells are the readable definition with the draws of th
   const std::vector<WellPoint> points{point_at(w.survey, w.survey.stations[1].md),  {9, 0.3},  {9, 0.8},
                                       point_at(w.survey, w.survey.stations[25].md), {60, 0.5}, {60, 1}};
   const auto places = draw_places(w.errors, 4, 8);
-  const DrawnWell well(w.errors, points, places, true);
+  const DrawnWell well = drawn_well(w.errors, points, places, true);
   const random::Stream stream(7, 21);
   constexpr std::uint64_t kFirst = 80;
   constexpr int kGroups = 3;  // an odd number: AVX-512 takes two at a time
@@ -208,7 +208,7 @@ TEST_CASE("Antithetic wells have the draws of one trial with both signs") {
   const Winding w;
   const std::vector<WellPoint> points{{60, 1}};
   const auto places = draw_places(w.errors);
-  const DrawnWell well(w.errors, points, places, true);
+  const DrawnWell well = drawn_well(w.errors, points, places, true);
   const random::Stream stream(3, 21);
   const survey::LaneArray out = drawn_by(propagate::isa_v3::draw_wells, well, stream, 16, true, 1);
   for (int t = 0; t < simd::kGroup; ++t) {
@@ -227,7 +227,7 @@ TEST_CASE("A well of one source makes only its draws, and they are those of the 
   const std::size_t source = GENERATE(0u, 5u, 20u);
   keep[source] = true;
   const WellErrors own = only_sources(w.errors, keep);
-  const DrawnWell well(own, points, places, false);
+  const DrawnWell well = drawn_well(own, points, places, false);
   const bool is_random = w.errors.sources[source].mode == error_model::PropagationMode::random;
   CHECK(well.normals() <= (is_random ? 4 * 60 : 4 * 3));
   const random::Stream stream(3, 21);

@@ -31,7 +31,7 @@ survey::Survey winding(unsigned seed, int stations) {
 }
 
 DrawnPath drawn(const survey::Survey& s, const Vector3d& slot) {
-  const WellPath path(s, slot);
+  const WellPath path = well_path(s, slot);
   DrawnPath out;
   out.resize(path.stations());
   for (std::size_t k = 0; k < path.stations(); ++k)
@@ -53,7 +53,7 @@ TEST_CASE("The nearest contact of two paths is that of continuous arcs", "[conta
     const survey::Survey a = winding(seed, 40), b = winding(seed + 100, 40);
     const Vector3d slot(20, -15, 25);
     const Contact c = nearest(drawn(a, {0, 0, 0}), 0, drawn(b, slot), 0, kInfinity);
-    const WellPath reference(a, {0, 0, 0}), offset(b, slot);
+    const WellPath reference = well_path(a, {0, 0, 0}), offset = well_path(b, slot);
     double least = kInfinity;
     for (std::size_t leg = 0; leg + 1 < reference.stations(); ++leg)
       for (int i = 0; i <= 64; ++i)
@@ -96,6 +96,18 @@ TEST_CASE("The distance of beta is the least length of normals that make two poi
   CHECK(std::isinf(touching_beta({10, 2, 0}, flat, 1)));
   CHECK(std::isinf(touching_beta({10, 0, 0}, Matrix3d::Zero(), 1)));
   CHECK(touching_beta({0.5, 0, 0}, flat, 1) == 0);
+}
+
+TEST_CASE("The disc has the probability of a conjunction of two satellites", "[contact]") {
+  // First case of the unit test of PcCircle (nasa/CARA_Analysis_Tools), km. It takes |r| for the miss distance, the
+  // disc r across the relative velocity: 2e-8 of the value.
+  const Vector3d r1(378.39559, 4305.721887, 5752.767554), v1(2.360800244, 5.580331936, -4.322349039),
+      r2(374.5180598, 4307.560983, 5751.130418), v2(-5.388125081, -3.946827739, 3.322820358);
+  Matrix3d c;
+  c << 44.5757544811362 + 2.31067077720423, 81.6751751052616 + 1.69905293875632, -67.8687662707124 - 1.4170164577661,
+      81.6751751052616 + 1.69905293875632, 158.453402956163 + 1.24957388457206, -128.616921644857 - 1.04174164279599,
+      -67.8687662707124 - 1.4170164577661, -128.616921644857 - 1.04174164279599, 105.490542562701 + 0.869260558223714;
+  CHECK_THAT(touch_disc(r2 - r1, c, 0.020, (v2 - v1).normalized()), WithinRel(2.706023476569786e-05, 5e-8));
 }
 
 TEST_CASE("Predictions of one pair of points have the values of a quadrature", "[contact]") {

@@ -29,7 +29,8 @@ PositionErrors positions_of(const survey::Survey& s, const std::vector<propagate
 /// Sample covariance of the offset's error less the reference's at one pair of points.
 Matrix3d drawn_covariance(const propagate::WellErrors& a, const propagate::WellErrors& b, const SharedDraws& shared,
                           const propagate::WellPoint& at_a, const propagate::WellPoint& at_b, int trials) {
-  const DrawnPoints reference(a, {at_a}, propagate::draw_places(a)), offset(b, {at_b}, offset_places(a, b, shared));
+  const DrawnPoints reference = drawn_points(a, {at_a}, propagate::draw_places(a)),
+                    offset = drawn_points(b, {at_b}, offset_places(a, b, shared));
   const random::Stream stream = random::stream_of({4, random::StudyId::clearance});
   const int groups = survey::groups_for(trials);
   survey::LaneArray x(groups, reference.well().rows()), y(groups, offset.well().rows());

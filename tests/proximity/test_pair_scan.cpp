@@ -21,7 +21,7 @@ struct Well {
   WellPath path;
   std::shared_ptr<const PositionErrors> errors;
 
-  Well(survey::Survey s, const Vector3d& slot) : survey(std::move(s)), path(survey, slot) {
+  Well(survey::Survey s, const Vector3d& slot) : survey(std::move(s)), path(well_path(survey, slot)) {
     errors = std::make_shared<const PositionErrors>(position_errors(survey, survey::true_vertical_depths(survey),
                                                                     {{1, shipped("iscwsa_mwd_rev5.10")}}, field(), kNaN,
                                                                     Interpolation::covariance));

@@ -60,7 +60,7 @@ Search search(const WellPath& path, const Vector3d& q, double step) {
 
 TEST_CASE("A path goes through its stations along their directions, and is as long as its measured depth") {
   const survey::Survey s = wild_well(1);
-  const WellPath path(s, {10, -20, 30});
+  const WellPath path = well_path(s, {10, -20, 30});
   for (std::size_t k = 0; k < path.stations(); ++k) {
     const PathPoint at = path.at(s.stations[k].md), station = path.at_station(k);
     CHECK((at.position - station.position).norm() < 1e-10);
@@ -86,7 +86,7 @@ TEST_CASE("The closest point is the one that a search in steps of a centimetre f
   std::normal_distribution<double> normal(0, 120);
   std::vector<ClosestPoint> minima;
   for (unsigned seed = 1; seed <= 6; ++seed) {
-    const WellPath path(wild_well(seed), Vector3d::Zero());
+    const WellPath path = well_path(wild_well(seed), Vector3d::Zero());
     for (int i = 0; i < 12; ++i) {
       const Vector3d q(normal(random), normal(random), 150 + normal(random));
       const ClosestPoint c = path.closest(q, 0);
@@ -112,7 +112,7 @@ TEST_CASE("The closest point is the one that a search in steps of a centimetre f
 TEST_CASE("On a quarter circle the closest point lies on the ray from the centre") {
   // From down to north, radius 200: the centre is 200 m north of the beginning.
   const double r = 200;
-  const WellPath path(survey_of({{0, 0, 0}, {r * kPi / 2, 90, 0}}), Vector3d::Zero());
+  const WellPath path = well_path(survey_of({{0, 0, 0}, {r * kPi / 2, 90, 0}}), Vector3d::Zero());
   for (const double turned : {0.0, 1e-7, 0.3, 1.0, kPi / 2}) {
     const Vector3d ray(-std::cos(turned), 0, std::sin(turned)), centre(r, 0, 0);
     for (const double distance : {1e-3, 50.0, 200.0, 500.0}) {
@@ -127,7 +127,7 @@ TEST_CASE("On a quarter circle the closest point lies on the ray from the centre
 }
 
 TEST_CASE("Beside a straight hole the closest point is at the same depth; beyond its ends it is the end") {
-  const WellPath path(survey_of({{0, 0, 0}, {30, 0, 0}, {60, 0, 0}, {90, 0, 0}}), {0, 100, 0});
+  const WellPath path = well_path(survey_of({{0, 0, 0}, {30, 0, 0}, {60, 0, 0}, {90, 0, 0}}), {0, 100, 0});
   for (const double md : {0.0, 12.5, 30.0, 60.0, 77.0, 90.0}) {
     const ClosestPoint c = path.closest({0, 0, md}, 0);
     CHECK(c.point.md == Approx(md).margin(1e-12));
@@ -143,7 +143,7 @@ TEST_CASE("Beside a straight hole the closest point is at the same depth; beyond
 
 TEST_CASE("A well that comes back is near twice, and both places are found in order of depth") {
   // Down, around a half circle of 100 m, and up again.
-  const WellPath path(
+  const WellPath path = well_path(
       survey_of(
           {{0, 0, 0}, {300, 0, 0}, {300 + 50 * kPi, 90, 0}, {300 + 100 * kPi, 180, 0}, {600 + 100 * kPi, 180, 0}}),
       Vector3d::Zero());

@@ -349,6 +349,17 @@ TEST_CASE("A part of another preparation is refused by the name of its file") {
                     StartsWith("shard_1.part: blocks 0 to 1 of point 0: ") && Contains("another preparation"));
 }
 
+TEST_CASE("A journal of another preparation is refused by its name, by whole runs and by shards") {
+  forget();
+  const RunPlan run = read_run(counted(), config_of(1024));
+  Checkpoint checkpoint;
+  checkpoint.finished[0].emplace_back().tally.proposal = 7;
+  checkpoint.drawn_in[{0, 7}] = "out.h5.journal.host.1";
+  const std::string says = "out.h5.journal.host.1: its trials were drawn from another preparation (0000000000000007)";
+  CHECK_THROWS_WITH(point_tally(run, 0, *run.prepare(0, {}), {}, checkpoint), StartsWith(says));
+  CHECK_THROWS_WITH(run_part(run, {{}, 0, 2}, {}, checkpoint), StartsWith(says));
+}
+
 TEST_CASE("A stop flag is looked at between points") {
   std::atomic<bool> stop = true;
   forget();
