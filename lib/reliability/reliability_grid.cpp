@@ -134,12 +134,13 @@ void ReliabilityMaps::fill_points(std::size_t first, std::size_t count, std::vec
       fill(column, s.sin[at]);
       fill(column + 1, s.cos[at]);
     };
-    fill_both(0, sines_[0], i);
-    fill_both(2, sines_[1], t);
+    // What has one value in the whole grid stands there already (compute).
+    if (inclinations > 1) fill_both(0, sines_[0], i);
+    if (toolfaces > 1) fill_both(2, sines_[1], t);
     std::copy_n(sines_[2].sin.data() + a, run, columns[4].data() + p);
     std::copy_n(sines_[2].cos.data() + a, run, columns[5].data() + p);
-    fill_both(6, sines_[3], d);
-    fill(8, noise * noise);
+    if (dips > 1) fill_both(6, sines_[3], d);
+    if (grid_.noise_scale.size() > 1) fill(8, noise * noise);
     p += run;
   }
 }
@@ -171,7 +172,11 @@ void ReliabilityMaps::compute(const std::vector<std::size_t>& which, const std::
   batch.streamed = streamed;
   for (std::size_t k = 0; k < 9; ++k) {
     // Where a group has no point, the kernel computes with sines of harmless angles, and the results are not kept.
-    columns[k].assign(kBlock, 0.6);
+    const Sines* axis = k < 8 ? &sines_[k / 2] : nullptr;
+    double everywhere = 0.6;
+    if (axis && axis->sin.size() == 1) everywhere = k % 2 == 0 ? axis->sin[0] : axis->cos[0];
+    if (!axis && grid_.noise_scale.size() == 1) everywhere = grid_.noise_scale[0] * grid_.noise_scale[0];
+    columns[k].assign(kBlock, everywhere);
     batch.points[k] = columns[k].data();
   }
   for (const std::size_t o : which)
