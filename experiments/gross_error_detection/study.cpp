@@ -82,6 +82,7 @@ class GrossErrorDetection final : public study::StudyPoint {
     survey::LaneArray without, with;
     const int groups = survey::groups_for(block.count);
     const bool shots = trials_.shots_on_lanes();
+    reliability::RedundancyFamily family;  // of one trial after the other
     if (trials_.on_lanes()) {
       without = survey::LaneArray(groups, reliability::kTestRows);
       with = survey::LaneArray(groups, reliability::kTestRows);
@@ -108,12 +109,13 @@ class GrossErrorDetection final : public study::StudyPoint {
           });
       } else if (shots && trials_.converged_shots(without, t) && trials_.converged_shots(with, t)) {
         converged = true;
-        std::optional<reliability::RedundancyModel> own;
+        bool begun = false;
         shares(kept++, 0) = count(trials_.tests_of_shots(without, t), trials_.tests_of_shots(with, t), tally.counts,
                                   [&](SnoopingStrategy strategy) {
-                                    if (!own) own = trials_.model_of_shots(with, t);
-                                    if (strategy != SnoopingStrategy::single) return snoop(strategy, *own);
-                                    return suspected(reliability::data_snooping(*own, 0).rejected.front());
+                                    if (!begun) family.begin(trials_.model_of_shots(with, t));
+                                    begun = true;
+                                    if (strategy != SnoopingStrategy::single) return snoop(strategy, family);
+                                    return suspected(reliability::data_snooping(family, 0).rejected.front());
                                   });
       } else {
         const reliability::StationAdjustment clean = trials_.adjusted(trials_.readings(trial, false)),
@@ -186,9 +188,9 @@ class GrossErrorDetection final : public study::StudyPoint {
     return r;
   }
 
-  /// A strategy other than `single`. Model: ParityModel or RedundancyModel.
+  /// A strategy other than `single`. Model: ParityModel or RedundancyFamily.
   template <class Model>
-  reliability::SnoopingResult snoop(SnoopingStrategy strategy, const Model& model) const {
+  reliability::SnoopingResult snoop(SnoopingStrategy strategy, Model& model) const {
     if (strategy == SnoopingStrategy::iterative) return reliability::iterative_snooping(model, prediction_.critical);
     if (strategy == SnoopingStrategy::readmission)
       return reliability::iterative_snooping_with_readmission(model, prediction_.critical);

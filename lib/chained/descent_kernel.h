@@ -101,9 +101,9 @@ template <class T>
 
 /// Normal equations of the readings of one station. `curved`: 1 where the true Hessian is wanted, else 0.
 template <class T>
-[[gnu::noinline]] StationNormal<T> station_normal(const DescentModel& m, const double* y, const double* w,
-                                                  const ToolFrame<T>& frame, const std::array<T, kChainStates>& c,
-                                                  const T& curved) {
+[[gnu::noinline, gnu::flatten]] StationNormal<T> station_normal(const DescentModel& m, const double* y, const double* w,
+                                                                const ToolFrame<T>& frame,
+                                                                const std::array<T, kChainStates>& c, const T& curved) {
   const StationFieldsAt<T> s = fields_at(m, y, w, frame, c);
   const survey::Vec3<T>&n = frame.n, &d = frame.d;
   const T zero(0.0), one(1.0);
@@ -143,25 +143,25 @@ template <class T>
   return out;
 }
 
-/// Nine chained states: as ldlt (simd/solve.h), in loops that are not unrolled, as the code would be hundreds of
-/// kilobytes.
+/// Nine chained states: as ldlt (simd/solve.h). This and the three functions below are a block's arithmetic, unrolled
+/// (a few kilobytes each: entries stay in registers) and never inlined, as a descent would be hundreds of kilobytes.
 template <class T>
 [[gnu::noinline]] Symmetric<T, kChainStates> chain_ldlt(Symmetric<T, kChainStates> a) {
-#pragma GCC unroll 1
+#pragma GCC unroll 9
   for (std::size_t j = 0; j < kChainStates; ++j) {
     std::array<T, kChainStates> ld;  // row j of L D
     T d = a[packed(j, j)];
-#pragma GCC unroll 1
+#pragma GCC unroll 9
     for (std::size_t k = 0; k < j; ++k) {
       ld[k] = a[packed(j, k)];
       a[packed(j, k)] = ld[k] * a[packed(k, k)];
       d = fma(-a[packed(j, k)], ld[k], d);
     }
     a[packed(j, j)] = T(1.0) / d;
-#pragma GCC unroll 1
+#pragma GCC unroll 9
     for (std::size_t i = j + 1; i < kChainStates; ++i) {
       T s = a[packed(i, j)];
-#pragma GCC unroll 1
+#pragma GCC unroll 9
       for (std::size_t k = 0; k < j; ++k) s = fma(-a[packed(i, k)], a[packed(j, k)], s);
       a[packed(i, j)] = s;
     }
@@ -172,26 +172,26 @@ template <class T>
 template <class T>
 [[gnu::noinline]] Symmetric<T, kChainStates> chain_inverse(const Symmetric<T, kChainStates>& f) {
   Symmetric<T, kChainStates> l, out;  // l: the inverse of the unit triangle
-#pragma GCC unroll 1
+#pragma GCC unroll 9
   for (std::size_t j = 0; j < kChainStates; ++j) {
     l[packed(j, j)] = T(1.0);
-#pragma GCC unroll 1
+#pragma GCC unroll 9
     for (std::size_t i = j + 1; i < kChainStates; ++i) {
       T s = -f[packed(i, j)];
-#pragma GCC unroll 1
+#pragma GCC unroll 9
       for (std::size_t k = j + 1; k < i; ++k) s = fma(-f[packed(i, k)], l[packed(k, j)], s);
       l[packed(i, j)] = s;
     }
   }
-#pragma GCC unroll 1
+#pragma GCC unroll 9
   for (std::size_t a = 0; a < kChainStates; ++a) {
     std::array<T, kChainStates> scaled;  // column a over D
-#pragma GCC unroll 1
+#pragma GCC unroll 9
     for (std::size_t i = a; i < kChainStates; ++i) scaled[i] = l[packed(i, a)] * f[packed(i, i)];
-#pragma GCC unroll 1
+#pragma GCC unroll 9
     for (std::size_t b = 0; b <= a; ++b) {
       T s(0.0);
-#pragma GCC unroll 1
+#pragma GCC unroll 9
       for (std::size_t i = a; i < kChainStates; ++i) s = fma(scaled[i], l[packed(i, b)], s);
       out[packed(a, b)] = s;
     }
@@ -205,11 +205,11 @@ template <class T>
   std::array<T, kChainStates> y;
   for (T& v : y) v = T(0.0);
     // A column at a time: nine sums that do not wait for one another
-#pragma GCC unroll 1
+#pragma GCC unroll 9
   for (std::size_t j = 0; j < kChainStates; ++j) {
-#pragma GCC unroll 1
+#pragma GCC unroll 9
     for (std::size_t i = 0; i < j; ++i) y[i] = fma(m[packed(j, i)], x[j], y[i]);
-#pragma GCC unroll 1
+#pragma GCC unroll 9
     for (std::size_t i = j; i < kChainStates; ++i) y[i] = fma(m[packed(i, j)], x[j], y[i]);
   }
   return y;
@@ -233,6 +233,39 @@ struct DescentMemory {
   std::array<T, kChainStates> slope, reduced;           ///< by_chain with all pulls; right side after elimination
   Symmetric<T, kChainStates> inverse;                   ///< of the states' block after elimination
 };
+
+/// Eliminates the attitude from a station's normal equations: A's factor (returned), A^-1 times gradient and C, and
+/// what is left for the chained states, D - C' A^-1 C (in n.d) and their right side.
+template <class T>
+[[gnu::noinline, gnu::flatten]] Symmetric<T, 3> eliminate_attitude(StationNormal<T>& n, DescentMemory<T>& s) {
+  const Symmetric<T, 3> a = ldlt<T, 3>(n.a);
+  s.turned = ldlt_solve<T, 3>(a, s.gradient);
+#pragma GCC unroll 9
+  for (std::size_t i = 0; i < kChainStates; ++i) s.coupling[i] = ldlt_solve<T, 3>(a, n.c[i]);
+#pragma GCC unroll 9
+  for (std::size_t i = 0; i < kChainStates; ++i) {
+    T r = s.slope[i];
+    for (std::size_t x = 0; x < 3; ++x) r = fma(-n.c[i][x], s.turned[x], r);
+    s.reduced[i] = r;
+#pragma GCC unroll 9
+    for (std::size_t j = 0; j <= i; ++j) {
+      T d = n.d[packed(i, j)];
+      for (std::size_t x = 0; x < 3; ++x) d = fma(-n.c[i][x], s.coupling[j][x], d);
+      n.d[packed(i, j)] = d;
+    }
+  }
+  return a;
+}
+/// Adds what the stations to the left say of the states: their solution `before` and the inverse of their block.
+template <class T>
+[[gnu::noinline]] void couple_left(const DescentModel& m, const std::array<T, kChainStates>& before,
+                                   const Symmetric<T, kChainStates>& inverse, Symmetric<T, kChainStates>& d,
+                                   std::array<T, kChainStates>& right) {
+#pragma GCC unroll 1
+  for (std::size_t i = 0; i < kChainStates; ++i) right[i] = fma(T(m.link[i]), before[i], right[i]);
+#pragma GCC unroll 1
+  for (std::size_t e = 0; e < d.size(); ++e) d[e] = fma(T(-m.links[e]), inverse[e], d[e]);
+}
 
 /// The whole chain. A station's attitude is eliminated first, then the chained states from the first station to the
 /// last.
@@ -274,24 +307,8 @@ class ChainDescent {
       }
       s.gradient = n.by_delta;
       for (std::size_t i = 0; i < 3; ++i) n.a[packed(i, i)] = fma(damping, T(kAttitudeScale), n.a[packed(i, i)]);
-      const Symmetric<T, 3> a = ldlt<T, 3>(n.a);
-      s.turned = ldlt_solve<T, 3>(a, s.gradient);
-#pragma GCC unroll 1
-      for (std::size_t i = 0; i < kChainStates; ++i) s.coupling[i] = ldlt_solve<T, 3>(a, n.c[i]);
-#pragma GCC unroll 1
-      for (std::size_t i = 0; i < kChainStates; ++i) {
-        T r = s.slope[i];
-        for (std::size_t x = 0; x < 3; ++x) r = fma(-n.c[i][x], s.turned[x], r);
-        if (k > 0) r = fma(T(m_.link[i]), before[i], r);
-        s.reduced[i] = r;
-#pragma GCC unroll 1
-        for (std::size_t j = 0; j <= i; ++j) {
-          T d = n.d[packed(i, j)];
-          for (std::size_t x = 0; x < 3; ++x) d = fma(-n.c[i][x], s.coupling[j][x], d);
-          if (k > 0) d = fma(T(-m_.links[packed(i, j)]), at_[k - 1].inverse[packed(i, j)], d);
-          n.d[packed(i, j)] = d;
-        }
-      }
+      const Symmetric<T, 3> a = eliminate_attitude(n, s);
+      if (k > 0) couple_left(m_, before, at_[k - 1].inverse, n.d, s.reduced);
       const Symmetric<T, kChainStates> factor = chain_ldlt<T>(n.d);
       positive = positive & all_positive<T, 3>(a) & all_positive<T, kChainStates>(factor);
       s.inverse = chain_inverse<T>(factor);

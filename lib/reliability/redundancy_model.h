@@ -8,6 +8,8 @@
 /// These are the quantities of parity.h: a_i.a_j = G_ij / (sd_i sd_j), a_i.t = e_i / sd_i.
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "reliability/snooping.h"
@@ -27,19 +29,17 @@ class RedundancyModel {
   double omega() const { return omega_; }
   /// 0 where it cannot be tested.
   double w(Eigen::Index i) const { return w_[static_cast<std::size_t>(i)]; }
-  bool is_testable(Eigen::Index i) const { return at(i, i) > 0; }
-  /// |rho| > 1 - 1e-9 of two observations, to the rounding of G, which after some rejections is large beside an
-  /// observation of which little is left.
-  bool are_inseparable(Eigen::Index i, Eigen::Index j) const {
-    constexpr double kLeast = (1 - 1e-9) * (1 - 1e-9), kRounding = 2e-14;
-    const double gi = at(i, i), gj = at(j, j), both = at(i, j) * at(i, j);
-    return gi > 0 && gj > 0 && both > kLeast * (gi * gj) - kRounding * (gi > gj ? gi : gj);
-  }
-  /// How much Omega falls without both.
-  double pair_statistic(Eigen::Index i, Eigen::Index j) const;
+  bool is_testable(Eigen::Index i) const { return diagonal_[static_cast<std::size_t>(i)] > 0; }
+  /// The observations with |rho| > 1 - 1e-9, i itself too, as bits, to the rounding of G, which after some rejections
+  /// is large beside an observation of which little is left. None where i cannot be tested.
+  std::uint64_t inseparable_from(Eigen::Index i) const;
+  /// How much Omega falls without i and another one, for each other one.
+  std::array<double, kMost> pair_statistics(Eigen::Index i) const;
 
-  RedundancyModel without(const std::vector<Eigen::Index>& observations) const;
+  /// Takes observations out.
+  void reject(const std::vector<Eigen::Index>& observations);
 
+  RedundancyModel() : count_(0), stride_(0), redundancy_(0), omega_(0), cleared_(0) {}
   RedundancyModel(const RedundancyModel& other) { *this = other; }
   RedundancyModel& operator=(const RedundancyModel& other);
 
@@ -47,6 +47,7 @@ class RedundancyModel {
   double at(Eigen::Index i, Eigen::Index j) const {
     return matrix_[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(j)];
   }
+  static constexpr std::uint64_t bit(std::size_t k) { return std::uint64_t{1} << k; }
   void remove(std::size_t k);
   void clear(std::size_t k);
   void set_w();
@@ -54,16 +55,34 @@ class RedundancyModel {
   std::size_t count_, stride_;  ///< stride_: from a row to the next, count_ in whole registers
   Eigen::Index redundancy_;
   double omega_;
+  std::uint64_t cleared_;  ///< bits of the observations that have no row
   // No memory is asked for in a search, and a copy takes no more than the rows that there are.
-  std::array<double, kMost> residuals_, w_;
+  std::array<double, kMost> residuals_, w_, diagonal_;  ///< diagonal_: of the matrix, when nothing is being taken out
   std::array<double, kMost * kMost> matrix_;
+};
+
+/// A trial's model, and what is left of it without some observations, each computed once: the searches of a trial
+/// reject the same few again and again. The memory serves the next trial, too.
+class RedundancyFamily {
+ public:
+  void begin(const RedundancyModel& whole);
+  /// Without these, in any order, in time for no more than a copy and its rejections. Valid until begin().
+  const RedundancyModel& without(const std::vector<Eigen::Index>& observations);
+
+ private:
+  struct Member {
+    std::vector<Eigen::Index> out;
+    RedundancyModel model;
+  };
+  std::vector<std::unique_ptr<Member>> members_;  ///< the first `used_`; the very first is the whole
+  std::size_t used_ = 0;
 };
 
 /// As the functions of the same names in snooping.h.
 std::vector<SuspectGroup> inseparable_groups(const RedundancyModel& model);
-SnoopingResult data_snooping(const RedundancyModel& model, double critical);
-SnoopingResult iterative_snooping(const RedundancyModel& model, double critical);
-SnoopingResult iterative_snooping_with_readmission(const RedundancyModel& model, double critical);
-SnoopingResult pair_search(const RedundancyModel& model, double critical);
+SnoopingResult data_snooping(RedundancyFamily& family, double critical);
+SnoopingResult iterative_snooping(RedundancyFamily& family, double critical);
+SnoopingResult iterative_snooping_with_readmission(RedundancyFamily& family, double critical);
+SnoopingResult pair_search(RedundancyFamily& family, double critical);
 
 }  // namespace surveymc::reliability

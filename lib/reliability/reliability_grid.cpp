@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <stdexcept>
 
 #include "base/units.h"
@@ -133,60 +134,87 @@ void ReliabilityMaps::fill_points(std::size_t first, std::size_t count, std::vec
       fill(column, s.sin[at]);
       fill(column + 1, s.cos[at]);
     };
-    fill_both(0, sines_[0], i);
-    fill_both(2, sines_[1], t);
+    // What has one value in the whole grid stands there already (compute).
+    if (inclinations > 1) fill_both(0, sines_[0], i);
+    if (toolfaces > 1) fill_both(2, sines_[1], t);
     std::copy_n(sines_[2].sin.data() + a, run, columns[4].data() + p);
     std::copy_n(sines_[2].cos.data() + a, run, columns[5].data() + p);
-    fill_both(6, sines_[3], d);
-    fill(8, noise * noise);
+    if (dips > 1) fill_both(6, sines_[3], d);
+    if (grid_.noise_scale.size() > 1) fill(8, noise * noise);
     p += run;
   }
 }
 
-void ReliabilityMaps::fill(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities,
-                           std::size_t first, std::size_t count, MapValues& out) const {
-  constexpr std::size_t kBlock = 512;  // points whose sines and outputs stay in the caches
-  const std::size_t room = (count + simd::kGroup - 1) / simd::kGroup * simd::kGroup;
-  out.resize(which.size());
-  for (auto& of_observation : out) {
-    of_observation.resize(quantities.size());
-    for (auto& values : of_observation) values.resize(room);
-  }
+void MapValues::resize(std::size_t observations, std::size_t quantities, std::size_t points) {
+  constexpr std::size_t kLine = simd::kGroup;  // doubles: the kernel writes whole groups
+  quantities_ = quantities;
+  points_ = points;
+  stride_ = (((points + kLine - 1) / kLine) | 1) * kLine;  // an odd number of lines
+  const std::size_t needed = observations * quantities * stride_;
+  if (needed <= room_) return;
+  memory_.reset(static_cast<double*>(std::aligned_alloc(kLine * sizeof(double), needed * sizeof(double))));
+  if (!memory_) throw std::bad_alloc();
+  room_ = needed;
+}
+
+void ReliabilityMaps::check(const std::vector<std::size_t>& which) const {
   for (const std::size_t o : which)
     if (!is_observed(model_.mode, o)) throw std::invalid_argument(observation_names()[o] + " is not observed");
+}
 
+void ReliabilityMaps::compute(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities,
+                              std::size_t first, std::size_t count, bool streamed,
+                              const std::function<double*(std::size_t, std::size_t)>& column) const {
+  constexpr std::size_t kBlock = 512;  // points whose sines stay in the caches
   std::vector<double> columns[9];
   StationBatch batch{};
   batch.variances = variances_;
+  batch.streamed = streamed;
   for (std::size_t k = 0; k < 9; ++k) {
     // Where a group has no point, the kernel computes with sines of harmless angles, and the results are not kept.
-    columns[k].assign(kBlock, 0.6);
+    const Sines* axis = k < 8 ? &sines_[k / 2] : nullptr;
+    double everywhere = 0.6;
+    if (axis && axis->sin.size() == 1) everywhere = k % 2 == 0 ? axis->sin[0] : axis->cos[0];
+    if (!axis && grid_.noise_scale.size() == 1) everywhere = grid_.noise_scale[0] * grid_.noise_scale[0];
+    columns[k].assign(kBlock, everywhere);
     batch.points[k] = columns[k].data();
   }
+  for (const std::size_t o : which)
+    for (const MapQuantity q : quantities) {
+      const std::size_t quantity = index_of(q);
+      batch.units[o][quantity] = internal_unit(quantity, o, model_.field) * degrees_of(quantity, o);
+    }
   for (std::size_t at = 0; at < count; at += kBlock) {
     const std::size_t n = std::min(kBlock, count - at);
     fill_points(first + at, n, columns);
     for (std::size_t w = 0; w < which.size(); ++w)
-      for (std::size_t q = 0; q < quantities.size(); ++q) {
-        const std::size_t quantity = index_of(quantities[q]);
-        batch.outputs[which[w]][quantity] = out[w][q].data() + at;
-        batch.units[which[w]][quantity] =
-            internal_unit(quantity, which[w], model_.field) * degrees_of(quantity, which[w]);
-      }
+      for (std::size_t q = 0; q < quantities.size(); ++q)
+        batch.outputs[which[w]][index_of(quantities[q])] = column(w, q) + at;
     batch.groups = static_cast<int>((n + simd::kGroup - 1) / simd::kGroup);
     if (simd::instruction_set() == simd::InstructionSet::v4)
       isa_v4::station_batch(kernel_, batch);
     else
       isa_v3::station_batch(kernel_, batch);
   }
-  for (auto& of_observation : out)
-    for (auto& values : of_observation) values.resize(count);
 }
 
-MapValues ReliabilityMaps::values(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities,
-                                  std::size_t first, std::size_t count) const {
-  MapValues out;
-  fill(which, quantities, first, count, out);
+void ReliabilityMaps::fill(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities,
+                           std::size_t first, std::size_t count, MapValues& out) const {
+  check(which);
+  out.resize(which.size(), quantities.size(), count);
+  compute(which, quantities, first, count, true, [&](std::size_t w, std::size_t q) { return out.column(w, q); });
+}
+
+std::vector<std::vector<std::vector<double>>> ReliabilityMaps::values(const std::vector<std::size_t>& which,
+                                                                      const std::vector<MapQuantity>& quantities,
+                                                                      std::size_t first, std::size_t count) const {
+  check(which);
+  const std::size_t room = (count + simd::kGroup - 1) / simd::kGroup * simd::kGroup;
+  std::vector<std::vector<std::vector<double>>> out(
+      which.size(), std::vector<std::vector<double>>(quantities.size(), std::vector<double>(room)));
+  compute(which, quantities, first, count, false, [&](std::size_t w, std::size_t q) { return out[w][q].data(); });
+  for (auto& of_observation : out)
+    for (auto& values : of_observation) values.resize(count);
   return out;
 }
 

@@ -1,6 +1,9 @@
 #pragma once
 /// Reliability over a grid of attitudes: the values of a reliability map (sections 3 and 5 of the paper).
 #include <array>
+#include <cstdlib>
+#include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,8 +42,28 @@ struct ReliabilityGrid {
   std::size_t points() const;
 };
 
-/// [observation][quantity][point].
-using MapValues = std::vector<std::vector<std::vector<double>>>;
+/// Values of maps as the kernel writes them: a column for every quantity of every observation. A column begins a line
+/// of memory, as stores across two lines take twice the time, and no two begin at the same place of a page, where they
+/// would drive each other from the cache.
+class MapValues {
+ public:
+  /// Keeps the memory where it is large enough; values are then without meaning.
+  void resize(std::size_t observations, std::size_t quantities, std::size_t points);
+  std::size_t points() const { return points_; }
+  double* column(std::size_t observation, std::size_t quantity) {
+    return memory_.get() + (observation * quantities_ + quantity) * stride_;
+  }
+  const double* column(std::size_t observation, std::size_t quantity) const {
+    return memory_.get() + (observation * quantities_ + quantity) * stride_;
+  }
+
+ private:
+  struct Free {
+    void operator()(double* p) const { std::free(p); }
+  };
+  std::unique_ptr<double[], Free> memory_;
+  std::size_t room_ = 0, quantities_ = 0, points_ = 0, stride_ = 0;
+};
 
 /// {sin, cos} of an angle in degrees, exact at multiples of 90.
 std::pair<double, double> sincos_degrees(double degrees);
@@ -56,14 +79,18 @@ class ReliabilityMaps {
 
   /// Values of points first .. first + count - 1 for the observations whose numbers are in `which`, and `quantities`:
   /// [i of which][j of quantities][point]. Throws std::invalid_argument for one that the model does not observe.
-  MapValues values(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities, std::size_t first,
-                   std::size_t count) const;
-  /// The same into `out`, whose memory is used again where it is large enough: allocation takes longer than the
-  /// computation.
+  std::vector<std::vector<std::vector<double>>> values(const std::vector<std::size_t>& which,
+                                                       const std::vector<MapQuantity>& quantities, std::size_t first,
+                                                       std::size_t count) const;
+  /// The same, the same bits, into `out` in less than half the time.
   void fill(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities, std::size_t first,
             std::size_t count, MapValues& out) const;
 
  private:
+  void check(const std::vector<std::size_t>& which) const;
+  /// column(i of which, j of quantities): room for whole groups.
+  void compute(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities, std::size_t first,
+               std::size_t count, bool streamed, const std::function<double*(std::size_t, std::size_t)>& column) const;
   void fill_points(std::size_t first, std::size_t count, std::vector<double>* columns) const;
 
   struct Sines {

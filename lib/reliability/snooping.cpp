@@ -1,9 +1,9 @@
 #include "reliability/snooping.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <set>
 
 #include "reliability/redundancy_model.h"
 
@@ -25,13 +25,30 @@ struct Largest {
   double size = 0;  ///< |w|
 };
 
+/// A pair of groups, by their first members, and how much Omega falls without both.
+struct Pair {
+  double statistic;
+  Index i, j;
+};
+
 // What the searches ask of a model: parity.h is the plain one, redundancy_model.h the fast one.
 Index redundancy_of(const ParityModel& m) { return m.redundancy; }
+double omega_of(const ParityModel& m) { return m.omega(); }
 double w_of(const ParityModel& m, Index i) { return w_statistics(m)[i]; }
+const ParityModel& whole_of(const ParityModel& m) { return m; }
 ParityModel left_of(const ParityModel& m, const std::vector<Index>& out) { return without(m, out); }
-double pair_statistic(const ParityModel& m, Index i, Index j) {
-  return general_test(m, std::vector<Index>{i, j}).chi_squared;
+void add_pairs(const ParityModel& m, const std::vector<Index>& firsts, std::vector<Pair>& pairs) {
+  for (std::size_t a = 0; a < firsts.size(); ++a)
+    for (std::size_t b = a + 1; b < firsts.size(); ++b)
+      pairs.push_back({general_test(m, std::vector<Index>{firsts[a], firsts[b]}).chi_squared, firsts[a], firsts[b]});
 }
+/// Observations that cannot be told apart from i, with it.
+SuspectGroup group_with(const ParityModel& m, Index i) {
+  for (const SuspectGroup& g : inseparable_groups(m))
+    if (std::find(g.begin(), g.end(), i) != g.end()) return g;
+  return {i};
+}
+std::vector<Index> first_of_groups(const ParityModel& m) { return representatives(inseparable_groups(m)); }
 Largest largest_w(const ParityModel& m) {
   const Eigen::VectorXd w = w_statistics(m).cwiseAbs();
   Largest best;
@@ -41,18 +58,24 @@ Largest largest_w(const ParityModel& m) {
 }
 
 Index redundancy_of(const RedundancyModel& m) { return m.redundancy(); }
+double omega_of(const RedundancyModel& m) { return m.omega(); }
 double w_of(const RedundancyModel& m, Index i) { return m.w(i); }
-RedundancyModel left_of(const RedundancyModel& m, const std::vector<Index>& out) { return m.without(out); }
-double pair_statistic(const RedundancyModel& m, Index i, Index j) { return m.pair_statistic(i, j); }
+const RedundancyModel& whole_of(RedundancyFamily& m) { return m.without({}); }
+const RedundancyModel& left_of(RedundancyFamily& m, const std::vector<Index>& out) { return m.without(out); }
+void add_pairs(const RedundancyModel& m, const std::vector<Index>& firsts, std::vector<Pair>& pairs) {
+  for (std::size_t a = 0; a < firsts.size(); ++a) {
+    const auto statistics = m.pair_statistics(firsts[a]);
+    for (std::size_t b = a + 1; b < firsts.size(); ++b)
+      pairs.push_back({statistics[static_cast<std::size_t>(firsts[b])], firsts[a], firsts[b]});
+  }
+}
 /// Calls each(first, bits of the members) for all groups, in order of their first members.
 template <class Each>
 void for_groups(const RedundancyModel& m, Each each) {
   std::uint64_t taken = 0;
   for (Index i = 0; i < m.observations(); ++i) {
     if (!m.is_testable(i) || (taken >> i & 1) != 0) continue;
-    std::uint64_t members = std::uint64_t{1} << i;
-    for (Index j = i + 1; j < m.observations(); ++j)  // of one that cannot be tested all products are 0
-      members |= std::uint64_t{m.are_inseparable(i, j)} << j;
+    const std::uint64_t members = m.inseparable_from(i) >> i << i;
     taken |= members;
     each(i, members);
   }
@@ -63,8 +86,18 @@ SuspectGroup group_of_bits(std::uint64_t members) {
     if ((members & 1) != 0) g.push_back(i);
   return g;
 }
-/// The group of the largest |w|, without the other groups: its first member is the first observation that cannot be
-/// told apart from the largest.
+std::vector<Index> first_of_groups(const RedundancyModel& m) {
+  std::vector<Index> all;
+  for_groups(m, [&](Index first, std::uint64_t) { all.push_back(first); });
+  return all;
+}
+/// Without the other groups: its first member is the first observation that cannot be told apart from i.
+SuspectGroup group_with(const RedundancyModel& m, Index i) {
+  const std::uint64_t all = m.inseparable_from(i);
+  if (all == 0) return {i};
+  const Index first = std::countr_zero(all);
+  return group_of_bits((first == i ? all : m.inseparable_from(first)) >> first << first);
+}
 Largest largest_w(const RedundancyModel& m) {
   Index best = -1;
   double size = 0;
@@ -75,11 +108,8 @@ Largest largest_w(const RedundancyModel& m) {
     size = w;
   }
   if (best < 0) return {};
-  Index first = 0;
-  while (first < best && !m.are_inseparable(first, best)) ++first;
-  Largest out{{first}, std::abs(m.w(first))};
-  for (Index j = first + 1; j < m.observations(); ++j)
-    if (m.are_inseparable(first, j)) out.group.push_back(j);
+  Largest out{group_with(m, best), 0};
+  out.size = std::abs(m.w(out.group.front()));
   return out;
 }
 /// No group is needed to see whether any test fails.
@@ -89,13 +119,10 @@ bool passes(const RedundancyModel& m, double critical) {
   return !(size > critical);
 }
 
-template <class Model>
-bool passes(const Model& m, double critical) {
-  return !(largest_w(m).size > critical);
-}
+bool passes(const ParityModel& m, double critical) { return !(largest_w(m).size > critical); }
 
-template <class Model>
-SnoopingResult finished(Groups rejected, const Model& left, double critical) {
+template <class Left>
+SnoopingResult finished(Groups rejected, const Left& left, double critical) {
   SnoopingResult r;
   r.rejected = std::move(rejected);
   r.exhausted = redundancy_of(left) == 0;
@@ -106,7 +133,7 @@ SnoopingResult finished(Groups rejected, const Model& left, double critical) {
 /// Tests the earlier ones of `rejected` again, the oldest first: those that pass with the others rejected are removed
 /// from `rejected`.
 template <class Model>
-void readmit(const Model& m, double critical, std::vector<Index>& rejected) {
+void readmit(Model& m, double critical, std::vector<Index>& rejected) {
   for (std::size_t k = 0; k + 1 < rejected.size();) {
     std::vector<Index> others = rejected;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
@@ -119,26 +146,25 @@ void readmit(const Model& m, double critical, std::vector<Index>& rejected) {
 
 /// The observations that could take the place of rejected[k], given the others.
 template <class Model>
-SuspectGroup group_of(const Model& m, const std::vector<Index>& rejected, std::size_t k) {
+SuspectGroup group_of(Model& m, const std::vector<Index>& rejected, std::size_t k) {
   std::vector<Index> others = rejected;
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-  for (const SuspectGroup& g : inseparable_groups(left_of(m, others)))
-    if (std::find(g.begin(), g.end(), rejected[k]) != g.end()) return g;
-  return {rejected[k]};
+  return group_with(left_of(m, others), rejected[k]);
 }
 
 template <class Model>
-SnoopingResult snooped_once(const Model& m, double critical) {
-  const Largest worst = largest_w(m);
-  if (!(worst.size > critical)) return finished({}, m, critical);
+SnoopingResult snooped_once(Model& m, double critical) {
+  const auto& whole = whole_of(m);
+  const Largest worst = largest_w(whole);
+  if (!(worst.size > critical)) return finished({}, whole, critical);
   return finished({worst.group}, left_of(m, {worst.group.front()}), critical);
 }
 
 template <class Model>
-SnoopingResult snooped_again(const Model& m, double critical) {
+SnoopingResult snooped_again(Model& m, double critical) {
   Groups rejected;
   for (;;) {
-    const Model left = left_of(m, representatives(rejected));
+    const auto& left = left_of(m, representatives(rejected));
     const Largest worst = largest_w(left);
     if (redundancy_of(left) == 0 || !(worst.size > critical)) return finished(rejected, left, critical);
     rejected.push_back(worst.group);
@@ -146,19 +172,21 @@ SnoopingResult snooped_again(const Model& m, double critical) {
 }
 
 template <class Model>
-SnoopingResult snooped_with_readmission(const Model& m, double critical) {
+SnoopingResult snooped_with_readmission(Model& m, double critical) {
   std::vector<Index> rejected;  // in the order of rejection
-  std::set<std::vector<Index>> seen;
+  std::vector<std::vector<Index>> seen;
   for (;;) {
-    const Model left = left_of(m, rejected);
+    const auto& left = left_of(m, rejected);
     const Largest worst = largest_w(left);
     std::vector<Index> state = rejected;
     std::sort(state.begin(), state.end());
-    if (redundancy_of(left) == 0 || !(worst.size > critical) || !seen.insert(state).second) {
+    if (redundancy_of(left) == 0 || !(worst.size > critical) ||
+        std::find(seen.begin(), seen.end(), state) != seen.end()) {
       Groups groups;
       for (std::size_t k = 0; k < rejected.size(); ++k) groups.push_back(group_of(m, rejected, k));
       return finished(std::move(groups), left, critical);
     }
+    seen.push_back(std::move(state));
     // Members of a group are equivalent as long as all earlier rejections are out, but not when these are tested again:
     // the member that lets most of them back explains the observations with the fewest errors.
     std::vector<Index> best;
@@ -173,28 +201,30 @@ SnoopingResult snooped_with_readmission(const Model& m, double critical) {
 }
 
 template <class Model>
-SnoopingResult searched_pairs(const Model& m, double critical) {
-  const Largest worst = largest_w(m);
-  if (!(worst.size > critical)) return finished({}, m, critical);
-  const Model one_less = left_of(m, {worst.group.front()});
+SnoopingResult searched_pairs(Model& m, double critical) {
+  const auto& whole = whole_of(m);
+  const Largest worst = largest_w(whole);
+  if (!(worst.size > critical)) return finished({}, whole, critical);
+  const auto& one_less = left_of(m, {worst.group.front()});
   if (redundancy_of(one_less) == 0 || passes(one_less, critical)) return finished({worst.group}, one_less, critical);
 
-  const std::vector<SuspectGroup> groups = inseparable_groups(m);
-  struct Pair {
-    double statistic;
-    std::size_t i, j;
-  };
+  const std::vector<Index> firsts = first_of_groups(whole);
   std::vector<Pair> pairs;
-  for (std::size_t i = 0; i < groups.size(); ++i)
-    for (std::size_t j = i + 1; j < groups.size(); ++j)
-      pairs.push_back({pair_statistic(m, groups[i].front(), groups[j].front()), i, j});
+  pairs.reserve(firsts.size() * firsts.size() / 2);
+  add_pairs(whole, firsts, pairs);
   if (pairs.empty()) return finished({worst.group}, one_less, critical);
-  const auto best = std::max_element(pairs.begin(), pairs.end(),
-                                     [](const Pair& a, const Pair& b) { return a.statistic < b.statistic; });
-  const auto groups_of = [&](const Pair& p) { return Groups{groups[p.i], groups[p.j]}; };
-  SnoopingResult r = finished(groups_of(*best), left_of(m, representatives(groups_of(*best))), critical);
+  auto best = pairs.begin();
+  double most = best->statistic;  // held apart: the compiler waits for no memory
   for (auto p = pairs.begin(); p != pairs.end(); ++p)
-    if (p != best && p->statistic > best->statistic - 1e-9 * m.omega()) r.ties.push_back(groups_of(*p));
+    if (p->statistic > most) {
+      best = p;
+      most = p->statistic;
+    }
+  const auto groups_of = [&](const Pair& p) { return Groups{group_with(whole, p.i), group_with(whole, p.j)}; };
+  SnoopingResult r = finished(groups_of(*best), left_of(m, {best->i, best->j}), critical);
+  const double least = most - 1e-9 * omega_of(whole);
+  for (auto p = pairs.begin(); p != pairs.end(); ++p)
+    if (p != best && p->statistic > least) r.ties.push_back(groups_of(*p));
   return r;
 }
 
@@ -224,19 +254,19 @@ std::vector<SuspectGroup> inseparable_groups(const RedundancyModel& m) {
 }
 
 SnoopingResult data_snooping(const ParityModel& m, double critical) { return snooped_once(m, critical); }
-SnoopingResult data_snooping(const RedundancyModel& m, double critical) { return snooped_once(m, critical); }
+SnoopingResult data_snooping(RedundancyFamily& m, double critical) { return snooped_once(m, critical); }
 
 SnoopingResult iterative_snooping(const ParityModel& m, double critical) { return snooped_again(m, critical); }
-SnoopingResult iterative_snooping(const RedundancyModel& m, double critical) { return snooped_again(m, critical); }
+SnoopingResult iterative_snooping(RedundancyFamily& m, double critical) { return snooped_again(m, critical); }
 
 SnoopingResult iterative_snooping_with_readmission(const ParityModel& m, double critical) {
   return snooped_with_readmission(m, critical);
 }
-SnoopingResult iterative_snooping_with_readmission(const RedundancyModel& m, double critical) {
+SnoopingResult iterative_snooping_with_readmission(RedundancyFamily& m, double critical) {
   return snooped_with_readmission(m, critical);
 }
 
 SnoopingResult pair_search(const ParityModel& m, double critical) { return searched_pairs(m, critical); }
-SnoopingResult pair_search(const RedundancyModel& m, double critical) { return searched_pairs(m, critical); }
+SnoopingResult pair_search(RedundancyFamily& m, double critical) { return searched_pairs(m, critical); }
 
 }  // namespace surveymc::reliability

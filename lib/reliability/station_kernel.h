@@ -31,13 +31,16 @@ struct StationSines {
   T si, ci, st, ct, sa, ca, sd, cd;
 };
 
-/// Relative variances (of g/G, b/B, dG/G, dB/B, and of the dip in rad2) and lambda_0.
-struct StationVariances {
-  double g_noise, g_bias, g_scale, b_noise, b_bias, bz_bias, b_scale;
-  double gravity, total_field, dip;
+/// Relative variances (of g/G, b/B, dG/G, dB/B, and of the dip in rad2) and lambda_0. N: double, or the kernel's type,
+/// so that a loop over points broadcasts them once.
+template <class N>
+struct StationVariancesOf {
+  N g_noise, g_bias, g_scale, b_noise, b_bias, bz_bias, b_scale;
+  N gravity, total_field, dip;
   double stations;  ///< N
-  double lambda0;
+  N lambda0;
 };
+using StationVariances = StationVariancesOf<double>;
 
 /// Effects on the parameters of an error of +`detectable` in one observation: rad, and relative for gravity and
 /// total field. `detectable` is relative too, rad for the dip.
@@ -70,7 +73,7 @@ using Matrix3 = Symmetric<T, 3>;
 
 /// Inverse of a positive definite matrix.
 template <class T>
-Matrix3<T> inverse(const Matrix3<T>& m) {
+[[gnu::always_inline]] inline Matrix3<T> inverse(const Matrix3<T>& m) {
   const Matrix3<T> f = ldlt<T, 3>(m);                                     // 1/D on the diagonal, L below it
   const T l31 = fma(f[packed(1, 0)], f[packed(2, 1)], -f[packed(2, 0)]);  // (L^-1)_31
   const T d2 = f[packed(1, 1)], d3 = f[packed(2, 2)];
@@ -101,16 +104,19 @@ struct Turns {
   T inclination_u, inclination_n, across_u, across_n, east_u, east_n, east_h, east_m;
 };
 template <class T>
-Turns<T> turns(const survey::Vec3<T>& vg, const survey::Vec3<T>& vb, const survey::Vec3<T>& iota,
-               const survey::Vec3<T>& tau, const survey::Vec3<T>& u, const survey::Vec3<T>& n, const survey::Vec3<T>& e,
-               const survey::Vec3<T>& h, const survey::Vec3<T>& m) {
+[[gnu::always_inline]] inline Turns<T> turns(const survey::Vec3<T>& vg, const survey::Vec3<T>& vb,
+                                             const survey::Vec3<T>& iota, const survey::Vec3<T>& tau,
+                                             const survey::Vec3<T>& u, const survey::Vec3<T>& n,
+                                             const survey::Vec3<T>& e, const survey::Vec3<T>& h,
+                                             const survey::Vec3<T>& m) {
   return {sum(vg, iota, u), sum(vg, iota, n), sum(vg, tau, u), sum(vg, tau, n),
           sum(vg, e, u),    sum(vg, e, n),    sum(vb, e, h),   sum(vb, e, m)};
 }
 
 template <class T>
-Matrix3<T> covariance(const survey::Vec3<T>& vg, const survey::Vec3<T>& vb, const survey::Vec3<T>& u,
-                      const survey::Vec3<T>& n, const survey::Vec3<T>& h, const survey::Vec3<T>& m) {
+[[gnu::always_inline]] inline Matrix3<T> covariance(const survey::Vec3<T>& vg, const survey::Vec3<T>& vb,
+                                                    const survey::Vec3<T>& u, const survey::Vec3<T>& n,
+                                                    const survey::Vec3<T>& h, const survey::Vec3<T>& m) {
   return {sum(vg, u, u), T(0.0), sum(vb, h, h), sum(vg, u, n), sum(vb, h, m), sum(vg, n, n) + sum(vb, m, m)};
 }
 
@@ -129,9 +135,9 @@ T times_maybe_infinite(const T& x, const T& factor, const T& variance) {
 /// Calls use(i, ObservationReliability<T>) for every observation i whose bit is set in `wanted` (those that the model
 /// does not observe must not be). noise2: factor on the variance of the noise. Effects on gravity, total field and dip
 /// are computed only where `reference_effects`, and zero otherwise.
-template <class T, StationModel kModel, class Use>
-void station_reliability(const StationSines<T>& s, const T& noise2, const StationVariances& v, unsigned wanted,
-                         bool reference_effects, const Use& use) {
+template <class T, StationModel kModel, class Variance, class Use>
+void station_reliability(const StationSines<T>& s, const T& noise2, const StationVariancesOf<Variance>& v,
+                         unsigned wanted, bool reference_effects, const Use& use) {
   using namespace station_kernel;
   const survey::Vec3<T> u{-s.si * s.st, -s.si * s.ct, s.ci};
   const T north_across = s.ci * s.ca;
@@ -143,7 +149,7 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
   const survey::Vec3<T> tau{-s.ct, s.st, T(0.0)};  // du/dtau / sinI: horizontal, to the right of the hole's azimuth
 
   const T ng = T(v.g_noise) * noise2, nb = T(v.b_noise) * noise2;
-  const auto systematic = [](const T& bias, double scale, const T& x) { return fma(T(scale) * x, x, bias); };
+  const auto systematic = [](const T& bias, const Variance& scale, const T& x) { return fma(T(scale) * x, x, bias); };
   const survey::Vec3<T> sg{systematic(T(v.g_bias), v.g_scale, u.x), systematic(T(v.g_bias), v.g_scale, u.y),
                            systematic(T(v.g_bias), v.g_scale, u.z)};
   const survey::Vec3<T> sb{systematic(T(v.b_bias), v.b_scale, h.x), systematic(T(v.b_bias), v.b_scale, h.y),

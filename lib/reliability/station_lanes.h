@@ -19,6 +19,8 @@ struct StationBatch {
   std::array<std::array<double*, kMapQuantities>, 9> outputs;  ///< [observation][quantity]
   std::array<std::array<double, kMapQuantities>, 9> units;     ///< outputs are multiplied by these
   int groups;
+  /// All outputs begin at multiples of 64 bytes, and no one reads them soon.
+  bool streamed = false;
 };
 
 /// Which specialisation.

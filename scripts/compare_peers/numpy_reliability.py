@@ -6,8 +6,8 @@
 The same work: 181 x 181 attitudes, SSE, redundancy number, minimal detectable error and the effects on I, tau, A of all
 nine observations. numpy takes the form of the paper, X (9 x 6) and (X'PX)^-1 by batched inverse, 32,761 points at once in
 blocks of 4096 (the fastest of 512 ... 32,761), the Jacobian analytic. surveymc is timed by its benchmark
-reliability_map_181 if that is built (the library call that a study makes), and as a whole process, start and file
-included. Both run in one thread.
+reliability_map_181 if that is built (the library call, into memory that is used again), and as a whole process, start
+and file included. Both run in one thread.
 """
 import argparse
 import os

@@ -55,7 +55,7 @@ const bool kernels_registered[] = {
     on_both("reliability_kernel/mse_shared", kernel_of<reliability::StationKernel::mse_shared>),
     on_both("reliability_kernel/mse_systematic", kernel_of<reliability::StationKernel::mse_systematic>)};
 
-/// A whole map as a study makes it: sines, kernel, the vectors of values. Items: points.
+/// A whole map into memory that is used again: sines, kernel, streamed columns. Items: points.
 void map(benchmark::State& state) {
   reliability::AdjustmentModel model;
   const reliability::ReliabilityMaps maps(model, map_181(), reliability::lambda0({}));

@@ -263,3 +263,40 @@ TEST_CASE("A map is the same bits in slabs, in lanes and alone") {
       for (std::size_t p = 0; p < count; ++p) REQUIRE(part[q][p] == whole[kBx][q][first + p]);
   }
 }
+
+TEST_CASE("A map in columns that are streamed is the same bits as one in vectors") {
+  // Two variants of the kernel: one asks every output whether it is wanted, the other has five quantities of every
+  // observation. Attitudes include those where an observation is not controlled.
+  const ReliabilityGrid g{{0.5, 1}, {75}, {0, 30, 90}, steps(0, 350, 70), steps(0, 350, 10)};
+  std::vector<MapQuantity> all;
+  for (std::size_t q = 0; q < kMapQuantities; ++q) all.push_back(static_cast<MapQuantity>(q));
+  const std::vector<MapQuantity> five(all.begin(), all.begin() + 5);
+  MapValues columns;
+  int compared = 0, infinite = 0;
+  for (const AdjustmentMode mode :
+       {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed, AdjustmentMode::mse_shared})
+    for (const bool systematic : {false, true}) {
+      AdjustmentModel m = model_of(mode);
+      m.systematic_terms = systematic;
+      const ReliabilityMaps maps(m, g, kLambda);
+      const auto which = observed(mode);
+      const auto whole = maps.values(which, all, 0, g.points());
+      for (const std::size_t first : {std::size_t{0}, std::size_t{333}})
+        for (const auto& quantities : {all, five}) {
+          const std::size_t count = g.points() - first - first / 100;
+          maps.fill(which, quantities, first, count, columns);
+          REQUIRE(columns.points() == count);
+          int different = 0;
+          for (std::size_t o = 0; o < which.size(); ++o)
+            for (std::size_t q = 0; q < quantities.size(); ++q)
+              for (std::size_t p = 0; p < count; ++p, ++compared) {
+                const double x = whole[o][q][first + p];
+                different += columns.column(o, q)[p] != x;
+                infinite += std::isinf(x);
+              }
+          CHECK(different == 0);
+        }
+    }
+  CHECK(compared > 1000000);
+  CHECK(infinite > 1000);
+}
