@@ -1,5 +1,5 @@
 /// The numbers and the series that drift_monitoring gathers from the rows of a realisation, block by block.
-#include <cmath>
+#include <algorithm>
 
 #include "base/units.h"
 #include "drift_monitoring/study.h"
@@ -9,68 +9,51 @@ namespace {
 
 constexpr double kNone = kNaN;
 
-void keep_first(double& first, double time_h) {
-  if (std::isnan(first)) first = time_h;
-}
-
 }  // namespace
 
-AlarmTest make_test(const Scenario& s, const AlarmMethod& method) {
-  if (method.test == AlarmMethod::Test::threshold) return monitoring::Threshold(method.setting);
-  if (method.test == AlarmMethod::Test::cusum) {
-    monitoring::CusumOptions options = s.cusum;
-    options.threshold = method.setting;
-    return monitoring::Cusum(options);
+OutcomeSum::OutcomeSum(const Scenario& s) : s_(s), at_(s), skipped_(s.architectures.size(), 0) {
+  for (std::size_t m = 0; m < s.method_count(); ++m) {
+    const AlarmMethod& method = s.method(m);
+    const auto same = std::find_if(families_.begin(), families_.end(), [&](const Family& f) {
+      return f.test == method.test && f.architecture == method.architecture;
+    });
+    if (same == families_.end())
+      families_.push_back({method.architecture, method.test, {m}});
+    else
+      same->methods.push_back(m);
   }
-  monitoring::SprtOptions options = s.sprt;
-  options.shift = method.setting;
-  return monitoring::Sprt(options);
+  for (Family& f : families_) f.with = f.without = std::vector(s.data.sensors.size(), tests_of(f));
+  errors_.assign(s.architectures.size() * OutcomeLayout::kErrors, monitoring::MeanSquareError(s.sensors()));
+  sensitivities_.assign(s.architectures.size(), monitoring::Sensitivities(s.sensors()));
 }
 
-OutcomeSum::OutcomeSum(const Scenario& s) : s_(s), at_(s), row_(at_.size(), kNone) {
-  const Eigen::Index p = s.sensors();
-  for (std::size_t m = 0; m < s.method_count(); ++m)
-    for (std::size_t j = 0; j < s.data.sensors.size(); ++j) {
-      with_.push_back(make_test(s, s.method(m)));
-      without_.push_back(make_test(s, s.method(m)));
-      row_[at_.alarm(m, j, OutcomeLayout::count)] = 0;
-    }
-  errors_.assign(s.architectures.size() * OutcomeLayout::kErrors, monitoring::MeanSquareError(p));
-  sensitivities_.assign(s.architectures.size(), monitoring::Sensitivities(p));
-  for (std::size_t a = 0; a < s.architectures.size(); ++a) row_[at_.skipped(a)] = 0;
-}
-
-template <class Test, class Signal>
-void OutcomeSum::add_alarms(const MonitoredBlock& b, std::size_t m, std::size_t j, Test& test, const Signal& signal) {
-  for (std::size_t i = 0; i < b.test_h.size(); ++i) {
-    if (test.update(signal[static_cast<Eigen::Index>(i)]) == 0) continue;
-    keep_first(row_[at_.alarm(m, j, OutcomeLayout::first)], b.test_h[i]);
-    if (b.test_h[i] >= s_.start_h) keep_first(row_[at_.alarm(m, j, OutcomeLayout::first_after_start)], b.test_h[i]);
-    row_[at_.alarm(m, j, OutcomeLayout::count)] += 1;
+monitoring::AlarmTests OutcomeSum::tests_of(const Family& family) const {
+  std::vector<monitoring::SprtOptions> sprt;
+  std::vector<monitoring::CusumOptions> cusum;
+  std::vector<double> thresholds;
+  for (const std::size_t m : family.methods) {
+    const double setting = s_.method(m).setting;
+    sprt.push_back(s_.sprt);
+    sprt.back().shift = setting;
+    cusum.push_back(s_.cusum);
+    cusum.back().threshold = setting;
+    thresholds.push_back(setting);
   }
-}
-
-void OutcomeSum::add_alarms(const MonitoredBlock& b) {
-  const std::size_t p = s_.data.sensors.size();
-  for (std::size_t m = 0; m < s_.method_count(); ++m)
-    for (std::size_t j = 0; j < p; ++j) {
-      const std::size_t a = s_.method(m).architecture;
-      const auto c = static_cast<Eigen::Index>(j);
-      // The kind of test is asked for once, not at every sample
-      std::visit([&](auto& test) { add_alarms(b, m, j, test, b.with[a].signal.col(c)); }, with_[m * p + j]);
-      std::visit(
-          [&](auto& test) {
-            const auto signal = b.without[a].signal.col(c);
-            for (std::size_t i = 0; i < b.test_h.size(); ++i)
-              if (test.update(signal[static_cast<Eigen::Index>(i)]) != 0)
-                keep_first(row_[at_.alarm(m, j, OutcomeLayout::first_without_drift)], b.test_h[i]);
-          },
-          without_[m * p + j]);
-    }
+  if (family.test == AlarmMethod::Test::sprt) return monitoring::AlarmTests(sprt);
+  if (family.test == AlarmMethod::Test::cusum) return monitoring::AlarmTests(cusum);
+  return monitoring::AlarmTests(thresholds);
 }
 
 void OutcomeSum::add(const MonitoredBlock& b) {
-  add_alarms(b);
+  const std::size_t p = s_.data.sensors.size();
+  const auto signal = [&](const monitoring::MonitorTrace& trace, std::size_t sensor) {
+    return monitoring::AlarmSignal{trace.signal.data() + sensor, b.test_h.data(), p, b.test_h.size(), s_.start_h};
+  };
+  for (Family& f : families_)
+    for (std::size_t j = 0; j < p; ++j) {
+      f.with[j].update(signal(b.with[f.architecture], j));
+      f.without[j].update(signal(b.without[f.architecture], j));
+    }
   for (std::size_t a = 0; a < s_.architectures.size(); ++a) {
     monitoring::MeanSquareError* errors = errors_.data() + a * OutcomeLayout::kErrors;
     errors[OutcomeLayout::measured].add(b.without[a].prediction, b.readings);
@@ -80,14 +63,25 @@ void OutcomeSum::add(const MonitoredBlock& b) {
       errors[OutcomeLayout::drift_truth].add(b.with[a].prediction, b.truth);
     }
     sensitivities_[a].add(b.with[a].prediction, b.without[a].prediction, b.drift);
-    row_[at_.skipped(a)] += static_cast<double>(b.with[a].skipped);
+    skipped_[a] += static_cast<double>(b.with[a].skipped);
   }
 }
 
 std::vector<double> OutcomeSum::row(const TrainedModel& model) const {
-  std::vector<double> row = row_;
+  std::vector<double> row(at_.size(), kNone);
   const std::size_t p = s_.data.sensors.size();
+  for (const Family& f : families_)
+    for (std::size_t i = 0; i < f.methods.size(); ++i)
+      for (std::size_t j = 0; j < p; ++j) {
+        const auto put = [&](OutcomeLayout::Alarm what, double x) { row[at_.alarm(f.methods[i], j, what)] = x; };
+        const monitoring::AlarmTimes with = f.with[j].times(i);
+        put(OutcomeLayout::first, with.first);
+        put(OutcomeLayout::first_after_start, with.first_after_start);
+        put(OutcomeLayout::count, with.count);
+        put(OutcomeLayout::first_without_drift, f.without[j].times(i).first);
+      }
   for (std::size_t a = 0; a < s_.architectures.size(); ++a) {
+    row[at_.skipped(a)] = skipped_[a];
     const Eigen::MatrixXd sensitivity = sensitivities_[a].value();
     for (std::size_t j = 0; j < p; ++j) {
       const auto c = static_cast<Eigen::Index>(j);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/sensor_csv.h"
+#include "drift_monitoring/shared_predictions.h"
 #include "monitoring/bandwidth.h"
 #include "monitoring/gas_lift_well.h"
 #include "monitoring/monitor.h"
@@ -91,6 +92,8 @@ struct Scenario {
   Eigen::Index series_every = 1;         ///< 0: no series
   study::VerdictRule verdict;
   study::Annotations annotations;
+  /// Of a simulated well whose bandwidth is given, or null: without drift, and with it.
+  std::shared_ptr<SharedPredictions> shared_without, shared_with;
 
   /// `methods`, then `operating`.
   std::size_t method_count() const { return methods.size() + operating.size(); }

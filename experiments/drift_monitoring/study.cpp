@@ -4,6 +4,8 @@
 ///   truth -> noise (a realisation) -> scaling, memory (training) -> monitor without and with drift -> alarms, metrics
 #include "drift_monitoring/study.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "base/error.h"
@@ -83,11 +85,54 @@ class DriftMonitoringPlan final : public study::PointPlan {
   Scenario s_;
 };
 
-/// Monitors of all architectures on one stream of readings.
-std::vector<monitoring::MonitorStream> monitors(const Scenario& s, const monitoring::Aakr& aakr) {
-  std::vector<monitoring::MonitorStream> all;
-  for (const monitoring::Architecture a : s.architectures) all.emplace_back(a, aakr, s.filter);
-  return all;
+/// Monitors of all architectures on one stream of readings. Predictions that are known are not computed; others are
+/// kept if that is wanted.
+class Monitors {
+ public:
+  Monitors(const Scenario& s, const monitoring::Aakr& aakr, bool with_nearest, std::shared_ptr<const Predictions> known,
+           bool keeps)
+      : known_(std::move(known)), keeps_(keeps && !known_), rows_(keeps_ ? s.data.tested() : 0) {
+    for (const monitoring::Architecture a : s.architectures) streams_.emplace_back(a, aakr, s.filter, with_nearest);
+    kept_.assign(streams_.size(), monitoring::Samples(rows_, s.sensors()));
+  }
+
+  std::vector<monitoring::MonitorTrace> next(const monitoring::Samples& readings) {
+    std::vector<monitoring::MonitorTrace> traces;
+    for (std::size_t a = 0; a < streams_.size(); ++a)
+      traces.push_back(known_ ? streams_[a].next(readings, (*known_)[a].middleRows(row_, readings.rows()))
+                              : streams_[a].next(readings));
+    add(traces);
+    return traces;
+  }
+  /// As if they had been fed what `others`, at the same row, have just made these traces of.
+  void follow(const Monitors& others, const std::vector<monitoring::MonitorTrace>& traces) {
+    streams_ = others.streams_;
+    add(traces);
+  }
+  /// Empty unless they were to be kept.
+  Predictions take() { return keeps_ ? std::move(kept_) : Predictions{}; }
+
+ private:
+  void add(const std::vector<monitoring::MonitorTrace>& traces) {
+    const Eigen::Index count = traces.front().prediction.rows();
+    for (std::size_t a = 0; keeps_ && a < streams_.size(); ++a) kept_[a].middleRows(row_, count) = traces[a].prediction;
+    row_ += count;
+  }
+
+  std::vector<monitoring::MonitorStream> streams_;
+  std::shared_ptr<const Predictions> known_;
+  bool keeps_;
+  Eigen::Index rows_, row_ = 0;
+  Predictions kept_;
+};
+
+/// Rows first .. first + count - 1.
+ReadingBlock rows_of(const ReadingBlock& b, Eigen::Index first, Eigen::Index count) {
+  ReadingBlock out;
+  out.test_h.assign(b.test_h.begin() + first, b.test_h.begin() + first + count);
+  out.readings = b.readings.middleRows(first, count);
+  if (b.truth.size() > 0) out.truth = b.truth.middleRows(first, count);
+  return out;
 }
 
 }  // namespace
@@ -105,12 +150,16 @@ Monitored monitor(const Scenario& s, std::uint64_t trial, bool with_series, cons
   Monitored m;
   m.model = train_model(s, s.data.simulated() ? simulated.topRows(s.data.train) : s.data.training);
   const monitoring::Aakr aakr(m.model.memory, m.model.bandwidth);
-  std::vector<monitoring::MonitorStream> with = monitors(s, aakr), without = monitors(s, aakr);
+  const bool drifts = s.any_drifts();
+  const auto made_by = [&](const std::shared_ptr<SharedPredictions>& shared) {
+    const bool are_shared = shared && shared->are_shared() && !with_series;
+    return Monitors(s, aakr, with_series, are_shared ? shared->find(trial) : nullptr, are_shared);
+  };
+  Monitors without = made_by(s.shared_without), with = made_by(s.shared_with);
   OutcomeSum outcome(s);
   SeriesSum series(s);
-  const bool drifts = s.any_drifts();
-  for_each_block(s, simulated, [&](const ReadingBlock& in) {
-    if (stop && *stop) throw Interrupted("stopped before all rows were monitored");
+  bool has_drifted = false;
+  const auto add = [&](const ReadingBlock& in) {
     MonitoredBlock block;
     block.test_h = in.test_h;
     block.readings = m.model.scaling.to_z(in.readings);
@@ -118,15 +167,30 @@ Monitored monitor(const Scenario& s, std::uint64_t trial, bool with_series, cons
     block.drift.resize(block.readings.rows(), s.sensors());
     for (Eigen::Index i = 0; i < block.drift.rows(); ++i)
       block.drift.row(i) = s.drift(in.test_h[static_cast<std::size_t>(i)]);
-    for (std::size_t a = 0; a < s.architectures.size(); ++a) {
-      block.without.push_back(without[a].next(block.readings));
-      block.with.push_back(drifts ? with[a].next(block.readings + block.drift) : block.without[a]);
+    has_drifted = has_drifted || (drifts && in.test_h.back() > s.start_h);
+    block.without = without.next(block.readings);
+    if (has_drifted) {
+      block.with = with.next(block.readings + block.drift);
+    } else {
+      block.with = block.without;
+      with.follow(without, block.without);
     }
     outcome.add(block);
     if (with_series) series.add(block);
+  };
+  for_each_block(s, simulated, [&](const ReadingBlock& in) {
+    if (stop && *stop) throw Interrupted("stopped before all rows were monitored");
+    // Until the drift begins there is one stream of readings, not two.
+    const auto n = static_cast<Eigen::Index>(in.test_h.size());
+    const Eigen::Index onset =
+        has_drifted ? 0 : std::upper_bound(in.test_h.begin(), in.test_h.end(), s.start_h) - in.test_h.begin();
+    if (onset > 0) add(rows_of(in, 0, onset));
+    if (onset < n) add(rows_of(in, onset, n - onset));
   });
   m.outcome = outcome.row(m.model);
   if (with_series) m.series = series.take();
+  if (Predictions kept = without.take(); !kept.empty()) s.shared_without->keep(trial, std::move(kept));
+  if (Predictions kept = with.take(); !kept.empty()) s.shared_with->keep(trial, std::move(kept));
   return m;
 }
 

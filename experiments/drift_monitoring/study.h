@@ -3,10 +3,10 @@
 #include <atomic>
 #include <functional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "drift_monitoring/scenario.h"
+#include "monitoring/alarm_tests.h"
 #include "monitoring/metrics.h"
 #include "stats/layout.h"
 #include "study/comparison.h"
@@ -37,7 +37,8 @@ struct Monitored {
   std::vector<double> outcome;  ///< see OutcomeLayout
   store::Table series;          ///< if it was asked for
 };
-/// Trains and monitors, block by block: the memory it needs does not depend on the length of a file.
+/// Trains and monitors, block by block: the memory it needs does not depend on the length of a file. Predictions that
+/// other points have, too, are taken from them, and kept for them.
 /// Throws Interrupted when *stop is set.
 Monitored monitor(const Scenario& s, std::uint64_t trial, bool with_series, const std::atomic<bool>* stop = nullptr);
 
@@ -50,8 +51,6 @@ TrainedModel train_model(const Scenario& s, const monitoring::Samples& training)
 /// task share it, unless the model is given.
 void calibrate_baselines(Scenario& s, const montecarlo::RunOptions& options);
 
-using AlarmTest = std::variant<monitoring::Sprt, monitoring::Cusum, monitoring::Threshold>;
-AlarmTest make_test(const Scenario& s, const AlarmMethod& method);
 /// Layout of the numbers of a realisation in its row of Tally::samples.
 class OutcomeLayout : public stats::Layout {
   std::size_t p_, methods_, architectures_;
@@ -77,16 +76,19 @@ class OutcomeSum {
   std::vector<double> row(const TrainedModel& model) const;
 
  private:
-  void add_alarms(const MonitoredBlock& block);
-  /// Of a method and sensor, with drift.
-  template <class Test, class Signal>
-  void add_alarms(const MonitoredBlock& block, std::size_t method, std::size_t sensor, Test& test,
-                  const Signal& signal);
+  /// Methods that are one test of one architecture's signal with several settings.
+  struct Family {
+    std::size_t architecture;
+    AlarmMethod::Test test;
+    std::vector<std::size_t> methods;
+    std::vector<monitoring::AlarmTests> with = {}, without = {};  // [sensor]
+  };
+  monitoring::AlarmTests tests_of(const Family& family) const;
 
   const Scenario& s_;
   OutcomeLayout at_;
-  std::vector<double> row_;
-  std::vector<AlarmTest> with_, without_;                 // [method][sensor]
+  std::vector<double> skipped_;  // [architecture]
+  std::vector<Family> families_;
   std::vector<monitoring::MeanSquareError> errors_;       // [architecture][OutcomeLayout::Error]
   std::vector<monitoring::Sensitivities> sensitivities_;  // [architecture]
 };

@@ -51,6 +51,22 @@ store::Result run_and_stamp(const RunArguments& a, const study::RunPlan& run, co
   return result;
 }
 
+/// Of a result that takes long to write: how far the run is.
+void tell_large_result(const store::Result& result, double elapsed, const std::string& output) {
+  constexpr std::size_t kLarge = 1'000'000;
+  std::size_t rows = 0, held = 0, streamed = 0;
+  for (const auto* tables : {&result.tables, &result.samples})
+    for (const store::Table& t : *tables) rows += t.rows();
+  for (const store::Map& m : result.maps) held += m.values.size();
+  for (const store::MapStream& s : result.streams)
+    for (const store::Map& m : s.maps) streamed += store::map_size(m);
+  if (rows + held + streamed < kLarge) return;
+  std::string what = rows > 0 ? fmt::format("{} rows", rows) : "";
+  if (held + streamed > 0) what += fmt::format("{}{} map values", what.empty() ? "" : " and ", held + streamed);
+  log_info(fmt::format("computed in {}; writing {} to {}{}", format_duration(elapsed), what, output,
+                       streamed > 0 ? "; maps are computed meanwhile" : ""));
+}
+
 int check(const RunArguments& a) {
   const study::RunPlan run = load(a);
   fmt::print("{}\n", run.config.resolved_text());
@@ -140,7 +156,10 @@ int run(const RunArguments& a, const std::string& command) {
   with_checkpoint(
       a, run_key(plan, false), output, command,
       [&](const study::Checkpoint& checkpoint) { result = run_and_stamp(a, plan, command, elapsed, checkpoint); },
-      [&] { kept = store::write_beside_old(output, a.overwrite, [&] { write_result_file(a, output, result); }); });
+      [&] {
+        tell_large_result(result, elapsed, output.string());
+        kept = store::write_beside_old(output, a.overwrite, [&] { write_result_file(a, output, result); });
+      });
   ends.emplace(nullptr, EndsBySignal::Says{.nothing = fmt::format("{} is written", output.string())});
   print_tables(result, output.string(), a.units == "ft");
   const int exit = report_verdicts(result, a.check);

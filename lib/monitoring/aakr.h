@@ -11,7 +11,8 @@ struct AakrBatch;
 /// Boechat, Moreno and Haramura, eqs 1-3 with the kernel of eq 2 corrected:
 ///   u_i^2 = |X_i - x|^2,  w_i = exp(-(u_i^2 - min u^2) / (2 h^2)),  xhat = sum_i w_i X_i / sum_i w_i
 /// The shift by the least distance cancels in the quotient; without it a query far from the memory is 0 / 0.
-/// Memory and queries are scaled (z). Same bits on every instruction set.
+/// Memory and queries are scaled (z). Weights are computed to 1e-13 of their values. Same bits on every instruction
+/// set.
 ///
 /// Vectors beyond the cutoff, u_i^2 - min u^2 > 2 h^2 ln(2 m / kNegligibleShare), may be left out: all of them together
 /// weigh less than kNegligibleShare of the nearest, so that no prediction moves by more of the memory's extent.
@@ -31,7 +32,7 @@ class Aakr {
   /// Memory that predictions of many queries use again: one per thread.
   using Scratch = std::vector<double>;
   /// queries: count x p, row by row; predictions the same; nearest (count): distance to the nearest memory vector, the
-  /// indicator of operation outside of the training range.
+  /// indicator of operation outside of the training range. It costs half as much again; null: not wanted.
   void predict(const double* queries, int count, double* predictions, double* nearest, Scratch& scratch) const;
   /// The same as the kernel sees it (aakr_lanes.h).
   AakrBatch batch(const double* queries, int count, double* predictions, double* nearest, Scratch& scratch) const;
@@ -40,9 +41,10 @@ class Aakr {
   int sensors_, vectors_;
   double bandwidth_;
   std::size_t padded_;
+  double scale_;
   Eigen::VectorXd direction_;
   double largest_norm_ = 0;
-  std::vector<double> memory_, low_, high_;
+  std::vector<double> memory_, low_, high_;  // scaled: aakr_lanes.h
 };
 
 }  // namespace surveymc::monitoring

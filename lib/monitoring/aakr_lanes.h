@@ -9,8 +9,10 @@ namespace surveymc::monitoring {
 /// Memory vectors that are worked on together.
 inline constexpr std::size_t kTile = 4 * simd::kGroup;
 
-/// Raw view of a memory and of the vectors to predict. Vectors stand in the order of their projections on `direction`.
-/// Rows of `memory` are `padded` = kTile * tiles doubles long; padding is so far from all queries that its weight is 0.
+/// Raw view of a memory and of the vectors to predict. All but the queries and results is in the unit 1 / scale of z,
+/// in which log2 of a weight is the square of a distance, with a minus. Vectors stand in the order of their projections
+/// on `direction`. Rows of `memory` are `padded` = kTile * tiles doubles long; padding is so far from all queries that
+/// its weight is 0.
 struct AakrBatch {
   const double* memory;      ///< [sensor][vector]
   const double* direction;   ///< [sensor], of length 1
@@ -19,11 +21,12 @@ struct AakrBatch {
   int sensors;
   double cutoff;          ///< squared distance beyond the nearest at which weights are negligible
   double rounding;        ///< of a projection, at most
-  double per_square;      ///< -1 / (2 h^2 ln 2): log2 of a weight per squared distance
-  const double* queries;  ///< [query][sensor]
+  double scale;           ///< sqrt(1 / (2 h^2 ln 2)), 1/z
+  const double* queries;  ///< [query][sensor], z
   int count;
-  double* predictions;  ///< [query][sensor]
-  double* nearest;      ///< [query]: distance to the nearest memory vector
+  double* predictions;  ///< [query][sensor], z
+  double* nearest;      ///< [query]: distance to the nearest memory vector, z; null: not wanted
+  double* scaled;       ///< scratch: a query
   double* weights;      ///< scratch: padded doubles
 };
 

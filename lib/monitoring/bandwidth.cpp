@@ -20,10 +20,9 @@ std::vector<BandwidthScore> search_bandwidth(const Samples& z, const Samples& tr
     const Samples others = rows_of(z, in), queries = rows_of(z, out);
     const Samples memory = rows_of(others, select_memory(others, std::min(vectors, others.rows())));
     Samples predicted(queries.rows(), queries.cols());
-    Eigen::VectorXd nearest(queries.rows());
     for (BandwidthScore& s : scores) {
       Aakr(memory, s.bandwidth)
-          .predict(queries.data(), static_cast<int>(queries.rows()), predicted.data(), nearest.data(), scratch);
+          .predict(queries.data(), static_cast<int>(queries.rows()), predicted.data(), nullptr, scratch);
       s.mse_measured += (predicted - queries).squaredNorm();
       if (truth.size() > 0) s.mse_truth += (predicted - rows_of(truth, out)).squaredNorm();
     }

@@ -73,6 +73,28 @@ class Monitoring(Case):
         for name in ("first_alarm_h", "alarms"):
             np.testing.assert_array_equal(column(few, "tables/alarms", name), column(many, "tables/alarms", name))
 
+    def test_what_points_share_is_what_each_computes_alone(self):
+        # Two with the same predictions with drift, three with the same without, one with none in common. Before the
+        # drift begins, and with another number of threads, which find and keep in another order.
+        cases = {"base": {}, "shift": {"sprt.shift_z": 2.0}, "weak": {"drift.amplitude_z": 2.0},
+                 "narrow": {"model.bandwidth": 0.2}}
+        sweep = "".join(f'[[sweep.case]]\nname = "{name}"\n' + "".join(f'"{k}" = {x}\n' for k, x in keys.items())
+                        for name, keys in cases.items())
+        calibrated = CONFIG + "[baselines]\ncalibration_trials = 4\n"
+        self.write("sweep.toml", calibrated + sweep)
+        self.write("base.toml", calibrated)
+        together = self.run_config("--threads", "3", config="sweep.toml", output="together.h5")
+        for name, keys in cases.items():
+            alone = self.run_config(*(a for k, x in keys.items() for a in ("--set", f"{k}={x}")), output=f"{name}.h5")
+            for table in ("alarms", "delay", "blame", "metrics", "claims", "baselines", "model"):
+                mine = [{k: x for k, x in r.items() if k not in ("case", "row", "sweep_point")}
+                        for r in rows(together, table) if r["case"] == name]
+                own = [{k: x for k, x in r.items() if k != "row"} for r in rows(alone, table)]
+                self.assertEqual(len(mine), len(own))
+                for a, b in zip(mine, own):
+                    for key in b:
+                        self.assertTrue(a[key] == b[key] or a[key] != a[key] and b[key] != b[key], (name, table, key))
+
     def test_train_once_and_monitor_later(self):
         trained = self.run_config("--trials", "1", output="trained.h5")
         self.write("later.toml", CONFIG.replace("bandwidth = 0.3\nmemory_vectors = 40", 'file = "trained.h5"'))

@@ -63,6 +63,14 @@ class Tables(CovarianceCase):
         self.assertEqual(len(rows), 6 * 35)
         self.assertRegex(self.call("list").stdout, r"(?m)^position_covariance\s+\S+")
 
+    def test_a_large_result_says_how_far_it_is(self):
+        # 37 rows a station: 35 sources, covariance, ellipsoid. Above 10^6 rows a line on stderr, but with --quiet.
+        self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n" + "".join(f"{k / 2},45,30\n" for k in range(27100)))
+        arguments = ["run", "base.toml", "-o", "large.h5", "--overwrite"]
+        self.assertRegex(self.call(*arguments).stderr, r"computed in \S+ s; writing 10027\d\d rows to large\.h5")
+        self.assertNotIn("writing", self.call(*arguments, "--quiet").stderr)
+        self.assertNotIn("writing", self.call(*arguments, "--set", 'output.by_source="last"').stderr)
+
     def test_sources_add_up_and_frames_agree(self):
         path = self.run_config()
         sources = np.array([column(path, "tables/covariance_by_source", e) for e in ELEMENTS]).T.reshape(6, 35, 6)

@@ -1,14 +1,17 @@
 /// Kalman drift tracker, tests of alarms, metrics, and the two architectures.
+#include <cstring>
 #include <random>
 
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
 #include "base/units.h"
+#include "monitoring/alarm_tests.h"
 #include "monitoring/metrics.h"
 #include "monitoring/monitor.h"
 #include "monitoring/sequential_tests.h"
 #include "monitoring/sprt_false_alarms.h"
+#include "simd/instruction_set.h"
 
 using namespace surveymc;
 using namespace surveymc::monitoring;
@@ -229,4 +232,101 @@ TEST_CASE("Alarms of the SPRT by integration are those of simulation, and of the
   CHECK(q.back() > 0.99);  // under H1 it ends there
   CHECK(std::is_sorted(q.begin(), q.end()));
   CHECK(q.back() <= 1 + 1e-9);
+}
+
+TEST_CASE("Tests side by side raise the alarms of each alone, on both instruction sets", "[monitoring]") {
+  // A signal that wanders through all bounds, in two blocks. Eleven settings: a full group and a part of one.
+  std::mt19937_64 g(30);
+  std::normal_distribution<double> normal;
+  constexpr std::size_t kSamples = 3000, kSensors = 3, kFirstBlock = 1234;
+  std::vector<double> signal(kSamples * kSensors), time_h(kSamples);
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    time_h[i] = static_cast<double>(i) / 60;
+    for (std::size_t j = 0; j < kSensors; ++j)
+      signal[i * kSensors + j] = 2 * std::sin(.004 * static_cast<double>((j + 1) * i)) + normal(g);
+  }
+  const double start_h = 20;
+  std::vector<SprtOptions> sprt(11);
+  std::vector<CusumOptions> cusum(11);
+  std::vector<double> threshold(11);
+  for (std::size_t k = 0; k < 11; ++k) {
+    sprt[k].shift = .5 + .4 * static_cast<double>(k);
+    cusum[k].threshold = .5 * std::exp2(1.5 * static_cast<double>(k));
+    threshold[k] = 1 + .5 * static_cast<double>(k);
+  }
+  const auto expect = [&](AlarmTests lanes, auto make_alone, std::size_t sensor) {
+    for (const std::size_t first : {std::size_t{0}, kFirstBlock})
+      lanes.update({signal.data() + first * kSensors + sensor, time_h.data() + first, kSensors,
+                    first == 0 ? kFirstBlock : kSamples - kFirstBlock, start_h});
+    std::size_t alarms = 0, silent = 0;
+    for (std::size_t k = 0; k < 11; ++k) {
+      auto alone = make_alone(k);
+      double first = kNaN, after = kNaN, count = 0;
+      for (std::size_t i = 0; i < kSamples; ++i) {
+        if (alone.update(signal[i * kSensors + sensor]) == 0) continue;
+        if (std::isnan(first)) first = time_h[i];
+        if (std::isnan(after) && time_h[i] >= start_h) after = time_h[i];
+        ++count;
+      }
+      const AlarmTimes t = lanes.times(k);
+      INFO("setting " << k);
+      CHECK(t.count == count);
+      CHECK((t.first == first || (std::isnan(t.first) && std::isnan(first))));
+      CHECK((t.first_after_start == after || (std::isnan(t.first_after_start) && std::isnan(after))));
+      (count > 0 ? alarms : silent) += 1;
+    }
+    return std::pair(alarms, silent);
+  };
+  for (std::size_t j = 0; j < kSensors; ++j) {
+    CHECK(expect(
+              AlarmTests(sprt), [&](std::size_t k) { return Sprt(sprt[k]); }, j)
+              .first == 11);
+    const auto [cusums, endless] = expect(
+        AlarmTests(cusum), [&](std::size_t k) { return Cusum(cusum[k]); }, j);
+    CHECK((cusums >= 5 && endless >= 1));
+    const auto [crossed, above] = expect(
+        AlarmTests(threshold), [&](std::size_t k) { return Threshold(threshold[k]); }, j);
+    CHECK((crossed >= 5 && above >= 1));
+  }
+
+  if (simd::instruction_set() == simd::InstructionSet::v4) {
+    AlarmLanes wide{}, narrow{};
+    for (AlarmLanes* a : {&wide, &narrow}) {
+      a->kind = AlarmLanes::Kind::sprt;
+      for (std::size_t k = 0; k < 8; ++k) {
+        const double of_one[] = {sprt[k].shift / sprt[k].variance, sprt[k].shift / 2, sprt_lower(sprt[k]),
+                                 sprt_upper(sprt[k])};
+        for (std::size_t i = 0; i < 4; ++i) a->settings[i][k] = of_one[i];
+        a->first[k] = a->first_after_start[k] = kInfinity;
+      }
+    }
+    const AlarmSignal all{signal.data(), time_h.data(), kSensors, kSamples, start_h};
+    isa_v4::update_alarms(wide, all);
+    isa_v3::update_alarms(narrow, all);
+    CHECK(std::memcmp(&wide, &narrow, sizeof wide) == 0);
+  }
+}
+
+TEST_CASE("A monitor that is given its predictions makes the same signal", "[monitoring]") {
+  std::mt19937_64 g(31);
+  std::normal_distribution<double> normal;
+  Samples memory(60, 3), readings(200, 3);
+  for (Eigen::Index i = 0; i < memory.size(); ++i) memory.data()[i] = normal(g);
+  for (Eigen::Index i = 0; i < readings.size(); ++i) readings.data()[i] = 2 * normal(g);
+  const Aakr model(memory, .4);
+  DriftFilterOptions options;
+  options.gate = 6;  // some rows are skipped
+  for (const Architecture a : {Architecture::aakr_sprt, Architecture::aakr_kf_sprt}) {
+    const MonitorTrace own = run_monitor(a, model, options, readings);
+    MonitorStream told(a, model, options, false), unasked(a, model, options, false);
+    const MonitorTrace first = told.next(readings.topRows(77), own.prediction.topRows(77)),
+                       second = told.next(readings.bottomRows(123), own.prediction.bottomRows(123));
+    CHECK(first.signal == own.signal.topRows(77));
+    CHECK(second.signal == own.signal.bottomRows(123));
+    CHECK(first.skipped + second.skipped == own.skipped);
+    CHECK((a == Architecture::aakr_sprt) == (own.skipped == 0));
+    const MonitorTrace without = unasked.next(readings);  // the distances to the nearest vectors are not asked for
+    CHECK(without.prediction == own.prediction);
+    CHECK(without.nearest.size() == 0);
+  }
 }
