@@ -16,6 +16,9 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
+#if __has_include(<malloc.h>)
+#include <malloc.h>
+#endif
 
 #include "base/error.h"
 #include "base/numerics.h"
@@ -49,6 +52,16 @@ store::Result run_and_stamp(const RunArguments& a, const study::RunPlan& run, co
   stamp(result, command);
   result.run = run_info(created, elapsed, a);
   return result;
+}
+
+/// Large results come in pieces, each made in memory that the piece before has just given back. By default glibc hands
+/// such memory to the kernel at once, and gets it back as empty pages, which took more time than a large map itself.
+void keep_freed_memory() {
+#if defined(M_TRIM_THRESHOLD)
+  constexpr int kMebibyte = 1 << 20;
+  mallopt(M_MMAP_THRESHOLD, 32 * kMebibyte);  // the most that glibc takes
+  mallopt(M_TRIM_THRESHOLD, 128 * kMebibyte);
+#endif
 }
 
 /// Of a result that takes long to write: how far the run is.
@@ -293,6 +306,7 @@ void fill_standard_descriptors() {
 }
 
 int program_main(int argc, char** argv, ListStudies studies, montecarlo::Messages* messages, const std::string& mpi) {
+  keep_freed_memory();
   fill_standard_descriptors();
   std::fesetenv(FE_DFL_ENV);  // a library may have changed it when it was loaded: bits must not depend on that
   simd::fix_block_sizes();
