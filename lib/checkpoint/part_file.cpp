@@ -294,8 +294,13 @@ PartHead read_part_head(const fs::path& path) {
 }
 
 PartReader::PartReader(fs::path path) : path_(std::move(path)), head_(read_part_head(path_)) {
-  const std::string index = bytes(kHeadSize + head_.about_size, head_.index_size);
-  pieces_ = decoded(path_, [&] { return decode_index(body_of(path_, index, kIndexMark)); });
+  try {
+    const std::string index = bytes(kHeadSize + head_.about_size, head_.index_size);
+    pieces_ = decoded(path_, [&] { return decode_index(body_of(path_, index, kIndexMark)); });
+  } catch (...) {
+    close();
+    throw;
+  }
 }
 
 PartReader::~PartReader() { close(); }
