@@ -27,8 +27,9 @@ install(DIRECTORY configs DESTINATION ${share})
 # Scripts of users; those that build and check the project stay behind.
 install(DIRECTORY scripts DESTINATION ${share} USE_SOURCE_PERMISSIONS
   PATTERN __pycache__ EXCLUDE PATTERN build EXCLUDE PATTERN "*.egg-info" EXCLUDE PATTERN compare_peers EXCLUDE
-  REGEX "/scripts/(bootstrap|quickstart|test|build_docs|run_all|sanitize|cross_lanes|check_[a-z]+)[.](sh|py)$" EXCLUDE)
+  REGEX "/scripts/(bootstrap|quickstart|test|build_docs|run_all|sanitize|cross_[a-z]+|check_[a-z]+)[.](sh|py)$" EXCLUDE)
 install(FILES LICENSE CITATION.cff CHANGELOG.md README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES third_party/elementary/COPYRIGHT DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME COPYRIGHT.elementary)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN Doxyfile EXCLUDE PATTERN site.css EXCLUDE PATTERN man EXCLUDE)
 
 # Commands, and the package where Debian's Python looks for it (for prefix /usr; others: PYTHONPATH). Links, so that there is

@@ -7,7 +7,7 @@ if(failed OR revision STREQUAL "")
 endif()
 # Two trees with changes of their own, or two copies without a repository, are two programs: the sources tell them apart.
 if(revision MATCHES "unknown|-dirty$")
-  file(GLOB_RECURSE sources ${SOURCE_DIR}/lib/* ${SOURCE_DIR}/experiments/* ${SOURCE_DIR}/cmake/*)
+  file(GLOB_RECURSE sources ${SOURCE_DIR}/lib/* ${SOURCE_DIR}/experiments/* ${SOURCE_DIR}/cmake/* ${SOURCE_DIR}/third_party/*)
   list(APPEND sources ${SOURCE_DIR}/CMakeLists.txt)  # the options of the compiler
   list(SORT sources)
   set(hashes "")

@@ -4,7 +4,7 @@
 # other binary file is committed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-mapfile -t files < <(git ls-files -co --exclude-standard '*.h' '*.cpp')
+mapfile -t files < <(git ls-files -co --exclude-standard '*.h' '*.cpp' ':!third_party')  # as its authors wrote it
 if [ "${1:-}" = --fix ]; then
   clang-format -i "${files[@]}"
 else

@@ -11,9 +11,11 @@ read or write. Without -o nothing is written.
 """
 
 import argparse
+import ctypes
 import difflib
 import os
 import re
+import signal
 import sys
 
 from survey_import import checks, columns, excel, las, output, stations, text, witsml
@@ -102,7 +104,15 @@ def read_table(data, options):
     return table, encoding
 
 
+def end_with_the_program():
+    """A signal to surveymc alone leaves no reader behind."""
+    end_with_parent = 1  # PR_SET_PDEATHSIG
+    ctypes.CDLL(None).prctl(end_with_parent, signal.SIGKILL)
+
+
 def run(options):
+    if options.for_program:
+        end_with_the_program()
     data = output.read_file(options.file)
     if options.output:
         output.check_target(options.output, options.file, options.overwrite)

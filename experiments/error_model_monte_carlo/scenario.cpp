@@ -169,7 +169,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   study::read_outside_range(c, s.survey, s.tools.runs,
                             propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude));
   s.model_place = c.place("error_model");
-  s.multiplier = c.number("errors.multiplier", config::Range::positive(), 1);
+  s.multiplier = c.number("errors.multiplier", {0, 1000, true, false}, 1);
   s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "tilt" ? propagate::VerticalRule::tilt
                                                                                   : propagate::VerticalRule::azimuth;
   read_sources(c, s);

@@ -259,6 +259,23 @@ void write_part(const fs::path& path, const Part& part) {
   write_part_of(path, part, std::move(entries), [&](std::size_t i) { return std::move(records[i]); });
 }
 
+namespace {
+
+/// Bytes from `offset` on, `size` or as many as there are: a read may give fewer. Negative: errno says why.
+ssize_t read_at(int file, char* out, std::size_t size, std::uint64_t offset) {
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t n =
+        uninterrupted([&] { return pread(file, out + done, size - done, static_cast<off_t>(offset + done)); });
+    if (n < 0) return n;
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  return static_cast<ssize_t>(done);
+}
+
+}  // namespace
+
 PartHead read_part_head(const fs::path& path) {
   const int file = uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
   const auto fail = [&](int reason) {
@@ -268,7 +285,7 @@ PartHead read_part_head(const fs::path& path) {
   struct stat status {};
   char bytes[kHeadSize];
   const bool is_file = fstat(file, &status) == 0 && S_ISREG(status.st_mode);
-  const ssize_t n = is_file ? uninterrupted([&] { return pread(file, bytes, sizeof bytes, 0); }) : -1;
+  const ssize_t n = is_file ? read_at(file, bytes, sizeof bytes, 0) : -1;
   const int reason = errno;
   ::close(file);
   if (!is_file) throw IoError(fmt::format("{}: cannot be read: {}", path.string(), input_fault(path)));
@@ -277,8 +294,13 @@ PartHead read_part_head(const fs::path& path) {
 }
 
 PartReader::PartReader(fs::path path) : path_(std::move(path)), head_(read_part_head(path_)) {
-  const std::string index = bytes(kHeadSize + head_.about_size, head_.index_size);
-  pieces_ = decoded(path_, [&] { return decode_index(body_of(path_, index, kIndexMark)); });
+  try {
+    const std::string index = bytes(kHeadSize + head_.about_size, head_.index_size);
+    pieces_ = decoded(path_, [&] { return decode_index(body_of(path_, index, kIndexMark)); });
+  } catch (...) {
+    close();
+    throw;
+  }
 }
 
 PartReader::~PartReader() { close(); }
@@ -301,14 +323,10 @@ std::string PartReader::bytes(std::uint64_t offset, std::uint64_t size) {
   const auto in_all = static_cast<std::uint64_t>(status.st_size);
   if (offset > in_all || size > in_all - offset) damaged(path_);
   std::string out(static_cast<std::size_t>(size), '\0');
-  for (std::size_t done = 0; done < out.size();) {
-    const ssize_t n = pread(file_, out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0)
-      throw IoError(fmt::format("{}: cannot be read: {}", path_.string(), std::generic_category().message(errno)));
-    if (n == 0) damaged(path_);
-    done += static_cast<std::size_t>(n);
-  }
+  const ssize_t n = read_at(file_, out.data(), out.size(), offset);
+  if (n < 0)
+    throw IoError(fmt::format("{}: cannot be read: {}", path_.string(), std::generic_category().message(errno)));
+  if (static_cast<std::size_t>(n) < out.size()) damaged(path_);
   return out;
 }
 
@@ -353,7 +371,7 @@ PartState part_state(const fs::path& path) {
     std::string begin;
     if (const int file = uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC); }); file >= 0) {
       begin.assign(kAnyPartMark.size(), '\0');
-      const ssize_t n = read(file, begin.data(), begin.size());
+      const ssize_t n = read_at(file, begin.data(), begin.size(), 0);
       begin.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
       ::close(file);
     }

@@ -121,13 +121,31 @@ bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartC
   return false;
 }
 
+bool is_part(const fs::path& path) {
+  try {
+    checkpoint::read_part_head(path);
+    return true;
+  } catch (const IoError&) {
+    return false;
+  }
+}
+
 /// Files of a folder and of the folders in it (sweep.sh has at most 1,000 parts in each), sorted.
 std::vector<fs::path> files_with(const fs::path& folder, const std::string& word) {
   std::vector<fs::path> found;
   const auto add = [&](const fs::directory_entry& e) {
     const std::string name = e.path().filename().string();
     const bool hit = word == kExtension ? e.path().extension() == word : name.find(word) != std::string::npos;
-    if (hit && name[0] != '.') found.push_back(e.path());
+    if (name[0] == '.') return;
+    if (hit)
+      found.push_back(e.path());
+    else if (word == kExtension && is_part(e.path()))
+      log_warning(fmt::format("{}: is a part whose name does not end in {}: not read; give it such a name",
+                              e.path().string(), kExtension));
+  };
+  const auto check = [&](const fs::path& place, const std::error_code& e) {
+    if (e && e != std::errc::no_such_file_or_directory)
+      throw IoError(fmt::format("{}: cannot be listed: {}", place.string(), e.message()));
   };
   std::error_code error;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
@@ -138,7 +156,9 @@ std::vector<fs::path> files_with(const fs::path& folder, const std::string& word
     }
     std::error_code inner;
     for (fs::directory_iterator in(it->path(), inner), last; !inner && in != last; in.increment(inner)) add(*in);
+    check(it->path(), inner);
   }
+  check(folder, error);
   std::sort(found.begin(), found.end());
   return found;
 }

@@ -100,6 +100,8 @@ void catch_signals() {
   }
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   for (const int signal : {SIGINT, SIGTERM, SIGUSR1, SIGALRM}) std::signal(signal, on_signal);
+  for (const int signal : {SIGHUP, SIGXCPU})  // the terminal is gone; a limit of processor time is near
+    if (std::signal(signal, on_signal) == SIG_IGN) std::signal(signal, SIG_IGN);  // nohup
 }
 
 EndsBySignal::EndsBySignal(checkpoint::Journal* journal, Says says) {

@@ -82,8 +82,8 @@ study::RunPlan open_config(const RunArguments& a);
 study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const std::string& file,
                           const store::Result& stored, const std::string& folder);
 
-/// From now on SIGINT, SIGTERM, SIGUSR1 and SIGALRM set the stop flag and do nothing else. Call this before any long
-/// computation, so that no signal ends the program in another way.
+/// From now on SIGINT, SIGTERM, SIGUSR1, SIGALRM, and SIGHUP and SIGXCPU unless they are ignored, set the stop flag and
+/// do nothing else. Call this before any long computation, so that no signal ends the program in another way.
 void catch_signals();
 const std::atomic<bool>* stop_flag();
 

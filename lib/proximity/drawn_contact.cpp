@@ -86,6 +86,9 @@ double most_sagitta(const DrawnPath& path, std::size_t leg) {
   return 0.125 * arc * std::sqrt(q2) * (1 + 0.125 * q2) + 0.05 * q2 * (chord + arc);
 }
 
+/// Of a leg: arcs of 10,000 km are straight before, and nothing is halved without end.
+constexpr double kShortest = 1.0 / (1 << 24);
+
 class Nearest {
  public:
   explicit Nearest(double below) { best.distance = below; }
@@ -106,8 +109,8 @@ class Nearest {
   void pieces(const Piece& a, const Piece& b) {
     double s = 0, t = 0;
     const double d = segment_distance(a.p1, a.p2, b.p1, b.p2, s, t), error = a.sagitta + b.sagitta;
-    if (d - error >= best.distance) return;
-    if (error < kContactError) {
+    if (!(d - error < best.distance)) return;  // a path that is not finite touches nothing
+    if (error < kContactError || std::min(a.to - a.from, b.to - b.from) < kShortest) {
       best = {std::min(d, best.distance), i_, j_, a.from + s * (a.to - a.from), b.from + t * (b.to - b.from)};
       return;
     }

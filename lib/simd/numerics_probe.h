@@ -3,10 +3,10 @@
 
 namespace surveymc::simd {
 
-/// Eight hexadecimal digits that tell apart machines and builds on which the same program gives other last bits: C
-/// libraries, and their variants for processors, with other elementary functions, and Eigen with other vectors, whose
-/// sums have another order. A hash of their values at some thousand arguments. Tallies of two such machines must not
-/// mix.
+/// Eight hexadecimal digits that tell apart machines and builds on which the same program gives other last bits: Eigen
+/// with other vectors, whose sums have another order, and elementary functions, which come with the program
+/// (third_party/elementary) and should be the same everywhere. A hash of their values at some thousand arguments.
+/// Tallies of two such machines must not mix.
 std::string numerics_probe();
 
 /// Lets Eigen cut large products into the same blocks on every processor. It takes their length from the size of the

@@ -25,8 +25,9 @@ using Well = SurveyedWell;
 using Scenario = WellPairs;
 
 constexpr double kInch = 0.0254;
-constexpr double kSameDepth = 1e-6;  // m
-constexpr double kSameAngle = 1e-9;  // rad
+const config::Range kPlace = config::Range::closed(-1e7, 1e7);  // m: farther apart no two wells are
+constexpr double kSameDepth = 1e-6;                             // m
+constexpr double kSameAngle = 1e-9;                             // rad
 
 /// `<prefix>_in` or `<prefix>_m`; without one, `fallback`, or an error if that is 0.
 double read_hole_diameter(config::ConfigReader& c, const std::string& prefix, double fallback) {
@@ -169,7 +170,7 @@ Well read_offset(config::ConfigReader& c, const Well& reference, const std::stri
   w.field = read_offset_field(c, reference.field);
   w.survey = read_offset_survey(c, w.field, north);
   const bool is_sidetrack = c.has("kickoff_md_m");
-  w.slot = is_sidetrack && !c.has("slot_m") ? reference.slot : vector_of(c.numbers("slot_m", {}, 3));
+  w.slot = is_sidetrack && !c.has("slot_m") ? reference.slot : vector_of(c.numbers("slot_m", kPlace, 3));
   w.hole_diameter = read_hole_diameter(c, "hole_diameter", reference.hole_diameter);
   if (is_sidetrack) {
     w.kickoff = read_kickoff(c, w, reference);
@@ -296,7 +297,7 @@ void read_formulations(config::ConfigReader& c, Scenario& s) {
 
 /// `errors.multiplier`: of the sizes of all models.
 void scale_all_models(config::ConfigReader& c, Scenario& s) {
-  const double multiplier = c.number("errors.multiplier", config::Range::positive(), 1);
+  const double multiplier = c.number("errors.multiplier", {0, 1000, true, false}, 1);
   if (multiplier == 1) return;
   std::map<const error_model::Model*, config::SharedModel> scaled;
   const auto scale = [&](ToolRuns& tools) {
@@ -346,7 +347,7 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
   r.field = read_field(c);
   r.survey = read_survey(c, r.field, false);
   const std::string north = c.choice("survey.azimuth_reference", {"true", "magnetic", "grid"}, "true");
-  r.slot = vector_of(c.numbers("survey.slot_m", {}, 3, {0, 0, 0}));
+  r.slot = vector_of(c.numbers("survey.slot_m", kPlace, 3, {0, 0, 0}));
   r.hole_diameter = read_hole_diameter(c, "survey.hole_diameter", 0);
   r.tools = read_tool_runs(c, r.survey);
   r.latitude = read_latitude(c, models_of(r.tools));

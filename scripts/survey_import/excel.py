@@ -1,6 +1,7 @@
 """Excel workbooks (.xlsx, .xlsm), one sheet; values as stored, formulas by the value that Excel kept."""
 
 import io
+import re
 import zipfile
 
 from . import columns, text
@@ -8,6 +9,7 @@ from .problem import DATA, IO, USAGE, Problem, shown
 from .table import Row, Table
 
 MOST_UNPACKED = 256 << 20
+MOST_CELLS = 500_000  # of all sheets; openpyxl takes some 20 us for each, and two cells span all rows between them
 
 
 def read(data, file, options):
@@ -22,8 +24,13 @@ def read(data, file, options):
                 raise Problem(f"{file}: unpacks to more than {MOST_UNPACKED >> 20} MiB: must be less; save the sheet as CSV")
             if any(p.flag_bits & 1 for p in parts):
                 raise Problem(f"{file}: is encrypted: must be open; save it without a password")
-            if any(b"<!DOCTYPE" in packed.read(p) for p in parts if p.filename.endswith((".xml", ".rels"))):
-                raise Problem(f"{file}: has an XML document type: workbooks have none, and entities are not read")
+            cells = 0
+            for part in (packed.read(p) for p in parts if p.filename.endswith((".xml", ".rels"))):
+                if b"<!DOCTYPE" in part:
+                    raise Problem(f"{file}: has an XML document type: workbooks have none, and entities are not read")
+                cells += sum(1 for _ in re.finditer(rb"<(?:\w+:)?(?:c|si)[ />]", part))
+                if cells > MOST_CELLS:
+                    raise Problem(too_many(file))
         book = openpyxl.load_workbook(io.BytesIO(data), data_only=True, read_only=False, keep_links=False)
     except Problem:
         raise
@@ -37,6 +44,8 @@ def read(data, file, options):
         raise Problem(f"{file}: {len(filled)} sheets with content: {', '.join(repr(s.title) for s in filled) or 'none'}: "
                       "one must be meant: --sheet NAME", DATA)
     sheet = book[options.sheet] if options.sheet else filled[0]
+    if sheet.max_row * sheet.max_column > MOST_CELLS:
+        raise Problem(too_many(file))
     cells, marks = [], {}
     for n, row in enumerate(sheet.iter_rows(), 1):
         cells.append([written(c, file, sheet.title) for c in row])
@@ -56,6 +65,10 @@ def read(data, file, options):
     if table.reference:
         table.reference = (table.reference[0], table.reference[1].replace("line", "row"))
     return table
+
+
+def too_many(file):
+    return f"{file}: has more than {MOST_CELLS:,} cells, empty ones between others too: must have less; save the sheet as CSV"
 
 
 def written(cell, file, sheet):

@@ -4,11 +4,16 @@
 Each form holds the same well. A run of it must give the very covariances that the CSV of surveymc's own form gives, say what
 was read, and run again from the result alone.
 """
+import contextlib
 import importlib.util
 import io
+import os
+import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
 import unittest
 from pathlib import Path
 
@@ -32,6 +37,7 @@ declination_deg = -4.0
 convergence_deg = 2.0
 """
 COMMA = [tuple(c.replace(".", ",") for c in s) for s in STATIONS]
+PATIENCE = 20  # s
 
 
 def table(separator, head, rows=STATIONS):
@@ -166,6 +172,35 @@ class Forms(Case):
                 self.write("mine.txt", content)
                 self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.file=mine.txt", *[f"--set={o}" for o in options], says=says)
         self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.depth_unit=m", says="own.csv: .*must be without survey.depth_unit")
+
+    def test_a_signal_leaves_no_reader_behind(self):
+        name = f"long{os.getpid()}.txt"
+        self.write(name, "MD (m);Inc;Azi Grid\n" + "".join(f"{i / 100};1.0;2.0\n" for i in range(100_000)))
+
+        def readers():
+            for place in Path("/proc").glob("[0-9]*/cmdline"):
+                with contextlib.suppress(OSError):  # it has ended
+                    if name in (words := place.read_text()) and "import_survey" in words:
+                        yield int(place.parent.name)
+
+        def wait(until):
+            end = time.monotonic() + PATIENCE
+            while not until() and time.monotonic() < end:
+                time.sleep(0.01)
+
+        for number in (signal.SIGTERM, signal.SIGKILL):
+            child = subprocess.Popen([test_cli.EXECUTABLE, "check", "base.toml", "--set", f"survey.file={name}"], cwd=self.folder,
+                                     stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            wait(lambda: any(readers()) or child.poll() is not None)
+            reader, = readers()
+            status = Path(f"/proc/{reader}/status")
+            wait(lambda: int(re.search(r"VmHWM:\s+(\d+)", status.read_text())[1]) > 60_000)  # kB: it has begun to read
+            os.kill(reader, signal.SIGSTOP)  # by itself it does not end
+            self.addCleanup(lambda pid=reader: pid in readers() and os.kill(pid, signal.SIGKILL))
+            child.send_signal(number)
+            self.assertEqual(child.wait(), -number)
+            wait(lambda: not list(readers()))
+            self.assertEqual(list(readers()), [])
 
     def test_one_file_is_not_read_in_two_ways(self):
         self.write("mine.txt", table(",", ("md", "inc", "azi grid")))

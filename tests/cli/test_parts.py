@@ -117,6 +117,16 @@ class Parts(Case):
             self.call("run", "small.toml", "--shard", "0/2", "-o", name, code=USAGE, says=f"-o {name}: the name of a part ends in .part")
             self.assertFalse((self.folder / name).exists())
 
+    def test_a_part_that_was_renamed_is_named(self):
+        for shard in (0, 1):
+            self.call("run", "small.toml", "--shard", f"{shard}/2", "-o", "r/")
+        (self.folder / "r/notes.txt").write_text("no part")
+        (self.folder / "r/shard-1-of-2.part").rename(self.folder / "r/second.dat")
+        self.call("merge", "r", "-o", "m.h5", code=BAD_INPUT, says="(?s)r/second.dat: is a part whose name does not end in .part.*"
+                  "missing shard 1 of 2")
+        self.call("status", "r", says="missing shard 1 of 2")
+        self.call("merge", "r/shard-0-of-2.part", "r/second.dat", "-o", "m.h5")  # by their names they are merged
+
     def test_a_mistake_in_the_config_is_none_of_the_command_line(self):
         (self.folder / "bad.toml").write_text(CONFIG.format(trials=5000).replace("survey.csv", "no.csv"))
         for choice in (("--shard", "0/2"), ("--point", "0")):

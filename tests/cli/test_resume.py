@@ -7,6 +7,7 @@ SIGKILLs a run has to survive.
 import os
 import random
 import signal
+import subprocess
 import time
 import unittest
 
@@ -44,12 +45,20 @@ class Resume(Case):
         print(f"{kills} kills, {finished} results beside them", flush=True)
 
     def test_signals(self):
-        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1):
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGHUP, signal.SIGXCPU):
             code, err = self.interrupt(*self.ENDLESS, "--resume", number=number)
             self.assertEqual(code, INTERRUPTED, err)
             self.assertRegex(err, r"interrupted: what is done is kept beside out.h5; go on with: surveymc run .* --resume")
             self.assertTrue(self.journals())
             self.assertFalse((self.folder / "out.h5").exists())
+
+    def test_nohup_is_respected(self):
+        child = subprocess.Popen([*self.PROGRAM, *self.RUN], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                                 preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+        while child.poll() is None:
+            child.send_signal(signal.SIGHUP)
+            time.sleep(0.01)
+        self.assertEqual(child.returncode, DONE, child.stderr.read())
 
     def test_a_signal_at_once_does_no_harm(self):
         # Before main() a signal kills; behind it the program ends by itself, with or without anything that is done.

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import zipfile
 from unittest import mock
 
 SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts/import_survey.py"
@@ -348,6 +349,22 @@ class Excel(Case):
         self.refused(self.book({"S": formula}), "row 6", "is empty")
         self.refused(self.book({"S": self.ROWS})[:900], "must be an Excel workbook")
         self.refused(b"\xd0\xcf\x11\xe0" + bytes(100), "must be .xlsx")
+
+    def test_too_many_cells(self):
+        import openpyxl
+        far = openpyxl.Workbook()
+        far.active["XFD1048576"] = 1.0  # one cell, and all rows and columns before it
+        held = io.BytesIO()
+        far.save(held)
+        self.refused(held.getvalue(), "more than 500,000 cells", "as CSV")
+        whole, many = self.book({"S": self.ROWS}), io.BytesIO()
+        with zipfile.ZipFile(io.BytesIO(whole)) as old, zipfile.ZipFile(many, "w", zipfile.ZIP_DEFLATED) as new:
+            for name in old.namelist():
+                data = old.read(name)
+                if name.endswith("sheet1.xml"):
+                    data = data.replace(b"</sheetData>", b'<row r="9"><c/>' * 510_000 + b"</sheetData>")  # refused before it is parsed
+                new.writestr(name, data)
+        self.refused(many.getvalue(), "more than 500,000 cells", "as CSV")
 
 
 class Readings(Case):

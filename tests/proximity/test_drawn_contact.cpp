@@ -71,6 +71,20 @@ TEST_CASE("The nearest contact of two paths is that of continuous arcs", "[conta
   }
 }
 
+TEST_CASE("Paths that are not finite, or turn back on themselves, have an end", "[contact]") {
+  const Vector3d up(0, 0, -1);
+  DrawnPath broken, back;
+  broken.resize(2), back.resize(2);
+  broken.set(0, {0, 0, 0}, up, 0);
+  broken.set(1, {1, 2, 3}, {kNaN, kNaN, kNaN}, 30);
+  back.set(0, {1e3, 0, 0}, up, 0);
+  back.set(1, {1e3, 0, 0}, -up, 1e9);  // opposite directions
+  const DrawnPath straight = drawn(winding(1, 2), {0, 0, 0});
+  CHECK(nearest(broken, 0, straight, 0, kInfinity).distance == kInfinity);
+  CHECK(nearest(straight, 0, broken, 0, 7).distance == 7);
+  CHECK(nearest(back, 0, straight, 0, 7).distance <= 7);
+}
+
 TEST_CASE("The distance of beta is the least length of normals that make two points touch", "[contact]") {
   std::mt19937 generator(7);
   std::normal_distribution<double> normal;
