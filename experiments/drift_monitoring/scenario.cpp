@@ -253,7 +253,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   const Eigen::Index most = c.integer("series_rows", 2, 10'000'000, 60'000);
   if (s.series_every > 0)
     s.series_every = std::max(s.series_every, (s.data.tested() - 1 + most - 2) / (most - 1));  // and the last row
-  s.verdict.confidence = c.number("verdict.confidence", config::Range::open(0, 1), s.verdict.confidence);
+  s.verdict.confidence = c.number("verdict.confidence", study::kConfidences, s.verdict.confidence);
   s.annotations = study::Annotations::read(c, row_names(s));
   c.finish();
   if (s.data.simulated() && !s.model && !s.search) {

@@ -43,7 +43,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.sprt.false_alarm = c.number("sprt.false_alarm", config::Range::open(0, 0.5), 1e-4);
   s.sprt.missed_alarm = c.number("sprt.missed_alarm", config::Range::open(0, 0.5), 0.10);
   s.alarm_sd = c.number("filter.alarm_sd", config::Range::positive(), 3);
-  s.verdict.confidence = c.number("verdict.confidence", config::Range::open(0, 1), 0.95);
+  s.verdict.confidence = c.number("verdict.confidence", study::kConfidences, 0.95);
   s.verdict.margin = c.number("verdict.margin", config::Range::open(0, 1), s.verdict.margin);
   s.verdict.nees_margin = c.number("verdict.nees_margin", config::Range::open(0, 1), s.verdict.nees_margin);
   const std::vector<double> no_rows;

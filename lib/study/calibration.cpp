@@ -7,6 +7,7 @@
 
 #include "base/units.h"
 #include "estimate/estimators.h"
+#include "study/scenario.h"
 #include "study/table_rows.h"
 
 namespace surveymc::study {
@@ -167,7 +168,7 @@ CalibrationRule read_calibration(config::ConfigReader& c, const std::vector<std:
   rule.on = c.has("calibration");
   if (!rule.on) return rule;
   rule.margin = c.number("calibration.margin", config::Range{0, 0.5, false, true}, rule.margin);
-  rule.confidence = c.number("calibration.confidence", config::Range::open(0, 1), rule.confidence);
+  rule.confidence = c.number("calibration.confidence", kConfidences, rule.confidence);
   rule.truth_as_is = c.choice("calibration.truth", {"prior", "as_is"}, "prior") == "as_is";
   if (!c.has("calibration.quantities")) return rule;
   rule.quantities = c.texts("calibration.quantities");

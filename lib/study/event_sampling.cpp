@@ -46,7 +46,7 @@ EventRun read_event_run(config::ConfigReader& c, const std::vector<std::string>&
   EventRun run;
   run.sampling = read_event_sampling(c, methods);
   run.verdict = {c.number("verdict.margin", config::Range::open(0, 1), 0.1),
-                 c.number("verdict.confidence", config::Range::open(0, 1), usual.confidence), usual.nees_margin};
+                 c.number("verdict.confidence", kConfidences, usual.confidence), usual.nees_margin};
   run.plan = read_trial_plan(c, {"probability"}, {}, run.verdict);
   const bool is_subset = run.sampling.method == "subset";
   c.require(!is_subset || run.plan.looks.empty(), "stop",

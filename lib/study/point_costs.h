@@ -9,9 +9,8 @@
 namespace surveymc::study {
 
 /// Reads every point of a sweep of up to kMostReadWhole points. Of a larger one:
-/// * The cost of a product is taken to be a product of functions of one key each, which are found with the first values
-/// of
-///   the other keys. Where random points do not agree with that, and of another design:
+/// * The cost of a product is taken to be a product of functions of one key each. They are found with the first values
+///   of the other keys. Where random points do not agree with that, and of another design:
 /// * A random point of each of kMostReadWhole ranges of the same length stands for its range.
 /// Points that cannot be read cost nothing. The same points are read each time.
 class PointCosts {

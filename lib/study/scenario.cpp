@@ -251,7 +251,7 @@ VerdictRule read_verdict_rule(config::ConfigReader& c) {
   const VerdictRule usual;
   if (c.has("verdict.family")) c.choice("verdict.family", {"holm", "none"});  // read_run asks for it, for all points
   return {c.number("verdict.margin", config::Range::open(0, 1), usual.margin),
-          c.number("verdict.confidence", config::Range::open(0, 1), usual.confidence),
+          c.number("verdict.confidence", kConfidences, usual.confidence),
           c.number("verdict.nees_margin", config::Range::open(0, 1), usual.nees_margin)};
 }
 

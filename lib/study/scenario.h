@@ -50,6 +50,9 @@ estimate::EstimatorOptions read_estimator(config::ConfigReader& config, const es
 /// anew in each run, as "sd" or as "variance".
 sensor::AssumedNoise read_assumed_noise(config::ConfigReader& config, const std::string& estimator);
 
+/// Confidences of intervals. Nearer to 0 or 1, quantiles of the distributions are no numbers any more.
+inline const config::Range kConfidences = config::Range::closed(1e-9, 1 - 1e-9);
+
 /// `[verdict] margin (0.02), confidence (0.95), nees_margin (0.06)`.
 VerdictRule read_verdict_rule(config::ConfigReader& config);
 
