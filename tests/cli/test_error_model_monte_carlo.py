@@ -127,7 +127,7 @@ class Results(Case):
 
 class BadInput(Case):
     def test_values_are_refused_with_place_and_rule(self):
-        self.refused(WELL + "[errors]\nmultiplier = 0.0\n", "errors.multiplier = 0", "must be > 0")
+        self.refused(WELL + "[errors]\nmultiplier = 0.0\n", "errors.multiplier = 0", "must be in (0, 1000]")
         self.refused(WELL + "[errors]\nsources = [\"AMILL\"]\n", "errors.sources", "AMILL")
         self.refused(WELL.replace("[900.0]", "[900.0, 901.0]"), "report_md_m", "901 is off the survey")
         self.refused(WELL.replace("[900.0]", "[600.0, 300.0]"), "report_md_m", "must increase")
