@@ -26,22 +26,13 @@ Quiet monitor_quiet(const Scenario& s, std::uint64_t trial) {
   const TrainedModel model = train_model(s, simulated.topRows(s.data.train));
   const monitoring::Aakr aakr(model.memory, model.bandwidth);
   monitoring::MonitorStream monitor(monitoring::Architecture::aakr_sprt, aakr, s.filter, false);
-  const bool are_shared = s.shared_without && s.shared_without->are_shared();
-  const std::shared_ptr<const Predictions> known = are_shared ? s.shared_without->find(trial) : nullptr;
-  monitoring::Samples kept(are_shared ? s.data.tested() : 0, s.sensors());
-  Eigen::Index row = 0;
   monitoring::CusumOptions endless = s.cusum;
   endless.threshold = kInfinity;
   std::vector<monitoring::Sprt> sprt(s.data.sensors.size(), monitoring::Sprt(s.sprt));
   std::vector<monitoring::Cusum> cusum(s.data.sensors.size(), monitoring::Cusum(endless));
   Quiet q;
   for_each_block(s, simulated, [&](const ReadingBlock& in) {
-    const monitoring::Samples readings = model.scaling.to_z(in.readings);
-    const monitoring::MonitorTrace trace =
-        known ? monitor.next(readings, known->front().middleRows(row, readings.rows())) : monitor.next(readings);
-    if (are_shared) kept.middleRows(row, readings.rows()) = trace.prediction;
-    row += readings.rows();
-    const monitoring::Samples& residual = trace.signal;
+    const monitoring::Samples residual = monitor.next(model.scaling.to_z(in.readings)).signal;
     for (Eigen::Index i = 0; i < residual.rows(); ++i)
       for (std::size_t j = 0; j < sprt.size(); ++j) {
         const double d = residual(i, static_cast<Eigen::Index>(j));
@@ -51,7 +42,6 @@ Quiet monitor_quiet(const Scenario& s, std::uint64_t trial) {
         q.residual = std::max(q.residual, std::abs(d));
       }
   });
-  if (are_shared && !known) s.shared_without->keep(trial, {std::move(kept)});
   return q;
 }
 

@@ -496,6 +496,7 @@ class Overrides(Case):
             "sweep.noise.scale=[1.0, 0.0]": r"noise\.scale = 0: must be > 0",
             "sweep.seed=[1, 2]": "cannot be swept",
             "verdict.margin=2": r"verdict\.margin = 2: must be in \(0, 1\)",
+            "verdict.confidence=1e-300": r"verdict\.confidence = 1e-300: must be in \[1e-09, 0\.999999999\]",
             "save_samples=-1": r"save_samples = -1: must be in",
         }
         for argument, rule in bad.items():
