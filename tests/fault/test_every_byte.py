@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Every byte of a small result, part and journal flipped, and the file cut there: test_every_byte.py SURVEYMC FAULT_LIBRARY
-[--sample N]
+[--sample N] [--only TEXT]
 
 Each time the damage is found, with a message that names the file and the documented exit code, or it does no harm: the
 same values are shown, merged, gone on from. Never a crash, never other values.
@@ -112,12 +112,13 @@ def main():
     parser.add_argument("surveymc")
     parser.add_argument("library")
     parser.add_argument("--sample", type=int)
+    parser.add_argument("--only", default="", help="only of files whose names contain this")
     a = parser.parse_args()
     program, library = (str(pathlib.Path(p).resolve()) for p in (a.surveymc, a.library))
     call = Servers(library)
     with tempfile.TemporaryDirectory(prefix="surveymc-bytes-") as name:
         work, planned = pathlib.Path(name), []
-        for target in targets(call, program, work):
+        for target in (t for t in targets(call, program, work) if a.only in t.name):
             whole = work / "whole"
             shutil.copytree(target.template, whole)
             done = call(target.command, whole)
