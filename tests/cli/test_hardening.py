@@ -277,7 +277,7 @@ class Hardening(Case):
         whole = self.hash_of(self.small().name)
         for number, settings in enumerate((
                 {"OMP_NUM_THREADS": "3"}, {"OMP_NUM_THREADS": "1", "OMP_DYNAMIC": "true"}, {"OMP_SCHEDULE": "guided,7", "OMP_NESTED": "true"},
-                {"OMP_PROC_BIND": "close", "OMP_WAIT_POLICY": "active"}, {"OMP_THREAD_LIMIT": "2"}, {"OMP_STACKSIZE": "512k"},
+                {"OMP_PROC_BIND": "close", "OMP_WAIT_POLICY": "active"}, {"OMP_THREAD_LIMIT": "2"}, {"OMP_STACKSIZE": "2m"},
                 {"LC_ALL": "de_DE.UTF-8"}, {"LC_ALL": "tr_TR.UTF-8", "LANG": "tr_TR.UTF-8"}, {"LC_NUMERIC": "C.UTF-8"}, {"LC_ALL": "none"},
                 {"TZ": "Pacific/Kiritimati"}, {"TZ": "nowhere/at all"}, {"MALLOC_PERTURB_": "165"}, {"LD_PRELOAD": FLOATING_POINT},
                 {"SURVEYMC_INSTRUCTION_SET": "x86-64-v3"}, {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2"})):
