@@ -1,9 +1,10 @@
 #!/usr/bin/python3
-"""Every byte of a small result, part and journal flipped, and the file cut there: test_every_byte.py SURVEYMC FAULT_LIBRARY
-[--sample N] [--only result|part|journal]
+"""Every byte of a small result, part and journal flipped, and the file cut there: test_every_byte.py SURVEYMC READ_DAMAGED
+FAULT_LIBRARY [--sample N] [--only result|part|journal]
 
 Each time the damage is found, with a message that names the file and the documented exit code, or it does no harm: the
-same values are shown, merged, gone on from. Never a crash, never other values.
+same values are shown, merged, gone on from. Never a crash, never other values. All damages of the result are read by the
+program's reader (READ_DAMAGED) and by Python's, one in ten is shown by the program.
 --sample N: about N of the damages, evenly spread over files and places.
 """
 import argparse
@@ -11,6 +12,7 @@ import concurrent.futures
 import os
 import pathlib
 import shutil
+import subprocess
 import sys
 import tempfile
 
@@ -21,6 +23,7 @@ from server import Servers
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
 from surveymc import integrity, storage  # noqa: E402
 
+SHOWN = 10
 DONE, BAD_INPUT, CANNOT_WRITE, INTERRUPTED = 0, 65, 74, 75
 MARK = b"SMCJRNL1"
 # A map, as its file is small; and events of small probability, whose tallies are.
@@ -68,14 +71,21 @@ class Target:
             left = [p.name for p in folder.rglob(".*.tmp")]
             if left:
                 return f"left behind: {left}"
-            if self.name.endswith(".h5"):  # the Python reader, too
-                try:
-                    with storage.open_file(str(folder / self.name)) as file:
-                        if integrity.content_hash(file) != self.python:
-                            return "Python reads other values"
-                except storage.ResultError:
-                    pass
         return None
+
+
+def read_by_python(target, work):
+    """Places whose damage Python's reader believes."""
+    path, found = work / "python.h5", []
+    for _, at, is_cut in target.damages():
+        path.write_bytes(target.damaged(at, is_cut))
+        try:
+            with storage.open_file(str(path)) as file:
+                if integrity.content_hash(file) != target.python:
+                    found.append(f"Python reads other values: {'cut' if is_cut else 'flipped'} at {at}")
+        except storage.ResultError:
+            pass
+    return found
 
 
 def targets(call, program, work):
@@ -113,12 +123,13 @@ def targets(call, program, work):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("surveymc")
+    parser.add_argument("read_damaged")
     parser.add_argument("library")
     parser.add_argument("--sample", type=int)
     parser.add_argument("--only", choices=("result", "part", "journal"))
     a = parser.parse_args()
-    program, library = (str(pathlib.Path(p).resolve()) for p in (a.surveymc, a.library))
-    call = Servers(library)
+    program, reader, library = (str(pathlib.Path(p).resolve()) for p in (a.surveymc, a.read_damaged, a.library))
+    call, findings = Servers(library), 0
     with tempfile.TemporaryDirectory(prefix="surveymc-bytes-") as name:
         work, planned = pathlib.Path(name), []
         for target in (t for t in targets(call, program, work) if a.only in (None, t.template.name)):
@@ -131,9 +142,16 @@ def main():
             shutil.rmtree(whole)
             all_of_it = list(target.damages())
             wanted = min(len(all_of_it), (a.sample or 0) // 3 or len(all_of_it))
+            if target.template.name == "result" and not a.sample:
+                wanted //= SHOWN
+                whole = work / "whole.h5"
+                whole.write_bytes(target.data)
+                done = subprocess.run([reader, whole, work / "damaged.h5"], capture_output=True, text=True)
+                found = read_by_python(target, work)
+                print(done.stdout + done.stderr + "\n".join(found), flush=True)
+                findings += (done.returncode != DONE) + len(found)
             print(f"{target.name}: {len(target.data)} bytes, {wanted} of {len(all_of_it)} damages", flush=True)
             planned += [all_of_it[i * len(all_of_it) // wanted] for i in range(wanted)]
-        findings = 0
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             for (target, at, is_cut), wrong in zip(planned, pool.map(lambda p: p[0].wrong(p[1], p[2], work), planned)):
                 if wrong:
