@@ -55,7 +55,14 @@ endforeach()
 
 # cpack: a .deb, whose libraries the system's packages have, and a .tar.gz that brings its libraries along
 # (cmake/bundle_libraries.cmake). RPATH, not RUNPATH: the libraries that are brought along find each other by it, too.
+# The built program has the path of the installed one: what CMake else puts there, to be replaced, ends with an empty folder
+# name, and the loader takes that for the working folder: a file libfmt.so.9 beside somebody's data would be run.
 set_target_properties(surveymc PROPERTIES INSTALL_RPATH "\$ORIGIN/../lib/surveymc")
+foreach(program surveymc surveymc-mpi)
+  if(TARGET ${program})
+    set_target_properties(${program} PROPERTIES BUILD_WITH_INSTALL_RPATH ON INSTALL_RPATH_USE_LINK_PATH ON)
+  endif()
+endforeach()
 target_link_options(surveymc PRIVATE -Wl,--disable-new-dtags)
 set(CPACK_GENERATOR DEB TGZ)
 set(CPACK_PACKAGE_NAME surveymc)

@@ -31,10 +31,12 @@
 #include "cli/rank_work.h"
 #include "cli/run_setup.h"
 #include "cli/screen.h"
+#include "cli/stack_limits.h"
 #include "cli/text_commands.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
 #include "simd/numerics_probe.h"
+#include "store/atomic_file.h"
 #include "store/backup.h"
 
 namespace surveymc::cli {
@@ -155,6 +157,7 @@ int run(const RunArguments& a, const std::string& command) {
       const int exit = report_verdicts(*there, a.check);
       print_warnings(*there);
       checkpoint::remove_journals(output, run_key(plan, false));
+      store::remove_stale_temporaries(store::resolved(output));
       say(fmt::format("{} is done already", output.string()));
       return exit;
     }
@@ -310,6 +313,10 @@ int program_main(int argc, char** argv, ListStudies studies, montecarlo::Message
   fill_standard_descriptors();
   std::fesetenv(FE_DFL_ENV);  // a library may have changed it when it was loaded: bits must not depend on that
   simd::fix_block_sizes();
+  if (const std::string fault = provide_stacks(); !fault.empty()) {
+    std::fprintf(stderr, "error: %s\n", fault.c_str());
+    return kNoThreads;
+  }
   std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit then is an error of write(), with a message, and does not kill us
   try {
     if (messages && messages->rank() > 0) return work_for_rank_0(studies(), *messages, argc, argv);

@@ -91,6 +91,7 @@ AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
     if (file_ < 0) continue;
     const bool is_taken = flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;  // no locks here: as if locked
     if (!is_taken && is_linked(file_)) break;
+    unlink(path_.c_str());  // who has taken it would do that
     close(std::exchange(file_, -1));
   }
   if (file_ < 0) fail();

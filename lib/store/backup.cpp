@@ -39,7 +39,10 @@ struct Kept {
 
 Kept keep(const fs::path& target) {
   std::error_code error;
-  if (!fs::is_regular_file(target, error)) return {};  // nothing, or what write() refuses
+  const fs::file_type type = fs::status(target, error).type();
+  if (type == fs::file_type::none)  // the system does not say: it may be a result, which write() would replace
+    throw IoError(fmt::format("{}: cannot be looked at: {}", target.string(), error.message()));
+  if (type != fs::file_type::regular) return {};  // nothing, or what write() refuses
   for (int number = 1;; ++number) {
     const fs::path name = numbered(target, number);
     if (link(target.c_str(), name.c_str()) == 0) return {name, false, true};
@@ -64,7 +67,8 @@ fs::path write_beside_old(const fs::path& path, bool overwrite, const std::funct
   } catch (...) {
     // The new file may have its name already, as the disk can fail after that: then the old one keeps its new name.
     std::error_code error;
-    if (kept.moved && !fs::exists(target, error)) std::rename(kept.name.c_str(), target.c_str());
+    if (kept.moved && fs::status(target, error).type() == fs::file_type::not_found)
+      std::rename(kept.name.c_str(), target.c_str());
     if (kept.ours && !kept.moved && fs::equivalent(target, kept.name, error)) unlink(kept.name.c_str());
     throw;
   }

@@ -11,6 +11,7 @@
 #include "study/kept_points.h"
 #include "study/point_failure.h"
 #include "study/sensitivity.h"
+#include "study/tally_sizes.h"
 
 namespace surveymc::study {
 
@@ -334,10 +335,12 @@ std::vector<montecarlo::Subtree> finished_blocks(const Checkpoint& checkpoint, s
                                                  const StudyPoint& point) {
   const auto kept = checkpoint.finished.find(index);
   if (kept == checkpoint.finished.end()) return {};
+  const TallySizes sizes(point, TallySizes::kTrials);  // with fewer, none would be finished before the run
   for (const montecarlo::Subtree& s : kept->second) {
     const auto in = checkpoint.drawn_in.find({index, s.tally.proposal});
-    require_proposal(point, s.tally,
-                     in == checkpoint.drawn_in.end() ? "a journal beside the output" : in->second.string());
+    const std::string whose = in == checkpoint.drawn_in.end() ? "a journal beside the output" : in->second.string();
+    require_proposal(point, s.tally, whose);
+    sizes.require(s.tally, whose);
   }
   return kept->second;
 }
@@ -385,6 +388,8 @@ std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, cons
       const stats::Tally tally = point_tally(run, i, *point, of_point, checkpoint);
       const double seconds = processor_seconds() - before;
       *done_before += tally.trials;
+      if (draws && checkpoint.finished.contains(i))
+        TallySizes(*point, run.plan(i)->trials()).require_whole(tally, "a journal beside the output");
       PointResult r = point_report(point, tally, of_point);
       if (!draws) return kept_points->keep(i, std::move(r));
       std::uint64_t kept = 0;

@@ -9,6 +9,7 @@
 #include "study/kept_points.h"
 #include "study/point_failure.h"
 #include "study/point_result_bytes.h"
+#include "study/tally_sizes.h"
 
 namespace surveymc::study {
 
@@ -418,12 +419,19 @@ PointResult merged_point(const RunPlan& run, std::uint64_t point, std::vector<ch
   const std::uint64_t trials = run.plan(point)->trials();
   if (trials == 0) return point_result_from_bytes(first.result);
   const std::shared_ptr<const StudyPoint> prepared = run.prepare(point, options);
+  const TallySizes sizes(*prepared, trials);
   for (const checkpoint::PartPiece& p : pieces)
-    for (const montecarlo::Subtree& node : p.subtrees)
-      require_proposal(*prepared, node.tally,
-                       fmt::format("{}: blocks {} to {} of point {}", p.file.empty() ? "a part" : p.file,
-                                   p.blocks.first, p.blocks.end - 1, point));
-  if (first.whole && first.subtrees.size() == 1) return point_report(prepared, first.subtrees.front().tally, options);
+    for (const montecarlo::Subtree& node : p.subtrees) {
+      const std::string whose = fmt::format("{}: blocks {} to {} of point {}", p.file.empty() ? "a part" : p.file,
+                                            p.blocks.first, p.blocks.end - 1, point);
+      require_proposal(*prepared, node.tally, whose);
+      sizes.require(node.tally, whose);
+    }
+  const std::string whose_all = fmt::format("{}: point {}", first.file.empty() ? "a part" : first.file, point);
+  if (first.whole && first.subtrees.size() == 1) {
+    sizes.require_whole(first.subtrees.front().tally, whose_all);
+    return point_report(prepared, first.subtrees.front().tally, options);
+  }
   std::vector<montecarlo::Subtree> nodes;
   for (checkpoint::PartPiece& p : pieces)
     nodes.insert(nodes.end(), std::make_move_iterator(p.subtrees.begin()), std::make_move_iterator(p.subtrees.end()));
@@ -439,6 +447,7 @@ PointResult merged_point(const RunPlan& run, std::uint64_t point, std::vector<ch
   const stats::Tally tally = merge.whole();
   if (tally.trials != trials)
     throw IoError(fmt::format("the parts have {} trials of point {}, not {}", tally.trials, point, trials));
+  sizes.require_whole(tally, whose_all);
   return point_report(prepared, tally, options);
 }
 

@@ -274,11 +274,16 @@ TEST_CASE("A part file comes back whole, or is called damaged", "[checkpoint]") 
   CHECK(content(folder.path / "b.part") == content(path));
 
   const std::string bytes = content(path);
+  const auto open_files = [] {
+    return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
+  };
+  const auto open_before = open_files();
   for (std::size_t i = 0; i < bytes.size(); i += 5) {  // whatever byte it is
     std::string flipped = bytes;
     flipped[i] = static_cast<char>(flipped[i] ^ 1);
     overwrite(path, flipped);
     CHECK_THROWS_AS(read_part(path), surveymc::IoError);
+    CHECK(open_files() == open_before);
     if (i > 7) CHECK(part_state(path) == PartState::damaged);
     overwrite(path, bytes.substr(0, i));
     CHECK_THROWS_AS(read_part_head(path), surveymc::IoError);

@@ -1,12 +1,15 @@
 /* Makes one call of the system fail, for tests: LD_PRELOAD=libfault.so SURVEYMC_FAULT=CALL:N:FAULT program ...
- *   CALL   open, read, write, fsync, rename, ftruncate, close, mkdir, mmap, malloc or thread
+ *   CALL   open, read, write, fsync, rename, ftruncate, close, mkdir, mmap, malloc, thread, unlink, link, lock (flock),
+ *          mode (fchmod), seek, stat, list (of a folder), fork or pipe
  *   N      which of these calls, from 1, counted from the beginning of main(); 0: none
- *   FAULT  ENOSPC, EIO, EINTR, ENOMEM, EMFILE, EAGAIN, EACCES, EDQUOT: the call fails with it;
+ *   FAULT  a name of kErrors: the call fails with it;
  *          "short": a write or read takes half of its bytes;  a "+" behind it: all later calls fail, too;
  *          "wait": nothing fails, but the call takes half a minute, and stderr gets the line "waiting" before
  * SURVEYMC_FAULT_COUNTS=FILE: at the end, how many calls of each there were, one "CALL N" a line.
- * Only open, write and close of regular files are counted: pipes and terminals belong to the test. */
+ * SURVEYMC_SERVER: see server.c.
+ * Only open, read, write, seek and close of regular files are counted: pipes and terminals belong to the test. */
 #define _GNU_SOURCE
+#include <dirent.h>
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -16,15 +19,20 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
 
-enum { kOpen, kRead, kWrite, kFsync, kRename, kFtruncate, kClose, kMkdir, kMmap, kMalloc, kThread, kCalls };
+#include "server.h"
+
+enum { kOpen, kRead, kWrite, kFsync, kRename, kFtruncate, kClose, kMkdir, kMmap, kMalloc, kThread,
+       kUnlink, kLink, kLock, kMode, kSeek, kStat, kList, kFork, kPipe, kCalls };
 static const char *const kNames[kCalls] = {"open",  "read",  "write", "fsync",  "rename", "ftruncate",
-                                           "close", "mkdir", "mmap",  "malloc", "thread"};
+                                           "close", "mkdir", "mmap",  "malloc", "thread", "unlink",
+                                           "link",  "lock",  "mode",  "seek",   "stat",   "list",   "fork",   "pipe"};
 static atomic_ulong counts[kCalls];
 static atomic_int active;
 static int chosen_call = -1, chosen_errno, is_short, is_lasting, is_slow;
@@ -34,7 +42,8 @@ static const struct {
   const char *name;
   int number;
 } kErrors[] = {{"ENOSPC", ENOSPC}, {"EIO", EIO},       {"EINTR", EINTR},   {"ENOMEM", ENOMEM},
-               {"EMFILE", EMFILE}, {"EAGAIN", EAGAIN}, {"EACCES", EACCES}, {"EDQUOT", EDQUOT}};
+               {"EMFILE", EMFILE}, {"EAGAIN", EAGAIN}, {"EACCES", EACCES}, {"EDQUOT", EDQUOT}, {"ENOLCK", ENOLCK}, {"EPERM", EPERM},
+               {"ESTALE", ESTALE}};
 
 static void read_settings(void) {
   const char *text = getenv("SURVEYMC_FAULT");
@@ -85,12 +94,18 @@ static void write_counts(void) {
 }
 
 static int (*real_main)(int, char **, char **);
-static int counted_main(int argc, char **argv, char **envp) {
+static int run_counted(int argc, char **argv) {
   read_settings();
-  unsetenv("LD_PRELOAD"); /* programs that this one starts have no faults, and no counts */
   atexit(write_counts);
   atomic_store(&active, 1);
-  return real_main(argc, argv, envp);
+  return real_main(argc, argv, environ);
+}
+static int counted_main(int argc, char **argv, char **envp) {
+  static const struct Server kServer = {run_counted};
+  (void)envp;
+  unsetenv("LD_PRELOAD"); /* programs that this one starts have no faults, and no counts */
+  serve(&kServer);
+  return run_counted(argc, argv);
 }
 int __libc_start_main(int (*main)(int, char **, char **), int argc, char **argv, void (*init)(void), void (*fini)(void),
                       void (*rtld_fini)(void), void *stack_end) {
@@ -142,6 +157,57 @@ ssize_t pwrite64(int file, const void *data, size_t size, off64_t at) { TRANSFER
 ssize_t read(int file, void *data, size_t size) { TRANSFER(kRead, SYS_read); }
 ssize_t pread(int file, void *data, size_t size, off_t at) { TRANSFER(kRead, SYS_pread64, at); }
 ssize_t pread64(int file, void *data, size_t size, off64_t at) { TRANSFER(kRead, SYS_pread64, at); }
+
+/* As the C library does it: with the mark of an error, of which ferror() tells. It reads on by itself after a short read. */
+size_t fread(void *data, size_t size, size_t count, FILE *stream) {
+  NEXT(fread);
+  if (is_regular(fileno(stream)) && !(is_short && chosen_call == kRead) && hit(kRead)) {
+    stream->_flags |= 0x20; /* _IO_ERR_SEEN */
+    return 0;
+  }
+  return next_fread(data, size, count, stream);
+}
+off_t lseek(int file, off_t at, int from) { return is_regular(file) && hit(kSeek) ? -1 : syscall(SYS_lseek, file, at, from); }
+off64_t lseek64(int file, off64_t at, int from) { return lseek(file, at, from); }
+int unlink(const char *path) { return hit(kUnlink) ? -1 : (int)syscall(SYS_unlinkat, AT_FDCWD, path, 0); }
+int link(const char *from, const char *to) { return hit(kLink) ? -1 : (int)syscall(SYS_linkat, AT_FDCWD, from, AT_FDCWD, to, 0); }
+int flock(int file, int how) { return hit(kLock) ? -1 : (int)syscall(SYS_flock, file, how); }
+int fchmod(int file, mode_t mode) { return hit(kMode) ? -1 : (int)syscall(SYS_fchmod, file, mode); }
+pid_t fork(void) {
+  NEXT(fork);
+  return hit(kFork) ? -1 : next_fork();
+}
+int pipe(int ends[2]) { return hit(kPipe) ? -1 : (int)syscall(SYS_pipe2, ends, 0); }
+
+/* Of files, folders, and what is not there. */
+static int status_of(int folder, const char *path, struct stat *out, int flags) {
+  const int result = (int)syscall(SYS_newfstatat, folder, path, out, flags), reason = errno;
+  if (result == 0 && !S_ISREG(out->st_mode) && !S_ISDIR(out->st_mode)) return result;
+  if (hit(kStat)) return -1;
+  errno = reason;
+  return result;
+}
+int stat(const char *path, struct stat *out) { return status_of(AT_FDCWD, path, out, 0); }
+int lstat(const char *path, struct stat *out) { return status_of(AT_FDCWD, path, out, AT_SYMLINK_NOFOLLOW); }
+int fstat(int file, struct stat *out) { return status_of(file, "", out, AT_EMPTY_PATH); }
+int fstatat(int folder, const char *path, struct stat *out, int flags) { return status_of(folder, path, out, flags); }
+int stat64(const char *path, struct stat64 *out) { return stat(path, (struct stat *)out); }
+int lstat64(const char *path, struct stat64 *out) { return lstat(path, (struct stat *)out); }
+int fstat64(int file, struct stat64 *out) { return fstat(file, (struct stat *)out); }
+int fstatat64(int folder, const char *path, struct stat64 *out, int flags) { return fstatat(folder, path, (struct stat *)out, flags); }
+DIR *opendir(const char *path) {
+  NEXT(opendir);
+  return hit(kList) ? NULL : next_opendir(path);
+}
+DIR *fdopendir(int file) {
+  NEXT(fdopendir);
+  return hit(kList) ? NULL : next_fdopendir(file);
+}
+struct dirent *readdir(DIR *folder) {
+  NEXT(readdir);
+  return hit(kList) ? NULL : next_readdir(folder);
+}
+struct dirent64 *readdir64(DIR *folder) { return (struct dirent64 *)readdir(folder); }
 
 int fsync(int file) { return hit(kFsync) ? -1 : (int)syscall(SYS_fsync, file); }
 int fdatasync(int file) { return hit(kFsync) ? -1 : (int)syscall(SYS_fdatasync, file); }

@@ -1,8 +1,10 @@
 #!/usr/bin/python3
-"""Every byte of a small result, part and journal flipped, and the file cut there: test_every_byte.py SURVEYMC [--sample N]
+"""Every byte of a small result, part and journal flipped, and the file cut there: test_every_byte.py SURVEYMC READ_DAMAGED
+FAULT_LIBRARY [--sample N] [--only result|part|journal]
 
 Each time the damage is found, with a message that names the file and the documented exit code, or it does no harm: the
-same values are shown, merged, gone on from. Never a crash, never other values.
+same values are shown, merged, gone on from. Never a crash, never other values. All damages of the result are read by the
+program's reader (READ_DAMAGED) and by Python's, one in ten is shown by the program.
 --sample N: about N of the damages, evenly spread over files and places.
 """
 import argparse
@@ -16,20 +18,19 @@ import tempfile
 
 import h5py
 
+from server import Servers
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
 from surveymc import integrity, storage  # noqa: E402
 
+SHOWN = 10
 DONE, BAD_INPUT, CANNOT_WRITE, INTERRUPTED = 0, 65, 74, 75
-PATIENCE = 300
+MARK = b"SMCJRNL1"
 # A map, as its file is small; and events of small probability, whose tallies are.
 MAP = ('experiment = "reliability_map"\nseed = 1\nmode = "sse"\nobservation = "bx"\ninclination_deg = 30.0\n'
        "toolface_deg = [0.0, 90.0]\nmagnetic_azimuth_deg = [0.0, 60.0]\n")
-EVENT = ('experiment = "rare_event"\nseed = 1\ntrials = 100000\n[problem]\nname = "rp107"\n[sampling]\nmethod = "importance"\n'
+EVENT = ('experiment = "rare_event"\nseed = 1\ntrials = 20000\n[problem]\nname = "rp107"\n[sampling]\nmethod = "importance"\n'
          "subset = { samples = 100, replicates = 2 }\n")
-
-
-def call(command, folder):
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace", timeout=PATIENCE)
 
 
 def content_hash(path):
@@ -40,8 +41,8 @@ def content_hash(path):
 class Target:
     """A file, a command that reads it, and what says whether that did harm."""
 
-    def __init__(self, program, template, name, command, outcome):
-        self.template, self.name, self.command = template, name, [program, *command]
+    def __init__(self, call, program, template, name, command, outcome):
+        self.call, self.template, self.name, self.command = call, template, name, [program, *command]
         self.data = (template / name).read_bytes()
         self.outcome, self.expected = outcome, None
 
@@ -59,7 +60,7 @@ class Target:
             folder = pathlib.Path(name) / "w"
             shutil.copytree(self.template, folder)
             (folder / self.name).write_bytes(self.damaged(at, is_cut))
-            done = call(self.command, folder)
+            done = self.call(self.command, folder)
             if done.returncode == DONE:
                 if self.outcome(done, folder) != self.expected:
                     return "other values, and no word"
@@ -70,17 +71,24 @@ class Target:
             left = [p.name for p in folder.rglob(".*.tmp")]
             if left:
                 return f"left behind: {left}"
-            if self.name.endswith(".h5"):  # the Python reader, too
-                try:
-                    with storage.open_file(str(folder / self.name)) as file:
-                        if integrity.content_hash(file) != self.python:
-                            return "Python reads other values"
-                except storage.ResultError:
-                    pass
         return None
 
 
-def targets(program, work):
+def read_by_python(target, work):
+    """Places whose damage Python's reader believes."""
+    path, found = work / "python.h5", []
+    for _, at, is_cut in target.damages():
+        path.write_bytes(target.damaged(at, is_cut))
+        try:
+            with storage.open_file(str(path)) as file:
+                if integrity.content_hash(file) != target.python:
+                    found.append(f"Python reads other values: {'cut' if is_cut else 'flipped'} at {at}")
+        except storage.ResultError:
+            pass
+    return found
+
+
+def targets(call, program, work):
     folders = {}
     for name, config in (("result", MAP), ("part", EVENT), ("journal", EVENT)):
         folders[name] = work / name
@@ -101,24 +109,30 @@ def targets(program, work):
             sys.exit(f"cannot prepare: {done.stderr}")
     if not journals:
         sys.exit("no run could be interrupted with a journal")
-    shown = Target(program, folders["result"], "r.h5", ["show", "r.h5", "--json"], lambda done, folder: done.stdout)
+    records = journals[0].read_bytes().split(MARK)  # behind the second one there is nothing new
+    journals[0].write_bytes(MARK.join(records[:3]))
+    shown = Target(call, program, folders["result"], "r.h5", ["show", "r.h5", "--json"], lambda done, folder: done.stdout)
     shown.python = content_hash(folders["result"] / "r.h5")
     yield shown
     parts = sorted((folders["part"] / "p").glob("*.part"))
-    yield Target(program, folders["part"], f"p/{parts[0].name}", ["merge", "p", "-o", "m.h5"], lambda done, folder: content_hash(folder / "m.h5"))
-    yield Target(program, folders["journal"], journals[0].name, ["run", "c.toml", "-o", "r.h5", "--resume"],
+    yield Target(call, program, folders["part"], f"p/{parts[0].name}", ["merge", "p", "-o", "m.h5"], lambda done, folder: content_hash(folder / "m.h5"))
+    yield Target(call, program, folders["journal"], journals[0].name, ["run", "c.toml", "-o", "r.h5", "--resume"],
                  lambda done, folder: (content_hash(folder / "r.h5"), [p.name for p in folder.glob("*.journal.*")]))
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("surveymc")
+    parser.add_argument("read_damaged")
+    parser.add_argument("library")
     parser.add_argument("--sample", type=int)
+    parser.add_argument("--only", choices=("result", "part", "journal"))
     a = parser.parse_args()
-    program = str(pathlib.Path(a.surveymc).resolve())
+    program, reader, library = (str(pathlib.Path(p).resolve()) for p in (a.surveymc, a.read_damaged, a.library))
+    call, findings = Servers(library), 0
     with tempfile.TemporaryDirectory(prefix="surveymc-bytes-") as name:
         work, planned = pathlib.Path(name), []
-        for target in targets(program, work):
+        for target in (t for t in targets(call, program, work) if a.only in (None, t.template.name)):
             whole = work / "whole"
             shutil.copytree(target.template, whole)
             done = call(target.command, whole)
@@ -128,14 +142,22 @@ def main():
             shutil.rmtree(whole)
             all_of_it = list(target.damages())
             wanted = min(len(all_of_it), (a.sample or 0) // 3 or len(all_of_it))
+            if target.template.name == "result" and not a.sample:
+                wanted //= SHOWN
+                whole = work / "whole.h5"
+                whole.write_bytes(target.data)
+                done = subprocess.run([reader, whole, work / "damaged.h5"], capture_output=True, text=True)
+                found = read_by_python(target, work)
+                print(done.stdout + done.stderr + "\n".join(found), flush=True)
+                findings += (done.returncode != DONE) + len(found)
             print(f"{target.name}: {len(target.data)} bytes, {wanted} of {len(all_of_it)} damages", flush=True)
             planned += [all_of_it[i * len(all_of_it) // wanted] for i in range(wanted)]
-        findings = 0
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             for (target, at, is_cut), wrong in zip(planned, pool.map(lambda p: p[0].wrong(p[1], p[2], work), planned)):
                 if wrong:
                     findings += 1
                     print(f"{target.name}, {'cut' if is_cut else 'flipped'} at {at}: {wrong}", flush=True)
+    call.close()
     print(f"{len(planned)} damages, {findings} with a finding")
     sys.exit(1 if findings else 0)
 

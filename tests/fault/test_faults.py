@@ -24,12 +24,19 @@ import tempfile
 
 import h5py
 
+from server import Servers
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+from surveymc import integrity  # noqa: E402
+
 DONE, BAD_INPUT, INTERNAL, NO_THREADS, CANNOT_WRITE, INTERRUPTED = 0, 65, 70, 71, 74, 75
 FAULTS = {"open": ["EMFILE", "EACCES", "EINTR"], "read": ["EIO", "EINTR", "short"], "write": ["ENOSPC", "EIO", "EINTR", "short", "ENOSPC+"],
           "fsync": ["EIO", "EINTR"], "rename": ["EIO", "ENOSPC"], "ftruncate": ["EIO"], "close": ["EIO", "EDQUOT"], "mkdir": ["EACCES"],
+          "unlink": ["EACCES", "EIO"], "link": ["EPERM", "EIO", "ENOSPC"], "lock": ["ENOLCK", "EAGAIN", "EINTR"], "mode": ["EPERM"],
+          "seek": ["EIO"], "stat": ["EIO", "EACCES", "ESTALE"], "list": ["EIO", "EACCES"], "fork": ["EAGAIN", "ENOMEM"], "pipe": ["EMFILE"],
           "mmap": ["ENOMEM", "ENOMEM+"], "malloc": ["ENOMEM", "ENOMEM+"], "thread": ["EAGAIN", "EAGAIN+"]}
-MOST_SITES = {"malloc": 40, "mmap": 20}  # of thousands: spread evenly in the logarithm
-PATIENCE = 300
+# Every call that has to do with files; of thousands of requests for memory the first, and then fewer and fewer.
+MOST_SITES = {"malloc": 40, "mmap": 20}
 
 SURVEY = "md_m,inclination_deg,azimuth_deg,toolface_deg\n0,10,20,0\n30,14,25,50\n60,18,30,120\n90,22,37,200\n120,28,44,300\n150,33,52,40\n"
 FIELD = '[survey]\nfile = "survey.csv"\ntoolface_zero = "y"\n[field]\ntotal_nT = 50000.0\ndip_deg = 60.0\n'
@@ -44,22 +51,29 @@ EVENT = ('experiment = "rare_event"\nseed = 1\ntrials = 20000\n[problem]\nname =
 
 
 class Scenario:
-    """A command, the commands before it, the result that it makes; commands that end the work without a fault."""
+    """A command, the commands before it, the result that it makes; commands that end the work without a fault. Without a
+    result it only reads: what is printed is the result, and no file may change."""
 
     def __init__(self, name, command, output=None, prepare=(), again=None, final=None, keeps=True):
         self.name, self.command, self.output, self.prepare = name, command, output, prepare
         self.again, self.final, self.keeps = again or [command], final or output, keeps
-        self.printed = None  # without faults, where what is printed is the result
+        self.printed = None  # without faults
+        self.template = self.expected = self.files = None
 
 
 def contents(path):
-    """Content hash of a whole result; the bytes of another file."""
-    with open(path, "rb") as file:
-        data = file.read()
+    """Content hash of a result whose seal is right; the bytes of another file. OSError if it is neither."""
+    data = path.read_bytes()
     if not data.startswith(b"\x89HDF"):
         return data
+    if not integrity.seal_of(path):
+        raise OSError("without a right seal")
     with h5py.File(path, "r") as file:
         return file.attrs["content_hash"]
+
+
+def all_bytes(folder):
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def scenarios(program, streamed):
@@ -78,15 +92,11 @@ def scenarios(program, streamed):
     yield Scenario("maps", run("maps.toml"), "out.h5", again=[run("maps.toml", "--resume")])
     yield Scenario("well", run("well.toml"), "out.h5", again=[run("well.toml", "--resume")])
     yield Scenario("rare event", run("event.toml"), "out.h5", again=[run("event.toml", "--resume")])
-    yield Scenario("rerun", [program, "rerun", "out.h5"], "out.h5", [run("msa.toml")])
+    small = lambda name, *more: [program, "run", "covariance.toml", "-o", name, "--threads", "2", *more]
+    yield Scenario("rerun", [program, "rerun", "out.h5"], prepare=[small("out.h5")])
     yield Scenario("show", [program, "show", "out.h5", "position"], prepare=[run("msa.toml")])
     yield Scenario("diff", [program, "diff", "other.h5", "out.h5"], prepare=[[*old[:4], "other.h5", *old[5:]], run("msa.toml")])
     yield Scenario("streamed maps", [streamed, "out.h5"], "out.h5", [old], keeps=False)
-
-
-def call(command, folder, **environment):
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace", timeout=PATIENCE,
-                          env={**os.environ, **environment})
 
 
 def fill(folder):
@@ -109,54 +119,107 @@ def spread(sites, share):
     return [s for i, s in enumerate(sites) if int((i + 1) * share) > int(i * share)]
 
 
-def check(scenario, template, site, library, expected, work):
+ENDINGS = (DONE, BAD_INPUT, INTERNAL, NO_THREADS, CANNOT_WRITE, INTERRUPTED)
+# What runs long or takes time says so in its text: "identical: HASH (6000 trials in .1 s)".
+TIMES = re.compile(r"in [0-9.e-]+ m?s")
+CANNOT_REMOVE = ("unlink", "list", "lock", "stat")  # calls without which a file that is of no use any more stays
+
+
+def wrong_end(site, done):
+    """What is wrong with how the program ended; nothing if nothing is."""
+    is_memory = site.startswith(("malloc", "mmap"))
+    if is_memory:
+        return None
+    if done.returncode not in ENDINGS:
+        return f"exit {done.returncode}: {done.stderr[-300:]}"
+    if done.returncode == INTERNAL and "thread" not in done.stderr:
+        return f"exit 70: {done.stderr[-300:]}"
+    if done.returncode != DONE and not re.search(r"error: .*(\.h5|\.toml|\.csv|\.part|parts|journal|thread)", done.stderr):
+        return f"exit {done.returncode} without a message that names a file: {done.stderr[-300:]!r}"
+    return None
+
+
+def wrong_result(scenario, site, done, folder):
+    """What is wrong with the result and what was there before it."""
+    output, old = folder / scenario.output, scenario.template / scenario.output
+    before = contents(old) if old.exists() else None
+    try:
+        after = contents(output) if output.exists() else None
+    except OSError as e:
+        return f"exit {done.returncode}, and the result is unreadable: {e}"
+    if done.returncode == DONE and after != scenario.expected:
+        return "exit 0 without the result"
+    if after not in (before, scenario.expected):
+        return f"exit {done.returncode}, and the result is neither the old nor the new one"
+    kept = folder / "out.1.h5"
+    is_new = after == scenario.expected and before and before != scenario.expected
+    if is_new and scenario.keeps and not (kept.exists() and kept.read_bytes() == old.read_bytes()):
+        return f"exit {done.returncode}: the old result is lost"
+    if after == before and before and output.read_bytes() != old.read_bytes():
+        return f"exit {done.returncode}: the old result has other bytes"
+    if after == before and done.returncode != DONE and kept.exists() and not site.startswith(("malloc", "mmap", *CANNOT_REMOVE)):
+        return f"exit {done.returncode}: the old result has two names"
+    return None
+
+
+def wrong_reading(scenario, site, done, folder):
+    """What is wrong with what was printed, or with the files that were read."""
+    if all_bytes(folder) != scenario.files:
+        return f"exit {done.returncode}, and a file has changed"
+    if done.returncode != DONE or TIMES.sub("", done.stdout) == scenario.printed:
+        return None
+    told = not site.endswith(":short") and re.search(r"\.part: cannot be read", done.stderr)  # status goes on to the others
+    return None if told else f"exit 0, and prints something else: {done.stdout[-300:]!r}, {done.stderr[-300:]!r}"
+
+
+def check(call, scenario, site, work):
     """What is wrong after this fault; nothing if nothing is."""
     with tempfile.TemporaryDirectory(dir=work) as name:
         folder = pathlib.Path(name) / "w"
-        shutil.copytree(template, folder)
-        output = scenario.output and folder / scenario.output
-        before = contents(output) if output and output.exists() else None
+        shutil.copytree(scenario.template, folder)
         try:
-            done = call(scenario.command, folder, LD_PRELOAD=library, SURVEYMC_FAULT=site)
+            done = call(scenario.command, folder, site)
         except subprocess.TimeoutExpired:
             return "does not end"
-        is_memory = site.startswith(("malloc", "mmap"))
-        if not is_memory and done.returncode not in (DONE, BAD_INPUT, INTERNAL, NO_THREADS, CANNOT_WRITE, INTERRUPTED):
-            return f"exit {done.returncode}: {done.stderr[-300:]}"
-        if not is_memory and done.returncode == INTERNAL and "thread" not in done.stderr:
-            return f"exit 70: {done.stderr[-300:]}"
-        if not is_memory and done.returncode != DONE and not re.search(r"error: .*(\.h5|\.toml|\.csv|\.part|parts|journal|thread)", done.stderr):
-            return f"exit {done.returncode} without a message that names a file: {done.stderr[-300:]!r}"
-        if output:
-            try:
-                after = contents(output) if output.exists() else None
-            except OSError as e:
-                return f"exit {done.returncode}, and the result is unreadable: {e}"
-            if done.returncode == DONE and after != expected:
-                return "exit 0 without the result"
-            if after not in (before, expected):
-                return f"exit {done.returncode}, and the result is neither the old nor the new one"
-            kept = folder / "out.1.h5"
-            if after == expected and before and before != expected and scenario.keeps and not (kept.exists() and contents(kept) == before):
-                return f"exit {done.returncode}: the old result is lost"
-            if after == before and done.returncode != DONE and kept.exists() and not is_memory:
-                return f"exit {done.returncode}: the old result has two names"
-        left = [p.name for p in folder.rglob(".*.tmp")]
-        if left and done.returncode in (DONE, BAD_INPUT, INTERNAL, NO_THREADS, CANNOT_WRITE, INTERRUPTED):
-            return f"exit {done.returncode}, left behind: {left}"
+        wrong = wrong_end(site, done) or (scenario.output and wrong_result(scenario, site, done, folder))
+        if wrong:
+            return wrong
         if not scenario.final:
-            if done.returncode != DONE or done.stdout == scenario.printed:
-                return None
-            told = not site.endswith(":short") and re.search(r"\.part: cannot be read", done.stderr)  # status goes on to the others
-            return None if told else "exit 0, and prints something else"
+            return wrong_reading(scenario, site, done, folder)
+        left = [p.name for p in folder.rglob(".*.tmp")]
+        if left and done.returncode in ENDINGS and not site.startswith(CANNOT_REMOVE):
+            return f"exit {done.returncode}, left behind: {left}"
         for command in scenario.again:
             again = call(command, folder)
             if again.returncode != DONE:
                 return f"exit {done.returncode} ({done.stderr[-200:]}); the next run: exit {again.returncode}: {again.stderr[-300:]}"
-        if contents(folder / scenario.final) != expected:
+        if contents(folder / scenario.final) != scenario.expected:
             return "the next run gives other contents"
-        journals = [p.name for p in folder.rglob("*.journal.*")]
-        return f"journals are left: {journals}" if journals else None
+        left = [p.name for p in (*folder.rglob("*.journal.*"), *folder.rglob(".*.tmp"))]
+        is_removed = all(command[1] == "run" for command in scenario.again)  # its next run removes what stayed
+        return f"files are left: {left}" if left and (is_removed or not site.startswith(CANNOT_REMOVE)) else None
+
+
+def prepared(call, scenario, work):
+    """Fills the scenario's folder; the sites of its command."""
+    scenario.template = work / "template"
+    scenario.template.mkdir(parents=True)
+    fill(scenario.template)
+    for command in scenario.prepare:
+        done = call(command, scenario.template)
+        if done.returncode not in (DONE, INTERRUPTED):
+            sys.exit(f"{scenario.name}: cannot prepare: {done.stderr}")
+    trial = work / "trial"
+    shutil.copytree(scenario.template, trial)
+    done = call(scenario.command, trial, "open:0:EIO", work / "counts")
+    if done.returncode != DONE:
+        sys.exit(f"{scenario.name}: fails without a fault: {done.stderr}")
+    scenario.printed, scenario.files = TIMES.sub("", done.stdout), all_bytes(scenario.template)
+    for command in scenario.again if scenario.final and not scenario.output else ():
+        call(command, trial)
+    scenario.expected = scenario.final and contents(trial / scenario.final)
+    counts = {k: int(v) for k, v in (line.split() for line in (work / "counts").read_text().splitlines())}
+    return [(scenario, site) for site in sites_of(counts)]
 
 
 def main():
@@ -165,45 +228,35 @@ def main():
     parser.add_argument("write_streamed")
     parser.add_argument("library")
     parser.add_argument("--sample", type=int)
-    parser.add_argument("--only", default="")
+    parser.add_argument("--only", default="", help="only scenarios whose names contain this")
+    parser.add_argument("--calls", default="", help="only these calls, with commas")
     a = parser.parse_args()
     program, streamed, library = (str(pathlib.Path(p).resolve()) for p in (a.surveymc, a.write_streamed, a.library))
-    faults = []
+    call, planned, findings = Servers(library), [], 0
     with tempfile.TemporaryDirectory(prefix="surveymc-faults-") as name:
-        work, planned = pathlib.Path(name), []
+        work = pathlib.Path(name)
         for number, scenario in enumerate(scenarios(program, streamed)):
-            if a.only not in scenario.name:
-                continue
-            template = work / f"template{number}"
-            template.mkdir()
-            fill(template)
-            for command in scenario.prepare:
-                done = call(command, template)
-                if done.returncode not in (DONE, INTERRUPTED):
-                    sys.exit(f"{scenario.name}: cannot prepare: {done.stderr}")
-            trial = work / f"trial{number}"
-            shutil.copytree(template, trial)
-            done = call(scenario.command, trial, LD_PRELOAD=library, SURVEYMC_FAULT="open:0:EIO", SURVEYMC_FAULT_COUNTS=str(work / "counts"))
-            if done.returncode != DONE:
-                sys.exit(f"{scenario.name}: fails without a fault: {done.stderr}")
-            scenario.printed = done.stdout
-            counts = {k: int(v) for k, v in (line.split() for line in (work / "counts").read_text().splitlines())}
-            for command in scenario.again if scenario.final and not scenario.output else ():
-                call(command, trial)
-            expected = scenario.final and contents(trial / scenario.final)
-            planned += [(scenario, template, site, expected) for site in sites_of(counts)]
-        share = min(1, a.sample / len(planned)) if a.sample else 1
-        chosen = spread(planned, share)
+            if a.only in scenario.name:
+                planned += prepared(call, scenario, work / f"{number}")
+        planned = [p for p in planned if not a.calls or p[1].split(":")[0] in a.calls.split(",")]
+        chosen = spread(planned, min(1, a.sample / max(1, len(planned))) if a.sample else 1)
         if not chosen:
             sys.exit("no site was chosen: nothing is tested")
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-            answers = pool.map(lambda p: check(p[0], p[1], p[2], library, p[3], work), chosen)
-            for (scenario, _, site, _), wrong in zip(chosen, answers):
+            answers = pool.map(lambda p: check(call, *p, work), chosen)
+            checked, last = 0, chosen[0][0].name
+            for (scenario, site), wrong in zip(chosen, answers):
+                if scenario.name != last:
+                    print(f"{last}: {checked} sites", flush=True)
+                    checked, last = 0, scenario.name
+                checked += 1
                 if wrong:
-                    faults.append(f"{scenario.name}: {site}: {wrong}")
-                    print(faults[-1], flush=True)
-    print(f"{len(chosen)} of {len(planned)} faults in {len({p[0].name for p in planned})} scenarios, {len(faults)} with a finding")
-    sys.exit(1 if faults else 0)
+                    findings += 1
+                    print(f"{scenario.name}: {site}: {wrong}", flush=True)
+            print(f"{last}: {checked} sites", flush=True)
+    call.close()
+    print(f"{len(chosen)} of {len(planned)} faults in {len({p[0].name for p in planned})} scenarios, {findings} with a finding")
+    sys.exit(1 if findings else 0)
 
 
 main()

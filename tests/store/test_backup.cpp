@@ -54,6 +54,16 @@ TEST_CASE("Nothing is kept of a file that could not be replaced") {
   CHECK_FALSE(fs::exists(old.kept));
 }
 
+TEST_CASE("A file of which the system does not tell is not taken for none and replaced") {
+  const OldFile old;
+  bool is_written = false;
+  const fs::path unknown =
+      old.folder / std::string(300, 'r');  // no system tells of so long a name: as of a failing disk
+  CHECK_THROWS_WITH(write_beside_old(unknown, false, [&] { is_written = true; }),
+                    Catch::Contains("cannot be looked at"));
+  CHECK_FALSE(is_written);
+}
+
 TEST_CASE("An old file stays where a disk fails behind the replacement") {
   const OldFile old;
   const auto fail_late = [&] {

@@ -349,6 +349,34 @@ TEST_CASE("A part of another preparation is refused by the name of its file") {
                     StartsWith("shard_1.part: blocks 0 to 1 of point 0: ") && Contains("another preparation"));
 }
 
+TEST_CASE("Tallies of other sizes than a trial's are refused by the name of their file, before they are read") {
+  forget();
+  const RunPlan run = read_run(counted(), config_of(1024));
+  const auto tally_of = [](int quantities, std::uint64_t trials) {
+    stats::Tally tally;
+    tally.trials = trials;
+    tally.moments = stats::Moments::of(Eigen::MatrixXd::Ones(2, quantities));
+    return tally;
+  };
+  const std::string says = "its tallies have other sizes";
+  for (const int quantities : {0, 2}) {  // a part of one point that is whole; and one of half of its blocks
+    const std::uint64_t trials = 512;
+    checkpoint::PartPiece whole{0, {0, 2}, 2, true, {{0, 0, tally_of(quantities, 2 * trials)}}},
+        half{0, {0, 1}, 2, false, {{0, 0, tally_of(quantities, trials)}}},
+        other{0, {1, 2}, 2, false, {{0, 1, tally_of(quantities, trials)}}};
+    whole.file = half.file = other.file = "a.part";
+    CHECK_THROWS_WITH(merged_point(run, 0, {whole}, {}), StartsWith("a.part: ") && Contains(says));
+    CHECK_THROWS_WITH(merged_point(run, 0, {half, other}, {}), StartsWith("a.part: ") && Contains(says));
+  }
+  checkpoint::PartPiece right{0, {0, 2}, 2, true, {{0, 0, tally_of(1, 1024)}}};
+  CHECK(merged_point(run, 0, {right}, {}).tables.size() == 1);
+
+  Checkpoint checkpoint;
+  checkpoint.finished[0].push_back({0, 1, tally_of(2, 512)});
+  CHECK_THROWS_WITH(point_tally(run, 0, *run.prepare(0, {}), {}, checkpoint),
+                    StartsWith("a journal") && Contains(says));
+}
+
 TEST_CASE("A journal of another preparation is refused by its name, by whole runs and by shards") {
   forget();
   const RunPlan run = read_run(counted(), config_of(1024));
