@@ -16,11 +16,10 @@
 #include "store/result_writer.h"
 #include "store/seal.h"
 
-// How a file is made: HDF5 builds it in memory (result_writer.h), a seal is added at its end (seal.h), then plain
-// write() puts it on the disk under a temporary name (atomic_file.h). So a full disk is an error of our write(), and
-// does not leave HDF5 with a file that it can neither flush nor close. Only a large result, or one with
-// streamed maps, is made by HDF5 in the temporary file itself. result_reader.cpp
-// reads files.
+// How a file is made: HDF5 writes to memory that we hold for it, and long runs of values through that (paged_file.h,
+// hdf5_driver.h) by our own write() to the disk, under a temporary name (atomic_file.h); a seal is added at the end
+// (seal.h). So a full disk is an error of our write(), and does not leave HDF5 with a file that it can neither flush
+// nor close. result_reader.cpp reads files.
 
 namespace surveymc::store {
 namespace {
@@ -72,26 +71,12 @@ std::uintmax_t size_of(const Result& result) {
   return bytes;
 }
 
-bool is_too_large_to_hold(const Result& result) {
-  constexpr std::uintmax_t kMostInMemory = std::uintmax_t{64} << 20;
-  return !result.streams.empty() || size_of(result) > kMostInMemory;
-}
-
 /// Throws IoError if the disk is too full, before hours of streaming.
 void require_space(const fs::path& target, const Result& result) {
   std::error_code error;
   const fs::space_info space = fs::space(folder_of(target), error);
   if (error || space.available >= size_of(result)) return;
   throw std::system_error(ENOSPC, std::generic_category());
-}
-
-/// Throws IoError if the file that HDF5 has written does not hold what it says: an error that HDF5 has passed over.
-void require_readable(const fs::path& path, const fs::path& written) {
-  try {
-    require_content(written);
-  } catch (const IoError&) {
-    refuse(path, "cannot be written: what was written does not read back; is the disk full or failing?");
-  }
 }
 
 }  // namespace
@@ -123,19 +108,9 @@ void write(const fs::path& path, const Result& result, int compression) {
   const fs::path target = target_of(path);
   refuse_foreign_file(path, target);
   try {
-    if (is_too_large_to_hold(result)) {
-      require_space(target, result);
-      AtomicFile file(target);
-      write_file(file.temporary_path(), result, compression);
-      file.write(seal_of(file.temporary_path()));
-      require_readable(path, file.temporary_path());
-      file.commit();
-      return;
-    }
-    const FileImage image = file_image(result, compression);
+    require_space(target, result);
     AtomicFile file(target);
-    file.write(image.bytes);
-    file.write(seal_of(image.bytes));
+    file.write(seal_of(file, write_hdf5(file, result, compression)));
     file.commit();
   } catch (const Hdf5Failure& e) {
     refuse(path, fmt::format("cannot be written: {}", e.what()));
