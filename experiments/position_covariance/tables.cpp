@@ -27,7 +27,8 @@ double azimuth_deg(const Vector3d& v) {
 
 }  // namespace
 
-store::Table covariance_table(const survey::Survey& survey, const propagate::ToolCovariances& result) {
+store::Table covariance_table(const survey::Survey& survey, const propagate::ToolCovariances& result,
+                              const std::function<void(std::size_t)>& at_station) {
   study::TableRows t("covariance", "position covariance of every station; standard deviations and axes are one sigma");
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
     const survey::Station& s = survey.stations[k];
@@ -49,12 +50,14 @@ store::Table covariance_table(const survey::Survey& survey, const propagate::Too
     t.number("semi_major_m", "m", "horizontal ellipse: one standard deviation, major axis", e.semi_major);
     t.number("semi_minor_m", "m", "horizontal ellipse: one standard deviation, minor axis", e.semi_minor);
     t.number("major_azimuth_deg", "deg", "of the major axis, from north, 0 to 180; 0: a circle", e.azimuth / kDegree);
+    at_station(k + 1);
   }
   return t.take();
 }
 
 store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<double>& tvd,
-                             const propagate::ToolCovariances& result) {
+                             const propagate::ToolCovariances& result,
+                             const std::function<void(std::size_t)>& at_station) {
   study::TableRows t("ellipsoid", "position of every station and the axes of its one-sigma ellipsoid");
   const std::vector<Vector3d> positions = survey::minimum_curvature_positions(survey);
   constexpr std::array<std::array<const char*, 3>, 3> kAxes{
@@ -78,6 +81,7 @@ store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<dou
       t.number(inclination, "deg", "of the axis, from vertical down",
                std::atan2(std::hypot(axis.x(), axis.y()), axis.z()) / kDegree);
     }
+    at_station(k + 1);
   }
   return t.take();
 }

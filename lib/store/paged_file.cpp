@@ -47,9 +47,12 @@ void PagedFile::write_through(std::uint64_t at, const char* bytes, std::size_t s
   if (at >= on_disk_ && is_zero(bytes, size)) return;
   file_.write_at(at, {bytes, size});
   on_disk_ = std::max(on_disk_, at + size);
-  if (on_disk_ < handed_over_ + kHandedOver) return;
-  file_.start_writing(handed_over_, on_disk_ - handed_over_);
-  handed_over_ = on_disk_;
+  if (on_disk_ >= handed_over_ + kHandedOver) {
+    file_.start_writing(handed_over_, on_disk_ - handed_over_);
+    handed_over_ = on_disk_;
+  }
+  long_writes_ += size;
+  if (written_) written_(long_writes_);
 }
 
 PagedFile::Page& PagedFile::held_page(std::uint64_t begin) {

@@ -3,8 +3,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "store/atomic_file.h"
 
@@ -14,7 +16,9 @@ namespace surveymc::store {
 /// HDF5's own records, which change often, are held, some 16 MB at most. All members throw std::system_error.
 class PagedFile {
  public:
-  explicit PagedFile(AtomicFile& file) : file_(file) {}
+  /// `written` is called with the number of bytes of long writes so far; what it throws passes through.
+  explicit PagedFile(AtomicFile& file, std::function<void(std::uint64_t)> written = {})
+      : file_(file), written_(std::move(written)) {}
   PagedFile(const PagedFile&) = delete;
   PagedFile& operator=(const PagedFile&) = delete;
 
@@ -33,6 +37,8 @@ class PagedFile {
   void write_held();
 
   AtomicFile& file_;
+  std::function<void(std::uint64_t)> written_;
+  std::uint64_t long_writes_ = 0;
   std::map<std::uint64_t, std::unique_ptr<Page>> held_;  ///< by where they begin
   std::uint64_t end_ = 0;
   std::uint64_t on_disk_ = 0;      ///< nothing behind it was written to the file

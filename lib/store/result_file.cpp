@@ -57,10 +57,15 @@ void refuse_foreign_file(const fs::path& path, const fs::path& target) {
                        state.reason));
 }
 
-/// About as many bytes as the file has: values, and what HDF5 says of a column.
+/// About as many bytes as the file has: values, numbers of rows, references of texts, and what HDF5 says of a column.
 std::uintmax_t size_of(const Result& result) {
   constexpr std::uintmax_t kColumn = 2000;
-  const auto of_table = [](const Table& t) { return t.columns.size() * (t.rows() * sizeof(double) + kColumn); };
+  const auto of_table = [](const Table& t) {
+    std::uintmax_t value_bytes = sizeof(std::int64_t);
+    for (const Column& c : t.columns)
+      value_bytes += std::holds_alternative<std::vector<std::string>>(c.values) ? 2 * sizeof(double) : sizeof(double);
+    return t.rows() * value_bytes + (t.columns.size() + 1) * kColumn;
+  };
   std::uintmax_t bytes = 0;
   for (const auto* tables : {&result.tables, &result.samples})
     for (const Table& t : *tables) bytes += of_table(t);
@@ -103,14 +108,17 @@ void check_output_path(const fs::path& path) {
 
 namespace {
 
-void write(const fs::path& path, const Result& result, int compression) {
+void write(const fs::path& path, const Result& result, const WriteOptions& options) {
   check_shape(result);
   const fs::path target = target_of(path);
   refuse_foreign_file(path, target);
   try {
     require_space(target, result);
     AtomicFile file(target);
-    file.write(seal_of(file, write_hdf5(file, result, compression)));
+    const auto written = [&, expected = size_of(result)](std::uint64_t bytes) {
+      if (options.progress) options.progress(bytes, expected);
+    };
+    file.write(seal_of(file, write_hdf5(file, result, options.compression, written)));
     file.commit();
   } catch (const Hdf5Failure& e) {
     refuse(path, fmt::format("cannot be written: {}", e.what()));
@@ -121,11 +129,12 @@ void write(const fs::path& path, const Result& result, int compression) {
 
 }  // namespace
 
-void write_result(const fs::path& path, const Result& result) { write(path, result, 0); }
+void write_result(const fs::path& path, const Result& result) { write(path, result, {}); }
 
-void write_compressed_result(const fs::path& path, const Result& result, int level) {
-  if (level < 1 || level > kMostCompression) throw std::logic_error("no such level of compression");
-  write(path, result, level);
+void write_result(const fs::path& path, const Result& result, const WriteOptions& options) {
+  if (options.compression < 0 || options.compression > kMostCompression)
+    throw std::logic_error("no such level of compression");
+  write(path, result, options);
 }
 
 std::string hdf5_version() {

@@ -539,10 +539,11 @@ void check_shape(const Result& result) {
   demand(result.provenance.seed <= kMax && result.provenance.trials <= kMax, "seed or trials above 2^63 - 1");
 }
 
-std::uint64_t write_hdf5(AtomicFile& file, const Result& result, int compression) {
+std::uint64_t write_hdf5(AtomicFile& file, const Result& result, int compression,
+                         const std::function<void(std::uint64_t)>& written) {
   silence_hdf5();
   close_fault().clear();
-  DriverTarget target(file);
+  DriverTarget target(file, written);
   try {
     const Handle hdf5 = new_file(target);
     Writer(target.pages, compression).write(hdf5, result);

@@ -1,6 +1,7 @@
 #pragma once
 /// A result as an HDF5 file (docs/results-format.md).
 #include <cstdint>
+#include <functional>
 
 #include "store/atomic_file.h"
 #include "store/result_file.h"
@@ -11,8 +12,10 @@ namespace surveymc::store {
 void check_shape(const Result& result);
 
 /// Writes the whole file but its seal, at the beginning of `file`; returns its size. Equal results give equal bytes.
-/// What is not held is written in pieces. `compression`: level of deflate, 0 for none (large_files.h). Throws
-/// Hdf5Failure, std::system_error of the disk, and the exceptions of streams.
-std::uint64_t write_hdf5(AtomicFile& file, const Result& result, int compression);
+/// What is not held is written in pieces. `compression`: level of deflate, 0 for none (large_files.h). `written` is
+/// called with the bytes of long values so far. Throws Hdf5Failure, std::system_error of the disk, and the exceptions
+/// of streams and of `written`.
+std::uint64_t write_hdf5(AtomicFile& file, const Result& result, int compression,
+                         const std::function<void(std::uint64_t)>& written);
 
 }  // namespace surveymc::store

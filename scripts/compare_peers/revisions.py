@@ -117,7 +117,7 @@ def whole_study(programs, config, limit, rounds, threads):
 
 
 def row(name, found, note):
-    print(f"{name:40} {found[0]:9.2f} {found[1]:9.2f} {found[1] / found[0]:8.3f} {note}", flush=True)
+    print(f"{name:40} {found[0]:9.2f} {found[1]:9.2f} {found[1] / max(found[0], 1e-9):8.3f} {note}", flush=True)
 
 
 def main():

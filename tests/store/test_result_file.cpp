@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <bit>
@@ -717,6 +718,30 @@ TEST_CASE("Many short writes far from each other do not fill the memory, and non
   }
 }
 
+TEST_CASE("Writing says how many bytes are written, rising to those of the file, and can be stopped", "[store]") {
+  const Folder folder;
+  const std::size_t n = 400000;
+  Result r;
+  r.tables = {{"t", "", {{"a", "1", "", Numbers(n, 1.5)}, {"b", "1", "", Numbers(n, 2.5)}}}};
+  std::vector<std::uint64_t> seen;
+  std::uint64_t all = 0;
+  write_result(folder / "r.h5", r, {0, [&](std::uint64_t written, std::uint64_t expected) {
+                                      seen.push_back(written);
+                                      all = expected;
+                                    }});
+  REQUIRE(seen.size() >= 3);  // two columns, and the numbers of rows
+  CHECK(std::is_sorted(seen.begin(), seen.end()));
+  const auto size = static_cast<double>(fs::file_size(folder / "r.h5"));
+  CHECK(static_cast<double>(seen.back()) / size == Approx(1).epsilon(0.02));  // ends of columns are held
+  CHECK(static_cast<double>(all) / size == Approx(1).epsilon(0.01));
+
+  const auto stop = [](std::uint64_t written, std::uint64_t) {
+    if (written > 3000000) throw Interrupted("stop");
+  };
+  CHECK_THROWS_AS(write_result(folder / "stopped.h5", r, {0, stop}), Interrupted);
+  CHECK(folder.names() == std::vector<std::string>{"r.h5"});
+}
+
 // For check_result_file.py: the file with everything that other programs must be able to open.
 TEST_CASE("Write a sample file to $SURVEYMC_SAMPLE_FILE", "[.][sample_file]") {
   const char* path = std::getenv("SURVEYMC_SAMPLE_FILE");
@@ -803,7 +828,7 @@ TEST_CASE("A compressed file is smaller and the same result, held and streamed",
   REQUIRE(r.maps.back().values.size() > kStreamPiece);
   write_result(folder / "plain.h5", r);
   for (const Result& either : {r, streamed(r)}) {
-    write_compressed_result(folder / "packed.h5", either, 4);
+    write_result(folder / "packed.h5", either, WriteOptions{4, {}});
     CHECK(stored_content_hash(folder / "packed.h5") == stored_content_hash(folder / "plain.h5"));
     const Result back = read_result(folder / "packed.h5");
     for (std::size_t i = 0; i < r.maps.size(); ++i) check_equal(back.maps[i], r.maps[i]);
