@@ -625,8 +625,8 @@ TEST_CASE("A damaged byte anywhere is an IoError and no crash") {
 
 TEST_CASE("Texts that come again and again are read back, and stored once", "[store]") {
   const Folder folder;
-  const std::size_t n = 3 * 65536 + 17;
-  const auto texts = [n](const auto& text_of) {
+  static constexpr std::size_t n = 3 * 65536 + 17;
+  const auto texts = [](const auto& text_of) {
     Texts x;
     for (std::size_t i = 0; i < n; ++i) x.push_back(text_of(i));
     return x;
