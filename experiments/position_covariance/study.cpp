@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/error.h"
 #include "position_covariance/tables.h"
 #include "position_covariance/uncertainty.h"
 #include "study/annotations.h"
@@ -132,19 +133,29 @@ class PositionCovariance final : public study::StudyPoint {
  public:
   explicit PositionCovariance(Scenario scenario) : s_(std::move(scenario)) {}
 
-  study::PointResult report(const stats::Tally&, const montecarlo::RunOptions&) const override {
-    propagate::ToolCovariances result =
-        propagate::tool_covariances(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.detail);
+  study::PointResult report(const stats::Tally&, const montecarlo::RunOptions& options) const override {
+    // Two tables take as long as the covariances themselves: a station is done when it is in all three.
+    enum Stage { covariances, first_table, second_table, stages };
+    const auto at_station = [&options, n = s_.survey.stations.size()](Stage stage) {
+      return [&options, n, stage](std::size_t done) {
+        constexpr std::size_t kLook = 256;
+        if (stage != covariances && done % kLook != 0 && done != n) return;
+        if (options.stop && *options.stop) throw Interrupted("stopped before all stations were done");
+        if (options.progress) options.progress((stage * n + done) / stages, n);
+      };
+    };
+    propagate::ToolCovariances result = propagate::tool_covariances(
+        s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.detail, nullptr, false, at_station(covariances));
     std::vector<propagate::Validity> validity = s_.validity;
     for (const propagate::NonFiniteTerm& term : result.non_finite)
       validity.push_back(propagate::validity_of(term, s_.tools.runs));
     const std::vector<PublishedElement> published = compare(s_.published, s_.survey, result);
     study::PointResult r;
     const auto of_stations = [&](store::Table t) { return s_.last_only ? store::rows_of(t, t.rows() - 1, 1) : t; };
-    r.tables.push_back(of_stations(covariance_table(s_.survey, result)));
+    r.tables.push_back(of_stations(covariance_table(s_.survey, result, at_station(first_table))));
     if (s_.detail != propagate::SourceDetail::none)
       r.tables.push_back(covariance_by_source_table(s_.survey, result, s_.detail));
-    r.tables.push_back(of_stations(ellipsoid_table(s_.survey, s_.tvd, result)));
+    r.tables.push_back(of_stations(ellipsoid_table(s_.survey, s_.tvd, result, at_station(second_table))));
     r.tables.push_back(tool_codes_table(s_.tools));
     if (!s_.last_only) r.tables.push_back(error_terms_table(s_.tools));
     r.tables.push_back(validity_table(s_.survey, s_.tools, validity));

@@ -1,5 +1,6 @@
 #include "position_covariance/tables.h"
 
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -26,36 +27,43 @@ double azimuth_deg(const Vector3d& v) {
 
 }  // namespace
 
-store::Table covariance_table(const survey::Survey& survey, const propagate::ToolCovariances& result) {
+store::Table covariance_table(const survey::Survey& survey, const propagate::ToolCovariances& result,
+                              const std::function<void(std::size_t)>& at_station) {
   study::TableRows t("covariance", "position covariance of every station; standard deviations and axes are one sigma");
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
     const survey::Station& s = survey.stations[k];
     const Matrix3d &c = result.total[k], to_hla = survey::rotation_hla_from_nev(s.inclination, s.azimuth);
     const Matrix3d hla = to_hla * c * to_hla.transpose();
-    const auto sd = [&](const char* direction, double variance) {
-      t.number(fmt::format("sd_{}_m", direction), "m", "one standard deviation", std::sqrt(std::max(0.0, variance)));
+    const auto sd = [&](const char* name, double variance) {
+      t.number(name, "m", "one standard deviation", std::sqrt(std::max(0.0, variance)));
     };
     t.number("md_m", "m", "measured depth", s.md);
     t.covariance("nev", kNevCovariance, c);
     t.covariance("hla", "covariance, high side, lateral (right), along hole", hla);
-    sd("north", c(0, 0));
-    sd("east", c(1, 1));
-    sd("vertical", c(2, 2));
-    sd("high_side", hla(0, 0));
-    sd("lateral", hla(1, 1));
-    sd("along_hole", hla(2, 2));
+    sd("sd_north_m", c(0, 0));
+    sd("sd_east_m", c(1, 1));
+    sd("sd_vertical_m", c(2, 2));
+    sd("sd_high_side_m", hla(0, 0));
+    sd("sd_lateral_m", hla(1, 1));
+    sd("sd_along_hole_m", hla(2, 2));
     const propagate::Ellipse e = propagate::ellipse(c.topLeftCorner<2, 2>());
     t.number("semi_major_m", "m", "horizontal ellipse: one standard deviation, major axis", e.semi_major);
     t.number("semi_minor_m", "m", "horizontal ellipse: one standard deviation, minor axis", e.semi_minor);
     t.number("major_azimuth_deg", "deg", "of the major axis, from north, 0 to 180; 0: a circle", e.azimuth / kDegree);
+    at_station(k + 1);
   }
   return t.take();
 }
 
 store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<double>& tvd,
-                             const propagate::ToolCovariances& result) {
+                             const propagate::ToolCovariances& result,
+                             const std::function<void(std::size_t)>& at_station) {
   study::TableRows t("ellipsoid", "position of every station and the axes of its one-sigma ellipsoid");
   const std::vector<Vector3d> positions = survey::minimum_curvature_positions(survey);
+  constexpr std::array<std::array<const char*, 3>, 3> kAxes{
+      {{"axis1_m", "axis1_azimuth_deg", "axis1_inclination_deg"},
+       {"axis2_m", "axis2_azimuth_deg", "axis2_inclination_deg"},
+       {"axis3_m", "axis3_azimuth_deg", "axis3_inclination_deg"}}};
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
     const survey::Station& s = survey.stations[k];
     t.number("md_m", "m", "measured depth", s.md);
@@ -67,12 +75,13 @@ store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<dou
     const propagate::Ellipsoid body = propagate::ellipsoid(result.total[k]);
     for (int i = 0; i < 3; ++i) {
       const Vector3d axis = body.axes.col(i);
-      const std::string name = fmt::format("axis{}", i + 1);
-      t.number(name + "_m", "m", "ellipsoid: one standard deviation, largest first", body.semi_axes[i]);
-      t.number(name + "_azimuth_deg", "deg", "of the axis, pointing down", azimuth_deg(axis));
-      t.number(name + "_inclination_deg", "deg", "of the axis, from vertical down",
+      const auto& [length, azimuth, inclination] = kAxes[static_cast<std::size_t>(i)];
+      t.number(length, "m", "ellipsoid: one standard deviation, largest first", body.semi_axes[i]);
+      t.number(azimuth, "deg", "of the axis, pointing down", azimuth_deg(axis));
+      t.number(inclination, "deg", "of the axis, from vertical down",
                std::atan2(std::hypot(axis.x(), axis.y()), axis.z()) / kDegree);
     }
+    at_station(k + 1);
   }
   return t.take();
 }

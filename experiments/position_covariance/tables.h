@@ -1,5 +1,7 @@
 #pragma once
 /// Tables of the study position_covariance (docs/results-format.md).
+#include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,10 +21,13 @@ struct PublishedElement {
 };
 
 /// One row a station: covariance in NEV and HLA, standard deviations, horizontal ellipse.
-store::Table covariance_table(const survey::Survey& survey, const propagate::ToolCovariances& result);
+/// Here and below: at_station is called with the number of every station that is done.
+store::Table covariance_table(const survey::Survey& survey, const propagate::ToolCovariances& result,
+                              const std::function<void(std::size_t)>& at_station);
 /// One row a station: where it is, and the ellipsoid of its covariance.
 store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<double>& tvd,
-                             const propagate::ToolCovariances& result);
+                             const propagate::ToolCovariances& result,
+                             const std::function<void(std::size_t)>& at_station);
 /// One row a station and source; of the last station alone for SourceDetail::last. Takes `by_source` out of the result.
 store::Table covariance_by_source_table(const survey::Survey& survey, propagate::ToolCovariances& result,
                                         propagate::SourceDetail detail);

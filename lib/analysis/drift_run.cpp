@@ -1,6 +1,8 @@
 #include "analysis/drift_run.h"
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "base/units.h"
 #include "random/study_stream.h"
@@ -15,10 +17,27 @@ using Eigen::Vector3d;
 /// First index of the steps of biases that walk, beyond the indices of the noise of 10^8 stations.
 constexpr std::uint32_t kFirstStep = std::uint32_t{1} << 30;
 
-double sensor_draw(const random::Stream& stream, std::uint64_t trial, std::uint32_t first, int station, int sensor) {
-  return stream.normal(trial, random::Channel::survey_sensor_noise,
-                       first + 6 * static_cast<std::uint32_t>(station) + static_cast<std::uint32_t>(sensor));
-}
+/// Normals of a trial by their index. Four neighbours come from one call of the generator, which takes as long as one.
+class Draws {
+ public:
+  Draws(const random::Stream& stream, std::uint64_t trial, random::Channel channel)
+      : stream_(stream), trial_(trial), channel_(channel) {}
+
+  double operator[](std::uint32_t index) {
+    if (const std::uint64_t call = index / 4; call != call_) {
+      four_ = stream_.normals<double>(trial_, channel_, call);
+      call_ = call;
+    }
+    return four_[index % 4];
+  }
+
+ private:
+  const random::Stream& stream_;
+  std::uint64_t trial_;
+  random::Channel channel_;
+  std::uint64_t call_ = ~std::uint64_t{0};
+  std::array<double, 4> four_{};
+};
 
 }  // namespace
 
@@ -29,6 +48,8 @@ DriftRun drift_run(const DriftRunSetup& s, std::uint64_t trial, SensorBias kind,
   monitoring::BiasFilter filter(s.walk.cwiseAbs2());
   std::array<monitoring::Sprt, 3> sprt{monitoring::Sprt(s.sprt), monitoring::Sprt(s.sprt), monitoring::Sprt(s.sprt)};
   monitoring::Vector6 truth = monitoring::Vector6::Zero();
+  Draws noise(stream, trial, random::Channel::survey_sensor_noise),
+      steps = noise, of_reference(stream, trial, random::Channel::survey_reference);
   const int alarms_from = kind == SensorBias::ramp ? s.from_station : 0;
   for (int k = 0; k < s.stations; ++k) {
     const auto station = static_cast<std::uint32_t>(k);
@@ -41,12 +62,13 @@ DriftRun drift_run(const DriftRunSetup& s, std::uint64_t trial, SensorBias kind,
     readings << gravity * u.x, gravity * u.y, gravity * u.z, m.x, m.y, m.z;
     if (kind == SensorBias::ramp) truth = s.ramp(k) * s.drift_at_td;
     if (kind == SensorBias::walk)
-      for (int j = 0; j < 6; ++j) truth[j] += s.walk[j] * sensor_draw(stream, trial, kFirstStep, k, j);
-    for (int j = 0; j < 6; ++j) readings[j] += s.noise[j] * sensor_draw(stream, trial, 0, k, j) + truth[j];
+      for (int j = 0; j < 6; ++j)
+        truth[j] += s.walk[j] * steps[kFirstStep + 6 * station + static_cast<std::uint32_t>(j)];
+    for (int j = 0; j < 6; ++j)
+      readings[j] += s.noise[j] * noise[6 * station + static_cast<std::uint32_t>(j)] + truth[j];
     Vector3d reference(s.field.gravity, s.field.total, s.field.dip);
     for (int i = 0; i < 3; ++i)
-      reference[i] += s.scatter[i] * stream.normal(trial, random::Channel::survey_reference,
-                                                   4 * station + static_cast<std::uint32_t>(i));
+      reference[i] += s.scatter[i] * of_reference[4 * station + static_cast<std::uint32_t>(i)];
 
     const Vector3d g = readings.head<3>(), b = readings.tail<3>();
     const monitoring::ChannelJacobian h = monitoring::survey_channel_jacobian(g, b);

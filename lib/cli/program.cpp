@@ -47,7 +47,7 @@ store::Result run_and_stamp(const RunArguments& a, const study::RunPlan& run, co
   std::uint64_t kept = 0;
   for (const auto& [point, nodes] : checkpoint.finished)
     for (const montecarlo::Subtree& n : nodes) kept += n.tally.trials;
-  Progress progress(kept);
+  Progress progress(kept, run.total_trials() > 0 ? "trials" : "stations");
   const auto created = std::chrono::system_clock::now();
   store::Result result = study::execute(run, run_options(a, run, progress, false), checkpoint);
   elapsed = progress.elapsed_s();

@@ -20,12 +20,12 @@ std::string format_duration(double seconds) {
   return fmt::format("{} h {:02} min", s / 3600, s % 3600 / 60);
 }
 
-std::string progress_line(double share, const std::string& trials, const std::string& rate, const std::string& left,
+std::string progress_line(double share, const std::string& all, const std::string& rate, const std::string& left,
                           std::size_t width) {
   constexpr std::size_t kLongestBar = 30, kShortestBar = 5, kBrackets = 3;
   const std::string head = fmt::format("{:5.1f} %", 100 * share);
   std::string words = head + (left.empty() ? "" : fmt::format("  {} left", left));
-  const std::string whole = fmt::format("{} of {} trials  {}/s{}", head, trials, rate, words.substr(head.size()));
+  const std::string whole = fmt::format("{} of {}  {}/s{}", head, all, rate, words.substr(head.size()));
   if (whole.size() <= width) words = whole;
   if (words.size() + kBrackets + kShortestBar > width) return words.substr(0, width);
   const std::size_t bar = std::min(kLongestBar, width - words.size() - kBrackets),
@@ -33,8 +33,12 @@ std::string progress_line(double share, const std::string& trials, const std::st
   return fmt::format("[{}{}] {}", std::string(full, '#'), std::string(bar - full, '.'), words);
 }
 
-Progress::Progress(std::uint64_t kept)
-    : terminal_(isatty(STDERR_FILENO) != 0), kept_(kept), start_(std::chrono::steady_clock::now()), last_(start_) {}
+Progress::Progress(std::uint64_t kept, std::string what)
+    : terminal_(isatty(STDERR_FILENO) != 0),
+      kept_(kept),
+      what_(std::move(what)),
+      start_(std::chrono::steady_clock::now()),
+      last_(start_) {}
 
 Progress::~Progress() {
   if (drawn_) std::fputs("\r\033[K", stderr);
@@ -54,15 +58,15 @@ void Progress::update(std::uint64_t done, std::uint64_t expected) {
                share = std::min(1.0, static_cast<double>(done) / static_cast<double>(expected));
   double seconds = expected == pace_.trials() ? pace_.left() : kNaN;
   if (std::isnan(seconds) && own > 0) seconds = static_cast<double>(rest) / rate;
-  const std::string trials = fmt::format("{:.3g}", static_cast<double>(expected)), speed = fmt::format("{:.3g}", rate),
-                    left = std::isnan(seconds) ? "" : format_duration(seconds);
+  const std::string all = fmt::format("{:.3g} {}", static_cast<double>(expected), what_),
+                    speed = fmt::format("{:.3g}", rate), left = std::isnan(seconds) ? "" : format_duration(seconds);
   if (!terminal_) {
-    log_info(fmt::format("{:5.1f} % of {} trials  {}/s{}", 100 * share, trials, speed,
-                         left.empty() ? "" : "  " + left + " left"));
+    log_info(
+        fmt::format("{:5.1f} % of {}  {}/s{}", 100 * share, all, speed, left.empty() ? "" : "  " + left + " left"));
     return;
   }
   // The last column stays free: a terminal may go to the next line when it is written.
-  fmt::print(stderr, "\r{}\033[K", progress_line(share, trials, speed, left, screen_width(STDERR_FILENO) - 1));
+  fmt::print(stderr, "\r{}\033[K", progress_line(share, all, speed, left, screen_width(STDERR_FILENO) - 1));
   std::fflush(stderr);
   drawn_ = true;
 }

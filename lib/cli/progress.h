@@ -11,9 +11,9 @@ namespace surveymc::cli {
 /// "3.4 s", "2 min 05 s", "1 h 20 min".
 std::string format_duration(double seconds);
 
-/// "[####......]  45.0 % of 3e+03 trials  1.2e+05/s  3.4 s left" in at most `width` letters: in a narrow line the bar
-/// is short or left out, then the rate.
-std::string progress_line(double share, const std::string& trials, const std::string& rate, const std::string& left,
+/// "[####......]  45.0 % of 3e+03 trials  1.2e+05/s  3.4 s left", with `all` = "3e+03 trials", in at most `width`
+/// letters: in a narrow line the bar is short or left out, then the rate.
+std::string progress_line(double share, const std::string& all, const std::string& rate, const std::string& left,
                           std::size_t width);
 
 /// How far a run is: a bar with rate and remaining time on a terminal, otherwise one log line a minute. On stderr.
@@ -21,7 +21,8 @@ std::string progress_line(double share, const std::string& trials, const std::st
 class Progress {
  public:
   /// `kept`: trials that an earlier attempt has done; they tell nothing of the time that the others take.
-  explicit Progress(std::uint64_t kept = 0);
+  /// `what` is counted.
+  explicit Progress(std::uint64_t kept = 0, std::string what = "trials");
   ~Progress();  // clears the bar
   Progress(const Progress&) = delete;
 
@@ -35,6 +36,7 @@ class Progress {
  private:
   bool terminal_, drawn_ = false;
   std::uint64_t kept_;
+  std::string what_;
   SweepPace pace_;
   std::chrono::steady_clock::time_point start_, last_;
 };

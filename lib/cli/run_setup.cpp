@@ -158,10 +158,14 @@ study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const s
 }
 
 void write_result_file(const RunArguments& a, const std::filesystem::path& path, const store::Result& result) {
-  if (a.compression > 0)
-    store::write_compressed_result(path, result, a.compression);
-  else
-    store::write_result(path, result);
+  Progress progress(0, "MB");
+  store::WriteOptions options{a.compression, {}};
+  if (!a.quiet)
+    options.progress = [&](std::uint64_t written, std::uint64_t expected) {
+      constexpr std::uint64_t kMegabyte = 1'000'000;
+      progress.update(written / kMegabyte, expected / kMegabyte);
+    };
+  store::write_result(path, result, options);
 }
 
 std::uint64_t whole_number(const std::string& option, const std::string& text) {

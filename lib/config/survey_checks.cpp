@@ -89,11 +89,13 @@ void find_bad_angles(const Columns& c, const survey::Survey& survey, std::vector
   for (std::size_t k = 1; k < survey.stations.size(); ++k) {
     const survey::Station &before = survey.stations[k - 1], &at = survey.stations[k];
     const double angle = survey::dogleg(before, at), length = at.md - before.md;
+    const bool turns_back = angle > kTurnedBack;
+    if (!turns_back && !(angle > kLeastDogleg && angle > kDrillable * length)) continue;
     const std::string where = fmt::format("{}: {}, {}: the hole turns by {:.4g} degrees in {:.4g} m", c.place(k),
                                           c.cell(c.inclination, k), c.cell(c.azimuth, k), angle / kDegree, length);
-    if (angle > kTurnedBack)
+    if (turns_back)
       out.push_back({true, where + ": it would turn back on itself"});
-    else if (angle > kLeastDogleg && angle > kDrillable * length)
+    else
       out.push_back({false, fmt::format("{} ({:.4g} deg/30 m): no tool drills more than {:g} deg/30 m: a typing error?",
                                         where, angle / length * 30 / kDegree, kDrillable * 30 / kDegree)});
   }

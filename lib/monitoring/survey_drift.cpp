@@ -32,20 +32,29 @@ double BiasFilter::update(const Eigen::Vector3d& y, const ChannelJacobian& h, co
   const Eigen::Vector3d scale = s.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::Matrix3d scaled = scale.asDiagonal() * s * scale.asDiagonal();
   const Eigen::Matrix<double, 3, 6> left = scale.asDiagonal() * h * predicted;
-  const Eigen::Matrix<double, 6, 3> gain = scaled.llt().solve(left).transpose() * scale.asDiagonal();
+  // The inverse of its triangular factor, column by column: Eigen unrolls what has one column.
+  const Eigen::LLT<Eigen::Matrix3d> factor(scaled);
+  Eigen::Matrix3d w;
+  for (Eigen::Index j = 0; j < 3; ++j) {
+    const Eigen::Vector3d column = factor.matrixL().solve(Eigen::Vector3d(Eigen::Vector3d::Unit(j)));
+    w.col(j) = column;
+  }
+  const Eigen::Matrix<double, 3, 6> solved = w.transpose() * (w * left);
+  const Eigen::Matrix<double, 6, 3> gain = solved.transpose() * scale.asDiagonal();
   const Eigen::Vector3d innovation = y - h * bias_;
   bias_ += gain * innovation;
   const Matrix6 rest = Matrix6::Identity() - gain * h;
   covariance_ = rest * predicted * rest.transpose() + gain * r * gain.transpose();
   const Eigen::Vector3d v = scale.cwiseProduct(innovation);
-  return v.dot(scaled.llt().solve(v));
+  return (w * v).squaredNorm();
 }
 
 double normalised_error(const Vector6& error, const Matrix6& covariance) {
   // m/s2 and nT: the solve is on the correlation scale here, too.
   const Vector6 scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
   const Vector6 e = scale.cwiseProduct(error);
-  return e.dot((scale.asDiagonal() * covariance * scale.asDiagonal()).llt().solve(e));
+  const Matrix6 scaled = scale.asDiagonal() * covariance * scale.asDiagonal();
+  return scaled.llt().matrixL().solve(e).squaredNorm();
 }
 
 }  // namespace surveymc::monitoring

@@ -444,7 +444,8 @@ Matrix3d CovarianceColumns::operator[](std::size_t i) const {
 
 ToolCovariances tool_covariances(const survey::Survey& survey, const std::vector<double>& tvd,
                                  const std::vector<ToolRun>& runs, const survey::ReferenceField& field, double latitude,
-                                 SourceDetail detail, StationEffects* effects, bool joining_alone) {
+                                 SourceDetail detail, StationEffects* effects, bool joining_alone,
+                                 const std::function<void(std::size_t)>& at_station) {
   const std::size_t n = survey.stations.size();
   const StationDirections directions(survey, field.declination);
   ToolCovariances out;
@@ -468,6 +469,7 @@ ToolCovariances tool_covariances(const survey::Survey& survey, const std::vector
       displacements->set(survey, directions, first, count, first == 1 && model.first_leg_doubled);
       w.evaluate(first, count);
       propagation.run_block(r, first, count, w, *displacements, group_begins(out.gyro.back(), first, count));
+      if (at_station) at_station(first + count);
     }
     propagation.end_run(r);
   }

@@ -1,6 +1,8 @@
 #pragma once
 /// Covariance of every position of a surveyed well from the error models of its tools (ISCWSA).
 #include <array>
+#include <cstddef>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -91,8 +93,10 @@ struct StationEffects {
 /// `tvd`: true vertical depth of every station, m. `latitude`: rad, NaN where no formula needs it. Runs in order, the
 /// first with first = 1. Time is linear in stations times terms; a function is evaluated once a station.
 /// `effects`, if not null, gets the effects of all sources, or of those with modes W and G alone (`joining_alone`).
+/// `at_station` is called now and then with the number of stations that are done; what it throws passes through.
 ToolCovariances tool_covariances(const survey::Survey& survey, const std::vector<double>& tvd,
                                  const std::vector<ToolRun>& runs, const survey::ReferenceField& field, double latitude,
-                                 SourceDetail detail, StationEffects* effects = nullptr, bool joining_alone = false);
+                                 SourceDetail detail, StationEffects* effects = nullptr, bool joining_alone = false,
+                                 const std::function<void(std::size_t)>& at_station = {});
 
 }  // namespace surveymc::propagate

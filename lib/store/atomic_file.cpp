@@ -85,8 +85,7 @@ AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
   constexpr int kAttempts = 100;
   for (int i = 0; i < kAttempts && file_ < 0; ++i) {
     path_ = folder_of(target) / fmt::format("{}{:016x}{}", temporary_prefix(target), random_number(), kTemporarySuffix);
-    file_ =
-        uninterrupted([&] { return open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_EXCL | O_CLOEXEC, 0666); });
+    file_ = uninterrupted([&] { return open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666); });
     if (file_ < 0 && errno != EEXIST) fail();
     if (file_ < 0) continue;
     const bool is_taken = flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;  // no locks here: as if locked
@@ -102,13 +101,37 @@ AtomicFile::~AtomicFile() {
   if (!committed_) unlink(path_.c_str());
 }
 
-void AtomicFile::write(std::span<const char> bytes) {
-  constexpr std::size_t kMost = std::size_t{1} << 30;  // one write() takes less than 2^31 bytes
+void AtomicFile::write(std::span<const char> bytes) { write_at(end_, bytes); }
+
+void AtomicFile::write_at(std::uint64_t at, std::span<const char> bytes) {
+  constexpr std::size_t kMost = std::size_t{1} << 30;  // one pwrite() takes less than 2^31 bytes
   for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t n = ::write(file_, bytes.data() + done, std::min(bytes.size() - done, kMost));
+    const ssize_t n =
+        pwrite(file_, bytes.data() + done, std::min(bytes.size() - done, kMost), static_cast<off_t>(at + done));
     if (n < 0 && errno != EINTR) fail();
     if (n > 0) done += static_cast<std::size_t>(n);
   }
+  end_ = std::max<std::uint64_t>(end_, at + bytes.size());
+}
+
+void AtomicFile::read_at(std::uint64_t at, std::span<char> bytes) const {
+  std::size_t done = 0;
+  for (ssize_t n = 1; done < bytes.size() && n != 0; done += static_cast<std::size_t>(n)) {
+    n = uninterrupted(
+        [&] { return pread(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(at + done)); });
+    if (n < 0) fail();
+  }
+  std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(done), bytes.end(), '\0');
+}
+
+void AtomicFile::set_size(std::uint64_t size) {
+  if (uninterrupted([&] { return ftruncate(file_, static_cast<off_t>(size)); }) != 0) fail();
+  end_ = size;
+}
+
+void AtomicFile::start_writing(std::uint64_t at, std::uint64_t size) {
+  const int asked = sync_file_range(file_, static_cast<off_t>(at), static_cast<off_t>(size), SYNC_FILE_RANGE_WRITE);
+  (void)asked;  // a file system that cannot do this: commit() writes everything
 }
 
 void AtomicFile::commit() {

@@ -1,5 +1,6 @@
 #pragma once
 /// Files that appear whole or not at all: written under a temporary name, renamed when they are complete.
+#include <cstdint>
 #include <filesystem>
 #include <span>
 
@@ -26,7 +27,13 @@ class AtomicFile {
 
   void write(std::span<const char> bytes);  ///< at the end of the file
 
-  /// For another writer, which may replace the contents but not the file.
+  void write_at(std::uint64_t at, std::span<const char> bytes);
+  /// Zeros behind the end of the file.
+  void read_at(std::uint64_t at, std::span<char> bytes) const;
+  void set_size(std::uint64_t size);
+  /// The disk may begin with these bytes while the next ones are made.
+  void start_writing(std::uint64_t at, std::uint64_t size);
+
   const std::filesystem::path& temporary_path() const { return path_; }
 
   /// Writes the file to the disk and gives it its name. After the rename only the disk itself can fail.
@@ -35,6 +42,7 @@ class AtomicFile {
  private:
   std::filesystem::path target_, path_;
   int file_ = -1;
+  std::uint64_t end_ = 0;
   bool committed_ = false;
 };
 

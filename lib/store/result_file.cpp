@@ -16,11 +16,10 @@
 #include "store/result_writer.h"
 #include "store/seal.h"
 
-// How a file is made: HDF5 builds it in memory (result_writer.h), a seal is added at its end (seal.h), then plain
-// write() puts it on the disk under a temporary name (atomic_file.h). So a full disk is an error of our write(), and
-// does not leave HDF5 with a file that it can neither flush nor close. Only a large result, or one with
-// streamed maps, is made by HDF5 in the temporary file itself. result_reader.cpp
-// reads files.
+// How a file is made: HDF5 writes to memory that we hold for it, and long runs of values through that (paged_file.h,
+// hdf5_driver.h) by our own write() to the disk, under a temporary name (atomic_file.h); a seal is added at the end
+// (seal.h). So a full disk is an error of our write(), and does not leave HDF5 with a file that it can neither flush
+// nor close. result_reader.cpp reads files.
 
 namespace surveymc::store {
 namespace {
@@ -58,10 +57,15 @@ void refuse_foreign_file(const fs::path& path, const fs::path& target) {
                        state.reason));
 }
 
-/// About as many bytes as the file has: values, and what HDF5 says of a column.
+/// About as many bytes as the file has: values, numbers of rows, references of texts, and what HDF5 says of a column.
 std::uintmax_t size_of(const Result& result) {
   constexpr std::uintmax_t kColumn = 2000;
-  const auto of_table = [](const Table& t) { return t.columns.size() * (t.rows() * sizeof(double) + kColumn); };
+  const auto of_table = [](const Table& t) {
+    std::uintmax_t value_bytes = sizeof(std::int64_t);
+    for (const Column& c : t.columns)
+      value_bytes += std::holds_alternative<std::vector<std::string>>(c.values) ? 2 * sizeof(double) : sizeof(double);
+    return t.rows() * value_bytes + (t.columns.size() + 1) * kColumn;
+  };
   std::uintmax_t bytes = 0;
   for (const auto* tables : {&result.tables, &result.samples})
     for (const Table& t : *tables) bytes += of_table(t);
@@ -72,26 +76,12 @@ std::uintmax_t size_of(const Result& result) {
   return bytes;
 }
 
-bool is_too_large_to_hold(const Result& result) {
-  constexpr std::uintmax_t kMostInMemory = std::uintmax_t{64} << 20;
-  return !result.streams.empty() || size_of(result) > kMostInMemory;
-}
-
 /// Throws IoError if the disk is too full, before hours of streaming.
 void require_space(const fs::path& target, const Result& result) {
   std::error_code error;
   const fs::space_info space = fs::space(folder_of(target), error);
   if (error || space.available >= size_of(result)) return;
   throw std::system_error(ENOSPC, std::generic_category());
-}
-
-/// Throws IoError if the file that HDF5 has written does not hold what it says: an error that HDF5 has passed over.
-void require_readable(const fs::path& path, const fs::path& written) {
-  try {
-    require_content(written);
-  } catch (const IoError&) {
-    refuse(path, "cannot be written: what was written does not read back; is the disk full or failing?");
-  }
 }
 
 }  // namespace
@@ -118,24 +108,17 @@ void check_output_path(const fs::path& path) {
 
 namespace {
 
-void write(const fs::path& path, const Result& result, int compression) {
+void write(const fs::path& path, const Result& result, const WriteOptions& options) {
   check_shape(result);
   const fs::path target = target_of(path);
   refuse_foreign_file(path, target);
   try {
-    if (is_too_large_to_hold(result)) {
-      require_space(target, result);
-      AtomicFile file(target);
-      write_file(file.temporary_path(), result, compression);
-      file.write(seal_of(file.temporary_path()));
-      require_readable(path, file.temporary_path());
-      file.commit();
-      return;
-    }
-    const FileImage image = file_image(result, compression);
+    require_space(target, result);
     AtomicFile file(target);
-    file.write(image.bytes);
-    file.write(seal_of(image.bytes));
+    const auto written = [&, expected = size_of(result)](std::uint64_t bytes) {
+      if (options.progress) options.progress(bytes, expected);
+    };
+    file.write(seal_of(file, write_hdf5(file, result, options.compression, written)));
     file.commit();
   } catch (const Hdf5Failure& e) {
     refuse(path, fmt::format("cannot be written: {}", e.what()));
@@ -146,11 +129,12 @@ void write(const fs::path& path, const Result& result, int compression) {
 
 }  // namespace
 
-void write_result(const fs::path& path, const Result& result) { write(path, result, 0); }
+void write_result(const fs::path& path, const Result& result) { write(path, result, {}); }
 
-void write_compressed_result(const fs::path& path, const Result& result, int level) {
-  if (level < 1 || level > kMostCompression) throw std::logic_error("no such level of compression");
-  write(path, result, level);
+void write_result(const fs::path& path, const Result& result, const WriteOptions& options) {
+  if (options.compression < 0 || options.compression > kMostCompression)
+    throw std::logic_error("no such level of compression");
+  write(path, result, options);
 }
 
 std::string hdf5_version() {

@@ -489,8 +489,6 @@ Result read_unchecked_result(const fs::path& path) {
   return reading(path, read, true);
 }
 
-void require_content(const fs::path& path) { reading(path, checked_result, true); }
-
 std::string stored_content_hash(const fs::path& path) {
   return reading(path, [](const Reader& reader) {
     reader.check_format();

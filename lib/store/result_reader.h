@@ -14,8 +14,4 @@ struct ResultFileState {
 };
 ResultFileState result_file_state(const std::filesystem::path& path);
 
-/// Throws IoError if the contents of a file do not match its content_hash. Its seal is not looked at: it has just been
-/// made of the file as it stands.
-void require_content(const std::filesystem::path& path);
-
 }  // namespace surveymc::store

@@ -2,26 +2,31 @@
 
 #include <hdf5.h>
 #include <hdf5_hl.h>
-#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <deque>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <numeric>
 #include <set>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <unordered_map>
 #include <utility>
 #include <variant>
 
 #include <fmt/format.h>
 
 #include "store/content_hash.h"
+#include "store/hdf5_driver.h"
 #include "store/hdf5_handle.h"
 #include "store/map_boxes.h"
+#include "store/row_spool.h"
 #include "store/stored_form.h"
 
 namespace surveymc::store {
@@ -47,22 +52,12 @@ Handle creation_properties(hid_t list_class) {
   return properties;
 }
 
-/// An empty file in memory. HDF5 looks for its name although nothing is ever written there: it must not exist.
-Handle memory_file() {
-  const Handle access = file_access();
-  checked(H5Pset_fapl_core(access, std::size_t{1} << 20, false), "select the memory driver");
-  // HDF5 1.8 and later can read it. Not V18 as the lower bound: with its superblock, H5Fget_file_image of 1.10.8 clears
-  // a flag and leaves the checksum as it was. Object headers get checksums all the same, as they track an order.
+/// An empty file.
+Handle new_file(DriverTarget& target) {
+  const Handle access = access_to(target);
+  // HDF5 1.8 and later can read it
   checked(H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18), "select the format");
-  const std::string name = fmt::format(".surveymc.{}.image", getpid());
-  return Handle(H5Fcreate(name.c_str(), H5F_ACC_EXCL, creation_properties(H5P_FILE_CREATE), access), "start the file");
-}
-
-/// An empty file on the disk, in place of the one that is there.
-Handle disk_file(const std::filesystem::path& path) {
-  const Handle access = file_access();
-  checked(H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18), "select the format");
-  return Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation_properties(H5P_FILE_CREATE), access), "start the file");
+  return Handle(H5Fcreate("surveymc", H5F_ACC_TRUNC, creation_properties(H5P_FILE_CREATE), access), "start the file");
 }
 
 /// 0, 1, 2, ...
@@ -89,9 +84,116 @@ std::vector<hsize_t> chunk_of(const std::vector<hsize_t>& dims) {
   return chunk;
 }
 
+/// Calls use(pointers) with texts as HDF5 takes them.
+void in_stored_texts(std::span<const std::string> values, const std::function<void(const void*)>& use) {
+  std::deque<std::string> changed;
+  std::vector<const char*> pointers;
+  pointers.reserve(values.size());
+  for (const std::string& s : values)
+    pointers.push_back(is_canonical(s) ? s.c_str() : changed.emplace_back(canonical_text(s)).c_str());
+  use(pointers.data());
+}
+
+/// Lists that are as long are written by SharedTexts.
+constexpr std::size_t kManyTexts = 1024;
+
+/// A list of texts, many of which are the same, in pieces. An HDF5 text in a list is a reference to letters elsewhere
+/// in the file. HDF5 writes the letters again for every text; here a text that has been there before has the reference
+/// of the first. For all that read the file it is as any other list of texts.
+class SharedTexts {
+ public:
+  SharedTexts(hid_t dataset, std::string link, hid_t type, PagedFile& pages)
+      : dataset_(dataset), link_(std::move(link)), type_(type), pages_(pages) {}
+
+  /// Values `first` and following.
+  void write(const std::vector<std::string>& values, hsize_t first) {
+    constexpr std::size_t kTogether = std::size_t{1} << 16;
+    for (std::size_t from = 0; from < values.size(); from += kTogether) {
+      const std::span<const std::string> some(values.data() + from, std::min(kTogether, values.size() - from));
+      if (!write_shared(some, first + from)) write_each(some, first + from);
+    }
+  }
+
+ private:
+  static constexpr std::size_t kReference = 16;  // length, address of a heap, number in it
+  using Reference = std::array<char, kReference>;
+
+  /// False, and nothing is written, if too many of them are new.
+  bool write_shared(std::span<const std::string> values, hsize_t first) {
+    constexpr std::size_t kMostKnown = std::size_t{1} << 16;  // some MB
+    if (known_.size() > kMostKnown) forget();
+    std::vector<std::size_t> codes(values.size());
+    std::vector<std::string> fresh;
+    std::vector<hsize_t> places;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (i > 0 && values[i] == values[i - 1]) {
+        codes[i] = codes[i - 1];
+        continue;
+      }
+      const auto [it, is_new] = known_.try_emplace(values[i], references_.size() + fresh.size());
+      codes[i] = it->second;
+      if (!is_new) continue;
+      fresh.push_back(values[i]);
+      places.push_back(first + i);
+      if (fresh.size() * 8 > values.size()) {
+        forget();
+        return false;
+      }
+    }
+    add(fresh, places);
+    std::vector<Reference> stored(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) stored[i] = references_[codes[i]];
+    pages_.write(begin() + first * kReference, stored.data(), stored.size() * kReference);
+    return true;
+  }
+
+  void write_each(std::span<const std::string> values, hsize_t first) {
+    const hsize_t count = values.size();
+    const Handle space(H5Dget_space(dataset_), "read the shape of", link_);
+    checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, &first, nullptr, &count, nullptr), "select a part of", link_);
+    const Handle memory(H5Screate_simple(1, &count, nullptr), "make a dataspace");
+    in_stored_texts(values, [&](const void* stored) {
+      checked(H5Dwrite(dataset_, type_, memory, space, H5P_DEFAULT, stored), "write", link_);
+    });
+  }
+
+  void forget() {
+    known_.clear();
+    references_.clear();
+  }
+
+  /// Has HDF5 write texts that are new, each to its place, and looks at the references that it made.
+  void add(const std::vector<std::string>& texts, const std::vector<hsize_t>& places) {
+    if (texts.empty()) return;
+    const hsize_t count = texts.size();
+    const Handle space(H5Dget_space(dataset_), "read the shape of", link_);
+    checked(H5Sselect_elements(space, H5S_SELECT_SET, count, places.data()), "select a part of", link_);
+    const Handle memory(H5Screate_simple(1, &count, nullptr), "make a dataspace");
+    in_stored_texts(texts, [&](const void* stored) {
+      checked(H5Dwrite(dataset_, type_, memory, space, H5P_DEFAULT, stored), "write", link_);
+    });
+    checked(H5Dflush(dataset_), "write", link_);
+    for (const hsize_t place : places)
+      pages_.read(begin() + place * kReference, references_.emplace_back().data(), kReference);
+  }
+
+  std::uint64_t begin() const {
+    const haddr_t begin = H5Dget_offset(dataset_);
+    if (begin == HADDR_UNDEF) throw Hdf5Failure("cannot find the place of " + link_);
+    return begin;
+  }
+
+  hid_t dataset_;
+  std::string link_;
+  hid_t type_;
+  PagedFile& pages_;
+  std::unordered_map<std::string, std::size_t> known_;  ///< text: number of its reference
+  std::vector<Reference> references_;
+};
+
 class Writer {
  public:
-  explicit Writer(int compression) : compression_(compression) {
+  Writer(PagedFile& pages, int compression) : pages_(pages), compression_(compression) {
     if (compression > 0 && H5Zfilter_avail(H5Z_FILTER_DEFLATE) <= 0)
       throw Hdf5Failure("cannot be compressed: the HDF5 library has no deflate");
   }
@@ -105,15 +207,6 @@ class Writer {
     write_run(file, result.run, result.cost);
     write_provenance(file, result, hashes);
     checked(H5Fflush(file, H5F_SCOPE_GLOBAL), "flush");
-  }
-
-  FileImage file_image(const Result& result) {
-    const auto file = std::make_shared<const Handle>(memory_file());
-    write(*file, result);  // flushes: all is in the memory of the driver
-    void** memory = nullptr;
-    checked(H5Fget_vfd_handle(*file, H5P_DEFAULT, reinterpret_cast<void**>(&memory)), "find the file in memory");
-    const auto size = checked(H5Fget_file_image(*file, nullptr, 0), "size the file");
-    return {file, {static_cast<const char*>(*memory), static_cast<std::size_t>(size)}};
   }
 
  private:
@@ -149,12 +242,7 @@ class Writer {
     use(values.data());
   }
   static void in_stored_form(const std::vector<std::string>& values, const std::function<void(const void*)>& use) {
-    std::deque<std::string> changed;
-    std::vector<const char*> pointers;
-    pointers.reserve(values.size());
-    for (const std::string& s : values)
-      pointers.push_back(is_canonical(s) ? s.c_str() : changed.emplace_back(canonical_text(s)).c_str());
-    use(pointers.data());
+    in_stored_texts(values, use);
   }
 
   hid_t type_of(const std::vector<double>&) const { return H5T_NATIVE_DOUBLE; }
@@ -164,10 +252,15 @@ class Writer {
   template <class T>
   Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<T>& values) {
     Handle d = empty_dataset(parent, link, dims, type_of(values));
-    if (!values.empty())  // H5Dwrite refuses a null pointer
-      in_stored_form(values, [&](const void* stored) {
-        checked(H5Dwrite(d, type_of(values), H5S_ALL, H5S_ALL, H5P_DEFAULT, stored), "write dataset", link);
-      });
+    if (values.empty()) return d;  // H5Dwrite refuses a null pointer
+    if constexpr (std::is_same_v<T, std::string>)
+      if (dims.size() == 1 && values.size() >= kManyTexts) {
+        SharedTexts(d, link, text_, pages_).write(values, 0);
+        return d;
+      }
+    in_stored_form(values, [&](const void* stored) {
+      checked(H5Dwrite(d, type_of(values), H5S_ALL, H5S_ALL, H5P_DEFAULT, stored), "write dataset", link);
+    });
     return d;
   }
   template <class... V>
@@ -195,10 +288,16 @@ class Writer {
     const hid_t type = std::visit([&](const auto& v) { return type_of(v); }, c.values);
     Handle d = empty_dataset(parent, link, {c.size()}, type);
     const Handle space(H5Dget_space(d), "read the shape of", link);
+    SharedTexts texts(d, link, text_, pages_);
     hsize_t at = 0;
     c.for_each_piece([&](const Values& piece) {
       const hsize_t count = std::visit([](const auto& v) { return v.size(); }, piece);
       if (count == 0) return;
+      if (const auto* words = std::get_if<std::vector<std::string>>(&piece)) {
+        texts.write(*words, at);
+        at += count;
+        return;
+      }
       checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, &at, nullptr, &count, nullptr), "select a part of", link);
       const Handle memory(H5Screate_simple(1, &count, nullptr), "make a dataspace");
       std::visit(
@@ -261,7 +360,7 @@ class Writer {
     const Dims dims = {table.rows()};
     const auto numbers = std::make_shared<RowNumbers>(table.rows());
     Column row_numbers{kRow, "1", "row number, from 0", std::vector<std::int64_t>{}};
-    if (table.is_held())
+    if (table.rows() <= kPieceRows)
       row_numbers.values = numbers->read(0, table.rows());
     else
       row_numbers.on_disk = numbers;
@@ -396,6 +495,7 @@ class Writer {
     return size >= kLeast;
   }
 
+  PagedFile& pages_;
   const int compression_;
   const Handle text_ = text_type();
   const Handle group_properties_ = creation_properties(H5P_GROUP_CREATE);
@@ -439,19 +539,22 @@ void check_shape(const Result& result) {
   demand(result.provenance.seed <= kMax && result.provenance.trials <= kMax, "seed or trials above 2^63 - 1");
 }
 
-FileImage file_image(const Result& result, int compression) {
-  silence_hdf5();
-  return Writer(compression).file_image(result);
-}
-
-void write_file(const std::filesystem::path& path, const Result& result, int compression) {
+std::uint64_t write_hdf5(AtomicFile& file, const Result& result, int compression,
+                         const std::function<void(std::uint64_t)>& written) {
   silence_hdf5();
   close_fault().clear();
-  {
-    const Handle file = disk_file(path);
-    Writer(compression).write(file, result);
+  DriverTarget target(file, written);
+  try {
+    const Handle hdf5 = new_file(target);
+    Writer(target.pages, compression).write(hdf5, result);
+  } catch (const Hdf5Failure&) {
+    if (target.error) std::rethrow_exception(target.error);
+    throw;
   }
+  if (target.error) std::rethrow_exception(target.error);
   if (!close_fault().empty()) throw Hdf5Failure("cannot close the file: " + close_fault());
+  target.pages.finish(target.allocated);
+  return target.allocated;
 }
 
 }  // namespace surveymc::store

@@ -1,9 +1,9 @@
 #pragma once
-/// A result as the bytes of an HDF5 file (docs/results-format.md), made in memory or, with streamed maps, on the disk.
-#include <filesystem>
-#include <memory>
-#include <span>
+/// A result as an HDF5 file (docs/results-format.md).
+#include <cstdint>
+#include <functional>
 
+#include "store/atomic_file.h"
 #include "store/result_file.h"
 
 namespace surveymc::store {
@@ -11,18 +11,11 @@ namespace surveymc::store {
 /// A malformed result is a bug of the study that made it: std::logic_error.
 void check_shape(const Result& result);
 
-/// A file in memory: that of HDF5 itself, as a copy would take as long again. `owner` keeps it.
-struct FileImage {
-  std::shared_ptr<const void> owner;
-  std::span<const char> bytes;
-};
-
-/// The whole file, without its seal. Equal results give equal bytes. `compression`: level of deflate, 0 for none
-/// (large_files.h). Throws Hdf5Failure.
-FileImage file_image(const Result& result, int compression = 0);
-
-/// Writes the same file in place of the one at `path`, without holding a streamed map as a whole. Throws Hdf5Failure,
-/// and the exceptions of the streams; the file then is not whole.
-void write_file(const std::filesystem::path& path, const Result& result, int compression = 0);
+/// Writes the whole file but its seal, at the beginning of `file`; returns its size. Equal results give equal bytes.
+/// What is not held is written in pieces. `compression`: level of deflate, 0 for none (large_files.h). `written` is
+/// called with the bytes of long values so far. Throws Hdf5Failure, std::system_error of the disk, and the exceptions
+/// of streams and of `written`.
+std::uint64_t write_hdf5(AtomicFile& file, const Result& result, int compression,
+                         const std::function<void(std::uint64_t)>& written);
 
 }  // namespace surveymc::store

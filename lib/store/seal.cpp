@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::size_t kMarkSize = 8;
 constexpr char kMark[kMarkSize + 1] = "SMCSEAL1";
+constexpr std::size_t kChunk = std::size_t{1} << 18;  // stays in the caches
 constexpr std::size_t kSealSize = kMarkSize + sizeof(XXH128_canonical_t);
 
 std::string seal_text(XXH128_hash_t hash) {
@@ -30,7 +31,7 @@ std::string seal_text(XXH128_hash_t hash) {
 std::optional<XXH128_hash_t> hash_of(std::ifstream& in, std::uintmax_t size) {
   XXH3_state_t state;
   XXH3_128bits_reset(&state);
-  std::vector<char> chunk(std::size_t{1} << 20);
+  std::vector<char> chunk(kChunk);
   for (std::uintmax_t left = size; left > 0;) {
     const std::size_t n = std::min<std::uintmax_t>(left, chunk.size());
     if (!in.read(chunk.data(), static_cast<std::streamsize>(n))) return std::nullopt;
@@ -42,16 +43,17 @@ std::optional<XXH128_hash_t> hash_of(std::ifstream& in, std::uintmax_t size) {
 
 }  // namespace
 
-std::vector<char> seal_of(std::span<const char> bytes) {
-  const std::string seal = seal_text(XXH3_128bits(bytes.data(), bytes.size()));
-  return {seal.begin(), seal.end()};
-}
-
-std::vector<char> seal_of(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  const auto hash = hash_of(in, std::filesystem::file_size(path));
-  if (!hash) throw std::system_error(EIO, std::generic_category());
-  const std::string seal = seal_text(*hash);
+std::vector<char> seal_of(const AtomicFile& file, std::uint64_t size) {
+  XXH3_state_t state;
+  XXH3_128bits_reset(&state);
+  std::vector<char> chunk(kChunk);
+  for (std::uint64_t at = 0; at < size;) {
+    const std::size_t n = std::min<std::uint64_t>(size - at, chunk.size());
+    file.read_at(at, {chunk.data(), n});
+    XXH3_128bits_update(&state, chunk.data(), n);
+    at += n;
+  }
+  const std::string seal = seal_text(XXH3_128bits_digest(&state));
   return {seal.begin(), seal.end()};
 }
 

@@ -2,17 +2,16 @@
 /// The last bytes of a result file are its seal: a mark and the hash of all bytes before. HDF5 ignores bytes after its
 /// own data. But HDF5 follows damaged addresses and crashes, so a sealed file is compared with its seal before HDF5
 /// reads it. A file without a seal (rewritten by h5repack, extended by h5py) is read all the same.
+#include <cstdint>
 #include <filesystem>
-#include <span>
 #include <vector>
+
+#include "store/atomic_file.h"
 
 namespace surveymc::store {
 
-/// The seal for these bytes.
-std::vector<char> seal_of(std::span<const char> bytes);
-
-/// The seal for the present contents of a file, which this function reads. Throws std::system_error.
-std::vector<char> seal_of(const std::filesystem::path& path);
+/// The seal for the first `size` bytes of a file. Throws std::system_error.
+std::vector<char> seal_of(const AtomicFile& file, std::uint64_t size);
 
 /// The seal at the end of a file: none, the right one, or of other bytes.
 enum class Seal { none, right, wrong };

@@ -1,12 +1,18 @@
 #!/usr/bin/python3
 """Two programs in turn on the same configs: processor seconds of each, and their ratio beside its goal.
 
-    revisions.py OLD NEW [--only NAME ...] [--rounds N] [--threads N] [--old-configs FOLDER] [--all]
+    revisions.py OLD NEW [--only NAME ...] [--rounds N] [--threads N] [--old-configs FOLDER] [--all [--limit SECONDS]]
 
 OLD and NEW are surveymc programs, e.g. of another revision and of this one. Each work is run by both in turn, `--rounds`
 times; the number is the median of user and system time, start, result file and threads included. Works are those of the
-table of goals in docs/performance.md; with --all every study of configs/ that run_all.sh runs (of --old-configs those of
-the same name), with the ratio of the sums. A config that OLD refuses is left out and named.
+table of goals in docs/performance.md.
+
+With --all: every study that run_all.sh runs and --old-configs has (a folder of the other revision: both programs run
+its configs, so that both do the same), with the ratio of the sums. Studies that one program refuses are left out and
+named. Both run a config whole where OLD is expected to take at most --limit processor seconds by its run of a 64th of
+the trials. Of others both run T / 2^k of the T trials, k the smallest that keeps OLD within the limit, and a quarter of
+these; what a trial costs is the difference, what is left is fixed cost, and the whole is scaled from the two. Realisations
+for calibration (OTHER_COUNTS) are fewer in the same proportion.
 """
 import argparse
 import os
@@ -15,6 +21,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import tomllib
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
@@ -29,6 +36,8 @@ WORKS = {
     "delay": ("configs/monitoring/delay.toml", [], 0.2),
     "sub_search": ("configs/chained/unstart.toml", [], 0.1),
 }
+
+OTHER_COUNTS = [("baselines", "calibration_trials")]
 
 
 def long_well_config(folder, stations=10000):
@@ -72,8 +81,43 @@ def compared(programs, rounds, threads):
     return [statistics.median(t) for t in times]
 
 
-def row(name, found, goal):
-    print(f"{name:40} {found[0]:9.2f} {found[1]:9.2f} {found[1] / found[0]:8.3f} {'' if goal is None else goal:>6}", flush=True)
+def whole_study(programs, config, limit, rounds, threads):
+    """([seconds of each program for all trials of the config], how they were found); None if one of them refuses it."""
+    with open(config, "rb") as file:
+        settings = tomllib.load(file)
+    trials = settings.get("trials", 0)
+
+    def fewer(part):
+        arguments = ["--trials", str(part)]
+        for table, key in OTHER_COUNTS:
+            if key in settings.get(table, {}):
+                arguments += ["--set", f"{table}.{key}={max(1, settings[table][key] * part // trials)}"]
+        return arguments if part < trials else []
+
+    def run(part, turns):
+        return compared([(p, config, fewer(part)) for p in programs], turns, threads)
+
+    part = trials
+    if trials >= 128:
+        probe = compared([(programs[0], config, fewer(trials // 64))], 1, threads)
+        if probe is None:
+            return None
+        while part > trials // 32 and probe[0] * 64 * part / trials > limit:
+            part //= 2
+    if part == trials:
+        found = run(trials, 1)
+        if found and rounds > 1 and found[0] < limit / 4:
+            found = run(trials, rounds)
+        return found and (found, "whole")
+    many, few = run(part, rounds), run(part // 4, rounds)
+    if many is None or few is None:
+        return None
+    each = [(m - f) / (part - part // 4) for m, f in zip(many, few)]
+    return [m + e * (trials - part) for m, e in zip(many, each)], f"{part} of {trials} trials"
+
+
+def row(name, found, note):
+    print(f"{name:40} {found[0]:9.2f} {found[1]:9.2f} {found[1] / max(found[0], 1e-9):8.3f} {note}", flush=True)
 
 
 def main():
@@ -85,8 +129,9 @@ def main():
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--old-configs", default=os.path.join(ROOT, "configs"))
     parser.add_argument("--all", action="store_true")
+    parser.add_argument("--limit", type=float, default=20, metavar="SECONDS")
     a = parser.parse_args()
-    print(f"{'work':40} {'old, s':>9} {'new, s':>9} {'ratio':>8} {'goal':>6}")
+    print(f"{'work':40} {'old, s':>9} {'new, s':>9} {'ratio':>8} {'how' if a.all else 'goal'}")
     if a.all:
         sums, left = [0.0, 0.0], []
         for config in studies.configs():
@@ -94,16 +139,14 @@ def main():
             old = os.path.join(a.old_configs, name)
             if a.only and not any(n in name for n in a.only):
                 continue
-            found = None
-            if os.path.exists(old):
-                found = compared([(a.old, old, []), (a.new, os.path.join(ROOT, config), [])], a.rounds, a.threads)
-            if found is None:
+            found = os.path.exists(old) and whole_study((a.old, a.new), old, a.limit, a.rounds, a.threads)
+            if not found:
                 left.append(name)
                 continue
-            sums = [s + f for s, f in zip(sums, found)]
-            row(name.removesuffix(".toml"), found, None)
-        row("all", sums, 0.4)
-        print("left out, as the old program has no such study:", ", ".join(left) or "none")
+            sums = [s + f for s, f in zip(sums, found[0])]
+            row(name.removesuffix(".toml"), *found)
+        row("all", sums, "goal: 0.4")
+        print("left out, as one of the programs has no such study:", ", ".join(left) or "none")
         return
     with tempfile.TemporaryDirectory() as folder:
         well = long_well_config(folder)
@@ -118,7 +161,7 @@ def main():
             if found is None:
                 print(f"{name:40} one of the programs refuses {config or well}")
             else:
-                row(name, found, goal)
+                row(name, found, "" if goal is None else goal)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,10 @@
 #!/usr/bin/python3
 """End-to-end tests of position_covariance: test_position_covariance.py SURVEYMC_EXECUTABLE SOURCE_FOLDER"""
+import os
+import pty
+import re
 import shutil
+import subprocess
 import sys
 import unittest
 from pathlib import Path
@@ -50,6 +54,36 @@ class CovarianceCase(Case):
         """The covariances of a run, one row a station."""
         path = self.run_config(*arguments, output=output, **more)
         return np.array([column(path, "tables/covariance", e) for e in ELEMENTS]).T
+
+
+class LongSurvey(CovarianceCase):
+    """40,000 stations by source take longer than the fifth of a second after which the first line appears."""
+
+    def setUp(self):
+        super().setUp()
+        rows = [f"{0.3 * k:.1f},{min(90, 0.003 * k):.4f},{(75 + 0.0005 * k) % 360:.4f}" for k in range(40000)]
+        self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n" + "\n".join(rows) + "\n")
+
+    def test_a_long_survey_says_on_a_terminal_how_far_it_is(self):
+        parent, child = pty.openpty()
+        process = subprocess.Popen([test_cli.EXECUTABLE, "run", "base.toml", "-o", "out.h5"], cwd=self.folder,
+                                   stdout=subprocess.DEVNULL, stderr=child)
+        os.close(child)
+        said = b""
+        while True:
+            try:
+                piece = os.read(parent, 4096)
+            except OSError:  # Linux: the other end is closed
+                break
+            if not piece:
+                break
+            said += piece
+        os.close(parent)
+        self.assertEqual(process.wait(), DONE)
+        shares = [float(x) for x in re.findall(rb"([0-9.]+) %", said)]
+        self.assertTrue(shares, said)
+        self.assertTrue(all(0 <= x <= 100 for x in shares), shares)
+        self.assertRegex(said, rb"% of [0-9.e+]+ (stations|MB)|% +[0-9.]+ s left")
 
 
 class Tables(CovarianceCase):

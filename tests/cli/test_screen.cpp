@@ -30,14 +30,14 @@ std::string summary(const Texts& verdicts, const Texts& expected) {
 TEST_CASE("The progress line is never wider than the screen, and its bar is as long as the share says") {
   for (std::size_t width = 8; width <= 120; ++width)
     for (const double share : {0.0, 0.5, 1.0}) {
-      const std::string line = progress_line(share, "3e+03", "1.23e+05", "1 h 20 min", width);
+      const std::string line = progress_line(share, "3e+03 trials", "1.23e+05", "1 h 20 min", width);
       CHECK(line.size() <= width);
       CHECK(line.find(" %") != std::string::npos);
       CHECK((line.find("1 h 20 min left") != std::string::npos) == (width >= 24));  // " 50.0 %  1 h 20 min left"
     }
-  const std::string wide = progress_line(0.5, "3e+03", "1.23e+05", "1 h 20 min", 120);
+  const std::string wide = progress_line(0.5, "3e+03 trials", "1.23e+05", "1 h 20 min", 120);
   CHECK(wide == "[###############...............]  50.0 % of 3e+03 trials  1.23e+05/s  1 h 20 min left");
-  CHECK(progress_line(0.5, "9", "1", "", 40) == "[######.......]  50.0 % of 9 trials  1/s");
+  CHECK(progress_line(0.5, "9 trials", "1", "", 40) == "[######.......]  50.0 % of 9 trials  1/s");
 }
 
 TEST_CASE("The summary says which rows differ as the config expects, and which are not as expected") {

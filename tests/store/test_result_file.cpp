@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <bit>
@@ -24,7 +25,9 @@
 #include "base/units.h"
 #include "store/atomic_file.h"
 #include "store/large_files.h"
+#include "store/paged_file.h"
 #include "store/result_file.h"
+#include "store/row_spool.h"
 
 using namespace surveymc;
 using namespace surveymc::store;
@@ -620,6 +623,125 @@ TEST_CASE("A damaged byte anywhere is an IoError and no crash") {
   }
 }
 
+TEST_CASE("Texts that come again and again are read back, and stored once", "[store]") {
+  const Folder folder;
+  static constexpr std::size_t n = 3 * 65536 + 17;
+  const auto texts = [](const auto& text_of) {
+    Texts x;
+    for (std::size_t i = 0; i < n; ++i) x.push_back(text_of(i));
+    return x;
+  };
+  const std::string word(200, 'w');
+  Result r;
+  r.tables = {
+      {"t",
+       "",
+       {// new ones in every piece, also at both sides of a border of pieces, empty and not UTF-8
+        {"words", "", "", texts([&](std::size_t i) {
+           if (i % 65536 == 0 || i % 65536 == 65535) return word + std::to_string(i);
+           return i % 5 == 0 ? "" : i % 7 == 0 ? "\xFF" : word + std::to_string(i % 11 + i / 20000);
+         })},
+        {"all_different", "", "", texts([](std::size_t i) { return "no. " + std::to_string(i); })},
+        // too many new ones in the second piece only
+        {"mixed", "", "", texts([](std::size_t i) { return i / 65536 == 1 ? std::to_string(i) : "the same"; })}}}};
+  write_result(folder / "r.h5", r);
+  const auto size = fs::file_size(folder / "r.h5");
+  Table back = read_unchecked_result(folder / "r.h5").tables[0];
+  for (const Column& c : back.columns) {
+    const auto& written = std::get<Texts>(r.tables[0].column(c.name).values);
+    std::size_t at = 0;
+    c.for_each_piece([&](const Values& piece) {
+      for (const std::string& text : std::get<Texts>(piece)) {
+        if (written[at] != "\xFF" && text != written[at]) FAIL(c.name << " " << at << " " << text);
+        ++at;
+      }
+    });
+    CHECK(at == n);
+  }
+  CHECK(content_hash(read_result(folder / "r.h5")) == content_hash(r));
+  // 16 bytes a text, some 40 more for those that HDF5 writes: 200 letters for each would be 40 MB
+  CHECK(size < 3 * 16 * n + 45 * (n + 65536) + 8 * n + 100000);
+
+  // The same of rows that wait on the disk
+  Result spooled = r;
+  move_to_disk(spooled.tables[0]);
+  write_result(folder / "spooled.h5", spooled);
+  CHECK(content_hash(read_result(folder / "spooled.h5")) == content_hash(r));
+}
+
+TEST_CASE("What is written to a file of pieces, in any order, is in the file and is read before", "[store]") {
+  const Folder folder;
+  std::string expected, bytes(300000, '\0');
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * 2654435761u >> 13);
+  {
+    AtomicFile file(folder / "f");
+    PagedFile pages(file);
+    std::uint64_t state = 1;
+    const auto below = [&](std::uint64_t limit) {
+      state = state * 6364136223846793005u + 1442695040888963407u;
+      return (state >> 33) % limit;
+    };
+    for (int i = 0; i < 3000; ++i) {
+      // Short and long ones, over each other; now and then far away, so that held pages go to the disk
+      const std::uint64_t at = below(i % 100 == 0 ? 60000000 : 3000000);
+      const std::size_t size = below(i % 3 == 0 ? 300000 : 9000), from = below(bytes.size() - size + 1);
+      const bool zeros = i % 17 == 0;
+      if (expected.size() < at + size) expected.resize(at + size, '\0');
+      const std::string some = zeros ? std::string(size, '\0') : bytes.substr(from, size);
+      expected.replace(at, size, some);
+      pages.write(at, some.data(), size);
+      if (i % 50 != 0) continue;
+      const std::size_t first = below(expected.size()), count = below(expected.size() - first);
+      std::string back(count, 'x');
+      pages.read(first, back.data(), count);
+      REQUIRE((back == expected.substr(first, count)));  // not printed
+    }
+    CHECK(pages.end() == expected.size());
+    pages.finish(expected.size() + 5000);
+    file.commit();
+  }
+  CHECK((bytes_of(folder / "f") == expected + std::string(5000, '\0')));
+}
+
+TEST_CASE("Many short writes far from each other do not fill the memory, and none is lost", "[store]") {
+  const Folder folder;
+  AtomicFile file(folder / "f");
+  PagedFile pages(file);
+  constexpr std::uint64_t kApart = 10000;
+  for (int twice = 0; twice < 2; ++twice)  // the second time over pages that are on the disk
+    for (std::uint64_t i = 0; i < 10000; ++i) pages.write(i * kApart + static_cast<std::uint64_t>(twice), "ab", 2);
+  pages.finish(10000 * kApart);
+  std::array<char, 4> found{};
+  for (std::uint64_t i = 0; i < 10000; ++i) {
+    file.read_at(i * kApart, found);
+    REQUIRE(std::string(found.data(), 3) == "aab");
+  }
+}
+
+TEST_CASE("Writing says how many bytes are written, rising to those of the file, and can be stopped", "[store]") {
+  const Folder folder;
+  const std::size_t n = 400000;
+  Result r;
+  r.tables = {{"t", "", {{"a", "1", "", Numbers(n, 1.5)}, {"b", "1", "", Numbers(n, 2.5)}}}};
+  std::vector<std::uint64_t> seen;
+  std::uint64_t all = 0;
+  write_result(folder / "r.h5", r, {0, [&](std::uint64_t written, std::uint64_t expected) {
+                                      seen.push_back(written);
+                                      all = expected;
+                                    }});
+  REQUIRE(seen.size() >= 3);  // two columns, and the numbers of rows
+  CHECK(std::is_sorted(seen.begin(), seen.end()));
+  const auto size = static_cast<double>(fs::file_size(folder / "r.h5"));
+  CHECK(static_cast<double>(seen.back()) / size == Approx(1).epsilon(0.02));  // ends of columns are held
+  CHECK(static_cast<double>(all) / size == Approx(1).epsilon(0.01));
+
+  const auto stop = [](std::uint64_t written, std::uint64_t) {
+    if (written > 3000000) throw Interrupted("stop");
+  };
+  CHECK_THROWS_AS(write_result(folder / "stopped.h5", r, {0, stop}), Interrupted);
+  CHECK(folder.names() == std::vector<std::string>{"r.h5"});
+}
+
 // For check_result_file.py: the file with everything that other programs must be able to open.
 TEST_CASE("Write a sample file to $SURVEYMC_SAMPLE_FILE", "[.][sample_file]") {
   const char* path = std::getenv("SURVEYMC_SAMPLE_FILE");
@@ -627,8 +749,12 @@ TEST_CASE("Write a sample file to $SURVEYMC_SAMPLE_FILE", "[.][sample_file]") {
     WARN("SURVEYMC_SAMPLE_FILE is not set: nothing written");
     return;
   }
-  write_result(path, full_result());
-  CHECK(stored_content_hash(path) == content_hash(full_result()));
+  Result r = full_result();
+  Texts words;  // texts that come again, which other programs must read as any other
+  for (int i = 0; i < 5000; ++i) words.push_back(i % 3 == 0 ? "σ" : i < 4000 ? "word" : std::to_string(i % 7));
+  r.tables.push_back({"many_texts", "texts that are stored once", {{"word", "", "its place decides which", words}}});
+  write_result(path, r);
+  CHECK(stored_content_hash(path) == content_hash(r));
 }
 
 namespace {
@@ -702,7 +828,7 @@ TEST_CASE("A compressed file is smaller and the same result, held and streamed",
   REQUIRE(r.maps.back().values.size() > kStreamPiece);
   write_result(folder / "plain.h5", r);
   for (const Result& either : {r, streamed(r)}) {
-    write_compressed_result(folder / "packed.h5", either, 4);
+    write_result(folder / "packed.h5", either, WriteOptions{4, {}});
     CHECK(stored_content_hash(folder / "packed.h5") == stored_content_hash(folder / "plain.h5"));
     const Result back = read_result(folder / "packed.h5");
     for (std::size_t i = 0; i < r.maps.size(); ++i) check_equal(back.maps[i], r.maps[i]);
