@@ -38,15 +38,17 @@ class Kills(Case):
         run = ("run", CONFIGS / f"{name}.toml", "--trials", trials, "-o", output, "--checkpoint-seconds", "0.01", "--resume")
         ended = {signal.SIGKILL: 0, **{stop: 0 for stop in STOPS}}
         goal = {signal.SIGKILL: wanted, **{stop: -(-wanted // 9) for stop in STOPS}}
+        reach = 0.7 * seconds  # less while runs end before their signal: how fast the machine is changes
         for attempt in range(20 * wanted + 20):
             open_signals = [number for number in goal if ended[number] < goal[number]]
             if not open_signals:
                 break
             number = open_signals[attempt % len(open_signals)]
-            code, err = self.interrupt(*run, "--threads", (1, 2, 3)[attempt % 3], number=number, after=moment.uniform(0, 0.7 * seconds))
+            code, err = self.interrupt(*run, "--threads", (1, 2, 3)[attempt % 3], number=number, after=moment.uniform(0, reach))
             # A signal before main() has its usual action.
             self.assertIn(code, (DONE, -number) if number == signal.SIGKILL else (DONE, INTERRUPTED, -number), err)
             ended[number] += code != DONE
+            reach = reach * 0.9 if code == DONE else min(0.7 * seconds, reach * 1.1)
             if output.exists():  # then it is whole
                 self.assertEqual(self.hash_of(output.name), whole)
                 output.unlink()
