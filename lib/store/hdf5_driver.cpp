@@ -107,7 +107,8 @@ H5FD_class_t driver_class() {
 
 Handle access_to(DriverTarget& target) {
   static const H5FD_class_t kClass = driver_class();
-  const Handle driver(H5FDregister(&kClass), "add a driver");
+  // For good: when HDF5 (1.10.8) closes a file, it gives its reference to the driver up before it calls the driver.
+  static const hid_t driver = checked(H5FDregister(&kClass), "add a driver");
   Handle access = file_access();
   DriverTarget* const info = &target;
   checked(H5Pset_driver(access, driver, &info), "select the driver");
