@@ -185,14 +185,16 @@ TEST_CASE("From the valley and from unit gains: the same minimum in every trial 
 TEST_CASE("Tests 1 and 2 need few evaluations from the valley, and few trials go on", "[msa_valley]") {
   for (const int number : {1, 2}) {
     const NoisyTrials trials(number, 4000, noise_of(1, sensor::ReferenceNoise::per_run));
-    int went_on = 0;
+    int went_on = 0, at_once = 0;
     double evaluations = 0;
     for (int t = 0; t < trials.block.trials; ++t) {
       const auto s = msa_solve_in_valley<double>(trials.lane(t), false, trials.valley, {200, 1e-6});
       if (s.converged == 0) ++went_on;
+      if (s.converged == 0 && s.iterations < 7) ++at_once;  // as soon as a step does not contract
       evaluations += s.iterations / trials.block.trials;
     }
     CAPTURE(number);
+    CHECK(at_once > 0.8 * went_on);
     CHECK(went_on < 0.03 * trials.block.trials);  // 1.7 and .1 %
     CHECK(evaluations < 4.6);                     // the sums and some three gradients
   }
