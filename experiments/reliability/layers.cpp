@@ -220,9 +220,10 @@ std::vector<std::vector<std::vector<double>>> layer_values(const LayerModel& m,
                                                            const std::vector<ErrorSubject>& subjects,
                                                            const std::vector<std::string>& layers, std::size_t first,
                                                            std::size_t count) {
-  std::vector<std::vector<std::vector<double>>> out(
-      subjects.size(), std::vector<std::vector<double>>(layers.size(), std::vector<double>(count)));
+  std::vector<std::vector<std::vector<double>>> out(subjects.size(), std::vector<std::vector<double>>(layers.size()));
   if (subjects.front().combined()) {
+    for (auto& of_subject : out)
+      for (auto& values : of_subject) values.resize(count);
     for (std::size_t k = 0; k < count; ++k)
       for (std::size_t s = 0; s < subjects.size(); ++s) {
         const auto values = combination_values(m, grid_point(m.maps->grid(), first + k), subjects[s], layers);
@@ -243,14 +244,19 @@ std::vector<std::vector<std::vector<double>>> layer_values(const LayerModel& m,
     tells_apart |= l == "max_correlation" || l == "minimal_identifiable_error";
     has_effects |= is_effect_layer(l);
   }
-  auto from_kernel = m.maps->values(observations, fast, first, count);
+  surveymc::reliability::MapValues from_kernel;
+  if (!fast.empty()) m.maps->fill(observations, fast, first, count, from_kernel);
   for (std::size_t o = 0; o < observations.size(); ++o) {
     std::size_t next = 0;
-    for (std::size_t l = 0; l < layers.size(); ++l)
-      if (fast_number(layers[l]) < surveymc::reliability::kMapQuantities) {
-        out[o][l] = std::move(from_kernel[o][next++]);
-        without_impossible_angles(static_cast<surveymc::reliability::MapQuantity>(fast_number(layers[l])), out[o][l]);
+    for (std::size_t l = 0; l < layers.size(); ++l) {
+      if (fast_number(layers[l]) == surveymc::reliability::kMapQuantities) {
+        out[o][l].resize(count);
+        continue;
       }
+      const double* column = from_kernel.column(o, next++);
+      out[o][l].assign(column, column + count);
+      without_impossible_angles(static_cast<surveymc::reliability::MapQuantity>(fast_number(layers[l])), out[o][l]);
+    }
   }
   if (fast.size() == layers.size()) return out;
   for (std::size_t k = 0; k < count; ++k) {

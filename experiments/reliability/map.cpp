@@ -3,7 +3,8 @@
 ///
 ///   model, grid -> layers (layers.h) -> maps, table `summary`, published statements
 ///
-/// Maps that fit are held; larger ones are streams, computed piece by piece while they are written.
+/// Maps of more than one piece are streams, computed while they are written, unless they are slow to compute or needed
+/// whole (tolerances, statements).
 #include <algorithm>
 #include <cmath>
 
@@ -22,7 +23,7 @@
 namespace surveymc::studies::reliability {
 namespace {
 
-constexpr std::size_t kMostHeld = std::size_t{1} << 22;  // points of a map that is held: 32 MB each
+constexpr std::size_t kMostHeld = std::size_t{1} << 22;  // points of a map that may be needed whole: 32 MB each
 constexpr std::size_t kMostSlow = std::size_t{1} << 20;  // points of maps at microseconds a point and more
 constexpr double kMostPoints = 1e12;
 
@@ -113,12 +114,14 @@ class ReliabilityMapPoint final : public study::StudyPoint {
       if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
     };
     study::PointResult r;
-    const std::size_t points = s_.grid.points();
-    if (points * s_.subjects.size() > kMostHeld) {
+    const std::size_t points = s_.grid.points(), all = points * s_.subjects.size();
+    const bool slow = std::any_of(s_.layers.begin(), s_.layers.end(), is_slow_layer);
+    const bool needed_whole = s_.tolerance.given || !s_.statements.empty();
+    if (all > kMostHeld || (all > store::kStreamPiece && !slow && !needed_whole)) {
       const LayerSource source = [&](std::size_t o, std::size_t first, std::size_t count) {
         return layer_values(s_.layer_model, {s_.subjects[o]}, s_.layers, first, count)[0];
       };
-      r.tables.push_back(summary_table(s_.grid, s_.subjects, s_.layers, source, false, check));
+      r.tables.push_back(summary_table(s_.grid, s_.subjects, s_.layers, source, all <= kMostHeld, check));
       r.streams.push_back(stream());
       return r;
     }
@@ -126,7 +129,6 @@ class ReliabilityMapPoint final : public study::StudyPoint {
     // [observation][layer][point], in pieces so that a signal is heard
     std::vector<std::vector<std::vector<double>>> held(s_.subjects.size(),
                                                        std::vector<std::vector<double>>(s_.layers.size()));
-    const bool slow = std::any_of(s_.layers.begin(), s_.layers.end(), is_slow_layer);
     const std::size_t piece = slow ? 256 : store::kStreamPiece;
     for (std::size_t at = 0; at < points; at += piece) {
       check();

@@ -82,6 +82,8 @@ store::Table summary_table(const surveymc::reliability::ReliabilityGrid& grid,
   const std::size_t points = grid.points();
   for (std::size_t o = 0; o < subjects.size(); ++o) {
     std::vector<Extremes> of_layer(layers.size());
+    if (exact)
+      for (Extremes& e : of_layer) e.finite.reserve(points);
     for (int pass = 0; pass < (exact ? 1 : 2); ++pass) {
       for (std::size_t at = 0; at < points; at += store::kStreamPiece) {
         check();

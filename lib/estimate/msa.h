@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "estimate/estimator.h"
-#include "estimate/msa_chord.h"
+#include "estimate/msa_valley.h"
 
 namespace surveymc::estimate {
 
@@ -13,10 +13,27 @@ std::unique_ptr<Estimator> make_msa(const NewtonOptions& options, const survey::
                                     const std::vector<survey::StationFields>& truth,
                                     const std::vector<survey::Vec3<double>>& expected);
 
+/// The same minimum, from the valley of each trial (msa_valley.h); null where there is none. For noise that is large
+/// for the geometry. `truth` and `expected` must not be empty.
+std::unique_ptr<Estimator> make_msa_in_valley(const NewtonOptions& options, const survey::ReferenceField& field,
+                                              const std::vector<survey::StationFields>& truth,
+                                              const std::vector<survey::Vec3<double>>& expected);
+
+/// One trial without noise: expected readings (nT, tool frame), down directions of `truth`, the nominal reference.
+survey::ReadingBlock expected_readings(const std::vector<survey::StationFields>& truth,
+                                       const std::vector<survey::Vec3<double>>& expected,
+                                       const survey::ReferenceField& field);
+
 /// The point from which trials start: solution and matrix of the expected readings, with the down directions of
 /// `truth`. None where the expected readings have no sharp minimum.
 std::optional<MsaExpansion> msa_expansion(const std::vector<survey::StationFields>& truth,
                                           const std::vector<survey::Vec3<double>>& expected,
                                           const survey::ReferenceField& field);
+
+/// The valley of trials about the expected readings; arguments as msa_expansion. None where the expected readings have
+/// no sharp minimum.
+std::optional<MsaValley> msa_valley(const std::vector<survey::StationFields>& truth,
+                                    const std::vector<survey::Vec3<double>>& expected,
+                                    const survey::ReferenceField& field);
 
 }  // namespace surveymc::estimate

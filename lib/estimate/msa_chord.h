@@ -4,7 +4,8 @@
 /// Noise is a thousandth of the field, so the matrix of a trial is nearly that of the readings without noise. These
 /// have their minimum at x0, and A is the inverse of the matrix there. The chord iteration  x <- x - A gradient(x)
 /// gains two to three digits a step. It ends at the trial's own minimum, because the gradient is exact. Where a step is
-/// not below a tenth of the step before (two modes, flat valleys), msa_solve takes the trial and does not use x0.
+/// not below a tenth of the step before (two modes, flat valleys), msa_solve takes the trial and does not use x0;
+/// msa_valley.h has a better start for these.
 #include "estimate/msa_kernel.h"
 
 namespace surveymc::estimate {
@@ -121,7 +122,7 @@ MsaSolution<T> msa_solve_near(const MsaData& data, const MsaExpansion& start, co
 
 /// Solves from the expansion point or, where this does not lead to a minimum, from unit gains and zero biases (the long
 /// way). `start` may be null. Lanes that take the long way have the bits of msa_solve; their evaluations on the short
-/// way are counted too.
+/// way are counted too. The estimator does the same, but collects the trials that take the long way.
 template <class T>
 MsaSolution<T> msa_solve(const MsaData& data, const MsaExpansion* start, const NewtonOptions& options) {
   if (!start) return msa_solve<T>(data, options);

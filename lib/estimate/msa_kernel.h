@@ -135,11 +135,10 @@ struct MsaEquations {
   }
 };
 
-/// From unit gains and zero biases to the minimum (newton.h).
+/// From `start` to the minimum (newton.h).
 template <class T>
-MsaSolution<T> msa_solve(const MsaData& data, const NewtonOptions& options) {
+MsaSolution<T> msa_solve_from(const std::array<T, 6>& start, const MsaData& data, const NewtonOptions& options) {
   const T zero(0.0), one(1.0);
-  const std::array<T, 6> start{one, one, one, zero, zero, zero};
   MsaSolution<T> s = newton_minimum<T, 6>(MsaEquations<T>{data, msa_reading_sums<T>(data)}, start, options);
   // A gain has to be positive and finite; NaN fails every comparison.
   auto sound = zero < s.converged;
@@ -147,6 +146,13 @@ MsaSolution<T> msa_solve(const MsaData& data, const NewtonOptions& options) {
     sound = sound & (zero < s.x[i]) & (s.x[i] < T(1e300)) & (abs(s.x[3 + i]) < T(1e300));
   s.converged = select(sound, one, zero);
   return s;
+}
+
+/// From unit gains and zero biases.
+template <class T>
+MsaSolution<T> msa_solve(const MsaData& data, const NewtonOptions& options) {
+  const T zero(0.0), one(1.0);
+  return msa_solve_from<T>({one, one, one, zero, zero, zero}, data, options);
 }
 
 }  // namespace surveymc::estimate

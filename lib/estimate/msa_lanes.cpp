@@ -13,8 +13,16 @@ void msa_solve_batch(const MsaBatch& b) {
       data.magnetic += group * b.magnetic_stride + static_cast<std::size_t>(lane);
       data.down += group * b.down_stride + static_cast<std::size_t>(lane);
       data.reference += group * b.reference_stride + static_cast<std::size_t>(lane);
-      const MsaSolution<T> s = msa_solve<T>(data, b.expansion, b.options);
       double* parameters = b.parameters + group * b.parameters_stride + lane;
+      std::array<T, 6> x;
+      for (std::size_t a = 0; b.goes_on && a < 3; ++a) {
+        x[a] = T(1.0) / load<T>(parameters + a * kGroup);
+        x[3 + a] = load<T>(parameters + (3 + a) * kGroup) * x[a] * T(1 / b.total);
+      }
+      const MsaSolution<T> s = b.goes_on     ? msa_solve_from<T>(x, data, b.options)
+                               : b.valley    ? msa_solve_in_valley<T>(data, b.down_stride != 0, *b.valley, b.options)
+                               : b.expansion ? msa_solve_near<T>(data, *b.expansion, b.options)
+                                             : msa_solve<T>(data, b.options);
       for (int a = 0; a < 3; ++a) {
         const T gain = T(1.0) / s.x[static_cast<std::size_t>(a)];
         store(parameters + a * kGroup, gain);

@@ -2,7 +2,7 @@
 /// The kernel behind the estimator "msa", for both instruction sets (simd/lanes.h).
 #include <cstddef>
 
-#include "estimate/msa_chord.h"
+#include "estimate/msa_valley.h"
 
 namespace surveymc::estimate {
 
@@ -15,7 +15,10 @@ struct MsaBatch {
   int groups;
   double total;  ///< nT
   NewtonOptions options;
-  const MsaExpansion* expansion;  ///< or null
+  /// Where to start: both null for unit gains. Lanes that do not converge are left to the caller.
+  const MsaExpansion* expansion;
+  const MsaValley* valley;
+  bool goes_on = false;  ///< start where `parameters` are
 };
 
 namespace isa_v3 {

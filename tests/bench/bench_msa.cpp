@@ -94,6 +94,32 @@ void estimate(benchmark::State& state, simd::InstructionSet set) {
 const bool estimate_registered = on_both("msa_estimate", estimate<true>);
 const bool from_unit_registered = on_both("msa_estimate_from_unit_gains", estimate<false>);
 
+/// Thesis tests 1 and 2 as a study solves them (msa_valley.h): with the published noise, or a tenth of it. With a tenth
+/// chord steps do (of test 1 nearly always): the ratio of the two is what the noise costs. Items: trials.
+void thesis_trial(benchmark::State& state, int number, double noise_scale, bool with_noise) {
+  Setup s = Setup::of_test(number, noise_scale);
+  const std::vector<survey::StationFields> truth = sensor::station_fields(s.clean);
+  const estimate::NewtonOptions& o = s.options;
+  const auto estimator = noise_scale < 1 ? estimate::make_msa(o, s.field, truth, s.clean.magnetic_T)
+                                         : estimate::make_msa_in_valley(o, s.field, truth, s.clean.magnetic_T);
+  std::uint64_t first = 0;
+  for (auto _ : state) {
+    if (with_noise) sensor::simulate_readings(s.clean, s.field, s.noise, random::Stream(1, 1), first, s.readings);
+    estimator->solve(s.readings, s.estimates);
+    first += static_cast<std::uint64_t>(s.trials);
+    benchmark::ClobberMemory();
+  }
+  count_items(state, s.trials);
+}
+BENCHMARK_CAPTURE(thesis_trial, test1_estimate, 1, 1.0, false);
+BENCHMARK_CAPTURE(thesis_trial, test1_estimate_short_way, 1, 0.1, false);
+BENCHMARK_CAPTURE(thesis_trial, test2_estimate, 2, 1.0, false);
+BENCHMARK_CAPTURE(thesis_trial, test2_estimate_short_way, 2, 0.1, false);
+BENCHMARK_CAPTURE(thesis_trial, test1_whole, 1, 1.0, true);
+BENCHMARK_CAPTURE(thesis_trial, test1_whole_short_way, 1, 0.1, true);
+BENCHMARK_CAPTURE(thesis_trial, test2_whole, 2, 1.0, true);
+BENCHMARK_CAPTURE(thesis_trial, test2_whole_short_way, 2, 0.1, true);
+
 /// Noise, estimate, and with `WithPosition` the position after it. Items: trials.
 template <bool WithPosition>
 void whole_trial(benchmark::State& state, simd::InstructionSet set) {

@@ -60,7 +60,7 @@ struct Setup {
   survey::ReferenceField field;
   survey::Survey survey;
   std::vector<double> md;
-  sensor::NoiseModel noise{.magnetometer = 70};
+  sensor::NoiseModel noise;
   sensor::CleanReadings clean;
   int trials;  ///< of a batch, by the rule of experiments/study.cpp
   survey::ReadingBlock readings;
@@ -71,17 +71,33 @@ struct Setup {
   estimate::NewtonOptions options{.max_iterations = 50, .step_tolerance = 1e-6};
 
   explicit Setup(int stations = kThesis)
+      : Setup(stations == kThesis ? test::thesis_case(4).survey : synthetic_survey(stations), {},
+              {.magnetometer = 70}) {}
+
+  /// A thesis test as published: sensor errors, and a reference with an error.
+  static Setup of_test(int number, double noise_scale) {
+    const test::ThesisCase c = test::thesis_case(number);
+    return {c.survey,
+            c.errors,
+            {.magnetometer = 70 * noise_scale,
+             .reference = sensor::ReferenceNoise::per_run,
+             .reference_total = 107 * noise_scale,
+             .reference_dip = 0.16 * kDegree * noise_scale}};
+  }
+
+  Setup(const survey::Survey& well, const sensor::MagnetometerErrors& errors, const sensor::NoiseModel& noise_model)
       : field(test::thesis_case(4).field),
-        survey(stations == kThesis ? test::thesis_case(4).survey : synthetic_survey(stations)),
+        survey(well),
         md(survey.md()),
-        clean(sensor::clean_readings(survey, field, {})),
-        trials(std::clamp(65536 / (stations * 24) / simd::kGroup * simd::kGroup, simd::kGroup, 512)),
-        readings(sensor::make_reading_block(trials, stations, noise)),
+        noise(noise_model),
+        clean(sensor::clean_readings(survey, field, errors)),
+        trials(std::clamp(65536 / (survey.size() * 24) / simd::kGroup * simd::kGroup, simd::kGroup, 512)),
+        readings(sensor::make_reading_block(trials, survey.size(), noise)),
         estimates(trials),
         position(survey::groups_for(trials), 3),
         sums(survey::groups_for(trials), sensor::NoiseWeights::kSums),
         expansion(*estimate::msa_expansion(sensor::station_fields(clean), clean.magnetic_T, field)) {
-    weights.magnetometer.assign(static_cast<std::size_t>(3 * stations * sensor::NoiseWeights::kSums), 1e-3);
+    weights.magnetometer.assign(static_cast<std::size_t>(3 * survey.size() * sensor::NoiseWeights::kSums), 1e-3);
     isa_v3::kernels.simulate(simulate_batch(0));
     isa_v3::kernels.msa_solve(msa_batch());
   }
@@ -128,7 +144,8 @@ struct Setup {
             .groups = readings.groups(),
             .total = field.total,
             .options = options,
-            .expansion = with_expansion ? &expansion : nullptr};
+            .expansion = with_expansion ? &expansion : nullptr,
+            .valley = nullptr};
   }
   survey::CorrectedPositionBatch position_batch() {
     return {.magnetic = readings.magnetic.row(0, 0),

@@ -1,0 +1,263 @@
+/// MSA from the valley of each trial, part by part against the normal equations, and whole against the long way.
+#include "estimate/msa_valley.h"
+
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+
+#include "base/units.h"
+#include "estimate/estimator.h"
+#include "estimate/msa.h"
+#include "sensor/magnetometer.h"
+#include "thesis_cases.h"
+
+using namespace surveymc;
+using namespace surveymc::estimate;
+
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+sensor::NoiseModel noise_of(double scale, sensor::ReferenceNoise reference, double accelerometer = 0) {
+  sensor::NoiseModel n;
+  n.magnetometer = 70 * scale;
+  n.accelerometer = accelerometer;
+  n.reference = reference;
+  n.reference_total = 107 * scale;
+  n.reference_dip = 0.16 * kDegree * scale;
+  return n;
+}
+
+struct NoisyTrials {
+  NoisyTrials(int number, int count, const sensor::NoiseModel& n, std::uint64_t first = 0)
+      : c(test::thesis_case(number)),
+        clean(sensor::clean_readings(c.survey, c.field, c.errors)),
+        block(sensor::make_reading_block(count, c.survey.size(), n)),
+        valley(*msa_valley(sensor::station_fields(clean), clean.magnetic_T, c.field)) {
+    sensor::simulate_readings(clean, c.field, n, random::Stream(12, 1), first, block);
+  }
+  MsaData lane(int t) const {
+    const int g = t / simd::kGroup, i = t % simd::kGroup;
+    return {block.magnetic.row(g, 0) + i, block.down.row(g, 0) + i, block.reference.row(g, 0) + i, block.stations,
+            block.reference_stride,       1 / c.field.total};
+  }
+  EstimateBlock by_valley(const EstimatorOptions& o) const {
+    EstimateBlock out(block.trials);
+    make_msa_in_valley({o.max_iterations, o.step_tolerance}, c.field, sensor::station_fields(clean), clean.magnetic_T)
+        ->solve(block, out);
+    return out;
+  }
+  EstimateBlock the_long_way(const EstimatorOptions& o) const {
+    EstimateBlock out(block.trials);
+    make_estimator(o, c.field, sensor::station_fields(clean))->solve(block, out);
+    return out;
+  }
+  Matrix6 to_x() const { return Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(valley.to_x.data()); }
+
+  test::ThesisCase c;
+  sensor::CleanReadings clean;
+  survey::ReadingBlock block;
+  MsaValley valley;
+};
+
+/// Half the cost, its gradient and Newton's matrix in y.
+struct InY {
+  double cost;
+  Vector6 gradient;
+  Matrix6 matrix;
+};
+InY in_y(const NoisyTrials& trials, const MsaData& data, const Vector6& y) {
+  const Vector6 dx = trials.to_x() * y;
+  std::array<double, 6> x = trials.valley.x;
+  for (int i = 0; i < 6; ++i) x[static_cast<std::size_t>(i)] += dx[i];
+  const auto e = msa_normal_equations<double>(data, msa_reading_sums<double>(data), x, 1.0);
+  InY out{e.cost / 2, {}, {}};
+  for (int i = 0; i < 6; ++i) {
+    out.gradient[i] = e.gradient[static_cast<std::size_t>(i)];
+    for (int j = 0; j < 6; ++j)
+      out.matrix(i, j) =
+          e.matrix[simd::packed(static_cast<std::size_t>(std::max(i, j)), static_cast<std::size_t>(std::min(i, j)))];
+  }
+  out.gradient = trials.to_x().transpose() * out.gradient;
+  out.matrix = trials.to_x().transpose() * out.matrix * trials.to_x();
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("In the unknowns of the valley the expected matrix is 1, weak directions first", "[msa_valley]") {
+  for (int number = 1; number <= 4; ++number) {
+    const NoisyTrials quiet(number, 1, {});
+    const InY e = in_y(quiet, quiet.lane(0), Vector6::Zero());
+    CHECK((e.matrix - Matrix6::Identity()).cwiseAbs().maxCoeff() < 1e-10);
+    CHECK(e.gradient.cwiseAbs().maxCoeff() < 1e-10);
+    const Vector6 sizes = quiet.to_x().colwise().norm();
+    for (int i = 0; i < 5; ++i) CHECK(sizes[i] > sizes[i + 1]);
+    CHECK((quiet.to_x().rightCols<4>() * quiet.to_x().rightCols<4>().transpose() -
+           Eigen::Map<const Matrix6>(quiet.valley.across.data()))
+              .cwiseAbs()
+              .maxCoeff() < 1e-12);
+  }
+}
+
+TEST_CASE("The valley's sums are gradient and weak matrix of a trial, to second order in its noise", "[msa_valley]") {
+  for (const int number : {1, 2})
+    for (const sensor::ReferenceNoise reference :
+         {sensor::ReferenceNoise::per_run, sensor::ReferenceNoise::per_station}) {
+      // Noise a ten-thousandth of the usual: what is of second order is then below 1e-4 of what is of first order.
+      const NoisyTrials trials(number, 8, noise_of(1e-4, reference, 2e-7));
+      for (int t = 0; t < 8; ++t) {
+        const InY e = in_y(trials, trials.lane(t), Vector6::Zero());
+        const auto s = msa_valley_sums<double>(trials.lane(t), true, trials.valley);
+        const double size = e.gradient.norm();
+        for (int i = 0; i < 6; ++i) CHECK(std::abs(s[static_cast<std::size_t>(i)] - e.gradient[i]) < 1e-3 * size);
+        const double weak[3] = {e.matrix(0, 0) - 1, e.matrix(1, 0), e.matrix(1, 1) - 1};
+        double largest = 0;
+        for (std::size_t i = 0; i < 3; ++i) largest = std::max(largest, std::abs(weak[i]));
+        for (std::size_t i = 0; i < 3; ++i) {
+          double expected = weak[i];
+          for (std::size_t j = 0; j < 4; ++j) expected -= trials.valley.t[j][i] * s[2 + j];
+          CHECK(std::abs(s[6 + i] - expected) < 1e-2 * largest);
+        }
+      }
+    }
+}
+
+TEST_CASE("The quartic is the expected cost, minimised over the strong unknowns", "[msa_valley]") {
+  for (const int number : {1, 2, 3}) {
+    const NoisyTrials quiet(number, 1, {});
+    const MsaData data = quiet.lane(0);
+    const MsaValley& v = quiet.valley;
+    // What the cost has beyond w'w / 2
+    const auto higher = [&](double a, double b) {
+      Vector6 y = Vector6::Zero();
+      y[0] = a;
+      y[1] = b;
+      for (int it = 0; it < 20; ++it) {
+        const InY e = in_y(quiet, data, y);
+        y.tail<4>() -= e.matrix.bottomRightCorner<4, 4>().inverse() * e.gradient.tail<4>();
+      }
+      return in_y(quiet, data, y).cost - (a * a + b * b) / 2;
+    };
+    for (const double direction : {0.0, 0.6, 0.8, 1.2, 1.57, 2.0, 2.8}) {
+      const double size = 0.01;  // a hundredth of the largest unknown: terms of the next orders are some 1 % of these
+      const double a = size * std::cos(direction) / quiet.to_x().col(0).cwiseAbs().maxCoeff(),
+                   b = size * std::sin(direction) / quiet.to_x().col(1).cwiseAbs().maxCoeff();
+      const double cubic[4] = {v.cubic[0] * a * a * a / 6, v.cubic[1] * a * a * b / 2, v.cubic[2] * a * b * b / 2,
+                               v.cubic[3] * b * b * b / 6};
+      const double quartic[5] = {v.quartic[0] * a * a * a * a / 24, v.quartic[1] * a * a * a * b / 6,
+                                 v.quartic[2] * a * a * b * b / 4, v.quartic[3] * a * b * b * b / 6,
+                                 v.quartic[4] * b * b * b * b / 24};
+      double cubics = 0, largest_cubic = 0, quartics = 0, largest_quartic = 0;
+      for (const double x : cubic) cubics += x, largest_cubic = std::max(largest_cubic, std::abs(x));
+      for (const double x : quartic) quartics += x, largest_quartic = std::max(largest_quartic, std::abs(x));
+      const double odd = (higher(a, b) - higher(-a, -b)) / 2, even = (higher(a, b) + higher(-a, -b)) / 2;
+      CAPTURE(number, direction, cubics, largest_cubic, odd, quartics, largest_quartic, even);
+      CHECK(std::abs(odd - cubics) < 0.03 * largest_cubic + 1e-7 * (a * a + b * b));
+      CHECK(std::abs(even - quartics) < 0.05 * largest_quartic + 1e-7 * (a * a + b * b));
+    }
+  }
+}
+
+TEST_CASE("From the valley and from unit gains: the same minimum in every trial of every test", "[msa_valley][long]") {
+  // A last step is at most the tolerance and half of the one before: both ends are within the tolerance.
+  EstimatorOptions options;
+  options.max_iterations = 400;
+  for (int number = 1; number <= 4; ++number)
+    for (const sensor::NoiseModel& n :
+         {noise_of(1, sensor::ReferenceNoise::per_run), noise_of(0.1, sensor::ReferenceNoise::per_run),
+          noise_of(1, sensor::ReferenceNoise::per_station), noise_of(1, sensor::ReferenceNoise::per_run, 2e-3)}) {
+      const NoisyTrials trials(number, number < 3 ? 4000 : 1000, n);
+      const EstimateBlock near = trials.by_valley(options), whole = trials.the_long_way(options);
+      for (int t = 0; t < trials.block.trials; ++t) {
+        CAPTURE(number, t, near.iterations.value(t, 0), whole.iterations.value(t, 0));
+        REQUIRE(near.converged.value(t, 0) == whole.converged.value(t, 0));
+        for (int i = 0; i < 6; ++i) {
+          const double unit = i < 3 ? 1 : trials.c.field.total;
+          REQUIRE(std::abs(near.parameters.value(t, i) - whole.parameters.value(t, i)) <
+                  3 * options.step_tolerance * unit);
+        }
+        REQUIRE(near.cost.value(t, 0) == Approx(whole.cost.value(t, 0)).epsilon(1e-9));
+      }
+    }
+}
+
+TEST_CASE("Tests 1 and 2 need few evaluations from the valley, and few trials go on", "[msa_valley]") {
+  for (const int number : {1, 2}) {
+    const NoisyTrials trials(number, 4000, noise_of(1, sensor::ReferenceNoise::per_run));
+    int went_on = 0, at_once = 0;
+    double evaluations = 0;
+    for (int t = 0; t < trials.block.trials; ++t) {
+      const auto s = msa_solve_in_valley<double>(trials.lane(t), false, trials.valley, {200, 1e-6});
+      if (s.converged == 0) ++went_on;
+      if (s.converged == 0 && s.iterations < 7) ++at_once;  // as soon as a step does not contract
+      evaluations += s.iterations / trials.block.trials;
+    }
+    CAPTURE(number);
+    CHECK(at_once > 0.8 * went_on);
+    CHECK(went_on < 0.03 * trials.block.trials);  // 1.7 and .1 %
+    CHECK(evaluations < 4.6);                     // the sums and some three gradients
+  }
+}
+
+TEST_CASE("Trials that go on from the valley by Newton's method do not depend on the others", "[msa_valley]") {
+  const EstimatorOptions options;
+  const sensor::NoiseModel n = noise_of(1, sensor::ReferenceNoise::per_run);
+  const NoisyTrials trials(1, 2000, n);
+  const EstimateBlock all = trials.by_valley(options);
+  int went_on = 0;
+  for (int t = 0; t < trials.block.trials; ++t) {
+    const auto s = msa_solve_in_valley<double>(trials.lane(t), false, trials.valley,
+                                               {options.max_iterations, options.step_tolerance});
+    if (s.converged == 1) {
+      REQUIRE(all.iterations.value(t, 0) == s.iterations);
+      continue;
+    }
+    ++went_on;
+    CHECK(all.converged.value(t, 0) == 1);
+    CHECK(all.iterations.value(t, 0) > s.iterations);
+    const EstimateBlock alone = NoisyTrials(1, 1, n, static_cast<std::uint64_t>(t)).by_valley(options);
+    for (int i = 0; i < 6; ++i) REQUIRE(all.parameters.value(t, i) == alone.parameters.value(0, i));
+    REQUIRE(all.cost.value(t, 0) == alone.cost.value(0, 0));
+    REQUIRE(all.iterations.value(t, 0) == alone.iterations.value(0, 0));
+  }
+  CHECK(went_on > 20);
+}
+
+TEST_CASE("From the valley, too, a trial in a lane has the same bits as the trial solved alone", "[msa_valley]") {
+  for (const int number : {1, 2, 4})
+    for (const sensor::NoiseModel& n :
+         {noise_of(1, sensor::ReferenceNoise::per_run), noise_of(1, sensor::ReferenceNoise::per_station, 2e-3)}) {
+      const NewtonOptions options{200, 1e-8};
+      const NoisyTrials trials(number, 80, n);
+      const bool noisy_down = n.accelerometer > 0;
+      for (int first = 0; first < trials.block.trials; first += simd::lane_count<simd::Lanes>) {
+        const auto batch = msa_solve_in_valley<simd::Lanes>(trials.lane(first), noisy_down, trials.valley, options);
+        for (int i = 0; i < simd::lane_count<simd::Lanes>; ++i) {
+          const auto alone = msa_solve_in_valley<double>(trials.lane(first + i), noisy_down, trials.valley, options);
+          REQUIRE(simd::lane(batch.iterations, i) == alone.iterations);
+          REQUIRE(simd::lane(batch.converged, i) == alone.converged);
+          if (alone.converged == 0) continue;  // of no use
+          for (std::size_t a = 0; a < 6; ++a) REQUIRE(simd::lane(batch.x[a], i) == alone.x[a]);
+          REQUIRE(simd::lane(batch.cost, i) == alone.cost);
+        }
+      }
+    }
+}
+
+TEST_CASE("Nonsense, too few iterations and undetermined readings are flagged from the valley, too", "[msa_valley]") {
+  NoisyTrials trials(2, 8, noise_of(1, sensor::ReferenceNoise::per_run));
+  EstimatorOptions options;
+  options.max_iterations = 1;
+  for (int t = 0; t < 8; ++t) CHECK(trials.by_valley(options).converged.value(t, 0) == 0);
+  trials.block.magnetic.row(0, 7)[3] = kNaN;
+  options.max_iterations = 50;
+  const EstimateBlock out = trials.by_valley(options);
+  for (int t = 0; t < 8; ++t) CHECK(out.converged.value(t, 0) == (t == 3 ? 0 : 1));
+
+  const std::size_t n = trials.clean.magnetic_T.size();
+  const std::vector same(n, trials.clean.magnetic_T[0]);
+  const std::vector fields(n, sensor::station_fields(trials.clean)[0]);
+  CHECK_FALSE(msa_valley(fields, same, trials.c.field));
+  CHECK_FALSE(make_msa_in_valley({}, trials.c.field, fields, same));
+}
