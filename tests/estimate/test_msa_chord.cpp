@@ -3,52 +3,17 @@
 
 #include <catch2/catch.hpp>
 
-#include "base/units.h"
-#include "estimate/estimator.h"
 #include "estimate/msa_residual.h"
-#include "sensor/magnetometer.h"
+#include "msa_trials.h"
 #include "simd/dual.h"
-#include "thesis_cases.h"
 
 using namespace surveymc;
 using namespace surveymc::estimate;
 
 namespace {
 
-sensor::NoiseModel noise(double scale, sensor::ReferenceNoise reference, double accelerometer = 0) {
-  sensor::NoiseModel n;
-  n.magnetometer = 70 * scale;
-  n.accelerometer = accelerometer;
-  n.reference = reference;
-  n.reference_total = 107 * scale;
-  n.reference_dip = 0.16 * kDegree * scale;
-  return n;
-}
-
-/// Noisy trials of a thesis test.
-struct Trials {
-  Trials(int number, int count, const sensor::NoiseModel& n)
-      : c(test::thesis_case(number)),
-        clean(sensor::clean_readings(c.survey, c.field, c.errors)),
-        block(sensor::make_reading_block(count, c.survey.size(), n)) {
-    sensor::simulate_readings(clean, c.field, n, random::Stream(11, 1), 0, block);
-  }
-  MsaData lane(int t) const {
-    const int g = t / simd::kGroup, i = t % simd::kGroup;
-    return {block.magnetic.row(g, 0) + i, block.down.row(g, 0) + i, block.reference.row(g, 0) + i, block.stations,
-            block.reference_stride,       1 / c.field.total};
-  }
-  EstimateBlock solve(EstimatorOptions options, bool with_expected) const {
-    const std::vector<survey::Vec3<double>> none;
-    EstimateBlock out(block.trials);
-    make_estimator(options, c.field, sensor::station_fields(clean), with_expected ? clean.magnetic_T : none)
-        ->solve(block, out);
-    return out;
-  }
-  test::ThesisCase c;
-  sensor::CleanReadings clean;
-  survey::ReadingBlock block;
-};
+using Trials = test::MsaTrials;
+using test::msa_noise;
 
 /// The true parameters, and the inverse of Newton's matrix of the readings without noise.
 MsaExpansion expansion(const Trials& trials) {
@@ -77,7 +42,7 @@ TEST_CASE("The chord iteration's gradient is that of dual numbers", "[msa_chord]
   for (const int number : {1, 3, 4})
     for (const sensor::ReferenceNoise reference :
          {sensor::ReferenceNoise::per_run, sensor::ReferenceNoise::per_station}) {
-      const Trials trials(number, 8, noise(1, reference, 1e-3));
+      const Trials trials(number, 8, msa_noise(1, reference, 1e-3));
       const std::array<double, 6> x{0.93, 1.04, 0.85, 0.004, -0.003, 0.02};
       std::array<D, 6> v;
       for (std::size_t i = 0; i < 6; ++i) v[i] = D::variable(x[i], i);
@@ -122,28 +87,17 @@ TEST_CASE("From the expansion point and from unit gains: the same minimum in eve
   EstimatorOptions options;
   options.max_iterations = 400;
   for (int number = 1; number <= 4; ++number)
-    for (const sensor::NoiseModel& n :
-         {noise(1, sensor::ReferenceNoise::per_run), noise(0.1, sensor::ReferenceNoise::per_run),
-          noise(1, sensor::ReferenceNoise::per_station), noise(1, sensor::ReferenceNoise::per_run, 2e-3)}) {
+    for (const sensor::NoiseModel& n : test::kinds_of_msa_noise()) {
       const Trials trials(number, 4000, n);
-      const EstimateBlock near = trials.solve(options, true), whole = trials.solve(options, false);
-      for (int t = 0; t < trials.block.trials; ++t) {
-        CAPTURE(number, t, near.iterations.value(t, 0), whole.iterations.value(t, 0));
-        REQUIRE(near.converged.value(t, 0) == whole.converged.value(t, 0));
-        for (int i = 0; i < 6; ++i) {
-          const double unit = i < 3 ? 1 : trials.c.field.total;
-          REQUIRE(std::abs(near.parameters.value(t, i) - whole.parameters.value(t, i)) <
-                  3 * options.step_tolerance * unit);
-        }
-        REQUIRE(near.cost.value(t, 0) == Approx(whole.cost.value(t, 0)).epsilon(1e-9));
-      }
+      test::require_same_minima(trials, trials.solve(options, true), trials.solve(options, false),
+                                options.step_tolerance);
     }
 }
 
 TEST_CASE("Where the chord iteration does not contract, a trial has the bits of the long way", "[msa_chord][long]") {
   const NewtonOptions options;
   int short_way = 0, long_way = 0;
-  const Trials trials(1, 2000, noise(1, sensor::ReferenceNoise::per_run));  // two modes in one valley
+  const Trials trials(1, 2000, msa_noise(1, sensor::ReferenceNoise::per_run));  // two modes in one valley
   const MsaExpansion start = expansion(trials);
   for (int t = 0; t < trials.block.trials; ++t) {
     const auto near = msa_solve_near<double>(trials.lane(t), start, options);
@@ -170,7 +124,7 @@ TEST_CASE("With an expansion point, too, a trial in a lane has the same bits as 
   for (const int number : {1, 2, 4})
     for (const double tolerance : {1e-9, 1e-6}) {
       const NewtonOptions options{200, tolerance};
-      const Trials trials(number, 80, noise(1, sensor::ReferenceNoise::per_run));
+      const Trials trials(number, 80, msa_noise(1, sensor::ReferenceNoise::per_run));
       const MsaExpansion start = expansion(trials);
       for (int first = 0; first < trials.block.trials; first += simd::lane_count<simd::Lanes>) {
         const auto batch = msa_solve<simd::Lanes>(trials.lane(first), &start, options);
@@ -187,7 +141,7 @@ TEST_CASE("With an expansion point, too, a trial in a lane has the same bits as 
 
 TEST_CASE("The throughput config's trials need three gradients, and none the long way", "[msa_chord]") {
   const NewtonOptions options{200, 1e-6};
-  Trials trials(4, 2000, noise(1, sensor::ReferenceNoise::none));
+  Trials trials(4, 2000, msa_noise(1, sensor::ReferenceNoise::none));
   const MsaExpansion start = expansion(trials);
   double evaluations = 0;
   for (int t = 0; t < trials.block.trials; ++t) {
@@ -199,7 +153,7 @@ TEST_CASE("The throughput config's trials need three gradients, and none the lon
 }
 
 TEST_CASE("Nonsense and too few iterations are flagged with an expansion point too", "[msa_chord]") {
-  Trials trials(4, 8, noise(1, sensor::ReferenceNoise::per_run));
+  Trials trials(4, 8, msa_noise(1, sensor::ReferenceNoise::per_run));
   EstimatorOptions options;
   options.max_iterations = 1;
   for (int t = 0; t < 8; ++t) CHECK(trials.solve(options, true).converged.value(t, 0) == 0);
@@ -224,7 +178,7 @@ TEST_CASE("Readings without noise end at the truth at once", "[msa_chord]") {
 }
 
 TEST_CASE("Expected readings that determine nothing are left aside", "[msa_chord]") {
-  const Trials trials(4, 8, noise(1, sensor::ReferenceNoise::per_run));
+  const Trials trials(4, 8, msa_noise(1, sensor::ReferenceNoise::per_run));
   const std::size_t n = trials.clean.magnetic_T.size();
   const std::vector same(n, trials.clean.magnetic_T[0]);
   const std::vector fields(n, sensor::station_fields(trials.clean)[0]);

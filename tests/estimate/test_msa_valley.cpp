@@ -4,11 +4,8 @@
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 
-#include "base/units.h"
-#include "estimate/estimator.h"
 #include "estimate/msa.h"
-#include "sensor/magnetometer.h"
-#include "thesis_cases.h"
+#include "msa_trials.h"
 
 using namespace surveymc;
 using namespace surveymc::estimate;
@@ -18,45 +15,20 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-sensor::NoiseModel noise_of(double scale, sensor::ReferenceNoise reference, double accelerometer = 0) {
-  sensor::NoiseModel n;
-  n.magnetometer = 70 * scale;
-  n.accelerometer = accelerometer;
-  n.reference = reference;
-  n.reference_total = 107 * scale;
-  n.reference_dip = 0.16 * kDegree * scale;
-  return n;
-}
+using test::msa_noise;
 
-struct NoisyTrials {
+struct NoisyTrials : test::MsaTrials {
   NoisyTrials(int number, int count, const sensor::NoiseModel& n, std::uint64_t first = 0)
-      : c(test::thesis_case(number)),
-        clean(sensor::clean_readings(c.survey, c.field, c.errors)),
-        block(sensor::make_reading_block(count, c.survey.size(), n)),
-        valley(*msa_valley(sensor::station_fields(clean), clean.magnetic_T, c.field)) {
-    sensor::simulate_readings(clean, c.field, n, random::Stream(12, 1), first, block);
-  }
-  MsaData lane(int t) const {
-    const int g = t / simd::kGroup, i = t % simd::kGroup;
-    return {block.magnetic.row(g, 0) + i, block.down.row(g, 0) + i, block.reference.row(g, 0) + i, block.stations,
-            block.reference_stride,       1 / c.field.total};
-  }
+      : MsaTrials(number, count, n, 12, first),
+        valley(*msa_valley(sensor::station_fields(clean), clean.magnetic_T, c.field)) {}
   EstimateBlock by_valley(const EstimatorOptions& o) const {
     EstimateBlock out(block.trials);
     make_msa_in_valley({o.max_iterations, o.step_tolerance}, c.field, sensor::station_fields(clean), clean.magnetic_T)
         ->solve(block, out);
     return out;
   }
-  EstimateBlock the_long_way(const EstimatorOptions& o) const {
-    EstimateBlock out(block.trials);
-    make_estimator(o, c.field, sensor::station_fields(clean))->solve(block, out);
-    return out;
-  }
   Matrix6 to_x() const { return Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(valley.to_x.data()); }
 
-  test::ThesisCase c;
-  sensor::CleanReadings clean;
-  survey::ReadingBlock block;
   MsaValley valley;
 };
 
@@ -105,7 +77,7 @@ TEST_CASE("The valley's sums are gradient and weak matrix of a trial, to second 
     for (const sensor::ReferenceNoise reference :
          {sensor::ReferenceNoise::per_run, sensor::ReferenceNoise::per_station}) {
       // Noise a ten-thousandth of the usual: what is of second order is then below 1e-4 of what is of first order.
-      const NoisyTrials trials(number, 8, noise_of(1e-4, reference, 2e-7));
+      const NoisyTrials trials(number, 8, msa_noise(1e-4, reference, 2e-7));
       for (int t = 0; t < 8; ++t) {
         const InY e = in_y(trials, trials.lane(t), Vector6::Zero());
         const auto s = msa_valley_sums<double>(trials.lane(t), true, trials.valley);
@@ -164,27 +136,16 @@ TEST_CASE("From the valley and from unit gains: the same minimum in every trial 
   EstimatorOptions options;
   options.max_iterations = 400;
   for (int number = 1; number <= 4; ++number)
-    for (const sensor::NoiseModel& n :
-         {noise_of(1, sensor::ReferenceNoise::per_run), noise_of(0.1, sensor::ReferenceNoise::per_run),
-          noise_of(1, sensor::ReferenceNoise::per_station), noise_of(1, sensor::ReferenceNoise::per_run, 2e-3)}) {
+    for (const sensor::NoiseModel& n : test::kinds_of_msa_noise()) {
       const NoisyTrials trials(number, number < 3 ? 4000 : 1000, n);
-      const EstimateBlock near = trials.by_valley(options), whole = trials.the_long_way(options);
-      for (int t = 0; t < trials.block.trials; ++t) {
-        CAPTURE(number, t, near.iterations.value(t, 0), whole.iterations.value(t, 0));
-        REQUIRE(near.converged.value(t, 0) == whole.converged.value(t, 0));
-        for (int i = 0; i < 6; ++i) {
-          const double unit = i < 3 ? 1 : trials.c.field.total;
-          REQUIRE(std::abs(near.parameters.value(t, i) - whole.parameters.value(t, i)) <
-                  3 * options.step_tolerance * unit);
-        }
-        REQUIRE(near.cost.value(t, 0) == Approx(whole.cost.value(t, 0)).epsilon(1e-9));
-      }
+      test::require_same_minima(trials, trials.by_valley(options), trials.solve(options, false),
+                                options.step_tolerance);
     }
 }
 
 TEST_CASE("Tests 1 and 2 need few evaluations from the valley, and few trials go on", "[msa_valley]") {
   for (const int number : {1, 2}) {
-    const NoisyTrials trials(number, 4000, noise_of(1, sensor::ReferenceNoise::per_run));
+    const NoisyTrials trials(number, 4000, msa_noise(1, sensor::ReferenceNoise::per_run));
     int went_on = 0, at_once = 0;
     double evaluations = 0;
     for (int t = 0; t < trials.block.trials; ++t) {
@@ -202,7 +163,7 @@ TEST_CASE("Tests 1 and 2 need few evaluations from the valley, and few trials go
 
 TEST_CASE("Trials that go on from the valley by Newton's method do not depend on the others", "[msa_valley]") {
   const EstimatorOptions options;
-  const sensor::NoiseModel n = noise_of(1, sensor::ReferenceNoise::per_run);
+  const sensor::NoiseModel n = msa_noise(1, sensor::ReferenceNoise::per_run);
   const NoisyTrials trials(1, 2000, n);
   const EstimateBlock all = trials.by_valley(options);
   int went_on = 0;
@@ -228,7 +189,7 @@ TEST_CASE("Trials that go on from the valley by Newton's method do not depend on
 TEST_CASE("From the valley, too, a trial in a lane has the same bits as the trial solved alone", "[msa_valley]") {
   for (const int number : {1, 2, 4})
     for (const sensor::NoiseModel& n :
-         {noise_of(1, sensor::ReferenceNoise::per_run), noise_of(1, sensor::ReferenceNoise::per_station, 2e-3)}) {
+         {msa_noise(1, sensor::ReferenceNoise::per_run), msa_noise(1, sensor::ReferenceNoise::per_station, 2e-3)}) {
       const NewtonOptions options{200, 1e-8};
       const NoisyTrials trials(number, 80, n);
       const bool noisy_down = n.accelerometer > 0;
@@ -247,7 +208,7 @@ TEST_CASE("From the valley, too, a trial in a lane has the same bits as the tria
 }
 
 TEST_CASE("Nonsense, too few iterations and undetermined readings are flagged from the valley, too", "[msa_valley]") {
-  NoisyTrials trials(2, 8, noise_of(1, sensor::ReferenceNoise::per_run));
+  NoisyTrials trials(2, 8, msa_noise(1, sensor::ReferenceNoise::per_run));
   EstimatorOptions options;
   options.max_iterations = 1;
   for (int t = 0; t < 8; ++t) CHECK(trials.by_valley(options).converged.value(t, 0) == 0);
