@@ -22,7 +22,7 @@ constexpr std::array<const char*, kWays> kWayNames{"undisturbed", "ignored", "fr
 constexpr std::array<const char*, 3> kQuantities{"azimuth_deg", "horizontal_nT", "rejected"};
 
 struct Counts : stats::Layout {
-  stats::Slots rejected = slots(kWays), ended = slots(kWays, chained::kStatuses);
+  stats::Slots rejected = slots(kWays), ended = slots(kWays, stats::kDescentStatuses);
 };
 constexpr Counts kCounts;
 
@@ -119,7 +119,7 @@ class ChainedInterference final : public study::StudyPoint {
     std::vector<Endings> endings;
     for (std::size_t way = 0; way < kWays && !tally.counts.empty(); ++way) {
       endings.push_back({kWayNames[way]});
-      for (std::size_t i = 0; i < chained::kStatuses; ++i)
+      for (std::size_t i = 0; i < stats::kDescentStatuses; ++i)
         endings.back().counts[i] = tally.counts[kCounts.ended(way, i)];
     }
     return endings_table("how the trials of every formulation ended; each leaves out its own failures only",

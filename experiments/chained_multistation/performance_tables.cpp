@@ -223,7 +223,7 @@ store::Table failures_table(const Scenario& s, const PerformanceLayout& layout, 
   for (std::size_t e = 0; e < s.estimators.size() && !tally.counts.empty(); ++e) {
     if (!is_chained(s.estimators[e])) continue;
     endings.push_back({name_of(s.estimators[e])});
-    for (std::size_t i = 0; i < chained::kStatuses; ++i)
+    for (std::size_t i = 0; i < stats::kDescentStatuses; ++i)
       endings.back().counts[i] = tally.counts[layout.counts.ended(e, i)];
   }
   return endings_table("how the trials of every chained estimator ended; each leaves out its own failures only",

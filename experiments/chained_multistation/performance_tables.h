@@ -27,7 +27,7 @@ class PerformanceLayout {
     stats::Slots worse_runs = slots(estimators, kRunQuantities);  ///< RMS over the run above single's
     stats::Slots worse_last = slots(estimators, kRunQuantities);  ///< error at the last station
     stats::Slots z = slots(estimators, kBins), nees = slots(estimators, kBins), cost = slots(estimators, kBins);
-    stats::Slots ended = slots(estimators, chained::kStatuses);  ///< trials that ended with this status
+    stats::Slots ended = slots(estimators, stats::kDescentStatuses);  ///< trials that ended with this status
   };
   struct Groups : stats::Layout {
     Groups(std::size_t n, bool along) : estimators(n), squares(along ? n : 0) {}

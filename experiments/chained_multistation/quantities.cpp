@@ -74,10 +74,10 @@ store::Table endings_table(const std::string& what, const char* kind, const char
                            const std::vector<Endings>& endings, std::uint64_t trials) {
   study::TableRows t("failures", what);
   const auto write = [&](const Endings& x) {
-    for (std::size_t i = 0; i < chained::kStatuses; ++i) {
+    for (std::size_t i = 0; i < stats::kDescentStatuses; ++i) {
       t.word(kind, meaning, x.name);
       t.word("status", "converged, or why not: iteration_limit, no_descent, saddle, not_finite",
-             chained::kStatusNames[i]);
+             stats::kDescentStatusNames[i]);
       t.count("count", "trials", x.counts[i]);
       t.count("trials", "trials run", trials);
     }

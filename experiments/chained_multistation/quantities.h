@@ -47,7 +47,7 @@ RunCheck check_chained(const Scenario& s, const sensor::ChainedRun& run, const c
 /// How the solutions of one kind ended: trials by Status.
 struct Endings {
   std::string name;
-  std::array<std::uint64_t, chained::kStatuses> counts{};
+  std::array<std::uint64_t, stats::kDescentStatuses> counts{};
 };
 /// Table `failures`: one row a kind of solution and status; `kind` is its first column.
 store::Table endings_table(const std::string& what, const char* kind, const char* meaning,

@@ -95,7 +95,7 @@ class ChainedPerformance final : public study::StudyPoint {
       text += fmt::format(
           "{}: {}", solver_names()[static_cast<std::size_t>(e)],
           c.converged() ? "converged"
-                        : fmt::format("NOT converged ({})", chained::kStatusNames[static_cast<std::size_t>(c.status)]));
+                        : fmt::format("NOT converged ({})", stats::kDescentStatusNames[static_cast<std::size_t>(c.status)]));
       text += is_chained(e) ? fmt::format(", cost {:.12g}\n", c.cost) : "\n";
       for (std::size_t k = 0; k < c.stations.size(); ++k) {
         text += fmt::format("  station {}: error", k + 1);

@@ -107,7 +107,7 @@ Answer answer_of(const Run& r) {
   if (r.filter) {
     a.solution = chained::run_filter(r.model, r.readings, chained::point_of(a.solution));
     require(a.solution.converged, "chained: the filter does not converge at some station ({}): use mode = \"smoother\"",
-            chained::kStatusNames[static_cast<std::size_t>(a.solution.status)]);
+            stats::kDescentStatusNames[static_cast<std::size_t>(a.solution.status)]);
   }
   return a;
 }

@@ -188,7 +188,7 @@ struct Step {
   std::vector<ChainVector> dc;
   VectorXd da;
   bool positive = true;
-  double promise = 0;  ///< descent.h
+  double promise = 0;  ///< stats/descent.h
 };
 Step step_of(const NormalBlocks& b, const BlockSolution& s, double damping) {
   Step step;
@@ -206,7 +206,7 @@ Step step_of(const NormalBlocks& b, const BlockSolution& s, double damping) {
   return step;
 }
 
-/// The chain as a problem of descent.h.
+/// The chain as a problem of stats/descent.h.
 class ChainProblem {
  public:
   using Scalar = double;

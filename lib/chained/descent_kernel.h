@@ -1,14 +1,18 @@
 #pragma once
-/// The problems of descent.h for several starts side by side, all from the same readings: the chain, one station alone
-/// (attitude search), and constant offsets (offset search). T: double or Lanes. Readable models: block_solver.cpp for
-/// the chain, mode_search.h for the searches.
-#include "chained/descent.h"
+/// The problems of stats/descent.h for several starts side by side, all from the same readings: the chain, one station
+/// alone (attitude search), and constant offsets (offset search). T: double or Lanes. Readable models: block_solver.cpp
+/// for the chain, mode_search.h for the searches.
+#include "chained/model.h"
 #include "chained/reading_residual.h"
 #include "simd/solve.h"
+#include "stats/descent.h"
 
 namespace surveymc::chained {
 
 using namespace simd;
+using stats::descend;
+using stats::DescentEnd;
+using stats::DescentStep;
 
 /// Attitudes in Levenberg's scale D: 1 / (0.1 rad)^2. Marquardt's diagonal would hold back most where the
 /// accelerometers see the attitude, and the weak direction is a turn about the vertical.

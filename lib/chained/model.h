@@ -13,6 +13,8 @@
 
 #include <Eigen/Core>
 
+#include "stats/descent.h"
+
 namespace surveymc::chained {
 
 inline constexpr int kChainStates = 9;
@@ -90,29 +92,11 @@ struct StationEstimate {
   Eigen::Matrix<double, 12, 12> covariance = Eigen::Matrix<double, 12, 12>::Zero();
 };
 
-/// How an iteration ended. Only a `converged` one gives a solution.
-enum class Status {
-  converged,
-  iteration_limit,  ///< the options' max_iterations
-  no_descent,       ///< no damping makes the cost fall
-  saddle,           ///< the gradient is zero, but the cost falls in some direction
-  not_finite        ///< readings or steps that are not numbers
-};
-inline constexpr std::size_t kStatuses = 5;
-inline constexpr std::array<const char*, kStatuses> kStatusNames{"converged", "iteration_limit", "no_descent", "saddle",
-                                                                 "not_finite"};
+/// How an iteration ended.
+using Status = stats::DescentStatus;
 
-struct Options {
-  int max_iterations = 200;  ///< steps tried, rejected ones included
-  /// Converged when the undamped step d, of gradient g and quadratic model B (halves), satisfies both
-  ///   sqrt(step_size2(d)) <= step_tolerance    (root mean square over the stations, in prior sd and in mrad)
-  ///   g.B^-1 g <= gradient_tolerance (1 + J)   (the fall of J that the model still predicts)
-  double step_tolerance = 1e-9;
-  double gradient_tolerance = 1e-10;
-  /// A step is taken when J falls by more than this part of the fall that the quadratic model predicts.
-  double least_gain = 1e-4;
-  bool damped = true;  ///< false: plain Gauss-Newton, every step taken, which may not converge
-};
+/// A step's size is the root mean square over the stations, in prior sd and in mrad (step_size2).
+using Options = stats::DescentOptions;
 
 struct Solution {
   bool converged = false;  ///< status is Status::converged

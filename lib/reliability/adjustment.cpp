@@ -7,7 +7,7 @@
 
 #include "base/units.h"
 #include "reliability/conditions.h"
-#include "reliability/levenberg.h"
+#include "reliability/minimum.h"
 #include "simd/dual.h"
 #include "stats/linear_algebra.h"
 

@@ -5,7 +5,7 @@
 /// adjusted observations: e = Q C' (C Q C')^-1 (f + C e_before). The steps end at the Gauss-Newton solution of section
 /// 4.3, without angles: a vertical hole is no special case. An observation that is left out has an unknown error
 /// instead of a residual. Where 30 such steps do not converge (the residuals change the curvature at the minimum by
-/// more than its own size, so that the steps go round the minimum), levenberg.h finds the minimum.
+/// more than its own size, so that the steps go round the minimum), minimum.h finds the minimum.
 #include <vector>
 
 #include "reliability/observations.h"

@@ -8,7 +8,7 @@
 #include "base/units.h"
 #include "reliability/adjustment.h"
 #include "reliability/conditions.h"
-#include "reliability/levenberg.h"
+#include "reliability/minimum.h"
 
 namespace surveymc::reliability {
 namespace {

@@ -30,7 +30,7 @@ struct TestShift {
 };
 
 /// Shifts by an error of `nabla` (internal units) in one observation; the variances are those of the error-free
-/// readings. Adjusted by Gauss-Newton steps, and by levenberg.h where these do not settle. Throws std::invalid_argument
+/// readings. Adjusted by Gauss-Newton steps, and by minimum.h where these do not settle. Throws std::invalid_argument
 /// for an observation that the model does not have.
 TestShift error_shift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation, double nabla);
 
@@ -41,7 +41,7 @@ double nonlinear_detectable_error(const AdjustmentModel& model, const survey::At
                                   double lambda0, int sign, DetectedBy test = DetectedBy::general_test);
 
 /// A station of a well whose shared quantities z (references; with systematic terms 12 more) are known with a full
-/// covariance. `shared` holds the information of the other stations (levenberg.h; 0 x 0: mode other than mse_shared).
+/// covariance. `shared` holds the information of the other stations (minimum.h; 0 x 0: mode other than mse_shared).
 struct StationInWell {
   AdjustmentModel model;
   survey::Attitude at;  ///< azimuth magnetic

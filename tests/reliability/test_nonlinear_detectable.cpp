@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "reliability/adjustment.h"
-#include "reliability/levenberg.h"
+#include "reliability/minimum.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/reliability_grid.h"
 #include "reliability/significance.h"

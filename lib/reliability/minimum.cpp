@@ -1,4 +1,4 @@
-#include "reliability/levenberg.h"
+#include "reliability/minimum.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "stats/descent.h"
 #include "stats/linear_algebra.h"
 
 namespace surveymc::reliability {
@@ -64,7 +65,7 @@ struct Linear {
   double omega = 0;
   VectorXd residual;
   std::vector<StationRows> stations;
-  MatrixXd hessian;  // of Omega / 2
+  MatrixXd squares, hessian;  // J'J; of Omega / 2
   VectorXd gradient, column_size;
 };
 
@@ -273,7 +274,8 @@ Linear linearise(const Problem& p, const State& s) {
   l.residual = residuals_at(p, s);
   l.omega = l.residual.squaredNorm();
   l.gradient = l.column_size = VectorXd::Zero(unknowns);
-  MatrixXd second = MatrixXd::Zero(unknowns, unknowns), squares = second;
+  MatrixXd second = MatrixXd::Zero(unknowns, unknowns);
+  l.squares = second;
   for (Index k = 0; k < p.stations; ++k) {
     l.stations.push_back(linearise_station(p, s, z, k, l.residual, second));
     const StationRows& station = l.stations.back();
@@ -282,17 +284,17 @@ Linear linearise(const Problem& p, const State& s) {
       const double residual = l.residual[6 * k + static_cast<Index>(i)];
       of_row(p, station, [&](std::size_t c, Index unknown) {
         l.gradient[unknown] += row[c] * residual;  // down the slope of Omega / 2
-        of_row(p, station, [&](std::size_t d, Index other) { squares(other, unknown) += row[c] * row[d]; });
+        of_row(p, station, [&](std::size_t d, Index other) { l.squares(other, unknown) += row[c] * row[d]; });
       });
     }
   }
   for (Index j = 0; j < p.width; ++j) {
     const double weight = p.weight[6 * p.stations + j];
     l.gradient[p.turns + j] += weight * l.residual[6 * p.stations + j];
-    squares(p.turns + j, p.turns + j) += weight * weight;
+    l.squares(p.turns + j, p.turns + j) += weight * weight;
   }
-  l.column_size = squares.diagonal().cwiseSqrt();
-  l.hessian = squares - second;
+  l.column_size = l.squares.diagonal().cwiseSqrt();
+  l.hessian = l.squares - second;
   return l;
 }
 
@@ -319,10 +321,10 @@ VectorXd scale_of(const Linear& l) {
   return scale;
 }
 
-MatrixXd scaled_hessian(const Linear& l, const VectorXd& scale) {
-  MatrixXd h = l.hessian;
+MatrixXd scaled(const MatrixXd& a, const VectorXd& scale) {
+  MatrixXd h = a;
   for (Index j = 0; j < h.cols(); ++j)
-    for (Index i = 0; i < h.rows(); ++i) h(i, j) = scale[i] * l.hessian(i, j) * scale[j];
+    for (Index i = 0; i < h.rows(); ++i) h(i, j) = scale[i] * a(i, j) * scale[j];
   return h;
 }
 
@@ -331,71 +333,86 @@ MatrixXd with_diagonal(MatrixXd h, double more) {
   return h;
 }
 
-/// A state with a lower Omega where the stationary point has a direction of negative curvature.
-std::optional<State> beside_saddle(const Problem& p, const State& at, const Linear& l, const MatrixXd& h,
-                                   const VectorXd& scale) {
-  constexpr double kLeast = 1e-7;  // curvature per sd and sd; J'J has 1
-  if (stats::cholesky(with_diagonal(h, kLeast)).positive_definite()) return {};
-  const VectorXd along = scale.cwiseProduct(VectorXd(stats::symmetric_eigen(h).vectors.col(0)));
-  for (double size = 1; size > 1e-6; size /= 4) {
-    const State right = moved_by(p, at, size * along), left = moved_by(p, at, -size * along);
-    const double of_right = omega_at(p, right), of_left = omega_at(p, left);
-    if (std::min(of_right, of_left) < l.omega) return of_right <= of_left ? right : left;
-  }
-  return {};
-}
+/// The adjustment as a problem of stats/descent.h, in units of which each moves the observations by one sd.
+class OmegaProblem {
+ public:
+  using Scalar = double;
 
-Minimum descend(const Problem& p) {
-  constexpr int kMost = 300;
-  constexpr double kGradient = 1e-8, kStep = 1e-7;
-  Minimum m;
-  State at = start_of(p);
-  Linear l = linearise(p, at);
-  double mu = 1e-4, growth = 2;
-  for (m.steps = 1; m.steps <= kMost; ++m.steps) {
-    const VectorXd scale = scale_of(l);
-    const MatrixXd h = scaled_hessian(l, scale);
-    const VectorXd gradient = scale.cwiseProduct(l.gradient);
-    if (!std::isfinite(l.omega) || !gradient.allFinite()) break;
-    const stats::Cholesky factor = stats::cholesky(with_diagonal(h, mu));
-    if (!factor.positive_definite()) {  // negative curvature that mu does not outweigh yet
-      mu = std::max(4 * mu, 1e-3);
-      continue;
-    }
-    const VectorXd scaled = factor.solve(gradient), step = scale.cwiseProduct(scaled);
-    if (gradient.cwiseAbs().maxCoeff() <= kGradient && (mu > 1 || largest_move(p, l, step) <= kStep)) {
-      const std::optional<State> lower = beside_saddle(p, at, l, h, scale);
-      if (!lower) {
-        m.converged = true;
-        break;
-      }
-      at = *lower;
-      l = linearise(p, at);
-      mu = 1e-4;
-      continue;
-    }
-    const State next = moved_by(p, at, step);
-    const double omega = omega_at(p, next);
-    // Omega falls by step'(2 gradient - H step) in the quadratic model of 2 (Omega / 2)
-    const VectorXd curved = h * scaled;
-    const double promised = scaled.dot(2 * gradient - curved), fallen = l.omega - omega;
-    const double rounding = 8 * p.digits * (1 + std::sqrt(l.omega));
-    const bool flat = std::abs(promised) <= rounding && std::abs(fallen) <= rounding;
-    if (flat || fallen > 1e-4 * promised) {
-      const double ratio = flat ? 1 : fallen / promised;
-      mu *= std::max(0.1, 1 - std::pow(2 * ratio - 1, 3));
-      growth = 2;
-      at = next;
-      l = linearise(p, at);
-    } else {
-      mu = std::max(mu, 1e-6) * growth;
-      growth *= 2;
-      if (mu > 1e16) break;
-    }
+  OmegaProblem(const Problem& p, State start) : p_(p), at_(std::move(start)), next_(at_) {}
+
+  const State& at() const { return at_; }
+  double cost() { return linear().omega; }
+  stats::DescentStep<double, bool> solve(bool curved, double damping) {
+    const Linear& l = linear();
+    const VectorXd scale = scale_of(l), gradient = scale.cwiseProduct(l.gradient);
+    const stats::Cholesky factor =
+        stats::cholesky(with_diagonal(scaled(curved ? l.hessian : l.squares, scale), damping));
+    step_ = VectorXd::Zero(gradient.size());
+    if (!factor.positive_definite()) return {false, 0, 0};
+    const VectorXd d = factor.solve(gradient);
+    step_ = scale.cwiseProduct(d);
+    const double size = largest_move(p_, l, step_);
+    return {true, d.dot(gradient) + damping * d.squaredNorm(), size * size};
   }
-  m.omega = l.omega;
-  m.adjusted = adjusted_at(p, at);
-  return m;
+  double try_step() {
+    next_ = moved_by(p_, at_, step_);
+    return omega_at(p_, next_);
+  }
+  void take(bool where) {
+    if (!where) return;
+    std::swap(at_, next_);
+    linear_.reset();
+  }
+  double rounding(double omega) const { return 8 * p_.digits * (1 + std::sqrt(omega)); }
+
+  /// A state with a lower Omega where the stationary point has a direction of negative curvature.
+  std::optional<State> beside_saddle() {
+    constexpr double kLeast = 1e-7;  // curvature per sd and sd; J'J has 1
+    const Linear& l = linear();
+    const VectorXd scale = scale_of(l);
+    const MatrixXd h = scaled(l.hessian, scale);
+    if (stats::cholesky(with_diagonal(h, kLeast)).positive_definite()) return {};
+    const VectorXd along = scale.cwiseProduct(VectorXd(stats::symmetric_eigen(h).vectors.col(0)));
+    for (double size = 1; size > 1e-6; size /= 4) {
+      const State right = moved_by(p_, at_, size * along), left = moved_by(p_, at_, -size * along);
+      const double of_right = omega_at(p_, right), of_left = omega_at(p_, left);
+      if (std::min(of_right, of_left) < l.omega) return of_right <= of_left ? right : left;
+    }
+    return {};
+  }
+
+ private:
+  const Linear& linear() {
+    if (!linear_) linear_ = linearise(p_, at_);
+    return *linear_;
+  }
+
+  const Problem& p_;
+  State at_, next_;
+  std::optional<Linear> linear_;  // at at_
+  VectorXd step_;
+};
+
+Minimum minimum_of(const Problem& p) {
+  stats::DescentOptions options;
+  options.max_iterations = 300;
+  options.step_tolerance = 1e-7;
+  Minimum m;
+  State from = start_of(p);
+  for (;;) {
+    OmegaProblem problem(p, std::move(from));
+    const stats::DescentEnd<double> end = stats::descend(problem, options);
+    const auto status = static_cast<stats::DescentStatus>(end.status);
+    m.steps += static_cast<int>(end.iterations);
+    m.omega = end.cost;
+    m.adjusted = adjusted_at(p, problem.at());
+    if (status != stats::DescentStatus::converged && status != stats::DescentStatus::saddle) return m;
+    const std::optional<State> lower = problem.beside_saddle();
+    m.converged = !lower;
+    options.max_iterations -= static_cast<int>(end.iterations);
+    if (m.converged || options.max_iterations <= 0) return m;
+    from = *lower;
+  }
 }
 
 }  // namespace
@@ -405,7 +422,7 @@ Minimum minimum_of_omega(const AdjustmentModel& model, const StationReadings& y,
   std::vector<Index> out = left_out;
   const auto bz = static_cast<Index>(index_of(Observation::bz));
   if (model.mode == AdjustmentMode::sse_axial && std::find(out.begin(), out.end(), bz) == out.end()) out.push_back(bz);
-  return descend(problem_of(model, y, variances, out, shared_covariance));
+  return minimum_of(problem_of(model, y, variances, out, shared_covariance));
 }
 
 }  // namespace surveymc::reliability

@@ -1,6 +1,6 @@
 #pragma once
-/// Levenberg and Marquardt's descent with a gain ratio, for sums of squares J of a chain or of one of its stations, for
-/// one problem (T: double) or several side by side (T: Lanes).
+/// Levenberg and Marquardt's descent with a gain ratio to the least sum of squares J, for one problem (T: double) or
+/// several side by side (T: Lanes).
 ///
 ///   step:     (B + lambda D) d = g                       g: minus half the gradient, B: half the Hessian or its model
 ///   promise:  p = 2 g.d - d.B d = g.d + lambda d.D d > 0, as B + lambda D is positive definite
@@ -12,25 +12,49 @@
 /// is many times that of Gauss-Newton's matrix, whose undamped steps then jump between two points for ever.
 ///
 /// Why the descent ends at a stationary point, from any start (Nocedal and Wright 2006, theorem 4.5 in this notation):
-/// the set {J <= J(start)} is compact (priors and links hold the chain, rotations are bounded), so on it B, D and the
-/// third order of J are bounded, and there is a lambda* beyond which every step is taken. Hence lambda <= 10 lambda*
-/// always, every step taken lowers J by at least least_gain |g|^2 / |B + lambda D|, and as J >= 0 the sum of all |g|^2
-/// is finite: g -> 0. Where the Hessian at the limit is positive definite, lambda -> 0 and the last steps are Newton's,
-/// which converge quadratically.
+/// the set {J <= J(start)} is compact (what is observed with an error holds its unknowns, rotations are bounded), so on
+/// it B, D and the third order of J are bounded, and there is a lambda* beyond which every step is taken. Hence lambda
+/// <= 10 lambda* always, every step taken lowers J by at least least_gain |g|^2 / |B + lambda D|, and as J >= 0 the sum
+/// of all |g|^2 is finite: g -> 0. Where the Hessian at the limit is positive definite, lambda -> 0 and the last steps
+/// are Newton's, which converge quadratically.
+#include <array>
+#include <cstddef>
+
 #include "base/units.h"
-#include "chained/model.h"
 #include "simd/lanes.h"
 
-namespace surveymc::chained {
+namespace surveymc::stats {
 
-using namespace simd;
+/// How a descent ended. Only a `converged` one gives a minimum.
+enum class DescentStatus {
+  converged,
+  iteration_limit,  ///< the options' max_iterations
+  no_descent,       ///< no damping makes the cost fall
+  saddle,           ///< the gradient is zero, but the cost falls in some direction
+  not_finite        ///< readings or steps that are not numbers
+};
+inline constexpr std::size_t kDescentStatuses = 5;
+inline constexpr std::array<const char*, kDescentStatuses> kDescentStatusNames{"converged", "iteration_limit",
+                                                                               "no_descent", "saddle", "not_finite"};
+
+struct DescentOptions {
+  int max_iterations = 200;  ///< steps tried, rejected ones included
+  /// Converged when the undamped step d, of gradient g and quadratic model B (halves), satisfies both
+  ///   size of d <= step_tolerance              (as the problem measures it)
+  ///   g.B^-1 g <= gradient_tolerance (1 + J)   (the fall of J that the model still predicts)
+  double step_tolerance = 1e-9;
+  double gradient_tolerance = 1e-10;
+  /// A step is taken when J falls by more than this part of the fall that the quadratic model predicts.
+  double least_gain = 1e-4;
+  bool damped = true;  ///< false: plain Gauss-Newton, every step taken, which may not converge
+};
 
 /// How a descent ended, in numbers of the lanes' type.
 template <class T>
 struct DescentEnd {
   T cost;
   T iterations;  ///< steps tried, rejected ones included
-  T status;      ///< the number of a Status
+  T status;      ///< the number of a DescentStatus
 };
 
 /// What a problem says of the step it has solved for.
@@ -43,6 +67,7 @@ struct DescentStep {
 
 template <class T>
 auto is_finite(const T& x) {
+  using simd::abs;
   return abs(x) < T(kInfinity);
 }
 
@@ -50,7 +75,9 @@ auto is_finite(const T& x) {
 /// it, by the true Hessian where `curved`, and gives a DescentStep. try_step(): J after that step. take(where): goes
 /// there. rounding(cost): a difference of two costs below it is only rounding. A lane that has ended keeps its point.
 template <class Problem>
-DescentEnd<typename Problem::Scalar> descend(Problem& problem, const Options& options) {
+DescentEnd<typename Problem::Scalar> descend(Problem& problem, const DescentOptions& options) {
+  using namespace simd;
+  using Status = DescentStatus;
   using T = typename Problem::Scalar;
   constexpr double kFirstDamping = 1e-2, kLeastDamping = 1e-4, kLargestDamping = 1e15, kFactor = 10;
   constexpr double kSlow = 1.0 / 16;  // squared contraction of steps above which Gauss-Newton is given up
@@ -104,4 +131,4 @@ DescentEnd<typename Problem::Scalar> descend(Problem& problem, const Options& op
   return out;
 }
 
-}  // namespace surveymc::chained
+}  // namespace surveymc::stats
