@@ -72,7 +72,7 @@ TEST_CASE("The linear prediction of a trial is its estimate and its position, wh
       }
 }
 
-TEST_CASE("The weighted sums have the mean and covariance that is claimed for them") {
+TEST_CASE("The weighted sums have the mean and covariance that is claimed for them", "[long]") {
   const test::ThesisCase c = test::thesis_case(4);
   for (const sensor::NoiseLaw law : {sensor::NoiseLaw::gaussian, sensor::NoiseLaw::uniform_half_open}) {
     const sensor::NoiseModel noise = full_noise(1, sensor::ReferenceNoise::per_run, law);

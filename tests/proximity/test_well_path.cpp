@@ -81,7 +81,7 @@ TEST_CASE("A path goes through its stations along their directions, and is as lo
     CHECK((path.at(path.md(k) - 1e-7).position - path.at(path.md(k) + 1e-7).position).norm() < 2.1e-7);
 }
 
-TEST_CASE("The closest point is the one that a search in steps of a centimetre finds") {
+TEST_CASE("The closest point is the one that a search in steps of a centimetre finds", "[long]") {
   std::mt19937 random(7);
   std::normal_distribution<double> normal(0, 120);
   std::vector<ClosestPoint> minima;

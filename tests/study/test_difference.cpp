@@ -65,7 +65,7 @@ TEST_CASE("Holm's procedure rejects in order until one p-value is too large") {
   CHECK(holm({0.03, 0.04}, 0.05) == std::vector<bool>{false, false});
 }
 
-TEST_CASE("Two seeds of one config differ falsely in no more than 5 % of pairs, and 3 % is found in all") {
+TEST_CASE("Two seeds of one config differ falsely in no more than 5 % of pairs, and 3 % is found in all", "[long]") {
   constexpr int kPairs = 200;
   int false_alarms = 0, found = 0;
   for (std::uint64_t pair = 0; pair < kPairs; ++pair) {
@@ -89,7 +89,7 @@ TEST_CASE("The course of a run is not compared with that of other draws") {
   CHECK(std::count_if(same.rows.begin(), same.rows.end(), [](const auto& r) { return r.finding == "only in B"; }) == 4);
 }
 
-TEST_CASE("What is detectable is found with probability .9") {
+TEST_CASE("What is detectable is found with probability .9", "[long]") {
   constexpr int kPairs = 150;
   const double size =
       row_named(compare_results(drawn_result(0, 1), drawn_result(1, 1), {}), "sd 0", "monte_carlo").detectable;
