@@ -1,6 +1,7 @@
 #include "chained/block_solver.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -55,7 +56,7 @@ NormalBlocks normal_blocks(const Model& m, const Readings& readings, const Point
     const StationLinear s = linearise(m, readings, at, k);
     Eigen::Matrix<double, 6, 12> j;
     j << s.by_delta, s.by_chain;
-    Matrix12 h = j.transpose() * j;
+    Matrix12 h = j.transpose().lazyProduct(j);
     Columns c(12, 1 + q);
     c.col(0) = j.transpose() * s.residual;
     c.rightCols(q) = j.transpose() * s.by_interference;
@@ -105,6 +106,32 @@ NormalBlocks exact_blocks(NormalBlocks b, const Model& m, const Readings& readin
   return b;
 }
 
+/// L L' x = right side: columns of the right side stand beside each other in memory, so that compilers put them into
+/// vectors. No column sees another: no bit depends on that.
+template <int kColumns>
+void solve_beside(const Matrix12& l, std::array<std::array<double, kColumns>, 12>& x) {
+  const auto subtract = [](std::array<double, kColumns>& to, double factor, const std::array<double, kColumns>& of) {
+    for (std::size_t c = 0; c < kColumns; ++c) to[c] -= factor * of[c];
+  };
+  for (std::size_t i = 0; i < 12; ++i) {
+    const auto row = static_cast<Index>(i);
+    for (std::size_t j = 0; j < i; ++j) subtract(x[i], l(row, static_cast<Index>(j)), x[j]);
+    for (double& v : x[i]) v /= l(row, row);
+  }
+  for (std::size_t i = 12; i-- > 0;) {
+    const auto row = static_cast<Index>(i);
+    for (std::size_t j = i + 1; j < 12; ++j) subtract(x[i], l(static_cast<Index>(j), row), x[j]);
+    for (double& v : x[i]) v /= l(row, row);
+  }
+}
+
+Matrix12 inverse_of(const Eigen::LLT<Matrix12>& pivot) {
+  std::array<std::array<double, 12>, 12> x{};
+  for (std::size_t i = 0; i < 12; ++i) x[i][i] = 1;
+  solve_beside<12>(pivot.matrixLLT(), x);
+  return Eigen::Map<const Matrix12>(x.front().data());  // rows as columns: symmetric
+}
+
 /// Block Cholesky from the first station to the last; solves for all columns.
 struct BlockSolution {
   std::vector<Eigen::LLT<Matrix12>> pivots;
@@ -126,7 +153,7 @@ BlockSolution solve_blocks(const NormalBlocks& b, double damping) {
     Columns r = b.columns[k];
     if (k > 0) {
       // Off-diagonal block: -W on the chain. Schur complement: D - E' P^-1 E, with E = (0; -W).
-      const Matrix12 inverse = s.pivots[k - 1].solve(Matrix12::Identity());
+      const Matrix12 inverse = inverse_of(s.pivots[k - 1]);
       const auto w = b.link_weight.asDiagonal();
       d.bottomRightCorner<kChainStates, kChainStates>() -=
           w * inverse.bottomRightCorner<kChainStates, kChainStates>() * w;
@@ -170,7 +197,7 @@ void set_covariances(const NormalBlocks& b, const BlockSolution& s, Solution& ou
   Matrix12 next;
   for (std::size_t back = 0; back < n; ++back) {
     const std::size_t k = n - 1 - back;
-    const Matrix12 inverse = s.pivots[k].solve(Matrix12::Identity());
+    const Matrix12 inverse = inverse_of(s.pivots[k]);
     Matrix12 c = inverse;
     if (back > 0) {
       const Eigen::Matrix<double, 12, kChainStates> g = inverse.rightCols<kChainStates>() * b.link_weight.asDiagonal();

@@ -1,10 +1,13 @@
 #include "cli/version_text.h"
 
 #include <cstdint>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "base/numerics.h"
+#include "earth/geographic_probe.h"
+#include "estimate/nlopt_probe.h"
 #include "montecarlo/ordered_merge.h"
 #include "simd/instruction_set.h"
 #include "simd/numerics_probe.h"
@@ -24,11 +27,18 @@ std::uint32_t tally_form() {
   return static_cast<std::uint32_t>(hash ^ (hash >> 32));
 }
 
+std::vector<double> library_values() {
+  std::vector<double> values = earth::geographic_probe();
+  const std::vector<double> more = estimate::nlopt_probe();
+  values.insert(values.end(), more.begin(), more.end());
+  return values;
+}
+
 }  // namespace
 
 std::string numerics_text() {
   return fmt::format("{}{}, {}, probe {}, tallies {:08x}", kNumericsMark, kNumericsVersion, kLibraries,
-                     simd::numerics_probe(), tally_form());
+                     simd::numerics_probe(library_values()), tally_form());
 }
 
 std::string version_text(const std::string& mpi) {

@@ -5,11 +5,10 @@
 #include <numeric>
 #include <vector>
 
-#include <boost/math/distributions/students_t.hpp>
-
 #include "base/units.h"
 #include "random/rare_channels.h"
 #include "rare/proposal.h"
+#include "stats/beta_quantile.h"
 
 namespace surveymc::rare {
 namespace {
@@ -98,7 +97,7 @@ SubsetEstimate subset_estimate(const stats::Moments& m, double confidence) {
   SubsetEstimate e{m.mean[0], kNaN, kNaN};
   if (m.count < 2) return e;
   const double n = static_cast<double>(m.count);
-  const double t = boost::math::quantile(boost::math::students_t(n - 1), 1 - (1 - confidence) / 2);
+  const double t = stats::student_upper_quantile(n - 1, (1 - confidence) / 2);
   const double half = t * std::sqrt(m.variance(0) / n);
   e.lo = std::max(0.0, e.probability - half);
   e.hi = e.probability + half;

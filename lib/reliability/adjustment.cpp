@@ -65,7 +65,8 @@ LinearisedConditions linearise_conditions(const AdjustmentModel& m, std::size_t 
   const Index rows = 3 * count + (is_rotational(m) ? 2 * (count - 1) : 0);
   LinearisedConditions l{VectorXd(rows), MatrixXd::Zero(rows, y.size())};
   Direction first;
-  Eigen::Matrix<double, 2, 3> across;  // two directions at right angles to the hole: no angle that could be singular
+  // Two directions at right angles to the hole: no angle that could be singular.
+  Eigen::Matrix<double, 2, 3> across = Eigen::Matrix<double, 2, 3>::Zero();
   for (Index k = 0; k < static_cast<Index>(stations); ++k) {
     std::array<double, kReadings> corrected;
     for (Index i = 0; i < kSix; ++i) {

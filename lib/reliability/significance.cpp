@@ -8,10 +8,10 @@
 #include <boost/math/distributions/non_central_chi_squared.hpp>
 #include <boost/math/distributions/non_central_t.hpp>
 #include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <boost/math/tools/roots.hpp>
 
 #include "base/units.h"
+#include "stats/beta_quantile.h"
 
 namespace surveymc::reliability {
 namespace {
@@ -40,7 +40,7 @@ double chi_squared_power(double r, double noncentrality, double critical) {
 
 double pope_power(double lambda, double redundancy, double alpha) {
   if (!(redundancy > 1)) return 0;
-  const double t = bm::quantile(bm::complement(bm::students_t(redundancy - 1), alpha / 2));
+  const double t = stats::student_upper_quantile(redundancy - 1, alpha / 2);
   if (lambda == 0) return alpha;
   const bm::non_central_t law(redundancy - 1, std::abs(lambda));
   return bm::cdf(bm::complement(law, t)) + bm::cdf(law, -t);
@@ -50,7 +50,7 @@ double chi_squared_critical(double r, double alpha) { return bm::quantile(bm::co
 
 double fisher_critical(double r, double redundancy, double alpha) {
   const double rest = redundancy - r;
-  return rest > 0 ? bm::quantile(bm::complement(bm::fisher_f(r, rest), alpha)) : kInfinity;
+  return rest > 0 ? stats::fisher_upper_quantile(r, rest, alpha) : kInfinity;
 }
 
 double tau_squared_critical(double r, double redundancy, double alpha) {
@@ -60,7 +60,7 @@ double tau_squared_critical(double r, double redundancy, double alpha) {
 
 double pope_critical(double redundancy, double alpha) {
   if (!(redundancy > 1)) return kInfinity;
-  const double t = bm::quantile(bm::complement(bm::students_t(redundancy - 1), alpha / 2));
+  const double t = stats::student_upper_quantile(redundancy - 1, alpha / 2);
   return std::sqrt(redundancy) * t / std::sqrt(redundancy - 1 + t * t);
 }
 

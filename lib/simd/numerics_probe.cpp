@@ -9,7 +9,7 @@
 
 namespace surveymc::simd {
 
-std::string numerics_probe() {
+std::string numerics_probe(const std::vector<double>& more) {
   // Variants of a function differ at one of some hundred to some thousand arguments.
   constexpr int kArguments = 4096;
   std::uint64_t hash = 14695981039346656037u;  // FNV-1a over words of 64 bits
@@ -36,6 +36,7 @@ std::string numerics_probe() {
   add(a.sum());
   add(a.col(0).dot(a.col(1)));
   add(a.col(2).norm());
+  for (const double y : more) add(y);
   return fmt::format("{:08x}", static_cast<std::uint32_t>(hash ^ (hash >> 32)));
 }
 

@@ -7,6 +7,8 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 
+#include "stats/beta_quantile.h"
+
 namespace surveymc::stats {
 
 namespace bm = boost::math;
@@ -34,9 +36,8 @@ Interval mean_interval(double mean, double variance, std::uint64_t count, double
 
 Interval binomial_interval(std::uint64_t successes, std::uint64_t trials, double confidence) {
   const double tail = (1 - confidence) / 2, n = static_cast<double>(trials), k = static_cast<double>(successes);
-  const auto method = bm::binomial::clopper_pearson_exact_interval;
-  return {bm::binomial::find_lower_bound_on_p(n, k, tail, method),
-          bm::binomial::find_upper_bound_on_p(n, k, tail, method)};
+  return {successes > 0 ? beta_quantile(k, n - k + 1, tail).share : 0,
+          successes < trials ? beta_upper_quantile(k + 1, n - k, tail).share : 1};
 }
 
 BinomialTails binomial_tails(std::uint64_t events, std::uint64_t trials, double probability) {

@@ -14,6 +14,12 @@ namespace {
 /// Quantile of the gamma distribution of this mean and variance.
 double gamma_quantile_of(double mean, double variance, double probability) {
   if (!(variance > 0)) return mean;
+  // All but normal: Cornish and Fisher's expansion, where Boost's series have too many terms. What it leaves out is
+  // below 1e-15 of the mean.
+  if (variance < 1e-10 * mean * mean) {
+    const double z = normal_quantile(probability);
+    return mean + z * std::sqrt(variance) + (z * z - 1) / 3 * variance / mean;
+  }
   return boost::math::quantile(boost::math::gamma_distribution<>(mean / variance * mean, variance / mean), probability);
 }
 

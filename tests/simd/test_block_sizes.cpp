@@ -1,3 +1,6 @@
+#include <cmath>
+#include <vector>
+
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 
@@ -21,4 +24,11 @@ TEST_CASE("Large products have the same bits whatever caches the processor has")
   for (const std::ptrdiff_t kilobytes : {16, 48, 64, 128}) CHECK(product_with(kilobytes << 10, true) == here);
   CHECK(product_with(48 << 10, false) != here);  // so the test sees it
   simd::fix_block_sizes();
+}
+
+TEST_CASE("The probe of numerics sees the last bit of what other libraries compute") {
+  const std::vector<double> values{1.0, 0.1, 1e-9}, other{1.0, 0.1, std::nextafter(1e-9, 1.0)};
+  CHECK(simd::numerics_probe(values) == simd::numerics_probe(values));
+  CHECK(simd::numerics_probe(values) != simd::numerics_probe(other));
+  CHECK(simd::numerics_probe(values) != simd::numerics_probe());
 }

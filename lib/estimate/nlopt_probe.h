@@ -1,0 +1,11 @@
+#pragma once
+#include <vector>
+
+namespace surveymc::estimate {
+
+/// Where NLopt's solvers (estimator.solver) stand after some steps on a curved valley, for the probe of this build's
+/// numerics (simd::numerics_probe()): NLopt rounds otherwise where its sums and products are fused, as Debian's are
+/// for aarch64.
+std::vector<double> nlopt_probe();
+
+}  // namespace surveymc::estimate
