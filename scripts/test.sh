@@ -15,5 +15,5 @@ fi
 scripts/bootstrap.sh test
 cmake --preset release -DSURVEYMC_TESTS=ON >/dev/null  # the quickstart may have turned them off here
 cmake --build --preset release "${targets[@]}"
-# One test more than there are cores: some wait for a cluster, a signal or a browser.
-exec ctest --test-dir build --no-tests=error --output-on-failure --parallel "$(($(nproc) + 1))" "${choice[@]}" "$@"
+# Two tests more than there are cores: some wait for a cluster, a signal or a browser.
+exec ctest --test-dir build --no-tests=error --output-on-failure --parallel "$(($(nproc) + 2))" "${choice[@]}" "$@"
