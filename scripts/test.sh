@@ -3,7 +3,8 @@
 #   scripts/test.sh            all but those labelled nightly
 #   scripts/test.sh -L nightly what takes long
 #   scripts/test.sh --quick    the developer's loop: the unit tests, and the program is built
-# Labels (ctest -L): unit, cli (the program end to end), slow (more than some seconds), nightly (full size; never in CI).
+# Labels (ctest -L): unit, cli (the program end to end), slow (more than some seconds), nightly (full size, and all of
+# what CI has a sample of; never in CI).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 targets=() choice=(-LE nightly)
