@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 #include <functional>
+#include <optional>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -49,6 +50,17 @@ bool is_journal(const fs::path& path, std::string_view bytes) {
   return has_our_name(path) || bytes.find(kJournalMark) != std::string_view::npos || kJournalMark.starts_with(bytes);
 }
 
+/// Nothing if the journal is gone: another attempt, on this host or another one, has just finished.
+std::optional<std::string> bytes_of_journal(const fs::path& path) {
+  try {
+    return read_bytes(path);
+  } catch (const IoError&) {
+    std::error_code error;
+    if (!fs::exists(path, error) && (!error || error.value() == ESTALE)) return std::nullopt;
+    throw;
+  }
+}
+
 /// Reads the whole records of a journal; `take` gets their bodies. False if anything else is between them.
 bool for_each_record(std::string_view bytes, const std::function<void(std::string_view)>& take) {
   constexpr int kMostGaps = 1000;  // a file that is made of false beginnings is not searched for ever
@@ -83,21 +95,15 @@ std::vector<fs::path> journals_of(const fs::path& output) {
 JournalContents read_journals(const fs::path& output, const RunKey& key) {
   JournalContents all;
   for (const fs::path& path : journals_of(output)) {
-    std::string bytes;
-    try {
-      bytes = read_bytes(path);
-    } catch (const IoError&) {
-      std::error_code error;
-      if (!fs::exists(path, error)) continue;  // another attempt has just finished
-      throw;
-    }
-    const std::string mark = bytes.substr(0, kJournalMark.size());
-    if (mark != kJournalMark && mark.starts_with(kAnyJournalMark) && record_at(bytes, 0, mark))
+    const std::optional<std::string> bytes = bytes_of_journal(path);
+    if (!bytes) continue;
+    const std::string mark = bytes->substr(0, kJournalMark.size());
+    if (mark != kJournalMark && mark.starts_with(kAnyJournalMark) && record_at(*bytes, 0, mark))
       throw IoError(fmt::format(
           "{}: is a journal of another version of surveymc: finish with that version, or delete the journal",
           path.string()));
-    if (!is_journal(path, bytes)) continue;
-    const bool is_whole = for_each_record(bytes, [&](std::string_view body) {
+    if (!is_journal(path, *bytes)) continue;
+    const bool is_whole = for_each_record(*bytes, [&](std::string_view body) {
       ByteReader in(body);
       const RunKey of = read_key(in);  // before the tally, whose form another build may not know
       if (of.config_hash != key.config_hash)
@@ -128,12 +134,13 @@ JournalContents read_journals(const fs::path& output, const RunKey& key) {
 JournalRemarks journal_remarks(const fs::path& output, const RunKey& key) {
   JournalRemarks remarks;
   for (const fs::path& path : journals_of(output)) {
-    const std::string bytes = read_bytes(path);
-    if (!is_journal(path, bytes))
+    const std::optional<std::string> bytes = bytes_of_journal(path);
+    if (!bytes) continue;
+    if (!is_journal(path, *bytes))
       remarks.warnings.push_back(
           fmt::format("{}: has the name of a journal, but is none: it is not read, and stays", path.string()));
     std::string other;
-    for_each_record(bytes, [&](std::string_view body) {
+    for_each_record(*bytes, [&](std::string_view body) {
       ByteReader in(body);
       if (const std::string program = read_key(in).program; program != key.program) other = program;
     });

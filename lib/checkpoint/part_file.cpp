@@ -284,10 +284,11 @@ PartHead read_part_head(const fs::path& path) {
   if (file < 0) fail(errno);
   struct stat status {};
   char bytes[kHeadSize];
-  const bool is_file = fstat(file, &status) == 0 && S_ISREG(status.st_mode);
+  const bool is_known = fstat(file, &status) == 0, is_file = is_known && S_ISREG(status.st_mode);
   const ssize_t n = is_file ? read_at(file, bytes, sizeof bytes, 0) : -1;
   const int reason = errno;
   ::close(file);
+  if (!is_known) fail(reason);
   if (!is_file) throw IoError(fmt::format("{}: cannot be read: {}", path.string(), input_fault(path)));
   if (n < 0) fail(reason);
   return decode_head(path, {bytes, static_cast<std::size_t>(n)}, static_cast<std::uint64_t>(status.st_size));

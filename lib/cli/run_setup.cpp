@@ -293,11 +293,13 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
                      const std::function<void()>& write) {
   std::optional<EndsBySignal> reading(std::in_place);
   checkpoint::JournalContents kept = checkpoint::read_journals(output, key);
-  if (!a.resume && (!kept.finished.empty() || !kept.points.empty() || !kept.damaged.empty()))
+  if (!a.resume && (!kept.finished.empty() || !kept.points.empty() || !kept.damaged.empty())) {
+    const std::vector<std::filesystem::path> journals = checkpoint::journals_of(output);
     throw IoError(fmt::format(
         "{}: an earlier run of this config was not finished (or still runs): go on from it with --resume, or "
         "delete this journal to begin anew",
-        checkpoint::journals_of(output).front().string()));
+        journals.empty() ? output.string() : journals.front().string()));  // one that still runs may have just finished
+  }
   for (const auto& path : kept.damaged)
     log_warning(fmt::format("{}: is damaged; what cannot be read is computed again", path.string()));
   const checkpoint::JournalRemarks remarks = checkpoint::journal_remarks(output, key);

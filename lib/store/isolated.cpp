@@ -45,7 +45,7 @@ void limit(decltype(RLIMIT_AS) resource, std::uintmax_t most) {
 /// Far above what a file written by any version takes: compressed by others, its values have some times its size.
 void limit_child(std::uintmax_t file_size) {
   constexpr std::uintmax_t kFree = std::uintmax_t{2} << 30, kTimes = 16;
-  constexpr std::uintmax_t kSeconds = 30, kBytesPerSecond = 10'000'000;
+  constexpr std::uintmax_t kSeconds = 5, kBytesPerSecond = 10'000'000;
   std::uintmax_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
   const auto page = static_cast<std::uintmax_t>(sysconf(_SC_PAGESIZE));

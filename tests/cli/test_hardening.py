@@ -273,6 +273,20 @@ class Hardening(Case):
         self.assertEqual(done.returncode, NO_MACHINE, done.stderr)
         self.assertRegex(done.stderr, "needs a processor with AVX2 and FMA")
 
+    @unittest.skipUnless(os.geteuid() == 0 and shutil.which("unshare"), "needs root, for process numbers of its own")
+    def test_two_containers_of_one_host_name(self):
+        """Both are process 1 of the same host: neither takes the other's journal or temporary file for its own or a dead one's."""
+        alone = ["unshare", "--pid", "--fork", "--kill-child", *self.PROGRAM]
+        self.assertNotIn("error", subprocess.run([*alone, "check", "small.toml"], cwd=self.folder, capture_output=True, text=True).stderr)
+        self.call("run", "large.toml", "-o", "whole.h5")
+        for _ in range(2):
+            children = [self.start(*self.RUN, "--resume", program=alone) for _ in range(3)]
+            ends = [(child.communicate(timeout=PATIENCE)[1], child.returncode) for child in children]
+            self.assertEqual([code for _, code in ends], [DONE] * 3, ends)
+            self.assertEqual(self.hash_of("out.h5"), self.hash_of("whole.h5"))
+            self.assertEqual((self.journals(), self.temporaries()), ([], []))
+            (self.folder / "out.h5").unlink()
+
     def test_settings_change_no_bit(self):
         whole = self.hash_of(self.small().name)
         for number, settings in enumerate((

@@ -91,6 +91,10 @@ class Inputs(Case):
                 self.refused(CANNOT_WRITE, "show", name, says="not a regular file", timeout=5)
                 self.refused(CANNOT_WRITE, "rerun", name, says="not a regular file", timeout=5)
                 self.refused(CANNOT_WRITE, "run", "base.toml", "-o", name, says="refusing to overwrite", timeout=5)
+        (self.folder / "parts").mkdir()
+        os.mkfifo(self.folder / "parts/a.part")
+        self.assertRegex(self.call("status", "parts", timeout=5, code=(0, BAD_INPUT, CANNOT_WRITE)).stderr, "parts/a.part: .*pipe or a device")
+        self.refused(CANNOT_WRITE, "merge", "parts", "-o", "out.h5", says="parts/a.part: .*pipe or a device", timeout=5)
         os.mkfifo(self.folder / "base.h5.journal.x.1")  # no journal: passed over
         self.call("run", "base.toml", "-o", "base.h5", timeout=20)
 

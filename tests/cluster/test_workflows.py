@@ -5,6 +5,7 @@ SOURCE_FOLDER
 Without a cluster; under Slurm, Snakemake is in test_slurm.py. What is not installed is skipped by name.
 """
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -24,6 +25,9 @@ class Workflows(Case):
         self.call("run", "small.toml", "-o", "serial.h5")
         self.serial = self.hash_of("serial.h5")
 
+    # A name is no command.
+    CONFIG, FOLDER = "s m;touch bad;$(touch bad).toml", "a b;touch bad;`touch bad`|&<'\"$HOME"
+
     def shell(self, command):
         done = subprocess.run(["bash", "-c", command], cwd=self.folder, text=True, capture_output=True,
                               env={**os.environ, "SURVEYMC": SERIAL, "HOME": str(self.folder)})
@@ -32,7 +36,8 @@ class Workflows(Case):
 
     @unittest.skipUnless(shutil.which("snakemake"), "no snakemake")
     def test_snakemake(self):
-        snakemake = f"snakemake -s {SOURCE}/scripts/snakemake/Snakefile --cores 2 --config surveymc={SERIAL} config=small.toml"
+        start = f"snakemake -s {SOURCE}/scripts/snakemake/Snakefile --cores 2 --config surveymc={SERIAL}"
+        snakemake = f"{start} config=small.toml"
         self.shell(f"{snakemake} out=out")
         self.assertEqual(self.hash_of("out/small.h5"), self.serial)
         self.assertIn("Nothing to be done", self.shell(f"{snakemake} out=out"))
@@ -42,8 +47,9 @@ class Workflows(Case):
         self.shell(f"{snakemake} out=two tasks=2")
         self.assertEqual(sorted(p.name for p in (self.folder / "two/parts").iterdir()), ["points-0-2.part", "points-2.part"])
         self.assertEqual(self.hash_of("two/small.h5"), self.serial)
-        self.shell(f"{snakemake} 'out=a b;touch bad'")  # a name is no command
-        self.assertEqual(self.hash_of("a b;touch bad/small.h5"), self.serial)
+        shutil.copy(self.folder / "small.toml", self.folder / self.CONFIG)
+        self.shell(f"{start} {shlex.quote('config=' + self.CONFIG)} {shlex.quote('out=' + self.FOLDER)}")
+        self.assertEqual(self.hash_of(f"{self.FOLDER}/{Path(self.CONFIG).stem}.h5"), self.serial)
         self.assertFalse((self.folder / "bad").exists())
 
     @unittest.skipUnless(shutil.which("parallel"), "no GNU parallel")

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""LICENSE, CITATION.cff and CHANGELOG.md say what CMakeLists.txt says, in the form that readers of them expect.
+"""LICENSE, CITATION.cff and CHANGELOG.md say what CMakeLists.txt says, in the form that readers of them expect; the tests that
+docs/results-format.md names are there.
 
     check_files.py SOURCE
 """
@@ -33,4 +34,17 @@ assert changes.startswith("# Changelog\n") and sections and sections[0] == "Unre
 assert version in changes, f"CHANGELOG.md does not name version {version}"
 for heading in re.findall(r"^### (.*)$", changes, re.M):
     assert heading in ("Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"), heading
+page = (source / "docs/results-format.md").read_text()
+kept = re.search(r"^### What attacks broke.*?(?=^## )", page, re.M | re.S)[0]
+code = "\n".join(p.read_text() for p in source.glob("tests/*/test_*.*") if p.suffix in (".py", ".cpp"))
+cmake = (source / "tests/CMakeLists.txt").read_text()
+named = [name for row in kept.splitlines() if row.startswith("| ") for name in re.findall(r'`([\w.]+)`|"([^"]+)"', row.split("|")[2])]
+assert len(named) > 30, named
+for plain, title in named:
+    if title:
+        assert f'TEST_CASE("{title}"' in code or title == "streamed maps", f"results-format.md: no unit test {title}"
+    elif plain.startswith("test_"):
+        assert f"def {plain}(" in code, f"results-format.md: no test method {plain}"
+    else:
+        assert f"NAME {plain} " in cmake, f"results-format.md: no test {plain}"
 print(f"licence, citation and changelog of {version}")

@@ -4,7 +4,8 @@
  *   N      which of these calls, from 1, counted from the beginning of main(); 0: none
  *   FAULT  a name of kErrors: the call fails with it;
  *          "short": a write or read takes half of its bytes;  a "+" behind it: all later calls fail, too;
- *          "wait": nothing fails, but the call takes half a minute, and stderr gets the line "waiting" before
+ *          "wait": nothing fails, but the call takes half a minute, and stderr gets the line "waiting" before;
+ *          "gone" behind open or stat: if the file is a journal, another host has just removed it
  * SURVEYMC_FAULT_COUNTS=FILE: at the end, how many calls of each there were, one "CALL N" a line.
  * SURVEYMC_SERVER: see server.c.
  * Only open, read, write, seek and close of regular files are counted: pipes and terminals belong to the test. */
@@ -35,7 +36,7 @@ static const char *const kNames[kCalls] = {"open",  "read",  "write", "fsync",  
                                            "link",  "lock",  "mode",  "seek",   "stat",   "list",   "fork",   "pipe"};
 static atomic_ulong counts[kCalls];
 static atomic_int active;
-static int chosen_call = -1, chosen_errno, is_short, is_lasting, is_slow;
+static int chosen_call = -1, chosen_errno, is_short, is_lasting, is_slow, is_gone;
 static unsigned long chosen_number;
 
 static const struct {
@@ -55,6 +56,7 @@ static void read_settings(void) {
   if (plus) is_lasting = 1, *plus = 0;
   is_short = strcmp(fault, "short") == 0;
   is_slow = strcmp(fault, "wait") == 0;
+  is_gone = strcmp(fault, "gone") == 0;
   for (size_t i = 0; i < sizeof kErrors / sizeof *kErrors; ++i)
     if (strcmp(fault, kErrors[i].name) == 0) chosen_errno = kErrors[i].number;
 }
@@ -118,11 +120,17 @@ int __libc_start_main(int (*main)(int, char **, char **), int argc, char **argv,
   static typeof(&name) next_##name;   \
   if (!next_##name) next_##name = (typeof(&name))dlsym(RTLD_NEXT, #name)
 
+/* Of a call that is hit: whether it goes on, with the file removed where it is to be. */
+static int goes_on(int folder, const char *path) {
+  if (is_gone && strstr(path, ".journal.")) syscall(SYS_unlinkat, folder, path, 0);
+  return is_gone;
+}
+
 static int opened(int folder, const char *path, int flags, mode_t mode) {
   struct stat s;
   const int exists = syscall(SYS_newfstatat, folder, path, &s, 0) == 0;
   const int counts_here = (flags & O_CREAT) || (exists && S_ISREG(s.st_mode));
-  if (counts_here && hit(kOpen)) return -1;
+  if (counts_here && hit(kOpen) && !goes_on(folder, path)) return -1;
   return (int)syscall(SYS_openat, folder, path, flags, mode);
 }
 #define OPEN_MODE                                      \
@@ -140,7 +148,8 @@ int openat64(int folder, const char *path, int flags, ...) { OPEN_MODE return op
 FILE *fopen(const char *path, const char *how) {
   NEXT(fopen);
   struct stat s;
-  if (syscall(SYS_newfstatat, AT_FDCWD, path, &s, 0) == 0 && S_ISREG(s.st_mode) && hit(kOpen)) return NULL;
+  if (syscall(SYS_newfstatat, AT_FDCWD, path, &s, 0) == 0 && S_ISREG(s.st_mode) && hit(kOpen) && !goes_on(AT_FDCWD, path))
+    return NULL;
   return next_fopen(path, how);
 }
 FILE *fopen64(const char *path, const char *how) { return fopen(path, how); }
@@ -183,7 +192,7 @@ int pipe(int ends[2]) { return hit(kPipe) ? -1 : (int)syscall(SYS_pipe2, ends, 0
 static int status_of(int folder, const char *path, struct stat *out, int flags) {
   const int result = (int)syscall(SYS_newfstatat, folder, path, out, flags), reason = errno;
   if (result == 0 && !S_ISREG(out->st_mode) && !S_ISDIR(out->st_mode)) return result;
-  if (hit(kStat)) return -1;
+  if (hit(kStat)) return goes_on(folder, path) ? (int)syscall(SYS_newfstatat, folder, path, out, flags) : -1;
   errno = reason;
   return result;
 }

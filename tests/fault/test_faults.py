@@ -10,7 +10,8 @@ status, a diff. After each:
   (`status` may name a part that it cannot read, and goes on); any other exit comes with a message that names a file or the resource;
 * no temporary file is left;
 * the same command without a fault (with --resume where it has that) then gives the contents of a run without faults.
---sample N: about N of the sites, evenly spread over calls and scenarios.
+--sample N: about N of the sites, evenly spread over calls and scenarios. --gone: nothing fails, but at each of these sites of a
+resumed run another host has just removed the journal: the run must do all that without a word of error.
 """
 import argparse
 import concurrent.futures
@@ -18,6 +19,7 @@ import os
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -52,10 +54,10 @@ EVENT = ('experiment = "rare_event"\nseed = 1\ntrials = 20000\n[problem]\nname =
 
 class Scenario:
     """A command, the commands before it, the result that it makes; commands that end the work without a fault. Without a
-    result it only reads: what is printed is the result, and no file may change."""
+    result it only reads: what is printed is the result, and no file may change. begun: a run of which half a journal is there."""
 
-    def __init__(self, name, command, output=None, prepare=(), again=None, final=None, keeps=True):
-        self.name, self.command, self.output, self.prepare = name, command, output, prepare
+    def __init__(self, name, command, output=None, prepare=(), again=None, final=None, keeps=True, begun=None):
+        self.name, self.command, self.output, self.prepare, self.begun = name, command, output, prepare, begun
         self.again, self.final, self.keeps = again or [command], final or output, keeps
         self.printed = None  # without faults
         self.template = self.expected = self.files = None
@@ -80,10 +82,10 @@ def scenarios(program, streamed):
     run = lambda config, *more: [program, "run", config, "-o", "out.h5", "--threads", "2", *more]
     old = [program, "run", "msa.toml", "-o", "out.h5", "--seed", "9"]
     halves = [[program, "run", "msa.toml", "--shard", f"{i}/2", "-o", "parts/"] for i in (0, 1)]
-    begun = run("msa.toml", "--checkpoint-seconds", "0.001", "--max-seconds", "0.0001")
+    begun = run("msa.toml", "--checkpoint-seconds", "0.001")
     yield Scenario("run", run("msa.toml"), "out.h5", again=[run("msa.toml", "--resume")])
     yield Scenario("run over an old result", run("msa.toml"), "out.h5", [old], [run("msa.toml", "--resume")])
-    yield Scenario("resume", run("msa.toml", "--resume", "--checkpoint-seconds", "0.001"), "out.h5", [begun])
+    yield Scenario("resume", run("msa.toml", "--resume", "--checkpoint-seconds", "0.001"), "out.h5", begun=begun)
     merge = [program, "merge", "parts", "-o", "out.h5"]
     yield Scenario("shard", halves[1], None, [halves[0]], [halves[1], merge], "out.h5")
     yield Scenario("merge over an old result", merge, "out.h5", [*halves, old])
@@ -105,8 +107,11 @@ def fill(folder):
         (folder / name).write_text(text)
 
 
-def sites_of(counts):
+def sites_of(counts, gone):
     for name, count in counts.items():
+        if gone:
+            yield from (f"{name}:{n}:gone" for n in range(1, count + 1) if name in ("open", "stat"))
+            continue
         most = MOST_SITES.get(name, count)
         numbers = range(1, count + 1) if count <= most else sorted({round(count ** (i / (most - 1))) for i in range(most)})
         for n in numbers:
@@ -130,6 +135,8 @@ def wrong_end(site, done):
     is_memory = site.startswith(("malloc", "mmap"))
     if is_memory:
         return None
+    if site.endswith(":gone") and done.returncode != DONE:
+        return f"exit {done.returncode} without a journal: {done.stderr[-300:]}"
     if done.returncode not in ENDINGS:
         return f"exit {done.returncode}: {done.stderr[-300:]}"
     if done.returncode == INTERNAL and "thread" not in done.stderr:
@@ -200,7 +207,17 @@ def check(call, scenario, site, work):
         return f"files are left: {left}" if left and (is_removed or not site.startswith(CANNOT_REMOVE)) else None
 
 
-def prepared(call, scenario, work):
+def half_of(journal):
+    """Its first half, in whole records."""
+    data, ends = journal.read_bytes(), [0]
+    while ends[-1] < len(data):
+        ends.append(ends[-1] + 16 + struct.unpack_from("<Q", data, ends[-1] + 8)[0] + 16)
+    if len(ends) < 3:
+        sys.exit(f"{journal.name}: has {len(ends) - 1} record, which has no half")
+    return data[:ends[len(ends) // 2]]
+
+
+def prepared(call, scenario, work, gone):
     """Fills the scenario's folder; the sites of its command."""
     scenario.template = work / "template"
     scenario.template.mkdir(parents=True)
@@ -209,17 +226,28 @@ def prepared(call, scenario, work):
         done = call(command, scenario.template)
         if done.returncode not in (DONE, INTERRUPTED):
             sys.exit(f"{scenario.name}: cannot prepare: {done.stderr}")
+    if scenario.begun:  # all is computed, but the result gets no name
+        for _ in range(20):  # it may be faster than the shortest time between two records
+            done = call(scenario.begun, scenario.template, "rename:1:EIO")
+            journals = list(scenario.template.glob("*.journal.*"))
+            if journals:
+                break
+        if done.returncode != CANNOT_WRITE or len(journals) != 1:
+            sys.exit(f"{scenario.name}: cannot prepare: {done.stderr}")
+        journals[0].write_bytes(half_of(journals[0]))
     trial = work / "trial"
     shutil.copytree(scenario.template, trial)
     done = call(scenario.command, trial, "open:0:EIO", work / "counts")
     if done.returncode != DONE:
         sys.exit(f"{scenario.name}: fails without a fault: {done.stderr}")
+    if scenario.begun and not re.search("going on from [1-9]", done.stderr):
+        sys.exit(f"{scenario.name}: does not go on from its journal: {done.stderr}")
     scenario.printed, scenario.files = TIMES.sub("", done.stdout), all_bytes(scenario.template)
     for command in scenario.again if scenario.final and not scenario.output else ():
         call(command, trial)
     scenario.expected = scenario.final and contents(trial / scenario.final)
     counts = {k: int(v) for k, v in (line.split() for line in (work / "counts").read_text().splitlines())}
-    return [(scenario, site) for site in sites_of(counts)]
+    return [(scenario, site) for site in sites_of(counts, gone)]
 
 
 def main():
@@ -229,6 +257,7 @@ def main():
     parser.add_argument("library")
     parser.add_argument("--sample", type=int)
     parser.add_argument("--only", default="", help="only scenarios whose names contain this")
+    parser.add_argument("--gone", action="store_true")
     parser.add_argument("--calls", default="", help="only these calls, with commas")
     a = parser.parse_args()
     program, streamed, library = (str(pathlib.Path(p).resolve()) for p in (a.surveymc, a.write_streamed, a.library))
@@ -236,8 +265,8 @@ def main():
     with tempfile.TemporaryDirectory(prefix="surveymc-faults-") as name:
         work = pathlib.Path(name)
         for number, scenario in enumerate(scenarios(program, streamed)):
-            if a.only in scenario.name:
-                planned += prepared(call, scenario, work / f"{number}")
+            if a.only in scenario.name and (not a.gone or scenario.name == "resume"):
+                planned += prepared(call, scenario, work / f"{number}", a.gone)
         planned = [p for p in planned if not a.calls or p[1].split(":")[0] in a.calls.split(",")]
         chosen = spread(planned, min(1, a.sample / max(1, len(planned))) if a.sample else 1)
         if not chosen:

@@ -1,31 +1,92 @@
-"""What tests of the figures share: a plot script is run, and what it draws is read."""
-import subprocess
+"""What tests of the figures share: a plot script is run, and what it draws is read.
+
+Matplotlib is loaded once: each script runs in a fork of this process, as `__main__` with arguments of its own. What one
+script does to its interpreter, no other sees. test_plotting.py starts a script as users do, too.
+"""
+import os
+import runpy
+import signal
 import sys
 import tempfile
+import traceback
 import unittest
 from pathlib import Path
+from typing import NamedTuple
 
-SCRIPTS = Path(__file__).resolve().parent / "../../scripts"
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
+sys.path.insert(0, str(SCRIPTS))
+import plotting  # noqa: E402, F401
+
+PATIENCE = 300  # s
+
+
+class Done(NamedTuple):
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def _run(script, arguments):
+    """The script in this process: its exit code."""
+    signal.alarm(PATIENCE)
+    sys.argv = [script, *arguments]
+    try:
+        runpy.run_path(script, run_name="__main__")
+        return 0
+    except SystemExit as end:
+        if end.code is None or isinstance(end.code, int):
+            return end.code or 0
+        print(end.code, file=sys.stderr)
+        return 1
+    except BaseException:
+        traceback.print_exc()
+        return 1
 
 
 def draw(script, *arguments):
-    return subprocess.run([sys.executable, SCRIPTS / script, *arguments], capture_output=True, text=True, timeout=120)
+    """A script of `scripts` with these arguments: its exit code, what it printed and what it said of errors."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
+        child = os.fork()
+        if child == 0:
+            code = 1
+            try:
+                os.dup2(out.fileno(), 1)
+                os.dup2(err.fileno(), 2)
+                sys.stdout, sys.stderr = open(1, "w", closefd=False), open(2, "w", closefd=False)
+                code = _run(str(SCRIPTS / script), list(map(str, arguments)))
+                sys.stdout.flush()
+                sys.stderr.flush()
+            finally:
+                os._exit(code)
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        texts = []
+        for file in (out, err):
+            file.seek(0)
+            texts.append(file.read())
+        return Done(code, *texts)
 
 
 class Drawing(unittest.TestCase):
-    """`script` draws figures; test_plotting.py tests that the same result gives the same bytes."""
+    """`script` draws figures; test_plotting.py and same_bytes.py test that the same result gives the same bytes."""
     script = None
 
     def figures(self, *arguments):
-        """Names and contents of the figures that the script says it has written."""
+        """Names and contents of the figures that the script says it has written; it has written no other file."""
         with tempfile.TemporaryDirectory() as folder:
             run = draw(self.script, "-o", folder, *arguments)
-            self.assertEqual(run.returncode, 0, run.stderr)
-            self.assertEqual(run.stderr, "")
+            self.assertEqual((run.returncode, run.stderr), (0, ""))
             content = {Path(path).name: Path(path).read_bytes() for path in run.stdout.split()}
+            self.assertEqual(sorted(content), sorted(os.listdir(folder)))
         for name, data in content.items():
-            self.assertGreater(len(data), 10_000, name)
+            self.assertTrue(data.startswith(b"\x89PNG\r\n\x1a\n" if name.endswith(".png") else b"<?xml"), name)
+            self.assertGreater(len(data), 8_000, name)
         return content
+
+    def assert_drawn(self, names, *arguments):
+        """Exactly the figures of these names are drawn, each in both forms."""
+        self.assertEqual(sorted(self.figures(*arguments)), sorted(n + e for n in names for e in (".png", ".svg")))
 
     def refused(self, code, word, *arguments):
         run = draw(self.script, *arguments)

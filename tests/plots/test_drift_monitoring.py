@@ -2,27 +2,18 @@
 """Tests of scripts/plot_monitoring.py. Needs a result of drift_monitoring with series (SURVEYMC_RESULT) and one of a
 sweep (SURVEYMC_SWEEP_RESULT)."""
 import os
-import subprocess
-import sys
-import tempfile
 import unittest
 
 import numpy as np
 
-SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
-sys.path.insert(0, SCRIPTS)
-import mwd_drift_figures  # noqa: E402
-import plot_monitoring as plot  # noqa: E402
-import plotting  # noqa: E402
+import drawing
+import mwd_drift_figures
+import plot_monitoring as plot
+import plotting
 
-SCRIPT = os.path.join(SCRIPTS, "plot_monitoring.py")
 RESULT = os.environ.get("SURVEYMC_RESULT", "")
 SWEEP = os.environ.get("SURVEYMC_SWEEP_RESULT", "")
 MWD = os.environ.get("SURVEYMC_MWD_RESULT", "")
-
-
-def draw(*arguments):
-    return subprocess.run([sys.executable, SCRIPT, *arguments], capture_output=True, text=True, timeout=120)
 
 
 class Parts(unittest.TestCase):
@@ -40,27 +31,19 @@ class Parts(unittest.TestCase):
 
 
 @unittest.skipUnless(RESULT and SWEEP, "SURVEYMC_RESULT or SURVEYMC_SWEEP_RESULT is not set")
-class Figures(unittest.TestCase):
-    def figures(self, *arguments):
-        with tempfile.TemporaryDirectory() as folder:
-            done = draw(*arguments, "-o", folder)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertEqual(done.stderr, "")
-            for name in os.listdir(folder):
-                self.assertGreater(os.path.getsize(os.path.join(folder, name)), 5000)
-            return sorted(n for n in os.listdir(folder) if n.endswith(".png"))
+class Figures(drawing.Drawing):
+    script = "plot_monitoring.py"
 
     def test_files(self):
-        self.assertEqual(self.figures(RESULT), [f"drift_csv_{n}.png" for n in ("decisions", "delay", "predictions")])
-        self.assertEqual(self.figures(SWEEP, "--point", "1"),
-                         ["drift_monitoring_operating.png"] +
-                         [f"drift_monitoring_point1_{n}.png" for n in ("curves", "decisions", "delay", "predictions")])
+        self.assert_drawn([f"drift_csv_{n}" for n in ("decisions", "delay", "predictions")], RESULT)
+        self.assert_drawn(["drift_monitoring_operating",
+                           *(f"drift_monitoring_point1_{n}" for n in ("curves", "decisions", "delay", "predictions"))],
+                          SWEEP, "--point", "1")
 
     @unittest.skipUnless(MWD, "SURVEYMC_MWD_RESULT is not set")
     def test_mwd_drift(self):
-        self.assertEqual(self.figures(MWD, "--point", "1"),
-                         [f"mwd_drift_{n}.png" for n in ("detection", "point1_tracks", "verdicts")])
-        self.assertEqual(draw(MWD, "--point", "2").returncode, plotting.USAGE)
+        self.assert_drawn([f"mwd_drift_{n}" for n in ("detection", "point1_tracks", "verdicts")], MWD, "--point", "1")
+        self.refused(plotting.USAGE, "--point 2", MWD, "--point", "2")
         with plotting.open_result(MWD, "mwd_drift") as file:
             series = plotting.at_point(plotting.read_table(file, "series"), ["case"], ("Gx",))
         figure = mwd_drift_figures.tracks_figure("title", series)
@@ -80,9 +63,9 @@ class Figures(unittest.TestCase):
         self.assertTrue(12000 < np.median(line.get_ydata()) < 14500)  # bottom-hole pressures of this well
 
     def test_wrong_use(self):
-        self.assertEqual(draw(SWEEP, "--point", "9").returncode, plotting.USAGE)
-        self.assertEqual(draw(RESULT, "--sensors", "x").returncode, plotting.USAGE)
-        self.assertEqual(draw(SCRIPT).returncode, plotting.BAD_DATA)
+        self.refused(plotting.USAGE, "--point 9", SWEEP, "--point", "9")
+        self.refused(plotting.USAGE, "no sensor 'x'", RESULT, "--sensors", "x")
+        self.refused(plotting.BAD_DATA, "not an HDF5 file", str(drawing.SCRIPTS / self.script))
 
 
 if __name__ == "__main__":

@@ -7,6 +7,8 @@ import sys
 import tempfile
 import unittest
 
+import drawing
+
 EXECUTABLE, SOURCE, SMOKE = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
 
 
@@ -17,8 +19,7 @@ class Claims(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
 
     def plot(self, script, result, code=0):
-        done = subprocess.run(["/usr/bin/python3", SOURCE / "scripts" / script, result, "-o", self.folder], capture_output=True,
-                              text=True, timeout=200)
+        done = drawing.draw(script, result, "-o", self.folder)
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertNotIn("Traceback", done.stderr)
         return sorted(p.name for p in self.folder.glob("*.png")), done.stderr
@@ -38,12 +39,11 @@ class Claims(unittest.TestCase):
                             "--set", 'calibration.truth="as_is"'], check=True, timeout=200)
         os.environ["SURVEYMC"] = str(EXECUTABLE)
         for other, name in ((runs[1], "seed2_difference.png"), (runs[2], "seed3_difference.png")):
-            done = subprocess.run(["/usr/bin/python3", SOURCE / "scripts/draw_difference.py", runs[0], other, "-o", self.folder],
-                                  capture_output=True, text=True, timeout=200)
+            done = drawing.draw("draw_difference.py", runs[0], other, "-o", self.folder)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertTrue((self.folder / name).exists())
         # The same draws: nothing that chance can move.
-        done = subprocess.run(["/usr/bin/python3", SOURCE / "scripts/draw_difference.py", runs[0], runs[0]], capture_output=True, text=True)
+        done = drawing.draw("draw_difference.py", runs[0], runs[0])
         self.assertEqual(done.returncode, 65)
         self.assertIn("no value that chance can move", done.stderr)
 

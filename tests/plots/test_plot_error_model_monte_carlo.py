@@ -7,10 +7,9 @@ import sys
 import tempfile
 import unittest
 
+import drawing
+import plotting
 
-SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
-sys.path.insert(0, SCRIPTS)
-import plotting  # noqa: E402
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from sealed import result_file  # noqa: E402
 
@@ -35,21 +34,11 @@ dip_deg = 72.0
 """
 
 
-def draw(*arguments):
-    return subprocess.run([sys.executable, os.path.join(SCRIPTS, "plot_error_model_monte_carlo.py"), *arguments],
-                          capture_output=True, text=True, timeout=240)
+class ErrorModelMonteCarlo(drawing.Drawing):
+    script = "plot_error_model_monte_carlo.py"
 
-
-class Drawing(unittest.TestCase):
     def check(self, result, figures):
-        with tempfile.TemporaryDirectory() as folder:
-            run = draw(result, "-o", folder)
-            self.assertEqual(run.returncode, 0, run.stderr)
-            stem = os.path.splitext(os.path.basename(result))[0]
-            wanted = sorted(f"{stem}_{f}.{e}" for f in figures for e in ("png", "svg"))
-            self.assertEqual(sorted(os.listdir(folder)), wanted)
-            for name in wanted:
-                self.assertGreater(os.path.getsize(os.path.join(folder, name)), 10_000, name)
+        self.assert_drawn([f"{os.path.splitext(os.path.basename(result))[0]}_{f}" for f in figures], result)
 
     @unittest.skipUnless(FOLDER, "SURVEYMC_SMOKE_RESULTS is not set")
     def test_ratio_cloud_and_sources(self):
@@ -68,7 +57,7 @@ class Drawing(unittest.TestCase):
             path = os.path.join(folder, "empty.h5")
             with result_file(path) as file:
                 file.attrs.update({"format": "surveymc", "experiment": "error_model_monte_carlo", "config": ""})
-            run = draw(path)
+            run = drawing.draw(self.script, path)
             self.assertEqual(run.returncode, plotting.BAD_DATA, run.stderr)
             self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
 

@@ -2,15 +2,13 @@
 """Tests of plot_vertical_well.py and plot_sensor_monte_carlo.py on the smoke results, whose folder is in the environment
 variable SURVEYMC_SMOKE_RESULTS. Without it they are skipped."""
 import os
-import subprocess
 import sys
 import tempfile
 import unittest
 
+import drawing
+import plotting
 
-SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts")
-sys.path.insert(0, SCRIPTS)
-import plotting  # noqa: E402
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from sealed import result_file  # noqa: E402
 
@@ -19,8 +17,7 @@ STUDIES = {"vertical_well": ("ellipses", "ratio"), "sensor_monte_carlo": ("ellip
 
 
 def draw(study, *arguments):
-    return subprocess.run([sys.executable, os.path.join(SCRIPTS, f"plot_{study}.py"), *arguments], capture_output=True,
-                          text=True, timeout=120)
+    return drawing.draw(f"plot_{study}.py", *arguments)
 
 
 @unittest.skipUnless(FOLDER, "SURVEYMC_SMOKE_RESULTS is not set")

@@ -7,25 +7,22 @@ Without it they are skipped.
 
 import os
 import subprocess
-import sys
 import tempfile
 import unittest
 
 import numpy as np
 
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-SCRIPTS = os.path.join(ROOT, "scripts")
-sys.path.insert(0, SCRIPTS)
-import error_ellipsoids  # noqa: E402
-import plot_thesis  # noqa: E402
-import plotting  # noqa: E402
+import drawing
+import error_ellipsoids
+import plot_thesis
+import plotting
 
-SCRIPT = os.path.join(SCRIPTS, "plot_thesis.py")
+ROOT = drawing.SCRIPTS.parent
 PROGRAM = os.environ.get("SURVEYMC", "")
 
 
 def draw(*arguments):
-    return subprocess.run([sys.executable, SCRIPT, *arguments], capture_output=True, text=True, timeout=300)
+    return drawing.draw("plot_thesis.py", *arguments)
 
 
 class Geometry(unittest.TestCase):

@@ -19,6 +19,7 @@ SCRIPTS = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)
 sys.path.insert(0, SCRIPTS)
 import studies  # noqa: E402
 import surveymc  # noqa: E402
+from surveymc import integrity  # noqa: E402
 from report_page import explore, figures, headlines, page, tables, text  # noqa: E402
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from sealed import result_file  # noqa: E402
@@ -323,6 +324,34 @@ class AnyResult(unittest.TestCase):
         self.assertIn("left out", run.stderr)
         self.assertIn("broken.h5", run.stderr)
         self.assertEqual(re.findall(r'<article class="result" id="([^"]*)"', source), ["result-a-fig1", "result-b-fig1"])
+
+    def test_damaged_results_are_no_pages(self):
+        """A byte of the contents, of the seal and of its mark; a cut in the seal, and before it; contents edited behind its back."""
+        with open(os.path.join(SMOKE, "mwd_drift.h5"), "rb") as file:
+            whole = file.read()
+        seal, damaged = integrity.SEAL_SIZE, {}
+        for name, at in (("contents", len(whole) // 2), ("mark", len(whole) - seal), ("seal", len(whole) - 1)):
+            damaged[name] = bytearray(whole)
+            damaged[name][at] ^= 0x10
+        damaged.update(cut=whole[:-3], shorter=whole[:-seal - 3])
+        paths = [os.path.join(self.folder, f"{name}.h5") for name in (*damaged, "edited")]
+        for path, data in zip(paths, damaged.values()):
+            with open(path, "wb") as file:
+                file.write(data)
+        with open(paths[-1], "wb") as file:
+            file.write(whole[:-seal])
+        with h5py.File(paths[-1], "r+") as file:
+            column = next(c for t in file["tables"].values() for c in t.values() if c.dtype == np.float64 and np.isfinite(c[0]))
+            column[0] += 1
+        run = make(*paths, "-o", self.output, "--no-figures")
+        self.assertEqual(run.returncode, 65, run.stderr)
+        self.assertFalse(os.path.exists(self.output))
+        self.assertNotIn("Traceback", run.stderr)
+        lines = run.stderr.splitlines()
+        self.assertEqual(lines[-1], "report.py: no result file could be read")
+        for path, line in zip(paths, lines):
+            self.assertRegex(line, rf"^report\.py: left out: {re.escape(path)}: .*(damaged|do not match)")
+        self.assertEqual(len(lines), len(paths) + 1, run.stderr)
 
     def test_a_result_that_is_not_whole_is_left_out(self):
         def uneven(file):
