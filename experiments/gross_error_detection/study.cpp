@@ -112,7 +112,7 @@ class GrossErrorDetection final : public study::StudyPoint {
         bool begun = false;
         shares(kept++, 0) = count(trials_.tests_of_shots(without, t), trials_.tests_of_shots(with, t), tally.counts,
                                   [&](SnoopingStrategy strategy) {
-                                    if (!begun) family.begin(trials_.model_of_shots(with, t));
+                                    if (!begun) trials_.model_of_shots(with, t, family.begin());
                                     begun = true;
                                     if (strategy != SnoopingStrategy::single) return snoop(strategy, family);
                                     return suspected(reliability::data_snooping(family, 0).rejected.front());

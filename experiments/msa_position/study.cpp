@@ -45,10 +45,11 @@ int component_of(const std::string& quantity) {
 
 /// The estimator that needs the fewest evaluations for the study's first trials; they decide for all alike. From the
 /// solution of the noise-free readings chord steps are shortest, unless the noise is large for the geometry: then the
-/// valley of each trial is (thesis tests 1 and 2). From unit gains an evaluation has a matrix and costs three others.
+/// valley of each trial is (thesis tests 1 and 2), which is not made where chord steps are as few as they can be. From
+/// unit gains an evaluation has a matrix and costs three others.
 std::unique_ptr<estimate::Estimator> choose_estimator(const Scenario& s, const sensor::CleanReadings& clean,
                                                       const random::Stream& stream) {
-  constexpr int kProbes = 64;
+  constexpr int kProbes = 64, kFewest = 3;  // two steps, and one that is short enough
   const std::vector<survey::StationFields> truth = sensor::station_fields(clean);
   auto whole = estimate::make_estimator(s.estimator, s.field, truth);
   if (s.estimator.name != "msa" || s.estimator.solver != "gauss_newton") return whole;
@@ -63,7 +64,7 @@ std::unique_ptr<estimate::Estimator> choose_estimator(const Scenario& s, const s
   };
   auto best = estimate::make_estimator(s.estimator, s.field, truth, clean.magnetic_T);
   double fewest = evaluations(*best);
-  if (std::ranges::count(s.estimator.estimated, false) == 0)
+  if (fewest > kFewest * kProbes && std::ranges::count(s.estimator.estimated, false) == 0)
     if (auto valley = estimate::make_msa_in_valley({s.estimator.max_iterations, s.estimator.step_tolerance}, s.field,
                                                    truth, clean.magnetic_T))
       if (const double sum = evaluations(*valley); sum < fewest) {

@@ -19,15 +19,8 @@ class MwdDrift final : public study::StudyPoint {
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     stats::Tally tally;
     tally.trials = static_cast<std::uint64_t>(block.count);
-    for (int i = 0; i < block.count; ++i) {
-      const std::uint64_t trial = block.first + static_cast<std::uint64_t>(i);
-      const analysis::DriftRun with = analysis::drift_run(s_, trial, analysis::SensorBias::ramp),
-                               without = analysis::drift_run(s_, trial, analysis::SensorBias::none),
-                               walk = analysis::drift_run(s_, trial, analysis::SensorBias::walk);
-      for (const int x : {with.sprt_alarm, with.filter_alarm, with.named, without.sprt_alarm, without.filter_alarm})
-        tally.samples.push_back(x);
-      for (const double x : {walk.nis_mean, walk.nis_inside, walk.nees_mean}) tally.samples.push_back(x);
-    }
+    for (const analysis::DriftValues& of_trial : analysis::drift_values(s_, block.first, block.count))
+      tally.samples.insert(tally.samples.end(), of_trial.begin(), of_trial.end());
     return tally;
   }
 

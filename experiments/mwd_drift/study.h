@@ -24,10 +24,7 @@ struct Scenario : analysis::DriftRunSetup {
 /// Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 
-/// The results of a trial: wells with the ramp, without drift, and with biases that walk.
-struct Outcome {
-  enum Value { sprt, filter, named, sprt_without, filter_without, nis_mean, nis_inside, nees_mean, kValues };
-};
+using Outcome = analysis::DriftResult;
 
 /// The rows of all trials as they stand in a tally.
 class Outcomes {

@@ -6,6 +6,7 @@
 
 #include "base/units.h"
 #include "random/study_stream.h"
+#include "simd/instruction_set.h"
 #include "stats/intervals.h"
 #include "survey/frames.h"
 
@@ -14,8 +15,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// First index of the steps of biases that walk, beyond the indices of the noise of 10^8 stations.
-constexpr std::uint32_t kFirstStep = std::uint32_t{1} << 30;
+double nis_quantile() {
+  static const double inside = stats::chi_squared_quantile(3, 0.95);
+  return inside;
+}
 
 /// Normals of a trial by their index. Four neighbours come from one call of the generator, which takes as long as one.
 class Draws {
@@ -43,7 +46,7 @@ class Draws {
 
 DriftRun drift_run(const DriftRunSetup& s, std::uint64_t trial, SensorBias kind, bool keep_stations) {
   const random::Stream stream = random::stream_of(s.seed);
-  static const double inside = stats::chi_squared_quantile(3, 0.95);
+  const double inside = nis_quantile();
   DriftRun run;
   monitoring::BiasFilter filter(s.walk.cwiseAbs2());
   std::array<monitoring::Sprt, 3> sprt{monitoring::Sprt(s.sprt), monitoring::Sprt(s.sprt), monitoring::Sprt(s.sprt)};
@@ -63,7 +66,7 @@ DriftRun drift_run(const DriftRunSetup& s, std::uint64_t trial, SensorBias kind,
     if (kind == SensorBias::ramp) truth = s.ramp(k) * s.drift_at_td;
     if (kind == SensorBias::walk)
       for (int j = 0; j < 6; ++j)
-        truth[j] += s.walk[j] * steps[kFirstStep + 6 * station + static_cast<std::uint32_t>(j)];
+        truth[j] += s.walk[j] * steps[kFirstDriftStep + 6 * station + static_cast<std::uint32_t>(j)];
     for (int j = 0; j < 6; ++j)
       readings[j] += s.noise[j] * noise[6 * station + static_cast<std::uint32_t>(j)] + truth[j];
     Vector3d reference(s.field.gravity, s.field.total, s.field.dip);
@@ -100,6 +103,84 @@ DriftRun drift_run(const DriftRunSetup& s, std::uint64_t trial, SensorBias kind,
     if (keep_stations) run.stations.push_back(seen);
   }
   return run;
+}
+
+DriftValues drift_values(const DriftRunSetup& s, std::uint64_t trial) {
+  const DriftRun with = drift_run(s, trial, SensorBias::ramp), without = drift_run(s, trial, SensorBias::none),
+                 walk = drift_run(s, trial, SensorBias::walk);
+  const auto number = [](int station) { return static_cast<double>(station); };
+  return {number(with.sprt_alarm),
+          number(with.filter_alarm),
+          number(with.named),
+          number(without.sprt_alarm),
+          number(without.filter_alarm),
+          walk.nis_mean,
+          walk.nis_inside,
+          walk.nees_mean};
+}
+
+DriftBatch drift_batch(const DriftRunSetup& s, std::uint64_t first, std::vector<double>& columns) {
+  const auto stations = static_cast<std::size_t>(s.stations);
+  const double horizontal = s.field.total * std::cos(s.field.dip), vertical = s.field.total * std::sin(s.field.dip);
+  columns.resize(5 * stations);
+  double* column = columns.data();
+  for (std::size_t k = 0; k < stations; ++k) {
+    const double inclination = s.inclination(static_cast<int>(k)), si = std::sin(inclination),
+                 ci = std::cos(inclination), north = horizontal * std::cos(s.azimuth);
+    const std::array<double, 5> of_station{s.field.gravity * si, s.field.gravity * ci, north * ci - vertical * si,
+                                           north * si + vertical * ci, s.ramp(static_cast<int>(k))};
+    for (std::size_t c = 0; c < 5; ++c) column[c * stations + k] = of_station[c];
+  }
+  const auto six = [](const monitoring::Vector6& x) {
+    return std::array<double, 6>{x[0], x[1], x[2], x[3], x[4], x[5]};
+  };
+  return {random::stream_of(s.seed),
+          first,
+          s.stations,
+          s.from_station,
+          column,
+          column + stations,
+          column + 2 * stations,
+          column + 3 * stations,
+          column + 4 * stations,
+          horizontal * std::sin(s.azimuth),
+          s.field.gravity,
+          s.field.total,
+          std::sin(s.field.dip),
+          std::cos(s.field.dip),
+          six(s.noise),
+          six(s.drift_at_td),
+          six(s.walk),
+          {s.scatter[0], s.scatter[1], s.scatter[2]},
+          s.sprt.shift / s.sprt.variance,
+          s.sprt.shift / 2,
+          monitoring::sprt_lower(s.sprt),
+          monitoring::sprt_upper(s.sprt),
+          s.alarm_sd,
+          nis_quantile(),
+          {},
+          {}};
+}
+
+std::vector<DriftValues> drift_values(const DriftRunSetup& s, std::uint64_t first, int count) {
+  std::vector<DriftValues> all(static_cast<std::size_t>(count));
+  std::vector<double> columns;
+  DriftBatch batch = drift_batch(s, first, columns);
+  for (std::size_t at = 0; at < all.size(); at += simd::kGroup) {
+    batch.first_trial = first + at;
+    if (simd::instruction_set() == simd::InstructionSet::v4)
+      isa_v4::drift_trials(batch);
+    else
+      isa_v3::drift_trials(batch);
+    for (std::size_t lane = 0; lane < simd::kGroup && at + lane < all.size(); ++lane) {
+      if (batch.in_range[lane] == 0) {
+        all[at + lane] = drift_values(s, first + at + lane);
+        continue;
+      }
+      for (std::size_t v = 0; v < DriftResult::kValues; ++v) all[at + lane][v] = batch.values[v][lane];
+    }
+  }
+  return all;
 }
 
 }  // namespace surveymc::analysis

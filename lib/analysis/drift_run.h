@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "analysis/drift_lanes.h"
 #include "monitoring/sequential_tests.h"
 #include "monitoring/survey_drift.h"
 #include "random/study_id.h"
@@ -58,5 +59,14 @@ struct DriftRun {
 /// Trial `trial` of the setup. The same draws for every `bias`, so that runs with and without drift differ by the
 /// drift.
 DriftRun drift_run(const DriftRunSetup& s, std::uint64_t trial, SensorBias bias, bool keep_stations = false);
+
+/// The results of a trial with all three kinds of biases.
+using DriftValues = std::array<double, DriftResult::kValues>;
+DriftValues drift_values(const DriftRunSetup& s, std::uint64_t trial);
+/// The same of `count` trials from `first` on, side by side: to rounding, and the same for every `first`. Trials that
+/// the kernel cannot do are done by drift_values().
+std::vector<DriftValues> drift_values(const DriftRunSetup& s, std::uint64_t first, int count);
+/// What the kernel gets of eight trials: its columns are in `columns`.
+DriftBatch drift_batch(const DriftRunSetup& s, std::uint64_t first, std::vector<double>& columns);
 
 }  // namespace surveymc::analysis

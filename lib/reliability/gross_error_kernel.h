@@ -42,21 +42,42 @@ namespace gross_error_kernel {
 template <class T>
 using ConditionColumn = std::array<T, 3>;
 
+/// Readings enter one condition by their direction and that of the dip: columns (u_i, 0, u_dip_i) and (0, h_i,
+/// h_dip_i). Those of the references are less the unit vectors. No sum is made over their zeros.
 template <class T>
-T dot3(const ConditionColumn<T>& a, const ConditionColumn<T>& b) {
-  return fma(a[0], b[0], fma(a[1], b[1], a[2] * b[2]));
-}
+struct Columns {
+  std::array<T, 6> first, dip;
+
+  /// c_i' k
+  T along(std::size_t i, const ConditionColumn<T>& k) const {
+    if (i >= 6) return -k[i - 6];
+    return fma(first[i], k[i < 3 ? 0 : 1], dip[i] * k[2]);
+  }
+  /// n c_i
+  ConditionColumn<T> times(const Symmetric<T, 3>& n, std::size_t i) const {
+    if (i == 6) return {-n[0], -n[1], -n[3]};
+    if (i == 7) return {-n[1], -n[2], -n[4]};
+    if (i == 8) return {-n[3], -n[4], -n[5]};
+    const std::size_t row = i < 3 ? 0 : 1;
+    return {fma(n[packed(row, 0)], first[i], n[3] * dip[i]), fma(n[packed(1, row)], first[i], n[4] * dip[i]),
+            fma(n[packed(2, row)], first[i], n[5] * dip[i])};
+  }
+};
 
 template <class T>
 ConditionColumn<T> times(const Symmetric<T, 3>& n, const ConditionColumn<T>& c) {
   return {fma(n[0], c[0], fma(n[1], c[1], n[3] * c[2])), fma(n[1], c[0], fma(n[2], c[1], n[4] * c[2])),
           fma(n[3], c[0], fma(n[4], c[1], n[5] * c[2]))};
 }
+template <class T>
+T dot3(const ConditionColumn<T>& a, const ConditionColumn<T>& b) {
+  return fma(a[0], b[0], fma(a[1], b[1], a[2] * b[2]));
+}
 
 /// The linear problem at one set of observations.
 template <class T>
 struct Linearised {
-  std::array<ConditionColumn<T>, kStationObservations> columns;
+  Columns<T> columns;
   Symmetric<T, 3> weight;          ///< N, without the directions of observations left out
   ConditionColumn<T> misclosures;  ///< w
   T bz;                            ///< estimated error of bz where it is left out; else 0
@@ -77,32 +98,33 @@ Linearised<T> linearise(const StationScale& s, const std::array<T, kStationObser
   const T angle = difference * asin_ratio(select(square < T(0.25), square, T(0.25)));
 
   Linearised<T> l;
-  const T zero(0.0), one(1.0);
+  const T zero(0.0), one(1.0), dip_g = per_g * per_cosine, dip_b = per_b * per_cosine;
   const std::array<T, 3> us{u.x, u.y, u.z}, hs{h.x, h.y, h.z};
   for (std::size_t i = 0; i < 3; ++i) {
-    l.columns[i] = {us[i], zero, fma(-sine, us[i], hs[i]) * per_g * per_cosine};
-    l.columns[3 + i] = {zero, hs[i], fma(-sine, hs[i], us[i]) * per_b * per_cosine};
+    l.columns.first[i] = us[i];
+    l.columns.dip[i] = fma(-sine, us[i], hs[i]) * dip_g;
+    l.columns.first[3 + i] = hs[i];
+    l.columns.dip[3 + i] = fma(-sine, hs[i], us[i]) * dip_b;
   }
-  l.columns[6] = {-one, zero, zero};
-  l.columns[7] = {zero, -one, zero};
-  l.columns[8] = {zero, zero, -one};
 
-  Symmetric<T, 3> covariance{zero, zero, zero, zero, zero, zero};
-  l.misclosures = {gravity - at[6], total - at[7], angle};
-  for (std::size_t i = 0; i < kStationObservations; ++i) {
-    const ConditionColumn<T>& c = l.columns[i];
-    const T q(s.sd[i] * s.sd[i]), v = y[i] - at[i];
-    for (std::size_t r = 0; r < 3; ++r) {
-      l.misclosures[r] = fma(c[r], v, l.misclosures[r]);
-      for (std::size_t k = 0; k <= r; ++k) covariance[packed(r, k)] = fma(q * c[r], c[k], covariance[packed(r, k)]);
-    }
+  Symmetric<T, 3> covariance{T(s.sd[6] * s.sd[6]), zero, T(s.sd[7] * s.sd[7]), zero, zero, T(s.sd[8] * s.sd[8])};
+  // Less the references: f and their own part of sum c v, which is at - y, together
+  l.misclosures = {gravity - y[6], total - y[7], angle - (y[8] - at[8])};
+  for (std::size_t i = 0; i < 6; ++i) {
+    const std::size_t row = i < 3 ? 0 : 1;
+    const T first = l.columns.first[i], dip = l.columns.dip[i], q(s.sd[i] * s.sd[i]), v = y[i] - at[i];
+    const T q_first = q * first;
+    l.misclosures[row] = fma(first, v, l.misclosures[row]);
+    l.misclosures[2] = fma(dip, v, l.misclosures[2]);
+    covariance[packed(row, row)] = fma(q_first, first, covariance[packed(row, row)]);
+    covariance[packed(2, row)] = fma(q_first, dip, covariance[packed(2, row)]);
+    covariance[5] = fma(q * dip, dip, covariance[5]);
   }
   l.weight = station_kernel::inverse<T>(covariance);
   l.bz = zero;
   if (s.without_bz) {
-    const ConditionColumn<T>& z = l.columns[5];
-    const ConditionColumn<T> nz = times(l.weight, z);
-    const T information = dot3(z, nz);
+    const ConditionColumn<T> nz = l.columns.times(l.weight, 5);
+    const T information = l.columns.along(5, nz);
     const T per = select(information * T(s.sd[5] * s.sd[5]) > T(kLeastRedundancy), one / information, zero);
     l.bz = dot3(nz, l.misclosures) * per;
     for (std::size_t r = 0; r < 3; ++r)
@@ -126,8 +148,9 @@ StationTests<T> adjust_and_test(const StationScale& s, const std::array<T, kStat
     const Linearised<T> l = linearise<T>(s, y, at);
     const ConditionColumn<T> k = times(l.weight, l.misclosures);
     T step(0.0);
+#pragma GCC unroll 9
     for (std::size_t o = 0; o < kStationObservations; ++o) {
-      T next = fma(T(-s.sd[o] * s.sd[o]), dot3(l.columns[o], k), y[o]);
+      T next = fma(T(-s.sd[o] * s.sd[o]), l.columns.along(o, k), y[o]);
       if (s.without_bz && o == 5) next = y[o] - l.bz;
       if (s.sd[o] > 0) step = step + abs(next - at[o]) * T(1 / s.sd[o]);  // their sum: NaN is not lost in it
       at[o] = select(active, next, at[o]);
@@ -144,20 +167,22 @@ StationTests<T> adjust_and_test(const StationScale& s, const std::array<T, kStat
   t.converged = select(converged, T(1.0), T(0.0));
   std::array<T, kStationObservations> per_size;
   ConditionColumn<T> worst{T(0.0), T(0.0), T(0.0)};  // unit column of the largest test, times N
+#pragma GCC unroll 9
   for (std::size_t o = 0; o < kStationObservations; ++o) {
-    const ConditionColumn<T> nc = times(l.weight, l.columns[o]);
-    const T information = dot3(l.columns[o], nc);
+    const ConditionColumn<T> nc = l.columns.times(l.weight, o);
+    const T information = l.columns.along(o, nc);
     auto testable = information * T(s.sd[o] * s.sd[o]) > T(kLeastRedundancy);
     if (s.without_bz && o == 5) testable = T(1.0) < T(0.0);
     per_size[o] = select(testable, T(1.0) / sqrt(information), T(0.0));
-    t.w[o] = select(testable, dot3(l.columns[o], k) * per_size[o], T(0.0));
+    t.w[o] = select(testable, l.columns.along(o, k) * per_size[o], T(0.0));
     const auto more = abs(t.w[o]) > t.largest;
     t.largest = select(more, abs(t.w[o]), t.largest);
     for (std::size_t r = 0; r < 3; ++r) worst[r] = select(more, nc[r] * per_size[o], worst[r]);
   }
   t.tied = T(0.0);
+#pragma GCC unroll 9
   for (std::size_t o = 0; o < kStationObservations; ++o)
-    t.tied = t.tied + select(abs(dot3(l.columns[o], worst) * per_size[o]) > T(1 - 1e-9), T(double(1 << o)), T(0.0));
+    t.tied = t.tied + select(abs(l.columns.along(o, worst) * per_size[o]) > T(1 - 1e-9), T(double(1 << o)), T(0.0));
   return t;
 }
 

@@ -155,12 +155,14 @@ TrialTests GrossErrorTrials::tests_of_shots(const survey::LaneArray& block, int 
   return t;
 }
 
-RedundancyModel GrossErrorTrials::model_of_shots(const survey::LaneArray& with, int trial) const {
+void GrossErrorTrials::model_of_shots(const survey::LaneArray& with, int trial, RedundancyModel& model) const {
   const ShotsRows rows = shots_rows();
-  std::vector<double> w(rows.observations), v(rows.observations * rows.unknowns);
-  for (std::size_t i = 0; i < w.size(); ++i) w[i] = with.value(trial, static_cast<int>(i));
-  for (std::size_t i = 0; i < v.size(); ++i) v[i] = with.value(trial, rows.base() + static_cast<int>(i));
-  return {w, v, static_cast<Index>(rows.observations - rows.unknowns), with.value(trial, rows.omega())};
+  std::array<double, kMostShotObservations> w;
+  std::array<double, kMostShotObservations * kMostShotUnknowns> v;
+  for (std::size_t i = 0; i < rows.observations; ++i) w[i] = with.value(trial, static_cast<int>(i));
+  for (std::size_t i = 0; i < rows.observations * rows.unknowns; ++i)
+    v[i] = with.value(trial, rows.base() + static_cast<int>(i));
+  model.set(rows.observations, w.data(), rows.unknowns, v.data(), with.value(trial, rows.omega()));
 }
 
 void GrossErrorTrials::put(const TrialTests& tests, int trial, survey::LaneArray& block) {

@@ -69,7 +69,7 @@ class GrossErrorTrials {
   /// Tests of one trial, without the suspects.
   TrialTests tests_of_shots(const survey::LaneArray& block, int trial) const;
   /// The linear model of one trial with errors.
-  RedundancyModel model_of_shots(const survey::LaneArray& with, int trial) const;
+  void model_of_shots(const survey::LaneArray& with, int trial, RedundancyModel& model) const;
 
   static TrialTests tests_of(const StationAdjustment& adjustment);
 

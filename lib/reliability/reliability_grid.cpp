@@ -184,6 +184,7 @@ void ReliabilityMaps::compute(const std::vector<std::size_t>& which, const std::
       const std::size_t quantity = index_of(q);
       batch.units[o][quantity] = internal_unit(quantity, o, model_.field) * degrees_of(quantity, o);
     }
+  batch.angle_unit = 1 / kDegree;
   for (std::size_t at = 0; at < count; at += kBlock) {
     const std::size_t n = std::min(kBlock, count - at);
     fill_points(first + at, n, columns);
@@ -238,19 +239,19 @@ std::array<ObservationReliability<double>, kObservations> station_reliability(co
   const StationVariances v = relative_variances(model, lambda0);
   switch (kernel_of(model)) {
     case StationKernel::sse:
-      station_reliability<double, kSseModel>(s, 1.0, v, wanted, true, keep);
+      station_reliability<double, kSseModel>(s, 1.0, v, wanted, true, 1.0, keep);
       break;
     case StationKernel::sse_axial:
-      station_reliability<double, kSseAxialModel>(s, 1.0, v, wanted, true, keep);
+      station_reliability<double, kSseAxialModel>(s, 1.0, v, wanted, true, 1.0, keep);
       break;
     case StationKernel::mse_fixed:
-      station_reliability<double, kMseFixedModel>(s, 1.0, v, wanted, true, keep);
+      station_reliability<double, kMseFixedModel>(s, 1.0, v, wanted, true, 1.0, keep);
       break;
     case StationKernel::mse_shared:
-      station_reliability<double, kMseSharedModel>(s, 1.0, v, wanted, true, keep);
+      station_reliability<double, kMseSharedModel>(s, 1.0, v, wanted, true, 1.0, keep);
       break;
     case StationKernel::mse_systematic:
-      station_reliability<double, kMseSystematicModel>(s, 1.0, v, wanted, true, keep);
+      station_reliability<double, kMseSystematicModel>(s, 1.0, v, wanted, true, 1.0, keep);
       break;
   }
   return all;

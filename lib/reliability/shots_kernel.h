@@ -247,14 +247,19 @@ struct ShotsLinearised {
   std::array<T, kMostShotUnknowns> gradient;
 };
 
+/// The normal matrix and its factor only where `with_matrix`; otherwise they stay.
 template <class T>
-void linearise(const ShotsModel& m, const T* y, const V3<T>& observed, const State<T>& s, ShotsLinearised<T>& l) {
+void linearise(const ShotsModel& m, const T* y, const V3<T>& observed, const State<T>& s, bool with_matrix,
+               ShotsLinearised<T>& l) {
+  // Readings that a column has: gravity alone reaches the accelerometers, the total field alone the magnetometers.
+  constexpr std::size_t kFrom[7] = {0, 0, 0, 0, 3, 0, 0}, kTo[7] = {6, 6, 6, 3, 6, 6, 6};
   const std::size_t unknowns = m.unknowns();
-  for (std::size_t i = 0; i < packed(unknowns, 0); ++i) l.normal[i] = T(0.0);
+  if (with_matrix)
+    for (std::size_t i = 0; i < packed(unknowns, 0); ++i) l.normal[i] = T(0.0);
   for (std::size_t i = 0; i < unknowns; ++i) l.gradient[i] = T(0.0);
   for (std::size_t j = 0; j < 3; ++j) {  // zeta is observed as 0
     const std::size_t c = reference_column(m, j);
-    l.normal[packed(c, c)] = T(1.0);
+    if (with_matrix) l.normal[packed(c, c)] = T(1.0);
     l.gradient[c] = -s.zeta[j];
   }
   const References<T> r = references_at(m, observed, s.zeta);
@@ -263,15 +268,20 @@ void linearise(const ShotsModel& m, const T* y, const V3<T>& observed, const Sta
     const ShotRows<T>& rows = l.rows[k];
     for (std::size_t a = 0; a < columns_of_shot(m, k); ++a) {
       const std::size_t ca = column_of(m, k, a);
-      for (std::size_t i = 0; i < kShotReadings; ++i) l.gradient[ca] = fma(rows.j[i][a], rows.e[i], l.gradient[ca]);
-      for (std::size_t b = 0; b <= a; ++b) {
+      T gradient = l.gradient[ca];
+      for (std::size_t i = kFrom[a]; i < kTo[a]; ++i) gradient = fma(rows.j[i][a], rows.e[i], gradient);
+      l.gradient[ca] = gradient;
+      for (std::size_t b = 0; with_matrix && b <= a; ++b) {
         const std::size_t cb = column_of(m, k, b);
-        T& n = l.normal[ca > cb ? packed(ca, cb) : packed(cb, ca)];
-        for (std::size_t i = 0; i < kShotReadings; ++i) n = fma(rows.j[i][a], rows.j[i][b], n);
+        T& normal = l.normal[ca > cb ? packed(ca, cb) : packed(cb, ca)];
+        T n = normal;
+        for (std::size_t i = kFrom[a] > kFrom[b] ? kFrom[a] : kFrom[b]; i < kTo[a] && i < kTo[b]; ++i)
+          n = fma(rows.j[i][a], rows.j[i][b], n);
+        normal = n;
       }
     }
   }
-  factor(unknowns, l.normal.data());
+  if (with_matrix) factor(unknowns, l.normal.data());
 }
 
 }  // namespace shots_kernel
@@ -288,7 +298,9 @@ void adjust_and_test_shots(const ShotsModel& m, const T* y, const std::array<T, 
   ShotsLinearised<T> l;
   auto active = T(0.0) < T(1.0), converged = T(1.0) < T(0.0);
   for (int i = 0; i < kMost && any(active); ++i) {
-    linearise(m, y, observed, s, l);
+    // The second matrix is that of the minimum but for a thousandth of the noise: it serves the steps that follow.
+    // Should they be many, it is made anew.
+    linearise(m, y, observed, s, i < 2 || i % 4 == 0, l);
     std::array<T, kMostShotUnknowns> step = l.gradient;
     solve_lower(unknowns, l.normal.data(), step.data(), 0);
     solve_upper(unknowns, l.normal.data(), step.data());
@@ -305,7 +317,7 @@ void adjust_and_test_shots(const ShotsModel& m, const T* y, const std::array<T, 
     active = active & (moved > T(kTolerance));
   }
 
-  linearise(m, y, observed, s, l);
+  linearise(m, y, observed, s, true, l);
   t.converged = select(converged, T(1.0), T(0.0));
   t.omega = t.largest = T(0.0);
   for (std::size_t o = 0; o < m.observations(); ++o) {

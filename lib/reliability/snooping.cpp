@@ -25,22 +25,33 @@ struct Largest {
   double size = 0;  ///< |w|
 };
 
-/// A pair of groups, by their first members, and how much Omega falls without both.
+/// A pair of groups, by their first members.
 struct Pair {
-  double statistic;
   Index i, j;
+};
+/// The pair without which Omega falls most, and those that are as good to 1e-9 of Omega; none: there is no pair.
+struct BestPairs {
+  std::vector<Pair> best, ties;
 };
 
 // What the searches ask of a model: parity.h is the plain one, redundancy_model.h the fast one.
 Index redundancy_of(const ParityModel& m) { return m.redundancy; }
-double omega_of(const ParityModel& m) { return m.omega(); }
 double w_of(const ParityModel& m, Index i) { return w_statistics(m)[i]; }
 const ParityModel& whole_of(const ParityModel& m) { return m; }
 ParityModel left_of(const ParityModel& m, const std::vector<Index>& out) { return without(m, out); }
-void add_pairs(const ParityModel& m, const std::vector<Index>& firsts, std::vector<Pair>& pairs) {
+BestPairs best_pairs(const ParityModel& m, const std::vector<Index>& firsts) {
+  std::vector<std::pair<double, Pair>> all;
   for (std::size_t a = 0; a < firsts.size(); ++a)
     for (std::size_t b = a + 1; b < firsts.size(); ++b)
-      pairs.push_back({general_test(m, std::vector<Index>{firsts[a], firsts[b]}).chi_squared, firsts[a], firsts[b]});
+      all.push_back({general_test(m, std::vector<Index>{firsts[a], firsts[b]}).chi_squared, {firsts[a], firsts[b]}});
+  BestPairs p;
+  if (all.empty()) return p;
+  const auto best =
+      std::max_element(all.begin(), all.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+  p.best = {best->second};
+  for (auto i = all.begin(); i != all.end(); ++i)
+    if (i != best && i->first > best->first - 1e-9 * m.omega()) p.ties.push_back(i->second);
+  return p;
 }
 /// Observations that cannot be told apart from i, with it.
 SuspectGroup group_with(const ParityModel& m, Index i) {
@@ -58,16 +69,45 @@ Largest largest_w(const ParityModel& m) {
 }
 
 Index redundancy_of(const RedundancyModel& m) { return m.redundancy(); }
-double omega_of(const RedundancyModel& m) { return m.omega(); }
 double w_of(const RedundancyModel& m, Index i) { return m.w(i); }
-const RedundancyModel& whole_of(RedundancyFamily& m) { return m.without({}); }
+const RedundancyModel& whole_of(const RedundancyFamily& m) { return m.whole(); }
 const RedundancyModel& left_of(RedundancyFamily& m, const std::vector<Index>& out) { return m.without(out); }
-void add_pairs(const RedundancyModel& m, const std::vector<Index>& firsts, std::vector<Pair>& pairs) {
-  for (std::size_t a = 0; a < firsts.size(); ++a) {
-    const auto statistics = m.pair_statistics(firsts[a]);
-    for (std::size_t b = a + 1; b < firsts.size(); ++b)
-      pairs.push_back({statistics[static_cast<std::size_t>(firsts[b])], firsts[a], firsts[b]});
+BestPairs best_pairs(const RedundancyModel& m, const std::vector<Index>& firsts) {
+  constexpr std::size_t kMost = RedundancyModel::kMost;
+  if (firsts.size() < 2) return {};
+  // Row a has the pairs of first a with later ones. Those of others are 0, below any pair that lowers Omega.
+  RedundancyModel::Row is_first{};
+  for (const Index i : firsts) is_first[static_cast<std::size_t>(i)] = 1;
+  std::array<RedundancyModel::Row, kMost> statistics;
+  RedundancyModel::Row largest;
+  double most = -1;
+  for (std::size_t a = 0; a + 1 < firsts.size(); ++a) {
+    RedundancyModel::Row& row = statistics[a];
+    is_first[static_cast<std::size_t>(firsts[a])] = 0;
+    row.fill(0);
+    m.pair_statistics(firsts[a], row);
+    std::array<double, 4> of_four{-1, -1, -1, -1};  // side by side
+    for (std::size_t j = 0; j < kMost; j += 4)
+      for (std::size_t k = 0; k < 4; ++k) {
+        row[j + k] = is_first[j + k] > 0 ? row[j + k] : -1;
+        of_four[k] = row[j + k] > of_four[k] ? row[j + k] : of_four[k];
+      }
+    largest[a] = *std::max_element(of_four.begin(), of_four.end());
+    most = std::max(most, largest[a]);
   }
+  const double least = most - 1e-9 * m.omega();
+  BestPairs p;
+  for (std::size_t a = 0; a + 1 < firsts.size(); ++a) {
+    if (!(largest[a] > least) && largest[a] != most) continue;
+    for (std::size_t b = a + 1; b < firsts.size(); ++b) {
+      const double statistic = statistics[a][static_cast<std::size_t>(firsts[b])];
+      if (p.best.empty() && statistic == most)
+        p.best = {{firsts[a], firsts[b]}};
+      else if (statistic > least)
+        p.ties.push_back({firsts[a], firsts[b]});
+    }
+  }
+  return p;
 }
 /// Calls each(first, bits of the members) for all groups, in order of their first members.
 template <class Each>
@@ -209,22 +249,12 @@ SnoopingResult searched_pairs(Model& m, double critical) {
   if (redundancy_of(one_less) == 0 || passes(one_less, critical)) return finished({worst.group}, one_less, critical);
 
   const std::vector<Index> firsts = first_of_groups(whole);
-  std::vector<Pair> pairs;
-  pairs.reserve(firsts.size() * firsts.size() / 2);
-  add_pairs(whole, firsts, pairs);
-  if (pairs.empty()) return finished({worst.group}, one_less, critical);
-  auto best = pairs.begin();
-  double most = best->statistic;  // held apart: the compiler waits for no memory
-  for (auto p = pairs.begin(); p != pairs.end(); ++p)
-    if (p->statistic > most) {
-      best = p;
-      most = p->statistic;
-    }
+  const BestPairs pairs = best_pairs(whole, firsts);
+  if (pairs.best.empty()) return finished({worst.group}, one_less, critical);
   const auto groups_of = [&](const Pair& p) { return Groups{group_with(whole, p.i), group_with(whole, p.j)}; };
-  SnoopingResult r = finished(groups_of(*best), left_of(m, {best->i, best->j}), critical);
-  const double least = most - 1e-9 * omega_of(whole);
-  for (auto p = pairs.begin(); p != pairs.end(); ++p)
-    if (p != best && p->statistic > least) r.ties.push_back(groups_of(*p));
+  const Pair& best = pairs.best.front();
+  SnoopingResult r = finished(groups_of(best), left_of(m, {best.i, best.j}), critical);
+  for (const Pair& p : pairs.ties) r.ties.push_back(groups_of(p));
   return r;
 }
 

@@ -71,19 +71,15 @@ namespace station_kernel {
 template <class T>
 using Matrix3 = Symmetric<T, 3>;
 
-/// Inverse of a positive definite matrix.
+/// Inverse of a positive definite matrix whose element (1, 0) is zero: no condition but that of the dip has both
+/// gravity and field in it. By cofactors, with one division; all conditions are of order one.
 template <class T>
 [[gnu::always_inline]] inline Matrix3<T> inverse(const Matrix3<T>& m) {
-  const Matrix3<T> f = ldlt<T, 3>(m);                                     // 1/D on the diagonal, L below it
-  const T l31 = fma(f[packed(1, 0)], f[packed(2, 1)], -f[packed(2, 0)]);  // (L^-1)_31
-  const T d2 = f[packed(1, 1)], d3 = f[packed(2, 2)];
-  const T a = -f[packed(1, 0)], c = -f[packed(2, 1)];  // (L^-1)_21, (L^-1)_32
-  return {fma(a * a, d2, fma(l31 * l31, d3, f[packed(0, 0)])),
-          fma(a, d2, l31 * c * d3),
-          fma(c * c, d3, d2),
-          l31 * d3,
-          c * d3,
-          d3};
+  const T a = m[0], b = m[2], d = m[3], e = m[4], f = m[5];
+  const T of_a = fms(b, f, e * e), bd = b * d;
+  const T per_determinant = T(1.0) / fms(a, of_a, d * bd);
+  return {of_a * per_determinant, d * e * per_determinant,    fms(a, f, d * d) * per_determinant,
+          -bd * per_determinant,  -(a * e) * per_determinant, a * b * per_determinant};
 }
 
 template <class T>
@@ -91,33 +87,62 @@ survey::Vec3<T> times(const Matrix3<T>& m, const survey::Vec3<T>& x) {
   return {fma(m[0], x.x, fma(m[1], x.y, m[3] * x.z)), fma(m[1], x.x, fma(m[2], x.y, m[4] * x.z)),
           fma(m[3], x.x, fma(m[4], x.y, m[5] * x.z))};
 }
-
-/// sum of weights . a . b over the three axes
+/// m (x, 0, z)
 template <class T>
-T sum(const survey::Vec3<T>& v, const survey::Vec3<T>& a, const survey::Vec3<T>& b) {
-  return fma(v.x * a.x, b.x, fma(v.y * a.y, b.y, v.z * a.z * b.z));
+survey::Vec3<T> times_xz(const Matrix3<T>& m, const T& x, const T& z) {
+  return {fma(m[0], x, m[3] * z), fma(m[1], x, m[4] * z), fma(m[3], x, m[5] * z)};
 }
 
-/// Sums over the readings of relative variances times their effect on the attitude, by kind of condition.
 template <class T>
-struct Turns {
+survey::Vec3<T> elementwise(const survey::Vec3<T>& a, const survey::Vec3<T>& b) {
+  return {a.x * b.x, a.y * b.y, a.z * b.z};
+}
+
+/// Directions of a station in the tool frame: the columns of the conditions, and how the attitude turns.
+template <class T>
+struct Directions {
+  survey::Vec3<T> u, n, e, h, m;
+  survey::Vec3<T> iota;  ///< du/dI
+  survey::Vec3<T> tau;   ///< du/dtau / sinI: horizontal, to the right of the hole's azimuth; tau.z = 0
+};
+
+/// Sums over the readings of relative variances: covariance of the conditions, and their products with the effects of
+/// the readings on the attitude, by kind of condition.
+template <class T>
+struct Sums {
+  Matrix3<T> covariance;
   T inclination_u, inclination_n, across_u, across_n, east_u, east_n, east_h, east_m;
 };
 template <class T>
-[[gnu::always_inline]] inline Turns<T> turns(const survey::Vec3<T>& vg, const survey::Vec3<T>& vb,
-                                             const survey::Vec3<T>& iota, const survey::Vec3<T>& tau,
-                                             const survey::Vec3<T>& u, const survey::Vec3<T>& n,
-                                             const survey::Vec3<T>& e, const survey::Vec3<T>& h,
-                                             const survey::Vec3<T>& m) {
-  return {sum(vg, iota, u), sum(vg, iota, n), sum(vg, tau, u), sum(vg, tau, n),
-          sum(vg, e, u),    sum(vg, e, n),    sum(vb, e, h),   sum(vb, e, m)};
+[[gnu::always_inline]] inline Sums<T> sums(const survey::Vec3<T>& vg, const survey::Vec3<T>& vb,
+                                           const Directions<T>& d) {
+  const survey::Vec3<T> u = elementwise(vg, d.u), n = elementwise(vg, d.n), h = elementwise(vb, d.h),
+                        m = elementwise(vb, d.m);
+  const auto across = [&](const survey::Vec3<T>& x) { return fma(x.x, d.tau.x, x.y * d.tau.y); };
+  return {{dot(u, d.u), T(0.0), dot(h, d.h), dot(u, d.n), dot(h, d.m), dot(n, d.n) + dot(m, d.m)},
+          dot(u, d.iota),
+          dot(n, d.iota),
+          across(u),
+          across(n),
+          dot(u, d.e),
+          dot(n, d.e),
+          dot(h, d.e),
+          dot(m, d.e)};
 }
 
+/// What the residuals of an error with column c subtract from its effect on the attitude: f'c, f for a reading and for
+/// a reference.
 template <class T>
-[[gnu::always_inline]] inline Matrix3<T> covariance(const survey::Vec3<T>& vg, const survey::Vec3<T>& vb,
-                                                    const survey::Vec3<T>& u, const survey::Vec3<T>& n,
-                                                    const survey::Vec3<T>& h, const survey::Vec3<T>& m) {
-  return {sum(vg, u, u), T(0.0), sum(vb, h, h), sum(vg, u, n), sum(vb, h, m), sum(vg, n, n) + sum(vb, m, m)};
+struct Subtracted {
+  survey::Vec3<T> reading, reference;
+};
+/// f1 + factor f2
+template <class T>
+[[gnu::always_inline]] inline Subtracted<T> plus(const Subtracted<T>& f1, const T& factor, const Subtracted<T>& f2) {
+  const auto sum = [&](const survey::Vec3<T>& a, const survey::Vec3<T>& b) {
+    return survey::Vec3<T>{fma(factor, b.x, a.x), fma(factor, b.y, a.y), fma(factor, b.z, a.z)};
+  };
+  return {sum(f1.reading, f2.reading), sum(f1.reference, f2.reference)};
 }
 
 /// x * factor, but 0 where x is only a rounding error: sizes below 1e-12 of the effect of one sd do not count when the
@@ -133,177 +158,192 @@ T times_maybe_infinite(const T& x, const T& factor, const T& variance) {
 }  // namespace station_kernel
 
 /// Calls use(i, ObservationReliability<T>) for every observation i whose bit is set in `wanted` (those that the model
-/// does not observe must not be). noise2: factor on the variance of the noise. Effects on gravity, total field and dip
-/// are computed only where `reference_effects`, and zero otherwise.
+/// does not observe must not be). noise2: factor on the variance of the noise. Effects on inclination, toolface and
+/// azimuth are multiplied by `angle_unit`. Effects on gravity, total field and dip are computed only where
+/// `reference_effects`, and zero otherwise.
 template <class T, StationModel kModel, class Variance, class Use>
 void station_reliability(const StationSines<T>& s, const T& noise2, const StationVariancesOf<Variance>& v,
-                         unsigned wanted, bool reference_effects, const Use& use) {
+                         unsigned wanted, bool reference_effects, const T& angle_unit, const Use& use) {
   using namespace station_kernel;
-  const survey::Vec3<T> u{-s.si * s.st, -s.si * s.ct, s.ci};
+  using Vec = survey::Vec3<T>;
+  const T one = T(1.0), none = T(0.0), infinity = T(std::numeric_limits<double>::infinity());
+  const Vec u{-s.si * s.st, -s.si * s.ct, s.ci};
   const T north_across = s.ci * s.ca;
-  const survey::Vec3<T> n{fma(north_across, s.st, s.sa * s.ct), fms(north_across, s.ct, s.sa * s.st), s.si * s.ca};
-  const survey::Vec3<T> e = cross(u, n);
-  const survey::Vec3<T> h{fma(s.cd, n.x, s.sd * u.x), fma(s.cd, n.y, s.sd * u.y), fma(s.cd, n.z, s.sd * u.z)};
-  const survey::Vec3<T> m{fms(s.cd, u.x, s.sd * n.x), fms(s.cd, u.y, s.sd * n.y), fms(s.cd, u.z, s.sd * n.z)};
-  const survey::Vec3<T> iota{-s.ci * s.st, -s.ci * s.ct, -s.si};  // du/dI
-  const survey::Vec3<T> tau{-s.ct, s.st, T(0.0)};  // du/dtau / sinI: horizontal, to the right of the hole's azimuth
+  const Vec n{fma(north_across, s.st, s.sa * s.ct), fms(north_across, s.ct, s.sa * s.st), s.si * s.ca};
+  const Vec e = cross(u, n);
+  const Vec h{fma(s.cd, n.x, s.sd * u.x), fma(s.cd, n.y, s.sd * u.y), fma(s.cd, n.z, s.sd * u.z)};
+  const Vec m{fms(s.cd, u.x, s.sd * n.x), fms(s.cd, u.y, s.sd * n.y), fms(s.cd, u.z, s.sd * n.z)};
+  const Directions<T> d{u, n, e, h, m, {-s.ci * s.st, -s.ci * s.ct, -s.si}, {-s.ct, s.st, none}};
 
   const T ng = T(v.g_noise) * noise2, nb = T(v.b_noise) * noise2;
   const auto systematic = [](const T& bias, const Variance& scale, const T& x) { return fma(T(scale) * x, x, bias); };
-  const survey::Vec3<T> sg{systematic(T(v.g_bias), v.g_scale, u.x), systematic(T(v.g_bias), v.g_scale, u.y),
-                           systematic(T(v.g_bias), v.g_scale, u.z)};
-  const survey::Vec3<T> sb{systematic(T(v.b_bias), v.b_scale, h.x), systematic(T(v.b_bias), v.b_scale, h.y),
-                           systematic(T(v.bz_bias), v.b_scale, h.z)};
-  survey::Vec3<T> vg{ng, ng, ng}, vb{nb, nb, nb};
+  const auto all_systematic = [&](const T& bias, const T& bias_z, const Variance& scale, const Vec& x) {
+    return Vec{systematic(bias, scale, x.x), systematic(bias, scale, x.y), systematic(bias_z, scale, x.z)};
+  };
+  Vec sg{none, none, none}, sb = sg;
+  if constexpr (kModel.bias_is_random || kModel.systematic_terms || kModel.axial) {
+    sg = all_systematic(T(v.g_bias), T(v.g_bias), v.g_scale, u);
+    sb = all_systematic(T(v.b_bias), T(v.bz_bias), v.b_scale, h);
+  }
+  Vec vg{ng, ng, ng}, vb{nb, nb, nb};
   if constexpr (kModel.bias_is_random) {
     vg = vg + sg;
     vb = vb + sb;
   }
-  if constexpr (kModel.axial) vb.z = T(0.0);
+  if constexpr (kModel.axial) vb.z = none;
 
-  Matrix3<T> own = covariance(vg, vb, u, n, h, m);
-  Matrix3<T> common{};
-  if constexpr (kModel.references) common = {T(v.gravity), T(0.0), T(v.total_field), T(0.0), T(0.0), T(v.dip)};
-  if constexpr (kModel.systematic_terms) {
-    const Matrix3<T> more = covariance(sg, sb, u, n, h, m);
-    for (std::size_t k = 0; k < more.size(); ++k) common[k] = common[k] + more[k];
-  }
+  const Sums<T> own = sums(vg, vb, d);
+  [[maybe_unused]] Sums<T> common{};
+  if constexpr (kModel.systematic_terms) common = sums(sg, sb, d);
   const double count = kModel.shared ? v.stations : 1;
-  Matrix3<T> of_all = own;
-  if constexpr (kModel.references)
-    for (std::size_t k = 0; k < of_all.size(); ++k) of_all[k] = fma(T(count), common[k], own[k]);
+  Matrix3<T> of_all = own.covariance;
+  if constexpr (kModel.systematic_terms)
+    for (std::size_t k = 0; k < of_all.size(); ++k) of_all[k] = fma(T(count), common.covariance[k], of_all[k]);
+  if constexpr (kModel.references) {
+    of_all[0] = fma(T(count), T(v.gravity), of_all[0]);
+    of_all[2] = fma(T(count), T(v.total_field), of_all[2]);
+    of_all[5] = fma(T(count), T(v.dip), of_all[5]);
+  }
   Matrix3<T> w_sum = inverse(of_all), w = w_sum;
   if constexpr (kModel.shared) {
     if (count > 1) {  // the same for all lanes
-      const Matrix3<T> w0 = inverse(own);
+      const Matrix3<T> w0 = inverse(own.covariance);
       for (std::size_t k = 0; k < w.size(); ++k) w[k] = fma(T(count - 1), w0[k], w_sum[k]) * T(1 / count);
     }
   }
 
   // Without bz the conditions lose the direction in which its unknown error moves them.
-  const survey::Vec3<T> z{T(0.0), h.z, m.z};
-  survey::Vec3<T> wz{T(0.0), T(0.0), T(0.0)};
-  T per_zwz = T(0.0);
+  [[maybe_unused]] Vec wz{none, none, none};
+  [[maybe_unused]] T scale_z = none, lost_turn = none;
+  const T per_si = one / abs(s.si), per_cd = one / s.cd;  // abs: -0 must not turn the sign of an infinity
   if constexpr (kModel.axial) {
-    const survey::Vec3<T> before = times(w, z);
-    const T zwz = dot(z, before);
+    wz = times(w, Vec{none, h.z, m.z});
+    const T zwz = fma(h.z, wz.y, m.z * wz.z);
     // bz does not enter the conditions (horizontal, east or west), and was the only information on the azimuth
     const auto azimuth_is_lost = zwz * (nb + sb.z) < T(kLeastRedundancy);
-    per_zwz = select(azimuth_is_lost, T(std::numeric_limits<double>::infinity()), T(1.0) / zwz);
-    const T scale_z = select(azimuth_is_lost, T(0.0), T(1.0) / zwz);
-    wz = before;
-    w[0] = fma(-wz.x * scale_z, wz.x, w[0]);
-    w[1] = fma(-wz.y * scale_z, wz.x, w[1]);
-    w[2] = fma(-wz.y * scale_z, wz.y, w[2]);
-    w[3] = fma(-wz.z * scale_z, wz.x, w[3]);
-    w[4] = fma(-wz.z * scale_z, wz.y, w[4]);
-    w[5] = fma(-wz.z * scale_z, wz.z, w[5]);
+    scale_z = select(azimuth_is_lost, none, one / zwz);
+    lost_turn = select(azimuth_is_lost, e.z * per_cd * infinity, none);
+    const Vec minus{-wz.x * scale_z, -wz.y * scale_z, -wz.z * scale_z};
+    w = {fma(minus.x, wz.x, w[0]), fma(minus.y, wz.x, w[1]), fma(minus.y, wz.y, w[2]),
+         fma(minus.z, wz.x, w[3]), fma(minus.z, wz.y, w[4]), fma(minus.z, wz.z, w[5])};
     w_sum = w;
   }
 
-  const Turns<T> c = turns(vg, vb, iota, tau, u, n, e, h, m);
-  Turns<T> cs{};
-  if constexpr (kModel.systematic_terms) cs = turns(sg, sb, iota, tau, u, n, e, h, m);
-  const bool not_vertical = all(T(0.0) < abs(s.si));
-  const T per_si = T(1.0) / abs(s.si), per_cd = T(1.0) / s.cd;  // abs: -0 must not turn the sign of an infinity
-
-  // The tool turns about the vertical by (e.dh - sinD e.du)/cosD: the part that the residuals subtract, per k
-  const T turn_g = s.sd * per_cd;
-  const auto turned_by = [&](const Turns<T>& t) {
-    return survey::Vec3<T>{turn_g * t.east_u, -t.east_h * per_cd, fms(turn_g, t.east_n, t.east_m * per_cd)};
+  // f = W a, a: products of the variances with an effect on the attitude, by kind of condition. Systematic terms act at
+  // all stations: a reading's through W_N, those of a reference once a station.
+  const auto subtracted = [&](const Vec& a, const Vec& a_common) -> Subtracted<T> {
+    if constexpr (kModel.systematic_terms)
+      return {times(w, a) + times(w_sum, a_common), times(w_sum, a + scale(T(count), a_common))};
+    else if constexpr (kModel.shared)
+      return {times(w, a), times(w_sum, a)};
+    const Vec f = times(w, a);
+    return {f, f};
   };
-  const survey::Vec3<T> turn_k = turned_by(c);
-  survey::Vec3<T> turn_ks{T(0.0), T(0.0), T(0.0)};
-  if constexpr (kModel.systematic_terms) turn_ks = turned_by(cs);
+  const auto subtracted_xz = [&](const T& x, const T& z, const T& common_x, const T& common_z) -> Subtracted<T> {
+    if constexpr (kModel.systematic_terms)
+      return {times_xz(w, x, z) + times_xz(w_sum, common_x, common_z),
+              times_xz(w_sum, fma(T(count), common_x, x), fma(T(count), common_z, z))};
+    else if constexpr (kModel.shared)
+      return {times_xz(w, x, z), times_xz(w_sum, x, z)};
+    const Vec f = times_xz(w, x, z);
+    return {f, f};
+  };
+  // The tool turns about the vertical by (e.dh - sinD e.du)/cosD
+  const T turn_g = s.sd * per_cd;
+  const auto turned_by = [&](const Sums<T>& x) {
+    return Vec{turn_g * x.east_u, -x.east_h * per_cd, fms(turn_g, x.east_n, x.east_m * per_cd)};
+  };
+  const Subtracted<T> inclination_f =
+      subtracted_xz(own.inclination_u, own.inclination_n, common.inclination_u, common.inclination_n);
+  const Subtracted<T> across_f = subtracted_xz(own.across_u, own.across_n, common.across_u, common.across_n);
+  Vec turned_in_common{};
+  if constexpr (kModel.systematic_terms) turned_in_common = turned_by(common);
+  Subtracted<T> turn_f = subtracted(turned_by(own), turned_in_common);
+  [[maybe_unused]] Subtracted<T>
+      for_bz{};  // what the others leave for bz, whose estimate takes the place of its reading
+  if constexpr (kModel.axial) {
+    const T per_z = -e.z * per_cd * scale_z;
+    for_bz = {scale(per_z, wz), scale(per_z, wz)};
+    turn_f = plus(turn_f, per_z, {wz, wz});
+  }
+  // Leaning to the right of the hole makes toolface and azimuth move against each other. Infinite, or not a number, in
+  // a vertical hole.
+  const Subtracted<T> toolface_f{scale(per_si, across_f.reading), scale(per_si, across_f.reference)};
+  const Subtracted<T> azimuth_f = plus(turn_f, -s.ci, toolface_f);
+  const T lean_x = d.tau.x * per_si, lean_y = d.tau.y * per_si;
 
-  const T one = T(1.0), none = T(0.0);
   const std::array<T, 6> first{u.x, u.y, u.z, h.x, h.y, h.z};      // entries of a reading's column: gravity or field,
   const std::array<T, 6> dip_entry{n.x, n.y, n.z, m.x, m.y, m.z};  // and dip
   const std::array<T, 9> variance{vg.x, vg.y, vg.z, vb.x, vb.y, vb.z, T(v.gravity), T(v.total_field), T(v.dip)};
-  const std::array<T, 6> own_inclination{iota.x, iota.y, iota.z, none, none, none},
-      own_across{tau.x, tau.y, none, none, none, none}, own_east{e.x, e.y, e.z, e.x, e.y, e.z};
+  const std::array<T, 3> own_inclination{d.iota.x, d.iota.y, d.iota.z}, own_across{d.tau.x, d.tau.y, none},
+      own_toolface{lean_x, lean_y, none};
+  const std::array<T, 6> own_turn{turn_g * e.x,  turn_g * e.y,  turn_g * e.z,
+                                  -e.x * per_cd, -e.y * per_cd, -e.z * per_cd};
   // Columns have zeros: gravity and total field of the readings, all but one entry of the references
-  const auto weighted = [&](const Matrix3<T>& m3, std::size_t i) {
-    if (i == 6) return survey::Vec3<T>{-m3[0], -m3[1], -m3[3]};
-    if (i == 7) return survey::Vec3<T>{-m3[1], -m3[2], -m3[4]};
-    if (i == 8) return survey::Vec3<T>{-m3[3], -m3[4], -m3[5]};
-    const std::size_t row = i < 3 ? 0 : 1;
-    return survey::Vec3<T>{fma(m3[packed(row, 0)], first[i], m3[3] * dip_entry[i]),
-                           fma(m3[packed(1, row)], first[i], m3[4] * dip_entry[i]),
-                           fma(m3[packed(2, row)], first[i], m3[5] * dip_entry[i])};
+  const auto less = [&](const T& from, const Subtracted<T>& f, std::size_t i) {  // from - f'c
+    if (i >= 6) return from + (i == 6 ? f.reference.x : i == 7 ? f.reference.y : f.reference.z);
+    return fma(-(i < 3 ? f.reading.x : f.reading.y), first[i], fma(-f.reading.z, dip_entry[i], from));
   };
-  const auto along = [&](const survey::Vec3<T>& x, std::size_t i) {
-    if (i == 6) return -x.x;
-    if (i == 7) return -x.y;
-    if (i == 8) return -x.z;
-    return fma(i < 3 ? x.x : x.y, first[i], x.z * dip_entry[i]);
-  };
+  std::array<Subtracted<T>, 3> references_f{};
+  if (kModel.references && reference_effects) {
+    const std::array<T, 3> prior{T(v.gravity), T(v.total_field), T(v.dip)};
+    const std::array<Vec, 3> rows{Vec{w_sum[0], w_sum[1], w_sum[3]}, Vec{w_sum[1], w_sum[2], w_sum[4]},
+                                  Vec{w_sum[3], w_sum[4], w_sum[5]}};
+    for (std::size_t k = 0; k < 3; ++k)
+      references_f[k] = {scale(-prior[k], rows[k]), scale(-prior[k] * T(count), rows[k])};
+  }
+  const T twice_gravity = w[3] + w[3], twice_field = w[4] + w[4];
+  const auto not_vertical = none < abs(s.si);
 
 #pragma GCC unroll 9
   for (std::size_t i = 0; i < 9; ++i) {
     if ((wanted >> i & 1) == 0) continue;
     const bool reference = i >= 6;
-    survey::Vec3<T> k = weighted(reference ? w_sum : w, i);
-    T information = along(k, i);
-    if (reference) information = information * T(count);
+    const T information =
+        reference ? w_sum[packed(i - 6, i - 6)] * T(count)
+                  : fma(first[i], fma(first[i], w[i < 3 ? 0 : 2], (i < 3 ? twice_gravity : twice_field) * dip_entry[i]),
+                        dip_entry[i] * (dip_entry[i] * w[5]));
     ObservationReliability<T> r;
-    const T share = information * variance[i];
-    const auto controlled = T(kLeastRedundancy) <= share;
-    r.redundancy = select(controlled, share, none);
-    r.detectable = select(controlled, T(v.lambda0) / sqrt(select(controlled, information, one)),
-                          T(std::numeric_limits<double>::infinity()));
-
+    r.redundancy = information * variance[i];
+    const auto controlled = T(kLeastRedundancy) <= r.redundancy;
+    const auto plain_here = controlled & not_vertical;
     // Nearly all points are plain. A point that is not sends all lanes the longer way, which gives plain points the
     // same bits.
-    const bool plain = not_vertical && all(controlled);
-    // An error that no residual shows goes into the estimates in full.
-    const auto where_controlled = [&](const survey::Vec3<T>& x) {
-      if (plain) return x;
-      return survey::Vec3<T>{select(controlled, x.x, none), select(controlled, x.y, none),
-                             select(controlled, x.z, none)};
-    };
-    const auto times_size = [&](const T& x, const T& factor) {
-      return plain ? x * factor : times_maybe_infinite(x, factor, variance[i]);
-    };
-    k = where_controlled(k);
-    survey::Vec3<T> ks = k;  // summed over the stations
-    if constexpr (kModel.shared) {
-      if (reference) {
-        ks = scale(T(count), k);
-      } else {
-        ks = where_controlled(weighted(w_sum, i));
-      }
+    const bool plain = all(plain_here);
+    r.detectable = plain ? T(v.lambda0) / sqrt(information)
+                         : select(controlled, T(v.lambda0) / sqrt(select(controlled, information, one)), infinity);
+    T turn_alone = reference ? none : own_turn[i];
+    if constexpr (kModel.axial) turn_alone = turn_alone + lost_turn;
+    const T inclination_alone = i < 3 ? own_inclination[i] : none, toolface_alone = i < 3 ? own_toolface[i] : none;
+    const T azimuth_alone = i < 3 ? fma(-s.ci, toolface_alone, turn_alone) : turn_alone;
+    const T angle = r.detectable * angle_unit;
+    r.inclination = less(inclination_alone, inclination_f, i) * angle;
+    r.toolface = less(toolface_alone, toolface_f, i) * angle;
+    r.azimuth = less(azimuth_alone, azimuth_f, i) * angle;
+    if (!plain) {
+      // An error that no residual shows goes into the estimates in full.
+      const auto of = [&](const T& alone, const Subtracted<T>& f) {
+        return select(controlled, less(alone, f, i), alone);
+      };
+      const auto sized = [&](const T& x) { return times_maybe_infinite(x, angle, variance[i]); };
+      const T toolface = times_maybe_infinite(of(i < 3 ? own_across[i] : none, across_f), per_si, variance[i]);
+      T turn = turn_alone;
+      if constexpr (kModel.axial) turn = less(turn_alone, for_bz, i);
+      turn = select(controlled, less(turn_alone, turn_f, i), turn);
+      r.redundancy = select(controlled, r.redundancy, none);
+      r.inclination = select(plain_here, r.inclination, sized(of(inclination_alone, inclination_f)));
+      r.toolface = select(plain_here, r.toolface, sized(toolface));
+      r.azimuth = select(plain_here, r.azimuth, sized(fma(-s.ci, toolface, turn)));
     }
-    T inclination = -fma(k.x, c.inclination_u, k.z * c.inclination_n), across = -fma(k.x, c.across_u, k.z * c.across_n),
-      turn = -fma(k.x, turn_k.x, fma(k.y, turn_k.y, k.z * turn_k.z));
-    if constexpr (kModel.systematic_terms) {
-      inclination = inclination - fma(ks.x, cs.inclination_u, ks.z * cs.inclination_n);
-      across = across - fma(ks.x, cs.across_u, ks.z * cs.across_n);
-      turn = turn - fma(ks.x, turn_ks.x, fma(ks.y, turn_ks.y, ks.z * turn_ks.z));
-    }
-    if (i < 3) {
-      inclination = inclination + own_inclination[i];
-      across = across + own_across[i];
-      turn = fma(turn_g, own_east[i], turn);
-    } else if (i < 6) {
-      turn = fma(-own_east[i], per_cd, turn);
-    }
-    if constexpr (kModel.axial) {
-      // what the other observations leave for bz, whose estimate takes the place of its reading
-      const T push = along(wz, i);
-      turn =
-          turn + e.z * per_cd * select(per_zwz < T(std::numeric_limits<double>::infinity()), push * per_zwz, per_zwz);
-    }
-    // Leaning to the right of the hole by `across` makes toolface and azimuth move against each other.
-    const T toolface = times_size(across, per_si);
-    r.inclination = times_size(inclination, r.detectable);
-    r.toolface = times_size(toolface, r.detectable);
-    r.azimuth = times_size(fma(-s.ci, toolface, turn), r.detectable);
     r.gravity = r.total_field = r.dip = none;
     if (kModel.references && reference_effects) {
-      r.gravity = times_size(T(v.gravity) * ks.x + T(i == 6 ? 1.0 : 0.0), r.detectable);
-      r.total_field = times_size(T(v.total_field) * ks.y + T(i == 7 ? 1.0 : 0.0), r.detectable);
-      r.dip = times_size(T(v.dip) * ks.z + T(i == 8 ? 1.0 : 0.0), r.detectable);
+      const auto effect = [&](std::size_t k) {
+        const T alone = i == 6 + k ? one : none, x = less(alone, references_f[k], i);
+        return plain ? x * r.detectable : times_maybe_infinite(select(controlled, x, alone), r.detectable, variance[i]);
+      };
+      r.gravity = effect(0);
+      r.total_field = effect(1);
+      r.dip = effect(2);
     }
     use(i, r);
   }

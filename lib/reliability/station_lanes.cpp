@@ -31,13 +31,14 @@ void run_points(const StationBatch& b, unsigned wanted, bool reference_effects) 
     const StationSines<T> s{in(0), in(1), in(2), in(3), in(4), in(5), in(6), in(7)};
     station_reliability<T, kModel>(
         s, in(8), variances, wanted, !kPlain && reference_effects,
-        [&](std::size_t o, const ObservationReliability<T>& r) __attribute__((always_inline)) {
+        T(b.angle_unit), [&](std::size_t o, const ObservationReliability<T>& r) __attribute__((always_inline)) {
           const T values[kMapQuantities] = {r.redundancy, r.detectable, r.inclination, r.toolface,
                                             r.azimuth,    r.gravity,    r.total_field, r.dip};
           for (std::size_t q = 0; q < (kPlain ? kAttitudeQuantities : kMapQuantities); ++q) {
             double* out = b.outputs[o][q];
             if (!kPlain && !out) continue;
-            const T value = q == 0 ? values[q] : values[q] * units[o][q];  // a redundancy number has no unit
+            // A redundancy number has no unit, and angles have theirs.
+            const T value = q == 1 || q >= kAttitudeQuantities ? values[q] * units[o][q] : values[q];
             if constexpr (kPlain)
               stream(out + at, value);
             else

@@ -17,7 +17,9 @@ struct StationBatch {
   /// si, ci, st, ct, sa, ca, sd, cd, noise2 (the factor on the variance of the noise)
   std::array<const double*, 9> points;
   std::array<std::array<double*, kMapQuantities>, 9> outputs;  ///< [observation][quantity]
-  std::array<std::array<double, kMapQuantities>, 9> units;     ///< outputs are multiplied by these
+  std::array<std::array<double, kMapQuantities>, 9>
+      units;          ///< detectable errors and effects on references: times these
+  double angle_unit;  ///< effects on the attitude: times this
   int groups;
   /// All outputs begin at multiples of 64 bytes, and no one reads them soon.
   bool streamed = false;

@@ -35,6 +35,7 @@ void kernel(benchmark::State& state, simd::InstructionSet set, reliability::Stat
       b.units[o][q] = 1;
     }
   b.groups = groups;
+  b.angle_unit = 57;
   for (auto _ : state) {
     if (set == simd::InstructionSet::v4)
       surveymc::reliability::isa_v4::station_batch(which, b);
