@@ -2,11 +2,15 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "base/units.h"
 #include "propagate/ellipse.h"
+#include "store/result_file.h"
+#include "store/ruled_values.h"
 #include "study/table_rows.h"
 #include "survey/minimum_curvature.h"
 
@@ -98,14 +102,16 @@ store::Table covariance_by_source_table(const survey::Survey& survey, propagate:
   one.covariance("nev", kNevCovariance, Matrix3d::Zero());
   store::Table t = one.take();  // of 10,000 stations and 35 sources these columns are large: they are moved, not copied
 
-  std::vector<double> md(rows);
-  std::vector<std::string> codes(rows);
-  for (std::size_t row = 0; row < rows; ++row) {
-    md[row] = survey.stations[of_all ? row / sources : n - 1].md;
-    codes[row] = result.sources[row % sources];
-  }
-  t.columns[0].values = std::move(md);
-  t.columns[1].values = std::move(codes);
+  const std::size_t first = of_all ? 0 : n - 1;
+  std::vector<double> md(rows == 0 ? 0 : n - first);
+  for (std::size_t k = 0; k < md.size(); ++k) md[k] = survey.stations[first + k].md;
+  t.columns[0].on_disk = std::make_shared<store::RepeatedNumbers>(md, sources);
+  t.columns[1].on_disk = std::make_shared<store::CycledWords>(result.sources, md.size());
+  if (rows <= store::kMostHeldRows)
+    for (std::size_t c = 0; c < 2; ++c)
+      t.columns[c].values = std::exchange(t.columns[c].on_disk, nullptr)->read(0, rows);
+  else
+    for (std::size_t c = 0; c < 2; ++c) std::visit([](auto& row) { row.clear(); }, t.columns[c].values);
   for (std::size_t m = 0; m < 6; ++m) t.columns[2 + m].values = std::move(result.by_source.elements[m]);
   return t;
 }

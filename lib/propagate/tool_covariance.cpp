@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/huge_pages.h"
 #include "base/units.h"
 #include "error_model/model_graph.h"
 #include "propagate/tool_weights.h"
@@ -336,6 +337,7 @@ class Propagation {
     if (detail != SourceDetail::all) return;
     for (std::vector<double>& column : out.by_source.elements) {
       column.reserve(n * out.sources.size());
+      prefer_huge_pages(column.data(), column.capacity() * sizeof(double));
       column.resize(out.sources.size());  // the tie-on
     }
   }

@@ -98,6 +98,7 @@ AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
 
 AtomicFile::~AtomicFile() {
   if (file_ >= 0) close(file_);
+  if (past_cache_ >= 0) close(past_cache_);
   if (!committed_) unlink(path_.c_str());
 }
 
@@ -112,6 +113,23 @@ void AtomicFile::write_at(std::uint64_t at, std::span<const char> bytes) {
     if (n > 0) done += static_cast<std::size_t>(n);
   }
   end_ = std::max<std::uint64_t>(end_, at + bytes.size());
+}
+
+void AtomicFile::write_past_cache(std::uint64_t at, std::span<const char> bytes) {
+  constexpr std::size_t kBlock = 4096;
+  if (past_cache_ < 0 && has_past_cache_) {
+    past_cache_ = uninterrupted([&] { return open(path_.c_str(), O_WRONLY | O_DIRECT | O_CLOEXEC); });
+    has_past_cache_ = past_cache_ >= 0;
+  }
+  std::size_t done = 0;
+  while (has_past_cache_ && done < bytes.size() && done % kBlock == 0) {
+    const ssize_t n = pwrite(past_cache_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(at + done));
+    if (n < 0 && errno == EINVAL) has_past_cache_ = false;  // a file system that opens files so, but cannot write them
+    if (n < 0 && errno != EINVAL && errno != EINTR) fail();
+    if (n > 0) done += static_cast<std::size_t>(n);
+  }
+  end_ = std::max<std::uint64_t>(end_, at + done);
+  if (done < bytes.size()) write_at(at + done, bytes.subspan(done));
 }
 
 void AtomicFile::read_at(std::uint64_t at, std::span<char> bytes) const {
@@ -147,6 +165,7 @@ void AtomicFile::commit() {
     ~Held() { close(file); }
   } const held{fcntl(file_, F_DUPFD_CLOEXEC, 0)};
   if (held.file < 0) fail();
+  if (past_cache_ >= 0 && close(std::exchange(past_cache_, -1)) != 0 && errno != EINTR) fail();
   if (close(std::exchange(file_, -1)) != 0 && errno != EINTR) fail();  // interrupted behind fsync(): it is closed
   if (rename(path_.c_str(), target_.c_str()) != 0) fail();
   committed_ = true;

@@ -28,6 +28,9 @@ class AtomicFile {
   void write(std::span<const char> bytes);  ///< at the end of the file
 
   void write_at(std::uint64_t at, std::span<const char> bytes);
+  /// As write_at(), but past the system's page cache where the file system can do that. `at`, the size and the address
+  /// of the bytes are multiples of 4096.
+  void write_past_cache(std::uint64_t at, std::span<const char> bytes);
   /// Zeros behind the end of the file.
   void read_at(std::uint64_t at, std::span<char> bytes) const;
   void set_size(std::uint64_t size);
@@ -42,6 +45,8 @@ class AtomicFile {
  private:
   std::filesystem::path target_, path_;
   int file_ = -1;
+  int past_cache_ = -1;         ///< the same file
+  bool has_past_cache_ = true;  ///< not known to be refused
   std::uint64_t end_ = 0;
   bool committed_ = false;
 };

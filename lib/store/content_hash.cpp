@@ -43,8 +43,7 @@ class Hasher {
   }
   /// Without their number.
   void add_numbers(const std::vector<double>& list) {
-    if (are_canonical(list)) return add_bytes(list.data(), list.size() * sizeof(double));
-    for (const double x : list) add(x);
+    in_canonical_pieces(list, [this](std::span<const double> piece) { add_bytes(piece.data(), piece.size_bytes()); });
   }
   void add_numbers(const std::vector<std::int64_t>& list) {
     add_bytes(list.data(), list.size() * sizeof(std::int64_t));
@@ -59,36 +58,12 @@ class Hasher {
     add(std::uint64_t{values.index()});
     std::visit([&](const auto& v) { add(v); }, values);
   }
-  void add(const Column& c) {
-    add(c.name, c.unit, c.long_name, c.ancillary);
-    add(std::uint64_t{c.values.index()}, std::uint64_t{c.size()});
-    c.for_each_piece([&](const Values& piece) {
-      std::visit(
-          [&](const auto& values) {
-            using Value = typename std::decay_t<decltype(values)>::value_type;
-            if constexpr (std::is_same_v<Value, std::string>)
-              for (const std::string& v : values) add(v);
-            else
-              add_numbers(values);
-          },
-          piece);
-    });
-  }
   void add(const Axis& a) { add(a.name, a.unit, a.long_name, a.values); }
-  void add(const Table& t) { add(t.name, t.long_name, t.columns); }
-  void add(const InputData& i) { add(i.path, i.hash, i.table.long_name, i.table.columns); }
   template <class First, class Second, class... More>
   void add(const First& first, const Second& second, const More&... more) {
     add(first), add(second), (add(more), ...);
   }
 
-  std::string hex() {
-    flush();
-    const XXH128_hash_t h = XXH3_128bits_digest(&state_);
-    return fmt::format("{:016x}{:016x}", h.high64, h.low64);
-  }
-
- private:
   /// Few bytes are gathered: a call of the hash function for each number takes longer than the hash. How the bytes are
   /// divided does not change the hash.
   void add_bytes(const void* bytes, std::size_t count) {
@@ -100,6 +75,14 @@ class Hasher {
     if (count > 0) std::memcpy(gathered_.data() + used_, bytes, count);
     used_ += count;
   }
+
+  std::string hex() {
+    flush();
+    const XXH128_hash_t h = XXH3_128bits_digest(&state_);
+    return fmt::format("{:016x}{:016x}", h.high64, h.low64);
+  }
+
+ private:
   void flush() {
     XXH3_128bits_update(&state_, gathered_.data(), used_);
     used_ = 0;
@@ -160,16 +143,82 @@ std::string input_hash(const Table& table) {
   return h.hex();
 }
 
+struct ContentHash::Impl {
+  Hasher hasher;
+};
+ContentHash::ContentHash(const Provenance& p) : impl_(std::make_unique<Impl>()) {
+  impl_->hasher.add(std::string("surveymc result 1"));
+  impl_->hasher.add(p.title, p.experiment, p.config, p.config_hash, p.seed, p.trials);
+}
+ContentHash::~ContentHash() = default;
+void ContentHash::begin_list(std::size_t size) { impl_->hasher.add(std::uint64_t{size}); }
+void ContentHash::begin(const Table& t) { impl_->hasher.add(t.name, t.long_name, std::uint64_t{t.columns.size()}); }
+void ContentHash::begin(const InputData& i) {
+  impl_->hasher.add(i.path, i.hash, i.table.long_name, std::uint64_t{i.table.columns.size()});
+}
+void ContentHash::begin(const Column& c) {
+  impl_->hasher.add(c.name, c.unit, c.long_name, c.ancillary);
+  impl_->hasher.add(std::uint64_t{c.values.index()}, std::uint64_t{c.size()});
+}
+void ContentHash::add(std::span<const double> canonical) {
+  impl_->hasher.add_bytes(canonical.data(), canonical.size_bytes());
+}
+void ContentHash::add(std::span<const std::int64_t> values) {
+  impl_->hasher.add_bytes(values.data(), values.size_bytes());
+}
+void ContentHash::add(std::span<const std::string> values) {
+  for (const std::string& text : values) impl_->hasher.add(text);
+}
+void ContentHash::add(const CycledWords& values) {
+  std::string cycle;
+  for (const std::string& word : values.words()) {
+    const std::string text = canonical_text(word);
+    const std::uint64_t length = text.size();
+    cycle.append(reinterpret_cast<const char*>(&length), sizeof length);
+    cycle += text;
+  }
+  for (std::size_t i = 0; i < values.times(); ++i) impl_->hasher.add_bytes(cycle.data(), cycle.size());
+}
+/// By name, so that it does not matter which are held and which are streamed.
+void ContentHash::add(const MapHashes& maps) {
+  impl_->hasher.add(std::uint64_t{maps.size()});
+  for (const auto& [name, hash] : maps) impl_->hasher.add(name, hash);
+}
+std::string ContentHash::hex() { return impl_->hasher.hex(); }
+
+namespace {
+
+void add_columns(ContentHash& h, const std::vector<Column>& columns) {
+  for (const Column& c : columns) {
+    h.begin(c);
+    c.for_each_piece([&](const Values& piece) {
+      if (const auto* numbers = std::get_if<std::vector<double>>(&piece))
+        in_canonical_pieces(*numbers, [&](std::span<const double> canonical) { h.add(canonical); });
+      else if (const auto* counts = std::get_if<std::vector<std::int64_t>>(&piece))
+        h.add(std::span(*counts));
+      else
+        h.add(std::span(std::get<std::vector<std::string>>(piece)));
+    });
+  }
+}
+
+}  // namespace
+
 std::string content_hash(const Result& result, const MapHashes& maps) {
-  const Provenance& p = result.provenance;
-  Hasher h;
-  h.add(std::string("surveymc result 1"));
-  h.add(p.title, p.experiment, p.config, p.config_hash, p.seed, p.trials);
-  h.add(result.tables, result.samples);
-  // Maps by name, so that it does not matter which are held and which are streamed
-  h.add(std::uint64_t{maps.size()});
-  for (const auto& [name, hash] : maps) h.add(name, hash);
-  h.add(result.inputs);
+  ContentHash h(result.provenance);
+  for (const auto* tables : {&result.tables, &result.samples}) {
+    h.begin_list(tables->size());
+    for (const Table& t : *tables) {
+      h.begin(t);
+      add_columns(h, t.columns);
+    }
+  }
+  h.add(maps);
+  h.begin_list(result.inputs.size());
+  for (const InputData& i : result.inputs) {
+    h.begin(i);
+    add_columns(h, i.table.columns);
+  }
   return h.hex();
 }
 

@@ -2,10 +2,12 @@
 /// Hashes of the contents of a result; input_hash() and content_hash() of a whole result are in result_file.h.
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "store/result_file.h"
+#include "store/ruled_values.h"
 #include "store/table.h"
 
 namespace surveymc::store {
@@ -33,6 +35,33 @@ class StreamHash {
   struct Impl;
   std::unique_ptr<Impl> impl_;
   const std::vector<Map>& maps_;
+};
+
+/// The content hash of a result whose parts pass by, one behind the other: all tables, all samples, the maps, all
+/// inputs.
+class ContentHash {
+ public:
+  explicit ContentHash(const Provenance& provenance);
+  ~ContentHash();
+  ContentHash(const ContentHash&) = delete;
+  ContentHash& operator=(const ContentHash&) = delete;
+  /// So many tables, samples or inputs follow.
+  void begin_list(std::size_t size);
+  /// Its columns follow.
+  void begin(const Table& table);
+  void begin(const InputData& input);
+  /// Its values follow, in pieces.
+  void begin(const Column& column);
+  void add(std::span<const double> canonical);  ///< see stored_form.h
+  void add(std::span<const std::int64_t> values);
+  void add(std::span<const std::string> values);
+  void add(const CycledWords& values);
+  void add(const MapHashes& maps);
+  std::string hex();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 /// content_hash() of a result whose maps were hashed elsewhere.

@@ -13,7 +13,8 @@ namespace surveymc::store {
 /// What HDF5 writes to, and the first error of the disk. After an error HDF5 is told no other one: it can close its
 /// file, which it could not if its last records found no place (and would crash at the end of the program, 1.10.8).
 struct DriverTarget {
-  DriverTarget(AtomicFile& file, std::function<void(std::uint64_t)> written) : pages(file, std::move(written)) {}
+  DriverTarget(AtomicFile& file, bool past_cache, std::function<void(std::uint64_t)> written)
+      : pages(file, past_cache, std::move(written)) {}
 
   PagedFile pages;
   std::uint64_t allocated = 0;  ///< bytes of the file, with those that nothing was written to

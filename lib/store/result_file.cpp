@@ -76,6 +76,31 @@ std::uintmax_t size_of(const Result& result) {
   return bytes;
 }
 
+/// Larger files go past the system's page cache: copying to it takes longer than all else that is done to their bytes.
+constexpr std::uintmax_t kMostCached = std::uintmax_t{16} << 20;
+
+/// True if it takes little to read the file again: it is small, or the run that made it took ten times as long. A
+/// signal is not looked at meanwhile: so it takes no longer than about a second.
+bool is_read_back(std::uintmax_t size, double elapsed_s) {
+  constexpr double kBytesPerSecond = 2e8, kShare = 0.1;
+  constexpr std::uintmax_t kMost = std::uintmax_t{256} << 20;
+  return size <= kMostCached || (size <= kMost && static_cast<double>(size) <= kShare * elapsed_s * kBytesPerSecond);
+}
+
+/// Throws IoError unless the file under its temporary name is what `result` was written as.
+void read_back(const fs::path& path, const AtomicFile& file) {
+  try {
+    if (seal_state(file.temporary_path()) != Seal::right)
+      throw IoError(fmt::format("{}: its checksum does not match", file.temporary_path().string()));
+    read_result(file.temporary_path());
+  } catch (const IoError& e) {
+    const std::string reason = std::string(e.what()).substr(file.temporary_path().string().size() + 2);
+    refuse(path, fmt::format("cannot be written: the file does not read back as what was written ({}): memory or disk "
+                             "may be faulty",
+                             reason));
+  }
+}
+
 /// Throws IoError if the disk is too full, before hours of streaming.
 void require_space(const fs::path& target, const Result& result) {
   std::error_code error;
@@ -118,7 +143,9 @@ void write(const fs::path& path, const Result& result, const WriteOptions& optio
     const auto written = [&, expected = size_of(result)](std::uint64_t bytes) {
       if (options.progress) options.progress(bytes, expected);
     };
-    file.write(seal_of(file, write_hdf5(file, result, options.compression, written)));
+    const bool is_large = size_of(result) > kMostCached;
+    write_hdf5(file, result, options.compression, is_large, written);
+    if (is_read_back(fs::file_size(file.temporary_path()), result.run.elapsed_s)) read_back(path, file);
     file.commit();
   } catch (const Hdf5Failure& e) {
     refuse(path, fmt::format("cannot be written: {}", e.what()));

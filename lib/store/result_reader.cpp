@@ -202,10 +202,10 @@ Handle scale(hid_t map, unsigned dimension, const std::string& map_name) {
 class Reader {
  public:
   /// Throws Hdf5Failure if the file is not HDF5, or not whole.
-  explicit Reader(const fs::path& path, bool is_sealed = false)
+  Reader(const fs::path& path, Seal seal)
       : path_(path),
         file_size_(fs::file_size(path)),
-        open_file_(std::make_shared<Handle>(open(path, is_sealed))),
+        open_file_(std::make_shared<Handle>(open(path, seal))),
         file_(*open_file_) {}
 
   bool is_surveymc() const { return H5Aexists(file_, "format") > 0 && text(file_, "format") == kFormat; }
@@ -239,8 +239,7 @@ class Reader {
   }
 
  private:
-  static Handle open(const fs::path& path, bool is_sealed) {
-    const Seal seal = is_sealed ? Seal::right : seal_state(path);
+  static Handle open(const fs::path& path, Seal seal) {
     if (seal == Seal::wrong) throw Hdf5Failure("is damaged or was edited: its checksum does not match");
     Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, file_access()), "read it as an HDF5 file");
     haddr_t end = 0;  // of what HDF5 has written: behind it stands a seal or nothing
@@ -429,10 +428,12 @@ auto reading(const fs::path& path, const Read& read, bool is_sealed = false) {
     if (fs::is_directory(path, error)) throw Hdf5Failure("is a folder");
     if (access(path.c_str(), R_OK) != 0) throw Hdf5Failure(std::generic_category().message(errno));
     if (!fs::is_regular_file(path, error)) throw Hdf5Failure("is not a regular file");
-    if (!is_sealed && seal_state(path) == Seal::none)
-      if (const std::string fault = fault_in_child(fs::file_size(path), [&] { read(Reader(path)); }); !fault.empty())
+    const Seal seal = is_sealed ? Seal::right : seal_state(path);
+    if (seal == Seal::none)
+      if (const std::string fault = fault_in_child(fs::file_size(path), [&] { read(Reader(path, seal)); });
+          !fault.empty())
         throw Hdf5Failure(fault);
-    return read(Reader(path, is_sealed));
+    return read(Reader(path, seal));
   } catch (const Hdf5Failure& e) {
     throw IoError(fmt::format("{}: {}", path.string(), e.what()));
   } catch (const std::system_error& e) {
@@ -484,7 +485,8 @@ Result read_unchecked_result(const fs::path& path) {
   // Nothing says that the file is whole, so a damage that ends HDF5 must end a process of its own first
   reading(
       path, [&](const Reader&) { return true; }, true);
-  if (const std::string fault = fault_in_child(fs::file_size(path), [&] { read(Reader(path, true)); }); !fault.empty())
+  if (const std::string fault = fault_in_child(fs::file_size(path), [&] { read(Reader(path, Seal::right)); });
+      !fault.empty())
     throw IoError(fmt::format("{}: {}", path.string(), fault));
   return reading(path, read, true);
 }

@@ -11,6 +11,7 @@
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <span>
 #include <stdexcept>
@@ -27,6 +28,7 @@
 #include "store/hdf5_handle.h"
 #include "store/map_boxes.h"
 #include "store/row_spool.h"
+#include "store/ruled_values.h"
 #include "store/stored_form.h"
 
 namespace surveymc::store {
@@ -60,21 +62,6 @@ Handle new_file(DriverTarget& target) {
   return Handle(H5Fcreate("surveymc", H5F_ACC_TRUNC, creation_properties(H5P_FILE_CREATE), access), "start the file");
 }
 
-/// 0, 1, 2, ...
-class RowNumbers final : public DiskValues {
- public:
-  explicit RowNumbers(std::size_t rows) : rows_(rows) {}
-  std::size_t size() const override { return rows_; }
-  Values read(std::size_t first, std::size_t count) const override {
-    std::vector<std::int64_t> numbers(count);
-    std::iota(numbers.begin(), numbers.end(), static_cast<std::int64_t>(first));
-    return numbers;
-  }
-
- private:
-  std::size_t rows_;
-};
-
 /// Of a dataset of these lengths in row-major order: as many whole trailing dimensions as there is room for. Values
 /// come in this order, so that a chunk is compressed once, while it is in HDF5's cache of 1 MB.
 std::vector<hsize_t> chunk_of(const std::vector<hsize_t>& dims) {
@@ -94,6 +81,19 @@ void in_stored_texts(std::span<const std::string> values, const std::function<vo
   use(pointers.data());
 }
 
+/// Where the values of a dataset begin in the file; none if they are in chunks.
+std::optional<std::uint64_t> begin_of(hid_t dataset) {
+  const haddr_t begin = H5Dget_offset(dataset);
+  return begin == HADDR_UNDEF ? std::nullopt : std::optional<std::uint64_t>(begin);
+}
+
+/// Properties of a transfer of texts. By default HDF5 clears a megabyte for each.
+Handle text_transfer() {
+  Handle transfer(H5Pcreate(H5P_DATASET_XFER), "make a property list");
+  checked(H5Pset_buffer(transfer, std::size_t{1} << 14, nullptr, nullptr), "set a buffer");
+  return transfer;
+}
+
 /// Lists that are as long are written by SharedTexts.
 constexpr std::size_t kManyTexts = 1024;
 
@@ -104,6 +104,25 @@ class SharedTexts {
  public:
   SharedTexts(hid_t dataset, std::string link, hid_t type, PagedFile& pages)
       : dataset_(dataset), link_(std::move(link)), type_(type), pages_(pages) {}
+
+  void write(const CycledWords& values) {
+    const std::vector<std::string>& words = values.words();
+    if (values.size() == 0) return;
+    std::vector<hsize_t> places(words.size());
+    std::iota(places.begin(), places.end(), hsize_t{0});
+    forget();
+    add(words, places);
+    constexpr std::size_t kTogether = std::size_t{1} << 14;
+    const std::size_t most = std::min(values.times(), kTogether / words.size() + 1);
+    std::vector<Reference> cycles;
+    for (std::size_t i = 0; i < most; ++i) cycles.insert(cycles.end(), references_.begin(), references_.end());
+    for (std::size_t done = 0; done < values.times();) {
+      const std::size_t times = std::min(most, values.times() - done);
+      pages_.write(begin() + done * words.size() * kReference, cycles.data(), times * words.size() * kReference);
+      done += times;
+    }
+    forget();
+  }
 
   /// Values `first` and following.
   void write(const std::vector<std::string>& values, hsize_t first) {
@@ -153,7 +172,7 @@ class SharedTexts {
     checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, &first, nullptr, &count, nullptr), "select a part of", link_);
     const Handle memory(H5Screate_simple(1, &count, nullptr), "make a dataspace");
     in_stored_texts(values, [&](const void* stored) {
-      checked(H5Dwrite(dataset_, type_, memory, space, H5P_DEFAULT, stored), "write", link_);
+      checked(H5Dwrite(dataset_, type_, memory, space, transfer_, stored), "write", link_);
     });
   }
 
@@ -170,7 +189,7 @@ class SharedTexts {
     checked(H5Sselect_elements(space, H5S_SELECT_SET, count, places.data()), "select a part of", link_);
     const Handle memory(H5Screate_simple(1, &count, nullptr), "make a dataspace");
     in_stored_texts(texts, [&](const void* stored) {
-      checked(H5Dwrite(dataset_, type_, memory, space, H5P_DEFAULT, stored), "write", link_);
+      checked(H5Dwrite(dataset_, type_, memory, space, transfer_, stored), "write", link_);
     });
     checked(H5Dflush(dataset_), "write", link_);
     for (const hsize_t place : places)
@@ -178,15 +197,16 @@ class SharedTexts {
   }
 
   std::uint64_t begin() const {
-    const haddr_t begin = H5Dget_offset(dataset_);
-    if (begin == HADDR_UNDEF) throw Hdf5Failure("cannot find the place of " + link_);
-    return begin;
+    const std::optional<std::uint64_t> begin = begin_of(dataset_);
+    if (!begin) throw Hdf5Failure("cannot find the place of " + link_);
+    return *begin;
   }
 
   hid_t dataset_;
   std::string link_;
   hid_t type_;
   PagedFile& pages_;
+  const Handle transfer_ = text_transfer();
   std::unordered_map<std::string, std::size_t> known_;  ///< text: number of its reference
   std::vector<Reference> references_;
 };
@@ -199,13 +219,15 @@ class Writer {
   }
 
   void write(hid_t file, const Result& result) {
-    MapHashes hashes = held_map_hashes(result.maps);
-    write_tables(file, "tables", result.tables);
-    write_maps(file, result.maps, result.streams, hashes);
-    write_tables(file, "samples", result.samples);
-    write_inputs(file, result.inputs);
+    ContentHash hash(result.provenance);  // of what is written, while it is written
+    MapHashes maps = held_map_hashes(result.maps);
+    write_tables(file, "tables", result.tables, hash);
+    write_maps(file, result.maps, result.streams, maps);
+    write_tables(file, "samples", result.samples, hash);
+    hash.add(maps);
+    write_inputs(file, result.inputs, hash);
     write_run(file, result.run, result.cost);
-    write_provenance(file, result, hashes);
+    write_provenance(file, result.provenance, hash.hex());
     checked(H5Fflush(file, H5F_SCOPE_GLOBAL), "flush");
   }
 
@@ -231,35 +253,63 @@ class Writer {
     return Handle(H5Gcreate2(parent, link.c_str(), H5P_DEFAULT, group_properties_, H5P_DEFAULT), "create group", link);
   }
 
-  /// Calls use(values) with the values as HDF5 stores them.
-  static void in_stored_form(const std::vector<double>& values, const std::function<void(const void*)>& use) {
-    if (are_canonical(values)) return use(values.data());
-    std::vector<double> canonical(values.size());
-    std::transform(values.begin(), values.end(), canonical.begin(), canonical_number);
-    use(canonical.data());
-  }
-  static void in_stored_form(const std::vector<std::int64_t>& values, const std::function<void(const void*)>& use) {
-    use(values.data());
-  }
-  static void in_stored_form(const std::vector<std::string>& values, const std::function<void(const void*)>& use) {
-    in_stored_texts(values, use);
-  }
-
   hid_t type_of(const std::vector<double>&) const { return H5T_NATIVE_DOUBLE; }
   hid_t type_of(const std::vector<std::int64_t>&) const { return H5T_NATIVE_INT64; }
   hid_t type_of(const std::vector<std::string>&) const { return text_; }
 
+  /// Where the values of a dataset go.
+  struct Place {
+    hid_t dataset;
+    const std::string& link;
+    std::optional<std::uint64_t> begin;  ///< in the file; none: in chunks, which HDF5 writes
+  };
+  static Place place_of(hid_t d, const std::string& link) { return {d, link, begin_of(d)}; }
+
+  /// Numbers `first` and following, in row-major order, as they are stored.
   template <class T>
-  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<T>& values) {
+  void put(const Place& to, hsize_t first, std::span<const T> stored) {
+    if (to.begin) return pages_.write(*to.begin + first * sizeof(T), stored.data(), stored.size_bytes());
+    const Handle space(H5Dget_space(to.dataset), "read the shape of", to.link);
+    Dims dims(static_cast<std::size_t>(checked(H5Sget_simple_extent_ndims(space), "read the shape of", to.link)));
+    checked(H5Sget_simple_extent_dims(space, dims.data(), nullptr), "read the shape of", to.link);
+    for (const Box& box : boxes_in(dims, first, stored.size())) {
+      const Handle memory(H5Screate_simple(1, &box.size, nullptr), "make a dataspace");
+      checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, box.start.data(), nullptr, box.count.data(), nullptr),
+              "select a part of", to.link);
+      const hid_t type = std::is_same_v<T, double> ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64;
+      checked(H5Dwrite(to.dataset, type, memory, space, H5P_DEFAULT, stored.data() + (box.first - first)), "write",
+              to.link);
+    }
+  }
+
+  /// Writes values `first` and following, and adds them to the hash if there is one.
+  void put(const Place& to, hsize_t first, const std::vector<double>& values, ContentHash* hash) {
+    in_canonical_pieces(values, [&](std::span<const double> piece) {
+      if (hash) hash->add(piece);
+      put(to, first, piece);
+      first += piece.size();
+    });
+  }
+  void put(const Place& to, hsize_t first, const std::vector<std::int64_t>& values, ContentHash* hash) {
+    if (values.empty()) return;
+    if (hash) hash->add(std::span(values));
+    put(to, first, std::span(values));
+  }
+
+  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<double>& values) {
     Handle d = empty_dataset(parent, link, dims, type_of(values));
+    put(place_of(d, link), 0, values, nullptr);
+    return d;
+  }
+  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const std::vector<std::string>& values) {
+    Handle d = empty_dataset(parent, link, dims, text_);
     if (values.empty()) return d;  // H5Dwrite refuses a null pointer
-    if constexpr (std::is_same_v<T, std::string>)
-      if (dims.size() == 1 && values.size() >= kManyTexts) {
-        SharedTexts(d, link, text_, pages_).write(values, 0);
-        return d;
-      }
-    in_stored_form(values, [&](const void* stored) {
-      checked(H5Dwrite(d, type_of(values), H5S_ALL, H5S_ALL, H5P_DEFAULT, stored), "write dataset", link);
+    if (dims.size() == 1 && values.size() >= kManyTexts) {
+      SharedTexts(d, link, text_, pages_).write(values, 0);
+      return d;
+    }
+    in_stored_texts(values, [&](const void* stored) {
+      checked(H5Dwrite(d, text_, H5S_ALL, H5S_ALL, text_transfer_, stored), "write dataset", link);
     });
     return d;
   }
@@ -278,58 +328,62 @@ class Writer {
       checked(H5Pset_chunk(packed, static_cast<int>(chunk.size()), chunk.data()), "set the chunks of", link);
       checked(H5Pset_shuffle(packed), "shuffle", link);
       checked(H5Pset_deflate(packed, static_cast<unsigned>(compression_)), "compress", link);
+    } else {
+      checked(H5Pset_alloc_time(packed, H5D_ALLOC_TIME_EARLY), "make room for", link);  // we write to it ourselves
     }
     return Handle(H5Dcreate2(parent, link.c_str(), type, space, H5P_DEFAULT, packed, H5P_DEFAULT), "create dataset",
                   link);
   }
 
-  /// Values that are partly on the disk, in pieces.
-  Handle dataset(hid_t parent, const std::string& link, const Column& c) {
-    const hid_t type = std::visit([&](const auto& v) { return type_of(v); }, c.values);
-    Handle d = empty_dataset(parent, link, {c.size()}, type);
-    const Handle space(H5Dget_space(d), "read the shape of", link);
+  /// A column, in pieces if it is not held, and its share of the hash.
+  Handle column_dataset(hid_t parent, const std::string& link, const Column& c, ContentHash* hash) {
+    if (hash) hash->begin(c);
+    if (!c.on_disk && std::holds_alternative<std::vector<std::string>>(c.values)) {
+      const auto& words = std::get<std::vector<std::string>>(c.values);
+      if (hash) hash->add(std::span(words));
+      return dataset(parent, link, {c.size()}, words);
+    }
+    Handle d = empty_dataset(parent, link, {c.size()}, std::visit([&](const auto& v) { return type_of(v); }, c.values));
+    const Place place = place_of(d, link);
     SharedTexts texts(d, link, text_, pages_);
+    const auto* cycled = dynamic_cast<const CycledWords*>(c.on_disk.get());
+    if (cycled && c.size() == cycled->size()) {
+      if (hash) hash->add(*cycled);
+      texts.write(*cycled);
+      return d;
+    }
     hsize_t at = 0;
     c.for_each_piece([&](const Values& piece) {
-      const hsize_t count = std::visit([](const auto& v) { return v.size(); }, piece);
-      if (count == 0) return;
-      if (const auto* words = std::get_if<std::vector<std::string>>(&piece)) {
-        texts.write(*words, at);
-        at += count;
-        return;
+      if (const auto* numbers = std::get_if<std::vector<double>>(&piece)) {
+        put(place, at, *numbers, hash);
+      } else if (const auto* counts = std::get_if<std::vector<std::int64_t>>(&piece)) {
+        put(place, at, *counts, hash);
+      } else if (const auto& words = std::get<std::vector<std::string>>(piece); !words.empty()) {
+        if (hash) hash->add(std::span(words));
+        texts.write(words, at);
       }
-      checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, &at, nullptr, &count, nullptr), "select a part of", link);
-      const Handle memory(H5Screate_simple(1, &count, nullptr), "make a dataspace");
-      std::visit(
-          [&](const auto& v) {
-            in_stored_form(v, [&](const void* values) {
-              checked(H5Dwrite(d, type, memory, space, H5P_DEFAULT, values), "write", link);
-            });
-          },
-          piece);
-      at += count;
+      at += std::visit([](const auto& v) { return v.size(); }, piece);
     });
     return d;
-  }
-  template <class Quantity>
-  Handle dataset(hid_t parent, const std::string& link, const Dims& dims, const Quantity& q) {
-    if constexpr (std::is_same_v<Quantity, Column>)
-      if (q.on_disk) return dataset(parent, link, q);
-    return dataset(parent, link, dims, q.values);
   }
 
   /// A Column, Axis or Map as a dataset that says what it is.
   template <class Quantity>
-  Handle described(hid_t parent, const std::string& link, const Dims& dims, const Quantity& q) {
-    Handle d = dataset(parent, link, dims, q);
+  Handle described(hid_t parent, const std::string& link, const Dims& dims, const Quantity& q,
+                   ContentHash* hash = nullptr) {
+    Handle d = [&] {
+      if constexpr (std::is_same_v<Quantity, Column>)
+        return column_dataset(parent, link, q, hash);
+      else
+        return dataset(parent, link, dims, q.values);
+    }();
     if (!q.unit.empty()) attribute(d, "units", q.unit);  // none for a label: `units` of "" would call it a pure number
     attribute(d, "long_name", q.long_name);
     if (link != canonical_text(q.name)) attribute(d, kOriginalName, q.name);
     return d;
   }
 
-  void write_provenance(hid_t file, const Result& result, const MapHashes& hashes) {
-    const Provenance& p = result.provenance;
+  void write_provenance(hid_t file, const Provenance& p, const std::string& content_hash) {
     attribute(file, "title", p.title);
     attribute(file, "format", kFormat);
     attribute(file, "format_version", kFormatVersion);
@@ -342,7 +396,7 @@ class Writer {
     attribute(file, "seed", static_cast<std::int64_t>(p.seed));
     attribute(file, "trials", static_cast<std::int64_t>(p.trials));
     attribute(file, "compiler", p.compiler);
-    attribute(file, "content_hash", content_hash(result, hashes));
+    attribute(file, "content_hash", content_hash);
   }
 
   void write_run(hid_t file, const RunInfo& run, const Table& cost) {
@@ -352,10 +406,10 @@ class Writer {
     attribute(g, "elapsed_s", run.elapsed_s);
     attribute(g, "threads", run.threads);
     attribute(g, "ranks", run.ranks);
-    if (!cost.columns.empty()) write_columns(group(g, kCost), cost);
+    if (!cost.columns.empty()) write_columns(group(g, kCost), cost, nullptr);
   }
 
-  void write_columns(hid_t g, const Table& table) {
+  void write_columns(hid_t g, const Table& table, ContentHash* hash) {
     attribute(g, "long_name", table.long_name);
     const Dims dims = {table.rows()};
     const auto numbers = std::make_shared<RowNumbers>(table.rows());
@@ -370,25 +424,31 @@ class Writer {
     std::set<std::string> taken = {kRow};
     for (const Column& c : table.columns) {
       const std::string link = link_name(c.name, taken);
-      const Handle d = described(g, link, dims, c);
+      const Handle d = described(g, link, dims, c, hash);
       if (!c.ancillary.empty()) attribute(d, "ancillary_variables", c.ancillary);
       checked(H5DSattach_scale(d, row, 0), "attach the dimension scale to", link);
     }
   }
 
-  void write_tables(hid_t file, const char* parent, const std::vector<Table>& tables) {
+  void write_tables(hid_t file, const char* parent, const std::vector<Table>& tables, ContentHash& hash) {
     const Handle all = group(file, parent);
-    for (const Table& t : tables) write_columns(group(all, t.name), t);
+    hash.begin_list(tables.size());
+    for (const Table& t : tables) {
+      hash.begin(t);
+      write_columns(group(all, t.name), t, &hash);
+    }
   }
 
-  void write_inputs(hid_t file, const std::vector<InputData>& inputs) {
+  void write_inputs(hid_t file, const std::vector<InputData>& inputs, ContentHash& hash) {
     const Handle all = group(file, "inputs");
+    hash.begin_list(inputs.size());
     std::set<std::string> taken;
     for (const InputData& input : inputs) {
       const Handle g = group(all, input_group_name(input.path, taken));
       attribute(g, "path", input.path);
       attribute(g, "hash", input.hash);
-      write_columns(g, input.table);
+      hash.begin(input);
+      write_columns(g, input.table, &hash);
     }
   }
 
@@ -464,24 +524,13 @@ class Writer {
   void write_values(const MapStream& s, const std::vector<Handle>& datasets, MapHashes& hashes) {
     if (s.maps.empty()) return;
     StreamHash hash(s.maps);
-    const Dims dims = shape(s.maps.front());
+    std::vector<Place> places;
+    for (std::size_t i = 0; i < datasets.size(); ++i) places.push_back(place_of(datasets[i], s.maps[i].name));
     const std::size_t size = map_size(s.maps.front());
     for (std::size_t at = 0; at < size; at += kStreamPiece) {
-      const std::size_t count = std::min(kStreamPiece, size - at);
-      std::vector<std::vector<double>> piece = s.values(at, count);
+      const std::vector<std::vector<double>> piece = s.values(at, std::min(kStreamPiece, size - at));
       hash.add(piece);
-      for (std::size_t i = 0; i < datasets.size(); ++i) {
-        std::transform(piece[i].begin(), piece[i].end(), piece[i].begin(), canonical_number);
-        const Handle space(H5Dget_space(datasets[i]), "read the shape of", s.maps[i].name);
-        for (const Box& box : boxes_in(dims, at, count)) {
-          const Handle memory(H5Screate_simple(1, &box.size, nullptr), "make a dataspace");
-          checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, box.start.data(), nullptr, box.count.data(), nullptr),
-                  "select a part of", s.maps[i].name);
-          checked(
-              H5Dwrite(datasets[i], H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, piece[i].data() + (box.first - at)),
-              "write", s.maps[i].name);
-        }
-      }
+      for (std::size_t i = 0; i < places.size(); ++i) put(places[i], at, piece[i], nullptr);
     }
     hash.finish(hashes);
   }
@@ -498,6 +547,7 @@ class Writer {
   PagedFile& pages_;
   const int compression_;
   const Handle text_ = text_type();
+  const Handle text_transfer_ = text_transfer();
   const Handle group_properties_ = creation_properties(H5P_GROUP_CREATE);
   const Handle dataset_properties_ = creation_properties(H5P_DATASET_CREATE);
 };
@@ -539,11 +589,11 @@ void check_shape(const Result& result) {
   demand(result.provenance.seed <= kMax && result.provenance.trials <= kMax, "seed or trials above 2^63 - 1");
 }
 
-std::uint64_t write_hdf5(AtomicFile& file, const Result& result, int compression,
-                         const std::function<void(std::uint64_t)>& written) {
+void write_hdf5(AtomicFile& file, const Result& result, int compression, bool past_cache,
+                const std::function<void(std::uint64_t)>& written) {
   silence_hdf5();
   close_fault().clear();
-  DriverTarget target(file, written);
+  DriverTarget target(file, past_cache, written);
   try {
     const Handle hdf5 = new_file(target);
     Writer(target.pages, compression).write(hdf5, result);
@@ -554,7 +604,6 @@ std::uint64_t write_hdf5(AtomicFile& file, const Result& result, int compression
   if (target.error) std::rethrow_exception(target.error);
   if (!close_fault().empty()) throw Hdf5Failure("cannot close the file: " + close_fault());
   target.pages.finish(target.allocated);
-  return target.allocated;
 }
 
 }  // namespace surveymc::store

@@ -11,11 +11,11 @@ namespace surveymc::store {
 /// A malformed result is a bug of the study that made it: std::logic_error.
 void check_shape(const Result& result);
 
-/// Writes the whole file but its seal, at the beginning of `file`; returns its size. Equal results give equal bytes.
-/// What is not held is written in pieces. `compression`: level of deflate, 0 for none (large_files.h). `written` is
-/// called with the bytes of long values so far. Throws Hdf5Failure, std::system_error of the disk, and the exceptions
-/// of streams and of `written`.
-std::uint64_t write_hdf5(AtomicFile& file, const Result& result, int compression,
-                         const std::function<void(std::uint64_t)>& written);
+/// Writes the whole file, its seal included. Equal results give equal bytes. What is not held is written in pieces.
+/// `compression`: level of deflate, 0 for none (large_files.h). `past_cache`: the file is large (PagedFile). `written`
+/// is called with the bytes of long values so far. Throws Hdf5Failure, std::system_error of the disk, and the
+/// exceptions of streams and of `written`.
+void write_hdf5(AtomicFile& file, const Result& result, int compression, bool past_cache,
+                const std::function<void(std::uint64_t)>& written);
 
 }  // namespace surveymc::store

@@ -164,13 +164,14 @@ void move_to_disk(Table& table) {
   std::shared_ptr<SpoolFile> file;
   std::vector<std::shared_ptr<const DiskValues>> moved;  // the table changes when all have been written
   for (const Column& c : table.columns) {
-    auto kept = std::dynamic_pointer_cast<const SpooledValues>(c.on_disk);
-    if (c.on_disk && !kept) throw std::logic_error("table " + table.name + ": rows of a result file are not continued");
-    if (!kept) {
-      if (!file) file = SpoolFile::open();
-      kept = std::make_shared<const SpooledValues>(file, c.values.index());
+    if (const auto kept = std::dynamic_pointer_cast<const SpooledValues>(c.on_disk)) {
+      moved.push_back(kept->with(c.values));
+      continue;
     }
-    moved.push_back(kept->with(c.values));
+    if (!file) file = SpoolFile::open();
+    auto all = std::make_shared<const SpooledValues>(file, c.values.index());
+    c.for_each_piece([&](const Values& piece) { all = all->with(piece); });
+    moved.push_back(std::move(all));
   }
   for (std::size_t i = 0; i < moved.size(); ++i) {
     table.columns[i].on_disk = std::move(moved[i]);

@@ -1,12 +1,12 @@
 #include "store/seal.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdint>
+#include <cstring>
 #include <fstream>
 #include <optional>
 #include <string>
-#include <system_error>
+#include <string_view>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -14,47 +14,58 @@
 namespace surveymc::store {
 namespace {
 
-constexpr std::size_t kMarkSize = 8;
-constexpr char kMark[kMarkSize + 1] = "SMCSEAL1";
-constexpr std::size_t kChunk = std::size_t{1} << 18;  // stays in the caches
-constexpr std::size_t kSealSize = kMarkSize + sizeof(XXH128_canonical_t);
+constexpr std::string_view kMark = "SMCSEAL2", kEarlierMark = "SMCSEAL1";
+constexpr std::size_t kSealSize = kMark.size() + sizeof(PageHash);
 
-std::string seal_text(XXH128_hash_t hash) {
-  XXH128_canonical_t canonical;
-  XXH128_canonicalFromHash(&canonical, hash);
-  std::string seal = kMark;
-  seal.append(reinterpret_cast<const char*>(canonical.digest), sizeof canonical.digest);
+PageHash canonical(XXH128_hash_t hash) {
+  XXH128_canonical_t digest;
+  XXH128_canonicalFromHash(&digest, hash);
+  PageHash bytes;
+  static_assert(sizeof bytes == sizeof digest.digest);
+  std::memcpy(bytes.data(), digest.digest, sizeof bytes);
+  return bytes;
+}
+
+std::string seal_text(std::string_view mark, const PageHash& hash) {
+  std::string seal(mark);
+  seal.append(reinterpret_cast<const char*>(hash.data()), hash.size());
   return seal;
 }
 
-/// Of the next `size` bytes; none if they cannot be read.
-std::optional<XXH128_hash_t> hash_of(std::ifstream& in, std::uintmax_t size) {
-  XXH3_state_t state;
-  XXH3_128bits_reset(&state);
-  std::vector<char> chunk(kChunk);
+/// Calls use(bytes, size) for the next `size` bytes, page by page; false if they cannot be read.
+template <class Use>
+bool for_each_page(std::ifstream& in, std::uintmax_t size, const Use& use) {
+  std::vector<char> page(kSealedPage);
   for (std::uintmax_t left = size; left > 0;) {
-    const std::size_t n = std::min<std::uintmax_t>(left, chunk.size());
-    if (!in.read(chunk.data(), static_cast<std::streamsize>(n))) return std::nullopt;
-    XXH3_128bits_update(&state, chunk.data(), n);
+    const std::size_t n = std::min<std::uintmax_t>(left, page.size());
+    if (!in.read(page.data(), static_cast<std::streamsize>(n))) return false;
+    use(page.data(), n);
     left -= n;
   }
-  return XXH3_128bits_digest(&state);
+  return true;
+}
+
+/// The seal with this mark for the next `size` bytes; none if they cannot be read.
+std::optional<std::string> seal_of_bytes(std::string_view mark, std::ifstream& in, std::uintmax_t size) {
+  if (mark == kMark) {
+    std::vector<PageHash> pages;
+    const auto add = [&](const char* bytes, std::size_t n) { pages.push_back(page_hash(bytes, n)); };
+    if (!for_each_page(in, size, add)) return std::nullopt;
+    return seal_of(pages);
+  }
+  XXH3_state_t state;
+  XXH3_128bits_reset(&state);
+  const auto add = [&](const char* bytes, std::size_t n) { XXH3_128bits_update(&state, bytes, n); };
+  if (!for_each_page(in, size, add)) return std::nullopt;
+  return seal_text(mark, canonical(XXH3_128bits_digest(&state)));
 }
 
 }  // namespace
 
-std::vector<char> seal_of(const AtomicFile& file, std::uint64_t size) {
-  XXH3_state_t state;
-  XXH3_128bits_reset(&state);
-  std::vector<char> chunk(kChunk);
-  for (std::uint64_t at = 0; at < size;) {
-    const std::size_t n = std::min<std::uint64_t>(size - at, chunk.size());
-    file.read_at(at, {chunk.data(), n});
-    XXH3_128bits_update(&state, chunk.data(), n);
-    at += n;
-  }
-  const std::string seal = seal_text(XXH3_128bits_digest(&state));
-  return {seal.begin(), seal.end()};
+PageHash page_hash(const char* bytes, std::size_t size) { return canonical(XXH3_128bits(bytes, size)); }
+
+std::string seal_of(const std::vector<PageHash>& pages) {
+  return seal_text(kMark, canonical(XXH3_128bits(pages.data(), pages.size() * sizeof(PageHash))));
 }
 
 Seal seal_state(const std::filesystem::path& path) {
@@ -65,11 +76,12 @@ Seal seal_state(const std::filesystem::path& path) {
   std::string seal(kSealSize, '\0');
   in.seekg(static_cast<std::streamoff>(sealed));
   in.read(seal.data(), kSealSize);
-  if (!in || !seal.starts_with(kMark)) return Seal::none;
+  const std::string_view mark = std::string_view(seal).substr(0, kMark.size());
+  if (!in || (mark != kMark && mark != kEarlierMark)) return Seal::none;
 
   in.seekg(0);
-  const auto hash = hash_of(in, sealed);
-  return hash && seal == seal_text(*hash) ? Seal::right : Seal::wrong;
+  const auto right = seal_of_bytes(mark, in, sealed);
+  return right && seal == *right ? Seal::right : Seal::wrong;
 }
 
 }  // namespace surveymc::store

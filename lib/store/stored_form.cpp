@@ -27,11 +27,26 @@ std::size_t utf8_length(const std::string& s, std::size_t at) {
 
 }  // namespace
 
-bool are_canonical(const std::vector<double>& values) {
+bool are_canonical(std::span<const double> values) {
   bool all = true;
   for (const double x : values)
     all &= !std::isnan(x) || std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(kNaN);
   return all;
+}
+
+void in_canonical_pieces(std::span<const double> values, const std::function<void(std::span<const double>)>& use) {
+  constexpr std::size_t kPiece = std::size_t{1} << 15;
+  std::vector<double> changed;
+  for (std::size_t at = 0; at < values.size(); at += kPiece) {
+    const std::span<const double> piece = values.subspan(at, std::min(kPiece, values.size() - at));
+    if (are_canonical(piece)) {
+      use(piece);
+      continue;
+    }
+    changed.resize(piece.size());
+    std::transform(piece.begin(), piece.end(), changed.begin(), canonical_number);
+    use(changed);
+  }
 }
 
 bool is_canonical(const std::string& text) {

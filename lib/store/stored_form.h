@@ -5,7 +5,9 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,7 +27,9 @@ inline constexpr const char* kOriginalName = "original_name";  // where the link
 /// All NaNs are one missing value.
 inline double canonical_number(double x) { return std::isnan(x) ? kNaN : x; }
 /// True if canonical_number() changes none of them.
-bool are_canonical(const std::vector<double>& values);
+bool are_canonical(std::span<const double> values);
+/// Calls use(piece) with all values in order, each canonical_number(), in pieces that stay in the caches meanwhile.
+void in_canonical_pieces(std::span<const double> values, const std::function<void(std::span<const double>)>& use);
 
 /// Every byte that is not UTF-8 (a header line in Latin-1) becomes U+FFFD: Python readers refuse the file otherwise.
 /// So does NUL, which would end a string in HDF5.

@@ -65,7 +65,9 @@ void Column::for_each_piece(const std::function<void(const Values&)>& visit) con
 
 std::size_t Table::rows() const { return columns.empty() ? 0 : columns.front().size(); }
 
-bool Table::is_held() const { return columns.empty() || !columns.front().on_disk; }
+bool Table::is_held() const {
+  return std::none_of(columns.begin(), columns.end(), [](const Column& c) { return c.on_disk != nullptr; });
+}
 
 const Column* Table::find_column(const std::string& column_name) const {
   for (const Column& c : columns)

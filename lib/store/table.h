@@ -13,7 +13,7 @@ namespace surveymc::store {
 
 using Values = std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::string>>;
 
-/// Values of a column that are kept on the disk.
+/// Values of a column that are not held: kept on the disk, or made by a rule (store/ruled_values.h).
 class DiskValues {
  public:
   virtual ~DiskValues() = default;
@@ -43,7 +43,7 @@ struct Table {
   std::vector<Column> columns = {};
 
   std::size_t rows() const;                                         ///< 0 without columns
-  bool is_held() const;                                             ///< no row is on the disk
+  bool is_held() const;                                             ///< no value is on the disk
   const Column* find_column(const std::string& column_name) const;  ///< null without such a column
   /// Throws std::out_of_range when there is no such column.
   const Column& column(const std::string& column_name) const;

@@ -1,4 +1,4 @@
-"""Is a result file what the program wrote? Its last bytes are a seal: a mark and the hash of all bytes before
+"""Is a result file what the program wrote? Its last bytes are a seal: a mark and a hash of all bytes before
 (docs/results-format.md). HDF5 follows damaged addresses and crashes, so the seal is looked at before HDF5 opens the file. A
 file without a seal (rewritten by h5repack, extended by h5py) is held against the content hash that it carries."""
 
@@ -9,7 +9,8 @@ import h5py
 import numpy as np
 import xxhash
 
-MARK = b"SMCSEAL1"
+MARK, EARLIER_MARK = b"SMCSEAL2", b"SMCSEAL1"  # hash of the hashes of pages; of all bytes at once
+PAGE = 1 << 16
 SEAL_SIZE = len(MARK) + 16
 
 
@@ -28,17 +29,24 @@ def seal_of(path):
         if size >= SEAL_SIZE:
             file.seek(size - SEAL_SIZE)
             seal = file.read(SEAL_SIZE)
-        if not seal.startswith(MARK):
+        mark = seal[:len(MARK)]
+        if mark not in (MARK, EARLIER_MARK):
             return None if end is None or size <= end else False
         file.seek(0)
         state, left = xxhash.xxh3_128(), size - SEAL_SIZE
         while left > 0:
-            piece = file.read(min(left, 1 << 20))
-            if not piece:
+            page = file.read(min(left, PAGE))
+            if not page:
                 return False
-            state.update(piece)
-            left -= len(piece)
+            state.update(xxhash.xxh3_128_digest(page) if mark == MARK else page)
+            left -= len(page)
     return seal[len(MARK):] == state.digest()
+
+
+def seal_for(data):
+    """The seal for these bytes."""
+    pages = (xxhash.xxh3_128_digest(data[at:at + PAGE]) for at in range(0, len(data), PAGE))
+    return MARK + xxhash.xxh3_128_digest(b"".join(pages))
 
 
 class _Hasher:

@@ -3,7 +3,8 @@
  *          mode (fchmod), seek, stat, list (of a folder), fork or pipe
  *   N      which of these calls, from 1, counted from the beginning of main(); 0: none
  *   FAULT  a name of kErrors: the call fails with it;
- *          "short": a write or read takes half of its bytes;  a "+" behind it: all later calls fail, too;
+ *          "short": a write or read takes half of its bytes;
+ *          "flip": a write changes a bit of the byte in its middle;  a "+" behind it: all later calls fail, too;
  *          "wait": nothing fails, but the call takes half a minute, and stderr gets the line "waiting" before;
  *          "gone" behind open or stat: if the file is a journal, another host has just removed it
  * SURVEYMC_FAULT_COUNTS=FILE: at the end, how many calls of each there were, one "CALL N" a line.
@@ -36,7 +37,7 @@ static const char *const kNames[kCalls] = {"open",  "read",  "write", "fsync",  
                                            "link",  "lock",  "mode",  "seek",   "stat",   "list",   "fork",   "pipe"};
 static atomic_ulong counts[kCalls];
 static atomic_int active;
-static int chosen_call = -1, chosen_errno, is_short, is_lasting, is_slow, is_gone;
+static int chosen_call = -1, chosen_errno, is_short, is_flip, is_lasting, is_slow, is_gone;
 static unsigned long chosen_number;
 
 static const struct {
@@ -55,6 +56,7 @@ static void read_settings(void) {
   char *plus = strchr(fault, '+');
   if (plus) is_lasting = 1, *plus = 0;
   is_short = strcmp(fault, "short") == 0;
+  is_flip = strcmp(fault, "flip") == 0;
   is_slow = strcmp(fault, "wait") == 0;
   is_gone = strcmp(fault, "gone") == 0;
   for (size_t i = 0; i < sizeof kErrors / sizeof *kErrors; ++i)
@@ -73,7 +75,7 @@ static int hit(int call) {
     for (int i = 0; i < 300; ++i) nanosleep(&kShort, NULL);
     return 0;
   }
-  if (!is_short) errno = chosen_errno;
+  if (!is_short && !is_flip) errno = chosen_errno;
   return 1;
 }
 
@@ -154,8 +156,18 @@ FILE *fopen(const char *path, const char *how) {
 }
 FILE *fopen64(const char *path, const char *how) { return fopen(path, how); }
 
+/* A copy with a bit of the byte in the middle changed; never freed. */
+static const void *flipped(const void *data, size_t size) {
+  char *copy = aligned_alloc(4096, (size + 4095) / 4096 * 4096);
+  if (!copy) return data;
+  memcpy(copy, data, size);
+  copy[size / 2] ^= 1;
+  return copy;
+}
+
 #define TRANSFER(call, number, ...)                                    \
   if (is_regular(file) && hit(call)) {                                 \
+    if (is_flip) return syscall(number, file, flipped(data, size), size, ##__VA_ARGS__); \
     if (!is_short) return -1;                                          \
     if (size > 1) size /= 2;                                           \
   }                                                                    \

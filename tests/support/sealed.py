@@ -4,7 +4,6 @@ import pathlib
 import sys
 
 import h5py
-import xxhash
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
 from surveymc import integrity  # noqa: E402
@@ -16,4 +15,4 @@ def result_file(path, mode="w"):
     with h5py.File(path, mode) as file:
         yield file
     data = pathlib.Path(path).read_bytes()
-    pathlib.Path(path).write_bytes(data + integrity.MARK + xxhash.xxh3_128(data).digest())
+    pathlib.Path(path).write_bytes(data + integrity.seal_for(data))
