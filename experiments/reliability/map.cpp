@@ -119,7 +119,7 @@ class ReliabilityMapPoint final : public study::StudyPoint {
     const bool needed_whole = s_.tolerance.given || !s_.statements.empty();
     if (all > kMostHeld || (all > store::kStreamPiece && !slow && !needed_whole)) {
       const LayerSource source = [&](std::size_t o, std::size_t first, std::size_t count) {
-        return layer_values(s_.layer_model, {s_.subjects[o]}, s_.layers, first, count)[0];
+        return std::move(layer_values(s_.layer_model, {s_.subjects[o]}, s_.layers, first, count)[0]);
       };
       r.tables.push_back(summary_table(s_.grid, s_.subjects, s_.layers, source, all <= kMostHeld, check));
       r.streams.push_back(stream());
@@ -175,7 +175,7 @@ class ReliabilityMapPoint final : public study::StudyPoint {
               std::vector<std::vector<double>> out(s_.layers.size());
               while (count > 0) {  // observations are the slowest axis
                 const std::size_t at = first % points, n = std::min(count, points - at);
-                auto part = layer_values(s_.layer_model, {s_.subjects[first / points]}, s_.layers, at, n)[0];
+                auto part = std::move(layer_values(s_.layer_model, {s_.subjects[first / points]}, s_.layers, at, n)[0]);
                 for (std::size_t l = 0; l < out.size(); ++l) {
                   if (out[l].empty())
                     out[l] = std::move(part[l]);

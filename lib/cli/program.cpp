@@ -122,7 +122,7 @@ std::optional<store::Result> finished_result(const std::filesystem::path& output
 int run(const RunArguments& a, const std::string& command) {
   catch_signals();
   stop_after(a.max_seconds);
-  std::optional<EndsBySignal> ends(std::in_place);
+  std::optional<EndsBySignal> ends(std::in_place, nullptr, EndsBySignal::soon());
   const bool part = is_part(a);
   const study::RunPlan plan = part || a.trial ? open_config(a) : load(a);
   if (a.trial) {
@@ -176,7 +176,7 @@ int run(const RunArguments& a, const std::string& command) {
         tell_large_result(result, elapsed, output.string());
         kept = store::write_beside_old(output, a.overwrite, [&] { write_result_file(a, output, result); });
       });
-  ends.emplace(nullptr, EndsBySignal::Says{.nothing = fmt::format("{} is written", output.string())});
+  ends.emplace(nullptr, EndsBySignal::soon(fmt::format("{} is written", output.string())));
   print_tables(result, output.string(), a.units == "ft");
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);

@@ -67,11 +67,11 @@ void remove_own_temporaries(const std::filesystem::path& output) {
   }
 }
 
-/// Ends the program, if it may be ended now.
-void end_program() {
+/// Ends the program, if it may be ended so long after the signal.
+void end_program(std::chrono::milliseconds waited) {
   MayEnd& m = may_end();
   const std::scoped_lock lock(m.changing);
-  if (!m.now) return;
+  if (!m.now || waited.count() < m.says.after_ms) return;
   const bool kept = m.journal && m.journal->sync() && m.journal->started();
   const std::string text =
       fmt::format("{}interrupted: {}\n", isatty(STDERR_FILENO) ? "\r\033[K" : "", kept ? m.says.kept : m.says.nothing);
@@ -81,10 +81,12 @@ void end_program() {
 }
 
 void wait_for_signal() {
-  constexpr auto kOrderly = std::chrono::milliseconds(800), kAgain = std::chrono::milliseconds(20);
+  constexpr auto kAgain = std::chrono::milliseconds(20);
   while (sem_wait(&g_signalled) != 0) {
   }
-  for (std::this_thread::sleep_for(kOrderly);; std::this_thread::sleep_for(kAgain)) end_program();
+  const auto signalled = std::chrono::steady_clock::now();
+  for (;; std::this_thread::sleep_for(kAgain))
+    end_program(std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - signalled));
 }
 
 }  // namespace

@@ -88,13 +88,19 @@ void catch_signals();
 const std::atomic<bool>* stop_flag();
 
 /// While it lives, a signal ends the program within a second (exit code 75) even if nobody looks at the stop flag:
-/// after .8 s, with the journal written. Only one at a time. A rank that ends so takes the others with it.
+/// after .8 s (or Says::after_ms), with the journal written. Only one at a time. A rank that ends so takes the others
+/// with it.
 class EndsBySignal {
  public:
   struct Says {
     std::string kept = {};                        ///< where the journal has work
     std::string nothing = "nothing was written";  ///< where it has none
     std::filesystem::path output = {};            ///< file whose temporary files are removed: it is written, or will be
+    int after_ms = 800;                           ///< time for an orderly end
+  };
+  /// Of work that leaves nothing behind: it is not waited for.
+  static Says soon(std::string nothing = "nothing was written") {
+    return {.nothing = std::move(nothing), .after_ms = 200};
   };
   explicit EndsBySignal(checkpoint::Journal* journal = nullptr) : EndsBySignal(journal, Says()) {}
   EndsBySignal(checkpoint::Journal* journal, Says says);
