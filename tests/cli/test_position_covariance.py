@@ -57,11 +57,11 @@ class CovarianceCase(Case):
 
 
 class LongSurvey(CovarianceCase):
-    """40,000 stations by source take longer than the fifth of a second after which the first line appears."""
+    """100,000 stations by source take far longer than the fifth of a second after which the first line appears."""
 
     def setUp(self):
         super().setUp()
-        rows = [f"{0.3 * k:.1f},{min(90, 0.003 * k):.4f},{(75 + 0.0005 * k) % 360:.4f}" for k in range(40000)]
+        rows = [f"{0.12 * k:.2f},{min(90, 0.0012 * k):.4f},{(75 + 0.0002 * k) % 360:.4f}" for k in range(100_000)]
         self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n" + "\n".join(rows) + "\n")
 
     def test_a_long_survey_says_on_a_terminal_how_far_it_is(self):
@@ -83,7 +83,7 @@ class LongSurvey(CovarianceCase):
         shares = [float(x) for x in re.findall(rb"([0-9.]+) %", said)]
         self.assertTrue(shares, said)
         self.assertTrue(all(0 <= x <= 100 for x in shares), shares)
-        self.assertRegex(said, rb"% of [0-9.e+]+ (stations|MB)|% +[0-9.]+ s left")
+        self.assertRegex(said, rb"% of [0-9.e+]+ stations")
 
 
 class Tables(CovarianceCase):
