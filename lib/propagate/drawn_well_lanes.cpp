@@ -1,5 +1,7 @@
 #include "propagate/drawn_well_lanes.h"
 
+#include <algorithm>
+
 #include "random/draw_address.h"
 #include "simd/pack.h"
 
@@ -198,8 +200,9 @@ void draw_registers(const DrawnWellBatch& b, const random::Stream& stream, std::
 }  // namespace
 
 void draw_wells(const DrawnWellBatch& b, const random::Stream& stream) {
-  // Two registers: one group of AVX2, two of AVX-512.
-  constexpr std::size_t kRegisters = 2, kGroups = kRegisters * kLanes / kGroup;
+  // Two registers: one group of AVX2, two of AVX-512; four of two lanes, which are one group.
+  constexpr std::size_t kRegisters = std::max<std::size_t>(2, kGroup / kLanes), kGroups = kRegisters * kLanes / kGroup;
+  static_assert(kGroups > 0);
   std::size_t g = 0;
   for (; g + kGroups <= b.groups; g += kGroups) draw_registers<kRegisters>(b, stream, g);
   if constexpr (kGroups == 2)

@@ -1,0 +1,66 @@
+#!/usr/bin/python3
+"""Other machines give the same numbers: compare_machines.py OUR_PROGRAM OUR_SMOKE_RESULTS OUTPUT_FOLDER PROGRAM...
+
+PROGRAM... (an emulator and its program, or a program with another instruction set) runs every smoke config; its content hash
+must be that of OUR_SMOKE_RESULTS. Where it is not, the tables and columns that differ are named, with the largest difference.
+The programs must also call their numerics the same (`--version`), so that each goes on with journals and parts of the other.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+
+CONFIGS = pathlib.Path(__file__).resolve().parents[2] / "configs/smoke"
+
+
+def values(file):
+    out = {}
+    file.visititems(lambda name, item: out.__setitem__(name, item[()]) if isinstance(item, h5py.Dataset) and not name.startswith("run/") else None)
+    return out
+
+
+def differences(a, b):
+    a, b = values(a), values(b)
+    for name in sorted(a.keys() | b.keys()):
+        if name not in a or name not in b or a[name].shape != b[name].shape:
+            yield f"{name}: only in one, or of another size"
+        elif a[name].dtype.kind == "f":
+            x, y = a[name], b[name]
+            wrong = (x.view("u8") != y.view("u8")) & ~((x != x) & (y != y))
+            if wrong.any():
+                scale = np.maximum(np.abs(x[wrong]), np.abs(y[wrong]))
+                relative = np.nanmax(np.where(scale > 0, np.abs(x[wrong] - y[wrong]) / np.where(scale > 0, scale, 1), 0))
+                yield f"{name}: {wrong.sum()} of {x.size} values, relative {relative:.1e}"
+        elif not np.array_equal(a[name], b[name]):
+            yield f"{name}: other texts or numbers"
+
+
+def numerics(program):
+    said = subprocess.run([*program, "--version"], capture_output=True, text=True, check=True).stdout
+    return re.search(r"^numerics: +(.*)$", said, re.M)[1]
+
+
+def main():
+    ours, results, output, program = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3]), sys.argv[4:]
+    wrong = []
+    configs = sorted(CONFIGS.glob("*.toml"))
+    for config in configs:
+        other = output / f"{config.stem}.h5"
+        subprocess.run([*program, "run", config, "-o", other, "--overwrite", "--quiet"], check=True, stdout=subprocess.DEVNULL)
+        with h5py.File(results / other.name, "r") as a, h5py.File(other, "r") as b:
+            if a.attrs["content_hash"] == b.attrs["content_hash"]:
+                print(f"{config.stem}: the same", flush=True)
+                continue
+            wrong.append(config.stem)
+            print(f"{config.stem}: differs", *list(differences(a, b))[:12], sep="\n    ", flush=True)
+    print(f"{len(configs) - len(wrong)} of {len(configs)} configs have the same content hash")
+    ours, theirs = numerics([ours]), numerics(program)
+    if ours != theirs:
+        print(f"numerics: {theirs}\nhere:     {ours}")
+    sys.exit(1 if wrong or ours != theirs else 0)
+
+
+main()
