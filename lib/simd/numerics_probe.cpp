@@ -8,6 +8,16 @@
 #include <Eigen/Dense>
 
 namespace surveymc::simd {
+namespace {
+
+/// The product of two complex numbers. Where a compiler puts its parts into one vector it may fuse products and sums,
+/// contraction off or not (GCC 12).
+[[gnu::noinline]] void turned(double x, double y, double cosine, double sine, double* out) {
+  out[0] = x * cosine - y * sine;
+  out[1] = x * sine + y * cosine;
+}
+
+}  // namespace
 
 std::string numerics_probe(const std::vector<double>& more) {
   // Variants of a function differ at one of some hundred to some thousand arguments.
@@ -23,6 +33,9 @@ std::string numerics_probe(const std::vector<double>& more) {
                            std::expm1(small),    std::log1p(small),    std::cbrt(x),     std::erf(x),      std::erfc(x),
                            std::tgamma(x),       std::lgamma(x),       std::fmod(x, 0.3)})
       add(y);
+    double parts[2];
+    turned(x, small, argument / 7, 1 / x, parts);
+    for (const double y : parts) add(y);
   }
   constexpr Eigen::Index kRows = 37, kInner = 29, kColumns = 11;  // no multiples of any vector's length
   const auto matrix = [](Eigen::Index rows, Eigen::Index columns) {

@@ -5,8 +5,9 @@
 namespace surveymc::simd {
 
 /// Eight hexadecimal digits that tell apart machines and builds on which the same program gives other last bits: other
-/// orders of Eigen's sums, elementary functions that do not come with the program (third_party/elementary) as they
-/// should, and `more`, what the libraries of other modules compute. A hash of their values at some thousand arguments.
+/// orders of Eigen's sums, products and sums that a compiler fuses, elementary functions that do not come with the
+/// program (third_party/elementary) as they should, and `more`, what the libraries of other modules compute. A hash of
+/// their values at some thousand arguments.
 /// Tallies of two such machines must not mix.
 std::string numerics_probe(const std::vector<double>& more = {});
 
