@@ -42,7 +42,8 @@ const stats::Moments& PerformanceLayout::moments(const stats::Tally& tally, std:
 
 std::uint64_t PerformanceLayout::failed(const stats::Tally& tally, std::size_t e) const {
   std::uint64_t sum = 0;
-  for (std::size_t s = 1; s < stats::kDescentStatuses && !tally.counts.empty(); ++s) sum += tally.counts[counts.ended(e, s)];
+  for (std::size_t s = 1; s < stats::kDescentStatuses && !tally.counts.empty(); ++s)
+    sum += tally.counts[counts.ended(e, s)];
   return sum;
 }
 

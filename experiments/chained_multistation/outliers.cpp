@@ -163,7 +163,8 @@ class ChainedOutliers final : public study::StudyPoint {
     std::vector<Endings> endings;
     for (std::size_t i = 0; i < kSolves && !tally.counts.empty(); ++i) {
       endings.push_back({kSolveNames[i]});
-      for (std::size_t k = 0; k < stats::kDescentStatuses; ++k) endings.back().counts[k] = tally.counts[kCounts.ended(i, k)];
+      for (std::size_t k = 0; k < stats::kDescentStatuses; ++k)
+        endings.back().counts[k] = tally.counts[kCounts.ended(i, k)];
     }
     return endings_table("how the solutions of the runs ended; a run is compared if all of its solutions converged",
                          "solution", "without the error, with it, or with the largest residual deleted", endings,

@@ -92,10 +92,10 @@ class ChainedPerformance final : public study::StudyPoint {
     std::string text = fmt::format("trial {}\n", trial);
     for (const Solver e : s_.estimators) {
       const RunCheck c = is_chained(e) ? check_chained(s_, run, solution_of(e, run)) : check_alone(s_, e, run);
-      text += fmt::format(
-          "{}: {}", solver_names()[static_cast<std::size_t>(e)],
-          c.converged() ? "converged"
-                        : fmt::format("NOT converged ({})", stats::kDescentStatusNames[static_cast<std::size_t>(c.status)]));
+      text += fmt::format("{}: {}", solver_names()[static_cast<std::size_t>(e)],
+                          c.converged() ? "converged"
+                                        : fmt::format("NOT converged ({})",
+                                                      stats::kDescentStatusNames[static_cast<std::size_t>(c.status)]));
       text += is_chained(e) ? fmt::format(", cost {:.12g}\n", c.cost) : "\n";
       for (std::size_t k = 0; k < c.stations.size(); ++k) {
         text += fmt::format("  station {}: error", k + 1);
