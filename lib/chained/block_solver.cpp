@@ -56,7 +56,7 @@ NormalBlocks normal_blocks(const Model& m, const Readings& readings, const Point
     const StationLinear s = linearise(m, readings, at, k);
     Eigen::Matrix<double, 6, 12> j;
     j << s.by_delta, s.by_chain;
-    Matrix12 h = j.transpose().lazyProduct(j);
+    Matrix12 h = j.transpose().lazyProduct(j);  // without the blocks that Eigen cuts large products into
     Columns c(12, 1 + q);
     c.col(0) = j.transpose() * s.residual;
     c.rightCols(q) = j.transpose() * s.by_interference;
@@ -106,12 +106,15 @@ NormalBlocks exact_blocks(NormalBlocks b, const Model& m, const Readings& readin
   return b;
 }
 
-/// L L' x = right side: columns of the right side stand beside each other in memory, so that compilers put them into
-/// vectors. No column sees another: no bit depends on that.
-template <int kColumns>
-void solve_beside(const Matrix12& l, std::array<std::array<double, kColumns>, 12>& x) {
-  const auto subtract = [](std::array<double, kColumns>& to, double factor, const std::array<double, kColumns>& of) {
-    for (std::size_t c = 0; c < kColumns; ++c) to[c] -= factor * of[c];
+/// Columns of the inverse stand beside each other in memory, so that compilers put them into vectors. No column sees
+/// another: no bit depends on that.
+Matrix12 inverse_of(const Eigen::LLT<Matrix12>& pivot) {
+  using Row = std::array<double, 12>;
+  const Matrix12& l = pivot.matrixLLT();
+  std::array<Row, 12> x{};
+  for (std::size_t i = 0; i < 12; ++i) x[i][i] = 1;
+  const auto subtract = [](Row& to, double factor, const Row& of) {
+    for (std::size_t c = 0; c < 12; ++c) to[c] -= factor * of[c];
   };
   for (std::size_t i = 0; i < 12; ++i) {
     const auto row = static_cast<Index>(i);
@@ -123,12 +126,6 @@ void solve_beside(const Matrix12& l, std::array<std::array<double, kColumns>, 12
     for (std::size_t j = i + 1; j < 12; ++j) subtract(x[i], l(static_cast<Index>(j), row), x[j]);
     for (double& v : x[i]) v /= l(row, row);
   }
-}
-
-Matrix12 inverse_of(const Eigen::LLT<Matrix12>& pivot) {
-  std::array<std::array<double, 12>, 12> x{};
-  for (std::size_t i = 0; i < 12; ++i) x[i][i] = 1;
-  solve_beside<12>(pivot.matrixLLT(), x);
   return Eigen::Map<const Matrix12>(x.front().data());  // rows as columns: symmetric
 }
 
