@@ -61,13 +61,39 @@ std::optional<std::string> bytes_of_journal(const fs::path& path) {
   }
 }
 
-/// Reads the whole records of a journal; `take` gets their bodies. False if anything else is between them.
-bool for_each_record(std::string_view bytes, const std::function<void(std::string_view)>& take) {
+struct JournalRecord {
+  RunKey key;
+  std::uint64_t what = 0;     // the number of a point, perhaps with kIsResult
+  std::string_view contents;  // a subtree of its trials, or its result
+};
+
+JournalRecord record_from_bytes(std::string_view body) {
+  ByteReader in(body);
+  JournalRecord record;
+  record.key = read_key(in);
+  record.what = in.get<std::uint64_t>();
+  record.contents = in.raw(in.left());
+  return record;
+}
+
+/// What `read` makes of the bytes; nothing if they are damaged.
+template <class Read>
+auto if_readable(Read read, std::string_view bytes) -> std::optional<decltype(read(bytes))> {
+  try {
+    return read(bytes);
+  } catch (const IoError&) {
+    return std::nullopt;
+  }
+}
+
+/// Reads the whole records of a journal. False if anything else is between them, or if `take` finds one unreadable.
+bool for_each_record(std::string_view bytes, const std::function<bool(const JournalRecord&)>& take) {
   constexpr int kMostGaps = 1000;  // a file that is made of false beginnings is not searched for ever
   int gaps = bytes.empty() ? 1 : 0;
   for (std::size_t at = 0; at < bytes.size() && gaps < kMostGaps;) {
     if (const std::optional<Record> record = record_at(bytes, at, kJournalMark)) {
-      take(record->body);
+      const std::optional<JournalRecord> contents = if_readable(record_from_bytes, record->body);
+      if (!contents || !take(*contents)) ++gaps;
       at = record->end;
     } else {
       at = bytes.find(kJournalMark, at + 1);
@@ -103,9 +129,8 @@ JournalContents read_journals(const fs::path& output, const RunKey& key) {
           "{}: is a journal of another version of surveymc: finish with that version, or delete the journal",
           path.string()));
     if (!is_journal(path, *bytes)) continue;
-    const bool is_whole = for_each_record(*bytes, [&](std::string_view body) {
-      ByteReader in(body);
-      const RunKey of = read_key(in);  // before the tally, whose form another build may not know
+    const bool is_whole = for_each_record(*bytes, [&](const JournalRecord& record) {
+      const RunKey& of = record.key;  // before the tally, whose form another build may not know
       if (of.config_hash != key.config_hash)
         throw IoError(
             fmt::format("{}: is the journal of an unfinished run of another config (hash {}, this one has {}): finish "
@@ -116,15 +141,16 @@ JournalContents read_journals(const fs::path& output, const RunKey& key) {
             fmt::format("{}: is the journal of another build ({}, this is {}), whose results may differ in "
                         "their last bits: finish with that build, or delete the journal",
                         path.string(), of.program, key.program));
-      const auto point = in.get<std::uint64_t>();
-      const std::string_view rest = in.raw(in.left());
+      const std::uint64_t point = record.what;
       if ((point & kIsResult) != 0) {
-        all.points.insert_or_assign(point & ~kIsResult, std::string(rest));
-        return;
+        all.points.insert_or_assign(point & ~kIsResult, std::string(record.contents));
+        return true;
       }
-      montecarlo::Subtree node = montecarlo::subtree_from_bytes(rest);
-      if (node.tally.proposal != 0) all.drawn_in.try_emplace({point, node.tally.proposal}, path);
-      all.finished[point].push_back(std::move(node));
+      std::optional<montecarlo::Subtree> node = if_readable(montecarlo::subtree_from_bytes, record.contents);
+      if (!node) return false;
+      if (node->tally.proposal != 0) all.drawn_in.try_emplace({point, node->tally.proposal}, path);
+      all.finished[point].push_back(*std::move(node));
+      return true;
     });
     if (!is_whole) all.damaged.push_back(path);
   }
@@ -140,9 +166,9 @@ JournalRemarks journal_remarks(const fs::path& output, const RunKey& key) {
       remarks.warnings.push_back(
           fmt::format("{}: has the name of a journal, but is none: it is not read, and stays", path.string()));
     std::string other;
-    for_each_record(*bytes, [&](std::string_view body) {
-      ByteReader in(body);
-      if (const std::string program = read_key(in).program; program != key.program) other = program;
+    for_each_record(*bytes, [&](const JournalRecord& record) {
+      if (record.key.program != key.program) other = record.key.program;
+      return true;
     });
     if (!other.empty())
       remarks.notes.push_back(
@@ -157,9 +183,9 @@ void remove_journals(const fs::path& output, const RunKey& key) {
       const std::string bytes = read_bytes(path);
       if (!is_journal(path, bytes)) continue;
       bool is_ours = true;
-      for_each_record(bytes, [&](std::string_view body) {
-        ByteReader in(body);
-        is_ours = is_ours && same_numbers(read_key(in), key);
+      for_each_record(bytes, [&](const JournalRecord& record) {
+        is_ours = is_ours && same_numbers(record.key, key);
+        return true;
       });
       if (is_ours) unlink(path.c_str());
     } catch (const IoError&) {  // removed already, or without permission to read

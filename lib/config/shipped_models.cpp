@@ -39,14 +39,21 @@ void add_models(const InputText& file, std::vector<ShippedModel>& out) {
   }
 }
 
+/// `*` in the pattern stands for any text. The first place where a piece fits leaves most of the name to the others, so
+/// no other place is tried.
 bool fits(std::string_view pattern, std::string_view name) {
-  const auto star = pattern.find('*');
+  auto star = pattern.find('*');
   if (star == std::string_view::npos) return pattern == name;
   if (!name.starts_with(pattern.substr(0, star))) return false;
-  const std::string_view rest = pattern.substr(star + 1);
-  for (std::size_t i = star; i <= name.size(); ++i)
-    if (fits(rest, name.substr(i))) return true;
-  return false;
+  for (;;) {
+    name.remove_prefix(star);
+    pattern.remove_prefix(star + 1);
+    star = pattern.find('*');
+    if (star == std::string_view::npos) return name.ends_with(pattern);
+    const auto at = name.find(pattern.substr(0, star));
+    if (at == std::string_view::npos) return false;
+    name.remove_prefix(at);
+  }
 }
 
 }  // namespace

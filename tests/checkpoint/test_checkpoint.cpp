@@ -215,6 +215,24 @@ TEST_CASE("A journal gives back all but the record that is damaged, whatever byt
   CHECK(fs::exists(folder.path / "out.h5.journal.mine"));
 }
 
+TEST_CASE("A record that is sealed, but cannot be read, is damage: the others count", "[checkpoint]") {
+  const Folder folder;
+  Journal journal(folder.output(), kKey, std::chrono::seconds(0));
+  journal.add(0, {0, 0, kernel({0, 4})});
+  REQUIRE(journal.sync());
+  const fs::path path = journals_of(folder.output())[0];
+  const std::string bytes = content(path), head(record_at(bytes, 0, "SMCJRNL1")->body.substr(0, 50));
+  for (const std::string& body : {std::string("jj"), head, std::string()}) {
+    overwrite(path, sealed_record("SMCJRNL1", body) + bytes);
+    const JournalContents left = read_journals(folder.output(), kKey);
+    CHECK(left.finished.size() == 1);
+    CHECK(left.damaged.size() == 1);
+    CHECK(journal_remarks(folder.output(), kKey).notes.empty());
+  }
+  remove_journals(folder.output(), kKey);
+  CHECK_FALSE(fs::exists(path));
+}
+
 TEST_CASE("A journal is known by the proposals of its trials", "[checkpoint]") {
   const Folder folder;
   const auto drawn = [](std::uint64_t proposal) {

@@ -237,4 +237,9 @@ TEST_CASE("Models are chosen by patterns, in the order of the catalogues") {
   CHECK(srgm[1] == "MWD+SRGM+SAG");
   CHECK(matching_shipped_models({"mwd"}, {}).empty());
   CHECK(matching_shipped_models({"MWD*SRGM*MS"}, {}) == matching_shipped_models({"MWD+SRGM*MS"}, {}));
+  CHECK(matching_shipped_models({"MWD*MWD"}, {}).empty());  // two pieces do not share letters
+  CHECK(matching_shipped_models({"*S*S*"}, {}).size() > matching_shipped_models({"*S*S*S*"}, {}).size());
+  const std::string stars(10000, '*');  // trying all places for each star would not end
+  CHECK(matching_shipped_models({"MWD" + stars + "SAG"}, {}) == matching_shipped_models({"MWD*SAG"}, {}));
+  CHECK(matching_shipped_models({"MWD" + stars + "?"}, {}).empty());
 }
