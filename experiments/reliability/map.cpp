@@ -110,9 +110,6 @@ class ReliabilityMapPoint final : public study::StudyPoint {
   explicit ReliabilityMapPoint(Scenario scenario) : s_(std::move(scenario)), axes_(axes_of(s_)) {}
 
   study::PointResult report(const stats::Tally&, const montecarlo::RunOptions& options) const override {
-    const auto check = [&] {
-      if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
-    };
     study::PointResult r;
     const std::size_t points = s_.grid.points(), all = points * s_.subjects.size();
     const bool slow = std::any_of(s_.layers.begin(), s_.layers.end(), is_slow_layer);
@@ -121,7 +118,7 @@ class ReliabilityMapPoint final : public study::StudyPoint {
       const LayerSource source = [&](std::size_t o, std::size_t first, std::size_t count) {
         return std::move(layer_values(s_.layer_model, {s_.subjects[o]}, s_.layers, first, count)[0]);
       };
-      r.tables.push_back(summary_table(s_.grid, s_.subjects, s_.layers, source, all <= kMostHeld, check));
+      r.tables.push_back(summary_table(s_.grid, s_.subjects, s_.layers, source, all <= kMostHeld, options));
       r.streams.push_back(stream());
       return r;
     }
@@ -131,7 +128,7 @@ class ReliabilityMapPoint final : public study::StudyPoint {
                                                        std::vector<std::vector<double>>(s_.layers.size()));
     const std::size_t piece = slow ? 256 : store::kStreamPiece;
     for (std::size_t at = 0; at < points; at += piece) {
-      check();
+      if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
       const auto part = layer_values(s_.layer_model, s_.subjects, s_.layers, at, std::min(piece, points - at));
       for (std::size_t o = 0; o < held.size(); ++o)
         for (std::size_t l = 0; l < s_.layers.size(); ++l)
@@ -144,7 +141,7 @@ class ReliabilityMapPoint final : public study::StudyPoint {
                           values.begin() + static_cast<std::ptrdiff_t>(first + count));
       return part;
     };
-    r.tables.push_back(summary_table(s_.grid, s_.subjects, s_.layers, source, true, check));
+    r.tables.push_back(summary_table(s_.grid, s_.subjects, s_.layers, source, true, options));
     if (!s_.statements.empty())
       r.tables.push_back(statements_table(s_.grid, s_.subjects, s_.layers, s_.statements, source));
     r.maps = empty_maps();

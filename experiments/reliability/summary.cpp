@@ -1,62 +1,74 @@
 #include "reliability/summary.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/error.h"
 #include "base/units.h"
+#include "montecarlo/block_queue.h"
 #include "stats/order_statistics.h"
-#include "store/result_file.h"
+#include "stats/size_counts.h"
 #include "study/table_rows.h"
 
 namespace surveymc::studies::reliability {
 namespace {
 
-/// Median of positive numbers by their bit patterns, which have their order: the first pass finds the upper 16 bits,
-/// the second the next 16.
-class StreamedMedian {
- public:
-  void add(double x) {
-    const std::uint64_t bits = std::bit_cast<std::uint64_t>(x);
-    if (!refining_)
-      ++counts_[bits >> 48];
-    else if (bits >> 48 == upper_)
-      ++counts_[bits >> 32 & 0xffff];
-  }
-  void next_pass() {
-    std::uint64_t all = 0;
-    for (const std::uint64_t n : counts_) all += n;
-    rank_ = all / 2;
-    upper_ = locate();
-    std::fill(counts_.begin(), counts_.end(), 0);
-    refining_ = true;
-    empty_ = all == 0;
-  }
-  double value() {
-    if (empty_) return kNaN;
-    return std::bit_cast<double>(upper_ << 48 | locate() << 32 | 0x80000000u);
-  }
+using stats::SizeCounts;
+using LayerCounts = std::vector<SizeCounts>;
 
- private:
-  std::uint64_t locate() {
-    std::uint64_t bin = 0;
-    while (bin + 1 < counts_.size() && rank_ >= counts_[bin]) rank_ -= counts_[bin++];
-    return bin;
-  }
-  std::vector<std::uint64_t> counts_ = std::vector<std::uint64_t>(1 << 16, 0);
-  std::uint64_t rank_ = 0, upper_ = 0;
-  bool refining_ = false, empty_ = false;
-};
+/// All layers of a subject, in pieces that stay in the caches.
+LayerCounts counted(const LayerSource& source, std::size_t subject, std::size_t points, const LayerCounts& empty,
+                    const montecarlo::RunOptions& options) {
+  constexpr std::size_t kPiece = std::size_t{1} << 14;
+  montecarlo::BlockQueue queue({montecarlo::all_blocks(points, kPiece)});
+  const auto threads = std::min<std::size_t>(
+      static_cast<std::size_t>(options.threads > 0 ? options.threads : montecarlo::available_threads()), queue.left());
+  std::vector<LayerCounts> by_thread(threads, empty);
+  const auto stopped = [&] { return options.stop && *options.stop; };
+  montecarlo::in_threads(static_cast<int>(threads), stopped, [&](int thread) {
+    const std::optional<std::uint64_t> block = queue.take();
+    if (!block) return false;
+    const std::size_t first = *block * kPiece;
+    const auto values = source(subject, first, std::min(kPiece, points - first));
+    LayerCounts& counts = by_thread[static_cast<std::size_t>(thread)];
+    for (std::size_t l = 0; l < values.size(); ++l) counts[l].add(values[l], first);
+    return true;
+  });
+  if (queue.left() > 0) throw Interrupted("stopped before all maps were made");
+  for (std::size_t t = 1; t < threads; ++t)
+    for (std::size_t l = 0; l < empty.size(); ++l) by_thread[0][l].add(by_thread[t][l]);
+  return std::move(by_thread[0]);
+}
 
-struct Extremes {
-  double smallest = kNaN, largest = kNaN;
-  std::size_t smallest_at = 0, largest_at = 0, infinite = 0;
-  std::vector<double> finite;  // when the median is exact
-  StreamedMedian streamed;
-};
+/// Medians of some points in all parts of the grid.
+std::vector<double> expected_medians(const LayerSource& source, std::size_t subject, std::size_t points,
+                                     std::size_t layers) {
+  constexpr std::size_t kRuns = 4096, kRun = 8;
+  LayerCounts sample(layers);
+  for (std::size_t r = 0; r < kRuns; ++r) {
+    const std::size_t first = points / kRuns * r;
+    const auto values = source(subject, first, std::min(kRun, points - first));
+    for (std::size_t l = 0; l < layers; ++l) sample[l].add(values[l], first);
+  }
+  std::vector<double> expected;
+  for (const SizeCounts& s : sample) expected.push_back(s.median());
+  return expected;
+}
+
+LayerCounts counts_of(const LayerSource& source, std::size_t subject, std::size_t points, std::size_t layers,
+                      bool exact, const montecarlo::RunOptions& options) {
+  if (exact) return counted(source, subject, points, LayerCounts(layers), options);
+  std::vector<double> expected = expected_medians(source, subject, points, layers);
+  for (;;) {
+    LayerCounts counts = counted(source, subject, points, LayerCounts(expected.begin(), expected.end()), options);
+    if (std::all_of(counts.begin(), counts.end(), [](const SizeCounts& c) { return c.has_median(); })) return counts;
+    for (std::size_t l = 0; l < layers; ++l) expected[l] = counts[l].expected_median();
+  }
+}
 
 void write_place(study::TableRows& t, const std::string& which, const surveymc::reliability::ReliabilityGrid& grid,
                  double value, std::size_t at) {
@@ -76,47 +88,25 @@ void write_place(study::TableRows& t, const std::string& which, const surveymc::
 
 store::Table summary_table(const surveymc::reliability::ReliabilityGrid& grid,
                            const std::vector<ErrorSubject>& subjects, const std::vector<std::string>& layers,
-                           const LayerSource& source, bool exact, const std::function<void()>& check) {
+                           const LayerSource& source, bool exact, const montecarlo::RunOptions& options) {
   study::TableRows t("summary",
                      "sizes |x| over all points of the maps: extremes of the finite ones and where they are, median");
   const std::size_t points = grid.points();
   for (std::size_t o = 0; o < subjects.size(); ++o) {
-    std::vector<Extremes> of_layer(layers.size());
-    if (exact)
-      for (Extremes& e : of_layer) e.finite.reserve(points);
-    for (int pass = 0; pass < (exact ? 1 : 2); ++pass) {
-      for (std::size_t at = 0; at < points; at += store::kStreamPiece) {
-        check();
-        const auto values = source(o, at, std::min(store::kStreamPiece, points - at));
-        for (std::size_t l = 0; l < layers.size(); ++l)
-          for (std::size_t k = 0; k < values[l].size(); ++k) {
-            const double x = std::abs(values[l][k]);
-            Extremes& e = of_layer[l];
-            if (std::isinf(x) && pass == 0) ++e.infinite;
-            if (!std::isfinite(x)) continue;
-            if (!exact) e.streamed.add(x);
-            if (pass > 0) continue;
-            if (exact) e.finite.push_back(x);
-            if (!(x >= e.smallest)) e.smallest = x, e.smallest_at = at + k;
-            if (!(x <= e.largest)) e.largest = x, e.largest_at = at + k;
-          }
-      }
-      if (!exact && pass == 0)
-        for (Extremes& e : of_layer) e.streamed.next_pass();
-    }
+    const LayerCounts counts = counts_of(source, o, points, layers.size(), exact, options);
     for (std::size_t l = 0; l < layers.size(); ++l) {
-      Extremes& e = of_layer[l];
+      const SizeCounts& c = counts[l];
       t.word("observation", "in which the error is", subject_name(subjects[o]));
       t.word("quantity", "map", layers[l]);
       t.word("unit", "of the sizes", layer_unit(layers[l], subjects[o]));
       t.count("points", "points of the map", points);
-      t.count("infinite", "points where it is infinite", e.infinite);
-      write_place(t, "minimum", grid, e.smallest, e.smallest_at);
-      write_place(t, "maximum", grid, e.largest, e.largest_at);
+      t.count("infinite", "points where it is infinite", c.infinite());
+      write_place(t, "minimum", grid, c.smallest(), c.smallest_at());
+      write_place(t, "maximum", grid, c.largest(), c.largest_at());
       t.number("median", "1",
                exact ? "median of the finite |x|, in the row's unit"
                      : "median of the finite |x|, in the row's unit, to 1e-6",
-               exact ? stats::median(std::move(e.finite)) : e.streamed.value());
+               c.median());
     }
   }
   return t.take();

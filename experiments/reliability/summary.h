@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/config.h"
+#include "montecarlo/run_blocks.h"
 #include "reliability/layers.h"
 #include "store/table.h"
 
@@ -17,10 +18,11 @@ using LayerSource =
 
 /// Table `summary`: a row per subject and layer with the smallest, median and largest finite size |x| over all
 /// points, where the extremes are, and how many points are infinite. `exact`: medians exactly, from all values at once;
-/// otherwise to 1e-6 from two more passes in pieces. `check` is called between pieces.
+/// otherwise to 1e-6, from one or two passes. `source` is asked for pieces by the threads of `options`; the table does
+/// not depend on them. Throws Interrupted.
 store::Table summary_table(const surveymc::reliability::ReliabilityGrid& grid,
                            const std::vector<ErrorSubject>& subjects, const std::vector<std::string>& layers,
-                           const LayerSource& source, bool exact, const std::function<void()>& check);
+                           const LayerSource& source, bool exact, const montecarlo::RunOptions& options);
 
 /// A statement of a publication about a map; `[[statement]]` of a config.
 struct Statement {

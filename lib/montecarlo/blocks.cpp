@@ -132,33 +132,41 @@ bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std:
   return compute_blocks(queue, work, kernel, stopped, take);
 }
 
-bool compute_blocks(BlockQueue& queue, const BlockWork& work, const BlockKernel& kernel,
-                    const std::function<bool()>& stopped,
-                    const std::function<void(std::uint64_t, stats::Tally)>& take) {
-  const auto size = static_cast<std::uint64_t>(work.block_trials);
-  const int threads = work.threads > 0 ? work.threads : available_threads();
+void in_threads(int threads, const std::function<bool()>& stopped, const std::function<bool(int)>& next) {
+  if (threads <= 0) threads = available_threads();
   require_threads(threads);
   std::exception_ptr error;
-  std::mutex taking;                  // not omp critical: thread sanitizers know a mutex, but not GCC's OpenMP
+  std::mutex failing;                 // not omp critical: thread sanitizers know a mutex, but not GCC's OpenMP
   std::atomic<bool> abandon = false;  // our own dynamic schedule: a stop leaves the loop at once
   g_starting = threads > 1;
 #pragma omp parallel num_threads(threads)
   for (g_starting = false; !abandon && !stopped();) {
-    const std::optional<std::uint64_t> block = queue.take();
-    if (!block) break;
     try {
-      const std::uint64_t first = *block * size;
-      stats::Tally tally = kernel({first, static_cast<int>(std::min(size, work.trials - first))});
-      const std::scoped_lock lock(taking);
-      take(*block, std::move(tally));
+      if (!next(omp_get_thread_num())) break;
     } catch (...) {
       abandon = true;
-      const std::scoped_lock lock(taking);
+      const std::scoped_lock lock(failing);
       if (!error) error = std::current_exception();
     }
   }
-  const std::scoped_lock lock(taking);
+  const std::scoped_lock lock(failing);
   if (error) std::rethrow_exception(error);
+}
+
+bool compute_blocks(BlockQueue& queue, const BlockWork& work, const BlockKernel& kernel,
+                    const std::function<bool()>& stopped,
+                    const std::function<void(std::uint64_t, stats::Tally)>& take) {
+  const auto size = static_cast<std::uint64_t>(work.block_trials);
+  std::mutex taking;
+  in_threads(work.threads, stopped, [&](int) {
+    const std::optional<std::uint64_t> block = queue.take();
+    if (!block) return false;
+    const std::uint64_t first = *block * size;
+    stats::Tally tally = kernel({first, static_cast<int>(std::min(size, work.trials - first))});
+    const std::scoped_lock lock(taking);
+    take(*block, std::move(tally));
+    return true;
+  });
   return queue.left() == 0;
 }
 

@@ -61,10 +61,14 @@ struct BlockWork {
   int block_trials = kBlockTrials, threads = 0;
 };
 
+/// Each of `threads` threads (0: all that the machine offers) calls next(thread), thread = 0, 1, ..., until that or
+/// stopped() says that it ends: next() by false, stopped() by true. The first exception is rethrown after all threads
+/// have stopped. Throws NoThreads before anything is called. No other function uses OpenMP.
+void in_threads(int threads, const std::function<bool()>& stopped, const std::function<bool(int thread)>& next);
+
 /// Calls kernel(block) for every block in parallel; take(number, tally) gets the tallies as they come, one at a time.
 /// The first exception of either is rethrown after all threads have stopped. False if `stopped` ended the work before
-/// the last block was begun; several threads call `stopped`. Throws NoThreads before anything is computed. No other
-/// function uses OpenMP.
+/// the last block was begun; several threads call `stopped`. Throws NoThreads before anything is computed.
 bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std::function<bool()>& stopped,
                     const std::function<void(std::uint64_t, stats::Tally)>& take);
 
