@@ -13,6 +13,7 @@ Of a position_covariance result with a sweep over error models:
 A position_covariance result of one model has no such figure.
 """
 import os
+import sys
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -123,7 +124,7 @@ def family(name):
 
 
 def draw_bars(file, md, order):
-    """None if the result has one model only."""
+    """None if the result has one model only, or if a model has several wells: one of a sweep over more than the model."""
     table, validity = plotting.read_table(file, "covariance"), plotting.read_table(file, "validity")
     key = next((k for k in SWEPT if table is not None and k in table), None)
     if key is None:
@@ -136,10 +137,10 @@ def draw_bars(file, md, order):
         for model, rule, first, last in zip(validity[key], validity["rule"], validity["first_md_m"], validity["last_md_m"]):
             if rule in ("inclination range", "east-west exclusion", "not finite") and first <= at <= last:
                 outside.add(model)
-    values = {}
-    for model in models:
-        row = [i for i, (m, d) in enumerate(zip(table[key], depths)) if m == model and d == at]
-        values[model] = {d: float(table[f"sd_{d}_m"][row[0]]) for d, _ in DIRECTIONS}
+    rows = {model: [i for i, (m, d) in enumerate(zip(table[key], depths)) if m == model and d == at] for model in models}
+    if any(len(of_model) != 1 for of_model in rows.values()):
+        return None
+    values = {m: {d: float(table[f"sd_{d}_m"][row]) for d, _ in DIRECTIONS} for m, (row,) in rows.items()}
     lateral = {m: np.nan_to_num(values[m]["lateral"], nan=np.inf) for m in models}
     models.sort(key=(lambda m: lateral[m]) if order == "sd" else (lambda m: (family(m), lateral[m])))
     figure, panel = plt.subplots(figsize=(7, 0.22 * len(models) + 1.4), layout="constrained")
@@ -186,6 +187,8 @@ def main():
         else:
             bars = draw_bars(file, arguments.md, arguments.order)
             figures = {} if bars is None else {"bars": bars}
+    if not figures:
+        print(f"{arguments.result}: nothing to draw: bars are of several models and one well", file=sys.stderr)
     folder = plotting.figures_folder(arguments.output, arguments.result)
     stem = os.path.splitext(os.path.basename(arguments.result))[0]
     for name, figure in figures.items():

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Tests of scripts/plot_tool_codes.py on the smoke results SURVEYMC_MAP (tool_code_map) and SURVEYMC_SWEEP (position_covariance)."""
+"""Tests of scripts/plot_tool_codes.py on the smoke results SURVEYMC_MAP (tool_code_map), SURVEYMC_SWEEP (position_covariance) and
+SURVEYMC_DESIGN (position_covariance, models and wells drawn together)."""
 import os
 import unittest
 
@@ -10,10 +11,10 @@ import drawing
 import plot_tool_codes as plot
 import plotting
 
-MAP, SWEEP = os.environ.get("SURVEYMC_MAP", ""), os.environ.get("SURVEYMC_SWEEP", "")
+MAP, SWEEP, DESIGN = (os.environ.get(f"SURVEYMC_{name}", "") for name in ("MAP", "SWEEP", "DESIGN"))
 
 
-@unittest.skipUnless(MAP and SWEEP, "SURVEYMC_MAP or SURVEYMC_SWEEP is not set")
+@unittest.skipUnless(MAP and SWEEP and DESIGN, "SURVEYMC_MAP, SURVEYMC_SWEEP or SURVEYMC_DESIGN is not set")
 class Figures(drawing.Drawing):
     script = "plot_tool_codes.py"
 
@@ -31,6 +32,11 @@ class Figures(drawing.Drawing):
         for figure in (f"{stem}_maps", f"{stem}_ratio", os.path.splitext(os.path.basename(SWEEP))[0] + "_bars"):
             self.assertIn(f"{figure}.png", files)
             self.assertIn(f"{figure}.svg", files)
+
+    def test_nothing_is_drawn_of_models_with_several_wells(self):
+        done = drawing.draw(self.script, DESIGN)
+        self.assertEqual((done.returncode, done.stdout), (0, ""))
+        self.assertIn("several models and one well", done.stderr)
 
     def test_a_wrong_reference_is_told_in_a_line(self):
         self.refused(plotting.USAGE, "--reference nothing: must be one of MWD", MAP, "--reference", "nothing")
