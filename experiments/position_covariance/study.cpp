@@ -151,7 +151,10 @@ class PositionCovariance final : public study::StudyPoint {
       validity.push_back(propagate::validity_of(term, s_.tools.runs));
     const std::vector<PublishedElement> published = compare(s_.published, s_.survey, result);
     study::PointResult r;
-    const auto of_stations = [&](store::Table t) { return s_.last_only ? store::rows_of(t, t.rows() - 1, 1) : t; };
+    const auto of_stations = [&](store::Table t) {
+      if (s_.last_only) return store::rows_of(t, t.rows() - 1, 1);  // not ?:, which copies the other table
+      return t;
+    };
     r.tables.push_back(of_stations(covariance_table(s_.survey, result, at_station(first_table))));
     if (s_.detail != propagate::SourceDetail::none)
       r.tables.push_back(covariance_by_source_table(s_.survey, result, s_.detail));

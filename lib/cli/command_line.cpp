@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <sstream>
 
@@ -17,7 +18,6 @@ namespace {
 
 constexpr const char* kProgram = "surveymc: Monte-Carlo research workbench for wellbore directional surveying";
 
-/// Gives `app` the commands and options of the program; parsing fills `line`, which must live as long.
 /// CLI::Range takes what is not a number, and tells a limit of infinity with 309 digits.
 const CLI::Validator kFinite(
     [](std::string& text) {
@@ -26,7 +26,8 @@ const CLI::Validator kFinite(
     },
     "");
 
-void define(CLI::App& app, CommandLine& line, const std::string& version) {
+/// Gives `app` the commands and options of the program; parsing fills `line`, which must live as long.
+void define(CLI::App& app, CommandLine& line, const std::function<std::string()>& version) {
   app.set_version_flag("--version", version);
   app.require_subcommand(1);
   RunArguments& a = line.arguments;
@@ -290,7 +291,8 @@ std::string unknown_word(const CLI::App& app) {
 
 }  // namespace
 
-std::variant<CommandLine, int> read_command_line(int argc, char** argv, const std::string& version, bool silent) {
+std::variant<CommandLine, int> read_command_line(int argc, char** argv, const std::function<std::string()>& version,
+                                                 bool silent) {
   CommandLine line;
   CLI::App app{kProgram};
   define(app, line, version);
@@ -313,7 +315,7 @@ std::variant<CommandLine, int> read_command_line(int argc, char** argv, const st
 ProgramWords program_words() {
   CommandLine line;
   CLI::App app{kProgram};
-  define(app, line, "");
+  define(app, line, [] { return std::string(); });
   ProgramWords words{app.get_description(), words_of(app).options, {}};
   for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; }))
     words.commands.push_back(words_of(*sub));

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -51,8 +52,8 @@ struct CommandLine {
 };
 
 /// The command line, or the exit code if it asks for help or is wrong; help and errors are printed unless `silent`.
-/// `version`: text of --version.
-std::variant<CommandLine, int> read_command_line(int argc, char** argv, const std::string& version,
+/// `version`: makes the text of --version, where it is asked for.
+std::variant<CommandLine, int> read_command_line(int argc, char** argv, const std::function<std::string()>& version,
                                                  bool silent = false);
 
 /// All commands and options, as read_command_line knows them.

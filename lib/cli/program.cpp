@@ -216,7 +216,7 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
                  const montecarlo::Messages* messages, const std::string& mpi) {
   start_log();
 
-  std::variant<CommandLine, int> read = read_command_line(argc, argv, version_text(mpi));
+  std::variant<CommandLine, int> read = read_command_line(argc, argv, [&] { return version_text(mpi); });
   if (const int* exit = std::get_if<int>(&read)) return *exit;
   CommandLine& line = std::get<CommandLine>(read);
 

@@ -26,7 +26,8 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
   checkpoint::RunKey key;
   std::exception_ptr error;
   try {
-    std::variant<CommandLine, int> read = read_command_line(argc, argv, "", /*silent=*/true);
+    std::variant<CommandLine, int> read = read_command_line(
+        argc, argv, [] { return std::string(); }, /*silent=*/true);
     if (std::holds_alternative<CommandLine>(read)) {  // else rank 0 says why and ends it
       line = std::get<CommandLine>(std::move(read));
       line.arguments.studies = &studies;

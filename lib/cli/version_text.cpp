@@ -36,9 +36,10 @@ std::vector<double> library_values() {
 
 }  // namespace
 
-std::string numerics_text() {
-  return fmt::format("{}{}, {}, probe {}, tallies {:08x}", kNumericsMark, kNumericsVersion, kLibraries,
-                     simd::numerics_probe(library_values()), tally_form());
+const std::string& numerics_text() {
+  static const std::string text = fmt::format("{}{}, {}, probe {}, tallies {:08x}", kNumericsMark, kNumericsVersion,
+                                              kLibraries, simd::numerics_probe(library_values()), tally_form());
+  return text;
 }
 
 std::string version_text(const std::string& mpi) {

@@ -11,8 +11,8 @@ struct Build {
 Build this_build();
 
 /// kNumericsMark, and what decides the bits of its numbers: version, compiler, libraries that compute, and the probe of
-/// this machine; and the form of its tallies, which journals and parts have.
-std::string numerics_text();
+/// this machine; and the form of its tallies, which journals and parts have. The probe runs once.
+const std::string& numerics_text();
 
 /// What `surveymc --version` prints: version and revision, then compiler, HDF5, MPI (as given), instruction set,
 /// numerics.

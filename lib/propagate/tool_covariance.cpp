@@ -335,8 +335,14 @@ class Propagation {
     out.sources = sources_.codes;
     out.total.assign(n, Matrix3d::Zero());
     if (detail != SourceDetail::all) return;
+    const std::size_t rows = n * out.sources.size();
+    {  // The columns come to lie side by side where this was. Asked for one by one, their ends would have small pages.
+      std::vector<double> room;
+      room.reserve(out.by_source.elements.size() * rows);
+      prefer_huge_pages(room.data(), room.capacity() * sizeof(double));
+    }
     for (std::vector<double>& column : out.by_source.elements) {
-      column.reserve(n * out.sources.size());
+      column.reserve(rows);
       prefer_huge_pages(column.data(), column.capacity() * sizeof(double));
       column.resize(out.sources.size());  // the tie-on
     }

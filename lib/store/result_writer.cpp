@@ -54,6 +54,13 @@ Handle creation_properties(hid_t list_class) {
   return properties;
 }
 
+/// Of a dataset in one piece, whose place is there before its values: we write them ourselves.
+Handle contiguous_properties() {
+  Handle properties = creation_properties(H5P_DATASET_CREATE);
+  checked(H5Pset_alloc_time(properties, H5D_ALLOC_TIME_EARLY), "select when to make room");
+  return properties;
+}
+
 /// An empty file.
 Handle new_file(DriverTarget& target) {
   const Handle access = access_to(target);
@@ -321,18 +328,17 @@ class Writer {
     const Handle space(
         dims.empty() ? H5Screate(H5S_SCALAR) : H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr),
         "make a dataspace for", link);
-    const bool compressed = is_compressed(dims, type);
-    const Handle packed(H5Pcopy(dataset_properties_), "copy a property list");
-    if (compressed) {
-      const Dims chunk = chunk_of(dims);
-      checked(H5Pset_chunk(packed, static_cast<int>(chunk.size()), chunk.data()), "set the chunks of", link);
-      checked(H5Pset_shuffle(packed), "shuffle", link);
-      checked(H5Pset_deflate(packed, static_cast<unsigned>(compression_)), "compress", link);
-    } else {
-      checked(H5Pset_alloc_time(packed, H5D_ALLOC_TIME_EARLY), "make room for", link);  // we write to it ourselves
-    }
-    return Handle(H5Dcreate2(parent, link.c_str(), type, space, H5P_DEFAULT, packed, H5P_DEFAULT), "create dataset",
-                  link);
+    const auto made_with = [&](hid_t properties) {
+      return Handle(H5Dcreate2(parent, link.c_str(), type, space, H5P_DEFAULT, properties, H5P_DEFAULT),
+                    "create dataset", link);
+    };
+    if (!is_compressed(dims, type)) return made_with(contiguous_);
+    const Handle packed = creation_properties(H5P_DATASET_CREATE);
+    const Dims chunk = chunk_of(dims);
+    checked(H5Pset_chunk(packed, static_cast<int>(chunk.size()), chunk.data()), "set the chunks of", link);
+    checked(H5Pset_shuffle(packed), "shuffle", link);
+    checked(H5Pset_deflate(packed, static_cast<unsigned>(compression_)), "compress", link);
+    return made_with(packed);
   }
 
   /// A column, in pieces if it is not held, and its share of the hash.
@@ -549,7 +555,7 @@ class Writer {
   const Handle text_ = text_type();
   const Handle text_transfer_ = text_transfer();
   const Handle group_properties_ = creation_properties(H5P_GROUP_CREATE);
-  const Handle dataset_properties_ = creation_properties(H5P_DATASET_CREATE);
+  const Handle contiguous_ = contiguous_properties();
 };
 
 }  // namespace
