@@ -44,9 +44,8 @@ LayerCounts counted(const LayerSource& source, std::size_t subject, std::size_t 
   return std::move(by_thread[0]);
 }
 
-/// Medians of some points in all parts of the grid.
-std::vector<double> expected_medians(const LayerSource& source, std::size_t subject, std::size_t points,
-                                     std::size_t layers) {
+/// Some points in all parts of the grid.
+LayerCounts some(const LayerSource& source, std::size_t subject, std::size_t points, std::size_t layers) {
   constexpr std::size_t kRuns = 4096, kRun = 8;
   LayerCounts sample(layers);
   for (std::size_t r = 0; r < kRuns; ++r) {
@@ -54,20 +53,21 @@ std::vector<double> expected_medians(const LayerSource& source, std::size_t subj
     const auto values = source(subject, first, std::min(kRun, points - first));
     for (std::size_t l = 0; l < layers; ++l) sample[l].add(values[l], first);
   }
-  std::vector<double> expected;
-  for (const SizeCounts& s : sample) expected.push_back(s.median());
-  return expected;
+  return sample;
 }
 
 LayerCounts counts_of(const LayerSource& source, std::size_t subject, std::size_t points, std::size_t layers,
                       bool exact, const montecarlo::RunOptions& options) {
-  if (exact) return counted(source, subject, points, LayerCounts(layers), options);
-  std::vector<double> expected = expected_medians(source, subject, points, layers);
-  for (;;) {
-    LayerCounts counts = counted(source, subject, points, LayerCounts(expected.begin(), expected.end()), options);
-    if (std::all_of(counts.begin(), counts.end(), [](const SizeCounts& c) { return c.has_median(); })) return counts;
-    for (std::size_t l = 0; l < layers; ++l) expected[l] = counts[l].expected_median();
-  }
+  const auto all = [&](const LayerCounts& empty) { return counted(source, subject, points, empty, options); };
+  if (exact) return all(LayerCounts(layers));
+  const auto near_medians_of = [](const LayerCounts& counts) {
+    LayerCounts empty;
+    for (const SizeCounts& c : counts) empty.push_back(SizeCounts::near(c.median()));
+    return empty;
+  };
+  LayerCounts counts = all(near_medians_of(some(source, subject, points, layers)));
+  if (std::all_of(counts.begin(), counts.end(), [](const SizeCounts& c) { return c.has_median(); })) return counts;
+  return all(near_medians_of(all(LayerCounts(layers, SizeCounts::of_all()))));
 }
 
 void write_place(study::TableRows& t, const std::string& which, const surveymc::reliability::ReliabilityGrid& grid,

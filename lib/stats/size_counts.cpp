@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "base/units.h"
@@ -27,68 +28,23 @@ std::uint64_t bin_of_rank(const std::vector<std::uint64_t>& counts, std::uint64_
 
 }  // namespace
 
-SizeCounts::SizeCounts(double expected)
-    : fine_first_(std::max(static_cast<std::uint64_t>(bits_of(expected)) >> 32, kBins / 2) - kBins / 2),
-      upper_(kBins),
-      fine_(kBins) {}
+SizeCounts::SizeCounts(std::uint64_t first_bin, int bin_bits)
+    : bins_(kBins),
+      first_bin_(first_bin),
+      bin_bits_(bin_bits),
+      begin_(static_cast<std::int64_t>(first_bin << bin_bits)),
+      end_(first_bin + kBins <= static_cast<std::uint64_t>(kInfinite) >> bin_bits
+               ? static_cast<std::int64_t>((first_bin + kBins) << bin_bits)
+               : kInfinite) {}
+
+SizeCounts SizeCounts::of_all() { return {0, 48}; }
+
+SizeCounts SizeCounts::near(double expected) {
+  constexpr int kBits = 32;
+  return {std::max(static_cast<std::uint64_t>(bits_of(expected)) >> kBits, kBins / 2) - kBins / 2, kBits};
+}
 
 void SizeCounts::add(const std::vector<double>& numbers, std::size_t first) {
-  add_extremes(numbers, first);
-  if (keeps_all()) {
-    for (const double x : numbers)
-      if (std::isfinite(x)) finite_.push_back(std::abs(x));
-    return;
-  }
-  // Neighbours are alike or the same: runs of one bin are counted at once.
-  Run upper, fine;
-  for (const double x : numbers) {
-    const std::int64_t bits = bits_of(x);
-    if (bits >= kInfinite) continue;
-    const auto bin = static_cast<std::uint64_t>(bits) >> 32;
-    if (bin == fine.bin) {
-      ++fine.length;
-      continue;
-    }
-    count_run(upper, fine);
-    fine = {bin, 1};
-  }
-  count_run(upper, fine);
-  upper_[upper.bin] += upper.length;
-}
-
-void SizeCounts::add(const SizeCounts& other) {
-  take_extremes(other.smallest_, other.largest_);
-  count_ += other.count_;
-  infinite_ += other.infinite_;
-  below_ += other.below_;
-  for (std::size_t i = 0; i < upper_.size(); ++i) upper_[i] += other.upper_[i];
-  for (std::size_t i = 0; i < fine_.size(); ++i) fine_[i] += other.fine_[i];
-  finite_.insert(finite_.end(), other.finite_.begin(), other.finite_.end());
-}
-
-bool SizeCounts::has_median() const {
-  if (keeps_all() || count_ == 0) return true;
-  const std::uint64_t fine = std::accumulate(fine_.begin(), fine_.end(), std::uint64_t{0});
-  return count_ / 2 >= below_ && count_ / 2 < below_ + fine;
-}
-
-double SizeCounts::expected_median() const {
-  if (has_median()) return median();
-  // The middle of its upper bin, all of which is then counted finely.
-  return std::bit_cast<double>(bin_of_rank(upper_, count_ / 2) << 48 | std::uint64_t{1} << 47);
-}
-
-double SizeCounts::median() const {
-  if (keeps_all()) return stats::median(finite_);
-  if (count_ == 0) return kNaN;
-  const std::uint64_t bin = fine_first_ + bin_of_rank(fine_, count_ / 2 - below_);
-  return std::bit_cast<double>(bin << 32 | std::uint64_t{1} << 31);
-}
-
-double SizeCounts::smallest() const { return count_ > 0 ? std::bit_cast<double>(smallest_.bits) : kNaN; }
-double SizeCounts::largest() const { return count_ > 0 ? std::bit_cast<double>(largest_.bits) : kNaN; }
-
-void SizeCounts::add_extremes(const std::vector<double>& numbers, std::size_t first) {
   // Without branches, so that compilers look at several numbers at once.
   std::int64_t smallest = kInfinite, largest = -1, finite = 0, infinite = 0;
   for (const double x : numbers) {
@@ -98,6 +54,24 @@ void SizeCounts::add_extremes(const std::vector<double>& numbers, std::size_t fi
     finite += bits < kInfinite ? 1 : 0;
     infinite += bits == kInfinite ? 1 : 0;
   }
+  constexpr std::size_t kFew = 16;
+  for (std::size_t at = 0; at < numbers.size(); at += kFew) {
+    const std::span<const double> few(numbers.data() + at, std::min(kFew, numbers.size() - at));
+    std::int64_t below = 0, below_end = 0;
+    for (const double x : few) {
+      below += bits_of(x) < begin_ ? 1 : 0;
+      below_end += bits_of(x) < end_ ? 1 : 0;
+    }
+    below_ += static_cast<std::uint64_t>(below);
+    if (below_end == below) continue;
+    for (const double x : few) {
+      const std::int64_t bits = bits_of(x);
+      if (bits >= begin_ && bits < end_) ++bins_[(static_cast<std::uint64_t>(bits) >> bin_bits_) - first_bin_];
+    }
+  }
+  if (keeps_all())
+    for (const double x : numbers)
+      if (std::isfinite(x)) finite_.push_back(std::abs(x));
   count_ += static_cast<std::uint64_t>(finite);
   infinite_ += static_cast<std::uint64_t>(infinite);
   if (finite == 0) return;
@@ -109,22 +83,34 @@ void SizeCounts::add_extremes(const std::vector<double>& numbers, std::size_t fi
                 largest >= largest_.bits ? place_of(largest) : largest_);
 }
 
+void SizeCounts::add(const SizeCounts& other) {
+  take_extremes(other.smallest_, other.largest_);
+  count_ += other.count_;
+  infinite_ += other.infinite_;
+  below_ += other.below_;
+  for (std::size_t i = 0; i < bins_.size(); ++i) bins_[i] += other.bins_[i];
+  finite_.insert(finite_.end(), other.finite_.begin(), other.finite_.end());
+}
+
+bool SizeCounts::has_median() const {
+  if (keeps_all() || count_ == 0) return true;
+  const std::uint64_t in_bins = std::accumulate(bins_.begin(), bins_.end(), std::uint64_t{0});
+  return count_ / 2 >= below_ && count_ / 2 < below_ + in_bins;
+}
+
+double SizeCounts::median() const {
+  if (keeps_all()) return stats::median(finite_);
+  if (count_ == 0) return kNaN;
+  const std::uint64_t bin = first_bin_ + bin_of_rank(bins_, count_ / 2 - below_);
+  return std::bit_cast<double>(bin << bin_bits_ | std::uint64_t{1} << (bin_bits_ - 1));
+}
+
+double SizeCounts::smallest() const { return count_ > 0 ? std::bit_cast<double>(smallest_.bits) : kNaN; }
+double SizeCounts::largest() const { return count_ > 0 ? std::bit_cast<double>(largest_.bits) : kNaN; }
+
 void SizeCounts::take_extremes(const Place& smallest, const Place& largest) {
   if (std::pair{smallest.bits, smallest.at} < std::pair{smallest_.bits, smallest_.at}) smallest_ = smallest;
   if (std::pair{-largest.bits, largest.at} < std::pair{-largest_.bits, largest_.at}) largest_ = largest;
-}
-
-void SizeCounts::count_run(Run& upper, const Run& fine) {
-  const std::uint64_t bin = fine.bin >> 16;
-  if (bin != upper.bin) {
-    upper_[upper.bin] += upper.length;
-    upper = {bin, 0};
-  }
-  upper.length += fine.length;
-  if (fine.bin - fine_first_ < kBins)
-    fine_[fine.bin - fine_first_] += fine.length;
-  else if (fine.bin < fine_first_)
-    below_ += fine.length;
 }
 
 }  // namespace surveymc::stats

@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
   };
   r.streams.push_back({{{"root", "1", "root", axes, {}}, {"inverse", "1", "inverse", axes, {}}}, values});
   try {
+    store::check_output_path(argv[1]);  // as `run` does: it removes what a crash has left
     store::write_result(argv[1], r);
   } catch (const IoError& e) {
     std::fprintf(stderr, "error: %s\n", e.what());

@@ -47,10 +47,11 @@ SizeCounts counted(const std::vector<double>& numbers, const SizeCounts& empty, 
   return counts[0];
 }
 
-/// By one pass or two.
+/// By one pass or three.
 double median_of(const std::vector<double>& numbers, double expected, std::size_t takers) {
-  SizeCounts counts = counted(numbers, SizeCounts(expected), takers);
-  if (!counts.has_median()) counts = counted(numbers, SizeCounts(counts.expected_median()), takers);
+  SizeCounts counts = counted(numbers, SizeCounts::near(expected), takers);
+  if (!counts.has_median())
+    counts = counted(numbers, SizeCounts::near(counted(numbers, SizeCounts::of_all(), takers).median()), takers);
   REQUIRE(counts.has_median());
   return counts.median();
 }
@@ -67,7 +68,7 @@ TEST_CASE("Counts of sizes add up to extremes, places and an exact median", "[st
   for (const double x : numbers)
     if (std::isfinite(x)) sizes.push_back(std::abs(x));
   for (const std::size_t takers : {1, 2, 7})
-    for (const SizeCounts& empty : {SizeCounts(), SizeCounts(1.0)}) {
+    for (const SizeCounts& empty : {SizeCounts(), SizeCounts::near(1.0), SizeCounts::of_all()}) {
       const SizeCounts counts = counted(numbers, empty, takers);
       CHECK(counts.smallest() == 1e-9);
       CHECK(counts.smallest_at() == 12345);
@@ -87,8 +88,10 @@ TEST_CASE("A counted median is within 1e-6, wherever it was expected", "[stats]"
     CHECK(std::abs(median_of(numbers, expected, 1) / middle - 1) < 1e-6);
     CHECK(median_of(numbers, expected, 4) == median_of(numbers, middle, 1));
   }
-  CHECK(counted(numbers, SizeCounts(middle * 1.001), 1).has_median());
-  CHECK_FALSE(counted(numbers, SizeCounts(middle * 1.1), 1).has_median());
+  CHECK(counted(numbers, SizeCounts::near(middle * 1.001), 1).has_median());
+  CHECK_FALSE(counted(numbers, SizeCounts::near(middle * 1.1), 1).has_median());
+  CHECK_FALSE(counted(numbers, SizeCounts::near(middle / 1.1), 1).has_median());
+  CHECK(std::abs(counted(numbers, SizeCounts::of_all(), 2).median() / middle - 1) < 1. / 16);
 }
 
 TEST_CASE("Counts of sizes: zeros, ties and nothing", "[stats]") {
@@ -99,7 +102,7 @@ TEST_CASE("Counts of sizes: zeros, ties and nothing", "[stats]") {
   // The fine bins begin at the lowest of all, and what is far above them is not below.
   CHECK(std::abs(median_of({0, 0, 1e-311, 7}, 0, 1) / 1e-311 - 1) < 0.01);  // few digits are left of such numbers
   CHECK(std::abs(median_of({3, 3, 3, 3}, 2.9, 2) / 3 - 1) < 1e-6);
-  const SizeCounts empty = counted({kNaN, -kInfinity, kInfinity}, SizeCounts(1.0), 1);
+  const SizeCounts empty = counted({kNaN, -kInfinity, kInfinity}, SizeCounts::near(1.0), 1);
   CHECK(empty.infinite() == 2);
   CHECK(std::isnan(empty.median()));
   CHECK(std::isnan(empty.smallest()));
