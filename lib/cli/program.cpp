@@ -6,6 +6,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <new>
 #include <optional>
@@ -265,6 +266,8 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
   return kInternal;
 }
 
+constexpr const char* kNoMemory = "error: not enough memory: give the run more, or ask for less\n";
+
 /// guarded_main with every exception reported and turned into its exit code.
 int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& workers,
               const montecarlo::Messages* messages, const std::string& mpi) {
@@ -289,7 +292,7 @@ int told_main(int argc, char** argv, ListStudies studies, montecarlo::Workers& w
   } catch (const montecarlo::NoThreads& e) {
     return fails(kNoThreads, "error: ", e.what());
   } catch (const std::bad_alloc&) {  // no memory for anything else either
-    std::fputs("error: not enough memory: give the run more, or ask for less\n", stderr);
+    std::fputs(kNoMemory, stderr);
     return kInternal;
   } catch (const std::exception& e) {
     return std::ferror(stdout) != 0 ? fails(kCannotWrite, "error: standard output: ", e.what())
@@ -308,8 +311,27 @@ void fill_standard_descriptors() {
     }
 }
 
+namespace {
+
+/// HDF5 calls exit(-1) where it gets no memory for some of its own records.
+void tell_end_by_library() {
+#if defined(__GLIBC__)
+  static const pid_t program = getpid();  // children that read a file end as they are
+  const auto tell = [](int status, void*) {
+    if (status != -1 || getpid() != program) return;
+    std::fputs(kNoMemory, stderr);
+    _exit(kInternal);
+  };
+  const int refused = on_exit(tell, nullptr);
+  (void)refused;  // then such an end has no message
+#endif
+}
+
+}  // namespace
+
 int program_main(int argc, char** argv, ListStudies studies, montecarlo::Messages* messages, const std::string& mpi) {
   keep_freed_memory();
+  tell_end_by_library();
   fill_standard_descriptors();
   std::fesetenv(FE_DFL_ENV);  // a library may have changed it when it was loaded: bits must not depend on that
   simd::fix_block_sizes();

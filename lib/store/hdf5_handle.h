@@ -2,6 +2,8 @@
 /// HDF5 calls as C++: identifiers that close themselves and errors that say what could not be done, and why.
 #include <hdf5.h>
 
+#include <cstddef>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -63,17 +65,29 @@ class Handle {
   hid_t id_;
 };
 
+/// Throws std::bad_alloc where little memory is left: HDF5 crashes where it gets none when it starts or
+/// opens a file (1.10.8).
+inline void require_memory_for_hdf5() {
+  constexpr std::size_t kEnough = std::size_t{8} << 20;
+  const std::unique_ptr<char[]> room(new char[kEnough]);
+  static_cast<volatile char*>(room.get())[0] = 0;  // or compilers leave it out
+}
+
 /// Stops HDF5 from printing its error stack to stderr, because we report errors ourselves, and from closing files when
 /// the program ends. By then all files are closed but one that could not be written, at which HDF5 would crash
 /// (1.10.8). Call this before any other HDF5 function.
 inline void silence_hdf5() {
-  static const bool once = H5dont_atexit() >= 0;
+  static const bool once = [] {
+    require_memory_for_hdf5();
+    return H5dont_atexit() >= 0;
+  }();
   (void)once;
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
 /// The properties with which files are opened and made.
 inline Handle file_access() {
+  require_memory_for_hdf5();
   Handle access(H5Pcreate(H5P_FILE_ACCESS), "make a property list");
   checked(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "set the close degree");
   // Readers see finished files only, so a lock protects nothing; on many cluster file systems it just fails.
