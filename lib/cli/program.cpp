@@ -319,6 +319,7 @@ void tell_end_by_library() {
   static const pid_t program = getpid();  // children that read a file end as they are
   const auto tell = [](int status, void*) {
     if (status != -1 || getpid() != program) return;
+    store::AtomicFile::remove_all();
     std::fputs(kNoMemory, stderr);
     _exit(kInternal);
   };

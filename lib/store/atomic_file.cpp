@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -37,6 +38,9 @@ bool is_temporary_of(const std::string& name, const std::string& prefix) {
   return name.starts_with(prefix) && name.ends_with(kTemporarySuffix) &&
          digits.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
+
+std::mutex g_files_mutex;
+AtomicFile* g_newest_file = nullptr;  // a list by older_, which needs no memory
 
 [[noreturn]] void fail() { throw std::system_error(errno, std::generic_category()); }
 
@@ -94,9 +98,23 @@ AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
     close(std::exchange(file_, -1));
   }
   if (file_ < 0) fail();
+  const std::lock_guard lock(g_files_mutex);
+  older_ = std::exchange(g_newest_file, this);
+}
+
+void AtomicFile::remove_all() {
+  const std::lock_guard lock(g_files_mutex);
+  for (const AtomicFile* f = g_newest_file; f; f = f->older_)
+    if (!f->committed_) unlink(f->path_.c_str());
 }
 
 AtomicFile::~AtomicFile() {
+  {
+    const std::lock_guard lock(g_files_mutex);
+    AtomicFile** at = &g_newest_file;
+    while (*at != this) at = &(*at)->older_;
+    *at = older_;
+  }
   if (file_ >= 0) close(file_);
   if (past_cache_ >= 0) close(past_cache_);
   if (!committed_) unlink(path_.c_str());

@@ -24,6 +24,8 @@ class AtomicFile {
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
   ~AtomicFile();
+  /// Removes the temporary files of this process, for an end that runs no destructors. Nothing may be written after it.
+  static void remove_all();
 
   void write(std::span<const char> bytes);  ///< at the end of the file
 
@@ -49,6 +51,7 @@ class AtomicFile {
   bool has_past_cache_ = true;  ///< not known to be refused
   std::uint64_t end_ = 0;
   bool committed_ = false;
+  AtomicFile* older_ = nullptr;  ///< of this process
 };
 
 }  // namespace surveymc::store
