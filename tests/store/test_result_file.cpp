@@ -485,6 +485,19 @@ TEST_CASE("An axis name of any length comes back") {
   CHECK(read_result(folder / "r.h5").maps[0].axes[0].name == r.maps[0].axes[0].name);
 }
 
+TEST_CASE("An end without destructors removes all temporary files, and no file that has its name") {
+  const Folder folder;
+  AtomicFile first(folder / "a"), committed(folder / "b");
+  committed.write(std::vector<char>(10));
+  committed.commit();
+  { const AtomicFile gone(folder / "c"); }  // not in the list any more
+  const AtomicFile last(folder / "d");
+  AtomicFile::remove_all();
+  CHECK_FALSE(std::filesystem::exists(first.temporary_path()));
+  CHECK_FALSE(std::filesystem::exists(last.temporary_path()));
+  CHECK(std::filesystem::file_size(folder / "b") == 10);
+}
+
 TEST_CASE("Temporary files of dead writers go, those of others stay") {
   const Folder folder;
   const std::string stale = ".r.h5.0123456789abcdef.tmp";
