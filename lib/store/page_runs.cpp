@@ -14,33 +14,37 @@ constexpr std::size_t kAlignment = 4096;  // for AtomicFile::write_past_cache()
 
 }  // namespace
 
-void PageRuns::Run::Free::operator()(char* bytes) const { std::free(bytes); }
+void PageRuns::Free::operator()(char* bytes) const { std::free(bytes); }
 
-PageRuns::Run::Run() : bytes(static_cast<char*>(std::aligned_alloc(kAlignment, kRun))) {
-  if (!bytes) throw std::bad_alloc();
+/// Throws std::bad_alloc, and then has changed nothing.
+void PageRuns::make_places(std::size_t count) {
+  std::unique_ptr<char, Free> memory(static_cast<char*>(std::aligned_alloc(kAlignment, count * kRun)));
+  if (!memory) throw std::bad_alloc();
+  memory_ = std::move(memory);
+  places_ = count;
+  runs_ = {};
 }
 
 PageRuns::~PageRuns() {
   {
     const std::lock_guard lock(mutex_);
     is_over_ = true;
-    full_.clear();
   }
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
 }
 
 void PageRuns::add(std::uint64_t at, const char* bytes, std::size_t size) {
+  if (!memory_) make_places(1);
   while (size > 0) {
-    if (filled_ && (filled_->at + filled_->size != at || filled_->size == kRun)) submit();
-    if (!filled_) {
-      filled_ = empty_run();
-      filled_->at = at;
-      filled_->size = 0;
-    }
-    const std::size_t count = std::min(size, kRun - filled_->size);
-    std::memcpy(filled_->bytes.get() + filled_->size, bytes, count);
-    filled_->size += count;
+    // The caller alone counts runs that are submitted.
+    if (const Run& run = runs_[place(submitted_)]; run.size > 0 && (run.at + run.size != at || run.size == kRun))
+      submit();
+    Run& run = runs_[place(submitted_)];
+    if (run.size == 0) run.at = at;
+    const std::size_t count = std::min(size, kRun - run.size);
+    std::memcpy(memory_.get() + place(submitted_) * kRun + run.size, bytes, count);
+    run.size += count;
     at += count;
     bytes += count;
     size -= count;
@@ -48,86 +52,77 @@ void PageRuns::add(std::uint64_t at, const char* bytes, std::size_t size) {
 }
 
 void PageRuns::finish() {
-  if (filled_) submit();
+  if (memory_ && runs_[place(submitted_)].size > 0) submit();
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return (full_.empty() && !is_writing_) || error_; });
+  changed_.wait(lock, [&] { return written_ == submitted_ || error_; });
   if (error_) std::rethrow_exception(error_);
 }
 
-std::unique_ptr<PageRuns::Run> PageRuns::empty_run() {
-  std::unique_lock lock(mutex_);
-  if (error_) std::rethrow_exception(error_);
-  if (empty_.empty() && runs_ < kMostRuns) {
-    ++runs_;
-    return std::make_unique<Run>();
-  }
-  changed_.wait(lock, [&] { return !empty_.empty() || error_; });
-  if (error_) std::rethrow_exception(error_);
-  std::unique_ptr<Run> run = std::move(empty_.back());
-  empty_.pop_back();
-  return run;
-}
-
+/// The run that is filled is on its way, and there is a place for the next one.
 void PageRuns::submit() {
-  const bool by_thread = thread_.joinable() || (++written_alone_ > kAlone && start_thread());
-  if (!by_thread) {
+  if (!thread_.joinable()) {
     try {
-      write(*filled_);
+      write(runs_[place(submitted_)], memory_.get() + place(submitted_) * kRun);
     } catch (...) {
-      const std::lock_guard lock(mutex_);
       error_ = std::current_exception();
     }
+    ++written_;
   }
   {
-    const std::lock_guard lock(mutex_);
-    (by_thread ? full_ : empty_).push_back(std::move(filled_));
-    if (!by_thread && error_) std::rethrow_exception(error_);
+    std::unique_lock lock(mutex_);
+    ++submitted_;
+    changed_.notify_all();
+    changed_.wait(lock, [&] { return submitted_ - written_ < places_ || error_; });
+    if (error_) std::rethrow_exception(error_);
+    runs_[place(submitted_)].size = 0;
   }
-  changed_.notify_all();
+  if (submitted_ == kAlone) start_thread();
 }
 
-bool PageRuns::start_thread() {
-  if (has_no_thread_) return false;
+/// All runs are written, and none is filled.
+void PageRuns::start_thread() {
   try {
+    make_places(kMostRuns);
     thread_ = std::thread([this] { work(); });
+  } catch (const std::bad_alloc&) {
   } catch (const std::system_error&) {
-    has_no_thread_ = true;
   }
-  return !has_no_thread_;
 }
 
 void PageRuns::work() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [&] { return !full_.empty() || is_over_; });
+    changed_.wait(lock, [&] { return written_ < submitted_ || is_over_; });
     if (is_over_ || error_) return;
-    std::unique_ptr<Run> run = std::move(full_.front());
-    full_.pop_front();
-    is_writing_ = true;
+    Run together = runs_[place(written_)];
+    std::uint64_t end = written_ + 1;
+    // What follows a run is in a run of its own only if that one is full, or was waited for: places are neighbours, too.
+    for (; end < submitted_ && end - written_ < kMostAtOnce && place(end) > 0 &&
+           runs_[place(end)].at == together.at + together.size;
+         ++end)
+      together.size += runs_[place(end)].size;
     lock.unlock();
     std::exception_ptr error;
     try {
-      write(*run);
+      write(together, memory_.get() + place(written_) * kRun);
     } catch (...) {
       error = std::current_exception();
     }
     lock.lock();
-    is_writing_ = false;
+    written_ = end;
     error_ = error;
-    empty_.push_back(std::move(run));
     changed_.notify_all();
   }
 }
 
-void PageRuns::write(const Run& run) {
+void PageRuns::write(const Run& run, const char* bytes) {
   std::vector<PageHash> hashes;
   for (std::size_t at = 0; at < run.size; at += kSealedPage)
-    hashes.push_back(page_hash(run.bytes.get() + at, kSealedPage));
-  const std::span<const char> bytes(run.bytes.get(), run.size);
+    hashes.push_back(page_hash(bytes + at, kSealedPage));
   if (past_cache_) {
-    file_.write_past_cache(run.at, bytes);
+    file_.write_past_cache(run.at, {bytes, run.size});
   } else {
-    file_.write_at(run.at, bytes);
+    file_.write_at(run.at, {bytes, run.size});
     // The disk is put to work now and then, not only at the end
     constexpr std::uint64_t kApart = std::uint64_t{1} << 23;
     if (const std::uint64_t end = run.at + run.size; end >= started_ + kApart) {

@@ -1,9 +1,9 @@
 #pragma once
 /// Pages of a new file on their way to the disk.
+#include <array>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <exception>
 #include <memory>
 #include <mutex>
@@ -15,10 +15,10 @@
 
 namespace surveymc::store {
 
-/// Gathers pages that follow each other in runs of 1 MiB, hashes and writes them. Behind the first 64 MiB, for which
-/// that takes less processor time, a thread does this while the next run is filled, in the order in which they came.
-/// Where the system starts no thread, the caller goes on. All members throw what the disk did: std::system_error; after
-/// the first one all do.
+/// Gathers pages that follow each other in runs of 1 MiB, hashes and writes them. Behind the first 32 MiB, for which
+/// that takes less processor time, a thread does this while further runs are filled, in the order in which they came;
+/// up to four that follow each other it writes at once. Where the system starts no thread, or has no memory for it, the
+/// caller goes on. All members throw what the disk did: std::system_error; after the first one all do.
 class PageRuns {
  public:
   /// `past_cache`: by AtomicFile::write_past_cache().
@@ -37,37 +37,36 @@ class PageRuns {
 
  private:
   static constexpr std::size_t kRun = std::size_t{1} << 20;
-  static constexpr std::size_t kMostRuns = 4;
-  static constexpr std::size_t kAlone = 64;  ///< runs that the caller writes itself
+  static constexpr std::size_t kMostRuns = 8;
+  static constexpr std::size_t kMostAtOnce = 4;
+  static constexpr std::size_t kAlone = 32;  ///< runs that the caller writes itself
+  struct Free {
+    void operator()(char* bytes) const;
+  };
   struct Run {
-    Run();
-    struct Free {
-      void operator()(char* bytes) const;
-    };
-    std::unique_ptr<char, Free> bytes;
     std::uint64_t at = 0;
     std::size_t size = 0;
   };
 
+  std::size_t place(std::uint64_t run) const { return static_cast<std::size_t>(run % places_); }
+  void make_places(std::size_t count);
   void submit();
-  std::unique_ptr<Run> empty_run();
-  void write(const Run& run);
-  bool start_thread();
+  void write(const Run& run, const char* bytes);
+  void start_thread();
   void work();
 
   AtomicFile& file_;
   const bool past_cache_;
-  std::unique_ptr<Run> filled_;  ///< at present
-  std::size_t runs_ = 0;         ///< that have memory
-  std::size_t written_alone_ = 0;
-  std::uint64_t started_ = 0;  ///< what is in front of it the system has been asked to write to the disk
+  std::unique_ptr<char, Free> memory_;  ///< of the places, one behind the other
+  std::size_t places_ = 0;              ///< run k is in place k modulo this number
+  std::array<Run, kMostRuns> runs_;     ///< by place
+  std::uint64_t started_ = 0;           ///< what is in front of it the system has been asked to write to the disk
 
   std::thread thread_;
-  bool has_no_thread_ = false;  ///< there is none to be had
   std::mutex mutex_;            ///< of all below
   std::condition_variable changed_;
-  std::deque<std::unique_ptr<Run>> full_, empty_;
-  bool is_writing_ = false, is_over_ = false;
+  std::uint64_t submitted_ = 0, written_ = 0;  ///< numbers of runs; run `submitted_` is being filled
+  bool is_over_ = false;
   std::exception_ptr error_;
   std::vector<PageHash> hashes_;
 };
