@@ -35,17 +35,10 @@ class Hasher {
   }
   void add(const std::vector<double>& list) {
     add(std::uint64_t{list.size()});
-    add_numbers(list);
+    in_canonical_pieces(list, [this](std::span<const double> piece) { add_bytes(piece.data(), piece.size_bytes()); });
   }
   void add(const std::vector<std::int64_t>& list) {
     add(std::uint64_t{list.size()});
-    add_numbers(list);
-  }
-  /// Without their number.
-  void add_numbers(const std::vector<double>& list) {
-    in_canonical_pieces(list, [this](std::span<const double> piece) { add_bytes(piece.data(), piece.size_bytes()); });
-  }
-  void add_numbers(const std::vector<std::int64_t>& list) {
     add_bytes(list.data(), list.size() * sizeof(std::int64_t));
   }
   template <class T>
@@ -97,7 +90,7 @@ class Hasher {
 class MapHasher {
  public:
   explicit MapHasher(const Map& m) { hasher_.add(m.name, m.unit, m.long_name, m.axes, std::uint64_t{map_size(m)}); }
-  void add(const std::vector<double>& values) { hasher_.add_numbers(values); }
+  void add(std::span<const double> canonical) { hasher_.add_bytes(canonical.data(), canonical.size_bytes()); }
   std::string hex() { return hasher_.hex(); }
 
  private:
@@ -113,9 +106,7 @@ StreamHash::StreamHash(const std::vector<Map>& maps) : impl_(std::make_unique<Im
   for (const Map& m : maps) impl_->maps.emplace_back(m);
 }
 StreamHash::~StreamHash() = default;
-void StreamHash::add(const std::vector<std::vector<double>>& piece) {
-  for (std::size_t i = 0; i < piece.size(); ++i) impl_->maps[i].add(piece[i]);
-}
+void StreamHash::add(std::size_t map, std::span<const double> canonical) { impl_->maps[map].add(canonical); }
 void StreamHash::finish(MapHashes& hashes) const {
   for (std::size_t i = 0; i < maps_.size(); ++i) hashes[maps_[i].name] = impl_->maps[i].hex();
 }
@@ -124,7 +115,7 @@ MapHashes held_map_hashes(const std::vector<Map>& maps) {
   MapHashes hashes;
   for (const Map& m : maps) {
     MapHasher h(m);
-    h.add(m.values);
+    in_canonical_pieces(m.values, [&](std::span<const double> canonical) { h.add(canonical); });
     hashes[m.name] = h.hex();
   }
   return hashes;
@@ -227,7 +218,11 @@ std::string content_hash(const Result& result) {
   for (const MapStream& s : result.streams) {
     StreamHash hash(s.maps);
     const std::size_t size = s.maps.empty() ? 0 : map_size(s.maps.front());
-    for (std::size_t at = 0; at < size; at += kStreamPiece) hash.add(s.values(at, std::min(kStreamPiece, size - at)));
+    for (std::size_t at = 0; at < size; at += kStreamPiece) {
+      const std::vector<std::vector<double>> piece = s.values(at, std::min(kStreamPiece, size - at));
+      for (std::size_t i = 0; i < piece.size(); ++i)
+        in_canonical_pieces(piece[i], [&](std::span<const double> canonical) { hash.add(i, canonical); });
+    }
     hash.finish(hashes);
   }
   return content_hash(result, hashes);

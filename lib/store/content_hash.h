@@ -27,8 +27,8 @@ class StreamHash {
   ~StreamHash();
   StreamHash(const StreamHash&) = delete;
   StreamHash& operator=(const StreamHash&) = delete;
-  /// Values of every map, in order, without gaps.
-  void add(const std::vector<std::vector<double>>& piece);
+  /// The next values of one map, as they are stored.
+  void add(std::size_t map, std::span<const double> canonical);
   void finish(MapHashes& hashes) const;
 
  private:

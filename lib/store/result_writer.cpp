@@ -291,8 +291,15 @@ class Writer {
 
   /// Writes values `first` and following, and adds them to the hash if there is one.
   void put(const Place& to, hsize_t first, const std::vector<double>& values, ContentHash* hash) {
-    in_canonical_pieces(values, [&](std::span<const double> piece) {
+    put_and_show(to, first, values, [&](std::span<const double> piece) {
       if (hash) hash->add(piece);
+    });
+  }
+  /// Calls show(piece) for all values as they are stored, just before they are written.
+  template <class Show>
+  void put_and_show(const Place& to, hsize_t first, const std::vector<double>& values, const Show& show) {
+    in_canonical_pieces(values, [&](std::span<const double> piece) {
+      show(piece);
       put(to, first, piece);
       first += piece.size();
     });
@@ -535,8 +542,8 @@ class Writer {
     const std::size_t size = map_size(s.maps.front());
     for (std::size_t at = 0; at < size; at += kStreamPiece) {
       const std::vector<std::vector<double>> piece = s.values(at, std::min(kStreamPiece, size - at));
-      hash.add(piece);
-      for (std::size_t i = 0; i < places.size(); ++i) put(places[i], at, piece[i], nullptr);
+      for (std::size_t i = 0; i < places.size(); ++i)
+        put_and_show(places[i], at, piece[i], [&](std::span<const double> stored) { hash.add(i, stored); });
     }
     hash.finish(hashes);
   }
