@@ -96,7 +96,8 @@ void PageRuns::work() {
     if (is_over_ || error_) return;
     Run together = runs_[place(written_)];
     std::uint64_t end = written_ + 1;
-    // What follows a run is in a run of its own only if that one is full, or was waited for: places are neighbours, too.
+    // What follows a run is in a run of its own only if that one is full, or was waited for: places are neighbours,
+    // too.
     for (; end < submitted_ && end - written_ < kMostAtOnce && place(end) > 0 &&
            runs_[place(end)].at == together.at + together.size;
          ++end)
@@ -117,8 +118,7 @@ void PageRuns::work() {
 
 void PageRuns::write(const Run& run, const char* bytes) {
   std::vector<PageHash> hashes;
-  for (std::size_t at = 0; at < run.size; at += kSealedPage)
-    hashes.push_back(page_hash(bytes + at, kSealedPage));
+  for (std::size_t at = 0; at < run.size; at += kSealedPage) hashes.push_back(page_hash(bytes + at, kSealedPage));
   if (past_cache_) {
     file_.write_past_cache(run.at, {bytes, run.size});
   } else {

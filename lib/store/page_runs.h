@@ -63,7 +63,7 @@ class PageRuns {
   std::uint64_t started_ = 0;           ///< what is in front of it the system has been asked to write to the disk
 
   std::thread thread_;
-  std::mutex mutex_;            ///< of all below
+  std::mutex mutex_;  ///< of all below
   std::condition_variable changed_;
   std::uint64_t submitted_ = 0, written_ = 0;  ///< numbers of runs; run `submitted_` is being filled
   bool is_over_ = false;
