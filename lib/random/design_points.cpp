@@ -163,7 +163,8 @@ std::uint64_t sobol_bits(std::uint64_t i, unsigned axis) {
   assert(i <= kMostDesignPoints);
   const Column& v = columns().at(axis);
   std::uint64_t x = 0;
-  for (std::uint64_t gray = i ^ i >> 1; gray != 0; gray &= gray - 1) x ^= v[std::countr_zero(gray)];
+  for (std::uint64_t gray = i ^ i >> 1; gray != 0; gray &= gray - 1)
+    x ^= v[static_cast<std::size_t>(std::countr_zero(gray))];
   return x;
 }
 
