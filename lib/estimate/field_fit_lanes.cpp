@@ -54,12 +54,10 @@ void solve_lanes(const FieldFitBatch& b, std::size_t group, std::size_t lane) {
   const NewtonSolution<T, N> s = solution<N>(b, data, start);
 
   double* parameters = b.parameters + group * b.parameters_stride + lane;
-  auto sound = T(0.0) < s.converged;  // a gain has to be positive and finite; NaN fails every comparison
   for (std::size_t i = 0; i < 3; ++i) {
     const T gain = T(1.0) / s.x[i];
     store(parameters + i * kGroup, gain);
     store(parameters + (3 + i) * kGroup, s.x[3 + i] * gain * T(b.model.total));
-    sound = sound & (T(0.0) < s.x[i]) & (s.x[i] < T(1e300)) & (abs(s.x[3 + i]) < T(1e300));
   }
   if constexpr (N == 8) {
     const T bh = load<T>(data.reference), bv = load<T>(data.reference + kGroup);
@@ -72,7 +70,7 @@ void solve_lanes(const FieldFitBatch& b, std::size_t group, std::size_t lane) {
   const std::size_t at = group * b.scalar_stride + lane;
   store(b.cost + at, s.cost * T(b.model.total * b.model.total));
   store(b.iterations + at, s.iterations);
-  store(b.converged + at, select(sound, T(1.0), T(0.0)));
+  store(b.converged + at, select((T(0.0) < s.converged) & are_sound(s.x), T(1.0), T(0.0)));
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 /// gains two to three digits a step. It ends at the trial's own minimum, because the gradient is exact. Where a step is
 /// not below a tenth of the step before (two modes, flat valleys), msa_solve takes the trial and does not use x0;
 /// msa_valley.h has a better start for these.
+#include <algorithm>
+
 #include "estimate/msa_kernel.h"
 
 namespace surveymc::estimate {
@@ -82,27 +84,21 @@ template <class T, bool Series = false>
   return out;
 }
 
-/// The chord iteration. `converged` is 0 in lanes where it does not contract: msa_solve solves these. A lane that has
-/// finished is frozen, so that its answer does not depend on the other lanes.
-template <class T>
-MsaSolution<T> msa_solve_near(const MsaData& data, const MsaExpansion& start, const NewtonOptions& options) {
-  constexpr int kMaxSteps = 8;     // beyond these the long way is shorter
+/// x <- x - step(gradient at x), from s.x, in the lanes `active`, until a step is within the tolerance. A lane stops
+/// where a step is not below `contraction` times the step before. Counts evaluations; true in lanes that have
+/// converged. A lane that has finished is frozen, so that its answer does not depend on the other lanes.
+template <class T, class Active, class Step>
+[[gnu::always_inline]] inline Active chord_steps(const MsaData& data, int most_steps, double contraction,
+                                                 double step_tolerance, Active active, const Step& step_of,
+                                                 MsaSolution<T>& s) {
   constexpr int kSeriesSteps = 2;  // after them 1e-7 of the way remains; none of them may end the search
-  const T zero(0.0), one(1.0), tolerance(options.step_tolerance);
-  MsaSolution<T> s;
-  for (std::size_t i = 0; i < 6; ++i) s.x[i] = T(start.x[i]);
-  s.cost = s.iterations = zero;
-  auto active = zero < one, converged = one < zero;
-  T bound(0.1);  // of the first step: unknowns are of order one
-  for (int it = 0; it < kMaxSteps && it < options.max_iterations && any(active); ++it) {
+  const T zero(0.0), one(1.0), tolerance(step_tolerance);
+  auto converged = one < zero;
+  T bound(contraction);  // of the first step: unknowns are of order one
+  for (int it = 0; it < most_steps && any(active); ++it) {
     const bool series = it < kSeriesSteps && data.reference_stride == 0;
     const MsaGradient<T> e = series ? msa_gradient<T, true>(data, s.x) : msa_gradient<T>(data, s.x);
-    std::array<T, 6> step;
-    for (std::size_t i = 0; i < 6; ++i) {
-      const double* a = start.inverse.data() + 6 * i;
-      step[i] = T(a[0]) * e.gradient[0];
-      for (std::size_t j = 1; j < 6; ++j) step[i] = fma(T(a[j]), e.gradient[j], step[i]);
-    }
+    const std::array<T, 6> step = step_of(e);
     const auto larger = [&](std::size_t i) { return max(abs(step[i]), abs(step[i + 1])); };
     const T largest = max(max(larger(0), larger(2)), larger(4));
     s.iterations = s.iterations + select(active, one, zero);
@@ -112,11 +108,31 @@ MsaSolution<T> msa_solve_near(const MsaData& data, const MsaExpansion& start, co
     const auto done = active & (largest <= (series ? T(-1.0) : tolerance));
     converged = converged | done;
     active = active & !done;
-    bound = T(0.1) * largest;
+    bound = T(contraction) * largest;
   }
-  for (std::size_t i = 0; i < 3; ++i)  // as msa_solve asks
-    converged = converged & (zero < s.x[i]) & (s.x[i] < T(1e300)) & (abs(s.x[3 + i]) < T(1e300));
-  s.converged = select(converged, one, zero);
+  return converged;
+}
+
+/// From the expansion point. `converged` is 0 in lanes where the steps do not contract: msa_solve solves these.
+template <class T>
+MsaSolution<T> msa_solve_near(const MsaData& data, const MsaExpansion& start, const NewtonOptions& options) {
+  constexpr int kMaxSteps = 8;  // beyond these the long way is shorter
+  const T zero(0.0), one(1.0);
+  MsaSolution<T> s;
+  for (std::size_t i = 0; i < 6; ++i) s.x[i] = T(start.x[i]);
+  s.cost = s.iterations = zero;
+  const auto step_of = [&](const MsaGradient<T>& e) __attribute__((always_inline)) {
+    std::array<T, 6> step;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double* a = start.inverse.data() + 6 * i;
+      step[i] = T(a[0]) * e.gradient[0];
+      for (std::size_t j = 1; j < 6; ++j) step[i] = fma(T(a[j]), e.gradient[j], step[i]);
+    }
+    return step;
+  };
+  const auto converged = chord_steps(data, std::min(kMaxSteps, options.max_iterations), 0.1, options.step_tolerance,
+                                     zero < one, step_of, s);
+  s.converged = select(converged & are_sound(s.x), one, zero);
   return s;
 }
 

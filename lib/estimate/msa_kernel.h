@@ -140,11 +140,7 @@ template <class T>
 MsaSolution<T> msa_solve_from(const std::array<T, 6>& start, const MsaData& data, const NewtonOptions& options) {
   const T zero(0.0), one(1.0);
   MsaSolution<T> s = newton_minimum<T, 6>(MsaEquations<T>{data, msa_reading_sums<T>(data)}, start, options);
-  // A gain has to be positive and finite; NaN fails every comparison.
-  auto sound = zero < s.converged;
-  for (std::size_t i = 0; i < 3; ++i)
-    sound = sound & (zero < s.x[i]) & (s.x[i] < T(1e300)) & (abs(s.x[3 + i]) < T(1e300));
-  s.converged = select(sound, one, zero);
+  s.converged = select((zero < s.converged) & are_sound(s.x), one, zero);
   return s;
 }
 

@@ -125,14 +125,12 @@ template <class T>
 
 /// From the valley's minimum to that of the trial. `converged` is 0 where the valley is not convex or a step is more
 /// than half of the step before: Newton's method goes on from x (msa_solve_from), which is unit gains in the former
-/// case. A lane that has finished is frozen, so that its answer does not depend on the other lanes. The sums count as
-/// an evaluation.
+/// case. The sums count as an evaluation.
 template <class T>
 MsaSolution<T> msa_solve_in_valley(const MsaData& data, bool noisy_down, const MsaValley& v,
                                    const NewtonOptions& options) {
-  constexpr int kMaxSteps = 10;    // beyond these the long way is shorter
-  constexpr int kSeriesSteps = 2;  // as in msa_solve_near
-  const T zero(0.0), one(1.0), half(0.5), tolerance(options.step_tolerance);
+  constexpr int kMaxSteps = 10;  // beyond these the long way is shorter
+  const T zero(0.0), one(1.0), half(0.5);
   const MsaValleyStart<T> start = msa_valley_start<T>(msa_valley_sums<T>(data, noisy_down, v), v);
   MsaSolution<T> s;
   s.x = start.x;
@@ -140,11 +138,7 @@ MsaSolution<T> msa_solve_in_valley(const MsaData& data, bool noisy_down, const M
   s.iterations = one;
   std::array<T, 6> last, last_gradient;
   for (std::size_t i = 0; i < 6; ++i) last[i] = last_gradient[i] = zero;
-  auto active = zero < start.convex, converged = one < zero;
-  T bound(0.5);  // of the first step: unknowns are of order one
-  for (int it = 0; it < kMaxSteps && it + 1 < options.max_iterations && any(active); ++it) {
-    const bool series = it < kSeriesSteps && data.reference_stride == 0;
-    const MsaGradient<T> e = series ? msa_gradient<T, true>(data, s.x) : msa_gradient<T>(data, s.x);
+  const auto step_of = [&](const MsaGradient<T>& e) __attribute__((always_inline)) {
     T along_first = start.first[0] * e.gradient[0], along_second = start.second[0] * e.gradient[0];
     for (std::size_t j = 1; j < 6; ++j) {
       along_first = fma(start.first[j], e.gradient[j], along_first);
@@ -168,20 +162,12 @@ MsaSolution<T> msa_solve_in_valley(const MsaData& data, bool noisy_down, const M
       last[i] = step[i];
       last_gradient[i] = e.gradient[i];
     }
-    const auto larger = [&](std::size_t i) { return max(abs(step[i]), abs(step[i + 1])); };
-    const T largest = max(max(larger(0), larger(2)), larger(4));
-    s.iterations = s.iterations + select(active, one, zero);
-    s.cost = select(active, e.cost, s.cost);
-    active = active & (largest <= max(bound, tolerance));  // NaN fails it
-    for (std::size_t i = 0; i < 6; ++i) s.x[i] = select(active, s.x[i] - step[i], s.x[i]);
-    const auto done = active & (largest <= (series ? T(-1.0) : tolerance));
-    converged = converged | done;
-    active = active & !done;
-    bound = half * largest;
-  }
-  auto sound = zero < start.convex;
-  for (std::size_t i = 0; i < 3; ++i)  // as msa_solve asks
-    sound = sound & (zero < s.x[i]) & (s.x[i] < T(1e300)) & (abs(s.x[3 + i]) < T(1e300));
+    return step;
+  };
+  const auto is_convex = zero < start.convex;
+  const auto converged = chord_steps(data, std::min(kMaxSteps, options.max_iterations - 1), 0.5, options.step_tolerance,
+                                     is_convex, step_of, s);
+  const auto sound = is_convex & are_sound(s.x);
   for (std::size_t i = 0; i < 6; ++i) s.x[i] = select(sound, s.x[i], i < 3 ? one : zero);
   s.converged = select(sound & converged, one, zero);
   return s;

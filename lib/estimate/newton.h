@@ -154,4 +154,12 @@ NewtonSolution<T, N> newton_root(const Evaluate& evaluate, const std::array<T, N
   return {best, cost, iterations, select(converged, one, zero)};
 }
 
+/// Unknowns begin with three inverse gains p and three biases q: a gain has to be positive, and all finite. NaN fails
+/// every comparison.
+template <class T, std::size_t N>
+[[gnu::always_inline]] inline auto are_sound(const std::array<T, N>& x) {
+  const auto is_sound = [&](std::size_t i) { return (T(0.0) < x[i]) & (x[i] < T(1e300)) & (abs(x[3 + i]) < T(1e300)); };
+  return is_sound(0) & is_sound(1) & is_sound(2);
+}
+
 }  // namespace surveymc::estimate
