@@ -1,6 +1,8 @@
 #include "stats/control_variate.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "stats/linear_algebra.h"
 
@@ -56,8 +58,11 @@ class Estimation {
     const double i = controlled(mean_term(kYi)).estimate.value, j = controlled(mean_term(kYj)).estimate.value;
     return {covariance_term(kept_.mean[kYi], kept_.mean[kYj]), controlled(covariance_term(i, j))};
   }
+  /// Not below the rounding errors of its sum: of an estimator that is linear nothing else is left.
   static double variance_of_mean(const Moments& m, const Combination& c) {
-    return c.dot(m.squares * c) / (static_cast<double>(m.count) - 1) / static_cast<double>(m.count);
+    const double rounding =
+        std::numeric_limits<double>::epsilon() * c.cwiseAbs().dot(m.squares.cwiseAbs() * c.cwiseAbs());
+    return std::max(c.dot(m.squares * c), rounding) / (static_cast<double>(m.count) - 1) / static_cast<double>(m.count);
   }
 
  private:

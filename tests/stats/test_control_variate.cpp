@@ -70,6 +70,21 @@ TEST_CASE("A perfect control leaves no uncertainty; one that does not vary chang
   CHECK(e.variance_reduction > 1e6);
   CHECK(std::abs(controlled_mean(perfect, 1, 0.95).controlled) < 1e-9);
 
+  // What is left of a linear estimator is rounding: its interval is narrow, holds the truth, and has a width.
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const Sample x = sample(300, seed);
+    const Eigen::VectorXd linear = 3 * x.l0;
+    const Moments m = Moments::of(control_columns(linear, linear, x.l0, x.l0));
+    for (const auto& [found, truth] :
+         {std::pair(controlled_mean(m, 1, 0.95), 0.0), std::pair(controlled_sd(m, 1, 0.95), 3.0)}) {
+      CHECK(found.variance_reduction > 1e12);
+      CHECK(found.variance_reduction < 1e17);
+      CHECK(found.controlled_interval.lo < truth);
+      CHECK(truth < found.controlled_interval.hi);
+      CHECK(found.controlled_interval.hi - found.controlled_interval.lo < 1e-7);
+    }
+  }
+
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(300);
   const ControlledEstimate none = controlled_sd(Moments::of(control_columns(s.y0, s.y0, zero, zero)), 0, 0.95);
   CHECK(none.controlled == none.plain);
