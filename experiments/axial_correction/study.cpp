@@ -148,17 +148,14 @@ class AxialCorrection final : public study::StudyPoint {
   std::vector<sensor::StationTruth> truth_;
 };
 
-class AxialCorrectionPlan final : public study::PointPlan {
+class AxialCorrectionPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit AxialCorrectionPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::uint64_t trials() const override { return s_.stations.empty() ? 0 : s_.trials; }
   std::vector<store::Axis> map_axes() const override { return map_axes_of(s_); }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<AxialCorrection>(s_, true_stations(s_));
   }
-
- private:
-  Scenario s_;
 };
 
 }  // namespace
@@ -166,10 +163,7 @@ class AxialCorrectionPlan final : public study::PointPlan {
 study::Experiment experiment() {
   return {random::StudyId::axial_correction,
           "Single stations and an axially magnetised string: azimuth errors of basic, simple and extended solutions",
-          "slides on chained multistation analysis, 2 to 6",
-          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<AxialCorrectionPlan>(read_scenario(config, seed));
-          }};
+          "slides on chained multistation analysis, 2 to 6", study::plan_of<AxialCorrectionPlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::axial_correction

@@ -161,17 +161,14 @@ class ChainedInterference final : public study::StudyPoint {
   random::Stream stream_;
 };
 
-class ChainedInterferencePlan final : public study::PointPlan {
+class ChainedInterferencePlan final : public study::PlanOf<Interference> {
  public:
-  explicit ChainedInterferencePlan(Interference scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::uint64_t trials() const override { return s_.s.plan.trials; }
   int block_trials() const override { return 32; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ChainedInterference>(s_);
   }
-
- private:
-  Interference s_;
 };
 
 }  // namespace

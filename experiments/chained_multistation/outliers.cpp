@@ -283,17 +283,14 @@ class ChainedOutliers final : public study::StudyPoint {
   random::Stream stream_;
 };
 
-class ChainedOutliersPlan final : public study::PointPlan {
+class ChainedOutliersPlan final : public study::PlanOf<Outliers> {
  public:
-  explicit ChainedOutliersPlan(Outliers scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::uint64_t trials() const override { return s_.s.plan.trials; }
   int block_trials() const override { return kBlockRuns; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ChainedOutliers>(s_);
   }
-
- private:
-  Outliers s_;
 };
 
 }  // namespace

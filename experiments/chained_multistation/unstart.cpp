@@ -160,17 +160,14 @@ class ChainedUnstart final : public study::StudyPoint {
   random::Stream stream_;
 };
 
-class ChainedUnstartPlan final : public study::PointPlan {
+class ChainedUnstartPlan final : public study::PlanOf<Unstart> {
  public:
-  explicit ChainedUnstartPlan(Unstart scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::uint64_t trials() const override { return s_.s.plan.trials; }
   int block_trials() const override { return 8; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ChainedUnstart>(s_);
   }
-
- private:
-  Unstart s_;
 };
 
 }  // namespace

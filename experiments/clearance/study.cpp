@@ -59,10 +59,7 @@ class ClearancePlan final : public study::PointPlan {
 
 study::Experiment experiment() {
   return {random::StudyId::clearance, "How safely two wells pass: separation factors from relative covariances",
-          "SPE 187073; ISCWSA clearance set and correlation diagnostics",
-          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<ClearancePlan>(read_scenario(config, seed));
-          }};
+          "SPE 187073; ISCWSA clearance set and correlation diagnostics", study::plan_of<ClearancePlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::clearance

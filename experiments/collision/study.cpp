@@ -145,9 +145,7 @@ class CollisionPlan final : public study::PointPlan {
 study::Experiment experiment() {
   return {random::StudyId::collision, "How likely two wells touch: importance sampling of whole wells",
           "Loeng 2012; SPE 187073; ISCWSA clearance set and correlation diagnostics",
-          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<CollisionPlan>(read_scenario(config, seed));
-          }};
+          study::plan_of<CollisionPlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::collision

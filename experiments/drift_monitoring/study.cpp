@@ -69,9 +69,9 @@ class DriftMonitoring final : public study::StudyPoint {
   Scenario s_;
 };
 
-class DriftMonitoringPlan final : public study::PointPlan {
+class DriftMonitoringPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit DriftMonitoringPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   /// Nothing is drawn for a file: its one pass is in report().
   std::uint64_t trials() const override { return s_.data.simulated() ? s_.trials : 0; }
   int block_trials() const override { return 4; }  // a realisation takes tens of milliseconds
@@ -80,9 +80,6 @@ class DriftMonitoringPlan final : public study::PointPlan {
     calibrate_baselines(s, options);
     return std::make_unique<DriftMonitoring>(std::move(s));
   }
-
- private:
-  Scenario s_;
 };
 
 /// Monitors of all architectures on one stream of readings. Predictions that are known are not computed; others are
@@ -198,9 +195,7 @@ study::Experiment experiment() {
   return {random::StudyId::drift_monitoring,
           "Sensor drift: when monitors find it, and whom they blame, by AAKR-SPRT and AAKR-KF-SPRT",
           "Boechat, Moreno and Haramura, on-line calibration monitoring for oil well sensors",
-          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<DriftMonitoringPlan>(read_scenario(config, seed));
-          }};
+          study::plan_of<DriftMonitoringPlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::drift_monitoring

@@ -398,9 +398,9 @@ std::string ErrorModelMonteCarlo::replay(std::uint64_t trial) const {
 
 namespace {
 
-class ErrorModelMonteCarloPlan final : public study::PointPlan {
+class ErrorModelMonteCarloPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit ErrorModelMonteCarloPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::uint64_t trials() const override { return s_.plan.trials; }
   std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
   /// A trial draws every source at every station; without trials it is the prediction.
@@ -412,9 +412,6 @@ class ErrorModelMonteCarloPlan final : public study::PointPlan {
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ErrorModelMonteCarlo>(s_);
   }
-
- private:
-  Scenario s_;
 };
 
 }  // namespace
@@ -423,9 +420,7 @@ study::Experiment experiment() {
   return {random::StudyId::error_model_monte_carlo,
           "Every source of an error model drawn through nonlinear minimum curvature, against its covariance",
           "ISCWSA MWD error model Rev 4 and Rev 5.10, OWSG tool codes; Williamson 2000, section on assumptions",
-          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<ErrorModelMonteCarloPlan>(read_scenario(config, seed));
-          }};
+          study::plan_of<ErrorModelMonteCarloPlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::error_model_monte_carlo

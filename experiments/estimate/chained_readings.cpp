@@ -359,19 +359,16 @@ class ChainedEstimate final : public study::StudyPoint {
   Answer a_;
 };
 
-class ChainedEstimatePlan final : public study::PointPlan {
+class ChainedEstimatePlan final : public study::PlanOf<Run> {
  public:
-  explicit ChainedEstimatePlan(Run run) : r_(std::move(run)) {}
+  using PlanOf::PlanOf;
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     try {
-      return std::make_unique<ChainedEstimate>(r_, answer_of(r_));
+      return std::make_unique<ChainedEstimate>(s_, answer_of(s_));
     } catch (const InputError& e) {  // what the readings as a whole do not tell: say which file, in which case
-      r_.place.fail(e.what());
+      s_.place.fail(e.what());
     }
   }
-
- private:
-  Run r_;
 };
 
 }  // namespace

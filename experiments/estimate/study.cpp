@@ -100,9 +100,9 @@ class Estimate final : public study::StudyPoint {
   std::vector<store::Table> tables_;
 };
 
-class EstimatePlan final : public study::PointPlan {
+class EstimatePlan final : public study::PlanOf<Scenario> {
  public:
-  explicit EstimatePlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     try {
       return std::make_unique<Estimate>(estimate_run(s_));
@@ -110,9 +110,6 @@ class EstimatePlan final : public study::PointPlan {
       s_.place.fail(e.what());
     }
   }
-
- private:
-  Scenario s_;
 };
 
 }  // namespace

@@ -233,9 +233,9 @@ class GrossErrorDetection final : public study::StudyPoint {
   Numbers errors_;
 };
 
-class GrossErrorPlan final : public study::PointPlan {
+class GrossErrorPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit GrossErrorPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::uint64_t trials() const override { return plan().trials; }
   std::vector<std::uint64_t> looks() const override { return plan().looks; }
   int block_trials() const override {
@@ -252,8 +252,6 @@ class GrossErrorPlan final : public study::PointPlan {
 
  private:
   const study::TrialPlan& plan() const { return s_.events.empty() ? s_.plan : s_.event_run.plan; }
-
-  Scenario s_;
 };
 
 }  // namespace

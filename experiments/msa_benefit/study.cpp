@@ -237,9 +237,9 @@ std::string BenefitPoint::replay(std::uint64_t trial) const {
 
 namespace {
 
-class MsaBenefitPlan final : public study::PointPlan {
+class MsaBenefitPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit MsaBenefitPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::uint64_t trials() const override { return s_.plan.trials; }
   std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
   /// A direction of the maps costs about as much as a trial.
@@ -250,9 +250,6 @@ class MsaBenefitPlan final : public study::PointPlan {
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<BenefitPoint>(s_, verified_wells(s_));
   }
-
- private:
-  Scenario s_;
 };
 
 }  // namespace
@@ -261,9 +258,7 @@ study::Experiment experiment() {
   return {random::StudyId::msa_benefit,
           "Where multi-station analysis makes azimuth and lateral position better, and where worse",
           "ISCWSA MWD error model (a-priori sensor errors); S. Vis, TU Delft 2019 (MSA)",
-          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<MsaBenefitPlan>(read_scenario(config, seed));
-          }};
+          study::plan_of<MsaBenefitPlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::msa_benefit

@@ -442,9 +442,9 @@ std::vector<study::TrialEvent> placed_events(const Scenario& s) {
   }
 }
 
-class MsaPositionPlan final : public study::PointPlan {
+class MsaPositionPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit MsaPositionPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::uint64_t trials() const override { return plan().trials; }
   std::vector<std::uint64_t> looks() const override { return plan().looks; }
   double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(plan().trials); }
@@ -463,8 +463,6 @@ class MsaPositionPlan final : public study::PointPlan {
 
  private:
   const study::TrialPlan& plan() const { return s_.events.empty() ? s_.plan : s_.event_run.plan; }
-
-  Scenario s_;
 };
 
 }  // namespace

@@ -50,17 +50,14 @@ class MwdDrift final : public study::StudyPoint {
   Scenario s_;
 };
 
-class MwdDriftPlan final : public study::PointPlan {
+class MwdDriftPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit MwdDriftPlan(Scenario s) : s_(std::move(s)) {}
+  using PlanOf::PlanOf;
   std::uint64_t trials() const override { return s_.trials; }
   int block_trials() const override { return 64; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<MwdDrift>(s_);
   }
-
- private:
-  Scenario s_;
 };
 
 }  // namespace
@@ -69,9 +66,7 @@ study::Experiment experiment() {
   return {random::StudyId::mwd_drift,
           "Drift of a survey tool's own sensors: a Kalman filter on six biases against an SPRT by channel",
           "the idea of AAKR-KF-SPRT, with the reference field as the prediction",
-          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<MwdDriftPlan>(read_scenario(config, seed));
-          }};
+          study::plan_of<MwdDriftPlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::mwd_drift

@@ -173,9 +173,9 @@ class PositionCovariance final : public study::StudyPoint {
   Scenario s_;
 };
 
-class PositionCovariancePlan final : public study::PointPlan {
+class PositionCovariancePlan final : public study::PlanOf<Scenario> {
  public:
-  explicit PositionCovariancePlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   double cost() const override {
     double terms = 0;
     for (const propagate::ToolRun& run : s_.tools.runs) terms += static_cast<double>(run.model->terms.size());
@@ -193,9 +193,6 @@ class PositionCovariancePlan final : public study::PointPlan {
     }
     return out;
   }
-
- private:
-  Scenario s_;
 };
 
 }  // namespace
@@ -204,9 +201,7 @@ study::Experiment experiment() {
   return {random::StudyId::position_covariance,
           "Position uncertainty of a well by the error models of its survey tools",
           "ISCWSA MWD error model Rev 4 and Rev 5.10, OWSG tool codes",
-          [](config::ConfigReader& config, random::StudySeed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<PositionCovariancePlan>(read_scenario(config));
-          }};
+          study::plan_of<PositionCovariancePlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::position_covariance

@@ -247,9 +247,9 @@ class ReliabilityMapPoint final : public study::StudyPoint {
   std::vector<store::Axis> axes_;
 };
 
-class ReliabilityMapPlan final : public study::PointPlan {
+class ReliabilityMapPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit ReliabilityMapPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::vector<store::Axis> map_axes() const override { return axes_of(s_); }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     Scenario s = s_;
@@ -257,9 +257,6 @@ class ReliabilityMapPlan final : public study::PointPlan {
         std::make_shared<surveymc::reliability::ReliabilityMaps>(s.layer_model.model, s.grid, s.layer_model.lambda0);
     return std::make_unique<ReliabilityMapPoint>(std::move(s));
   }
-
- private:
-  Scenario s_;
 };
 
 }  // namespace
@@ -268,9 +265,7 @@ study::Experiment map_experiment() {
   return {random::StudyId::reliability_map,
           "Gross errors: minimal detectable errors and their effect, over a grid of attitudes",
           "E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65, figures 1 to 6",
-          [](config::ConfigReader& config, random::StudySeed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<ReliabilityMapPlan>(read_scenario(config));
-          }};
+          study::plan_of<ReliabilityMapPlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::reliability

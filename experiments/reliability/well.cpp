@@ -305,15 +305,12 @@ class ReliabilityWellPoint final : public study::StudyPoint {
   Scenario s_;
 };
 
-class ReliabilityWellPlan final : public study::PointPlan {
+class ReliabilityWellPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit ReliabilityWellPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ReliabilityWellPoint>(s_);
   }
-
- private:
-  Scenario s_;
 };
 
 }  // namespace
@@ -322,9 +319,7 @@ study::Experiment well_experiment() {
   return {random::StudyId::reliability_well,
           "Gross errors along a well: minimal detectable errors, effect on the final position",
           "beyond E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65",
-          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<ReliabilityWellPlan>(read_scenario(config, seed));
-          }};
+          study::plan_of<ReliabilityWellPlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::reliability

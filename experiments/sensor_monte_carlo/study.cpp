@@ -362,9 +362,9 @@ store::Table SensorMonteCarlo::samples_table(const stats::Tally& tally) const {
   return study::table_of_numbers(std::move(t), tally.samples);
 }
 
-class SensorMonteCarloPlan final : public study::PointPlan {
+class SensorMonteCarloPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit SensorMonteCarloPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::uint64_t trials() const override { return s_.trial_plan.trials; }
   std::vector<std::uint64_t> looks() const override { return s_.trial_plan.looks; }
   double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(s_.trial_plan.trials); }
@@ -376,9 +376,6 @@ class SensorMonteCarloPlan final : public study::PointPlan {
         reported_positions(s_),
         analysis::predict_sensor_runs(s_.survey, s_.field, s_.sd, s_.plan, s_.reported, s_.first_is_tie_on));
   }
-
- private:
-  Scenario s_;
 };
 
 }  // namespace
@@ -387,9 +384,7 @@ study::Experiment experiment() {
   return {random::StudyId::sensor_monte_carlo,
           "Twelve constant sensor errors through any survey, against the covariance model",
           "ISCWSA MWD error model, sensor terms; Torkildsen and Bang 2000",
-          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<SensorMonteCarloPlan>(read_scenario(config, seed));
-          }};
+          study::plan_of<SensorMonteCarloPlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::sensor_monte_carlo

@@ -155,9 +155,9 @@ class ToolCodeMap final : public study::StudyPoint {
   Scenario s_;
 };
 
-class ToolCodeMapPlan final : public study::PointPlan {
+class ToolCodeMapPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit ToolCodeMapPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::vector<store::Axis> map_axes() const override { return axes_of(s_); }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<ToolCodeMap>(s_);
@@ -169,9 +169,6 @@ class ToolCodeMapPlan final : public study::PointPlan {
       out += fmt::format("{}: {} ({} terms)\n", s_.names[m], s_.models[m]->title, s_.models[m]->terms.size());
     return out;
   }
-
- private:
-  Scenario s_;
 };
 
 }  // namespace
@@ -179,10 +176,7 @@ class ToolCodeMapPlan final : public study::PointPlan {
 study::Experiment experiment() {
   return {random::StudyId::tool_code_map,
           "Maps of what survey tools are claimed to be worth, over inclination and azimuth",
-          "OWSG tool codes, sets A and B",
-          [](config::ConfigReader& config, random::StudySeed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<ToolCodeMapPlan>(read_scenario(config));
-          }};
+          "OWSG tool codes, sets A and B", study::plan_of<ToolCodeMapPlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::tool_code_map

@@ -371,17 +371,14 @@ store::Table VerticalWell::samples_table(const stats::Tally& tally) const {
   return study::table_of_numbers(std::move(t), tally.samples);
 }
 
-class VerticalWellPlan final : public study::PointPlan {
+class VerticalWellPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit VerticalWellPlan(Scenario scenario) : s_(std::move(scenario)) {}
+  using PlanOf::PlanOf;
   std::uint64_t trials() const override { return s_.trial_plan.trials; }
   std::vector<std::uint64_t> looks() const override { return s_.trial_plan.looks; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<VerticalWell>(s_, run_setup(s_), predict(s_));
   }
-
- private:
-  Scenario s_;
 };
 
 }  // namespace
@@ -389,10 +386,7 @@ class VerticalWellPlan final : public study::PointPlan {
 study::Experiment experiment() {
   return {random::StudyId::vertical_well,
           "Cross-axis accelerometer bias in a vertical well: every weighting function against Monte Carlo",
-          "C. Hanak, Superior QC 2016, figures 1 and 2",
-          [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
-            return std::make_unique<VerticalWellPlan>(read_scenario(config, seed));
-          }};
+          "C. Hanak, Superior QC 2016, figures 1 and 2", study::plan_of<VerticalWellPlan, read_scenario>};
 }
 
 }  // namespace surveymc::studies::vertical_well

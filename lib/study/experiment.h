@@ -13,6 +13,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "checkpoint/journal.h"
@@ -74,6 +76,16 @@ class PointPlan {
   virtual std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions& options) const = 0;
 };
 
+/// The plan of a study whose config is read into a `Scenario`.
+template <class Scenario>
+class PlanOf : public PointPlan {
+ public:
+  explicit PlanOf(Scenario scenario) : s_(std::move(scenario)) {}
+
+ protected:
+  const Scenario s_;
+};
+
 struct Experiment {
   random::StudyId id = random::StudyId::none;  ///< address of its random numbers
   std::string summary;                         ///< one line: what it computes
@@ -84,6 +96,16 @@ struct Experiment {
   /// The `experiment` key of a config.
   std::string name() const { return std::string(random::name_of(id)); }
 };
+
+/// For Experiment::read: a `Plan` of what `read_scenario` reads, which draws random numbers (a second argument, the
+/// seed) or not.
+template <class Plan, auto read_scenario>
+std::unique_ptr<PointPlan> plan_of(config::ConfigReader& config, random::StudySeed seed) {
+  if constexpr (std::is_invocable_v<decltype(read_scenario), config::ConfigReader&, random::StudySeed>)
+    return std::make_unique<Plan>(read_scenario(config, seed));
+  else
+    return std::make_unique<Plan>(read_scenario(config));
+}
 
 /// A sweep of more points is not read whole before it runs, and a point that turns out to be invalid does not end it:
 /// the result lists it in the table failed_points.
