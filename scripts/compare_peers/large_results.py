@@ -5,7 +5,8 @@
 
 In turn in FOLDER (default: a new one under the present folder, removed afterwards): a streamed reliability map of about
 --values numbers (configs/bench/reliability_4d.toml with a finer grid); three times a table of about --rows rows (by-source
-covariances of a long survey); `show` of the first and last row of that table. Beside each, dd writes as many zeros and
+covariances of a long survey), and the same program without these rows, so that what is left is what the rows add; `show` of
+the first and last row of that table. Beside each, dd writes as many zeros and
 forces them to the disk, once through the page cache (conv=fsync) and once past it (oflag=direct conv=fsync), as surveymc does
 with files above 16 MB. Prints elapsed and processor seconds, MB/s, and peak resident memory of every command. Refuses where less
 than 20 GB would stay free.
@@ -76,13 +77,18 @@ def main():
         share(written, before)
         os.remove(output)
         config = long_well_config(folder, int(a.rows / SOURCES))
-        output = os.path.join(folder, "table.h5")
+        output, rest = os.path.join(folder, "table.h5"), os.path.join(folder, "rest.h5")
         for turn in range(3):
-            found = measured([program, "run", config, "--quiet", "--overwrite", "-o", output])
+            found = measured([program, "run", config, "--quiet", "-o", output])
             size = os.path.getsize(output)
+            without = measured([program, "run", config, "--quiet", "--set", "output.by_source=\"none\"", "-o", rest])
+            added = [whole - part for whole, part in zip(found, without)]
+            size_added = size - os.path.getsize(rest)
             before = disk(size)
             written = line(f"table of {a.rows:.3g} rows", found, size)
             share(written, before)
+            share(line("what its rows add", added, size_added), before)
+            os.remove(rest)
             if turn < 2:
                 os.remove(output)
         for how in ([], ["--unchecked"]):
