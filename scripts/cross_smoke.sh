@@ -47,7 +47,7 @@ if [ ! -e "$root/complete" ]; then
     ln -snf "$(realpath -m --relative-to="$(dirname "$link")" "$root$(readlink "$link")")" "$link"
   done
   # CMake asks HDF5's compiler for its folders: that of this machine does not know these.
-  printf '#!/bin/sh\necho aarch64-linux-gnu-gcc -I%s -L%s -lhdf5_hl -lhdf5\n' \
+  printf '#!/bin/sh\necho aarch64-linux-gnu-gcc -I%s -L%s -lhdf5_hl -lhdf5 -lsz -lz -ldl -lm\n' \
     "$root/usr/include/hdf5/serial" "$libraries/hdf5/serial" >"$root/h5cc"
   chmod +x "$root/h5cc"
   (cd "$sources" && for file in *.orig.tar.gz; do tar xf "$file"; done)
