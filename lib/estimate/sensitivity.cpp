@@ -85,6 +85,9 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
     inverse(unknown, unknown) = stats::symmetric_inverse(normal(unknown, unknown));
   }
   inverse = unit.asDiagonal() * inverse;
+  s.by_magnetometer.reserve(n);
+  s.by_down.reserve(n);
+  s.by_reference.reserve(n);
   for (std::size_t k = 0; k < n; ++k) {
     const Matrix82d pull = inverse * jacobian[k].transpose() * w / total;
     s.by_magnetometer.push_back(-pull * misfits[k].by_magnetometer);
