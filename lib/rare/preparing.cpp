@@ -28,8 +28,8 @@ std::uint64_t first_trial(Stage stage, std::uint64_t round) {
 
 class Search {
  public:
-  Search(const LimitState& state, const random::Stream& stream, const PreparingOptions& options)
-      : state_(state), stream_(stream), options_(options), n_(state.dimension()) {}
+  Search(const LimitState& state, const random::Stream& stream)
+      : state_(state), stream_(stream), n_(state.dimension()) {}
 
   VectorXd values(const MatrixXd& z) {
     evaluations += static_cast<std::uint64_t>(z.cols());
@@ -122,7 +122,6 @@ class Search {
 
   const LimitState& state_;
   const random::Stream& stream_;
-  const PreparingOptions& options_;
   int n_;
   std::uint64_t searches_ = 0;
 };
@@ -330,7 +329,7 @@ Prepared prepare_proposal(const LimitState& state, const random::Stream& stream,
                           const std::vector<VectorXd>& starts) {
   const int n = state.dimension();
   Prepared out;
-  Search search(state, stream, o);
+  Search search(state, stream);
   MatrixXd hits;
   for (int pilot = 0; pilot < kPilots; ++pilot) {
     // Replicates of the check are numbered from 0.
