@@ -13,6 +13,7 @@
 #include "montecarlo/run_blocks.h"
 #include "random/stream.h"
 #include "stats/tally_bytes.h"
+#include "temporary_folder.h"
 
 using namespace surveymc;
 using namespace surveymc::checkpoint;
@@ -44,10 +45,7 @@ stats::Tally kernel(montecarlo::TrialBlock block) {
 /// All of a tally's state takes part in its bytes.
 std::string bits(const stats::Tally& t) { return stats::tally_to_bytes(t); }
 
-struct Folder {
-  fs::path path = fs::temp_directory_path() / fs::path("surveymc-journal-" + std::to_string(getpid()));
-  Folder() { fs::create_directory(path); }
-  ~Folder() { fs::remove_all(path); }
+struct Folder : TemporaryFolder {
   fs::path output() const { return path / "out.h5"; }
 };
 

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "config/config.h"
+#include "temporary_folder.h"
 
 using surveymc::InputError;
 using surveymc::config::Config;
@@ -22,31 +23,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A new folder that is removed with everything in it.
-class Folder {
+class Folder : public surveymc::TemporaryFolder {
  public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "surveymc_config_XXXXXX").string();
-    if (!mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
-    path_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
   fs::path write(const std::string& name, const std::string& text) const {
-    const fs::path path = path_ / name;
-    fs::create_directories(path.parent_path());
-    std::ofstream(path, std::ios::binary) << text;
-    return path;
+    const fs::path file = path / name;
+    fs::create_directories(file.parent_path());
+    std::ofstream(file, std::ios::binary) << text;
+    return file;
   }
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
 };
 
 /// Two lines that every config needs; a text after them starts at line 3.
@@ -161,7 +145,7 @@ TEST_CASE("Config: syntax errors have a line") {
 
 TEST_CASE("Config: a file that cannot be read") {
   const Folder folder;
-  const std::string absent = (folder.path() / "x.toml").string(), itself = folder.path().string();
+  const std::string absent = (folder.path / "x.toml").string(), itself = folder.path.string();
   CHECK(message_of([&] { Config::load(absent, {}); }) == absent + ": cannot be read: No such file or directory");
   CHECK(message_of([&] { Config::load(itself, {}); }) == itself + ": cannot be read: it is a folder");
   const auto binary = folder.write("b.toml", std::string("\x89HDF\r\n\x1a\n\0\0", 10)).string();
@@ -931,7 +915,7 @@ TEST_CASE("csv(): files are found beside the config, read once and kept") {
   folder.write("configs/traj.csv", "md_m,inclination_deg\n0,0\n30,1.5\n");
   folder.write("data/b.csv", "x\n1\n");
   folder.write("configs/bad.csv", "md_m\nabc\n");
-  const std::string absolute = (folder.path() / "data/b.csv").string();
+  const std::string absolute = (folder.path / "data/b.csv").string();
   const auto file = folder.write("configs/t.toml",
                                  kHead + "b = '../data/b.csv'\nc = '" + absolute +
                                      "'\n[survey]\nfile = 'traj.csv'\nnone = 'traj9.csv'\nbad = "
@@ -945,7 +929,7 @@ TEST_CASE("csv(): files are found beside the config, read once and kept") {
   CHECK(r.csv("b").path == "../data/b.csv");
   CHECK(r.csv("c").path == absolute);
 
-  fs::remove(folder.path() / "configs/traj.csv");  // the second point must not need it
+  fs::remove(folder.path / "configs/traj.csv");  // the second point must not need it
   CHECK(config.reader(1).csv("survey.file").rows() == 2);
   const auto inputs = config.inputs();
   REQUIRE(inputs.size() == 3);
@@ -953,7 +937,7 @@ TEST_CASE("csv(): files are found beside the config, read once and kept") {
   CHECK(inputs[2].path == "traj.csv");
   CHECK(inputs[2].rows() == 2);
 
-  const std::string place = file.string(), looked = (folder.path() / "configs/traj9.csv").string();
+  const std::string place = file.string(), looked = (folder.path / "configs/traj9.csv").string();
   CHECK(message_of([&] { r.csv("survey.none"); }) ==
         place + ":7: survey.none = \"traj9.csv\": cannot be read: No such file or directory (looked for " + looked +
             ")");
@@ -963,7 +947,7 @@ TEST_CASE("csv(): files are found beside the config, read once and kept") {
         place + ":10: survey.number = 3: must be a string: the name of a file");
   CHECK(message_of([&] { r.csv("survey.folder"); }) ==
         place + ":11: survey.folder = \"../data\": cannot be read: it is a folder (looked for " +
-            (folder.path() / "configs/../data").string() + ")");
+            (folder.path / "configs/../data").string() + ")");
   CHECK(message_of([&] { r.csv("survey.absent"); }) == place + ": survey.absent: missing");
   CHECK(config.inputs().size() == 3);
 }
@@ -972,7 +956,7 @@ TEST_CASE("csv(): a config beside the working folder is named as given") {
   const Folder folder;
   folder.write("configs/thesis.toml", kHead + "\n[survey]\nfile = 'traj9.csv'\n");
   const auto before = fs::current_path();
-  fs::current_path(folder.path());
+  fs::current_path(folder.path);
   auto config = Config::load("configs/thesis.toml", {});
   const auto message = message_of([&] { config.reader(0).csv("survey.file"); });
   fs::current_path(before);

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/point_set.h"
 #include "config/config.h"
+#include "temporary_folder.h"
 
 using namespace surveymc;
 using namespace surveymc::config;
@@ -38,15 +39,8 @@ std::string point_text(const Config& c, std::size_t point) {
   return out;
 }
 
-class SweepFolder {
+class SweepFolder : public TemporaryFolder {
  public:
-  SweepFolder() {
-    std::string name = (fs::temp_directory_path() / "surveymc_sweep_XXXXXX").string();
-    path = mkdtemp(name.data());
-  }
-  ~SweepFolder() { fs::remove_all(path); }
-  SweepFolder(const SweepFolder&) = delete;
-  SweepFolder& operator=(const SweepFolder&) = delete;
   void write(const std::string& name, const std::string& text) const { std::ofstream(path / name) << text; }
   Config load(const std::string& csv, const std::string& body = "") const {
     write("points.csv", csv);
@@ -62,7 +56,6 @@ class SweepFolder {
       return text.starts_with(folder) ? text.substr(folder.size()) : text;
     }
   }
-  fs::path path;
 };
 
 }  // namespace

@@ -2,29 +2,17 @@
 
 #include <algorithm>
 #include <csignal>
-#include <cstdlib>
-#include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <vector>
 
 #include <sys/resource.h>
-#include <unistd.h>
 #include <catch2/catch.hpp>
+
+#include "temporary_folder.h"
 
 namespace surveymc::store {
 namespace {
-
-struct Folder {
-  std::filesystem::path path;
-  Folder() {
-    char name[] = "/tmp/surveymc_page_runs_XXXXXX";
-    if (!mkdtemp(name)) throw std::runtime_error("mkdtemp");
-    path = name;
-  }
-  ~Folder() { std::filesystem::remove_all(path); }
-};
 
 /// Other bytes for every page and every version of it.
 std::string pages(std::uint64_t first, std::size_t count, unsigned version) {
@@ -57,8 +45,8 @@ void add(std::string& file, const std::vector<Write>& writes) {
 
 TEST_CASE("Page runs: a file gets every page where it belongs, the last version of each, and its hash") {
   const bool past_cache = GENERATE(false, true);
-  const Folder folder;
-  AtomicFile file(folder.path / "x");
+  const TemporaryFolder folder;
+  AtomicFile file(folder / "x");
   PageRuns runs(file, past_cache);
   std::vector<Write> writes;
   // Five places in turn, as maps of one stream, 100 MiB in all: alone first, then by the thread. 33 pages are two runs
@@ -91,8 +79,8 @@ TEST_CASE("Page runs: a file gets every page where it belongs, the last version 
 
 TEST_CASE("Page runs: what the disk refuses is told by every call that follows, whoever writes") {
   const std::size_t before = GENERATE(8, 1000);  // pages: the caller writes, or the thread
-  const Folder folder;
-  AtomicFile file(folder.path / "x");
+  const TemporaryFolder folder;
+  AtomicFile file(folder / "x");
   struct LeastFiles {
     rlimit old{};
     explicit LeastFiles(std::uint64_t size) {
@@ -101,7 +89,10 @@ TEST_CASE("Page runs: what the disk refuses is told by every call that follows, 
       const rlimit less{size, old.rlim_max};
       setrlimit(RLIMIT_FSIZE, &less);
     }
-    ~LeastFiles() { setrlimit(RLIMIT_FSIZE, &old); }
+    ~LeastFiles() {
+      setrlimit(RLIMIT_FSIZE, &old);
+      std::signal(SIGXFSZ, SIG_DFL);
+    }
   };
   PageRuns runs(file, true);
   runs.add(0, pages(0, before, 1).data(), before * kSealedPage);
@@ -115,8 +106,8 @@ TEST_CASE("Page runs: what the disk refuses is told by every call that follows, 
 }
 
 TEST_CASE("Page runs: what is not finished may be left") {
-  const Folder folder;
-  AtomicFile file(folder.path / "x");
+  const TemporaryFolder folder;
+  AtomicFile file(folder / "x");
   PageRuns runs(file, false);
   const std::string bytes = pages(0, 1000, 1);
   runs.add(0, bytes.data(), bytes.size());

@@ -30,6 +30,7 @@
 #include "store/row_spool.h"
 #include "store/ruled_values.h"
 #include "store/seal.h"
+#include "temporary_folder.h"
 
 using namespace surveymc;
 using namespace surveymc::store;
@@ -44,18 +45,7 @@ using Texts = std::vector<std::string>;
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
-/// A folder of its own, gone at the end of the test.
-struct Folder {
-  fs::path path;
-  Folder() {
-    static std::atomic<int> count = 0;
-    path = fs::temp_directory_path() / ("surveymc_store_" + std::to_string(getpid()) + "_" + std::to_string(count++));
-    fs::create_directories(path);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() { fs::remove_all(path); }
-  fs::path operator/(const std::string& name) const { return path / name; }
+struct Folder : TemporaryFolder {
   std::vector<std::string> names() const {
     std::vector<std::string> out;
     for (const auto& entry : fs::directory_iterator(path)) out.push_back(entry.path().filename().string());

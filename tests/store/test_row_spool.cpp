@@ -11,6 +11,7 @@
 #include "base/units.h"
 #include "store/json.h"
 #include "store/result_file.h"
+#include "temporary_folder.h"
 
 namespace surveymc::store {
 namespace {
@@ -51,12 +52,6 @@ Result result_with(const Table& t) {
   r.tables = {t};
   return r;
 }
-
-struct Folder {
-  std::filesystem::path path = std::filesystem::temp_directory_path() / ("surveymc_spool_" + std::to_string(getpid()));
-  Folder() { std::filesystem::create_directories(path); }
-  ~Folder() { std::filesystem::remove_all(path); }
-};
 
 }  // namespace
 
@@ -102,7 +97,7 @@ TEST_CASE("A table that goes to the disk by itself has all its rows, and so has 
 }
 
 TEST_CASE("A result is the same whether its rows were held or on the disk") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::size_t rows = kMostHeldRows + 1234;
   const Result held = result_with(numbered(0, rows)), spooled = result_with(on_disk(rows, 77));
   CHECK(content_hash(held) == content_hash(spooled));
