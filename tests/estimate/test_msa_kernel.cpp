@@ -1,5 +1,8 @@
 #include "estimate/msa_kernel.h"
 
+#include <array>
+#include <limits>
+
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 
@@ -220,4 +223,22 @@ TEST_CASE("The second mode of thesis test 1 is MSA's minimum, not the solver's: 
   // 0.9 % of the runs: 36 expected of 4000, 4 standard errors
   CHECK(far > 12);
   CHECK(far < 60);
+}
+
+TEST_CASE("A solution is sound where all gains are positive and all is finite") {
+  const std::array<double, 6> good{1, 0.9, 1.1, 0, -0.01, 0.02};
+  CHECK(are_sound(good));
+  const double infinite = std::numeric_limits<double>::infinity(), none = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (const double bad : {infinite, -infinite, none}) {
+      std::array<double, 6> x = good;
+      x[i] = bad;
+      CHECK_FALSE(are_sound(x));
+    }
+    for (const double not_positive : {0.0, -1.0}) {
+      std::array<double, 6> x = good;
+      x[i] = not_positive;
+      CHECK(are_sound(x) == (i >= 3));
+    }
+  }
 }
