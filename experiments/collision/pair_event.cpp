@@ -74,13 +74,13 @@ std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const study::Pair
       std::pair(reference.path().md(extras.first_reference), reference.path().md(reference.path().stations() - 1)),
       std::pair(offset_path.md(extras.first), offset_path.md(offset_path.stations() - 1))};
   e.state_ = std::make_unique<proximity::ContactState>(proximity::contact_state(
-      {&drawn, s.reference.slot, s.reference_slot_sd, extras.first_reference, 0},
+      {&drawn, s.reference.slot, extras.reference_slot_sd, extras.first_reference, 0},
       {&offset_errors, well.slot, extras.slot_sd, extras.first, static_cast<std::uint32_t>(offset + 1)}, shared,
       e.radii_));
   e.hits_ = std::make_unique<proximity::HitState>(*e.state_);
   e.reference_sources_ = drawn.sources;
   e.offset_sources_ = offset_errors.sources;
-  e.slots_.diagonal() = s.reference_slot_sd.cwiseAbs2() + extras.slot_sd.cwiseAbs2();
+  e.slots_.diagonal() = extras.reference_slot_sd.cwiseAbs2() + extras.slot_sd.cwiseAbs2();
   e.touching_ = proximity::touching_pairs(
       reference.path(), extras.first_reference, offset_path, extras.first,
       [&](const PathPoint& a, const PathPoint& b) {

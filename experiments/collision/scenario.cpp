@@ -63,11 +63,17 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   static_cast<study::WellPairs&>(s) = study::read_well_pairs(c);
   s.seed = seed;
-  s.reference_slot_sd = read_slot_sd(c, "survey.slot_sd_m");
+  const Eigen::Vector3d reference_slot_sd = read_slot_sd(c, "survey.slot_sd_m");
   std::vector<config::ConfigReader> entries = c.tables("offset");
   for (std::size_t o = 0; o < entries.size(); ++o) {
     WellExtras extras;
-    extras.slot_sd = read_slot_sd(entries[o], "slot_sd_m");
+    if (s.offsets[o].kickoff) {
+      entries[o].require(!entries[o].has("slot_sd_m"), "slot_sd_m",
+                         "a sidetrack has the slot of the reference, and its error moves both: leave slot_sd_m out");
+    } else {
+      extras.reference_slot_sd = reference_slot_sd;
+      extras.slot_sd = read_slot_sd(entries[o], "slot_sd_m");
+    }
     set_first_stations(entries[o], s, s.offsets[o], extras);
     s.extras.push_back(extras);
   }

@@ -13,8 +13,10 @@ namespace surveymc::studies::collision {
 
 /// What a well of the study has besides those of study::WellPairs.
 struct WellExtras {
-  Eigen::Vector3d slot_sd = Eigen::Vector3d::Zero();  ///< north, east, down, m
-  std::size_t first_reference = 0, first = 0;         ///< stations from which on both wells of the pair count
+  /// Of the place of the reference and of this well: north, east, down, m. Zero for a sidetrack: one hole, one place,
+  /// which moves both wells alike.
+  Eigen::Vector3d reference_slot_sd = Eigen::Vector3d::Zero(), slot_sd = Eigen::Vector3d::Zero();
+  std::size_t first_reference = 0, first = 0;  ///< stations from which on both wells of the pair count
 };
 
 struct Scenario : study::WellPairs {
@@ -22,7 +24,6 @@ struct Scenario : study::WellPairs {
   study::EventRun run;
   study::Annotations annotations;
   propagate::VerticalRule vertical = propagate::VerticalRule::tilt;
-  Eigen::Vector3d reference_slot_sd = Eigen::Vector3d::Zero();
   std::vector<WellExtras> extras;  ///< of the offsets
 };
 

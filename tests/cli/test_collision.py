@@ -261,6 +261,24 @@ class Wells(Case):
             self.assertLess(abs((found[a][1] + found[b][1]) / 2 - between), .3 + .15 * abs(between), found)
             self.assertEqual(found[a][2], diluted, found)
 
+    def test_the_error_of_a_place_moves_a_well_and_its_sidetrack_alike(self):
+        self.write("side.csv", "md_m,inclination_deg,azimuth_deg\n" +
+                   "".join(f"{30 * k},{max(0, 2 * (k - 10))},90\n" for k in range(20)))
+        entry = '[[offset]]\nname = "side"\nfile = "side.csv"\nkickoff_md_m = 300.0\n'
+        offset = RIGID[RIGID.index("[[offset]]"):RIGID.index("[separation]")]
+        found = []
+        for sd in ("[5.0, 8.0, 0.0]", "[0.0, 0.0, 0.0]"):
+            for formulation in ("shared", "independent"):
+                path = self.run_config(config=self.changed((offset, entry), ("[5.0, 8.0, 0.0]", sd), ("1e-9", "20"),
+                                                           ('"independent"', f'"{formulation}"')))
+                found.append([list(column(path, "tables/probability", c))
+                              for c in ("analytic", "monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high")])
+        self.assertGreater(found[0][1][0], 0)
+        self.assertNotEqual(found[0], found[1])  # other formulations are other draws
+        self.assertEqual(found[:2], found[2:])
+        self.refused(BAD_INPUT, "check", self.changed((offset, entry + "slot_sd_m = [5.0, 8.0, 0.0]\n")),
+                     says=r"slot_sd_m.*error moves both")
+
     def test_bad_input_is_refused_with_place_and_rule(self):
         for changes, says in (
                 ([("[25.0, 0.0, 0.0]", "[0.5, 0.0, 0.0]")], r"slot_m.*touch as surveyed.*probability is 1"),
