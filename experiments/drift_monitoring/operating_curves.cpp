@@ -1,6 +1,5 @@
 /// Calibration of the baselines of drift_monitoring to the false alarms of the SPRT, and operating curves.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -86,16 +85,16 @@ struct CalibrationInput {
   double sample_s, noise_to_signal;
   Eigen::Index train, memory_vectors;
   double bandwidth;
-  std::array<double, 4> sprt;  // false alarm, missed alarm, shift, variance
-  double allowance;
-  std::uint64_t trials, seed;
-  random::StudyId study;
+  monitoring::SprtOptions sprt;
+  monitoring::CusumOptions cusum;
+  std::uint64_t trials;
+  random::StudySeed seed;
   bool operator==(const CalibrationInput&) const = default;
 };
 
 Calibration calibrate(const CalibrationInput& in, const std::atomic<bool>* stop) {
   Scenario s;
-  s.seed = {in.seed, in.study};
+  s.seed = in.seed;
   s.data.sensors.resize(static_cast<std::size_t>((*in.samples).cols()));
   s.data.sample_s = in.sample_s;
   s.data.noise_to_signal = in.noise_to_signal;
@@ -104,8 +103,8 @@ Calibration calibrate(const CalibrationInput& in, const std::atomic<bool>* stop)
   set_samples(s.data, *in.samples);
   s.memory_vectors = in.memory_vectors;
   s.bandwidth = in.bandwidth;
-  s.sprt = {in.sprt[0], in.sprt[1], in.sprt[2], in.sprt[3]};
-  s.cusum.allowance = in.allowance;
+  s.sprt = in.sprt;
+  s.cusum = in.cusum;
   s.calibration_trials = in.trials;
   return calibration_of(s, stop);
 }
@@ -118,19 +117,16 @@ void calibrate_baselines(Scenario& s, const montecarlo::RunOptions& options) {
   if (s.model) {
     found = calibration_of(s, options.stop);
   } else {
-    const CalibrationInput in{
-        simulated_samples(s.data, options),
-        s.data.sample_s,
-        s.data.noise_to_signal,
-        s.data.train,
-        s.memory_vectors,
-        s.bandwidth,
-        {s.sprt.false_alarm, s.sprt.missed_alarm, s.sprt.shift, s.sprt.variance},
-        s.cusum.allowance,
-        s.calibration_trials,
-        s.seed.seed,
-        s.seed.study,
-    };
+    const CalibrationInput in{simulated_samples(s.data, options),
+                              s.data.sample_s,
+                              s.data.noise_to_signal,
+                              s.data.train,
+                              s.memory_vectors,
+                              s.bandwidth,
+                              s.sprt,
+                              s.cusum,
+                              s.calibration_trials,
+                              s.seed};
     found = *shared_work(options.shared, in, calibrate, in.samples.bytes(), options.stop);
   }
   s.calibration_alarms = found.alarms;

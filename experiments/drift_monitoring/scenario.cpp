@@ -185,24 +185,16 @@ void read_architectures(config::ConfigReader& c, Scenario& s) {
   }
 }
 
-/// Everything that predictions without drift depend on, to the bit.
-std::string without_drift(const Scenario& s) {
+PredictionInput without_drift(const Scenario& s) {
   const MonitoringData& d = s.data;
-  std::string what =
-      fmt::format("{} {:a} {:a} {} {} {} {:a} {:a} {:a} {:a} {:a}", s.seed.seed, d.sample_s, d.noise_to_signal, d.rows,
-                  d.train, s.memory_vectors, s.bandwidth, s.filter.process_variance, s.filter.measurement_variance,
-                  s.filter.initial_variance, s.filter.gate);
-  for (const monitoring::Architecture a : s.architectures) what += fmt::format(" {}", monitoring::name(a));
-  what += fmt::format(" {:a}", d.schedule.step_h);
-  for (const double rate : d.schedule.rates) what += fmt::format(" {:a}", rate);
-  return what;
+  return {s.seed,           d.schedule,  d.sample_s, d.noise_to_signal, d.rows,      d.train,
+          s.memory_vectors, s.bandwidth, s.filter,   s.architectures,   std::nullopt};
 }
 
-/// The same with drift.
-std::string with_drift(const Scenario& s) {
-  std::string what = fmt::format("{} drift {:a} {:a}", without_drift(s), s.start_h, s.data.test_end_h);
-  for (const double x : s.amplitude) what += fmt::format(" {:a}", x);
-  return what;
+PredictionInput with_drift(const Scenario& s) {
+  PredictionInput input = without_drift(s);
+  input.drift = {{s.amplitude.begin(), s.amplitude.end()}, s.start_h, s.data.test_end_h};
+  return input;
 }
 
 }  // namespace

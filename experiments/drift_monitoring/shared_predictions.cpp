@@ -15,11 +15,11 @@ std::size_t bytes_of(const Predictions& predictions) {
 
 }  // namespace
 
-std::shared_ptr<SharedPredictions> SharedPredictions::of(const std::string& what) {
+std::shared_ptr<SharedPredictions> SharedPredictions::of(const PredictionInput& input) {
   static std::mutex mutex;
-  static std::map<std::string, std::weak_ptr<SharedPredictions>> all;
+  static std::map<PredictionInput, std::weak_ptr<SharedPredictions>> all;
   const std::lock_guard lock(mutex);
-  std::weak_ptr<SharedPredictions>& known = all[what];
+  std::weak_ptr<SharedPredictions>& known = all[input];
   std::shared_ptr<SharedPredictions> shared = known.lock();
   if (!shared) known = shared = std::make_shared<SharedPredictions>();
   const std::lock_guard own(shared->mutex_);

@@ -171,14 +171,13 @@ void divide_file(config::ConfigReader& c, MonitoringData& d, bool has_model) {
 
 /// What its samples without noise depend on.
 struct Well {
-  double step_h;
-  std::vector<double> rates;
+  monitoring::InjectionSchedule schedule;
   double sample_s;
   bool operator==(const Well&) const = default;
 };
 
 monitoring::Samples simulate(const Well& w, const std::atomic<bool>*) {
-  return 1e-3 * monitoring::simulate_gas_lift({}, {w.step_h, w.rates}, w.sample_s, 5);
+  return 1e-3 * monitoring::simulate_gas_lift({}, w.schedule, w.sample_s, 5);
 }
 
 }  // namespace
@@ -208,7 +207,7 @@ bool operator==(const ExactSamples& a, const ExactSamples& b) {
 }
 
 ExactSamples simulated_samples(const MonitoringData& d, const montecarlo::RunOptions& options) {
-  return {shared_work(options.shared, Well{d.schedule.step_h, d.schedule.rates, d.sample_s}, simulate,
+  return {shared_work(options.shared, Well{d.schedule, d.sample_s}, simulate,
                       sizeof(double) * 4 * static_cast<std::size_t>(d.rows), options.stop)};
 }
 

@@ -2,6 +2,7 @@
 /// A gas-lifted oil well with four pressure gauges: public stand-in for the OLGA model of Boechat, Moreno and Haramura.
 /// Eikrem-type model with three states; the parameters are ours.
 #include <array>
+#include <compare>
 #include <vector>
 
 #include "monitoring/samples.h"
@@ -49,6 +50,7 @@ GasLiftState gas_lift_step(const GasLiftWell& well, const GasLiftState& state, d
 struct InjectionSchedule {
   double step_h = 7.5;
   std::vector<double> rates;
+  auto operator<=>(const InjectionSchedule&) const = default;
 };
 /// 30 steps, 12 to train and 18 to test, between .40 and .90 kg/s. `out_of_range`: the last six are .92 to 1.10.
 InjectionSchedule gas_lift_schedule(bool out_of_range);

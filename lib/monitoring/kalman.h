@@ -1,6 +1,7 @@
 #pragma once
 /// Kalman filter that follows the drift of sensors as a random walk.
 #include <cmath>
+#include <compare>
 
 #include <Eigen/Core>
 
@@ -12,6 +13,7 @@ struct DriftFilterOptions {
   double measurement_variance = 0.3;  ///< Q: of reading less prediction
   double initial_variance = 0;        ///< M before the first sample
   double gate = 0;                    ///< a sample with |z - d| > gate sqrt(Q) in any sensor is skipped; 0: none is
+  auto operator<=>(const DriftFilterOptions&) const = default;
 };
 
 /// Boechat, Moreno and Haramura, steps 1-5 of section 2.2:

@@ -7,6 +7,7 @@ struct SprtOptions {
   double false_alarm = 0.05, missed_alarm = 0.10;  ///< alpha and beta: per decision, not per hour
   double shift = 3;                                ///< M, of the mean under H1, z
   double variance = 0.09;                          ///< sigma^2 of the sensor's noise, as the test assumes it, z squared
+  bool operator==(const SprtOptions&) const = default;
 };
 
 /// Bounds of eq 9, A being the lower one: ln A = ln(beta / (1 - alpha)), ln B = ln((1 - beta) / alpha).
@@ -47,6 +48,7 @@ class Sprt {
 struct CusumOptions {
   double allowance = 0.5;  ///< z subtracted from every sample
   double threshold = 5;    ///< of the sum, z
+  bool operator==(const CusumOptions&) const = default;
 };
 
 /// Page's cumulative sums, C = max(0, C +- d - allowance); an alarm at the threshold, and C = 0.

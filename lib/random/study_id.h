@@ -1,5 +1,6 @@
 #pragma once
 /// Which study a draw belongs to. Two studies on one seed share no draw, because their ids differ.
+#include <compare>
 #include <cstdint>
 #include <string_view>
 
@@ -36,6 +37,7 @@ std::string_view name_of(StudyId id);
 struct StudySeed {
   std::uint64_t seed = 0;  ///< of the config
   StudyId study = StudyId::none;
+  auto operator<=>(const StudySeed&) const = default;
 };
 
 }  // namespace surveymc::random

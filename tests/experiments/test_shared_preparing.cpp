@@ -12,15 +12,18 @@ using namespace surveymc::study;
 
 namespace {
 
-/// The smoke config with one key swept, and all else fixed.
-RunPlan drifting(const std::vector<std::string>& sweep) {
+RunPlan run_of(const std::string& config, std::vector<std::string> set, const std::vector<std::string>& more) {
   const std::vector<Experiment> studies = studies::all_experiments();
   const auto of = std::find_if(studies.begin(), studies.end(),
                                [](const Experiment& e) { return e.id == random::StudyId::drift_monitoring; });
-  std::vector<std::string> set = {"trials=2", "sprt.shift_z=3.0", "baselines.calibration_trials=2", "series_every=0"};
-  set.insert(set.end(), sweep.begin(), sweep.end());
-  return read_run(*of,
-                  config::Config::load(std::string(SURVEYMC_SOURCE_DIR) + "/configs/smoke/drift_monitoring.toml", set));
+  set.insert(set.end(), more.begin(), more.end());
+  return read_run(*of, config::Config::load(std::string(SURVEYMC_SOURCE_DIR) + "/configs/" + config, set));
+}
+
+/// The smoke config with one key swept, and all else fixed.
+RunPlan drifting(const std::vector<std::string>& sweep) {
+  return run_of("smoke/drift_monitoring.toml",
+                {"trials=2", "sprt.shift_z=3.0", "baselines.calibration_trials=2", "series_every=0"}, sweep);
 }
 
 std::vector<std::string> tallies(const checkpoint::Part& part) {
@@ -56,5 +59,33 @@ TEST_CASE("Points of drift_monitoring share simulation, bandwidth search and cal
       CHECK(tallies(run_part(alone, PartChoice::of_point(i), {}, {})).at(0) == together.at(i));
       CHECK(alone.shared().made() == 3);
     }
+  }
+}
+
+TEST_CASE("Points of drift_monitoring that share predictions have the tallies of points that compute their own") {
+  const auto run = [](const std::string& key) {
+    return run_of("monitoring/table1.toml",
+                  {"trials=2", "source.sample_s=300.0", "model.memory_vectors=25", "baselines.calibration_trials=2",
+                   "series_every=0"},
+                  {key});
+  };
+  for (const auto& [key, values] :
+       std::vector<std::pair<std::string, std::vector<std::string>>>{{"sprt.shift_z", {"2.0", "3.0"}},
+                                                                     {"drift.amplitude_z", {"2.0", "4.0"}},
+                                                                     {"drift.start_h", {"4.0", "8.0"}},
+                                                                     {"filter.gate", {"3.0", "4.0"}},
+                                                                     {"filter.process_variance_z2", {"1e-4", "4e-4"}},
+                                                                     {"model.bandwidth", {"0.2", "0.3"}},
+                                                                     {"model.memory_vectors", {"25", "30"}},
+                                                                     {"source.noise_to_signal", {"0.2", "0.3"}},
+                                                                     {"source.train_h", {"60.0", "90.0"}},
+                                                                     {"source.step_h", {"6.0", "7.5"}},
+                                                                     {"source.sample_s", {"300.0", "360.0"}}}) {
+    INFO(key);
+    std::vector<std::string> alone;  // before there is anything to share
+    for (const std::string& value : values)
+      alone.push_back(tallies(run_part(run(key + "=" + value), PartChoice::of_point(0), {}, {})).at(0));
+    const RunPlan both = run("sweep." + key + "=[" + values[0] + ", " + values[1] + "]");
+    CHECK(tallies(run_part(both, {checkpoint::PointRange{0, 2, 1}}, {}, {})) == alone);
   }
 }
