@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "base/standard_deviation.h"
 #include "base/units.h"
 #include "error_model_monte_carlo/study.h"
 #include "propagate/ellipse.h"
@@ -197,7 +198,7 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
           own.back().margin = kNaN;
           own.back().note = "its effects nearly cancel here: not judged";
         }
-        b.across = std::sqrt(std::max(0.0, square));
+        b.across = standard_deviation(square);
         for (study::ComparisonRow& row : own) {
           rows.push_back(std::move(row));
           beside.push_back(b);

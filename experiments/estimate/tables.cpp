@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/standard_deviation.h"
 #include "base/units.h"
 #include "stats/intervals.h"
 #include "study/table_rows.h"
@@ -31,7 +32,7 @@ store::Table parameters_table(const analysis::ReadingsAnalysis& a, const analysi
     t.number("ci_low", "1", "lower bound of the confidence interval", x - z * sd);
     t.number("ci_high", "1", "upper bound of the confidence interval", x + z * sd);
     t.number("sd_noise", "1", "part of sd that the sensors' noise makes",
-             std::sqrt(std::max(0.0, a.covariance(i, i) - by_reference)));
+             standard_deviation(a.covariance(i, i) - by_reference));
     t.number("sd_reference", "1", "part of sd that the reference field's uncertainty makes", std::sqrt(by_reference));
     t.number("sd_a_posteriori", "1", "sd times the root of the variance factor of the residuals", s0 * sd);
     t.number("deviation_sd", "1", "estimate less that of a perfect tool, over sd", (x - (i < 3 ? 1 : 0)) / sd);

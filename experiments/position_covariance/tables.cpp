@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "base/standard_deviation.h"
 #include "base/units.h"
 #include "propagate/ellipse.h"
 #include "store/result_file.h"
@@ -22,7 +23,7 @@ using Eigen::Vector3d;
 
 constexpr const char* kNevCovariance = "covariance, north, east, vertical (down), true north";
 
-/// [0, 360); 0 for a vertical direction.
+/// [0, 360); 0 for a vertical direction, NaN of one that is not there.
 double azimuth_deg(const Vector3d& v) {
   if (std::hypot(v.x(), v.y()) < 1e-12) return 0;
   const double a = std::atan2(v.y(), v.x()) / kDegree;
@@ -39,7 +40,7 @@ store::Table covariance_table(const survey::Survey& survey, const propagate::Too
     const Matrix3d &c = result.total[k], to_hla = survey::rotation_hla_from_nev(s.inclination, s.azimuth);
     const Matrix3d hla = to_hla * c * to_hla.transpose();
     const auto sd = [&](const char* name, double variance) {
-      t.number(name, "m", "one standard deviation", std::sqrt(std::max(0.0, variance)));
+      t.number(name, "m", "one standard deviation", standard_deviation(variance));
     };
     t.number("md_m", "m", "measured depth", s.md);
     t.covariance("nev", kNevCovariance, c);

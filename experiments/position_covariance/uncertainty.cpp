@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/standard_deviation.h"
 #include "base/units.h"
 #include "propagate/ellipse.h"
 #include "stats/intervals.h"
@@ -113,11 +114,10 @@ store::Table uncertainty_table(const survey::Survey& survey, const propagate::To
         t.number(level.name + "_m", "m", level.meaning, sd * (is_axis ? level.ellipse : level.line));
       t.number("azimuth_deg", "deg", "of an axis of the ellipse, true north, 0 to 180", azimuth / kDegree);
     };
-    // A variance that is not there (NaN) stays so; one below zero is a rounded zero.
-    const auto sd = [](double variance) { return variance < 0 ? 0.0 : std::sqrt(variance); };
     constexpr std::array<const char*, 6> kDirections{"north", "east", "vertical", "high_side", "lateral", "along_hole"};
     for (int i = 0; i < 6; ++i)
-      row(kDirections[static_cast<std::size_t>(i)], sd(i < 3 ? c(i, i) : hla(i - 3, i - 3)), false, kNaN);
+      row(kDirections[static_cast<std::size_t>(i)], standard_deviation(i < 3 ? c(i, i) : hla(i - 3, i - 3)), false,
+          kNaN);
     row("semi_major", e.semi_major, true, e.azimuth);
     row("semi_minor", e.semi_minor, true, std::fmod(e.azimuth + kPi / 2, kPi));
   }

@@ -1,10 +1,10 @@
 #include "analysis/sensor_prediction.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include <Eigen/LU>
 
+#include "base/standard_deviation.h"
 #include "base/units.h"
 #include "propagate/ellipse.h"
 #include "propagate/sensor_error_covariance.h"
@@ -26,7 +26,7 @@ constexpr double kZero = 1e-6;
 PositionPrediction::PositionPrediction(const Matrix3d& c) : covariance(c), horizontal_weight(Matrix2d::Constant(kNaN)) {
   const auto eigen = stats::symmetric_eigen(c);
   for (int a = 0; a < 3; ++a) {
-    sd[a] = std::sqrt(std::max(0.0, eigen.values[2 - a]));
+    sd[a] = standard_deviation(eigen.values[2 - a]);
     axes.col(a) = eigen.vectors.col(2 - a);
   }
   for (int a = 1; a < 3; ++a)

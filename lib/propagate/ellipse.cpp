@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/standard_deviation.h"
 #include "base/units.h"
 #include "stats/linear_algebra.h"
 
@@ -16,8 +17,13 @@ constexpr double kSingular = 1e-14;  // an eigenvalue below this part of the lar
 }  // namespace
 
 Ellipse ellipse(const Eigen::Matrix2d& covariance) {
-  const stats::SmallSymmetricEigen<2> eigen = stats::symmetric_eigen(covariance);
   Ellipse e;
+  if (!covariance.allFinite()) {
+    e.semi_major = e.semi_minor = e.azimuth = kNaN;
+    e.axes.setConstant(kNaN);
+    return e;
+  }
+  const stats::SmallSymmetricEigen<2> eigen = stats::symmetric_eigen(covariance);
   const double largest = std::max(0.0, eigen.values[1]), smallest = eigen.values[0];
   e.semi_major = std::sqrt(largest);
   e.semi_minor = smallest > kSingular * largest ? std::sqrt(smallest) : 0.0;
@@ -34,8 +40,13 @@ Ellipse ellipse(const Eigen::Matrix2d& covariance) {
 }
 
 Ellipsoid ellipsoid(const Eigen::Matrix3d& covariance) {
-  const stats::SmallSymmetricEigen<3> eigen = stats::symmetric_eigen(covariance);
   Ellipsoid e;
+  if (!covariance.allFinite()) {
+    e.semi_axes.setConstant(kNaN);
+    e.axes.setConstant(kNaN);
+    return e;
+  }
+  const stats::SmallSymmetricEigen<3> eigen = stats::symmetric_eigen(covariance);
   if ((covariance - Eigen::Matrix3d(covariance.diagonal().asDiagonal())).cwiseAbs().maxCoeff() <=
       kRounding * covariance.diagonal().maxCoeff()) {
     // The axes are N, E, V (a vertical hole): of equal ones, rounding must not choose the order or turn them.
@@ -44,7 +55,7 @@ Ellipsoid ellipsoid(const Eigen::Matrix3d& covariance) {
                      [&](int i, int j) { return covariance(i, i) - covariance(j, j) > kRounding * covariance(i, i); });
     for (int i = 0; i < 3; ++i) {
       const int axis = order[static_cast<std::size_t>(i)];
-      e.semi_axes[i] = std::sqrt(std::max(0.0, covariance(axis, axis)));
+      e.semi_axes[i] = standard_deviation(covariance(axis, axis));
       e.axes.col(i) = Eigen::Vector3d::Unit(axis);
     }
     return e;

@@ -3,7 +3,8 @@
 
 namespace surveymc::propagate {
 
-/// One-sigma ellipse of a 2x2 covariance (north, east): the eigenvectors are its axes.
+/// One-sigma ellipse of a 2x2 covariance (north, east): the eigenvectors are its axes. All NaN where the covariance is
+/// not finite.
 struct Ellipse {
   double semi_major = 0, semi_minor = 0;  ///< standard deviations along the axes, metres; 0 for a singular covariance
   double azimuth = 0;                     ///< of the major axis, rad clockwise from north, in [0, pi); 0 for a circle
@@ -11,7 +12,7 @@ struct Ellipse {
 };
 Ellipse ellipse(const Eigen::Matrix2d& covariance);
 
-/// One-sigma ellipsoid of a 3x3 covariance (N, E, V).
+/// One-sigma ellipsoid of a 3x3 covariance (N, E, V). All NaN where the covariance is not finite.
 struct Ellipsoid {
   Eigen::Vector3d semi_axes;  ///< standard deviations along the axes, metres, largest first; 0 where singular
   Eigen::Matrix3d axes;       ///< columns: their unit vectors, V >= 0 (pointing down)

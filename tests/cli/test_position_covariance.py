@@ -418,6 +418,24 @@ class Models(CovarianceCase):
         self.refused(BAD_INPUT, "run", "legs.toml", says=r"legs\.toml:\d+: leg\[0\]\.from_md_m = 1500: no station is deeper")
 
 
+class NoCovariance(CovarianceCase):
+    """A gyrocompass code has a pole at exactly 90 deg: there is no covariance from there on, and none is not zero."""
+
+    def setUp(self):
+        super().setUp()
+        self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n0,0,0\n100,0,0\n200,30,45\n300,60,45\n400,90,45\n500,90,45\n")
+        self.write("base.toml", CONFIG.replace('"iscwsa_mwd_rev5.10"', '"GYRO-NS"') + "latitude_deg = 60.0\n")
+
+    def test_every_figure_of_it_is_no_number(self):
+        path = self.run_config()
+        for table, columns in (("covariance", ("nn_m2", "sd_north_m", "sd_east_m", "sd_vertical_m", "sd_high_side_m", "sd_lateral_m",
+                                               "sd_along_hole_m", "semi_major_m", "semi_minor_m", "major_azimuth_deg")),
+                               ("ellipsoid", ("axis1_m", "axis2_m", "axis3_m", "axis1_azimuth_deg", "axis3_inclination_deg"))):
+            for name in columns:
+                self.assertEqual(list(np.isnan(column(path, f"tables/{table}", name))), 4 * [False] + 2 * [True], name)
+        self.assertTrue(np.isnan(column(path, "tables/uncertainty", "sd_m")).all())
+
+
 class Published(CovarianceCase):
     ENTRY = '[[published]]\nsource = "me"\ntable = "{}"\nmd_m = {}\nvalues = {{ {} }}\n{}'
 

@@ -132,6 +132,22 @@ TEST_CASE("An ellipse has the covariance's eigenvectors as axes and its azimuth 
   CHECK(ellipse_coverage(3) == Approx(0.9888910034617577).epsilon(1e-15));
 }
 
+TEST_CASE("Where there is no covariance an ellipse and an ellipsoid have no axes, not ones of no length") {
+  for (const double none : {kNaN, static_cast<double>(INFINITY)}) {
+    for (const double off_diagonal : {0.0, none}) {
+      Eigen::Matrix3d c = Eigen::Vector3d(none, none, 4).asDiagonal();
+      c(0, 2) = c(2, 0) = off_diagonal;
+      const Ellipse flat = ellipse(c.topLeftCorner<2, 2>());
+      CHECK(std::isnan(flat.semi_major));
+      CHECK(std::isnan(flat.semi_minor));
+      CHECK(std::isnan(flat.azimuth));
+      CHECK(flat.axes.array().isNaN().all());
+      CHECK(ellipsoid(c).semi_axes.array().isNaN().all());
+      CHECK(ellipsoid(c).axes.array().isNaN().all());
+    }
+  }
+}
+
 TEST_CASE("An ellipsoid has the covariance's eigenvectors as axes, largest first, pointing down") {
   const Eigen::Matrix3d q = survey::rotation_hla_from_nev(0.7, 2.0);  // any rotation
   for (const Eigen::Vector3d& sd :
