@@ -21,6 +21,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "propagate/ellipse.h"
+#include "propagate/hole_direction.h"
 #include "random/study_stream.h"
 #include "stats/antithetic.h"
 #include "study/position_comparison.h"
@@ -98,8 +99,10 @@ void ErrorModelMonteCarlo::predict() {
     const propagate::DrawnErrors<double> none{0, 0, 0, 0};
     d.truth =
         positions[d.point.station - 1] + survey::to_eigen(propagate::drawn_leg_point(leg, none, none, d.point.share));
-    const survey::Station& at = s_.survey.stations[d.point.station];
-    d.hla = survey::rotation_hla_from_nev(at.inclination, at.azimuth);
+    const std::vector<survey::Station>& stations = s_.survey.stations;
+    const propagate::HoleDirection along =
+        propagate::hole_direction(stations[d.point.station - 1], stations[d.point.station], d.point.share);
+    d.hla = survey::rotation_hla_from_nev(along.inclination, along.azimuth);
     d.effects = propagate::draw_effects(errors_, d.point, propagate::FirstOrder::minimum_curvature);
     const Matrix3d exact = propagate::covariance_of(d.effects);
     for (const std::string& name : s_.formulations) {

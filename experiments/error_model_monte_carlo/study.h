@@ -31,7 +31,7 @@ struct Depth {
   double md = 0;  ///< m
   propagate::WellPoint point;
   Eigen::Vector3d truth;     ///< position, N E V from the first station, m
-  Eigen::Matrix3d hla;       ///< hla = m nev, at the deeper end of the point's leg
+  Eigen::Matrix3d hla;       ///< hla = m nev; the hole turns along the arc
   Eigen::Matrix3Xd effects;  ///< of every draw, exact first order: the control
   std::vector<Formulation> formulations;
 };

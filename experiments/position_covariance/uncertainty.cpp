@@ -16,7 +16,6 @@ namespace surveymc::studies::position_covariance {
 namespace {
 
 using Eigen::Matrix3d;
-using Eigen::Vector3d;
 
 /// A column of the table: so many standard deviations of a direction, and of the ellipse's axes.
 struct Level {
@@ -46,18 +45,6 @@ std::vector<Level> levels_of(const UncertaintyReport& report) {
   return out;
 }
 
-Vector3d tangent(const survey::Station& s) {
-  return survey::to_eigen(survey::tangent_N({s.inclination, s.azimuth, 0}));
-}
-
-/// The direction at the share `f` of the arc from t0 to t1.
-Vector3d tangent_between(const Vector3d& t0, const Vector3d& t1, double f) {
-  const double beta = 2 * std::atan2((t1 - t0).norm(), (t1 + t0).norm());
-  constexpr double kStraight = 1e-8;  // below it the arc is its chord to the last bit
-  if (beta < kStraight) return ((1 - f) * t0 + f * t1).normalized();
-  return (std::sin((1 - f) * beta) * t0 + std::sin(f * beta) * t1) / std::sin(beta);
-}
-
 }  // namespace
 
 UncertaintyReport read_uncertainty_report(config::ConfigReader& c, const survey::Survey& survey) {
@@ -85,11 +72,10 @@ PlaceInHole place_at(const survey::Survey& survey, const std::vector<Matrix3d>& 
   const auto at = std::lower_bound(stations.begin(), stations.end(), md,
                                    [](const survey::Station& s, double depth) { return s.md < depth; });
   const auto k = static_cast<std::size_t>(at - stations.begin());
-  if (stations[k].md == md) return {covariances[k], stations[k].inclination, stations[k].azimuth};
+  if (stations[k].md == md) return {covariances[k], {stations[k].inclination, stations[k].azimuth}};
   const double f = (md - stations[k - 1].md) / (stations[k].md - stations[k - 1].md);
-  const Vector3d t = tangent_between(tangent(stations[k - 1]), tangent(stations[k]), f);
-  return {(1 - f) * covariances[k - 1] + f * covariances[k], std::atan2(std::hypot(t.x(), t.y()), t.z()),
-          std::atan2(t.y(), t.x())};
+  return {(1 - f) * covariances[k - 1] + f * covariances[k],
+          propagate::hole_direction(stations[k - 1], stations[k], f)};
 }
 
 store::Table uncertainty_table(const survey::Survey& survey, const propagate::ToolCovariances& result,
@@ -104,7 +90,7 @@ store::Table uncertainty_table(const survey::Survey& survey, const propagate::To
   for (const double md : report.md) {
     const PlaceInHole place = place_at(survey, result.total, md);
     const Matrix3d& c = place.covariance;
-    const Matrix3d to_hla = survey::rotation_hla_from_nev(place.inclination, place.azimuth);
+    const Matrix3d to_hla = survey::rotation_hla_from_nev(place.direction.inclination, place.direction.azimuth);
     const Matrix3d hla = to_hla * c * to_hla.transpose();
     const propagate::Ellipse e = propagate::ellipse(c.topLeftCorner<2, 2>());
     const auto row = [&](const char* quantity, double sd, bool is_axis, double azimuth) {

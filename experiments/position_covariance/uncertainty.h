@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "config/config.h"
+#include "propagate/hole_direction.h"
 #include "propagate/tool_covariance.h"
 #include "store/table.h"
 #include "survey/survey.h"
@@ -21,12 +22,12 @@ UncertaintyReport read_uncertainty_report(config::ConfigReader& c, const survey:
 
 /// Covariance and direction of the hole at a measured depth within the survey. Between stations the covariance is
 /// linear in measured depth, and the hole turns along the arc of minimum curvature at a constant rate.
-///   C = (1 - f) C0 + f C1,   t = (sin((1 - f) beta) t0 + sin(f beta) t1) / sin beta,   f = (md - md0) / (md1 - md0)
+///   C = (1 - f) C0 + f C1,   f = (md - md0) / (md1 - md0)
 /// Errors that were linear in measured depth would have f (1 - f) cov(e1 - e0) less: what is reported is not less than
 /// that, and is the covariance itself at a station.
 struct PlaceInHole {
   Eigen::Matrix3d covariance;  ///< N, E, V (true north), m2
-  double inclination = 0, azimuth = 0;
+  propagate::HoleDirection direction;
 };
 PlaceInHole place_at(const survey::Survey& survey, const std::vector<Eigen::Matrix3d>& covariances, double md);
 

@@ -108,6 +108,29 @@ class Results(Case):
         self.assertLess(abs(float(sampled["monte_carlo"]) - float(exact["monte_carlo"])), 3 * half + 1e-9)
         self.assertLess(half, 0.01 * float(exact["monte_carlo"]))
 
+    def test_between_stations_high_side_is_that_of_the_hole_there(self):
+        (self.path / "bend.csv").write_text("md_m,inclination_deg,azimuth_deg\n0,0,0\n300,0,0\n400,60,0\n500,90,90\n")
+        (self.path / "tool.toml").write_text(
+            'first_leg = "once"\nterms = [{ code = "DRFR", function = "DREF", magnitude = 0.35, unit = "m", mode = "R" }]\n')
+        self.run_config(re.sub(r"report_md_m.*\n", "report_md_m = [150.0, 350.0, 400.0]\n", re.sub(r"\[well\][^[]*", "", WELL))
+                        .replace('error_model = "iscwsa_mwd_rev5.10"\n', "") +
+                        '[survey]\nfile = "bend.csv"\nunusual = "allow"\n[error_model]\nfile = "tool.toml"\n')
+
+        def row(depth, direction):
+            return [r for r in self.table("position_hla", formulation="iscwsa", quantity=f"sd_{direction}")
+                    if float(r["md_m"]) == depth][0]
+        # A vertical hole has its depth error along it, also where the next station is not vertical.
+        self.assertAlmostEqual(float(row(150, "along_hole")["analytic"]), 0.35 / 2, delta=1e-12)
+        self.assertEqual(row(150, "high_side")["note"], "zero to first order")
+        # At 350 m the hole has 30 deg. Balanced tangential, half of the leg's depth error e along its mean direction m:
+        # e (t/2 - m/2) of the station before and e m/2 of the next, t vertical; high side h = (cos 30, 0, -sin 30).
+        s, c = 3 ** 0.5 / 2, 0.5
+        mean = ((0 + s) / 2, (1 + c) / 2)  # north, down
+        for direction, (n, v) in (("high_side", (s, -0.5)), ("along_hole", (0.5, s))):
+            to = 0.5 * (mean[0] * n + mean[1] * v)
+            expected = 0.35 * ((v - to) ** 2 + to ** 2) ** 0.5
+            self.assertAlmostEqual(float(row(350, direction)["analytic"]), expected, delta=1e-9)
+
     def test_a_gyro_is_drawn_too(self):
         text = WELL.replace("iscwsa_mwd_rev5.10", "GYRO-NS-CT").replace("dip_deg = 72.0", "dip_deg = 72.0\nlatitude_deg = 60.0")
         self.run_config(text, "--set", "errors.multiplier=0.1")

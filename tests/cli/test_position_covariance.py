@@ -418,6 +418,19 @@ class Models(CovarianceCase):
         self.refused(BAD_INPUT, "run", "legs.toml", says=r"legs\.toml:\d+: leg\[0\]\.from_md_m = 1500: no station is deeper")
 
 
+class BetweenVerticalStations(CovarianceCase):
+    def test_high_side_is_that_of_the_listed_azimuth(self):
+        self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n0,0,75\n300,0,75\n600,30,75\n1200,30,75\n1500,0,75\n1800,0,75\n")
+        path = self.run_config("--set", "report_md_m=[1500, 1650, 1799.999]")
+        # The covariance between is linear in measured depth, and so is every variance of a direction that stays.
+        of = {(md, q): sd for md, q, sd in zip(*(column(path, "tables/uncertainty", c) for c in ("md_m", "quantity", "sd_m")))}
+        self.assertEqual(sorted({md for md, _ in of}), [1500, 1650, 1799.999, 1800])
+        for direction in ("high_side", "lateral", "along_hole"):
+            ends = of[1500, direction] ** 2, of[1800, direction] ** 2
+            self.assertAlmostEqual(of[1650, direction] ** 2 / (sum(ends) / 2), 1, delta=1e-12)
+            self.assertAlmostEqual(of[1799.999, direction] / of[1800, direction], 1, delta=1e-4)
+
+
 class NoCovariance(CovarianceCase):
     """A gyrocompass code has a pole at exactly 90 deg: there is no covariance from there on, and none is not zero."""
 
