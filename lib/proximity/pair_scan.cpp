@@ -7,7 +7,7 @@
 #include <boost/math/tools/minima.hpp>
 
 #include "base/units.h"
-#include "error_model/model.h"
+#include "propagate/hole_direction.h"
 
 namespace surveymc::proximity {
 
@@ -23,9 +23,7 @@ double positive_turn(double angle) { return angle < 0 ? angle + 2 * kPi : angle;
 
 /// The listed azimuth where the hole is vertical, so that a direction about it means what the survey says.
 double azimuth_of(const PairGeometry& g, const PathPoint& p) {
-  if (std::hypot(p.tangent.x(), p.tangent.y()) > std::sin(error_model::kVerticalLimit))
-    return std::atan2(p.tangent.y(), p.tangent.x());
-  return g.reference_survey->stations[p.leg + (p.share == 1 ? 1 : 0)].azimuth;
+  return propagate::azimuth_of(p.tangent, g.reference_survey->stations[p.leg + (p.share == 1 ? 1 : 0)].azimuth);
 }
 
 double toolface_of(const PairGeometry& g, const PathPoint& p, const Vector3d& d) {
