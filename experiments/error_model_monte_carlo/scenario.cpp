@@ -66,18 +66,16 @@ bool has_code(const study::ToolRuns& tools, const std::string& code) {
 }
 
 /// Quadrature takes sources of a few draws: names the others.
-void note_left_out(const config::ConfigReader& c, const study::ToolRuns& tools) {
-  std::vector<std::string> codes;
-  for (const propagate::ToolRun& run : tools.runs)
-    for (const error_model::Term& t : run.model->terms) {
-      const bool is_left_out =
-          t.mode == error_model::PropagationMode::random ||
-          (t.mode == error_model::PropagationMode::systematic && tools.runs.size() > propagate::kMostQuadratureDraws);
-      if (is_left_out && std::find(codes.begin(), codes.end(), t.code) == codes.end()) codes.push_back(t.code);
-    }
-  if (!codes.empty())
-    c.note(fmt::format("errors.sources = \"quadrature\" leaves out {}: more than {} draws each", fmt::join(codes, ", "),
-                       propagate::kMostQuadratureDraws));
+void note_left_out(const config::ConfigReader& c, const Scenario& s) {
+  const propagate::WellErrors errors =
+      propagate::well_errors(s.survey, s.tvd, s.tools.runs, s.field, s.latitude, s.multiplier, s.vertical);
+  std::vector<std::string> sources;
+  for (const propagate::ErrorSource& source : errors.sources)
+    if (!source.draws.empty() && !is_for_quadrature(source))
+      sources.push_back(fmt::format("{} ({})", source.code, error_model::mode_letter(source.mode)));
+  if (!sources.empty())
+    c.note(fmt::format("errors.sources = \"quadrature\" leaves out {}: random, or more than {} draws each",
+                       fmt::join(sources, ", "), propagate::kMostQuadratureDraws));
 }
 
 void read_sources(config::ConfigReader& c, Scenario& s) {
@@ -90,7 +88,7 @@ void read_sources(config::ConfigReader& c, Scenario& s) {
   const std::string& word = words.front();
   if (words.size() == 1 && (word == "total" || word == "each" || word == "quadrature")) {
     s.sources = word == "total" ? Sources::total : word == "each" ? Sources::each : Sources::quadrature;
-    if (s.sources == Sources::quadrature) note_left_out(c, s.tools);
+    if (s.sources == Sources::quadrature) note_left_out(c, s);
     return;
   }
   s.sources = Sources::listed;
@@ -149,6 +147,10 @@ std::vector<study::RowName> judged_rows(const std::vector<std::string>& formulat
 
 }  // namespace
 
+bool is_for_quadrature(const propagate::ErrorSource& source) {
+  return source.mode != error_model::PropagationMode::random && source.draws.size() <= propagate::kMostQuadratureDraws;
+}
+
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
@@ -166,8 +168,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   std::vector<config::SharedModel> models;
   for (const propagate::ToolRun& run : s.tools.runs) models.push_back(run.model);
   s.latitude = study::read_latitude(c, models);
-  study::read_outside_range(c, s.survey, s.tools.runs,
-                            propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude));
+  s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
+  study::read_outside_range(c, s.survey, s.tools.runs, s.validity);
   s.model_place = c.place("error_model");
   s.multiplier = c.number("errors.multiplier", {0, 1000, true, false}, 1);
   s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "tilt" ? propagate::VerticalRule::tilt

@@ -30,6 +30,7 @@ struct Scenario {
   survey::Survey survey;
   std::vector<double> tvd;  ///< m
   study::ToolRuns tools;
+  std::vector<propagate::Validity> validity;
   double multiplier = 1;
   propagate::VerticalRule vertical = propagate::VerticalRule::tilt;
   Sources sources = Sources::total;
@@ -43,6 +44,9 @@ struct Scenario {
   bool samples() const { return sources != Sources::quadrature; }
 };
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
+
+/// True of the sources that Sources::quadrature takes: not random, and of few draws.
+bool is_for_quadrature(const propagate::ErrorSource& source);
 
 /// "iscwsa", "minimum_curvature", "second_order".
 inline const std::vector<std::string> kFormulations{"iscwsa", "minimum_curvature", "second_order"};

@@ -25,6 +25,7 @@
 #include "random/study_stream.h"
 #include "stats/antithetic.h"
 #include "study/position_comparison.h"
+#include "study/validity_tables.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::studies::error_model_monte_carlo {
@@ -75,9 +76,11 @@ ErrorModelMonteCarlo::ErrorModelMonteCarlo(Scenario scenario)
       errors_(
           propagate::well_errors(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.multiplier, s_.vertical)),
       stop_({}, s_.verdict, {}) {
-  for (std::size_t k = 0; k < errors_.at.size(); ++k)
+  // A depth between stations needs the one below it, too.
+  const std::size_t deepest = propagate::point_at(s_.survey, s_.report_md.back()).station;
+  for (std::size_t k = 0; k <= deepest; ++k)
     for (const propagate::DrawEffect& e : errors_.at[k])
-      if (std::isnan(e.depth) && s_.survey.stations[k].md < s_.report_md.back() + 1e-6)
+      if (std::isnan(e.depth))
         s_.model_place.fail(fmt::format(
             "{} has no finite effect at {} m, so that it cannot be drawn: end the survey above, or leave it out",
             errors_.sources[errors_.draws[e.draw].source].code, config::format_number(s_.survey.stations[k].md)));
@@ -133,8 +136,7 @@ void ErrorModelMonteCarlo::predict_sources() {
     const propagate::ErrorSource& source = errors_.sources[i];
     const bool wanted = s_.sources == Sources::listed
                             ? std::find(s_.listed.begin(), s_.listed.end(), source.code) != s_.listed.end()
-                        : s_.sources == Sources::quadrature ? source.draws.size() <= propagate::kMostQuadratureDraws &&
-                                                                  source.mode != error_model::PropagationMode::random
+                        : s_.sources == Sources::quadrature ? is_for_quadrature(source)
                                                             : true;
     if (wanted && !source.draws.empty()) single_.push_back(i);
   }
@@ -369,6 +371,8 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
   r.tables.push_back(covariance_table(tally));
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   if (s_.sources == Sources::each) r.tables.push_back(additivity_table(tally));
+  r.tables.push_back(study::validity_table(s_.survey, s_.tools, s_.validity));
+  r.tables.push_back(study::validity_warnings_table(s_.survey, s_.tools, s_.validity));
   if (s_.save_samples > 0 && s_.samples()) r.samples = {samples_table(tally)};
   return r;
 }

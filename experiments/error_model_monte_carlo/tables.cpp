@@ -23,9 +23,9 @@ namespace {
 constexpr std::array<const char*, 3> kNev{"north", "east", "vertical"};
 constexpr std::array<const char*, 3> kHla{"high_side", "lateral", "along_hole"};
 
-/// No verdict on a direction that first order does not reach.
+/// No verdict on a direction that first order does not reach. `of`: the largest sd; NaN where there is no prediction.
 void unless_reached(study::ComparisonRow& row, double predicted, double of) {
-  if (predicted > 1e-12 * of) return;
+  if (predicted > 1e-12 * of || std::isnan(of)) return;
   row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = row.margin = kNaN;
   row.verdict.clear();
   row.note = "zero to first order";

@@ -14,6 +14,7 @@
 #include "study/annotations.h"
 #include "study/experiment.h"
 #include "study/scenario.h"
+#include "study/validity_tables.h"
 
 namespace surveymc::studies::position_covariance {
 namespace {
@@ -161,11 +162,11 @@ class PositionCovariance final : public study::StudyPoint {
     r.tables.push_back(of_stations(ellipsoid_table(s_.survey, s_.tvd, result, at_station(second_table))));
     r.tables.push_back(tool_codes_table(s_.tools));
     if (!s_.last_only) r.tables.push_back(error_terms_table(s_.tools));
-    r.tables.push_back(validity_table(s_.survey, s_.tools, validity));
+    r.tables.push_back(study::validity_table(s_.survey, s_.tools, validity));
     r.tables.push_back(gyro_table(s_.survey, s_.tools, result));
     r.tables.push_back(published_table(published, s_.margin));
     r.tables.push_back(uncertainty_table(s_.survey, result, s_.report));
-    r.tables.push_back(validity_warnings_table(s_.survey, s_.tools, validity));
+    r.tables.push_back(study::validity_warnings_table(s_.survey, s_.tools, validity));
     return r;
   }
 

@@ -169,45 +169,6 @@ store::Table error_terms_table(const study::ToolRuns& tools) {
   return t.take();
 }
 
-namespace {
-
-double md_of(const survey::Survey& survey, std::size_t station) { return survey.stations[station].md; }
-
-}  // namespace
-
-store::Table validity_table(const survey::Survey& survey, const study::ToolRuns& tools,
-                            const std::vector<propagate::Validity>& validity) {
-  study::TableRows t("validity", "where the error models do not hold, and what else to know of them");
-  study::write_rows(t, validity, [&](const propagate::Validity& v) {
-    t.count("leg", "number of the survey leg, from 1", v.run + 1);
-    t.word("model", "error model of the leg", tools.model_names[v.run]);
-    t.word("rule", "inclination range, east-west exclusion, not finite, zero term, function differs, or a note",
-           propagate::rule_name(v.rule));
-    t.count("stations", "number of stations that it is about", v.stations);
-    t.number("first_md_m", "m", "measured depth of the first of them", md_of(survey, v.first));
-    t.number("last_md_m", "m", "measured depth of the last of them", md_of(survey, v.last));
-    t.word("detail", "in words", v.detail);
-  });
-  return t.take();
-}
-
-store::Table validity_warnings_table(const survey::Survey& survey, const study::ToolRuns& tools,
-                                     const std::vector<propagate::Validity>& validity) {
-  std::vector<propagate::Validity> rows;
-  for (const propagate::Validity& v : validity)
-    if (v.rule != propagate::ValidityRule::note) rows.push_back(v);
-  study::TableRows t("warnings", "what to know before these covariances are used");
-  study::write_rows(t, rows, [&](const propagate::Validity& v) {
-    t.word("severity", "severe: there is no covariance; warning: it may be wrong",
-           v.rule == propagate::ValidityRule::not_finite ? "severe" : "warning");
-    t.word("message", "in words",
-           fmt::format("{}: {}: {} station{}, md {:g} to {:g} m: {}", tools.model_names[v.run],
-                       propagate::rule_name(v.rule), v.stations, v.stations == 1 ? "" : "s", md_of(survey, v.first),
-                       md_of(survey, v.last), v.detail));
-  });
-  return t.take();
-}
-
 store::Table gyro_table(const survey::Survey& survey, const study::ToolRuns& tools,
                         const propagate::ToolCovariances& result) {
   struct Row {
@@ -226,8 +187,8 @@ store::Table gyro_table(const survey::Survey& survey, const study::ToolRuns& too
     t.count("section", "number of the section in the leg, from 1", s.section + 1);
     t.word("mode", "stationary: a compass at every station; continuous: since its initialisation",
            s.is_continuous ? "continuous" : "stationary");
-    t.number("from_md_m", "m", "measured depth of the first station", md_of(survey, s.first));
-    t.number("to_md_m", "m", "measured depth of the last station", md_of(survey, s.end > 0 ? s.end - 1 : 0));
+    t.number("from_md_m", "m", "measured depth of the first station", survey.stations[s.first].md);
+    t.number("to_md_m", "m", "measured depth of the last station", survey.stations[s.end > 0 ? s.end - 1 : 0].md);
     t.number("initialised_at_deg", "deg", "inclination at which the stationary terms keep their values",
              s.is_continuous ? s.initialised_inclination / kDegree : kNaN);
     t.number("azimuth_used_deg", "deg", "azimuth (true) at which they do",

@@ -35,12 +35,6 @@ store::Table covariance_by_source_table(const survey::Survey& survey, propagate:
 store::Table tool_codes_table(const study::ToolRuns& tools);
 /// One row a leg and term: the models as they were used.
 store::Table error_terms_table(const study::ToolRuns& tools);
-/// One row a leg and rule that is not kept, or note.
-store::Table validity_table(const survey::Survey& survey, const study::ToolRuns& tools,
-                            const std::vector<propagate::Validity>& validity);
-/// The same but for notes, as sentences that `run` prints last.
-store::Table validity_warnings_table(const survey::Survey& survey, const study::ToolRuns& tools,
-                                     const std::vector<propagate::Validity>& validity);
 /// One row a leg and stretch of a hybrid gyro.
 store::Table gyro_table(const survey::Survey& survey, const study::ToolRuns& tools,
                         const propagate::ToolCovariances& result);

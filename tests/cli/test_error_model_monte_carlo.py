@@ -95,9 +95,24 @@ class Results(Case):
         self.assertEqual(modes, {"S", "W", "G"})
         self.assertNotIn("DECR", {r["source"] for r in rows})
         told = self.call("check", "well.toml", "--set", "errors.sources=quadrature")
-        self.assertIn("leaves out DRFR, DECR,", told.stderr + told.stdout)
+        self.assertIn("leaves out DRFR (R), DECR (R),", told.stderr + told.stdout)
         for r in rows:
             self.assertLess(abs(float(r["ratio"]) - 1), 1e-3)
+
+    def test_quadrature_names_every_source_that_it_leaves_out_and_no_other(self):
+        well = WELL.replace("trials = 2000\n", "").replace("dip_deg = 72.0", "dip_deg = 72.0\nlatitude_deg = 60.0")
+        legs = "".join(f'[[leg]]\nfrom_md_m = {md}.0\nerror_model = "INC-ONLY"\n' for md in (450, 600, 750))
+        for model, more in (("MWD+SRGM", legs), ("GYRO-NS-CT", ""), ("GYRO-NS-CT", legs)):
+            self.run_config(well.replace("iscwsa_mwd_rev5.10", model) + more, "--set", "errors.sources=quadrature", "--overwrite")
+            taken = {(r["source"], r["mode"]) for r in self.table("by_source")}
+            told = self.call("check", "well.toml", "--set", "errors.sources=quadrature")
+            left = set(re.findall(r"(\S+) \((\w)\)", re.search(r"leaves out (.*)", told.stderr + told.stdout)[1]))
+            self.assertFalse(taken & left)
+            # What has no effect at all is in neither, but every source has some in this well.
+            terms = subprocess.run([EXECUTABLE, "models", model], capture_output=True, text=True, check=True).stdout
+            listed = set(re.findall(r'code = "(\S+)",.* mode = "(\w)"', terms))
+            self.assertTrue(listed)
+            self.assertEqual(listed - taken, left & listed)
 
     def test_a_sampled_source_is_what_quadrature_says(self):
         self.run_config(WELL, "--set", "errors.sources=[\"AMIL\"]", "--set", "errors.multiplier=5")
@@ -131,6 +146,16 @@ class Results(Case):
             expected = 0.35 * ((v - to) ** 2 + to ** 2) ** 0.5
             self.assertAlmostEqual(float(row(350, direction)["analytic"]), expected, delta=1e-9)
 
+    def test_stations_beyond_the_range_of_the_model_are_marked(self):
+        self.run_config(WELL.replace("iscwsa_mwd_rev5.10", "INC-ONLY"))
+        # 3 deg / 30 m from 300 m on: above the 30 deg of the model from 630 m on.
+        (row,) = self.table("validity")
+        self.assertEqual((row["rule"], float(row["first_md_m"]), float(row["last_md_m"])), ("inclination range", 630, 900))
+        (warning,) = self.table("warnings")
+        self.assertIn("INC-ONLY: inclination range: 10 stations, md 630 to 900 m", warning["message"])
+        self.run_config(WELL, "--overwrite")
+        self.assertEqual(self.table("validity"), [])
+
     def test_a_gyro_is_drawn_too(self):
         text = WELL.replace("iscwsa_mwd_rev5.10", "GYRO-NS-CT").replace("dip_deg = 72.0", "dip_deg = 72.0\nlatitude_deg = 60.0")
         self.run_config(text, "--set", "errors.multiplier=0.1")
@@ -163,6 +188,9 @@ class BadInput(Case):
         text = WELL.replace("iscwsa_mwd_rev5.10", "GYRO-NS").replace("inclination_deg = 60.0", "inclination_deg = 90.0")
         text = text.replace("[field]", "build_deg_per_30m = 6.0\n[field]\nlatitude_deg = 60.0")
         self.refused(text, "has no finite effect at 750 m")
+        # A depth between stations depends on the station below it.
+        self.refused(text.replace("[900.0]", "[300.0, 735.0]"), "has no finite effect at 750 m")
+        self.run_config(text.replace("[900.0]", "[300.0, 720.0]"))
 
 
 if __name__ == "__main__":

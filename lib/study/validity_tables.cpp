@@ -1,0 +1,47 @@
+#include "study/validity_tables.h"
+
+#include <fmt/format.h>
+
+#include "study/table_rows.h"
+
+namespace surveymc::study {
+namespace {
+
+double md_of(const survey::Survey& survey, std::size_t station) { return survey.stations[station].md; }
+
+}  // namespace
+
+store::Table validity_table(const survey::Survey& survey, const ToolRuns& tools,
+                            const std::vector<propagate::Validity>& validity) {
+  TableRows t("validity", "where the error models do not hold, and what else to know of them");
+  write_rows(t, validity, [&](const propagate::Validity& v) {
+    t.count("leg", "number of the survey leg, from 1", v.run + 1);
+    t.word("model", "error model of the leg", tools.model_names[v.run]);
+    t.word("rule", "inclination range, east-west exclusion, not finite, zero term, function differs, or a note",
+           propagate::rule_name(v.rule));
+    t.count("stations", "number of stations that it is about", v.stations);
+    t.number("first_md_m", "m", "measured depth of the first of them", md_of(survey, v.first));
+    t.number("last_md_m", "m", "measured depth of the last of them", md_of(survey, v.last));
+    t.word("detail", "in words", v.detail);
+  });
+  return t.take();
+}
+
+store::Table validity_warnings_table(const survey::Survey& survey, const ToolRuns& tools,
+                                     const std::vector<propagate::Validity>& validity) {
+  std::vector<propagate::Validity> rows;
+  for (const propagate::Validity& v : validity)
+    if (v.rule != propagate::ValidityRule::note) rows.push_back(v);
+  TableRows t("warnings", "what to know before these covariances are used");
+  write_rows(t, rows, [&](const propagate::Validity& v) {
+    t.word("severity", "severe: there is no covariance; warning: it may be wrong",
+           v.rule == propagate::ValidityRule::not_finite ? "severe" : "warning");
+    t.word("message", "in words",
+           fmt::format("{}: {}: {} station{}, md {:g} to {:g} m: {}", tools.model_names[v.run],
+                       propagate::rule_name(v.rule), v.stations, v.stations == 1 ? "" : "s", md_of(survey, v.first),
+                       md_of(survey, v.last), v.detail));
+  });
+  return t.take();
+}
+
+}  // namespace surveymc::study
