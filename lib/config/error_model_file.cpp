@@ -217,6 +217,7 @@ class ModelFile {
     if (e.reader.has("remove")) remove_terms(e.reader, *model, extends);
     e.reader.require(extends || e.reader.has("terms"), "terms", "missing (a tool without errors has terms = [])");
     read_terms(e.reader, *model);
+    use_own_functions(e.reader, *model);
     check_parameters(e.reader, *model);
     check_gyro_terms(e.reader, *model);
     e.model = model;
@@ -320,11 +321,33 @@ class ModelFile {
     return term;
   }
 
-  std::shared_ptr<const em::Function> function_named(ConfigReader& entry) {
-    const std::string name = entry.text("function");
-    const std::array<const FunctionTable*, 3> tables{&own_, &in_file_of_functions_, &shipped_functions()};
+  /// A name means one function in all of a file: terms that were inherited act by this file's functions, too.
+  void use_own_functions(ConfigReader& r, em::Model& m) {
+    for (em::Term& term : m.terms) {
+      const auto f = find_function(term.function->name, {&own_, &in_file_of_functions_});
+      if (f == nullptr || f == term.function) continue;
+      const double factor = em::unit_factor(f->magnitude, term.unit);
+      r.require(factor != 0, "extends",
+                fmt::format("its term {} has the unit {}, but that of {} in this file must be {}: give the function "
+                            "another name, or the term anew",
+                            term.code, term.unit, in_quotes(f->name), em::unit_names(f->magnitude)));
+      term.function = f;
+      term.sigma = factor * term.magnitude;
+    }
+  }
+
+  /// Of the first table that has it; nothing if none has.
+  static std::shared_ptr<const em::Function> find_function(const std::string& name,
+                                                           const std::vector<const FunctionTable*>& tables) {
     for (const FunctionTable* table : tables)
       if (const auto at = table->find(name); at != table->end()) return at->second;
+    return nullptr;
+  }
+
+  std::shared_ptr<const em::Function> function_named(ConfigReader& entry) {
+    const std::string name = entry.text("function");
+    const std::vector<const FunctionTable*> tables{&own_, &in_file_of_functions_, &shipped_functions()};
+    if (const auto f = find_function(name, tables)) return f;
     std::vector<std::string> names;
     for (const FunctionTable* table : tables)
       for (const auto& [other, f] : *table) names.push_back(other);

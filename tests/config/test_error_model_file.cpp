@@ -227,6 +227,46 @@ TEST_CASE("Functions of a file go before the shipped ones, and a file of functio
   CHECK(config.input_texts().size() == 2);
 }
 
+TEST_CASE("Terms that are inherited act by the functions of the file, whether shipped or of another model") {
+  const std::string own = "[[function]]\nname = 'ABXY-TI2'\nlateral = '3 * Cos(Inc) / GField'\n";
+  const std::string mine = "[[model]]\nname = 'M'\nextends = 'MWD+IFR1'\n";
+  const auto read_files = [](std::vector<InputText> files) {
+    for (const ShippedModel* s = find_shipped_model("MWD+IFR1"); s != nullptr;
+         s = s->extends.empty() ? nullptr : find_shipped_model(s->extends))
+      files.push_back(shipped_document(*s));
+    Config config = Config::from_text("experiment = 'x'\nmodel = 'mine.toml'\n", "c.toml", {}, files);
+    return *read_error_models(config.reader(0).toml("model"), "mine").back();
+  };
+  const auto read = [&](const std::string& text) { return read_files({{"mine.toml", text}}); };
+  const auto term_of = [](const error_model::Model& m, const std::string& code) {
+    for (const error_model::Term& t : m.terms)
+      if (t.code == code) return t;
+    FAIL("no term " + code);
+    return m.terms.front();
+  };
+  for (const std::string& text : {own + mine, own + mine + "[[model]]\nname = 'N'\nextends = 'M'\n"}) {
+    const error_model::Model m = read(text);
+    const error_model::Term t = term_of(m, "ABXY-TI2S");
+    CHECK(t.function->lateral.text == "3 * Cos(Inc) / GField");
+    CHECK(t.sigma == Approx(0.004));
+    CHECK(term_of(m, "SAGE").function == shipped_functions().at("SAGE"));
+    CHECK_THAT(model_text(m), Catch::Matchers::Contains("3 * Cos(Inc) / GField"));
+  }
+  // In a file of functions, too.
+  const error_model::Model m =
+      read_files({{"mine.toml", "functions = 'formulas.toml'\n" + mine}, {"formulas.toml", own}});
+  CHECK(term_of(m, "ABXY-TI2S").function->file == "formulas.toml");
+  // The magnitude that is inherited must fit, but for terms that the model removes or has anew.
+  const std::string other = "[[function]]\nname = 'ABXY-TI2'\nlateral = 'Cos(Inc)'\n";
+  CHECK_THROWS_WITH(read(other + mine), Catch::Matchers::Contains(
+                                            "extends = \"MWD+IFR1\": its term ABXY-TI2S has the unit m/s2, but that of "
+                                            "\"ABXY-TI2\" in this file must be \"-\", \"deg\" or \"rad\""));
+  CHECK_NOTHROW(read(other + mine + "remove = ['ABXY-TI2S']\n"));
+  CHECK_NOTHROW(
+      read(other + mine +
+           "terms = [{ code = 'ABXY-TI2S', function = 'ABXY-TI2', magnitude = 1, unit = 'deg', mode = 'S' }]\n"));
+}
+
 TEST_CASE("Models are chosen by patterns, in the order of the catalogues") {
   CHECK(matching_shipped_models({"ZERO*"}, {}) == std::vector<std::string>{"ZERO-ERROR"});
   CHECK(matching_shipped_models({"*"}, {}).size() == 103);
