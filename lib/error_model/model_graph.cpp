@@ -168,16 +168,33 @@ std::string vertical_fault(const Function& f, const Parameters& parameters) {
          "instead, or vertical_north and vertical_east";
 }
 
+bool have_same_formulas(const std::shared_ptr<const Function>& a, const std::shared_ptr<const Function>& b) {
+  if (a == b) return true;
+  if (a->kind != b->kind || a->axis != b->axis || a->per_section != b->per_section) return false;
+  // Every running sum is a node of its own.
+  if (a->kind == Kind::continuous) return a->azimuth.text == b->azimuth.text;
+  Graph graph;
+  const FunctionNodes x = nodes_of(graph, a), y = nodes_of(graph, b);
+  return x.depth == y.depth && x.inclination == y.inclination && x.lateral == y.lateral &&
+         x.vertical_north == y.vertical_north && x.vertical_east == y.vertical_east;
+}
+
 bool is_without_effect(const Term& term, const Surroundings& surroundings) {
   constexpr int kInclinations = 25;
+  constexpr double kTurn = 3 * kDegree;
   const ModelGraph model = model_graph({term});
   const FunctionNodes& f = model.functions[0];
   Evaluation evaluation(model.graph, surroundings);
-  for (int k = 0; k < kInclinations; ++k) {
+  // Every attitude with the same one before, then with another one: course errors may need a turn.
+  for (int k = 0; k < 2 * kInclinations; ++k) {
     for (int j = 0; j < kAzimuths; ++j) {
       SampleStation s;
-      s.inclination = kPi * k / (kInclinations - 1);
+      s.inclination = kPi * (k % kInclinations) / (kInclinations - 1);
       s.azimuth = Ring::azimuth(j);
+      if (k >= kInclinations) {
+        s.inclination_before = std::abs(s.inclination - kTurn);
+        s.azimuth_before = s.azimuth - kTurn;
+      }
       set_station(evaluation, static_cast<std::size_t>(j), s);
     }
     evaluation.run(kAzimuths);

@@ -61,8 +61,11 @@ Weights weights_at(const Function& f, const SampleStation& s, const Surroundings
 /// A continuous function is not looked at: its zone keeps it from a vertical hole.
 std::string vertical_fault(const Function& f, const Parameters& parameters);
 
+/// True if both functions have the same formulas, whatever their names and however they are written.
+bool have_same_formulas(const std::shared_ptr<const Function>& a, const std::shared_ptr<const Function>& b);
+
 /// True if one standard deviation of the term moves nothing by more than 1e-15 (m or rad), at any inclination and
-/// azimuth.
+/// azimuth, whether the hole turns from the station before or not.
 bool is_without_effect(const Term& term, const Surroundings& surroundings);
 
 }  // namespace surveymc::error_model

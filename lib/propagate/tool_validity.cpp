@@ -1,6 +1,7 @@
 #include "propagate/tool_validity.h"
 
 #include <map>
+#include <memory>
 #include <utility>
 
 #include <fmt/format.h>
@@ -35,6 +36,19 @@ void add_stations(std::vector<Validity>& out, Validity v, std::size_t begin, std
   if (v.stations > 0) out.push_back(std::move(v));
 }
 
+/// An error of the runs of one well together: R is new at every station, S at every run, a random walk in every
+/// section.
+bool is_shared_by_runs(const em::Term& t) {
+  return (t.mode == em::PropagationMode::well || t.mode == em::PropagationMode::global) && !t.function->per_section;
+}
+
+std::string function_text(const em::Function& f, bool with_formulas) {
+  std::string text;
+  for (const auto& [key, formula] : f.formulas())
+    text += fmt::format("{}{} = \"{}\"", text.empty() ? "" : ", ", key, formula->text);
+  return with_formulas ? fmt::format("{} ({})", f.name, text) : f.name;
+}
+
 }  // namespace
 
 std::string rule_name(ValidityRule rule) {
@@ -62,7 +76,8 @@ bool holds_at(const em::Model& m, double inclination, double magnetic_azimuth) {
 std::vector<Validity> tool_validity(const survey::Survey& survey, const std::vector<ToolRun>& runs,
                                     const survey::ReferenceField& field, double latitude) {
   std::vector<Validity> out;
-  std::map<std::pair<std::string, em::PropagationMode>, std::pair<const em::Function*, std::string>> functions;
+  std::map<std::pair<std::string, em::PropagationMode>, std::pair<std::shared_ptr<const em::Function>, std::string>>
+      functions;
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const em::Model& m = *runs[r].model;
     const auto begin = static_cast<std::size_t>(runs[r].first);
@@ -89,11 +104,14 @@ std::vector<Validity> tool_validity(const survey::Survey& survey, const std::vec
         of_run(ValidityRule::zero_term,
                fmt::format("{}: {} has no effect at any inclination and azimuth", t.code, t.function->name));
     for (const em::Term& t : m.terms) {
-      const auto [at, is_new] = functions.try_emplace({t.code, t.mode}, &*t.function, m.name);
-      if (!is_new && at->second.first != &*t.function && at->second.first->name != t.function->name)
-        of_run(ValidityRule::function_differs,
-               fmt::format("{} is one error with that of {}, but acts by {} there and by {} here", t.code,
-                           at->second.second, at->second.first->name, t.function->name));
+      if (!is_shared_by_runs(t)) continue;
+      const auto [at, is_new] = functions.try_emplace({t.code, t.mode}, t.function, m.name);
+      if (is_new || em::have_same_formulas(at->second.first, t.function)) continue;
+      const em::Function &there = *at->second.first, &here = *t.function;
+      const bool with_formulas = there.name == here.name;
+      of_run(ValidityRule::function_differs,
+             fmt::format("{} is one error with that of {}, but acts by {} there and by {} here", t.code,
+                         at->second.second, function_text(there, with_formulas), function_text(here, with_formulas)));
     }
     if (!m.note.empty()) of_run(ValidityRule::note, m.note);
   }

@@ -12,8 +12,8 @@ enum class ValidityRule {
   inclination_range,    ///< stations outside of the model's range of inclinations
   east_west_exclusion,  ///< stations too near to horizontal magnetic east or west
   not_finite,           ///< a term has no finite effect there
-  zero_term,            ///< a term has no effect at any inclination and azimuth
-  function_differs,     ///< a source of another run has the same code and mode, and another function
+  zero_term,            ///< a term has no effect at any inclination, azimuth and turn
+  function_differs,     ///< an error that a run shares with another (W or G, one code) has another formula there
   note                  ///< what the model's author says
 };
 /// "inclination range" ...

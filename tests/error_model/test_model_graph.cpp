@@ -172,6 +172,40 @@ TEST_CASE("A term without any effect is found") {
   CHECK(is_without_effect(term_of(function_of("Tan(Dip)")), s));
 }
 
+TEST_CASE("A course error that needs a turn of the hole has an effect") {
+  const Surroundings s{72 * kDegree, 50000, 9.8, 1, 10, 0};  // without tortuosity
+  auto turn = std::make_shared<Function>();
+  turn->kind = Kind::course;
+  turn->inclination = parse_expression("Max(Abs(Inc - IncPrev), XCLTortuosity * (MD - MDPrev))");
+  CHECK_FALSE(is_without_effect(term_of(turn), s));
+  auto sideways = std::make_shared<Function>();
+  sideways->kind = Kind::course;
+  sideways->lateral = parse_expression("Sin(Inc) * Sin(Abs(AzT - AzPrev))");
+  CHECK_FALSE(is_without_effect(term_of(sideways), s));
+  sideways->lateral = parse_expression("Sin(Inc) * (AzT - AzPrev - (AzT - AzPrev))");
+  CHECK(is_without_effect(term_of(sideways), s));
+}
+
+TEST_CASE("Functions are the same by their formulas, not by their names or how they are written") {
+  const auto same = [](const std::shared_ptr<Function>& a, const std::shared_ptr<Function>& b) {
+    CHECK(have_same_formulas(a, b) == have_same_formulas(b, a));
+    return have_same_formulas(a, b);
+  };
+  auto renamed = function_of("sin( INC )*AzM");
+  renamed->name = "G";
+  CHECK(same(function_of("Sin(Inc) * AzM"), renamed));
+  CHECK_FALSE(same(function_of("Sin(Inc)"), function_of("Sin(Inc) + 1")));
+  CHECK_FALSE(same(function_of("1"), function_of("1", Kind::course)));
+  // A lateral formula is sinI times the azimuth's.
+  auto lateral = std::make_shared<Function>();
+  lateral->lateral = parse_expression("Sin(Inc) * AzM");
+  CHECK(same(function_of("AzM"), lateral));
+  lateral->depth = parse_expression("MD");
+  CHECK_FALSE(same(function_of("AzM"), lateral));
+  CHECK(same(function_of("Previous + MD", Kind::continuous), function_of("Previous + MD", Kind::continuous)));
+  CHECK_FALSE(same(function_of("Previous + MD", Kind::continuous), function_of("Previous - MD", Kind::continuous)));
+}
+
 TEST_CASE("The angle to magnetic east or west is that between the directions") {
   CHECK(angle_to_east_west(90 * kDegree, 90 * kDegree) == Approx(0).margin(1e-7));
   CHECK(angle_to_east_west(90 * kDegree, 270 * kDegree) == Approx(0).margin(1e-7));
