@@ -66,11 +66,13 @@ StationSums station_sums(const WellErrors& errors, const WellPoint& point) {
 
 /// T_b[v, S] of one leg: how tr(H_b S) changes along v.
 Eigen::Vector3d third_order(const LegGeometry& leg, double share, const Vector8d& v, const Matrix8d& s) {
-  // Central differences, at errors of a thousandth of a radian: right to 1e-6.
-  double largest_angle = 0;
-  for (const Eigen::Index i : {1, 2, 3, 5, 6, 7}) largest_angle = std::max(largest_angle, std::abs(v[i]));
-  if (largest_angle == 0) return Eigen::Vector3d::Zero();
-  const double h = 1e-3 / largest_angle;
+  // Central differences, at errors of a thousandth of a radian: right to 1e-6. The point is linear in the depths, so
+  // that a step of any length is right for them; it is of a thousand kilometres where there are no angles.
+  double largest = 0;
+  for (const Eigen::Index i : {1, 2, 3, 5, 6, 7}) largest = std::max(largest, std::abs(v[i]));
+  for (const Eigen::Index i : {0, 4}) largest = std::max(largest, 1e-9 * std::abs(v[i]));
+  if (largest == 0) return Eigen::Vector3d::Zero();
+  const double h = 1e-3 / largest;
   const auto plus = leg_hessian(leg, share, h * v), minus = leg_hessian(leg, share, -h * v);
   Eigen::Vector3d t;
   for (std::size_t b = 0; b < 3; ++b)

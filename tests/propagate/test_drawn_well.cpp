@@ -417,6 +417,29 @@ TEST_CASE("Second order leaves an error of fourth order in the mean and of sixth
   CHECK_THAT(covariance_8 / covariance_4, WithinRel(64, 0.1));
 }
 
+TEST_CASE("Second order is complete where depth errors alone reach a direction to first order") {
+  // A vertical well: depth moves it down, a lasting tilt moves it down to second order only, and both act together. The
+  // two draws count as one source, so that quadrature knows the truth.
+  const auto error_at = [](double multiplier, double share) {
+    WellErrors w;
+    w.sources = {{"TWO", error_model::PropagationMode::systematic, {0, 1}}};
+    w.draws.assign(2, {});
+    w.station_draws = 2;
+    for (int k = 0; k <= 10; ++k) {
+      const double md = 100.0 * k;
+      w.survey.stations.push_back({md, 0, 0, 0});
+      w.at.emplace_back();
+      if (k > 0) w.at.back() = {{0, 0.05 * multiplier * md}, {1, 0, 0, 0, 8 * kDegree * multiplier}};
+    }
+    const WellPoint point{10, share};
+    const PointMoments exact = source_moments(w, {point}, 0).front();
+    const PointMoments second = second_order_moments(w, point);
+    CHECK(std::abs(second.covariance(2, 2) / exact.covariance(2, 2) - 1) < std::pow(multiplier, 4) * 2e-3);
+    return (second.covariance - exact.covariance).norm();
+  };
+  for (const double share : {1.0, 0.4}) CHECK_THAT(error_at(0.5, share) / error_at(0.25, share), WithinRel(64, 0.1));
+}
+
 TEST_CASE("Second order of the whole model is the sum of what it is made of, in any order of summation") {
   // The blocks of draws of one station enter by other sums than those of several: a model whose R sources become S
   // sources of many legs has the same draws, all of them lasting.
