@@ -36,41 +36,6 @@ config::ImportOptions read_import_options(config::ConfigReader& c) {
   return options;
 }
 
-config::AzimuthReference read_azimuth_reference(config::ConfigReader& c, const config::InputTable& table) {
-  const config::NamedNorth named = config::named_north(table);
-  const std::string said = named == config::NamedNorth::true_north ? "true"
-                           : named == config::NamedNorth::magnetic ? "magnetic"
-                           : named == config::NamedNorth::grid     ? "grid"
-                                                                   : "";
-  if (named == config::NamedNorth::unreferenced && !c.is_text("survey.azimuth_reference"))
-    throw InputError(
-        fmt::format("{}: the file does not say which north azimuths are counted from: must be known: "
-                    "survey.azimuth_reference = \"true\", \"magnetic\" or \"grid\"",
-                    table.path));
-  const std::string north =
-      c.choice("survey.azimuth_reference", {"true", "magnetic", "grid"}, said.empty() ? "true" : said);
-  if (!said.empty() && north != said)
-    c.fail("survey.azimuth_reference",
-           fmt::format("{} says {} north: must agree; leave this key out", table.path, said));
-  return north == "magnetic" ? config::AzimuthReference::magnetic
-         : north == "grid"   ? config::AzimuthReference::grid
-                             : config::AzimuthReference::true_north;
-}
-
-/// A north that only the file names is turned to true north by angles that the config may not have.
-void warn_of_north(config::ConfigReader& c, const config::InputTable& table,
-                   const config::SurveyConventions& conventions) {
-  const config::NamedNorth named = config::named_north(table);
-  const auto warn = [&](const char* north, const char* angle, const char* key) {
-    c.warn("", fmt::format("{}: azimuths are from {} north, and the {} is 0: if that is not meant, set {}", table.path,
-                           north, angle, key));
-  };
-  if (named == config::NamedNorth::grid && conventions.convergence == 0)
-    warn("grid", "convergence", "field.convergence_deg or field.grid");
-  if (named == config::NamedNorth::magnetic && conventions.declination == 0)
-    warn("magnetic", "declination", "field.declination_deg");
-}
-
 /// The table that the file of `key` holds, in our own form or in that of another program.
 config::InputTable read_any_table(config::ConfigReader& c, const std::string& key, config::ForeignKind kind,
                                   const config::ImportOptions& options) {
@@ -115,6 +80,39 @@ survey::Survey read_planned_survey(config::ConfigReader& c) {
 
 }  // namespace
 
+config::AzimuthReference read_azimuth_reference(config::ConfigReader& c, const config::InputTable& table,
+                                                const std::string& key) {
+  const config::NamedNorth named = config::named_north(table);
+  const std::string said = named == config::NamedNorth::true_north ? "true"
+                           : named == config::NamedNorth::magnetic ? "magnetic"
+                           : named == config::NamedNorth::grid     ? "grid"
+                                                                   : "";
+  if (named == config::NamedNorth::unreferenced && !c.is_text(key))
+    throw InputError(
+        fmt::format("{}: the file does not say which north azimuths are counted from: must be known: "
+                    "{} = \"true\", \"magnetic\" or \"grid\"",
+                    table.path, key));
+  const std::string north = c.choice(key, {"true", "magnetic", "grid"}, said.empty() ? "true" : said);
+  if (!said.empty() && north != said)
+    c.fail(key, fmt::format("{} says {} north: must agree; leave this key out", table.path, said));
+  return north == "magnetic" ? config::AzimuthReference::magnetic
+         : north == "grid"   ? config::AzimuthReference::grid
+                             : config::AzimuthReference::true_north;
+}
+
+void warn_of_north(config::ConfigReader& c, const config::InputTable& table,
+                   const config::SurveyConventions& conventions) {
+  const config::NamedNorth named = config::named_north(table);
+  const auto warn = [&](const char* north, const char* angle, const char* key) {
+    c.warn("", fmt::format("{}: azimuths are from {} north, and the {} is 0: if that is not meant, set {}", table.path,
+                           north, angle, key));
+  };
+  if (named == config::NamedNorth::grid && conventions.convergence == 0)
+    warn("grid", "convergence", "field.convergence_deg or field.grid");
+  if (named == config::NamedNorth::magnetic && conventions.declination == 0)
+    warn("magnetic", "declination", "field.declination_deg");
+}
+
 config::InputTable read_readings_table(config::ConfigReader& c) {
   return read_any_table(c, "readings", config::ForeignKind::readings, {});
 }
@@ -134,7 +132,7 @@ survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField
   const std::string zero =
       needs_toolface ? c.choice("survey.toolface_zero", zeros) : c.choice("survey.toolface_zero", zeros, "y");
   conventions.toolface_zero = zero == "x" ? config::ToolfaceZero::x : config::ToolfaceZero::y;
-  conventions.azimuth_reference = read_azimuth_reference(c, table);
+  conventions.azimuth_reference = read_azimuth_reference(c, table, "survey.azimuth_reference");
   conventions.declination = field.declination;
   conventions.convergence = field.convergence;
   survey::Survey survey = config::survey_from_table(table, conventions, needs_toolface);

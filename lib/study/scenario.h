@@ -19,6 +19,14 @@ namespace surveymc::study {
 /// angle_unit, decimal, columns, skip_lines, sheet, trajectory, encoding` say what it leaves open.
 survey::Survey read_survey(config::ConfigReader& config, const survey::ReferenceField& field, bool needs_toolface);
 
+/// From which north a survey file's azimuths are: what its column says, or else `key` ("true"). The key must not
+/// contradict the file, and must be there where the file says that it does not know.
+config::AzimuthReference read_azimuth_reference(config::ConfigReader& config, const config::InputTable& table,
+                                                const std::string& key);
+/// Warns where a north that only the file names is turned to true north by an angle that the config may not have.
+void warn_of_north(config::ConfigReader& config, const config::InputTable& table,
+                   const config::SurveyConventions& conventions);
+
 /// The file that `readings` names, in our own form or that of another program.
 config::InputTable read_readings_table(config::ConfigReader& config);
 

@@ -11,15 +11,12 @@
 #include "survey/survey_summary.h"
 
 namespace surveymc::study {
-namespace {
 
 const char* north_name(config::AzimuthReference north) {
   return north == config::AzimuthReference::magnetic ? "magnetic"
          : north == config::AzimuthReference::grid   ? "grid"
                                                      : "true";
 }
-
-}  // namespace
 
 void tell_survey(config::ConfigReader& c, const config::InputTable& table, const survey::Survey& survey,
                  const config::SurveyConventions& conventions, const std::string& unusual) {

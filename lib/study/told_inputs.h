@@ -9,6 +9,9 @@
 
 namespace surveymc::study {
 
+/// "true", "magnetic" or "grid".
+const char* north_name(config::AzimuthReference north);
+
 /// Notes stations, depths, largest inclination and dogleg, and where azimuths are from, and warns of what is unusual
 /// (config/survey_checks.h). Throws InputError where it is so unusual that the user has to say that it is meant, with
 /// `survey.unusual = "allow"`, which makes a warning of it. `unusual`: that key, of a survey that is not the only one.

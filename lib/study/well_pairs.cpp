@@ -39,12 +39,6 @@ double read_hole_diameter(config::ConfigReader& c, const std::string& prefix, do
 
 Eigen::Vector3d vector_of(const std::vector<double>& x) { return {x[0], x[1], x[2]}; }
 
-config::AzimuthReference north_of(const std::string& word) {
-  return word == "magnetic" ? config::AzimuthReference::magnetic
-         : word == "grid"   ? config::AzimuthReference::grid
-                            : config::AzimuthReference::true_north;
-}
-
 /// `[offset.field]`: that of a place, or total field and dip together; what else is not given is the reference's.
 survey::ReferenceField read_offset_field(config::ConfigReader& c, const survey::ReferenceField& reference) {
   if (!c.has("field")) return reference;
@@ -69,17 +63,19 @@ survey::ReferenceField read_offset_field(config::ConfigReader& c, const survey::
 }
 
 survey::Survey read_offset_survey(config::ConfigReader& c, const survey::ReferenceField& field,
-                                  const std::string& north_of_reference) {
+                                  config::AzimuthReference north_of_reference) {
   config::SurveyConventions conventions;
   const config::InputTable table = c.csv("file");
-  const std::vector<std::string> norths{"true", "magnetic", "grid"};
-  if (north_of_reference != "true" && !c.has("azimuth_reference"))
-    c.fail("azimuth_reference", "missing: azimuths of the reference are from " + north_of_reference +
-                                    " north; say from which north those of this survey are");
-  conventions.azimuth_reference = north_of(c.choice("azimuth_reference", norths, "true"));
+  if (north_of_reference != config::AzimuthReference::true_north &&
+      config::named_north(table) == config::NamedNorth::none && !c.has("azimuth_reference"))
+    c.fail("azimuth_reference", fmt::format("missing: azimuths of the reference are from {} north; say from which "
+                                            "north those of this survey are",
+                                            north_name(north_of_reference)));
+  conventions.azimuth_reference = read_azimuth_reference(c, table, "azimuth_reference");
   conventions.declination = field.declination;
   conventions.convergence = field.convergence;
   survey::Survey survey = config::survey_from_table(table, conventions, false);
+  warn_of_north(c, table, conventions);
   tell_survey(c, table, survey, conventions, "unusual");
   return survey;
 }
@@ -164,7 +160,7 @@ std::size_t read_kickoff(config::ConfigReader& c, const Well& offset, const Well
   return own;
 }
 
-Well read_offset(config::ConfigReader& c, const Well& reference, const std::string& north) {
+Well read_offset(config::ConfigReader& c, const Well& reference, config::AzimuthReference north) {
   Well w;
   w.name = c.text("name");
   w.field = read_offset_field(c, reference.field);
@@ -346,7 +342,9 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
   r.name = "reference";
   r.field = read_field(c);
   r.survey = read_survey(c, r.field, false);
-  const std::string north = c.choice("survey.azimuth_reference", {"true", "magnetic", "grid"}, "true");
+  const config::AzimuthReference north =
+      c.has("survey.plan") ? config::AzimuthReference::true_north
+                           : read_azimuth_reference(c, c.csv("survey.file"), "survey.azimuth_reference");
   r.slot = vector_of(c.numbers("survey.slot_m", kPlace, 3, {0, 0, 0}));
   r.hole_diameter = read_hole_diameter(c, "survey.hole_diameter", 0);
   r.tools = read_tool_runs(c, r.survey);

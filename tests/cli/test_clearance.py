@@ -142,6 +142,29 @@ values = {{ separation_factor = {}, distance_m = {} }}
         self.assertEqual([r["sd_relative_m"] for r in a], [r["sd_relative_m"] for r in b])
 
 
+class North(ClearanceCase):
+    GRID = survey(MAIN).replace("azimuth_deg", "azimuth_grid_deg")
+    FIELD = ("dip_deg = 70.0", "dip_deg = 70.0\nconvergence_deg = 5.0")
+
+    def test_a_file_that_names_its_north_is_turned_by_it(self):
+        self.write("grid.csv", self.GRID)
+        path = self.run_config(config=self.changed(("other.csv", "grid.csv"), self.FIELD))
+        for well, turn in (("reference", 0), ("other", 5)):
+            self.assertEqual({float(r["azimuth_deg"]) for r in self.rows(path, "paths", well=well)}, {20 + turn})
+
+    def test_the_north_of_a_reference_that_names_it_is_asked_of_the_others(self):
+        self.write("main.csv", self.GRID)
+        says = r"offset\[0\].azimuth_reference: missing: azimuths of the reference are from grid north"
+        self.refused(BAD_INPUT, "check", self.changed(self.FIELD), says=says)
+
+    def test_a_north_that_contradicts_the_file_is_refused(self):
+        said = ('name = "other"', 'name = "other"\nazimuth_reference = "true"')
+        for word, change, says in (("grid", [said], r"offset\[0\].azimuth_reference = .*says grid north: must agree"),
+                                   ("unreferenced", [], r"grid.csv: .*must be known: azimuth_reference")):
+            self.write("grid.csv", self.GRID.replace("grid", word))
+            self.refused(BAD_INPUT, "check", self.changed(("other.csv", "grid.csv"), *change), says=says)
+
+
 class BadInput(ClearanceCase):
     def refuse(self, says, *changes, append=""):
         config = self.changed(*changes, append=append)
