@@ -43,6 +43,7 @@ std::unique_ptr<const DrawnPairs> drawn_pairs(const Scenario& s) {
   const propagate::WellErrors drawn = drawn_errors(s, s.reference, s.reference.tools);
   std::vector<propagate::WellPoint> points;
   for (const double md : s.report_md) points.push_back(proximity::well_point(reference.path().at(md)));
+  study::require_drawable(s.reference.model_place, drawn, points.back().station, s.reference.name);
   out->reference_ =
       std::make_unique<proximity::DrawnPoints>(proximity::drawn_points(drawn, points, propagate::draw_places(drawn)));
   for (const Well& well : s.offsets) out->add_offset(reference, drawn, well);
@@ -63,10 +64,16 @@ void DrawnPairs::add_offset(const Reference& reference, const propagate::WellErr
     points.push_back(proximity::well_point(out.points.back().offset));
   }
   if (points.empty()) return;
+  const std::size_t deepest =
+      std::max_element(points.begin(), points.end(), [](const propagate::WellPoint& a, const propagate::WellPoint& b) {
+        return a.station < b.station;
+      })->station;
   // The sidetrack's own run of "shared", or one well of which the run goes on.
   const propagate::WellErrors as_one_well = drawn_errors(s_, well, well.tools);
   const propagate::WellErrors as_sidetrack =
       well.kickoff ? drawn_errors(s_, well, well.tools_from_kickoff) : propagate::WellErrors{};
+  study::require_drawable(well.model_place, as_one_well, deepest, well.name);
+  if (well.kickoff) study::require_drawable(well.model_place, as_sidetrack, deepest, well.name);
   const auto offset_of = [&](const Formulation& f) -> const propagate::WellErrors& {
     return f.kind == Formulation::Kind::sharing ? as_one_well : as_sidetrack;
   };

@@ -7,7 +7,6 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
-#include "propagate/tool_validity.h"
 
 namespace surveymc::studies::clearance {
 namespace {
@@ -130,10 +129,10 @@ void Tables::add_least(const Pair& pair, ScanDirection direction, const std::vec
       t.number("offset_md_m", "m", "where, on the offset", md(x.pair.offset.md));
       t.word("end", "where that point lies on the well that is not scanned", is_found ? end_name(x.pair.end) : "");
       t.number("distance_m", "m", "centre to centre, there", md(x.pair.distance));
-      t.word("rule", "kept: no separation factor below 1; broken: one is; none: no value",
+      t.word("rule", "kept: no separation factor below 1; broken: one is; none: no value at some depth",
              of != LeastOf::separation_factor ? ""
-             : !is_found                      ? "none"
-             : x.continuous < 1               ? "broken"
+             : is_found && x.continuous < 1   ? "broken"
+             : !is_found || !x.is_everywhere  ? "none"
                                               : "kept");
       if (of == LeastOf::separation_factor && is_found && direction == ScanDirection::reference)
         add_covariance(pair, errors, "least separation factor", x.pair);
@@ -177,16 +176,7 @@ void Tables::add_published(const Pair& pair) {
 }
 
 void Tables::add_warnings(const Well& w, const std::vector<propagate::NonFiniteTerm>& non_finite) {
-  std::vector<propagate::Validity> all = propagate::tool_validity(w.survey, w.tools.runs, w.field, w.latitude);
-  for (const propagate::NonFiniteTerm& term : non_finite) all.push_back(propagate::validity_of(term, w.tools.runs));
-  for (const propagate::Validity& v : all) {
-    if (v.rule == propagate::ValidityRule::note) continue;
-    warnings_.push_back(
-        {v.rule == propagate::ValidityRule::not_finite ? "severe" : "warning",
-         fmt::format("{}: {}: {}: {} station{}, md {:g} to {:g} m: {}", w.name, w.tools.model_names[v.run],
-                     propagate::rule_name(v.rule), v.stations, v.stations == 1 ? "" : "s",
-                     w.survey.stations[v.first].md, w.survey.stations[v.last].md, v.detail)});
-  }
+  for (study::WellWarning& warning : study::warnings_of(w, non_finite)) warnings_.push_back(std::move(warning));
 }
 
 store::Table Tables::parameters_table() const {
@@ -265,12 +255,7 @@ std::vector<store::Table> Tables::take(const Reference& reference) {
     published.word("note", "where the published value is from", p.source);
   });
   out.push_back(published.take());
-  study::TableRows warnings("warnings", "what to know before these separations are used");
-  study::write_rows(warnings, warnings_, [&](const WarningRow& r) {
-    warnings.word("severity", "severe: there is no covariance; warning: it may be wrong", r.severity);
-    warnings.word("message", "in words", r.message);
-  });
-  out.push_back(warnings.take());
+  out.push_back(study::warnings_table("separations", warnings_));
   return out;
 }
 

@@ -26,9 +26,6 @@ class Tables {
     std::string quantity;
     double analytic, value;
   };
-  struct WarningRow {
-    std::string severity, message;
-  };
 
   void add_clearance(const Pair& pair, proximity::ScanDirection direction,
                      const std::vector<proximity::PairPoints>& points);
@@ -46,7 +43,7 @@ class Tables {
   const Scenario& s_;
   study::TableRows clearance_, least_, covariance_;
   std::vector<PublishedRow> published_;
-  std::vector<WarningRow> warnings_;
+  std::vector<study::WellWarning> warnings_;
 };
 
 }  // namespace surveymc::studies::clearance

@@ -57,6 +57,21 @@ void set_first_stations(config::ConfigReader& entry, const Scenario& s, const st
                   md(offset, c.offset_leg, c.offset_share), radii));
 }
 
+/// All of both wells is part of the event: a trial in which one has no place would say nothing.
+void require_drawable(const Scenario& s) {
+  const auto require = [&](const study::SurveyedWell& w, const study::ToolRuns& tools) {
+    if (tools.runs.empty()) return;
+    const propagate::WellErrors errors =
+        propagate::well_errors(w.survey, w.tvd, tools.runs, w.field, w.latitude, 1, s.vertical);
+    study::require_drawable(w.model_place, errors, w.survey.stations.size() - 1, w.name);
+  };
+  require(s.reference, s.reference.tools);
+  for (const study::SurveyedWell& w : s.offsets) {
+    require(w, w.tools);
+    require(w, w.tools_from_kickoff);
+  }
+}
+
 }  // namespace
 
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
@@ -83,6 +98,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   study::scale_models(c, s);
   s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "azimuth" ? propagate::VerticalRule::azimuth
                                                                                      : propagate::VerticalRule::tilt;
+  require_drawable(s);
   s.run = study::read_event_run(c);
   std::vector<study::RowName> rows;
   for (const char* f : kFormulations) rows.push_back({"probability", f, "probability"});

@@ -332,12 +332,19 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
   return t.take();
 }
 
+store::Table warnings_of_wells(const Scenario& s) {
+  std::vector<study::WellWarning> all = study::warnings_of(s.reference);
+  for (const study::SurveyedWell& w : s.offsets)
+    for (study::WellWarning& warning : study::warnings_of(w)) all.push_back(std::move(warning));
+  return study::warnings_table("probabilities", all);
+}
+
 }  // namespace
 
 std::vector<store::Table> tables_of(const Scenario& s, const std::vector<JudgedEvent>& events) {
   return {probability_table(s, events), sampling_table(s, events), design_table(events),
           importance_table(events),     contact_table(s, events),  contact_quantile_table(events),
-          claims_table(s, events),      closest_table(events)};
+          claims_table(s, events),      closest_table(events),     warnings_of_wells(s)};
 }
 
 store::Table hits_table(const stats::Tally& tally) {

@@ -77,13 +77,7 @@ ErrorModelMonteCarlo::ErrorModelMonteCarlo(Scenario scenario)
           propagate::well_errors(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.multiplier, s_.vertical)),
       stop_({}, s_.verdict, {}) {
   // A depth between stations needs the one below it, too.
-  const std::size_t deepest = propagate::point_at(s_.survey, s_.report_md.back()).station;
-  for (std::size_t k = 0; k <= deepest; ++k)
-    for (const propagate::DrawEffect& e : errors_.at[k])
-      if (std::isnan(e.depth))
-        s_.model_place.fail(fmt::format(
-            "{} has no finite effect at {} m, so that it cannot be drawn: end the survey above, or leave it out",
-            errors_.sources[errors_.draws[e.draw].source].code, config::format_number(s_.survey.stations[k].md)));
+  study::require_drawable(s_.model_place, errors_, propagate::point_at(s_.survey, s_.report_md.back()).station);
   predict();
   predict_sources();
   plan_draws();

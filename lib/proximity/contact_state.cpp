@@ -117,6 +117,12 @@ struct ContactBuffers {
   }
 };
 
+/// A place that is not finite leaves none beyond it finite.
+bool is_finite(const DrawnPath& path) {
+  const std::size_t last = path.stations() - 1;
+  return std::isfinite(path.x[last] + path.y[last] + path.z[last]);
+}
+
 }  // namespace
 
 template <class EachTrial>
@@ -137,7 +143,9 @@ void ContactState::each(const survey::LaneArray& z, int groups, EachTrial each_t
 
 void ContactState::evaluate(const survey::LaneArray& z, int groups, double* g) const {
   each(z, groups, [&](int t, const DrawnPath& a, const DrawnPath& b, ContactScratch& scratch) {
-    g[t] = nearest_contact(a, reference_.first, b, offset_.first, kInfinity, scratch).distance - radii_;
+    g[t] = is_finite(a) && is_finite(b)
+               ? nearest_contact(a, reference_.first, b, offset_.first, kInfinity, scratch).distance - radii_
+               : kNaN;
   });
 }
 
@@ -147,6 +155,10 @@ double ContactState::md_of(const Side& side, std::size_t leg, double share) {
 
 void ContactState::evaluate_hits(const survey::LaneArray& z, int groups, double* g, double* depths) const {
   each(z, groups, [&](int t, const DrawnPath& a, const DrawnPath& b, ContactScratch& scratch) {
+    if (!is_finite(a) || !is_finite(b)) {
+      g[t] = kNaN;
+      return;
+    }
     const Contact c = nearest_contact(a, reference_.first, b, offset_.first, radii_, scratch);
     g[t] = c.distance < radii_ ? c.distance - radii_ : radii_;
     if (depths == nullptr || g[t] > 0) return;

@@ -28,7 +28,7 @@ class ContactState final : public rare::LimitState {
   /// Where the normals stand in the stream: those of the study clearance, and the slots'.
   const std::vector<rare::NormalCall>& calls() const { return calls_; }
   int dimension() const override { return static_cast<int>(4 * calls_.size()); }
-  /// g everywhere.
+  /// g everywhere; NaN where a path is not finite, here and below.
   void evaluate(const survey::LaneArray& z, int groups, double* g) const override;
   /// g where it is 0 or less; elsewhere some positive number: what a hit takes to know. `depths`, if not null: measured
   /// depths on reference and offset where the hits touch, two a trial, m.

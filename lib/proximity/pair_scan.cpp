@@ -158,6 +158,7 @@ std::array<Least, 3> least_clearance(const PairGeometry& g, const PairErrors& er
     least.at_station = least.continuous = kNaN;
     for (const PairPoints& p : pairs) {
       const double x = value_of(kLeastOf[q], g, errors, p);
+      least.is_everywhere = least.is_everywhere && !std::isnan(x);
       if (std::isnan(x) || x >= least.at_station - kRounding * std::abs(x)) continue;  // of equal ones the first
       least.at_station = x;
       least.station_pair = p;
@@ -165,7 +166,10 @@ std::array<Least, 3> least_clearance(const PairGeometry& g, const PairErrors& er
     least.continuous = least.at_station;
     least.pair = least.station_pair;
     std::vector<double> value;
-    for (const PairPoints& p : samples) value.push_back(value_of(kLeastOf[q], g, errors, p));
+    for (const PairPoints& p : samples) {
+      value.push_back(value_of(kLeastOf[q], g, errors, p));
+      least.is_everywhere = least.is_everywhere && !std::isnan(value.back());
+    }
     for (std::size_t i = 0; i < md.size(); ++i) {
       const double lo = i == 0 ? HUGE_VAL : value[i - 1], hi = i + 1 == md.size() ? HUGE_VAL : value[i + 1];
       const double rounding = kRounding * std::abs(value[i]);

@@ -63,6 +63,7 @@ inline constexpr std::array<LeastOf, 3> kLeastOf{LeastOf::separation_factor, Lea
 /// station. NaN where no pair has a value.
 struct Least {
   double at_station = 0, continuous = 0;  ///< of what is sought: m for the distance
+  bool is_everywhere = true;              ///< every pair has a value: there is none that could be less
   PairPoints station_pair, pair;
 };
 /// Pairs at the stations of a scan and at the quarters of its legs.

@@ -1,6 +1,7 @@
 #include "study/error_models.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -84,12 +85,24 @@ double read_latitude(config::ConfigReader& c, const std::vector<config::SharedMo
 }
 
 void read_outside_range(config::ConfigReader& c, const survey::Survey& survey,
-                        const std::vector<propagate::ToolRun>& runs, const std::vector<propagate::Validity>& validity) {
+                        const std::vector<propagate::ToolRun>& runs, const std::vector<propagate::Validity>& validity,
+                        const std::string& well) {
   if (c.choice("error_model.outside_range", {"mark", "refuse"}, "mark") == "mark") return;
   for (const propagate::Validity& v : validity)
     if (v.rule == propagate::ValidityRule::inclination_range || v.rule == propagate::ValidityRule::east_west_exclusion)
-      c.fail("error_model.outside_range",
-             fmt::format("{}: station at md {} m: {}", runs[v.run].model->name, survey.stations[v.first].md, v.detail));
+      c.fail("error_model.outside_range", fmt::format("{}{}{}: station at md {} m: {}", well, well.empty() ? "" : ": ",
+                                                      runs[v.run].model->name, survey.stations[v.first].md, v.detail));
+}
+
+void require_drawable(const config::ConfigPlace& place, const propagate::WellErrors& errors, std::size_t last,
+                      const std::string& well) {
+  for (std::size_t k = 0; k <= last; ++k)
+    for (const propagate::DrawEffect& e : errors.at[k])
+      if (std::isnan(e.depth))
+        place.fail(fmt::format(
+            "{}{}{} has no finite effect at {} m, so that it cannot be drawn: end the survey above, or leave it out",
+            well, well.empty() ? "" : ": ", errors.sources[errors.draws[e.draw].source].code,
+            config::format_number(errors.survey.stations[k].md)));
 }
 
 }  // namespace surveymc::study

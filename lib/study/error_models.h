@@ -8,6 +8,7 @@
 #include "config/error_model_file.h"
 #include "propagate/tool_covariance.h"
 #include "propagate/tool_validity.h"
+#include "propagate/well_errors.h"
 
 namespace surveymc::study {
 
@@ -36,8 +37,14 @@ ToolRuns read_tool_runs(config::ConfigReader& config, const survey::Survey& surv
 double read_latitude(config::ConfigReader& config, const std::vector<config::SharedModel>& models);
 
 /// `error_model.outside_range` = "mark" (default) or "refuse": stations at which a model does not hold are listed, or
-/// refused by InputError with the first station and the range.
+/// refused by InputError with the first station and the range. `well`: its name, where there are several.
 void read_outside_range(config::ConfigReader& config, const survey::Survey& survey,
-                        const std::vector<propagate::ToolRun>& runs, const std::vector<propagate::Validity>& validity);
+                        const std::vector<propagate::ToolRun>& runs, const std::vector<propagate::Validity>& validity,
+                        const std::string& well = "");
+
+/// Fails at `place`, the model's, where a source has no finite effect at a station down to `last`: the well cannot be
+/// drawn there. `well`: its name, where there are several.
+void require_drawable(const config::ConfigPlace& place, const propagate::WellErrors& errors, std::size_t last,
+                      const std::string& well = "");
 
 }  // namespace surveymc::study

@@ -10,6 +10,7 @@
 
 #include "base/units.h"
 #include "study/scenario.h"
+#include "study/table_rows.h"
 #include "study/told_inputs.h"
 #include "survey/minimum_curvature.h"
 
@@ -163,6 +164,7 @@ std::size_t read_kickoff(config::ConfigReader& c, const Well& offset, const Well
 Well read_offset(config::ConfigReader& c, const Well& reference, config::AzimuthReference north) {
   Well w;
   w.name = c.text("name");
+  w.model_place = c.has("error_model") ? c.place("error_model") : reference.model_place;
   w.field = read_offset_field(c, reference.field);
   w.survey = read_offset_survey(c, w.field, north);
   const bool is_sidetrack = c.has("kickoff_md_m");
@@ -334,6 +336,13 @@ std::shared_ptr<const proximity::PositionErrors> errors_of(const Well& w, Interp
   return errors;
 }
 
+/// `error_model.outside_range` of the config holds for all wells.
+void refuse_outside_range(config::ConfigReader& c, const Well& w) {
+  if (c.choice("error_model.outside_range", {"mark", "refuse"}, "mark") == "refuse")
+    read_outside_range(c, w.survey, w.tools.runs, propagate::tool_validity(w.survey, w.tools.runs, w.field, w.latitude),
+                       w.name);
+}
+
 }  // namespace
 
 WellPairs read_well_pairs(config::ConfigReader& c) {
@@ -348,14 +357,16 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
   r.slot = vector_of(c.numbers("survey.slot_m", kPlace, 3, {0, 0, 0}));
   r.hole_diameter = read_hole_diameter(c, "survey.hole_diameter", 0);
   r.tools = read_tool_runs(c, r.survey);
+  r.model_place = c.place("error_model");
   r.latitude = read_latitude(c, models_of(r.tools));
   r.tvd = read_true_vertical_depths(c, r.survey);
-  read_outside_range(c, r.survey, r.tools.runs, propagate::tool_validity(r.survey, r.tools.runs, r.field, r.latitude));
+  refuse_outside_range(c, r);
   std::vector<config::ConfigReader> offsets = c.tables("offset");
   if (offsets.empty()) c.fail("offset", "missing: there must be at least one [[offset]]");
   std::set<std::string> names{r.name};
   for (config::ConfigReader& entry : offsets) {
     s.offsets.push_back(read_offset(entry, r, north));
+    refuse_outside_range(c, s.offsets.back());
     entry.require(names.insert(s.offsets.back().name).second, "name", "another well has this name");
   }
   s.rule.scale_factor = c.number("separation.scale_factor", config::Range::positive(), s.rule.scale_factor);
@@ -369,6 +380,29 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
 }
 
 void scale_models(config::ConfigReader& c, WellPairs& s) { scale_all_models(c, s); }
+
+std::vector<WellWarning> warnings_of(const SurveyedWell& w, const std::vector<propagate::NonFiniteTerm>& non_finite) {
+  std::vector<propagate::Validity> all = propagate::tool_validity(w.survey, w.tools.runs, w.field, w.latitude);
+  for (const propagate::NonFiniteTerm& term : non_finite) all.push_back(propagate::validity_of(term, w.tools.runs));
+  std::vector<WellWarning> out;
+  for (const propagate::Validity& v : all) {
+    if (v.rule == propagate::ValidityRule::note) continue;
+    out.push_back({v.rule == propagate::ValidityRule::not_finite ? "severe" : "warning",
+                   fmt::format("{}: {}: {}: {} station{}, md {:g} to {:g} m: {}", w.name, w.tools.model_names[v.run],
+                               propagate::rule_name(v.rule), v.stations, v.stations == 1 ? "" : "s",
+                               w.survey.stations[v.first].md, w.survey.stations[v.last].md, v.detail)});
+  }
+  return out;
+}
+
+store::Table warnings_table(const std::string& numbers, const std::vector<WellWarning>& all) {
+  TableRows t("warnings", fmt::format("what to know before these {} are used", numbers));
+  write_rows(t, all, [&](const WellWarning& w) {
+    t.word("severity", "severe: there is no covariance; warning: it may be wrong", w.severity);
+    t.word("message", "in words", w.message);
+  });
+  return t.take();
+}
 
 PairReference pair_reference(const SurveyedWell& well, Interpolation interpolation) {
   PairReference r(well, proximity::well_path(well.survey, well.slot));

@@ -215,19 +215,42 @@ class BadInput(ClearanceCase):
         told = self.call("run", config, "-o", "out.h5").stderr
         self.assertRegex(told, r'"geomagnetic" of other: shares nothing')
 
-    def test_a_model_without_finite_effect_gives_no_verdict(self):
+    def pole(self, *changes, append=""):
         # A lateral error of 1/cosI: at 90 degrees there is none.
         self.write("pole.toml", 'title = "pole"\nsource = "a test"\nfirst_leg = "once"\n'
                    'terms = [{ code = "POLE", function = "POLE", magnitude = 1.0, unit = "deg", mode = "S" }]\n'
                    '[[function]]\nname = "POLE"\nazimuth = "1/cos(Inc)"\n')
         self.write("main.csv", survey([(30 * k, 3 * k, 0) for k in range(31)]))
-        config = self.changed(('name = "iscwsa_mwd_rev5.10"', 'file = "pole.toml"'),
-                              ('[[offset]]\nname = "side"\nfile = "side.csv"\nkickoff_md_m = 600.0\n', ""),
-                              (', "shared", "zeroed"', ""))
-        path = self.run_config(config=config, code=(DONE, UNEXPECTED))
+        return self.changed(('name = "iscwsa_mwd_rev5.10"', 'file = "pole.toml"'),
+                            ('[[offset]]\nname = "side"\nfile = "side.csv"\nkickoff_md_m = 600.0\n', ""),
+                            (', "shared", "zeroed"', ""), *changes, append=append)
+
+    def test_a_model_without_finite_effect_gives_no_verdict(self):
+        path = self.run_config(config=self.pole(), code=(DONE, UNEXPECTED))
         self.assertIn("severe", {r["severity"] for r in self.rows(path, "warnings")})
         for r in self.rows(path, "least"):
-            self.assertIn(r["rule"], ("kept", "broken", "none", ""))
+            self.assertIn(r["rule"], ("broken", "none", ""))
+        # Far apart wherever there is a covariance: at the pole they may be anything.
+        path = self.run_config(config=self.pole(("[600.0, 180.0, 0.0]", "[60000.0, 0.0, 0.0]")), code=(DONE, UNEXPECTED))
+        least = self.rows(path, "least", quantity="separation_factor", formulation="independent")[0]
+        self.assertGreater(float(least["continuous"]), 1)
+        self.assertEqual(least["rule"], "none")
+
+    def test_a_model_without_finite_effect_is_not_drawn(self):
+        trials = ("[survey]", "seed = 1\ntrials = 100\nreport_md_m = [300.0, {}]\n[survey]")
+        says = r'changed.toml:\d+: error_model.*: reference: POLE has no finite effect at 900 m'
+        for md in (900.0, 885.0):  # a point between stations follows both
+            config = self.pole((trials[0], trials[1].format(md)))
+            self.refused(BAD_INPUT, "run", config, "-o", "out.h5", says=says)
+        path = self.run_config(config=self.pole((trials[0], trials[1].format(870.0))), code=(DONE, UNEXPECTED))
+        self.assertEqual({r["md_m"] for r in self.rows(path, "relative_position")}, {"300", "870"})
+
+    def test_a_range_that_refuses_holds_for_all_wells(self):
+        self.write("main.csv", survey([(30 * k, 0, 0) for k in range(41)]))
+        config = self.changed(('name = "iscwsa_mwd_rev5.10"', 'name = "INC-ONLY"\noutside_range = "refuse"'),
+                              ('[[offset]]\nname = "side"\nfile = "side.csv"\nkickoff_md_m = 600.0\n', ""),
+                              (', "shared", "zeroed"', ""))
+        self.refused(BAD_INPUT, "check", config, says=r"outside_range.*: other: INC-ONLY: station at md 570 m")
 
 
 if __name__ == "__main__":

@@ -296,6 +296,25 @@ class Wells(Case):
         self.assertEqual(set(column(path, "tables/probability", "monte_carlo")), {0.0})
         self.assertIn("impossible", list(column(path, "tables/sampling", "note"))[0])
 
+    def test_wells_that_cannot_be_drawn_are_refused(self):
+        # A lateral error of 1/cosI: at 90 degrees there is none, and a trial says nothing.
+        self.write("pole.toml", 'title = "pole"\nsource = "a test"\nfirst_leg = "once"\n'
+                   'terms = [{ code = "POLE", function = "POLE", magnitude = 1.0, unit = "deg", mode = "S" }]\n'
+                   '[[function]]\nname = "POLE"\nazimuth = "1/cos(Inc)"\n')
+        self.write("built.csv", "md_m,inclination_deg,azimuth_deg\n" + "".join(f"{30 * k},{9 * k},0\n" for k in range(11)))
+        own = ('slot_m = [25.0, 0.0, 0.0]', 'slot_m = [25.0, 0.0, 0.0]\nerror_model.file = "pole.toml"')
+        config = self.changed(own, ('file = "vertical.csv"\nhole_diameter_in = 24.0', 'file = "built.csv"'))
+        self.refused(BAD_INPUT, "check", config, says=r"changed.toml:\d+: offset\[0\].error_model.*: other: POLE has no finite effect at 300 m")
+
+    def test_where_a_model_does_not_hold_is_told(self):
+        self.write("built.csv", "md_m,inclination_deg,azimuth_deg\n" + "".join(f"{30 * k},{3 * k},0\n" for k in range(20)))
+        changes = ('file = "vertical.csv"\nhole_diameter_in = 24.0', 'file = "built.csv"'), ("MWD+SRGM", "INC-ONLY")
+        path = self.run_config(config=self.changed(*changes))
+        header, rows = self.table_csv(path, "warnings")
+        self.assertRegex("\n".join(map(str, rows)), r"warning.*other: INC-ONLY: inclination range")
+        config = self.changed(*changes, ('"INC-ONLY"', '"INC-ONLY"\noutside_range = "refuse"'))
+        self.refused(BAD_INPUT, "check", config, says=r"outside_range.*other: INC-ONLY")
+
     def test_a_union_is_drawn_at_any_level(self):
         path = self.run_config(config=self.changed(text=FUNCTION))
         self.assertEqual(list(column(path, "tables/probability", "verdict")), ["agrees"])

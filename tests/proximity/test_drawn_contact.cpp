@@ -7,9 +7,13 @@
 #include <catch2/catch.hpp>
 
 #include "base/units.h"
+#include "config/error_model_file.h"
 #include "proximity/contact_design.h"
+#include "proximity/contact_state.h"
 #include "proximity/touch_predictions.h"
 #include "proximity/well_path.h"
+#include "survey/minimum_curvature.h"
+#include "wells.h"
 
 using namespace surveymc;
 using namespace surveymc::proximity;
@@ -138,4 +142,25 @@ TEST_CASE("Predictions of one pair of points have the values of a quadrature", "
   // Isotropic disc, D 20 m, radii .76 m: the most at sd = D / sqrt 2.
   for (const auto& [sd, p] : {std::pair(5.0, 4.03e-6), {10, 3.91e-4}, {14.142, 5.31e-4}, {20, 4.38e-4}, {40, 1.59e-4}})
     CHECK_THAT(touch_disc({20, 0, 0}, sd * sd * Matrix3d::Identity(), 0.76, Vector3d::UnitZ()), WithinRel(p, 2e-3));
+}
+
+TEST_CASE("A trial in which a well has no place is lost, and no miss", "[contact]") {
+  const survey::Survey s = winding(1, 12);
+  propagate::WellErrors good = propagate::well_errors(s, survey::true_vertical_depths(s),
+                                                      {{1, test::shipped("MWD+SRGM")}}, test::field(), kNaN),
+                        bad = good;
+  bad.at[7].front().depth = kNaN;
+  for (const auto& [a, b, is_lost] : {std::tuple(&good, &good, false), {&bad, &good, true}, {&good, &bad, true}}) {
+    const ContactState state = contact_state({a, {0, 0, 0}, {0, 0, 0}, 0, 0}, {b, {0, 50, 0}, {0, 0, 0}, 0, 1}, {}, 1);
+    survey::LaneArray z(1, state.dimension());
+    for (int i = 0; i < state.dimension(); ++i)
+      for (int t = 0; t < simd::kGroup; ++t) z.row(0, i)[t] = 0.1 * std::sin(i + 7.0 * t);
+    double g[simd::kGroup], hits[simd::kGroup];
+    state.evaluate(z, 1, g);
+    state.evaluate_hits(z, 1, hits, nullptr);
+    for (int t = 0; t < simd::kGroup; ++t) {
+      CHECK(std::isnan(g[t]) == is_lost);
+      CHECK(std::isnan(hits[t]) == is_lost);
+    }
+  }
 }
