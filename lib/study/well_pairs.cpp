@@ -172,6 +172,8 @@ Well read_offset(config::ConfigReader& c, const Well& reference, config::Azimuth
   w.hole_diameter = read_hole_diameter(c, "hole_diameter", reference.hole_diameter);
   if (is_sidetrack) {
     w.kickoff = read_kickoff(c, w, reference);
+    // One measurement has one place and one high side, also where the hole is vertical and another azimuth is listed.
+    std::copy_n(reference.survey.stations.begin(), *w.kickoff + 1, w.survey.stations.begin());
     w.tools_from_kickoff = sidetrack_tools(c, reference.tools, w.survey, *w.kickoff);
     const bool has_own = c.has("error_model") || c.has("leg");
     w.tools = has_own ? w.tools_from_kickoff : inherited_tools(reference.tools, w.survey);
@@ -185,6 +187,7 @@ Well read_offset(config::ConfigReader& c, const Well& reference, config::Azimuth
   w.latitude = has_latitude ? read_latitude(c, models_of(w.tools)) : reference.latitude;
   w.tvd = config::tvd_from_table(c.csv("file"));
   if (w.tvd.empty()) w.tvd = survey::true_vertical_depths(w.survey);
+  if (is_sidetrack) std::copy_n(reference.tvd.begin(), *w.kickoff + 1, w.tvd.begin());
   const bool is_identical = w.slot == reference.slot && std::equal(w.survey.stations.begin(), w.survey.stations.end(),
                                                                    reference.survey.stations.begin(),
                                                                    reference.survey.stations.end(), is_same_station);

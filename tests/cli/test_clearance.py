@@ -142,6 +142,17 @@ values = {{ separation_factor = {}, distance_m = {} }}
         self.assertEqual([r["sd_relative_m"] for r in a], [r["sd_relative_m"] for r in b])
 
 
+class Sidetracks(ClearanceCase):
+    def test_the_azimuth_listed_in_a_vertical_shared_hole_does_not_matter(self):
+        below = [(300 + 30 * k, 3 * k, 80) for k in range(1, 15)]
+        found = []
+        for azimuth in (20, 90):
+            self.write("side.csv", survey([(30 * k, 0, azimuth) for k in range(11)] + below))
+            path = self.run_config(config=self.changed(("kickoff_md_m = 600.0", "kickoff_md_m = 300.0")))
+            found.append(self.rows(path, offset="side"))
+        self.assertEqual(*found)
+
+
 class North(ClearanceCase):
     GRID = survey(MAIN).replace("azimuth_deg", "azimuth_grid_deg")
     FIELD = ("dip_deg = 70.0", "dip_deg = 70.0\nconvergence_deg = 5.0")
