@@ -108,23 +108,35 @@ ToolRuns inherited_tools(const ToolRuns& reference, const survey::Survey& survey
   return out;
 }
 
-/// Tools of a sidetrack: those of the well down to the kick-off, then a run of its own and its legs.
+bool has_own_tools(const config::ConfigReader& c) { return c.has("error_model") || c.has("leg"); }
+
+/// Tools of a sidetrack: those of the well down to the kick-off, then a run of its own and its legs; without an
+/// `error_model` or legs, with the tools that the reference has at those depths.
 ToolRuns sidetrack_tools(config::ConfigReader& c, const ToolRuns& reference, const survey::Survey& survey,
                          std::size_t kickoff) {
-  ToolRuns out;
-  for (std::size_t r = 0; r < reference.runs.size() && reference.runs[r].first <= static_cast<int>(kickoff); ++r) {
-    out.runs.push_back(reference.runs[r]);
-    out.model_names.push_back(reference.model_names[r]);
-    out.from_md.push_back(reference.from_md[r]);
-  }
-  const ToolRuns own = read_tool_runs(c, survey, NamedErrorModel{out.model_names.back(), out.runs.back().model});
+  const ToolRuns there = inherited_tools(reference, survey);
   const int first = static_cast<int>(kickoff) + 1;
-  for (std::size_t r = 0; r < own.runs.size(); ++r) {
-    if (r > 0 && own.runs[r].first <= first)
+  ToolRuns out;
+  const auto add = [&](const ToolRuns& from, std::size_t r) {
+    out.runs.push_back(from.runs[r]);
+    out.model_names.push_back(from.model_names[r]);
+    out.from_md.push_back(from.from_md[r]);
+  };
+  std::size_t below = 0;  // the run of the first station below the kick-off
+  for (std::size_t r = 0; r < there.runs.size() && there.runs[r].first <= first; ++r) {
+    below = r;
+    if (there.runs[r].first < first) add(there, r);
+  }
+  const bool has_own = has_own_tools(c);
+  const ToolRuns own =
+      has_own ? read_tool_runs(c, survey, NamedErrorModel{there.model_names[below], there.runs[below].model}) : there;
+  for (std::size_t r = has_own ? 0 : below, begin = r; r < own.runs.size(); ++r) {
+    if (r > begin && own.runs[r].first <= first)
       c.fail("kickoff_md_m", "a [[offset.leg]] begins at or above it: down to it, the tools are the reference's");
-    out.runs.push_back({r == 0 ? first : own.runs[r].first, own.runs[r].model});
-    out.model_names.push_back(own.model_names[r]);
-    out.from_md.push_back(r == 0 ? survey.stations[kickoff].md : own.from_md[r]);
+    add(own, r);
+    if (r > begin) continue;
+    out.runs.back().first = first;
+    out.from_md.back() = survey.stations[kickoff].md;
   }
   return out;
 }
@@ -175,9 +187,8 @@ Well read_offset(config::ConfigReader& c, const Well& reference, config::Azimuth
     // One measurement has one place and one high side, also where the hole is vertical and another azimuth is listed.
     std::copy_n(reference.survey.stations.begin(), *w.kickoff + 1, w.survey.stations.begin());
     w.tools_from_kickoff = sidetrack_tools(c, reference.tools, w.survey, *w.kickoff);
-    const bool has_own = c.has("error_model") || c.has("leg");
-    w.tools = has_own ? w.tools_from_kickoff : inherited_tools(reference.tools, w.survey);
-  } else if (c.has("error_model") || c.has("leg")) {
+    w.tools = has_own_tools(c) ? w.tools_from_kickoff : inherited_tools(reference.tools, w.survey);
+  } else if (has_own_tools(c)) {
     w.tools = read_tool_runs(c, w.survey,
                              NamedErrorModel{reference.tools.model_names.front(), reference.tools.runs.front().model});
   } else {

@@ -153,6 +153,18 @@ class Sidetracks(ClearanceCase):
         self.assertEqual(*found)
 
 
+    def test_without_a_tool_of_its_own_a_sidetrack_has_those_of_the_reference_at_its_depths(self):
+        legs = ('[[offset]]\nname = "other"', '[[leg]]\nfrom_md_m = {}\nerror_model = "MWD+IFR1"\n[[offset]]\nname = "other"')
+        own = "kickoff_md_m = 600.0"
+        for begins, said in ((600.0, 'error_model = "MWD+IFR1"'),
+                             (700.0, '[[offset.leg]]\nfrom_md_m = 700.0\nerror_model = "MWD+IFR1"')):
+            legs_at = (legs[0], legs[1].format(begins))
+            for formulation in ("shared", "zeroed"):
+                found = [self.rows(self.run_config(config=self.changed(legs_at, (own, f"{own}\n{text}"))),
+                                   offset="side", formulation=formulation) for text in ("", said)]
+                self.assertEqual(*found)
+
+
 class North(ClearanceCase):
     GRID = survey(MAIN).replace("azimuth_deg", "azimuth_grid_deg")
     FIELD = ("dip_deg = 70.0", "dip_deg = 70.0\nconvergence_deg = 5.0")
