@@ -173,6 +173,17 @@ std::size_t read_kickoff(config::ConfigReader& c, const Well& offset, const Well
   return own;
 }
 
+/// The stations down to the kick-off were measured once, in the field of the reference, and a well has one field.
+void require_field_of_reference(const config::ConfigReader& c, const Well& w, const Well& reference) {
+  const survey::ReferenceField &a = w.field, &b = reference.field;
+  const bool is_same = a.total == b.total && a.dip == b.dip && a.declination == b.declination &&
+                       a.gravity == b.gravity && (std::isnan(reference.latitude) || w.latitude == reference.latitude);
+  c.require(
+      is_same, "field",
+      "differs from that of the reference, in which the stations down to the kick-off were measured: leave it out "
+      "of a sidetrack");
+}
+
 Well read_offset(config::ConfigReader& c, const Well& reference, config::AzimuthReference north) {
   Well w;
   w.name = c.text("name");
@@ -196,6 +207,7 @@ Well read_offset(config::ConfigReader& c, const Well& reference, config::Azimuth
   }
   const bool has_latitude = c.has("field.latitude_deg") || std::isnan(reference.latitude);
   w.latitude = has_latitude ? read_latitude(c, models_of(w.tools)) : reference.latitude;
+  if (is_sidetrack) require_field_of_reference(c, w, reference);
   w.tvd = config::tvd_from_table(c.csv("file"));
   if (w.tvd.empty()) w.tvd = survey::true_vertical_depths(w.survey);
   if (is_sidetrack) std::copy_n(reference.tvd.begin(), *w.kickoff + 1, w.tvd.begin());
