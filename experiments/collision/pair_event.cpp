@@ -70,11 +70,10 @@ std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const study::Pair
                                             ? proximity::draws_of_shared_hole(drawn, offset_errors, *well.kickoff)
                                             : proximity::shared_draws(drawn, offset_errors, errors);
   e.radii_ = pair.geometry.radii;
-  e.depths_ = {
-      std::pair(reference.path().md(extras.first_reference), reference.path().md(reference.path().stations() - 1)),
-      std::pair(offset_path.md(extras.first), offset_path.md(offset_path.stations() - 1))};
+  e.depths_ = {std::pair(reference.path().md(extras.first), reference.path().md(reference.path().stations() - 1)),
+               std::pair(offset_path.md(extras.first), offset_path.md(offset_path.stations() - 1))};
   e.state_ = std::make_unique<proximity::ContactState>(proximity::contact_state(
-      {&drawn, s.reference.slot, extras.reference_slot_sd, extras.first_reference, 0},
+      {&drawn, s.reference.slot, extras.reference_slot_sd, extras.first, 0},
       {&offset_errors, well.slot, extras.slot_sd, extras.first, static_cast<std::uint32_t>(offset + 1)}, shared,
       e.radii_));
   e.hits_ = std::make_unique<proximity::HitState>(*e.state_);
@@ -82,7 +81,7 @@ std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const study::Pair
   e.offset_sources_ = offset_errors.sources;
   e.slots_.diagonal() = extras.reference_slot_sd.cwiseAbs2() + extras.slot_sd.cwiseAbs2();
   e.touching_ = proximity::touching_pairs(
-      reference.path(), extras.first_reference, offset_path, extras.first,
+      reference.path(), extras.first, offset_path, extras.first,
       [&](const PathPoint& a, const PathPoint& b) {
         return Matrix3d(e.slots_ + proximity::relative_covariance(
                                        errors, errors.reference->covariance_at(a.leg, a.share),
@@ -90,7 +89,7 @@ std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const study::Pair
       },
       e.radii_, kKeep, s.run.sampling.preparing.max_components);
   e.event_ = study::prepare_event(s.run.sampling, [&] { return e.prepare(drawn, offset_errors); });
-  e.predict(s, pair, errors);
+  e.predict(pair, errors, extras.first);
   e.closest_r_ = e.predictions_.closest.offset.position - e.predictions_.closest.reference.position;
   e.closest_j_ = e.state_->derivative(drawn, offset_errors, proximity::well_point(e.predictions_.closest.reference),
                                       proximity::well_point(e.predictions_.closest.offset));
@@ -134,7 +133,7 @@ rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const 
   return out;
 }
 
-void PairEvent::predict(const Scenario& s, const study::WellPair& pair, const proximity::PairErrors& errors) {
+void PairEvent::predict(const study::WellPair& pair, const proximity::PairErrors& errors, std::size_t first) {
   const auto covariance = [&](const PairPoints& p) {
     return Matrix3d(slots_ + proximity::relative_covariance(
                                  errors, errors.reference->covariance_at(p.reference.leg, p.reference.share),
@@ -142,26 +141,23 @@ void PairEvent::predict(const Scenario& s, const study::WellPair& pair, const pr
                                  p.reference.share, p.offset.leg, p.offset.share));
   };
   const auto apart = [](const PairPoints& p) { return Vector3d(p.offset.position - p.reference.position); };
+  // Of what the event counts: a sidetrack from where the holes have left each other.
+  proximity::PairGeometry geometry = pair.geometry;
+  geometry.first = geometry.first_scanned = first;
   const ScanDirection direction = ScanDirection::reference;
-  const auto scanned = proximity::scan(pair.geometry, direction, 0, 1);
-  const auto least = proximity::least_clearance(pair.geometry, errors, direction, scanned,
-                                                proximity::least_samples(pair.geometry, direction));
+  const auto scanned = proximity::scan(geometry, direction, 0, 1);
+  // The error of a slot is one displacement of a whole well: a constant part of C_rel = C - K - K'.
+  proximity::PairErrors with_slots = errors;
+  if (!slots_.isZero(0)) {
+    with_slots.common.constant -= slots_ / 2;
+    with_slots.is_independent = false;
+  }
+  const auto least = proximity::least_clearance(geometry, with_slots, direction, scanned,
+                                                proximity::least_samples(geometry, direction));
   Predictions& out = predictions_;
   out.closest = least[1].pair;
   out.separation_factor = least[0].continuous;
   out.least_sf_pair = least[0].pair;
-  // Slots spread, too: the rule itself knows of none.
-  if (!slots_.isZero(0)) {
-    out.separation_factor = kInfinity;
-    for (const PairPoints& p : scanned) {
-      const Vector3d d = apart(p);
-      const double sf = proximity::separation_factor(s.rule, p.distance, radii_,
-                                                     proximity::pedal_radius(covariance(p), d.normalized()));
-      if (!(sf < out.separation_factor * (1 - 1e-12))) continue;
-      out.separation_factor = sf;
-      out.least_sf_pair = p;
-    }
-  }
   std::size_t near = 0;
   for (const PairPoints& p : scanned) near += p.distance < out.closest.distance * 1.0001;
   out.is_equidistant = near > 2 && near * 10 > scanned.size();

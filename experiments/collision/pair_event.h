@@ -77,7 +77,8 @@ class PairEvent {
   /// What a trial says of the size of the errors: with y = U'z of the mixture's directions and M = U'U of the rows that
   /// are errors, y'M y - tr M. The other directions do not lead to the event: to first order they say nothing.
   double score(const rare::DrawnTrials& drawn, int trial) const;
-  void predict(const Scenario& s, const study::WellPair& pair, const proximity::PairErrors& errors);
+  /// `first`: station of both wells from which on the pair counts.
+  void predict(const study::WellPair& pair, const proximity::PairErrors& errors, std::size_t first);
 
   const Scenario& s_;
   random::Stream stream_;

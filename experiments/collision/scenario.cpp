@@ -34,13 +34,11 @@ void set_first_stations(config::ConfigReader& entry, const Scenario& s, const st
   const proximity::DrawnPath a = path_of(s.reference), b = path_of(offset);
   const double radii = (s.reference.hole_diameter + offset.hole_diameter) / 2;
   proximity::ContactScratch scratch;
-  const auto nearest = [&] {
-    return proximity::nearest_contact(a, extras.first_reference, b, extras.first, kInfinity, scratch);
-  };
+  const auto nearest = [&] { return proximity::nearest_contact(a, extras.first, b, extras.first, kInfinity, scratch); };
   if (offset.kickoff) {
-    extras.first_reference = extras.first = *offset.kickoff + 1;
-    while (extras.first_reference + 2 < a.stations() && extras.first + 2 < b.stations() && nearest().distance <= radii)
-      ++extras.first_reference, ++extras.first;
+    extras.first = *offset.kickoff + 1;
+    while (extras.first + 2 < a.stations() && extras.first + 2 < b.stations() && nearest().distance <= radii)
+      ++extras.first;
   }
   const proximity::Contact c = nearest();
   if (c.distance > radii) return;

@@ -16,7 +16,7 @@ struct WellExtras {
   /// Of the place of the reference and of this well: north, east, down, m. Zero for a sidetrack: one hole, one place,
   /// which moves both wells alike.
   Eigen::Vector3d reference_slot_sd = Eigen::Vector3d::Zero(), slot_sd = Eigen::Vector3d::Zero();
-  std::size_t first_reference = 0, first = 0;  ///< stations from which on both wells of the pair count
+  std::size_t first = 0;  ///< station of both wells from which on the pair counts
 };
 
 struct Scenario : study::WellPairs {

@@ -56,16 +56,14 @@ const WellPath& scanned(const PairGeometry& g, ScanDirection direction) {
 const WellPath& other(const PairGeometry& g, ScanDirection direction) {
   return direction == ScanDirection::reference ? *g.offset : *g.reference;
 }
-/// The first station of the scanned well that a scan takes: at the kick-off both wells are one.
-std::size_t first_scanned(const PairGeometry& g) { return g.first == 0 ? 0 : g.first + 1; }
 
 /// Measured depths of a scan: all stations, and points `step` apart from the first of them on.
 std::vector<double> scanned_depths(const PairGeometry& g, const WellPath& path, double step) {
   std::vector<double> md;
-  for (std::size_t k = first_scanned(g); k < path.stations(); ++k) {
+  for (std::size_t k = g.first_scanned; k < path.stations(); ++k) {
     md.push_back(path.md(k));
     if (step <= 0 || k + 1 == path.stations()) continue;
-    const double begin = path.md(first_scanned(g));
+    const double begin = path.md(g.first_scanned);
     for (double i = std::floor((path.md(k) - begin) / step) + 1; begin + i * step < path.md(k + 1) - 1e-6; ++i)
       if (begin + i * step > path.md(k) + 1e-6) md.push_back(begin + i * step);
   }
@@ -137,7 +135,7 @@ std::vector<PairPoints> least_samples(const PairGeometry& g, ScanDirection direc
   constexpr int kParts = 4;
   const WellPath& path = scanned(g, direction);
   std::vector<PairPoints> samples;
-  for (std::size_t k = first_scanned(g); k < path.stations(); ++k)
+  for (std::size_t k = g.first_scanned; k < path.stations(); ++k)
     for (int i = 0; i < (k + 1 == path.stations() ? 1 : kParts); ++i)
       samples.push_back(
           pair_at(g, direction, i == 0 ? path.md(k) : path.md(k) + i * (path.md(k + 1) - path.md(k)) / kParts));

@@ -20,8 +20,9 @@ struct PairGeometry {
   const WellPath* offset = nullptr;
   const survey::Survey* reference_survey = nullptr;
   SeparationRule rule;
-  double radii = 0;       ///< of both holes, m
-  std::size_t first = 0;  ///< station at which both paths begin: that of the kick-off, or 0
+  double radii = 0;               ///< of both holes, m
+  std::size_t first = 0;          ///< station at which both paths begin: that of the kick-off, or 0
+  std::size_t first_scanned = 0;  ///< station at which a scan begins: below the kick-off, where both wells are one
 };
 
 /// The geometry of one pair of points. Centre lines within a micrometre of each other meet: D = 0 there.
@@ -46,8 +47,8 @@ struct PairClearance {
 /// The closest pair from a measured depth (m) of the scanned well.
 PairPoints pair_at(const PairGeometry& geometry, ScanDirection direction, double md);
 
-/// The pairs of a scan: from every station of the scanned well below geometry.first (all of them where that is 0), and
-/// from points `step` metres apart along it (0: none), the closest point, and further local minima up to `keep` times
+/// The pairs of a scan: from every station of the scanned well from geometry.first_scanned on, and from points `step`
+/// metres apart along it (0: none), the closest point, and further local minima up to `keep` times
 /// its distance. In order of depth, the closest first.
 std::vector<PairPoints> scan(const PairGeometry& geometry, ScanDirection direction, double step, double keep);
 

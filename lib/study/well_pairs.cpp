@@ -451,6 +451,7 @@ WellPair well_pair(const WellPairs& s, const PairReference& reference, const Sur
   pair.geometry.rule = s.rule;
   pair.geometry.radii = (reference.well().hole_diameter + well.hole_diameter) / 2;
   pair.geometry.first = well.kickoff.value_or(0);
+  pair.geometry.first_scanned = well.kickoff ? *well.kickoff + 1 : 0;
   const auto of_reference = reference.errors(), of_offset = errors_of(well, s.interpolation, pair.non_finite);
   propagate::StationEffects effects;
   if (well.kickoff) effects = all_effects(well, well.tools_from_kickoff);

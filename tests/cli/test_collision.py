@@ -279,6 +279,32 @@ class Wells(Case):
         self.refused(BAD_INPUT, "check", self.changed((offset, entry + "slot_sd_m = [5.0, 8.0, 0.0]\n")),
                      says=r"slot_sd_m.*error moves both")
 
+    def test_predictions_of_a_sidetrack_are_of_the_depths_that_count(self):
+        # Half a metre apart at 330 m, where the holes (radii .76 m) still touch; 2.1 m at 360 m, from where they count.
+        self.write("side.csv", "md_m,inclination_deg,azimuth_deg\n" +
+                   "".join(f"{30 * k},{max(0, 2 * (k - 10))},90\n" for k in range(20)))
+        entry = '[[offset]]\nname = "side"\nfile = "side.csv"\nkickoff_md_m = 300.0\n'
+        offset = RIGID[RIGID.index("[[offset]]"):RIGID.index("[separation]")]
+        path = self.run_config(config=self.changed((offset, entry), ("1e-9", "1"), ('"importance"', '"plain"')))
+        closest = {c: column(path, "tables/closest_pair", c)[0] for c in ("ref_md_m", "offset_md_m", "distance_m", "radii_m")}
+        self.assertGreater(closest["distance_m"], closest["radii_m"], closest)
+        begins = min(column(path, "tables/contact", "from_md_m"))
+        self.assertEqual([closest["ref_md_m"], closest["offset_md_m"]], [begins, begins])
+        # A factor below 0 is one of holes that touch as surveyed.
+        self.assertGreater(column(path, "tables/probability", "separation_factor")[0], 0)
+
+    def test_a_millimetre_of_slot_changes_no_prediction(self):
+        for name, azimuth in (("north", 0), ("east", 90)):
+            self.write(f"{name}.csv", "md_m,inclination_deg,azimuth_deg\n" + "".join(f"{30 * k},90,{azimuth}\n" for k in range(31)))
+        # They cross in the middle of a leg of both.
+        changes = [("vertical.csv", "north.csv"), ("vertical.csv", "east.csv"), ("1e-9", "1"), ('"importance"', '"plain"'),
+                   ("slot_m = [25.0, 0.0, 0.0]", "slot_m = [435.0, -435.0, 8.0]"), ("slot_sd_m = [6.0, 9.0, 0.0]\n", "")]
+        found = []
+        for sd in (0.0, 1e-3):
+            path = self.run_config(config=self.changed(*changes, ("[5.0, 8.0, 0.0]", f"[{sd}, {sd}, {sd}]")))
+            found.append([column(path, "tables/probability", "separation_factor")[0], *column(path, "tables/probability", "analytic")])
+        np.testing.assert_allclose(found[1], found[0], rtol=1e-5)
+
     def test_bad_input_is_refused_with_place_and_rule(self):
         for changes, says in (
                 ([("[25.0, 0.0, 0.0]", "[0.5, 0.0, 0.0]")], r"slot_m.*touch as surveyed.*probability is 1"),
