@@ -59,7 +59,19 @@ void Tables::add(const Pair& pair) {
     std::vector<PairPoints> closest;
     for (const PairPoints& p : points)
       if (p.minimum == 1) closest.push_back(p);
-    add_least(pair, direction, closest);
+    std::vector<PairPoints> samples = proximity::least_samples(pair.geometry, direction);
+    if (s_.step > 0) {  // points between stations are samples, too; what is least at stations is of stations alone
+      const auto scanned_md = [&](const PairPoints& p) {
+        return direction == ScanDirection::reference ? p.reference.md : p.offset.md;
+      };
+      samples.insert(samples.end(), closest.begin(), closest.end());
+      std::stable_sort(samples.begin(), samples.end(),
+                       [&](const PairPoints& a, const PairPoints& b) { return scanned_md(a) < scanned_md(b); });
+      const auto same = [&](const PairPoints& a, const PairPoints& b) { return scanned_md(b) - scanned_md(a) < 1e-6; };
+      samples.erase(std::unique(samples.begin(), samples.end(), same), samples.end());
+      closest = proximity::scan(pair.geometry, direction, 0, 1);
+    }
+    add_least(pair, direction, closest, samples);
   }
   for (const PairErrors& errors : pair.formulations)
     for (const double md : s_.report_md)
@@ -106,12 +118,12 @@ void Tables::add_clearance(const Pair& pair, ScanDirection direction, const std:
     }
 }
 
-void Tables::add_least(const Pair& pair, ScanDirection direction, const std::vector<PairPoints>& points) {
+void Tables::add_least(const Pair& pair, ScanDirection direction, const std::vector<PairPoints>& stations,
+                       const std::vector<PairPoints>& samples) {
   study::TableRows& t = least_;
-  const std::vector<PairPoints> samples = proximity::least_samples(pair.geometry, direction);
   for (const PairErrors& errors : pair.formulations) {
     const std::array<proximity::Least, 3> least =
-        proximity::least_clearance(pair.geometry, errors, direction, points, samples);
+        proximity::least_clearance(pair.geometry, errors, direction, stations, samples);
     for (std::size_t q = 0; q < least.size(); ++q) {
       const proximity::Least& x = least[q];
       const LeastOf of = proximity::kLeastOf[q];

@@ -30,7 +30,7 @@ class Tables {
   void add_clearance(const Pair& pair, proximity::ScanDirection direction,
                      const std::vector<proximity::PairPoints>& points);
   void add_least(const Pair& pair, proximity::ScanDirection direction,
-                 const std::vector<proximity::PairPoints>& points);
+                 const std::vector<proximity::PairPoints>& stations, const std::vector<proximity::PairPoints>& samples);
   void add_covariance(const Pair& pair, const proximity::PairErrors& errors, const std::string& where,
                       const proximity::PairPoints& points);
   void add_published(const Pair& pair);

@@ -118,6 +118,19 @@ class Tables(ClearanceCase):
         self.assertEqual([float(r["ref_md_m"]) for r in there], [10.0 * k for k in range(121)])
         self.assertEqual([float(r["offset_md_m"]) for r in back], [10.0 * k for k in range(133)])
 
+    def test_the_least_at_stations_is_of_stations_alone(self):
+        found = {}
+        for step in (0.0, 7.0):
+            path = self.run_config(config=self.changed(append=f"[scan]\ndirection = \"both\"\nstep_m = {step}\n"))
+            found[step] = self.rows(path, "least", offset="other")
+            least = {(r["direction"], r["formulation"]): float(r["continuous"]) for r in found[step] if r["quantity"] == "distance"}
+            for r in self.rows(path, offset="other"):
+                self.assertLessEqual(least[r["direction"], r["formulation"]], float(r["distance_m"]) * (1 + 1e-9))
+        for a, b in zip(*found.values()):
+            for name in ("at_stations", "stations_ref_md_m", "stations_offset_md_m"):
+                self.assertEqual(a[name], b[name])
+            self.assertAlmostEqual(float(a["continuous"]), float(b["continuous"]), delta=1e-4 * float(a["continuous"]))
+
     def test_published_figures_are_judged(self):
         path = self.run_config()
         row = self.rows(path, offset="other", formulation="geomagnetic", ref_md_m="900")[0]
