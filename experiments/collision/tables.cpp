@@ -61,7 +61,10 @@ store::Table sampling_table(const Scenario& s, const std::vector<JudgedEvent>& e
     study::put_sampling(t, e.event->event(), e.found);
     t.estimate("size_slope", "1", "d ln p / d ln of the size of all errors, the slots' left out", e.slope.value,
                {e.slope.lo, e.slope.hi});
-    t.count("diluted", "1: larger errors make the probability smaller", e.slope.hi < 0 ? 1 : 0);
+    t.number("diluted", "1", "1: larger errors make the probability smaller; 0: not; none: the slope is not known",
+             std::isnan(e.slope.hi) ? kNaN
+             : e.slope.hi < 0       ? 1
+                                    : 0);
   }
   return t.take();
 }

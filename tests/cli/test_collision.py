@@ -261,6 +261,11 @@ class Wells(Case):
             self.assertLess(abs((found[a][1] + found[b][1]) / 2 - between), .3 + .15 * abs(between), found)
             self.assertEqual(found[a][2], diluted, found)
 
+    def test_without_a_slope_nothing_is_said_of_dilution(self):
+        path = self.run_config(config=self.changed(('"importance"', '"plain"')))
+        self.assertTrue(np.isnan(column(path, "tables/sampling", "size_slope")).all())
+        self.assertTrue(np.isnan(np.array(column(path, "tables/sampling", "diluted"), float)).all())
+
     def test_the_error_of_a_place_moves_a_well_and_its_sidetrack_alike(self):
         self.write("side.csv", "md_m,inclination_deg,azimuth_deg\n" +
                    "".join(f"{30 * k},{max(0, 2 * (k - 10))},90\n" for k in range(20)))
