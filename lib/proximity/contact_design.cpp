@@ -16,6 +16,59 @@ using Eigen::Vector3d;
 
 constexpr double kNoVariance = 1e-12;  // of the largest eigenvalue
 
+/// Half of the longer leg beside every station from `first` on: so far a point may be from its nearest station.
+std::vector<double> half_legs(const WellPath& path, std::size_t first) {
+  std::vector<double> out;
+  for (std::size_t k = first; k < path.stations(); ++k)
+    out.push_back(std::max(k > first ? path.md(k) - path.md(k - 1) : 0.0,
+                           k + 1 < path.stations() ? path.md(k + 1) - path.md(k) : 0.0) /
+                  2);
+  return out;
+}
+
+/// Both paths from their first stations on, and beta of two of their points.
+struct BothPaths {
+  const WellPath &reference, &offset;
+  std::size_t first_reference, first_offset;
+  const RelativeCovariance& covariance;
+  double radii;
+
+  TouchingPair pair(const PathPoint& a, const PathPoint& b) const {
+    return {a, b, touching_beta(b.position - a.position, covariance(a, b), radii)};
+  }
+  TouchingPair at(double reference_md, double offset_md) const {
+    const auto on = [](const WellPath& path, std::size_t first, double md) {
+      return path.at(std::clamp(md, path.md(first), path.md(path.stations() - 1)));
+    };
+    return pair(on(reference, first_reference, reference_md), on(offset, first_offset, offset_md));
+  }
+  /// From one point to the closest of the other path, and back: where the wells pass each other.
+  TouchingPair passing(PathPoint a) const {
+    constexpr int kTurns = 20;
+    PathPoint b = offset.closest(a.position, first_offset).point;
+    for (int turn = 0; turn < kTurns; ++turn) {
+      a = reference.closest(b.position, first_reference).point;
+      b = offset.closest(a.position, first_offset).point;
+    }
+    return pair(a, b);
+  }
+  /// A compass search in both depths.
+  TouchingPair refined(TouchingPair best, double step) const {
+    for (int tries = 0; step > kDepthError && tries < 200; ++tries) {
+      TouchingPair next = best;
+      for (const auto& [x, y] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}}) {
+        const TouchingPair other = at(best.reference.md + x * step, best.offset.md + y * step);
+        if (other.beta < next.beta * (1 - 1e-12)) next = other;
+      }
+      if (next.beta < best.beta)
+        best = next;
+      else
+        step /= 2;
+    }
+    return best;
+  }
+};
+
 }  // namespace
 
 double touching_beta(const Vector3d& r, const Matrix3d& c, double radii, Vector3d* q) {
@@ -62,71 +115,73 @@ Eigen::VectorXd design_of(const Eigen::Matrix3Xd& j, const Vector3d& r, const Ve
 std::vector<TouchingPair> touching_pairs(const WellPath& reference, std::size_t first_reference, const WellPath& offset,
                                          std::size_t first_offset, const RelativeCovariance& covariance, double radii,
                                          double keep, int most) {
+  const BothPaths paths{reference, offset, first_reference, first_offset, covariance, radii};
   const std::size_t rows = reference.stations() - first_reference, columns = offset.stations() - first_offset;
-  const auto beta_of = [&](const PathPoint& a, const PathPoint& b) {
-    return touching_beta(b.position - a.position, covariance(a, b), radii);
-  };
   std::vector<PathPoint> a, b;
   for (std::size_t i = 0; i < rows; ++i) a.push_back(reference.at_station(first_reference + i));
   for (std::size_t j = 0; j < columns; ++j) b.push_back(offset.at_station(first_offset + j));
-  // A bound by the trace first: the search by eigenvalues is for the pairs that may be among the least.
-  std::vector<double> beta(rows * columns);
+  const std::vector<double> half_a = half_legs(reference, first_reference), half_b = half_legs(offset, first_offset);
+  // Bounds by the trace first, of the stations and of all points that are nearest to them: the search by eigenvalues is
+  // for the pairs that may be among the least.
+  std::vector<double> bound(rows * columns), bound_between(rows * columns);
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t j = 0; j < columns; ++j) {
-      const double trace = covariance(a[i], b[j]).trace();
-      const double gap = std::max(0.0, (b[j].position - a[i].position).norm() - radii);
-      const double bound = gap == 0 ? 0 : trace > 0 ? gap / std::sqrt(trace) : kInfinity;
-      beta[i * columns + j] = bound;
-      order.emplace_back(bound, i * columns + j);
+      const std::size_t at = i * columns + j;
+      const double trace = covariance(a[i], b[j]).trace(), gap = (b[j].position - a[i].position).norm() - radii;
+      const auto bound_of = [&](double apart) {
+        return apart <= 0 ? 0 : trace > 0 ? apart / std::sqrt(trace) : kInfinity;
+      };
+      bound[at] = bound_of(gap);
+      bound_between[at] = bound_of(gap - half_a[i] - half_b[j]);
+      order.emplace_back(bound[at], at);
     }
   std::sort(order.begin(), order.end());
   double least = kInfinity;
+  std::vector<double> beta = bound;
   std::vector<bool> exact(beta.size());
   const double margin = keep + 1;  // refining may lower what stations have
-  for (const auto& [bound, at] : order) {
-    if (bound > least + margin) break;
-    beta[at] = beta_of(a[at / columns], b[at % columns]);
+  for (const auto& [lower, at] : order) {
+    if (lower > least + margin) break;
+    beta[at] = paths.pair(a[at / columns], b[at % columns]).beta;
     exact[at] = true;
     least = std::min(least, beta[at]);
   }
-  if (!std::isfinite(least)) return {};
+  const auto is_least = [&](const std::vector<double>& value, std::size_t i, std::size_t j) {
+    const double here = value[i * columns + j];
+    for (std::size_t k = i == 0 ? 0 : i - 1; k <= std::min(i + 1, rows - 1); ++k)
+      for (std::size_t l = j == 0 ? 0 : j - 1; l <= std::min(j + 1, columns - 1); ++l) {
+        const double other = value[k * columns + l];
+        // Of equal ones the shallowest.
+        if (other < here || (other == here && (k < i || (k == i && l < j)))) return false;
+      }
+    return true;
+  };
   std::vector<TouchingPair> out;
+  // Searches from a pair of stations, and keeps what is farther than `apart` along either well from what is known.
+  const auto search = [&](const TouchingPair& start, std::size_t i, std::size_t j, double apart) {
+    constexpr double kStep = 16;  // m
+    const TouchingPair best = paths.refined(start, std::max({kStep, half_a[i], half_b[j]}));
+    if (!std::isfinite(best.beta)) return;
+    least = std::min(least, best.beta);
+    const bool is_known = std::any_of(out.begin(), out.end(), [&](const TouchingPair& p) {
+      return std::abs(p.reference.md - best.reference.md) < apart && std::abs(p.offset.md - best.offset.md) < apart;
+    });
+    if (!is_known) out.push_back(best);
+  };
+  const double near = least + margin;
+  const auto is_near = [&](std::size_t at) { return exact[at] && std::isfinite(beta[at]) && beta[at] <= near; };
+  for (std::size_t i = 0; i < rows; ++i)
+    for (std::size_t j = 0; j < columns; ++j)
+      if (is_near(i * columns + j) && is_least(beta, i, j)) search({a[i], b[j], beta[i * columns + j]}, i, j, 1);
+  // Between stations that are all far from touching the wells may pass each other.
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t j = 0; j < columns; ++j) {
-      const double here = beta[i * columns + j];
-      if (!exact[i * columns + j] || here > least + margin) continue;
-      bool is_least = true;
-      for (std::size_t k = i == 0 ? 0 : i - 1; k <= std::min(i + 1, rows - 1); ++k)
-        for (std::size_t l = j == 0 ? 0 : j - 1; l <= std::min(j + 1, columns - 1); ++l) {
-          const double other = beta[k * columns + l];
-          // Of equal ones the shallowest.
-          if (other < here || (other == here && (k < i || (k == i && l < j)))) is_least = false;
-        }
-      if (!is_least) continue;
-      // A compass search in both depths.
-      TouchingPair best{a[i], b[j], here};
-      const auto clamp = [](const WellPath& path, std::size_t first, double md) {
-        return std::clamp(md, path.md(first), path.md(path.stations() - 1));
-      };
-      double step = 16;
-      for (int tries = 0; step > kDepthError && tries < 200; ++tries) {
-        TouchingPair next = best;
-        for (const auto& [x, y] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}}) {
-          const PathPoint p = reference.at(clamp(reference, first_reference, best.reference.md + x * step)),
-                          q = offset.at(clamp(offset, first_offset, best.offset.md + y * step));
-          const double value = beta_of(p, q);
-          if (value < next.beta * (1 - 1e-12)) next = {p, q, value};
-        }
-        if (next.beta < best.beta)
-          best = next;
-        else
-          step /= 2;
-      }
-      const bool is_known = std::any_of(out.begin(), out.end(), [&](const TouchingPair& p) {
-        return std::abs(p.reference.md - best.reference.md) < 1 && std::abs(p.offset.md - best.offset.md) < 1;
-      });
-      if (!is_known) out.push_back(best);
+      if (is_near(i * columns + j) || bound_between[i * columns + j] > least + margin || !is_least(bound, i, j))
+        continue;
+      const TouchingPair at_stations = paths.pair(a[i], b[j]);
+      search(std::isfinite(at_stations.beta) ? at_stations : paths.passing(a[i]), i, j,
+             std::max({1.0, half_a[i], half_b[j]}));
     }
   std::stable_sort(out.begin(), out.end(),
                    [](const TouchingPair& x, const TouchingPair& y) { return x.beta < y.beta; });

@@ -164,3 +164,45 @@ TEST_CASE("A trial in which a well has no place is lost, and no miss", "[contact
     }
   }
 }
+
+TEST_CASE("Ways to touch are found between stations, whatever the length of the legs", "[contact]") {
+  const auto straight = [](double azimuth, int legs, double length) {
+    survey::Survey s;
+    for (int k = 0; k <= legs; ++k) s.stations.push_back({length * k, 90 * kDegree, azimuth * kDegree, 0});
+    return s;
+  };
+  const double radii = 0.762, gap = 18, sd = 5;
+  const auto found = [&](const survey::Survey& a, const survey::Survey& b, const Vector3d& slot, const Matrix3d& c) {
+    return touching_pairs(
+        well_path(a, {0, 0, 0}), 0, well_path(b, slot), 0, [&](const PathPoint&, const PathPoint&) { return c; }, radii,
+        2.5, 12);
+  };
+  const Matrix3d round = sd * sd * Matrix3d::Identity(), flat = Vector3d(0, 0, sd * sd).asDiagonal();
+  // Two legs that cross, also off their middles; errors up and down alone reach the crossing and nothing else.
+  for (const double length : {30.0, 300.0, 8000.0})
+    for (const double share : {0.5, 0.28})
+      for (const Matrix3d& c : {round, flat}) {
+        CAPTURE(length, share, c(0, 0));
+        const auto pairs =
+            found(straight(0, 1, length), straight(90, 1, length), {share * length, -(1 - share) * length, gap}, c);
+        REQUIRE(pairs.size() == 1);
+        CHECK_THAT(pairs[0].beta, WithinRel((gap - radii) / sd, 1e-6));
+        CHECK_THAT(pairs[0].reference.md, WithinAbs(share * length, 0.1));
+        CHECK_THAT(pairs[0].offset.md, WithinAbs((1 - share) * length, 0.1));
+      }
+  // There and back again: it crosses at a station of both, and as near in the middle of two legs.
+  survey::Survey twice;
+  for (const auto& [md, azimuth] :
+       {std::pair(0, 90), {240, 90}, {600, 90}, {720, 0}, {840, 270}, {900, 270}, {1500, 270}})
+    twice.stations.push_back({static_cast<double>(md), 90 * kDegree, azimuth * kDegree, 0});
+  const WellPath path = well_path(twice, {0, 0, 0});
+  const double back = path.at_station(4).position.x();  // how far north it comes back
+  const Vector3d slot(300, -240, gap);
+  const survey::Survey reference = straight(0, 30, 30);
+  CAPTURE(back);
+  const auto pairs = found(reference, twice, slot, 9 * Matrix3d::Identity());
+  REQUIRE(pairs.size() == 2);
+  CHECK_THAT(pairs[0].beta, WithinRel(pairs[1].beta, 1e-4));
+  CHECK_THAT(std::min(pairs[0].reference.md, pairs[1].reference.md), WithinAbs(300, 0.1));
+  CHECK_THAT(std::max(pairs[0].reference.md, pairs[1].reference.md), WithinAbs(300 + back, 0.1));
+}
