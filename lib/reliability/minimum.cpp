@@ -345,8 +345,7 @@ class OmegaProblem {
   stats::DescentStep<double, bool> solve(bool curved, double damping) {
     const Linear& l = linear();
     const VectorXd scale = scale_of(l), gradient = scale.cwiseProduct(l.gradient);
-    const stats::Cholesky factor =
-        stats::cholesky(with_diagonal(scaled(curved ? l.hessian : l.squares, scale), damping));
+    const stats::Cholesky factor = factor_of(curved ? l.hessian : l.squares, scale, damping, !curved);
     step_ = VectorXd::Zero(gradient.size());
     if (!factor.positive_definite()) return {false, 0, 0};
     const VectorXd d = factor.solve(gradient);
@@ -373,15 +372,29 @@ class OmegaProblem {
     const MatrixXd h = scaled(l.hessian, scale);
     if (stats::cholesky(with_diagonal(h, kLeast)).positive_definite()) return {};
     const VectorXd along = scale.cwiseProduct(VectorXd(stats::symmetric_eigen(h).vectors.col(0)));
-    for (double size = 1; size > 1e-6; size /= 4) {
+    // Down to steps so small even where one unit of `along` is many turns: an unknown that no observation shows
+    for (double size = 1; size > 1e-11; size /= 4) {
       const State right = moved_by(p_, at_, size * along), left = moved_by(p_, at_, -size * along);
       const double of_right = omega_at(p_, right), of_left = omega_at(p_, left);
-      if (std::min(of_right, of_left) < l.omega) return of_right <= of_left ? right : left;
+      if (std::min(of_right, of_left) < l.omega - rounding(l.omega))
+        return of_right <= of_left + rounding(l.omega) ? right : left;
     }
     return {};
   }
 
  private:
+  /// Of J'J or of the Hessian, scaled and damped. J'J is singular, to rounding, where a bz that is left out does not
+  /// enter the observations to first order (horizontal, east or west). A little damping then keeps the steps finite, so
+  /// that the descent ends, if need be at a saddle.
+  static stats::Cholesky factor_of(const MatrixXd& a, const VectorXd& scale, double damping, bool is_square) {
+    constexpr double kLeastPivot = 1e-12, kLittle = 1e-10;  // J'J has 1 on its diagonal
+    const MatrixXd of_scaled = scaled(a, scale);
+    const stats::Cholesky factor = stats::cholesky(with_diagonal(of_scaled, damping));
+    if (!is_square || (factor.positive_definite() && factor.lower().diagonal().minCoeff() > std::sqrt(kLeastPivot)))
+      return factor;
+    return stats::cholesky(with_diagonal(of_scaled, damping + kLittle));
+  }
+
   const Linear& linear() {
     if (!linear_) linear_ = linearise(p_, at_);
     return *linear_;

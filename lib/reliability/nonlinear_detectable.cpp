@@ -1,6 +1,7 @@
 #include "reliability/nonlinear_detectable.h"
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include <Eigen/Core>
@@ -69,16 +70,22 @@ class ErrorShift {
     Values y = truth_;
     y[at_(in_error_)] += nabla;
     Values adjusted = y;
-    for (int i = 0; i < kMost; ++i) {
+    std::optional<Solution> lost;  // a point at which bz is lost
+    for (int i = 0; i < kMost && !lost; ++i) {
       const Step s = step_from(adjusted, y);
       double moved = 0;
       for (std::size_t k = 0; k < kCount; ++k)
         moved = std::max(moved, std::abs(s.next[k] - adjusted[k]) * inverse_sd_[k]);
       adjusted = s.next;
-      if (moved <= 1e-8) return {s.shift, adjusted};
+      if (moved > 1e-8) continue;
+      if (!s.bz_is_lost) return {s.shift, adjusted};
+      lost = {s.shift, adjusted};
     }
     const Minimum m = minimum(y);
     if (!m.converged) return {{kNaN, kNaN}, y};
+    // No step moves a bz that is lost, so the steps also end at a saddle. Where no other bz lowers Omega, the point is
+    // the minimum: that of `m` has a bz near it, to some digits only, by which the tests there must not be linearised.
+    if (lost && !(m.omega < omega_below(lost->shift.general))) return *lost;
     for (Eigen::Index k = 0; k < m.adjusted.size(); ++k) adjusted[static_cast<std::size_t>(k)] = m.adjusted[k];
     return {step_from(adjusted, y).shift, adjusted};
   }
@@ -133,6 +140,7 @@ class ErrorShift {
   struct Step {
     Values next;
     TestShift shift;
+    bool bz_is_lost = false;  ///< to first order no condition depends on bz, so bz stays as it is
   };
   Step step_from(const Values& adjusted, const Values& y) const {
     const std::size_t n = at_(kConditions);
@@ -176,11 +184,14 @@ class ErrorShift {
       return decorrelated(l, scale, c);
     };
     Misfits t = decorrelated(l, scale, w), own = column(in_error_, 1);
+    Step s;
     double bz = 0;
     if (without_bz_) {
       const double sd_z = std::sqrt(variance_[kBz]);
       const Misfits z = column(kBz, sd_z);
-      if (const double squared = dot(z, z); squared > 1e-10) {  // kLeastRedundancy
+      const double squared = dot(z, z);
+      s.bz_is_lost = !(squared > 1e-10);  // kLeastRedundancy
+      if (!s.bz_is_lost) {
         bz = dot(z, t) / squared * sd_z;
         const double of_own = dot(z, own) / squared;
         for (std::size_t i = 0; i < n; ++i) {
@@ -194,7 +205,6 @@ class ErrorShift {
       for (std::size_t k = i + 1; k < n; ++k) back[i] -= l[k][i] * back[k];
       back[i] *= l[i][i];
     }
-    Step s;
     s.next = y;
     for (std::size_t i = 0; i < n; ++i)
       of_condition(static_cast<int>(i), [&](std::size_t j) { s.next[j] -= weighted[i][j] * (scale[i] * back[i]); });
@@ -204,6 +214,9 @@ class ErrorShift {
     s.shift = {std::sqrt(dot(t, t)), size * sd() > 1e-5 ? std::abs(dot(own, t)) / size : 0};
     return s;
   }
+
+  /// An Omega that is smaller than shift^2 by more than rounding.
+  static double omega_below(double shift) { return shift * shift - 1e-9 * (1 + shift * shift); }
 
   Minimum minimum(const Values& y) const {
     StationReadings readings;

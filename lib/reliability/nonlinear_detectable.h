@@ -30,8 +30,9 @@ struct TestShift {
 };
 
 /// Shifts by an error of `nabla` (internal units) in one observation; the variances are those of the error-free
-/// readings. Adjusted by Gauss-Newton steps, and by minimum.h where these do not settle. Throws std::invalid_argument
-/// for an observation that the model does not have.
+/// readings. Adjusted by Gauss-Newton steps, and by minimum.h where these do not settle, or where the bz of sse_axial
+/// does not enter the conditions to first order (horizontal, east or west), so that no step moves it. Throws
+/// std::invalid_argument for an observation that the model does not have.
 TestShift error_shift(const AdjustmentModel& model, const survey::Attitude& at, std::size_t observation, double nabla);
 
 /// Smallest nabla > 0 (sign +1) or < 0 (sign -1) whose shift reaches lambda0; infinite if none up to 1e4 sd does. The

@@ -192,6 +192,33 @@ TEST_CASE("Minimal detectable errors in sse_axial are finite near horizontal") {
         }
 }
 
+TEST_CASE("Horizontal east or west in sse_axial, where no step moves bz, the shift is that of the minimum") {
+  AdjustmentModel m;
+  m.mode = AdjustmentMode::sse_axial;
+  m.stations = 1;
+  const std::size_t by = index_of(Observation::by), total = index_of(Observation::total_field);
+  // An error that makes the field too small for the readings is explained in part by a bz, an azimuth off east. Omega
+  // is continuous in the azimuth, and Gauss-Newton is at no saddle 0.01 degrees off.
+  for (const double east : {90.0, 270.0})
+    for (const double toolface : {0.0, 30.0, 90.0, 135.0})
+      for (const std::size_t observation : {std::size_t{0}, kBx, by, total, kDip})
+        for (const int sign : {1, -1}) {
+          INFO(east << " " << toolface << " " << observation_names()[observation] << " " << sign);
+          const survey::Attitude at = degrees(90, toolface, east);
+          const double size = nonlinear_detectable_error(m, at, observation, kLambda, sign);
+          const double beside =
+              nonlinear_detectable_error(m, degrees(90, toolface, east - 0.01), observation, kLambda, sign);
+          if (std::isinf(beside)) {
+            CHECK(std::isinf(size));
+            continue;
+          }
+          CHECK_THAT(size, WithinRel(beside, 1e-5));
+          CHECK_THAT(shift_of_all(m, at, observation, size), WithinRel(kLambda, 1e-6));
+        }
+  // Found at -0.774 degrees if bz stays where it is
+  CHECK_THAT(nonlinear_detectable_error(m, degrees(90, 30, 90), kDip, kLambda, -1) / kDegree, WithinAbs(-2.5543, 1e-4));
+}
+
 TEST_CASE("An error that the general test finds may show in the tests of other readings") {
   const AdjustmentModel m;
   const survey::Attitude at = degrees(30, 12, 150);
