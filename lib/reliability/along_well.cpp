@@ -36,6 +36,8 @@ struct StationTerms {
   MatrixXd shared_position;  ///< of the position by z: only systematic terms, which are subtracted from the readings
   Eigen::Matrix<double, 6, 1> values;  ///< relative readings
   bool vertical;
+  double lost_azimuth = 0;                    ///< infinite where bz was left out, but was all that knew the azimuth
+  Vector3d lost_position = Vector3d::Zero();  ///< where a turn by that azimuth would take the last station, m per rad
 };
 
 /// Derivatives of hole direction (magnetic N frame) and angles by the readings: the tool turns by phi, whose parts are
@@ -110,6 +112,9 @@ std::vector<StationTerms> station_terms(const AdjustmentModel& model, const surv
       if (z.dot(wz) * s.variance[kBz] >= kLeastRedundancy) {
         bz = wz.transpose() / z.dot(wz);
         s.weight -= wz * wz.transpose() / z.dot(wz);
+      } else {  // horizontal, east or west; signs as in station_kernel.h
+        s.lost_azimuth = std::copysign(kInfinity, -s.angles(2, kBz));
+        s.lost_position = -s.position.col(kBz);
       }
     }
     s.residuals = used.asDiagonal() * s.conditions.transpose() * s.weight;
@@ -188,12 +193,14 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
     VectorXd s;                            // sum of D' W c
     Vector3d direct = Vector3d::Zero();    // to the position, without adjustment
     Vector3d adjusted = Vector3d::Zero();  // with the residuals subtracted, but z unchanged
+    Vector3d lost = Vector3d::Zero();      // by azimuths that are lost
   };
   const auto add = [&](Error& e, const StationTerms& at, const Vector3d& c, const Vector3d& direct) {
     const Vector3d wc = at.weight * c;
     e.information += c.dot(wc);
     e.s += at.shared.transpose() * wc;
     e.direct += direct;
+    e.lost += at.lost_position;
     e.adjusted += direct - at.position * (at.residuals * c);
   };
   const auto information = [&](const Error& e) { return shared ? e.information - e.s.dot(p * e.s) : e.information; };
@@ -205,7 +212,8 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
     const Vector3d moved = !std::isfinite(size) ? e.direct
                            : shared             ? Vector3d(e.adjusted + position_by_z * (p * e.s))
                                                 : e.adjusted;
-    return reach(moved, std::sqrt(variance), size);
+    const Vector3d lost = reach(e.lost, 1, kInfinity);
+    return Vector3d((lost.array() == 0).select(reach(moved, std::sqrt(variance), size), lost));
   };
   const auto none = [&] {
     Error e;
@@ -245,7 +253,7 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
       const Vector3d angles = reach(at.angles * left, sd, size);
       out.inclination = angles[0];
       out.toolface = at.vertical ? kInfinity : angles[1];
-      out.azimuth = at.vertical ? kInfinity : angles[2];
+      out.azimuth = at.vertical ? kInfinity : at.lost_azimuth != 0 ? at.lost_azimuth : angles[2];
     }
   }
   for (std::size_t i = 0; i < kReadings; ++i) {

@@ -40,7 +40,9 @@ struct WellReliability {
 /// `survey`: azimuths true; the field's declination makes them magnetic. In sse, sse_axial and mse_fixed every station
 /// is on its own (its references too, in StationEffect of that station). Positions by minimum curvature; first order in
 /// the error. In a vertical station the effects on toolface and azimuth are infinite. The effect on the position is
-/// finite, because the position depends on the direction of the hole, which is defined there.
+/// finite, because the position depends on the direction of the hole, which is defined there. In sse_axial a horizontal
+/// station east or west has no azimuth to first order: its effects on azimuth are infinite, and those on the position
+/// where the azimuth moves the last station.
 WellReliability reliability_along_well(const AdjustmentModel& model, const survey::Survey& survey, double lambda0);
 
 /// The smallest error in one reading that is found, without linearisation, and its effects.

@@ -165,6 +165,35 @@ TEST_CASE("A vertical station has an effect on the position, and none on angles 
   }
 }
 
+TEST_CASE("Where sse_axial loses the azimuth, the position is lost with it") {
+  AdjustmentModel m;
+  m.mode = AdjustmentMode::sse_axial;
+  m.field.declination = 0.1;
+  for (const double toolface : {0.0, 30.0, 200.0})
+    for (const double magnetic : {90.0, 270.0}) {
+      survey::Survey well = a_well(3);
+      survey::Station& lost = well.stations[1];
+      lost.inclination = kPi / 2;
+      lost.azimuth = magnetic * kDegree + m.field.declination;
+      lost.toolface = toolface * kDegree;
+      const WellReliability r = reliability_along_well(m, well, kLambda);
+      const auto alone = station_reliability(m, attitudes(well, m.field.declination)[1], kLambda);
+      for (const std::size_t o : observed(m.mode)) {
+        INFO(observation_names()[o] << " " << toolface << " " << magnetic);
+        const StationEffect& e = r.stations[1][o];
+        CHECK_THAT(e.detectable, WithinRel(alone[o].detectable, 1e-8));
+        CHECK(std::isinf(alone[o].azimuth));
+        CHECK(e.azimuth == alone[o].azimuth);
+        CHECK(std::isinf(e.position.norm()));
+        CHECK(r.stations[0][o].position.allFinite());
+        if (o < kReadings) CHECK(std::isinf(r.common[o].position.norm()));
+      }
+      // Without a course length on either side its azimuth moves nothing
+      well.stations[0].md = well.stations[1].md = well.stations[2].md = 500;
+      CHECK(reliability_along_well(m, well, kLambda).stations[1][index_of(Observation::dip)].position.norm() == 0);
+    }
+}
+
 TEST_CASE("Errors that are just found, without linearisation: against the adjustment of the whole well") {
   // The near-vertical stations of a_well are where linear theory is worst. What is left is the curvature of the other
   // stations, whose adjusted readings move by tenths of their sd: parts in a thousand of the shift. The bound of the
