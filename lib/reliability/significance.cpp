@@ -88,8 +88,8 @@ double identification_probability(double lambda, double rho) {
 
 double identifiable_shift(double rho, double power) {
   const double size = std::abs(rho);
-  if (power <= 0.5) return 0;
   if (!(1 - size > 1e-12)) return kInfinity;
+  if (power <= 0.5) return 0;
   // Between the shift that the weaker factor needs alone, and one at which each factor fails with half of the permitted
   // probability.
   double lo = 0, hi = upper_quantile((1 - power) / 2) / std::sqrt((1 - size) / 2);

@@ -54,8 +54,8 @@ DimensionLevel b_method_level(double r, double lambda0_squared, double power);
 
 /// Shift lambda of w_i that makes |w_i| > |w_j| with probability `power`, for two tests of correlation rho: with
 /// a = lambda sqrt((1 - rho)/2), b = lambda sqrt((1 + rho)/2), w_i^2 - w_j^2 = (w_i - w_j)(w_i + w_j) is a product of
-/// independent normals, and P = Phi(a) Phi(b) + Phi(-a) Phi(-b). +infinity for |rho| = 1; power in (1/2, 1), below that
-/// 0.
+/// independent normals, and P = Phi(a) Phi(b) + Phi(-a) Phi(-b). +infinity for |rho| = 1; else 0 for a power of up to
+/// 1/2.
 double identifiable_shift(double rho, double power);
 double identification_probability(double lambda, double rho);
 

@@ -53,6 +53,8 @@ TEST_CASE("Shift that tells two correlated tests apart") {
   CHECK(std::isinf(identifiable_shift(1, 0.8)));
   CHECK(std::isinf(identifiable_shift(-1, 0.8)));
   CHECK(identifiable_shift(0.5, 0.5) == 0);
+  CHECK(std::isinf(identifiable_shift(1, 0.5)));
+  CHECK(std::isinf(identifiable_shift(-1, 0.3)));
   CHECK_THAT(identification_probability(0, 0.4), WithinAbs(0.5, 1e-15));
 }
 
