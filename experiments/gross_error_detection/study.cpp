@@ -28,17 +28,34 @@ using Numbers = std::vector<Eigen::Index>;
 
 bool contains(const Numbers& all, Eigen::Index one) { return std::find(all.begin(), all.end(), one) != all.end(); }
 
+/// A bipartite matching of rejected groups and errors, by augmenting paths.
+struct Matching {
+  const std::vector<reliability::SuspectGroup>& rejected;
+  const Numbers& errors;
+  std::vector<std::optional<std::size_t>> group_of;  ///< of each error, if any
+
+  /// Gives group `k` an error that it holds and that was not `tried`; a group that had it takes another one.
+  bool give(std::size_t k, std::vector<bool>& tried) {
+    for (std::size_t e = 0; e < errors.size(); ++e) {
+      if (tried[e] || !contains(rejected[k], errors[e])) continue;
+      tried[e] = true;
+      if (group_of[e] && !give(*group_of[e], tried)) continue;
+      group_of[e] = k;
+      return true;
+    }
+    return false;
+  }
+};
+
 /// Are the errors the rejected groups, one each?
 bool matches(const std::vector<reliability::SuspectGroup>& rejected, const Numbers& errors) {
   if (rejected.size() != errors.size()) return false;
-  Numbers order = errors;
-  std::sort(order.begin(), order.end());
-  do {
-    bool all = true;
-    for (std::size_t k = 0; k < order.size() && all; ++k) all = contains(rejected[k], order[k]);
-    if (all) return true;
-  } while (order.size() <= 6 && std::next_permutation(order.begin(), order.end()));
-  return false;
+  Matching m{rejected, errors, std::vector<std::optional<std::size_t>>(errors.size())};
+  for (std::size_t k = 0; k < rejected.size(); ++k) {
+    std::vector<bool> tried(errors.size(), false);
+    if (!m.give(k, tried)) return false;
+  }
+  return true;
 }
 
 SnoopingOutcome judge_snooping(const reliability::SnoopingResult& r, const Numbers& errors) {
