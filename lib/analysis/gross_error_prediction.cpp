@@ -19,6 +19,29 @@ ErrorShift shift_of(const std::vector<reliability::GrossError>& errors, const Ve
   return shift;
 }
 
+/// Observations that cannot be told apart from `number`, and the largest |rho| of its test with that of another.
+struct Company {
+  reliability::SuspectGroup group;
+  double closest = 0;
+};
+Company company_of(const reliability::ParityModel& m, Index number) {
+  Company c;
+  for (const reliability::SuspectGroup& g : reliability::inseparable_groups(m))
+    if (std::find(g.begin(), g.end(), number) != g.end()) c.group = g;
+  const Eigen::MatrixXd rho = reliability::test_correlations(m);
+  for (Index i = 0; i < rho.cols(); ++i)
+    if (i != number && std::find(c.group.begin(), c.group.end(), i) == c.group.end())
+      c.closest = std::max(c.closest, std::abs(rho(number, i)));
+  return c;
+}
+
+/// The adjustment of readings that are off by about one sd, each by another part of it.
+reliability::StationAdjustment displaced(const reliability::GrossErrorTrials& trials) {
+  VectorXd normals(trials.observations());
+  for (Index i = 0; i < normals.size(); ++i) normals[i] = std::sqrt(2.0) * std::sin(1.0 + static_cast<double>(i));
+  return trials.adjusted(trials.readings(normals, true));
+}
+
 }  // namespace
 
 GrossErrorPrediction predict_gross_errors(const reliability::GrossErrorTrials& trials,
@@ -49,9 +72,17 @@ GrossErrorPrediction predict_gross_errors(const reliability::GrossErrorTrials& t
   const reliability::ParityModel& m = noise_free.parity;
   const reliability::LinearRates rates = reliability::linear_rates(m, m.whitened, number, p.critical);
   p.any = rates.any;
-  if (errors.size() == 1) p.identified = rates.identified;
-  for (const reliability::SuspectGroup& g : reliability::inseparable_groups(m))
-    if (g.size() > 1 && std::find(g.begin(), g.end(), number) != g.end()) p.in_group = true;
+  if (errors.size() != 1) return p;
+  // A trial is grouped at its own attitude. A tie of the noise-free attitude alone, as of gz and gravity in a vertical
+  // hole, is none of the trials', and what is nearly tied there is tied in some of them. A tie of the true attitude
+  // alone is one of rare trials.
+  constexpr double kNearlyTied = 1 - 1e-6;
+  const Company at_truth = company_of(p.model, number), here = company_of(m, number);
+  p.in_group = here.group.size() > 1;
+  p.may_be_tied = here.group != at_truth.group || std::max(here.closest, at_truth.closest) > kNearlyTied;
+  if (here.closest > kNearlyTied) return p;
+  const reliability::StationAdjustment beside = displaced(trials);
+  if (beside.converged && company_of(beside.parity, number).group == here.group) p.identified = rates.identified;
   return p;
 }
 

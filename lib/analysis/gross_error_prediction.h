@@ -27,8 +27,9 @@ struct GrossErrorPrediction {
   double linear_any = kNaN;        ///< some test rejects, linear theory
   /// By the shift of the nonlinear adjustment and the tests at its solution; NaN: not known (linear_rates).
   double any = kNaN;
-  double identified = kNaN;  ///< one error, strategy single
+  double identified = kNaN;  ///< one error, strategy single; NaN, too, where noise may tie or untie its observation
   bool in_group = false;     ///< the observation in error is in a group: `identified` is the group's
+  bool may_be_tied = false;  ///< it is in none, but noise may bring it into one now and then
 };
 
 /// With Pope's test (variance unknown) in place of the w-test if `pope`.

@@ -38,6 +38,40 @@ TEST_CASE("The nonlinear prediction of a small error is the linear one, and of a
   CHECK(std::abs(large.nonlinear.w[0] / large.linear.w[0] - 1) > 1e-3);
 }
 
+TEST_CASE("What one error is identified as is predicted only where noise does not tie or untie it") {
+  struct Case {
+    reliability::AdjustmentMode mode;
+    double inclination, toolface, azimuth;
+    reliability::Observation in_error;
+    bool known, in_group, may_be_tied;
+  };
+  using enum reliability::Observation;
+  using enum reliability::AdjustmentMode;
+  for (const Case& c :
+       {Case{sse, 50, 110, 40, bx, true, false, false},      //
+        Case{sse_axial, 30, 45, 60, bx, true, true, false},  // tied at any attitude
+        Case{sse, 0, 30, 40, gz, false, true, false},         // gz and gravity, in a vertical hole only
+        Case{sse, 0.02, 30, 40, gz, false, false, true},     // |rho| 1 - 2e-9: noise ties them now and then
+        Case{sse, 1, 30, 40, gz, true, false, false},        // 1 - 6e-6: far beyond the noise
+        Case{sse, 30, 0, 90, bz, true, false, true}}) {      // bz and by, until the error turns the tool
+    reliability::AdjustmentModel model;
+    model.mode = c.mode;
+    model.field.dip = 75 * kDegree;
+    const std::vector<survey::Attitude> attitudes{{c.inclination * kDegree, c.azimuth * kDegree, c.toolface * kDegree}};
+    const auto number = static_cast<Eigen::Index>(reliability::index_of(c.in_error));
+    const reliability::TestLevels levels;
+    const double size =
+        reliability::lambda0(levels) / reliability::sensitivities(reliability::linear_model(model, attitudes))[number];
+    const GrossErrorPrediction p =
+        predict_gross_errors({model, attitudes, {{number, size}}, random::Stream(1, 20)}, levels, false);
+    INFO("I " << c.inclination << ", toolface " << c.toolface << ", azimuth " << c.azimuth);
+    CHECK(std::isnan(p.identified) == !c.known);
+    CHECK(p.any > 0.5);
+    CHECK(p.in_group == c.in_group);
+    CHECK(p.may_be_tied == c.may_be_tied);
+  }
+}
+
 TEST_CASE("Pope's test has a power for one error in linear theory only") {
   const reliability::TestLevels levels;
   const GrossErrorPrediction p = predict_gross_errors(trials(5), levels, true);

@@ -1757,6 +1757,39 @@ class GrossErrors(Case):
         self.call("run", "error.toml", "-o", "e.h5", "--trials", 10, "--set", "factor=0.5")
         self.assertAlmostEqual(column(self.folder / "e.h5", "tables/injected", "size")[0], 0.5 * 689.04775, delta=1e-3)
 
+    def row(self, formulation, quantity, path="e.h5"):
+        with h5py.File(self.folder / path) as f:
+            table = f["tables/detection"]
+            names = list(zip(table["formulation"].asstr()[()], table["quantity"].asstr()[()]))
+            at = names.index((formulation, quantity))
+            return table["monte_carlo"][at], table["analytic"][at], table["verdict"].asstr()[at]
+
+    def test_a_reading_that_linear_theory_does_not_control_raises_false_alarms(self):
+        self.errors(("45.0", "0.0"), ("60.0", "0.0"), ('size = "minimal_detectable"', "size_nT = 3000.0"))
+        self.call("run", "error.toml", "-o", "e.h5", "--set", "alpha=0.05")
+        self.assertEqual(column(self.folder / "e.h5", "tables/injected", "redundancy_number")[0], 0)
+        found, predicted, verdict = self.row("design", "false_alarm_bx")
+        self.assertEqual(predicted, 0.1)
+        self.assertAlmostEqual(found, predicted, delta=5 * (0.09 / 3000)**0.5)
+        self.assertNotEqual(verdict, "differs")
+
+    def test_a_tie_of_the_vertical_alone_predicts_no_identification(self):
+        self.errors(("30.0", "0.0"), ('"bx"', '"gz"'))
+        self.call("run", "error.toml", "-o", "e.h5", "--trials", 1000)
+        for outcome in ("identified", "identified_group", "identified_wrong"):
+            found, predicted, verdict = self.row("single", outcome)
+            self.assertGreater(found, 0.1)
+            self.assertTrue(np.isnan(predicted))
+            self.assertEqual(verdict, "")
+        self.assertAlmostEqual(self.row("single", "missed")[1], 0.2, delta=1e-3)
+
+    def test_many_errors_are_identified_in_any_order_of_rejection(self):
+        large = "".join(f'[[inject]]\nobservation = "bx"\nstation = {k}\nsize_nT = {5000 + 500 * k}\n' for k in range(1, 7))
+        self.errors(('"sse"', '"mse_shared"\nstations = 30\nstrategy = "iterative"'),
+                    ('size = "minimal_detectable"', "size_nT = 5000"), append=large)
+        self.call("run", "error.toml", "-o", "e.h5", "--trials", 50)
+        self.assertGreater(self.rates()["iterative", "identified"], 0.8)
+
     def test_inseparable_readings_are_never_identified(self):
         self.errors(('"sse"', '"sse_axial"'))
         self.call("run", "error.toml", "-o", "e.h5")
