@@ -66,14 +66,14 @@ std::vector<double> ratios(const std::vector<double>& a, const std::vector<doubl
   return r;
 }
 
-/// In how many realisations a healthy sensor was blamed.
+/// In how many realisations a healthy sensor was blamed for the drift of another. Empty if none drifts.
 study::ComparisonRow blamed(const Scenario& s, const Outcomes& o, std::size_t method, const std::string& quantity) {
   const std::uint64_t count = count_blames(s, o, method);
   study::ComparisonRow row;
   row.formulation = s.methods[method].name;
   row.quantity = quantity;
   row.unit = "1";
-  if (!s.any_healthy()) return row;
+  if (!s.any_healthy() || !s.any_drifts()) return row;
   row.monte_carlo = static_cast<double>(count) / static_cast<double>(o.trials());
   if (o.trials() > 1) row.interval = stats::binomial_interval(count, o.trials(), s.verdict.confidence);
   return row;
@@ -139,7 +139,10 @@ std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& 
   add("unfaulted_mse_is_higher", aks.mean_error(OutcomeLayout::measured), as.mean_error(OutcomeLayout::measured),
       false);
   const auto with_drift = s.data.simulated() ? OutcomeLayout::drift_truth : OutcomeLayout::drift_measured;
-  add("drifting_mse_is_lower", aks.mean_error(with_drift), as.mean_error(with_drift), true);
+  const auto drifting_error = [&](const Metrics& m) {
+    return s.any_drifts() ? m.mean_error(with_drift) : std::vector<double>{};
+  };
+  add("drifting_mse_is_lower", drifting_error(aks), drifting_error(as), true);
   return rows;
 }
 

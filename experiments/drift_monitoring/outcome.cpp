@@ -1,5 +1,6 @@
 /// The numbers and the series that drift_monitoring gathers from the rows of a realisation, block by block.
 #include <algorithm>
+#include <cmath>
 
 #include "base/units.h"
 #include "drift_monitoring/study.h"
@@ -8,6 +9,12 @@ namespace surveymc::studies::drift_monitoring {
 namespace {
 
 constexpr double kNone = kNaN;
+
+/// Samples of a block up to and including an alarm (h into the test); all of them without one.
+double samples_until(double alarm_h, const MonitoredBlock& b) {
+  const auto end = std::isnan(alarm_h) ? b.test_h.end() : std::upper_bound(b.test_h.begin(), b.test_h.end(), alarm_h);
+  return static_cast<double>(end - b.test_h.begin());
+}
 
 }  // namespace
 
@@ -22,7 +29,10 @@ OutcomeSum::OutcomeSum(const Scenario& s) : s_(s), at_(s), skipped_(s.architectu
     else
       same->methods.push_back(m);
   }
-  for (Family& f : families_) f.with = f.without = std::vector(s.data.sensors.size(), tests_of(f));
+  for (Family& f : families_) {
+    f.with = f.without = std::vector(s.data.sensors.size(), tests_of(f));
+    f.quiet.assign(s.data.sensors.size() * f.methods.size(), 0);
+  }
   errors_.assign(s.architectures.size() * OutcomeLayout::kErrors, monitoring::MeanSquareError(s.sensors()));
   sensitivities_.assign(s.architectures.size(), monitoring::Sensitivities(s.sensors()));
 }
@@ -52,7 +62,11 @@ void OutcomeSum::add(const MonitoredBlock& b) {
   for (Family& f : families_)
     for (std::size_t j = 0; j < p; ++j) {
       f.with[j].update(signal(b.with[f.architecture], j));
+      std::vector<double> before;
+      for (std::size_t i = 0; i < f.methods.size(); ++i) before.push_back(f.without[j].times(i).first);
       f.without[j].update(signal(b.without[f.architecture], j));
+      for (std::size_t i = 0; i < f.methods.size(); ++i)
+        if (std::isnan(before[i])) f.quiet[j * f.methods.size() + i] += samples_until(f.without[j].times(i).first, b);
     }
   for (std::size_t a = 0; a < s_.architectures.size(); ++a) {
     monitoring::MeanSquareError* errors = errors_.data() + a * OutcomeLayout::kErrors;
@@ -79,6 +93,7 @@ std::vector<double> OutcomeSum::row(const TrainedModel& model) const {
         put(OutcomeLayout::first_after_start, with.first_after_start);
         put(OutcomeLayout::count, with.count);
         put(OutcomeLayout::first_without_drift, f.without[j].times(i).first);
+        put(OutcomeLayout::samples_without_drift, f.quiet[j * f.methods.size() + i]);
       }
   for (std::size_t a = 0; a < s_.architectures.size(); ++a) {
     row[at_.skipped(a)] = skipped_[a];

@@ -141,8 +141,24 @@ void read_tests(config::ConfigReader& c, Scenario& s) {
   s.filter.gate = c.number("filter.gate", config::Range::non_negative(), 0);
 }
 
+/// Refuses settings of CUSUM and plain threshold where the point has neither.
+void refuse_settings_of_no_baseline(const config::ConfigReader& c, const Scenario& s) {
+  if (s.methods.size() > s.architectures.size()) return;
+  const bool has_residual = s.architectures.front() == monitoring::Architecture::aakr_sprt;
+  const char* rule = has_residual
+                         ? "has no effect with baselines.enabled = false: leave it out, or enable the baselines"
+                         : "has no effect without \"aakr_sprt\", on whose residual the baselines are: leave it out, or "
+                           "take \"aakr_sprt\" into architecture";
+  for (const char* key : {"operating.cusum_threshold_z", "operating.threshold_z"}) c.require(!c.has(key), key, rule);
+  if (has_residual) return;  // [baselines] is disabled by a word of its own
+  for (const char* key : {"baselines.calibration_trials", "baselines.cusum_allowance_z", "baselines.cusum_threshold_z",
+                          "baselines.threshold_z", "baselines.enabled"})
+    c.require(!c.has(key), key, rule);
+}
+
 /// `[baselines]` and `[operating]`: settings of the methods.
 void read_settings(config::ConfigReader& c, Scenario& s) {
+  refuse_settings_of_no_baseline(c, s);
   s.cusum.allowance = c.number("baselines.cusum_allowance_z", config::Range::non_negative(), s.cusum.allowance);
   if (s.data.simulated()) {
     s.calibration_trials = static_cast<std::uint64_t>(c.integer("baselines.calibration_trials", 0, 1'000'000, 0));

@@ -16,7 +16,10 @@ MonitoringData read_gas_lift_well(config::ConfigReader& c) {
   MonitoringData d;
   d.sensors = {"PT_f", "PT_t", "PT_g", "PT_m"};
   d.units.assign(4, "kPa");
-  d.schedule = monitoring::gas_lift_schedule(c.boolean("source.out_of_range", false));
+  const bool out_of_range = c.boolean("source.out_of_range", false);
+  c.require(!out_of_range || !c.has("source.injection_kgps"), "source.out_of_range",
+            "must be left out where source.injection_kgps is given: it changes the last steps of the built-in rates");
+  d.schedule = monitoring::gas_lift_schedule(out_of_range);
   d.schedule.step_h = c.number("source.step_h", config::Range{0.5, 100, false, false}, d.schedule.step_h);
   d.sample_s = c.number("source.sample_s", config::Range{10, 3600, false, false}, 60);
   c.require(std::fmod(d.sample_s, 5) == 0, "source.sample_s", "must be a multiple of the 5 s of a simulation step");

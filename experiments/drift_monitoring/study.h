@@ -59,8 +59,9 @@ class OutcomeLayout : public stats::Layout {
   explicit OutcomeLayout(const Scenario& s)
       : p_(static_cast<std::size_t>(s.sensors())), methods_(s.method_count()), architectures_(s.architectures.size()) {}
 
-  enum Alarm { first, first_after_start, count, first_without_drift, kAlarmValues };  // h, or NaN: none
-  enum Error { measured, truth, drift_measured, drift_truth, kErrors };               // mean squares, z2
+  // h, or NaN: none; the last: samples up to the first alarm if no sensor drifts, or all, if there is none.
+  enum Alarm { first, first_after_start, count, first_without_drift, samples_without_drift, kAlarmValues };
+  enum Error { measured, truth, drift_measured, drift_truth, kErrors };  // mean squares, z2
 
   stats::Slots alarm = slots(methods_, p_, kAlarmValues);    ///< of a method and sensor
   stats::Slots error = slots(architectures_, p_, kErrors);   ///< of an architecture and sensor
@@ -82,6 +83,7 @@ class OutcomeSum {
     AlarmMethod::Test test;
     std::vector<std::size_t> methods;
     std::vector<monitoring::AlarmTests> with = {}, without = {};  // [sensor]
+    std::vector<double> quiet = {};  // [sensor][method]: samples without drift up to the first alarm
   };
   monitoring::AlarmTests tests_of(const Family& family) const;
 

@@ -69,18 +69,19 @@ store::Table alarms_table(const Scenario& s, const Outcomes& o) {
   const double confidence = s.verdict.confidence;
   study::TableRows t("alarms",
                      "alarms of every sensor; the first realisation, and all" + study::at_confidence(confidence));
-  const double end = s.data.test_end_h;
+  // Hours without samples (gaps of a file) are not monitored.
+  const double sample_h = s.data.simulated() ? s.data.sample_s / 3600 : s.data.file->found.median_step_h;
   for_methods_and_sensors(s, [&](std::size_t m, std::size_t j) {
     const double amplitude = s.amplitude[static_cast<Eigen::Index>(j)];
     const auto value = [&](std::size_t trial, OutcomeLayout::Alarm what) { return o(trial, o.at.alarm(m, j, what)); };
     std::uint64_t any = 0, wrong = 0, without = 0;
-    double exposure = 0;
+    double samples = 0;
     for (std::size_t i = 0; i < o.trials(); ++i) {
-      const double first = value(i, OutcomeLayout::first), quiet = value(i, OutcomeLayout::first_without_drift);
+      const double first = value(i, OutcomeLayout::first);
       any += !std::isnan(first);
       wrong += !std::isnan(first) && (amplitude == 0 || first < s.start_h);
-      without += !std::isnan(quiet);
-      exposure += std::isnan(quiet) ? end : quiet;
+      without += !std::isnan(value(i, OutcomeLayout::first_without_drift));
+      samples += value(i, OutcomeLayout::samples_without_drift);
     }
     const double first = value(0, OutcomeLayout::first);
     t.word("architecture", "monitor, or test on the residual of AAKR", s.methods[m].name);
@@ -97,8 +98,8 @@ store::Table alarms_table(const Scenario& s, const Outcomes& o) {
     t.share("p_false_alarm", "share with an alarm of the healthy sensor, or before its drift", wrong, o.trials(),
             confidence);
     t.share("p_alarm_without_drift", "share with an alarm if no sensor drifts", without, o.trials(), confidence);
-    write_rate(t, "alarms_per_h_without_drift", "first alarms per hour until then, if no sensor drifts", without,
-               exposure, confidence);
+    write_rate(t, "alarms_per_h_without_drift", "first alarms per monitored hour until then, if no sensor drifts",
+               without, samples * sample_h, confidence);
     write_counts(t, o);
   });
   return t.take();

@@ -248,6 +248,64 @@ class Monitoring(Case):
             with self.subTest(setting=setting):
                 self.refused(BAD_INPUT, "run", "base.toml", "--set", setting, says=says)
 
+    def test_settings_without_effect_are_refused(self):
+        alone = ("--set", 'architecture="aakr_kf_sprt"')
+        disabled = ("--set", "baselines.enabled=false")
+        for settings, says in (
+                (("--set", "source.out_of_range=true", "--set", f"source.injection_kgps={[0.6] * 30}"),
+                 "source.out_of_range = true: must be left out"),
+                ((*alone, "--set", "operating.threshold_z=0.7"), "operating.threshold_z = 0.7: has no effect without"),
+                ((*alone, "--set", "baselines.calibration_trials=3"), "baselines.calibration_trials = 3: has no effect"),
+                ((*alone, "--set", "baselines.cusum_allowance_z=0.4"), "baselines.cusum_allowance_z = 0.4: has no effect"),
+                ((*disabled, "--set", "operating.cusum_threshold_z=[1.0, 2.0]"), "baselines.enabled = false: leave it out")):
+            with self.subTest(settings=settings):
+                self.refused(BAD_INPUT, "run", "base.toml", *settings, says=says)
+        path = self.run_config(*alone, "--set", "operating.shift_z=1.0")  # a setting of the SPRT
+        self.assertEqual({r["architecture"] for r in rows(path, "operating")}, {"aakr_kf_sprt"})
+
+    def test_claims_about_drift_have_no_verdict_where_nothing_drifts(self):
+        quiet = self.run_config("--set", "drift.amplitude_z=0.0", output="quiet.h5")
+        verdicts = {r["quantity"]: (r["verdict"], r["monte_carlo"]) for r in rows(quiet, "claims")}
+        self.assertIn(verdicts.pop("unfaulted_mse_is_higher")[0], ("agrees", "differs", "undecided"))
+        self.assertEqual(len(verdicts), 5)
+        for quantity, (verdict, value) in verdicts.items():
+            self.assertEqual(verdict, "", quantity)
+            self.assertTrue(np.isnan(value), quantity)
+        drifting = {r["quantity"]: r["verdict"] for r in rows(self.run_config(), "claims")}
+        self.assertNotIn("", drifting.values())
+
+    def test_rate_of_alarms_is_per_monitored_hour(self):
+        def run(name, gap_h, jump):
+            lines = ["time_h,a_kPa,b_kPa"]
+            for i in range(400):
+                wave = i % 37 / 37 + 0.3 * (i * 7 % 11) / 11
+                lines.append(f"{i / 60 + (gap_h if i >= 300 else 0):.8f},{100 + 10 * wave + (jump if i >= 200 else 0)},"
+                             f"{50 + 3 * wave + 0.1 * (i % 5)}")
+            self.write(f"{name}.csv", "\n".join(lines) + "\n")
+            self.write(f"{name}.toml", f"""\
+experiment = "drift_monitoring"
+seed = 1
+model = {{ bandwidth = 0.5, memory_vectors = 60 }}
+drift.start_h = 1.0
+[source]
+name = "csv"
+file = "{name}.csv"
+time = "time_h"
+sensors = ["a_kPa", "b_kPa"]
+bad_rows = "skip"
+train_fraction = 0.5
+""")
+            path = self.run_config(config=f"{name}.toml", output=f"{name}.h5")
+            return {(r["architecture"], r["sensor"]): r for r in rows(path, "alarms")}["aakr_threshold", "a_kPa"]
+        rate = "alarms_per_h_without_drift"
+        whole, gap, jump = run("whole", 0, 0), run("gap", 5000, 0), run("jump", 0, 300)
+        self.assertEqual((whole[rate], gap[rate]), (0, 0))
+        # No alarm in 200 samples a minute apart: the upper bound of a Poisson count of 0.
+        for r in (whole, gap):
+            self.assertAlmostEqual(r[rate + "_ci_high"], -np.log(0.025) / (200 / 60), delta=1e-5)
+        self.assertEqual(jump["first_alarm_h"], 0)
+        self.assertAlmostEqual(jump[rate], 60, delta=1e-4)  # one alarm in one sample
+
     def test_one_architecture(self):
         path = self.run_config("--set", 'architecture="aakr_kf_sprt"')
         self.assertEqual({r["architecture"] for r in rows(path, "alarms")}, {"aakr_kf_sprt"})
