@@ -109,7 +109,7 @@ store::Table stations_table(const std::vector<SolvedStation>& stations, const su
 }
 
 struct Rejections {
-  std::int64_t references = 0, fit = 0, axial = 0, undetermined = 0;
+  std::int64_t gravity = 0, field = 0, fit = 0, axial = 0, undetermined = 0;
 };
 
 /// A row of the table `tests`.
@@ -140,15 +140,15 @@ store::Table tests_table(const std::vector<SolvedStation>& stations, const singl
     };
     rejected.undetermined += !ok;
     normal("gravity", k, raw ? s.raw.gravity - ref.gravity : kNaN,
-           with(single_station::StationQuantity::gravity, how.sigmas.gravity), "mps2", rejected.references);
+           with(single_station::StationQuantity::gravity, how.sigmas.gravity), "mps2", rejected.gravity);
     normal("horizontal_field", k, raw ? s.raw.horizontal() - ref.horizontal : kNaN,
-           with(single_station::StationQuantity::horizontal, how.sigmas.horizontal), "nT", rejected.references);
+           with(single_station::StationQuantity::horizontal, how.sigmas.horizontal), "nT", rejected.field);
     normal("vertical_field", k, raw ? s.raw.vertical - ref.vertical : kNaN,
-           with(single_station::StationQuantity::vertical, how.sigmas.vertical), "nT", rejected.references);
+           with(single_station::StationQuantity::vertical, how.sigmas.vertical), "nT", rejected.field);
     if (s.solved.redundancy > 0) {
-      rows.push_back({"fit", "1", k, kNaN, kNaN, ok ? s.solved.cost : kNaN, kNaN,
-                      stats::chi_squared_quantile(s.solved.redundancy, 1 - alpha),
-                      ok ? stats::chi_squared_upper_tail(s.solved.redundancy, s.solved.cost) : kNaN});
+      const double x = ok ? single_station::fit_statistic(s.solved, ref, how.sigmas, how.method) : kNaN;
+      rows.push_back({"fit", "1", k, kNaN, kNaN, x, kNaN, stats::chi_squared_quantile(s.solved.redundancy, 1 - alpha),
+                      ok ? stats::chi_squared_upper_tail(s.solved.redundancy, x) : kNaN});
       rejected.fit += is_bad(rows.back());
     }
     if (estimates_axial(how.method))
@@ -162,7 +162,7 @@ store::Table tests_table(const std::vector<SolvedStation>& stations, const singl
   study::write_rows(t, rows, [&](const StationTest& x) {
     t.word("test",
            "gravity, horizontal_field, vertical_field (readings less reference over its sd), fit "
-           "(chi-squared of the method's least squares), axial_magnetisation (Mz over its sd if none)",
+           "(chi-squared of what the method leaves over), axial_magnetisation (Mz over its sd if none)",
            x.test);
     t.count("station", "number of the station, from 1", x.station + 1);
     t.number("md_m", "m", "measured depth of the station", stations.empty() ? kNaN : stations[x.station].md);
@@ -192,11 +192,17 @@ std::vector<analysis::Warning> warnings_of(const std::vector<SolvedStation>& sta
     warn("warning", fmt::format("{} of {} stations do not fit their sigmas (alpha {:g}): a gross error, a wrong "
                                 "reference, or more noise or magnetisation than claimed",
                                 rejected.fit, n, alpha));
-  if (rejected.references > 0)
-    warn(estimates_axial(how.method) ? "info" : "warning",
-         fmt::format("{} of {} comparisons of the readings as they are with the references fail (alpha {:g}){}",
-                     rejected.references, 3 * n, alpha,
-                     estimates_axial(how.method) ? "" : ": is the string magnetised? See estimator axial_correction"));
+  if (rejected.gravity > 0)  // no magnetisation changes |g|
+    warn("warning",
+         fmt::format("{} of {} stations have another length of gravity than the reference (alpha {:g}): look "
+                     "at the accelerometers, their unit and sigma, and at field.gravity_mps2",
+                     rejected.gravity, n, alpha));
+  if (rejected.field > 0)
+    warn(
+        estimates_axial(how.method) ? "info" : "warning",
+        fmt::format("{} of {} comparisons of the magnetic readings as they are with the references fail (alpha {:g}){}",
+                    rejected.field, 2 * n, alpha,
+                    estimates_axial(how.method) ? "" : ": is the string magnetised? See estimator axial_correction"));
   if (rejected.axial > 0)
     warn("info", fmt::format("{} of {} stations have an axial magnetisation that noise does not explain (alpha {:g})",
                              rejected.axial, n, alpha));

@@ -26,6 +26,76 @@ ToolAxes<double> axes_of(const StationSolution& x) {
 
 using Row = Eigen::Matrix<double, 1, 10>;
 
+/// Standard deviations of the inputs of StationGains.
+Row input_sds(const StationSigmas& s) {
+  return (Row() << s.accelerometer_xy, s.accelerometer_xy, s.accelerometer_z, s.gravity, s.magnetometer_xy,
+          s.magnetometer_xy, s.magnetometer_z, s.axial, s.vertical, s.horizontal)
+      .finished();
+}
+
+/// Errors of the solution by the inputs, and of the misclosures Bd_ref - Bd and Bh_ref - Bh of the adjustment; these
+/// with the variance that the weights give them, which take the attitude as exact. Bh: where it is observed, else 0.
+struct ErrorRows {
+  Row inclination, across, gravity, north, east, vertical, axial;  // across: sin I times the error of the toolface
+  Row missing_vertical, missing_horizontal = Row::Zero();
+  double variance_vertical = 0, variance_horizontal = 0;
+};
+
+ErrorRows error_rows(const StationSolution& x, const StationSigmas& s, StationMethod method) {
+  const ToolAxes<double> at = axes_of(x);
+  // A vertical hole has sin I = 0 exactly, which the sine of pi is not.
+  const double si = at.si < 1e-15 ? 0 : at.si, ci = at.ci, per_g = 1 / x.gravity;
+  const ConditionGains<double> k = condition_gains(at, s, method);
+  const NorthCovariance<double> p = north_covariance(at, k, s, method);
+
+  // Accelerometers: lean and z, with the pull of the gravity reference.
+  Row lean = Row::Zero(), z = Row::Zero();
+  lean[0] = z[2] = 1;
+  if (method == StationMethod::optimising) {
+    const double a = s.accelerometer_xy * s.accelerometer_xy, c = s.accelerometer_z * s.accelerometer_z;
+    const double v = si * si * a + ci * ci * c + s.gravity * s.gravity;
+    Row missing = -(si * lean + ci * z);
+    missing[3] = 1;
+    lean += a * si / v * missing;
+    z += c * ci / v * missing;
+  }
+  ErrorRows rows;
+  rows.inclination = (ci * lean - si * z) * per_g;
+  rows.across = Row::Zero();
+  rows.across[1] = per_g;
+  rows.gravity = si * lean + ci * z;
+
+  // Errors of `high`, `right` and bz that follow from turning readings by a wrong attitude and comparing them with a
+  // model at this attitude. The effect of a wrong toolface on the azimuth of a vertical hole, a turn psi = cosI across
+  // / sinI about the vertical, is left out here: it changes neither Bh nor Bd nor Mz.
+  const double n = x.north, e = x.east, d = x.vertical;
+  Row high = (si * n + ci * d) * rows.inclination, axial = (si * d - ci * n) * rows.inclination;
+  high[4] = axial[6] = axial[7] = 1;
+  Row w = si * high - ci * axial;
+  w[8] = 1;
+  rows.missing_vertical = w + e * rows.across;
+  rows.variance_vertical = k.variance;
+  rows.north = ci * high + si * axial + k.north * rows.missing_vertical;
+  rows.east = d * rows.across;
+  rows.east[5] = 1;
+  rows.vertical = -si * high + ci * axial + k.vertical * w + e * (k.vertical - 1) * rows.across;
+  rows.axial = k.axial * rows.missing_vertical;
+  rows.axial[7] -= 1;
+  if (!pulls_horizontal(method)) return rows;
+
+  const double bh = x.horizontal(), ca = n / bh, sa = e / bh;
+  const double v = ca * ca * p.north + sa * sa * p.east + s.horizontal * s.horizontal;
+  Row missing = -(ca * rows.north + sa * rows.east);
+  missing[9] = 1;
+  rows.missing_horizontal = missing;
+  rows.variance_horizontal = v;
+  rows.north += p.north * ca / v * missing;
+  rows.east += p.east * sa / v * missing;
+  rows.vertical += p.vertical_north * ca / v * missing;
+  rows.axial += p.axial_north * ca / v * missing;
+  return rows;
+}
+
 }  // namespace
 
 const std::vector<std::string>& station_method_names() {
@@ -79,57 +149,15 @@ StationSolution solve_station(const survey::Vec3<double>& g_T, const survey::Vec
 }
 
 StationGains station_gains(const StationSolution& x, const StationSigmas& s, StationMethod method) {
-  const ToolAxes<double> at = axes_of(x);
-  // A vertical hole has sin I = 0 exactly, which the sine of pi is not.
-  const double si = at.si < 1e-15 ? 0 : at.si, ci = at.ci, per_g = 1 / x.gravity;
-  const ConditionGains<double> k = condition_gains(at, s, method);
-  const NorthCovariance<double> p = north_covariance(at, k, s, method);
-
-  // Accelerometers: lean and z, with the pull of the gravity reference.
-  Row lean = Row::Zero(), z = Row::Zero();
-  lean[0] = z[2] = 1;
-  if (method == StationMethod::optimising) {
-    const double a = s.accelerometer_xy * s.accelerometer_xy, c = s.accelerometer_z * s.accelerometer_z;
-    const double v = si * si * a + ci * ci * c + s.gravity * s.gravity;
-    Row missing = -(si * lean + ci * z);
-    missing[3] = 1;
-    lean += a * si / v * missing;
-    z += c * ci / v * missing;
-  }
-  const Row inclination = (ci * lean - si * z) * per_g;
-  Row across = Row::Zero();  // sin I times the error of the toolface
-  across[1] = per_g;
-
-  // Errors of `high`, `right` and bz that follow from turning readings by a wrong attitude and comparing them with a
-  // model at this attitude. The effect of a wrong toolface on the azimuth of a vertical hole, a turn psi = cosI across
-  // / sinI about the vertical, is left out here: it changes neither Bh nor Bd nor Mz.
-  const double n = x.north, e = x.east, d = x.vertical;
-  Row high = (si * n + ci * d) * inclination, axial = (si * d - ci * n) * inclination;
-  high[4] = axial[6] = axial[7] = 1;
-  Row w = si * high - ci * axial;
-  w[8] = 1;
-  Row north = ci * high + si * axial + k.north * (w + e * across);
-  Row east = d * across;
-  east[5] = 1;
-  Row vertical = -si * high + ci * axial + k.vertical * w + e * (k.vertical - 1) * across;
-  Row mz = k.axial * (w + e * across);
-  mz[7] -= 1;
-
-  const double bh = x.horizontal(), ca = n / bh, sa = e / bh;
-  if (pulls_horizontal(method)) {
-    const double v = ca * ca * p.north + sa * sa * p.east + s.horizontal * s.horizontal;
-    Row missing = -(ca * north + sa * east);
-    missing[9] = 1;
-    north += p.north * ca / v * missing;
-    east += p.east * sa / v * missing;
-    vertical += p.vertical_north * ca / v * missing;
-    mz += p.axial_north * ca / v * missing;
-  }
-
+  const ErrorRows rows = error_rows(x, s, method);
+  const double ci = std::cos(x.attitude.inclination), per_g = 1 / x.gravity;
+  const double sine = std::sin(x.attitude.inclination), si = sine < 1e-15 ? 0 : sine;
+  const double bh = x.horizontal(), ca = x.north / bh, sa = x.east / bh;
   const double infinity = kInfinity;
-  const Row azimuth = (ca * east - sa * north) / bh;
+  const Row azimuth = (ca * rows.east - sa * rows.north) / bh;
   StationGains gains;
-  gains << inclination, across, azimuth, azimuth, si * lean + ci * z, ca * north + sa * east, vertical, mz;
+  gains << rows.inclination, rows.across, azimuth, azimuth, rows.gravity, ca * rows.north + sa * rows.east,
+      rows.vertical, rows.axial;
   // azimuth -= cosI toolface; turn = azimuth +- toolface, written so that nothing cancels
   gains(1, 1) = si > 0 ? per_g / si : infinity;
   gains(2, 1) = si > 0 ? azimuth[1] - ci * per_g / si : -std::copysign(infinity, ci);
@@ -140,9 +168,7 @@ StationGains station_gains(const StationSolution& x, const StationSigmas& s, Sta
 StationCovariance station_covariance(const StationSolution& x, const StationSigmas& weights, StationMethod method,
                                      const StationSigmas& actual) {
   const StationGains gains = station_gains(x, weights, method);
-  const double sd[10] = {actual.accelerometer_xy, actual.accelerometer_xy, actual.accelerometer_z, actual.gravity,
-                         actual.magnetometer_xy,  actual.magnetometer_xy,  actual.magnetometer_z,  actual.axial,
-                         actual.vertical,         actual.horizontal};
+  const Row sd = input_sds(actual);
   StationCovariance c = StationCovariance::Zero();
   for (Eigen::Index i = 0; i < 10; ++i) {
     if (sd[i] == 0) continue;
@@ -153,6 +179,22 @@ StationCovariance station_covariance(const StationSolution& x, const StationSigm
       }
   }
   return c;
+}
+
+double fit_statistic(const StationSolution& x, const StationReferences& ref, const StationSigmas& s,
+                     StationMethod method) {
+  if (x.redundancy == 0) return kNaN;
+  const ErrorRows rows = error_rows(x, s, method);
+  Row sd = input_sds(s);
+  if (method == StationMethod::optimising) sd[7] = 0;  // its model has no Mz
+  // Misclosures over the sd that the weights give them: their squares are the parts of the cost. u, v: their errors.
+  const double a = x.misclosure / std::sqrt(rows.variance_vertical);
+  const Row u = rows.missing_vertical.cwiseProduct(sd) / std::sqrt(rows.variance_vertical);
+  if (x.redundancy == 1) return a * a / u.squaredNorm();
+  const double b = std::copysign(std::sqrt(std::max(0.0, x.cost - a * a)), ref.horizontal - x.horizontal());
+  const Row v = rows.missing_horizontal.cwiseProduct(sd) / std::sqrt(rows.variance_horizontal);
+  const double uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v);
+  return (a * a * vv - 2 * a * b * uv + b * b * uu) / (uu * vv - uv * uv);
 }
 
 }  // namespace surveymc::single_station

@@ -65,7 +65,7 @@ struct StationSolution {
   double axial = 0;                          ///< Mz, nT; 0 for basic and optimising
   double misclosure = 0;                     ///< Bd_ref less the vertical field of the uncorrected readings, nT
   double cost = 0;                           ///< weighted sum of squares of the field's adjustment at the minimum
-  int redundancy = 0;                        ///< observations less unknowns of the field: degrees of freedom of `cost`
+  int redundancy = 0;                        ///< observations less unknowns of the field
 
   double horizontal() const { return std::hypot(north, east); }
 };
@@ -92,5 +92,12 @@ inline StationCovariance station_covariance(const StationSolution& solution, con
                                             StationMethod method) {
   return station_covariance(solution, weights, method, weights);
 }
+
+/// Whether a determined solution fits its sigmas: chi-squared with `redundancy` degrees of freedom to first order; NaN
+/// without redundancy. The misclosures m of the references, Bd_ref - Bd and Bh_ref - Bh, have the covariance C by all
+/// inputs, and the statistic is m^T C^-1 m. It is `cost` if the accelerometers are exact: the cost takes the attitude
+/// as known, while an error of the inclination moves Bd by Bh cosA of it.
+double fit_statistic(const StationSolution& solution, const StationReferences& references, const StationSigmas& sigmas,
+                     StationMethod method);
 
 }  // namespace surveymc::single_station

@@ -122,10 +122,13 @@ class Study(Case):
 class Estimators(Case):
     def setUp(self):
         super().setUp()
+        self.write_readings([90, -60, 700])
+
+    def write_readings(self, bias_nT):
         at = [(30, 35, 147), (60, 200, 20), (85, 85, 147), (90, 90, 300)]
         self.readings = [reading(*x) for x in at]
         for g, b in self.readings:
-            b += [90, -60, 700]
+            b += bias_nT
         lines = [",".join(repr(float(v)) for v in (1000 + 30 * k, *g, *b)) for k, (g, b) in enumerate(self.readings)]
         self.write("run.csv", "md_m,gx_mps2,gy_mps2,gz_mps2,bx_nT,by_nT,bz_nT\n" + "\n".join(lines) + "\n")
 
@@ -163,6 +166,22 @@ class Estimators(Case):
         np.testing.assert_array_equal(column(basic, "tables/stations", "azimuth_magnetic_deg"),
                                       column(basic, "tables/stations", "raw_azimuth_magnetic_deg"))
         self.run_estimate(ESTIMATE, "--set", "estimator.method=extended_bh")
+
+    def test_another_gravity_is_not_taken_for_magnetisation(self):
+        single = ESTIMATE.replace('name = "axial_correction"\nmethod = "extended"', 'name = "single_station"')
+        self.write_readings([0, 0, 0])
+        for text in (ESTIMATE, single):
+            for gravity, found in ((9.81, False), (9.75, True)):
+                path = self.run_estimate(text, "--set", f"field.gravity_mps2={gravity}")
+                with h5py.File(path) as file:
+                    warnings = file["tables/warnings"]
+                    told = list(zip(warnings["severity"].asstr()[()], warnings["message"].asstr()[()]))
+                of_gravity = [t for t in told if "gravity" in t[1]]
+                self.assertEqual([severity for severity, _ in of_gravity], ["warning"] * found, told)
+                if found:
+                    self.assertIn("4 of 4 stations", of_gravity[0][1])
+                    self.assertIn("accelerometers", of_gravity[0][1])
+                self.assertFalse([t for t in told if "magnetised" in t[1]], told)
 
     def test_bad_configs(self):
         for change, words in ((("method = \"extended\"", "method = \"basic\""), ("estimator.method", "extended")),

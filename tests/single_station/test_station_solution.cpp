@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <random>
 
 #include <Eigen/Dense>
 
@@ -10,6 +11,7 @@
 #include "simd/dual.h"
 #include "single_station/axial_correction.h"
 #include "single_station/station_batch.h"
+#include "stats/intervals.h"
 #include "stats/linear_algebra.h"
 
 using namespace surveymc;
@@ -326,6 +328,57 @@ TEST_CASE("Gains are the derivatives of the solution", "[single_station]") {
       }
     }
   }
+}
+
+TEST_CASE("What a method leaves over is chi-squared, with errors of the attitude too", "[single_station]") {
+  // Near the horizontal, and with a small dip, an error of the inclination moves Bd by much of Bh.
+  constexpr int kStations = 8000;
+  const double total = 40000, dip = 10 * kDegree;
+  const StationReferences truth{kGravity, total * std::cos(dip), total * std::sin(dip)};
+  StationSigmas s;
+  s.magnetometer_xy = s.magnetometer_z = 30;
+  s.vertical = 20;
+  s.horizontal = 40;
+  s.axial = 200;
+  s.gravity = 0.002;
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  const auto draw = [&](double sd) { return sd * normal(random); };
+  const auto noisy = [&](const survey::Vec3<double>& v, double xy, double z) {
+    return survey::Vec3<double>{v.x + draw(xy), v.y + draw(xy), v.z + draw(z)};
+  };
+  for (const double accelerometer : {0.0, 0.01})
+    for (const double inclination : {20.0, 90.0})
+      for (const StationMethod m : {StationMethod::extended, StationMethod::extended_bh, StationMethod::optimising}) {
+        if (m == StationMethod::optimising && accelerometer == 0) continue;
+        s.accelerometer_xy = s.accelerometer_z = accelerometer;
+        const double axial = m == StationMethod::optimising ? 0 : s.axial;
+        double sum = 0;
+        int rejected = 0, degrees_of_freedom = 0;
+        for (int k = 0; k < kStations; ++k) {
+          const survey::Attitude at = degrees(inclination, 360.0 * k / kStations, 77.0 * k);
+          StationReferences ref = truth;
+          ref.gravity += draw(s.gravity);
+          ref.horizontal += draw(s.horizontal);
+          ref.vertical += draw(s.vertical);
+          survey::Vec3<double> b = noisy(survey::magnetic_T(at, total, dip), s.magnetometer_xy, s.magnetometer_z);
+          b.z += draw(axial);
+          const StationSolution x = solve_station(noisy(gravity_at(at), accelerometer, accelerometer), b, ref, s, m);
+          REQUIRE(x.determined);
+          const double fit = fit_statistic(x, ref, s, m);
+          if (accelerometer == 0) CHECK_THAT(fit, WithinRel(x.cost, 1e-9) || WithinAbs(x.cost, 1e-9));
+          degrees_of_freedom = x.redundancy;
+          sum += fit;
+          rejected += fit > stats::chi_squared_quantile(x.redundancy, 0.99);
+        }
+        INFO(station_method_names()[static_cast<std::size_t>(m)] << " I " << inclination << " sd " << accelerometer);
+        // Four standard errors of the mean of so many chi-squared values, and of a share of 1 %.
+        CHECK_THAT(sum / kStations, WithinAbs(degrees_of_freedom, 4 * std::sqrt(2.0 * degrees_of_freedom / kStations)));
+        CHECK_THAT(rejected, WithinAbs(0.01 * kStations, 4 * std::sqrt(0.01 * kStations)));
+      }
+  const StationSolution simple = solve_station(gravity_at(degrees(20, 30, 40)), field_at(degrees(20, 30, 40)),
+                                               kReference, sigmas(), StationMethod::simple);
+  CHECK(std::isnan(fit_statistic(simple, kReference, sigmas(), StationMethod::simple)));
 }
 
 TEST_CASE("The point pulled to a circle is the lowest of all", "[single_station]") {
