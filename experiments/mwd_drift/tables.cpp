@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "base/units.h"
 #include "monitoring/sprt_false_alarms.h"
 #include "mwd_drift/study.h"
@@ -67,6 +69,28 @@ study::ComparisonRow median_row(const char* formulation, const std::vector<doubl
   return row;
 }
 
+/// P(the SPRT of any channel has an alarm without drift), and how it comes about; NaN where it is not known to within
+/// the margin of the verdict.
+struct FalseAlarms {
+  double probability;
+  std::string note;
+};
+FalseAlarms predict_false_alarms(const Scenario& s) {
+  const double one_side = monitoring::sprt_alarm_probability(s.sprt, 0, 1, s.stations).back();
+  if (std::isnan(one_side))
+    return {kNone, "no prediction: sprt.shift_sd is too small for the integration between these bounds of the SPRT"};
+  // Channels are independent: noise of a triad is alike on its axes, so that rows of the Jacobian are orthogonal in it.
+  const auto any_of_three = [](double p) { return 1 - std::pow(1 - p, 3); };
+  const monitoring::TwoSided channel = monitoring::two_sided_alarm_probability(one_side);
+  const double least = any_of_three(channel.independent), most = any_of_three(channel.exclusive);
+  if (least < (1 - s.verdict.margin) * most)
+    return {kNone,
+            fmt::format("no prediction within the margin: from {:.4g} (the two sides of a channel independent) to "
+                        "{:.4g} (exclusive)",
+                        least, most)};
+  return {least, "analytic: three channels, two sides each"};
+}
+
 void write_counts(study::TableRows& t, const Outcomes& o) {
   t.count("trials", "wells", o.trials());
   t.count("failed", "wells without a result", 0);
@@ -80,11 +104,10 @@ std::vector<study::ComparisonRow> comparison_rows(const Scenario& s, const Outco
                         double predicted) {
     return study::labelled(formulation, study::compare_rate(quantity, count, runs, predicted, s.verdict, n));
   };
-  // Channels are independent: noise of a triad is alike on its axes, so that rows of the Jacobian are orthogonal in it.
-  const double one_side = monitoring::sprt_alarm_probability(s.sprt, 0, 1, s.stations).back();
+  const FalseAlarms predicted = predict_false_alarms(s);
   study::ComparisonRow false_alarm =
-      rate(kSprt, "p_alarm_without_drift", alarms(o, Value::sprt_without), n, 1 - std::pow(1 - one_side, 6));
-  false_alarm.note += (false_alarm.note.empty() ? "" : "; ") + std::string("analytic: three channels, two sides each");
+      rate(kSprt, "p_alarm_without_drift", alarms(o, Value::sprt_without), n, predicted.probability);
+  false_alarm.note += (false_alarm.note.empty() ? "" : "; ") + predicted.note;
   study::ComparisonRow of_filter = rate(kFilter, "p_alarm_without_drift", alarms(o, Value::filter_without), n, kNone);
   of_filter.note = "no closed form: made about as rare as that of the SPRT by alarm_sd";
   std::vector<study::ComparisonRow> rows{

@@ -26,7 +26,9 @@ std::vector<double> sprt_alarm_probability(const SprtOptions& o, double mean, do
   };
 
   // Three Gauss-Legendre nodes a panel.
-  const int panels = std::clamp(static_cast<int>(std::ceil((upper - lower) / (0.5 * step_sd))), 4, 400);
+  const double half_sds = std::ceil((upper - lower) / (0.5 * step_sd));
+  if (!(half_sds <= kMostSprtPanels)) return std::vector<double>(static_cast<std::size_t>(samples), kNaN);
+  const int panels = std::max(static_cast<int>(half_sds), 4);
   const double half = (upper - lower) / (2 * panels), off = std::sqrt(0.6) * half;
   Eigen::VectorXd node(3 * panels), weight(3 * panels);
   for (int i = 0; i < panels; ++i) {
@@ -57,5 +59,7 @@ std::vector<double> sprt_alarm_probability(const SprtOptions& o, double mean, do
   }
   return by_sample;
 }
+
+TwoSided two_sided_alarm_probability(double p) { return {p * (2 - p), std::min(2 * p, 1.0)}; }
 
 }  // namespace surveymc::monitoring

@@ -10,8 +10,16 @@ namespace surveymc::monitoring {
 /// for independent normal samples with this mean and sd. The sum S between its bounds has the density f and, just after
 /// an acceptance of H0, an atom at 0:
 ///   f'(y) = int k(y - x) f(x) dx + atom k(y),  k the density of an increment of S
-/// on three Gauss nodes in every half sd of the increment: relative error below 1e-6 (tests).
-/// Of a two-sided test the two sides are nearly exclusive: 1 - (1 - p)^2 is right to p^2.
+/// on three Gauss nodes in every half sd of the increment: relative error below 1e-6 (tests). NaN where that takes more
+/// than kMostSprtPanels of such panels: the increments are small against the distance of the bounds.
 std::vector<double> sprt_alarm_probability(const SprtOptions& options, double mean, double sd, int samples);
+inline constexpr int kMostSprtPanels = 400;
+
+/// P(either side of a test has raised an alarm), of the probability of one side: between independent and exclusive
+/// sides. They are nearly exclusive, because what raises one sum lowers the other.
+struct TwoSided {
+  double independent, exclusive;
+};
+TwoSided two_sided_alarm_probability(double one_side);
 
 }  // namespace surveymc::monitoring

@@ -70,6 +70,25 @@ class MwdDrift(Case):
             verdicts = dict(zip(claims["quantity"].asstr()[()], claims["verdict"].asstr()[()]))
             self.assertEqual((verdicts["detects_no_less"], verdicts["is_sooner"]), ("agrees", "agrees"))
 
+    def test_no_prediction_of_false_alarms_where_it_is_not_known(self):
+        def row(*settings):
+            path = self.run_config("--trials", "4000", *(a for s in settings for a in ("--set", s)), output="row.h5")
+            with h5py.File(path) as f:
+                t = f["tables/comparison"]
+                i = list(zip(t["formulation"].asstr()[()], t["quantity"].asstr()[()])).index(
+                    ("channel_sprt", "p_alarm_without_drift"))
+                return t["analytic"][i], t["verdict"].asstr()[i], t["note"].asstr()[i]
+        # Sides of a channel are nearly exclusive: taken as independent they would have .669 of .687.
+        analytic, verdict, note = row("sprt.shift_sd=0.2", "sprt.false_alarm=0.2")
+        self.assertTrue(np.isnan(analytic))
+        self.assertEqual(verdict, "")
+        self.assertRegex(note, "from 0.669.*to 0.708")
+        # Steps of a hundredth of the distance of the bounds: more panels than the integration has.
+        analytic, verdict, note = row("sprt.shift_sd=0.01", "sprt.false_alarm=0.3", "sprt.missed_alarm=1e-9")
+        self.assertTrue(np.isnan(analytic))
+        self.assertEqual(verdict, "")
+        self.assertIn("too small", note)
+
     def test_alarm_curve_ends_at_the_detection_rate(self):
         row, path = self.detection()
         curve = {k: column(path, "tables/alarm_curve", k) for k in ("method", "md_m", "p_alarm")}

@@ -232,6 +232,37 @@ TEST_CASE("Alarms of the SPRT by integration are those of simulation, and of the
   CHECK(q.back() > 0.99);  // under H1 it ends there
   CHECK(std::is_sorted(q.begin(), q.end()));
   CHECK(q.back() <= 1 + 1e-9);
+  // Up to the largest number of panels the steps may be small; beyond it there is no value.
+  const double distance = sprt_upper(options) - sprt_lower(options);
+  fine.shift = 1.0001 * distance / (0.5 * kMostSprtPanels);
+  CHECK(sprt_alarm_probability(fine, 1, 1, 200).back() > 0.99);  // 111 +- 11 steps of the mean
+  fine.shift *= 0.999;
+  const auto none = sprt_alarm_probability(fine, 0, 1, 5);
+  CHECK(none.size() == 5);
+  CHECK(std::all_of(none.begin(), none.end(), [](double x) { return std::isnan(x); }));
+}
+
+TEST_CASE("A two-sided SPRT has its alarms between those of independent and of exclusive sides", "[monitoring]") {
+  SprtOptions options;
+  options.shift = 0.2;
+  options.variance = 1;
+  options.false_alarm = 0.2;
+  constexpr int kRuns = 60'000, kSamples = 80;
+  std::mt19937_64 g(24);
+  std::normal_distribution<double> normal;
+  int alarms = 0;
+  for (int r = 0; r < kRuns; ++r) {
+    Sprt test(options);
+    int alarm = 0;
+    for (int i = 0; i < kSamples && alarm == 0; ++i) alarm = test.update(normal(g));
+    alarms += alarm != 0;
+  }
+  const double one_side = sprt_alarm_probability(options, 0, 1, kSamples).back();
+  const TwoSided p = two_sided_alarm_probability(one_side);
+  const double seen = static_cast<double>(alarms) / kRuns, four_se = 4 * std::sqrt(seen * (1 - seen) / kRuns);
+  CHECK(p.exclusive - p.independent > 3 * four_se);  // what is tested can be seen
+  CHECK(seen > p.independent + four_se);             // here the sides are clearly not independent
+  CHECK(seen < p.exclusive + four_se);
 }
 
 TEST_CASE("Tests side by side raise the alarms of each alone, on both instruction sets", "[monitoring]") {
