@@ -48,7 +48,7 @@ Run read_run(config::ConfigReader& c) {
       {gravity ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force, r.field.gravity,
        r.field.total});
   study::tell_readings(c, r.file, r.field);
-  r.accelerometer_sign = gravity ? -1 : 1;
+  r.accelerometer_sign = -r.file.accelerometer_sign;
   for (std::size_t k = 0; k < r.file.md.size(); ++k) {
     const survey::Vec3<double>&g = r.file.gravity_T[k], &b = r.file.magnetic_T[k];
     r.readings.y.push_back({-g.x, -g.y, -g.z, b.x, b.y, b.z});

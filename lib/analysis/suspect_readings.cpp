@@ -11,12 +11,14 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
-/// Effect of an error in each of the six readings on the two residuals of its station, per m/s2 and per nT.
-std::vector<Vector2d> effects_of_readings(const estimate::FieldMisfit& misfit, const survey::Vec3<double>& gravity_T) {
+/// Effect of an error in each of the six readings on the two residuals of its station, per m/s2 and per nT, the
+/// accelerometers' errors in the sign of the user's readings.
+std::vector<Vector2d> effects_of_readings(const estimate::FieldMisfit& misfit, const survey::Vec3<double>& gravity_T,
+                                          double accelerometer_sign) {
   const Eigen::Vector3d g = survey::to_eigen(gravity_T), u = g.normalized();
   const Eigen::Matrix<double, 2, 3> by_gravity = misfit.by_down * (Matrix3d::Identity() - u * u.transpose()) / g.norm();
   std::vector<Vector2d> effects;
-  for (int i = 0; i < 3; ++i) effects.push_back(by_gravity.col(i));
+  for (int i = 0; i < 3; ++i) effects.push_back(accelerometer_sign * by_gravity.col(i));
   for (int i = 0; i < 3; ++i) effects.push_back(misfit.by_magnetometer.col(i));
   return effects;
 }
@@ -38,7 +40,8 @@ std::optional<Suspect> examine_suspect(const survey::SixAxisReadings& readings, 
   Suspect s;
   s.station = static_cast<int>(tests[static_cast<std::size_t>(row)].station);
   const auto k = static_cast<std::size_t>(s.station);
-  const std::vector<Vector2d> effects = effects_of_readings(a.misfits[k], readings.gravity_T[k]);
+  const std::vector<Vector2d> effects =
+      effects_of_readings(a.misfits[k], readings.gravity_T[k], readings.accelerometer_sign);
   constexpr std::array<const char*, 6> names{"gx", "gy", "gz", "bx", "by", "bz"};
   std::vector<std::size_t> order;
   std::vector<estimate::DirectionTest> found;

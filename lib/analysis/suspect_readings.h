@@ -14,7 +14,7 @@ struct SuspectReading {
   std::string reading;     ///< "gx" ... "bz"
   std::string unit;        ///< of error: "m/s2" or "nT"
   double w = 0;            ///< standard normal under the claimed noise
-  double error, error_sd;  ///< size of the error, if it is the only one
+  double error, error_sd;  ///< size of the error in the sign of the user's readings, if it is the only one
   double correlation =
       0;  ///< of its test with that of the first of the list: near 1 or -1, the two cannot be told apart
   bool in_group = false;  ///< inseparable from the first of the list, or the first itself

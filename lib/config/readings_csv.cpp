@@ -87,6 +87,7 @@ survey::SixAxisReadings readings_from_table(const InputTable& table, const Readi
   const auto si = columns_in_si(table, names);
   const double down = conventions.accelerometers == AccelerometerSign::gravity ? 1 : -1;
   survey::SixAxisReadings r;
+  r.accelerometer_sign = down;
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const int line = table.lines[row];
     if (row > 0 && !(si[0][row] > si[0][row - 1])) {

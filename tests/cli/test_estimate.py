@@ -164,6 +164,23 @@ class Estimate(Case):
         np.testing.assert_array_equal(decision[residual] == "rejected", w[residual] > 3.290526731491894)
         self.assertEqual(column(path, "tables/tests", "station")[residual][np.argmax(w[residual])], 10)
 
+    def test_error_of_an_accelerometer_has_the_sign_of_the_file(self):
+        """A user subtracts the reported error from the file."""
+        for sign, name in [(1, "gravity"), (-1, "specific_force")]:
+            with self.subTest(accelerometers=name):
+                rows = run_of(*attitudes(), noise=50)
+                rows[:, 1:4] *= sign
+                rows[9, 1] += 0.3
+                self.write("run.csv", csv_text(rows))
+                path = self.run_config("--set", f"accelerometers={name}", "--set", "noise.accelerometer_mps2=0.003")
+                reading = list(column(path, "tables/suspect_readings", "reading"))
+                of = lambda what: column(path, "tables/suspect_readings", what)[reading.index("gx")]
+                self.assertLess(abs(of("error") - 0.3), 5 * of("sd_error"))
+                self.assertGreater(of("w"), 3.3)
+                said = [m for _, m in self.warnings(path) if "is suspect" in m][0]
+                first = column(path, "tables/suspect_readings", "w")[0]
+                self.assertIn(f"most likely reading {reading[0]} (w {first:.2f}, ", said)
+
     def test_warnings_are_the_last_words(self):
         self.write("run.csv", csv_text(self.rows[[0, 7, 15]]))
         done = self.call("run", "base.toml", "-o", "out.h5")
