@@ -26,7 +26,7 @@ from plotting import PlotError, number
 TABLES = ("parameters", "stations", "tests", "fit", "warnings")
 RAW = {"color": "#777777", "marker": "s", "linestyle": (0, (3, 1.5)), "markersize": 4.5}
 CORRECTED = {"color": "#0072B2", "marker": "o", "linestyle": "-", "markersize": 4.5}
-NOISE, REFERENCE, BAD = "#0072B2", "#E69F00", "#D55E00"
+NOISE, REFERENCE, PRIOR, BAD = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SIGMA, PM = "\N{GREEK SMALL LETTER SIGMA}", "\N{PLUS-MINUS SIGN}"
 K95 = np.sqrt(-2 * np.log(0.05))  # a 2-D normal point is in its 2.45-sigma ellipse with 95 %
 
@@ -109,16 +109,20 @@ def parameters_figure(title, t):
             + summary(t["fit"], t["warnings"]))
     confidence = table.confidence
     k = (table["ci_high"] - table["estimate"]) / table["sd"]
+    parts = [("sd_noise", "part of the sensors' noise", NOISE), ("sd_reference", "part of the reference field", REFERENCE)]
+    if np.any(table.get("sd_prior", 0) > 0):
+        parts.append(("sd_prior", "part of the tools' spread (prior)", PRIOR))
+    offsets = np.linspace(0.55, 0.95 + 0.4 * (len(parts) - 2), len(parts))
     for i, ax in enumerate(panels):
         kind, axis = table["quantity"][i].split("_")[:2]
         x, low, high = table["estimate"][i], table["ci_low"][i], table["ci_high"][i]
-        for offset, name, color in ((0.55, "sd_noise", NOISE), (0.95, "sd_reference", REFERENCE)):
+        for offset, (name, _, color) in zip(offsets, parts):
             half = k[i] * table[name][i]
             ax.bar(offset, 2 * half, bottom=x - half, width=0.3, color=color, alpha=0.75)
         ax.errorbar(0, x, yerr=[[x - low], [high - x]], fmt="o", color="black", capsize=6, elinewidth=1.8, markersize=6.5)
         perfect = 1 if kind == "gain" else 0
         ax.axhline(perfect, color=BAD, linewidth=1.1, linestyle=(0, (5, 2)), zorder=1)
-        ax.set_xlim(-0.45, 1.3)
+        ax.set_xlim(-0.45, offsets[-1] + 0.35)
         ax.set_xticks([])
         ax.margins(y=0.1)
         ax.yaxis.set_major_locator(MaxNLocator(7, steps=(1, 2, 2.5, 5, 10)))
@@ -129,10 +133,9 @@ def parameters_figure(title, t):
         ax.set_xlabel(f"{shown} {PM} {half}{unit}\nwith {other}:\ncorrelation {number(r, 3)}".replace("-", "\N{MINUS SIGN}"),
                       fontsize=8.5)
     handles = [Line2D([], [], color="black", marker="o", label=f"estimate and {100 * confidence:g} % interval"),
-               Patch(color=NOISE, alpha=0.75, label="part of the sensors' noise"),
-               Patch(color=REFERENCE, alpha=0.75, label="part of the reference field"),
+               *(Patch(color=color, alpha=0.75, label=label) for _, label, color in parts),
                Line2D([], [], color=BAD, linestyle=(0, (5, 2)), label="perfect tool")]
-    figure.legend(handles=handles, loc="lower left", ncol=4, bbox_to_anchor=(0.012, 0.805))
+    figure.legend(handles=handles, loc="lower left", ncol=len(handles), bbox_to_anchor=(0.012, 0.805))
     return figure
 
 

@@ -21,7 +21,7 @@ store::Table parameters_table(const analysis::ReadingsAnalysis& a, const analysi
   study::TableRows t("parameters", "gains and biases of the magnetometers" + study::at_confidence(levels.confidence));
   const double z = stats::normal_quantile((1 + levels.confidence) / 2), s0 = std::sqrt(a.tests.variance_factor());
   for (int i = 0; i < 6; ++i) {
-    const double x = a.parameters[i], sd = std::sqrt(a.covariance(i, i)), by_reference = a.reference_covariance(i, i);
+    const double x = a.parameters[i], sd = std::sqrt(a.covariance(i, i));
     int other = i == 0 ? 1 : 0;
     const auto correlation = [&](int j) { return a.covariance(i, j) / std::sqrt(a.covariance(j, j)) / sd; };
     for (int j = 0; j < 6; ++j)
@@ -32,8 +32,11 @@ store::Table parameters_table(const analysis::ReadingsAnalysis& a, const analysi
     t.number("ci_low", "1", "lower bound of the confidence interval", x - z * sd);
     t.number("ci_high", "1", "upper bound of the confidence interval", x + z * sd);
     t.number("sd_noise", "1", "part of sd that the sensors' noise makes",
-             standard_deviation(a.covariance(i, i) - by_reference));
-    t.number("sd_reference", "1", "part of sd that the reference field's uncertainty makes", std::sqrt(by_reference));
+             standard_deviation(a.noise_covariance()(i, i)));
+    t.number("sd_reference", "1", "part of sd that the reference field's uncertainty makes",
+             std::sqrt(a.reference_covariance(i, i)));
+    t.number("sd_prior", "1", "part of sd that tools make which vary as the estimator's priors say",
+             standard_deviation(a.prior_covariance()(i, i)));
     t.number("sd_a_posteriori", "1", "sd times the root of the variance factor of the residuals", s0 * sd);
     t.number("deviation_sd", "1", "estimate less that of a perfect tool, over sd", (x - (i < 3 ? 1 : 0)) / sd);
     t.number("variance_inflation", "1", "variance over what it were, were the parameters uncorrelated",
@@ -186,13 +189,15 @@ store::Table reference_table(const analysis::ReadingsAnalysis& a, const survey::
   return t.take();
 }
 
-/// One row: cost and residual sd of the solution, and the variance factor that follows.
+/// One row: squares and residual sd of the solution, and the variance factor that follows.
 store::Table fit_table(const analysis::ReadingsAnalysis& a) {
   study::TableRows t("fit", "the estimator's minimum, and the noise that its residuals speak of");
-  const double left = a.tests.redundancy > 0 ? a.cost / a.tests.redundancy : kNaN;
+  const double left = a.tests.redundancy > 0 ? a.squares / a.tests.redundancy : kNaN;
   t.count("stations", "stations of the run", a.stations.size());
   t.count("redundancy", "residuals less unknowns", a.tests.redundancy);
-  t.number("cost_nT2", "nT2", "sum of the squared horizontal and vertical residuals at the minimum", a.cost);
+  t.number("cost_nT2", "nT2",
+           "sum of the squared horizontal and vertical residuals at the minimum; msa_joint: less its own reference",
+           a.squares);
   t.number("residual_sd_nT", "nT", "root of cost over redundancy", std::sqrt(left));
   t.number("chi_squared", "1", "of the residuals with their whole a-priori covariance", a.tests.statistic);
   t.number("variance_factor", "1", "chi_squared over redundancy: 1 if the noise is as claimed",

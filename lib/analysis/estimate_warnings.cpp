@@ -55,7 +55,7 @@ void warn_of_reference(const ReadingsAnalysis& a, Warnings& out) {
   for (const int i : reference_bound(a))
     names.push_back(fmt::format("{} (sd {}, of it by noise {})", estimate::parameter_name(i),
                                 shown(i, std::sqrt(a.covariance(i, i))),
-                                shown(i, std::sqrt(a.covariance(i, i) - a.reference_covariance(i, i)))));
+                                shown(i, std::sqrt(std::max(0.0, a.noise_covariance()(i, i))))));
   if (!names.empty())
     out.push_back({"info", fmt::format("the reference field's uncertainty makes nearly all of the sd of {}: a better "
                                        "reference helps there, more stations do not",
@@ -67,11 +67,11 @@ void warn_of_reference(const ReadingsAnalysis& a, Warnings& out) {
 void warn_of_observability(const ReadingsAnalysis& a, const survey::ReferenceField& field, Warnings& out) {
   const std::vector<int> bound = reference_bound(a);
   const auto is_bound = [&](int i) { return std::find(bound.begin(), bound.end(), i) != bound.end(); };
-  const estimate::Matrix6d by_noise = a.covariance - a.reference_covariance;
+  const estimate::Matrix6d not_by_reference = a.covariance - a.reference_covariance;
   for (int i = 0; i < 6; ++i)
     for (int j = i + 1; j < 6; ++j) {
       if (is_hardly_known(a, field, i) || is_hardly_known(a, field, j)) continue;  // and said to be
-      const bool by_geometry = std::abs(correlation(by_noise, i, j)) >= kInseparable;
+      const bool by_geometry = std::abs(correlation(not_by_reference, i, j)) >= kInseparable;
       const double r = correlation(a.covariance, i, j);
       if (std::abs(r) < kInseparable || (!by_geometry && (is_bound(i) || is_bound(j)))) continue;
       const auto sd = [&](int k) { return std::sqrt(a.covariance(k, k)); };

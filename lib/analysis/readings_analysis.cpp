@@ -149,14 +149,13 @@ std::string likely_reason(const ReadingsAnalysis& a) {
   return "are the axes and units right, and field.total_nT and field.dip_deg?";
 }
 
-/// The estimate; fills cost and evaluations. `out` has the geometry of the raw readings.
+/// The estimate; fills evaluations and reference. `out` has the geometry of the raw readings.
 propagate::Vector6d solve(const survey::SixAxisReadings& readings, const survey::ReferenceField& field,
                           const estimate::EstimatorOptions& options, ReadingsAnalysis& out) {
   const survey::ReadingBlock block = block_of(readings, field);
   estimate::EstimateBlock estimate(1);
   const auto estimator = estimate::make_estimator(options, field);
   estimator->solve(block, estimate);
-  out.cost = estimate.cost.value(0, 0);
   out.evaluations = static_cast<int>(estimate.iterations.value(0, 0));
   require(estimate.converged.value(0, 0) != 0,
           "the estimator \"{}\" finds no minimum with positive gains in {} evaluations; {}", options.name,
@@ -195,6 +194,15 @@ ReadingsAnalysis analyse_readings(const survey::SixAxisReadings& readings, const
   const propagate::Vector6d x = a.parameters = solve(readings, field, estimator, a);
 
   const std::vector<survey::StationFields> corrected = fields_of(readings, x);
+  survey::ReferenceField fitted = field;
+  if (a.reference) {
+    fitted.total = (*a.reference)[0];
+    fitted.dip = (*a.reference)[1];
+  }
+  for (const survey::StationFields& s : corrected) {
+    const FieldResiduals r = residuals_of(s, fitted);
+    a.squares += r.horizontal * r.horizontal + r.vertical * r.vertical;
+  }
   a.misfits = estimate::field_misfits(corrected, {x[0], x[1], x[2]}, field.total, field.dip);
   a.observability = estimate::observability(estimate::misfit_jacobian(a.misfits));
   require_observable(a.observability);
@@ -215,9 +223,13 @@ ReadingsAnalysis analyse_readings(const survey::SixAxisReadings& readings, const
                                                       {0, 0, input.total, input.dip, input.reference_per_station, 0, 0})
                                .topLeftCorner<6, 6>();
   a.tests = estimate::residual_tests(corrected, a.misfits, input);
-  const propagate::Vector6d off = (x - perfect).cwiseQuotient(a.covariance.diagonal().cwiseSqrt());
-  const propagate::Vector6d per_sd = a.covariance.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd correlation = per_sd.asDiagonal() * a.covariance * per_sd.asDiagonal();
+  // A perfect tool is gains 1 and biases 0 exactly: nothing of its estimate's spread comes from tools that vary.
+  estimate::InputErrors of_perfect = input;
+  of_perfect.gain = of_perfect.bias = of_perfect.axial_bias = 0;
+  a.perfect_covariance = estimate::error_covariance(sensitive, corrected, of_perfect).topLeftCorner<6, 6>();
+  const propagate::Vector6d off = (x - perfect).cwiseQuotient(a.perfect_covariance.diagonal().cwiseSqrt());
+  const propagate::Vector6d per_sd = a.perfect_covariance.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd correlation = per_sd.asDiagonal() * a.perfect_covariance * per_sd.asDiagonal();
   a.perfect_tool_statistic = off.dot(propagate::Vector6d(stats::symmetric_inverse(correlation) * off));
 
   const std::vector<survey::Vec3<double>> raw_tangents = true_tangents(readings, raw, field.declination);

@@ -35,19 +35,27 @@ struct StationAnalysis {
 };
 
 struct ReadingsAnalysis {
-  estimate::Vector6d parameters;            ///< gain x, y, z (1), bias x, y, z (nT)
-  estimate::Matrix6d covariance;            ///< by the a-priori noise
+  estimate::Vector6d parameters;  ///< gain x, y, z (1), bias x, y, z (nT)
+  /// Of the error of the estimate, by the a-priori noise and, with priors, by tools that vary as the priors say.
+  estimate::Matrix6d covariance;
+  estimate::Matrix6d perfect_covariance;    ///< of the estimate of a perfect tool: by noise and reference alone
   estimate::Matrix6d reference_covariance;  ///< the part of `covariance` that comes from the reference's uncertainty
   /// Total field (nT) and dip (rad) where the estimator estimates them, and their covariance.
   std::optional<Eigen::Vector2d> reference;
   Eigen::Matrix2d reference_estimate_covariance = Eigen::Matrix2d::Zero();
-  double cost = 0;      ///< sum of squared residuals (Bh, Bv), nT2
+  /// Sum of the squared residuals (Bh, Bv) of the solution, nT2: less the estimated reference, if there is one. Not
+  /// what a weighted estimator makes least.
+  double squares = 0;
   int evaluations = 0;  ///< of the model, by the solver
   estimate::Observability observability;
   std::vector<estimate::FieldMisfit> misfits;  ///< of the corrected stations
   estimate::ResidualTests tests;
   /// Squared Mahalanobis distance of the estimate from gains 1 and biases 0: chi-squared(6) if the tool is perfect.
   double perfect_tool_statistic = 0;
+
+  /// The parts of `covariance` that the sensors' noise and that the priors make; the third is reference_covariance.
+  estimate::Matrix6d noise_covariance() const { return perfect_covariance - reference_covariance; }
+  estimate::Matrix6d prior_covariance() const { return covariance - perfect_covariance; }
   double rotation_gap = 0;               ///< rad: the widest range of toolfaces without a station
   bool vertical_field_reversed = false;  ///< most readings have the vertical field of the other hemisphere
   std::vector<StationAnalysis> stations;

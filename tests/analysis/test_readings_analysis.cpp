@@ -248,6 +248,56 @@ TEST_CASE("Intervals cover what they claim, and the tests reject as often as the
   }
 }
 
+TEST_CASE("A perfect tool is found perfect as often as the test says, with priors too") {
+  test::ThesisCase c = test::thesis_case(4);
+  c.errors = {};
+  const sensor::NoiseModel noise = thesis_noise(0.003);
+  constexpr int kTrials = 120;
+  survey::ReadingBlock block = sensor::make_reading_block(kTrials, c.survey.size(), noise);
+  sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise, random::Stream(404, 9),
+                            0, block);
+  for (const char* name : {"msa_weighted", "msa_joint", "wls_consider"}) {
+    estimate::EstimatorOptions o;
+    o.name = name;
+    o.assumed = input_errors(noise, {0.0016, 70, 0}, c.field);
+    double sum = 0;
+    for (int t = 0; t < kTrials; ++t) {
+      const NoisyRun run = run_of(block, t, c);
+      sum += analyse_readings(run.readings, run.field, noise, o).perfect_tool_statistic;
+    }
+    CAPTURE(name);
+    // The variance of a chi-squared of six degrees is 12.
+    CHECK(std::abs(sum / kTrials - 6) < 4 * std::sqrt(12.0 / kTrials));
+  }
+}
+
+TEST_CASE("The sd of an estimate has three parts: noise, reference and the tools that the priors speak of") {
+  test::ThesisCase c = test::thesis_case(4);
+  c.errors = {};
+  const sensor::NoiseModel noise = thesis_noise(0.003);
+  sensor::NoiseModel exact_reference = noise;
+  exact_reference.reference = sensor::ReferenceNoise::none;
+  const sensor::ToolSpread spread{0.0016, 70, 200};
+  estimate::EstimatorOptions o;
+  o.name = "wls_consider";
+  o.assumed = input_errors(noise, spread, c.field);
+  const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
+  const auto predicted = [&](const sensor::ToolSpread& tools, const sensor::NoiseModel& n) {
+    return predict_msa(c.survey, c.field, c.errors, tools, n, clean, o).parameter_covariance;
+  };
+  const ReadingsAnalysis a = analyse_readings(clean_run(c), c.field, noise, o);
+  const estimate::Matrix6d by_noise = predicted({}, exact_reference), by_readings = predicted({}, noise),
+                           whole = predicted(spread, noise);
+  for (int i = 0; i < 6; ++i) {
+    CAPTURE(i);
+    CHECK(a.covariance(i, i) == Approx(whole(i, i)).epsilon(1e-7));
+    CHECK(a.noise_covariance()(i, i) == Approx(by_noise(i, i)).epsilon(1e-7));
+    CHECK(a.reference_covariance(i, i) == Approx(by_readings(i, i) - by_noise(i, i)).epsilon(1e-7));
+    CHECK(a.prior_covariance()(i, i) == Approx(whole(i, i) - by_readings(i, i)).epsilon(1e-7));
+    CHECK(a.prior_covariance()(i, i) > 0);
+  }
+}
+
 TEST_CASE("A gross error is found at its station, and the run is rejected") {
   const test::ThesisCase c = test::thesis_case(4);
   survey::ReadingBlock block = sensor::make_reading_block(8, c.survey.size(), thesis_noise(0.003));

@@ -75,6 +75,7 @@ class Estimate(Case):
         self.rows = run_of(*attitudes())
         self.write("run.csv", csv_text(self.rows))
         self.write("base.toml", CONFIG)
+        self.write("weighted.toml", CONFIG.replace('estimator = "msa"\n', "") + '[estimator]\nname = "msa_weighted"\n')
 
     def estimates(self, path):
         return column(path, "tables/parameters", "estimate")
@@ -128,6 +129,30 @@ class Estimate(Case):
         np.testing.assert_allclose(p("ci_high") - p("estimate"), 1.6448536269514722 * p("sd"), rtol=1e-9)
         np.testing.assert_allclose(p("estimate") - p("ci_low"), p("ci_high") - p("estimate"), rtol=1e-6)
         np.testing.assert_allclose(p("sd") ** 2, p("sd_noise") ** 2 + p("sd_reference") ** 2, rtol=1e-9)
+        np.testing.assert_array_equal(p("sd_prior"), 0)
+
+    def test_cost_is_the_sum_of_the_squared_residuals(self):
+        """Of every estimator, whatever it weighs and whatever priors it has."""
+        self.write("run.csv", csv_text(run_of(*attitudes(), noise=50)))
+        for name in ["msa", "msa_weighted", "msa_joint", "wls_consider"]:
+            with self.subTest(estimator=name):
+                path = self.run_config("--set", f"estimator.name={name}", "--set", "noise.accelerometer_mps2=0.003",
+                                       *(() if name == "msa" else ("--set", "estimator.prior={gain=0.01, bias_nT=300}")),
+                                       config="weighted.toml", output=f"{name}.h5")
+                of = lambda table, what: column(path, f"tables/{table}", what)
+                total, dip = TOTAL, np.radians(DIP)
+                if name == "msa_joint":
+                    total, dip = of("reference", "estimate")[0], np.radians(of("reference", "estimate")[1])
+                # The stations' residuals are less the given reference.
+                h = of("stations", "horizontal_residual_nT") + TOTAL * np.cos(np.radians(DIP)) - total * np.cos(dip)
+                v = of("stations", "vertical_residual_nT") + TOTAL * np.sin(np.radians(DIP)) - total * np.sin(dip)
+                np.testing.assert_allclose(of("fit", "cost_nT2")[0], np.sum(h * h + v * v), rtol=1e-8)
+                np.testing.assert_allclose(of("fit", "residual_sd_nT")[0],
+                                           np.sqrt(of("fit", "cost_nT2")[0] / of("fit", "redundancy")[0]), rtol=1e-12)
+                p = lambda what: of("parameters", what)
+                np.testing.assert_allclose(p("sd") ** 2, p("sd_noise") ** 2 + p("sd_reference") ** 2 + p("sd_prior") ** 2,
+                                           rtol=1e-9)
+                self.assertEqual(name != "msa", bool(np.all(p("sd_prior") > 0)))
 
     def test_units_signs_and_order_of_columns_do_not_matter(self):
         rows = run_of(*attitudes(), noise=50)
