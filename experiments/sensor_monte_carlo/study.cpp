@@ -91,7 +91,8 @@ std::vector<int> read_reported(config::ConfigReader& c, const survey::Survey& su
   for (const double depth : depths) {
     int station = 0;
     for (int k = 1; k < survey.size(); ++k)
-      if (std::abs(survey.stations[static_cast<std::size_t>(k)].md - depth * (feet ? kFoot : 1)) < 0.001) station = k;
+      if (std::abs(survey.stations[static_cast<std::size_t>(k)].md - depth * (feet ? kFoot : 1)) < survey::kSameDepth)
+        station = k;
     c.require(station > 0, key,
               fmt::format("{} is not the measured depth of a station after the first", config::format_number(depth)));
     c.require(reported.empty() || station > reported.back(), key, "must increase");

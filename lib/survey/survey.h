@@ -12,6 +12,10 @@ struct Station {
   double inclination = 0, azimuth = 0, toolface = 0;
 };
 
+/// Two measured depths that differ by less (m) are one depth: 1100 ft are 335.28000000000003 m, and a user writes
+/// 335.28.
+inline constexpr double kSameDepth = 0.001;
+
 /// A well path as measured: stations of strictly increasing measured depth, the first is the tie-on.
 struct Survey {
   std::vector<Station> stations;

@@ -39,7 +39,7 @@ ToolfacePlan rotated(int stations) { return all_of(ToolfaceSource::own, stations
 ToolfacePlan partly_slid(const std::vector<double>& md, double slide_from, double slide_to) {
   ToolfacePlan plan = rotated(static_cast<int>(md.size()));
   for (std::size_t k = 0; k < md.size(); ++k)
-    if (md[k] >= slide_from && md[k] <= slide_to) plan.source[k] = ToolfaceSource::slide;
+    if (md[k] > slide_from - kSameDepth && md[k] < slide_to + kSameDepth) plan.source[k] = ToolfaceSource::slide;
   return plan;
 }
 

@@ -32,7 +32,7 @@ ToolfacePlan constant_toolface(int stations, double toolface);
 ToolfacePlan slid(int stations);
 /// One draw for every station and run.
 ToolfacePlan rotated(int stations);
-/// Slid at the stations with slide_from <= md <= slide_to (metres), rotated elsewhere.
+/// Slid at the stations with slide_from <= md <= slide_to (metres, to kSameDepth), rotated elsewhere.
 ToolfacePlan partly_slid(const std::vector<double>& md, double slide_from, double slide_to);
 
 }  // namespace surveymc::survey

@@ -42,6 +42,17 @@ TEST_CASE("Drilling modes become toolface plans") {
   CHECK(mixed.source == std::vector<survey::ToolfaceSource>{own, slide, slide, own, own});
 }
 
+TEST_CASE("A slide that begins or ends at a station has this station, whatever the rounding of its depth") {
+  using enum survey::ToolfaceSource;
+  const double foot = 0.3048;
+  REQUIRE(1100 * foot > 335.28);  // as the depth of a survey in feet
+  const std::vector<double> md{1000 * foot, 1100 * foot, 1200 * foot};
+  CHECK(survey::partly_slid(md, 300, 335.28).source == std::vector<survey::ToolfaceSource>{slide, slide, own});
+  CHECK(survey::partly_slid({304.8, 335.28, 365.76}, 1100 * foot, 400).source ==
+        std::vector<survey::ToolfaceSource>{own, slide, slide});
+  CHECK(survey::partly_slid(md, 300, 335.27).source == std::vector<survey::ToolfaceSource>{slide, own, own});
+}
+
 TEST_CASE("A fixed sequence has the toolfaces of that trial of the rotated well") {
   const survey::ToolfacePlan fixed = plan_of("mode = 'fixed_sequence'\nsequence = 12");
   CHECK(fixed.source == std::vector<survey::ToolfaceSource>(5, survey::ToolfaceSource::given));
