@@ -26,7 +26,9 @@ void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector
   t.number("major_azimuth_deg", "deg", "direction of the major axis, clockwise from north", e.azimuth / kDegree);
   const bool usable = row && s.units > 2;
   const std::array<double, 2> predicted{e.semi_major, e.semi_minor};
-  std::array<double, 2> sd{kNaN, kNaN};
+  // An axis that is zero to first order has neither ratio nor verdict: trials leave there what is of higher order.
+  const std::size_t axes = e.semi_minor > 0 ? 2 : e.semi_major > 0 ? 1 : 0;
+  std::array<double, 2> sd{kNaN, kNaN}, ratio = sd;
   std::array<stats::Interval, 2> sd_ci{kNoInterval, kNoInterval}, ratio_ci = sd_ci;
   std::array<Verdict, 2> verdict;
   std::array<Evidence, 2> axis;
@@ -34,22 +36,26 @@ void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector
     sd[a] = std::sqrt(row->along[a].variance);
     sd_ci[a] = rule.at_all_looks ? stats::sd_sequence(row->along[a], rule.confidence)
                                  : stats::sd_interval(row->along[a], rule.confidence);
+    if (a >= axes) continue;
+    ratio[a] = predicted[a] / sd[a];
     ratio_ci[a] = {predicted[a] / sd_ci[a].hi, predicted[a] / sd_ci[a].lo};
     verdict[a] = judge(ratio_ci[a], rule.margin, s.trials);
-    axis[a] = evidence_of(predicted[a] / sd[a], ratio_ci[a], rule, s.units, true);
+    axis[a] = evidence_of(ratio[a], ratio_ci[a], rule, s.units, true);
   }
   const std::array<std::string, 2> word{verdict[0].word, verdict[1].word};
-  // One axis is enough to differ (Bonferroni), and both have to agree.
+  // One axis is enough to differ (Bonferroni), and both have to agree; the major alone, where the minor has no verdict.
   const Evidence both{std::min(1.0, 2 * std::min(axis[0].p_differs, axis[1].p_differs)),
                       std::max(axis[0].p_agrees, axis[1].p_agrees)};
-  const std::string whole = word[0] == "differs" || word[1] == "differs" ? "differs"
-                            : word[0] == word[1]                         ? word[0]
-                                                                         : "undecided";
+  const Evidence evidence = axes == 2 ? both : axis[0];
+  const std::string whole = axes < 2                                       ? word[0]
+                            : word[0] == "differs" || word[1] == "differs" ? "differs"
+                            : word[0] == word[1]                           ? word[0]
+                                                                           : "undecided";
   t.estimate("mc_sd_major_m", "m", "Monte-Carlo standard deviation along this row's major axis", sd[0], sd_ci[0]);
   t.estimate("mc_sd_minor_m", "m", "Monte-Carlo standard deviation along this row's minor axis", sd[1], sd_ci[1]);
-  t.estimate("ratio_major", "1", "analytic / Monte Carlo along the major axis", predicted[0] / sd[0], ratio_ci[0]);
-  t.estimate("ratio_minor", "1", "analytic / Monte Carlo along the minor axis", predicted[1] / sd[1], ratio_ci[1]);
-  const bool has_area = usable && e.semi_minor > 0;  // a line covers nothing and has no Mahalanobis distance
+  t.estimate("ratio_major", "1", "analytic / Monte Carlo along the major axis", ratio[0], ratio_ci[0]);
+  t.estimate("ratio_minor", "1", "analytic / Monte Carlo along the minor axis", ratio[1], ratio_ci[1]);
+  const bool has_area = usable && axes == 2;  // a line covers nothing and has no Mahalanobis distance
   for (std::size_t k = 1; k <= 3; ++k) {
     const std::uint64_t inside = has_area ? row->inside[k - 1] : 0;
     t.estimate(fmt::format("coverage_{}sigma", k), "1",
@@ -72,12 +78,16 @@ void write_row(TableRows& t, const std::string& formulation, const Eigen::Vector
   t.number("published_ratio_minor", "1", "published ratio along the minor axis", row ? row->published_minor : kNaN);
   t.number("margin", "1", "what agrees: the ratio of both axes within 1 -+ margin",
            word[0].empty() && word[1].empty() ? kNaN : rule.margin);
-  t.word("verdict", "both axes agree, one differs, or undecided", whole);
+  t.word("verdict", "both axes agree, one differs, or undecided; by the major axis alone, if the minor has no ratio",
+         whole);
   t.word("expected", "the verdict this row should have", row ? row->expected : "");
-  const bool judged = !word[0].empty() && !word[1].empty();
-  write_evidence(t, judged ? both : Evidence{},
+  const bool judged = !word[0].empty() && (axes < 2 || !word[1].empty());
+  write_evidence(t, judged ? evidence : Evidence{},
                  whole == "undecided" ? std::max(verdict[0].trials_to_decide, verdict[1].trials_to_decide) : 0);
-  t.word("note", "what else there is to say", row ? row->note : "");
+  std::string note = row ? row->note : "";
+  if (usable && axes < 2)
+    note += fmt::format("{}{}zero to first order", note.empty() ? "" : "; ", axes == 1 ? "minor axis: " : "");
+  t.word("note", "what else there is to say", note);
   t.count("trials", "trials run", s.trials);
   t.count("failed", "trials without a position, not in the statistics", s.failed);
 }

@@ -48,7 +48,8 @@ struct EllipseRow {
 /// Row `monte_carlo`, nothing with fewer than three units.
 void write_sample_ellipse(TableRows& t, const HorizontalSample& sample);
 /// Row of a prediction: sd and ratio along the *predicted* axes (the sorted axes of a sample ellipse are biased),
-/// coverage, NEES, and one verdict for both axes: differs if one differs, agrees if both agree, otherwise undecided.
+/// coverage, NEES, and one verdict for both axes: differs if one differs, agrees if both agree, otherwise undecided. An
+/// axis with a predicted sd of 0 has no ratio and no part in the verdict.
 void write_ellipse(TableRows& t, const EllipseRow& row, const HorizontalSample& sample, const VerdictRule& rule);
 
 /// Compares the mean squared Mahalanobis distance (NEES) of `dimension` coordinates with its prediction, the dimension.

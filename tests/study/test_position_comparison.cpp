@@ -74,6 +74,25 @@ TEST_CASE("A line has neither coverage nor distance") {
     CHECK(std::isnan(number(t, column, 1)));
 }
 
+TEST_CASE("An axis that is zero to first order has no part in the verdict") {
+  const store::Table agrees = table_of(diagonal(2, 0), diagonal(2, 0.001)),
+                     differs = table_of(diagonal(2, 0), diagonal(2.5, 0.001)),
+                     point = table_of(diagonal(0, 0), diagonal(0.001, 0.001));
+  CHECK(word(agrees, "verdict", 1) == "agrees");
+  CHECK(number(agrees, "p_agrees", 1) < 1e-6);
+  CHECK(number(agrees, "p_differs", 1) == 1);
+  CHECK(number(agrees, "margin", 1) == 0.02);
+  CHECK(number(agrees, "mc_sd_minor_m", 1) == Approx(0.001).epsilon(1e-12));
+  for (const char* column : {"ratio_minor", "ratio_minor_ci_low", "ratio_minor_ci_high"})
+    CHECK(std::isnan(number(agrees, column, 1)));
+  CHECK_THAT(word(agrees, "note", 1), Catch::Matchers::Contains("minor axis: zero to first order"));
+  CHECK(word(differs, "verdict", 1) == "differs");
+  CHECK(number(differs, "p_differs", 1) < 1e-6);
+  CHECK(word(point, "verdict", 1).empty());
+  CHECK(std::isnan(number(point, "margin", 1)));
+  CHECK(std::isnan(number(point, "ratio_major", 1)));
+}
+
 TEST_CASE("Mean squared distances are held to the dimension by a margin of their own, which the row shows") {
   stats::SampleSummary distance{100000, 3.05, 6, 6, 7, 0, 7};  // variance of a chi-squared of 3 degrees
   CHECK(compare_nees("nees", distance, 3, {}, 100000).verdict == "agrees");
