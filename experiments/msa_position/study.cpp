@@ -183,9 +183,17 @@ void PositionPoint::observe(const Batch& b, int t, Row& x, std::vector<std::uint
     x[at_.reference + 1] = (std::atan2(bv, bh) - s_.field.dip) / kDegree;
   }
   for (int i = 0; i < 3 && at_.hanak >= 0; ++i) {
-    const double gain = b.estimates.parameters.value(t, i), bias = b.estimates.parameters.value(t, 3 + i);
-    x[at_.hanak + i] = 2 - 1 / gain;
-    x[at_.hanak + 3 + i] = bias / gain;
+    const HanakPair estimate = hanak_of(b.estimates.parameters.value(t, i), b.estimates.parameters.value(t, 3 + i));
+    x[at_.hanak + i] = estimate.scale;
+    x[at_.hanak + 3 + i] = estimate.offset;
+    if (!s_.spread.any()) continue;
+    // As the parameters above: the error of the estimate about the nominal tool, not the spread of the tools.
+    const auto a = static_cast<std::size_t>(i);
+    const HanakPair nominal = hanak_of(s_.errors.gain[a], s_.errors.bias[a]),
+                    own = hanak_of(s_.errors.gain[a] + b.deviation.value(t, i),
+                                   s_.errors.bias[a] + b.deviation.value(t, 3 + i));
+    x[at_.hanak + i] += nominal.scale - own.scale;
+    x[at_.hanak + 3 + i] += nominal.offset - own.offset;
   }
   for (int i = 0; i < 6 && at_.claimed >= 0; ++i) x[at_.claimed + i] = b.estimates.claimed_variance.value(t, i);
   if (!s_.with_position) return;

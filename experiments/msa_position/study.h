@@ -32,6 +32,12 @@ struct Components {
   Components(const Scenario& scenario, const estimate::Estimator& estimator);
 };
 
+/// Gain and bias of an axis in Hanak's convention, b = (2 - scale) m - offset.
+struct HanakPair {
+  double scale, offset;
+};
+inline HanakPair hanak_of(double gain, double bias) { return {2 - 1 / gain, bias / gain}; }
+
 /// The inputs of the trials of a scenario, and the predictions with which they are compared.
 struct Model {
   sensor::CleanReadings clean;

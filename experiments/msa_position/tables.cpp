@@ -70,7 +70,8 @@ std::vector<study::ComparisonRow> PositionPoint::reference_rows(const stats::Tal
   std::vector<study::ComparisonRow> rows;
   for (std::size_t a = 0; a < 2; ++a)
     rows.push_back(study::compare_mean(std::string("mean_") + kReference[a], kReferenceUnits[a],
-                                       sample(tally, at_.reference + static_cast<int>(a)), truth[a], truth[a],
+                                       sample(tally, at_.reference + static_cast<int>(a)), truth[a],
+                                       truth[a] + prediction_.reference_shift[static_cast<Eigen::Index>(a)] / unit[a],
                                        s_.verdict, tally.trials));
   for (const bool claimed : {false, true})
     for (std::size_t a = 0; a < 2; ++a) {
@@ -86,25 +87,29 @@ std::vector<study::ComparisonRow> PositionPoint::reference_rows(const stats::Tal
 }
 
 std::vector<study::ComparisonRow> PositionPoint::hanak_rows(const stats::Tally& tally) const {
-  // scale = 2 - 1 / gain, offset = bias / gain, and their derivatives, at the true tool
+  // The nominal tool, and the derivatives by its gains and biases.
   Eigen::Matrix<double, 6, 6> by_parameters = Eigen::Matrix<double, 6, 6>::Zero();
-  std::array<double, 6> truth{};
+  Eigen::Matrix<double, 6, 1> truth, shift;  // shift: mean error of the estimate, by priors and by noise with a mean
   for (std::size_t a = 0; a < 3; ++a) {
     const auto i = static_cast<Eigen::Index>(a);
     const double gain = s_.errors.gain[a], bias = s_.errors.bias[a];
-    truth[a] = 2 - 1 / gain;
-    truth[3 + a] = bias / gain;
+    const HanakPair tool = hanak_of(gain, bias);
+    truth[i] = tool.scale;
+    truth[3 + i] = tool.offset;
+    shift[i] = prediction_.parameters[i] - gain;
+    shift[3 + i] = prediction_.parameters[3 + i] - bias;
     by_parameters(i, i) = 1 / (gain * gain);
     by_parameters(3 + i, i) = -bias / (gain * gain);
     by_parameters(3 + i, 3 + i) = 1 / gain;
   }
+  const Eigen::Matrix<double, 6, 1> expected = truth + by_parameters * shift;
   const Eigen::Matrix<double, 6, 6> claimed = prediction_.claimed_covariance.topLeftCorner<6, 6>();
   const Eigen::Matrix<double, 6, 6> covariance = by_parameters * claimed * by_parameters.transpose();
   std::vector<study::ComparisonRow> rows;
   for (std::size_t a = 0; a < 6; ++a)
     rows.push_back(study::compare_mean(std::string("mean_") + kHanakParameters[a], estimate::kParameterUnits[a],
-                                       sample(tally, at_.hanak + static_cast<int>(a)), 0, truth[a], s_.verdict,
-                                       tally.trials));
+                                       sample(tally, at_.hanak + static_cast<int>(a)), 0,
+                                       expected[static_cast<Eigen::Index>(a)], s_.verdict, tally.trials));
   for (std::size_t a = 0; a < 6; ++a) {
     const auto i = static_cast<Eigen::Index>(a);
     rows.push_back(study::compare_sd(std::string("sigma3_") + kHanakParameters[a], estimate::kParameterUnits[a], 3,

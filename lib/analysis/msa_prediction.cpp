@@ -79,10 +79,12 @@ MsaPrediction predict_msa(const survey::Survey& survey, const survey::ReferenceF
   const estimate::InputErrors sd = input_errors(noise, spread, field);
   const estimate::Sensitivity sensitive = estimate::sensitivity(estimator, {fields, errors.gain, errors.bias, field});
   MsaPrediction p;
-  propagate::Vector6d shift = sensitive.shift.head<6>();
+  estimate::Vector8d errors_mean = sensitive.shift;
   for (const estimate::Matrix83d& m :
        sensitive.by_magnetometer)  // a noise law with a mean other than zero is one more bias
-    shift += noise.magnetometer * sensor::unit_noise_mean(noise.law) * m.topRows<6>().rowwise().sum();
+    errors_mean += noise.magnetometer * sensor::unit_noise_mean(noise.law) * m.rowwise().sum();
+  const propagate::Vector6d shift = errors_mean.head<6>();
+  p.reference_shift = errors_mean.tail<2>();
   for (int i = 0; i < 3; ++i) {
     const auto a = static_cast<std::size_t>(i);
     p.parameters[i] = errors.gain[a] + shift[i];

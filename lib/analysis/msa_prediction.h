@@ -16,7 +16,8 @@ namespace surveymc::analysis {
 struct MsaPrediction {
   Eigen::Matrix<double, 6, 1> parameters;            ///< mean of the estimate: gain x, y, z (1), bias x, y, z (nT)
   Eigen::Matrix<double, 6, 6> parameter_covariance;  ///< of the estimate less the truth of the run
-  Eigen::Matrix2d reference_covariance;              ///< of the reference after the estimate: nT, rad
+  Eigen::Vector2d reference_shift;                   ///< mean error of the reference after the estimate: nT, rad
+  Eigen::Matrix2d reference_covariance;              ///< its covariance
   /// Covariance of parameters and reference that the estimator claims, by the errors that it assumes.
   Eigen::Matrix<double, 8, 8> claimed_covariance;
   /// One sd of the magnetic azimuth of the hole at the first, middle and last station that follows from the claimed

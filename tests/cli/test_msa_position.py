@@ -1,0 +1,87 @@
+#!/usr/bin/python3
+"""End-to-end tests of msa_position: test_msa_position.py SURVEYMC_EXECUTABLE SOURCE_FOLDER [unittest arguments]"""
+import sys
+import unittest
+from pathlib import Path
+
+import test_cli
+from test_cli import Case, column
+
+CONFIG = """\
+experiment = "msa_position"
+seed = 3
+trials = 2000
+[survey]
+file = "{source}/configs/thesis/traj4.csv"
+toolface_zero = "x"
+[field]
+total_nT = 51000.0
+dip_deg = 72.0
+[noise]
+magnetometer_nT = 7.0
+reference = {{ per = "run", total_nT = 10.7, dip_deg = 0.016 }}
+"""
+# A tool far from what the priors say, which therefore pull the estimate.
+PULLED = """\
+[sensor]
+gain = [1.01, 1.0, 1.0]
+bias_nT = [100.0, 0.0, -300.0]
+[estimator]
+name = "{estimator}"
+magnetometer_nT = 20.0
+prior = {{ gain = 0.005, bias_nT = 100.0 }}
+"""
+PARAMETERS = [f"{what}_{axis}" for what in ("gain", "bias") for axis in "xyz"]
+HANAK = [f"{what}_{axis}" for what in ("scale", "offset") for axis in "xyz"]
+
+
+class MsaPosition(Case):
+    def rows(self, table, config):
+        """{quantity: (Monte Carlo, half its 95 % interval, analytic)}; of several formulations the first."""
+        self.write("base.toml", CONFIG.format(source=test_cli.SOURCE) + config)
+        path = self.run_config()
+        of = lambda name: column(path, f"tables/{table}", name)
+        half = (of("monte_carlo_ci_high") - of("monte_carlo_ci_low")) / 2
+        out = {}
+        for q, *row in zip(of("quantity"), of("monte_carlo"), half, of("analytic")):
+            out.setdefault(q, row)
+        return out
+
+    def assert_close(self, row, halves=2.1):  # 4 standard errors
+        found, half, analytic = row
+        self.assertLess(abs(found - analytic), halves * half)
+
+    def test_spread_of_the_tools_is_no_error_of_an_estimate(self):
+        """In Hanak's convention as in gains and biases. Without priors; the tools' own 300 nT would be 900 in sigma3."""
+        config = "[sensor]\nspread = { gain = 0.0016, bias_nT = 300.0 }\n" \
+                 "[estimator]\nname = \"wls_consider\"\nprior = { gain = 0.0, bias_nT = 0.0 }\n"
+        ours, hanak = self.rows("parameters", config), self.rows("hanak_parameters", config)
+        for p, h in zip(PARAMETERS, HANAK):
+            with self.subTest(quantity=h):
+                self.assert_close(hanak[f"sigma3_{h}"])
+                self.assertLess(abs(hanak[f"sigma3_{h}"][0] / ours[f"sigma3_{p}"][0] - 1), 0.01)
+
+    def test_priors_that_pull_shift_the_reference_too(self):
+        rows = self.rows("parameters", PULLED.format(estimator="msa_joint"))
+        for quantity, truth in [("mean_reference_total", 51000), ("mean_reference_dip", 72)]:
+            with self.subTest(quantity=quantity):
+                self.assert_close(rows[quantity])
+                self.assertGreater(abs(rows[quantity][2] - truth), rows[quantity][1])
+        # The first-order shift by an independent linearisation.
+        self.assertAlmostEqual(rows["mean_reference_total"][2] - 51000, 0.7845, delta=1e-4)
+        self.assertAlmostEqual(rows["mean_reference_dip"][2] - 72, 0.0024384, delta=1e-7)
+
+    def test_priors_that_pull_shift_hanaks_parameters_too(self):
+        rows = self.rows("hanak_parameters", PULLED.format(estimator="wls_consider"))
+        for name in HANAK:
+            with self.subTest(quantity=name):
+                self.assert_close(rows[f"mean_{name}"])
+        self.assertGreater(rows["mean_offset_z"][2], -290)  # of the true -300
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 3:
+        sys.exit(__doc__)
+    test_cli.EXECUTABLE = str(Path(sys.argv[1]).resolve())
+    test_cli.SOURCE = Path(sys.argv[2]).resolve()
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
