@@ -46,7 +46,7 @@ Run read_run(config::ConfigReader& c) {
   r.file = config::readings_from_table(
       study::read_readings_table(c),
       {gravity ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force, r.field.gravity,
-       r.field.total});
+       r.field.total, 1});
   study::tell_readings(c, r.file, r.field);
   r.accelerometer_sign = -r.file.accelerometer_sign;
   for (std::size_t k = 0; k < r.file.md.size(); ++k) {

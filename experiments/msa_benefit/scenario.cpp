@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include "analysis/msa_prediction.h"
+#include "analysis/readings_analysis.h"
 #include "base/units.h"
 #include "estimate/estimators.h"
 #include "estimate/observability.h"
@@ -104,9 +105,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.noise = study::read_noise(c);
   c.require(sensor::symmetric(s.noise.law), "noise.law", "must be symmetric about zero (\"gaussian\", \"uniform\")");
   s.errors = analysis::input_errors(s.noise, s.spread, s.field);
-  s.estimator = study::read_estimator(c, s.errors, s.field);
-  c.require(!estimate::estimator_kind(s.estimator.name).needs_attitude, "estimator.name",
-            "must be one that compares with a reference: " + s.estimator.name + " takes the true attitude as known");
+  s.estimator = study::read_estimator(c, s.errors, s.field, analysis::readings_estimators());
   s.estimator.estimated = read_estimated(c);
   s.verdict = study::read_verdict_rule(c);
   read_verified(c, s);

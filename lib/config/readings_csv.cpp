@@ -110,10 +110,10 @@ survey::SixAxisReadings readings_from_table(const InputTable& table, const Readi
     r.gravity_T.push_back(g);
     r.magnetic_T.push_back(b);
   }
-  require(table.rows() >= kFewestStations,
+  require(table.rows() >= conventions.fewest_stations,
           "{}: {} station{}: three gains and three biases need at least {} stations (two residuals each), and more to "
           "check them",
-          table.path, table.rows(), table.rows() == 1 ? "" : "s", kFewestStations);
+          table.path, table.rows(), table.rows() == 1 ? "" : "s", conventions.fewest_stations);
   return r;
 }
 

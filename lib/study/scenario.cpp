@@ -201,9 +201,9 @@ std::string names_with(const Trait& has_trait) {
 }  // namespace
 
 estimate::EstimatorOptions read_estimator(config::ConfigReader& c, const estimate::InputErrors& truth,
-                                          const survey::ReferenceField& field) {
+                                          const survey::ReferenceField& field, const std::vector<std::string>& names) {
   estimate::EstimatorOptions o;
-  o.name = c.choice("estimator.name", estimate::estimator_names());
+  o.name = c.choice("estimator.name", names);
   const estimate::EstimatorKind& kind = estimate::estimator_kind(o.name);
   c.require(kind.predict != nullptr, "estimator.name",
             "this study compares with a prediction to first order, and \"" + o.name + "\" has none");

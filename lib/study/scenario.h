@@ -50,9 +50,11 @@ sensor::ToolSpread read_tool_spread(config::ConfigReader& config);
 /// have it. Estimators that weigh also read the sizes that they assume: magnetometer_nT, accelerometer_mps2,
 /// `reference = { total_nT, dip_deg }`, `prior = { gain, bias_nT, axial_bias_nT }` (0: no prior), one sd each. Their
 /// defaults are the sizes of the simulation (`noise`, and `spread` for the priors). An estimator without a prediction
-/// to first order is refused, because every study that reads an estimator compares with its prediction.
+/// to first order is refused, because every study that reads an estimator compares with its prediction. `names`: those
+/// that the study takes.
 estimate::EstimatorOptions read_estimator(config::ConfigReader& config, const estimate::InputErrors& truth,
-                                          const survey::ReferenceField& field);
+                                          const survey::ReferenceField& field,
+                                          const std::vector<std::string>& names = estimate::estimator_names());
 
 /// `estimator.magnetometer_drawn` ("constant"), for wls only: whether the noise that it assumes of a reading is drawn
 /// anew in each run, as "sd" or as "variance".

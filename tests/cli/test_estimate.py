@@ -3,6 +3,7 @@
 
 Readings come from a forward model of their own, so that the program is held against something else than itself.
 """
+import re
 import sys
 import unittest
 from pathlib import Path
@@ -217,6 +218,35 @@ class Estimate(Case):
         self.assertIn(("severe", "3 stations give 6 residuals for 6 unknowns: nothing checks the estimate, and no gross "
                        "error would show"), self.warnings(self.folder / "out.h5"))
 
+    def test_one_or_two_stations_where_no_more_are_needed(self):
+        """What solves every station by itself gives each the same answer alone; the chained smoother of the first stations
+        is the filter of the whole run there, which knows nothing of later ones."""
+        sigma = "[sigma]\naccelerometer_xy_mps2 = 0.004\ngravity_mps2 = 0.001\nmagnetometer_xy_nT = 70.0\n" \
+                "horizontal_nT = 90.0\nvertical_nT = 90.0\naxial_magnetisation_nT = 500.0\n"
+        alone = CONFIG[:CONFIG.index("[noise]")].replace('estimator = "msa"\n', "")
+        self.write("alone.toml", alone + sigma)
+        self.write("chained.toml", alone + "[model]\noffset_stations = 16\n[estimator]\nname = \"chained\"\n")
+        rows = run_of(*attitudes(), noise=50)
+        for name, config, whole in [("single_station", "alone.toml", ()), ("axial_correction", "alone.toml", ()),
+                                    ("chained", "chained.toml", ("--set", "estimator.mode=filter"))]:
+            setting = ("--set", f"estimator.name={name}")
+            self.write("run.csv", csv_text(rows))
+            full = self.run_config(*setting, *whole, config=config)
+            full.rename(self.folder / "full.h5")
+            for count in (1, 2):
+                self.write("run.csv", csv_text(rows[:count]))
+                few = self.run_config(*setting, config=config)
+                # Of the stations before, a filter keeps a linearisation: some thousandths of a sd.
+                near = 1e-3 if name == "chained" and count > 1 else 1e-6
+                for what in ["inclination_deg", "azimuth_true_deg", "toolface_deg", "sd_inclination_deg", "sd_azimuth_deg"]:
+                    with self.subTest(estimator=name, stations=count, column=what):
+                        found = column(few, "tables/stations", what)
+                        self.assertEqual(len(found), count)
+                        self.assertAlmostEqual(found[-1], column(self.folder / "full.h5", "tables/stations", what)[count - 1],
+                                               delta=near)
+        self.write("run.csv", csv_text(rows[:2]))  # which the others refuse
+        self.refused(BAD_INPUT, "run", "base.toml", "-o", "x.h5", says="three gains and three biases need at least 3 stations")
+
     def test_run_without_rotation(self):
         inclination, azimuth, toolface = attitudes()
         self.write("run.csv", csv_text(run_of(inclination, azimuth, 0 * toolface + 30, noise=50)))
@@ -278,6 +308,17 @@ class Estimate(Case):
         self.write("run.csv", csv_text(self.rows[:, [0, 1, 2, 3, 4, 6, 5]]))
         done = self.call("run", "base.toml", "-o", "out.h5", code=(0, BAD_INPUT))
         self.assertRegex(done.stdout + done.stderr, "(?m)^severe: |finds no minimum")
+
+    def test_names_that_are_offered_are_accepted(self):
+        said = self.refused(BAD_INPUT, "check", "base.toml", "--set", "estimator=nobody", says="must be one of")
+        offered = re.findall(r'"(\w+)"', said.split("must be one of")[1])
+        self.assertEqual(offered, ["msa", "msa_weighted", "msa_joint", "wls_consider", "single_station", "axial_correction",
+                                   "chained"])
+        listed = self.call("keys", "estimate").stdout
+        rule = next(line for line in listed.splitlines() if line.startswith("estimator.name"))
+        for name in offered:
+            self.assertIn(f'"{name}"', rule)
+        self.assertNotIn('"wls"', rule)
 
     def test_bad_keys(self):
         for setting, says in [("noise.magnetometer_nT=0", r"noise\.magnetometer_nT.*must be > 0"),

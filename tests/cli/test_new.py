@@ -73,6 +73,18 @@ class New(unittest.TestCase):
                 tried += 1
         self.assertGreater(tried, 15)
 
+    def test_estimators_that_it_offers_are_accepted(self):
+        """Those of 'estimator = "msa"   # or ...'."""
+        tried = 0
+        for experiment in self.experiments():
+            text = self.call("new", experiment, "-o", f"{experiment}.toml") and (self.folder / f"{experiment}.toml").read_text()
+            offer = re.search(r"(?m)^estimator = .*# or (.*)$", text)
+            for name in re.findall(r'"(\w+)"', offer[1]) if offer else []:
+                with self.subTest(experiment=experiment, estimator=name):
+                    self.call("check", f"{experiment}.toml", "--set", f"estimator={name}")
+                    tried += 1
+        self.assertGreater(tried, 5)
+
     def test_no_file_is_written_over(self):
         (self.folder / "mine.toml").write_text("mine")
         self.assertIn("mine.toml: exists", self.call("new", "msa_position", "-o", "mine.toml", code=74))
