@@ -299,7 +299,7 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
       const double sa = a.event->predictions().separation_factor, sb = b.event->predictions().separation_factor;
       if (&a == &b || !(sa < sb) || !a.found.trusted || !b.found.trusted) continue;
       ++compared;
-      smallest = std::fmin(smallest, p_of_larger(a.found, b.found, confidence));
+      smallest = std::fmin(smallest, p_of_larger(b.found, a.found, confidence));  // the claim: a's is the larger
       if (a.found.interval.hi >= b.found.interval.lo) continue;
       ++wrong;
       most = std::fmax(most, b.found.probability / a.found.probability);

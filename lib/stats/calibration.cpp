@@ -223,6 +223,7 @@ CalibrationResult judge_calibration(const PitCounts& counts, std::uint64_t units
   } else {
     out.verdict = out.p_band < 1 - confidence ? "differs" : "agrees";
     out.p_differs = out.p_band;
+    out.p_agrees = kNaN;  // a test that finds nothing is no proof
   }
   return out;
 }

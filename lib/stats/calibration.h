@@ -73,8 +73,8 @@ struct CalibrationResult {
   Interval interval;           ///< of it, simultaneous
   double quantile = 0;         ///< half width of the band = quantile sqrt(u (1 - u) / n)
   double p_band = 1, p_chi_squared = 1;
-  std::string verdict;  ///< "agrees", "differs", "undecided"
-  double p_differs = 1, p_agrees = 1;
+  std::string verdict;                 ///< "agrees", "differs", "undecided"
+  double p_differs = 1, p_agrees = 1;  ///< p_agrees is NaN where the margin is 0
   std::uint64_t trials_to_decide = 0;  ///< 0: decided
   /// The shape that D resembles most, by least squares: "sd" (the errors' sd is (1 + size) times the claimed one),
   /// "shift" (their mean is `size` claimed sds), "skewness", "kurtosis" (excess). Chi-squared laws have "sd" only.

@@ -94,8 +94,8 @@ void apply_family(std::vector<store::Table>& tables) {
   };
   std::vector<Place> places;
   std::vector<double> p_differs, p_agrees;
-  std::size_t agrees = 0, differs = 0, undecided = 0;
-  double last_agreed = 0;
+  std::size_t verdicts = 0, agrees = 0, differs = 0, undecided = 0;
+  double last_agreed = kNaN;  // largest p of a row that agrees
   const auto collect = [&](std::size_t table, const store::Table& piece, std::size_t first) {
     const FamilyColumns f = family_columns(piece);
     for (std::size_t i = 0; i < piece.rows(); ++i) {
@@ -110,11 +110,13 @@ void apply_family(std::vector<store::Table>& tables) {
       if (verdict.empty() || std::isnan(p)) continue;
       places.push_back({table, first + i, kFamilyColumn, verdict == "differs"});
       p_differs.push_back(p);
-      p_agrees.push_back(std::isnan(q) ? 1 : q);
+      ++verdicts;
       agrees += verdict == "agrees";
       differs += verdict == "differs";
       undecided += verdict == "undecided";
-      if (verdict == "agrees") last_agreed = std::max(last_agreed, p_agrees.back());
+      if (std::isnan(q)) continue;  // a test without a margin says nothing for "agrees"
+      p_agrees.push_back(q);
+      if (verdict == "agrees") last_agreed = std::fmax(last_agreed, q);
     }
   };
   for (std::size_t table = 0; table < tables.size(); ++table)
@@ -132,15 +134,16 @@ void apply_family(std::vector<store::Table>& tables) {
   }
   for (const auto& [table, of_columns] : words) tables[table] = with_words(tables[table], of_columns);
   TableRows t("family", "the verdicts of all rows of this file together; those that are expected to differ stay out");
-  t.count("verdicts", "rows with a verdict and a p-value", p_agrees.size());
+  t.count("verdicts", "rows with a verdict and a p-value", verdicts);
   t.count("agrees", "of them, rows that agree", agrees);
   t.count("differs", "of them, rows that differ", differs);
   t.count("undecided", "of them, rows that are undecided", undecided);
   t.count("differs_holm", "rows that differ among all of them, and the tests: Holm at 5 %", surviving);
   t.number("agrees_q", "1", "share of the rows that agree which may be wrong (Benjamini and Hochberg)",
-           agrees > 0 ? benjamini_hochberg_share(p_agrees, last_agreed) : 0);
-  t.count("tests", "Wishart tests of whole covariances, which join with their own p",
-          p_differs.size() - p_agrees.size());
+           agrees == 0               ? 0
+           : std::isnan(last_agreed) ? kNaN  // no row that agrees has a p
+                                     : benjamini_hochberg_share(p_agrees, last_agreed));
+  t.count("tests", "Wishart tests of whole covariances, which join with their own p", p_differs.size() - verdicts);
   t.count("tests_holm", "of them, those that find a difference among all: Holm at 5 %", tests_surviving);
   tables.push_back(t.take());
 }

@@ -78,7 +78,8 @@ def error_rates(family):
             "differs": sum(v == "differs" for v, _, _ in family),
             "surviving": sum(r and v == "differs" for r, (v, _, _) in zip(rejected, family)),
             "tests_surviving": sum(r and v == TEST for r, (v, _, _) in zip(rejected, family)),
-            "share": agreement_share([a if math.isfinite(a) else 1.0 for a in judged], max(agreeing, default=0.0))}
+            # A row without p_agrees (a test without a margin) says nothing for "agrees".
+            "share": agreement_share([a for a in judged if math.isfinite(a)], max(agreeing, default=0.0))}
 
 
 def expectation(counts):

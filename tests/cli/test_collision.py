@@ -149,6 +149,19 @@ class Wells(Case):
         # Both wells are as near at every depth: of equal ones the shallowest is where they are said to touch.
         self.assertEqual(list(column(path, "tables/contact_quantiles", "share"))[:5], [.05, .25, .5, .75, .95])
 
+    def test_probabilities_in_the_order_of_the_factors_do_not_speak_against_them(self):
+        # The farther well has the larger factor and the smaller probability, as the claim says.
+        farther = RIGID[RIGID.index("[[offset]]"):RIGID.index("[separation]")].replace("other", "farther").replace("[25.0", "[35.0")
+        path = self.run_config(config=self.changed(("[separation]", farther + "[separation]")))
+        p = column(path, "tables/probability", "monte_carlo")
+        self.assertGreater(max(p), 50 * min(p))
+        row = list(column(path, "tables/claims", "claim")).index("separation factors order the risk")
+        found, verdict, against = (column(path, "tables/claims", c)[row] for c in ("found", "verdict", "p_differs"))
+        self.assertIn("0 of 1 pairs", found)
+        self.assertEqual((verdict, against), ("agrees", 1))
+        # The claim of all pairs has no p_agrees: what share of the other agreements is wrong does not depend on it.
+        self.assertLess(column(path, "tables/family", "agrees_q")[0], .2)
+
     def same_bits(self, config):
         """Whatever splits the run, and whatever computes it: threads, instruction sets, shards, a kill."""
         whole = content_hash(self.run_config("--threads", "1", config=config, output="whole.h5"))

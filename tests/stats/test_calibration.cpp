@@ -153,6 +153,7 @@ TEST_CASE("The band finds an error of 5 % of an sd in nine of ten runs of 6000 t
   for (unsigned run = 0; run < kRuns; ++run) {
     found += judged(normal_errors(6000, 0, 1.05, 100 + run), 0).verdict == "differs";
     cried += judged(normal_errors(6000, 0, 1, 1000 + run), 0).verdict == "differs";
+    CHECK(std::isnan(judged(normal_errors(6000, 0, 1, 1000 + run), 0).p_agrees));
   }
   CHECK(found >= 0.9 * kRuns - 3 * std::sqrt(0.9 * 0.1 * kRuns));
   CHECK(cried <= 0.05 * kRuns + 3 * std::sqrt(0.05 * 0.95 * kRuns));

@@ -106,6 +106,23 @@ TEST_CASE("A family of a file marks what may be chance, and leaves out rows that
   CHECK(cell(tables.back(), "agrees_q") < 1e-9);
 }
 
+TEST_CASE("A row without p_agrees says nothing of the share of wrong agreements") {
+  // Three agree at p = .01, and so does a fourth, by a test without a margin.
+  std::vector<ComparisonRow> rows(4, row_of(1.001, 0.002));
+  for (ComparisonRow& row : rows) row.evidence = {1, 0.01};
+  rows.back().evidence.p_agrees = kNaN;
+  std::vector<store::Table> tables{comparison_table("a", "", rows, 40'000, 0)},
+      alone{comparison_table("a", "", {rows.back()}, 40'000, 0)};
+  apply_family(tables);
+  CHECK(cell(tables.back(), "verdicts") == 4);
+  CHECK(cell(tables.back(), "agrees") == 4);
+  CHECK(cell(tables.back(), "tests") == 0);
+  CHECK(cell(tables.back(), "agrees_q") == Approx(0.01).epsilon(1e-12));
+  apply_family(alone);
+  CHECK(cell(alone.back(), "agrees") == 1);
+  CHECK(std::isnan(cell(alone.back(), "agrees_q")));
+}
+
 TEST_CASE("Wishart tests join the family with their own p, unless they are expected to differ") {
   const std::vector<double> p{0.4, kNaN, 1e-6, 0.03, 1e-9};
   const store::Table tests{"ellipse",
