@@ -336,20 +336,14 @@ study::ComparisonRow VerticalWell::rms_row(const stats::Tally& tally) const {
 
 /// How far one toolface sequence is from the mean over all: eqs 41, 42 as random describe only the latter.
 store::Table VerticalWell::sequences_table(const stats::Tally& tally) const {
-  const double confidence = s_.verdict.interval_confidence(tally.moments.count);
   std::vector<study::ComparisonRow> rows{rms_row(tally)};
-  const auto add = [&](const char* quantity, double monte_carlo, const stats::Interval& interval, double analytic,
-                       const char* note) {
-    rows.push_back(study::compare_value(quantity, "1", {monte_carlo, interval}, analytic, s_.verdict, tally.trials));
-    rows.back().note = note;
-  };
   if (s_.plan.has(survey::ToolfaceSource::own) && !s_.plan.has(survey::ToolfaceSource::slide)) {
     const std::uint64_t* counts = tally.counts.data() + 3 * predicted_.size();
-    for (const auto& [name, probability] : kQuantiles)
-      add(name, stats::histogram_quantile(kRatioBins, counts, probability),
-          stats::histogram_quantile_interval(kRatioBins, counts, probability, confidence),
-          std::sqrt(-std::log1p(-probability)),
-          "of the runs' own sd (eqs 19, 20); analytic: Rayleigh, the limit of many stations");
+    for (const auto& [name, probability] : kQuantiles) {
+      rows.push_back(study::compare_quantile(name, "1", kRatioBins, counts, probability,
+                                             std::sqrt(-std::log1p(-probability)), s_.verdict, tally.trials));
+      rows.back().note = "of the runs' own sd (eqs 19, 20); analytic: Rayleigh, the limit of many stations";
+    }
   }
   stop_.add_notes("toolface_sequences", rows, tally);
   s_.annotations.apply("toolface_sequences", rows);

@@ -32,4 +32,8 @@ Interval sd_sequence(const SampleSummary& s, double confidence);
 ///   r = max(rho p (1 - p) - p (1 - p), p (1 - p) / 1000), rho as above
 Interval rate_sequence(std::uint64_t successes, std::uint64_t trials, double confidence);
 
+/// The smallest 1 - confidence at which the sequence of these counts leaves out `probability`: one over the mixture's
+/// likelihood ratio, at most 1. n_opt stays that of 95 %.
+double rate_sequence_p(std::uint64_t successes, std::uint64_t trials, double probability);
+
 }  // namespace surveymc::stats

@@ -21,7 +21,15 @@ struct HistogramBins {
 /// bin's width.
 double histogram_quantile(const HistogramBins& bins, const std::uint64_t* counts, double probability);
 
-/// Its confidence interval from the order statistics whose numbers are binomial quantiles (normal approximation).
+/// How many of the values lie up to `value`, by the same line within a bin.
+std::uint64_t histogram_count(const HistogramBins& bins, const std::uint64_t* counts, double value);
+
+/// How many values there are.
+std::uint64_t histogram_total(const HistogramBins& bins, const std::uint64_t* counts);
+
+/// Confidence interval of a quantile from order statistics, whatever the distribution: of n values, and B binomial(n,
+/// probability), the largest x_(l) with P(B < l) <= (1 - confidence) / 2 and the smallest x_(u) with P(B >= u) at most
+/// that. 0 and infinity where no x has it: the 95 % quantile has an upper bound at 95 % from n = 72 on.
 Interval histogram_quantile_interval(const HistogramBins& bins, const std::uint64_t* counts, double probability,
                                      double confidence);
 

@@ -194,14 +194,42 @@ void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std
 
 namespace {
 
-/// Exact, as Clopper and Pearson's interval is: by the binomial tails at the rates whose ratio is at an edge.
+/// One-sided p-values of the hypotheses that a value lies at an edge of the margin, or below; or above.
+struct EdgeTails {
+  double below = 1, above = 1;
+};
+
+/// From the tails at both edges, in the unit of the value.
+Evidence evidence_of_tails(const EdgeTails& lo, const EdgeTails& hi, const VerdictRule& rule, std::uint64_t units) {
+  const auto p = [&](double tail) {
+    if (!rule.at_all_looks) return std::min(1.0, 2 * tail);
+    return tail > 0 ? two_sided_p(-stats::normal_quantile(std::min(tail, 0.5)), rule, units) : 0;
+  };
+  return {p(std::min(lo.above, hi.below)), p(std::max(lo.below, hi.above))};
+}
+
+/// The values whose ratio of the prediction to them is at an edge of the margin.
+stats::Interval margin_of(double predicted, const VerdictRule& rule) {
+  return {predicted / (1 + rule.margin), predicted / (1 - rule.margin)};
+}
+
+/// Exact, as the intervals of a rate are, at the rates whose ratio is at an edge: by the binomial tails, as Clopper and
+/// Pearson's interval is, or by the mixture of the sequence.
 Evidence rate_evidence(std::uint64_t events, std::uint64_t runs, double predicted, const VerdictRule& rule) {
-  const double lo = std::min(1.0, predicted / (1 + rule.margin)), hi = std::min(1.0, predicted / (1 - rule.margin));
-  const double above_hi = stats::binomial_tails(events, runs, hi).at_least,
-               below_lo = stats::binomial_tails(events, runs, lo).at_most,
-               above_lo = stats::binomial_tails(events, runs, lo).at_least,
-               below_hi = stats::binomial_tails(events, runs, hi).at_most;
-  return {std::min(1.0, 2 * std::min(above_hi, below_lo)), std::min(1.0, 2 * std::max(above_lo, below_hi))};
+  const stats::Interval edges = margin_of(predicted, rule);
+  const double lo = std::min(1.0, edges.lo), hi = std::min(1.0, edges.hi);
+  if (rule.at_all_looks) {
+    const double rate = static_cast<double>(events) / static_cast<double>(runs);
+    const double p_lo = stats::rate_sequence_p(events, runs, lo), p_hi = stats::rate_sequence_p(events, runs, hi);
+    if (rate < lo) return {p_lo, 1};
+    if (rate > hi) return {p_hi, 1};
+    return {1, std::max(p_lo, p_hi)};
+  }
+  const auto tails = [&](double edge) {
+    const stats::BinomialTails t = stats::binomial_tails(events, runs, edge);
+    return EdgeTails{t.at_least, t.at_most};
+  };
+  return evidence_of_tails(tails(lo), tails(hi), rule, runs);
 }
 
 }  // namespace
@@ -220,20 +248,36 @@ ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, st
   if (std::isnan(predicted)) return row;
   if (events == 0) {  // no ratio, but perhaps a verdict: the prediction may lie above all that is possible
     row.note = "never seen";
-    if (predicted * (1 - rule.margin) > row.interval.hi) {
-      row.verdict = "differs";
-      row.margin = rule.margin;
-      row.evidence = rate_evidence(events, runs, predicted, rule);
-    } else if (rule.at_all_looks && predicted > 0) {  // the run goes on
-      row.verdict = "undecided";
-      row.margin = rule.margin;
-    }
+    const bool differs = predicted > (1 + rule.margin) * row.interval.hi;
+    if (!differs && !(rule.at_all_looks && predicted > 0)) return row;
+    row.verdict = differs ? "differs" : "undecided";  // undecided: the run goes on
+    row.margin = rule.margin;
+    row.evidence = rate_evidence(events, runs, predicted, rule);
     return row;
   }
   row.ratio = predicted / row.monte_carlo;
   row.ratio_interval = {predicted / row.interval.hi, predicted / row.interval.lo};
   set_verdict(row, row.ratio, row.ratio_interval, rule, trials, runs);
-  if (!row.verdict.empty() && !rule.at_all_looks) row.evidence = rate_evidence(events, runs, predicted, rule);
+  if (!row.verdict.empty()) row.evidence = rate_evidence(events, runs, predicted, rule);
+  return row;
+}
+
+ComparisonRow compare_quantile(const std::string& quantity, const std::string& unit, const stats::HistogramBins& bins,
+                               const std::uint64_t* counts, double probability, double predicted,
+                               const VerdictRule& rule, std::uint64_t trials) {
+  const std::uint64_t values = stats::histogram_total(bins, counts);
+  const Estimate found{stats::histogram_quantile(bins, counts, probability),
+                       stats::histogram_quantile_interval(bins, counts, probability, rule.interval_confidence(values))};
+  ComparisonRow row = compare_value(quantity, unit, found, predicted, rule, trials, values);
+  if (row.verdict.empty()) return row;
+  // A quantile lies above an edge if few values lie below it.
+  const auto tails = [&](double edge) {
+    const stats::BinomialTails t =
+        stats::binomial_tails(stats::histogram_count(bins, counts, edge), values, probability);
+    return EdgeTails{t.at_most, t.at_least};
+  };
+  const stats::Interval edges = margin_of(predicted, rule);
+  row.evidence = evidence_of_tails(tails(edges.lo), tails(edges.hi), rule, values);
   return row;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/units.h"
+#include "stats/histogram.h"
 #include "stats/sample_summary.h"
 #include "store/table.h"
 #include "study/table_rows.h"
@@ -73,9 +74,16 @@ void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std
                      const std::string& what);
 
 /// Rate of an event seen `events` times in `runs` against a predicted probability; NaN: there is none. It stands in the
-/// table within [0, 1], whatever its rounding. Intervals are exact (Clopper and Pearson).
+/// table within [0, 1], whatever its rounding. Intervals and p-values are exact (Clopper and Pearson; at all looks
+/// those of the beta-binomial mixture).
 ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, std::uint64_t runs, double predicted,
                            const VerdictRule& rule, std::uint64_t trials);
+
+/// Quantile of the values behind the counts of a histogram, by order statistics: interval and p-values are exact,
+/// whatever the distribution, but for the width of a bin.
+ComparisonRow compare_quantile(const std::string& quantity, const std::string& unit, const stats::HistogramBins& bins,
+                               const std::uint64_t* counts, double probability, double predicted,
+                               const VerdictRule& rule, std::uint64_t trials);
 
 /// The same row of this formulation.
 ComparisonRow labelled(const std::string& formulation, ComparisonRow row);

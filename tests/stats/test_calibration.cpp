@@ -182,6 +182,14 @@ TEST_CASE("Confidence sequences have the published constants") {
   CHECK(b.hi == Approx(0.0113067).epsilon(1e-5));
   CHECK(none.lo == 0);
   CHECK(none.hi == Approx(0.0027659).epsilon(1e-4));
+  // The p-value is 5 % at the bounds of the 95 % sequence.
+  for (const double bound : {a.lo, a.hi}) CHECK(rate_sequence_p(40, 4096, bound) == Approx(0.05).epsilon(1e-6));
+  CHECK(rate_sequence_p(0, 4096, none.hi) == Approx(0.05).epsilon(1e-6));
+  CHECK(rate_sequence_p(40, 4096, 40.0 / 4096) == 1);
+  CHECK(rate_sequence_p(1, 10, 0) == 0);
+  CHECK(rate_sequence_p(0, 10, 0) == 1);
+  CHECK(rate_sequence_p(9, 10, 1) == 0);
+  CHECK(rate_sequence_p(10, 10, 1) == 1);
   const Interval all = rate_sequence(4096, 4096, 0.95);
   CHECK(all.lo == Approx(1 - none.hi).epsilon(1e-9));
   CHECK(all.hi == 1);

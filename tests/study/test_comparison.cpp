@@ -175,6 +175,72 @@ TEST_CASE("Rates are judged by their exact interval") {
   CHECK(compare_rate("rate", 5, 10, kNaN, rule, 10).verdict.empty());
 }
 
+TEST_CASE("An event that was never seen is held against the same edge of the margin as any other") {
+  const VerdictRule rule{0.5, 0.95};
+  // The rate is .003682 at most (97.5 %): a prediction beyond 1.5 times that differs, P(none of 1000 at .00631/1.5) is
+  // .0148.
+  const ComparisonRow row = compare_rate("rate", 0, 1000, 0.00631, rule, 1000);
+  CHECK(row.verdict == "differs");
+  CHECK(row.evidence.p_differs == Approx(2 * std::pow(1 - 0.00631 / 1.5, 1000)).epsilon(1e-9));
+  CHECK(compare_rate("rate", 0, 1000, 0.0055, rule, 1000).verdict.empty());
+}
+
+TEST_CASE("Rates at all looks have the p-values of their sequence") {
+  VerdictRule rule;
+  rule.at_all_looks = true;
+  // Never seen: the mixture at .0043/1.02 and 0 of 4096. One fixed look would say 6e-8.
+  const ComparisonRow none = compare_rate("rate", 0, 4096, 0.0043, rule, 4096);
+  CHECK(none.verdict == "differs");
+  CHECK(none.evidence.p_differs == stats::rate_sequence_p(0, 4096, 0.0043 / 1.02));
+  CHECK(none.evidence.p_differs == Approx(0.0103).epsilon(0.01));
+  CHECK(none.evidence.p_agrees == 1);
+  const ComparisonRow open = compare_rate("rate", 0, 4096, 0.001, rule, 4096);
+  CHECK(open.verdict == "undecided");
+  CHECK(open.evidence.p_differs > 0.05);
+  // Many hits: the verdict of the interval, and no extrapolation of its width.
+  const ComparisonRow many = compare_rate("rate", 40, 4096, 0.1, rule, 4096);
+  CHECK(many.verdict == "differs");
+  CHECK(many.evidence.p_differs < 1e-30);
+  const ComparisonRow right = compare_rate("rate", 200'000, 400'000, 0.5, rule, 400'000);
+  CHECK(right.verdict == "agrees");
+  CHECK(right.evidence.p_differs == 1);
+  CHECK(right.evidence.p_agrees < 1e-20);
+}
+
+TEST_CASE("A quantile is judged by order statistics") {
+  const stats::HistogramBins bins{4096, 4.0 / 4096};
+  const auto rayleigh = [&](int n) {
+    std::vector<std::uint64_t> counts(bins.bins, 0);
+    for (int i = 0; i < n; ++i) ++counts[bins.bin(std::sqrt(-std::log1p(-(i + 0.5) / n)))];
+    return counts;
+  };
+  const VerdictRule rule;
+  const double q95 = std::sqrt(-std::log(0.05));
+  // Twenty values of which all lie below 1.2 are no proof of a 95 % quantile below 1.73: P(20 of 20 below) is .36.
+  std::vector<std::uint64_t> few(bins.bins, 0);
+  few[bins.bin(1.19)] = 20;
+  const ComparisonRow open = compare_quantile("q", "1", bins, few.data(), 0.95, q95, rule, 20);
+  CHECK(open.interval.hi == kInfinity);
+  CHECK(open.verdict == "undecided");
+  CHECK(open.evidence.p_differs == Approx(2 * std::pow(0.95, 20)).epsilon(1e-9));
+  // Interval and p-value say the same at the margin: a prediction just beyond the bound, and just before it.
+  const std::vector<std::uint64_t> many = rayleigh(40'000);
+  const ComparisonRow found = compare_quantile("q", "1", bins, many.data(), 0.95, q95, rule, 40'000);
+  CHECK(found.verdict == "agrees");
+  CHECK(found.evidence.p_agrees < 0.05);
+  for (const auto& [factor, verdict] : {std::pair(1.0001, "differs"), {0.9999, "undecided"}}) {
+    const ComparisonRow row =
+        compare_quantile("q", "1", bins, many.data(), 0.95, found.interval.hi * 1.02 * factor, rule, 40'000);
+    CHECK(row.verdict == verdict);
+    CHECK((row.evidence.p_differs < 0.05) == (row.verdict == "differs"));
+    CHECK(row.evidence.p_differs == Approx(0.05).epsilon(0.15));
+  }
+  VerdictRule looks = rule;
+  looks.at_all_looks = true;
+  CHECK(compare_quantile("q", "1", bins, many.data(), 0.95, 1.5 * q95, looks, 40'000).evidence.p_differs < 1e-20);
+  CHECK(std::isnan(compare_quantile("q", "1", bins, rayleigh(0).data(), 0.95, q95, rule, 0).interval.hi));
+}
+
 TEST_CASE("A predicted probability stays within [0, 1]") {
   const VerdictRule rule;
   CHECK(compare_rate("rate", 10, 10, 1 + 1e-15, rule, 10).analytic == 1);
