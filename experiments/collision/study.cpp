@@ -25,6 +25,7 @@ class Collision final : public study::StudyPoint {
     if (is_subset()) {
       for (const auto& e : events_) {
         const stats::Tally t = e->subset_replicates(block.first, block.count);
+        all.failed += t.failed;
         all.groups.push_back(t.moments);
         all.counts.insert(all.counts.end(), t.counts.begin(), t.counts.end());
       }
@@ -85,8 +86,7 @@ class Collision final : public study::StudyPoint {
       JudgedEvent j{&e, {}, {}};
       j.tally.trials = tally.trials;
       if (is_subset()) {
-        j.tally.moments = tally.groups.empty() ? stats::Moments(1) : tally.groups[i];
-        if (!tally.counts.empty()) j.tally.counts = {tally.counts[2 * i], tally.counts[2 * i + 1]};
+        j.tally = rare::subset_part(tally, i);
       } else if (first + e.weights() <= tally.weighted.size()) {
         const auto begin = tally.weighted.begin() + static_cast<std::ptrdiff_t>(first);
         j.tally.weighted.assign(begin, begin + static_cast<std::ptrdiff_t>(e.weights()));

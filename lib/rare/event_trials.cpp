@@ -85,16 +85,31 @@ stats::Tally run_subset_replicates(const LimitState& state, const random::Stream
                                    int count, int samples) {
   stats::Tally tally;
   tally.trials = static_cast<std::uint64_t>(count);
-  tally.counts = {0, 0};
-  Eigen::MatrixXd p(count, 1);
+  tally.counts.assign(kSubsetCounts, 0);
+  Eigen::MatrixXd p(count, 2);
   for (int i = 0; i < count; ++i) {
     const SubsetReplicate r = subset_simulation(state, stream, first + static_cast<std::uint64_t>(i), samples);
     p(i, 0) = r.probability;
-    tally.counts[0] += r.evaluations;
-    tally.counts[1] += r.lost;
+    p(i, 1) = r.lost_probability;
+    tally.counts[kEvaluations] += r.evaluations;
+    tally.counts[kLostEvaluations] += r.lost;
+    tally.counts[kLostReplicates] += r.lost > 0;
   }
+  tally.failed = tally.counts[kLostReplicates];
   tally.moments = stats::Moments::of(p);
   return tally;
+}
+
+stats::Tally subset_part(const stats::Tally& all, std::size_t event) {
+  stats::Tally own;
+  own.trials = all.trials;
+  own.moments = all.groups.empty() ? stats::Moments(2) : all.groups[event];
+  own.counts.assign(kSubsetCounts, 0);
+  if (!all.counts.empty())
+    std::copy_n(all.counts.begin() + static_cast<std::ptrdiff_t>(kSubsetCounts * event), kSubsetCounts,
+                own.counts.begin());
+  own.failed = own.counts[kLostReplicates];
+  return own;
 }
 
 }  // namespace surveymc::rare

@@ -70,9 +70,15 @@ class UnionTrials {
   random::Stream stream_;
 };
 
-/// Replicates of subset simulation as trials: `moments` of their probabilities; counts[0] evaluations, counts[1] of
-/// them without a result.
+/// Counts of replicates of subset simulation: evaluations, those of them without a result, replicates with such.
+inline constexpr std::size_t kEvaluations = 0, kLostEvaluations = 1, kLostReplicates = 2, kSubsetCounts = 3;
+
+/// Replicates of subset simulation as trials: `moments` of their probabilities, and of the probabilities of no result;
+/// `counts` as above. `failed`: replicates with evaluations that had no result.
 stats::Tally run_subset_replicates(const LimitState& state, const random::Stream& stream, std::uint64_t first,
                                    int count, int samples);
+
+/// Of a run of several events, whose replicates have `groups` and `counts` side by side: the tally of one.
+stats::Tally subset_part(const stats::Tally& all, std::size_t event);
 
 }  // namespace surveymc::rare

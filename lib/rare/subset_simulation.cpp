@@ -50,7 +50,12 @@ SubsetReplicate subset_simulation(const LimitState& state, const random::Stream&
   Eigen::MatrixXd z = fresh_normals(stream, replicate, 0, 0, n, all);
   Eigen::VectorXd g = evaluate(z);
   double p = 1, log_step = std::log(0.6);  // of sqrt(1 - rho^2)
+  std::uint64_t evaluations_before = 0, lost_before = 0;
   for (int level = 1;; ++level) {
+    const auto lost_here = static_cast<double>(out.lost - lost_before);
+    const auto evaluated_here = static_cast<double>(out.evaluations - evaluations_before);
+    out.lost_probability = std::max(out.lost_probability, p * lost_here / evaluated_here);
+    evaluations_before = out.evaluations, lost_before = out.lost;
     std::vector<int> order(static_cast<std::size_t>(all));
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return g[a] < g[b]; });

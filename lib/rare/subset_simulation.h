@@ -18,6 +18,8 @@ namespace surveymc::rare {
 struct SubsetReplicate {
   double probability = 0;
   std::uint64_t evaluations = 0, lost = 0;  ///< `lost`: evaluations without a result (NaN), not hits
+  /// Probability of no result: of a level, its probability times the share of its evaluations; the largest of all.
+  double lost_probability = 0;
   int levels = 0;
   Eigen::MatrixXd hits;  ///< the samples of the event among those of the last level, n x hits
 };

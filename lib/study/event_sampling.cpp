@@ -76,17 +76,22 @@ EventEstimate estimate_event(const PreparedEvent& event, const stats::Tally& tal
     const rare::SubsetEstimate s = rare::subset_estimate(tally.moments, confidence);
     e.probability = s.probability;
     e.interval = {s.lo, s.hi};
-    e.evaluations = tally.counts.empty() ? 0 : tally.counts[0];
+    e.evaluations = tally.counts.empty() ? 0 : tally.counts[rare::kEvaluations];
     e.relative_half_width = s.probability > 0 ? (s.hi - s.lo) / 2 / s.probability : kNaN;
     const double variance = tally.trials > 1 ? tally.moments.variance(0) / static_cast<double>(tally.trials) : kNaN;
     e.relative_efficiency = s.probability * (1 - s.probability) / (static_cast<double>(e.evaluations) * variance);
     // An interval that reaches 0 says that a few replicates make up the mean, and not how large it may be.
-    e.trusted = tally.trials >= kTrustedReplicates && s.lo > 0;
-    if (!e.trusted)
+    if (tally.trials < kTrustedReplicates || !(s.lo > 0))
       e.note = !(s.probability > 0) ? "never hit"
                : tally.trials < kTrustedReplicates
                    ? "fewer than 10 replicates"
                    : "the interval of the replicates reaches 0: more of them, or more samples";
+    const double lost = tally.moments.count > 0 ? tally.moments.mean[1] : 0;
+    if (lost > stats::kMostLost * s.probability)
+      add_note(e.note,
+               fmt::format("{} evaluations without a result weigh {:.2g} of the hits",
+                           tally.counts[rare::kLostEvaluations], s.probability > 0 ? lost / s.probability : kInfinity));
+    e.trusted = e.note.empty();
     return e;
   }
   const bool is_plain = event.method == "plain";
@@ -104,7 +109,7 @@ EventEstimate estimate_event(const PreparedEvent& event, const stats::Tally& tal
   e.evaluations = tally.trials;
   if (check.trials > 1) {
     e.check = rare::subset_estimate(check.moments, confidence);
-    e.check_evaluations = check.counts[0];
+    e.check_evaluations = check.counts[rare::kEvaluations];
     const rare::SubsetEstimate wide = rare::subset_estimate(check.moments, kCheckConfidence);
     const stats::WeightedProbability own =
         stats::weighted_probability(e.hits, {}, tally.trials, kCheckConfidence, is_plain);
@@ -144,12 +149,14 @@ ComparisonRow compare_probability(const std::string& formulation, const EventEst
 
 void put_sampling(TableRows& t, const PreparedEvent& event, const EventEstimate& e) {
   const auto components = event.prepared.proposal.components().size();
+  const bool has_hits = event.method != "subset";  // whose samples of the event depend on each other
   t.word("method", "how trials are drawn", event.method);
   t.count("evaluations_preparing", "evaluations before the main run", event.prepared.evaluations);
   t.count("evaluations", "evaluations of the main run", e.evaluations);
-  t.count("hits", "trials of the event", e.hits.count);
-  t.number("effective_hits", "1", "S1^2 / S2: so many hits of equal weight tell as much", e.hits.effective());
-  t.number("largest_share", "1", "share of the largest weight in the sum", e.hits.largest_share());
+  t.number("hits", "1", "trials of the event", has_hits ? static_cast<double>(e.hits.count) : kNaN);
+  t.number("effective_hits", "1", "S1^2 / S2: so many hits of equal weight tell as much",
+           has_hits ? e.hits.effective() : kNaN);
+  t.number("largest_share", "1", "share of the largest weight in the sum", has_hits ? e.hits.largest_share() : kNaN);
   t.number("relative_half_width", "1", "half width of the interval, of the probability", e.relative_half_width);
   t.number("relative_efficiency", "1", "how many plain trials an evaluation is worth", e.relative_efficiency);
   t.count("components", "components of the mixture; 0: none", static_cast<std::uint64_t>(components));

@@ -45,6 +45,7 @@ class EventStudy final : public StudyPoint {
       if (is_subset()) {
         const stats::Tally t =
             rare::run_subset_replicates(*e.of.state, stream_, block.first, block.count, run_.sampling.subset_samples);
+        all.failed += t.failed;
         all.groups.push_back(t.moments);
         all.counts.insert(all.counts.end(), t.counts.begin(), t.counts.end());
         continue;
@@ -123,13 +124,9 @@ class EventStudy final : public StudyPoint {
 
   /// What the tally of all events has of one.
   stats::Tally part_of(const stats::Tally& tally, std::size_t event) const {
+    if (is_subset()) return rare::subset_part(tally, event);
     stats::Tally own;
     own.trials = tally.trials;
-    if (is_subset()) {
-      own.moments = tally.groups.empty() ? stats::Moments(1) : tally.groups[event];
-      if (!tally.counts.empty()) own.counts = {tally.counts[2 * event], tally.counts[2 * event + 1]};
-      return own;
-    }
     std::size_t first = 0;
     for (std::size_t i = 0; i < event; ++i) first += events_[i].weights();
     if (first + events_[event].weights() > tally.weighted.size()) return own;
