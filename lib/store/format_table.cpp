@@ -168,9 +168,22 @@ std::vector<Block> printed_blocks(const Table& table) {
   return blocks;
 }
 
-/// Replaces the texts of a column by numbers, equal texts by one number, and adds the numbered texts to `notes`.
-void to_footnotes(Block& block, std::vector<std::string>& notes) {
-  for (std::string& c : block.cells) {
+/// Rows begin .. end - 1 are not printed.
+struct Gap {
+  std::size_t begin, end;
+};
+
+Gap gap_of(std::size_t rows, const TableFormat& format) {
+  const std::size_t shown = std::min(rows, format.most_rows), begin = (shown + 1) / 2;
+  return {begin, begin + (rows - shown)};
+}
+
+/// Replaces the texts of a column by numbers, equal texts by one number, and adds the numbered texts to `notes`; those
+/// in the gap get no number, as nobody sees them.
+void to_footnotes(Block& block, const Gap& gap, std::vector<std::string>& notes) {
+  for (std::size_t i = 0; i < block.cells.size(); ++i) {
+    std::string& c = block.cells[i];
+    if (i >= gap.begin && i < gap.end) c.clear();
     if (c.empty()) continue;
     const auto known = std::find(notes.begin(), notes.end(), c);
     const auto number = known - notes.begin() + 1;
@@ -291,7 +304,6 @@ std::string group_line(const Blocks& above, std::size_t row, const TableFormat& 
 
 /// Heading and rows of some columns.
 std::string lines_of(const Blocks& blocks, const Blocks& above, std::size_t rows, const TableFormat& format) {
-  const std::size_t most_rows = format.most_rows;
   std::string out, group;
   const auto any = [&](const auto& has) { return std::any_of(blocks.begin(), blocks.end(), has); };
   if (any([](const Block* b) { return !b->name_lines[0].empty(); })) {
@@ -302,20 +314,21 @@ std::string lines_of(const Blocks& blocks, const Blocks& above, std::size_t rows
     out += line(blocks, [](const Block& b) { return b.unit; });
   }
   out += std::string(lines_width(blocks), '-') + '\n';
-  const std::size_t too_many = rows > most_rows ? rows - most_rows : 0, left_out = too_many + format.left_out;
-  const std::size_t first = (std::min(rows, most_rows) + 1) / 2;
-  for (std::size_t i = 0; i < rows; ++i) {
-    if (left_out > 0 && i == first) {
-      out += fmt::format("... {} of {} rows left out ...\n", left_out, rows + format.left_out);
-      i += too_many;
+  const auto add_rows = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!above.empty()) {
+        const std::string own = group_line(above, i, format);
+        if (own != group) out += own;
+        group = own;
+      }
+      out += line(blocks, [i](const Block& b) { return b.cells[i]; });
     }
-    if (!above.empty()) {
-      const std::string own = group_line(above, i, format);
-      if (own != group) out += own;
-      group = own;
-    }
-    out += line(blocks, [i](const Block& b) { return b.cells[i]; });
-  }
+  };
+  const Gap gap = gap_of(rows, format);
+  add_rows(0, gap.begin);
+  if (const std::size_t left_out = gap.end - gap.begin + format.left_out; left_out > 0)
+    out += fmt::format("... {} of {} rows left out ...\n", left_out, rows + format.left_out);
+  add_rows(gap.end, rows);
   if (rows == 0) out += "(no rows)\n";
   return out;
 }
@@ -369,7 +382,8 @@ std::string format_table(const Table& table, const TableFormat& format) {
   if (too_wide()) std::for_each(blocks.begin(), blocks.end(), break_name);
   std::vector<std::string> notes;
   for (std::size_t i = blocks.size(); i-- > names && too_wide();)
-    if (Block& b = blocks[i]; !b.right_aligned && b.cell_width() > kSentence) to_footnotes(b, notes);
+    if (Block& b = blocks[i]; !b.right_aligned && b.cell_width() > kSentence)
+      to_footnotes(b, gap_of(rows, format), notes);
 
   const Layout layout = layout_of(blocks, names, format.split ? format.width : std::string::npos);
   for (const Blocks& part : layout.parts)

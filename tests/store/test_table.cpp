@@ -246,6 +246,33 @@ TEST_CASE("A long table shows its first and last rows and says how many are left
   CHECK(format_table(t, format) == format_table(t));
 }
 
+TEST_CASE("A table is cut to as few rows as asked, down to one and to none") {
+  const Table t{"t", "", {{"x", "1", "", Numbers{10, 11, 12}}}};
+  TableFormat format;
+  format.most_rows = 2;
+  CHECK(format_table(t, format) == "t\n x\n--\n10\n... 1 of 3 rows left out ...\n12\n");
+  format.most_rows = 1;
+  CHECK(format_table(t, format) == "t\n x\n--\n10\n... 2 of 3 rows left out ...\n");
+  format.left_out = 97;  // of a table whose other rows are on the disk
+  CHECK(format_table(first_and_last(t, 1), format) == "t\n x\n--\n10\n... 97 of 98 rows left out ...\n");
+  format.left_out = format.most_rows = 0;
+  CHECK(format_table(t, format) == "t\n x\n--\n... 3 of 3 rows left out ...\n");
+}
+
+TEST_CASE("Only the notes of rows that are shown become footnotes") {
+  Table t{"t", "wide", {{"row", "", "", Texts{}}, {"note", "", "", Texts{}}}};
+  for (int i = 0; i < 9; ++i) {
+    std::get<Texts>(t.columns[0].values).push_back(fmt::format("r{}", i));
+    std::get<Texts>(t.columns[1].values).push_back(fmt::format("the sentence that belongs to row {}", i));
+  }
+  TableFormat format;
+  format.width = 30;
+  format.most_rows = 2;
+  const std::string text = format_table(t, format);
+  CHECK(contains(text, "\n(1) the sentence that belongs to row 0\n(2) the sentence that belongs to row 8\n"));
+  CHECK_FALSE(contains(text, "(3)"));
+}
+
 TEST_CASE("A split table is as narrow as asked, loses no column, and names the rows in every part") {
   Table t{"t", "", {{"formulation", "", "", Texts{"joint", "random"}}, {"quantity", "", "", Texts{"north", "east"}}}};
   for (int c = 0; c < 20; ++c) t.columns.push_back({fmt::format("x{}", c), "m", "", Numbers{c + 0.25, c + 0.5}});
