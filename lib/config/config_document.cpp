@@ -296,11 +296,13 @@ bool belongs_into_text(const ConfigDocument& doc, const std::string& key, const 
 std::string ConfigDocument::resolved_text() const {
   TomlNode root = base;
   write_names_into_tables(root, named);
-  for (const auto& [key, d] : defaults) {
-    if (belongs_into_text(*this, key, d)) assign_default(root, key, d.value);
-  }
+  if (!is_later_round())
+    for (const auto& [key, d] : defaults)
+      if (belongs_into_text(*this, key, d)) assign_default(root, key, d.value);
   return text_with_refine(std::move(root)) + sweep.toml();
 }
+
+bool ConfigDocument::is_later_round() const { return refine && refine->entry("grid"); }
 
 std::string ConfigDocument::text_with_refine(TomlNode root) const {
   if (refine) root.entries["refine"] = *refine;

@@ -88,6 +88,9 @@ struct ConfigDocument {
   FileText read(const std::filesystem::path& path, std::uint64_t most, const std::string& way_out) const;
   /// See Config.
   std::string resolved_text() const;
+  /// True of a config that surveymc refine has written, from the resolved text of the first round. A default that is
+  /// not in it differs among the points of the sweep, also where the few points of this round have the same.
+  bool is_later_round() const;
   /// `root`, [refine] and [sensitivity] as TOML.
   std::string text_with_refine(TomlNode root) const;
 };

@@ -133,7 +133,8 @@ void apply_family(std::vector<store::Table>& tables) {
     words[places[i].table][places[i].column][places[i].row] = rejected[i] ? kDiffersInFamily : kMayBeChance;
   }
   for (const auto& [table, of_columns] : words) tables[table] = with_words(tables[table], of_columns);
-  TableRows t("family", "the verdicts of all rows of this file together; those that are expected to differ stay out");
+  TableRows t(kFamilyTable,
+              "the verdicts of all rows of this file together; those that are expected to differ stay out");
   t.count("verdicts", "rows with a verdict and a p-value", verdicts);
   t.count("agrees", "of them, rows that agree", agrees);
   t.count("differs", "of them, rows that differ", differs);

@@ -9,6 +9,8 @@
 namespace surveymc::study {
 
 inline constexpr double kFamilyLevel = 0.05;
+/// Name of the table that apply_family() appends.
+inline constexpr const char* kFamilyTable = "family";
 /// What column `family` says of a row that differs.
 inline constexpr const char *kDiffersInFamily = "differs", *kMayBeChance = "may be chance";
 

@@ -9,6 +9,8 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "stats/order_statistics.h"
+#include "study/family.h"
+#include "study/sensitivity.h"
 
 namespace surveymc::study {
 namespace {
@@ -544,6 +546,7 @@ store::Result merged_rounds(const Experiment& experiment, std::vector<Round> rou
   for (Round& r : rounds) {
     const auto add = [&](std::vector<store::Table>& to, std::vector<store::Table>& from) {
       for (store::Table& t : from) {
+        if (t.name == kFamilyTable || t.name == kSensitivityTable) continue;  // of the rows of one round
         const auto same = std::find_if(to.begin(), to.end(), [&](const store::Table& o) { return o.name == t.name; });
         if (same == to.end()) {
           to.push_back(std::move(t));
@@ -556,6 +559,8 @@ store::Result merged_rounds(const Experiment& experiment, std::vector<Round> rou
     add(all.tables, r.result.tables);
     add(all.samples, r.result.samples);
   }
+  // As a run of all points does; the points of a table have no sensitivity.
+  if (run.is_family()) apply_family(all.tables);
   return all;
 }
 

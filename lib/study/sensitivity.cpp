@@ -178,7 +178,7 @@ void check_sensitivity(const config::SensitivityRule& rule, const std::vector<st
 
 store::Table sensitivity_table(const config::SensitivityRule& rule, const std::vector<store::Table>& tables,
                                std::size_t points) {
-  TableRows t("sensitivity",
+  TableRows t(kSensitivityTable,
               fmt::format("which keys of the sweep explain the variance of a quantity{}; intervals at {:g} % for all "
                           "rows of a quantity together",
                           rule.of_logarithm ? "'s logarithm" : "", 100 * rule.confidence));

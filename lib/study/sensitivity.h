@@ -7,6 +7,9 @@
 
 namespace surveymc::study {
 
+/// Name of the table that sensitivity_table() makes.
+inline constexpr const char* kSensitivityTable = "sensitivity";
+
 /// Throws InputError where these tables of a point do not have the quantities of the rule as numbers.
 void check_sensitivity(const config::SensitivityRule& rule, const std::vector<store::Table>& tables);
 

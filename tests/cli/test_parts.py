@@ -10,6 +10,8 @@ import subprocess
 import unittest
 from pathlib import Path
 
+import h5py
+
 from durability import BAD_INPUT, CANNOT_WRITE, CONFIG, DONE, INTERRUPTED, USAGE, Case, program_from_arguments
 
 SOURCE = Path(__file__).resolve().parents[2]
@@ -372,6 +374,61 @@ class Disks(Case):
             if bad == b"my notes":
                 self.call("run", "small.toml", "-o", "r.h5", code=CANNOT_WRITE, says="refusing to overwrite")
             self.assertEqual((self.folder / "r.h5").read_bytes(), bad)
+
+
+ROUNDS = """\
+experiment = "msa_position"
+seed = 11
+trials = 2000
+estimator = "msa_joint"
+[survey]
+file = "survey.csv"
+toolface_zero = "y"
+[field]
+total_nT = 50000.0
+dip_deg = 60.0
+[noise]
+magnetometer_nT = 70.0
+reference = { per = "run", total_nT = 130.0, dip_deg = 0.2 }
+[refine]
+quantity = "parameters.monte_carlo"
+where = { quantity = "sigma3_bias_x", formulation = "first_order" }
+level = 60.0
+cell = 0.1
+[sensitivity]
+quantity = "parameters.monte_carlo"
+where = { quantity = "sigma3_bias_x", formulation = "first_order" }
+[sweep]
+field.dip_deg = [40.0, 50.0, 60.0, 70.0, 80.0]
+noise.magnetometer_nT = [20.0, 40.0, 60.0, 100.0]
+"""
+
+
+class Rounds(Case):
+    """The estimator's noise is by default that of the sensors, which all points of the second round share."""
+
+    def text(self, name):
+        with h5py.File(self.folder / name) as f:
+            return f.attrs["config"]
+
+    def test_merged_rounds_are_the_run_of_all_their_points(self):
+        (self.folder / "rounds.toml").write_text(ROUNDS)
+        self.call("run", "rounds.toml", "-o", "0.h5")
+        self.call("refine", "0.h5", "-o", "next.toml")
+        self.call("run", "next.toml", "-o", "1.h5")
+        with h5py.File(self.folder / "1.h5") as f:
+            self.assertEqual(len(set(f["tables/parameters/noise.magnetometer_nT"])), 1)
+        for name in ("0.h5", "1.h5"):
+            self.assertNotIn("magnetometer_nT", self.text(name).split("[estimator]")[1].split("[")[0])
+        self.call("merge", "-o", "all.h5", "0.h5", "1.h5")
+        with h5py.File(self.folder / "all.h5") as f, h5py.File(self.folder / "0.h5") as first:
+            self.assertIn("sensitivity", first["tables"])
+            self.assertNotIn("sensitivity", f["tables"])
+            self.assertEqual(f["tables/family/verdicts"].shape, (1,))
+            self.assertGreater(f["tables/family/verdicts"][0], first["tables/family/verdicts"][0])
+        self.assertRegex(self.call("rerun", "all.h5"), "identical")
+        self.call("refine", "all.h5", "-o", "third.toml")
+        self.assertNotIn("magnetometer_nT", (self.folder / "third.toml").read_text().split("[estimator]")[1].split("[")[0])
 
 
 if __name__ == "__main__":
