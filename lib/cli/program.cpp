@@ -43,17 +43,31 @@
 namespace surveymc::cli {
 namespace {
 
+/// What a run took. With a stopping rule it ends before its largest number of trials.
+struct Effort {
+  double elapsed = 0;                  ///< s
+  std::uint64_t trials = 0, kept = 0;  ///< in the result; of them, from an earlier attempt
+
+  /// "24576 trials in 0.1 s, 2.5e+05 trials/s"
+  std::string words() const {
+    std::string out = fmt::format("{} trials", trials);
+    if (kept > 0) out += fmt::format(", {} of them from an earlier attempt,", kept);
+    out += fmt::format(" in {}", format_duration(elapsed));
+    if (trials > kept) out += fmt::format(", {:.3g} trials/s", static_cast<double>(trials - kept) / elapsed);
+    return out;
+  }
+};
+
 store::Result run_and_stamp(const RunArguments& a, const study::RunPlan& run, const std::string& command,
-                            double& elapsed, const study::Checkpoint& checkpoint = {}) {
-  std::uint64_t kept = 0;
+                            Effort& effort, const study::Checkpoint& checkpoint = {}) {
   for (const auto& [point, nodes] : checkpoint.finished)
-    for (const montecarlo::Subtree& n : nodes) kept += n.tally.trials;
-  Progress progress(kept, run.total_trials() > 0 ? "trials" : "stations");
+    for (const montecarlo::Subtree& n : nodes) effort.kept += n.tally.trials;
+  Progress progress(effort.kept, run.total_trials() > 0 ? "trials" : "stations");
   const auto created = std::chrono::system_clock::now();
-  store::Result result = study::execute(run, run_options(a, run, progress, false), checkpoint);
-  elapsed = progress.elapsed_s();
+  store::Result result = study::execute(run, run_options(a, run, progress, false), checkpoint, &effort.trials);
+  effort.elapsed = progress.elapsed_s();
   stamp(result, command);
-  result.run = run_info(created, elapsed, a);
+  result.run = run_info(created, effort.elapsed, a);
   return result;
 }
 
@@ -167,24 +181,22 @@ int run(const RunArguments& a, const std::string& command) {
   log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.point_count(),
                        plan.point_count() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
   log_remarks(plan.config);
-  double elapsed = 0;
+  Effort effort;
   store::Result result;
   std::filesystem::path kept;
   with_checkpoint(
       a, run_key(plan, false), output, command,
-      [&](const study::Checkpoint& checkpoint) { result = run_and_stamp(a, plan, command, elapsed, checkpoint); },
+      [&](const study::Checkpoint& checkpoint) { result = run_and_stamp(a, plan, command, effort, checkpoint); },
       [&] {
-        tell_large_result(result, elapsed, output.string());
+        tell_large_result(result, effort.elapsed, output.string());
         kept = store::write_beside_old(output, a.overwrite, [&] { write_result_file(a, output, result); });
       });
   ends.emplace(nullptr, EndsBySignal::soon(fmt::format("{} is written", output.string())));
   print_tables(result, output.string(), a.units == "ft");
   const int exit = report_verdicts(result, a.check);
   print_warnings(result);
-  say(plan.total_trials() == 0
-          ? fmt::format("wrote {} (in {})", output.string(), format_duration(elapsed))
-          : fmt::format("wrote {} ({} trials in {}, {:.3g} trials/s)", output.string(), plan.total_trials(),
-                        format_duration(elapsed), static_cast<double>(plan.total_trials()) / elapsed));
+  say(plan.total_trials() == 0 ? fmt::format("wrote {} (in {})", output.string(), format_duration(effort.elapsed))
+                               : fmt::format("wrote {} ({})", output.string(), effort.words()));
   tell_backup(kept);
   return exit;
 }
@@ -194,11 +206,11 @@ int rerun(const std::string& file, const std::string& folder, const RunArguments
   const EndsBySignal ends;  // nothing is written
   const store::Result stored = store::read_result(file);
   const study::RunPlan plan = read_rerun(*a.studies, file, stored, folder);
-  double elapsed = 0;
-  const store::Result again = run_and_stamp(a, plan, command, elapsed);
+  Effort effort;
+  const store::Result again = run_and_stamp(a, plan, command, effort);
   const std::string before = store::stored_content_hash(file), now = store::content_hash(again);
   if (before == now) {
-    fmt::print("identical: {} ({} trials in {})\n", now, plan.total_trials(), format_duration(elapsed));
+    fmt::print("identical: {} ({} trials in {})\n", now, effort.trials, format_duration(effort.elapsed));
     return kDone;
   }
   fmt::print("not identical: the file has {}, this run {}\n", before, now);

@@ -94,8 +94,10 @@ void print_heading(const store::Result& r) {
   const store::Provenance& p = r.provenance;
   const auto say = [](const std::string& text) { fmt::print("{}\n", on_screen(text, STDOUT_FILENO)); };
   say(store::printable(p.title));
-  say(store::printable(fmt::format("experiment {}, seed {}, {} trials a point; surveymc {} ({}), {}", p.experiment,
-                                   p.seed, p.trials, p.surveymc_version, p.git_revision, r.run.created)));
+  const bool may_stop = ("\n" + p.config).find("\n[stop]") != std::string::npos;
+  say(store::printable(fmt::format("experiment {}, seed {}, {}{} trials a point; surveymc {} ({}), {}", p.experiment,
+                                   p.seed, may_stop ? "at most " : "", p.trials, p.surveymc_version, p.git_revision,
+                                   r.run.created)));
   const std::string verdicts = in_words(count_verdicts(r.tables));
   if (!verdicts.empty()) say("verdicts: " + verdicts);
 }

@@ -368,11 +368,12 @@ PointResult point_report(const std::shared_ptr<const StudyPoint>& point, const s
 }
 
 std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, const montecarlo::RunOptions& options,
-                                                        const Checkpoint& checkpoint, store::Table* cost) {
+                                                        const Checkpoint& checkpoint, store::Table* cost,
+                                                        std::uint64_t* trials) {
   const auto done_before = std::make_shared<std::uint64_t>(0), after = std::make_shared<std::uint64_t>(0);
   *after = run.total_trials();
   const auto kept_points = std::make_shared<KeptPoints>(checkpoint, run.point_count());
-  return [&run, options, &checkpoint, cost, done_before, after, kept_points](std::size_t i) {
+  return [&run, options, &checkpoint, cost, trials, done_before, after, kept_points](std::size_t i) {
     try {
       *after -= run.trials_of(i);
       const bool draws = run.plan(i)->trials() > 0;
@@ -388,6 +389,7 @@ std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, cons
       const stats::Tally tally = point_tally(run, i, *point, of_point, checkpoint);
       const double seconds = processor_seconds() - before;
       *done_before += tally.trials;
+      if (trials) *trials += tally.trials;
       if (draws && checkpoint.finished.contains(i))
         TallySizes(*point, run.plan(i)->trials()).require_whole(tally, "a journal beside the output");
       PointResult r = point_report(point, tally, of_point);
@@ -406,9 +408,10 @@ std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, cons
   };
 }
 
-store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint) {
+store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint,
+                      std::uint64_t* trials) {
   store::Table cost;
-  store::Result result = assemble(run, computed_points(run, options, checkpoint, &cost), options.stop);
+  store::Result result = assemble(run, computed_points(run, options, checkpoint, &cost, trials), options.stop);
   result.cost = std::move(cost);
   return result;
 }

@@ -206,15 +206,19 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
                        const std::atomic<bool>* stop);
 
 /// Computes the points of a run, which are asked for in order, each once: its part of execute(). `cost`: a table to
-/// which the points' costs are added (add_cost()).
+/// which the points' costs are added (add_cost()); `trials`: a number to which their trials are added, those of the
+/// checkpoint too.
 std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, const montecarlo::RunOptions& options,
-                                                        const Checkpoint& checkpoint, store::Table* cost = nullptr);
+                                                        const Checkpoint& checkpoint, store::Table* cost = nullptr,
+                                                        std::uint64_t* trials = nullptr);
 
 /// Prepares and runs one point after the other and puts their tables together: the sweep's keys become the first
 /// columns of every table and the first axes of every map. Streams of the result compute while they are read, and throw
 /// Interrupted when options.stop is set. Fills provenance from the config, but for
-/// versions and command, and not RunInfo. options.progress gets the trials done and expected over all points.
-store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint = {});
+/// versions and command, and not RunInfo. options.progress gets the trials done and expected over all points. `trials`
+/// as in computed_points().
+store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options, const Checkpoint& checkpoint = {},
+                      std::uint64_t* trials = nullptr);
 
 /// The unit that a name ends in (`field.total_nT` -> "nT"); "1" if it ends in none that we know.
 std::string unit_of_name(const std::string& name);

@@ -6,10 +6,13 @@ SIGKILLs a run has to survive; test_kills.py has a thousand over six experiments
 """
 import os
 import random
+import re
 import signal
 import subprocess
 import time
 import unittest
+
+import h5py
 
 from durability import BAD_INPUT, CANNOT_WRITE, CONFIG, DONE, INTERRUPTED, PATIENCE, USAGE, Case, program_from_arguments
 
@@ -75,6 +78,25 @@ class Resume(Case):
         self.assertEqual(self.journals(), [])
         self.call("run", "endless.toml", "-o", "e.h5", "--max-seconds", "0.000001", code=INTERRUPTED, says="nothing was written")
         self.assertEqual(self.journals(), [])
+
+    def test_trials_and_rate_are_those_that_were_drawn(self):
+        self.interrupt(*self.RUN, "--resume")
+        out = self.call(*self.RUN, "--resume")
+        told = re.search(r"wrote out.h5 \((\d+) trials, (\d+) of them from an earlier attempt, in ", out)
+        self.assertTrue(told, out)
+        self.assertEqual(int(told[1]), 3_000_000)
+        self.assertTrue(0 < int(told[2]) <= 3_000_000, out)
+        rule = '[stop]\nquantities = ["sigma3_north"]\nrelative_ci = 0.02\nmax_trials = 1000000\n'
+        (self.folder / "stop.toml").write_text(CONFIG.format(trials=1).replace("trials = 1\n", "") + rule)
+        out = self.call("run", "stop.toml", "-o", "stop.h5")
+        with h5py.File(self.folder / "stop.h5") as f:
+            table = f["tables/position"]
+            trials = sum({s: n for s, n in zip(table["noise.scale"][:], table["trials"][:])}.values())
+        self.assertLess(trials, 100_000)
+        self.assertRegex(out, rf"wrote stop.h5 \({trials} trials in ")
+        self.assertRegex(self.call("rerun", "stop.h5"), rf"\({trials} trials in ")
+        self.assertRegex(self.call("show", "stop.h5"), " at most 1000000 trials a point;")
+        self.assertRegex(self.call("show", "out.h5"), ", 1000000 trials a point;")
 
     def test_what_is_refused(self):
         self.assertEqual(self.interrupt(*self.ENDLESS, number=signal.SIGTERM)[0], INTERRUPTED)
