@@ -40,6 +40,24 @@ ExplainedShare explained_share(const std::vector<double>& y, const std::vector<s
   return out;
 }
 
+double share_of_groups(const std::vector<double>& y, const std::vector<std::uint32_t>& group, std::uint32_t groups) {
+  const double mean = std::accumulate(y.begin(), y.end(), 0.0) / static_cast<double>(y.size());
+  std::vector<double> sum(groups, 0), size(groups, 0);
+  double whole = 0, between = 0;
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    sum[group[i]] += y[i] - mean;
+    size[group[i]] += 1;
+    whole += (y[i] - mean) * (y[i] - mean);
+  }
+  for (std::uint32_t g = 0; g < groups; ++g)
+    if (size[g] > 0) between += sum[g] * sum[g] / size[g];
+  return whole > 0 ? between / whole : kNaN;
+}
+
+double chance_of_share(double freedom, double n) {
+  return std::sqrt(2 * freedom / (std::max(1.0, n - 1 - freedom) * (n + 1)));
+}
+
 double standard_error_of(const std::vector<double>& influence) {
   const double n = static_cast<double>(influence.size());
   const double mean = std::accumulate(influence.begin(), influence.end(), 0.0) / n;

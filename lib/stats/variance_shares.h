@@ -21,6 +21,16 @@ struct ExplainedShare {
 ExplainedShare explained_share(const std::vector<double>& y, const std::vector<std::uint32_t>& group,
                                std::uint32_t groups);
 
+/// sum n_g (mean_g - mean)^2 / sum (y - mean)^2: what the groups explain of these values, where they are all that there
+/// is, such as the points of a product. NaN of equal values.
+double share_of_groups(const std::vector<double>& y, const std::vector<std::uint32_t>& group, std::uint32_t groups);
+
+/// Standard error that chance gives to a share of groups that explain nothing: `freedom` differences of means of n
+/// independent normal values, whose part of the squares has a beta distribution,
+///   sqrt(2 freedom / ((n - 1 - freedom) (n + 1)))
+/// Of few values the influences may be smaller by chance.
+double chance_of_share(double freedom, double n);
+
 /// sd(influence) / sqrt(n)
 double standard_error_of(const std::vector<double>& influence);
 

@@ -85,6 +85,8 @@ Sample sample_of(const config::SensitivityRule& rule, const config::SensitivityR
   return s;
 }
 
+constexpr std::uint32_t kAllValues = std::numeric_limits<std::uint32_t>::max();
+
 struct Grouping {
   Groups group;
   std::uint32_t count = 0;
@@ -104,7 +106,24 @@ Grouping grouped(const std::vector<T>& values, std::uint32_t most) {
 }
 
 Grouping grouped(const Key& key, std::uint32_t most) {
-  return key.words.empty() ? grouped(key.numbers, most) : grouped(key.words, std::numeric_limits<std::uint32_t>::max());
+  return key.words.empty() ? grouped(key.numbers, most) : grouped(key.words, kAllValues);
+}
+
+/// True if every value of every key stands once with all values of the others: then the points are all that there is.
+/// Of a single key with a point a value its groups tell more.
+bool is_complete_product(const Sample& s) {
+  if (s.keys.size() < 2) return false;
+  std::set<std::vector<std::uint32_t>> places;
+  std::vector<std::vector<std::uint32_t>> place(s.y.size());
+  double product = 1;
+  for (const Key& key : s.keys) {
+    const Grouping g = grouped(key, kAllValues);
+    product *= g.count;
+    for (std::size_t i = 0; i < place.size(); ++i) place[i].push_back(g.group[i]);
+  }
+  if (product != static_cast<double>(s.y.size())) return false;
+  places.insert(place.begin(), place.end());
+  return places.size() == s.y.size();
 }
 
 struct Row {
@@ -113,6 +132,13 @@ struct Row {
   double share, standard_error, trend = kNaN;
 };
 
+/// Within [0, 1], as the share itself is, but for an estimate beyond.
+stats::Interval interval_of(double share, double half_width) {
+  if (std::isnan(half_width)) return {kNaN, kNaN};
+  return {std::min(share, std::clamp(share - half_width, 0.0, 1.0)),
+          std::max(share, std::clamp(share + half_width, 0.0, 1.0))};
+}
+
 /// a + sign b, value by value.
 void add(std::vector<double>& a, const std::vector<double>& b, double sign) {
   for (std::size_t i = 0; i < a.size(); ++i) a[i] += sign * b[i];
@@ -120,22 +146,36 @@ void add(std::vector<double>& a, const std::vector<double>& b, double sign) {
 
 std::vector<Row> rows_of(const Sample& s) {
   const double n = static_cast<double>(s.y.size());
-  const auto fine = static_cast<std::uint32_t>(std::clamp(std::round(std::cbrt(n)), 2.0, 32.0));
-  const auto coarse = static_cast<std::uint32_t>(std::clamp(std::floor(std::sqrt(n / 16)), 2.0, 1.0 * fine));
+  const bool is_whole = is_complete_product(s);
+  const auto share_of = [&](const Groups& group, std::uint32_t count) {
+    if (!is_whole) return stats::explained_share(s.y, group, count);
+    return stats::ExplainedShare{stats::share_of_groups(s.y, group, count), std::vector<double>(s.y.size(), kNaN)};
+  };
+  // Of a whole product there is no error. Else not less than chance gives to a share of nothing.
+  const auto error_of = [&](const stats::ExplainedShare& e, double freedom) {
+    const double least = std::clamp(1 - e.share, 0.0, 1.0) * stats::chance_of_share(freedom, n);
+    return std::max(stats::standard_error_of(e.influence), least);
+  };
+  const auto fine = is_whole ? kAllValues : static_cast<std::uint32_t>(std::clamp(std::round(std::cbrt(n)), 2.0, 32.0));
+  const auto coarse =
+      is_whole ? kAllValues : static_cast<std::uint32_t>(std::clamp(std::floor(std::sqrt(n / 16)), 2.0, 1.0 * fine));
   const std::size_t keys = s.keys.size();
   std::vector<Row> first, with_pairs, pairs;
   std::vector<stats::ExplainedShare> total, by_coarse;
+  std::vector<double> freedom;  // of `total`
   std::vector<Grouping> coarsely;
   stats::ExplainedShare rest{1, std::vector<double>(s.y.size(), 0)};
+  double freedom_of_all = 0;
   for (const Key& key : s.keys) {
     const Grouping finely = grouped(key, fine);
     coarsely.push_back(grouped(key, coarse));
-    total.push_back(stats::explained_share(s.y, finely.group, finely.count));
-    by_coarse.push_back(stats::explained_share(s.y, coarsely.back().group, coarsely.back().count));
+    total.push_back(share_of(finely.group, finely.count));
+    freedom.push_back(finely.count - 1.0);
+    freedom_of_all += freedom.back();
+    by_coarse.push_back(share_of(coarsely.back().group, coarsely.back().count));
     rest.share -= total.back().share;
     add(rest.influence, total.back().influence, -1);
-    first.push_back({"first", key.name, finely.count, total.back().share,
-                     stats::standard_error_of(total.back().influence),
+    first.push_back({"first", key.name, finely.count, total.back().share, error_of(total.back(), freedom.back()),
                      key.words.empty() ? stats::rank_correlation(key.numbers, s.y) : kNaN});
   }
   for (std::size_t a = 0; a < keys; ++a)
@@ -144,29 +184,32 @@ std::vector<Row> rows_of(const Sample& s) {
       for (std::size_t i = 0; i < both.size(); ++i)
         both[i] = coarsely[a].group[i] * coarsely[b].count + coarsely[b].group[i];
       const std::uint32_t cells = coarsely[a].count * coarsely[b].count;
-      stats::ExplainedShare pair = stats::explained_share(s.y, both, cells);
+      const double own = (coarsely[a].count - 1.0) * (coarsely[b].count - 1.0);
+      freedom_of_all += own;
+      stats::ExplainedShare pair = share_of(both, cells);
       for (const std::size_t one : {a, b}) {
         pair.share -= by_coarse[one].share;
         add(pair.influence, by_coarse[one].influence, -1);
       }
-      pairs.push_back({"pair", s.keys[a].name + " x " + s.keys[b].name, cells, pair.share,
-                       stats::standard_error_of(pair.influence)});
+      pairs.push_back({"pair", s.keys[a].name + " x " + s.keys[b].name, cells, pair.share, error_of(pair, own)});
       for (const std::size_t one : {a, b}) {
         total[one].share += pair.share;
+        freedom[one] += own;
         add(total[one].influence, pair.influence, 1);
       }
       rest.share -= pair.share;
       add(rest.influence, pair.influence, -1);
     }
   for (std::size_t a = 0; a < keys; ++a)
-    with_pairs.push_back({"with pairs", s.keys[a].name, first[a].groups, total[a].share,
-                          stats::standard_error_of(total[a].influence), first[a].trend});
+    with_pairs.push_back({"with pairs", s.keys[a].name, first[a].groups, total[a].share, error_of(total[a], freedom[a]),
+                          first[a].trend});
   std::vector<Row> out;
   for (std::vector<Row>* rows : {&first, &with_pairs, &pairs}) {
     std::stable_sort(rows->begin(), rows->end(), [](const Row& a, const Row& b) { return a.share > b.share; });
     out.insert(out.end(), rows->begin(), rows->end());
   }
-  out.push_back({"rest", "", 0, rest.share, stats::standard_error_of(rest.influence)});
+  const double least = stats::chance_of_share(freedom_of_all, n);
+  out.push_back({"rest", "", 0, rest.share, std::max(stats::standard_error_of(rest.influence), least)});
   return out;
 }
 
@@ -193,9 +236,8 @@ store::Table sensitivity_table(const config::SensitivityRule& rule, const std::v
              r.order);
       t.word("input", "key of the sweep, or two", r.input);
       t.count("groups", "groups of its values", r.groups);
-      t.estimate(
-          "share", "1", "of the variance; chance may make it less than 0", r.share,
-          {std::clamp(r.share - z * r.standard_error, 0.0, 1.0), std::clamp(r.share + z * r.standard_error, 0.0, 1.0)});
+      t.estimate("share", "1", "of the variance; chance may make it less than 0", r.share,
+                 interval_of(r.share, z * r.standard_error));
       t.number("trend", "1", "correlation of ranks: which way the quantity goes with the key", r.trend);
       t.count("points", "points that have the quantity", static_cast<std::uint64_t>(s.y.size()));
     }

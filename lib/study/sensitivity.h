@@ -21,7 +21,9 @@ void check_sensitivity(const config::SensitivityRule& rule, const std::vector<st
 ///   rest         1 - sum S_i - sum S_ij: of three and more keys together, and what groups of values leave out
 /// X_i is grouped: words by word; numbers by value, or in m groups of equally many values, m = cbrt(n) in [2, 32]; in
 /// pairs at most sqrt(n / 16). What varies within a group counts as unexplained, so S_i is below, not above, that of
-/// the key itself. Intervals: estimate -+ z se, z for all rows of the quantity together (Bonferroni), within [0, 1].
+/// the key itself. Intervals: estimate -+ z se, z for all rows of the quantity together (Bonferroni), within [0, 1] but
+/// for the estimate itself; se is at least that of a share of nothing. Where the points are a whole product, each value
+/// is a group, shares are those of these points (share_of_groups()), and have no interval.
 /// `trend`: correlation of ranks of Y and a numeric key. Rows of first and with pairs fall by their share, pairs
 /// likewise. Throws InputError as check_sensitivity(), and where a point has several rows, or less than 20 points have
 /// one.

@@ -85,6 +85,33 @@ TEST_CASE("What groups explain: all, nothing, and groups of one") {
   CHECK_THAT(explained_share(y, {0, 1, 0, 2, 3, 3}, 4).share, Catch::WithinRel(1 - 4 / (64.0 / 5), 1e-14));
 }
 
+TEST_CASE("What groups explain of values that are all that there is") {
+  // y = 4 a + b + a b, a in {0, 1}, b in {0, 1, 2}
+  const std::vector<double> y{0, 1, 2, 4, 6, 8};
+  // mean 3.5, squares 47.5; means of a 1 and 6: 3 (2.5^2 + 2.5^2); of b 2, 3.5, 5: 2 (1.5^2 + 1.5^2)
+  CHECK_THAT(share_of_groups(y, {0, 0, 0, 1, 1, 1}, 2), Catch::WithinRel(37.5 / 47.5, 1e-14));
+  CHECK_THAT(share_of_groups(y, {0, 1, 2, 0, 1, 2}, 3), Catch::WithinRel(9 / 47.5, 1e-14));
+  CHECK(share_of_groups(y, {0, 1, 2, 3, 4, 5}, 6) == 1);
+  CHECK(std::isnan(share_of_groups({2, 2, 2}, {0, 0, 1}, 2)));
+}
+
+TEST_CASE("Chance gives a share of nothing the standard error of a beta distribution") {
+  constexpr std::uint32_t kFew = 3;
+  constexpr std::size_t kValues = 24;
+  constexpr int kTimes = 4000;
+  std::vector<std::uint32_t> group;
+  for (std::uint32_t i = 0; i < kValues; ++i) group.push_back(i % kFew);
+  std::mt19937_64 source(5);
+  double squares = 0;
+  for (int t = 0; t < kTimes; ++t) {
+    std::vector<double> y(kValues);
+    for (double& v : y) v = std::normal_distribution<double>()(source);
+    squares += std::pow(explained_share(y, group, kFew).share, 2) / kTimes;
+  }
+  // The square of a share is its variance, as its mean is 0; with heavy tails the mean of 4000 is known to 5 %.
+  CHECK_THAT(std::sqrt(squares), Catch::WithinRel(chance_of_share(kFew - 1, kValues), 0.08));
+}
+
 TEST_CASE("Correlation of ranks") {
   CHECK(rank_correlation({1, 2, 3, 4}, {10, 100, 1000, 1e9}) == 1);
   CHECK(rank_correlation({1, 2, 3, 4}, {4, 3, 2, 1}) == -1);
