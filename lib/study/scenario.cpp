@@ -174,6 +174,10 @@ sensor::NoiseModel read_noise(config::ConfigReader& c) {
   // Given but unused values stay allowed, so that `per` can be swept.
   const double total = c.number("noise.reference.total_nT", config::Range::closed(0, 1e5), size.total);
   const double dip = c.number("noise.reference.dip_deg", config::Range::closed(0, 45), size.dip / kDegree);
+  if (n.reference == sensor::ReferenceNoise::none && (total > 0 || dip > 0) && !named)
+    c.require(
+        c.has("noise.reference.per"), total > 0 ? "noise.reference.total_nT" : "noise.reference.dip_deg",
+        "noise.reference.per is missing, which says when it is drawn: \"run\", \"station\", or \"none\" for never");
   if (n.reference != sensor::ReferenceNoise::none) {
     n.reference_total = scale * total;
     n.reference_dip = scale * dip * kDegree;

@@ -109,3 +109,25 @@ TEST_CASE("[survey.plan] is vertical, then built, then held to the bottom") {
   CHECK_THROWS_WITH(planned("md_m = 240\nspacing_m = 900\nbuild_deg_per_30m = 6"), Contains("more than 90 deg"));
   CHECK_THROWS_WITH(planned("md_m = 1e9"), Contains("more than 100000 stations"));
 }
+
+namespace {
+sensor::NoiseModel noise_of(const std::string& reference) {
+  config::Config config = config::Config::from_text(
+      "experiment = 'e'\nseed = 1\n[noise]\nmagnetometer_nT = 50.0\nreference = " + reference, "t.toml", {});
+  config::ConfigReader reader = config.reader(0);
+  const sensor::NoiseModel noise = read_noise(reader);
+  reader.finish();
+  return noise;
+}
+}  // namespace
+
+TEST_CASE("Sizes of the reference's noise need a word on when it is drawn") {
+  const std::string rule =
+      ": noise.reference.per is missing, which says when it is drawn: \"run\", \"station\", or \"none\" for never";
+  CHECK_THROWS_WITH(noise_of("{ total_nT = 130.0, dip_deg = 0.2 }"), "t.toml:5: noise.reference.total_nT = 130" + rule);
+  CHECK_THROWS_WITH(noise_of("{ dip_deg = 0.2 }"), "t.toml:5: noise.reference.dip_deg = 0.2" + rule);
+  CHECK(noise_of("{ total_nT = 0.0 }").reference == sensor::ReferenceNoise::none);
+  CHECK(noise_of("{ per = 'none', total_nT = 130.0, dip_deg = 0.2 }").reference_total == 0);
+  CHECK(noise_of("{ per = 'run', total_nT = 130.0 }").reference_total == 130);
+  CHECK(noise_of("'wmm2025'").reference_total > 0);
+}
