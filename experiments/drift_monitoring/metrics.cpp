@@ -130,9 +130,8 @@ std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& 
   const Metrics as(s, o, 0), aks(s, o, 1);
   const auto add = [&](const char* quantity, const std::vector<double>& of_aks, const std::vector<double>& of_as,
                        bool below) {
-    rows.push_back(
-        study::judge_claim(study::mean_row(kBoth, quantity, "1", ratios(of_aks, of_as), s.verdict.confidence), 1, below,
-                           s.verdict.confidence, below ? "ratio below 1" : "ratio above 1"));
+    rows.push_back(study::judge_mean_claim(kBoth, quantity, ratios(of_aks, of_as), 1, below, s.verdict.confidence,
+                                           below ? "ratio below 1" : "ratio above 1"));
   };
   add("auto_sensitivity_is_lower", aks.auto_sensitivity(), as.auto_sensitivity(), true);
   add("cross_sensitivity_is_lower", aks.cross_sensitivity(), as.cross_sensitivity(), true);

@@ -142,8 +142,8 @@ std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& 
     row.note.clear();
     return row;
   };
-  return {study::judge_claim(study::mean_row(both, "detects_no_less", "1", more, confidence), -0.01, false, confidence,
-                             "share of wells found, less that of the SPRT: above -1 %"),
+  return {study::judge_mean_claim(both, "detects_no_less", more, -0.01, false, confidence,
+                                  "share of wells found, less that of the SPRT: above -1 %"),
           study::judge_claim(share(both, "is_sooner", sooner, decided), 0.5, false, confidence,
                              "in more than half of the wells in which one is sooner"),
           study::judge_claim(share(kFilter, "names_the_right_sensor", rightly_named(s, o), alarms(o, Value::filter)),

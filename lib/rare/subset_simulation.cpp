@@ -8,7 +8,7 @@
 #include "base/units.h"
 #include "random/rare_channels.h"
 #include "rare/proposal.h"
-#include "stats/beta_quantile.h"
+#include "stats/intervals.h"
 
 namespace surveymc::rare {
 namespace {
@@ -101,11 +101,9 @@ SubsetEstimate subset_estimate(const stats::Moments& m, double confidence) {
   if (m.count == 0) return {kNaN, kNaN, kNaN};
   SubsetEstimate e{m.mean[0], kNaN, kNaN};
   if (m.count < 2) return e;
-  const double n = static_cast<double>(m.count);
-  const double t = stats::student_upper_quantile(n - 1, (1 - confidence) / 2);
-  const double half = t * std::sqrt(m.variance(0) / n);
-  e.lo = std::max(0.0, e.probability - half);
-  e.hi = e.probability + half;
+  const stats::Interval t = stats::student_mean_interval(m.mean[0], m.variance(0), m.count, confidence);
+  e.lo = std::max(0.0, t.lo);
+  e.hi = t.hi;
   return e;
 }
 

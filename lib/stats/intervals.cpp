@@ -6,6 +6,7 @@
 #include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 
 #include "stats/beta_quantile.h"
 
@@ -20,6 +21,7 @@ double chi_squared_quantile(double degrees, double probability) {
 double chi_squared_upper_tail(double degrees, double x) {
   return std::isfinite(x) ? bm::cdf(bm::complement(bm::chi_squared(degrees), std::max(0.0, x))) : 0.0;
 }
+double student_upper_tail(double degrees, double t) { return bm::cdf(bm::complement(bm::students_t(degrees), t)); }
 
 Interval sd_interval(double variance, std::uint64_t count, double kurtosis, double confidence) {
   const double tail = (1 - confidence) / 2;
@@ -31,6 +33,12 @@ Interval sd_interval(double variance, std::uint64_t count, double kurtosis, doub
 
 Interval mean_interval(double mean, double variance, std::uint64_t count, double confidence) {
   const double half = normal_quantile(1 - (1 - confidence) / 2) * std::sqrt(variance / static_cast<double>(count));
+  return {mean - half, mean + half};
+}
+
+Interval student_mean_interval(double mean, double variance, std::uint64_t count, double confidence) {
+  const double n = static_cast<double>(count);
+  const double half = student_upper_quantile(n - 1, (1 - confidence) / 2) * std::sqrt(variance / n);
   return {mean - half, mean + half};
 }
 

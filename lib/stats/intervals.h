@@ -13,6 +13,8 @@ double normal_quantile(double probability);
 double chi_squared_quantile(double degrees, double probability);
 /// P(chi2 > x).
 double chi_squared_upper_tail(double degrees, double x);
+/// P(T > t) of Student's t.
+double student_upper_tail(double degrees, double t);
 
 /// Standard deviation from a sample variance of `count` values: chi-squared with effective degrees of freedom
 /// 2 (n - 1) / (kurtosis - 1), which is n - 1 for normal values. Heavier tails (kurtosis > 3) make it wider; lighter
@@ -21,6 +23,8 @@ Interval sd_interval(double variance, std::uint64_t count, double kurtosis, doub
 
 /// Mean from its sample variance, normal approximation (Monte-Carlo counts are large).
 Interval mean_interval(double mean, double variance, std::uint64_t count, double confidence);
+/// The same of at least two values that may be few: by Student's t, exact for normal values.
+Interval student_mean_interval(double mean, double variance, std::uint64_t count, double confidence);
 
 /// Probability of an event seen `successes` times in `trials`: exact (Clopper and Pearson 1934).
 Interval binomial_interval(std::uint64_t successes, std::uint64_t trials, double confidence);

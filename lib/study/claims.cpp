@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stats/beta_quantile.h"
 #include "stats/normal_tail.h"
 
 namespace surveymc::study {
@@ -20,29 +21,44 @@ ComparisonRow mean_row(const std::string& formulation, const std::string& quanti
   for (const double v : x) squares += (v - mean) * (v - mean);
   row.monte_carlo = mean;
   if (x.size() > 1)
-    row.interval = stats::mean_interval(mean, squares / static_cast<double>(x.size() - 1), x.size(), confidence);
+    row.interval =
+        stats::student_mean_interval(mean, squares / static_cast<double>(x.size() - 1), x.size(), confidence);
   return row;
 }
 
 Evidence claim_evidence(double value, const stats::Interval& interval, double bound, bool below, double confidence,
-                        bool logarithmic) {
+                        bool logarithmic, double degrees) {
   const auto scaled = [&](double x) { return logarithmic ? std::log(x) : x; };
   const double lo = scaled(interval.lo), hi = scaled(interval.hi), at = scaled(value), edge = scaled(bound);
   if (!std::isfinite(lo) || !std::isfinite(hi) || !std::isfinite(edge)) return {};
   const double half = edge > at ? hi - at : at - lo;
-  const double above = edge == at ? 0 : stats::normal_quantile((1 + confidence) / 2) * (at - edge) / half;
-  const auto p = [](double z) { return z <= 0 ? 1 : std::min(1.0, 2 * stats::normal_upper_tail(z)); };
+  const bool normal = std::isinf(degrees);
+  const double quantile = normal ? stats::normal_quantile((1 + confidence) / 2)
+                                 : stats::student_upper_quantile(degrees, (1 - confidence) / 2);
+  const double above = edge == at ? 0 : quantile * (at - edge) / half;
+  const auto p = [&](double z) {
+    if (z <= 0) return 1.0;
+    return std::min(1.0, 2 * (normal ? stats::normal_upper_tail(z) : stats::student_upper_tail(degrees, z)));
+  };
   return below ? Evidence{p(above), p(-above)} : Evidence{p(-above), p(above)};
 }
 
-ComparisonRow judge_claim(ComparisonRow row, double bound, bool below, double confidence, const std::string& note) {
+ComparisonRow judge_claim(ComparisonRow row, double bound, bool below, double confidence, const std::string& note,
+                          double degrees) {
   const bool single = std::isnan(row.interval.lo);
   const double lo = single ? row.monte_carlo : row.interval.lo, hi = single ? row.monte_carlo : row.interval.hi;
   if (!std::isnan(row.monte_carlo)) row.verdict = hi < bound ? "agrees" : lo > bound ? "differs" : "undecided";
   if (!below && !row.verdict.empty() && row.verdict != "undecided") row.verdict = lo > bound ? "agrees" : "differs";
-  row.evidence = claim_evidence(row.monte_carlo, row.interval, bound, below, confidence, false);
+  row.evidence = claim_evidence(row.monte_carlo, row.interval, bound, below, confidence, false, degrees);
   row.note = note + (single && !row.verdict.empty() ? "; one realisation: no interval" : "");
   return row;
+}
+
+ComparisonRow judge_mean_claim(const std::string& formulation, const std::string& quantity,
+                               const std::vector<double>& x, double bound, bool below, double confidence,
+                               const std::string& note) {
+  return judge_claim(mean_row(formulation, quantity, "1", x, confidence), bound, below, confidence, note,
+                     static_cast<double>(x.size()) - 1);
 }
 
 }  // namespace surveymc::study

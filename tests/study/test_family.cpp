@@ -158,6 +158,27 @@ TEST_CASE("A claim has p-values on the side of its verdict") {
   CHECK(std::isnan(claim_evidence(1, {kNaN, kNaN}, 1, true, 0.95, false).p_differs));
 }
 
+TEST_CASE("The mean of few realisations has the interval and the p-values of Student's t") {
+  const std::vector<double> x{0.2, 0.5, 0.8};  // mean .5, standard error .3 / sqrt(3)
+  const ComparisonRow row = mean_row("", "x", "1", x, 0.95);
+  constexpr double kT = 4.302652729911275;  // 97.5 % of t with two degrees of freedom
+  const double se = 0.3 / std::sqrt(3.0);
+  CHECK(row.monte_carlo == Approx(0.5).epsilon(1e-12));
+  CHECK(row.interval.hi - row.monte_carlo == Approx(kT * se).epsilon(1e-9));
+  CHECK(row.monte_carlo - row.interval.lo == Approx(kT * se).epsilon(1e-9));
+  // 1 lies 2.9 standard errors above: beyond a normal interval, and within this one.
+  const ComparisonRow claim = judge_mean_claim("", "x", x, 1, true, 0.95, "below 1");
+  CHECK(claim.verdict == "undecided");
+  // P(|T| > t) with two degrees of freedom is 1 - t / sqrt(2 + t^2).
+  const double t = 0.5 / se;
+  CHECK(claim.evidence.p_agrees == Approx(1 - t / std::sqrt(2 + t * t)).epsilon(1e-9));
+  CHECK(claim.evidence.p_differs == 1);
+  // Values that do not scatter leave no doubt.
+  CHECK(judge_mean_claim("", "x", {0.5, 0.5}, 1, true, 0.95, "").evidence.p_agrees == 0);
+  // At the edge of the interval the p-value is that of its confidence.
+  CHECK(judge_mean_claim("", "x", x, row.interval.hi, true, 0.95, "").evidence.p_agrees == Approx(0.05).epsilon(1e-9));
+}
+
 TEST_CASE("A family takes in rows that wait on the disk") {
   std::vector<ComparisonRow> rows(40, row_of(1.001, 0.002));
   rows.push_back(row_of(1.06, 0.03));
