@@ -123,7 +123,7 @@ TomlNode ConfigDocument::point_root(std::size_t point) const {
   if (log) {
     log->asked.clear();
     log->denied.clear();
-    log->missing = log->refused = "";
+    log->missing = log->refused = log->with_default = "";
     apply_suppositions(*log, root);
   }
   return root;

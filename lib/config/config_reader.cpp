@@ -81,8 +81,8 @@ double ConfigReader::number(const std::string& key, const Range& range) {
 }
 
 double ConfigReader::number(const std::string& key, const Range& range, double fallback) {
-  if (state_->has_log()) state_->log_use(key, "number", number_rule(range), sample_of(range));
   if (state_->has_log()) state_->log_default(key, node_of(fallback), is_in(range, fallback));
+  if (state_->has_log()) state_->log_use(key, "number", number_rule(range), sample_of(range));
   if (state_->find(key)) return number(key, range);
   state_->use_default(key, node_of(fallback), is_in(range, fallback));
   return fallback;
@@ -99,17 +99,17 @@ std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std:
 }
 
 std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std::int64_t hi, std::int64_t fallback) {
+  if (state_->has_log()) state_->log_default(key, node_of(fallback), lo <= fallback && fallback <= hi);
   if (state_->has_log())
     state_->log_use(key, "integer", integer_rule(lo, hi), fmt::format("{}", std::min(hi, lo + (lo < hi))));
-  if (state_->has_log()) state_->log_default(key, node_of(fallback), lo <= fallback && fallback <= hi);
   if (state_->find(key)) return integer(key, lo, hi);
   state_->use_default(key, node_of(fallback), lo <= fallback && fallback <= hi);
   return fallback;
 }
 
 bool ConfigReader::boolean(const std::string& key, bool fallback) {
-  if (state_->has_log()) state_->log_use(key, "true or false");
   if (state_->has_log()) state_->log_default(key, node_of(fallback), true);
+  if (state_->has_log()) state_->log_use(key, "true or false");
   if (const auto found = state_->find(key)) {
     if (found.node->kind != TomlNode::Kind::boolean) refuse_kind(*found.node, found.key, "must be true or false");
     return found.node->flag;
@@ -126,8 +126,8 @@ std::string ConfigReader::text(const std::string& key) {
 }
 
 std::string ConfigReader::text(const std::string& key, const std::string& fallback) {
-  if (state_->has_log()) state_->log_use(key, "text");
   if (state_->has_log()) state_->log_default(key, node_of(fallback), !fallback.empty());
+  if (state_->has_log()) state_->log_use(key, "text");
   if (state_->find(key)) return text(key);
   state_->use_default(key, node_of(fallback), !fallback.empty());
   return fallback;
@@ -148,8 +148,8 @@ std::string ConfigReader::choice(const std::string& key, const std::vector<std::
 
 std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed,
                                  const std::string& fallback) {
-  if (state_->has_log()) state_->log_choices(key, allowed);
   if (state_->has_log()) state_->log_default(key, node_of(fallback), contains(allowed, fallback));
+  if (state_->has_log()) state_->log_choices(key, allowed);
   if (state_->find(key)) return choice(key, allowed);
   state_->use_default(key, node_of(fallback), contains(allowed, fallback));
   return fallback;
@@ -277,8 +277,8 @@ std::vector<std::pair<std::string, double>> ConfigReader::number_table(const std
 }
 
 std::vector<ConfigReader> ConfigReader::tables(const std::string& key) {
-  if (state_->has_log()) state_->log_use(key, "array of tables", "", "[{}]");
   if (state_->has_log()) state_->log_default(key, TomlNode{}, false);
+  if (state_->has_log()) state_->log_use(key, "array of tables", "", "[{}]");
   const auto found = state_->find(key);
   if (!found) return {};
   const TomlNode& n = *found.node;
@@ -297,12 +297,13 @@ std::vector<ConfigReader> ConfigReader::tables(const std::string& key) {
 std::vector<std::variant<std::string, ConfigReader>> ConfigReader::texts_or_tables(
     const std::string& key, const std::vector<std::string>& fallback) {
   std::vector<std::variant<std::string, ConfigReader>> out;
+  TomlNode list;
+  list.kind = TomlNode::Kind::array;
+  for (const std::string& text : fallback) list.items.push_back(node_of(text));
+  if (state_->has_log()) state_->log_default(key, list, true);
   if (state_->has_log()) state_->log_use(key, "list of texts or tables");
   const auto found = state_->find(key);
   if (!found) {
-    TomlNode list;
-    list.kind = TomlNode::Kind::array;
-    for (const std::string& text : fallback) list.items.push_back(node_of(text));
     state_->use_default(key, list, true);
     out.assign(fallback.begin(), fallback.end());
     return out;
@@ -325,8 +326,8 @@ std::vector<std::variant<std::string, ConfigReader>> ConfigReader::texts_or_tabl
 }
 
 bool ConfigReader::matches_point(const std::string& key) {
-  if (state_->has_log()) state_->log_use(key, "table of keys", "values of keys at the points that are meant");
   if (state_->has_log()) state_->log_default(key, TomlNode{}, false);
+  if (state_->has_log()) state_->log_use(key, "table of keys", "values of keys at the points that are meant");
   const auto found = state_->find(key);
   if (!found) return true;
   if (!found.node->is_table()) refuse_kind(*found.node, found.key, "must be a table of keys and their values");

@@ -21,6 +21,7 @@ struct KeyUse {
   bool may_be_absent = false;         ///< has() was asked
   std::string example;                ///< the first value that was seen, as TOML
   std::string sample;                 ///< a value that its own getter takes, as TOML; "" where none is known
+  bool is_needed = false;             ///< a getter without a default has asked
 };
 
 struct KeyLog {
@@ -34,6 +35,7 @@ struct KeyLog {
 
   // What the last reader showed, by full key.
   std::set<std::string> asked, denied;  ///< asked for at all; has() has said no
+  std::string with_default;             ///< the last key that a getter with a default asks for
   std::string missing, refused;         ///< the key that ended the reading: it is not there, or the study refuses it
 
   KeyUse& use(const std::string& full_key) { return keys[without_indices(full_key)]; }

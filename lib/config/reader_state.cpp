@@ -112,6 +112,10 @@ void ConfigReader::State::log_use(const std::string& key, const std::string& typ
   const std::string full = full_key(key);
   log->asked.insert(full);
   KeyUse& use = log->use(full);
+  if (log->with_default != full) {
+    log->with_default = "";
+    use.is_needed = true;
+  }
   add(use.types, type);
   if (!rule.empty()) add(use.rules, rule.starts_with("must be ") ? rule.substr(8) : rule);
   if (use.sample.empty()) use.sample = sample;
@@ -128,7 +132,10 @@ void ConfigReader::State::log_choices(const std::string& key, const std::vector<
 }
 
 void ConfigReader::State::log_default(const std::string& key, const TomlNode& value, bool is_value) const {
-  if (KeyLog* log = point->doc->log.get()) add(log->use(full_key(key)).defaults, is_value ? toml_text(value) : "");
+  KeyLog* log = point->doc->log.get();
+  if (!log) return;
+  log->with_default = full_key(key);
+  add(log->use(log->with_default).defaults, is_value ? toml_text(value) : "");
 }
 
 void ConfigReader::State::use_default(const std::string& key, const TomlNode& value, bool is_value) {

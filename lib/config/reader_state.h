@@ -66,6 +66,7 @@ struct ConfigReader::State {
                const std::string& sample = "") const;
   bool has_log() const { return point->doc->log != nullptr; }
   void log_choices(const std::string& key, const std::vector<std::string>& allowed) const;
+  /// Before log_use(): a use without it is that of a key that must be there.
   void log_default(const std::string& key, const TomlNode& value, bool is_value) const;
 
   /// Remembers a default. `is_value`: false if the getter's rule would refuse it.

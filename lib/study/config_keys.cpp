@@ -162,11 +162,28 @@ std::string default_of(const std::string& key, const std::map<std::string, confi
     if (v.empty()) v = "-";
   const bool are_numbers = std::none_of(values.begin(), values.end(), [](const std::string& v) { return v[0] == '"'; });
   if (values.size() > (are_numbers ? 1 : kMost)) return "by other keys";
-  return fmt::format("{}", fmt::join(values, " or "));
+  const bool is_needed_sometimes = use.is_needed && !use.may_be_absent;
+  return fmt::format("{}{}", fmt::join(values, " or "), is_needed_sometimes ? ", or needed by other keys" : "");
+}
+
+/// Several intervals whose upper ends differ are those of the examples: stations of a survey, depths of a well.
+void join_intervals(std::vector<std::string>& rules) {
+  const auto is_interval = [](const std::string& rule) { return rule.starts_with("in [") && rule.ends_with("]"); };
+  std::set<std::string> lows, highs;
+  for (const std::string& rule : rules)
+    if (const std::size_t comma = rule.find(", "); is_interval(rule) && comma != std::string::npos) {
+      lows.insert(rule.substr(4, comma - 4));
+      highs.insert(rule.substr(comma));
+    }
+  if (highs.size() < 2) return;
+  std::erase_if(rules, is_interval);
+  rules.push_back(lows.size() == 1 ? fmt::format("in [{}, N], N by other keys", *lows.begin())
+                                   : "in an interval by other keys");
 }
 
 std::string rule_of(const config::KeyUse& use) {
   std::vector<std::string> rules = use.rules;
+  join_intervals(rules);
   if (!use.choices.empty()) {
     std::vector<std::string> words;
     for (const std::string& w : use.choices) words.push_back("\"" + w + "\"");

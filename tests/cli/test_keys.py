@@ -110,6 +110,16 @@ class Keys(unittest.TestCase):
         self.assertEqual(self.listed["mwd_drift"]["drift.at_td_mg"]["default"], "needed by other keys")
         self.assertEqual(self.listed["mwd_drift"]["drift.sensor"]["default"], "must be given")
 
+    def test_defaults_and_limits_of_some_configs_are_not_told_of_all(self):
+        default = lambda experiment, key: self.listed[experiment][key]["default"]
+        for experiment in ("clearance", "collision"):
+            self.assertEqual(default(experiment, "separation.formulations"), '["independent", "geomagnetic"]')
+        for experiment in ("msa_position", "sensor_monte_carlo", "chained_multistation", "reliability_well"):
+            self.assertEqual(default(experiment, "survey.toolface_zero"), '"y", or needed by other keys')
+        self.assertEqual(default("axial_correction", "trials"), "0, or needed by other keys")
+        self.assertEqual(default("drift_monitoring", "trials"), "1, or needed by other keys")
+        self.assertEqual(self.listed["gross_error_detection"]["inject[].station"]["rule"], "in [0, N], N by other keys")
+
     def test_no_key_is_without_a_type(self):
         for experiment, listed in self.listed.items():
             for key, row in listed.items():
