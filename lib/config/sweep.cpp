@@ -272,12 +272,12 @@ void Sweep::expand_table(const std::function<InputFile(const TomlNode&, const st
     const std::string& written = table_->names()[c];
     const std::string key = checked_key(written, written, table_->path());
     if (!first_row_.emplace(key, first[c]).second) refuse(table_->path(), key, "two columns have this name");
-    refuse_twins(key, first[c], table_->path());
     for (const auto& [fixed, value] : fixed_)
       if (sets(fixed, value, key) || sets(key, first[c], fixed))
         refuse(value, fixed, fmt::format("{} is a column of {}: delete that column", key, table_->path()));
     columns_.emplace_back(key, c);
   }
+  for (const auto& [key, value] : first_row_) refuse_twins(key, value, table_->path());  // of all columns, in any order
   std::sort(columns_.begin(), columns_.end());
   in_design_ = table_->rows();
 }

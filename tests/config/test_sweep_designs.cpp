@@ -193,6 +193,8 @@ TEST_CASE("Designs: points in a table") {
   CHECK(folder.refused("a,b\n1,2\n\"3,4\n") == "points.csv:3: a quote is not closed on its line");
   CHECK(folder.refused("a\n\"1\"2\n") == "points.csv:2: text after a closing quote");
   CHECK(folder.refused("a,a\n1,2\n") == "points.csv:1: a: two columns have this name");
+  for (const char* columns : {"a,a.name\nx,y\n", "a.name,a\ny,x\n"})
+    CHECK(folder.refused(columns) == "points.csv: a: is the same as a.name");
   CHECK(folder.refused("a\n") == "points.csv: has no rows: each is a point");
   CHECK(folder.refused("a,trials\n1,2\n") == "points.csv: trials: cannot be swept: a result has one number of trials");
   CHECK(folder.refused("a\n1\n", "b = [1, 2]\n") ==
