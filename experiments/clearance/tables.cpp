@@ -133,10 +133,10 @@ void Tables::add_least(const Pair& pair, ScanDirection direction, const std::vec
       t.word("direction", "the well that the scan goes along", direction_name(direction));
       t.word("quantity", "what is least", least_name(of));
       t.word("unit", "of the least values", of == LeastOf::distance ? "m" : "1");
-      t.number("at_stations", "1", "least value at stations", x.at_station);
+      t.number("at_stations", "1", "least value at stations, in the row's unit", x.at_station);
       t.number("stations_ref_md_m", "m", "where, on the reference", md(x.station_pair.reference.md));
       t.number("stations_offset_md_m", "m", "where, on the offset", md(x.station_pair.offset.md));
-      t.number("continuous", "1", "least value over all depths", x.continuous);
+      t.number("continuous", "1", "least value over all depths, in the row's unit", x.continuous);
       t.number("ref_md_m", "m", "where, on the reference", md(x.pair.reference.md));
       t.number("offset_md_m", "m", "where, on the offset", md(x.pair.offset.md));
       t.word("end", "where that point lies on the well that is not scanned", is_found ? end_name(x.pair.end) : "");

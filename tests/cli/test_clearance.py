@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """End-to-end tests of clearance: test_clearance.py SURVEYMC_EXECUTABLE SOURCE_FOLDER"""
 import math
+import re
 import sys
 import unittest
 from pathlib import Path
@@ -153,6 +154,20 @@ values = {{ separation_factor = {}, distance_m = {} }}
         path = self.run_config(config=self.changed(('"geomagnetic"', f'"geomagnetic", {lists}')))
         a, b = (self.rows(path, offset="other", formulation=f) for f in ("geomagnetic", "field"))
         self.assertEqual([r["sd_relative_m"] for r in a], [r["sd_relative_m"] for r in b])
+
+    def test_least_distances_are_printed_in_feet(self):
+        path = self.run_config()
+        metres = self.rows(path, "least", quantity="distance")
+        table = self.call("show", path, "least", "--units", "ft").stdout
+        head = next(line for line in table.splitlines() if " quantity " in line)
+        self.assertIn("quantity", head)
+        rows = [line for line in table.splitlines() if re.search(r" distance +ft ", line)]
+        self.assertEqual(len(rows), len(metres))
+        for row, line in zip(metres, rows):
+            self.assertAlmostEqual(float(re.search(r" distance +ft +(\S+)", line)[1]), float(row["at_stations"]) / 0.3048, delta=0.01)
+        factors = self.rows(path, "least", quantity="separation_factor")
+        for row, line in zip(factors, [l for l in table.splitlines() if " separation_factor " in l]):
+            self.assertAlmostEqual(float(re.search(r" separation_factor +1 +(\S+)", line)[1]), float(row["at_stations"]), delta=1e-4)
 
 
 class Sidetracks(ClearanceCase):
