@@ -26,6 +26,14 @@ const CLI::Validator kFinite(
     },
     "");
 
+/// CLI::PositiveNumber tells its range with 309 digits.
+const CLI::Validator kAboveZero(
+    [](std::string& text) {
+      double x = 0;
+      return CLI::detail::lexical_cast(text, x) && x > 0 ? "" : "must be a number > 0, not " + text;
+    },
+    "");
+
 /// Gives `app` the commands and options of the program; parsing fills `line`, which must live as long.
 void define(CLI::App& app, CommandLine& line, const std::function<std::string()>& version) {
   app.set_version_flag("--version", version);
@@ -56,13 +64,14 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
     sub->add_flag("-q,--quiet", a.quiet, "print nothing but warnings and errors; the exit code says the rest");
   };
   const auto overwrite_option = [&](CLI::App* sub) {
-    sub->add_flag("--overwrite", a.overwrite,
-                  "replace an existing result (default: it is kept as NAME.1.h5, or the next free number)");
+    return sub->add_flag("--overwrite", a.overwrite,
+                         "replace an existing result (default: it is kept as NAME.1.h5, or the next free number)");
   };
   const auto compress_option = [&](CLI::App* sub) {
-    sub->add_option(
-           "--compress", a.compression,
-           "compress the numbers of the result file, at this level from 1 (fast) to 9 (default: 0, not at all)")
+    return sub
+        ->add_option(
+            "--compress", a.compression,
+            "compress the numbers of the result file, at this level from 1 (fast) to 9 (default: 0, not at all)")
         ->check(CLI::Range(0, 9));
   };
   command(Command::list, "list", "experiments and what each reproduces");
@@ -83,25 +92,31 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
   CLI::App* run = command(Command::run, "run", "run a config and write its result file");
   config_options(run);
   thread_option(run);
-  run->add_option("-o,--output", a.output, "result file (default: results/<config>.h5)")
-      ->check([](const std::string& name) { return name.empty() ? "the name is empty" : ""; });
-  units_option(run, a.units);
-  overwrite_option(run);
-  compress_option(run);
+  CLI::Option* output = run->add_option("-o,--output", a.output, "result file (default: results/<config>.h5)");
+  output->check([](const std::string& name) { return name.empty() ? "the name is empty" : ""; });
+  CLI::Option* units = units_option(run, a.units);
+  CLI::Option* overwrite = overwrite_option(run);
+  CLI::Option* compress = compress_option(run);
   quiet_option(run);
-  run->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
-  run->add_option("--trial", a.trial, "replay this one trial (from 0) and print it; writes nothing");
+  CLI::Option* checks = run->add_flag("--check", a.check, "exit with 1 if a verdict is not the expected one");
+  CLI::Option* trial =
+      run->add_option("--trial", a.trial, "replay this one trial (from 0) and print it; writes nothing");
   run->add_option("--point", a.point,
                   "run only this sweep point (from 0), or the points FIRST:END or FIRST:END:STEP (END not among them); "
                   "writes one part file, or nothing with --trial");
-  run->add_option("--shard", a.shard, "I/N: run only slice I (from 0) of N slices of the trials; writes a part file");
-  run->add_flag("--array", a.array, "run the part of this Slurm array task: a point, or with --shards a shard");
+  CLI::Option* shard = run->add_option("--shard", a.shard,
+                                       "I/N: run only slice I (from 0) of N slices of the trials; writes a part file");
+  CLI::Option* array =
+      run->add_flag("--array", a.array, "run the part of this Slurm array task: a point, or with --shards a shard");
   run->add_option("--shards", a.shards,
                   "with --array: number of shards in all; the task runs shard SLURM_ARRAY_TASK_ID");
-  run->add_flag("--resume", a.resume, "go on from the journal of an interrupted run, if there is one");
+  CLI::Option* resume =
+      run->add_flag("--resume", a.resume, "go on from the journal of an interrupted run, if there is one");
+  for (CLI::Option* of_result : {output, units, overwrite, compress, checks, shard, array, resume})
+    trial->excludes(of_result);
   run->add_option("--max-seconds", a.max_seconds, "stop after this time, keep finished blocks, exit with 75")
       ->check(kFinite)
-      ->check(CLI::PositiveNumber);
+      ->check(kAboveZero);
   run->add_option("--checkpoint-seconds", a.checkpoint_seconds,
                   "time between writes of finished blocks to the journal (default: 5)")
       ->check(kFinite)
@@ -141,7 +156,9 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
   CLI::Option* json = show->add_flag("--json", line.shown.json, "as JSON");
   show->add_option("--rows", line.shown.rows,
                    "at most this many rows of a table, from both ends; 0 for all (default: 40 on a terminal)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::NonNegativeNumber)
+      ->excludes(csv)
+      ->excludes(json);
   show->add_flag("--unchecked", line.shown.unchecked,
                  "do not verify the file: of a large one no more is read than is shown");
   units_option(show, line.shown.units)->excludes(csv)->excludes(json);

@@ -214,6 +214,9 @@ std::optional<study::PartChoice> part_choice(const RunArguments& a, const study:
                 "--array: chooses the part itself: not together with --point or --shard");
   if (!a.array && !a.point && !a.shard) return std::nullopt;
   require_usage(!a.check, "--check: a part has no verdicts; give it to surveymc merge");
+  require_usage(a.units == "m", "--units {}: a part prints no tables; give it to surveymc merge", a.units);
+  require_usage(a.compression == 0, "--compress {}: a part is not compressed; give it to surveymc merge",
+                a.compression);
   study::PartChoice choice;
   if (a.array) choice = array_choice(a, run);
   if (a.point) choice.points = range_of(*a.point);

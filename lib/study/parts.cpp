@@ -47,7 +47,8 @@ void check_choice(const RunPlan& run, const PartChoice& c) {
     require_choice(range.first < run.point_count(), "--point {}: {}", range.first, points_in_words(run));
   require_choice(range.count() > 0 && range.end <= run.point_count(), "--point {}:{}: {}", range.first, range.end,
                  range.count() == 0 ? "has no points: FIRST:END goes from FIRST to END - 1" : points_in_words(run));
-  require_choice(c.shards > 0 && c.shard < c.shards, "--shard {}/{}: shards are numbered 0 to {}", c.shard, c.shards,
+  require_choice(c.shards > 0, "--shard {}/{}: there must be at least one shard", c.shard, c.shards);
+  require_choice(c.shard < c.shards, "--shard {}/{}: shards are numbered 0 to {}", c.shard, c.shards,
                  c.shards - (c.shards > 0));
   if (c.points && c.shards == 1) return;
   // Of a large sweep the first point stands for the others, as only shards need them all.
