@@ -54,14 +54,18 @@ def _msa_position(result):
 
 
 def _position_covariance(result):
-    if "published" in result.tables:
-        frame = result.table("published")
-        worst = frame["difference_over_trace"].abs().max()
-        return (f"{grouped(len(frame))} published elements of the covariance of {result.title} are reproduced; the largest "
-                f"difference is {number(float(worst), 2)} of the trace.")
+    published = result.table("published") if "published" in result.tables else ()
+    if len(published):  # the table is there without rows where a config names no published values
+        worst = published["difference_over_trace"].abs().max(skipna=False)
+        come_out = "are reproduced" if (published["verdict"] == "agrees").all() else "are held against those computed"
+        return (f"{grouped(len(published))} published elements of the covariance of {result.title} {come_out}; the largest "
+                f"difference is {number(float(worst), 2)} of the trace." if np.isfinite(worst) else "")
     frame = result.table("covariance")
     last = frame.iloc[-1]
-    return (f"{result.title}: at {number(float(last['md_m']), 5)} m the position is known to {number(float(last['semi_major_m']), 3)} by "
+    if not all(np.isfinite(last[c]) for c in ("md_m", "semi_major_m", "semi_minor_m", "major_azimuth_deg")):
+        return ""
+    named = ", ".join(filter(None, (result.title, _point(frame, last))))
+    return (f"{named}: at {number(float(last['md_m']), 5)} m the position is known to {number(float(last['semi_major_m']), 3)} by "
             f"{number(float(last['semi_minor_m']), 3)} m (one-sigma ellipse, major axis at azimuth {last['major_azimuth_deg']:.0f}°).")
 
 

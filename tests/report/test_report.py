@@ -181,6 +181,31 @@ class FirstScreen(unittest.TestCase):
                  *((c, headlines.Headline(9, "C.", c)) for c in "cdef")]
         self.assertEqual([h.result for h in headlines.chosen(found)], ["y", "c", "d"])
 
+    def test_position_covariance_says_what_it_has(self):
+        """Published elements only where there are some, and which point of a sweep the position is of."""
+        result = surveymc.open(os.path.join(SMOKE, "position_covariance.h5"))
+        self.assertEqual(len(result.table("published")), 0)
+        last = result.table("covariance").iloc[-1]
+        said = headlines.sentence(result, result.verdicts)
+        self.assertIn(f"{result.title}, {last['case']}: at {text.number(float(last['md_m']), 5)} m the position is known to "
+                      f"{text.number(float(last['semi_major_m']), 3)} by {text.number(float(last['semi_minor_m']), 3)} m", said)
+        self.assertNotIn("published", said)
+
+        def changed(name, **columns):
+            frame = surveymc.open(result.path).table(name)
+            frame.loc[frame.index[-1] if len(frame) else 0, list(columns)] = list(columns.values())
+            return frame
+
+        read = result.table
+        lost = changed("covariance", semi_major_m=np.nan)
+        result.table = lambda name: lost if name == "covariance" else read(name)
+        self.assertEqual(headlines._position_covariance(result), "")
+        for verdict, words in (("agrees", "are reproduced"), ("differs", "are held against those computed")):
+            one = changed("published", difference_over_trace=2e-7, verdict=verdict)
+            result.table = lambda name, one=one: one if name == "published" else read(name)
+            self.assertIn(f"1 published elements of the covariance of {result.title} {words}; the largest difference is 2.0·10⁻⁷",
+                          headlines._position_covariance(result))
+
     def test_says_how_many_rows_may_differ_by_chance(self):
         rows = {}
         for name in ("msa_sweep", "vertical_well", "sensor_monte_carlo", "mwd_drift"):
