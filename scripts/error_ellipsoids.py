@@ -28,16 +28,17 @@ def hla_from_nev(inclination, azimuth):
 
 
 def last_stations(file, config):
-    """(inclination, true azimuth) in radians at the last station of every case; {} where the file does not say."""
-    turn = {"true": 0.0, "magnetic": float(config.get("field", {}).get("declination_deg", 0)),
-            "grid": float(config.get("field", {}).get("convergence_deg", 0))}
-    survey = config.get("survey", {})
-    offset = turn.get(survey.get("azimuth_reference", "true"), 0.0)
+    """(inclination, true azimuth) in radians at the last station of every case; cases of which the file does not say are
+    not there."""
     stations = {}
     for case in config.get("sweep", {}).get("case", []):
-        name = os.path.splitext(os.path.basename(case.get("survey.file", survey.get("file", ""))))[0]
-        table = plotting.read_table(file, name, "inputs")
-        if table and "inclination_deg" in table and "azimuth_deg" in table:
+        keys, point = ["case"], [case.get("name")]
+        declination, convergence = plotting.norths_at(file, config, keys, point)
+        north = plotting.setting_at(config, keys, point, "survey.azimuth_reference", "true")
+        offset = {"magnetic": declination, "grid": convergence}.get(north, 0.0)
+        path = plotting.setting_at(config, keys, point, "survey.file", "")
+        table = plotting.read_table(file, os.path.splitext(os.path.basename(path))[0], "inputs")
+        if table and "inclination_deg" in table and "azimuth_deg" in table and np.isfinite(offset):
             stations[case.get("name")] = (np.radians(table["inclination_deg"][-1]),
                                           np.radians(table["azimuth_deg"][-1] + offset))
     return stations

@@ -38,21 +38,14 @@ def read(file, point):
     """Axes and the two maps of one sweep point, values [method][inclination][azimuth], and the table of Monte Carlo."""
     maps = file["maps"]
     data = maps["azimuth_error_deg"]
-    extra = data.ndim - 3
-    names = [dim[0].name.rsplit("/", 1)[-1] for dim in data.dims]
-    scales = [dim[0] for dim in data.dims]
-    words = [s.asstr()[()] if plotting.h5py.check_string_dtype(s.dtype) is not None else s[()] for s in scales]
-    points = int(np.prod(data.shape[:extra], dtype=int))
-    if not 0 <= point < points:
-        raise PlotError(f"--point {point}: the result has {points}", plotting.USAGE)
-    chosen = np.unravel_index(point, data.shape[:extra]) if extra else ()
-    title = plotting.point_name(names[:extra], [w[i] for w, i in zip(words, chosen)])
-    methods, inclination, azimuth = words[extra:]
+    scales = [dim[0] for dim in data.dims][-3:]
+    methods, inclination, azimuth = [s.asstr()[()] if plotting.h5py.check_string_dtype(s.dtype) is not None else s[()] for s in scales]
+    chosen, keys, values, points = plotting.map_point(file, data, 3, point)
+    title = plotting.point_name(keys, values)
     table = plotting.read_table(file, "verification")
     if table is not None:
-        keys = [n for n in names[:extra] if n in table]
-        values = [w[i] for n, w, i in zip(names[:extra], words, chosen) if n in table]
-        table = plotting.at_point(table, keys, values)
+        own = [(k, v) for k, v in zip(keys, values) if k in table]
+        table = plotting.at_point(table, [k for k, _ in own], [v for _, v in own])
     return (list(methods), np.asarray(inclination, float), np.asarray(azimuth, float), np.abs(data[chosen]),
             maps["azimuth_sd_deg"][chosen], table, title, points)
 

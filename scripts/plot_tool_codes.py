@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Figures of survey tools beside each other, PNG and SVG next to the result.
 
-    plot_tool_codes.py RESULT.h5 [-o FOLDER] [--md M] [--order sd|family] [--reference MODEL]
+    plot_tool_codes.py RESULT.h5 [-o FOLDER] [--point I] [--md M] [--order sd|family] [--reference MODEL]
 
 Of a tool_code_map result:
 <stem>_maps     lateral standard deviation over inclination and azimuth, a panel a model, one colour scale; blank where the
@@ -10,7 +10,8 @@ Of a tool_code_map result:
 Of a position_covariance result with a sweep over error models:
 <stem>_bars     lateral, high-side and along-hole standard deviation of every model at measured depth --md (the last station);
                 hatched where the model does not claim to hold
-A position_covariance result of one model has no such figure.
+Maps of a sweep are drawn of one point: --point (counted from 0, in the order of the file; the first), and they are named
+<stem>_point<I>_<figure>. A position_covariance result of one model has no such figure.
 """
 import os
 import sys
@@ -36,18 +37,19 @@ def words(dataset):
 
 
 class Maps:
-    """The maps of the first point of a result: values [model][inclination][azimuth]."""
+    """The maps of one point of a result: values [model][inclination][azimuth]."""
 
-    def __init__(self, file):
+    def __init__(self, file, number=0):
         data = file["maps"]["sd_lateral_m"]
         scales = [dim[0] for dim in data.dims]
-        first = (0,) * (data.ndim - 3)
+        index, keys, point, self.points = plotting.map_point(file, data, 3, number)
         self.models = words(scales[-3])
         self.inclination, self.azimuth = (np.asarray(s[()], float) for s in scales[-2:])
-        inside = file["maps"]["inside_range"][first] > 0
-        self.lateral = np.where(inside, data[first], np.nan)
+        inside = file["maps"]["inside_range"][index] > 0
+        self.lateral = np.where(inside, data[index], np.nan)
         config = plotting.configuration(file)
-        self.declination = config["field"].get("declination_deg", 0.0)
+        self.declination = plotting.norths_at(file, config, keys, point)[0]
+        self.title = ": ".join(filter(None, (plotting.text_attribute(file, "title"), plotting.point_name(keys, point))))
 
 
 def cell_edges(centres):
@@ -61,9 +63,10 @@ def panels(maps, values, norm, cmap, label):
     count = len(maps.models)
     columns = min(4, count)
     rows = -(-count // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(2.6 * columns + 1, 2.1 * rows + 0.6), squeeze=False, sharex=True,
+    figure, axes = plt.subplots(rows, columns, figsize=(2.6 * columns + 1, 2.1 * rows + 0.9), squeeze=False, sharex=True,
                                 sharey=True, layout="constrained")
     x, y = cell_edges(maps.azimuth), cell_edges(maps.inclination)
+    figure.suptitle(maps.title, fontsize=10)
     drawn = None
     for i, panel in enumerate(axes.flat):
         if i >= count:
@@ -173,6 +176,7 @@ def draw_bars(file, md, order):
 
 def main():
     parser = plotting.argument_parser("Draw survey tools beside each other.")
+    parser.add_argument("--point", type=int, metavar="I", help="sweep point of the maps, from 0 (the first)")
     parser.add_argument("--md", type=float, metavar="M", help="measured depth of the bars (the last station)")
     parser.add_argument("--order", choices=("sd", "family"), default="sd", help="of the bars")
     parser.add_argument("--reference", metavar="MODEL", help="model that the ratios are over (the first)")
@@ -180,10 +184,11 @@ def main():
     plotting.use_style()
     with plotting.open_result(arguments.result, ("tool_code_map", "position_covariance")) as file:
         if "maps" in file and "sd_lateral_m" in file["maps"]:
-            maps = Maps(file)
-            figures = {"maps": draw_maps(maps)}
+            maps = Maps(file, arguments.point or 0)
+            prefix = f"point{arguments.point or 0}_" if maps.points > 1 else ""
+            figures = {f"{prefix}maps": draw_maps(maps)}
             if len(maps.models) > 1:
-                figures["ratio"] = draw_ratio(maps, arguments.reference)
+                figures[f"{prefix}ratio"] = draw_ratio(maps, arguments.reference)
         else:
             bars = draw_bars(file, arguments.md, arguments.order)
             figures = {} if bars is None else {"bars": bars}

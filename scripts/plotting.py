@@ -174,6 +174,54 @@ def at_point(table, keys, point):
     return table.where(lambda i: all(table[k][i] == v for k, v in zip(keys, point)))
 
 
+def map_point(file, data, inner, number):
+    """Where sweep point `number` of a map is: (index of its leading axes, keys of the sweep, their values, how many points).
+
+    inner: how many axes of the map are its own; PlotError if there is no such point.
+    """
+    outer = data.shape[:data.ndim - inner]
+    count = int(np.prod(outer, dtype=int))
+    if not 0 <= number < count:
+        raise PlotError(f"--point {number}: {file.filename} has points 0 to {count - 1}", USAGE)
+    index = tuple(int(i) for i in np.unravel_index(number, outer)) if outer else ()
+    names = [os.path.basename(dim[0].name) for dim in list(data.dims)[:len(outer)]]
+    listed = read_table(file, "sweep_points") if names == ["point"] else None
+    if listed is not None:  # points that are no product: a table has the keys of each
+        keys = [k for k in listed if k != "point"]
+        return index, keys, [listed[k][number] for k in keys], count
+    return index, names, [storage.plain(dim[0][i]) for dim, i in zip(data.dims, index)], count
+
+
+def setting_at(config, keys, point, key, default=None):
+    """The value of a key of the config ("field.dip_deg") at a sweep point: the sweep's, else its case's, else the config's."""
+    at = dict(zip(keys, point))
+    if key in at:
+        return at[key]
+    named = [case for case in config.get("sweep", {}).get("case", []) if case.get("name") == at.get("case")]
+    for found in (*named, config):
+        if key in found:  # cases have keys with dots
+            return found[key]
+        for part in key.split("."):
+            found = found.get(part) if isinstance(found, dict) else None
+        if found is not None:
+            return found
+    return default
+
+
+def norths_at(file, config, keys, point):
+    """(declination, convergence) in degrees at a sweep point: true less magnetic and true less grid azimuth.
+
+    Those of a field by model are in table `reference_field`, not in the config. NaN for the convergence of a grid without a
+    model, which no table has.
+    """
+    placed = at_point(read_table(file, "reference_field"), keys, point)
+    if placed is not None and placed.rows:
+        return float(placed["declination_deg"][0]), float(placed["convergence_deg"][0])
+    has_grid = setting_at(config, keys, point, "field.grid") is not None
+    convergence = np.nan if has_grid else setting_at(config, keys, point, "field.convergence_deg", 0.0)
+    return float(setting_at(config, keys, point, "field.declination_deg", 0.0)), float(convergence)
+
+
 # What readers of a figure call a key of the sweep and its values; others are named by the last part of the key.
 POINT_WORDS = {
     "estimator.name": "{}", "estimator.method": "{}", "error_model.name": "{}", "drilling.mode": "{}", "mode": "{}",

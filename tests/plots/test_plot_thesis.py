@@ -19,6 +19,23 @@ import plotting
 
 ROOT = drawing.SCRIPTS.parent
 PROGRAM = os.environ.get("SURVEYMC", "")
+ELSEWHERE = """experiment = "msa_position"
+seed = 2
+trials = 50
+[survey]
+file = "{survey}"
+toolface_zero = "x"
+azimuth_reference = "{north}"
+[field]
+{field}
+[noise]
+magnetometer_nT = 70.0
+[estimator]
+name = "msa"
+[[sweep.case]]
+name = "a"
+"sensor.bias_nT" = [250.0, 295.0, -335.0]
+"""
 
 
 def draw(*arguments):
@@ -136,12 +153,28 @@ class Drawing(unittest.TestCase):
                      *(f"ellipsoid_test{n}" for n in (1, 2, 3, 4)))
 
     def test_hole_axes_are_those_of_the_program(self):
-        path = self.result("table8", 600, "--set", "save_samples=300")
+        self.assert_hole_axes(self.result("table8", 600, "--set", "save_samples=300"), 4)
+
+    def test_hole_axes_of_azimuths_from_another_north(self):
+        for name, field, north in (("model", "model = 'wmm2025'\nlatitude_deg = 70.0\nlongitude_deg = -150.0\ndate = 2026-01-01", "magnetic"),
+                                   ("angle", "total_nT = 51000.0\ndip_deg = 72.0\ndeclination_deg = 40.0", "magnetic"),
+                                   ("model_grid", "model = 'wmm2025'\nlatitude_deg = 70.0\nlongitude_deg = -150.0\ndate = 2026-01-01\n"
+                                    "grid = { crs = 'utm', zone = 6 }", "grid"),
+                                   ("grid", "total_nT = 51000.0\ndip_deg = 72.0\nlatitude_deg = 70.0\nlongitude_deg = -150.0\n"
+                                    "grid = { crs = 'utm', zone = 6 }", "grid")):
+            config, path = (os.path.join(self.folder.name, f"{name}.{ending}") for ending in ("toml", "h5"))
+            with open(config, "w", encoding="utf-8") as file:
+                file.write(ELSEWHERE.format(survey=os.path.join(ROOT, "configs", "thesis", "traj4.csv"), north=north, field=field))
+            subprocess.run([PROGRAM, "run", config, "-o", path, "--quiet"], check=True, capture_output=True, timeout=100)
+            # No table has the convergence of a grid without a model: rather no axes of the hole than wrong ones.
+            self.assert_hole_axes(path, 0 if name == "grid" else 1)
+
+    def assert_hole_axes(self, path, cases):
         with plotting.open_result(path, "msa_position") as file:
             config = plotting.configuration(file)
             holes = error_ellipsoids.last_stations(file, config)
             covariances, hla = (plotting.read_table(file, n) for n in ("position_covariance", "position_hla"))
-        self.assertEqual(len(holes), 4)
+        self.assertEqual(len(holes), cases)
         for case, hole in holes.items():
             turn = error_ellipsoids.hla_from_nev(*hole)
             for name, c in error_ellipsoids.matrices(plotting.at_point(covariances, ["case"], (case,))).items():

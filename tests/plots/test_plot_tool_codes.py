@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 """Tests of scripts/plot_tool_codes.py on the smoke results SURVEYMC_MAP (tool_code_map), SURVEYMC_SWEEP (position_covariance) and
-SURVEYMC_DESIGN (position_covariance, models and wells drawn together)."""
+SURVEYMC_DESIGN (position_covariance, models and wells drawn together), and of maps that the program SURVEYMC makes."""
 import os
+import subprocess
+import tempfile
 import unittest
 
 import h5py
@@ -12,6 +14,59 @@ import plot_tool_codes as plot
 import plotting
 
 MAP, SWEEP, DESIGN = (os.environ.get(f"SURVEYMC_{name}", "") for name in ("MAP", "SWEEP", "DESIGN"))
+PROGRAM = os.environ.get("SURVEYMC", "")
+MAPS = """experiment = "tool_code_map"
+title = "Two tools"
+codes = ["MWD+SRGM", "MWD+SRGM+AX"]
+[field]
+{}
+[map]
+inclination_deg = [30.0, 60.0]
+azimuth_deg = {{ from = 0.0, to = 360.0, step = 45.0 }}
+{}
+"""
+PLACE = """model = "wmm2025"
+latitude_deg = 70.0
+longitude_deg = -150.0
+date = 2026-01-01"""
+
+
+@unittest.skipUnless(PROGRAM, "SURVEYMC is not set")
+class MagneticEastAndWest(drawing.Drawing):
+    """The dashed lines are where the program has them, whichever way it knows the declination."""
+    script = "plot_tool_codes.py"
+
+    def maps_of(self, field, sweep=""):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        config, result = (os.path.join(folder.name, f"two.{ending}") for ending in ("toml", "h5"))
+        with open(config, "w", encoding="utf-8") as file:
+            file.write(MAPS.format(field, sweep))
+        subprocess.run([PROGRAM, "run", config, "-o", result, "--quiet"], check=True, timeout=100)
+        return result
+
+    def lines(self, result, number=0):
+        with h5py.File(result) as file:
+            maps = plot.Maps(file, number)
+        figure = plot.draw_maps(maps)
+        return [float(line.get_xdata()[0]) for line in figure.axes[0].lines], figure.texts[0].get_text()
+
+    def test_of_a_field_by_model(self):
+        result = self.maps_of(PLACE)
+        with plotting.open_result(result, "tool_code_map") as file:
+            declination = float(plotting.read_table(file, "reference_field")["declination_deg"][0])
+        self.assertGreater(declination, 10)
+        np.testing.assert_allclose(self.lines(result)[0], [90 + declination, 270 + declination], rtol=1e-12)
+
+    def test_of_each_point_of_a_sweep(self):
+        result = self.maps_of("total_nT = 50000.0\ndip_deg = 72.0", '[sweep]\n"field.declination_deg" = [30.0, -40.0]')
+        for number, declination in enumerate((30, -40)):
+            lines, title = self.lines(result, number)
+            self.assertEqual(lines, [90 + declination, 270 + declination])
+            self.assertEqual(title, f"Two tools: declination {declination}\N{DEGREE SIGN}")
+            self.assert_drawn([f"two_point{number}_{f}" for f in ("maps", "ratio")], result, "--point", str(number))
+        self.assert_drawn([f"two_point0_{f}" for f in ("maps", "ratio")], result)
+        self.refused(plotting.USAGE, "points 0 to 1", result, "--point", "2")
 
 
 @unittest.skipUnless(MAP and SWEEP and DESIGN, "SURVEYMC_MAP, SURVEYMC_SWEEP or SURVEYMC_DESIGN is not set")
