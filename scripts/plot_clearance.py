@@ -363,4 +363,5 @@ def main():
         plotting.save(drawn, folder, f"{stem}_cloud")
 
 
-plotting.run(main)
+if __name__ == "__main__":
+    plotting.run(main)

@@ -11,6 +11,7 @@ import numpy as np
 import plotting
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#A8508A", "#222222", "#E69F00")
+MOST_CURVES = 12
 MARKERS = ("o", "s", "^", "D", "v", "P")
 
 
@@ -225,26 +226,40 @@ def predictions(table, sampling):
     return figure
 
 
-def convergence(hits, table, name_of):
-    """Estimate and 95 % band (normal) of the first trials."""
-    groups = distinct(hits["event"]) if "event" in hits else [None]
+def convergence(hits, probability, sampling, most_kept):
+    """Estimate and 95 % band (normal) of the trials whose hits are kept, over the estimate of all.
+
+    hits: by number of the event in the order of `sampling`; most_kept: of how many trials they are kept, if there are so many.
+    """
+    named = [k for k in ("offset", "correlation", "event") if k in sampling]
+    points = plotting.sweep_points(sampling, named)
+    estimates = [(", ".join(e), rows(probability, **dict(zip(named, e)))["monte_carlo"][0]) for e in points]
+    evaluations = sampling["evaluations"].astype(int)
+    numbers = distinct(hits["event"])
+    shown = [int(n) for n in numbers if estimates[int(n) - 1][1] > 0]
     figure, ax = plt.subplots(figsize=(7.5, 5))
-    for k, event in enumerate(groups[:6]):
-        own = hits if event is None else hits.where(lambda i: hits["event"][i] == event)
+    low, high = 0.4, 1.8
+    for k, event in enumerate(shown[:MOST_CURVES]):
+        name, found = estimates[event - 1]
+        kept = min(most_kept, evaluations[event - 1])
+        own = hits.where(lambda i: hits["event"][i] == event)
         order = np.argsort(own["trial"], kind="stable")
-        n = np.asarray(own["trial"])[order] + 1
-        w = np.asarray(own["weight"])[order]
+        n = np.append(np.asarray(own["trial"])[order] + 1, kept)  # up to the last of them, whether or not it hit
+        w = np.append(np.asarray(own["weight"])[order], 0)
         s, q = np.cumsum(w), np.cumsum(w * w)
-        p, half = s / n, 1.96 * np.sqrt(np.maximum(q - s * s / n, 0)) / n
-        final = p[-1]
-        keep = n > 20
-        ax.plot(n[keep], (p / final)[keep], color=COLOURS[k], label=f"{name_of(event)}: {plotting.number(final)}")
-        ax.fill_between(n[keep], ((p - half) / final)[keep], ((p + half) / final)[keep], color=COLOURS[k], alpha=0.15,
-                        linewidth=0)
+        p, half = s / n / found, 1.96 * np.sqrt(np.maximum(q - s * s / n, 0)) / n / found
+        keep = (n > 20) | (n == kept)
+        ax.plot(n[keep], p[keep], color=COLOURS[k % 6], linestyle=("-", "--")[k // 6], label=f"{name}: {plotting.number(found)}")
+        ax.fill_between(n[keep], (p - half)[keep], (p + half)[keep], color=COLOURS[k % 6], alpha=0.15, linewidth=0)
+        low, high = min(low, 0.9 * (p - half)[-1]), max(high, 1.1 * (p + half)[-1])
     ax.axhspan(0.9, 1.1, color="#009E73", alpha=0.12, linewidth=0)
-    ax.set(xscale="log", ylim=(0.4, 1.8), xlabel="evaluations of the main run", ylabel="estimate / the last one")
-    ax.legend(fontsize=8)
-    ax.set_title("The estimate and its 95 % interval settle; shaded: 10 %", loc="left")
+    ax.axhline(1, color="#777777", linewidth=1)
+    ax.set(xscale="log", ylim=(low, high), xlabel="evaluations of the main run", ylabel="estimate / that of all evaluations")
+    ax.legend(fontsize=8, title="estimate of all evaluations", title_fontsize=8)
+    part = "All" if most_kept >= max(evaluations) else f"The first {plotting.grouped(most_kept)} of"
+    missing = len(shown) - MOST_CURVES
+    ax.set_title(f"{part} {plotting.counts_text(evaluations)} evaluations: estimate and 95 % interval,\nover the estimate of all;"
+                 " shaded: 10 %" + (f"; {missing} more events are not drawn" if missing > 0 else ""), loc="left", fontsize=10)
     return figure
 
 
@@ -270,7 +285,6 @@ def main():
     folder = plotting.figures_folder(arguments.output, arguments.result)
     stem = os.path.splitext(os.path.basename(arguments.result))[0] + ("" if chosen is None else f"_point{chosen}")
     if "offset" in whole:
-        events = events_of(at["closest_pair"])
         plotting.save(probability(at["probability"]), folder, f"{stem}_probability")
         if at["contact"].rows:
             plotting.save(contact(at["contact"]), folder, f"{stem}_contact")
@@ -283,15 +297,14 @@ def main():
         drawn = plane(hits, at["closest_pair"]) if hits is not None and hits.rows else None
         if drawn is not None:
             plotting.save(drawn, folder, f"{stem}_plane")
-        name_of = lambda event: "{}, {}".format(*events[int(event) - 1])  # noqa: E731
     else:
         plotting.save(predictions(at["probability"], at["sampling"]), folder, f"{stem}_probability")
         if "importance" in at and at["importance"].rows:
             plotting.save(factors(at["importance"]), folder, f"{stem}_importance")
-        names = distinct(at["probability"]["event"])
-        name_of = lambda event: names[int(event) - 1]  # noqa: E731
     if hits is not None and hits.rows:
-        plotting.save(convergence(hits, at["probability"], name_of), folder, f"{stem}_convergence")
+        kept = int(plotting.setting_at(config, keys, point, "save_samples", 0))
+        plotting.save(convergence(hits, at["probability"], at["sampling"], kept), folder, f"{stem}_convergence")
 
 
-plotting.run(main)
+if __name__ == "__main__":
+    plotting.run(main)

@@ -367,12 +367,18 @@ def save(figure, folder, name):
     plt.close(figure)
 
 
+def counts_text(counts):
+    """'7 168', or '7 168 to 21 504' where points, or tests, differ."""
+    least, most = int(min(counts)), int(max(counts))
+    return grouped(least) if least == most else f"{grouped(least)} to {grouped(most)}"
+
+
 def trials_text(table):
-    """'19 935 of 20 000 trials' of a table that counts them."""
-    run, failed = int(table["trials"][0]), int(table["failed"][0])
-    if failed == 0:
-        return f"{grouped(run)} trials"
-    return f"{grouped(run - failed)} of {grouped(run)} trials ({grouped(failed)} did not converge)"
+    """'19 935 of 20 000 trials' of a table that counts them; of rows that differ, ranges."""
+    run, failed = np.asarray(table["trials"]).astype(int), np.asarray(table["failed"]).astype(int)
+    if not failed.any():
+        return f"{counts_text(run)} trials"
+    return f"{counts_text(run - failed)} of {counts_text(run)} trials ({counts_text(failed)} did not converge)"
 
 
 def grouped(count):

@@ -4,9 +4,51 @@ SURVEYMC_EVENTS. Without them they are skipped."""
 import os
 import unittest
 
+import numpy as np
+
 import drawing
+import plot_collision as plot
+import plotting
 
 WELLS, FUNCTIONS, EVENTS = (os.environ.get(k, "") for k in ("SURVEYMC_RESULT", "SURVEYMC_FUNCTIONS", "SURVEYMC_EVENTS"))
+
+
+class Convergence(unittest.TestCase):
+    def figure(self, events, kept=100):
+        """Every second of 100 kept trials hits with weight 0.02; the table's estimate, of 400 trials, is 0.008."""
+        names = [f"event {k}" for k in range(events)]
+        sampling = plotting.Table("sampling", {"event": names, "evaluations": np.full(events, 400.0)})
+        probability = plotting.Table("probability", {"event": names, "monte_carlo": np.full(events, 0.008)})
+        trials = np.arange(0.0, 100, 2)
+        hits = plotting.Table("hits", {"event": np.repeat(np.arange(1.0, events + 1), 50), "trial": np.tile(trials, events),
+                                       "weight": np.full(50 * events, 0.02)})
+        return plot.convergence(hits, probability, sampling, kept).axes[0]
+
+    def test_curves_are_of_the_kept_trials_and_numbers_of_all(self):
+        ax = self.figure(1)
+        line = ax.lines[0]
+        self.assertEqual(line.get_label(), "event 0: 0.00800")
+        np.testing.assert_allclose((line.get_xdata()[-1], line.get_ydata()[-1]), (100, 0.01 / 0.008), rtol=1e-12)
+        self.assertIn("The first 100 of 400 evaluations", ax.get_title(loc="left"))
+        self.assertNotIn("settle", ax.get_title(loc="left"))
+
+    def test_no_event_is_dropped_without_a_word(self):
+        ax = self.figure(8)
+        self.assertEqual(sum(x.get_label().startswith("event") for x in ax.lines), 8)
+        self.assertEqual(len({(x.get_color(), x.get_linestyle()) for x in ax.lines if x.get_label().startswith("event")}), 8)
+        self.assertNotIn("not drawn", ax.get_title(loc="left"))
+        ax = self.figure(15)
+        self.assertEqual(sum(x.get_label().startswith("event") for x in ax.lines), 12)
+        self.assertIn("3 more events are not drawn", ax.get_title(loc="left"))
+
+    @unittest.skipUnless(WELLS, "SURVEYMC_RESULT is not set")
+    def test_the_legend_has_the_numbers_of_the_table(self):
+        with plotting.open_result(WELLS, "collision") as file:
+            probability, sampling = (plotting.read_table(file, n) for n in ("probability", "sampling"))
+            hits = plotting.read_table(file, "hits", "samples")
+        ax = plot.convergence(hits, probability, sampling, 200).axes[0]
+        found = {f"{o}, {c}: {plotting.number(p)}" for o, c, p in zip(probability["offset"], probability["correlation"], probability["monte_carlo"])}
+        self.assertEqual({x.get_label() for x in ax.lines if ": " in x.get_label()}, found)
 
 
 @unittest.skipUnless(WELLS, "SURVEYMC_RESULT is not set")
