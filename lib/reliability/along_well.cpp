@@ -34,16 +34,18 @@ struct StationTerms {
   Eigen::Matrix<double, 6, 3> residuals;  ///< of the readings, by misclosures; for a bz left out, its estimated error
   MatrixXd shared;                        ///< D_k
   MatrixXd shared_position;  ///< of the position by z: only systematic terms, which are subtracted from the readings
-  Eigen::Matrix<double, 6, 1> values;  ///< relative readings
-  bool vertical;
-  double lost_azimuth = 0;                    ///< infinite where bz was left out, but was all that knew the azimuth
-  Vector3d lost_position = Vector3d::Zero();  ///< where a turn by that azimuth would take the last station, m per rad
+  Eigen::Matrix<double, 6, 1> values;          ///< relative readings
+  Eigen::Matrix<double, 1, kReadings> across;  ///< tilt to the right, rad per relative reading
+  bool vertical, up;                           ///< up: the hole goes up
+  double lost_azimuth = 0;                     ///< infinite where bz was left out, but was all that knew the azimuth
+  Vector3d lost_position = Vector3d::Zero();   ///< where a turn by that azimuth would take the last station, m per rad
 };
 
 /// Derivatives of hole direction (magnetic N frame) and angles by the readings: the tool turns by phi, whose parts are
 /// phi_n = -e.du, phi_e = n.du, phi_u = (e.dh - sinD e.du)/cosD.
 struct Turning {
   Six tangent, angles;
+  Eigen::Matrix<double, 1, kReadings> across;  ///< of the tilt to the right
 };
 Turning turning(const survey::Attitude& at, double dip) {
   const Vector3d u = survey::to_eigen(survey::down_T(at)), h = survey::to_eigen(survey::magnetic_T(at, 1, dip));
@@ -62,7 +64,8 @@ Turning turning(const survey::Attitude& at, double dip) {
   r.angles.setZero();
   r.angles.row(0).head<3>() << -ci * st, -ci * ct, -si;
   const bool vertical = std::abs(si) < 1e-12;
-  r.angles.row(1).head<3>() = Eigen::RowVector3d(-ct, st, 0) * (vertical ? 0 : 1 / si);
+  r.across << -ct, st, 0, 0, 0, 0;
+  r.angles.row(1) = r.across * (vertical ? 0 : 1 / si);
   r.angles.row(2) = -phi.row(2) - ci * r.angles.row(1);
   return r;
 }
@@ -97,6 +100,8 @@ std::vector<StationTerms> station_terms(const AdjustmentModel& model, const surv
     s.conditions = station_conditions(relative.data()).jacobian;
     const Turning turn = turning(at, f.dip);
     s.angles = turn.angles;
+    s.across = turn.across;
+    s.up = at.inclination > kPi / 2;
     s.position = by_tangent[k] * north * turn.tangent;
 
     const bool axial = model.mode == AdjustmentMode::sse_axial;
@@ -252,6 +257,10 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
       }
       const Vector3d angles = reach(at.angles * left, sd, size);
       out.inclination = angles[0];
+      if (at.vertical) {  // by its tilt, to whichever side
+        const double tilt = std::hypot(angles[0], reach(at.across.dot(left), sd, size));
+        out.inclination = at.up ? -tilt : tilt;
+      }
       out.toolface = at.vertical ? kInfinity : angles[1];
       out.azimuth = at.vertical ? kInfinity : at.lost_azimuth != 0 ? at.lost_azimuth : angles[2];
     }

@@ -70,7 +70,8 @@ std::pair<double, double> sincos_degrees(double degrees);
 
 /// Values are infinite where an observation is not controlled (r < 1e-10, which counts as 0). An external reliability
 /// is also infinite where the parameter has no value (toolface and azimuth of a vertical hole, azimuth without bz in a
-/// horizontal hole to the east or west), unless the error has no effect on the parameter. Never NaN.
+/// horizontal hole to the east or west), unless the error has no effect on the parameter. Never NaN. The inclination of
+/// a vertical hole changes by the tilt to any side: from 0 upwards, from 180 degrees downwards.
 class ReliabilityMaps {
  public:
   ReliabilityMaps(const AdjustmentModel& model, ReliabilityGrid grid, double lambda0);

@@ -65,6 +65,7 @@ inline constexpr StationModel kMseSharedModel{false, true, true, false, false};
 inline constexpr StationModel kMseSystematicModel{false, true, true, true, false};
 
 inline constexpr double kLeastRedundancy = 1e-10;  ///< below, an observation is not controlled at all: r = 0
+inline constexpr double kLeastSine = 1e-12;        ///< of the inclination; below, the hole is vertical
 
 namespace station_kernel {
 
@@ -293,7 +294,7 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
       references_f[k] = {scale(-prior[k], rows[k]), scale(-prior[k] * T(count), rows[k])};
   }
   const T twice_gravity = w[3] + w[3], twice_field = w[4] + w[4];
-  const auto not_vertical = none < abs(s.si);
+  const auto not_vertical = T(kLeastSine) <= abs(s.si);
 
 #pragma GCC unroll 9
   for (std::size_t i = 0; i < 9; ++i) {
@@ -326,12 +327,16 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
         return select(controlled, less(alone, f, i), alone);
       };
       const auto sized = [&](const T& x) { return times_maybe_infinite(x, angle, variance[i]); };
-      const T toolface = times_maybe_infinite(of(i < 3 ? own_across[i] : none, across_f), per_si, variance[i]);
+      const T across = of(i < 3 ? own_across[i] : none, across_f);
+      const T toolface = times_maybe_infinite(across, per_si, variance[i]);
+      // The inclination of a vertical hole changes by its tilt, to whichever side
+      const T along = of(inclination_alone, inclination_f), tilt = sqrt(fma(along, along, across * across));
+      const T inclination = select(not_vertical, along, select(s.ci < none, -tilt, tilt));
       T turn = turn_alone;
       if constexpr (kModel.axial) turn = less(turn_alone, for_bz, i);
       turn = select(controlled, less(turn_alone, turn_f, i), turn);
       r.redundancy = select(controlled, r.redundancy, none);
-      r.inclination = select(plain_here, r.inclination, sized(of(inclination_alone, inclination_f)));
+      r.inclination = select(plain_here, r.inclination, sized(inclination));
       r.toolface = select(plain_here, r.toolface, sized(toolface));
       r.azimuth = select(plain_here, r.azimuth, sized(fma(-s.ci, toolface, turn)));
     }

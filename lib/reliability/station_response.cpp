@@ -155,6 +155,8 @@ ErrorResponse StationResponse::of(const Observations& error) const {
     r.residuals[i] = is_observed(mode_, i) ? residual[at] * unit_[at] : kNaN;
   }
   r.inclination = d.by_inclination.dot(g);
+  if (std::abs(sines_.si) < kLeastSine)  // by its tilt, to whichever side
+    r.inclination = std::copysign(std::hypot(r.inclination, d.by_toolface.dot(g)), sines_.ci);
   r.toolface = over(d.by_toolface.dot(g), std::abs(sines_.si), size);
   r.azimuth = turn;
   if (r.toolface != 0 && sines_.ci != 0) r.azimuth -= sines_.ci * r.toolface;

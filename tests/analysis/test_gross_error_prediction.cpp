@@ -50,7 +50,7 @@ TEST_CASE("What one error is identified as is predicted only where noise does no
   for (const Case& c :
        {Case{sse, 50, 110, 40, bx, true, false, false},      //
         Case{sse_axial, 30, 45, 60, bx, true, true, false},  // tied at any attitude
-        Case{sse, 0, 30, 40, gz, false, true, false},         // gz and gravity, in a vertical hole only
+        Case{sse, 0, 30, 40, gz, false, true, false},        // gz and gravity, in a vertical hole only
         Case{sse, 0.02, 30, 40, gz, false, false, true},     // |rho| 1 - 2e-9: noise ties them now and then
         Case{sse, 1, 30, 40, gz, true, false, false},        // 1 - 6e-6: far beyond the noise
         Case{sse, 30, 0, 90, bz, true, false, true}}) {      // bz and by, until the error turns the tool

@@ -3,10 +3,12 @@
 #include <cmath>
 
 #include "reliability/adjustment.h"
+#include "reliability/along_well.h"
 #include "reliability/minimum.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/reliability_grid.h"
 #include "reliability/significance.h"
+#include "reliability/station_response.h"
 
 using namespace surveymc;
 using namespace surveymc::reliability;
@@ -217,6 +219,33 @@ TEST_CASE("Horizontal east or west in sse_axial, where no step moves bz, the shi
         }
   // Found at -0.774 degrees if bz stays where it is
   CHECK_THAT(nonlinear_detectable_error(m, degrees(90, 30, 90), kDip, kLambda, -1) / kDegree, WithinAbs(-2.5543, 1e-4));
+}
+
+TEST_CASE("In a vertical hole the inclination changes by the tilt, to whichever side it is") {
+  for (const AdjustmentMode mode : {AdjustmentMode::sse, AdjustmentMode::mse_fixed, AdjustmentMode::mse_shared})
+    for (const double inclination : {0.0, 180.0})
+      for (const double toolface : {0.0, 30.0, 90.0})
+        for (const std::size_t o : {std::size_t{0}, std::size_t{1}, kBx}) {
+          AdjustmentModel m;
+          m.mode = mode;
+          m.stations = 1;
+          const survey::Attitude at = degrees(inclination, toolface, 40);
+          const double small = 1e-3 * kLambda;  // curvature is of the order of its ratio to the field
+          const auto linear = station_reliability(m, at, small)[o];
+          const double tilt =
+              angle_effects(at, detected_error(m, at, o, small, 1, DetectedBy::general_test)).inclination;
+          INFO("mode " << int(mode) << " I " << inclination << " toolface " << toolface << " "
+                       << observation_names()[o]);
+          CHECK_THAT(linear.inclination, WithinRel(tilt, 1e-3));
+          survey::Survey well;
+          well.stations = {{0, at.inclination, at.azimuth, at.toolface}};
+          CHECK_THAT(reliability_along_well(m, well, small).stations[0][o].inclination,
+                     WithinRel(linear.inclination, 1e-9));
+          Observations error{};
+          error[o] = linear.detectable;
+          const StationResponse response(m, station_sines(inclination, toolface, 40, m.field.dip / kDegree));
+          CHECK_THAT(response.of(error).inclination, WithinRel(linear.inclination, 1e-9));
+        }
 }
 
 TEST_CASE("An error that the general test finds may show in the tests of other readings") {
