@@ -1,6 +1,7 @@
 #include "reliability/summary.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -116,14 +117,49 @@ namespace {
 
 using Part = std::vector<std::pair<std::string, double>>;
 
+constexpr std::array kAxes{"inclination_deg", "toolface_deg", "magnetic_azimuth_deg", "dip_deg", "noise_scale"};
+
+double on_axis(const GridPoint& p, const std::string& axis) {
+  return axis == "inclination_deg"        ? p.inclination_deg
+         : axis == "toolface_deg"         ? p.toolface_deg
+         : axis == "magnetic_azimuth_deg" ? p.magnetic_azimuth_deg
+         : axis == "dip_deg"              ? p.dip_deg
+                                          : p.noise_scale;
+}
+bool same(double a, double b) { return std::abs(a - b) < 1e-9; }
+
 bool is_in(const GridPoint& p, const Part& part) {
-  return std::all_of(part.begin(), part.end(), [&](const auto& key) {
-    const double x = key.first == "inclination_deg"        ? p.inclination_deg
-                     : key.first == "toolface_deg"         ? p.toolface_deg
-                     : key.first == "magnetic_azimuth_deg" ? p.magnetic_azimuth_deg
-                     : key.first == "dip_deg"              ? p.dip_deg
-                                                           : p.noise_scale;
-    return std::abs(x - key.second) < 1e-9;
+  return std::all_of(part.begin(), part.end(),
+                     [&](const auto& key) { return same(on_axis(p, key.first), key.second); });
+}
+
+std::vector<GridPoint> points_in(const surveymc::reliability::ReliabilityGrid& grid, const Part& part) {
+  std::vector<GridPoint> points;
+  for (std::size_t k = 0; k < grid.points(); ++k)
+    if (const GridPoint p = grid_point(grid, k); is_in(p, part)) points.push_back(p);
+  return points;
+}
+
+/// A crossing is one along the inclination alone.
+bool one_per_inclination(const std::vector<GridPoint>& points) {
+  std::vector<double> inclinations;
+  for (const GridPoint& p : points) inclinations.push_back(p.inclination_deg);
+  std::sort(inclinations.begin(), inclinations.end());
+  return std::adjacent_find(inclinations.begin(), inclinations.end(), same) == inclinations.end();
+}
+
+/// Two parts whose points, in order, differ in the axes alone that either part names.
+bool are_pairs(const std::vector<GridPoint>& a, const std::vector<GridPoint>& b, const Part& where,
+               const Part& relative_to) {
+  const auto named = [&](const std::string& axis) {
+    const auto is_axis = [&](const auto& key) { return key.first == axis; };
+    return std::any_of(where.begin(), where.end(), is_axis) ||
+           std::any_of(relative_to.begin(), relative_to.end(), is_axis);
+  };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](const GridPoint& p, const GridPoint& q) {
+    return std::all_of(kAxes.begin(), kAxes.end(), [&](const std::string& axis) {
+      return named(axis) || same(on_axis(p, axis), on_axis(q, axis));
+    });
   });
 }
 
@@ -207,8 +243,7 @@ std::vector<Statement> read_statements(config::ConfigReader& config, const surve
       if (!c.has(key)) continue;
       *part = c.number_table(key, {});
       for (const auto& [axis, value] : *part) {
-        const bool known = axis == "inclination_deg" || axis == "toolface_deg" || axis == "magnetic_azimuth_deg" ||
-                           axis == "dip_deg" || axis == "noise_scale";
+        const bool known = std::any_of(kAxes.begin(), kAxes.end(), [&](const char* a) { return axis == a; });
         c.require(known, key, axis + " is no axis of the maps");
       }
       std::size_t points = 0;
@@ -216,6 +251,15 @@ std::vector<Statement> read_statements(config::ConfigReader& config, const surve
       c.require(points > 0, key, "no point of the grid is there");
     }
     c.require(s.statistic != "largest_ratio" || !s.relative_to.empty(), "statistic", "largest_ratio needs relative_to");
+    if (s.statistic == "largest_ratio")
+      c.require(are_pairs(points_in(grid, s.where), points_in(grid, s.relative_to), s.where, s.relative_to),
+                "relative_to",
+                "largest_ratio divides point by point, and these are other points than those of where: name the same "
+                "keys in both");
+    if (s.statistic == "crossing")
+      c.require(one_per_inclination(points_in(grid, s.where)), "statistic",
+                "a crossing is along the inclination, and there are several points at one: name the other axes in "
+                "where");
     if (c.has("crosses")) {
       s.crosses = c.choice("crosses", layers);
       c.require(s.statistic == "crossing" && s.relative_to.empty(), "crosses", "only with a crossing of its own");

@@ -33,6 +33,7 @@ struct Scenario {
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   c.integer("trials", 0, 1'000'000'000'000, 0);
+  const bool stations_given = c.has("stations");
   s.model = study::read_adjustment_model(c);
   s.model.field.dip = study::read_dip(c, s.model);
   if (!c.has("field.model")) s.model.field.convergence = study::read_convergence(c);
@@ -45,6 +46,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.listed = c.integer("listed", 1, 1000, 5);
   s.survey = s.worst_toolface ? study::read_survey(c, s.model.field, false)
                               : study::read_drilled_survey(c, s.model.field, seed);
+  if (stations_given)
+    c.require(static_cast<std::size_t>(s.model.stations) == s.survey.stations.size(), "stations",
+              fmt::format("the survey has {}; leave it out, or give this number", s.survey.stations.size()));
   c.finish();
   return s;
 }
@@ -64,6 +68,12 @@ struct Found {
 bool differ(double a, double b) {
   if (std::isinf(a) && std::isinf(b)) return false;
   return !(std::abs(a) <= 1.2 * std::abs(b) && std::abs(b) <= 1.2 * std::abs(a));
+}
+
+/// The same of distances, m; those below a nanometre are rounding.
+bool positions_differ(double a, double b) {
+  constexpr double kRounding = 1e-9;
+  return std::max(a, b) > kRounding && differ(a, b);
 }
 
 /// The maximum of f between two toolfaces by golden section, to 0.001 degrees: f has one there, or the better of what
@@ -232,7 +242,8 @@ class ReliabilityWellPoint final : public study::StudyPoint {
     const surveymc::reliability::FoundError& e = f.error;
     const surveymc::reliability::StationEffect& l = f.linear;
     const Eigen::Vector3d& moved = common ? l.position : e.position;
-    const bool off = !common && (differ(e.size, l.detectable) || differ(e.position.norm(), l.position.norm()));
+    const bool off =
+        !common && (differ(e.size, l.detectable) || positions_differ(e.position.norm(), l.position.norm()));
     const double unit = surveymc::reliability::observation_scale(observation);
     const auto of_station = [&](double x) { return common ? kNaN : x; };
     t.word("observation", "in which the error is", surveymc::reliability::observation_names()[observation]);

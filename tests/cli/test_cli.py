@@ -1609,6 +1609,21 @@ class ReliabilityMaps(Case):
             self.reliability(*changes, append=body + crossing.replace(old, new))
             self.refused(BAD_INPUT, "run", "map.toml", "-o", "no.h5", says=rule)
 
+    def test_statements_need_like_points(self):
+        statement = '[[statement]]\ntext = "t"\nquantity = "external_azimuth_deg"\npublished = 1.0\nstatistic = '
+        inclined = ("30.0", "{ from = 10.0, to = 80.0, step = 10.0 }")
+        for body, rule in (('"crossing"\nlevel = 1.0\nwhere = { toolface_deg = 45.0 }\n', "several points at one"),
+                           ('"largest_ratio"\nwhere = { toolface_deg = 45.0 }\nrelative_to = { inclination_deg = 30.0 }\n',
+                            "other points than those of where"),
+                           ('"largest_ratio"\nwhere = { toolface_deg = 45.0 }\nrelative_to = { toolface_deg = 90.0, '
+                            'inclination_deg = 30.0 }\n', "other points than those of where")):
+            self.reliability(inclined, append=statement + body)
+            self.refused(BAD_INPUT, "check", "map.toml", says=rule)
+        for body in ('"crossing"\nlevel = 1.0\nwhere = { toolface_deg = 45.0, magnetic_azimuth_deg = 60.0 }\n',
+                     '"largest_ratio"\nwhere = { toolface_deg = 45.0 }\nrelative_to = { toolface_deg = 90.0 }\n'):
+            self.reliability(inclined, append=statement + body)
+            self.call("check", "map.toml")
+
     def test_combinations_of_observations(self):
         self.reliability(('observation = "bx"', 'weakest_of = ["bx", "by"]'))
         weakest = self.maps()
@@ -1696,6 +1711,17 @@ class ReliabilityMaps(Case):
                    .replace(",120\n", "\n").replace(",200\n", "\n").replace(",300\n", "\n").replace(",40\n", "\n"))
         self.refused(BAD_INPUT, "run", "well.toml", "-o", "b.h5", "--set", "survey.file=mine.csv", says="toolface")
         self.call("run", "well.toml", "-o", "b.h5", "--set", "survey.file=mine.csv", "--set", "toolface=worst")
+        self.refused(BAD_INPUT, "run", "well.toml", "-o", "c.h5", "--set", "stations=3", says="the survey has 6")
+        self.call("check", "well.toml", "--set", "stations=6")
+
+    def test_rounding_of_no_effect_is_no_difference(self):
+        self.write("down.csv", "md_m,inclination_deg,azimuth_deg,toolface_deg\n0,0,0,30\n30,0,0,30\n60,0,0,30\n")
+        self.write("well.toml", 'experiment = "reliability_well"\nseed = 1\nmode = "sse"\nobservation = "gz"\n'
+                                '[survey]\nfile = "down.csv"\ntoolface_zero = "y"\n')
+        self.call("run", "well.toml", "-o", "well.h5")
+        self.assertLess(max(column(self.folder / "well.h5", "tables/stations", "position_m")), 1e-9)
+        with h5py.File(self.folder / "well.h5") as f:
+            self.assertEqual(set(f["tables/stations/note"].asstr()[()]), {""})
 
 
 GROSS_ERROR = """\
