@@ -227,8 +227,8 @@ class ChainedOutliers final : public study::StudyPoint {
     for (std::size_t e = 0; e < kEvents; ++e) {
       rows.push_back(study::compare_rate(kEventNames[e], tally.counts.empty() ? 0 : tally.counts[e], runs,
                                          e == kOwnTest ? power : kNaN, o_.s.verdict, tally.trials));
-      if (e == kOwnTest) rows.back().verdict.clear();  // the toolfaces scatter the shift: only a rough prediction
-      if (e == kOwnTest) rows.back().note = "analytic at the mean shift of its test";
+      // The toolfaces scatter the shift: only a rough prediction.
+      if (e == kOwnTest) study::leave_unjudged(rows.back(), "analytic at the mean shift of its test");
     }
     const auto rms = [&](const std::string& quantity, const std::string& unit, std::size_t i, double analytic) {
       rows.push_back(study::compare_value(

@@ -26,9 +26,8 @@ constexpr std::array<const char*, 3> kHla{"high_side", "lateral", "along_hole"};
 /// No verdict on a direction that first order does not reach. `of`: the largest sd; NaN where there is no prediction.
 void unless_reached(study::ComparisonRow& row, double predicted, double of) {
   if (predicted > 1e-12 * of || std::isnan(of)) return;
-  row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = row.margin = kNaN;
-  row.verdict.clear();
-  row.note = "zero to first order";
+  row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = kNaN;
+  study::leave_unjudged(row, "zero to first order");
 }
 
 /// sqrt(u' C u); NaN where it is none.
@@ -193,10 +192,7 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
           own.push_back(
               study::labelled(f.name, study::compare_value(a == 0 ? "sd_along" : fmt::format("sd_along_{}", a + 1), "m",
                                                            sd, p.sd[a], s_.verdict, tally.trials, units(tally))));
-          if (!p.cancels) continue;
-          own.back().verdict.clear();
-          own.back().margin = kNaN;
-          own.back().note = "its effects nearly cancel here: not judged";
+          if (p.cancels) study::leave_unjudged(own.back(), "its effects nearly cancel here: not judged");
         }
         b.across = standard_deviation(square);
         for (study::ComparisonRow& row : own) {

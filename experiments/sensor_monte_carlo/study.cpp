@@ -272,8 +272,7 @@ std::vector<study::ComparisonRow> SensorMonteCarlo::axes_rows(const stats::Tally
       study::ComparisonRow& row = rows.back();
       if (p.sd[a] == 0) {
         row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = kNaN;
-        row.verdict.clear();
-        row.note = "zero to first order";
+        study::leave_unjudged(row, "zero to first order");
       }
       row.formulation = kFormulations[static_cast<std::size_t>(f)];
     }

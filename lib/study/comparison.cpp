@@ -179,6 +179,14 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
   return row;
 }
 
+void leave_unjudged(ComparisonRow& row, const std::string& why) {
+  row.verdict.clear();
+  row.margin = kNaN;
+  row.evidence = {};
+  row.trials_to_decide = 0;
+  row.note = why;
+}
+
 void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std::uint64_t trials, double most,
                      const std::string& what) {
   if (static_cast<double>(failed) <= most * static_cast<double>(trials)) return;

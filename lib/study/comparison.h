@@ -67,6 +67,10 @@ ComparisonRow compare_mean(const std::string& quantity, const std::string& unit,
 ComparisonRow compare_mean(const std::string& quantity, const std::string& unit, const stats::SampleSummary& sample,
                            double offset, double predicted, const VerdictRule& rule, std::uint64_t trials);
 
+/// No verdict on this row, nor anything that belongs to one: margin, p-values, trials that would decide. `why` is all
+/// that its note says.
+void leave_unjudged(ComparisonRow& row, const std::string& why);
+
 /// Where more than the share `most` of the trials failed, the remaining trials are no sample of all. Then each row with
 /// a verdict or a finite prediction becomes "undecided", and its note begins with the reason. `what` names that which
 /// failed: "adjustments".

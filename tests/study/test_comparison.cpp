@@ -146,6 +146,19 @@ TEST_CASE("A row shows the margin of its verdict, and none without one") {
   CHECK(std::next(column)->name == "verdict");
 }
 
+TEST_CASE("A row that is not to be judged keeps nothing of a verdict") {
+  ComparisonRow row = compare_rate("rate", 80, 100, 0.8, VerdictRule{}, 100);
+  REQUIRE(row.verdict == "undecided");
+  REQUIRE(row.trials_to_decide > 0);
+  leave_unjudged(row, "a rough prediction");
+  const store::Table t = comparison_table("t", "", {row}, 100, 0);
+  CHECK(t.word("verdict", 0).empty());
+  for (const char* column : {"margin", "p_differs", "p_agrees", "trials_to_decide"})
+    CHECK(std::isnan(t.number(column, 0)));
+  CHECK(t.number("ratio", 0) == 1);
+  CHECK(t.word("note", 0) == "a rough prediction");
+}
+
 TEST_CASE("Where too many trials failed nothing is judged, and the row says why") {
   ComparisonRow judged = compare_rate("detection", 800, 1000, 0.8, VerdictRule{}, 1000), empty;
   judged.note = "by its own test";
