@@ -82,7 +82,9 @@ double p_of_deviation(double z, std::uint64_t n) {
   return z <= 0 ? 1 : band_p_value(n, kPitBins, std::min(1.0, 2 * normal_upper_tail(z)));
 }
 
-void judge_with_margin(const std::array<double, kInner>& d, double n, double margin, CalibrationResult& out) {
+/// `n` units of so many trials each.
+void judge_with_margin(const std::array<double, kInner>& d, double n, double trials_each, double margin,
+                       CalibrationResult& out) {
   bool inside = true;
   double beyond = 0, to_agree = 0, to_differ = kInfinity, least_room = kInfinity;  // in standard errors; as parts of n
   for (std::size_t i = 0; i < kInner; ++i) {
@@ -103,7 +105,8 @@ void judge_with_margin(const std::array<double, kInner>& d, double n, double mar
   if (!out.verdict.empty()) return;
   out.verdict = inside ? "agrees" : "undecided";
   if (!inside)
-    out.trials_to_decide = static_cast<std::uint64_t>(std::ceil(1.1 * n * (beyond > 0 ? to_differ : to_agree)));
+    out.trials_to_decide =
+        static_cast<std::uint64_t>(std::ceil(1.1 * n * trials_each * (beyond > 0 ? to_differ : to_agree)));
 }
 
 }  // namespace
@@ -219,7 +222,7 @@ CalibrationResult judge_calibration(const PitCounts& counts, std::uint64_t units
   out.p_chi_squared = chi_squared_upper_tail(kWide - 1, chi);
   fit_shape(d, law, out);
   if (margin > 0) {
-    judge_with_margin(d, n, margin, out);
+    judge_with_margin(d, n, total / n, margin, out);
   } else {
     out.verdict = out.p_band < 1 - confidence ? "differs" : "agrees";
     out.p_differs = out.p_band;

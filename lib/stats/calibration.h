@@ -75,7 +75,7 @@ struct CalibrationResult {
   double p_band = 1, p_chi_squared = 1;
   std::string verdict;                 ///< "agrees", "differs", "undecided"
   double p_differs = 1, p_agrees = 1;  ///< p_agrees is NaN where the margin is 0
-  std::uint64_t trials_to_decide = 0;  ///< 0: decided
+  std::uint64_t trials_to_decide = 0;  ///< trials, not pairs; 0: decided
   /// The shape that D resembles most, by least squares: "sd" (the errors' sd is (1 + size) times the claimed one),
   /// "shift" (their mean is `size` claimed sds), "skewness", "kurtosis" (excess). Chi-squared laws have "sd" only.
   std::string shape;

@@ -13,7 +13,7 @@
 namespace surveymc::study {
 namespace {
 
-constexpr std::uint64_t kFewest = 1000;
+constexpr std::uint64_t kFewest = 1000;  // units: trials or pairs
 constexpr const char* kAsIs = "or set calibration.truth = \"as_is\"";
 
 /// One quantity with what its counts say.
@@ -24,6 +24,9 @@ struct CalibratedRow {
   std::uint64_t units = 0;
   stats::CalibrationResult result;
   bool judged = false;  ///< there are counts at all
+  bool paired = false;  ///< a unit is an antithetic pair of two trials
+
+  std::uint64_t fewest_trials() const { return paired ? 2 * kFewest : kFewest; }
 };
 
 std::string note_of(const CalibratedRow& row, double confidence) {
@@ -31,7 +34,9 @@ std::string note_of(const CalibratedRow& row, double confidence) {
   const stats::CalibrationResult& r = row.result;
   std::string note;
   const auto add = [&](const std::string& text) { note += (note.empty() ? "" : "; ") + text; };
-  if (row.units < kFewest) add(fmt::format("at least {} trials are needed", kFewest));
+  if (row.units < kFewest)
+    add(fmt::format("at least {} trials{} are needed", row.fewest_trials(),
+                    row.paired ? fmt::format(" ({} pairs)", kFewest) : ""));
   if (r.p_band < 1 - confidence)
     add(r.shape == "sd" ? fmt::format("sd of the errors {:+.2g} % against the claim", 100 * r.size)
         : r.shape == "shift"
@@ -52,6 +57,7 @@ CalibratedRow judged_row(const CalibrationRule& rule, const CalibratedQuantity& 
                     stats::pit_counts(slots),
                     0,
                     {}};
+  row.paired = paired;
   row.units = paired ? row.counts.total / 2 : row.counts.total;
   row.judged = row.units > 0;
   if (!row.judged) return row;
@@ -59,7 +65,7 @@ CalibratedRow judged_row(const CalibrationRule& rule, const CalibratedQuantity& 
   if (row.units < kFewest) {
     row.result.verdict = "undecided";
     row.result.p_differs = row.result.p_agrees = kNaN;
-    row.result.trials_to_decide = std::max(row.result.trials_to_decide, kFewest);
+    row.result.trials_to_decide = std::max(row.result.trials_to_decide, row.fewest_trials());
   }
   return row;
 }

@@ -48,6 +48,13 @@ class CalibrationCase(Case):
 
 
 class Calibration(CalibrationCase):
+    def test_pairs_are_told_as_trials(self):
+        path = self.run_config("--trials", 1600, "--set", "antithetic=true")
+        self.assertEqual(set(column(path, "tables/calibration", "verdict")), {"undecided"})
+        for note in column(path, "tables/calibration", "note"):
+            self.assertIn("at least 2000 trials (1000 pairs) are needed", note)
+        self.assertGreaterEqual(min(column(path, "tables/calibration", "trials_to_decide")), 2000)
+
     def test_tables_hang_together(self):
         path = self.run_config()
         quantity = list(column(path, "tables/calibration", "quantity"))

@@ -121,6 +121,19 @@ TEST_CASE("Counts of a tally give bins, the central 95 % and what was not judged
   CHECK(c.unjudged == 7);
 }
 
+TEST_CASE("What would decide a calibration is a number of trials, also where pairs are counted") {
+  // Both trials of a pair in the same slot: all that the counts say is what half as many say of single trials.
+  std::vector<std::uint64_t> once = slots_of(PitCells::normal(), normal_errors(2000, 0, 1, 3)), twice = once;
+  for (std::uint64_t& count : twice) count *= 2;
+  const CalibrationResult single = judge_calibration(pit_counts(once), 2000, {}, 0.02, 0.95),
+                          paired = judge_calibration(pit_counts(twice), 2000, {}, 0.02, 0.95);
+  REQUIRE(single.verdict == "undecided");
+  CHECK(paired.verdict == "undecided");
+  CHECK(static_cast<double>(paired.trials_to_decide) ==
+        Approx(2 * static_cast<double>(single.trials_to_decide)).margin(1));
+  CHECK(paired.p_agrees == single.p_agrees);
+}
+
 TEST_CASE("A deviation is named by its shape and its size") {
   constexpr std::size_t kTrials = 200'000;  // standard errors of D at most .0011
   const CalibrationResult sd = judged(normal_errors(kTrials, 0, 1.05, 1), 0.01);
