@@ -105,9 +105,10 @@ store::Table PositionPoint::control_variate_table(const stats::Tally& tally) con
   std::string title =
       "estimates without and with the first-order prediction of each trial as control variate" + intervals_;
   if (tally.failed > 0)
-    title +=
-        fmt::format("; of the converged trials: {} failed ({:.2g} of all), whose control is known and accounted for",
-                    tally.failed, static_cast<double>(tally.failed) / static_cast<double>(tally.trials));
+    title += fmt::format("; of the {}: {} failed ({:.2g} of all){}, whose control is known and accounted for",
+                         antithetic() ? "pairs of which both trials converged" : "converged trials", tally.failed,
+                         static_cast<double>(tally.failed) / static_cast<double>(tally.trials),
+                         antithetic() ? fmt::format(" and {} converged beside one that failed", tally.left_out) : "");
   study::TableRows t("control_variate", title);
   const double nan = kNaN;
   const auto put = [&](const std::string& quantity, const std::string& unit, const stats::ControlledEstimate& e,

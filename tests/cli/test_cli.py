@@ -1336,6 +1336,10 @@ class Antithetic(Case):
         self.assertEqual(counts, {"trials": 600, "failed": len(failed), "left_out": len(alone),
                                   "pairs": (600 - len(failed) - len(alone)) // 2})
         self.assertEqual(set(column(path, "tables/position", "failed")), {len(failed)})
+        with h5py.File(path) as f:  # not of all converged trials
+            self.assertIn(f"of the pairs of which both trials converged: {len(failed)} failed",
+                          f["tables/control_variate"].attrs["long_name"])
+            self.assertIn(f"and {len(alone)} converged beside one that failed", f["tables/control_variate"].attrs["long_name"])
         saved = column(path, "samples/realisations", "trial").astype(int)  # all that converged, as without pairs
         self.assertEqual(saved.tolist(), [k for k in range(600) if k not in failed])
         keep = np.array([k ^ 1 not in failed for k in saved])
