@@ -8,7 +8,7 @@
 namespace surveymc::stats {
 
 /// Increase this number when a member of Tally, Moments or WeightedHits is added or changes its meaning.
-inline constexpr std::uint32_t kTallyVersion = 2;
+inline constexpr std::uint32_t kTallyVersion = 3;
 
 std::string tally_to_bytes(const Tally& tally);
 

@@ -23,27 +23,34 @@ double gamma_quantile_of(double mean, double variance, double probability) {
   return boost::math::quantile(boost::math::gamma_distribution<>(mean / variance * mean, variance / mean), probability);
 }
 
-}  // namespace
-
-void WeightedHits::add(double weight) {
-  ++count;
-  sum += weight;
-  squares += weight * weight;
-  largest = std::max(largest, weight);
+/// Square of the weight / 2^e, e its exponent.
+double unit_square(double weight) {
+  const double unit = std::ldexp(weight, -std::ilogb(weight));
+  return unit * unit;
 }
 
+}  // namespace
+
+int WeightedHits::scale() const { return largest > 0 && std::isfinite(largest) ? std::ilogb(largest) : 0; }
+double WeightedHits::scaled(double weight) const { return std::ldexp(weight, -scale()); }
+
+void WeightedHits::add(double weight) { merge({1, weight, weight > 0 ? unit_square(weight) : 0, weight}); }
+
 void WeightedHits::merge(const WeightedHits& next) {
+  const int own = scale(), theirs = next.scale();
+  largest = std::max(largest, next.largest);
   count += next.count;
   sum += next.sum;
-  squares += next.squares;
-  largest = std::max(largest, next.largest);
+  // Squares of a scale that lies far below the other are 0, as they are to the last digit of the sum.
+  squares = std::ldexp(squares, 2 * (own - scale())) + std::ldexp(next.squares, 2 * (theirs - scale()));
 }
 
 Interval weighted_interval(const WeightedHits& hits, std::uint64_t trials, double confidence, bool is_plain) {
   const double tail = (1 - confidence) / 2, n = static_cast<double>(trials);
   if (!(hits.largest > 0)) return {0, is_plain ? std::min(1.0, -std::log(tail) / n) : kNaN};
   // In units of the largest weight: squares of the smallest probabilities are no numbers.
-  const double s1 = hits.sum / hits.largest, s2 = hits.squares / hits.largest / hits.largest;
+  const double m = hits.scaled(hits.largest);
+  const double s1 = hits.sum / hits.largest, s2 = hits.squares / m / m;
   const double v = std::max(0.0, s2 - s1 * s1 / n), u = v + 1;
   const double lo = gamma_quantile_of(s1, v, tail), hi = gamma_quantile_of(s1 + 1, u, 1 - tail);
   return {hits.largest * lo / n, hits.largest * hi / n};
@@ -58,8 +65,8 @@ WeightedProbability weighted_probability(const WeightedHits& hits, const Weighte
   p.interval = is_plain ? binomial_interval(hits.count, trials, confidence)
                         : weighted_interval(hits, trials, confidence, is_plain);
   p.relative_half_width = hits.sum > 0 ? (p.interval.hi - p.interval.lo) / 2 / p.value : kNaN;
-  const double variance = (hits.squares / n - p.value * p.value) / n;
-  p.relative_efficiency = variance > 0 ? p.value * (1 - p.value) / (n * variance) : kNaN;
+  const double scaled = hits.scaled(hits.sum) / n, variance = (hits.squares / n - scaled * scaled) / n;
+  p.relative_efficiency = variance > 0 ? std::ldexp(scaled * (1 - p.value) / (n * variance), -hits.scale()) : kNaN;
   const auto tell = [&](const std::string& text) { p.note += (p.note.empty() ? "" : "; ") + text; };
   if (hits.count == 0)
     tell("never hit");

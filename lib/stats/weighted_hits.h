@@ -11,15 +11,21 @@ namespace surveymc::stats {
 /// What is kept of the hits, the trials at which the event happened.
 struct WeightedHits {
   std::uint64_t count = 0;
-  double sum = 0, squares = 0;  ///< S1, S2: of the weights and of their squares
-  double largest = 0;           ///< m
+  double sum = 0;      ///< S1: of the weights
+  double squares = 0;  ///< S2, of the weights / 2^scale(): those of weights below 1e-154 are no numbers
+  double largest = 0;  ///< m
+
+  /// Exponent of the largest weight. Division by a power of two is exact: it changes no bit of what follows.
+  int scale() const;
+  /// A weight or a sum of weights / 2^scale().
+  double scaled(double weight) const;
 
   void add(double weight);
   /// `next` holds trials that follow. The order of merging is part of the bits of the sums.
   void merge(const WeightedHits& next);
 
   /// S1^2 / S2: so many hits of equal weight tell as much; 0 without hits.
-  double effective() const { return squares > 0 ? sum * sum / squares : 0; }
+  double effective() const { return squares > 0 ? scaled(sum) * scaled(sum) / squares : 0; }
   /// m / S1: how much of the estimate hangs on one trial; 0 without hits.
   double largest_share() const { return sum > 0 ? largest / sum : 0; }
 };

@@ -72,6 +72,34 @@ TEST_CASE("Trust takes a hundred effective hits, none above a twentieth, and a r
   CHECK_FALSE(stats::weighted_probability(hits_of(200, 1e-7), hits_of(3, 1e-7), 1000, 0.95, false).trusted);
 }
 
+TEST_CASE("The smallest weights have squares, with the bits that others have", "[weighted]") {
+  constexpr int kBelow = -570;  // 2^-570 = 2.6e-172: its square is no number
+  WeightedHits usual, small, first, second;
+  for (int i = 0; i < 2000; ++i) {
+    const double weight = 1 + 0.3 * std::sin(i);
+    usual.add(weight);
+    small.add(std::ldexp(weight, kBelow));
+    (i < 700 ? first : second).add(std::ldexp(weight, kBelow));
+  }
+  CHECK(small.effective() == usual.effective());
+  CHECK(small.effective() > 1900);
+  const auto p = stats::weighted_probability(small, {}, 4000, 0.95, false),
+             of_usual = stats::weighted_probability(usual, {}, 4000, 0.95, false);
+  CHECK(p.trusted);
+  CHECK(p.note.empty());
+  CHECK(p.interval.lo == std::ldexp(of_usual.interval.lo, kBelow));
+  CHECK(std::isfinite(p.relative_efficiency));
+  first.merge(second);
+  CHECK(first.effective() == Approx(small.effective()).epsilon(1e-12));
+  // Weights of very different size: the small ones are nothing beside the large one, from either side.
+  WeightedHits large = hits_of(1, 3), other = small;
+  large.merge(small);
+  other.merge(hits_of(1, 3));
+  CHECK(large.squares == 2.25);
+  CHECK(other.squares == 2.25);
+  CHECK(other.effective() == 1);
+}
+
 TEST_CASE("95 % gamma intervals hold the probability at 6, 28 and 150 effective hits", "[weighted]") {
   // A half space at beta = 4.2649 (1e-5), drawn from a normal shifted by beta: weights exp(beta^2/2 - beta y).
   // Expected coverage .970, .968 and .94 to .96 (2000 runs each: one standard error is .005 or less); five of these.
