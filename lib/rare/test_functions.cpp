@@ -87,8 +87,14 @@ double integral(const std::function<double(double)>& f, double lo, double hi) {
 
 constexpr double kFar = 38;  // the density is 0 beyond
 
+/// P(|x1 x2| > level). With x the first, the second must lie beyond level / x: a step at x of about the level, whose
+/// width is of its size. So the pieces double from level / kFar on, below which nothing is left, until they are as wide
+/// as all others.
 double product_beyond(double level) {
-  return 4 * integral([&](double x) { return density(x) * upper(level / x); }, 1e-12, kFar);
+  const auto f = [&](double x) { return density(x) * upper(level / x); };
+  double sum = 0, x = std::max(level / kFar, 1e-300);
+  for (; 2 * x < 0.5; x *= 2) sum += integral(f, x, 2 * x);
+  return 4 * (sum + integral(f, x, kFar));
 }
 
 /// P(lo < N < hi), from the side where it does not cancel.

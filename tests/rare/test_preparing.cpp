@@ -45,6 +45,13 @@ TEST_CASE("The functions have the probabilities of an independent quadrature", "
   CHECK_THAT(exact_probability(problem("rp110")), WithinRel(3.195788e-5, 2e-7));
   CHECK_THAT(exact_probability(problem("rp25")), WithinRel(4.148566e-5, 2e-7));
   CHECK_THAT(exact_probability(problem("four_branch")), WithinRel(2.222795e-3, 3e-7));
+  // 2/pi times the integral of K0 beyond the level, by mpmath, to fourteen digits.
+  for (const auto& [level, p] :
+       {std::pair(1e-4, 0.99934260911358), {1e-2, 0.96357801417103}, {0.5, 0.4097882041634}, {3, 0.019638597443094}}) {
+    TestProblem product = problem("product");
+    product.level = level;
+    CHECK_THAT(exact_probability(product), WithinRel(p, 1e-10));
+  }
   // The disc of two vertical wells with slots of sd (5, 8) and (6, 9) m, radii .762 m, 10 to 46 m apart along the
   // first.
   TestProblem disc = problem("disc");
