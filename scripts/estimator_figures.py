@@ -28,7 +28,7 @@ def ladder(title, parameters, confidence):
     figure, panels = plt.subplots(2, 3, figsize=(12.5, 8.8), sharex=True)
     figure.subplots_adjust(left=0.075, right=0.985, top=0.875, bottom=0.17, hspace=0.2, wspace=0.26)
     heading(figure, title, f"3{SIGMA} of the six parameters; every step knows less than the one before. "
-            f"{grouped(int(parameters['trials'][0]))} trials a point; their {100 * confidence:g} % intervals are "
+            f"{plotting.counts_text(parameters['trials'])} trials a point; their {100 * confidence:g} % intervals are "
             "smaller than the markers unless drawn.")
     for ax, p in zip(panels.flat, PARAMETERS):
         for t, test in enumerate(tests):
@@ -75,7 +75,7 @@ def positions(title, position, margin, confidence):
     scales = sorted(set(position["noise.scale"]), reverse=True) if "noise.scale" in position else [None]
     figure, panels = plt.subplots(2, 3, figsize=(12.5, 8.6), sharex=True)
     figure.subplots_adjust(left=0.07, right=0.985, top=0.875, bottom=0.115, hspace=0.16, wspace=0.24)
-    heading(figure, title, f"Uncertainty of the final position. {grouped(int(position['trials'][0]))} trials a point.")
+    heading(figure, title, f"Uncertainty of the final position. {plotting.counts_text(position['trials'])} trials a point.")
     for column, d in enumerate(DIRECTIONS):
         top, bottom = panels[:, column]
         plotting.band(bottom, margin)

@@ -72,7 +72,7 @@ def detection_figure(title, curve, keys, points):
     high = figure.get_figheight()
     figure.subplots_adjust(left=0.85 / (6.2 * columns), right=1 - 0.15 / (6.2 * columns), top=1 - 1.35 / high,
                            bottom=0.6 / high, hspace=0.22, wspace=0.06)
-    plotting.heading(figure, title, f"{plotting.trials_text(curve)}. Share of wells with an alarm up to a depth; bands: 95 % intervals. "
+    plotting.heading(figure, title, f"{plotting.trials_text(curve)}. Share of wells with an alarm up to a depth; bands: {100 * curve.confidence:g} % intervals. "
                      "Thin: without drift.\nGrey: the drift grows.")
     for ax, point in zip(axes.flat, points):
         c = plotting.at_point(curve, keys, point)
@@ -105,16 +105,23 @@ ROWS = (("bias_filter", "nis_mean", "Mean NIS\n(theory 3)"), ("bias_filter", "ni
         ("channel_sprt", "p_alarm_without_drift", "False alarms\nof the SPRT"))
 
 
-def verdicts_figure(title, comparison, keys, points, margin):
-    """Theory over Monte Carlo."""
+def verdicts_figure(title, comparison, keys, points):
+    """Theory over Monte Carlo; the band behind each quantity is that of its own margin."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(12.0, 5.0), width_ratios=(3, 1))
     figure.subplots_adjust(left=0.065, right=0.99, top=0.76, bottom=0.14, wspace=0.2)
-    plotting.heading(figure, title, f"{plotting.trials_text(comparison)} a point. Theory over Monte Carlo, 95 % intervals. NIS and NEES: all six biases walk as "
+    plotting.heading(figure, title, f"{plotting.trials_text(comparison)} a point. Theory over Monte Carlo, {100 * comparison.confidence:g} % intervals. NIS and NEES: all six biases walk as "
                      "the filter assumes;\nfalse alarms: no sensor drifts, theory by integration. Points of a sweep share their draws.")
     colours = plt.rcParams["axes.prop_cycle"].by_key()["color"]
-    seen = []
+    seen, margins = [], []
     for ax, rows in ((left, ROWS[:3]), (right, ROWS[3:])):
-        plotting.band(ax, margin)
+        ax.axhline(1, color="#444444", linewidth=1.0, zorder=1)
+        own = []
+        for x, (formulation, quantity, _) in enumerate(rows):
+            of = comparison.where(lambda i, f=formulation, q=quantity: (comparison["formulation"][i], comparison["quantity"][i]) == (f, q))
+            margin = np.min(of["margin"])
+            ax.fill_between([x - 0.5, x + 0.5], 1 - margin, 1 + margin, color="#009E73", alpha=0.18, linewidth=0, zorder=0)
+            own.append(margin)
+        margins += own
         for n, point in enumerate(points):
             table = plotting.at_point(comparison, keys, point)
             at = (n - (len(points) - 1) / 2) * min(0.16, 0.7 / len(points))
@@ -128,13 +135,14 @@ def verdicts_figure(title, comparison, keys, points, margin):
                 seen.append((ax, r["ratio_ci_low"], r["ratio_ci_high"]))
         ax.set_xticks(range(len(rows)), [name for _, _, name in rows])
         ax.set_xlim(-0.6, len(rows) - 0.4)
-        reach = np.exp(max([1.5 * np.log1p(margin)] + [1.1 * abs(np.log(r)) for a, *ends in seen if a is ax for r in ends]))
+        reach = np.exp(max([1.5 * np.log1p(max(own))] + [1.1 * abs(np.log(r)) for a, *ends in seen if a is ax for r in ends]))
         ax.set_yscale("log")
         plotting.plain_log_axis(ax.yaxis, 1 / reach, reach)
         ax.set_ylim(1 / reach, reach)
         ax.set_ylabel("Theory / Monte Carlo")
     handles, labels = left.get_legend_handles_labels()
-    figure.legend(handles + plotting.margin_handle(margin), labels + [h.get_label() for h in plotting.margin_handle(margin)],
+    band = plotting.margin_handle(min(margins), max(margins))
+    figure.legend(handles + band, labels + [h.get_label() for h in band],
                   loc="upper right", ncol=len(labels) + 1, bbox_to_anchor=(0.992, 0.86), fontsize="small")
     return figure
 
@@ -148,9 +156,8 @@ def draw(file, stem, folder, point_number):
     if not 0 <= point_number < len(points):
         raise plotting.PlotError(f"--point {point_number}: must be in [0, {len(points) - 1}]", plotting.USAGE)
     title = plotting.text_attribute(file, "title")
-    margin = config.get("verdict", {}).get("margin", 0.02)
     plotting.save(detection_figure(title, curve, keys, points), folder, f"{stem}_detection")
-    plotting.save(verdicts_figure(title, comparison, keys, points, margin), folder, f"{stem}_verdicts")
+    plotting.save(verdicts_figure(title, comparison, keys, points), folder, f"{stem}_verdicts")
     point = points[point_number]
     if len(points) > 1:
         stem, title = f"{stem}_point{point_number}", f"{title}: {plotting.point_name(keys, point)}"

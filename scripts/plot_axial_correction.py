@@ -183,7 +183,7 @@ def curves_figure(title, methods, inclination, azimuth, error, sd, table, given)
     if table is not None and not given:
         handles.append(Line2D([], [], color="#444444", marker="o", markerfacecolor="white", linestyle="none",
                               label=f"Monte Carlo, {100 * table.confidence:g} %"))
-        text += f"; points: Monte Carlo, {plotting.grouped(int(table['trials'][0]))} trials"
+        text += f"; points: Monte Carlo, {plotting.counts_text(table['trials'])} trials"
     plotting.heading(figure, title, text + ".\nBreaks and steep ends: cos I = 0 leaves the simple correction without a "
                      "solution." if "simple" in methods else text + ".")
     figure.legend(handles=handles, loc="lower center", ncol=len(handles))

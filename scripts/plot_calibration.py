@@ -9,6 +9,7 @@ Draws what the file has, of any experiment:
   family       p-values of the rows that differ or might, against their rank, with the line of Holm's procedure
 """
 import os
+import statistics
 import textwrap
 
 import matplotlib.pyplot as plt
@@ -72,7 +73,7 @@ def calibration_figure(title, calibration, pit):
     figure.suptitle(title + (f" ({', '.join(sorted(names))})" if len(names) == 1 else ""))
     figure.supxlabel("u = F(error), F the claimed distribution", y=0.36 / figure.get_figheight(), fontsize=10)
     figure.supylabel("Share of trials below u, less u", fontsize=10)
-    handles = [Line2D([], [], color=DATA, label="found"), Patch(color=BAND, label="band of a right claim, 95 % as a whole"),
+    handles = [Line2D([], [], color=DATA, label="found"), Patch(color=BAND, label=f"band of a right claim, {100 * calibration.confidence:g} % as a whole"),
                Line2D([], [], color=SHAPE, linestyle=":", label="shape it resembles, where it leaves the band")]
     if margin > 0:
         handles.insert(2, Line2D([], [], color=MARGIN, linestyle=(0, (4, 2)), label=f"margin {margin:g}"))
@@ -85,12 +86,13 @@ def histogram_figure(title, calibration, pit):
     chosen = judged_groups(calibration)
     figure, axes = panels(len(chosen), 4, 2.7, 1.7, sharex=True, sharey=True)
     bins = 20
+    sd = statistics.NormalDist().inv_cdf((1 + calibration.confidence) / 2)
     top = 1.0
     for ax, (formulation, quantity) in zip(axes, chosen):
         one = pit.where(lambda i: pit["formulation"][i] == formulation and pit["quantity"][i] == quantity)
         trials = float(calibration.row(formulation=formulation, quantity=quantity)["trials"])
         share = np.diff(np.concatenate([[0.0], one["share"][4::5]])) * bins
-        half = 1.96 * np.sqrt((bins - 1) / trials)
+        half = sd * np.sqrt((bins - 1) / trials)
         top = max(top, share.max(), 1 + half)
         ax.axhspan(1 - half, 1 + half, color=BAND, alpha=0.55, linewidth=0)
         ax.bar((np.arange(bins) + 0.5) / bins, share, width=0.9 / bins, color=DATA)
@@ -100,7 +102,7 @@ def histogram_figure(title, calibration, pit):
     figure.suptitle(title)
     figure.supxlabel("u = F(error), F the claimed distribution", y=0.36 / figure.get_figheight(), fontsize=10)
     figure.supylabel("Trials in a bin over those expected", fontsize=10)
-    figure.legend(handles=[Patch(color=DATA, label="found"), Patch(color=BAND, label="interval of one bin, 95 %")],
+    figure.legend(handles=[Patch(color=DATA, label="found"), Patch(color=BAND, label=f"interval of one bin, {100 * calibration.confidence:g} %")],
                   loc="lower center", ncol=2, fontsize=8)
     figure.tight_layout(rect=(0, 0.5 / figure.get_figheight(), 1, 1))
     return figure
@@ -125,7 +127,7 @@ def looks_figure(title, looks):
     figure.supxlabel("Trials", y=0.36 / figure.get_figheight(), fontsize=10)
     figure.supylabel("Analytic / Monte Carlo", fontsize=10)
     figure.legend(handles=[Line2D([], [], color=DATA, marker="o", markersize=3, label="ratio at the look"),
-                           Patch(color=DATA, alpha=0.25, label="interval that holds at all looks, 95 %"),
+                           Patch(color=DATA, alpha=0.25, label=f"interval that holds at all looks, {100 * looks.confidence:g} %"),
                            Patch(color=MARGIN, alpha=0.15, label="margin"),
                            Line2D([], [], color="black", linestyle=(0, (4, 2)), label="end of the run")],
                   loc="lower center", ncol=4, fontsize=8)

@@ -126,7 +126,7 @@ def consistency_figure(title, histogram, trials):
         axes.set_ylim(bottom=0)
     panels[0].set_ylabel("density")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="lower center", ncols=3, fontsize=8)
-    figure.suptitle(f"{title}: what the covariances claim\n{plotting.grouped(trials)} runs; outermost bins hold what "
+    figure.suptitle(f"{title}: what the covariances claim\n{plotting.counts_text(trials)} runs; outermost bins hold what "
                     "lies beyond", fontsize=10)
     figure.tight_layout(rect=(0, 0.07, 1, 1))
     return figure
@@ -317,7 +317,7 @@ def main():
             plotting.save(rms_figure(name, t["stations"], t["rms"]), folder, f"{stem}_rms{end}")
         plotting.save(tracks_figure(name, t["tracks"]), folder, f"{stem}_tracks{end}")
         if t["histogram"].rows:
-            trials = int(t["rms"]["trials"][0] - t["rms"]["failed"][0])
+            trials = t["rms"]["trials"] - t["rms"]["failed"]
             plotting.save(consistency_figure(name, t["histogram"], trials), folder, f"{stem}_consistency{end}")
 
 

@@ -7,6 +7,7 @@ With a sweep over `factor` (configs/gross_error/curve.toml): detection and ident
 one panel a case; points are Monte Carlo with their intervals, lines are predictions, the designed power is marked.
 Without: one bar of outcomes (identified ... missed) for each case and strategy, and the rate of detection beside it.
 """
+import functools
 import os
 
 import numpy as np
@@ -41,7 +42,20 @@ def series(table, rows, formulation, quantity):
             ("factor", "monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high", "analytic")]
 
 
-def curves_figure(title, table, keys, power, confidence):
+def designed_power(config, keys, point, factor=None):
+    """The power that the tests of a sweep point were designed for; None where its errors are not of the size that this power
+    is for. factor: on the errors, the point's own if none is given."""
+    at = functools.partial(plotting.setting_at, config, keys, point)
+    factors = [at("factor", 1) if factor is None else factor] + [e.get("factor", 1) for e in at("inject", [])]
+    sized = all("size" in e for e in at("inject", []))
+    return float(at("power", 0.8)) if sized and all(f in (1, -1) for f in factors) else None
+
+
+def point_of(table, keys, i):
+    return [table[k][i] for k in keys]
+
+
+def curves_figure(title, table, keys, power_of, confidence):
     cases = cases_of(table, [k for k in keys if k != "factor"])
     figure, panels = plt.subplots(1, len(cases), figsize=(max(3.7 * len(cases), 6) + 0.6, 4.8), squeeze=False, sharey=True)
     looks = {"detection": ("nonlinear", "#0072B2", "o", "-"), "identified": ("single", "#009E73", "s", (0, (7, 2))),
@@ -54,12 +68,14 @@ def curves_figure(title, table, keys, power, confidence):
             axes.plot(x, predicted, color=colour, linestyle=line, linewidth=1.2)
             axes.errorbar(x, rate, yerr=[rate - low, high - rate], fmt=marker, color=colour, markersize=4, capsize=2,
                           linewidth=1, label=LABELS[quantity])
-        axes.axhline(power, color="#777777", linewidth=0.8)
+        power = power_of(rows[0])
         axes.axvline(1, color="#777777", linewidth=0.8)
-        axes.plot(1, power, "D", markersize=8, markerfacecolor="none", markeredgecolor="#222222", zorder=5,
-                  label="designed: power at the minimal detectable error")
+        if power is not None:
+            axes.axhline(power, color="#777777", linewidth=0.8)
+            axes.plot(1, power, "D", markersize=8, markerfacecolor="none", markeredgecolor="#222222", zorder=5,
+                      label="designed: power at the minimal detectable error")
         axes.set_title(f"error in {name}" if name else "", fontsize=9)
-        axes.set_xlabel("size of the error (minimal detectable errors)")
+        axes.set_xlabel("size of the error (minimal detectable errors)" if power is not None else "size of the error (times that of the config)")
         axes.set_ylim(-0.02, 1.02)
     panels[0][0].set_ylabel("share of the runs")
     figure.legend(*panels[0][0].get_legend_handles_labels(), loc="lower center", ncols=2, fontsize=8)
@@ -69,7 +85,7 @@ def curves_figure(title, table, keys, power, confidence):
     return figure
 
 
-def bars_figure(title, table, keys, power, confidence):
+def bars_figure(title, table, keys, power_of, confidence):
     bars = []
     for name, rows in cases_of(table, keys).items():
         detections = [i for i in rows if table["formulation"][i] == "linear" and
@@ -78,14 +94,14 @@ def bars_figure(title, table, keys, power, confidence):
         for strategy in STRATEGIES:
             found = {table["quantity"][i]: i for i in rows if table["formulation"][i] == strategy}
             if found:
-                bars.append((name, strategy, found, detections))
+                bars.append((name, strategy, found, detections, power_of(rows[0])))
     if not bars:
         raise plotting.PlotError("the result has no injected errors: nothing to draw")
     one_strategy = len({strategy for _, strategy, *_ in bars}) == 1
     bars = [(name if name and one_strategy else ", ".join(filter(None, (name, strategy))), *rest) for name, strategy, *rest in bars]
     figure, axes = plt.subplots(figsize=(8.6, 0.5 * len(bars) + 2.3))
     interval = f"{100 * confidence:g} % interval"
-    for k, (_, found, detections) in enumerate(bars):
+    for k, (_, found, detections, _) in enumerate(bars):
         left = 0.0
         for outcome, (colour, hatch, label) in OUTCOMES.items():
             i = found[outcome]
@@ -104,8 +120,15 @@ def bars_figure(title, table, keys, power, confidence):
         for n, i in enumerate(detections):
             axes.plot(table["monte_carlo"][i], k + 0.41, "v", color="#111111", markersize=5, clip_on=False,
                       label="its own test rejects" if k == 0 and n == 0 else None)
-    if power is not None:
-        axes.axvline(power, color="#111111", linewidth=1, linestyle=(0, (3, 2)), label=f"designed power {power:g}")
+    powers = [power for *_, power in bars]
+    if None not in powers and len(set(powers)) == 1:
+        axes.axvline(powers[0], color="#111111", linewidth=1, linestyle=(0, (3, 2)), label=f"designed power {powers[0]:g}")
+    else:
+        label = "designed power"
+        for k, power in enumerate(powers):
+            if power is not None:
+                axes.plot([power, power], [k - 0.5, k + 0.5], color="#111111", linewidth=1, linestyle=(0, (3, 2)), label=label)
+                label = None  # once is enough
     axes.set_yticks(range(len(bars)), [b[0] for b in bars])
     axes.set_ylim(len(bars) - 0.45, -0.6)
     axes.set_xlim(0, 1)
@@ -127,12 +150,10 @@ def main():
         table = plotting.read_table(file, "detection")
     keys = plotting.sweep_keys(config, table)
     curves = "factor" in keys and len(set(table["factor"])) > 3
-    power = config.get("power", 0.8)
-    if curves:
-        figure = curves_figure(title, table, keys, power, table.confidence)
-    else:  # the power was designed for errors of the minimal detectable size
-        designed = all("size" in e for e in config.get("inject", [])) and config.get("factor", 1) in (1, -1)
-        figure = bars_figure(title, table, keys, power if designed else None, table.confidence)
+    if curves:  # the diamond is at the factor 1, whatever factors are swept
+        figure = curves_figure(title, table, keys, lambda i: designed_power(config, keys, point_of(table, keys, i), 1), table.confidence)
+    else:
+        figure = bars_figure(title, table, keys, lambda i: designed_power(config, keys, point_of(table, keys, i)), table.confidence)
     folder = plotting.figures_folder(arguments.output, arguments.result)
     plotting.save(figure, folder, os.path.splitext(os.path.basename(arguments.result))[0])
 

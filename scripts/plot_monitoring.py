@@ -145,17 +145,22 @@ def error_bars(low, middle, high):
     return np.array([[middle - low], [high - middle]])
 
 
+def longest(delay):
+    """The longest delay that is no miss; 1 h where all are. A median may be longer than the 95 % of all other rows."""
+    hours = np.concatenate([delay[k] for k in ("delay_q05_h", "delay_q50_h", "delay_q95_h")])
+    return np.max(hours[np.isfinite(hours)], initial=0) or 1.0
+
+
 def delay_figure(title, delay, blame, alarms):
     """Left: delay quantiles of every drifting sensor. Right: chances of a miss and of false blame."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(11.5, 5.2), width_ratios=(3, 2))
     figure.subplots_adjust(left=0.075, right=0.985, top=0.755, bottom=0.12, wspace=0.22)
     trials = int(delay["trials"][0])
     heading(figure, title, "One file: nothing is drawn, so that there are no intervals." if trials == 1 else
-            f"{trials} realisations of the noise. Bars: 5 to 95 % of the realisations; right: 95 % intervals.")
+            f"{trials} realisations of the noise. Bars: 5 to 95 % of the realisations; right: {100 * blame.confidence:g} % intervals.")
     sensors = list(dict.fromkeys(delay["sensor"]))
     methods = list(dict.fromkeys(delay["architecture"]))
-    finite = delay["delay_q95_h"][np.isfinite(delay["delay_q95_h"])]
-    top = 1.15 * np.max(finite) if len(finite) else 1.0
+    top = 1.15 * longest(delay)
     for i, m in enumerate(methods):
         label, colour, marker = LOOK[m]
         at = (i - (len(methods) - 1) / 2) * 0.16
@@ -193,10 +198,9 @@ def operating_figure(title, delay, blame, keys, points):
     figure, (left, right) = plt.subplots(1, 2, figsize=(13.0, 6.4), width_ratios=(3, 2))
     figure.subplots_adjust(left=0.06, right=0.985, top=0.80, bottom=0.2, wspace=0.32)
     heading(figure, title, "Every point of the sweep: its slowest drifting sensor, and how often a healthy one is blamed "
-            "(95 % intervals).")
+            f"({100 * blame.confidence:g} % intervals).")
     names = [plotting.point_name(keys, p) for p in points]
-    medians = delay["delay_q95_h"][np.isfinite(delay["delay_q95_h"])]
-    top = 1.12 * np.max(medians) if len(medians) else 1.0  # where misses are drawn: they are not soon, but never
+    top = 1.12 * longest(delay)  # where misses are drawn: they are not soon, but never
     for m in MONITORS:
         label, colour, marker = LOOK[m]
         for n, p in enumerate(points):
@@ -211,7 +215,7 @@ def operating_figure(title, delay, blame, keys, points):
             missed = not np.isfinite(middle)
             shown = [0 if missed else middle]
             if not missed:
-                left.errorbar([n + shift], shown, yerr=error_bars(low, middle, high if np.isfinite(high) else middle),
+                left.errorbar([n + shift], shown, yerr=error_bars(low, middle, high if np.isfinite(high) else top),
                               color=colour, marker=marker, capsize=3, linestyle="none")
             else:
                 left.plot([n + shift], [top], marker="x", color=colour, linestyle="none", markersize=8)
@@ -244,7 +248,7 @@ def curves_figure(title, operating):
     medians = {s: np.median(np.minimum(operating.where(lambda i, s=s: operating["sensor"][i] == s)["delay_q50_h"], top))
                for s in dict.fromkeys(operating["sensor"])}
     sensor = max(medians, key=medians.get)
-    heading(figure, title, f"{int(operating['trials'][0])} realisations. {sensor}: median delay with its 95 % interval; "
+    heading(figure, title, f"{int(operating['trials'][0])} realisations. {sensor}: median delay with its {100 * operating.confidence:g} % interval; "
             "a mark a setting: M of the SPRT, or the threshold (z).\nMarks are set apart by up to 1 % for each method, "
             "so that those at 0 and at 100 % can be told.")
     shown = operating.where(lambda i: operating["sensor"][i] == sensor)

@@ -22,7 +22,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 import plotting
-from plotting import (LOOK, PROPAGATIONS, PUBLISHED, SIGMA, VERDICT_MARKER, PlotError, band, grouped, interval_handle,
+from plotting import (LOOK, PROPAGATIONS, PUBLISHED, SIGMA, VERDICT_MARKER, PlotError, band, counts_text, grouped, interval_handle,
                       is_zero_to_first_order, margin_handle, number, trials_text)
 
 DIRECTIONS = (("north", "North"), ("east", "East"), ("vertical", "Vertical"))
@@ -386,7 +386,7 @@ def noise_scale_figure(title, table, keys, margin, confidence):
     figure.subplots_adjust(left=0.07, right=0.985, top=0.81, bottom=0.19, wspace=0.06)
     figure.suptitle(title, x=0.02, y=0.98, ha="left")
     figure.text(0.02, 0.925, "Joint prediction over Monte-Carlo standard deviation of the final position. "
-                f"{grouped(int(table['trials'][0]))} trials a point.\n"
+                f"{counts_text(table['trials'])} trials a point.\n"
                 "All points use the same random numbers: an offset that all of them share is sampling error.",
                 ha="left", va="top", linespacing=1.4)
     markers, lines = "osD^vP*X", ("-", (0, (6, 2)), (0, (3, 1.5)), (0, (1, 1.2)))

@@ -62,7 +62,7 @@ def axes_figure(title, table, keys, margin):
     figure.text(0.02, 1 - 0.42 / height, "Predicted (toolface-dependent covariance) over Monte-Carlo standard deviation "
                 if swept else "Predicted over Monte-Carlo standard deviation ", ha="left", va="top")
     figure.texts[-1].set_text(figure.texts[-1].get_text() + "along the axes of the predicted ellipsoid, largest first. "
-                              f"{grouped(int(table['trials'][0]))} runs a point.")
+                              f"{plotting.counts_text(table['trials'])} runs a point.")
     palette = plt.rcParams["axes.prop_cycle"].by_key()["color"]
     handles = []
     for line, point in zip(panels, points):
@@ -144,7 +144,7 @@ def ellipses_figure(title, point, samples, table):
     figure.suptitle(title, x=0.02, y=1 - 0.12 / height, ha="left")
     figure.text(0.02, 1 - 0.42 / height, "Horizontal position errors along and across the major axis of the "
                 f"toolface-dependent ellipse; scales differ.\n" + (f"{point}. " if point else "") +
-                f"Ellipses are 1{SIGMA}. Monte Carlo: {grouped(int(table['trials'][0]))} runs" +
+                f"Ellipses are 1{SIGMA}. Monte Carlo: {plotting.counts_text(table['trials'])} runs" +
                 (f", the first {grouped(len(set(samples['trial'])))} drawn." if samples is not None and samples.rows
                  else "."), ha="left", va="top", linespacing=1.4)
     monte_carlo = plotting.LOOK["monte_carlo"]["color"]

@@ -75,7 +75,7 @@ def hypotheses_figure(title, parameters):
                            bottom=0.95 / figure.get_figheight(), wspace=0.05)
     size = len(next(iter(ranked.values())))
     heading(figure, title, f"{size} published standard deviations over Monte Carlo ({', '.join(tests)}; "
-            f"{grouped(int(parameters['trials'][0]))} trials a point). Noise law and reference on the left; "
+            f"{plotting.counts_text(parameters['trials'])} trials a point). Noise law and reference on the left; "
             "the noise's size is the same in all.")
     for y, ((law, reference), r) in enumerate(ranked.items()):
         colour = REFERENCE_LOOK.get(reference, "#222222")
@@ -136,7 +136,7 @@ def published_figure(title, position, config, confidence):
     figure, panels = plt.subplots(1, 2, figsize=(12.5, 6.6))
     figure.subplots_adjust(left=0.07, right=0.985, top=0.84, bottom=0.155, wspace=0.16)
     heading(figure, title, f"3{SIGMA} of the final position, published (hollow; the number is published / predicted) beside "
-            f"ours. {grouped(int(position['trials'][0]))} trials a point.")
+            f"ours. {plotting.counts_text(position['trials'])} trials a point.")
     sources = {}
     for ax, d in zip(panels, DIRECTIONS):
         for i, test in enumerate(tests):
@@ -221,7 +221,7 @@ def main():
                 figures[f"ellipsoid_{case.replace(' ', '')}"] = error_ellipsoids.figure(
                     f"{title}: {case}", plotting.at_point(samples, keys, (case,)),
                     plotting.at_point(tables["position_covariance"], keys, (case,)), holes.get(case),
-                    int(position["trials"][0]))
+                    int(plotting.at_point(position, keys, (case,))["trials"][0]))
     if "hypotheses" not in figures:
         for table in tables.values():
             if table and "published" in table:

@@ -63,7 +63,7 @@ def ellipses_figure(title, point, samples, table):
                            bottom=(0.85 + 0.19 * lines) / height, wspace=0.08)
     figure.suptitle(title, x=0.02, y=1 - 0.1 / height, ha="left")
     figure.text(0.02, 1 - 0.42 / height, (f"{point}. " if point else "") + "Horizontal error of the last position; "
-                f"ellipses are 1{SIGMA}.\nMonte Carlo: {grouped(int(table['trials'][0]))} runs" +
+                f"ellipses are 1{SIGMA}.\nMonte Carlo: {plotting.counts_text(table['trials'])} runs" +
                 (f", {grouped(samples.rows)} of them drawn." if cloud else "."), ha="left", va="top", linespacing=1.4)
     rows = [table.row(formulation=f) for f in formulations]
     sample = table.row(formulation="monte_carlo")
@@ -122,7 +122,7 @@ def ratio_figure(title, table, keys, points, margin):
     figure.subplots_adjust(left=0.25, right=0.985, top=1 - 0.95 / total, bottom=1.05 / total, hspace=0.28, wspace=0.06)
     figure.suptitle(title, x=0.02, y=1 - 0.12 / total, ha="left")
     figure.text(0.02, 1 - 0.42 / total, "Predicted over Monte-Carlo standard deviation of the last position. "
-                f"{grouped(int(table['trials'][0]))} runs a panel.", ha="left", va="top")
+                f"{plotting.counts_text(table['trials'])} runs a panel.", ha="left", va="top")
     low, high, verdicts = 1.0, 1.0, set()
     for ax, point in zip(panels.flat, points):
         here = plotting.at_point(table, keys, point)
@@ -189,7 +189,7 @@ def sequences_figure(title, table, keys):
     figure.subplots_adjust(left=0.08, right=0.98, top=0.86, bottom=0.2)
     figure.suptitle(title, x=0.02, y=0.98, ha="left")
     figure.text(0.02, 0.925, "Standard deviation of the last position over that of eqs 41, 42 as random. "
-                f"{grouped(int(table['trials'][0]))} runs a sequence.", ha="left", va="top")
+                f"{plotting.counts_text(table['trials'])} runs a sequence.", ha="left", va="top")
     low, high = (np.sqrt(-np.log1p(-p)) for p in (0.05, 0.95))
     ax.axhspan(low, high, color="#E69F00", alpha=0.15, linewidth=0)
     ax.axhline(1, color="#444444", linewidth=1.0)

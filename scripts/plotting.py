@@ -403,8 +403,10 @@ def interval_handle(confidence):
                   label=f"{100 * confidence:g} % interval")
 
 
-def margin_handle(margin):
-    return [Patch(color="#009E73", alpha=0.18, label=f"agrees: 1 \N{PLUS-MINUS SIGN} {margin:g}")] if margin else []
+def margin_handle(margin, largest=None):
+    """largest: of rows whose margins differ, of which `margin` is the smallest."""
+    words = f"{margin:g}" if largest in (None, margin) else f"{margin:g} to {largest:g}"
+    return [Patch(color="#009E73", alpha=0.18, label=f"agrees: 1 \N{PLUS-MINUS SIGN} {words}")] if margin else []
 
 
 def heading(figure, title, text):

@@ -4,7 +4,9 @@ sweep (SURVEYMC_SWEEP_RESULT)."""
 import os
 import unittest
 
+import matplotlib
 import numpy as np
+from matplotlib.collections import PolyCollection
 
 import drawing
 import mwd_drift_figures
@@ -28,6 +30,62 @@ class Parts(unittest.TestCase):
         self.assertEqual(plot.shown_sensors(series, ["c"]), ["c"])
         with self.assertRaisesRegex(plotting.PlotError, "no sensor 'd'"):
             plot.shown_sensors(series, ["d"])
+
+
+def words(figure):
+    """All texts of a figure."""
+    return " ".join(t.get_text() for t in figure.findobj(matplotlib.text.Text))
+
+
+class Captions(unittest.TestCase):
+    """Levels, margins and scales are those of the tables."""
+
+    def tables(self, path, experiment, *names):
+        with plotting.open_result(path, experiment) as file:
+            found = [plotting.read_table(file, n) for n in names]
+        for table in found:
+            table.long_name = table.long_name.replace("95 %", "80 %")
+            table.confidence = 0.8
+        return found
+
+    @unittest.skipUnless(SWEEP, "SURVEYMC_SWEEP_RESULT is not set")
+    def test_levels_of_drift_monitoring(self):
+        delay, blame, operating = self.tables(SWEEP, "drift_monitoring", "delay", "blame", "operating")
+        keys = ["sprt.shift_z"]
+        points = plotting.sweep_points(blame, keys)
+        of = [plotting.at_point(t, keys, points[0]) for t in (delay, blame, operating)]
+        for figure in (plot.operating_figure("t", delay, blame, keys, points), plot.delay_figure("t", of[0], of[1], None),
+                       plot.curves_figure("t", of[2])):
+            self.assertIn("80 % interval", words(figure))
+            self.assertNotIn("95 % interval", words(figure))
+
+    @unittest.skipUnless(SWEEP, "SURVEYMC_SWEEP_RESULT is not set")
+    def test_the_longest_median_is_in_the_panel(self):
+        delay, blame = self.tables(SWEEP, "drift_monitoring", "delay", "blame")
+        delay["delay_q95_h"][:] = np.inf
+        keys = ["sprt.shift_z"]
+        points = plotting.sweep_points(blame, keys)
+        finite = delay["delay_q50_h"][np.isfinite(delay["delay_q50_h"])]
+        top = plot.operating_figure("t", delay, blame, keys, points).axes[0].get_ylim()[1]
+        self.assertGreater(top, np.max(finite))
+        self.assertLess(top, 2 * np.max(finite))
+        delay["delay_q50_h"][:] = delay["delay_q05_h"][:] = np.inf
+        self.assertEqual(plot.longest(delay), 1.0)
+
+    @unittest.skipUnless(MWD, "SURVEYMC_MWD_RESULT is not set")
+    def test_levels_and_margins_of_mwd_drift(self):
+        curve, comparison = self.tables(MWD, "mwd_drift", "alarm_curve", "comparison")
+        points = plotting.sweep_points(curve, ["case"])
+        verdicts = mwd_drift_figures.verdicts_figure("t", comparison, ["case"], points)
+        for figure in (verdicts, mwd_drift_figures.detection_figure("t", curve, ["case"], points)):
+            self.assertIn("80 % interval", words(figure))
+            self.assertNotIn("95 % interval", words(figure))
+        bands = [c.get_paths()[0].get_extents() for c in verdicts.axes[0].collections if isinstance(c, PolyCollection)]
+        for (formulation, quantity, _), band in zip(mwd_drift_figures.ROWS, bands, strict=False):
+            margin = comparison.row(formulation=formulation, quantity=quantity)["margin"]
+            np.testing.assert_allclose((band.y0, band.y1), (1 - margin, 1 + margin), rtol=1e-12)
+        self.assertEqual(len(bands), 3)
+        self.assertIn("1 \N{PLUS-MINUS SIGN} 0.02 to 0.06", words(verdicts))
 
 
 @unittest.skipUnless(RESULT and SWEEP, "SURVEYMC_RESULT or SURVEYMC_SWEEP_RESULT is not set")

@@ -8,6 +8,8 @@ import tempfile
 import unittest
 
 import drawing
+import plot_calibration
+import plotting
 
 EXECUTABLE, SOURCE, SMOKE = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
 
@@ -29,6 +31,28 @@ class Claims(unittest.TestCase):
         for figure in ["calibration_family.png", "calibration_point1_calibration.png", "calibration_point1_histogram.png",
                        "calibration_point1_looks.png", "calibration_point1_merit.png"]:
             self.assertIn(figure, names)
+
+    def test_levels_are_those_of_the_tables(self):
+        with plotting.open_result(SMOKE / "calibration.h5", "msa_position") as file:
+            found = {n: plotting.read_table(file, n) for n in ("calibration", "pit", "looks")}
+        keys = [k for k in found["looks"] if "." in k]
+        point = plotting.sweep_points(found["looks"], keys)[0]
+        calibration, pit, looks = (plotting.at_point(t, keys, point) for t in found.values())
+        self.assertEqual(calibration.confidence, 0.95)  # "..., simultaneous intervals at 95 %"
+        widths = {}
+        self.addCleanup(setattr, plot_calibration, "MOST_PANELS", plot_calibration.MOST_PANELS)
+        plot_calibration.MOST_PANELS = 2
+        for level in (0.95, 0.8):
+            calibration.confidence = looks.confidence = level
+            figures = [plot_calibration.calibration_figure("t", calibration, pit), plot_calibration.histogram_figure("t", calibration, pit),
+                       plot_calibration.looks_figure("t", looks)]
+            for figure in figures:
+                said = " ".join(t.get_text() for t in figure.legends[0].get_texts())
+                self.assertIn(f"{100 * level:g} %", said)
+                self.assertNotIn("80 %" if level == 0.95 else "95 %", said)
+            extents = figures[1].axes[0].patches[0].get_extents().transformed(figures[1].axes[0].transData.inverted())
+            widths[level] = extents.height
+        self.assertAlmostEqual(widths[0.8] / widths[0.95], 1.2815516 / 1.9599640, places=6)
 
     def test_what_differs_between_two_results(self):
         runs = []

@@ -3,7 +3,45 @@
 import os
 import unittest
 
+import numpy as np
+
 import drawing
+import plot_gross_error as plot
+import plotting
+
+
+class DesignedPower(unittest.TestCase):
+    """The power is that of each point, and only where the errors are of the size that it is for."""
+
+    def test_of_a_point(self):
+        minimal, fixed = {"observation": "bx", "size": "minimal_detectable"}, {"observation": "bx", "size_nT": 90.0}
+        for config, keys, point, power in (({"inject": [minimal]}, [], [], 0.8),
+                                           ({"inject": [minimal], "power": 0.9}, [], [], 0.9),
+                                           ({"inject": [minimal], "factor": -1}, [], [], 0.8),
+                                           ({"inject": [minimal], "factor": 2.0}, [], [], None),
+                                           ({"inject": [fixed]}, [], [], None),
+                                           ({"inject": [minimal]}, ["power"], [0.95], 0.95),
+                                           ({"inject": [minimal]}, ["factor"], [0.5], None),
+                                           ({"inject": [minimal]}, ["factor"], [1.0], 0.8)):
+            self.assertEqual(plot.designed_power(config, keys, point), power, (config, point))
+
+    def bars(self, key, values, inject):
+        """The lines of power beside bars of a sweep: [(power, from, to)]."""
+        quantities = ["detection_bx", *plot.OUTCOMES]
+        count = len(quantities)
+        rows = {key: np.repeat(values, count), "quantity": quantities * len(values),
+                "formulation": ["linear" if q == "detection_bx" else "single" for q in quantities] * len(values)}
+        rows |= {c: np.full(count * len(values), 0.2) for c in ("monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high")}
+        table = plotting.Table("detection", rows)
+        figure = plot.bars_figure("t", table, [key], lambda i: plot.designed_power({"inject": inject}, [key], [table[key][i]]), 0.95)
+        dashed = [x for x in figure.axes[0].lines if x.get_linestyle() == "--"]
+        return [(x.get_xdata()[0], *x.get_ydata()) for x in dashed]
+
+    def test_beside_bars(self):
+        inject = [{"observation": "bx", "size": "minimal_detectable"}]
+        self.assertEqual(self.bars("power", [0.5, 0.95], inject), [(0.5, -0.5, 0.5), (0.95, 0.5, 1.5)])
+        self.assertEqual(self.bars("factor", [0.5, 1.0, 2.0], inject), [(0.8, 0.5, 1.5)])
+        self.assertEqual(self.bars("factor", [1.0, -1.0], inject), [(0.8, 0, 1)])  # one line through all
 
 
 class GrossError(drawing.Drawing):

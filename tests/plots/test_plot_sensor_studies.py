@@ -7,6 +7,8 @@ import tempfile
 import unittest
 
 import drawing
+import plot_sensor_monte_carlo
+import plot_vertical_well
 import plotting
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
@@ -42,6 +44,17 @@ class Drawing(unittest.TestCase):
                 self.assertEqual(run.returncode, 0, run.stderr)
                 self.assertIn("--point", run.stderr)
                 self.assertEqual(sorted(os.listdir(folder)), [f"{study}_{figures[1]}.png", f"{study}_{figures[1]}.svg"])
+
+    def test_points_that_ran_different_numbers_of_trials(self):
+        for study, table, draw_all in (("vertical_well", "ellipse", lambda t, keys: plot_vertical_well.ratio_figure(
+                                            "t", t, keys, plotting.sweep_points(t, keys), 0.03)),
+                                       ("sensor_monte_carlo", "axes", lambda t, keys: plot_sensor_monte_carlo.axes_figure(
+                                           "t", t, keys, 0.03))):
+            with plotting.open_result(os.path.join(FOLDER, f"{study}.h5"), study) as file:
+                t, config = plotting.read_table(file, table), plotting.configuration(file)
+            t["trials"][-1] = 21504
+            said = " ".join(x.get_text() for x in draw_all(t, plotting.sweep_keys(config, t)).texts)
+            self.assertIn(f"{plotting.grouped(int(t['trials'][0]))} to {plotting.grouped(21504)} runs a", said)
 
     def test_a_point_that_is_not_there(self):
         for study in STUDIES:

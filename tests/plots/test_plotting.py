@@ -48,6 +48,24 @@ class Words(unittest.TestCase):
                                    (("model.memory_vectors",), (150,), "memory vectors 150"), ((), (), "")):
             self.assertEqual(plotting.point_name(keys, point), words)
 
+    def test_counts_of_rows_that_differ_are_ranges(self):
+        def table(trials, failed):
+            return plotting.Table("t", {"trials": np.array(trials), "failed": np.array(failed)})
+
+        self.assertEqual(plotting.counts_text([7168.0, 7168.0]), "7\N{NARROW NO-BREAK SPACE}168")
+        self.assertEqual(plotting.counts_text([7168.0, 21504.0, 8192.0]), "7\N{NARROW NO-BREAK SPACE}168 to 21\N{NARROW NO-BREAK SPACE}504")
+        self.assertEqual(plotting.trials_text(table([100.0, 100.0], [0.0, 0.0])), "100 trials")
+        self.assertEqual(plotting.trials_text(table([100.0, 100.0], [0.0, 3.0])), "97 to 100 of 100 trials (0 to 3 did not converge)")
+
+    def test_settings_are_those_of_the_point(self):
+        config = {"field": {"dip_deg": 70.0, "grid": {"zone": 6}}, "sweep": {"case": [
+            {"name": "a", "field.dip_deg": 60.0}, {"name": "b", "field": {"dip_deg": 50.0}}, {"name": "c"}]}}
+        for keys, point, dip in (([], [], 70.0), (["case"], ["a"], 60.0), (["case"], ["b"], 50.0), (["case"], ["c"], 70.0),
+                                 (["case", "field.dip_deg"], ["c", 40.0], 40.0)):
+            self.assertEqual(plotting.setting_at(config, keys, point, "field.dip_deg"), dip)
+        self.assertEqual(plotting.setting_at(config, [], [], "field.grid"), {"zone": 6})
+        self.assertEqual(plotting.setting_at(config, [], [], "field.total_nT", 1), 1)
+
 
 class Ellipse(unittest.TestCase):
     AZIMUTHS = (0, 1e-8, 30, 45, 89.999, 90, 117.76, 135, 165, 179.5)
