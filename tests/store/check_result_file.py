@@ -121,6 +121,12 @@ PROBABLE_ROW = re.compile(r"(p_|false_alarm|detection_|identified|missed|rejecte
 def check_probabilities(table):
     """Probabilities and shares, found and predicted, with the ends of their intervals, are in [0, 1]; infinity is none."""
     within = lambda values: bool(((values >= 0) & (values <= 1) | np.isnan(values)).all())  # noqa: E731
+    ends = ("share", "share_ci_low", "share_ci_high")
+    if table.name == "/tables/sensitivity" and all(name in table for name in ends):  # chance may take an estimate beyond
+        share, low, high = (table[name][()] for name in ends)
+        demand(bool(((np.minimum(share, 0) <= low) & (high <= np.maximum(share, 1)) | np.isnan(low)).all()),
+               f"{table.name}: ends of intervals must be within [0, 1], or be the estimate")
+        return
     for name, column in table.items():
         if not is_text(column) and column.attrs.get("units") == "1" and PROBABILITY.fullmatch(name):
             demand(within(column[()]), f"{column.name}: must be within [0, 1]")
