@@ -7,7 +7,7 @@
 <stem>_separation  separation factor against depth, one panel an offset, a line a formulation, line at 1
 <stem>_cylinder    travelling cylinder: distance and direction of the offsets seen along the reference, coloured by depth,
                    with the distance at which the separation factor is 1
-<stem>_views       plan and vertical section about the least separation factor: paths, K-sigma ellipses and pedal curves
+<stem>_views       plan and vertical section about the least separation factor along the reference: paths, K-sigma ellipses and pedal curves
 <stem>_relative    the relative position at the least separation factor: ellipses of the relative covariance in plan and
                    section, one panel a formulation, and the holes
 <stem>_cloud       drawn relative positions at the first depth of report_md_m, with 1, 2, 3 sigma ellipses of the first formulation,
@@ -59,7 +59,7 @@ class Clearance:
         self.project_ahead = float(self.parameters["project_ahead_m"][0])
         # The wells that come nearest to breaking the rule, if there are many.
         if len(self.offsets) > MOST_OFFSETS:
-            self.offsets.sort(key=lambda o: self.least_row(o)["continuous"])
+            self.offsets.sort(key=lambda o: min(finite_or_inf(self.least_row(o, direction=d)) for d in ("reference", "offset")))
             self.offsets = self.offsets[:MOST_OFFSETS]
 
     def formulations(self, offset):
@@ -69,10 +69,16 @@ class Clearance:
         r = self.rows
         return r.where(lambda i: r["offset"][i] == offset and r["formulation"][i] == formulation)
 
-    def least_row(self, offset, formulation=None):
-        rows = [self.least.row(offset=offset, formulation=f, direction="reference", quantity="separation_factor")
+    def least_row(self, offset, formulation=None, direction="reference"):
+        """The row of the least separation factor seen along a well; None if it is not scanned."""
+        rows = [self.least.row(offset=offset, formulation=f, direction=direction, quantity="separation_factor")
                 for f in ([formulation] if formulation else self.formulations(offset))]
-        return min(rows, key=lambda r: np.inf if np.isnan(r["continuous"]) else r["continuous"])
+        return min(filter(None, rows), key=finite_or_inf, default=None)
+
+    def less_along_the_offset(self, offset):
+        """', along the offset 0.0648' where the factor seen from there is the smaller one; pictures are of the reference."""
+        seen = [self.least_row(offset, direction=d) for d in ("reference", "offset")]
+        return f", along the offset {number(seen[1]['continuous'])}" if finite_or_inf(seen[1]) < finite_or_inf(seen[0]) else ""
 
     def radii(self, offset):
         diameter = dict(zip(self.parameters["well"], self.parameters["hole_diameter_m"]))
@@ -83,11 +89,21 @@ class Clearance:
         return p.where(lambda i: p["well"][i] == well)
 
     def at_least(self, offset, formulation, of):
-        """Difference of the positions and covariance at the least separation factor."""
+        """Difference of the positions and covariance at the least separation factor; None where there is none."""
         row = self.covariance.row(offset=offset, formulation=formulation, where="least separation factor", of=of)
-        if row is None:
+        if row is None or not all(np.isfinite(row[e]) for e in ELEMENTS):
             return None
         return row, *relative_position(row)
+
+
+def finite_or_inf(row):
+    """The factor of a row of `least`; infinite where there is none."""
+    return np.inf if row is None or np.isnan(row["continuous"]) else row["continuous"]
+
+
+def largest(values, otherwise=0.0):
+    """The largest of those that are finite."""
+    return np.max(values[np.isfinite(values)], initial=-np.inf) if np.any(np.isfinite(values)) else otherwise
 
 
 def relative_position(row):
@@ -131,13 +147,13 @@ def ladder(data):
         least = data.least_row(offset)
         ax.axvline(least["ref_md_m"], color="#777777", linewidth=1.0, linestyle=(0, (4, 3)), zorder=0.5)
         # Where the wells are far apart nothing is to be seen: the scale is that of what is needed, and of the least distance.
-        most = max(np.nanmax(data.of(offset, f)["sd_relative_m"]) for f in data.formulations(offset))
+        most = max(largest(data.of(offset, f)["sd_relative_m"]) for f in data.formulations(offset))
         apart = data.of(offset, data.formulations(offset)[0])["distance_m"]
         top = max(4 * (data.radii(offset) + data.margin + data.k * np.hypot(most, data.project_ahead)), 1.5 * np.nanmin(apart))
         ax.set_ylim(0, min(top, 1.05 * np.nanmax(apart)))
         ax.set_ylabel("m")
-        ax.set_title(f"{offset}: least separation factor {number(least['continuous'])} at {number(least['ref_md_m'], 5)} m "
-                     f"({least['formulation']})")
+        ax.set_title(f"{offset}: least separation factor along the reference {number(least['continuous'])} at "
+                     f"{number(least['ref_md_m'], 5)} m ({least['formulation']}){data.less_along_the_offset(offset)}")
         ax.legend(loc="center left", bbox_to_anchor=(1.005, 0.5), fontsize=8.5)
     figure.subplots_adjust(right=0.79)
     panels[-1, 0].set_xlabel("Measured depth on the reference (m)")
@@ -151,24 +167,30 @@ def separation(data):
     figure.subplots_adjust(left=0.08, right=0.79, top=1 - 1.15 / high, bottom=0.65 / high, hspace=0.32)
     plotting.heading(figure, data.title, "Separation factor along the reference: lines through its stations, dots at the least value between them. Below 1 the rule is broken." + note_of(data))
     for ax, offset in zip(panels[:, 0], data.offsets):
-        seen = []
-        for i, f in enumerate(data.formulations(offset)):
-            t = data.of(offset, f)
-            sf = t["separation_factor"]
-            ax.plot(t["ref_md_m"], np.where(sf > 0, sf, np.nan), color=COLOURS[i % 8], linestyle=DASHES[i % 8], linewidth=1.7,
-                    label=f"{f}, least {number(data.least_row(offset, f)['continuous'])}")
-            least = data.least_row(offset, f)
-            if least["continuous"] > 0:
-                ax.plot(least["ref_md_m"], least["continuous"], "o", color=COLOURS[i % 8], markersize=4.5)
-                seen.append(least["continuous"])
-            seen += list(sf[np.isfinite(sf) & (sf > 0)])
-        low, top = max(0.05, 0.8 * min(seen + [1.0])), min(200, 1.3 * max(seen + [1.5]))
+        factors = {f: data.of(offset, f)["separation_factor"] for f in data.formulations(offset)}
+        least = {f: data.least_row(offset, f) for f in factors}
+        seen = np.concatenate([*factors.values(), [r["continuous"] for r in least.values()]])
+        seen = seen[np.isfinite(seen)]
+        # On a logarithmic axis there is no room for nothing: factors below the axis are drawn at its lower edge.
+        low = max(0.05, 0.8 * np.min(seen, initial=1.0)) if np.min(seen, initial=1.0) > 0 else 0.5 * np.min(seen[seen > 0], initial=1.0)
+        top = min(200, 1.3 * np.max(seen, initial=1.5))
+        for i, (f, sf) in enumerate(factors.items()):
+            ax.plot(data.of(offset, f)["ref_md_m"], np.maximum(sf, 0.5 * low), color=COLOURS[i % 8], linestyle=DASHES[i % 8], linewidth=1.7,
+                    label=f"{f}, least {number(least[f]['continuous'])}")
+            value, at = least[f]["continuous"], least[f]["ref_md_m"]
+            if not np.isfinite(value):
+                continue
+            is_below = value < low
+            ax.plot(at, max(value, low), "v" if is_below else "o", color=COLOURS[i % 8], markersize=8 if is_below else 4.5, clip_on=False,
+                    zorder=5)
+            if is_below:
+                ax.annotate(number(value), (at, low), xytext=(7, 5 + 10 * i), textcoords="offset points", color=COLOURS[i % 8], fontsize=8.5)
         ax.axhspan(low, 1, color="#D55E00", alpha=0.12, linewidth=0)
         ax.axhline(1, color="#444444", linewidth=1.2)
         ax.set_yscale("log")
         ax.set_ylim(low, top)
         plotting.plain_log_axis(ax.yaxis, low, top)
-        ax.set_title(offset)
+        ax.set_title(f"{offset}: least {number(data.least_row(offset)['continuous'])}{data.less_along_the_offset(offset)}")
         ax.set_ylabel("Separation factor")
         ax.legend(loc="center left", bbox_to_anchor=(1.005, 0.5), fontsize=8.5)
     panels[-1, 0].set_xlabel("Measured depth on the reference (m)")
@@ -193,7 +215,7 @@ def cylinder(data):
         t = data.of(offset, data.formulations(offset)[0])
         angle, distance, md = np.radians(t["toolface_to_offset_deg"]), t["distance_m"], t["ref_md_m"]
         ring = data.radii(offset) + data.margin + data.k * np.hypot(t["sd_relative_m"], data.project_ahead)
-        limit = max(2.2 * np.nanmax(ring), 1.3 * np.nanmin(distance))
+        limit = max(2.2 * largest(ring), 1.3 * np.nanmin(distance))
         keep = np.isfinite(angle) & (distance <= limit)
         shown.append((offset, t, angle, distance, md, ring, limit, keep))
     depths = np.concatenate([s[4][s[7]] for s in shown])  # colours: the depths that are drawn, of all panels
@@ -242,12 +264,14 @@ def frame(ax, points, size, down):
 
 def views(data, sigma):
     offsets = data.offsets[:4]
-    figure, panels = lines_of_two(data, offsets, f"Where the separation factor is least: paths, {sigma:g}{SIGMA} ellipses (filled) and pedal curves (lines) of each well, "
+    figure, panels = lines_of_two(data, offsets, f"Where the separation factor along the reference is least: paths, {sigma:g}{SIGMA} ellipses (filled) and pedal curves (lines) of each well, "
                      "and the line between\nthe centres. The pedal curve's radius along that line is what the rule takes.")
     for line, offset in zip(panels, offsets):
         least = data.least_row(offset)
         found = data.at_least(offset, least["formulation"], "reference")
         if found is None:
+            for ax, name in zip(line, ("plan", "section")):
+                ax.set_title(f"{offset}, {name}: no covariance there")
             continue
         row, d, c_reference = found
         c_offset = data.at_least(offset, least["formulation"], "offset")[2]
@@ -281,16 +305,16 @@ def views(data, sigma):
 
 def relative(data, sigma):
     offsets = data.offsets[:4]
-    figure, panels = lines_of_two(data, offsets, f"The offset relative to the reference where the separation factor is least: {sigma:g}{SIGMA} ellipses of the relative covariance by what the "
+    figure, panels = lines_of_two(data, offsets, f"The offset relative to the reference where the separation factor along it is least: {sigma:g}{SIGMA} ellipses of the relative covariance by what the "
                      "wells share.\nThe disc at the cross is the reference's place, with both hole radii.", wide=13.6, right=0.78)
     for line, offset in zip(panels, offsets):
-        worst = data.least_row(offset)["formulation"]
+        worst = data.at_least(offset, data.least_row(offset)["formulation"], "relative")
         for i, f in enumerate(data.formulations(offset)):
             found = data.at_least(offset, f, "relative")
             if found is None:
                 continue
             row, d, c = found
-            for ax, (name, p, labels) in zip(line, projections(data.at_least(offset, worst, "relative")[1])):
+            for ax, (name, p, labels) in zip(line, projections((worst or found)[1])):
                 flat = p @ c @ p.T
                 x, y = plotting.ellipse_points(flat, sigma, p @ d)
                 ax.plot(x, y, color=COLOURS[i % 8], linestyle=DASHES[i % 8], linewidth=1.6,

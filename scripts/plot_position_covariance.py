@@ -44,6 +44,17 @@ def covariances(table):
     return np.array([[nn, ne, nv], [ne, ee, ev], [nv, ev, vv]]).transpose(2, 0, 1)
 
 
+def with_a_covariance(table):
+    """Which rows have one: a model may have no finite weight somewhere along a well."""
+    return np.all([np.isfinite(table[e]) for e in ELEMENTS], axis=0)
+
+
+def left_out(table):
+    """' At 3 of 40 stations there is no covariance: a weight is not finite.'; '' where all have one."""
+    missing = int(np.count_nonzero(~with_a_covariance(table)))
+    return f" At {missing} of {table.rows} stations there is no covariance: a weight is not finite." if missing else ""
+
+
 def heading(figure, title, text):
     high = figure.get_figheight()
     figure.suptitle(title, x=0.02, y=1 - 0.12 / high, ha="left")
@@ -78,12 +89,13 @@ def mark_legs(ax, starts):
 def along_figure(title, covariance, ellipsoid, terms):
     figure, panels = plt.subplots(3, 1, figsize=(11.5, 9.2), sharex=True, height_ratios=(3, 3, 1.2))
     figure.subplots_adjust(left=0.075, right=0.975, top=0.885, bottom=0.065, hspace=0.2)
-    heading(figure, title, f"Position uncertainty along the well, 1{SIGMA}. Error model: {models_text(terms)}.")
+    heading(figure, title, f"Position uncertainty along the well, 1{SIGMA}. Error model: {models_text(terms)}.{left_out(covariance)}")
     md = covariance["md_m"]
     for ax, lines, what in ((panels[0], HOLE, "Relative to the hole"), (panels[1], MAP, "On the map, and vertical")):
         for key, label, colour, style in lines:
-            ax.plot(md, covariance[key], color=colour, linestyle=style, linewidth=1.8,
-                    label=f"{label}, {number(covariance[key][-1])} m at the last station")
+            values = np.where(with_a_covariance(covariance), covariance[key], np.nan)
+            ax.plot(md, values, color=colour, linestyle=style, linewidth=1.8,
+                    label=f"{label}, {number(values[-1])} m at the last station")
         ax.set_title(what)
         ax.set_ylabel(f"Standard deviation, 1{SIGMA} (m)")
         ax.set_ylim(0, None)
@@ -120,10 +132,12 @@ def families(terms):
 
 
 def source_variances(by_source, columns, names):
-    """(measured depths, {family of sources: variance at each}): the sum of `columns`."""
+    """(measured depths, {family of sources: variance at each}): the sum of `columns`, where all sources have one."""
     sources = list(dict.fromkeys(by_source["source"]))
     md = by_source["md_m"][::len(sources)]
     values = sum(by_source[c] for c in columns).reshape(-1, len(sources))
+    known = np.all(np.isfinite(values), axis=1)
+    md, values = md[known], values[known]
     variances = {}
     for i, s in enumerate(sources):
         name = names.get(s, s)
@@ -143,12 +157,16 @@ def largest_sources(variances, count):
     return chosen, sum((variances[s] for s in others), np.zeros_like(total)), len(others)
 
 
-def sources_figure(title, by_source, terms):
+def sources_figure(title, covariance, by_source, terms):
+    """None where no station but the tie-on has a covariance."""
+    if np.count_nonzero(with_a_covariance(covariance)) < 2:
+        return None
     figure, panels = plt.subplots(2, 2, figsize=(12.5, 9.0), sharex=True)
     figure.subplots_adjust(left=0.07, right=0.825, top=0.885, bottom=0.065, hspace=0.16, wspace=0.2)
     names_of = families(terms)
     heading(figure, title, "Variance of the position by error source; variances add up, standard deviations do not. "
-            f"Error model: {models_text(terms)}.")
+            f"Error model: {models_text(terms)}.{left_out(covariance)}")
+    last = "the last station" if with_a_covariance(covariance)[-1] else "the last of these"
     for row, (what, columns) in enumerate((("Horizontal (N + E)", ("nn_m2", "ee_m2")), ("Vertical", ("vv_m2",)))):
         md, variances = source_variances(by_source, columns, names_of)
         chosen, rest, others = largest_sources(variances, LARGEST_SOURCES)
@@ -167,13 +185,13 @@ def sources_figure(title, by_source, terms):
             ax.set_xlim(md[0], md[-1])
             ax.grid(False)
             mark_legs(ax, leg_starts(terms))
-        panels[row, 0].set_title(f"{what}, {SIGMA} = {number(np.sqrt(total[-1]))} m at the last station")
+        panels[row, 0].set_title(f"{what}, {SIGMA} = {number(np.sqrt(total[-1]))} m at {last}")
         panels[row, 0].set_ylim(0, 1.04 * np.max(total) if np.max(total) > 0 else 1)
         panels[row, 1].set_title(f"{what}, share")
         panels[row, 1].set_ylim(0, 100)
         end = [f"{n} ({number(v[-1] / total[-1] * 100, 2)} %)" if total[-1] > 0 else n for n, v in zip(names, stack)]
         panels[row, 1].legend(polygons[::-1], end[::-1], loc="center left", bbox_to_anchor=(1.02, 0.5),
-                              title="share at the\nlast station", handlelength=1.6, handleheight=1.2)
+                              title="share at\n" + last, handlelength=1.6, handleheight=1.2)
     for ax in panels[1]:
         ax.set_xlabel("Measured depth (m)")
     return figure
@@ -244,13 +262,14 @@ def fit_height(figure, panels):
 
 def views_figure(title, covariance, ellipsoid, terms, sigma, magnify):
     drawings, azimuth = views(covariance, ellipsoid)
-    stations = chosen_stations(covariance["md_m"])
+    known = np.flatnonzero(with_a_covariance(covariance))
+    stations = [known[k] for k in chosen_stations(covariance["md_m"][known])] if len(known) > 1 else []
     figure, panels = plt.subplots(1, 2, figsize=(12.5, 7.6))
     figure.subplots_adjust(left=0.07, right=0.98, top=0.845, bottom=0.085, wspace=0.2)
     notes = []
     for ax, (name, x, y, c) in zip(panels, drawings):
         extent = max(np.ptp(x), np.ptp(y))
-        largest = sigma * np.sqrt(max(np.linalg.eigvalsh(m)[1] for m in c))
+        largest = sigma * np.sqrt(max((np.linalg.eigvalsh(c[k])[1] for k in known), default=0))
         factor = magnify or nice_magnification(extent, largest)
         notes.append(factor)
         for k in stations:
@@ -276,7 +295,7 @@ def views_figure(title, covariance, ellipsoid, terms, sigma, magnify):
     panels[1].set_xlabel(f"Distance from the first station along azimuth {azimuth:.1f}{DEGREE} (m)")
     panels[1].set_ylabel("True vertical depth (m)")
     heading(figure, title, f"Well with {sigma:g}{SIGMA} error ellipses ({100 * plotting.ellipse_coverage(sigma):.1f} % "
-            f"of positions, if normal) at {len(stations)} stations. Error model: {models_text(terms)}.")
+            f"of positions, if normal) at {len(stations)} stations. Error model: {models_text(terms)}.{left_out(covariance)}")
     handles = [Line2D([], [], color="#222222", marker=".", label="well, stations with an ellipse"),
                Line2D([], [], color=ELLIPSE, label=f"{sigma:g}{SIGMA} ellipse"),
                Line2D([], [], color="#0072B2", marker="s", linestyle="none", label="tie-on, without error")]
@@ -295,13 +314,13 @@ def compare_figure(title, covariance, keys, points):
     figure, panels = plt.subplots(1, 3, figsize=(13.0, 5.8), sharex=True)
     rows = -(-len(points) // 3)
     figure.subplots_adjust(left=0.06, right=0.985, top=0.86, bottom=0.14 + 0.035 * rows, wspace=0.2)
-    heading(figure, title, f"Standard deviations along the well, 1{SIGMA}, for every point of the sweep.")
+    heading(figure, title, f"Standard deviations along the well, 1{SIGMA}, for every point of the sweep.{left_out(covariance)}")
     palette = plt.rcParams["axes.prop_cycle"].by_key()["color"]
     styles = ("-", (0, (6, 2)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)))
     for i, point in enumerate(points):
         table = plotting.at_point(covariance, keys, point)
         for ax, (key, label, *_) in zip(panels, HOLE):
-            ax.plot(table["md_m"], table[key], color=palette[i % len(palette)], linestyle=styles[i % len(styles)],
+            ax.plot(table["md_m"], np.where(with_a_covariance(table), table[key], np.nan), color=palette[i % len(palette)], linestyle=styles[i % len(styles)],
                     linewidth=1.8, label=plotting.point_name(keys, point))
             ax.set_title(label.capitalize())
             ax.set_xlabel("Measured depth (m)")
@@ -351,13 +370,14 @@ def main():
         figures[prefix + "along"] = along_figure(name, covariance, ellipsoid, terms)
         by_source = here["covariance_by_source"]
         if by_source is not None and len(set(by_source["md_m"])) > 1:  # output.by_source = "all", and a tool with errors
-            figures[prefix + "sources"] = sources_figure(name, by_source, terms)
+            figures[prefix + "sources"] = sources_figure(name, covariance, by_source, terms)
         figures[prefix + "views"] = views_figure(name, covariance, ellipsoid, terms, arguments.sigma, arguments.magnify)
     if len(points) > 1:
         figures["compare"] = compare_figure(title, tables["covariance"], keys, points)
     folder = plotting.figures_folder(arguments.output, arguments.result)
     for name, figure in figures.items():
-        plotting.save(figure, folder, f"{stem}_{name}")
+        if figure is not None:
+            plotting.save(figure, folder, f"{stem}_{name}")
 
 
 if __name__ == "__main__":

@@ -2,7 +2,9 @@
 """Tests of scripts/plot_tool_codes.py on the smoke results SURVEYMC_MAP (tool_code_map), SURVEYMC_SWEEP (position_covariance) and
 SURVEYMC_DESIGN (position_covariance, models and wells drawn together), and of maps that the program SURVEYMC makes."""
 import os
+import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -12,6 +14,9 @@ import numpy as np
 import drawing
 import plot_tool_codes as plot
 import plotting
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from sealed import result_file  # noqa: E402
 
 MAP, SWEEP, DESIGN = (os.environ.get(f"SURVEYMC_{name}", "") for name in ("MAP", "SWEEP", "DESIGN"))
 PROGRAM = os.environ.get("SURVEYMC", "")
@@ -87,6 +92,17 @@ class Figures(drawing.Drawing):
         for figure in (f"{stem}_maps", f"{stem}_ratio", os.path.splitext(os.path.basename(SWEEP))[0] + "_bars"):
             self.assertIn(f"{figure}.png", files)
             self.assertIn(f"{figure}.svg", files)
+
+    def test_bars_say_where_there_is_no_covariance(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "none.h5")
+            shutil.copy(SWEEP, path)
+            with result_file(path, "a") as file:
+                for d, _ in plot.DIRECTIONS:
+                    file[f"tables/covariance/sd_{d}_m"][-1] = np.nan
+            with plotting.open_result(path, "position_covariance") as file:
+                texts = [t.get_text() for t in plot.draw_bars(file, None, "sd").axes[0].texts]
+        self.assertEqual(texts.count("no covariance: a weight is not finite"), 1)
 
     def test_nothing_is_drawn_of_models_with_several_wells(self):
         done = drawing.draw(self.script, DESIGN)

@@ -7,6 +7,7 @@ import os
 import unittest
 
 import numpy as np
+from matplotlib.patches import Polygon
 
 import drawing
 import plot_position_covariance as plot
@@ -61,6 +62,30 @@ class Data(unittest.TestCase):
                 axis = np.array([np.sin(inclination) * np.cos(azimuth), np.sin(inclination) * np.sin(azimuth),
                                  np.cos(inclination)])
                 np.testing.assert_allclose(c @ axis, sd**2 * axis, atol=1e-12 * scale)
+
+    def test_stations_without_a_covariance_are_left_out(self):
+        covariance, ellipsoid, by_source, terms = tables(RESULT, "covariance", "ellipsoid", "covariance_by_source", "error_terms")
+        rows = covariance.rows
+        lost = rows - 10
+        covariance["sd_lateral_m"][lost:] = 0  # a sd of nothing is no sd
+        for c in plot.ELEMENTS:
+            covariance[c][lost:] = np.nan
+            by_source[c][np.isin(by_source["md_m"], covariance["md_m"][lost:])] = np.nan
+        said = f"At 10 of {rows} stations there is no covariance: a weight is not finite."
+        views = plot.views_figure("t", covariance, ellipsoid, terms, 2.0, None)
+        ellipses = [p for p in views.axes[0].patches if isinstance(p, Polygon)]
+        self.assertEqual(len(ellipses), len(plot.chosen_stations(covariance["md_m"][:lost])))
+        along = plot.along_figure("t", covariance, ellipsoid, terms)
+        for ax in along.axes[:2]:
+            for line in ax.lines[:3]:
+                self.assertEqual(np.flatnonzero(np.isnan(line.get_ydata())).tolist(), list(range(lost, rows)))
+        sources = plot.sources_figure("t", covariance, by_source, terms)
+        self.assertEqual(sources.axes[0].get_xlim(), (covariance["md_m"][0], covariance["md_m"][lost - 1]))
+        for figure in (views, along, sources):
+            self.assertTrue(any(said in t.get_text() for t in figure.texts))
+        covariance["nn_m2"][1:] = np.nan  # none but the tie-on
+        self.assertIsNone(plot.sources_figure("t", covariance, by_source, terms))
+        self.assertEqual(len(plot.views_figure("t", covariance, ellipsoid, terms, 2.0, None).axes[0].patches), 0)
 
     def test_stacked_sources_add_up_to_the_variance(self):
         covariance, by_source, terms = tables(RESULT, "covariance", "covariance_by_source", "error_terms")
