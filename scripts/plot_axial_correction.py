@@ -135,6 +135,7 @@ def nearest_azimuths(azimuth, table):
 
 def curves_figure(title, methods, inclination, azimuth, error, sd, table, given):
     cuts = nearest_azimuths(azimuth, table)
+    drawn = None  # points of Monte Carlo: there may be none at the azimuths of the maps
     wrong = bool(np.any(error[np.isfinite(error)] > ROUNDING))
     maps = [error, sd] if wrong else [sd]
     high = 2.2 + 2.7 * len(maps)
@@ -161,9 +162,10 @@ def curves_figure(title, methods, inclination, azimuth, error, sd, table, given)
         for k, m in enumerate(methods):
             rows = table.where(lambda i: table["formulation"][i] == m and table["quantity"][i] == "azimuth"
                                and abs(table["magnetic_azimuth_deg"][i] - azimuth[j]) < 1e-9)
-            if rows.rows == 0:
+            if not np.any(np.isfinite(rows["monte_carlo"])):
                 continue
             y = rows["monte_carlo"]
+            drawn = table
             column[-1].errorbar(rows["inclination_deg"], y, yerr=[np.maximum(y - rows["monte_carlo_ci_low"], 0),
                                                                  np.maximum(rows["monte_carlo_ci_high"] - y, 0)],
                                color=LOOK[m]["color"], marker=LOOK[m]["marker"], linestyle="none", markersize=4.5,
@@ -180,7 +182,7 @@ def curves_figure(title, methods, inclination, azimuth, error, sd, table, given)
     grid[-1][0].set_ylabel(f"sd of the azimuth ({DEGREE})")
     handles = [Line2D([], [], **{k: v for k, v in LOOK[m].items() if k != "marker"}) for m in methods]
     text = ("Above: error by the constant errors. Below: s" if wrong else "S") + "tandard deviation, first order"
-    if table is not None and not given:
+    if drawn is not None:
         handles.append(Line2D([], [], color="#444444", marker="o", markerfacecolor="white", linestyle="none",
                               label=f"Monte Carlo, {100 * table.confidence:g} %"))
         text += f"; points: Monte Carlo, {plotting.counts_text(table['trials'])} trials"

@@ -4,6 +4,8 @@ import collections
 import json
 import math
 import os
+import re
+import shlex
 
 import studies
 
@@ -143,11 +145,24 @@ def _explorers(result, frames, identity):
     return parts
 
 
+def own_numbers(command):
+    """Options of a stored command that replace keys of the config, as a shell takes them: " --seed 5 --set 'a=[1, 2]'".
+
+    The command is stored without quotes: a value goes on to the next option, or to a config that comes last.
+    """
+    found = [*re.finditer(r" --(seed|trials)[ =](\S+)", command), *re.finditer(r" --(set)[ =](.+?)(?= --?[a-z]|$)", command)]
+    has_config = re.search(r"\brun \S+\.toml", command)
+    options = []
+    for match in sorted(found, key=lambda m: m.start()):
+        value = match[2] if has_config or match[1] != "set" else re.sub(r" \S+\.toml$", "", match[2])
+        options.append(f" --{match[1]} {shlex.quote(value)}")
+    return "".join(options)
+
+
 def _provenance(result, config, name):
     run = result.run
     took = f", {run['elapsed_s']:.1f} s on {run.get('threads', 1)} threads" if "elapsed_s" in run else ""
-    trials = f" --trials {result.trials}" if "--trials" in result.command else ""
-    repeat = f"build/surveymc run {config or 'CONFIG'}{trials}"
+    repeat = f"build/surveymc run {config or 'CONFIG'}{own_numbers(result.command)}"
     rows = [("config", f"<code>{escape(config)}</code>" if config else ""), ("result", f"<code>{escape(name)}</code>"),
             ("experiment", f"<code>{escape(result.experiment)}</code>"), ("seed", str(result.seed)),
             ("trials", grouped(result.trials)),
@@ -181,7 +196,7 @@ def result_part(result, study, drawn, identity, name, first_figure, limit=math.i
         for text in studies.description(config):
             parts.append(f"<pre>{escape(text)}</pre>" if text.startswith("  ") else f"<p>{prose(text)}</p>")
     parts.append(_summary(result, counts))
-    if "--trials" in result.command or "--set" in result.command:
+    if own_numbers(result.command):
         parts.append(f'<p class="small">Run with other numbers than the config has: <code>{escape(result.command)}</code></p>')
     if "warnings" in frames and len(frames["warnings"]):
         parts.append(tables.table(frames["warnings"]))

@@ -144,6 +144,19 @@ class Structure(unittest.TestCase):
             for table, frame in result.tables.items():
                 self.assertEqual(len(frame) > 0, f'aria-label="Table {table}"' in part, (name, table))
 
+    def test_what_runs_a_result_again_has_its_options(self):
+        for command, options in (("surveymc run a.toml -o a.h5", ""), ("surveymc run a.toml --seed 77 -o a.h5", " --seed 77"),
+                                 ("surveymc run a.toml --trials=50 --set verdict.margin=0.5 --set estimator.name=msa --quiet",
+                                  " --trials 50 --set verdict.margin=0.5 --set estimator.name=msa"),
+                                 ("surveymc run a.toml --set sensor.bias_nT=[250, -1.5, 0] -o a.h5", " --set 'sensor.bias_nT=[250, -1.5, 0]'"),
+                                 ("surveymc run --set title=\"a b\" a.toml", " --set 'title=\"a b\"'")):
+            self.assertEqual(page.own_numbers(command), options)
+        result = surveymc.open(os.path.join(SMOKE, "vertical_well.h5"))
+        result.command = "surveymc run configs/smoke/vertical_well.toml --seed 77 -o x.h5"
+        part = page.result_part(result, studies.load()["vertical_well"], figures.Drawn(), "r", "x.h5", 1)[0]
+        self.assertIn("build/surveymc run configs/smoke/vertical_well.toml --seed 77\nbuild/surveymc rerun x.h5", part)
+        self.assertIn("Run with other numbers than the config has", part)
+
     def test_verdicts_are_marks_with_words(self):
         cells = re.findall(r'<td class="v"><span class="verdict (\w+)"><i aria-hidden="true">(.)</i> ([^<]+)', self.source)
         self.assertEqual({(c, w) for c, _, w in cells} - {("agrees", "agrees"), ("differs", "differs"), ("undecided", "undecided"), ("undecided", "differs, may be chance"),
@@ -398,6 +411,18 @@ class AnyResult(unittest.TestCase):
 
 
 class PlotScripts(unittest.TestCase):
+    def test_figures_of_every_kind_of_result_are_known(self):
+        for name, suffixes in (("mwd_drift", {"detection", "point0_tracks", "verdicts"}), ("estimate_chained", {"run_filter", "run_smoother"})):
+            path = os.path.join(SMOKE, f"{name}.h5")
+            result = surveymc.open(path)
+            study = studies.load()[result.experiment]
+            with tempfile.TemporaryDirectory() as folder:
+                drawn = figures.draw(path, study.scripts_for(path), folder)
+            self.assertEqual(drawn.broken, [])
+            self.assertEqual({os.path.basename(f)[len(name) + 1:-4] for f in drawn.files}, suffixes)
+            for suffix in suffixes:
+                self.assertIn(study.caption(suffix), study.figures.values())
+
     def test_what_a_script_says_is_kept_apart_from_what_breaks(self):
         with tempfile.TemporaryDirectory() as folder:
             for name, body, code, word in (("fine", "print('a.svg')", 0, ""), ("refuses", "sys.exit(65)", 65, ""),
