@@ -188,7 +188,7 @@ void Tables::add_published(const Pair& pair) {
 }
 
 void Tables::add_warnings(const Well& w, const std::vector<propagate::NonFiniteTerm>& non_finite) {
-  for (study::WellWarning& warning : study::warnings_of(w, non_finite)) warnings_.push_back(std::move(warning));
+  for (study::ValidityWarning& warning : study::warnings_of(w, non_finite)) warnings_.push_back(std::move(warning));
 }
 
 store::Table Tables::parameters_table() const {
@@ -267,7 +267,7 @@ std::vector<store::Table> Tables::take(const Reference& reference) {
     published.word("note", "where the published value is from", p.source);
   });
   out.push_back(published.take());
-  out.push_back(study::warnings_table("separations", warnings_));
+  out.push_back(study::validity_warnings_table("separations", warnings_));
   return out;
 }
 

@@ -43,7 +43,7 @@ class Tables {
   const Scenario& s_;
   study::TableRows clearance_, least_, covariance_;
   std::vector<PublishedRow> published_;
-  std::vector<study::WellWarning> warnings_;
+  std::vector<study::ValidityWarning> warnings_;
 };
 
 }  // namespace surveymc::studies::clearance

@@ -336,10 +336,10 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
 }
 
 store::Table warnings_of_wells(const Scenario& s) {
-  std::vector<study::WellWarning> all = study::warnings_of(s.reference);
+  std::vector<study::ValidityWarning> all = study::warnings_of(s.reference);
   for (const study::SurveyedWell& w : s.offsets)
-    for (study::WellWarning& warning : study::warnings_of(w)) all.push_back(std::move(warning));
-  return study::warnings_table("probabilities", all);
+    for (study::ValidityWarning& warning : study::warnings_of(w)) all.push_back(std::move(warning));
+  return study::validity_warnings_table("probabilities", all);
 }
 
 }  // namespace

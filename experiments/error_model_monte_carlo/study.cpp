@@ -366,7 +366,8 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   if (s_.sources == Sources::each) r.tables.push_back(additivity_table(tally));
   r.tables.push_back(study::validity_table(s_.survey, s_.tools, s_.validity));
-  r.tables.push_back(study::validity_warnings_table(s_.survey, s_.tools, s_.validity));
+  r.tables.push_back(
+      study::validity_warnings_table("covariances", study::validity_warnings(s_.survey, s_.tools, s_.validity)));
   if (s_.save_samples > 0 && s_.samples()) r.samples = {samples_table(tally)};
   return r;
 }

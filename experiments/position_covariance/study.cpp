@@ -166,7 +166,8 @@ class PositionCovariance final : public study::StudyPoint {
     r.tables.push_back(gyro_table(s_.survey, s_.tools, result));
     r.tables.push_back(published_table(published, s_.margin));
     r.tables.push_back(uncertainty_table(s_.survey, result, s_.report));
-    r.tables.push_back(study::validity_warnings_table(s_.survey, s_.tools, validity));
+    r.tables.push_back(
+        study::validity_warnings_table("covariances", study::validity_warnings(s_.survey, s_.tools, validity)));
     return r;
   }
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/standard_deviation.h"
 #include "base/units.h"
 
 namespace surveymc::analysis {
@@ -55,7 +56,7 @@ void warn_of_reference(const ReadingsAnalysis& a, Warnings& out) {
   for (const int i : reference_bound(a))
     names.push_back(fmt::format("{} (sd {}, of it by noise {})", estimate::parameter_name(i),
                                 shown(i, std::sqrt(a.covariance(i, i))),
-                                shown(i, std::sqrt(std::max(0.0, a.noise_covariance()(i, i))))));
+                                shown(i, standard_deviation(a.noise_covariance()(i, i)))));
   if (!names.empty())
     out.push_back({"info", fmt::format("the reference field's uncertainty makes nearly all of the sd of {}: a better "
                                        "reference helps there, more stations do not",

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <boost/math/quadrature/gauss.hpp>
 
+#include "base/standard_deviation.h"
 #include "base/units.h"
 #include "rare/test_functions.h"
 #include "stats/intervals.h"
@@ -22,7 +23,7 @@ constexpr double kFlat = 1e-12;  // of the largest variance: no spread
 
 double sd_along(const Vector3d& r, const Matrix3d& c) {
   const Vector3d u = r.normalized();
-  return std::sqrt(std::max(0.0, u.dot(c * u)));
+  return standard_deviation(u.dot(c * u));
 }
 
 }  // namespace

@@ -27,19 +27,25 @@ store::Table validity_table(const survey::Survey& survey, const ToolRuns& tools,
   return t.take();
 }
 
-store::Table validity_warnings_table(const survey::Survey& survey, const ToolRuns& tools,
-                                     const std::vector<propagate::Validity>& validity) {
-  std::vector<propagate::Validity> rows;
-  for (const propagate::Validity& v : validity)
-    if (v.rule != propagate::ValidityRule::note) rows.push_back(v);
-  TableRows t("warnings", "what to know before these covariances are used");
-  write_rows(t, rows, [&](const propagate::Validity& v) {
-    t.word("severity", "severe: there is no covariance; warning: it may be wrong",
-           v.rule == propagate::ValidityRule::not_finite ? "severe" : "warning");
-    t.word("message", "in words",
-           fmt::format("{}: {}: {} station{}, md {:g} to {:g} m: {}", tools.model_names[v.run],
-                       propagate::rule_name(v.rule), v.stations, v.stations == 1 ? "" : "s", md_of(survey, v.first),
-                       md_of(survey, v.last), v.detail));
+std::vector<ValidityWarning> validity_warnings(const survey::Survey& survey, const ToolRuns& tools,
+                                               const std::vector<propagate::Validity>& validity,
+                                               const std::string& well) {
+  std::vector<ValidityWarning> out;
+  for (const propagate::Validity& v : validity) {
+    if (v.rule == propagate::ValidityRule::note) continue;
+    out.push_back({v.rule == propagate::ValidityRule::not_finite ? "severe" : "warning",
+                   fmt::format("{}{}{}: {}: {} station{}, md {:g} to {:g} m: {}", well, well.empty() ? "" : ": ",
+                               tools.model_names[v.run], propagate::rule_name(v.rule), v.stations,
+                               v.stations == 1 ? "" : "s", md_of(survey, v.first), md_of(survey, v.last), v.detail)});
+  }
+  return out;
+}
+
+store::Table validity_warnings_table(const std::string& numbers, const std::vector<ValidityWarning>& warnings) {
+  TableRows t("warnings", fmt::format("what to know before these {} are used", numbers));
+  write_rows(t, warnings, [&](const ValidityWarning& w) {
+    t.word("severity", "severe: there is no covariance; warning: it may be wrong", w.severity);
+    t.word("message", "in words", w.message);
   });
   return t.take();
 }

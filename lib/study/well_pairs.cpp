@@ -10,7 +10,6 @@
 
 #include "base/units.h"
 #include "study/scenario.h"
-#include "study/table_rows.h"
 #include "study/told_inputs.h"
 #include "survey/minimum_curvature.h"
 
@@ -407,27 +406,11 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
 
 void scale_models(config::ConfigReader& c, WellPairs& s) { scale_all_models(c, s); }
 
-std::vector<WellWarning> warnings_of(const SurveyedWell& w, const std::vector<propagate::NonFiniteTerm>& non_finite) {
+std::vector<ValidityWarning> warnings_of(const SurveyedWell& w,
+                                         const std::vector<propagate::NonFiniteTerm>& non_finite) {
   std::vector<propagate::Validity> all = propagate::tool_validity(w.survey, w.tools.runs, w.field, w.latitude);
   for (const propagate::NonFiniteTerm& term : non_finite) all.push_back(propagate::validity_of(term, w.tools.runs));
-  std::vector<WellWarning> out;
-  for (const propagate::Validity& v : all) {
-    if (v.rule == propagate::ValidityRule::note) continue;
-    out.push_back({v.rule == propagate::ValidityRule::not_finite ? "severe" : "warning",
-                   fmt::format("{}: {}: {}: {} station{}, md {:g} to {:g} m: {}", w.name, w.tools.model_names[v.run],
-                               propagate::rule_name(v.rule), v.stations, v.stations == 1 ? "" : "s",
-                               w.survey.stations[v.first].md, w.survey.stations[v.last].md, v.detail)});
-  }
-  return out;
-}
-
-store::Table warnings_table(const std::string& numbers, const std::vector<WellWarning>& all) {
-  TableRows t("warnings", fmt::format("what to know before these {} are used", numbers));
-  write_rows(t, all, [&](const WellWarning& w) {
-    t.word("severity", "severe: there is no covariance; warning: it may be wrong", w.severity);
-    t.word("message", "in words", w.message);
-  });
-  return t.take();
+  return validity_warnings(w.survey, w.tools, all, w.name);
 }
 
 PairReference pair_reference(const SurveyedWell& well, Interpolation interpolation) {

@@ -9,8 +9,8 @@
 #include "config/config.h"
 #include "propagate/well_errors.h"
 #include "proximity/pair_scan.h"
-#include "store/table.h"
 #include "study/error_models.h"
+#include "study/validity_tables.h"
 #include "survey/reference_field.h"
 #include "survey/survey.h"
 
@@ -60,15 +60,9 @@ WellPairs read_well_pairs(config::ConfigReader& config);
 /// `errors.multiplier` (1): of the sizes of all models. After everything that names their terms was read.
 void scale_models(config::ConfigReader& config, WellPairs& wells);
 
-/// What to know of a well before numbers of it are used.
-struct WellWarning {
-  std::string severity, message;
-};
-/// Where the models of its tools do not hold. `non_finite`: of its covariance.
-std::vector<WellWarning> warnings_of(const SurveyedWell& well,
-                                     const std::vector<propagate::NonFiniteTerm>& non_finite = {});
-/// Table warnings. `numbers`: what they are about, "separations".
-store::Table warnings_table(const std::string& numbers, const std::vector<WellWarning>& warnings);
+/// Where the models of a well's tools do not hold. `non_finite`: of its covariance.
+std::vector<ValidityWarning> warnings_of(const SurveyedWell& well,
+                                         const std::vector<propagate::NonFiniteTerm>& non_finite = {});
 
 /// The reference, and what of it every pair needs: pair_reference().
 class PairReference {
