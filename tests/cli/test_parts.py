@@ -185,7 +185,7 @@ class Parts(Case):
 
     def test_what_is_refused(self):
         for rule, *arguments in (("numbered 0 to 2", "--point", 3), ("numbered 0 to 1", "--shard", "2/2"),
-                                 ("I/N", "--shard", "2"), ("whole number", "--shard", "a/b"), ("shards", "--shard", "0/0"),
+                                 ("I/N", "--shard", "2"), ("whole number", "--shard", "a/b"), ("at least one shard", "--shard", "0/0"),
                                  ("verdicts", "--point", 0, "--check"), ("--array", "--shards", 3)):
             self.part(*arguments, code=USAGE, says=rule)
         self.call("run", "maps.toml", "--shard", "0/2", "-o", "p/", code=USAGE, says="no trials to divide")
