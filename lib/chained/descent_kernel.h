@@ -147,30 +147,11 @@ template <class T>
   return out;
 }
 
-/// Nine chained states: as ldlt (simd/solve.h). This and the three functions below are a block's arithmetic, unrolled
+/// ldlt (simd/solve.h) of nine chained states. This and the three functions below are a block's arithmetic, unrolled
 /// (a few kilobytes each: entries stay in registers) and never inlined, as a descent would be hundreds of kilobytes.
 template <class T>
-[[gnu::noinline]] Symmetric<T, kChainStates> chain_ldlt(Symmetric<T, kChainStates> a) {
-#pragma GCC unroll 9
-  for (std::size_t j = 0; j < kChainStates; ++j) {
-    std::array<T, kChainStates> ld;  // row j of L D
-    T d = a[packed(j, j)];
-#pragma GCC unroll 9
-    for (std::size_t k = 0; k < j; ++k) {
-      ld[k] = a[packed(j, k)];
-      a[packed(j, k)] = ld[k] * a[packed(k, k)];
-      d = fma(-a[packed(j, k)], ld[k], d);
-    }
-    a[packed(j, j)] = T(1.0) / d;
-#pragma GCC unroll 9
-    for (std::size_t i = j + 1; i < kChainStates; ++i) {
-      T s = a[packed(i, j)];
-#pragma GCC unroll 9
-      for (std::size_t k = 0; k < j; ++k) s = fma(-a[packed(i, k)], a[packed(j, k)], s);
-      a[packed(i, j)] = s;
-    }
-  }
-  return a;
+[[gnu::noinline, gnu::flatten]] Symmetric<T, kChainStates> chain_ldlt(Symmetric<T, kChainStates> a) {
+  return ldlt<T, kChainStates>(a);
 }
 /// A^-1 from chain_ldlt(A): all of a station's solutions are products with it, which do not wait for one another.
 template <class T>

@@ -9,13 +9,11 @@ using Eigen::Vector3d;
 FieldMisfit field_misfit(const survey::StationFields& station, const std::array<double, 3>& gain, double total,
                          double dip) {
   const Vector3d per_gain(1 / gain[0], 1 / gain[1], 1 / gain[2]);
-  const Vector3d b = survey::to_eigen(station.field_T), u = survey::to_eigen(station.down_T);
-  const double bv = u.dot(b);
-  const Vector3d horizontal = b - bv * u;
-  const double bh = horizontal.norm();
+  const Vector3d b = survey::to_eigen(station.field_T);
+  const auto [north, east, down, bh, bv] = survey::field_frame(station);
   Eigen::Matrix<double, 2, 3> by_field;
-  by_field.row(0) = horizontal / bh;
-  by_field.row(1) = u;
+  by_field.row(0) = north;
+  by_field.row(1) = down;
 
   FieldMisfit m;
   m.residual << bh - total * std::cos(dip), bv - total * std::sin(dip);

@@ -1,7 +1,5 @@
 #include "propagate/corrected_well_covariance.h"
 
-#include <Eigen/Geometry>
-
 #include "survey/position_method.h"
 
 namespace surveymc::propagate {
@@ -11,11 +9,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
 AzimuthDerivatives azimuth_derivatives(const survey::StationFields& station) {
-  const Vector3d u = survey::to_eigen(station.down_T), b = survey::to_eigen(station.field_T);
-  const double bv = u.dot(b);
-  const Vector3d h = b - bv * u;
-  const double bh = h.norm();
-  const Vector3d n = h / bh, e = u.cross(n);
+  const auto [n, e, u, bh, bv] = survey::field_frame(station);
   // A = atan2(e_z, n_z). db turns north about down by -(e.db) / Bh (tangent_derivatives); du by (Bv / Bh) e.du, and it
   // tilts n and e towards u, which at sinI moves the azimuth by u_z (e_z n - n_z e).du / sin^2 I.
   const double sin2 = n.z() * n.z() + e.z() * e.z();

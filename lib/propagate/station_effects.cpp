@@ -1,7 +1,5 @@
 #include "propagate/station_effects.h"
 
-#include <Eigen/Geometry>
-
 #include "propagate/error_sum.h"
 #include "survey/minimum_curvature.h"
 
@@ -11,11 +9,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 TangentDerivatives tangent_derivatives(const survey::StationFields& station) {
-  const Vector3d u = survey::to_eigen(station.down_T), b = survey::to_eigen(station.field_T);
-  const double bv = u.dot(b);
-  const Vector3d h = b - bv * u;
-  const double bh = h.norm();
-  const Vector3d n = h / bh, e = u.cross(n);
+  const auto [n, e, u, bh, bv] = survey::field_frame(station);
   TangentDerivatives d;
   // db turns north about down by -(e.db) / Bh: dn = e (e.db) / Bh, de = -n (e.db) / Bh.
   const Vector3d turn(e.z(), -n.z(), 0);

@@ -80,27 +80,32 @@ survey::ReadingBlock make_reading_block(int trials, int stations, const NoiseMod
   return {trials, stations, noise.accelerometer > 0, noise.reference == ReferenceNoise::per_station};
 }
 
+ReadingRows reading_rows(const CleanReadings& clean, const survey::ReferenceField& field, survey::ReadingBlock& out) {
+  return {&clean.magnetic_T.front().x,
+          &clean.gravity_T.front().x,
+          &clean.down_T.front().x,
+          &clean.field_T.front().x,
+          out.magnetic.row(0, 0),
+          out.down.row(0, 0),
+          out.reference.row(0, 0),
+          out.magnetic.group_stride(),
+          out.down.group_stride(),
+          out.reference.group_stride(),
+          out.stations,
+          out.reference_stride > 0 ? out.stations : 1,
+          field.total,
+          field.dip};
+}
+
 void simulate_readings(const CleanReadings& clean, const survey::ReferenceField& field, const NoiseModel& noise,
                        const random::Stream& stream, std::uint64_t first_trial, survey::ReadingBlock& out,
                        const NoiseWeights* weights, survey::LaneArray* sums) {
   assert(first_trial % simd::kGroup == 0);
   assert(!noise.antithetic || symmetric(noise.law));
   const auto data = [](const std::vector<double>& v) { return v.empty() ? nullptr : v.data(); };
-  const SimulateBatch batch{&clean.magnetic_T.front().x,
-                            &clean.gravity_T.front().x,
-                            &clean.down_T.front().x,
-                            out.magnetic.row(0, 0),
-                            out.down.row(0, 0),
-                            out.reference.row(0, 0),
-                            out.magnetic.group_stride(),
-                            out.down.group_stride(),
-                            out.reference.group_stride(),
-                            out.stations,
-                            out.reference_stride > 0 ? out.stations : 1,
+  const SimulateBatch batch{reading_rows(clean, field, out),
                             out.groups(),
                             first_trial,
-                            field.total,
-                            field.dip,
                             noise,
                             stream,
                             weights ? data(weights->magnetometer) : nullptr,

@@ -46,21 +46,8 @@ void readings_of_normals(const CleanReadings& clean, const survey::ReferenceFiel
                          int groups, survey::ReadingBlock& out) {
   assert(noise.law == NoiseLaw::gaussian && !noise.antithetic);
   const auto rows = [&z](int first) { return first < 0 ? nullptr : z.row(0, first); };
-  GivenNormalsBatch b{&clean.magnetic_T.front().x,
-                      &clean.gravity_T.front().x,
-                      &clean.down_T.front().x,
-                      &clean.field_T.front().x,
-                      out.magnetic.row(0, 0),
-                      out.down.row(0, 0),
-                      out.reference.row(0, 0),
-                      out.magnetic.group_stride(),
-                      out.down.group_stride(),
-                      out.reference.group_stride(),
-                      out.stations,
-                      out.reference_stride > 0 ? out.stations : 1,
+  GivenNormalsBatch b{reading_rows(clean, field, out),
                       groups,
-                      field.total,
-                      field.dip,
                       noise.magnetometer,
                       noise.accelerometer,
                       noise.reference_total,

@@ -71,25 +71,30 @@ void normalise(int stations, double* down) {
   }
 }
 
+/// Horizontal and vertical part of a field of this total (nT) and dip (rad), one row each.
+void store_reference(const T& total, const T& dip, double* out) {
+  const auto [sin_dip, cos_dip] = sincos(dip);
+  store(out, total * cos_dip);
+  store(out + kGroup, total * sin_dip);
+}
+
 /// Horizontal and vertical reference of each row pair: total and dip with their errors of this trial.
 void draw_reference(const SimulateBatch& b, const random::DrawAddress<T>& from, double* out, Sums& sums) {
-  for (int k = 0; k < b.reference_pairs; k += 2) {  // one call serves two stations
+  for (int k = 0; k < b.rows.reference_pairs; k += 2) {  // one call serves two stations
     std::array<T, 4> draw{T(0.0), T(0.0), T(0.0), T(0.0)};
     if (b.noise.reference != ReferenceNoise::none) {
       draw =
           b.stream.normals<T>(from.trial, random::Channel::reference_field, Bits<T>(static_cast<std::uint64_t>(k / 2)));
       for (T& v : draw) v = random::signed_draw(v, from);
     }
-    for (int i = 0; i < 2 && k + i < b.reference_pairs; ++i) {
+    for (int i = 0; i < 2 && k + i < b.rows.reference_pairs; ++i) {
       const auto j = static_cast<std::size_t>(2 * i);
       if (b.reference_weights)
         for (std::size_t part = 0; part < 2; ++part)
           add_weighted(b.reference_weights + (2 * (k + i) + static_cast<int>(part)) * NoiseWeights::kSums,
                        draw[j + part], sums);
-      const T total = fma(T(b.noise.reference_total), draw[j], T(b.total));
-      const auto [sin_dip, cos_dip] = sincos(fma(T(b.noise.reference_dip), draw[j + 1], T(b.dip)));
-      store(out + (2 * (k + i)) * kGroup, total * cos_dip);
-      store(out + (2 * (k + i) + 1) * kGroup, total * sin_dip);
+      store_reference(fma(T(b.noise.reference_total), draw[j], T(b.rows.total)),
+                      fma(T(b.noise.reference_dip), draw[j + 1], T(b.rows.dip)), out + 2 * (k + i) * kGroup);
     }
   }
 }
@@ -104,20 +109,20 @@ void simulate(const SimulateBatch& b) {
       const auto g = static_cast<std::size_t>(group);
       Sums sums;
       for (T& s : sums) s = T(0.0);
-      add_noise(b.clean_magnetic, 3 * b.stations, b.noise.law, b.noise.magnetometer, b.stream, from,
-                random::Channel::magnetometer_noise, b.magnetic + g * b.magnetic_stride + lane, b.magnetometer_weights,
-                sums);
-      if (group == 0 || b.down_stride > 0) {
-        double* down = b.down + g * b.down_stride + lane;
+      add_noise(b.rows.clean_magnetic, 3 * b.rows.stations, b.noise.law, b.noise.magnetometer, b.stream, from,
+                random::Channel::magnetometer_noise, b.rows.magnetic + g * b.rows.magnetic_stride + lane,
+                b.magnetometer_weights, sums);
+      if (group == 0 || b.rows.down_stride > 0) {
+        double* down = b.rows.down + g * b.rows.down_stride + lane;
         if (b.noise.accelerometer > 0) {
-          add_noise(b.clean_gravity, 3 * b.stations, NoiseLaw::gaussian, b.noise.accelerometer, b.stream, from,
-                    random::Channel::accelerometer_noise, down, b.accelerometer_weights, sums);
-          normalise(b.stations, down);
+          add_noise(b.rows.clean_gravity, 3 * b.rows.stations, NoiseLaw::gaussian, b.noise.accelerometer, b.stream,
+                    from, random::Channel::accelerometer_noise, down, b.accelerometer_weights, sums);
+          normalise(b.rows.stations, down);
         } else {  // the same direction goes to all lanes of the one shared group
-          for (int r = 0; r < 3 * b.stations; ++r) store(down + r * kGroup, T(b.clean_down[r]));
+          for (int r = 0; r < 3 * b.rows.stations; ++r) store(down + r * kGroup, T(b.rows.clean_down[r]));
         }
       }
-      draw_reference(b, from, b.reference + g * b.reference_stride + lane, sums);
+      draw_reference(b, from, b.rows.reference + g * b.rows.reference_stride + lane, sums);
       if (b.sums)
         for (std::size_t q = 0; q < sums.size(); ++q) store(b.sums + g * b.sums_stride + q * kGroup + lane, sums[q]);
     }
@@ -128,33 +133,32 @@ void readings_of_normals(const GivenNormalsBatch& b) {
     for (int lane = 0; lane < kGroup; lane += lane_count<T>) {
       const auto g = static_cast<std::size_t>(group);
       const auto normal = [&](const double* z, int r) { return load<T>(z + g * b.z_stride + r * kGroup + lane); };
-      double* magnetic = b.magnetic + g * b.magnetic_stride + lane;
-      for (int r = 0; r < 3 * b.stations; ++r)
-        store(magnetic + r * kGroup, fma(T(b.magnetometer_sd), normal(b.magnetometer_z, r), T(b.clean_magnetic[r])));
+      double* magnetic = b.rows.magnetic + g * b.rows.magnetic_stride + lane;
+      for (int r = 0; r < 3 * b.rows.stations; ++r)
+        store(magnetic + r * kGroup,
+              fma(T(b.magnetometer_sd), normal(b.magnetometer_z, r), T(b.rows.clean_magnetic[r])));
       if (b.tool_z) {
         std::array<T, 6> d;
         for (int i = 0; i < 6; ++i) d[static_cast<std::size_t>(i)] = T(b.tool_sd[i]) * normal(b.tool_z, i);
-        for (int r = 0; r < 3 * b.stations; ++r) {
+        for (int r = 0; r < 3 * b.rows.stations; ++r) {
           const auto i = static_cast<std::size_t>(r % 3);
-          store(magnetic + r * kGroup, load<T>(magnetic + r * kGroup) + fma(d[i], T(b.clean_field[r]), d[3 + i]));
+          store(magnetic + r * kGroup, load<T>(magnetic + r * kGroup) + fma(d[i], T(b.rows.clean_field[r]), d[3 + i]));
         }
       }
-      if (group == 0 || b.down_stride > 0) {
-        double* down = b.down + g * b.down_stride + lane;
-        for (int r = 0; r < 3 * b.stations; ++r)
-          store(down + r * kGroup, b.accelerometer_z
-                                       ? fma(T(b.accelerometer_sd), normal(b.accelerometer_z, r), T(b.clean_gravity[r]))
-                                       : T(b.clean_down[r]));
-        if (b.accelerometer_z) normalise(b.stations, down);
+      if (group == 0 || b.rows.down_stride > 0) {
+        double* down = b.rows.down + g * b.rows.down_stride + lane;
+        for (int r = 0; r < 3 * b.rows.stations; ++r)
+          store(down + r * kGroup,
+                b.accelerometer_z ? fma(T(b.accelerometer_sd), normal(b.accelerometer_z, r), T(b.rows.clean_gravity[r]))
+                                  : T(b.rows.clean_down[r]));
+        if (b.accelerometer_z) normalise(b.rows.stations, down);
       }
-      double* reference = b.reference + g * b.reference_stride + lane;
-      for (int k = 0; k < b.reference_pairs; ++k) {
+      double* reference = b.rows.reference + g * b.rows.reference_stride + lane;
+      for (int k = 0; k < b.rows.reference_pairs; ++k) {
         const T z_total = b.reference_z ? normal(b.reference_z, 2 * k) : T(0.0),
                 z_dip = b.reference_z ? normal(b.reference_z, 2 * k + 1) : T(0.0);
-        const T total = fma(T(b.total_sd), z_total, T(b.total));
-        const auto [sin_dip, cos_dip] = sincos(fma(T(b.dip_sd), z_dip, T(b.dip)));
-        store(reference + (2 * k) * kGroup, total * cos_dip);
-        store(reference + (2 * k + 1) * kGroup, total * sin_dip);
+        store_reference(fma(T(b.total_sd), z_total, T(b.rows.total)), fma(T(b.dip_sd), z_dip, T(b.rows.dip)),
+                        reference + 2 * k * kGroup);
       }
     }
 }

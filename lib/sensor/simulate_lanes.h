@@ -8,14 +8,22 @@
 
 namespace surveymc::sensor {
 
-/// Raw view of a batch to fill; rows are kGroup doubles apart. A stride of 0 means one group shared by all.
-struct SimulateBatch {
-  const double *clean_magnetic, *clean_gravity, *clean_down;  ///< 3 stations, without noise
+/// Raw view of readings without noise and of a block to fill; rows are kGroup doubles apart. A stride of 0 means one
+/// group shared by all.
+struct ReadingRows {
+  const double *clean_magnetic, *clean_gravity, *clean_down, *clean_field;  ///< 3 stations
   double *magnetic, *down, *reference;
   std::size_t magnetic_stride, down_stride, reference_stride;
-  int stations, reference_pairs, groups;
-  std::uint64_t first_trial;
+  int stations, reference_pairs;
   double total, dip;  ///< reference without error, nT and rad
+};
+ReadingRows reading_rows(const CleanReadings& clean, const survey::ReferenceField& field, survey::ReadingBlock& out);
+
+/// A batch of trials whose noise is drawn.
+struct SimulateBatch {
+  ReadingRows rows;
+  int groups;
+  std::uint64_t first_trial;
   NoiseModel noise;
   random::Stream stream;
   /// Weights of NoiseWeights, or null; `sums` is null when no sums are wanted.
@@ -26,11 +34,8 @@ struct SimulateBatch {
 
 /// The same of normals that are given: rows of `z` from which each source is read; null: not drawn.
 struct GivenNormalsBatch {
-  const double *clean_magnetic, *clean_gravity, *clean_down, *clean_field;  ///< 3 stations, without noise
-  double *magnetic, *down, *reference;
-  std::size_t magnetic_stride, down_stride, reference_stride;
-  int stations, reference_pairs, groups;
-  double total, dip;  ///< reference without error, nT and rad
+  ReadingRows rows;
+  int groups;
   double magnetometer_sd, accelerometer_sd, total_sd, dip_sd;
   const double *magnetometer_z, *accelerometer_z, *reference_z, *tool_z;
   std::size_t z_stride;

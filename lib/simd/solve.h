@@ -18,21 +18,21 @@ constexpr std::size_t packed(std::size_t i, std::size_t j) { return i * (i + 1) 
 /// is not, the factor is not finite or has a negative 1/D, and so has the solution: callers test the solution.
 template <class T, std::size_t N>
 Symmetric<T, N> ldlt(Symmetric<T, N> a) {
-#pragma GCC unroll 8
+#pragma GCC unroll 9
   for (std::size_t j = 0; j < N; ++j) {
     std::array<T, N> ld;  // row j of L D
     T d = a[packed(j, j)];
-#pragma GCC unroll 8
+#pragma GCC unroll 9
     for (std::size_t k = 0; k < j; ++k) {
       ld[k] = a[packed(j, k)];                    // still L D here
       a[packed(j, k)] = ld[k] * a[packed(k, k)];  // times 1/D
       d = fma(-a[packed(j, k)], ld[k], d);
     }
     a[packed(j, j)] = T(1.0) / d;
-#pragma GCC unroll 8
+#pragma GCC unroll 9
     for (std::size_t i = j + 1; i < N; ++i) {
       T s = a[packed(i, j)];
-#pragma GCC unroll 8
+#pragma GCC unroll 9
       for (std::size_t k = 0; k < j; ++k) s = fma(-a[packed(i, k)], a[packed(j, k)], s);
       a[packed(i, j)] = s;
     }

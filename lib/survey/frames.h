@@ -99,6 +99,14 @@ Vec3<T> tangent_from_fields(const Vec3<T>& u, const Vec3<T>& b) {
   return {h.z * per_bh, (u.x * b.y - u.y * b.x) * per_bh, u.z};
 }
 
+/// Magnetic north, east and down as the tool sees them (unit vectors in T), and the field's parts along north and down
+/// (nT). b parallel to u gives NaN.
+struct FieldFrame {
+  Eigen::Vector3d north, east, down;
+  double horizontal = 0, vertical = 0;
+};
+FieldFrame field_frame(const StationFields& station);
+
 /// Attitude from accelerometer (pointing down) and magnetometer triads; azimuth is magnetic, in [0, 2 pi).
 /// In a vertical hole only their sum (down) or difference (up) exists: toolface is 0 there, azimuth has it all.
 Attitude attitude_from_fields(const Vec3<double>& g_T, const Vec3<double>& b_T);
