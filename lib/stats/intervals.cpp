@@ -8,6 +8,7 @@
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 
+#include "base/units.h"
 #include "stats/beta_quantile.h"
 
 namespace surveymc::stats {
@@ -19,7 +20,8 @@ double chi_squared_quantile(double degrees, double probability) {
   return bm::quantile(bm::chi_squared(degrees), probability);
 }
 double chi_squared_upper_tail(double degrees, double x) {
-  return std::isfinite(x) ? bm::cdf(bm::complement(bm::chi_squared(degrees), std::max(0.0, x))) : 0.0;
+  if (std::isnan(x)) return x;
+  return x < kInfinity ? bm::cdf(bm::complement(bm::chi_squared(degrees), std::max(0.0, x))) : 0.0;
 }
 double student_upper_tail(double degrees, double t) { return bm::cdf(bm::complement(bm::students_t(degrees), t)); }
 

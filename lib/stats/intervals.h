@@ -11,7 +11,7 @@ struct Interval {
 /// Standard normal quantile and the chi-squared quantile (lower tail).
 double normal_quantile(double probability);
 double chi_squared_quantile(double degrees, double probability);
-/// P(chi2 > x).
+/// P(chi2 > x); NaN of NaN: what could not be computed speaks against nothing.
 double chi_squared_upper_tail(double degrees, double x);
 /// P(T > t) of Student's t.
 double student_upper_tail(double degrees, double t);

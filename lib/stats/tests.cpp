@@ -10,6 +10,9 @@ namespace surveymc::stats {
 
 WishartTest wishart_test(const Eigen::MatrixXd& sample, const Eigen::MatrixXd& predicted, std::uint64_t count) {
   const double d = static_cast<double>(predicted.rows()), n = static_cast<double>(count) - 1;
+  // As many values as dimensions or fewer span no volume, whatever their covariance.
+  if (count <= static_cast<std::uint64_t>(predicted.rows()) || sample.hasNaN() || predicted.hasNaN())
+    return {kNaN, kNaN};
   const Cholesky factor = cholesky(predicted);
   if (!factor.positive_definite()) return {kInfinity, 0};
   // L^-1 S L^-T has the eigenvalues of P^-1 S and is symmetric.

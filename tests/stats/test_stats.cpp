@@ -166,6 +166,23 @@ TEST_CASE("Wishart test: p is uniform under the null and finds a 2 % error in si
   CHECK(wishart_test(m.covariance(), Eigen::MatrixXd::Zero(2, 2), m.count).p_value == 0);
 }
 
+TEST_CASE("A statistic that could not be computed has no p-value") {
+  CHECK(std::isnan(chi_squared_upper_tail(3, kNaN)));
+  CHECK(chi_squared_upper_tail(3, kInfinity) == 0);
+  CHECK(chi_squared_upper_tail(3, -kInfinity) == 1);
+  const Eigen::MatrixXd truth = Eigen::MatrixXd::Identity(2, 2);
+  CHECK(std::isnan(wishart_test(kNaN * truth, truth, 100).p_value));
+  CHECK(std::isnan(wishart_test(truth, kNaN * truth, 100).p_value));
+  // Two vectors of two dimensions lie on a line, six of six in a plane: that is no difference.
+  for (const int d : {2, 6}) {
+    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(d, d);
+    const Moments few = Moments::of(draws(d, d, 3).transpose());
+    CHECK(std::isnan(wishart_test(few.covariance(), unit, few.count).p_value));
+    const Moments enough = Moments::of(draws(d, 4 * d, 3).transpose());
+    CHECK(wishart_test(enough.covariance(), unit, enough.count).p_value > 1e-3);
+  }
+}
+
 TEST_CASE("NEES band is centred on the dimension and shrinks") {
   const Interval b = nees_band(6, 100, 0.95);
   CHECK(b.lo < 6);
