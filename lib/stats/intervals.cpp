@@ -10,6 +10,7 @@
 
 #include "base/units.h"
 #include "stats/beta_quantile.h"
+#include "stats/normal_tail.h"
 
 namespace surveymc::stats {
 
@@ -42,6 +43,19 @@ Interval student_mean_interval(double mean, double variance, std::uint64_t count
   const double n = static_cast<double>(count);
   const double half = student_upper_quantile(n - 1, (1 - confidence) / 2) * std::sqrt(variance / n);
   return {mean - half, mean + half};
+}
+
+Interval mean_square_interval(double mean, double variance, std::uint64_t count, double confidence) {
+  if (!(mean > 0) || !(variance > 0)) return {mean, mean};
+  const double n = static_cast<double>(count), degrees = 2 * n * mean / variance * mean;
+  const double t = student_upper_quantile(n - 1, (1 - confidence) / 2), tail = normal_upper_tail(t);
+  constexpr double kAllButNormal = 1e9;  // where Boost's series have too many terms
+  if (degrees > kAllButNormal) {
+    const double half = t * std::sqrt(variance / n);
+    return {mean - half, mean + half};
+  }
+  const bm::chi_squared chi(degrees);
+  return {mean * degrees / bm::quantile(bm::complement(chi, tail)), mean * degrees / bm::quantile(chi, tail)};
 }
 
 Interval binomial_interval(std::uint64_t successes, std::uint64_t trials, double confidence) {

@@ -26,6 +26,12 @@ Interval mean_interval(double mean, double variance, std::uint64_t count, double
 /// The same of at least two values that may be few: by Student's t, exact for normal values.
 Interval student_mean_interval(double mean, double variance, std::uint64_t count, double confidence);
 
+/// Mean of at least two squares (a mean squared error) from their sample variance: chi-squared with effective degrees
+/// of freedom 2 count mean^2 / variance, which is `count` for squares of normal values, at the tails that Student's t
+/// has in the place of the normal distribution, since the variance comes from as few. Both ends are above 0, and each
+/// is missed as often as the other, where mean -+ half width would lie too low.
+Interval mean_square_interval(double mean, double variance, std::uint64_t count, double confidence);
+
 /// Probability of an event seen `successes` times in `trials`: exact (Clopper and Pearson 1934).
 Interval binomial_interval(std::uint64_t successes, std::uint64_t trials, double confidence);
 

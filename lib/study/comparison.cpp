@@ -98,8 +98,8 @@ Estimate rms_estimate(const stats::Moments& m, Eigen::Index i, double confidence
 
 Estimate rms_estimate(double mean_square, double variance, std::uint64_t count, double confidence) {
   if (count < 2) return {};
-  const stats::Interval ci = stats::mean_interval(mean_square, variance, count, confidence);
-  return {std::sqrt(mean_square), {std::sqrt(std::max(ci.lo, 0.0)), std::sqrt(ci.hi)}};
+  const stats::Interval ci = stats::mean_square_interval(mean_square, variance, count, confidence);
+  return {std::sqrt(mean_square), {std::sqrt(ci.lo), std::sqrt(ci.hi)}};
 }
 
 ComparisonRow compare_value(const std::string& quantity, const std::string& unit, const Estimate& found,

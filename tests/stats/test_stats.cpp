@@ -166,6 +166,36 @@ TEST_CASE("Wishart test: p is uniform under the null and finds a 2 % error in si
   CHECK(wishart_test(m.covariance(), Eigen::MatrixXd::Zero(2, 2), m.count).p_value == 0);
 }
 
+TEST_CASE("The interval of a mean of squares misses the truth on either side alike, with few trials too") {
+  const auto missed = [](int n, int squares, int repetitions) {
+    std::pair<double, double> out{0, 0};  // the interval lies below, above
+    for (int rep = 0; rep < repetitions; ++rep) {
+      const Eigen::MatrixXd z = draws(squares, n, 90000 + static_cast<std::uint64_t>(rep));
+      const Moments m = Moments::of(z.cwiseAbs2().colwise().mean().transpose());
+      const Interval i = mean_square_interval(m.mean[0], m.variance(0), m.count, 0.95);
+      out.first += i.hi < 1;
+      out.second += i.lo > 1;
+    }
+    return std::pair{out.first / repetitions, out.second / repetitions};
+  };
+  // By mean -+ 1.96 standard errors it lies below in .148, .096, .070 of the cases, above in .006, .013, .008.
+  for (const auto& [n, squares] : {std::pair{12, 1}, {12, 3}, {60, 1}}) {
+    const auto [below, above] = missed(n, squares, 4000);
+    CHECK(below < 0.05);
+    CHECK(above < 0.045);
+    CHECK(below + above > 0.03);
+    CHECK(std::abs(below - above) < 0.02);
+  }
+  CHECK(mean_square_interval(2, 0, 10, 0.95).hi == 2);
+  CHECK(mean_square_interval(0, 0, 10, 0.95).lo == 0);
+  CHECK(std::isinf(mean_square_interval(1, 100, 2, 0.95).hi));  // two squares, all but one of which may be 0
+  // On either side of where all is normal.
+  const Interval chi = mean_square_interval(1, 1e-3, 499'000, 0.95),
+                 normal = mean_square_interval(1, 1e-3, 501'000, 0.95);
+  CHECK(chi.hi - 1 == Approx((normal.hi - 1) * std::sqrt(501.0 / 499)).epsilon(1e-4));
+  CHECK(1 - chi.lo == Approx((1 - normal.lo) * std::sqrt(501.0 / 499)).epsilon(1e-4));
+}
+
 TEST_CASE("A statistic that could not be computed has no p-value") {
   CHECK(std::isnan(chi_squared_upper_tail(3, kNaN)));
   CHECK(chi_squared_upper_tail(3, kInfinity) == 0);

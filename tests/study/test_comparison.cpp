@@ -55,17 +55,17 @@ TEST_CASE("A root mean square is judged by its ratio to the predicted one") {
   // relatively
   const Estimate found = rms_estimate(9, 9, 10000, 0.95);
   CHECK(found.value == 3);
-  CHECK(found.interval.lo == std::sqrt(9 - stats::normal_quantile(0.975) * 0.03));
-  CHECK(found.interval.hi == std::sqrt(9 + stats::normal_quantile(0.975) * 0.03));
+  CHECK(found.interval.lo == Approx(std::sqrt(9 - stats::normal_quantile(0.975) * 0.03)).epsilon(2e-5));
+  CHECK(found.interval.hi == Approx(std::sqrt(9 + stats::normal_quantile(0.975) * 0.03)).epsilon(2e-5));
   const ComparisonRow row = compare_value("rms", "m", found, 3.01, {}, 10000);
   CHECK(row.verdict == "agrees");
   CHECK(row.ratio == 3.01 / 3);
   CHECK(compare_value("rms", "m", found, 4, {}, 10000).verdict == "differs");
   CHECK(compare_value("rms", "m", found, kNaN, {}, 10000).verdict.empty());
   const ComparisonRow wide = compare_value("rms", "m", rms_estimate(1, 100, 10, 0.95), 1, {}, 10);
-  CHECK(wide.interval.lo == 0);  // as a mean of squares may be 0
-  CHECK(std::isinf(wide.ratio_interval.hi));
-  CHECK(wide.verdict.empty());
+  CHECK(wide.interval.lo > 0);  // a mean of squares of which one is not 0
+  CHECK(wide.interval.hi > 1e3);
+  CHECK(wide.verdict == "undecided");
   CHECK(std::isnan(rms_estimate(9, 9, 1, 0.95).value));
 }
 
