@@ -16,12 +16,26 @@ using Eigen::Vector3d;
 
 constexpr double kNoVariance = 1e-12;  // of the largest eigenvalue
 
-/// Half of the longer leg beside every station from `first` on: so far a point may be from its nearest station.
-std::vector<double> half_legs(const WellPath& path, std::size_t first) {
+/// Where searches may start: the stations from `first` on, and points within legs that are longer than kPiece. Two legs
+/// that curve may come near each other more than once.
+std::vector<PathPoint> starts_of(const WellPath& path, std::size_t first) {
+  constexpr double kPiece = 50;  // m
+  constexpr double kMostPieces = 200;
+  std::vector<PathPoint> out{path.at_station(first)};
+  for (std::size_t k = first; k + 1 < path.stations(); ++k) {
+    const double pieces = std::min(kMostPieces, std::ceil((path.md(k + 1) - path.md(k)) / kPiece));
+    for (double i = 1; i < pieces; ++i) out.push_back(path.at(k, i / pieces));
+    out.push_back(path.at_station(k + 1));
+  }
+  return out;
+}
+
+/// Half of the longer gap beside every start: so far a point may be from the nearest of them.
+std::vector<double> half_gaps(const std::vector<PathPoint>& starts) {
   std::vector<double> out;
-  for (std::size_t k = first; k < path.stations(); ++k)
-    out.push_back(std::max(k > first ? path.md(k) - path.md(k - 1) : 0.0,
-                           k + 1 < path.stations() ? path.md(k + 1) - path.md(k) : 0.0) /
+  for (std::size_t k = 0; k < starts.size(); ++k)
+    out.push_back(std::max(k > 0 ? starts[k].md - starts[k - 1].md : 0.0,
+                           k + 1 < starts.size() ? starts[k + 1].md - starts[k].md : 0.0) /
                   2);
   return out;
 }
@@ -116,12 +130,10 @@ std::vector<TouchingPair> touching_pairs(const WellPath& reference, std::size_t 
                                          std::size_t first_offset, const RelativeCovariance& covariance, double radii,
                                          double keep, int most) {
   const BothPaths paths{reference, offset, first_reference, first_offset, covariance, radii};
-  const std::size_t rows = reference.stations() - first_reference, columns = offset.stations() - first_offset;
-  std::vector<PathPoint> a, b;
-  for (std::size_t i = 0; i < rows; ++i) a.push_back(reference.at_station(first_reference + i));
-  for (std::size_t j = 0; j < columns; ++j) b.push_back(offset.at_station(first_offset + j));
-  const std::vector<double> half_a = half_legs(reference, first_reference), half_b = half_legs(offset, first_offset);
-  // Bounds by the trace first, of the stations and of all points that are nearest to them: the search by eigenvalues is
+  const std::vector<PathPoint> a = starts_of(reference, first_reference), b = starts_of(offset, first_offset);
+  const std::vector<double> half_a = half_gaps(a), half_b = half_gaps(b);
+  const std::size_t rows = a.size(), columns = b.size();
+  // Bounds by the trace first, of the starts and of all points that are nearest to them: the search by eigenvalues is
   // for the pairs that may be among the least.
   std::vector<double> bound(rows * columns), bound_between(rows * columns);
   std::vector<std::pair<double, std::size_t>> order;
@@ -140,7 +152,7 @@ std::vector<TouchingPair> touching_pairs(const WellPath& reference, std::size_t 
   double least = kInfinity;
   std::vector<double> beta = bound;
   std::vector<bool> exact(beta.size());
-  const double margin = keep + 1;  // refining may lower what stations have
+  const double margin = keep + 1;  // refining may lower what starts have
   for (const auto& [lower, at] : order) {
     if (lower > least + margin) break;
     beta[at] = paths.pair(a[at / columns], b[at % columns]).beta;
@@ -158,7 +170,7 @@ std::vector<TouchingPair> touching_pairs(const WellPath& reference, std::size_t 
     return true;
   };
   std::vector<TouchingPair> out;
-  // Searches from a pair of stations, and keeps what is farther than `apart` along either well from what is known.
+  // Searches from a pair of starts, and keeps what is farther than `apart` along either well from what is known.
   const auto search = [&](const TouchingPair& start, std::size_t i, std::size_t j, double apart) {
     constexpr double kStep = 16;  // m
     const TouchingPair best = paths.refined(start, std::max({kStep, half_a[i], half_b[j]}));
@@ -174,13 +186,13 @@ std::vector<TouchingPair> touching_pairs(const WellPath& reference, std::size_t 
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t j = 0; j < columns; ++j)
       if (is_near(i * columns + j) && is_least(beta, i, j)) search({a[i], b[j], beta[i * columns + j]}, i, j, 1);
-  // Between stations that are all far from touching the wells may pass each other.
+  // Between starts that are all far from touching the wells may pass each other.
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t j = 0; j < columns; ++j) {
       if (is_near(i * columns + j) || bound_between[i * columns + j] > least + margin || !is_least(bound, i, j))
         continue;
-      const TouchingPair at_stations = paths.pair(a[i], b[j]);
-      search(std::isfinite(at_stations.beta) ? at_stations : paths.passing(a[i]), i, j,
+      const TouchingPair at_starts = paths.pair(a[i], b[j]);
+      search(std::isfinite(at_starts.beta) ? at_starts : paths.passing(a[i]), i, j,
              std::max({1.0, half_a[i], half_b[j]}));
     }
   std::stable_sort(out.begin(), out.end(),

@@ -30,10 +30,10 @@ struct TouchingPair {
 /// C_rel of two points, m2. Finite: no way to touch is known where there is no covariance.
 using RelativeCovariance = std::function<Eigen::Matrix3d(const PathPoint& reference, const PathPoint& offset)>;
 
-/// The local minima of beta over both paths from their stations `first` on: among the stations, and where the wells may
-/// pass each other between stations that are far from touching, each refined to kDepthError of measured depth. Those
-/// within `keep` of the least, at most `most`, the least first; none where
-/// the wells cannot touch. Two minima of one leg are one.
+/// The local minima of beta over both paths from their stations `first` on, each refined to kDepthError of measured
+/// depth. They are sought from the stations, from points within legs longer than 50 m, and where the wells may pass
+/// each other between such points that are far from touching: two minima within 25 m of both wells may count as one
+/// there. Those within `keep` of the least, at most `most`, the least first; none where the wells cannot touch.
 std::vector<TouchingPair> touching_pairs(const WellPath& reference, std::size_t first_reference, const WellPath& offset,
                                          std::size_t first_offset, const RelativeCovariance& covariance, double radii,
                                          double keep, int most);

@@ -206,3 +206,26 @@ TEST_CASE("Ways to touch are found between stations, whatever the length of the 
   CHECK_THAT(std::min(pairs[0].reference.md, pairs[1].reference.md), WithinAbs(300, 0.1));
   CHECK_THAT(std::max(pairs[0].reference.md, pairs[1].reference.md), WithinAbs(300 + back, 0.1));
 }
+
+TEST_CASE("An arc that crosses another well twice within one leg has two ways to touch", "[contact]") {
+  // 20 degrees in 600 m, 90 - .87 deg of inclination: it passes over the other well, and under it 250 m later.
+  survey::Survey straight, arc;
+  for (const double md : {0.0, 600.0}) {
+    straight.stations.push_back({md, 90 * kDegree, 0, 0});
+    arc.stations.push_back({md, 89.13 * kDegree, (md > 0 ? 10 : -10) * kDegree, 0});
+  }
+  const Vector3d middle = well_path(arc, {0, 0, 0}).at(300).position;
+  const WellPath reference = well_path(straight, {0, 0, 0}), offset = well_path(arc, Vector3d(300, -5, 0) - middle);
+  const double radii = 0.5, sd = 0.5;
+  const auto pairs = touching_pairs(
+      reference, 0, offset, 0, [&](const PathPoint&, const PathPoint&) { return sd * sd * Matrix3d::Identity(); },
+      radii, 2.5, 12);
+  REQUIRE(pairs.size() == 2);
+  for (const TouchingPair& p : pairs) {
+    const double gap = (p.offset.position - p.reference.position).norm();
+    CHECK_THAT(p.beta, WithinRel((gap - radii) / sd, 1e-9));
+    CHECK_THAT(gap, WithinRel(pairs[0].beta * sd + radii, 1e-3));
+    CHECK_THAT(std::abs(p.reference.md - 300), WithinAbs(125.6, 0.5));
+  }
+  CHECK((pairs[0].reference.md - 300) * (pairs[1].reference.md - 300) < 0);
+}
