@@ -34,9 +34,39 @@ std::optional<double> number_of(std::string_view cell) {
   return x;
 }
 
-/// "2018-04-16 08:01:50.25", with T or a blank in the middle and perhaps Z at the end, as seconds since 1970.
-std::optional<double> iso_seconds(std::string_view s) {
-  if (!s.empty() && s.back() == 'Z') s.remove_suffix(1);
+/// What a time says: seconds since 1970 of a clock, in UTC where it gives its offset.
+struct Clock {
+  double seconds;
+  bool has_offset;
+};
+
+/// Takes Z, +01:00, -0330 or +01 off the end of a clock; seconds to be taken from it. Nothing where there is none.
+std::optional<double> take_offset(std::string_view& s) {
+  if (!s.empty() && s.back() == 'Z') {
+    s.remove_suffix(1);
+    return 0;
+  }
+  constexpr std::size_t kDate = 10;
+  const std::size_t sign = s.find_last_of("+-");
+  if (sign == std::string_view::npos || sign <= kDate) return std::nullopt;
+  const std::string_view offset = s.substr(sign + 1);
+  const bool has_colon = offset.size() == 5 && offset[2] == ':';
+  if (offset.size() != 2 && offset.size() != 4 && !has_colon) return std::nullopt;
+  const auto digits = [&](std::size_t at) -> int {
+    const auto digit = [&](std::size_t i) { return offset[i] >= '0' && offset[i] <= '9' ? offset[i] - '0' : 1000; };
+    return 10 * digit(at) + digit(at + 1);
+  };
+  const int hours = digits(0), minutes = offset.size() == 2 ? 0 : digits(offset.size() - 2);
+  if (hours > 14 || minutes > 59) return std::nullopt;
+  const double seconds = hours * 3600 + minutes * 60;
+  const bool is_east = s[sign] == '+';
+  s = trimmed(s.substr(0, sign));
+  return is_east ? seconds : -seconds;
+}
+
+/// "2018-04-16 08:01:50.25", with T or a blank in the middle and perhaps an offset from UTC at the end.
+std::optional<Clock> iso_clock(std::string_view s) {
+  const std::optional<double> offset = take_offset(s);
   if (s.size() < 16 || s[4] != '-' || s[7] != '-' || (s[10] != ' ' && s[10] != 'T') || s[13] != ':')
     return std::nullopt;
   const auto whole = [&](std::size_t at, std::size_t count) -> int {
@@ -56,7 +86,8 @@ std::optional<double> iso_seconds(std::string_view s) {
                            std::chrono::day(static_cast<unsigned>(whole(8, 2)))};
   if (!day.ok() || hour < 0 || hour > 23 || minute < 0 || minute > 59 || !(second >= 0 && second < 61))
     return std::nullopt;
-  return static_cast<double>(sys_days(day).time_since_epoch().count()) * 86400 + hour * 3600 + minute * 60 + second;
+  const double days = static_cast<double>(sys_days(day).time_since_epoch().count());
+  return Clock{days * 86400 + hour * 3600 + minute * 60 + second - offset.value_or(0), offset.has_value()};
 }
 
 /// Seconds in the unit that the column's name ends in; 0: it is a clock.
@@ -113,12 +144,24 @@ void SensorCsvReader::read_header() {
 }
 
 /// Judges the row in `cells_`; appends its values, good or not, to `values`.
-SensorCsvReader::Row SensorCsvReader::judge(std::vector<double>& values) const {
+SensorCsvReader::Row SensorCsvReader::judge(std::vector<double>& values) {
   if (cells_.size() != layout_.width) return {RowDefect::cells};
   const std::string_view time = cells_[layout_.time];
-  const auto clock = layout_.time_unit > 0 ? number_of(time) : iso_seconds(time);
-  if (!clock || !std::isfinite(*clock)) return {RowDefect::bad_time};
-  const double seconds = layout_.time_unit > 0 ? *clock * layout_.time_unit : *clock;
+  double seconds = 0;
+  if (layout_.time_unit > 0) {
+    const auto number = number_of(time);
+    if (!number || !std::isfinite(*number)) return {RowDefect::bad_time};
+    seconds = *number * layout_.time_unit;
+  } else {
+    const auto clock = iso_clock(time);
+    if (!clock) return {RowDefect::bad_time};
+    if (clock->has_offset != has_offsets_.value_or(clock->has_offset)) {
+      found_.mixed_offsets = true;  // local times and times in UTC have no common order
+      return {RowDefect::bad_time};
+    }
+    has_offsets_ = clock->has_offset;
+    seconds = clock->seconds;
+  }
   if (latest_ && seconds == *latest_) return {RowDefect::repeated_time, seconds};
   if (latest_ && seconds < *latest_) return {RowDefect::unsorted_time, seconds};
   Row row{std::nullopt, seconds};
@@ -202,6 +245,7 @@ void reject_findings(const SensorQuality& quality, const std::string& path) {
   };
   for (int d = 0; d < kRowDefects; ++d) add(quality.defects[d], kWords[d]);
   add(quality.gaps, "gaps in time");
+  if (quality.mixed_offsets) found += "; some times have an offset from UTC and some have none";
   const bool unsorted = quality.defects[static_cast<int>(RowDefect::unsorted_time)].rows > 0;
   require(found.empty(), "{}: {}: say source.bad_rows = \"skip\" to go on without these rows and over these gaps{}",
           path, found, unsorted ? ", or sort the file by time first: it is read as a stream, in its own order" : "");

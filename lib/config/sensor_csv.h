@@ -14,7 +14,7 @@ namespace surveymc::config {
 /// What can be wrong with a row, in the order of checking: a row counts once, for the first that is.
 enum class RowDefect {
   cells,          ///< another number of cells than the header
-  bad_time,       ///< the time is empty or no time
+  bad_time,       ///< the time is empty, no time, or has an offset from UTC where earlier ones have none (or has none)
   repeated_time,  ///< the time of the row before
   unsorted_time,  ///< a time before that of an earlier row
   empty,          ///< a sensor's cell is empty or NaN
@@ -25,7 +25,9 @@ inline constexpr int kRowDefects = 7;
 const char* name(RowDefect defect);
 
 struct SensorCsvOptions {
-  std::string time;  ///< column: ISO 8601 (`2018-04-16 08:01:50.0`), or a number if the name ends in _s, _min, _h or _d
+  /// Column: ISO 8601 (`2018-04-16 08:01:50.0`, with Z or +01:00 in all rows or in none), or a number if the name ends
+  /// in _s, _min, _h or _d.
+  std::string time;
   std::vector<std::string> sensors;  ///< columns to read; others are not looked at
   bool zero_is_defect = true;        ///< a dead channel of a historian reads 0
   double gap_factor = 1.5;           ///< a step of more than so many median steps is a gap
@@ -43,7 +45,9 @@ struct Finding {
 struct SensorQuality {
   std::uint64_t rows_read = 0, good_rows = 0;
   Finding defects[kRowDefects];
-  Finding gaps;              ///< the good row after each; nothing is left out for it
+  Finding gaps;  ///< the good row after each; nothing is left out for it
+  bool mixed_offsets =
+      false;                 ///< bad times are among them that have an offset from UTC, or have none, unlike the first
   double median_step_h = 0;  ///< of the first kTypicalSteps steps from good row to good row
 };
 /// What a gap is measured by: the median of so many steps (all of them in a shorter file).
@@ -78,7 +82,7 @@ class SensorCsvReader {
     std::optional<RowDefect> defect;
     double seconds = 0;
   };
-  Row judge(std::vector<double>& values) const;
+  Row judge(std::vector<double>& values);
   void read_header();
   void watch_step(double step_h, std::int64_t line);
   void settle_steps();
@@ -90,6 +94,7 @@ class SensorCsvReader {
   std::vector<std::string_view> cells_;
   std::optional<double> first_, latest_;  // seconds of the first good row, and of the last whose clock counts
   std::optional<double> latest_good_h_;
+  std::optional<bool> has_offsets_;  // whether clocks say how far they are from UTC, by the first of them
   std::vector<std::pair<double, std::int64_t>> steps_;  // until there are kTypicalSteps
   bool settled_ = false;
   SensorQuality found_;

@@ -149,12 +149,33 @@ TEST_CASE("Zeros are readings where the user says so", "[sensor_csv]") {
 TEST_CASE("Clocks are ISO 8601, across days and leap days", "[sensor_csv]") {
   const SensorCsvOptions options{"timestamp", {"a"}};
   const AllRows csv =
-      read_all("timestamp,a\n2020-02-28 23:59:30.000000,1\n2020-02-29T00:00:30Z,2\n2020-03-01 00:00:30.5,3\n", options);
+      read_all("timestamp,a\n2020-02-28 23:59:30.000000,1\n2020-02-29T00:00:30,2\n2020-03-01 00:00:30.5,3\n", options);
   REQUIRE(csv.time_h.size() == 3);
   CHECK(csv.time_h[1] == 60.0 / 3600);
   CHECK(csv.time_h[2] == (86400 + 60.5) / 3600);
   for (const char* bad : {"2019-02-29 00:00:00", "2020-03-02 24:00:00", "2020/03/02 01:00:00", "12", ""})
     CHECK(read_all("timestamp,a\n2019-01-01 00:00:00,1\n2019-01-01 00:01:00,1\n" + std::string(bad) + ",1\n", options)
+              .defects[static_cast<int>(RowDefect::bad_time)]
+              .rows == 1);
+}
+
+TEST_CASE("Clocks with an offset from UTC are read in UTC, and are not mixed with others", "[sensor_csv]") {
+  const SensorCsvOptions options{"timestamp", {"a"}};
+  // The hour of 02:00 to 03:00 comes twice where summer time ends.
+  const AllRows autumn = read_all(
+      "timestamp,a\n2020-10-25 02:30:00+02:00,1\n2020-10-25 02:00:00+01:00,2\n"
+      "2020-10-25T01:15Z,3\n2020-10-24 22:00:00 -0330,4\n2020-10-25 02:45:00.0+01,5\n",
+      options);
+  CHECK(autumn.time_h == std::vector<double>{0, 0.5, 0.75, 1, 1.25});
+  const AllRows mixed = read_all(
+      "timestamp,a\n2020-01-01 00:00:00Z,1\n2020-01-01 00:01:00,2\n"
+      "2020-01-01 01:02:00+01:00,3\n2020-01-01 00:03:00,4\n",
+      options);
+  CHECK(mixed.time_h == std::vector<double>{0, 2.0 / 60});
+  CHECK(mixed.defects[static_cast<int>(RowDefect::bad_time)].lines == std::vector<std::int64_t>{3, 5});
+  CHECK_THROWS_WITH(reject_findings(mixed, "w.csv"), Contains("some times have an offset from UTC and some have none"));
+  for (const char* bad : {"+15:00", "+1:00", "+01:60", "+0a:00", "+01:00Z", "+", "CET"})
+    CHECK(read_all("timestamp,a\n2019-01-01 00:00:00" + std::string(bad) + ",1\n", options)
               .defects[static_cast<int>(RowDefect::bad_time)]
               .rows == 1);
 }
