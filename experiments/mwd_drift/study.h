@@ -19,6 +19,9 @@ struct Scenario : analysis::DriftRunSetup {
   study::VerdictRule verdict;
   study::Annotations annotations;
   int sensor = -1;  ///< the drifting sensor
+
+  /// A sweep may hold a drift of zero.
+  bool drifts() const { return drift_at_td[sensor] != 0; }
 };
 
 /// Throws InputError.

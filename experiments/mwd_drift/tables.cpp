@@ -17,6 +17,7 @@ namespace {
 constexpr double kNone = kNaN;
 constexpr const char* kSprt = "channel_sprt";
 constexpr const char* kFilter = "bias_filter";
+constexpr const char* kNoDrift = "no sensor drifts: every alarm is false";
 
 using Value = Outcome::Value;
 
@@ -26,8 +27,15 @@ std::uint64_t alarms(const Outcomes& o, Value v) {
   return n;
 }
 
+/// Wells in which there is a drift to find.
+std::uint64_t drifting(const Scenario& s, const Outcomes& o) { return s.drifts() ? o.trials() : 0; }
+
+/// Of these, those with an alarm once the drift has begun.
+std::uint64_t detections(const Scenario& s, const Outcomes& o, Value v) { return s.drifts() ? alarms(o, v) : 0; }
+
 std::uint64_t rightly_named(const Scenario& s, const Outcomes& o) {
   std::uint64_t n = 0;
+  if (!s.drifts()) return n;
   for (std::size_t t = 0; t < o.trials(); ++t) n += static_cast<int>(o(t, Value::named)) == s.sensor;
   return n;
 }
@@ -35,6 +43,7 @@ std::uint64_t rightly_named(const Scenario& s, const Outcomes& o) {
 /// Stations from the start of the drift to the alarm, sorted; a miss is infinite.
 std::vector<double> delays(const Scenario& s, const Outcomes& o, Value v) {
   std::vector<double> d;
+  if (!s.drifts()) return d;
   for (std::size_t t = 0; t < o.trials(); ++t) d.push_back(o(t, v) >= 0 ? o(t, v) - s.from_station : kInfinity);
   std::sort(d.begin(), d.end());
   return d;
@@ -91,6 +100,13 @@ FalseAlarms predict_false_alarms(const Scenario& s) {
   return {least, "analytic: three channels, two sides each"};
 }
 
+/// What has no meaning where no sensor drifts.
+bool is_of_drift(const std::string& quantity) {
+  constexpr std::array kOfDrift{"p_detected",      "delay_q50_stations", "p_named",
+                                "detects_no_less", "is_sooner",          "names_the_right_sensor"};
+  return std::find(kOfDrift.begin(), kOfDrift.end(), quantity) != kOfDrift.end();
+}
+
 void write_counts(study::TableRows& t, const Outcomes& o) {
   t.count("trials", "wells", o.trials());
   t.count("failed", "wells without a result", 0);
@@ -116,11 +132,13 @@ std::vector<study::ComparisonRow> comparison_rows(const Scenario& s, const Outco
       mean_against("nees_mean", all(o, Value::nees_mean), 6, s, s.verdict.nees_margin),
       false_alarm,
       of_filter,
-      rate(kSprt, "p_detected", alarms(o, Value::sprt), n, kNone),
-      rate(kFilter, "p_detected", alarms(o, Value::filter), n, kNone),
+      rate(kSprt, "p_detected", detections(s, o, Value::sprt), drifting(s, o), kNone),
+      rate(kFilter, "p_detected", detections(s, o, Value::filter), drifting(s, o), kNone),
       median_row(kSprt, delays(s, o, Value::sprt), s.verdict.confidence),
       median_row(kFilter, delays(s, o, Value::filter), s.verdict.confidence),
-      rate(kFilter, "p_named", rightly_named(s, o), alarms(o, Value::filter), kNone)};
+      rate(kFilter, "p_named", rightly_named(s, o), detections(s, o, Value::filter), kNone)};
+  for (study::ComparisonRow& row : rows)
+    if (!s.drifts() && is_of_drift(row.quantity)) row.note = kNoDrift;
   return rows;
 }
 
@@ -142,16 +160,29 @@ std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& 
     row.note.clear();
     return row;
   };
-  return {study::judge_mean_claim(both, "detects_no_less", more, -0.01, false, confidence,
-                                  "share of wells found, less that of the SPRT: above -1 %"),
-          study::judge_claim(share(both, "is_sooner", sooner, decided), 0.5, false, confidence,
-                             "in more than half of the wells in which one is sooner"),
-          study::judge_claim(share(kFilter, "names_the_right_sensor", rightly_named(s, o), alarms(o, Value::filter)),
-                             0.99, false, confidence, "in more than 99 % of its alarms"),
-          study::judge_claim(share(kSprt, "false_alarms_are_rare", alarms(o, Value::sprt_without), o.trials()), 0.01,
-                             true, confidence, "in less than 1 % of wells without drift"),
-          study::judge_claim(share(kFilter, "false_alarms_are_rare", alarms(o, Value::filter_without), o.trials()),
-                             0.01, true, confidence, "in less than 1 % of wells without drift")};
+  std::vector<study::ComparisonRow> rows{
+      study::judge_mean_claim(both, "detects_no_less", more, -0.01, false, confidence,
+                              "share of wells found, less that of the SPRT: above -1 %"),
+      study::judge_claim(share(both, "is_sooner", sooner, decided), 0.5, false, confidence,
+                         "in more than half of the wells in which one is sooner"),
+      study::judge_claim(share(kFilter, "names_the_right_sensor", rightly_named(s, o), alarms(o, Value::filter)), 0.99,
+                         false, confidence, "in more than 99 % of its alarms"),
+      study::judge_claim(share(kSprt, "false_alarms_are_rare", alarms(o, Value::sprt_without), o.trials()), 0.01, true,
+                         confidence, "in less than 1 % of wells without drift"),
+      study::judge_claim(share(kFilter, "false_alarms_are_rare", alarms(o, Value::filter_without), o.trials()), 0.01,
+                         true, confidence, "in less than 1 % of wells without drift")};
+  if (s.drifts()) return rows;
+  // Every alarm is false here: there is nothing to find sooner, and no right sensor to name.
+  for (study::ComparisonRow& row : rows) {
+    if (!is_of_drift(row.quantity)) continue;
+    study::ComparisonRow empty;
+    empty.formulation = row.formulation;
+    empty.quantity = row.quantity;
+    empty.unit = row.unit;
+    empty.note = kNoDrift;
+    row = empty;
+  }
+  return rows;
 }
 
 store::Table detection_table(const Scenario& s, const Outcomes& o) {
@@ -161,15 +192,16 @@ store::Table detection_table(const Scenario& s, const Outcomes& o) {
     const Value with = filter ? Value::filter : Value::sprt,
                 without = filter ? Value::filter_without : Value::sprt_without;
     const std::vector<double> sorted = delays(s, o, with);
-    const std::uint64_t detected = alarms(o, with);
+    const auto delay = [&](double share) { return sorted.empty() ? kNone : stats::sorted_quantile(sorted, share); };
+    const std::uint64_t detected = detections(s, o, with);
     t.word("method", "channel_sprt or bias_filter", filter ? kFilter : kSprt);
-    t.word("sensor", "that drifts", kSensors[static_cast<std::size_t>(s.sensor)]);
-    t.share("p_detected", "share of wells with an alarm once the drift has begun", detected, o.trials(), confidence);
-    t.number("delay_q05_stations", "1", "stations from the start of the drift to the alarm, 5 %",
-             stats::sorted_quantile(sorted, 0.05));
-    t.estimate("delay_q50_stations", "1", "the same, median; a miss is infinite", stats::sorted_quantile(sorted, 0.5),
-               stats::median_interval(sorted, confidence));
-    t.number("delay_q95_stations", "1", "the same, 95 %", stats::sorted_quantile(sorted, 0.95));
+    t.word("sensor", "that drifts", s.drifts() ? kSensors[static_cast<std::size_t>(s.sensor)] : "none");
+    t.share("p_detected", "share of wells with an alarm once the drift has begun", detected, drifting(s, o),
+            confidence);
+    t.number("delay_q05_stations", "1", "stations from the start of the drift to the alarm, 5 %", delay(0.05));
+    t.estimate("delay_q50_stations", "1", "the same, median; a miss is infinite", delay(0.5),
+               sorted.empty() ? stats::Interval{kNone, kNone} : stats::median_interval(sorted, confidence));
+    t.number("delay_q95_stations", "1", "the same, 95 %", delay(0.95));
     t.share("p_named", "share of these alarms that name the right sensor", rightly_named(s, o), filter ? detected : 0,
             confidence);
     t.share("p_alarm_without_drift", "share of wells with any alarm if no sensor drifts", alarms(o, without),

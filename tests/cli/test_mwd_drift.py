@@ -108,6 +108,26 @@ class MwdDrift(Case):
         self.write("base.toml", CONFIG + '[[expect]]\ntable = "claims"\nquantities = ["sooner"]\nverdict = "agrees"\n')
         self.refused(BAD_INPUT, "run", "base.toml", says='no row "sooner"')
 
+    def test_nothing_is_claimed_of_a_drift_of_zero(self):
+        path = self.run_config("--set", "drift.at_td_mg=0.0", "--trials", "1500")
+        with h5py.File(path) as f:
+            claims, detection, comparison = (f["tables"][t] for t in ("claims", "detection", "comparison"))
+            for quantity, verdict, value, note in zip(claims["quantity"].asstr()[()], claims["verdict"].asstr()[()],
+                                                      claims["monte_carlo"][()], claims["note"].asstr()[()]):
+                with self.subTest(quantity=quantity):
+                    if quantity == "false_alarms_are_rare":
+                        self.assertGreaterEqual(value, 0)
+                    else:
+                        self.assertEqual((verdict, str(value)), ("", "nan"))
+                        self.assertIn("no sensor drifts", note)
+            self.assertEqual(set(detection["sensor"].asstr()[()]), {"none"})
+            for name in ("p_detected", "p_named", "delay_q05_stations", "delay_q50_stations", "delay_q95_stations"):
+                self.assertTrue(np.isnan(detection[name][()]).all(), name)
+            self.assertTrue((detection["p_alarm_without_drift"][()] > 0).all())
+            of = dict(zip(comparison["quantity"].asstr()[()], comparison["monte_carlo"][()]))
+            self.assertTrue(np.isnan(of["p_detected"]) and np.isnan(of["p_named"]))
+            self.assertTrue(of["nis_mean"] > 2)
+
     def test_threads_and_rerun(self):
         one = self.run_config("--threads", "1", output="one.h5")
         three = self.run_config("--threads", "3", output="three.h5")
