@@ -118,7 +118,7 @@ def run(options):
         output.check_target(options.output, options.file, options.overwrite)
     table, encoding = read_table(data, options)
     chosen, reference = columns.choose(table, options.name, options)
-    found = stations.collect(table, chosen, options, options.name)
+    found = stations.collect(table, chosen, options, options.name, reference)
     if options.for_program:  # which checks the survey itself
         print(output.for_program(options.name, table, chosen, found, reference, encoding, options), end="")
         return

@@ -47,12 +47,13 @@ LENGTHS = {"m": "m", "meter": "m", "meters": "m", "metre": "m", "metres": "m", "
            "us survey foot": "usft", "survey ft": "usft", "survey feet": "usft", "us feet": "usft", "us foot": "usft"}
 ANGLE_UNITS = {"deg": "deg", "degs": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "º": "deg", "dega": "deg", "ø": "deg",
                "rad": "rad", "rads": "rad", "radian": "rad", "radians": "rad",
-               "gon": "gon", "grad": "gon", "grads": "gon", "gr": "gon"}
+               "gon": "gon", "gons": "gon", "grads": "gon", "gradian": "gon", "gradians": "gon"}
+EITHER = {"grad", "gr"}  # the degree in German and Norwegian, the gon in English
 ACCELERATIONS = {"g": "g", "mg": "mg", "milli-g": "mg", "millig": "mg", "m/s2": "mps2", "m/s^2": "mps2", "m/s²": "mps2",
                  "mps2": "mps2", "m/sec2": "mps2", "m/s/s": "mps2", "ms-2": "mps2", "m.s-2": "mps2", "m s-2": "mps2"}
 INDUCTIONS = {"nt": "nT", "ntesla": "nT", "nanotesla": "nT", "gamma": "nT", "gammas": "nT", "ut": "uT", "µt": "uT", "μt": "uT",
               "microtesla": "uT", "gauss": "gauss", "g": "gauss", "gs": "gauss", "mgauss": "mgauss", "milligauss": "mgauss", "mg": "mgauss"}
-ALL_UNITS = set(LENGTHS) | set(ANGLE_UNITS) | set(ACCELERATIONS) | set(INDUCTIONS)
+ALL_UNITS = set(LENGTHS) | set(ANGLE_UNITS) | EITHER | set(ACCELERATIONS) | set(INDUCTIONS)
 
 
 def vocabulary(role):
@@ -100,7 +101,9 @@ def read_heading(text, unit=None):
     for reference, spellings in REFERENCES.items():
         if any(w in spellings for w in small):
             found.reference = reference if found.reference in (None, reference) else "several"
-    if "tvd" in small or "vertical" in small or "vert" in small:
+    if found.reference == "magnetic" and any(w in ("corr", "corrected", "correction") for w in small):
+        found.reference = "several"  # a magnetic azimuth, or one corrected to another north
+    if "tvd" in small or "vertical" in small or "vert" in small or re.match(r"\s*[-\u2212\u2013]\s*\w", name):  # "-Gx" is no Gx
         return found
     bare = [w for w in small if w not in NEUTRAL and not any(w in s for s in REFERENCES.values())]
     joined = {"".join(small), "".join(bare)}
@@ -139,6 +142,7 @@ class Choice:
     heading: str
     unit: str = None  # the name here: m, ft, usft, deg, rad, gon, g, mg, mps2, nT, uT, gauss, mgauss
     unit_from: str = ""
+    by_option: bool = False
 
 
 def position_of(wanted, table, role, option):
@@ -186,7 +190,7 @@ def choose(table, file, options):
             way = way + f"--columns {role}={hits[0] + 1}" + (" or --no-toolface" if role == "tf" else "")
             raise Problem(f"{place}: columns {', '.join(repr(shown(read[i].text)) for i in hits)}: {len(hits)} columns are the "
                           f"{NAMES.get(role, role)}: one must be meant: {way}")
-        meant = read[hits[0]].strong | read[hits[0]].weak
+        meant = (read[hits[0]].strong | read[hits[0]].weak) & set(roles)  # "Az" is no accelerometer in a survey
         if len(meant) > 1:
             raise Problem(f"{place}: column {hits[0] + 1} '{shown(read[hits[0]].text)}': the heading names {' and '.join(sorted(meant))}: "
                           f"must be one: --columns {','.join(r + '=NUMBER' for r in sorted(meant))}")
@@ -197,7 +201,7 @@ def choose(table, file, options):
     for role in roles:
         if role in picked:
             i = picked[role]
-            chosen[role] = Choice(role, i, table.headings[i] or f"(column {i + 1})")
+            chosen[role] = Choice(role, i, table.headings[i] or f"(column {i + 1})", by_option=role in options.columns)
             set_unit(chosen[role], read[i].unit, place, options)
     reference = None if options.readings else azimuth_reference(table, read[picked["azi"]], place, options)
     return chosen, reference
@@ -205,6 +209,11 @@ def choose(table, file, options):
 
 def set_unit(choice, written, place, options):
     """The unit of a column from its heading or an option; angles may be left open, for what the values say."""
+    if written is not None and choice.role in ANGLES and unit_key(written) in EITHER:
+        if not options.angle_unit:
+            raise Problem(f"{place}: column '{shown(choice.heading)}': unit '{shown(written)}': is the degree in some languages, "
+                          "1/400 of a turn in others: must be known: --angle-unit deg|gon")
+        written = None
     if written is not None:
         choice.unit = vocabulary(choice.role).get(unit_key(written))
         choice.unit_from = "heading"
@@ -233,7 +242,10 @@ def azimuth_reference(table, heading, place, options):
     """(true|magnetic|grid, who says so); the heading of the column goes before the rest of the file."""
     said = [(heading.reference, f"heading '{shown(heading.text)}'")] if heading.reference else [table.reference] if table.reference else []
     if said and said[0][0] == "several":
-        raise Problem(f"{place}: {said[0][1]}: names more than one north: must be one: --columns azi=... and --azimuth-reference")
+        if options.azimuth_reference:
+            return options.azimuth_reference, "--azimuth-reference"
+        raise Problem(f"{place}: {said[0][1]}: names more than one north, or one that was corrected: must be one: "
+                      "--azimuth-reference true|magnetic|grid")
     if said and options.azimuth_reference and said[0][0] != options.azimuth_reference:
         raise Problem(f"{place}: {said[0][1]} says {said[0][0]} north, --azimuth-reference says {options.azimuth_reference}: must "
                       "agree; choose the column (--columns azi=...) or correct the file")
@@ -269,7 +281,7 @@ def is_null(cell, null):
 def looks_numeric(cell):
     """A number in any of the ways of writing, to tell rows of data from text."""
     t = tidy(cell)
-    return bool(t) and len(t) < 60 and bool(re.fullmatch(r"[+-]?[\d.,\u00a0\u2009\u202f '’]*\d[\d.,]*([eE][+-]?\d{1,3})?", t))
+    return bool(t) and len(t) < 60 and bool(re.fullmatch(r"[+-]?[\d.,\u00a0\u2009\u202f '’]*\d[\d.,]*([eE][+-]?\d{1,3})?", t, re.A))
 
 
 def mark_meaning(text):
@@ -291,16 +303,16 @@ def mark_meaning(text):
 
 
 def decimal_mark(cells, options):
-    """The decimal mark of a file from [(place, text)], 'point' or 'comma'; numbers that can be read in two ways are asked for."""
+    """The decimal mark of a file from [(place, text, role)], 'point' or 'comma'; what can be read in two ways is asked for."""
     if options.decimal:
         return options.decimal
     said = {}
-    for place, text in cells:
+    for place, text, role in cells:
         meaning = mark_meaning(text)
         if meaning and meaning not in said:
             said[meaning] = (place, text)
         if meaning == "open":
-            said.setdefault("open comma" if "," in text else "open point", (place, text))
+            said.setdefault("open comma" if "," in text else "open point" if role == "md" else "three decimals", (place, text))
     if "point" in said and "comma" in said:
         (p, a), (q, b) = said["point"], said["comma"]
         raise Problem(f"{q}: '{shown(b)}' has a decimal comma, '{shown(a)}' ({p.split(':', 1)[1]}) a decimal point: a file must have one; "
@@ -311,6 +323,10 @@ def decimal_mark(cells, options):
         place, text = said["open comma"]
         raise Problem(f"{place}: '{shown(text)}': the comma may be a decimal comma or a mark of thousands: must be known: "
                       "--decimal comma or --decimal point")
+    if "open point" in said and "three decimals" not in said:  # no angle is a thousand: one of 2.500 has three decimals
+        place, text = said["open point"]
+        raise Problem(f"{place}: '{shown(text)}': the point may be a decimal point or a mark of thousands: must be known: "
+                      "--decimal point or --decimal comma")
     return "point"
 
 
@@ -324,7 +340,7 @@ def number(text, mark, place):
             raise Problem(f"{place} = '{shown(text)}': must be a number with a decimal {mark}, marks of thousands only between groups "
                           "of three digits; correct it, or name the other mark: --decimal")
         body = re.sub(f"[{_SPACES}{re.escape(thousands)}]", "", body)
-    if not re.fullmatch(_POINT if mark == "point" else _COMMA, body):
+    if not re.fullmatch(_POINT if mark == "point" else _COMMA, body, re.A):
         raise Problem(f"{place} = '{shown(text)}': must be a number; correct it, or leave the line out: --skip-lines")
     body = body.replace(",", ".").lstrip("+")
     value = Decimal(body)

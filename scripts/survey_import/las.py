@@ -5,6 +5,7 @@ A reader of our own: Debian 12 has no lasio. Values are separated by spaces; wra
 
 import re
 
+from . import columns
 from .problem import Problem, shown
 from .table import Row, Table
 from .text import check_size, lines_of
@@ -20,7 +21,7 @@ def is_las(text):
 
 
 def read(text, file, options):
-    section, keys, curves, data, data_line = "", {}, [], [], 0
+    section, keys, ends, curves, data, data_line = "", {}, [], [], [], 0
     lines = lines_of(text)
     check_size(lines, file)
     for n, line in enumerate(lines, 1):
@@ -34,13 +35,15 @@ def read(text, file, options):
             data_line = n if section == "A" else 0
             continue
         if section == "A":
-            data.append((n, re.split(r"[\s,]+" if keys.get("DLM", "").upper() == "COMMA" else r"\s+", bare)))
+            data.append((n, [c.strip() for c in bare.split(",")] if keys.get("DLM", "").upper() == "COMMA" else bare.split()))
             continue
         hit = _LINE.match(line[:2000])
         if section in "VWC" and not hit:
             raise Problem(f"{file}:line {n}: '{shown(bare)}': must be MNEMONIC.UNIT VALUE : DESCRIPTION")
         if hit and section in "VWP":
             keys.setdefault(hit[1].upper(), hit[3].strip())
+            if hit[1].upper() in ("STRT", "STOP"):
+                ends.append((n, hit[1], hit[2].strip()))
         elif hit and section == "C":
             curves.append((hit[1].strip(), hit[2].strip(), (hit[4] or "").strip(), n))
     version = keys.get("VERS", "")
@@ -48,6 +51,12 @@ def read(text, file, options):
         raise Problem(f"{file}: ~V: VERS = '{shown(version)}': must be 1.2 or 2.0; write it as LAS 2.0 or CSV")
     if not curves or not data_line:
         raise Problem(f"{file}: section {'~A' if curves else '~C'} is missing or empty: a LAS file must have curves and data")
+    of = columns.LENGTHS.get
+    for n, name, unit in ends:
+        index, unit_here = of(columns.unit_key(curves[0][1])), of(columns.unit_key(unit))
+        if index and unit_here and index != unit_here:
+            raise Problem(f"{file}:line {n}: {name} is in {shown(unit)}, the depth curve '{shown(curves[0][0])}' (line {curves[0][3]}) in "
+                          f"{shown(curves[0][1])}: must agree; correct the one that is wrong")
     rows, wrapped = [], keys.get("WRAP", "NO").upper() == "YES"
     if wrapped:
         values = []
@@ -68,16 +77,21 @@ def read(text, file, options):
                 raise Problem(f"{file}:line {n}: {len(cells)} values: must be {len(curves)}, the curves of ~C; correct it, or leave it out: "
                               f"--skip-lines {n}")
             rows.append(Row(f"line {n}", cells))
-    table = Table(f"LAS {version}" + (", wrapped" if wrapped else ""), [c[0] for c in curves], rows,
+    table = Table(f"LAS {version}" + (", wrapped" if wrapped else ""), [heading_of(c) for c in curves], rows,
                   f"lines {curves[0][3]}-{curves[-1][3]}", [c[1] or None for c in curves], null=keys.get("NULL"), plain_numbers=True)
     table.reference = described_north(curves)
     return table
 
 
+def heading_of(curve):
+    """The mnemonic; and its description where that says that the depth is a vertical one."""
+    read = columns.read_heading(curve[0])
+    vertical = "md" in read.strong | read.weak and re.search(r"\b(vertical|tvd\w*)\b", curve[2], re.I)
+    return f"{curve[0]} {curve[2]}" if vertical else curve[0]
+
+
 def described_north(curves):
     """The north that the description of the only azimuth curve names, if it names one."""
-    from . import columns
-
     azimuths = [c for c in curves if "azi" in columns.read_heading(c[0]).strong]
     for c in azimuths if len(azimuths) == 1 else []:
         reference = columns.read_heading(c[2]).reference

@@ -106,6 +106,8 @@ def account(file, table, chosen, stations, reference, facts, encoding, options):
     out.append(f"  ignored          {', '.join(ignored) if ignored else 'no column'}")
     if stations.notes:
         out.append(f"  no data          {few(stations.notes)}")
+    for word, said in table.notes:
+        out.append(f"  {word:<16} {said}")
     if options.skip_lines:
         out.append(f"  left out         lines {', '.join(map(str, sorted(options.skip_lines)))} (--skip-lines)")
     if stations.empty:

@@ -21,5 +21,6 @@ def shown(value, most=60):
 
 def as_keys(text):
     """A message with the keys of surveymc's configs for this script's options."""
+    text = re.sub(r"--(skip-lines|columns) (\d[\d,-]*|\w+=[^ ;:]+)", lambda m: f'survey.{m[1].replace("-", "_")} = "{m[2]}"', text)
     text = re.sub(r"--([a-z][a-z-]+)(?= [\w.]+[|=]| \d)", lambda m: f"survey.{m[1].replace('-', '_')} =", text)
     return re.sub(r"--([a-z][a-z-]+)", lambda m: f"survey.{m[1].replace('-', '_')}", text)

@@ -1,5 +1,6 @@
 """Rows of a table to stations: which rows are data, their numbers, the unit of the angles."""
 
+import re
 from dataclasses import dataclass
 
 from . import columns
@@ -21,6 +22,9 @@ class Stations:
 NAMES = {"md": "md", "inc": "inclination", "azi": "azimuth", "tf": "toolface"}
 
 
+_MARKED = re.compile(r"[+-]?\d[\d.,]*\s*[^\W\d_]{0,10}[°º*?!#+†‡]{0,3}\.?")  # "1090*", "47 deg": a number and a mark behind
+
+
 def is_data(row, chosen, table, file):
     """Is a row a station? False for a note. A row that is half a station is an error: nothing is dropped in silence."""
     cells = {r: row.cells[c.index] if c.index < len(row.cells) else "" for r, c in chosen.items()}
@@ -34,7 +38,11 @@ def is_data(row, chosen, table, file):
             raise Problem(f"{file}:{row.place}: {len(row.cells)} values: must be {len(table.headings)}, as the header has; a decimal comma in "
                           "a file separated by commas must be quoted")
         return True
-    if "md" not in numeric and len(numeric) < 2:
+    formula = next((r for r, t in cells.items() if t.startswith("=")), None)
+    if formula:
+        raise Problem(f"{file}:{row.place}: {chosen[formula].heading}: formula '{shown(cells[formula], 30)}': must have a value: open the "
+                      "workbook in a spreadsheet program and save it, or leave the line out: --skip-lines " + row.place.rsplit(" ", 1)[-1])
+    if "md" not in numeric and len(numeric) < 2 and not all(_MARKED.fullmatch(columns.tidy(t)) for t in cells.values()):
         return False
     role = next(r for r in cells if r not in numeric)
     line = row.place.rsplit(" ", 1)[-1]
@@ -64,8 +72,29 @@ def angle_units(chosen, rows, options, file, table):
         c.unit, c.unit_from = "deg", f"no unit in the heading; no radians, by {above[0]}"
 
 
-def collect(table, chosen, options, file):
-    data, notes, empty = [], [], 0
+def check_header(row, chosen, reference, file):
+    """A header further down, of a page or a second table, must say what the first says: columns, units, north."""
+    read = {r: columns.read_heading(row.cells[c.index]) if c.index < len(row.cells) else columns.Heading("") for r, c in chosen.items()}
+    units = {r: row.cells[chosen[r].index].strip(" ()[]") for r in read if read[r].text}
+    named = {r for r, h in read.items() if h.strong | h.weak}
+    if len(named) < 2 and sum(columns.unit_key(u) in columns.ALL_UNITS for u in units.values()) < 2:
+        return
+    for role, h in read.items():
+        c = chosen[role]
+        written = h.unit or (units.get(role) if columns.unit_key(units.get(role, "")) in columns.ALL_UNITS else None)
+        unit = columns.vocabulary(role).get(columns.unit_key(written)) if written else None
+        column = role in named and role not in h.strong | h.weak and not c.by_option
+        if not column and not (unit and unit != c.unit and (unit, c.unit) != ("ft", "usft")) and \
+                not (role == "azi" and h.reference and reference and h.reference != reference[0] and reference[0] in columns.REFERENCES):
+            continue
+        line = row.place.rsplit(" ", 1)[-1]
+        raise Problem(f"{file}:{row.place}: '{shown(h.text)}': another header than that of the first table, where this column is "
+                      f"'{shown(c.heading)}': must be the same: put each table into a file of its own, or leave the line out "
+                      f"if it is not true: --skip-lines {line}")
+
+
+def collect(table, chosen, options, file, reference=None):
+    data, notes, headers, empty = [], [], [], 0
     for row in table.rows:
         kind = is_data(row, chosen, table, file)
         if kind:
@@ -74,8 +103,10 @@ def collect(table, chosen, options, file):
             empty += 1
         elif any(c.strip() for c in row.cells):
             notes.append(row.place)
+            if not row.repeats:
+                headers.append(row)
     roles = list(chosen)
-    cells = [(f"{file}:{row.place}: {c.heading}", row.cells[c.index]) for row in data for c in chosen.values()]
+    cells = [(f"{file}:{row.place}: {c.heading}", row.cells[c.index], r) for row in data for r, c in chosen.items()]
     mark = "point" if table.plain_numbers else columns.decimal_mark(cells, options)
     read = []
     for row in data:
@@ -84,6 +115,8 @@ def collect(table, chosen, options, file):
         angle_units(chosen, [(row.place, {r: v[0] for r, v in values.items()}) for row, values in zip(data, read)], options, file, table)
         for c in chosen.values():
             c.unit = c.unit or "deg"
+    for row in headers:
+        check_header(row, chosen, reference, file)
     heads, texts = [], [[] for _ in data]
     for r, c in chosen.items():
         for k, values in enumerate(read):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 class Row:
     place: str  # "line 12", "sheet Survey, row 12": stands behind the file name in messages
     cells: list  # one text a column, "" where the file has none
+    repeats: bool = False  # a line of the header again
 
 
 @dataclass
@@ -17,6 +18,6 @@ class Table:
     header_place: str
     units: list = None  # one text a column where the form keeps units apart from names, else None
     reference: tuple = None  # (true|magnetic|grid, where the file says so), else None
-    notes: list = field(default_factory=list)  # what was left out, for the account
+    notes: list = field(default_factory=list)  # (word, text): more lines of the account
     null: str = None  # the number that stands for "no value" in this form
     plain_numbers: bool = False  # the form itself fixes the decimal point (LAS, XML, Excel)

@@ -69,6 +69,14 @@ def is_ruler(line):
     return bool(line.strip()) and not re.search(r"[\w%°º'\"]", line.replace("_", ""))
 
 
+def is_comment(line):
+    return re.match(r"\s*[#%]", line)
+
+
+def same_words(line):
+    return re.sub(r"[\W_]+", " ", line).casefold().strip()
+
+
 def joined_headings(parts, count):
     """Headings of several lines, joined column by column, those of a line with fewer cells from the left."""
     return [" ".join(p[i] for p in parts if i < len(p) and p[i]).strip() for i in range(count)]
@@ -84,7 +92,7 @@ def delimited(lines, separator, options):
         parts, used, i = [], [], first - 1
         while i >= 0 and len(parts) < 4 and first - i <= 8:
             filled = [c for c in cells[i] if c]
-            if not filled or is_ruler(lines[i]) or i + 1 in options.skip_lines:
+            if not filled or is_ruler(lines[i]) or i + 1 in options.skip_lines or (len(filled) < 2 and is_comment(lines[i])):
                 i -= 1
                 continue
             if len(filled) < 2 or numeric[i] >= 3:
@@ -92,6 +100,10 @@ def delimited(lines, separator, options):
             parts.insert(0, cells[i])
             used.insert(0, i + 1)
             count = max(len(p) for p in parts)
+            whole = [k for k, line in enumerate(used) if numeric[line - 1] == 0]
+            if len(whole) < len(used) and columns.complete(joined_headings([parts[k] for k in whole], count), options.readings):
+                first = next(line for line in used if numeric[line - 1]) - 1  # a row of data of which one cell is no number
+                parts, used = [parts[k] for k in whole], [used[k] for k in whole]
             if columns.complete(joined_headings(parts, count), options.readings):
                 # "Measured" over "Depth": a line above that goes on belongs to it, if all is still named.
                 above = cells[i - 1] if i else []
@@ -112,7 +124,8 @@ def delimited(lines, separator, options):
             continue
         if options.columns and not parts:
             headings = [""] * len(cells[first])
-        rows = [Row(f"line {n + 1}", cells[n]) for n in range(first, len(cells)) if n + 1 not in options.skip_lines]
+        header = {same_words(lines[n - 1]) for n in used}
+        rows = [Row(f"line {n + 1}", cells[n], same_words(lines[n]) in header) for n in range(first, len(cells)) if n + 1 not in options.skip_lines]
         return Table(f"{SEPARATORS[separator]}-separated text", headings, rows, place_of(used, first))
     return None
 
@@ -205,11 +218,13 @@ def spaced(lines, options):
             if options.last_resort is None and used:
                 options.last_resort = (f"line {used[-1]}", headings)
             continue
-        rows = []
+        rows, header = [], {same_words(lines[n - 1]) for n in used}
         for n in range(first, len(lines)):
             if n + 1 in options.skip_lines:
                 continue
-            if fixed:
+            if numeric[n] == 0 and len(phrases(expanded[n])) > 1:
+                rows.append(Row(f"line {n + 1}", header_cells(expanded[n], spans), same_words(lines[n]) in header))
+            elif fixed:
                 cells = [""] * count
                 for w in words[n]:
                     k = nearest(w, spans)
@@ -240,11 +255,31 @@ def north_in_titles(lines):
                or re.search(r"all\s+azimuths?\s+(?:are\s+)?(true|grid|magnetic)\b", line, re.I))
         if not hit:
             continue
+        rest = re.split(r"\s{2,}|[,;|\t]", line[hit.end():])[0]
+        if {w.lower() for w in re.findall(r"\b(?:true|grid|magnetic)\b", rest, re.I)} - {hit[1].lower()}:
+            return "several", f"line {n + 1} '{shown(line.strip(), 50)}'"
         if found and found[0] != hit[1].lower():
             return "several", f"line {n + 1} '{shown(line.strip(), 40)}' and {found[1]}"
         if not found:
             found = hit[1].lower(), f"line {n + 1} '{shown(line.strip(), 50)}'"
     return found
+
+
+def closed_quotes(lines):
+    """Headings in quotes that go over lines, as spreadsheets write them, in the last of their lines; the others are empty."""
+    out, most = list(lines), 20
+    for first, line in enumerate(lines):
+        if out[first].count('"') % 2 == 0 or not re.search(r'(?:^|[,;\t|])\s*"[^"]*$', line):
+            continue
+        quotes = 0
+        for last in range(first, min(first + most, len(lines))):
+            if sum(map(columns.looks_numeric, re.split(r"[,;\t|]", lines[last]))) >= 2:  # a row of data is in no heading
+                break
+            quotes += lines[last].count('"')
+            if quotes % 2 == 0:
+                out[first:last + 1] = [*[""] * (last - first), " ".join(lines[first:last + 1])]
+                break
+    return out
 
 
 def read(text, file, options):
@@ -253,7 +288,8 @@ def read(text, file, options):
         raise Problem(f"{file}: is empty: must hold a header and rows of stations")
     check_size(lines, file)
     options.last_resort = None
-    tables = [t for t in (delimited(lines, s, options) for s in SEPARATORS) if t]
+    cells = closed_quotes(lines)
+    tables = [t for t in (delimited(cells, s, options) for s in SEPARATORS) if t]
     table = max(tables, key=lambda t: len(t.headings), default=None) or spaced(lines, options)
     if table is None:
         wanted = "md, gx, gy, gz, bx, by, bz" if options.readings else "measured depth, inclination and azimuth"

@@ -90,6 +90,8 @@ def read(data, file, options):
                 raise Problem(f"{file}:line {element.sourceline}: {name}: uom = '{uom}': must be that of the stations before, '{units[name]}'")
         extra |= {local(e) for e in station} - {""}
         rows.append(Row(place, cells))
+    if len(children(trajectory, "aziRef")) > 1:
+        raise Problem(f"{file}:line {trajectory.sourceline}: aziRef stands {len(children(trajectory, 'aziRef'))} times in one trajectory: must be once")
     written = one_text(trajectory, "aziRef")
     if written and written.casefold() not in NORTHS:
         raise Problem(f"{file}:line {trajectory.sourceline}: aziRef = '{shown(written)}': must be one of "

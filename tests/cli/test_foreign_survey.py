@@ -160,7 +160,8 @@ class Forms(Case):
                 (table(";", ("MD (m)", "Inc", "Azi Grid"), [("1,234", "10", "20"), ("1,264", "12", "21")]), [], r"survey\.decimal comma or survey\.decimal point|"
                  r"survey\.decimal"),
                 (table(",", ("MD (m)", "Inc", "Azi Grid"), [("1", "0.5", "1.5"), ("9", "0.6", "1.6")]), [], r"survey\.angle_unit = deg\|rad\|gon"),
-                ("1,2,3\n4,5,6\n", [], r"no header.*survey\.columns = md=NUMBER"),
+                ("1,2,3\n4,5,6\n", [], r'no header.*survey\.columns = "md=NUMBER,inc=NUMBER,azi=NUMBER"; or'),
+                (table(",", ("MD (m)", "Inc", "Azi Grid"), [("1", "20", "30"), ("9", "x", "30")]), [], r'survey\.skip_lines = "3"; or'),
                 (table(",", ("MD (m)", "Inc", "Azi Grid")), ["survey.sheet=x"], r"survey\.sheet: is for Excel"),
                 (table(",", ("MD (m)", "Inc", "Azi Grid")), ["survey.depth_unit=ft"], "heading says m, survey.depth_unit says ft"),
                 (table(",", ("MD (m)", "Inc", "Azi Grid")), ["survey.depth_unit=km"], r'survey\.depth_unit = "km": must be one of'),

@@ -8,6 +8,7 @@ import io
 import os
 import pathlib
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -109,7 +110,12 @@ class Text(Case):
         for word, name in [("True", "true"), ("TN", "true"), ("Grid", "grid"), ("GN", "grid"), ("Magnetic", "magnetic"), ("Mag", "magnetic")]:
             self.gives(table(head=("MD (m)", "Inc", f"Azimuth {word} (deg)")), METRES, says=[f'azimuth_reference = "{name}"'])
             self.gives(table(head=("MD (m)", "Inc", f"Azi ({word})")), METRES, says=[f'azimuth_reference = "{name}"'])
+        self.refused(table(head=("MD (m)", "Inc", "Azi Mag Corr")), "more than one north, or one that was corrected")
         plain = table(head=("MD (m)", "Inc", "Azi"))
+        for said in "North Reference: Magnetic/Grid", "Azimuth ref: true to grid corr applied", "Azimuth reference: True (raw: magnetic)":
+            self.refused(said + "\n" + plain, "more than one north", "line 1")
+            self.gives(said + "\n" + plain, METRES, "--azimuth-reference", "grid", says=["grid north (--azimuth-reference)"])
+        self.gives("North Reference: Grid   Geo datum: true ellipsoid\n" + plain, METRES, says=['"grid"'])
         self.refused(plain, "which north", "--azimuth-reference true|magnetic|grid")
         self.gives("North Reference:,Grid\n\n" + plain, METRES, says=['"grid"', "line 1"])
         self.refused("North Reference: Grid\nNorth Reference: True\n" + plain, "more than one north")
@@ -174,6 +180,50 @@ class Text(Case):
         self.refused(table(), "taken twice", options=["--columns", "md=2,inc=2"], code=64)
         self.refused(table(head=("MD (m)", "what", "Azi Grid")), "headings 1 'MD (m)', 2 'what'", "--columns")
         self.refused(table(head=("MD (m)", "Measured Depth (ft)", "Inc", "Azi Grid"), rows=[("5", *s) for s in STATIONS]), "2 columns are the measured depth")
+
+    def test_az_is_the_azimuth(self):
+        self.gives(table(head=("MD (m)", "Inc", "Az Grid")), METRES)
+
+    def test_grad_is_degree_or_gon(self):
+        for unit in "Grad", "gr":
+            text = table(head=("MD (m)", f"Inc ({unit})", f"Azi Grid [{unit}]"))
+            self.refused(text, f"unit '{unit}': is the degree in some languages", "--angle-unit deg|gon")
+            self.gives(text, METRES, "--angle-unit", "deg")
+
+    def test_digits_of_other_scripts_are_no_numbers(self):
+        self.refused(table(rows=[("\uff11\uff10\uff10", "2", "45"), ("130", "3", "46")]), "in.csv:line 2: MD (m) = ", "must be a number")
+        self.refused(table(rows=[("130", "3", "46"), ("140", "\u0663", "46")]), "in.csv:line 3: Incl (deg) = ", "must be a number")
+
+    def test_a_point_that_may_be_either_is_asked_for(self):
+        text = table(";", rows=[("1.000", "10", "20"), ("1.030", "12", "21")])
+        self.refused(text, "in.csv:line 2: MD (m): '1.000': the point may be", "--decimal point or --decimal comma")
+        self.gives(text, "md_m,inclination_deg,azimuth_deg\n1000,10,20\n1030,12,21\n", "--decimal", "comma")
+        rows = [("100.250", "10.000", "20.500"), ("130.250", "12.125", "21.000")]  # an angle of ten thousand there is not
+        self.gives(table(rows=rows), "md_m,inclination_deg,azimuth_deg\n" + "".join(",".join(r) + "\n" for r in rows))
+
+    def test_headings_in_quotes_over_lines(self):
+        rows = "".join(",".join(s) + "\n" for s in STATIONS)
+        self.gives('"MD\n(m)","Incl\n(deg)","Azi\nGrid\n(deg)"\n' + rows, METRES, says=["header: line 5"])
+        self.refused('"MD (m),Incl,Azi Grid\n' + rows.replace("2.50", '2.50"'), "in.csv")  # no row of data goes into a heading
+
+    def test_comments_below_the_header(self):
+        self.gives("MD (m),Incl,Azi Grid\n# tool 5\n" + "".join(",".join(s) + "\n" for s in STATIONS), METRES)
+
+    def test_a_bad_first_row_is_named(self):
+        self.refused(table(rows=[("1000", "2\u00b030'", "45.0"), *STATIONS]), "in.csv:line 2: Incl (deg) = '2\u00b030'': must be a number", "--skip-lines 2")
+
+    def test_another_header_further_down(self):
+        first, rows = table(head=("MD (m)", "Inc (deg)", "Azi Grid (deg)")), [("1090", "8", "47"), ("1120", "9", "48")]
+        for head, says in [(("MD (ft)", "Inc (deg)", "Azi Grid (deg)"), "'MD (ft)'"), (("MD (m)", "Inc (deg)", "Azi True (deg)"), "'Azi True (deg)'"),
+                           (("MD (m)", "Azi Grid (deg)", "Inc (deg)"), "'Azi Grid (deg)'"), (("(ft)", "(deg)", "(deg)"), "'(ft)'")]:
+            self.refused(first + "\n" + table(head=head, rows=rows), "in.csv:line 6: " + says, "another header", "--skip-lines 6")
+        wanted = METRES + "".join(",".join(r) + "\n" for r in rows)
+        self.gives(first + "\nPage 2\n" + table(head=("MD (m)", "Inc (deg)", "Azi Grid (deg)"), rows=rows), wanted)
+        self.gives(first + "\nPage 2\n" + table(head=("Depth m", "Incl", "Azim"), rows=rows), wanted)
+        fixed = "MD      Inc     Azi\n(m)    (deg)   (grid)\n100.0  1.0     20.0\n130.0  1.0     20.0\n"
+        again = fixed.replace("100.0 ", "160.0 ").replace("130.0 ", "190.0 ")
+        self.gives(fixed + again, "md_m,inclination_deg,azimuth_deg\n" + "".join(f"{m}.0,1.0,20.0\n" for m in (100, 130, 160, 190)))
+        self.refused(fixed + again.replace("(m) ", "(ft)"), "in.csv:line 6: '(ft)': another header")
 
     def test_toolface(self):
         text = table(head=("MD (m)", "Inc", "Azi Grid", "GTF"), rows=[(*s, "120.0") for s in STATIONS])
@@ -251,7 +301,9 @@ class Las(Case):
     def test_versions(self):
         self.gives(LAS, METRES, says=["LAS 2.0", "GR", '"grid"', "1 rows that hold only the null value -999.25"])
         self.gives(LAS.replace("2.0 :", "1.2 :").replace("M  ", "M "), METRES, says=["LAS 1.2"])
-        self.gives(LAS.replace("DEPT.M ", "DEPT.F "), FEET)
+        self.gives(LAS.replace("DEPT.M ", "DEPT.F ").replace("STRT.M", "STRT.F").replace("STOP.M", "STOP.FT"), FEET)
+        commas = LAS.replace("~Well", " DLM. COMMA : x\n~Well").replace("1000.10  2.50 80 45.00", "1000.10, 2.50,,45.00")
+        self.gives(re.sub(r"(?m)^ (\d\S*) +(\S+) (\S+) (\S+)$", r" \1,\2,\3,\4", commas), METRES)
         body = LAS.replace("WRAP.   NO", "WRAP.   YES").replace(" 1000.10  2.50 80 45.00", " 1000.10\n 2.50 80\n 45.00")
         self.gives(body, METRES, says=["wrapped"])
 
@@ -262,6 +314,9 @@ class Las(Case):
         self.refused(LAS.replace("DEPT.M ", "DEPT.  "), "DEPT", "--depth-unit")
         self.refused(LAS.split("~A")[0], "~A is missing")
         self.refused(LAS.replace(", grid north", ""), "--azimuth-reference")
+        self.refused(LAS.replace("STOP.M", "STOP.FT"), "in.csv:line 6: STOP is in FT, the depth curve 'DEPT' (line 10) in M: must agree")
+        self.refused(LAS.replace(": Measured depth", ": True vertical depth"), "no column is the measured depth", "'DEPT True vertical depth'")
+        self.gives(LAS.replace(": Deviation", ": Deviation from the vertical"), METRES)
 
 
 def witsml(version="1.4.1.1", md="md", station="trajectoryStation", uom="m", stations=STATIONS, azi_ref="<aziRef>grid north</aziRef>", name="A"):
@@ -294,6 +349,7 @@ class Witsml(Case):
         self.refused(document(witsml(uom="km")), "uom = 'km': must be one of")
         self.refused(document(witsml()).replace(' uom="m"', ""), "attribute uom is missing")
         self.refused(document(witsml(azi_ref="")), "--azimuth-reference")
+        self.refused(document(witsml(azi_ref="<aziRef>grid north</aziRef><aziRef>true north</aziRef>")), "aziRef stands 2 times")
 
     def test_several(self):
         two = document(witsml(name="A"), witsml(name="B", stations=[("1", "1", "1"), ("2", "1", "1")]))
@@ -346,9 +402,33 @@ class Excel(Case):
         self.refused(self.book({"S": broken}), "row 6: Incl (deg) = 'n.m.': must be a number", "--skip-lines 6")
         formula = [r[:] for r in self.ROWS]
         formula[5][1] = "=A6/2"  # without a value that a spreadsheet program kept
-        self.refused(self.book({"S": formula}), "row 6", "is empty")
+        self.refused(self.book({"S": formula}), "row 6: Incl (deg): formula '=A6/2': must have a value", "save it")
+        formula[5][:3] = ["=A5+30", "=B5", "=C5"]  # a station, not a row without data
+        self.refused(self.book({"S": formula}), "row 6: MD (m): formula '=A5+30': must have a value")
+        self.refused(self.book({"S": [self.ROWS[2], *[["=1", "=2", "=3"]] * 3]}), "row 2: '=1': formulas must have values")
         self.refused(self.book({"S": self.ROWS})[:900], "must be an Excel workbook")
         self.refused(b"\xd0\xcf\x11\xe0" + bytes(100), "must be .xlsx")
+
+    def rewritten(self, data, change):
+        """The workbook with another text of its first sheet."""
+        held = io.BytesIO()
+        with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(held, "w") as new:
+            for name in old.namelist():
+                part = old.read(name)
+                new.writestr(name, change(part) if name.endswith("sheet1.xml") else part)
+        return held.getvalue()
+
+    def test_formulas_of_an_empty_text(self):
+        """Templates have them below the last station: their value is there, and is empty."""
+        book = self.book({"S": [*self.ROWS[2:7], ['=""', '=""', '=""']]})
+        self.refused(book, "row 6: MD (m): formula")
+        kept = self.rewritten(book, lambda part: re.sub(rb'<c r="([ABC]6)"', rb'<c r="\1" t="str"', part))
+        self.assertNotEqual(kept, book)
+        self.gives(kept, self.WANTED)
+
+    def test_hidden_rows_are_told(self):
+        hide = lambda part: part.replace(b'<row r="6"', b'<row r="6" hidden="1"')
+        self.gives(self.rewritten(self.book({"S": self.ROWS}), hide), self.WANTED, says=["hidden           row 6, read as any other"])
 
     def test_too_many_cells(self):
         import openpyxl
@@ -397,6 +477,7 @@ class Readings(Case):
         self.refused(self.make("mps2", "nT"), "g long: must be in (0.5, 2)", "--gravity-unit", options=["--readings"])
         self.refused(self.make("g", "uT"), "uT long: must be in (10, 120)", options=["--readings"])
         self.refused(self.make("g", "nT").replace("Gy (g)", "Gy (mps2)"), "three axes must have one", options=["--readings"])
+        self.refused(self.make("g", "nT").replace("Gx", "-Gx"), "'-Gx (g)'", "must name", options=["--readings"])
         self.refused(self.make("g", "nT"), "have no angles", options=["--readings", "--azimuth-reference", "grid"], code=64)
 
     def test_several_shots_at_one_depth(self):
@@ -452,6 +533,9 @@ class Checks(Case):
     def test_half_rows(self):
         self.refused(self.rows((100, 1, 1), (130, "x", 9), (160, 1, 1)), "in.csv:line 3: Incl (deg) = 'x': must be a number", "--skip-lines 3")
         self.refused(self.rows((100, 1, 1), (130, "", 9), (160, 1, 1)), "in.csv:line 3: Incl (deg) is empty")
+        for mark in "*", "m", " deg", "?":  # a station with marks is no note
+            self.refused(self.rows((100, 1, 1), *[[f"{x}{mark}" for x in (130, 2, 9)]], (160, 1, 1)), f"in.csv:line 3: MD (m) = '130{mark}': must be a number")
+        self.gives(self.rows((100, 1, 11)) + "Page 2,x,y\n130,2,12\n", "md_m,inclination_deg,azimuth_deg\n100,1,11\n130,2,12\n")
         self.refused(table() + "1090,1", "in.csv:line 5", "is empty")
         self.refused(self.rows((100, 1, 1)), "1 station: must be at least 2")
         self.gives(table() + "1090,1", METRES, "--skip-lines", "5", says=["left out         lines 5"])
