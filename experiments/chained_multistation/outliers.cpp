@@ -298,7 +298,7 @@ class ChainedOutliersPlan final : public study::PlanOf<Outliers> {
 std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random::StudySeed seed) {
   Outliers o;
   const bool of_events = study::has_events(c);
-  o.s = of_events ? read_scenario(c, seed, true) : read_scenario_of_fixed_length(c, seed);
+  o.s = of_events ? read_scenario(c, seed, Purpose::events) : read_scenario_of_fixed_length(c, seed);
   c.require(o.s.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
   const std::string reading = c.choice("outliers.reading", {kReadingNames.begin(), kReadingNames.end()});
   o.axis =

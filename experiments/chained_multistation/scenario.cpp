@@ -42,11 +42,11 @@ void read_profile(config::ConfigReader& c, Scenario& s) {
 
 }  // namespace
 
-Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed, bool of_events) {
+Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed, Purpose purpose) {
   Scenario s;
   s.seed = seed;
   s.field = study::read_field(c);
-  s.sizes = study::read_chain_sizes(c, s.field);
+  s.sizes = study::read_chain_sizes(c, s.field, purpose == Purpose::performance);
   read_profile(c, s);
   s.offset_stations = static_cast<int>(c.integer("model.offset_stations", 1, 100'000, s.stations()));
   const chained::Model m = s.model(chained::ChainReferences::chained);
@@ -64,7 +64,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed, bool of_
       s.truth.step_sd[i] = 0;
     }
   }
-  if (!of_events) s.verdict = study::read_verdict_rule(c);
+  if (purpose != Purpose::events) s.verdict = study::read_verdict_rule(c);
   return s;
 }
 
@@ -73,7 +73,7 @@ Scenario read_scenario_of_fixed_length(config::ConfigReader& c, random::StudySee
     c.fail(
         "stop",
         "only study = \"performance\" ends by its verdicts; the others have a fixed number of trials: give `trials`");
-  Scenario s = read_scenario(c, seed);
+  Scenario s = read_scenario(c, seed, Purpose::chained_only);
   s.plan = study::read_verdict_plan(c, {}, s.verdict, kTrialLimits);
   return s;
 }

@@ -48,9 +48,15 @@ struct Scenario {
   }
 };
 
+/// What a scenario is read for.
+enum class Purpose {
+  performance,   ///< estimators are compared, some of which observe the references anew at every station
+  chained_only,  ///< the references are chained in all solutions
+  events         ///< the same, and [verdict] is left to the event
+};
 /// `[field]`, `[model]`, `[profile]` or `[survey]`, `[verdict]`: all keys but trials and those that one study alone
-/// reads. That of the verdict is left to a run `of_events`.
-Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed, bool of_events = false);
+/// reads.
+Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed, Purpose purpose);
 
 inline constexpr study::TrialLimits kTrialLimits{2, 100'000'000};
 /// read_scenario() and `trials`, of the studies that have no [stop].

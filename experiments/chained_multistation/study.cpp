@@ -148,7 +148,7 @@ class ChainedPerformancePlan final : public study::PointPlan {
 }  // namespace
 
 std::unique_ptr<study::PointPlan> performance_plan(config::ConfigReader& c, random::StudySeed seed) {
-  Scenario s = read_scenario(c, seed);
+  Scenario s = read_scenario(c, seed, Purpose::performance);
   const std::vector<std::string>& names = solver_names();
   std::vector<std::string> wanted = c.has("estimators") ? c.texts("estimators") : names;
   for (const std::string& name : wanted) {

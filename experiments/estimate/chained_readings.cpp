@@ -53,10 +53,10 @@ Run read_run(config::ConfigReader& c) {
     const survey::Vec3<double>&g = r.file.gravity_T[k], &b = r.file.magnetic_T[k];
     r.readings.y.push_back({-g.x, -g.y, -g.z, b.x, b.y, b.z});
   }
-  const chained::ChainSizes sizes = study::read_chain_sizes(c, r.field);
+  const bool chained = c.choice("estimator.references", {"chained", "independent"}, "chained") == "chained";
+  const chained::ChainSizes sizes = study::read_chain_sizes(c, r.field, !chained);
   const auto stations = static_cast<std::int64_t>(r.file.md.size());
   const int offset_stations = static_cast<int>(c.integer("model.offset_stations", 1, 100'000, stations));
-  const bool chained = c.choice("estimator.references", {"chained", "independent"}, "chained") == "chained";
   r.model = chained::make_model(sizes, offset_stations,
                                 chained ? chained::ChainReferences::chained : chained::ChainReferences::independent);
   r.filter = c.choice("estimator.mode", {"smoother", "filter"}, "smoother") == "filter";

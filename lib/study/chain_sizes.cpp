@@ -18,7 +18,12 @@ chained::ChainSize read_size(config::ConfigReader& c, const std::string& name, c
 
 }  // namespace
 
-chained::ChainSizes read_chain_sizes(config::ConfigReader& c, const survey::ReferenceField& field) {
+chained::ChainSizes read_chain_sizes(config::ConfigReader& c, const survey::ReferenceField& field,
+                                     bool references_anew) {
+  for (const char* key : {"model.gravity.offset_mg", "model.field.offset_nT"})
+    c.require(references_anew || !c.has(key), key,
+              "the sd of a reference that is observed anew at every station; here references are chained, and that of "
+              "the first station is by random_ and walk_");
   chained::ChainSizes s;
   s.accelerometer_xy = read_size(c, "accelerometer_xy", "mg", 0.3, 0.2);
   s.accelerometer_z = read_size(c, "accelerometer_z", "mg", 0.3, 0.2);

@@ -63,8 +63,26 @@ magnetometer_z = { random_nT = 80.0, walk_nT = 80.0, offset_nT = 600.0 }""")
                               (STUDY + "[model]\naccelerometer_xy = { random_nT = 1.0 }\n", "random_nT"),
                               (STUDY.replace("seed = 5", 'seed = 5\nestimators = ["smother"]'), "estimators"),
                               (STUDY.replace("seed = 5", 'seed = 5\nstudy = "outlier"'), "study"),
+                              (STUDY.replace("seed = 5", 'seed = 5\nstudy = "outliers"') +
+                               "[outliers]\nreading = \"hz\"\nsize_nT = 800.0\n[model]\nfield = { offset_nT = 95.0 }\n",
+                               "model.field.offset_nT = 95"),
                               (STUDY + "toolface = \"survey\"\n", "profile.toolface")):
             self.refused(BAD_INPUT, "check", self.write("bad.toml", text), says=message)
+
+    def test_offsets_of_references_are_for_estimators_that_observe_them_anew(self):
+        texts = STUDY.replace("trials = 600", "trials = 50"), STUDY.replace("trials = 600", "trials = 50") + (
+            "[model]\nfield = { offset_nT = 600.0 }\n")
+        rms = []
+        for i, text in enumerate(texts):
+            out = self.folder / f"offset{i}.h5"
+            self.call("run", self.write("offset.toml", text), "-o", out)
+            with h5py.File(out) as file:
+                t = file["tables/rms"]
+                rms.append(dict(zip(zip(t["formulation"].asstr()[()], t["quantity"].asstr()[()]), t["monte_carlo"][()])))
+        for name in ("base", "filter", "smoother"):
+            self.assertEqual(rms[0][name, "horizontal_nT"], rms[1][name, "horizontal_nT"])
+        for name in ("single", "filter_independent", "smoother_independent"):
+            self.assertNotEqual(rms[0][name, "horizontal_nT"], rms[1][name, "horizontal_nT"])
 
     def test_replay_repeats_a_trial(self):
         path = self.write("study.toml", STUDY)
@@ -126,7 +144,10 @@ class Readings(Case):
         for text, message in ((READINGS + "[noise]\nmagnetometer_nT = 50.0\n", "noise"),
                               (READINGS.replace('estimator = "chained"', 'estimator = { name = "chained", mode = "both" }'),
                                "estimator.mode"),
-                              (READINGS + "[tests]\nalpha_w = 0.001\n", "tests.alpha_w")):
+                              (READINGS + "[tests]\nalpha_w = 0.001\n", "tests.alpha_w"),
+                              # An offset of a chained reference would change nothing.
+                              (READINGS + "gravity = { offset_mg = 1.0 }\n", "model.gravity.offset_mg = 1"),
+                              (READINGS + "field = { offset_nT = 95.0 }\n", "model.field.offset_nT = 95")):
             self.refused(BAD_INPUT, "check", self.write("bad.toml", text), says=message)
 
 
