@@ -44,7 +44,7 @@ class MwdDrift(Case):
     def test_series_follow_the_drift(self):
         _, path = self.detection()
         true, bias, sd = (column(path, "tables/series", f"{n}_gx_mg") for n in ("true", "bias", "sd"))
-        np.testing.assert_allclose(true[[0, 20, 79]], (0, 0, 1))
+        np.testing.assert_allclose(true[[0, 20, 21, 79]], (0, 0, 1 / 59, 1), atol=1e-12)
         self.assertLess(abs(bias[-1] - 1), 5 * sd[-1] + 0.3)  # a random walk lags behind a ramp
         self.assertTrue((column(path, "tables/series", "true_bz_nT") == 0).all())
 
