@@ -389,7 +389,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   ends.emplace(nullptr, EndsBySignal::Says{.nothing = fmt::format("{} is written", a.output)});
   print_tables(result, a.output, a.units == "ft");
   const int exit = report_verdicts(result, a.check);
-  print_warnings(result);
+  print_warnings(result, a.quiet);
   say(fmt::format("wrote {} (from {} part{})", a.output, parts.count(), parts.count() == 1 ? "" : "s"));
   tell_backup(kept);
   return exit;

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "cli/feet.h"
+#include "cli/log.h"
 #include "cli/run_setup.h"
 #include "cli/screen.h"
 #include "cli/verdict_counts.h"
@@ -16,10 +17,11 @@ namespace {
 
 constexpr const char* kWarningsTable = "warnings";
 
-void print_warning_rows(const store::Table& t) {
+void print_warning_rows(const store::Table& t, bool quiet) {
   const auto& severity = std::get<std::vector<std::string>>(t.column("severity").values);
   const auto& message = std::get<std::vector<std::string>>(t.column("message").values);
   for (std::size_t row = 0; row < t.rows(); ++row) {
+    if (quiet && severity[row] == "info") continue;
     std::string point;  // columns of the sweep stand in front
     for (const store::Column& c : t.columns) {
       if (c.name == "severity") break;
@@ -28,7 +30,8 @@ void print_warning_rows(const store::Table& t) {
       else
         point += fmt::format("{} = {:g}: ", c.name, std::get<std::vector<double>>(c.values)[row]);
     }
-    say(fmt::format("{}: {}{}", severity[row], point, store::printable(message[row])));
+    const std::string line = fmt::format("{}: {}{}", severity[row], point, store::printable(message[row]));
+    quiet ? log_warning(line) : say(line);  // stdout is closed by --quiet
   }
 }
 
@@ -53,10 +56,10 @@ void print_tables(const store::Result& result, const std::string& path, bool fee
     say(fmt::format("more tables: {}: surveymc show {} TABLE{}", left_out, path, feet ? " --units ft" : ""));
 }
 
-void print_warnings(const store::Result& result) {
+void print_warnings(const store::Result& result, bool quiet) {
   for (const store::Table& t : result.tables) {
     if (t.name != kWarningsTable) continue;
-    store::for_each_piece(t, [](const store::Table& piece, std::size_t) { print_warning_rows(piece); });
+    store::for_each_piece(t, [&](const store::Table& piece, std::size_t) { print_warning_rows(piece, quiet); });
   }
 }
 

@@ -13,8 +13,9 @@ void say(const std::string& line);
 /// feet.
 void print_tables(const store::Result& result, const std::string& path, bool feet);
 
-/// The table `warnings`, if a study has one, as the last thing a user reads.
-void print_warnings(const store::Result& result);
+/// The table `warnings`, if a study has one, as the last thing a user reads. `quiet`: on stderr, and without those that
+/// only inform.
+void print_warnings(const store::Result& result, bool quiet);
 
 /// Prints how many verdicts there are of each kind; exit code of the run.
 int report_verdicts(const store::Result& result, bool check);

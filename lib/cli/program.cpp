@@ -170,7 +170,7 @@ int run(const RunArguments& a, const std::string& command) {
     if (const std::optional<store::Result> there = finished_result(output, plan)) {
       print_tables(*there, output.string(), a.units == "ft");
       const int exit = report_verdicts(*there, a.check);
-      print_warnings(*there);
+      print_warnings(*there, a.quiet);
       checkpoint::remove_journals(output, run_key(plan, false));
       store::remove_stale_temporaries(store::resolved(output));
       say(fmt::format("{} is done already", output.string()));
@@ -194,7 +194,7 @@ int run(const RunArguments& a, const std::string& command) {
   ends.emplace(nullptr, EndsBySignal::soon(fmt::format("{} is written", output.string())));
   print_tables(result, output.string(), a.units == "ft");
   const int exit = report_verdicts(result, a.check);
-  print_warnings(result);
+  print_warnings(result, a.quiet);
   say(plan.total_trials() == 0 ? fmt::format("wrote {} (in {})", output.string(), format_duration(effort.elapsed))
                                : fmt::format("wrote {} ({})", output.string(), effort.words()));
   tell_backup(kept);

@@ -218,6 +218,16 @@ class Estimate(Case):
         self.assertIn(("severe", "3 stations give 6 residuals for 6 unknowns: nothing checks the estimate, and no gross "
                        "error would show"), self.warnings(self.folder / "out.h5"))
 
+    def test_quiet_keeps_the_warnings(self):
+        """On stderr, as stdout is closed; nothing that only informs."""
+        self.write("run.csv", csv_text(self.rows[[0, 7, 15]]))
+        done = self.call("run", "base.toml", "--trials", "7", "-o", "out.h5", "--quiet")
+        self.assertEqual(done.stdout, "")
+        self.assertRegex(done.stderr, r"(?m)^\d\d:\d\d:\d\d severe: 3 stations give 6 residuals for 6 unknowns")
+        warnings = self.warnings(self.folder / "out.h5")
+        self.assertIn("info", [severity for severity, _ in warnings])
+        self.assertEqual(len(done.stderr.splitlines()), sum(severity != "info" for severity, _ in warnings))
+
     def test_one_or_two_stations_where_no_more_are_needed(self):
         """What solves every station by itself gives each the same answer alone; the chained smoother of the first stations
         is the filter of the whole run there, which knows nothing of later ones."""
