@@ -204,6 +204,13 @@ checkpoint::PointRange range_of(const std::string& text) {
   return r;
 }
 
+void refuse_options_of_results(const RunArguments& a) {
+  constexpr const char* kWhere = "give it to the surveymc merge that writes the result";
+  require_usage(!a.check, "--check: a part has no verdicts; {}", kWhere);
+  require_usage(a.units == "m", "--units {}: a part prints no tables; {}", a.units, kWhere);
+  require_usage(a.compression == 0, "--compress {}: a part is not compressed; {}", a.compression, kWhere);
+}
+
 }  // namespace
 
 bool is_part(const RunArguments& a) { return (a.point || a.shard || a.array) && !a.trial; }
@@ -213,10 +220,7 @@ std::optional<study::PartChoice> part_choice(const RunArguments& a, const study:
   require_usage(!a.array || (!a.point && !a.shard),
                 "--array: chooses the part itself: not together with --point or --shard");
   if (!a.array && !a.point && !a.shard) return std::nullopt;
-  require_usage(!a.check, "--check: a part has no verdicts; give it to surveymc merge");
-  require_usage(a.units == "m", "--units {}: a part prints no tables; give it to surveymc merge", a.units);
-  require_usage(a.compression == 0, "--compress {}: a part is not compressed; give it to surveymc merge",
-                a.compression);
+  refuse_options_of_results(a);
   study::PartChoice choice;
   if (a.array) choice = array_choice(a, run);
   if (a.point) choice.points = range_of(*a.point);
@@ -328,6 +332,28 @@ int plan_parts(const RunArguments& a, const PlanArguments& plan) {
   return kDone;
 }
 
+namespace {
+
+std::string counted(std::size_t n, const char* what) { return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s"); }
+
+/// Writes and prints a merged result; the exit code of the command.
+int write_merged(const RunArguments& a, store::Result result, const std::string& from,
+                 std::optional<EndsBySignal>& ends) {
+  stamp(result, "surveymc merge");
+  result.run = {"", "", 0, 0, 0};  // of many runs; so the file does not depend on who ran what
+  const fs::path kept = store::write_beside_old(a.output, a.overwrite, [&] { write_result_file(a, a.output, result); });
+  ends.reset();
+  ends.emplace(nullptr, EndsBySignal::Says{.nothing = fmt::format("{} is written", a.output)});
+  print_tables(result, a.output, a.units == "ft");
+  const int exit = report_verdicts(result, a.check);
+  print_warnings(result, a.quiet);
+  say(fmt::format("wrote {} (from {})", a.output, from));
+  tell_backup(kept);
+  return exit;
+}
+
+}  // namespace
+
 int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs, bool part) {
   catch_signals();
   std::optional<EndsBySignal> ends(std::in_place, nullptr, EndsBySignal::Says{.output = a.output});
@@ -343,6 +369,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
     }
   }
   if (part) {
+    refuse_options_of_results(a);
     require_usage(fs::path(a.output).extension() == kExtension, "-o {}: the name of a part ends in {}", a.output,
                   kExtension);
     for (const fs::path& path : paths) {
@@ -354,24 +381,18 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   } else {
     store::check_output_path(a.output);
   }
-  if (!part && paths.size() > 1 && paths[0].extension() == ".h5") {  // results: rounds of one sweep
+  const std::size_t count = paths.size();
+  if (!part && count > 1 && paths[0].extension() == ".h5") {  // results: rounds of one sweep
     std::vector<std::string> files;
     for (const fs::path& path : paths) files.push_back(path.string());
-    store::Result result = merge_rounds(*a.studies, files, a.output, inputs);
-    stamp(result, "surveymc merge");
-    result.run = {"", "", 0, 0, 0};
-    const fs::path kept =
-        store::write_beside_old(a.output, a.overwrite, [&] { write_result_file(a, a.output, result); });
-    say(fmt::format("wrote {} (from {} result{})", a.output, files.size(), files.size() == 1 ? "" : "s"));
-    tell_backup(kept);
-    return kDone;
+    return write_merged(a, merge_rounds(*a.studies, files, a.output, inputs), counted(count, "result"), ends);
   }
   study::PartSet parts(paths, program_name());
   for (const std::string& remark : parts.remarks()) log_info(remark);
   if (part) {
     const fs::path kept =
         store::write_beside_old(a.output, a.overwrite, [&] { parts.write_merged(a.output, stop_flag()); });
-    say(fmt::format("wrote {} (from {} part{})", a.output, parts.count(), parts.count() == 1 ? "" : "s"));
+    say(fmt::format("wrote {} (from {})", a.output, counted(count, "part")));
     tell_backup(kept);
     return kDone;
   }
@@ -381,18 +402,8 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   if (run.config.source_hash() != parts.about().key.config_hash)
     throw IoError(fmt::format("{}: its config does not have the hash it says", paths[0].string()));
   Progress progress;
-  store::Result result = study::merge_parts(run, parts, run_options(a, run, progress, true));
-  stamp(result, "surveymc merge");
-  result.run = {"", "", 0, 0, 0};  // of many runs; so the file does not depend on who ran what
-  const fs::path kept = store::write_beside_old(a.output, a.overwrite, [&] { write_result_file(a, a.output, result); });
-  ends.reset();
-  ends.emplace(nullptr, EndsBySignal::Says{.nothing = fmt::format("{} is written", a.output)});
-  print_tables(result, a.output, a.units == "ft");
-  const int exit = report_verdicts(result, a.check);
-  print_warnings(result, a.quiet);
-  say(fmt::format("wrote {} (from {} part{})", a.output, parts.count(), parts.count() == 1 ? "" : "s"));
-  tell_backup(kept);
-  return exit;
+  return write_merged(a, study::merge_parts(run, parts, run_options(a, run, progress, true)), counted(count, "part"),
+                      ends);
 }
 
 int status_of(const std::string& folder) {

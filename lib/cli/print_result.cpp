@@ -11,6 +11,7 @@
 #include "cli/screen.h"
 #include "cli/verdict_counts.h"
 #include "study/comparison.h"
+#include "study/point_failure.h"
 
 namespace surveymc::cli {
 namespace {
@@ -33,6 +34,12 @@ void print_warning_rows(const store::Table& t, bool quiet) {
     const std::string line = fmt::format("{}: {}{}", severity[row], point, store::printable(message[row]));
     quiet ? log_warning(line) : say(line);  // stdout is closed by --quiet
   }
+}
+
+void print_failed_points(const store::Table& t) {
+  const auto& reason = std::get<std::vector<std::string>>(t.column("reason").values);
+  say(fmt::format("warning: {} point{} of the sweep could not be run: see {}; the first: {}", t.rows(),
+                  t.rows() == 1 ? "" : "s", t.name, store::printable(reason.front())));
 }
 
 }  // namespace
@@ -58,6 +65,7 @@ void print_tables(const store::Result& result, const std::string& path, bool fee
 
 void print_warnings(const store::Result& result, bool quiet) {
   for (const store::Table& t : result.tables) {
+    if (t.name == study::kFailedPoints) print_failed_points(store::rows_of(t, 0, t.rows()));
     if (t.name != kWarningsTable) continue;
     store::for_each_piece(t, [&](const store::Table& piece, std::size_t) { print_warning_rows(piece, quiet); });
   }

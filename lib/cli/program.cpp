@@ -99,6 +99,11 @@ void tell_large_result(const store::Result& result, double elapsed, const std::s
 
 int check(const RunArguments& a) {
   const study::RunPlan run = load(a);
+  if (run.sample.invalid > 0)
+    throw InputError(
+        fmt::format("{} ({} of {} points of the sweep that were tried are invalid: a run goes on without "
+                    "such points, and lists them)",
+                    run.sample.first_reason, run.sample.invalid, run.sample.points));
   fmt::print("{}\n", run.config.resolved_text());
   for (const std::string& line : remark_lines(run.config)) {
     std::string comment = on_screen("# " + store::printable(line), STDOUT_FILENO, 4);
@@ -180,6 +185,11 @@ int run(const RunArguments& a, const std::string& command) {
   store::check_output_path(output);
   log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.point_count(),
                        plan.point_count() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
+  if (plan.sample.invalid > 0)
+    log_warning(
+        fmt::format("{} of {} points that were tried cannot be run, and the result will list such points; the "
+                    "first: {}",
+                    plan.sample.invalid, plan.sample.points, plan.sample.first_reason));
   log_remarks(plan.config);
   Effort effort;
   store::Result result;

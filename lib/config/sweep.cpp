@@ -16,15 +16,6 @@
 namespace surveymc::config {
 namespace {
 
-/// A key as written in a sweep -> "a.b.c". `shown`: the key in messages.
-std::string checked_key(const std::string& key, const std::string& shown, const std::string& place) {
-  const auto clean = clean_key(key);
-  if (!clean) refuse(place, shown, fmt::format("{} is not a key", in_quotes(key)));
-  if (is_config_key(*clean) || (*clean + ".").starts_with("sweep.")) refuse(place, shown, "cannot be swept");
-  if (*clean == "trials") refuse(place, shown, "cannot be swept: a result has one number of trials");
-  return *clean;
-}
-
 /// True if a sweep that gives `value` to `key` sets `other` too: a string is the name of a table, a table in braces
 /// sets its own keys, and anything else replaces the whole table.
 bool sets(const std::string& key, const TomlNode& value, const std::string& other) {
@@ -33,6 +24,19 @@ bool sets(const std::string& key, const TomlNode& value, const std::string& othe
   if (!value.is_table()) return other.starts_with(key + ".");
   return std::any_of(value.entries.begin(), value.entries.end(),
                      [&](const auto& e) { return sets(join_key(key, e.first), e.second, other); });
+}
+
+/// A key as written in a sweep -> "a.b.c". `shown`: the key in messages; `given`: its value, or a list of them.
+std::string checked_key(const std::string& key, const TomlNode& given, const std::string& shown,
+                        const std::string& place) {
+  const auto clean = clean_key(key);
+  if (!clean) refuse(place, shown, fmt::format("{} is not a key", in_quotes(key)));
+  if (is_config_key(*clean) || (*clean + ".").starts_with("sweep.")) refuse(place, shown, "cannot be swept");
+  if (*clean == "trials") refuse(place, shown, "cannot be swept: a result has one number of trials");
+  const auto sets_family = [&](const TomlNode& value) { return sets(*clean, value, "verdict.family"); };
+  if (given.is_array() ? std::any_of(given.items.begin(), given.items.end(), sets_family) : sets_family(given))
+    refuse(place, shown, "sets verdict.family, which cannot be swept: a result has one family of verdicts");
+  return *clean;
 }
 
 /// { match = [...], without = [...] }: patterns of names.
@@ -104,7 +108,7 @@ void Sweep::read_case(Case& c, const TomlNode& table, const std::string& path, c
   for (const auto& [k, v] : table.entries) {
     if (path.empty() && k == "name") continue;
     const std::string written = join_key(path, k);
-    const std::string key = checked_key(written, join_key(shown, key_text(written)), v.place);
+    const std::string key = checked_key(written, v, join_key(shown, key_text(written)), v.place);
     // A table written with dots or under a header is a way to write its keys; one in braces is a value.
     if (v.is_table() && !v.is_inline) {
       read_case(c, v, key, shown);
@@ -132,7 +136,7 @@ void Sweep::read_lists(const TomlNode& table, const std::string& path) {
 }
 
 void Sweep::add_list(const std::string& written, const TomlNode& list) {
-  const std::string key = checked_key(written, "sweep." + key_text(written), list.place);
+  const std::string key = checked_key(written, list, "sweep." + key_text(written), list.place);
   const TomlNode values = is_match(list) ? matching_names(key, list, "sweep." + key) : list;
   if (!axes_.emplace(key, Axis{values, {}}).second) refuse(list, "sweep." + key, "is given twice");
 }
@@ -270,7 +274,7 @@ void Sweep::expand_table(const std::function<InputFile(const TomlNode&, const st
   const std::vector<TomlNode> first = table_->row(0);
   for (std::size_t c = 0; c < first.size(); ++c) {
     const std::string& written = table_->names()[c];
-    const std::string key = checked_key(written, written, table_->path());
+    const std::string key = checked_key(written, first[c], written, table_->path());
     if (!first_row_.emplace(key, first[c]).second) refuse(table_->path(), key, "two columns have this name");
     for (const auto& [fixed, value] : fixed_)
       if (sets(fixed, value, key) || sets(key, first[c], fixed))

@@ -68,7 +68,10 @@ const RunPlan::ReadPoint& RunPlan::read(std::size_t point) const {
     require(a < first.size() && a < own.size() && first[a].name == own[a].name && first[a].values == own[a].values,
             "sweep: point {} has other values of the map axis {} than point {}: give all of them as the grid itself",
             point, (a < own.size() ? own : first)[a].name, axes_->first);
-  if (is_large()) read_.clear();
+  if (is_large()) {
+    read_.clear();
+    if (!first_trials_ || point < first_trials_->first) first_trials_.emplace(point, p.plan->trials());
+  }
   return read_.emplace(point, std::move(p)).first->second;
 }
 
@@ -80,12 +83,12 @@ std::uint64_t RunPlan::trials_of(std::size_t point) const {
   if (!is_large()) return plan(point)->trials();
   if (!first_trials_) {
     try {
-      first_trials_ = plan(point)->trials();
+      plan(point);
     } catch (const InputError&) {  // a point that fails has no trials; another one will tell
       return 0;
     }
   }
-  return *first_trials_;
+  return first_trials_->second;
 }
 
 std::uint64_t RunPlan::total_trials() const {
@@ -119,8 +122,14 @@ RunPlan read_run(const Experiment& experiment, config::Config config, const std:
   if (run.is_large()) {
     for (const std::size_t i : run.config.sample_points()) {
       look();
-      run.plan(i);
+      ++run.sample.points;
+      try {
+        run.plan(i);
+      } catch (const InputError& e) {
+        if (run.sample.invalid++ == 0) run.sample.first_reason = e.what();
+      }
     }
+    require(run.sample.invalid < run.sample.points, "{}", run.sample.first_reason);
     return run;
   }
   for (std::size_t i = 0; i < run.point_count(); ++i) {
@@ -181,7 +190,6 @@ void add_point(std::vector<store::Table>& all, std::vector<store::Table>&& table
 }
 
 constexpr const char* kPointAxis = "point";
-constexpr const char* kFailedPoints = "failed_points";
 constexpr const char* kPointTable = "sweep_points";
 
 /// Sweep dimensions in column order with their values in order of the points; of a design that is no product the
@@ -375,7 +383,7 @@ std::function<PointResult(std::size_t)> computed_points(const RunPlan& run, cons
   const auto kept_points = std::make_shared<KeptPoints>(checkpoint, run.point_count());
   return [&run, options, &checkpoint, cost, trials, done_before, after, kept_points](std::size_t i) {
     try {
-      *after -= run.trials_of(i);
+      *after -= std::min(*after, run.trials_of(i));
       const bool draws = run.plan(i)->trials() > 0;
       if (!draws)
         if (std::optional<PointResult> earlier = kept_points->find(i)) return *std::move(earlier);

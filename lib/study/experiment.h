@@ -125,15 +125,21 @@ class RunPlan {
   std::shared_ptr<const PointPlan> plan(std::size_t point) const;
   /// The reference field of the point, if it is that of a place.
   std::optional<PlacedField> placed(std::size_t point) const;
-  /// `verdict.family` of the points that were read is not "none": see family.h.
+  /// `verdict.family`, which no sweep changes, is not "none": see family.h.
   bool is_family() const { return is_family_; }
   /// Trials of all points; of a large sweep as many times those of the first point.
   std::uint64_t total_trials() const;
-  /// Trials of one point: of a large sweep those of the first one, which is not read again.
+  /// Trials of one point: of a large sweep those of the first of the points that were read and are valid.
   std::uint64_t trials_of(std::size_t point) const;
   /// The point, ready to run. InputError of a sweep's point says which point it is. Throws Interrupted if options.stop
   /// is set.
   std::shared_ptr<const StudyPoint> prepare(std::size_t point, const montecarlo::RunOptions& options) const;
+  /// Points of a large sweep that read_run() has tried, and those of them that are invalid.
+  struct Sample {
+    std::size_t points = 0, invalid = 0;
+    std::string first_reason;
+  };
+  Sample sample;
   /// What the points that were prepared have in common.
   const SharedWork& shared() const { return *shared_; }
 
@@ -146,13 +152,14 @@ class RunPlan {
 
   mutable std::map<std::size_t, ReadPoint> read_;  // those of a large sweep are forgotten again
   mutable std::optional<std::pair<std::size_t, std::vector<store::Axis>>> axes_;  // the first point that was read
-  mutable std::optional<std::uint64_t> first_trials_;
+  mutable std::optional<std::pair<std::size_t, std::uint64_t>> first_trials_;     // of the first valid point, if large
   mutable bool is_family_ = true;
   std::unique_ptr<SharedWork> shared_ = std::make_unique<SharedWork>();
 };
 
-/// Reads all points; of a large sweep the table of points, if it has one, and sample_points(). Prepares none. Throws
-/// InputError, Interrupted when *stop is set; touches no file but those that the config names.
+/// Reads all points; of a large sweep the table of points, if it has one, and sample_points(), some of which may be
+/// invalid, but not all. Prepares none. Throws InputError, Interrupted when *stop is set; touches no file but those
+/// that the config names.
 RunPlan read_run(const Experiment& experiment, config::Config config, const std::atomic<bool>* stop = nullptr);
 
 /// Reads no point.

@@ -98,6 +98,7 @@ class Parts(Case):
             self.assertEqual((self.folder / f"{i}.h5").read_bytes(), (self.folder / "flat.h5").read_bytes(), names)
         self.assertEqual(self.hash_of("flat.h5"), self.whole)
         self.call("merge", "--part", "-o", "x.h5", "points.part", code=USAGE, says="ends in .part")
+        self.call("merge", "--part", "--check", "-o", "x.part", "points.part", code=USAGE, says="--check: a part has no verdicts")
         self.call("merge", "--part", "-o", "points.part", "points.part", code=BAD_INPUT, says="is one of the parts")
         self.assertRegex(self.call("status", "p"), "4 parts, .*; 3 of 3 points done\n")
 
@@ -420,7 +421,9 @@ class Rounds(Case):
             self.assertEqual(len(set(f["tables/parameters/noise.magnetometer_nT"])), 1)
         for name in ("0.h5", "1.h5"):
             self.assertNotIn("magnetometer_nT", self.text(name).split("[estimator]")[1].split("[")[0])
-        self.call("merge", "-o", "all.h5", "0.h5", "1.h5")
+        said = self.call("merge", "-o", "all.h5", "0.h5", "1.h5")
+        for text in ("covariance_tests", "verdicts: ", "wrote all.h5 (from 2 results)"):  # the tables, as a merge of parts prints them
+            self.assertIn(text, said)
         with h5py.File(self.folder / "all.h5") as f, h5py.File(self.folder / "0.h5") as first:
             self.assertIn("sensitivity", first["tables"])
             self.assertNotIn("sensitivity", f["tables"])

@@ -618,6 +618,12 @@ TEST_CASE("Sweep: what cannot be a sweep") {
   CHECK(fault("[sweep]\nexperiment = ['a']\n") == "t.toml:4: sweep.experiment: cannot be swept");
   CHECK(fault("[sweep]\ntrials = [10, 20]\n") ==
         "t.toml:4: sweep.trials: cannot be swept: a result has one number of trials");
+  const std::string one_family = "sets verdict.family, which cannot be swept: a result has one family of verdicts";
+  CHECK(fault("[sweep]\nverdict.family = ['holm', 'none']\n") == "t.toml:4: sweep.\"verdict.family\": " + one_family);
+  CHECK(fault("[sweep]\nverdict = [{ family = 'none', margin = 0.1 }, { margin = 0.2 }]\n") ==
+        "t.toml:4: sweep.verdict: " + one_family);
+  CHECK(fault("[[sweep.case]]\nname = 'a'\nverdict = { family = 'none' }\n") ==
+        "t.toml:5: sweep.case[0].verdict: " + one_family);
   CHECK(fault("[sweep]\n\"a..b\" = [1]\n") == "t.toml:4: sweep.\"a..b\": \"a..b\" is not a key");
   CHECK(fault("[sweep]\n\"a.b\" = [1]\na.b = [2]\n") == "t.toml:4: sweep.a.b = [1]: is given twice");
   CHECK(fault("[sweep]\nestimator = ['a']\n\"estimator.name\" = ['b']\n") ==

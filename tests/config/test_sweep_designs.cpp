@@ -197,6 +197,8 @@ TEST_CASE("Designs: points in a table") {
     CHECK(folder.refused(columns) == "points.csv: a: is the same as a.name");
   CHECK(folder.refused("a\n") == "points.csv: has no rows: each is a point");
   CHECK(folder.refused("a,trials\n1,2\n") == "points.csv: trials: cannot be swept: a result has one number of trials");
+  CHECK(folder.refused("a,verdict.family\n1,none\n") ==
+        "points.csv: verdict.family: sets verdict.family, which cannot be swept: a result has one family of verdicts");
   CHECK(folder.refused("a\n1\n", "b = [1, 2]\n") ==
         "t.toml:5: sweep.b: cannot be swept beside a table of points: make it a column of that table");
   CHECK(folder.refused("a\n1\n", "[[sweep.case]]\nname = 'x'\na = 3\n") ==

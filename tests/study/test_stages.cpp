@@ -298,6 +298,46 @@ TEST_CASE("In a sweep that is too large to be read whole, a point that fails is 
   CHECK((std::isfinite(map[2]) && std::isnan(map[3]) && std::isnan(map[5]) && std::isfinite(map[6])));
 }
 
+TEST_CASE("A large sweep with invalid points among those that are tried runs in one go as in parts") {
+  const Experiment failing = {
+      random::StudyId::none, "", "", [](config::ConfigReader& c, random::StudySeed seed) -> std::unique_ptr<PointPlan> {
+        c.integer("trials", 0, 1'000'000);
+        const auto other = static_cast<std::uint64_t>(c.integer("other", 3, 1'000'000));
+        c.finish();
+        return std::make_unique<CountedPlan>(Scenario{seed, 4, other % kPoints, c.place("other")});
+      }};
+  const auto config = [](std::size_t first) {
+    return config::Config::from_text(
+        fmt::format("experiment = 'e'\nseed = 9\ntrials = 4\n[sweep]\nother = {{ from = {}, to = {}, step = 1 }}\n",
+                    first, first + kMostReadWhole),
+        "t.toml", {});
+  };
+  const RunPlan run = read_run(failing, config(1));
+  CHECK(run.sample.points > 1000);
+  CHECK(run.sample.invalid == 1);  // of the two that are invalid, which is not tried is not known before the run
+  CHECK(run.sample.first_reason == "t.toml:5: other = 1: must be in [3, 1000000]");
+  CHECK(run.total_trials() == 4 * (kMostReadWhole + 1));
+  const store::Result whole = execute(run, {});
+  CHECK(whole.provenance.trials == 4);
+  CHECK(whole.tables.at(0).name == "failed_points");
+  PartFiles files;
+  for (const std::uint64_t first : {0, 5000})
+    files.add(run_part(open_run(failing, config(1)),
+                       {checkpoint::PointRange{first, first == 0 ? 5000 : kMostReadWhole + 1, 1}}, {}, {}));
+  const store::Result parts = merged(open_run(failing, config(1)), files);
+  CHECK(parts.provenance.trials == 4);
+  CHECK(store::content_hash(parts) == store::content_hash(whole));
+
+  CHECK(read_run(failing, config(3)).sample.invalid == 0);
+  const auto all_invalid = [&] {
+    return config::Config::from_text(
+        fmt::format("experiment = 'e'\nseed = 9\ntrials = 4\n[sweep]\nother = {{ from = -{}, to = 0, step = 1 }}\n",
+                    kMostReadWhole),
+        "t.toml", {});
+  };
+  CHECK_THROWS_WITH(read_run(failing, all_invalid()), "t.toml:5: other = -10000: must be in [3, 1000000]");
+}
+
 TEST_CASE("Streams of a result outlive the plan") {
   const store::Result r = [] { return execute(task(0), {}); }();
   // points behind each other, three values each
