@@ -18,6 +18,9 @@ namespace {
 
 constexpr const char* kWarningsTable = "warnings";
 
+/// --quiet closes stdout.
+void warn(const std::string& line, bool quiet) { quiet ? log_warning(line) : say(line); }
+
 void print_warning_rows(const store::Table& t, bool quiet) {
   const auto& severity = std::get<std::vector<std::string>>(t.column("severity").values);
   const auto& message = std::get<std::vector<std::string>>(t.column("message").values);
@@ -31,15 +34,15 @@ void print_warning_rows(const store::Table& t, bool quiet) {
       else
         point += fmt::format("{} = {:g}: ", c.name, std::get<std::vector<double>>(c.values)[row]);
     }
-    const std::string line = fmt::format("{}: {}{}", severity[row], point, store::printable(message[row]));
-    quiet ? log_warning(line) : say(line);  // stdout is closed by --quiet
+    warn(fmt::format("{}: {}{}", severity[row], point, store::printable(message[row])), quiet);
   }
 }
 
-void print_failed_points(const store::Table& t) {
+void print_failed_points(const store::Table& t, bool quiet) {
   const auto& reason = std::get<std::vector<std::string>>(t.column("reason").values);
-  say(fmt::format("warning: {} point{} of the sweep could not be run: see {}; the first: {}", t.rows(),
-                  t.rows() == 1 ? "" : "s", t.name, store::printable(reason.front())));
+  warn(fmt::format("warning: {} point{} of the sweep could not be run: see {}; the first: {}", t.rows(),
+                   t.rows() == 1 ? "" : "s", t.name, store::printable(reason.front())),
+       quiet);
 }
 
 }  // namespace
@@ -65,7 +68,7 @@ void print_tables(const store::Result& result, const std::string& path, bool fee
 
 void print_warnings(const store::Result& result, bool quiet) {
   for (const store::Table& t : result.tables) {
-    if (t.name == study::kFailedPoints) print_failed_points(store::rows_of(t, 0, t.rows()));
+    if (t.name == study::kFailedPoints) print_failed_points(store::rows_of(t, 0, t.rows()), quiet);
     if (t.name != kWarningsTable) continue;
     store::for_each_piece(t, [&](const store::Table& piece, std::size_t) { print_warning_rows(piece, quiet); });
   }
