@@ -68,6 +68,27 @@ TEST_CASE("Depths that no well has are refused, a step that looks like a typing 
   CHECK_THAT(step.text, Contains("w.csv:7: md_m = 15000: 14880 m beyond the station before, where 30 m are usual"));
 }
 
+TEST_CASE("Listed vertical depths that do not go with the stations are refused") {
+  const auto with_tvd = [](const std::string& head, const std::string& rows) {
+    const InputTable table = parse_csv(head + "\n" + rows, "w.csv");
+    return unusual_in_survey(table, survey_from_table(table, {}, false));
+  };
+  const std::string feet = "md_ft,inclination_deg,azimuth_deg,tvd_", metres = "md_m,inclination_deg,azimuth_deg,tvd_";
+  const std::string rows = "100,0,0,100\n400,0,0,400\n700,30,0,686.5\n";
+  CHECK(with_tvd(feet + "ft", rows).empty());
+  CHECK(with_tvd(metres + "m", rows).empty());
+  CHECK(with_tvd(metres + "m", "100,0,0,-20\n400,0,0,280\n700,30,0,566.5\n").empty());  // below the sea: another datum
+  CHECK(with_tvd(metres + "m", "100,0,0,100\n400,0,0,400\n700,30,0,659.8\n").empty());  // by tangents
+  for (const auto& findings : {with_tvd(feet + "m", rows), with_tvd(metres + "ft", rows)}) {
+    REQUIRE(findings.size() == 2);
+    CHECK(findings.front().is_refused);
+    CHECK_THAT(findings.front().text, Contains("w.csv:3: tvd_") && Contains("are the units of depth right?"));
+  }
+  CHECK_THAT(
+      with_tvd(metres + "m", "100,0,0,100\n400,0,0,40\n700,30,0,686.5\n").front().text,
+      Contains("w.csv:3: tvd_m = 40: -60 m below the station before, where the inclinations give 300 m over 300 m"));
+}
+
 TEST_CASE("A depth that does not increase names the one before where that is the likely error") {
   const auto read = [](const std::string& rows) { findings(rows); };
   CHECK_THROWS_WITH(
