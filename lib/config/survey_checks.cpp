@@ -18,8 +18,8 @@ namespace {
 constexpr double kDeepest = 16000;                // m; the deepest wells measure 15 km
 constexpr double kDrillable = 30 * kDegree / 30;  // rad/m
 constexpr double kLeastDogleg = 3 * kDegree, kTurnedBack = 179 * kDegree;
-constexpr double kTvdShare = 0.02, kTvdRounding = 0.1;  // of the step; m
-constexpr double kStepRatio = 30, kLongStep = 1500;     // m
+constexpr double kTvdShare = 0.02, kTvdRounding = 1;  // of the interval; m: depths may be listed whole
+constexpr double kStepRatio = 30, kLongStep = 1500;   // m
 
 /// The columns of a survey file as they are written.
 struct Columns {
@@ -107,18 +107,25 @@ void find_bad_angles(const Columns& c, const survey::Survey& survey, std::vector
 /// its ends. Where the vertical datum is does not matter. Feet that are called metres are found here.
 void find_bad_tvd(const Columns& c, const survey::Survey& survey, std::vector<SurveyFinding>& out) {
   const std::vector<double> listed = tvd_from_table(c.table), computed = survey::true_vertical_depths(survey);
-  if (listed.empty()) return;
-  const int column = std::max(c.table.find("tvd_m"), c.table.find("tvd_ft"));
+  std::string first;
+  std::size_t others = 0;
   for (std::size_t k = 1; k < listed.size(); ++k) {
     const survey::Station &before = survey.stations[k - 1], &at = survey.stations[k];
-    const double length = at.md - before.md, rise = listed[k] - listed[k - 1], expected = computed[k] - computed[k - 1];
-    const double accepted = length * (kTvdShare + survey::dogleg(before, at) / 2) + kTvdRounding;
-    if (std::abs(rise - expected) <= accepted) continue;
-    out.push_back(
-        {true, fmt::format("{}: {}: {:.6g} m below the station before, where the inclinations give {:.6g} m over "
-                           "{:.6g} m of hole: are the units of depth right?",
-                           c.place(k), c.cell(column, k), rise, expected, length)});
+    const double length = at.md - before.md, gained = listed[k] - listed[k - 1],
+                 expected = computed[k] - computed[k - 1];
+    if (std::abs(gained - expected) <= length * (kTvdShare + survey::dogleg(before, at) / 2) + kTvdRounding) continue;
+    if (!first.empty()) {
+      ++others;
+      continue;
+    }
+    const int column = std::max(c.table.find("tvd_m"), c.table.find("tvd_ft"));
+    first = fmt::format(
+        "{}: {}: {:.6g} m below the station before, where the inclinations give {:.6g} m over {:.6g} m of hole",
+        c.place(k), c.cell(column, k), gained, expected, length);
   }
+  if (first.empty()) return;
+  if (others > 0) first += fmt::format(" (and {} station{} more)", others, others == 1 ? "" : "s");
+  out.push_back({true, first + ": are the units of depth right, and is it a depth, positive down?"});
 }
 
 }  // namespace
