@@ -7,7 +7,6 @@ Asks `surveymc diff`. z = difference over its standard error; beyond the lines a
 the first step of Holm's procedure). Only for results of other seeds: the same draws have no chance in them.
 """
 import json
-import os
 import statistics
 import subprocess
 
@@ -73,7 +72,7 @@ def main():
     parser.add_argument("-o", "--output", metavar="FOLDER", help="where to write (default: the folder of B)")
     arguments = parser.parse_args()
     plotting.use_style()
-    stems = [os.path.splitext(os.path.basename(p))[0] for p in (arguments.a, arguments.b)]
+    stems = [plotting.stem_of(p) for p in (arguments.a, arguments.b)]
     figure = difference_figure(f"{stems[1]} against {stems[0]}", differences(arguments.a, arguments.b))
     if figure is None:
         raise PlotError(f"{arguments.b}: has no value that chance can move against {arguments.a}")

@@ -155,7 +155,7 @@ def draw(file, stem, folder, point_number):
     points = plotting.sweep_points(curve, keys)
     if not 0 <= point_number < len(points):
         raise plotting.PlotError(f"--point {point_number}: must be in [0, {len(points) - 1}]", plotting.USAGE)
-    title = plotting.text_attribute(file, "title")
+    title = plotting.title_of(file)
     plotting.save(detection_figure(title, curve, keys, points), folder, f"{stem}_detection")
     plotting.save(verdicts_figure(title, comparison, keys, points), folder, f"{stem}_verdicts")
     point = points[point_number]

@@ -9,7 +9,6 @@
 
 A sweep is drawn for the point given by --point (counted from 0); the figures are then named <stem>_point<I>_<figure>.
 """
-import os
 
 import matplotlib.patheffects
 import matplotlib.pyplot as plt
@@ -198,14 +197,14 @@ def main():
     arguments = parser.parse_args()
     plotting.use_style()
     with plotting.open_result(arguments.result, "axial_correction") as file:
-        title = plotting.text_attribute(file, "title") or "axial correction"
+        title = plotting.title_of(file)
         config = plotting.configuration(file)
         methods, inclination, azimuth, error, sd, table, where, points = read(file, arguments.point or 0)
     if points > 1:
         title += f" ({where})"
     given = "given" in where or config.get("monte_carlo", {}).get("axial_magnetisation") == "given"
     folder = plotting.figures_folder(arguments.output, arguments.result)
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
+    stem = plotting.stem_of(arguments.result)
     if points > 1:
         stem += f"_point{arguments.point or 0}"
     if len(inclination) < 2:

@@ -8,7 +8,6 @@ Draws what the file has, of any experiment:
   merit        figure of merit of these rows at all looks, over that of the first
   family       p-values of the rows that differ or might, against their rank, with the line of Holm's procedure
 """
-import os
 import statistics
 import textwrap
 
@@ -189,7 +188,6 @@ def main():
     parser.add_argument("--point", type=int, metavar="I", help="only this point of a sweep, from 0 (default: all)")
     arguments = parser.parse_args()
     plotting.use_style()
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
     try:
         result = Result(arguments.result)
         file = storage.open_file(arguments.result)
@@ -198,7 +196,7 @@ def main():
     with file:
         config = plotting.configuration(file)
         tables = {n: plotting.read_table(file, n) for n in ("calibration", "pit", "looks")}
-    title = result.title
+    title = plotting.plain_text(result.title)
     first = next((t for t in tables.values() if t is not None and t.rows), None)
     keys = [] if first is None else result.table(first.name).attrs["sweep_keys"]
     points = plotting.sweep_points(first, keys) if first is not None else [()]
@@ -222,9 +220,7 @@ def main():
         figures["family"] = together
     if not figures:
         raise PlotError(f"{arguments.result}: has neither calibration, nor looks, nor rows with a verdict and a p-value")
-    folder = plotting.figures_folder(arguments.output, arguments.result)
-    for name, figure in figures.items():
-        plotting.save(figure, folder, f"{stem}_{name}")
+    plotting.save_all(figures, arguments)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ what the remedies do (_outliers). "interference": azimuth errors by treatment. "
 `estimate` with estimator = "chained": azimuths, residuals and biases along the run (_run). A sweep gives one figure of
 each kind a point where the figure has no room for several.
 """
-import os
 import re
 
 import numpy as np
@@ -268,7 +267,7 @@ def draw_estimate(file, folder, stem):
     tables = {n: plotting.read_table(file, n) for n in ("parameters", "stations", "tests", "modes")}
     if tables["modes"] is None:
         raise plotting.PlotError(f"{file.filename}: not of the chained estimator: draw it with plot_estimate.py")
-    config, title = plotting.configuration(file), plotting.text_attribute(file, "title")
+    config, title = plotting.configuration(file), plotting.title_of(file)
     keys = plotting.sweep_keys(config, tables["parameters"])
     for point in plotting.sweep_points(tables["parameters"], keys):
         here = [plotting.at_point(tables[n], keys, point) for n in ("parameters", "stations", "tests")]
@@ -291,13 +290,13 @@ def main():
     arguments = parser.parse_args()
     plotting.use_style()
     folder = plotting.figures_folder(arguments.output, arguments.result)
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
+    stem = plotting.stem_of(arguments.result)
     with open_any(arguments.result) as file:
         if plotting.text_attribute(file, "experiment") == "estimate":
             draw_estimate(file, folder, stem)
             return
         config = plotting.configuration(file)
-        title = plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         tables = {n: plotting.read_table(file, n) for n in
                   ("rms", "stations", "tracks", "histogram", "outliers", "interference", "unstart")}
     for name, draw in (("outliers", outliers_figure), ("interference", interference_figure),

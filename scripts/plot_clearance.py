@@ -15,7 +15,6 @@
 each as PNG and SVG. Of a sweep one point is drawn: --point (counted from 0, in the order of the file; the first), and the
 figures are named <stem>_point<I>_<figure>.
 """
-import os
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -42,7 +41,7 @@ class Clearance:
         chosen = plotting.chosen_point(arguments, points)
         point = points[chosen or 0]
         self.suffix = f"_point{chosen or 0}" if len(points) > 1 else ""
-        self.title = config.get("title", "") or "Clearance"
+        self.title = plotting.title_of(file)
         if keys:
             self.title += f": {plotting.point_name(keys, point)}"
         tables = [plotting.at_point(plotting.read_table(file, name), keys, point)
@@ -376,7 +375,7 @@ def main():
     with plotting.open_result(arguments.result, "clearance") as file:
         data = Clearance(file, arguments)
     folder = plotting.figures_folder(arguments.output, arguments.result)
-    stem = os.path.splitext(os.path.basename(arguments.result))[0] + data.suffix
+    stem = plotting.stem_of(arguments.result) + data.suffix
     plotting.save(ladder(data), folder, f"{stem}_ladder")
     plotting.save(separation(data), folder, f"{stem}_separation")
     plotting.save(cylinder(data), folder, f"{stem}_cylinder")

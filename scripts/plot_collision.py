@@ -3,7 +3,6 @@
 
     plot_collision.py RESULT.h5 [-o FOLDER] [--point I]
 """
-import os
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -283,7 +282,7 @@ def main():
     at = {n: plotting.at_point(t, keys, point) for n, t in tables.items() if t is not None}
     hits = plotting.at_point(hits, keys, point) if hits is not None else None
     folder = plotting.figures_folder(arguments.output, arguments.result)
-    stem = os.path.splitext(os.path.basename(arguments.result))[0] + ("" if chosen is None else f"_point{chosen}")
+    stem = plotting.stem_of(arguments.result) + ("" if chosen is None else f"_point{chosen}")
     if "offset" in whole:
         plotting.save(probability(at["probability"]), folder, f"{stem}_probability")
         if at["contact"].rows:

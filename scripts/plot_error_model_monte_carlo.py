@@ -12,8 +12,6 @@
 each as PNG and SVG, and each only if the file has the data. Depth: the deepest, or the reported one nearest to --md (m).
 """
 
-import os
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm
@@ -253,10 +251,9 @@ def main():
     parser.add_argument("--md", type=float, metavar="DEPTH", help="reported depth (m) of clouds, sources and map")
     arguments = parser.parse_args()
     plotting.use_style()
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
     with plotting.open_result(arguments.result, "error_model_monte_carlo") as file:
         config = plotting.configuration(file)
-        title = config.get("title") or plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         axes, ellipses, covariances, sources = (plotting.read_table(file, n) for n in
                                                 ("axes", "ellipse", "position_covariance", "by_source"))
         samples = plotting.read_table(file, "realisations", "samples")
@@ -283,9 +280,7 @@ def main():
     if sources is not None and sources.rows:
         first = plotting.sweep_points(covariances, others)[0]
         figures["sources"] = sources_figure(title, plotting.at_point(sources, others, first), md)
-    folder = plotting.figures_folder(arguments.output, arguments.result)
-    for name, figure in figures.items():
-        plotting.save(figure, folder, f"{stem}_{name}")
+    plotting.save_all(figures, arguments)
 
 
 if __name__ == "__main__":

@@ -12,8 +12,6 @@ each as PNG and SVG. A sweep is drawn for the point given by --point (counted fr
 figures are then named <stem>_point<I>_<figure>.
 """
 
-import os
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
@@ -214,10 +212,10 @@ def main():
     parser.add_argument("--point", type=int, metavar="I", help="sweep point, from 0")
     arguments = parser.parse_args()
     plotting.use_style()
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
+    stem = plotting.stem_of(arguments.result)
     with plotting.open_result(arguments.result, "estimate") as file:
         config = plotting.configuration(file)
-        title = config.get("title") or plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         if plotting.read_table(file, "modes") is not None:
             raise PlotError(f"{arguments.result}: of the chained estimator: draw it with plot_chained.py")
         tables = {n: plotting.read_table(file, n) for n in TABLES}

@@ -8,7 +8,6 @@ one panel a case; points are Monte Carlo with their intervals, lines are predict
 Without: one bar of outcomes (identified ... missed) for each case and strategy, and the rate of detection beside it.
 """
 import functools
-import os
 
 import numpy as np
 
@@ -146,7 +145,7 @@ def main():
     plotting.use_style()
     with plotting.open_result(arguments.result, "gross_error_detection") as file:
         config = plotting.configuration(file)
-        title = plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         table = plotting.read_table(file, "detection")
     keys = plotting.sweep_keys(config, table)
     curves = "factor" in keys and len(set(table["factor"])) > 3
@@ -155,7 +154,7 @@ def main():
     else:
         figure = bars_figure(title, table, keys, lambda i: designed_power(config, keys, point_of(table, keys, i)), table.confidence)
     folder = plotting.figures_folder(arguments.output, arguments.result)
-    plotting.save(figure, folder, os.path.splitext(os.path.basename(arguments.result))[0])
+    plotting.save(figure, folder, plotting.stem_of(arguments.result))
 
 
 if __name__ == "__main__":

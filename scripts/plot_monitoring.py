@@ -14,8 +14,6 @@ the series was kept. --sensors chooses what they show (the first sensor that dri
 Those of mwd_drift: mwd_drift_figures.py.
 """
 
-import os
-
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -301,7 +299,7 @@ def main():
     parser.add_argument("--sensors", nargs="+", metavar="NAME", help="what the first two figures show")
     arguments = parser.parse_args()
     plotting.use_style()
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
+    stem = plotting.stem_of(arguments.result)
     if is_mwd_drift(arguments.result):
         with plotting.open_result(arguments.result, "mwd_drift") as file:
             folder = plotting.figures_folder(arguments.output, arguments.result)
@@ -315,7 +313,7 @@ def main():
         if not 0 <= arguments.point < len(points):
             raise PlotError(f"--point {arguments.point}: must be in [0, {len(points) - 1}]", plotting.USAGE)
         point = points[arguments.point]
-        title = plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         folder = plotting.figures_folder(arguments.output, arguments.result)
         if len(points) > 1:
             if delay.rows:

@@ -160,9 +160,9 @@ def figure_of(title, meaning, values, axes):
 def main():
     arguments = plotting.argument_parser(__doc__.splitlines()[0]).parse_args()
     plotting.use_style()
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
+    stem = plotting.stem_of(arguments.result)
     with plotting.open_result(arguments.result, "msa_benefit") as file:
-        title = plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         maps = [(name, meaning, *read_map(file, name)) for name, meaning in QUANTITIES]
     folder = plotting.figures_folder(arguments.output, arguments.result)
     for name, meaning, values, axes in maps:

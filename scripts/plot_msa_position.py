@@ -12,7 +12,6 @@ each as PNG and SVG, and each only if the file has the data. Of a sweep the firs
 by --point (counted from 0, in the order of the file) and are then named <stem>_point<I>_<figure>.
 """
 
-import os
 import sys
 
 import matplotlib.pyplot as plt
@@ -444,10 +443,9 @@ def main():
     parser.add_argument("--point", type=int, metavar="I", help="sweep point of the first three figures, from 0")
     arguments = parser.parse_args()
     plotting.use_style()
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
     with plotting.open_result(arguments.result, "msa_position") as file:
         config = plotting.configuration(file)
-        title = config.get("title") or plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         tables = {n: plotting.read_table(file, n) for n in ("parameters", "position", "ellipse", "position_covariance")}
         samples = plotting.read_table(file, "realisations", "samples")
     position = tables["position"]
@@ -482,9 +480,7 @@ def main():
         raise PlotError(f"{arguments.result}: a sweep of {len(points)} points: choose one with --point I")
     for text in notes:
         print(text, file=sys.stderr)
-    folder = plotting.figures_folder(arguments.output, arguments.result)
-    for name, figure in figures.items():
-        plotting.save(figure, folder, f"{stem}_{name}")
+    plotting.save_all(figures, arguments)
 
 
 if __name__ == "__main__":

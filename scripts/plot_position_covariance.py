@@ -348,10 +348,9 @@ def main():
     parser.add_argument("--magnify", type=positive, metavar="F", help="enlarge the ellipses F times (what fits)")
     arguments = parser.parse_args()
     plotting.use_style()
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
     with plotting.open_result(arguments.result, "position_covariance") as file:
         config = plotting.configuration(file)
-        title = config.get("title") or plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         tables = {n: plotting.read_table(file, n)
                   for n in ("covariance", "covariance_by_source", "ellipsoid", "error_terms")}
     for name in ("covariance", "ellipsoid"):
@@ -374,10 +373,7 @@ def main():
         figures[prefix + "views"] = views_figure(name, covariance, ellipsoid, terms, arguments.sigma, arguments.magnify)
     if len(points) > 1:
         figures["compare"] = compare_figure(title, tables["covariance"], keys, points)
-    folder = plotting.figures_folder(arguments.output, arguments.result)
-    for name, figure in figures.items():
-        if figure is not None:
-            plotting.save(figure, folder, f"{stem}_{name}")
+    plotting.save_all(figures, arguments)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ RESULT.h5 is a merged result of all rounds (scripts/slurm/refine.sh). One panel 
 not divide; two axes. A cell is drawn where a rectangle has no point inside it, in the mean colour of its corners; the black line
 is the boundary between the points.
 """
-import os
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -112,7 +111,7 @@ def main():
     arguments = plotting.argument_parser("map of a refined sweep").parse_args()
     plotting.use_style()
     figure = draw(*read(arguments.result))
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
+    stem = plotting.stem_of(arguments.result)
     plotting.save(figure, plotting.figures_folder(arguments.output, arguments.result), f"{stem}_refined")
 
 

@@ -12,7 +12,6 @@ effect on the inclination (figure 1 of the paper); `_nonlinear`, detectable erro
 linear one; `_direction`, entries of the weakest combination.
 """
 import itertools
-import os
 
 import numpy as np
 
@@ -95,7 +94,7 @@ def main():
     plotting.use_style()
     with plotting.open_result(arguments.result, "reliability_map") as file:
         config = plotting.configuration(file)
-        title = plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         detectable = Grid(file, "minimal_detectable_error")
         configured = config.get("observation") or plotting.read_table(file, "summary")["observation"][0]
         first = arguments.observation or (configured if isinstance(configured, str) else configured[0])
@@ -140,7 +139,7 @@ def main():
         return observations[chosen["observation"]] if observations else known[0]
 
     folder = plotting.figures_folder(arguments.output, arguments.result)
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
+    stem = plotting.stem_of(arguments.result)
     draw = maps_figure if len(plane) == 2 else curves_figure
     plotting.save(draw(title, detectable, effect, plane if len(plane) == 2 else plane[0], rows, observation_of,
                        effect_name, tolerance), folder, f"{stem}_{effect_name}")

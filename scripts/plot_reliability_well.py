@@ -7,7 +7,6 @@ A panel for each point of the sweep, over measured depth, PNG and SVG next to th
 error in that observation matters most. Pale crosses: what linear theory says where it is off by more than 20 %. A gap: an
 error of any size passes there (infinite). References that all stations share are horizontal lines.
 """
-import os
 import textwrap
 
 import numpy as np
@@ -28,7 +27,7 @@ def main():
     plotting.use_style()
     with plotting.open_result(arguments.result, "reliability_well") as file:
         config = plotting.configuration(file)
-        title = plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         table = plotting.read_table(file, "stations")
     keys = plotting.sweep_keys(config, table)
     points = plotting.sweep_points(table, keys)
@@ -75,7 +74,7 @@ def main():
     plotting.heading(figure, title, "\n".join(lines))
     figure.tight_layout(rect=(0, 0.06, 1, 1 - (0.4 + 0.17 * len(lines)) / figure.get_figheight()))
     folder = plotting.figures_folder(arguments.output, arguments.result)
-    plotting.save(figure, folder, os.path.splitext(os.path.basename(arguments.result))[0])
+    plotting.save(figure, folder, plotting.stem_of(arguments.result))
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ RESULT.h5 is a run of a config with [sensitivity] (configs/sweeps/global_referen
 every key, alone and with its pairs, with intervals; and the quantity against the four keys that explain most, its median and
 the middle 80 % of the points.
 """
-import os
 import re
 
 import matplotlib.pyplot as plt
@@ -109,7 +108,7 @@ def main():
     arguments = plotting.argument_parser("what explains a quantity of a sweep").parse_args()
     plotting.use_style()
     rule, table, samples = read(arguments.result)
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
+    stem = plotting.stem_of(arguments.result)
     for quantity, sample in samples.items():
         figure = draw(rule, table, quantity, sample)
         plotting.save(figure, plotting.figures_folder(arguments.output, arguments.result),

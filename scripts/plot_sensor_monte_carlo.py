@@ -11,7 +11,6 @@ each as PNG and SVG, and each only if the file has the data. Of a sweep the seco
 --point (counted from 0, in the order of the file) and is then named <stem>_point<I>_ellipses.
 """
 
-import os
 import sys
 
 import matplotlib.pyplot as plt
@@ -21,9 +20,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 import plotting
-from plotting import PlotError, number
+from plotting import SIGMA, PlotError, grouped, number
 
-SIGMA = "\N{GREEK SMALL LETTER SIGMA}"
 MULTIPLIER = "sensor_errors.multiplier"
 FORMULATIONS = {
     "toolface_dependent": ("toolface-dependent", "#D55E00", (0, (7, 2)), "o"),
@@ -32,11 +30,6 @@ FORMULATIONS = {
 }
 MARKERS, LINES = "os^vDP*X", ("-", (0, (6, 2)), (0, (3, 1.5)), (0, (1, 1.2)))
 MOST_DEPTHS = 6  # lines a panel of the first figure, panels of the second
-
-
-def grouped(count):
-    """12345 as '12 345'."""
-    return f"{count:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
 def some(values):
@@ -196,10 +189,9 @@ def main():
     parser.add_argument("--point", type=int, metavar="I", help="sweep point of the ellipses, from 0")
     arguments = parser.parse_args()
     plotting.use_style()
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
     with plotting.open_result(arguments.result, "sensor_monte_carlo") as file:
         config = plotting.configuration(file)
-        title = config.get("title") or plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         axes, ellipses = (plotting.read_table(file, n) for n in ("axes", "ellipse"))
         samples = plotting.read_table(file, "realisations", "samples")
     for name, table in (("axes", axes), ("ellipse", ellipses)):
@@ -217,9 +209,7 @@ def main():
                                                        plotting.at_point(ellipses, keys, point))
     else:
         print("no figure of the ellipses: choose a sweep point with --point I", file=sys.stderr)
-    folder = plotting.figures_folder(arguments.output, arguments.result)
-    for name, figure in figures.items():
-        plotting.save(figure, folder, f"{stem}_{name}")
+    plotting.save_all(figures, arguments)
 
 
 if __name__ == "__main__":

@@ -14,8 +14,6 @@ Rankings and comparisons with published values are printed too. Figures of singl
 plot_msa_position.py's.
 """
 
-import os
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
@@ -191,10 +189,9 @@ def published_figure(title, position, config, confidence):
 def main():
     arguments = plotting.argument_parser("Draw the figures of the thesis study that span its tests.").parse_args()
     plotting.use_style()
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
     with plotting.open_result(arguments.result, "msa_position") as file:
         config = plotting.configuration(file)
-        title = config.get("title") or plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         tables = {n: plotting.read_table(file, n)
                   for n in ("parameters", "hanak_parameters", "position", "position_covariance", "position_hla")}
         samples = plotting.read_table(file, "realisations", "samples")
@@ -228,9 +225,7 @@ def main():
                 published_text(table, keys)
     if not figures and not any(t and "published" in t and np.any(np.isfinite(t["published"])) for t in tables.values()):
         raise PlotError(f"{arguments.result}: nothing that spans the thesis' tests: see plot_msa_position.py")
-    folder = plotting.figures_folder(arguments.output, arguments.result)
-    for name, drawn in figures.items():
-        plotting.save(drawn, folder, f"{stem}_{name}")
+    plotting.save_all(figures, arguments)
 
 
 if __name__ == "__main__":

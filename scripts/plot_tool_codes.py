@@ -13,7 +13,6 @@ Of a position_covariance result with a sweep over error models:
 Maps of a sweep are drawn of one point: --point (counted from 0, in the order of the file; the first), and they are named
 <stem>_point<I>_<figure>. A position_covariance result of one model has no such figure.
 """
-import os
 import sys
 
 import matplotlib.pyplot as plt
@@ -49,7 +48,7 @@ class Maps:
         self.lateral = np.where(inside, data[index], np.nan)
         config = plotting.configuration(file)
         self.declination = plotting.norths_at(file, config, keys, point)[0]
-        self.title = ": ".join(filter(None, (plotting.text_attribute(file, "title"), plotting.point_name(keys, point))))
+        self.title = ": ".join(filter(None, (plotting.title_of(file), plotting.point_name(keys, point))))
 
 
 def cell_edges(centres):
@@ -194,10 +193,7 @@ def main():
             figures = {} if bars is None else {"bars": bars}
     if not figures:
         print(f"{arguments.result}: nothing to draw: bars are of several models and one well", file=sys.stderr)
-    folder = plotting.figures_folder(arguments.output, arguments.result)
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
-    for name, figure in figures.items():
-        plotting.save(figure, folder, f"{stem}_{name}")
+    plotting.save_all(figures, arguments)
 
 
 if __name__ == "__main__":

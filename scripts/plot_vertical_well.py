@@ -11,7 +11,6 @@ each as PNG and SVG, and each only if the file has the data. Of a sweep the firs
 --point (counted from 0, in the order of the file) and is then named <stem>_point<I>_ellipses.
 """
 
-import os
 import sys
 
 import matplotlib.pyplot as plt
@@ -20,9 +19,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 import plotting
-from plotting import VERDICT_MARKER, PlotError, number
+from plotting import SIGMA, VERDICT_MARKER, PlotError, grouped, number
 
-SIGMA = "\N{GREEK SMALL LETTER SIGMA}"
 # Colours of the memo where it has them: green for what fits, red for what does not, blue for Monte Carlo.
 FORMULATIONS = {
     "toolface_dependent": ("toolface-dependent, eqs 19, 20", "#009E73", (0, (6, 2))),
@@ -35,11 +33,6 @@ FORMULATIONS = {
     "copegrove_with_half_leg": ("CDR-SM-03 rev 4, with \N{GREEK CAPITAL LETTER DELTA}D/2", "#009E73", (0, (4, 1.5, 1, 1.5))),
 }
 MONTE_CARLO = plotting.LOOK["monte_carlo"]["color"]
-
-
-def grouped(count):
-    """12345 as '12 345'."""
-    return f"{count:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
 def known_formulations(table):
@@ -226,10 +219,9 @@ def main():
     parser.add_argument("--point", type=int, metavar="I", help="sweep point of the ellipses, from 0")
     arguments = parser.parse_args()
     plotting.use_style()
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
     with plotting.open_result(arguments.result, "vertical_well") as file:
         config = plotting.configuration(file)
-        title = config.get("title") or plotting.text_attribute(file, "title")
+        title = plotting.title_of(file)
         ellipses = plotting.read_table(file, "ellipse")
         sequences = plotting.read_table(file, "toolface_sequences")
         samples = plotting.read_table(file, "realisations", "samples")
@@ -252,9 +244,7 @@ def main():
     elif len(points) <= 12:
         margin = float(config.get("verdict", {}).get("margin", 0))
         figures["ratio"] = ratio_figure(title, ellipses, keys, points, margin)
-    folder = plotting.figures_folder(arguments.output, arguments.result)
-    for name, figure in figures.items():
-        plotting.save(figure, folder, f"{stem}_{name}")
+    plotting.save_all(figures, arguments)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from north. On maps east is the abscissa and north the ordinate.
 """
 
 import fractions
+import io
 import math
 import os
 import re
@@ -55,6 +56,21 @@ def argument_parser(description):
     parser.add_argument("result", help="result file (HDF5) of surveymc")
     parser.add_argument("-o", "--output", metavar="FOLDER", help="where to write (default: the folder of the result)")
     return parser
+
+
+def stem_of(result):
+    """What the names of a result's figures begin with: the name of its file."""
+    return os.path.splitext(os.path.basename(result))[0]
+
+
+def plain_text(text):
+    """A text of the user for a figure: a dollar sign in it begins no formula."""
+    return text.replace("$", r"\$")
+
+
+def title_of(file):
+    """The title of a result, or of what experiment it is."""
+    return plain_text(text_attribute(file, "title")) or text_attribute(file, "experiment").replace("_", " ").capitalize()
 
 
 def run(main):
@@ -241,7 +257,7 @@ def value_name(value):
     """A value of a key as readers know it."""
     if isinstance(value, (float, np.floating)):
         return f"{value:g}"
-    return VALUE_WORDS.get(str(value), str(value).replace("_", " "))
+    return VALUE_WORDS.get(str(value), plain_text(str(value).replace("_", " ")))
 
 
 def point_name(keys, point):
@@ -249,7 +265,8 @@ def point_name(keys, point):
     parts = []
     for key, value in sorted(zip(keys, point), key=lambda kv: kv[0] != "case"):
         if key == "case":
-            parts.append(re.sub(r"\b(msa|msa_weighted|msa_joint|wls)\b", lambda word: VALUE_WORDS[word[0]], str(value)))
+            parts.append(re.sub(r"\b(msa|msa_weighted|msa_joint|wls)\b", lambda word: VALUE_WORDS[word[0]],
+                                plain_text(str(value))))
             continue
         if key in POINT_WORDS:
             parts.append(POINT_WORDS[key].format(value_name(value)))
@@ -351,20 +368,65 @@ def figures_folder(output, result):
     return folder
 
 
+def fit_texts(figure):
+    """Makes titles and texts that run out of the figure, or into the panel beside theirs, smaller; cuts what is still too long.
+
+    Names of runs, cases and wells are the user's, and may be of any length.
+    """
+    if figure.get_layout_engine() is not None:
+        figure.draw_without_rendering()  # only now the panels have their places
+    renderer = figure.canvas.get_renderer()
+    wide = figure.bbox.width
+    panels = [ax for ax in figure.axes if ax.get_visible()]
+    boxes = [ax.get_window_extent(renderer) for ax in panels]
+    texts = [(text, wide) for text in figure.texts]
+    for ax, own in zip(panels, boxes):
+        beside = [b.x0 for b in boxes if b.x0 > own.x1 - 1 and b.y0 < own.y1 and b.y1 > own.y0]
+        texts += [(title, min(beside, default=wide)) for title in (ax.title, ax._left_title)]
+    for text, limit in texts:
+        for size in (None, 10, 9, 8, 7, 6):
+            if size is not None and size < text.get_fontsize():
+                text.set_fontsize(size)
+            box = text.get_window_extent(renderer)
+            low = max(box.x0, 0.005 * wide) if text.get_ha() == "center" else box.x0
+            if not text.get_text() or box.width < 1 or low + box.width <= limit - 0.003 * wide:
+                break
+        else:
+            share = (limit - low) / box.width
+            text.set_text("\n".join(line if len(line) * share <= 8 else line[:int(len(line) * share) - 2].rstrip("\\") + "\N{HORIZONTAL ELLIPSIS}"
+                                    for line in text.get_text().split("\n")))
+
+
 def save(figure, folder, name):
     """Writes <name>.png (150 dpi) and <name>.svg, closes the figure, prints the two paths.
 
-    The files depend on the data only: no dates. Rasterised parts of the SVG have 300 dpi.
+    The files depend on the data only: no dates, and clips are counted, where matplotlib names them by addresses in memory.
+    Rasterised parts of the SVG have 300 dpi.
     """
-    for extension, options in ((".png", {"metadata": {"Software": None}}),
-                               (".svg", {"metadata": {"Date": None}, "dpi": 300})):
+    fit_texts(figure)
+    picture, drawing = io.BytesIO(), io.StringIO()
+    figure.savefig(picture, format="png", metadata={"Software": None})
+    figure.savefig(drawing, format="svg", metadata={"Date": None}, dpi=300)
+    plt.close(figure)
+    svg = drawing.getvalue()
+    clips = {clip: f"clip{i}" for i, clip in enumerate(re.findall(r'<clipPath id="(\w+)"', svg), 1)}
+    svg = re.sub(r'(<clipPath id="|url\(#)(\w+)', lambda use: use[1] + clips.get(use[2], use[2]), svg)
+    for extension, data in ((".png", picture.getvalue()), (".svg", svg.encode())):
         path = os.path.join(folder, name + extension)
         try:
-            figure.savefig(path, **options)
+            with open(path, "wb") as file:
+                file.write(data)
         except OSError as error:
             raise PlotError(f"{path}: cannot write: {error.strerror or error}", CANNOT_WRITE) from None
         print(path)
-    plt.close(figure)
+
+
+def save_all(figures, arguments):
+    """Saves {name: figure}, None where there is nothing to draw, as <stem>_<name> into the folder that the arguments name."""
+    folder = figures_folder(arguments.output, arguments.result)
+    for name, figure in figures.items():
+        if figure is not None:
+            save(figure, folder, f"{stem_of(arguments.result)}_{name}")
 
 
 def counts_text(counts):

@@ -6,7 +6,9 @@ SURVEYMC_RESULT. Without it they are skipped.
 """
 
 import fractions
+import io
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -174,6 +176,58 @@ def draw_as_users_do(*arguments):
     """A program of its own; another seed of its hashes may change no figure."""
     return subprocess.run([sys.executable, drawing.SCRIPTS / SCRIPT, *arguments], capture_output=True, text=True, timeout=drawing.PATIENCE,
                           env={**os.environ, "PYTHONHASHSEED": "7"})
+
+
+class Saving(unittest.TestCase):
+    def drawn(self, figure):
+        with tempfile.TemporaryDirectory() as folder:
+            plotting.save(figure, folder, "figure")
+            with open(os.path.join(folder, "figure.svg"), encoding="utf-8") as file:
+                return file.read()
+
+    def test_titles_of_any_length_stay_in_the_figure(self):
+        figure, panels = plotting.plt.subplots(1, 2, figsize=(6, 3))
+        plotting.heading(figure, "A run of a long name " * 6, "What is drawn, and of how many trials it is. " * 3)
+        for ax in panels:
+            ax.set_title("a well of a long name " * 3, loc="left")
+        self.drawn(figure)
+        renderer = figure.canvas.get_renderer()
+        for text in figure.texts:
+            self.assertLessEqual(text.get_window_extent(renderer).x1, figure.bbox.width)
+        first, second = (ax.get_window_extent(renderer) for ax in panels)
+        self.assertLessEqual(panels[0]._left_title.get_window_extent(renderer).x1, second.x0)
+        self.assertLessEqual(panels[1]._left_title.get_window_extent(renderer).x1, figure.bbox.width)
+
+    def test_titles_that_fit_stay_as_they_are(self):
+        figure, ax = plotting.plt.subplots()
+        ax.set_title("north")
+        figure.suptitle("A run")
+        sizes = ax.title.get_fontsize(), figure._suptitle.get_fontsize()
+        self.drawn(figure)
+        self.assertEqual((ax.title.get_text(), figure._suptitle.get_text()), ("north", "A run"))
+        self.assertEqual((ax.title.get_fontsize(), figure._suptitle.get_fontsize()), sizes)
+
+    def test_clips_are_counted_not_named_by_addresses(self):
+        kept, drawings = [], []
+        for _ in range(3):  # a polar panel clips by a path; the earlier figures keep their addresses
+            figure, ax = plotting.plt.subplots(subplot_kw={"projection": "polar"})
+            ax.plot([0, 1], [0, 1])
+            kept.append(figure)
+            drawings.append(self.drawn(figure))
+        self.assertEqual(len(set(drawings)), 1)
+        clips = re.findall(r'<clipPath id="(\w+)"', drawings[0])
+        self.assertTrue(clips)
+        self.assertLessEqual(set(re.findall(r'clip-path="url\(#(\w+)\)', drawings[0])), set(clips))
+
+    def test_a_dollar_sign_of_the_user_begins_no_formula(self):
+        words = "cost $x_{$ and 5"
+        figure, ax = plotting.plt.subplots()
+        ax.set_title(plotting.plain_text(words))
+        figure.suptitle(plotting.point_name(("case",), (words,)))
+        self.drawn(figure)
+        ax.set_title(words)
+        with self.assertRaises(ValueError):  # what it was before
+            figure.savefig(io.BytesIO())
 
 
 class BadInput(unittest.TestCase):
