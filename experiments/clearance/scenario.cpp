@@ -11,6 +11,7 @@
 #include "study/annotations.h"
 #include "study/scenario.h"
 #include "study/told_inputs.h"
+#include "survey/depths.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::studies::clearance {
@@ -30,10 +31,12 @@ void read_reported(config::ConfigReader& c, Scenario& s) {
   s.report_md = c.numbers("report_md_m", {});
   c.require(s.report_md.size() <= kMostDepths, "report_md_m", fmt::format("must have 1 to {} depths", kMostDepths));
   for (std::size_t i = 0; i < s.report_md.size(); ++i) {
-    c.require(s.report_md[i] >= first && s.report_md[i] <= last, "report_md_m",
+    const std::optional<double> on = survey::depth_on(s.reference.survey, s.report_md[i]);
+    c.require(on.has_value(), "report_md_m",
               fmt::format("{:.10g} is not on the reference, which goes from {:.10g} to {:.10g} m", s.report_md[i],
                           first, last));
-    c.require(i == 0 || s.report_md[i] > s.report_md[i - 1], "report_md_m", "must increase");
+    s.report_md[i] = *on;
+    c.require(i == 0 || survey::is_deeper(s.report_md[i], s.report_md[i - 1]), "report_md_m", "must increase");
   }
 }
 
@@ -90,8 +93,10 @@ void read_published_values(config::ConfigReader& c, Scenario& s) {
     if (is_of_offset) p.direction = ScanDirection::offset;
     const survey::Survey& scanned = p.direction == ScanDirection::reference ? s.reference.survey : s.offsets[at].survey;
     const std::optional<std::size_t> kickoff = s.offsets[at].kickoff;
-    p.md = entry.number("md_m",
-                        config::Range::closed(scanned.stations[kickoff.value_or(0)].md, scanned.stations.back().md));
+    const double first = scanned.stations[kickoff.value_or(0)].md, last = scanned.stations.back().md;
+    const std::optional<double> on = survey::depth_on(scanned, entry.number("md_m", config::Range::non_negative()));
+    entry.require(on && *on >= first, "md_m", fmt::format("must be in [{:.10g}, {:.10g}]", first, last));
+    p.md = *on;
     s.published.push_back(std::move(p));
   }
 }

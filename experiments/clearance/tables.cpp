@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
+#include "survey/depths.h"
 
 namespace surveymc::studies::clearance {
 namespace {
@@ -67,7 +68,9 @@ void Tables::add(const Pair& pair) {
       samples.insert(samples.end(), closest.begin(), closest.end());
       std::stable_sort(samples.begin(), samples.end(),
                        [&](const PairPoints& a, const PairPoints& b) { return scanned_md(a) < scanned_md(b); });
-      const auto same = [&](const PairPoints& a, const PairPoints& b) { return scanned_md(b) - scanned_md(a) < 1e-6; };
+      const auto same = [&](const PairPoints& a, const PairPoints& b) {
+        return survey::is_same_depth(scanned_md(a), scanned_md(b));
+      };
       samples.erase(std::unique(samples.begin(), samples.end(), same), samples.end());
       closest = proximity::scan(pair.geometry, direction, 0, 1);
     }

@@ -9,6 +9,7 @@
 #include "propagate/source_moments.h"
 #include "study/scenario.h"
 #include "study/verdict_stop.h"
+#include "survey/depths.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::studies::error_model_monte_carlo {
@@ -47,12 +48,12 @@ std::vector<double> read_report_depths(config::ConfigReader& c, const survey::Su
   c.require(!feet || !c.has("report_md_m"), key, "not together with report_md_m");
   std::vector<double> out;
   for (const double depth : c.numbers(key, {})) {
-    const double md = depth * (feet ? kFoot : 1);
-    c.require(md > first && md <= last + 1e-6, key,
-              fmt::format("{} is off the survey, which goes from {} to {} m", config::format_number(depth),
-                          config::format_number(first), config::format_number(last)));
-    c.require(out.empty() || md > out.back(), key, "must increase");
-    out.push_back(std::min(md, last));
+    const std::optional<double> md = survey::depth_on(survey, depth * (feet ? kFoot : 1));
+    c.require(md && *md > first, key,
+              fmt::format("{} is off the survey, which goes from {} to {} m, or its tie-on, which has no error",
+                          config::format_number(depth), config::format_number(first), config::format_number(last)));
+    c.require(out.empty() || survey::is_deeper(*md, out.back()), key, "must increase");
+    out.push_back(*md);
   }
   c.require(out.size() <= kMostDepths, key, fmt::format("must have 1 to {} depths", kMostDepths));
   return out;

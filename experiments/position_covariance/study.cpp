@@ -15,6 +15,7 @@
 #include "study/experiment.h"
 #include "study/scenario.h"
 #include "study/validity_tables.h"
+#include "survey/depths.h"
 
 namespace surveymc::studies::position_covariance {
 namespace {
@@ -36,8 +37,7 @@ struct Published {
 
 std::size_t read_station(config::ConfigReader& entry, const survey::Survey& survey) {
   const double md = entry.number("md_m", config::Range::non_negative());
-  for (std::size_t k = 0; k < survey.stations.size(); ++k)
-    if (std::abs(survey.stations[k].md - md) < 1e-6) return k;
+  if (const auto k = survey::station_at(survey, md)) return *k;
   entry.fail("md_m", "the survey has no station at this depth");
 }
 

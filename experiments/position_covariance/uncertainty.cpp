@@ -11,6 +11,7 @@
 #include "propagate/ellipse.h"
 #include "stats/intervals.h"
 #include "study/table_rows.h"
+#include "survey/depths.h"
 
 namespace surveymc::studies::position_covariance {
 namespace {
@@ -60,9 +61,14 @@ UncertaintyReport read_uncertainty_report(config::ConfigReader& c, const survey:
   report.percent = list("report.percent", config::Range::open(0, 100), {});
   report.md = list("report_md_m", config::Range::non_negative(), {});
   const double first = survey.stations.front().md, last = survey.stations.back().md;
-  for (const double md : report.md)
-    c.require(md >= first && md <= last, "report_md_m",
+  for (double& md : report.md) {
+    const std::optional<double> on = survey::depth_on(survey, md);
+    c.require(on.has_value(), "report_md_m",
               fmt::format("{:.10g} is outside the survey, which is from {:.10g} to {:.10g} m", md, first, last));
+    md = *on;
+  }
+  c.require(std::adjacent_find(report.md.begin(), report.md.end(), survey::is_same_depth) == report.md.end(),
+            "report_md_m", "has a depth twice");
   if (report.md.empty() || report.md.back() < last) report.md.push_back(last);
   return report;
 }

@@ -24,6 +24,7 @@
 #include "study/position_comparison.h"
 #include "study/scenario.h"
 #include "study/verdict_stop.h"
+#include "survey/depths.h"
 
 namespace surveymc::studies::sensor_monte_carlo {
 namespace {
@@ -89,10 +90,7 @@ std::vector<int> read_reported(config::ConfigReader& c, const survey::Survey& su
   c.require(depths.size() <= kMostDepths, key, fmt::format("must have 1 to {} depths", kMostDepths));
   std::vector<int> reported;
   for (const double depth : depths) {
-    int station = 0;
-    for (int k = 1; k < survey.size(); ++k)
-      if (std::abs(survey.stations[static_cast<std::size_t>(k)].md - depth * (feet ? kFoot : 1)) < survey::kSameDepth)
-        station = k;
+    const int station = static_cast<int>(survey::station_at(survey, depth * (feet ? kFoot : 1)).value_or(0));
     c.require(station > 0, key,
               fmt::format("{} is not the measured depth of a station after the first", config::format_number(depth)));
     c.require(reported.empty() || station > reported.back(), key, "must increase");

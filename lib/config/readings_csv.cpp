@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "config/config.h"
+#include "survey/depths.h"
 
 namespace surveymc::config {
 namespace {
@@ -95,6 +96,8 @@ survey::SixAxisReadings readings_from_table(const InputTable& table, const Readi
       throw InputError(fmt::format("{}:{}: {} = {}: must be greater than the one before ({})", table.path, line,
                                    names[0], format_number(md[row]), format_number(md[row - 1])));
     }
+    require(row == 0 || survey::is_deeper(si[0][row], si[0][row - 1]),
+            "{}:{}: {}: is within 1 mm of the one before: must be another depth", table.path, line, names[0]);
     const survey::Vec3<double> g{down * si[1][row], down * si[2][row], down * si[3][row]};
     const survey::Vec3<double> b{si[4][row], si[5][row], si[6][row]};
     const double gravity = norm(g) / conventions.gravity, field = norm(b) / conventions.total_field;

@@ -9,6 +9,7 @@
 #include "base/units.h"
 #include "propagate/tool_weights.h"
 #include "simd/dual.h"
+#include "survey/depths.h"
 
 namespace surveymc::propagate {
 namespace {
@@ -190,11 +191,11 @@ LegGeometry leg_geometry(const WellErrors& errors, std::size_t station) {
 
 WellPoint point_at(const survey::Survey& survey, double md) {
   const auto& s = survey.stations;
-  assert(md >= s.front().md && md <= s.back().md + 1e-3);
+  assert(survey::is_deeper(md, s.front().md) && !survey::is_deeper(md, s.back().md));
+  if (const auto k = survey::station_at(survey, md)) return {*k, 1};
   std::size_t k = 1;
-  while (k + 1 < s.size() && s[k].md < md - 1e-6) ++k;
-  const double length = s[k].md - s[k - 1].md;
-  return {k, std::abs(s[k].md - md) < 1e-6 ? 1 : std::clamp((md - s[k - 1].md) / length, 0.0, 1.0)};
+  while (s[k].md < md) ++k;
+  return {k, (md - s[k - 1].md) / (s[k].md - s[k - 1].md)};
 }
 
 namespace {

@@ -8,6 +8,7 @@
 
 #include "base/units.h"
 #include "propagate/hole_direction.h"
+#include "survey/depths.h"
 
 namespace surveymc::proximity {
 
@@ -64,8 +65,9 @@ std::vector<double> scanned_depths(const PairGeometry& g, const WellPath& path, 
     md.push_back(path.md(k));
     if (step <= 0 || k + 1 == path.stations()) continue;
     const double begin = path.md(g.first_scanned);
-    for (double i = std::floor((path.md(k) - begin) / step) + 1; begin + i * step < path.md(k + 1) - 1e-6; ++i)
-      if (begin + i * step > path.md(k) + 1e-6) md.push_back(begin + i * step);
+    for (double i = std::floor((path.md(k) - begin) / step) + 1; survey::is_deeper(path.md(k + 1), begin + i * step);
+         ++i)
+      if (survey::is_deeper(begin + i * step, path.md(k))) md.push_back(begin + i * step);
   }
   return md;
 }

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "survey/depths.h"
 
 namespace surveymc::study {
 
@@ -53,7 +54,6 @@ double read_from_md(config::ConfigReader& leg, std::string& key) {
 
 ToolRuns read_tool_runs(config::ConfigReader& c, const survey::Survey& survey,
                         const std::optional<NamedErrorModel>& fallback) {
-  constexpr double kSameDepth = 1e-6;  // m: a depth in feet may be written in metres, too
   ToolRuns out;
   NamedErrorModel model = fallback && !c.has("error_model") ? *fallback : read_error_model_choice(c);
   out.runs.push_back({1, model.model});
@@ -64,7 +64,7 @@ ToolRuns read_tool_runs(config::ConfigReader& c, const survey::Survey& survey,
     const double from = read_from_md(leg, key);
     if (leg.has("error_model")) model = read_error_model_choice(leg);
     const auto first = std::find_if(survey.stations.begin() + 1, survey.stations.end(),
-                                    [&](const survey::Station& s) { return s.md > from + kSameDepth; });
+                                    [&](const survey::Station& s) { return survey::is_deeper(s.md, from); });
     leg.require(first != survey.stations.end(), key, "no station is deeper");
     const int index = static_cast<int>(first - survey.stations.begin());
     leg.require(index > out.runs.back().first, key, "the leg before has no station: legs must be in order of depth");

@@ -12,6 +12,7 @@
 #include "montecarlo/run_blocks.h"
 #include "store/table.h"
 #include "study/told_inputs.h"
+#include "survey/depths.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::study {
@@ -69,9 +70,8 @@ survey::Survey read_planned_survey(config::ConfigReader& c) {
   c.require(per_30m / 30 * spacing <= 90, "survey.plan.build_deg_per_30m",
             fmt::format("with survey.plan.spacing_m = {} there is more than 90 deg between two stations", spacing));
   survey::Survey well;
-  constexpr double kAsDeep = 1e-6;  // m; a last station nearer to the bottom is the bottom
   for (int k = 0; k == 0 || well.stations.back().md < bottom; ++k) {
-    const double regular = spacing * k, md = regular > bottom - kAsDeep ? bottom : regular,
+    const double regular = spacing * k, md = survey::is_deeper(bottom, regular) ? regular : bottom,
                  built = std::clamp((md - kickoff) * per_30m / 30 * kDegree, 0.0, inclination);
     well.stations.push_back({md, built, azimuth, 0});
   }

@@ -11,6 +11,7 @@
 #include "base/units.h"
 #include "study/scenario.h"
 #include "study/told_inputs.h"
+#include "survey/depths.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::study {
@@ -26,7 +27,6 @@ using Scenario = WellPairs;
 
 constexpr double kInch = 0.0254;
 const config::Range kPlace = config::Range::closed(-1e7, 1e7);  // m: farther apart no two wells are
-constexpr double kSameDepth = 1e-6;                             // m
 constexpr double kSameAngle = 1e-9;                             // rad
 
 /// `<prefix>_in` or `<prefix>_m`; without one, `fallback`, or an error if that is 0.
@@ -91,7 +91,7 @@ ToolRuns inherited_tools(const ToolRuns& reference, const survey::Survey& survey
   ToolRuns out;
   for (std::size_t r = 0; r < reference.runs.size(); ++r) {
     const auto first = std::find_if(survey.stations.begin() + 1, survey.stations.end(), [&](const survey::Station& s) {
-      return r == 0 || s.md > reference.from_md[r] + kSameDepth;
+      return r == 0 || survey::is_deeper(s.md, reference.from_md[r]);
     });
     if (first == survey.stations.end()) break;
     const int index = static_cast<int>(first - survey.stations.begin());
@@ -142,15 +142,14 @@ ToolRuns sidetrack_tools(config::ConfigReader& c, const ToolRuns& reference, con
 
 bool is_same_station(const survey::Station& a, const survey::Station& b) {
   const bool is_vertical = std::max(a.inclination, b.inclination) < error_model::kVerticalLimit;
-  return std::abs(a.md - b.md) < kSameDepth && std::abs(a.inclination - b.inclination) < kSameAngle &&
+  return survey::is_same_depth(a.md, b.md) && std::abs(a.inclination - b.inclination) < kSameAngle &&
          (is_vertical || std::abs(std::remainder(a.azimuth - b.azimuth, 2 * kPi)) < kSameAngle);
 }
 
 std::size_t read_kickoff(config::ConfigReader& c, const Well& offset, const Well& reference) {
   const double md = c.number("kickoff_md_m", config::Range::non_negative());
   const auto find = [&](const survey::Survey& s, const char* which) {
-    for (std::size_t k = 0; k < s.stations.size(); ++k)
-      if (std::abs(s.stations[k].md - md) < kSameDepth) return k;
+    if (const auto k = survey::station_at(s, md)) return *k;
     c.fail("kickoff_md_m", fmt::format("{} has no station at this depth", which));
   };
   const std::size_t own = find(offset.survey, "the survey of the sidetrack");

@@ -1,6 +1,7 @@
 #include "survey/survey.h"
 
 #include "base/units.h"
+#include "survey/depths.h"
 
 namespace surveymc::survey {
 
@@ -19,6 +20,8 @@ SurveyDefect find_defect(const Survey& survey) {
     if (k == 0) continue;
     const Station& before = survey.stations[static_cast<std::size_t>(k - 1)];
     if (!(s.md > before.md)) return {k, "md", "must be greater than the one before"};
+    if (is_same_depth(s.md, before.md))
+      return {k, "md", "is within 1 mm of the one before: two stations at one depth are no leg"};
     // Minimum curvature has no answer for a reversal: the arc's plane is not defined there.
     const double c = dot(tangent_N({before.inclination, before.azimuth, 0}), tangent_N({s.inclination, s.azimuth, 0}));
     if (!(c > -1 + 1e-12))

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "survey/depths.h"
+
 namespace surveymc::survey {
 
 namespace {
@@ -39,7 +41,7 @@ ToolfacePlan rotated(int stations) { return all_of(ToolfaceSource::own, stations
 ToolfacePlan partly_slid(const std::vector<double>& md, double slide_from, double slide_to) {
   ToolfacePlan plan = rotated(static_cast<int>(md.size()));
   for (std::size_t k = 0; k < md.size(); ++k)
-    if (md[k] > slide_from - kSameDepth && md[k] < slide_to + kSameDepth) plan.source[k] = ToolfaceSource::slide;
+    if (!is_deeper(slide_from, md[k]) && !is_deeper(md[k], slide_to)) plan.source[k] = ToolfaceSource::slide;
   return plan;
 }
 

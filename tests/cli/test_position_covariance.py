@@ -179,6 +179,18 @@ class Tables(CovarianceCase):
                           ("report.percent=100", r"report\.percent = 100: must be in \(0, 100\)"), ("report.sigma=2", "sigmas")):
             self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", bad, says=says)
 
+    def test_a_depth_written_in_metres_is_that_of_a_station_in_feet(self):
+        self.write("well.csv", "md_ft,inclination_deg,azimuth_deg\n0,0,0\n300,0,0\n600,4,40\n1100,9,40\n")
+        path = self.run_config("--set", "report_md_m=[182.8804, 335.28]")  # 600 ft to half a mm; 335.28000000000003 m
+        depths = column(path, "tables/uncertainty", "md_m")
+        self.assertEqual(list(depths[::8]), [600 * 0.3048, 1100 * 0.3048])
+        path = self.run_config("--set", "report_md_m=335.2804", output="deeper.h5")
+        self.assertEqual(list(column(path, "tables/uncertainty", "md_m")[::8]), [1100 * 0.3048])
+        self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "report_md_m=[182.88, 182.8804]",
+                     says="report_md_m.*: has a depth twice")
+        self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n0,0,0\n30,0,0\n30.0005,4,40\n60,9,40\n")
+        self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", says=r"well\.csv:4: md_m = 30\.0005: is within 1 mm")
+
     def test_along_hole_of_a_vertical_well_is_depth(self):
         self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n0,0,120\n30,0,120\n60,0,120\n")
         path = self.run_config()
@@ -421,14 +433,14 @@ class Models(CovarianceCase):
 class BetweenVerticalStations(CovarianceCase):
     def test_high_side_is_that_of_the_listed_azimuth(self):
         self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n0,0,75\n300,0,75\n600,30,75\n1200,30,75\n1500,0,75\n1800,0,75\n")
-        path = self.run_config("--set", "report_md_m=[1500, 1650, 1799.999]")
+        path = self.run_config("--set", "report_md_m=[1500, 1650, 1799.99]")
         # The covariance between is linear in measured depth, and so is every variance of a direction that stays.
         of = {(md, q): sd for md, q, sd in zip(*(column(path, "tables/uncertainty", c) for c in ("md_m", "quantity", "sd_m")))}
-        self.assertEqual(sorted({md for md, _ in of}), [1500, 1650, 1799.999, 1800])
+        self.assertEqual(sorted({md for md, _ in of}), [1500, 1650, 1799.99, 1800])
         for direction in ("high_side", "lateral", "along_hole"):
             ends = of[1500, direction] ** 2, of[1800, direction] ** 2
             self.assertAlmostEqual(of[1650, direction] ** 2 / (sum(ends) / 2), 1, delta=1e-12)
-            self.assertAlmostEqual(of[1799.999, direction] / of[1800, direction], 1, delta=1e-4)
+            self.assertAlmostEqual(of[1799.99, direction] / of[1800, direction], 1, delta=1e-4)
 
 
 class NoCovariance(CovarianceCase):

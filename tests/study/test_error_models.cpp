@@ -59,6 +59,9 @@ TEST_CASE("A leg has the stations deeper than its from; it keeps the model of th
   CHECK(legs.model_names[1] == "tool.toml");
   CHECK(legs.model_names[2] == "tool.toml");
   CHECK(legs.from_md[2] == Approx(60.96).epsilon(1e-13));
+  // A depth may be rounded to a millimetre: the station at 200 ft is still the tie-on of the leg.
+  CHECK(read("error_model = 'iscwsa_mwd_rev4'\n[[leg]]\nfrom_md_m = 60.9596").runs[1].first == 3);
+  CHECK(read("error_model = 'iscwsa_mwd_rev4'\n[[leg]]\nfrom_md_m = 60.9589").runs[1].first == 2);
 }
 
 TEST_CASE("Legs out of order, without stations or with two depths are refused") {

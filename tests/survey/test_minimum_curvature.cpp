@@ -150,4 +150,5 @@ TEST_CASE("A survey's defects are found, the first one first") {
   CHECK(defect({{0, kPi / 2, 0, 0}, {1, kPi / 2, kPi, 0}}).rule.find("180") != std::string::npos);
   CHECK(defect({{0, 0, 0, 0}, {1, 0, 0, 0}, {5, kPi, 0, 0}}).station == 2);
   CHECK(defect({{0, 0, 0, 0}, {1e-3, kPi / 2, 7, 9}}).rule.empty());
+  CHECK(defect({{0, 0, 0, 0}, {0.9e-3, 0, 0, 0}}).rule.find("within 1 mm") != std::string::npos);
 }
