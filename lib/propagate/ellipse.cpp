@@ -14,6 +14,8 @@ namespace {
 constexpr double kRounding = 1e-13;  // of a covariance's elements, relative to the largest
 constexpr double kSingular = 1e-14;  // an eigenvalue below this part of the largest is rounding, too
 
+constexpr double kLevel = 1e-9;  // how far the end of a unit axis may be from the horizontal by rounding
+
 }  // namespace
 
 Ellipse ellipse(const Eigen::Matrix2d& covariance) {
@@ -64,7 +66,11 @@ Ellipsoid ellipsoid(const Eigen::Matrix3d& covariance) {
     const double variance = eigen.values[2 - i];
     e.semi_axes[i] = variance > kSingular * eigen.values[2] ? std::sqrt(variance) : 0.0;
     e.axes.col(i) = eigen.vectors.col(2 - i);
-    if (e.axes(2, i) < 0) e.axes.col(i) *= -1;
+    const Eigen::Vector3d axis = e.axes.col(i);
+    // Downwards; a horizontal one towards 0 to 180 deg: rounding must not choose its end.
+    const bool is_level = std::abs(axis.z()) <= kLevel;
+    const bool is_west = axis.y() < -kLevel || (axis.y() <= kLevel && axis.x() < 0);
+    if (is_level ? is_west : axis.z() < 0) e.axes.col(i) *= -1;
   }
   return e;
 }

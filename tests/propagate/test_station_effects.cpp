@@ -171,4 +171,15 @@ TEST_CASE("An ellipsoid has the covariance's eigenvectors as axes, largest first
   CHECK(e.axes.col(1) == Eigen::Vector3d::UnitX());
   CHECK(e.axes.col(2) == Eigen::Vector3d::UnitY());
   CHECK(ellipsoid(Eigen::Matrix3d::Zero()).semi_axes == Eigen::Vector3d::Zero());
+  // Of a level axis the end between 0 and 180 deg: rounding of vertical correlations must not choose it.
+  for (const double azimuth : {0.3, 1.5, 2.9})
+    for (const double rounding : {-1e-15, 1e-15}) {
+      const Eigen::Vector3d level(std::cos(azimuth), std::sin(azimuth), 0), across(-level.y(), level.x(), 0);
+      Eigen::Matrix3d c = 9 * level * level.transpose() + 4 * across * across.transpose();
+      c(2, 2) = 1;
+      c(0, 2) = c(2, 0) = c(1, 2) = c(2, 1) = rounding;
+      const Ellipsoid body = ellipsoid(c);
+      CHECK((body.axes.col(0) - level).norm() < 1e-12);
+      CHECK(body.axes(1, 1) > 0);
+    }
 }
