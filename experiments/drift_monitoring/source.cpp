@@ -65,6 +65,16 @@ MonitoringData read_csv_source(config::ConfigReader& c) {
 
 constexpr std::size_t kRowsAtATime = 4096;
 
+/// Times are sums of steps, or cells in any unit: a sample that is meant to lie at a time lies there, whatever rounding
+/// did.
+constexpr double kSameTime_h = 1e-9;
+
+/// Hours since the first monitored sample; that of the start of the drift is exact.
+double test_time(double time_h, const Scenario& s) {
+  const double t = time_h - s.data.test_start_h;
+  return std::abs(t - s.start_h) <= kSameTime_h ? s.start_h : t;
+}
+
 /// Calls each(time_h, values) for the good rows of a file until it returns false.
 template <class Each>
 void for_rows(const SensorFile& f, Each each) {
@@ -152,8 +162,8 @@ void divide_file(config::ConfigReader& c, MonitoringData& d, bool has_model) {
                         : c.number("source.train_h", config::Range::positive());
   }
   const Eigen::Index most = c.integer("source.training_rows", 1000, 100'000'000, 200'000);
-  // A sample that is meant to lie at train_h belongs to the test, whatever rounding did to its time.
-  const FileSpan span = scan(f, train_h - 1e-9);
+  // A sample at train_h belongs to the test.
+  const FileSpan span = scan(f, train_h - kSameTime_h);
   if (c.choice("source.bad_rows", {"reject", "skip"}, "reject") == "reject")
     config::reject_findings(f.found, f.file.path);
   require(span.rows >= 2, "{}: {} good row{} of {}: must be at least two", f.file.path, span.rows,
@@ -194,8 +204,8 @@ MonitoringData read_monitoring_data(config::ConfigReader& c, bool has_model) {
   MonitoringData d = read_gas_lift_well(c);
   const double train_h = c.number("source.train_h", config::Range::non_negative(), 90);
   const std::vector<double> time_h = sample_times_h(d);
-  // Times are sums of steps: a sample that is meant to lie at train_h belongs to the test.
-  d.train = std::lower_bound(time_h.begin(), time_h.end(), train_h - 1e-9) - time_h.begin();
+  // A sample at train_h belongs to the test.
+  d.train = std::lower_bound(time_h.begin(), time_h.end(), train_h - kSameTime_h) - time_h.begin();
   c.require(d.tested() >= 2, "source.train_h",
             fmt::format("must leave samples to monitor: there are {:g} h", time_h.back()));
   c.require(has_model || d.train >= 2, "source.train_h", "must leave at least two samples to train on");
@@ -231,7 +241,7 @@ void for_each_block(const Scenario& s, const monitoring::Samples& simulated,
       const Eigen::Index n = std::min(kMost, d.rows - i);
       block.test_h.clear();
       for (Eigen::Index k = i; k < i + n; ++k)
-        block.test_h.push_back(d.time_h[static_cast<std::size_t>(k)] - d.test_start_h);
+        block.test_h.push_back(test_time(d.time_h[static_cast<std::size_t>(k)], s));
       block.readings = simulated.middleRows(i, n);
       block.truth = d.readings.middleRows(i, n);
       each(block);
@@ -247,7 +257,7 @@ void for_each_block(const Scenario& s, const monitoring::Samples& simulated,
     row += n;
     if (skip == n) continue;
     block.test_h.assign(read.time_h.begin() + skip, read.time_h.end());
-    for (double& t : block.test_h) t -= d.test_start_h;
+    for (double& t : block.test_h) t = test_time(t, s);
     block.readings = Eigen::Map<const monitoring::Samples>(read.values.data(), n, p).bottomRows(n - skip);
     each(block);
   }

@@ -139,6 +139,26 @@ class Monitoring(Case):
                                output="zeros.h5")
         self.assertEqual({r["finding"]: r["rows"] for r in rows(path, "data_quality")}["zero"], 0)
 
+    def test_units_of_time_change_no_number(self):
+        """Samples at the start of the drift are part of it, whatever rounding did to their times."""
+        rows_of = [(6 * i, 100 + i % 7, 50 - i % 7 + 0.01 * (i % 3)) for i in range(200)]
+        found = []
+        for unit, minutes, day in (("min", 1, 0), ("s", 1 / 60, 3), ("h", 60, 3), ("d", 1440, 45000)):  # as of a spreadsheet
+            self.write("gauges.csv", f"time_{unit},a_kPa,b_kPa\n" + "".join(
+                f"{(day * 1440 + t) / minutes!r},{a},{b}\n" for t, a, b in rows_of))
+            self.write("csv.toml",
+                       'experiment = "drift_monitoring"\nseed = 1\n[source]\nname = "csv"\nfile = "gauges.csv"\n'
+                       f'time = "time_{unit}"\nsensors = ["a_kPa", "b_kPa"]\ntrain_h = 8.0\n'
+                       '[model]\nmemory_vectors = 10\n[drift]\nstart_h = 0.1\npattern = [1.0, 0.0]\n')
+            for start in range(1, 40, 3):
+                path = self.run_config("--set", f"drift.start_h={start / 10}", config="csv.toml", output="csv.h5")
+                value = {r["quantity"] + r["formulation"]: r["monte_carlo"] for r in rows(path, "metrics")}
+                found.append((start, unit, value))
+        for start, unit, value in found:
+            of_minutes = next(v for s, u, v in found if s == start and u == "min")
+            for name, x in value.items():
+                np.testing.assert_allclose(x, of_minutes[name], rtol=1e-7, atol=1e-12, err_msg=f"{start} {unit} {name}")
+
     def test_a_file_too_large_to_be_stored(self):
         """More than 16 MiB: name, size, hash and header are stored; the same numbers as of a file that is held."""
         row = "{},{:.1f},{:.1f}                    \n"
