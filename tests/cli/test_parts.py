@@ -433,6 +433,18 @@ class Rounds(Case):
         self.call("refine", "all.h5", "-o", "third.toml")
         self.assertNotIn("magnetometer_nT", (self.folder / "third.toml").read_text().split("[estimator]")[1].split("[")[0])
 
+    def test_check_of_merged_rounds(self):
+        """A verdict is judged in the rounds' result as in that of any other merge."""
+        expect = '[[expect]]\ntable = "parameters"\nformulation = "first_order"\nquantities = ["sigma3_bias_x"]\nverdict = "differs"\n'
+        (self.folder / "rounds.toml").write_text(ROUNDS + expect)
+        self.call("run", "rounds.toml", "-o", "0.h5")
+        self.call("refine", "0.h5", "-o", "next.toml")
+        self.call("run", "next.toml", "-o", "1.h5")
+        said = self.call("merge", "-o", "all.h5", "0.h5", "1.h5", "--check", code=1)
+        self.assertRegex(said, r"verdicts: .* not as expected")
+        self.assertRegex(said, r"(?m)^wrote all.h5 \(from 2 results\)$")
+        self.call("merge", "-o", "all.h5", "0.h5", "1.h5", "--overwrite")
+
 
 if __name__ == "__main__":
     program_from_arguments(__doc__)
