@@ -114,6 +114,16 @@ struct Ring {
   }
 };
 
+/// The vertical formulas act below kVerticalLimit, at 0 deg above all.
+bool has_vertical_values(Ring& ring) {
+  ring.at(0);
+  for (std::size_t i = 0; i < kAzimuths; ++i)
+    if (!(std::abs(value(ring.evaluation, ring.f.vertical_north, i)) <= 1e300 &&
+          std::abs(value(ring.evaluation, ring.f.vertical_east, i)) <= 1e300))
+      return false;
+  return true;
+}
+
 /// Largest difference between the vertical formulas and the others at 0.001 deg, over the largest of both.
 double vertical_difference(Ring& ring) {
   constexpr double kNear = 0.001 * kDegree;
@@ -152,6 +162,7 @@ std::string vertical_fault(const Function& f, const Parameters& parameters) {
   }
   Ring ring(f, parameters);
   if (ring.f.has_vertical()) {
+    if (!has_vertical_values(ring)) return "the vertical formulas are not finite at 0 deg, where they are used";
     const double d = vertical_difference(ring);
     return d <= 1e-3 ? ""
                      : fmt::format(

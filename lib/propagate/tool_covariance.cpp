@@ -408,11 +408,16 @@ class Propagation {
       const auto is_beyond = [&](const double* x, double most) {
         return x != nullptr && !(std::abs(term.sigma * x[i]) <= most);
       };
-      const em::Expression* formula = is_beyond(w.depth, 1e300)                 ? &term.function->depth
-                                      : has_vertical                            ? nullptr
-                                      : is_beyond(w.inclination, kLargestAngle) ? &term.function->inclination
-                                      : is_beyond(w.lateral, kLargestAngle)     ? &term.function->azimuth_or_lateral()
-                                                                                : nullptr;
+      const auto formula_beyond = [&]() -> const em::Expression* {
+        const em::Function& f = *term.function;
+        if (is_beyond(w.depth, 1e300)) return &f.depth;
+        if (is_beyond(has_vertical ? w.vertical_north : w.inclination, kLargestAngle))
+          return has_vertical ? &f.vertical_north : &f.inclination;
+        if (is_beyond(has_vertical ? w.vertical_east : w.lateral, kLargestAngle))
+          return has_vertical ? &f.vertical_east : &f.azimuth_or_lateral();
+        return nullptr;
+      };
+      const em::Expression* formula = formula_beyond();
       if (formula == nullptr) continue;
       for (std::size_t axis = 0; axis < 3; ++axis) effects_.star[axis][i] = effects_.full[axis][i] = kNaN;
       note(run, t, first + i, *formula);

@@ -152,7 +152,8 @@ BlockWeights RunWeights::weights_of(std::size_t f, std::size_t first, std::size_
   if (n.function->kind == error_model::Kind::continuous) run_sums(f, first, count, w);
   if (n.function->kind == error_model::Kind::stationary && model_.gyro) hold_values(f, first, count, w);
   w.largest_depth = largest_of(w.depth, count);
-  w.largest_angle = std::max(largest_of(w.inclination, count), largest_of(w.lateral, count));
+  w.largest_angle = std::max({largest_of(w.inclination, count), largest_of(w.lateral, count),
+                              largest_of(w.vertical_north, count), largest_of(w.vertical_east, count)});
   return w;
 }
 

@@ -154,6 +154,16 @@ TEST_CASE("Vertical formulas must be the limit of the others") {
   xcla.azimuth = parse_expression("Max(Sin(Abs(AzT - AzPrev)), XCLTortuosity * (MD - MDPrev) / Sin(Inc))");
   xcla.vertical_north = xcla.vertical_east = parse_expression("XCLTortuosity * RAD * (MD - MDPrev)");
   CHECK_THAT(vertical_fault(xcla, {}), StartsWith("the vertical formulas are not the limit"));
+  // Fine at 0.001 deg, and no number where it is used.
+  Function tilt;
+  tilt.azimuth = parse_expression("-Sin(AzT) / Sin(Inc)");
+  tilt.inclination = parse_expression("Cos(AzT)");
+  for (const char* bad : {"Sin(Inc) / Inc", "Tan(Inc) / Sin(Inc)"}) {
+    tilt.vertical_north = parse_expression(bad);
+    CHECK_THAT(vertical_fault(tilt, {}), StartsWith("the vertical formulas are not finite at 0 deg"));
+  }
+  tilt.vertical_north = parse_expression("1");
+  CHECK(vertical_fault(tilt, {}) == "");
   Function cna;
   cna.azimuth = parse_expression("1 / Sin(Inc)");
   cna.vertical_north = parse_expression("-Sin(AzT)");

@@ -322,3 +322,23 @@ TEST_CASE("A term with a pole makes the covariance NaN from there on, and is nam
   CHECK(c.non_finite[0].stations == 1);
   CHECK(c.non_finite[0].formula.find("Cos(Inc)") != std::string::npos);
 }
+
+TEST_CASE("A vertical formula without a finite value is named as the others are") {
+  const Survey s = survey_of({{0, 0, 0}, {30, 0, 0}, {60, 0, 0}, {90, 5, 30}, {120, 10, 30}});
+  const auto f = std::make_shared<error_model::Function>();
+  f->name = "X";
+  f->inclination = error_model::parse_expression("Cos(AzT)");
+  f->azimuth = error_model::parse_expression("-Sin(AzT) / Sin(Inc)");
+  const auto model = std::make_shared<error_model::Model>();
+  model->terms.push_back({"A", f, 0.001, "-", 0.001, error_model::PropagationMode::systematic});
+  f->vertical_north = error_model::parse_expression("Sin(Inc) / Inc");  // finite below, where it does not act
+  const auto c = covariances(s, {{1, model}}, field_of(50000, 72, 0));
+  CHECK(std::isnan(c.total[1](0, 0)));
+  REQUIRE(c.non_finite.size() == 1);
+  CHECK(c.non_finite[0].first == 1);
+  CHECK(c.non_finite[0].last == 2);
+  CHECK(c.non_finite[0].stations == 2);
+  CHECK(c.non_finite[0].formula == "vertical_north = \"Sin(Inc) / Inc\"");
+  f->vertical_north = error_model::parse_expression("1 + 0 / Sin(Inc - 5 * RAD)");
+  CHECK(covariances(s, {{1, model}}, field_of(50000, 72, 0)).non_finite.empty());  // a pole at 5 deg does no harm
+}
