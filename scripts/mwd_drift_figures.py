@@ -119,6 +119,8 @@ def verdicts_figure(title, comparison, keys, points):
         for x, (formulation, quantity, _) in enumerate(rows):
             of = comparison.where(lambda i, f=formulation, q=quantity: (comparison["formulation"][i], comparison["quantity"][i]) == (f, q))
             margin = np.min(of["margin"])
+            if not np.isfinite(margin):  # a row that is not judged has none
+                continue
             ax.fill_between([x - 0.5, x + 0.5], 1 - margin, 1 + margin, color="#009E73", alpha=0.18, linewidth=0, zorder=0)
             own.append(margin)
         margins += own
@@ -129,19 +131,21 @@ def verdicts_figure(title, comparison, keys, points):
                 r = table.row(formulation=formulation, quantity=quantity)
                 if not np.isfinite(r["ratio"]):
                     continue
+                # An end that is infinite lies outside the panel.
+                ends = [[r["ratio"] - r["ratio_ci_low"]], [min(r["ratio_ci_high"], 1e9) - r["ratio"]]]
                 ax.errorbar([x + at], [r["ratio"]], color=colours[n % len(colours)], marker="os^vDP"[n % 6], capsize=4,
-                            yerr=[[r["ratio"] - r["ratio_ci_low"]], [r["ratio_ci_high"] - r["ratio"]]], linestyle="none",
+                            yerr=ends, linestyle="none",
                             label=plotting.point_name(keys, point) if x == 0 and ax is left and keys else None)
                 seen.append((ax, r["ratio_ci_low"], r["ratio_ci_high"]))
         ax.set_xticks(range(len(rows)), [name for _, _, name in rows])
         ax.set_xlim(-0.6, len(rows) - 0.4)
-        reach = np.exp(max([1.5 * np.log1p(max(own))] + [1.1 * abs(np.log(r)) for a, *ends in seen if a is ax for r in ends]))
+        reach = np.exp(max([1.5 * np.log1p(max(own, default=0.1))] + [1.1 * abs(np.log(r)) for a, *ends in seen if a is ax for r in ends if 0 < r < np.inf]))
         ax.set_yscale("log")
         plotting.plain_log_axis(ax.yaxis, 1 / reach, reach)
         ax.set_ylim(1 / reach, reach)
         ax.set_ylabel("Theory / Monte Carlo")
     handles, labels = left.get_legend_handles_labels()
-    band = plotting.margin_handle(min(margins), max(margins))
+    band = plotting.margin_handle(min(margins), max(margins)) if margins else []
     figure.legend(handles + band, labels + [h.get_label() for h in band],
                   loc="upper right", ncol=len(labels) + 1, bbox_to_anchor=(0.992, 0.86), fontsize="small")
     return figure

@@ -29,10 +29,6 @@ READINGS = ("accelerometer_x_mg", "accelerometer_y_mg", "accelerometer_z_mg", "m
             "magnetometer_z_nT")
 
 
-def slug(text):
-    return re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
-
-
 def rms_figure(title, stations, rms):
     figure, panels = plt.subplots(2, 3, figsize=(11, 7.4))
     shown = [e for e in ESTIMATORS if e in set(stations["formulation"])]
@@ -272,7 +268,7 @@ def draw_estimate(file, folder, stem):
     for point in plotting.sweep_points(tables["parameters"], keys):
         here = [plotting.at_point(tables[n], keys, point) for n in ("parameters", "stations", "tests")]
         label = plotting.point_name(keys, point)
-        name, end = (f"{title}: {label}", "_" + slug(" ".join(str(v) for v in point))) if label else (title, "")
+        name, end = (f"{title}: {label}", "_" + plotting.name_of(point)) if label else (title, "")
         plotting.save(run_figure(name, *here), folder, f"{stem}_run{end}")
 
 
@@ -310,7 +306,7 @@ def main():
     for point in plotting.sweep_points(tables["rms"], keys):
         t = {n: plotting.at_point(tables[n], keys, point) for n in ("rms", "stations", "tracks", "histogram")}
         label = plotting.point_name(keys, point)
-        name, end = (f"{title}: {label}", "_" + slug(" ".join(str(v) for v in point))) if label else (title, "")
+        name, end = (f"{title}: {label}", "_" + plotting.name_of(point)) if label else (title, "")
         if t["stations"].rows:
             t["stations"].confidence = tables["stations"].confidence
             plotting.save(rms_figure(name, t["stations"], t["rms"]), folder, f"{stem}_rms{end}")

@@ -34,7 +34,7 @@ def events_of(table):
 def probability(table):
     """Probability against the least separation factor; what the wells share joins the points of an offset."""
     form = rows(table, formulation="form")
-    figure, ax = plt.subplots(figsize=(7.5, 5.2))
+    figure, ax = plt.subplots(figsize=(7.5, 5.2), layout="constrained")
     for k, offset in enumerate(distinct(form["offset"])):
         own = rows(form, offset=offset)
         order = np.argsort(own["separation_factor"])
@@ -126,7 +126,7 @@ def plane(hits, closest):
 
 def multiplier(table):
     """Probability, hypothesis test and separation factor against the size of the errors."""
-    figure, ax = plt.subplots(figsize=(7.5, 5))
+    figure, ax = plt.subplots(figsize=(7.5, 5), layout="constrained")
     factor = ax.twinx()
     for k, (offset, correlation) in enumerate(events_of(table)):
         own = rows(table, offset=offset, correlation=correlation)
@@ -145,7 +145,7 @@ def multiplier(table):
     factor.set_ylabel("separation factor (dotted)")
     factor.grid(False)
     ax.legend(loc="center right", fontsize=8)
-    ax.set_title("Larger errors, smaller factor: the probability levels off", loc="left")
+    ax.set_title("Probability and separation factor against the size of all errors", loc="left")
     return figure
 
 
@@ -155,7 +155,7 @@ def crossing(table, closest):
     own = rows(closest, correlation=correlation)
     order = np.argsort(own["crossing_deg"])
     angle = np.asarray(own["crossing_deg"])[order]
-    figure, ax = plt.subplots(figsize=(7.5, 5))
+    figure, ax = plt.subplots(figsize=(7.5, 5), layout="constrained")
     of = {f: [rows(table, offset=own["offset"][i], correlation=correlation, formulation=f) for i in order]
           for f in ("form", "slab", "disc", "half_space")}
     for formulation, colour in (("half_space", "#A8508A"), ("slab", "#009E73"), ("disc", "#D55E00")):
@@ -168,7 +168,7 @@ def crossing(table, closest):
     ax.set_xticks(angle, [f"{x:g}" for x in angle])
     ax.minorticks_off()
     ax.legend(fontsize=8)
-    ax.set_title("Crossing wells touch as a slab, parallel ones more rarely", loc="left")
+    ax.set_title("Probability against the angle of crossing", loc="left")
     return figure
 
 
@@ -204,7 +204,11 @@ def predictions(table, sampling):
         if p > 0:
             ax.errorbar([p], [y], xerr=[[p - max(low, 0)], [max(high - p, 0)]], color="#0072B2", marker="o", capsize=4,
                         label=label("estimate and interval"))
-        ax.annotate(f"{plotting.number(p)}{note}", (p if p > 0 else max(seen), y), xytext=(0, 9), textcoords="offset points",
+        elif high > 0:
+            ax.plot([high], [y], color="#0072B2", marker="<", linestyle="none", label=label("upper end of the interval"))
+        at = p if p > 0 else high if high > 0 else 1
+        seen.append(at)
+        ax.annotate(f"{plotting.number(p)}{note}", (at, y), xytext=(0, 9), textcoords="offset points",
                     ha="center", fontsize=8)
         check = drawn["subset_probability"][0]
         if check > 0:
@@ -236,7 +240,7 @@ def convergence(hits, probability, sampling, most_kept):
     evaluations = sampling["evaluations"].astype(int)
     numbers = distinct(hits["event"])
     shown = [int(n) for n in numbers if estimates[int(n) - 1][1] > 0]
-    figure, ax = plt.subplots(figsize=(7.5, 5))
+    figure, ax = plt.subplots(figsize=(7.5, 5), layout="constrained")
     low, high = 0.4, 1.8
     for k, event in enumerate(shown[:MOST_CURVES]):
         name, found = estimates[event - 1]
@@ -269,7 +273,7 @@ def main():
     plotting.use_style()
     with plotting.open_result(arguments.result, ("collision", "rare_event", "msa_position", "gross_error_detection",
                                                   "chained_multistation")) as file:
-        config = plotting.configuration(file)
+        config, title = plotting.configuration(file), plotting.title_of(file)
         tables = {n: plotting.read_table(file, n) for n in ("probability", "sampling", "contact", "importance", "closest_pair")}
         hits = plotting.read_table(file, "hits", "samples")
     whole = tables["probability"]
@@ -283,26 +287,31 @@ def main():
     hits = plotting.at_point(hits, keys, point) if hits is not None else None
     folder = plotting.figures_folder(arguments.output, arguments.result)
     stem = plotting.stem_of(arguments.result) + ("" if chosen is None else f"_point{chosen}")
+
+    def save(figure, name, label=plotting.point_name(keys, point)):
+        figure.suptitle(": ".join(filter(None, (title, label))), x=0.01, ha="left", fontsize=10)
+        plotting.save(figure, folder, f"{stem}_{name}")
+
     if "offset" in whole:
-        plotting.save(probability(at["probability"]), folder, f"{stem}_probability")
+        save(probability(at["probability"]), "probability")
         if at["contact"].rows:
-            plotting.save(contact(at["contact"]), folder, f"{stem}_contact")
+            save(contact(at["contact"]), "contact")
         if at["importance"].rows:
-            plotting.save(importance(at["importance"]), folder, f"{stem}_importance")
+            save(importance(at["importance"]), "importance")
         if "errors.multiplier" in keys and len(keys) == 1:
-            plotting.save(multiplier(whole), folder, f"{stem}_multiplier")
+            save(multiplier(whole), "multiplier", "")
         if len(set(np.round(at["closest_pair"]["crossing_deg"], 3))) > 2:
-            plotting.save(crossing(at["probability"], at["closest_pair"]), folder, f"{stem}_crossing")
+            save(crossing(at["probability"], at["closest_pair"]), "crossing")
         drawn = plane(hits, at["closest_pair"]) if hits is not None and hits.rows else None
         if drawn is not None:
-            plotting.save(drawn, folder, f"{stem}_plane")
+            save(drawn, "plane")
     else:
-        plotting.save(predictions(at["probability"], at["sampling"]), folder, f"{stem}_probability")
+        save(predictions(at["probability"], at["sampling"]), "probability")
         if "importance" in at and at["importance"].rows:
-            plotting.save(factors(at["importance"]), folder, f"{stem}_importance")
+            save(factors(at["importance"]), "importance")
     if hits is not None and hits.rows:
         kept = int(plotting.setting_at(config, keys, point, "save_samples", 0))
-        plotting.save(convergence(hits, at["probability"], at["sampling"], kept), folder, f"{stem}_convergence")
+        save(convergence(hits, at["probability"], at["sampling"], kept), "convergence")
 
 
 if __name__ == "__main__":

@@ -310,24 +310,30 @@ def views_figure(title, covariance, ellipsoid, terms, sigma, magnify):
 # --- 4: points of a sweep -------------------------------------------------------------------------------------------
 
 
+MOST_NAMED = 24  # points of a sweep: a legend of more leaves no room for the panels
+
+
 def compare_figure(title, covariance, keys, points):
     figure, panels = plt.subplots(1, 3, figsize=(13.0, 5.8), sharex=True)
-    rows = -(-len(points) // 3)
-    figure.subplots_adjust(left=0.06, right=0.985, top=0.86, bottom=0.14 + 0.035 * rows, wspace=0.2)
-    heading(figure, title, f"Standard deviations along the well, 1{SIGMA}, for every point of the sweep.{left_out(covariance)}")
+    are_named = len(points) <= MOST_NAMED
+    rows = -(-len(points) // 3) if are_named else 0
+    figure.subplots_adjust(left=0.06, right=0.985, top=0.84, bottom=0.14 + 0.035 * rows, wspace=0.2)
+    heading(figure, title, f"Standard deviations along the well, 1{SIGMA}, for every point of the sweep"
+            f"{'' if are_named else f': {len(points)} points, too many to name'}.{left_out(covariance)}")
     palette = plt.rcParams["axes.prop_cycle"].by_key()["color"]
     styles = ("-", (0, (6, 2)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)))
     for i, point in enumerate(points):
         table = plotting.at_point(covariance, keys, point)
         for ax, (key, label, *_) in zip(panels, HOLE):
             ax.plot(table["md_m"], np.where(with_a_covariance(table), table[key], np.nan), color=palette[i % len(palette)], linestyle=styles[i % len(styles)],
-                    linewidth=1.8, label=plotting.point_name(keys, point))
+                    linewidth=1.8 if are_named else 0.8, marker="o" if table.rows == 1 else None, markersize=4, label=plotting.point_name(keys, point))
             ax.set_title(label.capitalize())
             ax.set_xlabel("Measured depth (m)")
     for ax in panels:
         ax.set_ylim(0, None)
     panels[0].set_ylabel(f"Standard deviation, 1{SIGMA} (m)")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="lower center", ncol=3, bbox_to_anchor=(0.5, 0.01))
+    if are_named:
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="lower center", ncol=3, bbox_to_anchor=(0.5, 0.01))
     return figure
 
 

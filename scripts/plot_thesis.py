@@ -215,7 +215,7 @@ def main():
             figures["published"] = published_figure(title, position, config, position.confidence)
         if samples and samples.rows:
             for case in dict.fromkeys(position["case"]):
-                figures[f"ellipsoid_{case.replace(' ', '')}"] = error_ellipsoids.figure(
+                figures["ellipsoid_" + plotting.name_of([case.replace(" ", "")])] = error_ellipsoids.figure(
                     f"{title}: {case}", plotting.at_point(samples, keys, (case,)),
                     plotting.at_point(tables["position_covariance"], keys, (case,)), holes.get(case),
                     int(plotting.at_point(position, keys, (case,))["trials"][0]))

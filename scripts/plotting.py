@@ -63,6 +63,11 @@ def stem_of(result):
     return os.path.splitext(os.path.basename(result))[0]
 
 
+def name_of(values):
+    """Values of a point as part of a file's name: other points have other names."""
+    return re.sub(r"[^A-Za-z0-9.+-]+", "_", " ".join(str(v) for v in values)).strip("_")
+
+
 def plain_text(text):
     """A text of the user for a figure: a dollar sign in it begins no formula."""
     return text.replace("$", r"\$")

@@ -51,6 +51,18 @@ class Convergence(unittest.TestCase):
         self.assertEqual({x.get_label() for x in ax.lines if ": " in x.get_label()}, found)
 
 
+class Predictions(unittest.TestCase):
+    def test_an_event_without_a_hit_has_the_upper_end_of_its_interval(self):
+        own = {"event": ["far"], "formulation": ["form"], "analytic": np.zeros(1), "monte_carlo": np.zeros(1),
+               "monte_carlo_ci_low": np.zeros(1), "monte_carlo_ci_high": np.array([0.004])}
+        drawn = {"event": ["far"], "trusted": np.zeros(1), "subset_probability": np.zeros(1), "subset_ci_low": np.zeros(1),
+                 "subset_ci_high": np.zeros(1)}
+        ax = plot.predictions(plotting.Table("probability", own), plotting.Table("sampling", drawn)).axes[0]
+        ends = [x for x in ax.lines if x.get_label() == "upper end of the interval"]
+        self.assertEqual([list(x.get_xdata()) for x in ends], [[0.004]])
+        self.assertLess(ax.get_xlim()[0], 0.004)
+
+
 @unittest.skipUnless(WELLS, "SURVEYMC_RESULT is not set")
 class Collision(drawing.Drawing):
     script = "plot_collision.py"

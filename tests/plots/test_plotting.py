@@ -40,6 +40,13 @@ def quadratic_form(c, north, east):
     return float((n * n * ee - 2 * n * e * ne + e * e * nn) / (nn * ee - ne * ne))
 
 
+class Names(unittest.TestCase):
+    def test_other_points_have_other_files(self):
+        self.assertEqual(plotting.name_of(["smoother", 0.5]), "smoother_0.5")
+        self.assertNotEqual(plotting.name_of([-60.0]), plotting.name_of([60.0]))
+        self.assertEqual(plotting.name_of(["a/b c"]), "a_b_c")
+
+
 class Words(unittest.TestCase):
     def test_points_are_named_in_words_not_by_keys(self):
         for keys, point, words in ((("noise.scale", "case"), (0.1, "test 1"), "test 1, noise \N{MULTIPLICATION SIGN} 0.1"),
