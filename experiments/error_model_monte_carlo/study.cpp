@@ -134,21 +134,16 @@ void ErrorModelMonteCarlo::predict_sources() {
                                                             : true;
     if (wanted && !source.draws.empty()) single_.push_back(i);
   }
-  // Largest sd at shallower stations, by which a source whose effects cancel is told.
-  const propagate::ToolCovariances all = propagate::tool_covariances(s_.survey, s_.tvd, s_.tools.runs, s_.field,
-                                                                     s_.latitude, propagate::SourceDetail::all);
-  const auto sd_by_code = [&](std::size_t station, const std::string& code) {
-    const auto row =
-        static_cast<std::size_t>(std::find(all.sources.begin(), all.sources.end(), code) - all.sources.begin());
-    return s_.multiplier * std::sqrt(all.by_source[station * all.sources.size() + row].trace());
-  };
+  // Sd at shallower stations, by which a source whose effects cancel is told.
+  const Eigen::MatrixXd sds =
+      propagate::source_sds(errors_, depths_.back().point.station, propagate::FirstOrder::iscwsa);
   for (const std::size_t i : single_) {
     const propagate::ErrorSource& source = errors_.sources[i];
     sources_.emplace_back();
     for (const Depth& d : depths_) {
       sources_.back().emplace_back();
-      double largest = 0;
-      for (std::size_t k = 1; k <= d.point.station; ++k) largest = std::max(largest, sd_by_code(k, source.code));
+      const double largest =
+          sds.row(static_cast<Eigen::Index>(i)).head(static_cast<Eigen::Index>(d.point.station + 1)).maxCoeff();
       for (const Formulation& f : d.formulations) {
         if (!f.is_first_order()) continue;
         const Eigen::Matrix3Xd effects = f.name == "minimum_curvature"

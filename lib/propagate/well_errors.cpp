@@ -241,19 +241,46 @@ LegDerivatives leg_derivatives(const WellErrors& errors, std::size_t station, do
   return d;
 }
 
+namespace {
+
+/// What every draw adds to the position, in metres, on the part `share` of the leg that ends at station k.
+template <class Add>
+void add_leg_effects(const WellErrors& errors, std::size_t k, double share, FirstOrder which, const Add& add) {
+  const LegDerivatives d = leg_derivatives(errors, k, share, which);
+  const auto add_all = [&](std::size_t station, const Eigen::Matrix<double, 3, 4>& m, double course) {
+    for (const DrawEffect& e : errors.at[station])
+      add(e.draw, m * Eigen::Vector4d(e.depth, e.inclination, e.azimuth, e.tilt) + course * e.course);
+  };
+  add_all(k - 1, d.from, 0);
+  add_all(k, d.to, share);
+}
+
+}  // namespace
+
 Eigen::Matrix3Xd draw_effects(const WellErrors& errors, const WellPoint& point, FirstOrder which) {
   Eigen::Matrix3Xd out = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(errors.draws.size()));
-  for (std::size_t k = 1; k <= point.station; ++k) {
-    const double share = k == point.station ? point.share : 1;
-    const LegDerivatives d = leg_derivatives(errors, k, share, which);
-    const auto add = [&](std::size_t station, const Eigen::Matrix<double, 3, 4>& m, double course) {
-      for (const DrawEffect& e : errors.at[station])
-        out.col(e.draw) += m * Eigen::Vector4d(e.depth, e.inclination, e.azimuth, e.tilt) + course * e.course;
-    };
-    add(k - 1, d.from, 0);
-    add(k, d.to, share);
-  }
+  for (std::size_t k = 1; k <= point.station; ++k)
+    add_leg_effects(errors, k, k == point.station ? point.share : 1, which,
+                    [&](std::uint32_t draw, const Eigen::Vector3d& e) { out.col(draw) += e; });
   return out;
+}
+
+Eigen::MatrixXd source_sds(const WellErrors& errors, std::size_t last, FirstOrder which) {
+  Eigen::MatrixXd sd =
+      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(errors.sources.size()), static_cast<Eigen::Index>(last + 1));
+  Eigen::Matrix3Xd effects = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(errors.draws.size()));
+  Eigen::VectorXd trace = Eigen::VectorXd::Zero(sd.rows());
+  for (std::size_t k = 1; k <= last; ++k) {
+    add_leg_effects(errors, k, 1, which, [&](std::uint32_t draw, const Eigen::Vector3d& e) {
+      auto sum = effects.col(draw);
+      double& of_source = trace[errors.draws[draw].source];
+      of_source -= sum.squaredNorm();
+      sum += e;
+      of_source += sum.squaredNorm();
+    });
+    sd.col(static_cast<Eigen::Index>(k)) = trace.cwiseMax(0).cwiseSqrt();  // rounding may be below zero
+  }
+  return sd;
 }
 
 Eigen::Matrix3d covariance_of(const Eigen::Matrix3Xd& effects) { return effects * effects.transpose(); }

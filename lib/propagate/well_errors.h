@@ -103,6 +103,10 @@ LegDerivatives leg_derivatives(const WellErrors& errors, std::size_t station, do
 /// First-order effect of every draw on a point: 3 x draws, N, E, V in metres, one sigma. C = M M'.
 Eigen::Matrix3Xd draw_effects(const WellErrors& errors, const WellPoint& point, FirstOrder which);
 
+/// Standard deviation of the position in all directions together (root of the trace, m) by every source, code and mode,
+/// at the stations up to `last`: sources x stations. Time is linear in the effects.
+Eigen::MatrixXd source_sds(const WellErrors& errors, std::size_t last, FirstOrder which);
+
 /// Covariance of a point (m2) whole, or of one source.
 Eigen::Matrix3d covariance_of(const Eigen::Matrix3Xd& effects);
 Eigen::Matrix3d covariance_of(const Eigen::Matrix3Xd& effects, const ErrorSource& source);

@@ -146,6 +146,32 @@ class Results(Case):
             expected = 0.35 * ((v - to) ** 2 + to ** 2) ** 0.5
             self.assertAlmostEqual(float(row(350, direction)["analytic"]), expected, delta=1e-9)
 
+    def test_effects_cancel_by_code_and_mode(self):
+        # The second tool's systematic error is small beside the random one of the same code above it, but whole.
+        (self.path / "tools.toml").write_text("".join(
+            f'[[model]]\nname = "{name}"\nfirst_leg = "once"\n'
+            f'terms = [{{ code = "AMX", function = "AZ", magnitude = {size}, unit = "deg", mode = "{mode}" }}]\n'
+            for name, size, mode in (("above", 3.0, "R"), ("below", 0.3, "S"))))
+        tool = '{{ file = "tools.toml", name = "{}" }}'
+        self.run_config(WELL.replace('"iscwsa_mwd_rev5.10"', tool.format("above"))
+                        + f'[[leg]]\nfrom_md_m = 810.0\nerror_model = {tool.format("below")}\n',
+                        "--set", "errors.sources=each")
+        (row,) = self.table("by_source", formulation="iscwsa", mode="S")
+        self.assertEqual(row["note"], "")
+        self.assertEqual(row["verdict"], "agrees")
+
+    def test_a_source_whose_effects_cancel_is_not_judged(self):
+        # There and back: an azimuth error turns the well about its beginning, to which it returns.
+        rows = ["md_m,inclination_deg,azimuth_deg"]
+        rows += [f"{30 * k},90,{0 if k <= 30 else min(178, 30 * (k - 30))}" for k in range(67)]
+        (self.path / "there_and_back.csv").write_text("\n".join(rows) + "\n")
+        self.run_config(re.sub(r"\[well\][^[]*", '[survey]\nfile = "there_and_back.csv"\n', WELL)
+                        .replace("[900.0]", "[900.0, 1980.0]"), "--set", 'errors.sources=["DEC-U"]')
+        (before,) = self.table("by_source", formulation="iscwsa", md_m="900")
+        (back,) = self.table("by_source", formulation="iscwsa", md_m="1980")
+        self.assertEqual(before["note"], "")
+        self.assertIn("nearly cancel", back["note"])
+
     def test_stations_beyond_the_range_of_the_model_are_marked(self):
         self.run_config(WELL.replace("iscwsa_mwd_rev5.10", "INC-ONLY"))
         # 3 deg / 30 m from 300 m on: above the 30 deg of the model from 630 m on.

@@ -294,6 +294,24 @@ Parts parts_of(const std::shared_ptr<const error_model::Function>& function, dou
 
 }  // namespace
 
+TEST_CASE("The sd of every source at every station is that of its draws' effects there") {
+  const Well w(east_west(), "GYRO-NS-CT", field_of(50000, 72), 2);  // R, S and W, and the sections of a gyro
+  const std::size_t last = 150;
+  for (const FirstOrder which : {FirstOrder::iscwsa, FirstOrder::minimum_curvature}) {
+    const Eigen::MatrixXd sd = source_sds(w.errors, last, which);
+    REQUIRE(sd.rows() == static_cast<Eigen::Index>(w.errors.sources.size()));
+    REQUIRE(sd.cols() == static_cast<Eigen::Index>(last + 1));
+    CHECK(sd.col(0).isZero(0));
+    for (const std::size_t k : {1, 40, 150}) {
+      const auto effects = draw_effects(w.errors, {k, 1}, which);
+      const double whole = std::sqrt(covariance_of(effects).trace());
+      for (std::size_t s = 0; s < w.errors.sources.size(); ++s)
+        CHECK_THAT(sd(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(k)),
+                   WithinAbs(std::sqrt(covariance_of(effects, w.errors.sources[s]).trace()), 1e-7 * whole));
+    }
+  }
+}
+
 TEST_CASE("Formulas part into inclination, azimuth and tilt as the functions of the ISCWSA model do") {
   const survey::ReferenceField field = field_of(51000, 68, 5);
   const double inclination = GENERATE(0.0, 1e-9, 1e-5, 1e-3, 0.4, 1.5, 2.6), azimuth = GENERATE(0.0, 1.0, 4.0);
