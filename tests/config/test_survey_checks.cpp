@@ -86,7 +86,7 @@ TEST_CASE("Listed vertical depths that do not go with the stations are refused")
                Contains("w.csv:3: tvd_") && Contains("(and 1 station more): are the units of depth right"));
   }
   CHECK(with_tvd(metres + "m", "0,30,0,0\n10,30,0,9\n20,30,0,18\n30,30,0,26\n").empty());  // in whole metres
-  CHECK(with_tvd(metres + "m", "0,0,0,0\n30,0,0,-30\n60,30,0,-58.6\n").size() == 1);      // heights
+  CHECK(with_tvd(metres + "m", "0,0,0,0\n30,0,0,-30\n60,30,0,-58.6\n").size() == 1);       // heights
   CHECK_THAT(
       with_tvd(metres + "m", "100,0,0,100\n400,0,0,40\n700,30,0,686.5\n").front().text,
       Contains("w.csv:3: tvd_m = 40: -60 m below the station before, where the inclinations give 300 m over 300 m"));
