@@ -1,5 +1,6 @@
 #include "analysis/readings_analysis.h"
 
+#include <fmt/format.h>
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 
@@ -333,6 +334,15 @@ TEST_CASE("An engineer is told what MSA cannot separate") {
   const test::ThesisCase c = test::thesis_case(4);
   const auto warnings = warnings_of(clean_run(c), c.field, thesis_noise());
   CHECK(warns(warnings, "warning", "MSA cannot separate gain_z from bias_z here (correlation -0.979)"));
+  // With the other known: the inverse of the pair's information, one at a time
+  const estimate::Matrix6d all = analyse_readings(clean_run(c), c.field, thesis_noise(), {}).covariance;
+  Eigen::Matrix2d pair;
+  pair << all(2, 2), all(2, 5), all(5, 2), all(5, 5);
+  const Eigen::Matrix2d information = pair.inverse();
+  CHECK(warns(
+      warnings, "warning",
+      fmt::format("sd {:.3g} and {:.3g} nT, but {:.3g} and {:.3g} nT if the other were known", std::sqrt(all(2, 2)),
+                  std::sqrt(all(5, 5)), 1 / std::sqrt(information(0, 0)), 1 / std::sqrt(information(1, 1)))));
 }
 
 TEST_CASE("Too few stations: three have an answer that nothing checks") {
