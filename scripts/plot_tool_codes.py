@@ -64,7 +64,7 @@ def panels(maps, values, norm, cmap, label):
     rows = -(-count // columns)
     figure, axes = plt.subplots(rows, columns, figsize=(2.6 * columns + 1, 2.1 * rows + 0.9), squeeze=False, sharex=True,
                                 sharey=True, layout="constrained")
-    x, y = cell_edges(maps.azimuth), cell_edges(maps.inclination)
+    x, y = cell_edges(maps.azimuth), np.clip(cell_edges(maps.inclination), 0, 180)  # there is no hole beyond
     figure.suptitle(maps.title, fontsize=10)
     drawn = None
     for i, panel in enumerate(axes.flat):

@@ -397,9 +397,16 @@ def fit_texts(figure):
             if not text.get_text() or box.width < 1 or low + box.width <= limit - 0.003 * wide:
                 break
         else:
-            share = (limit - low) / box.width
-            text.set_text("\n".join(line if len(line) * share <= 8 else line[:int(len(line) * share) - 2].rstrip("\\") + "\N{HORIZONTAL ELLIPSIS}"
-                                    for line in text.get_text().split("\n")))
+            whole = text.get_text().split("\n")
+            length = int(max(map(len, whole)) * (limit - low) / box.width)
+            while length > 8 and low + text.get_window_extent(renderer).width > limit - 0.003 * wide:
+                length -= 1
+                text.set_text("\n".join(cut(line, length) for line in whole))
+
+
+def cut(line, length):
+    """A line of at most this length; no backslash is left without what it stands before."""
+    return line if len(line) <= length else line[:length - 1].rstrip("\\") + "\N{HORIZONTAL ELLIPSIS}"
 
 
 def save(figure, folder, name):
