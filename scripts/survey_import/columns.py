@@ -203,8 +203,23 @@ def choose(table, file, options):
             i = picked[role]
             chosen[role] = Choice(role, i, table.headings[i] or f"(column {i + 1})", by_option=role in options.columns)
             set_unit(chosen[role], read[i].unit, place, options)
+            check_claims(chosen[role], table, file, options)
     reference = None if options.readings else azimuth_reference(table, read[picked["azi"]], place, options)
     return chosen, reference
+
+
+def check_claims(choice, table, file, options):
+    """A unit that the file names elsewhere must be that of the heading, or an option says which is right."""
+    said = [(unit, place) for role, unit, place in table.claims if role == choice.role]
+    said += [(vocabulary(choice.role).get(written, written), f"{place}: number format '{written}'")
+             for written, place in table.column_claims.get(choice.index, [])]
+    option = {"md": "--depth-unit", "g": "--gravity-unit", "b": "--field-unit"}.get(choice.role if choice.role == "md" else choice.role[0])
+    option = option or "--angle-unit"
+    other = next(((unit, place) for unit, place in said if unit != (choice.unit or "deg")), None)
+    if other and choice.unit_from != option:
+        both = f"{other[1]} says {other[0]}, the heading '{shown(choice.heading)}' {choice.unit or 'deg'}"
+        raise Problem(f"{file}:{both}: must agree; correct the wrong one, or say which is right: {option} {choice.unit or 'deg'}"
+                      + (f" or {option} usft" if (choice.unit, other[0]) == ("ft", "usft") else ""))
 
 
 def set_unit(choice, written, place, options):

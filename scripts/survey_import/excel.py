@@ -75,9 +75,26 @@ def read(data, file, options):
     if hidden:
         table.notes.append(("hidden", f"{output.few(hidden)}, read as any other; --skip-lines leaves them out"))
     table.reference = text.north_in_titles(lines)
+    table.claims = [(role, unit, place.replace("line", "row")) for role, unit, place in text.claims_in_titles(lines, options)]
+    table.column_claims = units_in_formats(sheet, table)
     if table.reference:
         table.reference = (table.reference[0], table.reference[1].replace("line", "row"))
     return table
+
+
+def units_in_formats(sheet, table):
+    """{column from 0: [(unit as written, place)]}: 0.0" ft" shows a unit behind every number, which no cell holds."""
+    found = {}
+    for row in table.rows:
+        number = int(row.place.rsplit(" ", 1)[-1])
+        for k in range(len(table.headings)):
+            cell = sheet.cell(number, k + 1)
+            if not isinstance(cell.value, (int, float)) or isinstance(cell.value, bool):
+                continue
+            for quoted in re.findall(r'"([^"]*)"', cell.number_format.split(";")[0].replace("\\ ", " ")):
+                if columns.unit_key(quoted) in columns.ALL_UNITS:
+                    found.setdefault(k, {}).setdefault(columns.unit_key(quoted), row.place)
+    return {k: list(units.items()) for k, units in found.items()}
 
 
 def too_many(file):

@@ -21,3 +21,5 @@ class Table:
     notes: list = field(default_factory=list)  # (word, text): more lines of the account
     null: str = None  # the number that stands for "no value" in this form
     plain_numbers: bool = False  # the form itself fixes the decimal point (LAS, XML, Excel)
+    claims: list = field(default_factory=list)  # (role, unit, place): units that the file names besides the headings
+    column_claims: dict = field(default_factory=dict)  # column from 0 to [(unit as written, place)]: of its number formats

@@ -265,6 +265,34 @@ def north_in_titles(lines):
     return found
 
 
+def length_unit(words):
+    """The unit of length that begins a text: 'Feet (RKB)' -> 'ft'; None for anything else."""
+    words = re.split(r"\s{2,}|[,;|\t\"(]", words.strip())[0]
+    if re.search(r"\b(?:us|u\.s\.)?\s*survey\s+(?:ft|foot|feet)\b", words, re.I):
+        return "usft"
+    return columns.LENGTHS.get(columns.unit_key(words))
+
+
+def claims_in_titles(lines, options):
+    """[(role, unit, place)] of title lines such as 'Depth Units: Feet'. Inclinations from the horizontal are refused."""
+    found = []
+    for n, line in enumerate(lines[:2000]):
+        if n + 1 in options.skip_lines:
+            continue
+        line = line[:400]
+        place = f"line {n + 1} '{shown(line.strip(), 50)}'"
+        if re.search(r"\b(?:incl?\w*|angles?|dip)\b[^.;|\t]{0,40}\bfrom\s+(?:the\s+)?horizontal\b", line, re.I):
+            raise Problem(f"{options.name}:line {n + 1}: '{shown(line.strip(), 60)}': inclinations must be from the vertical: 90 deg minus "
+                          f"those from the horizontal; convert them, and take the line out, or, if it is not so: --skip-lines {n + 1}")
+        hit = (re.search(r"\b(?:measured\s+depths?|depths?|md|lengths?)[\s_]+units?\s*(?:is|are)?[\s:=,;|\"]+(.*)", line, re.I)
+               or re.search(r"\b(?:measured\s+)?depths?\s+(?:is|are)\s+(?:given\s+)?in\s+(.*)", line, re.I)
+               or re.match(r"[\s#%\"]*units?\s*[:=,;|\t\"]+\s*(.*)", line, re.I))
+        unit = hit and length_unit(hit[1].rstrip(" .,;|\""))
+        if unit:
+            found.append(("md", unit, place))
+    return found
+
+
 def closed_quotes(lines):
     """Headings in quotes that go over lines, as spreadsheets write them, in the last of their lines; the others are empty."""
     out, most = list(lines), 20
@@ -300,4 +328,5 @@ def read(text, file, options):
         raise Problem(f"{file}: {sum(map(bool, map(str.strip, lines)))} lines, no header over rows of numbers: must name {wanted}; name the "
                       f"columns if there is none: --columns {','.join(r + '=NUMBER' for r in columns.roles_wanted(options.readings))}")
     table.reference = north_in_titles(lines)
+    table.claims = claims_in_titles(lines, options)
     return table

@@ -257,6 +257,36 @@ Survey
 """
 
 
+class Titles(Case):
+    """What lines besides the table say of units: never overruled in silence."""
+    def under(self, title, head="MD (m)"):
+        return title + "\n" + table(head=(head, "Incl (deg)", "Azimuth Grid (deg)"))
+
+    def test_a_unit_of_depth_must_be_that_of_the_heading(self):
+        for title in ("Depth Units: Feet", "Units: ft", '"Units","ft"', "# units = feet", "Depths are in feet.", "MD unit\tft",
+                      "Measured Depth Units: ft (RKB)"):
+            self.refused(self.under(title), "in.csv:line 1", "says ft, the heading 'MD (m)' m: must agree", "--depth-unit m")
+            self.gives(self.under(title), METRES, "--depth-unit", "m")
+        self.refused(self.under("Depth Units: Feet", "MD"), "no unit", "--depth-unit")
+
+    def test_us_survey_feet_are_no_feet(self):
+        content = self.under("Units: US survey feet", "MD (ft)")
+        self.refused(content, "says usft, the heading 'MD (ft)' ft", "--depth-unit ft or --depth-unit usft")
+        self.gives(content, FEET, "--depth-unit", "ft")
+        code, said, written = self.run_on(content, "--depth-unit", "usft")
+        self.assertEqual((code, written.split(",")[0]), (0, "md_m"), said)
+
+    def test_titles_that_agree_or_are_of_other_things(self):
+        for title in ("Depth Units: m", "Units: metres", "Units: m, deg, deg/30m", "Map units: ft", "DLS unit: deg/100ft",
+                      "Inclination from vertical", "Horizontal section in ft", "Kick off depth: 1200 ft"):
+            self.gives(self.under(title), METRES)
+
+    def test_inclinations_from_the_horizontal(self):
+        content = self.under("Inclination measured from horizontal")
+        self.refused(content, "in.csv:line 1", "must be from the vertical", "--skip-lines 1")
+        self.gives(content, METRES, "--skip-lines", "1")
+
+
 class Reports(Case):
     def test_fixed_columns_with_pages(self):
         self.gives(REPORT, "md_m,inclination_deg,azimuth_deg\n0,0.00,0.00\n1200,2.50,45.00\n2400,12.50,46.00\n",
@@ -445,6 +475,26 @@ class Excel(Case):
                     data = data.replace(b"</sheetData>", b'<row r="9"><c/>' * 510_000 + b"</sheetData>")  # refused before it is parsed
                 new.writestr(name, data)
         self.refused(many.getvalue(), "more than 500,000 cells", "as CSV")
+
+
+    def with_format(self, head, number_format):
+        import openpyxl
+        book = openpyxl.Workbook()
+        book.active.append([head, "Incl (deg)", "Azimuth Grid (deg)"])
+        for row in STATIONS:
+            book.active.append([float(cell) for cell in row])
+            book.active.cell(book.active.max_row, 1).number_format = number_format
+        held = io.BytesIO()
+        book.save(held)
+        return held.getvalue()
+
+    def test_a_unit_in_a_number_format_must_be_that_of_the_heading(self):
+        for number_format in ('0.0" ft"', '0.00\\ "ft"', '#,##0.0"ft";-0.0"ft"'):
+            content = self.with_format("MD (m)", number_format)
+            self.refused(content, "row 2: number format 'ft' says ft, the heading 'MD (m)' m", "--depth-unit m", name="in.xlsx")
+            self.assertEqual(self.run_on(content, "--depth-unit", "m", name="in.xlsx")[0], 0)
+        for head, number_format in (("MD (m)", '0.0" m"'), ("MD (ft)", '0.0" ft"'), ("MD (m)", '0.0" approx"'), ("MD (m)", "0.00")):
+            self.assertEqual(self.run_on(self.with_format(head, number_format), name="in.xlsx")[0], 0, number_format)
 
 
 class Readings(Case):
