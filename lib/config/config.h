@@ -87,7 +87,7 @@ class ConfigReader {
   std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi);
   std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi, std::int64_t fallback);
   bool boolean(const std::string& key, bool fallback);
-  /// True if the key is there and has a string: for keys that may have a number or a word.
+  /// True if the key is there and has a word (true is one to choice()): for keys that may have a number or a word.
   bool is_text(const std::string& key) const;
   std::string text(const std::string& key);
   std::string text(const std::string& key, const std::string& fallback);

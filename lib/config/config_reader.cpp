@@ -26,6 +26,12 @@ std::string choice_rule(const std::vector<std::string>& allowed) {
   return (allowed.size() == 1 ? "must be " : "must be one of ") + list;
 }
 
+/// The word of a choice. TOML, --set and tables of points read true without quotes as no text; as a choice it is the
+/// word.
+std::string choice_word(const TomlNode& n) {
+  return n.is_text() ? n.text : n.kind == TomlNode::Kind::boolean ? plain_text(n) : "";
+}
+
 std::string integer_rule(std::int64_t lo, std::int64_t hi) {
   using Limits = std::numeric_limits<std::int64_t>;
   if (hi == Limits::max()) return fmt::format("must be >= {}", lo);
@@ -135,15 +141,16 @@ std::string ConfigReader::text(const std::string& key, const std::string& fallba
 
 bool ConfigReader::is_text(const std::string& key) const {
   const auto found = state_->look_up(key);
-  return found && found.node->is_text();
+  return found && (found.node->is_text() || found.node->kind == TomlNode::Kind::boolean);
 }
 
 std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed) {
   if (state_->has_log()) state_->log_choices(key, allowed);
   const auto found = state_->need_name(key);
   const TomlNode& n = *found.node;
-  if (!n.is_text() || !contains(allowed, n.text)) refuse_kind(n, found.key, choice_rule(allowed));
-  return n.text;
+  const std::string word = choice_word(n);
+  if (!contains(allowed, word)) refuse_kind(n, found.key, choice_rule(allowed));
+  return word;
 }
 
 std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed,

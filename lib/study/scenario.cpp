@@ -1,6 +1,7 @@
 #include "study/scenario.h"
 
 #include <algorithm>
+#include <optional>
 
 #include <fmt/ranges.h>
 
@@ -37,6 +38,12 @@ config::ImportOptions read_import_options(config::ConfigReader& c) {
   return options;
 }
 
+/// The north that the config writes, not its default: by has() that would be kept out of the resolved config.
+std::optional<std::string> written_north(config::ConfigReader& c, const std::string& key) {
+  if (!c.is_text(key)) return std::nullopt;
+  return c.choice(key, {"true", "magnetic", "grid"});
+}
+
 /// The table that the file of `key` holds, in our own form or in that of another program.
 config::InputTable read_any_table(config::ConfigReader& c, const std::string& key, config::ForeignKind kind,
                                   const config::ImportOptions& options) {
@@ -47,9 +54,8 @@ config::InputTable read_any_table(config::ConfigReader& c, const std::string& ke
       key,
       [&](const std::filesystem::path& place) {
         config::ImportOptions all = options;
-        if (c.is_text(
-                "survey.azimuth_reference"))  // not by has(), which would keep its default out of the resolved config
-          all.emplace_back("azimuth-reference", c.text("survey.azimuth_reference"));
+        if (const auto north = written_north(c, "survey.azimuth_reference"))
+          all.emplace_back("azimuth-reference", *north);
         config::ReadTable read = config::read_any_form(place, path, kind, all);
         told = std::move(read.told);
         return std::move(read.table);

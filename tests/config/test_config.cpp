@@ -212,9 +212,18 @@ TEST_CASE("Config: values have the kind that was asked for") {
   CHECK(of([](ConfigReader& q) { q.text("i", "x"); }) == "t.toml:3: i = 3: must be a string");
   CHECK(of([](ConfigReader& q) { q.text("t"); }) == "t.toml:9: t: must be a string");
   CHECK(of([](ConfigReader& q) { q.choice("s", {"x", "y"}); }) == "t.toml:5: s = \"abc\": must be one of \"x\", \"y\"");
+  CHECK(of([](ConfigReader& q) { q.choice("b", {"x", "y"}); }).ends_with("must be one of \"x\", \"y\""));
   CHECK(of([](ConfigReader& q) { q.choice("i", {"x", "y"}, "x"); }) == "t.toml:3: i = 3: must be one of \"x\", \"y\"");
   CHECK(of([](ConfigReader& q) { q.number("i.k", kAny); }) == "t.toml:3: i = 3: must be a table: write [i]");
   CHECK(of([](ConfigReader& q) { q.number("i.k", kAny, 1); }) == "t.toml:3: i = 3: must be a table: write [i]");
+}
+
+TEST_CASE("Config: true without quotes is the word of a choice that has it") {
+  auto config = config_of("north = true\n");
+  auto r = config.reader(0);
+  CHECK(r.is_text("north"));
+  CHECK(r.choice("north", {"true", "grid"}) == "true");
+  CHECK(r.choice("north", {"true", "grid"}, "grid") == "true");
 }
 
 TEST_CASE("Config: fallbacks are used only for what is absent") {
