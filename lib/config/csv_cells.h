@@ -10,4 +10,14 @@ namespace surveymc::config {
 /// Throws InputError "place: rule".
 std::vector<std::string> split_cells(std::string_view line, const std::string& place);
 
+/// Blank, or a comment: its first character is #. A first cell such as #N/A or #REF! is no comment but what a
+/// spreadsheet writes for a value that it does not have: its row must not vanish.
+bool is_no_row(std::string_view line);
+
+/// A row of empty cells, as spreadsheets write between others.
+bool is_empty_row(const std::vector<std::string>& cells);
+
+/// Takes off the empty cells behind `width` others: spreadsheets write them where another row is longer.
+void remove_empty_end(std::vector<std::string>& cells, std::size_t width);
+
 }  // namespace surveymc::config

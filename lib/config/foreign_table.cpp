@@ -19,6 +19,9 @@
 
 #include "base/error.h"
 #include "config/config_document.h"
+#include "config/csv_cells.h"
+#include "config/readings_csv.h"
+#include "config/survey_csv.h"
 #include "config/text.h"
 
 namespace surveymc::config {
@@ -147,7 +150,7 @@ bool is_own_form(const std::string& text, ForeignKind kind) {
     const std::size_t end = std::min(rest.find('\n'), rest.size());
     const std::string_view line = trimmed(rest.substr(0, end));
     rest.remove_prefix(std::min(end + 1, rest.size()));
-    if (line.empty() || line.front() == '#') continue;
+    if (is_no_row(line)) continue;
     for (std::size_t at = 0; at <= line.size();) {
       const std::size_t comma = std::min(line.find(',', at), line.size());
       std::string_view cell = trimmed(line.substr(at, comma - at));
@@ -169,7 +172,7 @@ ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignK
     for (const auto& [name, value] : options)
       require(name == kNorth, "{}: has the columns that surveymc writes and needs no import: must be without survey.{}",
               path, key_of(name));
-    return {parse_csv(text, path), ""};
+    return {parse_csv(text, path, kind == ForeignKind::survey ? require_survey_names : require_readings_names), ""};
   }
   const fs::path script = script_path();
   require(

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/retry.h"
+#include "config/csv_cells.h"
 #include "config/text.h"
 
 namespace surveymc::config {
@@ -33,8 +34,7 @@ std::string header_of(const InputFile& file) {
   LineReader lines(file);
   std::string_view line;
   while (lines.next(line))
-    if (const std::string_view t = trimmed(line); !t.empty() && t.front() != '#')
-      return std::string(t.substr(0, kLongestHeader));
+    if (!is_no_row(line)) return std::string(trimmed(line).substr(0, kLongestHeader));
   return "";
 }
 

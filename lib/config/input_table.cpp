@@ -17,14 +17,19 @@ constexpr const char* kDecimalHint = "decimal points and commas between cells ar
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// First byte that cannot be in a text file (a control character, or not UTF-8), or npos.
+/// First byte that cannot be in a line of text (a control character, or not UTF-8), or npos. Nothing of a comment is
+/// kept: its letters may be of any encoding.
 std::size_t first_bad_byte(std::string_view s) {
+  const bool any_letters = is_no_row(s);
   for (std::size_t i = 0; i < s.size();) {
     const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(i + k < s.size() ? s[i + k] : '\0'); };
     const unsigned char c = byte(0);
     if (c < 0x80) {
-      if (c == 0x7F || (c < 0x20 && c != '\t' && c != '\n' && c != '\r')) return i;
-      if (c == '\r' && byte(1) != '\n') return i;
+      if (c == 0x7F || (c < 0x20 && c != '\t')) return i;
+      ++i;
+      continue;
+    }
+    if (any_letters) {
       ++i;
       continue;
     }
@@ -72,6 +77,15 @@ std::vector<std::string> checked_header(std::vector<std::string> names, const st
     require(std::find(names.begin(), end, name) == end, "{}: {}: two columns have this name", place, shortened(name));
   }
   return names;
+}
+
+/// The next line, whose end may be LF, CRLF or CR.
+std::string_view next_line(std::string_view& rest) {
+  const std::size_t end = std::min(rest.find_first_of("\r\n"), rest.size());
+  const std::string_view line = rest.substr(0, end);
+  const std::size_t mark = rest.substr(end, 2) == "\r\n" ? 2 : 1;
+  rest.remove_prefix(std::min(end + mark, rest.size()));
+  return line;
 }
 
 double checked_cell(const std::string& cell, const std::string& name, const std::string& place) {
@@ -130,37 +144,56 @@ std::vector<std::string> split_cells(std::string_view line, const std::string& p
   }
 }
 
+bool is_no_row(std::string_view line) {
+  const std::string_view t = trimmed(line);
+  if (t.empty() || t.front() != '#') return t.empty();
+  std::string_view word = t.substr(1, t.find_first_of(",;\t") - 1);
+  while (word.ends_with(' ')) word.remove_suffix(1);
+  if (word == "N/A" || word == "NV") return false;
+  const bool is_error = word.size() > 1 && (word.back() == '!' || word.back() == '?') &&
+                        word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ/0") == word.size() - 1;
+  return !is_error;
+}
+
+bool is_empty_row(const std::vector<std::string>& cells) {
+  return std::all_of(cells.begin(), cells.end(), [](const std::string& cell) { return cell.empty(); });
+}
+
+void remove_empty_end(std::vector<std::string>& cells, std::size_t width) {
+  while (cells.size() > width && cells.back().empty()) cells.pop_back();
+}
+
 int InputTable::find(const std::string& name) const {
   const auto it = std::find(names.begin(), names.end(), name);
   return it == names.end() ? -1 : static_cast<int>(it - names.begin());
 }
 
-InputTable parse_csv(const std::string& text, const std::string& path) {
+InputTable parse_csv(const std::string& text, const std::string& path,
+                     const std::function<void(const InputTable&)>& check_names) {
   std::string_view rest = text;
   if (rest.substr(0, 3) == "\xEF\xBB\xBF") rest.remove_prefix(3);
-  if (const auto bad = first_bad_byte(rest); bad != std::string_view::npos) {
-    const auto line = 1 + std::count(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(bad), '\n');
-    throw InputError(fmt::format("{}:{}: is not plain UTF-8 text (byte 0x{:02x})", path, line,
-                                 static_cast<unsigned>(static_cast<unsigned char>(rest[bad]))));
-  }
-
   InputTable table;
   table.path = path;
   for (int number = 1; !rest.empty(); ++number) {
-    const std::size_t end = std::min(rest.find('\n'), rest.size());
-    std::string_view line = rest.substr(0, end);
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-    if (trimmed(line).empty() || trimmed(line).front() == '#') continue;
-
+    const std::string_view line = next_line(rest);
     const std::string place = fmt::format("{}:{}", path, number);
+    if (const auto bad = first_bad_byte(line); bad != std::string_view::npos)
+      throw InputError(fmt::format("{}: is not plain UTF-8 text (byte 0x{:02x}): save the file as CSV in UTF-8", place,
+                                   static_cast<unsigned>(static_cast<unsigned char>(line[bad]))));
+    if (is_no_row(line)) continue;
+
     auto cells = split_cells(line, place);
+    if (is_empty_row(cells)) continue;
     if (table.names.empty()) {
+      remove_empty_end(cells, 0);
       table.names = checked_header(std::move(cells), place);
       table.columns.resize(table.names.size());
+      table.names_line = number;
+      if (check_names) check_names(table);
       continue;
     }
     const std::size_t width = table.names.size();
+    remove_empty_end(cells, width);
     // A row with decimal commas, or with another separator, shows first as a wrong number of cells.
     const bool commas = cells.size() == 2 * width || (cells.size() != width && has_other_separator(line));
     require(cells.size() == width, "{}: {} cell{}: must have {} as the header{}", place, cells.size(),

@@ -1,5 +1,6 @@
 #pragma once
 /// A user's CSV file as numbers with names, before anything is made of it.
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@ struct InputTable {
   std::vector<std::string> names;  ///< header cells, as written: name and unit (`md_ft`)
   std::vector<std::vector<double>> columns;
   std::vector<int> lines;  ///< 1-based line of every row
+  int names_line = 1;      ///< of the header
 
   std::size_t rows() const { return lines.size(); }
   /// Index of a column, or -1.
@@ -23,9 +25,12 @@ struct InputText {
   std::string text;
 };
 
-/// Parses CSV text (RFC 4180: commas, optional quotes, CRLF or LF, `#` comment lines and blank lines skipped, UTF-8
-/// byte order mark ignored). Every cell must be a finite decimal number, every row as long as the header.
+/// Parses CSV text (RFC 4180: commas, optional quotes; lines end with LF, CRLF or CR; UTF-8 byte order mark ignored).
+/// Blank lines, lines of empty cells and `#` comment lines are skipped, empty cells behind the last column ignored.
+/// Every other cell must be a finite decimal number, every row as long as the header. `check_names` sees the table
+/// when it has no rows yet, and throws for names that the caller does not know.
 /// Throws InputError "path:line: column = cell: rule".
-InputTable parse_csv(const std::string& text, const std::string& path);
+InputTable parse_csv(const std::string& text, const std::string& path,
+                     const std::function<void(const InputTable&)>& check_names = nullptr);
 
 }  // namespace surveymc::config

@@ -39,12 +39,12 @@ std::string spellings(const ReadingKind& kind, const char* stem) {
   for (const ReadingKind& kind : reading_kinds())
     for (const char* known : kind.stems)
       if (stem == known)
-        throw InputError(fmt::format("{}:1: column {}: {}: write {}", table.path, name,
+        throw InputError(fmt::format("{}:{}: column {}: {}: write {}", table.path, table.names_line, name,
                                      name == stem ? "the unit is missing" : "unknown unit", spellings(kind, known)));
   throw InputError(
-      fmt::format("{}:1: column {}: unknown column; a file of readings has md_m or md_ft, gx, gy, gz in _mps2 or _mg, "
-                  "and bx, by, bz in _nT or _uT",
-                  table.path, name));
+      fmt::format("{}:{}: column {}: unknown column: take it out, or write remarks in lines that begin with #; a file "
+                  "of readings has md_m or md_ft, gx, gy, gz in _mps2 or _mg, and bx, by, bz in _nT or _uT",
+                  table.path, table.names_line, name));
 }
 
 /// The seven columns in the order of reading_kinds(), in SI.
@@ -62,9 +62,10 @@ std::array<std::vector<double>, kReadingColumns> columns_in_si(const InputTable&
         if (c < 0) continue;
         const auto column = static_cast<std::size_t>(c);
         used[column] = true;
-        require(names[slot].empty(), "{}:1: column {}: the file has {} twice", table.path, name, stem);
-        require(!unit_of_kind || unit_of_kind == unit, "{}:1: column {}: {} is in {}: the three axes share one unit",
-                table.path, name, kind.stems.front(), unit_of_kind ? unit_of_kind : "");
+        require(names[slot].empty(), "{}:{}: column {}: the file has {} twice", table.path, table.names_line, name,
+                stem);
+        require(!unit_of_kind || unit_of_kind == unit, "{}:{}: column {}: {} is in {}: the three axes share one unit",
+                table.path, table.names_line, name, kind.stems.front(), unit_of_kind ? unit_of_kind : "");
         unit_of_kind = unit;
         names[slot] = name;
         for (const double x : table.columns[column]) values[slot].push_back(x * to_si);
@@ -77,11 +78,21 @@ std::array<std::vector<double>, kReadingColumns> columns_in_si(const InputTable&
   slot = 0;
   for (const ReadingKind& kind : reading_kinds())
     for (const char* stem : kind.stems)
-      require(!names[slot++].empty(), "{}:1: column {}: missing", table.path, spellings(kind, stem));
+      require(!names[slot++].empty(), "{}:{}: column {}: missing", table.path, table.names_line, spellings(kind, stem));
   return values;
 }
 
 }  // namespace
+
+void require_readings_names(const InputTable& table) {
+  for (const std::string& name : table.names) {
+    bool found = false;
+    for (const ReadingKind& kind : reading_kinds())
+      for (const char* stem : kind.stems)
+        for (const auto& u : kind.units) found = found || name == fmt::format("{}_{}", stem, u.first);
+    if (!found) unknown_reading_column(table, name);
+  }
+}
 
 survey::SixAxisReadings readings_from_table(const InputTable& table, const ReadingsConventions& conventions) {
   std::array<std::string, kReadingColumns> names;

@@ -19,6 +19,9 @@ struct ReadingsConventions {
   std::size_t fewest_stations = kFewestStations;
 };
 
+/// Throws InputError for the first column whose name no file of readings has, with the names that it may have.
+void require_readings_names(const InputTable& table);
+
 /// Six-axis readings from a file with the columns `md_m` or `md_ft`; `gx, gy, gz` in `_mps2` or `_mg`; `bx, by, bz` in
 /// `_nT` or `_uT`, in any order, one unit for the three of a kind. Throws InputError "path:line: column = value: rule"
 /// on a missing or unknown column or unit, a measured depth that does not increase, fewer than fewest_stations

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "config/csv_cells.h"
 #include "config/text.h"
 
 namespace surveymc::config {
@@ -133,7 +134,7 @@ void SensorCsvReader::read_header() {
   std::string_view line;
   while (lines_.next(line)) {
     const std::string_view content = trimmed(line);
-    if (content.empty() || content.front() == '#') continue;
+    if (is_no_row(content)) continue;
     split(line, cells_);
     const std::string place = fmt::format("{}:{}", path_, lines_.number());
     layout_ = Layout{cells_.size(), column_of(cells_, options_.time, place), {}, time_unit(options_.time)};
@@ -207,7 +208,7 @@ bool SensorCsvReader::next(SensorBlock& block, std::size_t most) {
   std::string_view line;
   while (block.time_h.size() < most && lines_.next(line)) {
     const std::string_view content = trimmed(line);
-    if (content.empty() || content.front() == '#') continue;
+    if (is_no_row(content)) continue;
     split(line, cells_);
     ++found_.rows_read;
     const std::size_t before = block.values.size();

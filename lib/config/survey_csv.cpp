@@ -51,12 +51,12 @@ std::string spellings(const Known& k) {
   const std::string stem = name.substr(0, name.find('_'));
   for (const Known& k : known_columns())
     if (stem == k.stem)
-      throw InputError(fmt::format("{}:1: column {}: {}: write {}", table.path, name,
+      throw InputError(fmt::format("{}:{}: column {}: {}: write {}", table.path, table.names_line, name,
                                    name == stem ? "the unit is missing" : "unknown unit", spellings(k)));
-  throw InputError(
-      fmt::format("{}:1: column {}: unknown column; a survey has md_m or md_ft, inclination_deg, "
-                  "azimuth_deg and optionally toolface_deg, tvd_m or tvd_ft",
-                  table.path, name));
+  throw InputError(fmt::format(
+      "{}:{}: column {}: unknown column: take it out, or write remarks in lines that begin with #; a survey "
+      "has md_m or md_ft, inclination_deg, azimuth_deg and optionally toolface_deg, tvd_m or tvd_ft",
+      table.path, table.names_line, name));
 }
 
 }  // namespace
@@ -74,6 +74,15 @@ NamedNorth named_north(const InputTable& table) {
   return NamedNorth::none;
 }
 
+void require_survey_names(const InputTable& table) {
+  for (const std::string& name : table.names) {
+    bool found = false;
+    for (const Known& k : known_columns())
+      for (const auto& u : k.units) found = found || plain_name(name) == fmt::format("{}_{}", k.stem, u.first);
+    if (!found) unknown_column(table, name);
+  }
+}
+
 survey::Survey survey_from_table(const InputTable& table, const SurveyConventions& conventions, bool needs_toolface) {
   // Column of the file and factor to SI for each known quantity.
   std::array<int, kColumns> column{-1, -1, -1, -1, -1};
@@ -83,8 +92,8 @@ survey::Survey survey_from_table(const InputTable& table, const SurveyConvention
     for (std::size_t q = 0; q < kColumns; ++q)
       for (const auto& [unit, to_si] : known_columns()[q].units)
         if (plain_name(table.names[c]) == fmt::format("{}_{}", known_columns()[q].stem, unit)) {
-          require(column[q] < 0, "{}:1: column {}: the file has {} twice", table.path, table.names[c],
-                  known_columns()[q].stem);
+          require(column[q] < 0, "{}:{}: column {}: the file has {} twice", table.path, table.names_line,
+                  table.names[c], known_columns()[q].stem);
           column[q] = static_cast<int>(c);
           factor[q] = to_si;
           found = true;
@@ -92,8 +101,8 @@ survey::Survey survey_from_table(const InputTable& table, const SurveyConvention
     if (!found) unknown_column(table, table.names[c]);
   }
   for (std::size_t q = 0; q < kTvd; ++q)
-    require(column[q] >= 0 || (q == kToolface && !needs_toolface), "{}:1: column {}: missing{}", table.path,
-            spellings(known_columns()[q]),
+    require(column[q] >= 0 || (q == kToolface && !needs_toolface), "{}:{}: column {}: missing{}", table.path,
+            table.names_line, spellings(known_columns()[q]),
             q == kToolface ? " (this experiment needs the toolface of every station; or say how the tool was "
                              "turned: [drilling] mode = \"rotating\", \"sliding\" or \"random\")"
                            : "");

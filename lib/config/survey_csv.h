@@ -23,6 +23,9 @@ NamedNorth named_north(const InputTable& table);
 /// Index of the azimuth column, whatever north it names, or -1.
 int azimuth_column(const InputTable& table);
 
+/// Throws InputError for the first column whose name no survey has, with the names that it may have.
+void require_survey_names(const InputTable& table);
+
 /// Survey from a file with columns `md_m` or `md_ft`, `inclination_deg`, `azimuth_deg` (or with a north in its name,
 /// as above) and, if present, `toolface_deg` (zero without) and `tvd_m` or `tvd_ft`. Throws InputError "path:line:
 /// column = value: rule" on a missing or unknown column or unit, a measured depth that does not increase, or an

@@ -22,9 +22,9 @@ std::string_view next_line(std::string_view text, std::size_t& at) {
   return line;
 }
 
-bool is_no_row(std::string_view line) {
-  const std::string_view t = trimmed(line);
-  return t.empty() || t.front() == '#';
+/// Nothing but commas and blanks: no point, as spreadsheets write below others.
+bool holds_nothing(std::string_view line) {
+  return is_no_row(line) || line.find_first_not_of(", \t") == std::string_view::npos;
 }
 
 TomlNode value_of(const std::string& cell) {
@@ -60,9 +60,10 @@ void SweepTable::scan() {
   const auto take = [&](std::string_view line, std::uint64_t offset) {
     ++number;
     if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);
-    if (is_no_row(line)) return;
+    if (holds_nothing(line)) return;
     if (names_.empty()) {
       names_ = split_cells(line, place(number));
+      remove_empty_end(names_, 0);
       std::set<std::string> seen;
       for (const std::string& name : names_) {
         if (name.empty()) throw InputError(fmt::format("{}: a column has no name", place(number)));
@@ -122,14 +123,15 @@ const std::string& SweepTable::chunk_text(std::uint64_t chunk) const {
   std::int64_t number = chunks_[chunk].line;
   for (std::size_t at = 0; at < held_text_.size(); ++number) {
     const std::string_view line = next_line(held_text_, at);
-    if (!is_no_row(line)) held_rows_.push_back({line, number});
+    if (!holds_nothing(line)) held_rows_.push_back({line, number});
   }
   held_ = chunk;
   return held_text_;
 }
 
 std::vector<TomlNode> SweepTable::cells_of(const Line& line) const {
-  const std::vector<std::string> cells = split_cells(line.text, place(line.number));
+  std::vector<std::string> cells = split_cells(line.text, place(line.number));
+  remove_empty_end(cells, names_.size());
   for (std::size_t c = 0; c < names_.size(); ++c)
     if (c >= cells.size() || cells[c].empty())
       throw InputError(fmt::format("{}: {}: the cell is missing", place(line.number), names_[c]));

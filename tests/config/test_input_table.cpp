@@ -76,7 +76,7 @@ TEST_CASE("CSV: a cell that is not a finite number is named with its line and co
 TEST_CASE("CSV: every row is as long as the header") {
   CHECK(fault("a,b,c\n1,2,3\n1,2\n") == "traj.csv:3: 2 cells: must have 3 as the header");
   CHECK(fault("a,b,c\n1\n") == "traj.csv:2: 1 cell: must have 3 as the header");
-  CHECK(fault("a,b,c\n1,2,3,\n") == "traj.csv:2: 4 cells: must have 3 as the header");
+  CHECK(fault("a,b,c\n1,2,3,4\n") == "traj.csv:2: 4 cells: must have 3 as the header");
 }
 
 TEST_CASE("CSV: the header must be there, and its names must differ") {
@@ -86,7 +86,7 @@ TEST_CASE("CSV: the header must be there, and its names must differ") {
   CHECK(fault("1,2\n3,4\n") == "traj.csv:1: column 1 = \"1\": the first line must name the columns");
   CHECK(fault("a,nan\n3,4\n") == "traj.csv:1: column 2 = \"nan\": the first line must name the columns");
   CHECK(fault("a,,c\n3,4,5\n") == "traj.csv:1: column 2 has no name");
-  CHECK(fault("a,b,\n3,4,5\n") == "traj.csv:1: column 3 has no name");
+  CHECK(fault("a,b,\n3,4,5\n") == "traj.csv:2: 3 cells: must have 2 as the header");
   CHECK(fault("#x\na,b,a\n3,4,5\n") == "traj.csv:2: a: two columns have this name");
 }
 
@@ -108,14 +108,49 @@ TEST_CASE("CSV: quotes are around whole cells, or the number would not be what t
 
 TEST_CASE("CSV: binary files and other encodings are refused") {
   using namespace std::string_literals;
-  CHECK(fault("a,b\n1,\0002\n"s) == "traj.csv:2: is not plain UTF-8 text (byte 0x00)");
-  CHECK(fault("a,b\n1,2\n# 5\xB0\n") == "traj.csv:3: is not plain UTF-8 text (byte 0xb0)");  // Latin-1
+  const std::string way = ": save the file as CSV in UTF-8";
+  CHECK(fault("a,b\n1,\0002\n"s) == "traj.csv:2: is not plain UTF-8 text (byte 0x00)" + way);
+  CHECK(fault("a,b\n1,2\n5\xB0\n") == "traj.csv:3: is not plain UTF-8 text (byte 0xb0)" + way);  // Latin-1
   CHECK(fault("\xFF\xFE"
-              "a\0,\0"s) == "traj.csv:1: is not plain UTF-8 text (byte 0xff)");  // UTF-16
-  CHECK(fault("\x89HDF\r\n\x1a\n") == "traj.csv:1: is not plain UTF-8 text (byte 0x89)");
-  CHECK(fault("a,b\r1,2\r") == "traj.csv:1: is not plain UTF-8 text (byte 0x0d)");
-  CHECK(fault("a\xC0\xAF,b\n1,2\n") == "traj.csv:1: is not plain UTF-8 text (byte 0xc0)");      // overlong
-  CHECK(fault("a\xED\xA0\x80,b\n1,2\n") == "traj.csv:1: is not plain UTF-8 text (byte 0xed)");  // surrogate
-  CHECK(fault("a,b\n1,2\n# \xE2\x82") == "traj.csv:3: is not plain UTF-8 text (byte 0xe2)");    // cut off
+              "a\0,\0"s) == "traj.csv:1: is not plain UTF-8 text (byte 0xff)" + way);  // UTF-16
+  CHECK(fault("\x89HDF\r\n\x1a\n") == "traj.csv:1: is not plain UTF-8 text (byte 0x89)" + way);
+  CHECK(fault("a\xC0\xAF,b\n1,2\n") == "traj.csv:1: is not plain UTF-8 text (byte 0xc0)" + way);      // overlong
+  CHECK(fault("a\xED\xA0\x80,b\n1,2\n") == "traj.csv:1: is not plain UTF-8 text (byte 0xed)" + way);  // surrogate
+  CHECK(fault("a,b\n1,2\n\xE2\x82") == "traj.csv:3: is not plain UTF-8 text (byte 0xe2)" + way);      // cut off
   CHECK(fault("Länge_m,b\n1,2\n# 5° \xF0\x9F\x9B\xA2\n").empty());
+}
+
+TEST_CASE("CSV: letters of comments may be of any encoding, for nothing of them is kept") {
+  CHECK(parse_csv("# 5\xB0 dip\na,b\n1,2\n# \xE2\x82", "t.csv").rows() == 1);
+  CHECK(fault("# \x01\na,b\n1,2\n").starts_with("traj.csv:1: is not plain UTF-8 text (byte 0x01)"));
+}
+
+TEST_CASE("CSV: lines may end with CR, and keep their numbers") {
+  const InputTable t = parse_csv("# old\ra,b\r1,2\r\r3,4\r", "t.csv");
+  CHECK(t.columns[1] == std::vector<double>{2, 4});
+  CHECK(t.lines == std::vector<int>{3, 5});
+  CHECK(fault("a,b\r1,2\r3,x\r") == "traj.csv:3: b = \"x\": must be a number");
+}
+
+TEST_CASE("CSV: empty cells that spreadsheets write behind rows and between them hold nothing") {
+  const InputTable t = parse_csv(",,,\na,b,,\n1,2,,\n,,\n3,4\n\"\",\n", "t.csv");
+  CHECK(t.names == std::vector<std::string>{"a", "b"});
+  CHECK(t.columns[0] == std::vector<double>{1, 3});
+  CHECK(t.lines == std::vector<int>{3, 5});
+  CHECK(t.names_line == 2);
+  CHECK(fault("a,b,c\n1,2,,\n") == "traj.csv:2: c: is empty");
+  CHECK(fault("a,b,c\n1,,3\n") == "traj.csv:2: b: is empty");
+  CHECK(fault("a,b\n1,2,,3\n") == "traj.csv:2: 4 cells: must have 2 as the header (" + kHint + ")");
+}
+
+TEST_CASE("CSV: the names can be judged before the cells") {
+  const auto refuse = [](const InputTable& t) { throw InputError("no " + t.names.back()); };
+  CHECK_THROWS_WITH(parse_csv("a,remark\n1,x\n", "t.csv", refuse), "no remark");
+}
+
+TEST_CASE("CSV: a row whose first cell a spreadsheet could not compute is no comment") {
+  for (const std::string cell : {"#N/A", "#REF!", "#VALUE!", "#DIV/0!", "#NAME?", "#NUM!", "#NULL!", "#NV", " #N/A "})
+    CHECK(fault("a,b\n1,2\n" + cell + ",3\n").starts_with("traj.csv:3: a = \"#"));
+  for (const std::string comment : {"#N/A in the log", "#A,B", "# NOTE!", "#note!", "#!", "#", "#MD,INC"})
+    CHECK(parse_csv("a,b\n1,2\n" + comment + "\n", "t.csv").rows() == 1);
 }

@@ -221,3 +221,22 @@ TEST_CASE("Designs: rows of a long table are found by their number") {
   for (const std::size_t i : {4999u, 0u, 1023u, 1024u, 3000u, 2048u})
     CHECK(point_text(c, i) == "x=" + std::to_string(i));
 }
+
+TEST_CASE("Tables of points keep every row: no value of a spreadsheet is taken for a comment") {
+  const SweepFolder folder;
+  const std::string said = "points.csv:3: a.b = \"#N/A\": must be a number, as in the first row of points.csv";
+  CHECK_THROWS_WITH(folder.load("a.b,n\n1,2\n#N/A,3\n4,5\n").sweep_values(1), said);
+  CHECK(folder.load("a.b,n\n1,2\n# N/A,3\n4,5\n").point_count() == 2);
+}
+
+TEST_CASE("Tables of points may have the empty cells that spreadsheets write") {
+  const SweepFolder folder;
+  const Config c = folder.load("a.b,n,,\n1,2,,\n,,,\n3,true\n,\n");
+  REQUIRE(c.point_count() == 2);
+  CHECK(point_text(c, 0) == "a.b=1 n=2");
+  Config loaded = folder.load("north\ntrue\ngrid\n");
+  CHECK(loaded.reader(0).choice("north", {"true", "grid"}) == "true");
+  CHECK(Config::load(folder.path / "t.toml", {"word=true"}).reader(0).choice("word", {"true", "grid"}) == "true");
+  CHECK(folder.refused("a.b,n\n1,\n").find("points.csv:2: n: the cell is missing") != std::string::npos);
+  CHECK(folder.refused("a.b,n\n1,2,3\n").find("has 3 cells, but there are 2 columns") != std::string::npos);
+}
