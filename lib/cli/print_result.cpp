@@ -39,7 +39,8 @@ void print_warning_rows(const store::Table& t, bool quiet) {
 }
 
 void print_failed_points(const store::Table& t, bool quiet) {
-  const auto& reason = std::get<std::vector<std::string>>(t.column("reason").values);
+  const store::Table first = store::rows_of(t, 0, 1);  // a long table waits on the disk
+  const auto& reason = std::get<std::vector<std::string>>(first.column("reason").values);
   warn(fmt::format("warning: {} point{} of the sweep could not be run: see {}; the first: {}", t.rows(),
                    t.rows() == 1 ? "" : "s", t.name, store::printable(reason.front())),
        quiet);
@@ -68,7 +69,7 @@ void print_tables(const store::Result& result, const std::string& path, bool fee
 
 void print_warnings(const store::Result& result, bool quiet) {
   for (const store::Table& t : result.tables) {
-    if (t.name == study::kFailedPoints) print_failed_points(store::rows_of(t, 0, t.rows()), quiet);
+    if (t.name == study::kFailedPoints) print_failed_points(t, quiet);
     if (t.name != kWarningsTable) continue;
     store::for_each_piece(t, [&](const store::Table& piece, std::size_t) { print_warning_rows(piece, quiet); });
   }
