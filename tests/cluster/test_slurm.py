@@ -190,11 +190,16 @@ class Slurm(Case):
         self.wait_for_empty_queue()
         for node in (where["1"], where["2"]):
             self.sandbox.call("start-node", node[1:])
-            self.slurm("scontrol", "update", f"NodeName={node}", "State=RESUME")
+            self.wait_for(f"node {node}", lambda: self.back_in_service(node))
         self.assertEqual(self.hash_of("out/large.h5"), serial, self.logs())
         self.wait_for("the end of the first attempt", lambda: not self.processes("point "))
         self.assertEqual(self.journals(), [])
         self.wait_for("all nodes", lambda: self.slurm("sinfo", "-h", "-N", "-o", "%T").split() == ["idle"] * 3)
+
+    def back_in_service(self, node):
+        """Resumes a node that was set down. Slurm refuses to resume one that has come back by itself."""
+        subprocess.run(["scontrol", "update", f"NodeName={node}", "State=RESUME"], env=self.environment, capture_output=True)
+        return self.slurm("sinfo", "-h", "-n", node, "-o", "%T").strip() == "idle"
 
     def part(self, point):
         return self.folder / f"out/parts/point-{point:05d}.part"
