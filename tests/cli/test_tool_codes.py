@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 
 import test_cli
+import tool_code_reference
 from test_cli import BAD_INPUT, USAGE, Case, column
 
 SURVEY = "md_m,inclination_deg,azimuth_deg\n" + "".join(f"{30 * k},{min(3.0 * max(0, k - 3), 87)},{60 + k}\n" for k in range(36))
@@ -188,6 +189,71 @@ class Maps(CodesCase):
             with self.subTest(new=new):
                 self.write("map.toml", MAP.replace(old, new))
                 self.refused(BAD_INPUT, "run", "map.toml", "-o", "x.h5", says=says)
+
+
+class AgainstReference(Case):
+    """Covariances at all stations of wells that published figures do not reach: they turn through north, fall back below
+    the gate of a gyro, go beyond 90 deg, return to the vertical, have short intervals and tools that follow each other."""
+
+    def survey(self, start):
+        md, inclination, azimuth = [start], [0.0 if start == 0 else 24.0], [123.0]
+        shape = ([0, 0, 1, 4, 9, 13, 16, 21, 18, 14.9, 11, 8, 12, 15, 19, 30, 51, 75, 88, 91, 104, 110, 101, 70, 40, 15, 14, 5, 0]
+                 if start == 0 else [28, 33, 36, 31, 22, 16, 12, 9, 14, 17, 25, 38, 52, 61, 58, 47, 30, 20])
+        for k, i in enumerate(shape):
+            md.append(round(md[-1] + (3.0, 30.0, 9.9, 28.0, 45.0)[k % 5], 1))
+            inclination.append(i)
+            azimuth.append((335 + 7 * k - (k * k) // 9) % 360)
+        self.write("turning.csv", "md_m,inclination_deg,azimuth_deg\n"
+                   + "".join(f"{a},{b},{c}\n" for a, b, c in zip(md, inclination, azimuth)))
+        return np.array(md), np.radians(inclination), np.radians(azimuth)
+
+    def check(self, start, names, files=()):
+        source = test_cli.SOURCE
+        shipped = [source / "configs/error_models" / f for f in ("functions.toml", "owsg_a_rev5.1.toml", "owsg_b_rev5.1.toml")]
+        functions, models = tool_code_reference.read(*shipped, *files)
+        md, inclination, azimuth = self.survey(start)
+        legs = [(md[0] if k == 0 else float(md[len(md) * k // len(names)]), name) for k, name in enumerate(names)]
+        which = [f'{{ file = "{files[-1]}", name = "{name}" }}' if files else f'"{name}"' for name in names]
+        self.write("turning.toml", f"""\
+experiment = "position_covariance"
+error_model = {which[0]}
+[survey]
+file = "turning.csv"
+azimuth_reference = "magnetic"
+unusual = "allow"
+[field]
+total_nT = 43210.0
+dip_deg = -64.0
+declination_deg = 7.2
+gravity_mps2 = 9.79
+latitude_deg = -31.0
+""" + "".join(f"[[leg]]\nfrom_md_m = {legs[k][0]!r}\nerror_model = {which[k]}\n" for k in range(1, len(legs))))
+        result = self.run_config("--overwrite", config="turning.toml", output="turning.h5")
+        field = {"total": 43210.0, "dip": -64 * tool_code_reference.RAD, "g": 9.79,
+                 "declination": 7.2 * tool_code_reference.RAD, "latitude": -31 * tool_code_reference.RAD}
+        c = tool_code_reference.covariances(md, inclination, azimuth + field["declination"],
+                                            [(depth, models[name]) for depth, name in legs], functions, field)
+        for a, b, name in ((0, 0, "nn"), (1, 1, "ee"), (2, 2, "vv"), (0, 1, "ne"), (0, 2, "nv"), (1, 2, "ev")):
+            difference = np.abs(column(result, "tables/covariance", f"{name}_m2") - c[:, a, b])
+            # both are sums of some thousand products of doubles
+            self.assertLess(np.max(difference[1:] / np.trace(c[1:], axis1=1, axis2=2)), 1e-13, f"{names} {name}")
+
+    def test_single_tools(self):
+        for name in ("MWD+SRGM", "MWD+IFR1+AX", "EMS+SRGM", "GYRO-NS-CT", "GYRO-NS-CT_Fl", "GYRO-MWD", "INC-ONLY", "BLIND", "FINDS"):
+            for start in (0, 500):
+                self.check(start, [name])
+
+    def test_tools_that_follow_each_other(self):
+        for start in (0, 500):
+            self.check(start, ["GYRO-NS-CT", "MWD+IFR1+AX", "GYRO-NS-CT"])
+            self.check(start, ["INC-ONLY", "GYRO-MWD", "MWD+SRGM"])
+
+    def test_gyros_of_two_zones_and_from_the_start_of_a_leg(self):
+        examples = test_cli.SOURCE / "tests/tool_codes/data/spe90408_examples.toml"
+        self.write("gyros.toml", examples.read_text().replace('functions = "functions.toml"', ""))
+        for start in (0, 500):
+            for names in (["example_3"], ["example_4"], ["example_5"], ["example_6", "example_4", "example_3", "example_4"]):
+                self.check(start, names, [self.folder / "gyros.toml"])
 
 
 if __name__ == "__main__":
