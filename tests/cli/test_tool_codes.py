@@ -197,7 +197,8 @@ class AgainstReference(Case):
 
     def survey(self, start):
         md, inclination, azimuth = [start], [0.0 if start == 0 else 24.0], [123.0]
-        shape = ([0, 0, 1, 4, 9, 13, 16, 21, 18, 14.9, 11, 8, 12, 15, 19, 30, 51, 75, 88, 91, 104, 110, 101, 70, 40, 15, 14, 5, 0]
+        shape = ([0, 0, 1, 4, 9, 13, 16, 21, 18, 14.9, 11, 8, 12, 15, 19, 30, 51, 75, 88, 91, 104, 110, 101, 70, 40, 15, 14, 5,
+                  0]
                  if start == 0 else [28, 33, 36, 31, 22, 16, 12, 9, 14, 17, 25, 38, 52, 61, 58, 47, 30, 20])
         for k, i in enumerate(shape):
             md.append(round(md[-1] + (3.0, 30.0, 9.9, 28.0, 45.0)[k % 5], 1))
@@ -239,7 +240,8 @@ latitude_deg = -31.0
             self.assertLess(np.max(difference[1:] / np.trace(c[1:], axis1=1, axis2=2)), 1e-13, f"{names} {name}")
 
     def test_single_tools(self):
-        for name in ("MWD+SRGM", "MWD+IFR1+AX", "EMS+SRGM", "GYRO-NS-CT", "GYRO-NS-CT_Fl", "GYRO-MWD", "INC-ONLY", "BLIND", "FINDS"):
+        for name in ("MWD+SRGM", "MWD+IFR1+AX", "EMS+SRGM", "GYRO-NS-CT", "GYRO-NS-CT_Fl", "GYRO-MWD", "INC-ONLY", "BLIND",
+                     "FINDS"):
             for start in (0, 500):
                 self.check(start, [name])
 
