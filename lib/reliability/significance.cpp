@@ -65,13 +65,15 @@ double pope_critical(double redundancy, double alpha) {
 }
 
 double chi_squared_p_value(double r, double statistic) {
+  if (std::isnan(statistic)) return statistic;
   return std::isfinite(statistic) ? bm::cdf(bm::complement(bm::chi_squared(r), std::max(0.0, statistic))) : 0;
 }
 
-double w_p_value(double w) { return 2 * bm::cdf(bm::complement(bm::normal(), std::abs(w))); }
+double w_p_value(double w) { return std::isnan(w) ? w : 2 * bm::cdf(bm::complement(bm::normal(), std::abs(w))); }
 
 double fisher_p_value(double r, double redundancy, double statistic) {
   const double rest = redundancy - r;
+  if (std::isnan(statistic)) return statistic;
   if (!(rest > 0)) return 1;
   return std::isfinite(statistic) ? bm::cdf(bm::complement(bm::fisher_f(r, rest), std::max(0.0, statistic))) : 0;
 }
