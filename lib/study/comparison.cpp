@@ -14,10 +14,12 @@
 namespace surveymc::study {
 
 Verdict judge(const stats::Interval& r, double margin, std::uint64_t trials) {
-  if (!std::isfinite(r.lo) || !std::isfinite(r.hi)) return {};
+  // An end at infinity bounds nothing, but the other end may exclude the margin; no bound at all says nothing.
+  if (!std::isfinite(r.lo) || !(r.hi >= r.lo) || (r.lo <= 0 && r.hi == kInfinity)) return {};
   const double lo = 1 - margin, hi = 1 + margin;
   if (r.lo >= lo && r.hi <= hi) return {"agrees"};
   if (r.hi < lo || r.lo > hi) return {"differs"};
+  if (r.hi == kInfinity) return {"undecided"};
   // The nearer edge of the margin decides; the half width shrinks like 1 / sqrt(trials).
   const double middle = (r.lo + r.hi) / 2, half = (r.hi - r.lo) / 2;
   const double distance = std::max(std::abs(std::abs(middle - 1) - margin), 1e-3 * margin);
@@ -37,7 +39,7 @@ double two_sided_p(double z, const VerdictRule& rule, std::uint64_t units) {
 
 Evidence evidence_of(double value, const stats::Interval& interval, const VerdictRule& rule, std::uint64_t units,
                      bool logarithmic) {
-  if (!std::isfinite(interval.lo) || !std::isfinite(interval.hi)) return {};
+  if (!std::isfinite(interval.lo) || !(interval.hi >= interval.lo)) return {};
   if (logarithmic && !(interval.lo > 0)) return {};  // a prediction of 0 differs for certain
   const double quantile = rule.at_all_looks ? stats::sequence_quantile(units, rule.confidence)
                                             : stats::normal_quantile((1 + rule.confidence) / 2);

@@ -69,6 +69,20 @@ TEST_CASE("A root mean square is judged by its ratio to the predicted one") {
   CHECK(std::isnan(rms_estimate(9, 9, 1, 0.95).value));
 }
 
+TEST_CASE("A value whose interval begins at 0 is judged by the other end") {
+  // Found between 0 and 0.5: any ratio of the prediction to it from 2 on is possible.
+  const ComparisonRow far = compare_value("x", "m", {0.2, {0, 0.5}}, 1, {0.02, 0.95}, 100);
+  CHECK(far.verdict == "differs");
+  CHECK(far.evidence.p_differs < 0.05);
+  CHECK(far.evidence.p_agrees == 1);
+  const ComparisonRow near = compare_value("x", "m", {0.2, {0, 0.5}}, 0.4, {0.02, 0.95}, 100);
+  CHECK(near.verdict == "undecided");
+  CHECK(near.evidence.p_differs > 0.05);
+  CHECK(near.trials_to_decide == 0);  // the half width is not known
+  CHECK(compare_value("x", "m", {0.2, {0, kInfinity}}, 1, {0.02, 0.95}, 100).verdict.empty());  // no bound at all
+  CHECK(compare_value("x", "m", {0.2, {0, kNaN}}, 1, {0.02, 0.95}, 100).verdict.empty());
+}
+
 TEST_CASE("A mean is judged on its shift in standard deviations") {
   const stats::Moments m = normal_moments(50000, 3.0);
   const ComparisonRow good = compare_mean("mean_x", "m", m, 0, 100, 100, {0.02, 0.95}, 50000);
