@@ -24,7 +24,9 @@ double chi_squared_upper_tail(double degrees, double x) {
   if (std::isnan(x)) return x;
   return x < kInfinity ? bm::cdf(bm::complement(bm::chi_squared(degrees), std::max(0.0, x))) : 0.0;
 }
-double student_upper_tail(double degrees, double t) { return bm::cdf(bm::complement(bm::students_t(degrees), t)); }
+double student_upper_tail(double degrees, double t) {
+  return std::isnan(t) ? t : bm::cdf(bm::complement(bm::students_t(degrees), t));
+}
 
 Interval sd_interval(double variance, std::uint64_t count, double kurtosis, double confidence) {
   const double tail = (1 - confidence) / 2;
@@ -35,6 +37,8 @@ Interval sd_interval(double variance, std::uint64_t count, double kurtosis, doub
 }
 
 Interval mean_interval(double mean, double variance, std::uint64_t count, double confidence) {
+  constexpr std::uint64_t kMany = 100;  // from here on Student's interval is less than 1.3 % wider at 95 %
+  if (count > 1 && count < kMany) return student_mean_interval(mean, variance, count, confidence);
   const double half = normal_quantile(1 - (1 - confidence) / 2) * std::sqrt(variance / static_cast<double>(count));
   return {mean - half, mean + half};
 }

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 
+#include "base/units.h"
 #include "random/stream.h"
 #include "stats/intervals.h"
 #include "stats/normal_tail.h"
@@ -196,7 +197,24 @@ TEST_CASE("The interval of a mean of squares misses the truth on either side ali
   CHECK(1 - chi.lo == Approx((1 - normal.lo) * std::sqrt(501.0 / 499)).epsilon(1e-4));
 }
 
+TEST_CASE("The interval of a mean holds the truth in 95 % of repetitions, of two to five values too") {
+  constexpr int repetitions = 4000;
+  for (const int n : {2, 3, 5, 30}) {
+    CAPTURE(n);
+    const Eigen::MatrixXd z = draws(repetitions, n, 77);
+    int held = 0;
+    for (int rep = 0; rep < repetitions; ++rep) {
+      const Moments m = Moments::of(z.row(rep).transpose());
+      const Interval ci = mean_interval(m.mean[0], m.variance(0), m.count, 0.95);
+      held += ci.lo < 0 && 0 < ci.hi;
+    }
+    // By the normal distribution: .70, .81, .88 and .940.
+    CHECK(std::abs(held / double(repetitions) - 0.95) < 4 * std::sqrt(0.95 * 0.05 / repetitions));
+  }
+}
+
 TEST_CASE("A statistic that could not be computed has no p-value") {
+  CHECK(std::isnan(student_upper_tail(3, kNaN)));
   CHECK(std::isnan(chi_squared_upper_tail(3, kNaN)));
   CHECK(chi_squared_upper_tail(3, kInfinity) == 0);
   CHECK(chi_squared_upper_tail(3, -kInfinity) == 1);
