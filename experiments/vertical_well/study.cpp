@@ -14,6 +14,7 @@
 #include "base/units.h"
 #include "random/study_stream.h"
 #include "sensor/sensor_runs.h"
+#include "stats/circular_scatter.h"
 #include "stats/histogram.h"
 #include "stats/tests.h"
 #include "study/annotations.h"
@@ -317,18 +318,22 @@ store::Table VerticalWell::ellipse_table(const stats::Tally& tally) const {
 
 /// The sd of both directions over that of eqs 41, 42 as random.
 study::ComparisonRow VerticalWell::rms_row(const stats::Tally& tally) const {
-  const study::HorizontalSample sample = sample_of(tally);
-  stats::SampleSummary both;
-  both.units = sample.units;
-  both.variance = sample.covariance.trace() / 2;
-  both.unit_kurtosis = std::max(tally.moments.kurtosis(kPosition), tally.moments.kurtosis(kPosition + 1));
-  const stats::Interval sd = s_.verdict.at_all_looks ? stats::sd_sequence(both, s_.verdict.confidence)
-                                                     : stats::sd_interval(both.variance, both.units, both.unit_kurtosis,
-                                                                          s_.verdict.confidence);
+  const stats::Moments& m = tally.moments;
+  // Given its toolfaces a run is normal with the same sd in both directions, which are independent; over runs their
+  // squares go together as far as that sd varies.
+  const double square = independent_sd_ * independent_sd_;
+  const double covariance_of_squares = varies_ ? square * square * m.variance(kSpread) : 0;
+  const stats::CircularScatter both{m.count,
+                                    m.variance(kPosition),
+                                    m.variance(kPosition + 1),
+                                    m.kurtosis(kPosition),
+                                    m.kurtosis(kPosition + 1),
+                                    covariance_of_squares};
+  const stats::Interval sd = s_.verdict.at_all_looks ? stats::circular_sd_sequence(both, s_.verdict.confidence)
+                                                     : stats::circular_sd_interval(both, s_.verdict.confidence);
   const char* right = varies_ ? "fictive_terms" : kToolfaceDependent.c_str();
   study::ComparisonRow row = study::compare_value(
-      "ratio_rms", "1",
-      {std::sqrt(both.variance) / independent_sd_, {sd.lo / independent_sd_, sd.hi / independent_sd_}},
+      "ratio_rms", "1", {both.sd() / independent_sd_, {sd.lo / independent_sd_, sd.hi / independent_sd_}},
       std::sqrt(analysis::vertical_well_covariance(right, run_)(0, 0)) / independent_sd_, s_.verdict, tally.trials);
   row.note = varies_ ? "sd of all runs; analytic: fictive terms" : "sd of all runs; analytic: toolface_dependent";
   return row;
