@@ -41,7 +41,7 @@ double fisher_critical(double r, double redundancy, double alpha);
 double tau_squared_critical(double r, double redundancy, double alpha);
 double pope_critical(double redundancy, double alpha);
 
-/// Probability of a statistic at least as large, if there is no gross error.
+/// Probability of a statistic at least as large, if there is no gross error. NaN of NaN: it speaks against nothing.
 double chi_squared_p_value(double r, double statistic);
 double w_p_value(double w);  ///< two-sided
 double fisher_p_value(double r, double redundancy, double statistic);

@@ -13,7 +13,7 @@ double normal_quantile(double probability);
 double chi_squared_quantile(double degrees, double probability);
 /// P(chi2 > x); NaN of NaN: what could not be computed speaks against nothing.
 double chi_squared_upper_tail(double degrees, double x);
-/// P(T > t) of Student's t.
+/// P(T > t) of Student's t; NaN of NaN.
 double student_upper_tail(double degrees, double t);
 
 /// Standard deviation from a sample variance of `count` values: chi-squared with effective degrees of freedom
@@ -21,7 +21,7 @@ double student_upper_tail(double degrees, double t);
 /// ones are taken as normal, on the safe side.
 Interval sd_interval(double variance, std::uint64_t count, double kurtosis, double confidence);
 
-/// Mean from its sample variance, normal approximation (Monte-Carlo counts are large).
+/// Mean from its sample variance: by Student's t of fewer than 100 values, beyond in normal approximation.
 Interval mean_interval(double mean, double variance, std::uint64_t count, double confidence);
 /// The same of at least two values that may be few: by Student's t, exact for normal values.
 Interval student_mean_interval(double mean, double variance, std::uint64_t count, double confidence);
