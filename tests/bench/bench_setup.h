@@ -103,21 +103,9 @@ struct Setup {
   }
 
   sensor::SimulateBatch simulate_batch(std::uint64_t first, bool with_sums = false) {
-    return {.clean_magnetic = &clean.magnetic_T.front().x,
-            .clean_gravity = &clean.gravity_T.front().x,
-            .clean_down = &clean.down_T.front().x,
-            .magnetic = readings.magnetic.row(0, 0),
-            .down = readings.down.row(0, 0),
-            .reference = readings.reference.row(0, 0),
-            .magnetic_stride = readings.magnetic.group_stride(),
-            .down_stride = readings.down.group_stride(),
-            .reference_stride = readings.reference.group_stride(),
-            .stations = readings.stations,
-            .reference_pairs = 1,
+    return {.rows = sensor::reading_rows(clean, field, readings),
             .groups = readings.groups(),
             .first_trial = first,
-            .total = field.total,
-            .dip = field.dip,
             .noise = noise,
             .stream = random::Stream(1, 1),
             .magnetometer_weights = with_sums ? weights.magnetometer.data() : nullptr,
