@@ -5,7 +5,8 @@
 
 Two axes with more than one value: filled contours with labelled levels, one row of panels for each value of what varies
 besides; hatched where the error is never detected (infinite), a dashed line where the effect passes the tolerance. One
-such axis: curves, their breaking points marked (where the effect passes the tolerance).
+such axis: curves, their breaking points marked (where the effect passes the tolerance). Where a figure has no room for all,
+they are numbered: `_azimuth_1`, `_azimuth_2` ...
 
 More figures where the result has their maps: `_residuals`, curves of the residuals that a gross error causes with its
 effect on the inclination (figure 1 of the paper); `_nonlinear`, detectable errors without linearisation beside the
@@ -20,7 +21,8 @@ from plotting import plt
 from reliability_figures import (COLOURS, LINES, NAMES, TITLES, Grid, colour_bar, direction_figure, levels_of, named, nonlinear_figure, panel,
                                  residuals_figure, subject_name, unit_of, unit_of_residual)
 
-MAXIMUM_ROWS = 6
+MAXIMUM_ROWS = 6  # of panels in a figure; of curves twice as many
+MAXIMUM_FIGURES = 4
 
 
 def maps_figure(title, detectable, effect, names, rows, observation_of, effect_name, tolerance):
@@ -131,7 +133,9 @@ def main():
         if observations and len(observations) > 1 and len(plane) == 1:
             words.insert(0, NAMES[observations[picked[others.index("observation")]]])
         rows.append((", ".join(words), dict(zip(others, picked))))
-    if len(rows) > MAXIMUM_ROWS * (1 if len(plane) == 2 else 2):
+    room = MAXIMUM_ROWS * (1 if len(plane) == 2 else 2)
+    pages = [rows[first:first + room] for first in range(0, len(rows), room)]
+    if len(pages) > MAXIMUM_FIGURES:
         raise plotting.PlotError(f"{arguments.result}: {len(rows)} panels: choose with --observation, or map fewer values",
                                  plotting.USAGE)
 
@@ -140,20 +144,23 @@ def main():
 
     folder = plotting.figures_folder(arguments.output, arguments.result)
     stem = plotting.stem_of(arguments.result)
-    draw = maps_figure if len(plane) == 2 else curves_figure
-    plotting.save(draw(title, detectable, effect, plane if len(plane) == 2 else plane[0], rows, observation_of,
-                       effect_name, tolerance), folder, f"{stem}_{effect_name}")
-    if len(plane) == 2 and len(nonlinear) in (2, 4):
-        plotting.save(nonlinear_figure(title, [detectable, *nonlinear], plane, rows, observation_of, differs),
-                      folder, f"{stem}_nonlinear")
-    if len(plane) == 2 and directions:
-        plotting.save(direction_figure(title, directions, plane, rows), folder, f"{stem}_direction")
-    if len(plane) == 1 and response and all(residuals[unit_of_residual(observation_of(c))] for _, c in rows):
+
+    def draw(kind, figure_of):
+        for number, page in enumerate(pages, 1):
+            plotting.save(figure_of(page), folder, f"{stem}_{kind}" + (f"_{number}" if len(pages) > 1 else ""))
+
+    if len(plane) == 2:
+        draw(effect_name, lambda page: maps_figure(title, detectable, effect, plane, page, observation_of, effect_name, tolerance))
+        if len(nonlinear) in (2, 4):
+            draw("nonlinear", lambda page: nonlinear_figure(title, [detectable, *nonlinear], plane, page, observation_of, differs))
+        if directions:
+            draw("direction", lambda page: direction_figure(title, directions, plane, page))
+        return
+    draw(effect_name, lambda page: curves_figure(title, detectable, effect, plane[0], page, observation_of, effect_name, tolerance))
+    if response and all(residuals[unit_of_residual(observation_of(c))] for _, c in rows):
         sizes = {unit: config.get(f"gross_error_{unit}") for unit in residuals}
-        plotting.save(residuals_figure(title, residuals, response, effect_name, sizes, plane[0], rows, observation_of),
-                      folder, f"{stem}_residuals")
+        draw("residuals", lambda page: residuals_figure(title, residuals, response, effect_name, sizes, plane[0], page, observation_of))
 
 
 if __name__ == "__main__":
-    import matplotlib.patheffects  # noqa: F401
     plotting.run(main)

@@ -26,6 +26,7 @@ from plotting import PlotError
 DEGREE = "\N{DEGREE SIGN}"
 DIRECTIONS = (("lateral", "#0072B2"), ("high_side", "#D55E00"), ("along_hole", "#777777"))
 SWEPT = ("error_model.name", "error_model")
+BLANK = "0.82"  # grey of cells without a value: white is a colour of the ratio's scale
 
 
 def words(dataset):
@@ -58,20 +59,22 @@ def cell_edges(centres):
     return np.concatenate([[2 * centres[0] - inner[0]], inner, [2 * centres[-1] - inner[-1]]])
 
 
-def panels(maps, values, norm, cmap, label):
+def panels(maps, values, norm, cmap, label, blank):
+    """`blank`: what a cell without a value says."""
     count = len(maps.models)
     columns = min(4, count)
     rows = -(-count // columns)
     figure, axes = plt.subplots(rows, columns, figsize=(2.6 * columns + 1, 2.1 * rows + 0.9), squeeze=False, sharex=True,
                                 sharey=True, layout="constrained")
     x, y = cell_edges(maps.azimuth), np.clip(cell_edges(maps.inclination), 0, 180)  # there is no hole beyond
-    figure.suptitle(maps.title, fontsize=10)
+    figure.suptitle(maps.title + (f"\ngrey: {blank}" if np.isnan(values).any() else ""), fontsize=10)
     drawn = None
     for i, panel in enumerate(axes.flat):
         if i >= count:
             panel.set_axis_off()
             continue
         drawn = panel.pcolormesh(x, y, values[i], norm=norm, cmap=cmap, rasterized=True)
+        panel.set_facecolor(BLANK)
         panel.set_title(maps.models[i], fontsize=8)
         for turn in (-360, 0, 360):
             for east_west in (90, 270):
@@ -98,7 +101,7 @@ def draw_maps(maps):
         raise PlotError("map sd_lateral_m has no value where a model holds")
     # A pole of a gyrocompass would take the whole scale.
     norm = LogNorm(finite.min(), max(np.quantile(finite, 0.98), 1.01 * finite.min()))
-    return panels(maps, maps.lateral, norm, "viridis", "lateral sd (m)")
+    return panels(maps, maps.lateral, norm, "viridis", "lateral sd (m)", "the model does not hold")
 
 
 def draw_ratio(maps, reference):
@@ -114,7 +117,7 @@ def draw_ratio(maps, reference):
     top = float(np.clip(np.quantile(np.maximum(finite, 1 / finite), 0.98), 1.1, 3.0))
     norm = LogNorm(1 / top, top)
     name = reference if reference is not None else maps.models[0]
-    return panels(maps, ratio, norm, "RdBu_r", f"lateral sd over that of {name}")
+    return panels(maps, ratio, norm, "RdBu_r", f"lateral sd over that of {name}", f"the model or {name} does not hold")
 
 
 # --- bars -----------------------------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 import os
 import re
 
+import matplotlib.patheffects  # noqa: F401
 import numpy as np
 
 import plotting
@@ -42,6 +43,8 @@ def levels_of(sizes, count=7, highest=0.97):
     if finite.size == 0:
         return np.array([0.5, 1.0])
     low, high = np.quantile(finite, [0.02, highest])
+    if high <= low * (1 + 1e-6):  # the same everywhere: a level at its value would draw lines through rounding errors
+        return np.array([float(f"{low * f:.2e}") for f in (0.99, 1.01)])
     raw = np.geomspace(max(low, high / 1e3), max(high, low * 1.01), count)
     digits = 2 if high / low > 3 else 3
     return np.unique([float(f"{x:.{digits - 1}e}") for x in raw])
@@ -65,10 +68,10 @@ def panel(axes, x, y, sizes, names, title, tolerance=None, levels=None):
     shown = np.where(np.isfinite(sizes), np.maximum(sizes, tiny), np.nan)
     filled = axes.contourf(x, y, shown, levels=levels, cmap="cividis", extend="both",
                            norm=plotting.matplotlib.colors.LogNorm(levels[0] / 1.5, levels[-1] * 1.5))
-    lines = axes.contour(x, y, shown, levels=levels, colors="white", linewidths=0.5)
-    labels = axes.clabel(lines, fmt=lambda v: f"{v:g}", fontsize=7, inline_spacing=2)
-    for label in labels:
-        label.set_path_effects([plotting.matplotlib.patheffects.withStroke(linewidth=1.5, foreground="#333333")])
+    if np.any((np.nanmin(shown) < levels) & (levels < np.nanmax(shown))):
+        lines = axes.contour(x, y, shown, levels=levels, colors="white", linewidths=0.5)
+        for label in axes.clabel(lines, fmt=lambda v: f"{v:g}", fontsize=7, inline_spacing=2):
+            label.set_path_effects([plotting.matplotlib.patheffects.withStroke(linewidth=1.5, foreground="#333333")])
     for collection in filled.collections:
         collection.set_edgecolor("face")
     if tolerance is not None and np.nanmin(shown) < tolerance < np.nanmax(shown):

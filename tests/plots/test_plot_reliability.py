@@ -6,7 +6,11 @@ import subprocess
 import tempfile
 import unittest
 
+import numpy as np
+
 import drawing
+import plotting
+import reliability_figures
 
 RESULT = os.environ["SURVEYMC_RESULT"]
 
@@ -18,6 +22,20 @@ class Reliability(drawing.Drawing):
         self.assertEqual(sorted(self.figures(RESULT, "--observation", "bx")),
                          ["reliability_map_azimuth.png", "reliability_map_azimuth.svg",
                           "reliability_map_nonlinear.png", "reliability_map_nonlinear.svg"])
+
+    def test_many_panels_take_several_figures(self):
+        self.assertEqual([n for n in sorted(self.figures(RESULT)) if n.endswith(".png")],
+                         [f"reliability_map_{kind}_{page}.png" for kind in ("azimuth", "nonlinear") for page in (1, 2)])
+
+    def test_a_constant_map_has_no_lines_through_its_rounding_errors(self):
+        axes = plotting.plt.figure().subplots()
+        x = np.arange(7.0)
+        sizes = 654.335 * (1 + 1e-14 * np.add.outer(x, -x))
+        reliability_figures.panel(axes, x, x, sizes, ("toolface", "magnetic_azimuth"), "")
+        self.assertEqual(len(axes.texts), 0)  # labels of contours
+        sizes[3, 3] = 700
+        reliability_figures.panel(axes, x, x, sizes, ("toolface", "magnetic_azimuth"), "", levels=np.array([660.0, 680.0]))
+        self.assertGreater(len(axes.texts), 0)
 
     def test_residuals_of_figure_1(self):
         config = drawing.SCRIPTS / "../configs/reliability/fig1.toml"
@@ -32,7 +50,7 @@ class Reliability(drawing.Drawing):
                          ["reliability_combination_azimuth.png", "reliability_combination_direction.png"])
 
     def test_bad_requests(self):
-        for code, word, *arguments in ((64, "panels", RESULT), (64, "--observation", RESULT, "--observation", "gx"),
+        for code, word, *arguments in ((64, "--observation", RESULT, "--observation", "gx"),
                                        (65, "no such file", RESULT + "x"), (64, "--effect", RESULT, "--effect", "depth")):
             self.refused(code, word, *arguments)
 

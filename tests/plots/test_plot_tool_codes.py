@@ -85,6 +85,8 @@ class Figures(drawing.Drawing):
         self.assertTrue((inside == 0).any())
         np.testing.assert_array_equal(np.isnan(maps.lateral), (inside == 0) | np.isnan(lateral))
         np.testing.assert_array_equal(maps.lateral[~np.isnan(maps.lateral)], lateral[~np.isnan(maps.lateral)])
+        self.assertIn("grey: the model does not hold", plot.draw_maps(maps).texts[0].get_text())
+        self.assertIn(f"grey: the model or {maps.models[0]} does not hold", plot.draw_ratio(maps, None).texts[0].get_text())
 
     def test_figures_are_written(self):
         stem = os.path.splitext(os.path.basename(MAP))[0]
