@@ -17,6 +17,10 @@ bool is_no_row(std::string_view line);
 /// A row of empty cells, as spreadsheets write between others.
 bool is_empty_row(const std::vector<std::string>& cells);
 
+/// A text in one cell that another program takes for several.
+inline bool has_other_separator(std::string_view cell) { return cell.find_first_of(";\t") != std::string_view::npos; }
+inline constexpr const char* kDecimalHint = "decimal points and commas between cells are required";
+
 /// Takes off the empty cells behind `width` others: spreadsheets write them where another row is longer.
 void remove_empty_end(std::vector<std::string>& cells, std::size_t width);
 

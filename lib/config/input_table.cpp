@@ -13,8 +13,6 @@
 namespace surveymc::config {
 namespace {
 
-constexpr const char* kDecimalHint = "decimal points and commas between cells are required";
-
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 /// First byte that cannot be in a line of text (a control character, or not UTF-8), or npos. Nothing of a comment is
@@ -62,8 +60,6 @@ bool has_decimal_comma(std::string_view cell) {
   return comma != std::string_view::npos && comma > 0 && is_digit(cell[comma - 1]) && comma + 1 < cell.size() &&
          is_digit(cell[comma + 1]);
 }
-
-bool has_other_separator(std::string_view cell) { return cell.find_first_of(";\t") != std::string_view::npos; }
 
 std::vector<std::string> checked_header(std::vector<std::string> names, const std::string& place) {
   for (std::size_t j = 0; j < names.size(); ++j) {

@@ -60,6 +60,8 @@ void SweepTable::scan() {
   const auto take = [&](std::string_view line, std::uint64_t offset) {
     ++number;
     if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);
+    if (names_.empty() && line.find('\r') != std::string_view::npos)
+      throw InputError(fmt::format("{}: lines end with CR alone: save the file with LF or CR LF", place(number)));
     if (holds_nothing(line)) return;
     if (names_.empty()) {
       names_ = split_cells(line, place(number));
@@ -67,6 +69,8 @@ void SweepTable::scan() {
       std::set<std::string> seen;
       for (const std::string& name : names_) {
         if (name.empty()) throw InputError(fmt::format("{}: a column has no name", place(number)));
+        if (has_other_separator(name))
+          throw InputError(fmt::format("{}: \"{}\": {}", place(number), name, kDecimalHint));
         if (!seen.insert(name).second)
           throw InputError(fmt::format("{}: {}: two columns have this name", place(number), name));
       }

@@ -196,6 +196,9 @@ TEST_CASE("Designs: points in a table") {
   for (const char* columns : {"a,a.name\nx,y\n", "a.name,a\ny,x\n"})
     CHECK(folder.refused(columns) == "points.csv: a: is the same as a.name");
   CHECK(folder.refused("a\n") == "points.csv: has no rows: each is a point");
+  CHECK(folder.refused("a,b\r1,2\r") == "points.csv:1: lines end with CR alone: save the file with LF or CR LF");
+  CHECK(folder.refused("a;b\n1;2\n").starts_with("points.csv:1: \"a;b\": "));
+  CHECK(folder.refused("a;b\r\n1,0;2,5\r\n").starts_with("points.csv:1: \"a;b\": "));
   CHECK(folder.refused("a,trials\n1,2\n") == "points.csv: trials: cannot be swept: a result has one number of trials");
   CHECK(folder.refused("a,verdict.family\n1,none\n") ==
         "points.csv: verdict.family: sets verdict.family, which cannot be swept: a result has one family of verdicts");
