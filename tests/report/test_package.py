@@ -136,8 +136,10 @@ class Drawing(unittest.TestCase):
         self.assertFalse(os.path.exists(path))
 
     def test_what_cannot_be_drawn_says_why(self):
-        with self.assertRaisesRegex(surveymc.ResultError, "12 panels: choose with --observation"):
-            surveymc.plot(os.path.join(SMOKE, "reliability_map.h5"))
+        wide = surveymc.run({"experiment": "reliability_map", "mode": "sse", "observation": ["bx", "bz"],
+                             "inclination_deg": list(range(5, 90, 6)), "toolface_deg": [0, 30, 60, 90], "magnetic_azimuth_deg": [0, 45, 90, 135]})
+        with self.assertRaisesRegex(surveymc.ResultError, "30 panels: choose with --observation, or map fewer values"):
+            surveymc.plot(wide)
         with self.assertRaisesRegex(surveymc.ResultError, "no such file"):
             surveymc.plot("/nowhere/x.h5")
 
