@@ -54,7 +54,7 @@ store::Table in_feet(store::Table table) {
     if (!values || !is_in_unit_of_row(table, column)) continue;
     any = true;
     for (std::size_t row = 0; row < values->size(); ++row)
-      if (const double factor = feet_per(units[row])) (*values)[row] *= factor;
+      if (const double factor = feet_per(units[row]); factor > 0) (*values)[row] *= factor;
   }
   for (std::string& u : units)
     if (any && feet_per(u) > 0) u = u == "m" ? "ft" : "ft2";

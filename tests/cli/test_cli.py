@@ -185,7 +185,7 @@ class Basics(Case):
             self.assertIn("Usage", self.call(command, "--help").stdout)
         self.assertRegex(self.call("--version").stdout,
                          r"^surveymc \d+\.\d+\.\d+ \(\S+\)\ncompiler: +\S.*\nHDF5: +\d+\.\d+\.\d+\nMPI: +\S.*\n"
-                         r"instruction set: x86-64-v[34]\nnumerics:        \d+, GNU [^\n]*, probe [0-9a-f]{8}, tallies [0-9a-f]{8}\n$")
+                         r"instruction set: x86-64-v[34]\nnumerics:        \d+, (?:GNU|Clang) [^\n]*, probe [0-9a-f]{8}, tallies [0-9a-f]{8}\n$")
 
     def test_check_prints_the_resolved_config_and_writes_nothing(self):
         with self.untouched():
