@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The smoke configs give the same content hash with the other compiler: scripts/cross_compiler.sh PROGRAM SMOKE_FOLDER [BUILD_FOLDER]
 # builds surveymc with GCC where PROGRAM is Clang's, else with Clang, runs each config, and compares it with what PROGRAM wrote in
-# SMOKE_FOLDER (build/surveymc and build/smoke, which ctest fills). Some ten minutes of processor time, once. Exit 77 where the
+# SMOKE_FOLDER (build/surveymc and build/smoke, which ctest fills). Seven to nine minutes of processor time, once. Exit 77 where the
 # other compiler is missing.
 set -euo pipefail
 program=$(realpath "${1:?program}")

@@ -243,7 +243,7 @@ std::vector<Statement> read_statements(config::ConfigReader& config, const surve
       if (!c.has(key)) continue;
       *part = c.number_table(key, {});
       for (const auto& [axis, value] : *part) {
-        const bool known = std::any_of(kAxes.begin(), kAxes.end(), [&name = axis](const char* a) { return name == a; });
+        const bool known = std::find(kAxes.begin(), kAxes.end(), axis) != kAxes.end();
         c.require(known, key, axis + " is no axis of the maps");
       }
       std::size_t points = 0;
