@@ -18,7 +18,7 @@ for part in "$@"; do
       python3-pandas python3-xarray python3-netcdf4 python3-h5netcdf python3-nbclient python3-nbformat python3-ipykernel
       poppler-utils dpkg-dev file
       chromium chromium-driver python3-selenium python3-pip python3-setuptools python3-wheel doxygen mandoc
-      slurm-wlm munge parallel snakemake clang lld libclang-rt-14-dev libomp-14-dev) ;;
+      slurm-wlm munge parallel snakemake clang lld libclang-rt-14-dev) ;;
     style) packages+=(clang-format) ;;
     cross) packages+=(g++-aarch64-linux-gnu qemu-user) ;;
     *) echo "bootstrap.sh: unknown part '$part': must be report, import, test, style or cross" >&2; exit 64 ;;

@@ -5,15 +5,12 @@
 #   scripts/sanitize.sh asan-all       all unit tests (some twenty minutes)
 #   scripts/sanitize.sh tsan           the tests of what has threads, thread sanitizer
 #   scripts/sanitize.sh tsan-studies   these, and every smoke config on three threads (some minutes more)
-# What has threads is lib/montecarlo and lib/checkpoint; the only parallel loop (lib/montecarlo/blocks.cpp) calls the
-# kernels of the studies. GCC's OpenMP is not instrumented, and each fork and join of its threads looks like a race; to
-# suppress these would hide races of all that the loop calls. So this build is clang's with LLVM's OpenMP, whose library
-# Archer tells the sanitizer of forks and joins. There is nothing to suppress; ignore_noninstrumented_modules is what
-# Archer asks for.
+# What has threads is lib/montecarlo, lib/checkpoint and lib/store; the only loop in several threads
+# (lib/montecarlo/blocks.cpp) calls the kernels of the studies. There is nothing to suppress.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-if ! command -v clang++ >/dev/null || ! ls /usr/lib/llvm-*/lib/libarcher.so >/dev/null 2>&1; then
-  echo "skipped: sanitizers: no clang with LLVM's OpenMP (Debian: clang libclang-rt-14-dev libomp-14-dev)"
+if ! command -v clang++ >/dev/null || ! ls /usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.tsan-*.a >/dev/null 2>&1; then
+  echo "skipped: sanitizers: no clang with its sanitizers (Debian: clang libclang-rt-14-dev)"
   exit 0
 fi
 case "${1:-}" in
@@ -25,7 +22,7 @@ case "${1:-}" in
     # A process for each folder's tests: to start one takes longer than most of the tests.
     folder=$(mktemp -d)
     trap 'rm -rf "$folder"' EXIT
-    export LSAN_OPTIONS="suppressions=$PWD/tests/lsan.supp:print_suppressions=0" left_out folder
+    export left_out folder
     find "$PWD/build-asan/tests" -maxdepth 1 -name '*_tests' -type f -perm -u+x | sort | xargs -P "$(nproc)" -I{} bash -c '
       name=$(basename {})
       mkdir "$folder/$name" && cd "$folder/$name" || exit
@@ -38,14 +35,12 @@ case "${1:-}" in
   tsan | tsan-studies)
     cmake --preset tsan >/dev/null
     cmake --build build-tsan --target thread_tests
-    export TSAN_OPTIONS="ignore_noninstrumented_modules=1 allow_addr2line=1 halt_on_error=1 ${TSAN_OPTIONS:-}"
-    folder=$(mktemp -d)
-    trap 'rm -rf "$folder"' EXIT
-    ARCHER_OPTIONS=verbose=1 build-tsan/tests/thread_tests "[checkpoint]" 2>&1 | tee "$folder/log" | tail -n 2
-    grep -q "Archer detected OpenMP application with TSan" "$folder/log"  # else every OpenMP loop is a finding, or none
+    export TSAN_OPTIONS="allow_addr2line=1 halt_on_error=1 ${TSAN_OPTIONS:-}"
     build-tsan/tests/thread_tests
     [ "$1" = tsan-studies ] || exit 0
     cmake --build build-tsan --target surveymc
+    folder=$(mktemp -d)
+    trap 'rm -rf "$folder"' EXIT
     for config in configs/smoke/*.toml; do
       build-tsan/surveymc run "$config" --threads 3 -o "$folder/result.h5" >"$folder/log" 2>&1 || {
         cat "$folder/log"

@@ -76,6 +76,9 @@ a result cannot be read or written
 interrupted, within a second of the signal; the message says what is kept and how to go on
 .SH ENVIRONMENT
 .TP
+.B OMP_NUM_THREADS
+the number of threads without \fB\-\-threads\fR; where it is none from 1, as many as cores that the process may use
+.TP
 .B SURVEYMC_INSTRUCTION_SET
 "x86\-64\-v3" asks for the AVX2 kernels on a machine that has AVX\-512. Results are the same bits.
 .SH FILES

@@ -1,19 +1,21 @@
 #include "montecarlo/blocks.h"
 
+#include <sched.h>
+
 #include <algorithm>
 #include <atomic>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <exception>
 #include <latch>
 #include <mutex>
 #include <optional>
+#include <string_view>
 #include <system_error>
 #include <thread>
 
 #include <fmt/format.h>
-#include <omp.h>
-#include <unistd.h>
 
 #include "montecarlo/block_queue.h"
 
@@ -51,49 +53,16 @@ std::vector<std::vector<BlockRange>> divided(const std::vector<BlockRange>& bloc
   return lists;
 }
 
-int available_threads() { return omp_get_max_threads(); }
-
-namespace {
-
-// GCC's OpenMP ends the program with code 1 where a thread cannot be started. So as many are tried before; and should
-// one fail between that and OpenMP's own start, the program ends with the right code.
-constexpr int kExitNoThreads = 71;  // cli/run_setup.h
-std::atomic<bool> g_starting = false;
-
-void end_while_starting() {
-  if (!g_starting) return;
-  constexpr char kText[] = "error: the system starts no more threads: give fewer with --threads\n";
-  [[maybe_unused]] const ssize_t n = write(STDERR_FILENO, kText, sizeof kText - 1);
-  _exit(kExitNoThreads);
-}
-
-/// Those that OpenMP has started it keeps, and they need no try again.
-void require_threads(int threads) {
-  static std::mutex trying;
-  static int tried = 1;
-  const std::scoped_lock lock(trying);
-  if (threads <= tried) return;
-  const int more = threads - tried;
-  std::latch all_tried(1);
-  std::vector<std::thread> started;
-  std::string fault;
-  try {
-    for (int i = 0; i < more; ++i) started.emplace_back([&] { all_tried.wait(); });
-  } catch (const std::system_error& e) {
-    fault = e.code().message();
+int available_threads() {
+  if (const char* text = std::getenv("OMP_NUM_THREADS")) {
+    const std::string_view number = text;
+    int threads = 0;
+    std::from_chars(number.data(), number.data() + number.size(), threads);  // stays 0 where it is none
+    if (threads > 0) return threads;
   }
-  all_tried.count_down();
-  for (std::thread& t : started) t.join();
-  if (!fault.empty())
-    throw NoThreads(
-        fmt::format("the system starts only {} of {} threads ({}): give fewer with --threads, or raise the "
-                    "limit (ulimit -u)",
-                    tried + static_cast<int>(started.size()), threads, fault));
-  if (tried == 1) std::atexit(end_while_starting);
-  tried = threads;
+  if (cpu_set_t cores; sched_getaffinity(0, sizeof cores, &cores) == 0) return CPU_COUNT(&cores);
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));  // more cores than a cpu_set_t has
 }
-
-}  // namespace
 
 std::vector<BlockRange> BlockQueue::take_first(std::uint64_t count) {
   std::vector<BlockRange> piece;
@@ -134,22 +103,38 @@ bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std:
 
 void in_threads(int threads, const std::function<bool()>& stopped, const std::function<bool(int)>& next) {
   if (threads <= 0) threads = available_threads();
-  require_threads(threads);
   std::exception_ptr error;
-  std::mutex failing;                 // not omp critical: thread sanitizers know a mutex, but not GCC's OpenMP
-  std::atomic<bool> abandon = false;  // our own dynamic schedule: a stop leaves the loop at once
-  g_starting = threads > 1;
-#pragma omp parallel num_threads(threads)
-  for (g_starting = false; !abandon && !stopped();) {
-    try {
-      if (!next(omp_get_thread_num())) break;
-    } catch (...) {
-      abandon = true;
-      const std::scoped_lock lock(failing);
-      if (!error) error = std::current_exception();
-    }
+  std::mutex failing;
+  std::atomic<bool> abandon = false;
+  const auto work = [&](int thread) {
+    while (!abandon && !stopped()) try {
+        if (!next(thread)) break;
+      } catch (...) {
+        abandon = true;
+        const std::scoped_lock lock(failing);
+        if (!error) error = std::current_exception();
+      }
+  };
+  std::latch all_started(1);
+  std::vector<std::jthread> others;  // beside this one
+  try {
+    others.reserve(static_cast<std::size_t>(threads) - 1);
+    for (int thread = 1; thread < threads; ++thread)
+      others.emplace_back([&, thread] {
+        all_started.wait();
+        work(thread);
+      });
+  } catch (const std::system_error& e) {
+    error = std::make_exception_ptr(NoThreads(fmt::format(
+        "the system starts only {} of {} threads ({}): give fewer with --threads, or raise the limit (ulimit -u)",
+        others.size() + 1, threads, e.code().message())));
+  } catch (...) {
+    error = std::current_exception();
   }
-  const std::scoped_lock lock(failing);
+  if (error) abandon = true;
+  all_started.count_down();
+  work(0);
+  others.clear();  // waits for them
   if (error) std::rethrow_exception(error);
 }
 

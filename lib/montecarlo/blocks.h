@@ -63,7 +63,7 @@ struct BlockWork {
 
 /// Each of `threads` threads (0: all that the machine offers) calls next(thread), thread = 0, 1, ..., until that or
 /// stopped() says that it ends: next() by false, stopped() by true. The first exception is rethrown after all threads
-/// have stopped. Throws NoThreads before anything is called. No other function uses OpenMP.
+/// have stopped. Throws NoThreads before anything is called. The only function that computes in several threads.
 void in_threads(int threads, const std::function<bool()>& stopped, const std::function<bool(int thread)>& next);
 
 /// Calls kernel(block) for every block in parallel; take(number, tally) gets the tallies as they come, one at a time.
@@ -72,7 +72,8 @@ void in_threads(int threads, const std::function<bool()>& stopped, const std::fu
 bool compute_blocks(const BlockWork& work, const BlockKernel& kernel, const std::function<bool()>& stopped,
                     const std::function<void(std::uint64_t, stats::Tally)>& take);
 
-/// The number of threads that `threads = 0` means on this machine.
+/// The number of threads that `threads = 0` means here: the first number of the environment variable OMP_NUM_THREADS,
+/// or where that is none from 1, the cores that this process may use.
 int available_threads();
 
 }  // namespace surveymc::montecarlo

@@ -279,11 +279,14 @@ class Determinism(Case):
             self.assertEqual(sorted(whole), sorted(now))
 
     def test_omp_num_threads(self):
-        paths = []
-        for threads in ["1", "5"]:
-            paths.append(self.run_config("--trials", 3000, output=f"{threads}.h5", env={"OMP_NUM_THREADS": threads}))
-            self.assertEqual(attribute(paths[-1], "threads", "run"), int(threads))
-        self.assertEqual(contents(paths[0]), contents(paths[1]))
+        whole = None
+        cores = len(os.sched_getaffinity(0))
+        for text, threads in [("1", 1), ("5", 5), ("3,2", 3), ("0", cores), ("-4", cores), ("many", cores), ("", cores)]:
+            path = self.run_config("--trials", 3000, output="out.h5", env={"OMP_NUM_THREADS": text})
+            self.assertEqual(attribute(path, "threads", "run"), threads, text)
+            whole = whole or contents(path)
+            self.assertEqual(contents(path), whole, text)
+            path.unlink()
 
     def test_same_bits_from_every_instruction_set(self):
         # Where the processor has AVX-512 the first run uses it; elsewhere the two are the same code.
