@@ -49,7 +49,9 @@ Eigen::Matrix<double, Rows, Columns> product(const Eigen::Matrix<double, Rows, I
   Eigen::Matrix<double, Rows, Columns> c;
   for (int j = 0; j < Columns; ++j) {
 #pragma GCC ivdep
+#ifndef __clang__  // which makes vectors of what it has unrolled
 #pragma GCC unroll 1
+#endif
     for (int i = 0; i < Rows; ++i) c(i, j) = sum_of_products<0, Inner>(a, b, i, j);
   }
   return c;
