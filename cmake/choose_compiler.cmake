@@ -1,6 +1,6 @@
 # Before project(): Clang where it is installed and nobody names a compiler. It gives the same bits as GCC, and takes three
-# quarters of GCC's time for a fresh build. Which one a build folder has stays as it is.
-if(NOT CMAKE_CXX_COMPILER AND NOT CMAKE_TOOLCHAIN_FILE AND NOT DEFINED ENV{CXX} AND NOT DEFINED ENV{CC})
+# quarters of GCC's time for a fresh build. A build folder keeps the compiler that it has.
+if(NOT CMAKE_C_COMPILER AND NOT CMAKE_CXX_COMPILER AND NOT CMAKE_TOOLCHAIN_FILE AND NOT DEFINED ENV{CXX} AND NOT DEFINED ENV{CC})
   find_program(clang clang NO_CACHE)
   find_program(clangxx clang++ NO_CACHE)
   if(clang AND clangxx)

@@ -4,8 +4,8 @@
 PROGRAM... (an emulator and its program, or a program with another instruction set) runs every smoke config; its content hash
 must be that of OUR_SMOKE_RESULTS. Where it is not, the tables and columns that differ are named, with the largest difference.
 The programs must also call their numerics the same (`--version`): then a shard of each is merged to the result of one run, and
-a run that PROGRAM left unfinished is finished here. A program of GCC and one of Clang differ there in
-the compiler alone, and do not mix parts.
+a run that PROGRAM left unfinished is finished here. A program of GCC and one of Clang differ there in the compiler alone, and do
+not mix parts.
 """
 import pathlib
 import re
