@@ -75,9 +75,10 @@ void TableRows::test(double statistic, double critical_low, double critical_high
 
 void TableRows::covariance(std::string_view axes, std::string_view meaning, const Eigen::Matrix3d& c) {
   constexpr std::array<std::array<std::size_t, 2>, 6> kElements{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
-  for (const auto& [i, j] : kElements)
-    number(std::string{axes[i], axes[j]} + "_m2", "m2", meaning,
-           c(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+  for (const auto& [i, j] : kElements) {
+    const std::array<char, 5> name{axes[i], axes[j], '_', 'm', '2'};  // not a string: there are many rows
+    number({name.data(), name.size()}, "m2", meaning, c(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+  }
 }
 
 void TableRows::drop_rows() {
