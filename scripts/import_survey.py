@@ -150,8 +150,8 @@ def main():
         run(arguments(sys.argv[1:]))
         sys.stdout.flush()
     except Problem as problem:
-        for_program = "--for-program" in sys.argv
-        print(as_keys(str(problem)) if for_program else problem, file=sys.stderr)
+        has_keys = "--for-program" in sys.argv and "--readings" not in sys.argv
+        print(as_keys(str(problem)) if has_keys else problem, file=sys.stderr)
         return problem.code
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

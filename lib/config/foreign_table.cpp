@@ -189,9 +189,11 @@ ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignK
     std::string command = fmt::format("{} {}", script.string(), place.string());
     if (kind == ForeignKind::readings) command += " --readings";
     for (const auto& [name, value] : options) command += fmt::format(" --{} {}", name, value);
-    throw InputError(fmt::format("{}; or make a CSV of it: {} -o {}.csv",
+    // Readings have no keys: only the script takes an option, and its message names that.
+    const bool has_keys = kind == ForeignKind::survey;
+    throw InputError(fmt::format("{}; {}make a CSV of it: {} -o {}.csv",
                                  said.empty() ? fmt::format("{}: {} ended with {}", path, kScript, ended.code) : said,
-                                 command, kind == ForeignKind::readings ? "readings" : "survey"));
+                                 has_keys ? "or " : "", command, has_keys ? "survey" : "readings"));
   }
   Answer answer = answer_of(ended.out);
   InputTable table = parse_csv(answer.csv, path);

@@ -248,6 +248,17 @@ class Readings(Case):
         (self.folder / "tool.txt").unlink()
         self.assertIn("identical: ", self.call("rerun", "out.h5").stdout)
 
+    def test_readings_have_no_keys_and_are_asked_for_by_the_option_of_the_script(self):
+        self.write("base.toml", (test_cli.SOURCE / "configs/examples/readings.toml").read_text())
+        row = "1000;1.0;2.0;9.5;14000;-14000;46000\n"
+        for head, says in [("MD;Gx (m/s2);Gy (m/s2);Gz (m/s2);Bx (nT);By (nT);Bz (nT)", r"--depth-unit m\|ft\|usft"),
+                           ("MD (m);Gx;Gy;Gz;Bx (nT);By (nT);Bz (nT)", r"--gravity-unit g\|mg\|mps2"),
+                           ("MD (m);Gx (m/s2);Gy (m/s2);Gz (m/s2);Bx;By;Bz", r"--field-unit nT\|uT\|gauss\|mgauss")]:
+            with self.subTest(says=says):
+                self.write("tool.txt", head + "\n" + row)
+                self.refused(BAD_INPUT, "check", "base.toml", "--set", "readings=tool.txt",
+                             says=rf"tool\.txt:line 1: .*no unit: must be known: {says}; make a CSV of it: \S+import_survey\.py tool\.txt --readings -o")
+
 
 if __name__ == "__main__":
     test_cli.EXECUTABLE, test_cli.SOURCE = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]).resolve()
