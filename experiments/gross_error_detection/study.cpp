@@ -171,14 +171,18 @@ class GrossErrorDetection final : public study::StudyPoint {
       const reliability::StationAdjustment a = trials_.adjusted(y);
       text += fmt::format("{} errors: {} after {} steps, Omega {:.12g}\n", with_errors ? "with the" : "without",
                           a.converged ? "converged" : "NOT converged", a.iterations, a.omega);
+      const Eigen::VectorXd w = a.converged ? reliability::w_statistics(a.parity) : Eigen::VectorXd();
+      Eigen::Index n = 0;
+      const auto w_of_next = [&] { return n < w.size() ? fmt::format(", w {:.6f}\n", w[n++]) : std::string("\n"); };
       for (std::size_t k = 0; k < y.readings.size(); ++k)
-        for (std::size_t i = 0; i < reliability::kReadings; ++i) {
-          const auto n = static_cast<Eigen::Index>(reliability::kReadings * k + i);
-          text += fmt::format("  station {} {:<3} {:.12g} {}", k, reliability::observation_names()[i], y.readings[k][i],
-                              reliability::observation_unit(i));
-          if (a.converged) text += fmt::format(", w {:.6f}", reliability::w_statistics(a.parity)[n]);
-          text += "\n";
-        }
+        for (std::size_t i = 0; i < reliability::kReadings; ++i)
+          text += fmt::format("  station {} {:<3} {:.12g} {}{}", k, reliability::observation_names()[i],
+                              y.readings[k][i], reliability::observation_unit(i), w_of_next());
+      for (std::size_t i = reliability::kReadings; i < reliability::kObservations; ++i)  // mse_fixed: without a test
+        text += fmt::format("  {} {:.12g} {}{}", reliability::observation_names()[i],
+                            y.references[i - reliability::kReadings] * reliability::observation_scale(i),
+                            reliability::observation_unit(i), w_of_next());
+      for (int term = 0; n < w.size(); ++term) text += fmt::format("  systematic_term_{} 0{}", term, w_of_next());
       if (!with_errors || !a.converged) continue;
       const reliability::TrialTests tests = reliability::GrossErrorTrials::tests_of(a);
       for (const SnoopingStrategy strategy : s_.strategies) {

@@ -1778,6 +1778,38 @@ class GrossErrors(Case):
         self.assertIn("identical", self.call("rerun", "e.h5").stdout)
         self.assertIn("single: ", self.call("run", "error.toml", "--trial", 5).stdout)
 
+    def test_replay_prints_all_that_is_adjusted(self):
+        """Least squares of the printed numbers, by the paper's six unknowns, gives the printed Omega and w."""
+        self.errors(('toolface_deg = ', 'sigma.magnetometer_scale = 0.0\nsigma.accelerometer_scale = 0.0\ntoolface_deg = '))
+        sd = np.array([np.hypot(0.0039, 0.003)] * 3 + [np.hypot(70, 70)] * 2 + [np.sqrt(150**2 + 2 * 70**2), 0.003, 65, np.deg2rad(0.12)])
+
+        def model(x):
+            inclination, toolface, azimuth, gravity, total, dip = x
+            (si, st, sa, sd_), (ci, ct, ca, cd) = np.sin([*x[:3], dip]), np.cos([*x[:3], dip])
+            down, north = np.array([-si * st, -si * ct, ci]), np.array([ci * ca * st + sa * ct, ci * ca * ct - sa * st, si * ca])
+            return np.array([*(gravity * down), *(total * (cd * north + sd_ * down)), gravity, total, dip])
+
+        for trial in (0, 5):
+            for part in re.split(r"(?m)^with.* errors: ", self.call("run", "error.toml", "--trial", trial).stdout)[1:]:
+                found = np.array(re.findall(r"(?m)^  (?:station 0 )?\w+ +(\S+) \w+, w (\S+)$", part), float)
+                self.assertEqual(found.shape, (9, 2))
+                y = np.array([*found[:8, 0], np.deg2rad(found[8, 0])])
+                x = np.array([*np.deg2rad([30, 45, 60]), *y[6:]])
+                step = np.array([1e-6] * 3 + [1e-5, 0.05, 1e-6])
+                for _ in range(12):
+                    a = np.array([(model(x + h) - model(x - h)) / (2 * h.sum()) for h in np.diag(step)]).T / sd[:, None]
+                    e = (y - model(x)) / sd
+                    x = x + np.linalg.lstsq(a / np.linalg.norm(a, axis=0), e, rcond=None)[0] / np.linalg.norm(a, axis=0)
+                q, _ = np.linalg.qr(a / np.linalg.norm(a, axis=0))
+                self.assertAlmostEqual(e @ e / float(re.search(r"Omega (\S+)", part)[1]), 1, delta=1e-8)
+                np.testing.assert_allclose(e / np.sqrt(1 - (q**2).sum(axis=1)), found[:, 1], atol=2e-6)
+
+    def test_replay_prints_references_without_error_and_systematic_terms(self):
+        self.errors(('mode = "sse"', 'mode = "mse_fixed"'))
+        self.assertRegex(self.call("run", "error.toml", "--trial", 5).stdout, r"(?m)^  dip 75 deg$")
+        self.errors(('mode = "sse"', 'mode = "mse_shared"\nstations = 2\nsystematic_terms = true'))
+        self.assertEqual(len(re.findall(r"(?m)^  systematic_term_\d+ 0, w ", self.call("run", "error.toml", "--trial", 5).stdout)), 24)
+
     def test_sizes(self):
         with_size = lambda size: (('size = "minimal_detectable"', size),)
         for change, expected in ((with_size("size_nT = -250.0"), -250), ((), 689.04775),
