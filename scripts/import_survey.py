@@ -72,6 +72,7 @@ def arguments(given):
     p.add_argument("--accept-doglegs", action="store_true", help="take turns of 180 deg and more")
     p.add_argument("--accept-depths", action="store_true", help="take depths below 20 km")
     p.add_argument("--for-program", metavar="NAME", help=argparse.SUPPRESS)  # surveymc calls it so, and calls the file NAME
+    p.add_argument("--key-prefix", default="survey.", help=argparse.SUPPRESS)  # with it: what its keys begin with
     options = p.parse_args(given)
     options.name = shown(options.for_program or options.file)
     if options.readings and (options.azimuth_reference or options.angle_unit or options.toolface_zero):
@@ -150,8 +151,9 @@ def main():
         run(arguments(sys.argv[1:]))
         sys.stdout.flush()
     except Problem as problem:
+        prefix = next((a.partition("=")[2] for a in sys.argv if a.startswith("--key-prefix=")), "survey.")
         has_keys = "--for-program" in sys.argv and "--readings" not in sys.argv
-        print(as_keys(str(problem)) if has_keys else problem, file=sys.stderr)
+        print(as_keys(str(problem), prefix) if has_keys else problem, file=sys.stderr)
         return problem.code
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

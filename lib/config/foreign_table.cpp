@@ -163,15 +163,15 @@ bool is_own_form(const std::string& text, ForeignKind kind) {
   return true;
 }
 
-ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignKind kind,
-                        const ImportOptions& options) {
+ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignKind kind, const ImportOptions& options,
+                        const std::string& told_as) {
   if (place.native().find('\0') != std::string::npos) throw IoError("is not the name of a file");
   const auto [text, fault] = read_file(place, kLargestTable, kSmallerTable);
   if (!fault.empty()) throw IoError(fmt::format("cannot be read: {} (looked for {})", fault, place.string()));
   if (is_own_form(text, kind)) {
     for (const auto& [name, value] : options)
-      require(name == kNorth, "{}: has the columns that surveymc writes and needs no import: must be without survey.{}",
-              path, key_of(name));
+      require(name == kNorth, "{}: has the columns that surveymc writes and needs no import: must be without {}{}",
+              path, told_as, key_of(name));
     return {parse_csv(text, path, kind == ForeignKind::survey ? require_survey_names : require_readings_names), ""};
   }
   const fs::path script = script_path();
@@ -180,7 +180,8 @@ ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignK
       "{}: is no CSV of our own form ({} ...), and {}, which reads other forms, is not beside the program: install it, "
       "or write such a CSV",
       path, kind == ForeignKind::survey ? "md_m, inclination_deg, azimuth_deg" : "md_m, gx_mps2, bx_nT", kScript);
-  std::vector<std::string> arguments{script.string(), fs::absolute(place).string(), "--for-program", path};
+  std::vector<std::string> arguments{script.string(), fs::absolute(place).string(), "--for-program", path,
+                                     "--key-prefix=" + told_as};
   if (kind == ForeignKind::readings) arguments.emplace_back("--readings");
   for (const auto& [name, value] : options) arguments.push_back(fmt::format("--{}={}", name, value));
   const Ended ended = run_program(arguments);

@@ -30,8 +30,8 @@ bool is_own_form(const std::string& text, ForeignKind kind);
 /// none.
 ///
 /// Throws IoError if the file or the script cannot be read, InputError "path:line: ...: rule: way out" for the rest;
-/// ways out are keys of `[survey]`, and the command that makes a CSV.
+/// ways out are the keys of `options`, with `told_as` before them, and the command that makes a CSV.
 ReadTable read_any_form(const std::filesystem::path& place, const std::string& path, ForeignKind kind,
-                        const ImportOptions& options);
+                        const ImportOptions& options, const std::string& told_as = "survey.");
 
 }  // namespace surveymc::config

@@ -20,11 +20,15 @@ namespace surveymc::study {
 
 namespace {
 
-/// What the importer has to be told of a survey file in another form, as far as the config says it.
-config::ImportOptions read_import_options(config::ConfigReader& c) {
+constexpr const char* kNorthOfSurvey = "survey.azimuth_reference";
+
+/// What the importer has to be told of a survey file in another form, as far as the config says it. `table`: "survey."
+/// or
+/// "", in which the keys are.
+config::ImportOptions read_import_options(config::ConfigReader& c, const std::string& table) {
   config::ImportOptions options;
   const auto add = [&](const char* key, const char* option, const std::vector<std::string>& allowed) {
-    const std::string full = fmt::format("survey.{}", key);
+    const std::string full = table + key;
     if (c.has(full)) options.emplace_back(option, allowed.empty() ? c.text(full) : c.choice(full, allowed));
   };
   add("depth_unit", "depth-unit", {"m", "ft", "usft"});
@@ -44,9 +48,11 @@ std::optional<std::string> written_north(config::ConfigReader& c, const std::str
   return c.choice(key, {"true", "magnetic", "grid"});
 }
 
-/// The table that the file of `key` holds, in our own form or in that of another program.
+/// The table that the file of `key` holds, in our own form or in that of another program. `north`: the key of its
+/// north; `told_as`: what messages write before the keys of `options`.
 config::InputTable read_any_table(config::ConfigReader& c, const std::string& key, config::ForeignKind kind,
-                                  const config::ImportOptions& options) {
+                                  const config::ImportOptions& options, const std::string& north,
+                                  const std::string& told_as) {
   std::string reading, told;
   for (const auto& [name, value] : options) reading += fmt::format("{}{} {}", reading.empty() ? "" : ", ", name, value);
   const std::string path = c.text(key);
@@ -54,9 +60,8 @@ config::InputTable read_any_table(config::ConfigReader& c, const std::string& ke
       key,
       [&](const std::filesystem::path& place) {
         config::ImportOptions all = options;
-        if (const auto north = written_north(c, "survey.azimuth_reference"))
-          all.emplace_back("azimuth-reference", *north);
-        config::ReadTable read = config::read_any_form(place, path, kind, all);
+        if (const auto written = written_north(c, north)) all.emplace_back("azimuth-reference", *written);
+        config::ReadTable read = config::read_any_form(place, path, kind, all, told_as);
         told = std::move(read.told);
         return std::move(read.table);
       },
@@ -120,7 +125,12 @@ void warn_of_north(config::ConfigReader& c, const config::InputTable& table,
 }
 
 config::InputTable read_readings_table(config::ConfigReader& c) {
-  return read_any_table(c, "readings", config::ForeignKind::readings, {});
+  return read_any_table(c, "readings", config::ForeignKind::readings, {}, kNorthOfSurvey, "survey.");
+}
+
+config::InputTable read_offset_table(config::ConfigReader& c) {
+  return read_any_table(c, "file", config::ForeignKind::survey, read_import_options(c, ""), "azimuth_reference",
+                        "offset.");
 }
 
 survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField& field, bool needs_toolface) {
@@ -130,8 +140,8 @@ survey::Survey read_survey(config::ConfigReader& c, const survey::ReferenceField
     return read_planned_survey(c);
   }
   config::SurveyConventions conventions;
-  const config::InputTable table =
-      read_any_table(c, "survey.file", config::ForeignKind::survey, read_import_options(c));
+  const config::InputTable table = read_any_table(c, "survey.file", config::ForeignKind::survey,
+                                                  read_import_options(c, "survey."), kNorthOfSurvey, "survey.");
   // Before its zero is asked for, which a file without toolface does not have: this throws.
   if (needs_toolface && table.find("toolface_deg") < 0) config::survey_from_table(table, conventions, true);
   const std::vector<std::string> zeros{"x", "y"};

@@ -27,6 +27,10 @@ config::AzimuthReference read_azimuth_reference(config::ConfigReader& config, co
 void warn_of_north(config::ConfigReader& config, const config::InputTable& table,
                    const config::SurveyConventions& conventions);
 
+/// The file that `file` of an [[offset]] names, in our own form or that of another program: with the keys of `[survey]`
+/// for what such a file leaves open.
+config::InputTable read_offset_table(config::ConfigReader& offset);
+
 /// The file that `readings` names, in our own form or that of another program.
 config::InputTable read_readings_table(config::ConfigReader& config);
 

@@ -33,8 +33,15 @@ constexpr double kSameAngle = 1e-9;                             // rad
 double read_hole_diameter(config::ConfigReader& c, const std::string& prefix, double fallback) {
   const std::string inches = prefix + "_in", metres = prefix + "_m";
   if (c.has(inches) && c.has(metres)) c.fail(inches, "not together with " + metres);
-  if (c.has(metres) || (fallback == 0 && !c.has(inches))) return c.number(metres, config::Range::positive());
-  return c.has(inches) ? kInch * c.number(inches, config::Range::positive()) : fallback;
+  const bool is_metres = c.has(metres) || (fallback == 0 && !c.has(inches));
+  if (!is_metres && !c.has(inches)) return fallback;
+  const std::string& key = is_metres ? metres : inches;
+  const double diameter = (is_metres ? 1 : kInch) * c.number(key, config::Range::positive());
+  constexpr double kWidest = 1.5;
+  if (diameter > kWidest)
+    c.warn(key, fmt::format("a hole of {:.4g} m is wider than any that is drilled for a well: is the unit right?",
+                            diameter));
+  return diameter;
 }
 
 Eigen::Vector3d vector_of(const std::vector<double>& x) { return {x[0], x[1], x[2]}; }
@@ -65,9 +72,9 @@ survey::ReferenceField read_offset_field(config::ConfigReader& c, const survey::
 survey::Survey read_offset_survey(config::ConfigReader& c, const survey::ReferenceField& field,
                                   config::AzimuthReference north_of_reference) {
   config::SurveyConventions conventions;
-  const config::InputTable table = c.csv("file");
+  const config::InputTable table = read_offset_table(c);
   if (north_of_reference != config::AzimuthReference::true_north &&
-      config::named_north(table) == config::NamedNorth::none && !c.has("azimuth_reference"))
+      config::named_north(table) == config::NamedNorth::none && !c.is_text("azimuth_reference"))
     c.fail("azimuth_reference", fmt::format("missing: azimuths of the reference are from {} north; say from which "
                                             "north those of this survey are",
                                             north_name(north_of_reference)));

@@ -19,8 +19,17 @@ def shown(value, most=60):
     return text if len(text) <= most else text[: most - 3] + "..."
 
 
-def as_keys(text):
-    """A message with the keys of surveymc's configs for this script's options."""
-    text = re.sub(r"--(skip-lines|columns) (\d[\d,-]*|\w+=[^ ;:]+)", lambda m: f'survey.{m[1].replace("-", "_")} = "{m[2]}"', text)
-    text = re.sub(r"--([a-z][a-z-]+)(?= [\w.]+[|=]| \d)", lambda m: f"survey.{m[1].replace('-', '_')} =", text)
-    return re.sub(r"--([a-z][a-z-]+)", lambda m: f"survey.{m[1].replace('-', '_')}", text)
+def as_keys(text, prefix="survey."):
+    """A message with the keys of surveymc's configs for this script's options: with its value, a key is as a config has it."""
+    def key(option):
+        return prefix + option.replace("-", "_")
+
+    def choice(m):
+        words = [f'"{w}"' for w in m[2].split("|")]
+        return f"{key(m[1])} = {', '.join(words[:-1])} or {words[-1]}"
+
+    text = re.sub(r"--(skip-lines|columns) (\d[\d,-]*|\w+=[^ ;:]+)", lambda m: f'{key(m[1])} = "{m[2]}"', text)
+    text = re.sub(r"--([a-z][a-z-]+) (\w+(?:\|\w+)+)", choice, text)
+    text = re.sub(r"--(decimal) (point|comma)\b", lambda m: f'{key(m[1])} = "{m[2]}"', text)
+    text = re.sub(r"--([a-z][a-z-]+)(?= [\w.]+=| \d)", lambda m: f"{key(m[1])} =", text)
+    return re.sub(r"--([a-z][a-z-]+)", lambda m: key(m[1]), text)

@@ -65,6 +65,32 @@ class ClearanceCase(Case):
         return [r for r in rows if all(r[k] == v for k, v in wanted.items())]
 
 
+class Files(ClearanceCase):
+    def test_the_survey_of_an_offset_may_be_of_another_program(self):
+        wanted = self.rows(self.run_config(output="own.h5"), "least")
+        text = "Survey of a well\nMD;Incl.;Azimuth\n;(deg);(deg)\n" + "".join(f"{md};{i};{a}\n" for md, i, a in OTHER)
+        self.write("other.txt", text)
+        config = self.changed(('"other.csv"', '"other.txt"'))
+        self.refused(BAD_INPUT, "run", config, "-o", "x.h5",
+                     says=r"""other\.txt:lines 2-3: column 'MD': no unit: must be known: offset\.depth_unit = "m", "ft" or "usft"; or make a CSV""")
+        keys = '"other.txt"\ndepth_unit = "m"\nazimuth_reference = "true"'
+        config = self.changed(('"other.csv"', keys))
+        self.assertIn("# other.txt read as semicolon-separated text", self.call("check", config).stdout)
+        self.assertEqual(self.rows(self.run_config(config=config, output="theirs.h5"), "least"), wanted)
+        (self.folder / "other.txt").unlink()
+        self.assertIn("identical: ", self.call("rerun", "theirs.h5").stdout)
+        self.write("other.txt", text)
+        self.refused(BAD_INPUT, "check", self.changed(('"other.csv"', keys.replace("\nazimuth_reference = \"true\"", ""))),
+                     says=r"other\.txt: the file does not say which north .* azimuth_reference = ")
+        self.refused(BAD_INPUT, "check", self.changed(('"other.csv"', '"other.csv"\ndepth_unit = "m"')),
+                     says=r"other\.csv: .*must be without offset\.depth_unit")
+
+    def test_a_hole_that_nobody_drills_is_a_warning(self):
+        said = self.call("check", self.changed(("hole_diameter_in = 12.25", "hole_diameter_in = 311.0"))).stdout
+        self.assertRegex(said, r"# warning: changed.toml:4: survey.hole_diameter_in = 311: a hole of 7\.899 m is wider than any")
+        self.assertNotIn("# warning", self.call("check", "base.toml").stdout)
+
+
 class Tables(ClearanceCase):
     def test_rows_hang_together(self):
         path = self.run_config()
