@@ -428,7 +428,10 @@ ConfigPlace ConfigReader::place(const std::string& key) const {
 }
 
 void ConfigReader::fail(const std::string& key, const std::string& rule) const {
-  if (KeyLog* log = state_->point->doc->log.get()) log->refused = state_->full_key(key);
+  if (KeyLog* log = state_->point->doc->log.get()) {
+    log->refused = state_->full_key(key);
+    if (rule.starts_with("missing")) log->use(log->refused).is_needed = true;
+  }
   place(key).fail(rule);
 }
 

@@ -96,7 +96,9 @@ class Explorer {
       return std::any_of(now.begin(), now.end(), [&](const Supposition& s) { return s.first == key; });
     };
     std::vector<Supposition> out;
-    if (!log_->refused.empty() && !is_supposed(log_->refused)) out.emplace_back(log_->refused, kGone);
+    // A key that was supposed first may be what does not go together with the one that has just been said to be there.
+    const bool may_go = !is_supposed(log_->refused) || now.back().second == kSaid;
+    if (!log_->refused.empty() && may_go) out.emplace_back(log_->refused, kGone);
     if (const std::string& key = log_->missing; !key.empty()) {
       for (const std::string& value : values_of(key)) out.emplace_back(key, value);
       return out;

@@ -98,6 +98,15 @@ class Keys(unittest.TestCase):
                                 ("position_covariance", "leg[].error_model.name")]:
             self.assertIn(key, self.listed[experiment], experiment)
 
+    def test_keys_that_only_some_wells_have(self):
+        for experiment in ("clearance", "collision"):
+            listed = self.listed[experiment]
+            for key in ("leg[].from_md_ft", "offset[].leg[].from_md_ft", "offset[].kickoff_md_m", "offset[].depth_unit"):
+                self.assertIn(key, listed, experiment)
+            self.assertEqual(listed["offset[].azimuth_reference"]["default"], '"true", or needed by other keys')
+        for experiment, listed in self.listed.items():
+            self.assertEqual(listed.get("error_model.name", {"rule": ""})["rule"], "", experiment)  # no names of an example
+
     def test_what_must_be_given(self):
         listed = self.listed["msa_position"]
         self.assertEqual(listed["noise.magnetometer_nT"]["default"], "must be given")
