@@ -171,6 +171,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.latitude = study::read_latitude(c, models);
   s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
   study::read_outside_range(c, s.survey, s.tools.runs, s.validity);
+  study::warn_of_idle_terms(c, s.tools, s.field, s.latitude);
   s.model_place = c.place("error_model");
   s.multiplier = c.number("errors.multiplier", {0, 1000, true, false}, 1);
   s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "tilt" ? propagate::VerticalRule::tilt

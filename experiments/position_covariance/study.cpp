@@ -115,6 +115,7 @@ Scenario read_scenario(config::ConfigReader& c) {
   s.tvd = study::read_true_vertical_depths(c, s.survey);
   s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
   study::read_outside_range(c, s.survey, s.tools.runs, s.validity);
+  study::warn_of_idle_terms(c, s.tools, s.field, s.latitude);
   s.detail = read_source_detail(c);
   s.last_only = c.choice("output.stations", {"all", "last"}, "all") == "last";
   if (s.last_only && s.detail == propagate::SourceDetail::all)

@@ -263,6 +263,7 @@ InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {
 }
 
 void ConfigDocument::remark(bool is_warning, const std::string& text) {
+  if (parent) return parent->remark(is_warning, text);  // of a file that the config names
   if (remarked.insert(text).second) remarks.push_back({is_warning, text});
 }
 

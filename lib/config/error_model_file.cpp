@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/error.h"
 #include "base/units.h"
@@ -82,7 +83,9 @@ class FunctionEntry {
     try {
       return em::parse_expression(entry_.text(key));
     } catch (const em::FormulaError& e) {
-      fail(key, e.what() + suggestion(e.unknown, e.known));
+      const std::string near = suggestion(e.unknown, e.known);
+      fail(key, e.what() + (near.empty() && !e.known.empty() ? fmt::format("; there are {}", fmt::join(e.known, ", "))
+                                                             : near));
     }
   }
 
@@ -167,7 +170,11 @@ class ModelFile {
       file.finish();
     }
     read_functions_into(document_, catalogue_, own_);
-    if (!document_.has("model")) return {read_single()};
+    if (!document_.has("model")) {
+      std::vector<SharedModel> only{read_single()};
+      warn_of_unused(only);
+      return only;
+    }
     for (ConfigReader& entry : document_.tables("model")) {
       const std::string name = entry.text("name");
       entry.require(!name.empty(), "name", "must not be empty");
@@ -179,6 +186,7 @@ class ModelFile {
     std::vector<SharedModel> out;
     for (Entry& e : entries_) out.push_back(resolved(e));
     document_.finish();
+    warn_of_unused(out);
     return out;
   }
 
@@ -235,6 +243,18 @@ class ModelFile {
       e.reader.fail("extends",
                     fmt::format("no model of this file, and none that is shipped: {}", shipped_model_suggestion(name)));
     return read_shipped_model(e.reader, "extends", *shipped);
+  }
+
+  /// A formula that was written for nothing: the term that should name it may name another. A file of functions is for
+  /// many models.
+  void warn_of_unused(const std::vector<SharedModel>& models) {
+    for (ConfigReader& entry : document_.tables("function")) {
+      const auto& function = own_.at(entry.text("name"));
+      const bool is_used = std::any_of(models.begin(), models.end(), [&](const SharedModel& m) {
+        return std::any_of(m->terms.begin(), m->terms.end(), [&](const em::Term& t) { return t.function == function; });
+      });
+      if (!is_used) entry.warn("name", "no term of this file has this function: its formulas do nothing");
+    }
   }
 
   static void read_settings(ConfigReader& r, em::Model& m, bool extends) {

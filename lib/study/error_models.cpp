@@ -4,8 +4,10 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/units.h"
+#include "error_model/model_graph.h"
 #include "survey/depths.h"
 
 namespace surveymc::study {
@@ -25,8 +27,11 @@ NamedErrorModel read_model_of_file(config::ConfigReader& c) {
   }
   std::vector<std::string> names;
   for (const config::SharedModel& m : models) names.push_back(m->name);
-  const std::string name = c.choice("error_model.name", names);
-  const auto at = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  const std::string name = c.text("error_model.name");  // not choice(): `surveymc keys` would list names of an example
+  const auto found = std::find(names.begin(), names.end(), name);
+  c.require(found != names.end(), "error_model.name",
+            fmt::format("must be {}\"{}\"", names.size() > 1 ? "one of " : "", fmt::join(names, "\", \"")));
+  const auto at = static_cast<std::size_t>(found - names.begin());
   return {file + ": " + name, models[at]};
 }
 
@@ -82,6 +87,21 @@ double read_latitude(config::ConfigReader& c, const std::vector<config::SharedMo
       if (t.function->names(error_model::Variable::latitude))
         c.fail("field.latitude_deg", fmt::format("missing: {} of {} needs the latitude", t.code, m->name));
   return kNaN;
+}
+
+void warn_of_idle_terms(config::ConfigReader& c, const ToolRuns& tools, const survey::ReferenceField& field,
+                        double latitude) {
+  for (std::size_t r = 0; r < tools.runs.size(); ++r) {
+    // Shipped models are as published, magnitudes of 0 among them: the table `validity` lists those.
+    if (config::find_shipped_model(tools.model_names[r]) != nullptr) continue;
+    const error_model::Model& m = *tools.runs[r].model;
+    const error_model::Surroundings here =
+        error_model::surroundings_of(m.parameters, field.dip, field.total, field.gravity, latitude);
+    for (const error_model::Term& t : m.terms)
+      if (error_model::is_without_effect(t, here))
+        c.warn("", fmt::format("{}: term {}, magnitude {}, function {}: has no effect at any inclination and azimuth",
+                               tools.model_names[r], t.code, config::format_number(t.magnitude), t.function->name));
+  }
 }
 
 void read_outside_range(config::ConfigReader& c, const survey::Survey& survey,

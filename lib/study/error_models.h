@@ -36,6 +36,10 @@ ToolRuns read_tool_runs(config::ConfigReader& config, const survey::Survey& surv
 /// `field.latitude_deg` in rad: required where a formula of a model has Latitude, else NaN where it is not given.
 double read_latitude(config::ConfigReader& config, const std::vector<config::SharedModel>& models);
 
+/// Warns of terms of the user's own models that move nothing at any inclination and azimuth, in this field.
+void warn_of_idle_terms(config::ConfigReader& config, const ToolRuns& tools, const survey::ReferenceField& field,
+                        double latitude);
+
 /// `error_model.outside_range` = "mark" (default) or "refuse": stations at which a model does not hold are listed, or
 /// refused by InputError with the first station and the range. `well`: its name, where there are several.
 void read_outside_range(config::ConfigReader& config, const survey::Survey& survey,

@@ -392,12 +392,14 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
   r.latitude = read_latitude(c, models_of(r.tools));
   r.tvd = read_true_vertical_depths(c, r.survey);
   refuse_outside_range(c, r);
+  warn_of_idle_terms(c, r.tools, r.field, r.latitude);
   std::vector<config::ConfigReader> offsets = c.tables("offset");
   if (offsets.empty()) c.fail("offset", "missing: there must be at least one [[offset]]");
   std::set<std::string> names{r.name};
   for (config::ConfigReader& entry : offsets) {
     s.offsets.push_back(read_offset(entry, r, north));
     refuse_outside_range(c, s.offsets.back());
+    warn_of_idle_terms(c, s.offsets.back().tools, s.offsets.back().field, s.offsets.back().latitude);
     entry.require(names.insert(s.offsets.back().name).second, "name", "another well has this name");
   }
   s.rule.scale_factor = c.number("separation.scale_factor", config::Range::positive(), s.rule.scale_factor);

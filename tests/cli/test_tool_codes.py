@@ -135,6 +135,38 @@ class Covariances(CodesCase):
         self.assertRegex(self.call("run", "mine.toml", "-o", "z.h5").stdout,
                          r"(?m)^warning: own.toml: a: zero term: .*X: OWN has no effect")
 
+    def test_check_names_what_does_nothing_in_an_own_model(self):
+        self.write("own.toml", OWN.replace("magnitude = 1.0", "magnitude = 0.0") +
+                   '[[function]]\nname = "SPARE"\nazimuth = "Sin(AzM)"\n')
+        self.write("mine.toml", CONFIG.replace('error_model = "GYRO-NS-CT"\n', "") +
+                   '[error_model]\nfile = "own.toml"\nname = "a"\n')
+        wells = (SURVEY.replace("60", "61"), '[survey]\nfile = "well.csv"\nhole_diameter_in = 12.25\n',
+                 '[[offset]]\nname = "o"\nfile = "offset.csv"\nslot_m = [50.0, 0.0, 0.0]\n')
+        self.write("offset.csv", wells[0])
+        config = (self.folder / "mine.toml").read_text()
+        self.write("wells.toml", config.replace("position_covariance", "clearance").replace('[survey]\nfile = "well.csv"\n', wells[1]) + wells[2])
+        self.write("drawn.toml", "trials = 100\nseed = 1\n" + config.replace("position_covariance", "error_model_monte_carlo"))
+        for name in ("mine.toml", "wells.toml", "drawn.toml"):
+            with self.subTest(config=name):
+                out = self.call("check", name).stdout
+                self.assertIn("# warning: own.toml: a: term X, magnitude 0, function OWN: has no effect at any inclination and azimuth\n", out)
+                self.assertRegex(out, r'# warning: own.toml:\d+: function\[1\].name = "SPARE": no term of this file has this function')
+        self.write("own.toml", OWN)
+        self.assertNotIn("# warning", self.call("check", "mine.toml").stdout)
+        # Shipped models are as published.
+        self.assertNotIn("has no effect", self.call("check", "base.toml", "--set", "field.dip_deg=0").stdout)
+
+    def test_a_leg_has_the_name_that_the_config_gives_its_model(self):
+        def models(*options):
+            header, rows = self.table_csv(self.run_config(*options, config="mine.toml", output="named.h5"), "tool_codes")
+            return [r[header.index("model")] for r in rows], [r[header.index("catalogue")] for r in rows]
+
+        self.write("own.toml", OWN[:OWN.index('[[model]]\nname = "b"')])
+        self.write("mine.toml", CONFIG.replace('error_model = "GYRO-NS-CT"\n', "") + '[error_model]\nfile = "own.toml"\n')
+        self.assertEqual(models(), (["own.toml"], ["own.toml"]))
+        self.assertEqual(models("--set", "error_model.name=a"), (["own.toml: a"], ["own.toml"]))
+        self.refused(BAD_INPUT, "check", "mine.toml", "--set", "error_model.name=c", says='error_model.name = "c": must be "a"\n')
+
     def test_by_source(self):
         every = self.run_config(output="all.h5")
         last = self.run_config("--set", "output.by_source=last", output="last.h5")

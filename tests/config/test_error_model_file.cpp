@@ -141,6 +141,9 @@ TEST_CASE("A bad function is refused with its line, name, formula, column and ru
       "3: function F: azimuth = \"Sin(Inc) * Cos(AzX)\": column 16: unknown variable \"AzX\"; did you mean \"AzM\"?");
   refused("azimuth = 'Sinn(Inc)'",
           "3: function F: azimuth = \"Sinn(Inc)\": column 1: unknown function \"Sinn\"; did you mean \"Sin\"?");
+  refused(
+      "azimuth = 'Qwertz'",
+      "3: function F: azimuth = \"Qwertz\": column 1: unknown variable \"Qwertz\"; there are MD, MDPrev, TVD, Inc, ");
   refused("azimuth = 'Sin(Inc, 2)'",
           "3: function F: azimuth = \"Sin(Inc, 2)\": column 1: Sin takes one argument, not 2");
   refused("azimuth = 'Sin(Inc'", "3: function F: azimuth = \"Sin(Inc\": column 4: this bracket is never closed");
