@@ -74,13 +74,45 @@ TomlNode convert(const toml::node& t, const Source& source, const NodePath& path
   return n;
 }
 
+/// What a line that is no TOML may have meant, for the end of a message; "" where nothing is near.
+std::string meant_by(std::string_view text, std::size_t line) {
+  for (std::size_t n = 1; n < line; ++n) {
+    const std::size_t end = text.find('\n');
+    if (end == std::string_view::npos) return "";
+    text.remove_prefix(end + 1);
+  }
+  text = text.substr(0, text.find('\n'));
+  const std::size_t sign = text.find('=');
+  if (sign == std::string_view::npos) return "";
+  constexpr std::string_view kBlank = " \t\r";
+  std::string_view value = text.substr(sign + 1);
+  if (const std::size_t first = value.find_first_not_of(kBlank); first != std::string_view::npos)
+    value.remove_prefix(first);
+  if (value.starts_with('"'))
+    return value.find('\\') == std::string_view::npos
+               ? ""
+               : R"(; in "..." a \ begins an escape: write a path with /, or in '...')";
+  value = value.substr(0, value.find('#'));
+  value = value.substr(0, value.find_last_not_of(kBlank) + 1);
+  if (value.empty()) return "";
+  constexpr std::string_view kDigits = "0123456789";
+  const std::size_t comma = value.find(',');
+  if (comma != std::string_view::npos && value.find_first_not_of("+-0123456789,") == std::string_view::npos &&
+      comma > 0 && comma + 1 < value.size() && value.find(',', comma + 1) == std::string_view::npos)
+    return fmt::format("; the decimal mark is a point: {}.{}", value.substr(0, comma), value.substr(comma + 1));
+  const bool is_word = kDigits.find(value[0]) == std::string_view::npos &&
+                       value.find_first_of("\"'[]{}=,") == std::string_view::npos && value[0] != '+' && value[0] != '-';
+  return is_word ? fmt::format("; a text stands in quotes: \"{}\"", value) : "";
+}
+
 }  // namespace
 
 TomlNode parse_document(const std::string& text, const std::string& label) {
   try {
     return convert(toml::parse(std::string_view(text), std::string_view(label)), {label, true}, {});
   } catch (const toml::parse_error& e) {
-    throw InputError(fmt::format("{}:{}: {}", label, e.source().begin.line, e.description()));
+    const auto line = static_cast<std::size_t>(e.source().begin.line);
+    throw InputError(fmt::format("{}:{}: {}{}", label, line, e.description(), meant_by(text, line)));
   }
 }
 

@@ -50,13 +50,20 @@ void tell_readings(config::ConfigReader& c, const survey::SixAxisReadings& readi
                   "field {:.0f} nT, dip {:.2f} deg",
                   c.csv("readings").path, readings.md.size(), readings.md.front(), readings.md.back(), gravity / n,
                   total / n, dip / kDegree));
+  const std::string key = c.has("field.model") ? "field.latitude_deg" : "field.dip_deg";
   constexpr double kClear = 5 * kDegree;  // nearer the magnetic equator the sign tells nothing
+  constexpr double kFar = 10 * kDegree;   // biases of several thousand nT turn the mean field by less
   if (std::abs(dip) > kClear && std::abs(field.dip) > kClear && (dip > 0) != (field.dip > 0))
-    c.warn(c.has("field.model") ? "field.latitude_deg" : "field.dip_deg",
+    c.warn(key,
            fmt::format(
                "the readings have a dip of {:+.2f} deg, the reference {:+.2f}: a wrong sign of dip (positive down, as "
                "in the north), or of the accelerometers (accelerometers = \"specific_force\" or \"gravity\")",
                dip / kDegree, field.dip / kDegree));
+  else if (std::abs(dip - field.dip) > kFar)
+    c.warn(key,
+           fmt::format("the readings have a dip of {:+.2f} deg, the reference {:+.2f}: columns in another order, axes "
+                       "of another sign, or the reference of another place?",
+                       dip / kDegree, field.dip / kDegree));
 }
 
 }  // namespace surveymc::study

@@ -115,4 +115,11 @@ TEST_CASE("Readings whose dip has the other sign than the reference are told so 
              Contains("t.toml:5: field.dip_deg = -70: the readings have a dip of +72.00 deg, the reference "
                       "-70.00: a wrong sign of dip"));
   CHECK(told(2, "dip_deg = -3").size() == 1);  // at the magnetic equator the sign tells nothing
+  CHECK(told(62, "dip_deg = 70").size() == 1);
+  for (const double far : {59.0, 81.0, -1.0}) {  // columns that change places, or an axis its sign
+    const std::vector<config::Remark> warned = told(far, "dip_deg = 70");
+    REQUIRE(warned.size() == 2);
+    CHECK(warned.back().is_warning);
+    CHECK_THAT(warned.back().text, Contains("the reference +70.00: columns in another order"));
+  }
 }
