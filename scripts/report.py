@@ -129,14 +129,15 @@ def main():
         if sys.stderr.isatty():
             print(f"\rfigures of {done} of {of} results", end="\n" if done == of else "", file=sys.stderr, flush=True)
 
-    html, broken = make(results, base, folder, arguments.jobs, arguments.note, progress)
     try:
         os.makedirs(os.path.dirname(output) or ".", exist_ok=True)
+        html, broken = make(results, base, folder, arguments.jobs, arguments.note, progress)
         with open(output + ".part", "w", encoding="utf-8") as file:
             file.write(html)
         os.replace(output + ".part", output)
-    except OSError as error:
-        raise PlotError(f"{output}: cannot write: {error.strerror}", plotting.CANNOT_WRITE) from None
+    except OSError as error:  # of a figure, the place of that
+        place = error.filename or output
+        raise PlotError(f"{place}: cannot write: {error.strerror or error}", plotting.CANNOT_WRITE) from None
     print(f"{output}: {len(results)} result{'s' if len(results) != 1 else ''}, {len(html.encode()) / 1e6:.1f} MB")
     for message in broken:
         print(f"report.py: a plot script failed: {message}", file=sys.stderr)

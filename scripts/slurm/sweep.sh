@@ -87,7 +87,8 @@ as_list() { awk 'NR == 1 { a = b = $1; next } $1 == b + 1 { b = $1; next } { pri
   END { if (NR) print (a == b ? a : a "-" b) }'; }
 
 todo=$(printf %s "$missing" | numbers | awk -v g="$group" '{ t = int($1 / g) } t != last || NR == 1 { print t; last = t }')
-queue=$(squeue -h -r -o '%j %K %A %F %t' | awk -v job="$job" 'index($1, job) == 1')  # one line a task
+queue=$(squeue -h -r -o '%j %K %A %F %t' | awk -v job="$job" 'index($1, job) == 1') || code=71 die \
+  "squeue: Slurm does not answer: run this where sbatch works; without Slurm: surveymc run $config --resume -o $result"  # one line a task
 if other=$(printf '%s\n' "$queue" | awk -v mine="$job.$kind." -v merge="$job.merge" '$1 != "" && $1 != merge && index($1, mine) != 1 { print $4 }' | sort -u) && [ -n "$other" ]; then
   code=75 die "$out: jobs with other --shards, --tasks or --group are still in the queue ($(echo $other)): wait, or scancel them"
 fi

@@ -76,6 +76,18 @@ class CommandLine(Case):
                 self.script_refused(words[0], *words)
         self.script_refused("did you mean --quick\\?", "run_studies.py", "--qiuck")
 
+    def test_a_slurm_that_does_not_answer_is_said_so(self):
+        (self.folder / "bin").mkdir()
+        for name in ("sbatch", "squeue", "scontrol"):
+            tool = self.folder / "bin" / name
+            tool.write_text("#!/bin/sh\necho no controller >&2\nexit 1\n")
+            tool.chmod(0o755)
+        environment = {**os.environ, "PATH": f"{self.folder}/bin:{os.environ['PATH']}", "SURVEYMC": str(test_cli.EXECUTABLE)}
+        done = subprocess.run([Path(test_cli.SOURCE) / "scripts/slurm/sweep.sh", "base.toml", "out"], cwd=self.folder, env=environment,
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, NO_MEANS, done.stderr)
+        self.assertRegex(done.stderr, r"(?m)^sweep.sh: squeue: Slurm does not answer: run this where .* surveymc run \S+base.toml --resume -o ")
+
     def script_refused(self, says, script, *words):
         with self.untouched():
             done = subprocess.run(["/usr/bin/python3", test_cli.SOURCE / "scripts" / script, *words], cwd=self.folder,

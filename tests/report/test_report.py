@@ -403,7 +403,8 @@ class AnyResult(unittest.TestCase):
 
     def test_refusals(self):
         for arguments, code, word in (([os.path.join(self.folder, "none.h5")], 65, "no such file"),
-                                      ([self.folder], 65, "run_all.sh"), (["--colour"], 64, "usage")):
+                                      ([self.folder], 65, "run_all.sh"), (["--colour"], 64, "usage"),
+                                      ([os.path.join(SMOKE, "msa_sweep.h5"), "-o", "/proc/r.html"], 74, "/proc/figures: cannot write: ")):
             run = make(*arguments)
             self.assertEqual(run.returncode, code, run.stderr)
             self.assertIn(word, run.stderr)
