@@ -55,7 +55,8 @@ constexpr const char* kRest = R"(.SH EXIT STATUS
 done
 .TP
 .B 1
-a verdict that is not the expected one, with \fB\-\-check\fR; or a rerun that differs
+a verdict that is not the expected one, with \fB\-\-check\fR; a rerun that differs; or a difference that
+\fBdiff\fR finds
 .TP
 .B 64
 wrong command line; the message names the word and what may be meant
@@ -64,10 +65,10 @@ wrong command line; the message names the word and what may be meant
 bad config or data; the message says place, value and rule, and nothing was written
 .TP
 .B 70
-internal error
+internal error, or not enough memory
 .TP
 .B 71
-the system starts no more threads: fewer with \fB\-\-threads\fR
+the system starts no more threads: fewer with \fB\-\-threads\fR; or a processor without AVX2
 .TP
 .B 74
 a result cannot be read or written
