@@ -88,8 +88,18 @@ std::string name_of(const VerifiedDirection& v) {
   return fmt::format("inclination {:g} azimuth {:g}", v.inclination_deg, v.azimuth_deg);
 }
 
+namespace {
+
+constexpr double kOffVertical = 1e-6;  // rad
+
+}  // namespace
+
+bool is_vertical(double inclination_deg) {
+  const double inclination = inclination_deg * kDegree;
+  return std::min(inclination, kPi - inclination) <= kOffVertical;
+}
+
 survey::Survey benefit_well(const Scenario& s, double inclination_deg, double azimuth_deg) {
-  constexpr double kOffVertical = 1e-6;
   return analysis::make_well(s.well, std::clamp(inclination_deg * kDegree, kOffVertical, kPi - kOffVertical),
                              azimuth_deg * kDegree);
 }

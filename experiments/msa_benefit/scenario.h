@@ -48,6 +48,9 @@ std::vector<study::RowName> calibrated_rows(const Scenario& scenario);
 /// Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 
+/// True for a direction that benefit_well() takes for vertical.
+bool is_vertical(double inclination_deg);
+
 /// The well to a direction of the map. A vertical direction is moved 1e-6 rad off the vertical, so that azimuth and
 /// lateral are limits.
 survey::Survey benefit_well(const Scenario& scenario, double inclination_deg, double azimuth_deg);

@@ -48,6 +48,15 @@ std::array<double, kPerDirection> predicted_sd(const analysis::Benefit& b) {
   return {b.before.azimuth / kDegree, b.after.azimuth / kDegree, b.before.lateral, b.after.lateral};
 }
 
+/// What a cell of the maps says. Noise of accelerometers turns a vertical hole to any azimuth, before and after: it has
+/// none whose sd could be told, and what predict_benefit() gives grows with the nearness to the vertical.
+analysis::Benefit benefit_at(const Scenario& s, double inclination, double azimuth) {
+  analysis::Benefit b =
+      analysis::predict_benefit(benefit_well(s, inclination, azimuth), s.field, s.errors, s.estimator);
+  if (s.errors.down > 0 && is_vertical(inclination)) b.before.azimuth = b.after.azimuth = kNaN;
+  return b;
+}
+
 }  // namespace
 
 /// Errors of a batch in one direction, in the order of kPerDirection; NaN where the estimate did not converge.
@@ -202,9 +211,7 @@ study::PointResult BenefitPoint::report(const stats::Tally& tally, const monteca
   std::vector<analysis::Benefit> benefits;
   for (const double inclination : s_.inclination_deg) {
     if (options.stop && *options.stop) throw Interrupted("stopped before all maps were made");
-    for (const double azimuth : s_.azimuth_deg)
-      benefits.push_back(
-          analysis::predict_benefit(benefit_well(s_, inclination, azimuth), s_.field, s_.errors, s_.estimator));
+    for (const double azimuth : s_.azimuth_deg) benefits.push_back(benefit_at(s_, inclination, azimuth));
   }
   study::PointResult r;
   if (benefits.size() > 1) r.maps = benefit_maps(s_, benefits);  // one direction is a row of the summary

@@ -17,8 +17,10 @@ double sd_of(const analysis::BenefitSd& sd, std::size_t quantity) {
   return quantity == 0 ? sd.azimuth / kDegree : sd.lateral;
 }
 
+/// NaN where the sd before is: benefit_ratio() takes what is not above 0 for 0.
 double ratio_of(const analysis::Benefit& b, std::size_t quantity) {
-  return analysis::benefit_ratio(sd_of(b.before, quantity), sd_of(b.after, quantity));
+  const double before = sd_of(b.before, quantity);
+  return std::isnan(before) ? kNaN : analysis::benefit_ratio(before, sd_of(b.after, quantity));
 }
 
 }  // namespace
@@ -57,8 +59,11 @@ store::Table benefit_summary(const Scenario& s, const std::vector<analysis::Bene
     std::vector<double> ratio;
     std::int64_t undetermined = 0, worse = 0;
     std::size_t best = benefits.size(), worst = benefits.size();
+    std::vector<double> defined;  // a vertical hole may have no azimuth that could be better or worse
     for (std::size_t i = 0; i < benefits.size(); ++i) {
       ratio.push_back(ratio_of(benefits[i], q));
+      if (std::isnan(ratio[i])) continue;
+      defined.push_back(ratio[i]);
       worse += ratio[i] > kWorse;
       if (!std::isfinite(benefits[i].condition)) {
         ++undetermined;
@@ -68,11 +73,11 @@ store::Table benefit_summary(const Scenario& s, const std::vector<analysis::Bene
       if (worst == benefits.size() || ratio[i] > ratio[worst]) worst = i;
     }
     t.word("quantity", "azimuth of the last station, or last position to the side of the hole", kBenefits[q]);
-    t.count("directions", "of the map", benefits.size());
+    t.count("directions", "of the map", defined.size());
     t.count("undetermined", "directions whose stations do not determine the estimated parameters", undetermined);
     t.number("worse_share", "1", "share of the directions with a ratio above 1.01, or undetermined",
-             static_cast<double>(worse) / static_cast<double>(benefits.size()));
-    t.number("ratio_median", "1", "median of the ratio; inf if most are undetermined", stats::median(ratio));
+             static_cast<double>(worse) / static_cast<double>(defined.size()));
+    t.number("ratio_median", "1", "median of the ratio; inf if most are undetermined", stats::median(defined));
     const auto extreme = [&](const std::string& which, const char* meaning, std::size_t i) {
       const double nan = kNaN;
       const bool there = i < benefits.size();

@@ -840,6 +840,23 @@ class Benefit(Case):
         np.testing.assert_array_equal(column(path, "tables/summary", "undetermined"), [1, 1])
         self.call("rerun", path)
 
+    def test_a_vertical_hole_has_no_azimuth_where_accelerometers_are_noisy(self):
+        quiet = self.run_config("--set", "inclination_deg=[0.0, 60.0, 180.0]", config="benefit.toml")
+        path = self.run_config("--set", "inclination_deg=[0.0, 60.0, 180.0]", "--set", "noise.accelerometer_mps2=0.001",
+                               config="benefit.toml", output="noisy.h5")
+        with h5py.File(quiet) as a, h5py.File(path) as b:
+            for name in ("azimuth_ratio", "azimuth_sd_before_deg", "azimuth_sd_after_deg", "lateral_ratio"):
+                self.assertFalse(np.isnan(a[f"maps/{name}"][()]).any(), name)  # a limit
+                here = b[f"maps/{name}"][()]
+                np.testing.assert_array_equal(np.isnan(here), name.startswith("azimuth") * np.array([[1] * 3, [0] * 3, [1] * 3]), name)
+        np.testing.assert_array_equal(column(path, "tables/summary", "directions"), [3, 9])
+        np.testing.assert_array_equal(column(path, "tables/summary", "best_inclination_deg")[:1], [60])
+        one = self.run_config("--set", "inclination_deg=0", "--set", "azimuth_deg=0", "--set", "noise.accelerometer_mps2=0.001",
+                              config="benefit.toml", output="one.h5")
+        self.assertTrue(np.isnan(column(one, "tables/summary", "ratio_median")[0]))
+        self.assertIn("missing", self.call("show", path, "azimuth_ratio").stdout)
+        self.call("rerun", path)
+
     def test_sweep_adds_a_dimension(self):
         path = self.run_config("--set", "sweep.well.stations=[5, 10]", config="benefit.toml")
         with h5py.File(path) as f:
