@@ -26,6 +26,14 @@ const CLI::Validator kFinite(
     },
     "");
 
+/// CLI::NonNegativeNumber tells its range with 309 digits.
+const CLI::Validator kNotNegative(
+    [](std::string& text) {
+      double x = 0;
+      return CLI::detail::lexical_cast(text, x) && x >= 0 ? "" : "must be a number, 0 or more, not " + text;
+    },
+    "NONNEGATIVE");
+
 /// CLI::PositiveNumber tells its range with 309 digits.
 const CLI::Validator kAboveZero(
     [](std::string& text) {
@@ -156,7 +164,7 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
   CLI::Option* json = show->add_flag("--json", line.shown.json, "as JSON");
   show->add_option("--rows", line.shown.rows,
                    "at most this many rows of a table, from both ends; 0 for all (default: 40 on a terminal)")
-      ->check(CLI::NonNegativeNumber)
+      ->check(kNotNegative)
       ->excludes(csv)
       ->excludes(json);
   show->add_flag("--unchecked", line.shown.unchecked,
@@ -175,7 +183,7 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
   diff->add_option("--tolerance", line.compared.tolerance,
                    "of the same draws: standard errors that a value may have changed (default: 0)")
       ->check(kFinite)
-      ->check(CLI::NonNegativeNumber);
+      ->check(kNotNegative);
   CLI::Option* diff_csv = diff->add_flag("--csv", line.compared.csv, "every row as CSV");
   CLI::Option* diff_json = diff->add_flag("--json", line.compared.json, "every row as JSON");
   diff_csv->excludes(diff_json);

@@ -101,7 +101,9 @@ std::size_t column_of(const std::vector<std::string_view>& header, const std::st
   const auto it = std::find(header.begin(), header.end(), name);
   std::string known;
   for (const auto& h : header) known += (known.empty() ? "" : ", ") + std::string(h);
-  require(it != header.end(), "{}: no column \"{}\"; there are {}", place, shortened(name), shortened(known));
+  const bool is_one = header.size() == 1 && known.find(name) != std::string::npos && known != name;
+  require(it != header.end(), "{}: no column \"{}\"; there are {}{}", place, shortened(name), shortened(known),
+          is_one ? ": cells must be separated by commas, with decimal points" : "");
   require(std::find(it + 1, header.end(), name) == header.end(), "{}: {}: two columns have this name", place, name);
   return static_cast<std::size_t>(it - header.begin());
 }

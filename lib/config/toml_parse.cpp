@@ -95,6 +95,8 @@ std::string meant_by(std::string_view text, std::size_t line) {
   value = value.substr(0, value.find('#'));
   value = value.substr(0, value.find_last_not_of(kBlank) + 1);
   if (value.empty()) return "";
+  if (value.starts_with("\xE2\x80"))  // quotes of a word processor
+    return "; a text stands in straight quotes: \"...\"";
   constexpr std::string_view kDigits = "0123456789";
   const std::size_t comma = value.find(',');
   if (comma != std::string_view::npos && value.find_first_not_of("+-0123456789,") == std::string_view::npos &&

@@ -518,6 +518,7 @@ store::Result merged_rounds(const Experiment& experiment, std::vector<Round> rou
         cells.push_back(std::holds_alternative<double>(v.value) ? config::format_number(std::get<double>(v.value))
                                                                 : std::get<std::string>(v.value));
       }
+      require(!names.empty(), "{}: has no [sweep]: only rounds of a sweep are merged", r.label);
       const std::string line = csv_line(cells), header = csv_line(names);
       if (csv.empty()) csv = header;
       require(csv.starts_with(header), "{}: sweeps other keys than {}", r.label, first.label);

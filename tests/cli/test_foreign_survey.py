@@ -173,6 +173,15 @@ class Forms(Case):
                 self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.file=mine.txt", *[f"--set={o}" for o in options], says=says)
         self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.depth_unit=m", says="own.csv: .*must be without survey.depth_unit")
 
+    @unittest.skipUnless(importlib.util.find_spec("openpyxl"), "no openpyxl")
+    def test_a_sheet_is_asked_for_by_key(self):
+        import openpyxl
+        book = openpyxl.load_workbook(io.BytesIO(workbook()))
+        book.create_sheet("Notes").append(["a note"])
+        book.save(self.folder / "book.xlsx")
+        self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.file=book.xlsx",
+                     says=r"""book\.xlsx: 2 sheets .* one must be meant: survey\.sheet = "NAME"; or""")
+
     def test_a_signal_leaves_no_reader_behind(self):
         name = f"long{os.getpid()}.txt"
         self.write(name, "MD (m);Inc;Azi Grid\n" + "".join(f"{i / 100};1.0;2.0\n" for i in range(100_000)))

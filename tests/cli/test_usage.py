@@ -54,6 +54,8 @@ class CommandLine(Case):
               (["--output", "x.h5"], ["--check"], ["--shard", "1/4"], ["--units", "ft"], ["--compress", "3"], ["--resume"],
                ["--overwrite"], ["--array"])],
             (["show", "x.h5", "t", "--csv", "--rows", "2"], "excludes --"), (["show", "x.h5", "--json", "--rows", "2"], "excludes --"),
+            (["show", "x.h5", "--rows", "-1"], "--rows: must be a number, 0 or more, not -1\n"),
+            (["diff", "a.h5", "b.h5", "--tolerance", "-.5"], "--tolerance: must be a number, 0 or more, not -.5\n"),
             (["run", "base.toml", "--shard", "1"], "must be I/N"), (["run", "base.toml", "--shard", "4/4"], "numbered 0 to 3"),
             (["run", "base.toml", "--array"], "SLURM_ARRAY_TASK_ID is not set"), (["run", "base.toml", "--shards", "2"], "--array"),
             (["run", "base.toml", "--point", "0", "--check"], "--check: a part has no verdicts"),
@@ -124,6 +126,11 @@ class Inputs(Case):
             with open(self.folder / name, "wb") as file:
                 file.truncate(size << 20)
             self.refused(BAD_INPUT, "check", *(["base.toml", "--set", f"survey.file={name}"] if words else [name]), says=says, timeout=5)
+
+
+    def test_results_without_a_sweep_are_no_rounds(self):
+        self.call("run", "base.toml", "-o", "a.h5", timeout=60)
+        self.refused(BAD_INPUT, "merge", "a.h5", "a.h5", "-o", "out.h5", says=r"a\.h5: has no \[sweep\]: only rounds of a sweep are merged")
 
 
 class Limits(Case):

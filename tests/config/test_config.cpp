@@ -144,6 +144,9 @@ TEST_CASE("Config: syntax errors have a line") {
              StartsWith("t.toml:3: ") && EndsWith("; a text stands in quotes: \"own_well.csv\""));
   CHECK_THAT(fault("x = \"C:\\data\\w.csv\"\n"),
              StartsWith("t.toml:3: ") && EndsWith("a \\ begins an escape: write a path with /, or in '...'"));
+  CHECK_THAT(fault("x = \xE2\x80\x9C"
+                   "a\xE2\x80\x9D\n"),
+             EndsWith("; a text stands in straight quotes: \"...\""));
   for (const char* other : {"x = [1, 2\n", "x = {\n", "x = \"a\n", "x\n"})
     CHECK_THAT(fault(other), StartsWith("t.toml:") && !Contains("quotes:") && !Contains("decimal mark"));
   CHECK(fault("x = '\xFF'\n").substr(0, 9) == "t.toml:3:");

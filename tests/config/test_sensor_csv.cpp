@@ -182,6 +182,9 @@ TEST_CASE("Clocks with an offset from UTC are read in UTC, and are not mixed wit
 
 TEST_CASE("Columns that are not there, or twice, and files without rows are refused", "[sensor_csv]") {
   CHECK_THROWS_WITH(read_all("t_min,a_kPa\n0,1\n"), Contains("w.csv:1: no column \"b_kPa\""));
+  CHECK_THROWS_WITH(
+      read_all("t_min;a_kPa;b_kPa\n0;1;2\n"),
+      Catch::EndsWith("there are t_min;a_kPa;b_kPa: cells must be separated by commas, with decimal points"));
   CHECK_THROWS_WITH(read_all("t_min,a_kPa,b_kPa,a_kPa\n"), Contains("two columns"));
   CHECK_THROWS_WITH(read_all(""), Contains("is empty"));
   CHECK(read_all("t_min,a_kPa,b_kPa\n0,1,2\n").good_rows == 1);
