@@ -116,9 +116,12 @@ std::uint64_t VerdictStop::trials_needed(const stats::Tally& tally) const {
   const auto look =
       static_cast<std::size_t>(std::lower_bound(looks_.begin(), looks_.end(), tally.trials) - looks_.begin());
   std::uint64_t most = tally.trials;
-  for (const NamedRow& d : named_rows(tally_at_look(tally, look)))
+  bool any_verdict = false;
+  for (const NamedRow& d : named_rows(tally_at_look(tally, look))) {
+    any_verdict = any_verdict || !d.row.verdict.empty();
     if (d.row.verdict == "undecided") most = std::max({most, d.row.trials_to_decide, tally.trials + 1});
-  return most;
+  }
+  return any_verdict ? most : tally.trials + 1;
 }
 
 void VerdictStop::add_notes(const std::string& table, std::vector<ComparisonRow>& rows, const stats::Tally& tally,
@@ -132,8 +135,8 @@ void VerdictStop::add_notes(const std::string& table, std::vector<ComparisonRow>
   for (ComparisonRow& row : rows) {
     if (!is_named(table, row)) continue;
     const std::string said = row.note;
-    row.note =
-        fmt::format("{}{}the run ended at look {} of at most {}", said, said.empty() ? "" : "; ", look, looks_.size());
+    row.note = fmt::format("{}{}the run ended at look {} of at most {}{}", said, said.empty() ? "" : "; ", look,
+                           looks_.size(), row.verdict.empty() ? ", not by this row, which has no verdict" : "");
     for (const NamedRow& b : before)
       if (kept_.counts == 0 &&  // a rate has no tail, but few events at its first look
           b.table == table && b.place == place && b.row.quantity == row.quantity &&

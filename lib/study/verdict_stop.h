@@ -51,7 +51,8 @@ class VerdictStop {
   /// quantity, which only count. Does nothing if off.
   void keep(montecarlo::TrialBlock block, stats::Tally& tally) const;
   /// Trials that would decide all named rows; as many as there are where they are decided. A row without a verdict
-  /// counts as decided: no trials give it one.
+  /// neither ends the run nor keeps it going, since no trials give it one. Where no named row has a verdict, nothing is
+  /// decided: one trial more than there are.
   std::uint64_t trials_needed(const stats::Tally& tally) const;
   /// Says of the named rows among `rows` of a table at which look the run ended, and where their figure of merit fell
   /// by more than 10 % since the first look, which is the sign of a heavy tail.
