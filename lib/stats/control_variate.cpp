@@ -155,16 +155,27 @@ Estimates estimates_of(Wanted wanted, const Moments& trials, const Moments* pair
                                     control_covariance);
 }
 
-Interval around(const Estimate& e, double confidence) {
-  const double half = normal_quantile(1 - (1 - confidence) / 2) * std::sqrt(e.variance);
+/// `quantile`: half of the interval in standard errors.
+Interval around(const Estimate& e, double quantile) {
+  const double half = quantile * std::sqrt(e.variance);
   return {e.value - half, e.value + half};
 }
 
 /// Interval of the standard deviation, from an estimate of the variance: symmetric in the logarithm, so that it stays
 /// positive.
-Interval around_root(const Estimate& e, double confidence) {
-  const double factor = std::exp(normal_quantile(1 - (1 - confidence) / 2) * std::sqrt(e.variance) / (2 * e.value));
+Interval around_root(const Estimate& e, double quantile) {
+  const double factor = std::exp(quantile * std::sqrt(e.variance) / (2 * e.value));
   return {std::sqrt(e.value) / factor, std::sqrt(e.value) * factor};
+}
+
+double normal_quantile_of(double confidence) { return normal_quantile(1 - (1 - confidence) / 2); }
+
+/// The quantile of a controlled variance or covariance: in pairs that of the fourth Hermite polynomial
+/// (control_variate.h).
+double controlled_quantile(double confidence, const Moments* pairs) {
+  const double z = normal_quantile_of(confidence);
+  if (!pairs) return z;
+  return z * (1 + 0.235 * std::pow(z / 1.96, 1.7) * std::pow(1000 / static_cast<double>(pairs->count), 0.82));
 }
 
 }  // namespace
@@ -192,22 +203,22 @@ Eigen::MatrixXd lost_columns(const Eigen::Ref<const Eigen::VectorXd>& l_i,
 ControlledEstimate controlled_mean(const Moments& trials, double control_variance, double confidence,
                                    const Moments* pairs, const LostTrials& lost) {
   const Estimates e = estimates_of(Wanted::mean, trials, pairs, lost, control_variance);
-  return {e.plain.value, e.controlled.value, around(e.plain, confidence), around(e.controlled, confidence),
-          e.variance_reduction};
+  return {e.plain.value, e.controlled.value, around(e.plain, normal_quantile_of(confidence)),
+          around(e.controlled, normal_quantile_of(confidence)), e.variance_reduction};
 }
 
 ControlledEstimate controlled_covariance(const Moments& trials, double control_covariance, double confidence,
                                          const Moments* pairs, const LostTrials& lost) {
   const Estimates e = estimates_of(Wanted::covariance, trials, pairs, lost, control_covariance);
-  return {e.plain.value, e.controlled.value, around(e.plain, confidence), around(e.controlled, confidence),
-          e.variance_reduction};
+  return {e.plain.value, e.controlled.value, around(e.plain, normal_quantile_of(confidence)),
+          around(e.controlled, controlled_quantile(confidence, pairs)), e.variance_reduction};
 }
 
 ControlledEstimate controlled_sd(const Moments& trials, double control_variance, double confidence,
                                  const Moments* pairs, const LostTrials& lost) {
   const Estimates e = estimates_of(Wanted::covariance, trials, pairs, lost, control_variance);
-  return {std::sqrt(e.plain.value), std::sqrt(e.controlled.value), around_root(e.plain, confidence),
-          around_root(e.controlled, confidence), e.variance_reduction};
+  return {std::sqrt(e.plain.value), std::sqrt(e.controlled.value), around_root(e.plain, normal_quantile_of(confidence)),
+          around_root(e.controlled, controlled_quantile(confidence, pairs)), e.variance_reduction};
 }
 
 }  // namespace surveymc::stats
