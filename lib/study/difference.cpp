@@ -52,8 +52,9 @@ using Words = std::vector<std::string>;
 
 /// Words that are results, not names of a row.
 bool is_result_word(const std::string& name) {
-  static const std::set<std::string> kResults = {"verdict", "expected", "note",  "unit",     "family",
-                                                 "reason",  "message",  "shape", "decision", "wishart_family"};
+  static const std::set<std::string> kResults = {"verdict",  "expected",       "note",     "unit",
+                                                 "family",   "reason",         "message",  "shape",
+                                                 "decision", "wishart_family", "judgement"};
   return kResults.contains(name);
 }
 
@@ -126,7 +127,7 @@ Value value_at(const store::Table& t, const store::Column& c, std::size_t row) {
 
 /// The events of a rate, if the value is one of counts: its interval is Clopper and Pearson's.
 std::optional<std::uint64_t> events_of(const Value& v) {
-  if (v.trials <= v.failed || v.value < 0 || v.value > 1) return std::nullopt;
+  if (v.trials <= v.failed || !(v.value >= 0 && v.value <= 1)) return std::nullopt;  // NaN: no value
   const std::uint64_t n = v.trials - v.failed;
   const double k = v.value * static_cast<double>(n);
   if (std::abs(k - std::round(k)) > 1e-6) return std::nullopt;

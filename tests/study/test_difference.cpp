@@ -89,6 +89,25 @@ TEST_CASE("The course of a run is not compared with that of other draws") {
   CHECK(std::count_if(same.rows.begin(), same.rows.end(), [](const auto& r) { return r.finding == "only in B"; }) == 4);
 }
 
+TEST_CASE("What one realisation was judged names no row, and a rate may be there in one result only") {
+  const auto alarms = [](std::uint64_t seed, const std::string& judgement, double rate) {
+    store::Result r = drawn_result(seed, 1);
+    store::Table t{"alarms", ""};
+    t.columns = {{"sensor", "", "", std::vector<std::string>{"PT_f"}},
+                 {"judgement", "", "", std::vector<std::string>{judgement}},
+                 {"rate", "1", "", std::vector<double>{rate}},
+                 {"rate_ci_low", "1", "", std::vector<double>{rate / 2}},
+                 {"rate_ci_high", "1", "", std::vector<double>{rate}},
+                 {"trials", "1", "", std::vector<double>{2000}}};
+    t.columns[2].ancillary = "rate_ci_low rate_ci_high";
+    r.tables.push_back(t);
+    return r;
+  };
+  CHECK_FALSE(compare_results(alarms(1, "correct", 0.5), alarms(2, "early", 0.5), {}).any());
+  const Differences d = compare_results(alarms(1, "correct", kNaN), alarms(2, "correct", 0.5), {});
+  CHECK(row_named(d, "PT_f", "rate").finding == "changed");  // it was an error of the binomial interval
+}
+
 TEST_CASE("What is detectable is found with probability .9", "[long]") {
   constexpr int kPairs = 150;
   const double size =
