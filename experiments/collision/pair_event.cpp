@@ -104,20 +104,32 @@ std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const study::Pair
 }
 
 rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const propagate::WellErrors& offset) {
-  rare::Prepared out;
-  Eigen::Matrix3Xd first;
+  struct Way {
+    proximity::TouchingPair pair;
+    Eigen::Matrix3Xd j;
+    rare::DesignPoint design;
+  };
+  std::vector<Way> ways;
   for (const proximity::TouchingPair& p : touching_) {
-    const Eigen::Matrix3Xd j =
+    Eigen::Matrix3Xd j =
         state_->derivative(reference, offset, proximity::well_point(p.reference), proximity::well_point(p.offset));
     const Vector3d r = p.offset.position - p.reference.position;
     Vector3d q;
     const double beta = proximity::touching_beta(r, j * j.transpose(), radii_, &q);
     if (!std::isfinite(beta)) continue;
     const Eigen::VectorXd z = proximity::design_of(j, r, q);
-    if (out.designs.empty()) first = j;
-    out.designs.push_back({z, z.norm()});
+    ways.push_back({p, std::move(j), {z, z.norm()}});
   }
-  if (out.designs.empty()) return out;
+  rare::Prepared out;
+  if (ways.empty()) return out;
+  // The search has sorted them by the covariances between stations, which may exceed those of the draws.
+  std::stable_sort(ways.begin(), ways.end(), [](const Way& a, const Way& b) { return a.design.beta < b.design.beta; });
+  touching_.clear();
+  for (const Way& w : ways) {
+    touching_.push_back(w.pair);
+    out.designs.push_back(w.design);
+  }
+  const Eigen::Matrix3Xd& first = ways.front().j;
   const bool is_near = out.designs.front().beta < study::kPlainBeta;
   directions_ = directions_of(first, out.designs);
   Eigen::MatrixXd errors = directions_;

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """End-to-end tests of collision and rare_event: test_collision.py SURVEYMC_EXECUTABLE SOURCE_FOLDER"""
+import math
 import subprocess
 import sys
 import unittest
@@ -273,6 +274,41 @@ class Wells(Case):
             # here, not that it is small.
             self.assertLess(abs((found[a][1] + found[b][1]) / 2 - between), .3 + .15 * abs(between), found)
             self.assertEqual(found[a][2], diluted, found)
+
+    def test_the_nearest_way_to_touch_is_that_of_the_draws(self):
+        # Stations 200 m apart: between them the covariances put the way at 332 m nearest, the draws that at 583 m.
+        self.write("tool.toml", """\
+first_leg = "once"
+terms = [
+  { code = "AZS", function = "AZ", magnitude = 0.5, unit = "deg", mode = "S" },
+  { code = "AZG", function = "AZ", magnitude = 0.6, unit = "deg", mode = "G" },
+  { code = "INCS", function = "INC", magnitude = 0.4, unit = "deg", mode = "S" },
+  { code = "INCR", function = "INC", magnitude = 0.5, unit = "deg", mode = "R" },
+  { code = "DR", function = "DREF", magnitude = 0.4, unit = "m", mode = "R" },
+  { code = "DW", function = "DSF", magnitude = 0.001, unit = "-", mode = "W" },
+]
+[[function]]
+name = "INC"
+inclination = "1"
+""")
+        head = "md_m,inclination_deg,azimuth_deg\n"
+        self.write("vertical.csv", head + "0,20,355\n200,45,0\n400,70,5\n600,90,10\n")
+        self.write("other.csv", head + "100,25,340\n300,40,350\n500,75,8\n700,85,25\n")
+        text = RIGID.replace('name = "MWD+SRGM"', 'file = "tool.toml"').replace("multiplier = 1e-9", "multiplier = 1").replace(
+            "trials = 4096", "trials = 1024").replace("slot_sd_m = [5.0, 8.0, 0.0]\n", "").replace(
+            "slot_sd_m = [6.0, 9.0, 0.0]\n", "").replace("[25.0, 0.0, 0.0]", "[10.0, 30.0, -25.0]").replace(
+            '"other"\nfile = "vertical.csv"', '"other"\nfile = "other.csv"').replace(
+            "hole_diameter_in = 36.0", "hole_diameter_m = 1.2").replace("hole_diameter_in = 24.0", "hole_diameter_m = 1.2")
+        self.write("ways.toml", text)
+        path = self.run_config(config="ways.toml")
+        beta = np.array([b for kind, b in zip(column(path, "tables/design_points", "kind"),
+                                              column(path, "tables/design_points", "beta")) if kind == "shifted"])
+        self.assertEqual(len(beta), 2)
+        self.assertTrue((np.diff(beta) > 0).all(), beta)
+        form = [a for name, a in zip(column(path, "tables/probability", "formulation"),
+                                     column(path, "tables/probability", "analytic")) if name == "form"]
+        self.assertAlmostEqual(form[0] / (math.erfc(beta[0] / math.sqrt(2)) / 2), 1, delta=1e-9)
+        self.assertAlmostEqual(column(path, "tables/design_points", "ref_md_m")[0], 583, delta=1)
 
     def test_without_a_slope_nothing_is_said_of_dilution(self):
         path = self.run_config(config=self.changed(('"importance"', '"plain"')))
