@@ -26,6 +26,15 @@ def settings_of(name):
         return tomllib.load(file)
 
 
+class Missing(unittest.TestCase):
+    def test_what_is_not_installed_is_said_with_a_way_out(self):
+        done = subprocess.run([sys.executable, "-S", "-E", "-c", "import surveymc"], cwd=SCRIPTS, capture_output=True, text=True)  # without packages
+        self.assertEqual(done.returncode, 1)
+        last = done.stderr.splitlines()[-1]
+        for words in ("ImportError: surveymc needs h5py, numpy", "pip install h5py numpy", "apt install python3-h5py"):
+            self.assertIn(words, last)
+
+
 class Toml(unittest.TestCase):
     def test_what_is_written_is_read_again(self):
         settings = {"a": 1, "b": -2.5e-9, "c": True, "text": "quote \" back \\ line\n tab\t bell\a \N{DEGREE SIGN}", "empty": [],
