@@ -18,6 +18,7 @@ import studies
 import surveymc
 from plotting import PlotError
 from report_page import figures, headlines, page, text
+from surveymc import storage
 from surveymc.result import holm_limit
 
 
@@ -61,7 +62,7 @@ def read_all(paths):
 def _family(result):
     try:
         return result.family
-    except (surveymc.ResultError, OSError, ValueError):  # opened, but not whole; make() tells
+    except (surveymc.ResultError, *storage.DAMAGE):  # opened, but not whole; make() tells
         return []
 
 
@@ -81,7 +82,7 @@ def make(results, base, folder, jobs, note, progress):
                  for i, r in enumerate(results)]
         drawn = figures.draw_all(tasks, jobs, progress)
     limit = holm_limit([p for result in results for p in _family(result)])
-    groups, taken, number, versions, findings = [], set(), 1, [], []
+    groups, taken, number, versions, findings, left_out = [], set(), 1, [], [], 0
     for i, result in enumerate(results):
         study = studies.study_of(known, result.experiment)
         stem = text.slug(os.path.splitext(os.path.relpath(result.path, base))[0])
@@ -90,21 +91,26 @@ def make(results, base, folder, jobs, note, progress):
         try:
             html, counts, chances, family, count = page.result_part(result, study, drawn.get(i, figures.Drawn()), identity,
                                                                   os.path.relpath(result.path), number, limit)
-        except (surveymc.ResultError, OSError, ValueError) as error:  # opened, but not whole
-            print(f"report.py: left out: {result.path}: {error}", file=sys.stderr)
+            sentence = headlines.sentence(result, counts)
+        except (surveymc.ResultError, *storage.DAMAGE) as error:  # opened, but not whole
+            reason = " ".join(str(error).split()).removeprefix(f"{result.path}: ")
+            print(f"report.py: left out: {result.path}: {reason}", file=sys.stderr)
+            left_out += 1
             continue
         if not groups or groups[-1][0].experiment != study.experiment:
             groups.append((study, []))
         number += count
-        findings.append((study.experiment, headlines.Headline(study.headline_rank(result.path), headlines.sentence(result, counts), identity,
+        findings.append((study.experiment, headlines.Headline(study.headline_rank(result.path), sentence, identity,
                                                               next(iter(drawn.get(i, figures.Drawn()).files), ""))))
         title = result.title or os.path.splitext(os.path.basename(result.path))[0]
         groups[-1][1].append({"id": identity, "title": title, "counts": counts, "chances": chances, "family": family,
                               "html": html})
         version = f"{result.version} ({result.revision})"
         versions += [version] if version not in versions else []
+    if not groups:
+        raise PlotError("no result file could be read")
     broken = [b for d in drawn.values() for b in d.broken]
-    return page.page(groups, versions, note, headlines.chosen(findings)), broken
+    return page.page(groups, versions, note, headlines.chosen(findings)), broken, len(taken) - left_out
 
 
 def main():
@@ -131,14 +137,14 @@ def main():
 
     try:
         os.makedirs(os.path.dirname(output) or ".", exist_ok=True)
-        html, broken = make(results, base, folder, arguments.jobs, arguments.note, progress)
+        html, broken, shown = make(results, base, folder, arguments.jobs, arguments.note, progress)
         with open(output + ".part", "w", encoding="utf-8") as file:
             file.write(html)
         os.replace(output + ".part", output)
     except OSError as error:  # of a figure, the place of that
         place = error.filename or output
         raise PlotError(f"{place}: cannot write: {error.strerror or error}", plotting.CANNOT_WRITE) from None
-    print(f"{output}: {len(results)} result{'s' if len(results) != 1 else ''}, {len(html.encode()) / 1e6:.1f} MB")
+    print(f"{output}: {shown} result{'s' if shown != 1 else ''}, {len(html.encode()) / 1e6:.1f} MB")
     for message in broken:
         print(f"report.py: a plot script failed: {message}", file=sys.stderr)
     if broken:

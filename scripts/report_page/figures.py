@@ -1,6 +1,8 @@
 """Draws the figures of results with the plot scripts, and makes their SVG fit to stand in a page."""
 
 import base64
+import concurrent.futures
+import concurrent.futures.process
 import contextlib
 import dataclasses
 import hashlib
@@ -111,17 +113,33 @@ def draw_all(tasks, jobs, progress):
     """Figures of many results: {key: Drawn}.
 
     tasks: (key, result, plot scripts, folder for the figures) each; jobs: processes; progress(done, all) is called after
-    each result. Scripts that are declared but are not there are left out. Ctrl-C ends the processes at once.
+    each result. Scripts that are declared but are not there are left out. Where a process ends amid its work, the others go on.
     """
     figures, waiting = {}, []
     for key, result, scripts, folder in tasks:
         there = [s for s in scripts if os.path.exists(os.path.join(studies.SCRIPTS, s))]
         stem = os.path.splitext(os.path.basename(result.path))[0]
         waiting.append((key, result.path, stem, there, folder, _stamp(result, there)))
-    with multiprocessing.get_context("spawn").Pool(max(1, jobs), _warm_up) as pool:
-        for key, drawn in pool.imap_unordered(_task, waiting):
-            figures[key] = drawn
+    def finish(workers, tasks):
+        """Draws these, and returns those that are left where a process ended amid its work (damaged data, no memory)."""
+        pool = concurrent.futures.ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _warm_up)
+        try:
+            for done in concurrent.futures.as_completed([pool.submit(_task, task) for task in tasks]):
+                key, figures[key] = done.result()
+                progress(len(figures), len(waiting))
+        except concurrent.futures.process.BrokenProcessPool:
+            pass
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+        return [task for task in tasks if task[0] not in figures]
+
+    left = finish(max(1, jobs), waiting)
+    while left:  # one by one: which of them ends the process?
+        first, *later = left
+        if finish(1, [first]):
+            figures[first[0]] = Drawn(broken=[f"{first[1]}: the process that drew its figures was ended"])
             progress(len(figures), len(waiting))
+        left = finish(max(1, jobs), later) if later else []
     return figures
 
 

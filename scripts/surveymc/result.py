@@ -72,14 +72,17 @@ class Result:
 
     def __init__(self, path):
         self.path = os.fspath(path)
-        with self._file() as file:
-            for name, stored in _ATTRIBUTES.items():
-                if stored not in file.attrs:
-                    raise ResultError(f"{self.path}: attribute '{stored}' is missing")
-                setattr(self, name, _python(file.attrs[stored]))
-            self.run = {k: _python(v) for k, v in file["run"].attrs.items()} if "run" in file else {}
-            groups = {g: list(file[g]) if g in file else [] for g in ("tables", "samples", "inputs")}
-            maps = [k for k, d in file.get("maps", {}).items() if not h5py.h5ds.is_scale(d.id)]
+        try:
+            with self._file() as file:
+                for name, stored in _ATTRIBUTES.items():
+                    if stored not in file.attrs:
+                        raise ResultError(f"{self.path}: attribute '{stored}' is missing")
+                    setattr(self, name, _python(file.attrs[stored]))
+                self.run = {k: _python(v) for k, v in file["run"].attrs.items()} if "run" in file else {}
+                groups = {g: list(file[g]) if g in file else [] for g in ("tables", "samples", "inputs")}
+                maps = [k for k, d in file.get("maps", {}).items() if not h5py.h5ds.is_scale(d.id)]
+        except storage.DAMAGE as error:
+            raise ResultError(f"{self.path}: is damaged: {' '.join(str(error).split())}") from None
         self.tables = _Collection(groups["tables"], self.table)
         self.samples = _Collection(groups["samples"], lambda name: self._frame("samples", name))
         self.inputs = _Collection(groups["inputs"], lambda name: self._frame("inputs", name))

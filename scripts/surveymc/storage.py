@@ -11,6 +11,10 @@ from surveymc import integrity
 FORMAT, FORMAT_VERSION = "surveymc", 1
 
 
+# What h5py raises where a file is damaged although its seal is right, or changes while it is read.
+DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError)
+
+
 class ResultError(Exception):
     """The file cannot be read, or is not what was asked for; the message is one line."""
 
@@ -44,6 +48,9 @@ def open_file(path):
         _check(file, path)
         if seal is None:
             _check_contents(file, path)
+    except DAMAGE:
+        file.close()
+        raise ResultError(f"{path}: is damaged: HDF5 cannot read it") from None
     except BaseException:
         file.close()
         raise

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 import urllib.parse
 import xml.etree.ElementTree
@@ -401,6 +402,22 @@ class AnyResult(unittest.TestCase):
         self.assertIn("uneven.h5", run.stderr)
         self.assertEqual(source.count("<article"), 1)
 
+    def test_a_column_that_is_none_takes_no_other_result_with_it(self):
+        def odd(file):
+            del file["tables/position/verdict"]
+            file.create_group("tables/position/verdict")
+
+        for seal, path in ((False, self.changed("odd", odd)), (True, os.path.join(self.folder, "resealed.h5"))):
+            if seal:  # what no check of bytes finds
+                with open(os.path.join(self.folder, "odd.h5"), "rb") as file:
+                    data = file.read()
+                with open(path, "wb") as file:
+                    file.write(data + integrity.seal_for(data))
+            source, run = self.report(os.path.join(SMOKE, "mwd_drift.h5"), path)
+            self.assertRegex(run.stderr, rf"^report\.py: left out: {re.escape(path)}: [^\n]*\n$")
+            self.assertEqual(source.count("<article"), 1)
+            self.assertIn(": 1 result,", run.stdout)
+
     def test_refusals(self):
         for arguments, code, word in (([os.path.join(self.folder, "none.h5")], 65, "no such file"),
                                       ([self.folder], 65, "run_all.sh"), (["--colour"], 64, "usage"),
@@ -434,6 +451,20 @@ class PlotScripts(unittest.TestCase):
                 got = figures._run(script, ["x"])
                 self.assertEqual(got[0], code)
                 self.assertIn(word, got[2])
+
+    def test_a_process_that_ends_amid_its_work_takes_no_other_figure_with_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            script = os.path.join(folder, "plot_x.py")
+            with open(script, "w", encoding="utf-8") as file:  # as HDF5 does on some damaged files
+                file.write("import os, sys\nif 'bad' in sys.argv[1]: os.kill(os.getpid(), 9)\nprint('a.svg')\n")
+            result = surveymc.open(os.path.join(SMOKE, "mwd_drift.h5"))
+            tasks = []
+            for name in ("bad", "good", "fine"):
+                copy = types.SimpleNamespace(path=os.path.join(folder, name + ".h5"), content_hash=result.content_hash)
+                tasks.append((name, copy, [script], os.path.join(folder, name)))
+            drawn = figures.draw_all(tasks, 2, lambda done, of: None)
+        self.assertEqual({k: len(d.files) for k, d in drawn.items()}, {"bad": 0, "good": 1, "fine": 1})
+        self.assertIn("was ended", drawn["bad"].broken[0])
 
     def test_figures_are_drawn_again_only_when_something_changed(self):
         with tempfile.TemporaryDirectory() as folder:
