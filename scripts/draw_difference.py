@@ -9,6 +9,7 @@ the first step of Holm's procedure). Only for results of other seeds: the same d
 import json
 import statistics
 import subprocess
+import textwrap
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -42,7 +43,9 @@ def difference_figure(title, found):
     if not len(at):
         return None
     z = np.sign(number["difference"][at]) * np.array([normal(p) for p in np.maximum(number["p_value"][at], 1e-300)])
-    figure, ax = plt.subplots(figsize=(7.2, 4.4))
+    named = sorted(np.flatnonzero(finding[at] == "differs"), key=lambda i: -abs(z[i]))[:MOST_NAMES]
+    wide = 7.2 + (4.6 if named else 0)  # names of rows are long: they stand beside the panel, by number
+    figure, ax = plt.subplots(figsize=(wide, 4.4))
     for kind, colour in COLOURS.items():
         here = finding[at] == kind
         if here.any():
@@ -53,15 +56,19 @@ def difference_figure(title, found):
         ax.axhline(sign * limit, color="black", linewidth=0.9, label="limit for all together, 5 %" if sign > 0 else None)
         ax.axhline(sign * normal(LEVEL), color="black", linewidth=0.7, linestyle=(0, (4, 2)),
                    label="limit for one alone" if sign > 0 else None)
-    for i in sorted(np.flatnonzero(finding[at] == "differs"), key=lambda i: -abs(z[i]))[:MOST_NAMES]:
-        ax.annotate(found["row"][at[i]].replace("_", " "), (i + 1, z[i]), xytext=(4, 3), textcoords="offset points", fontsize=7)
+    names = []
+    for k, i in enumerate(named, 1):
+        plotting.label_points(ax, str(k), (i + 1, z[i]), is_up=z[i] > 0, fontsize=7)
+        names.append(textwrap.fill(f"{k}: " + plotting.plain_text(found["row"][at[i]].replace("_", " ")), 62, subsequent_indent="     "))
+    if names:
+        figure.text(7.1 / wide, 0.93, "\n".join(names), va="top", fontsize=7, linespacing=1.3)
     high = max(limit, np.abs(z).max()) * 1.15
     ax.set_ylim(-high, high)
     ax.set_xlabel(f"Values that chance can move, in the order of the files ({len(at)})")
     ax.set_ylabel("Difference over its standard error")
     ax.set_title(title, fontsize=10)
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncol=2, fontsize=8)
-    figure.tight_layout()
+    figure.tight_layout(rect=(0, 0, 7.1 / wide, 1))
     return figure
 
 

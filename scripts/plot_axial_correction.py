@@ -71,8 +71,7 @@ def panel(axes, x, y, values, levels):
     crossed = [v for v in levels if np.nanmin(shown) < v < np.nanmax(shown)]
     if crossed:
         lines = axes.contour(x, y, shown, levels=crossed, colors="white", linewidths=0.6)
-        for label in axes.clabel(lines, fmt=lambda v: f"{v:g}", fontsize=7, inline_spacing=2):
-            label.set_path_effects([matplotlib.patheffects.withStroke(linewidth=1.5, foreground="#333333")])
+        plotting.label_contours(axes, lines, lambda v: f"{v:g}")
     else:
         most = np.nanmax(values[np.isfinite(values)])
         axes.text(0.5, 0.5, "no error" if most < ROUNDING else f"at most {plotting.number(most)}", color="white",

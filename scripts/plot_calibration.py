@@ -7,6 +7,9 @@ Draws what the file has, of any experiment:
   looks        interval of every row that may end the run, at all looks, with the margin
   merit        figure of merit of these rows at all looks, over that of the first
   family       p-values of the rows that differ or might, against their rank, with the line of Holm's procedure
+
+Of a sweep all but the last are drawn of the first six points, or of the one of --point (counted from 0, in the order of the
+file); the last has the rows of all points. What is left out is said on stderr and in the title.
 """
 import statistics
 import textwrap
@@ -46,8 +49,7 @@ def judged_groups(calibration):
     return [(f, q) for f, q, verdict in rows if verdict][:MOST_PANELS]
 
 
-def readable(name):
-    return name.replace("_", " ")
+readable = plotting.quantity_name
 
 
 def calibration_figure(title, calibration, pit):
@@ -165,27 +167,33 @@ def family_figure(title, result):
         return None
     rank = np.arange(1, len(p) + 1)
     rejected = sum(holm(list(p), LEVEL))
-    figure, ax = plt.subplots(figsize=(6.4, 4.2))
+    figure, ax = plt.subplots(figsize=(6.4, 4.6))
     floor = 1e-12
-    ax.plot(rank, np.maximum(p, floor), linestyle="none", marker="o", markersize=4, color=DATA, label="rows of the file")
+    below = p < floor
+    ax.plot(rank[~below], p[~below], linestyle="none", marker="o", markersize=4, color=DATA, label="rows of the file")
+    if below.any():
+        ax.plot(rank[below], np.full(below.sum(), floor), linestyle="none", marker="v", markersize=4, color=DATA,
+                label="less than $10^{-12}$")
     ax.plot(rank, LEVEL / (len(p) + 1 - rank), color=SHAPE, label="Holm, 5 % for all rows together")
     ax.axhline(LEVEL, color="black", linewidth=0.8, linestyle=(0, (4, 2)), label="5 % for one row")
     ax.set_yscale("log")
     ax.set_ylim(floor / 2, 2)
     if len(p) > 30:
         ax.set_xscale("log")
+        plotting.plain_log_axis(ax.xaxis, *ax.get_xlim())
     ax.set_xlabel("Rank of the row")
     ax.set_ylabel("p of a value within the margin")
     words = textwrap.fill(title, 60)
     ax.set_title(f"{words}\n{rejected} of {len(p)} rows differ among all of them", fontsize=10)
-    ax.legend(loc="lower right", fontsize=8)
-    figure.tight_layout()
+    handles, labels = ax.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncol=2, fontsize=8)
+    figure.tight_layout(rect=(0, 0.48 / figure.get_figheight(), 1, 1))
     return figure
 
 
 def main():
     parser = plotting.argument_parser(__doc__.splitlines()[0])
-    parser.add_argument("--point", type=int, metavar="I", help="only this point of a sweep, from 0 (default: all)")
+    parser.add_argument("--point", type=int, metavar="I", help="only this point of a sweep, from 0 (default: the first six)")
     arguments = parser.parse_args()
     plotting.use_style()
     try:
@@ -200,13 +208,10 @@ def main():
     first = next((t for t in tables.values() if t is not None and t.rows), None)
     keys = [] if first is None else result.table(first.name).attrs["sweep_keys"]
     points = plotting.sweep_points(first, keys) if first is not None else [()]
-    index = plotting.chosen_point(arguments, points)
     figures = {}
-    for i, point in enumerate(points):
-        if index not in (None, i):
-            continue
+    for i, point in plotting.points_to_draw(arguments, points):
         prefix = "" if len(points) == 1 else f"point{i}_"
-        heading = title + (f": {plotting.point_name(keys, point)}" if keys else "")
+        heading = plotting.point_title(title, keys, points, i)
         here = {n: plotting.at_point(t, keys, point) for n, t in tables.items()}
         if here["calibration"] and any(here["calibration"]["verdict"]):
             figures[prefix + "calibration"] = calibration_figure(heading, here["calibration"], here["pit"])

@@ -1,15 +1,16 @@
 #!/usr/bin/python3
 """Figures of a chained multistation study; PNG and SVG next to the result.
 
-    plot_chained.py RESULT.h5 [-o FOLDER]
+    plot_chained.py RESULT.h5 [-o FOLDER] [--point I]
 
 study "performance": RMS errors along the stations with the published values (_rms), biases of the first run and their
 estimates (_tracks), z-scores, NEES and cost against theory (_consistency). "outliers": what is found and blamed, and
 what the remedies do (_outliers). "interference": azimuth errors by treatment. "unstart": failures by solver. A result of
 `estimate` with estimator = "chained": azimuths, residuals and biases along the run (_run). A sweep gives one figure of
-each kind a point where the figure has no room for several.
+each kind a point where the figure has no room for several: of the first six points, or of the one of --point (counted from 0,
+in the order of the file). Figures of several points show the first twelve. What is left out is said on stderr and in the title.
 """
-import re
+import sys
 
 import numpy as np
 
@@ -25,6 +26,7 @@ ESTIMATORS = {  # label, colour, line, marker
     "smoother": ("smoother, references chained", "#0072B2", "-", "o")}
 QUANTITIES = {"azimuth_deg": "azimuth (deg)", "inclination_deg": "inclination (deg)", "toolface_deg": "toolface (deg)",
               "gravity_mg": "gravity (mg)", "horizontal_nT": "horizontal field (nT)", "down_nT": "downward field (nT)"}
+MOST_CASES = 12  # points of a sweep beside each other
 READINGS = ("accelerometer_x_mg", "accelerometer_y_mg", "accelerometer_z_mg", "magnetometer_x_nT", "magnetometer_y_nT",
             "magnetometer_z_nT")
 
@@ -61,6 +63,7 @@ def rms_figure(title, stations, rms):
         axes.set_ylim(0, 1.08 * top)
         axes.set_xlim(min(stations["station"]) - 0.5, last + 1.6)
         axes.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
+        axes.set_xticks([t for t in axes.get_xticks() if min(stations["station"]) <= t <= last])  # beyond it is what was published
     for axes in panels[1]:
         axes.set_xlabel("station")
     for axes in panels[:, 0]:
@@ -130,6 +133,20 @@ def consistency_figure(title, histogram, trials):
 def cases_of(table, keys):
     return [(plotting.point_name(keys, p) or "", plotting.at_point(table, keys, p)) for p in
             plotting.sweep_points(table, keys)]
+
+
+def shown_cases(arguments, title, table, keys):
+    """(title, table) of a figure of all points of a sweep: of those that have room, or of the one of --point."""
+    points = plotting.sweep_points(table, keys)
+    chosen = plotting.chosen_point(arguments, points)
+    if chosen is None and len(points) <= MOST_CASES:
+        return title, table
+    shown = points[:MOST_CASES] if chosen is None else [points[chosen]]
+    if chosen is None:
+        title = f"{title} (the first {MOST_CASES} of {len(points)} points)"
+        print(f"{arguments.result}: {MOST_CASES} of {len(points)} points of the sweep are drawn; any other with --point I", file=sys.stderr)
+    kept = set(shown)
+    return title, table.where(lambda i: tuple(table[k][i] for k in keys) in kept)
 
 
 def bars(axes, rows, labels, colours, hatches):
@@ -259,16 +276,16 @@ def run_figure(title, parameters, stations, tests):
     return figure
 
 
-def draw_estimate(file, folder, stem):
+def draw_estimate(file, folder, stem, arguments):
     tables = {n: plotting.read_table(file, n) for n in ("parameters", "stations", "tests", "modes")}
     if tables["modes"] is None:
         raise plotting.PlotError(f"{file.filename}: not of the chained estimator: draw it with plot_estimate.py")
     config, title = plotting.configuration(file), plotting.title_of(file)
     keys = plotting.sweep_keys(config, tables["parameters"])
-    for point in plotting.sweep_points(tables["parameters"], keys):
+    points = plotting.sweep_points(tables["parameters"], keys)
+    for number, point in plotting.points_to_draw(arguments, points):
         here = [plotting.at_point(tables[n], keys, point) for n in ("parameters", "stations", "tests")]
-        label = plotting.point_name(keys, point)
-        name, end = (f"{title}: {label}", "_" + plotting.name_of(point)) if label else (title, "")
+        name, end = plotting.point_title(title, keys, points, number), "_" + plotting.name_of(point) if keys else ""
         plotting.save(run_figure(name, *here), folder, f"{stem}_run{end}")
 
 
@@ -283,13 +300,14 @@ def open_any(path):
 
 def main():
     parser = plotting.argument_parser(__doc__.splitlines()[0])
+    parser.add_argument("--point", type=int, metavar="I", help="only this point of a sweep, from 0 (default: the first six)")
     arguments = parser.parse_args()
     plotting.use_style()
     folder = plotting.figures_folder(arguments.output, arguments.result)
     stem = plotting.stem_of(arguments.result)
     with open_any(arguments.result) as file:
         if plotting.text_attribute(file, "experiment") == "estimate":
-            draw_estimate(file, folder, stem)
+            draw_estimate(file, folder, stem, arguments)
             return
         config = plotting.configuration(file)
         title = plotting.title_of(file)
@@ -299,14 +317,14 @@ def main():
                        ("unstart", unstart_figure)):
         if tables[name] is not None:
             keys = plotting.sweep_keys(config, tables[name])
-            plotting.save(draw(title, tables[name], keys), folder, stem)
+            plotting.save(draw(*shown_cases(arguments, title, tables[name], keys), keys), folder, stem)
     if tables["rms"] is None:
         return
     keys = plotting.sweep_keys(config, tables["rms"])
-    for point in plotting.sweep_points(tables["rms"], keys):
+    points = plotting.sweep_points(tables["rms"], keys)
+    for number, point in plotting.points_to_draw(arguments, points):
         t = {n: plotting.at_point(tables[n], keys, point) for n in ("rms", "stations", "tracks", "histogram")}
-        label = plotting.point_name(keys, point)
-        name, end = (f"{title}: {label}", "_" + plotting.name_of(point)) if label else (title, "")
+        name, end = plotting.point_title(title, keys, points, number), "_" + plotting.name_of(point) if keys else ""
         if t["stations"].rows:
             t["stations"].confidence = tables["stations"].confidence
             plotting.save(rms_figure(name, t["stations"], t["rms"]), folder, f"{stem}_rms{end}")

@@ -230,6 +230,7 @@ def cylinder(data):
         ax.set_theta_direction(-1)
         ax.set_rlim(0, limit)
         ax.set_rlabel_position(112)
+        ax.yaxis.set_major_locator(plotting.matplotlib.ticker.MaxNLocator(4))
         ax.tick_params(labelsize=8)
         ax.set_title(f"{offset} (m)", pad=14)
     if image is not None:
@@ -351,7 +352,8 @@ def cloud(data):
         x = np.array([s[k][keep] for k in ("north_m", "east_m", "down_m")])
         d, covariance = relative_position(row)
         for ax, (name, p, labels) in zip(line, projections(d)):
-            ax.scatter(*(p @ x), s=4, color="#0072B2", alpha=0.35, linewidths=0, rasterized=True)
+            ax.scatter(*(p @ x), s=plotting.dot_size(x.shape[1]) ** 2 / 2, color="#0072B2", alpha=0.35, linewidths=0,
+                       rasterized=True)
             flat = p @ covariance @ p.T
             for k in (1, 2, 3):
                 ax.plot(*plotting.ellipse_points(flat, k), color="#D55E00", linewidth=1.3)

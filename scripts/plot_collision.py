@@ -35,19 +35,35 @@ def probability(table):
     """Probability against the least separation factor; what the wells share joins the points of an offset."""
     form = rows(table, formulation="form")
     figure, ax = plt.subplots(figsize=(7.5, 5.2), layout="constrained")
+    seen = []
     for k, offset in enumerate(distinct(form["offset"])):
         own = rows(form, offset=offset)
         order = np.argsort(own["separation_factor"])
         ax.errorbar(np.asarray(own["separation_factor"])[order], np.asarray(own["monte_carlo"])[order],
                     intervals(own)[:, order], color=COLOURS[k % 6], marker=MARKERS[k % 6], linewidth=1.2, label=offset)
+        places = {}  # correlations that make no difference share a mark, and a text
         for i in order:
-            ax.annotate(own["correlation"][i], (own["separation_factor"][i], own["monte_carlo"][i]), fontsize=7,
-                        xytext=(5, 4), textcoords="offset points")
+            place = tuple(float(f"{own[key][i]:.3g}") for key in ("separation_factor", "monte_carlo"))
+            places.setdefault(place, []).append(i)
+        for at in places.values():
+            text = ", ".join(plotting.quantity_name(own["correlation"][i]) for i in at)
+            plotting.label_points(ax, text, (own["separation_factor"][at[0]], own["monte_carlo"][at[0]]), fontsize=7.5)
+        seen += [v for key in ("monte_carlo", "monte_carlo_ci_low", "monte_carlo_ci_high") for v in own[key] if v > 0]
     ax.axvline(1, color="#777777", linewidth=1)
     ax.set(yscale="log", xlabel="least separation factor", ylabel="probability that the wells touch")
+    if seen:
+        plain_probability(ax.yaxis, min(seen) / 2, min(2 * max(seen), 1.1))
+    ax.margins(x=0.12)
     ax.legend()
-    ax.set_title("Probability and separation factor", loc="left")
+    ax.set_title("Probability and separation factor (bars: "
+                 f"{100 * table.confidence:g} % intervals; line: factor 1)", loc="left", fontsize=10)
     return figure
+
+
+def plain_probability(axis, low, high):
+    """Limits and ticks of a logarithmic axis."""
+    axis.axes.set(**{f"{axis.axis_name}lim": (low, high)})
+    plotting.plain_log_axis(axis, low, high)
 
 
 def contact(table):
@@ -58,7 +74,7 @@ def contact(table):
             own = rows(table, offset=offset, correlation=correlation, well=well)
             low, high = np.asarray(own["from_md_m"]), np.asarray(own["to_md_m"])
             ax.bar(low, own["share"], high - low, align="edge", color="#0072B2", edgecolor="white", linewidth=0.5)
-            ax.set_title(f"{offset}, {correlation}: {well}", loc="left", fontsize=9)
+            ax.set_title(f"{offset}, {plotting.quantity_name(correlation)}: {well} well", loc="left", fontsize=9)
             ax.set_ylabel("share")
     for ax in axes[-1]:
         ax.set_xlabel("measured depth where they touch (m)")
@@ -160,12 +176,13 @@ def crossing(table, closest):
           for f in ("form", "slab", "disc", "half_space")}
     for formulation, colour in (("half_space", "#A8508A"), ("slab", "#009E73"), ("disc", "#D55E00")):
         ax.plot(angle, [t["analytic"][0] for t in of[formulation]], "--", color=colour,
-                label=formulation.replace("_", " "))
+                label=plotting.quantity_name(formulation))
     found = of["form"]
     half = np.hstack([intervals(t) for t in found])
     ax.errorbar(angle, [t["monte_carlo"][0] for t in found], half, color="#0072B2", marker="o", label="whole wells")
     ax.set(xscale="log", yscale="log", xlabel="angle at which the wells pass each other (deg)", ylabel="probability")
-    ax.set_xticks(angle, [f"{x:g}" for x in angle])
+    apart = [x for k, x in enumerate(angle) if k == 0 or x > 1.2 * max(angle[:k])]
+    ax.set_xticks(apart, [f"{x:.3g}" for x in apart])
     ax.minorticks_off()
     ax.legend(fontsize=8)
     ax.set_title("Probability against the angle of crossing", loc="left")
@@ -179,7 +196,7 @@ def factors(table):
     for ax, event in zip(axes[0], events):
         own = rows(table, event=event, component=0)
         top = slice(0, 12)
-        ax.barh(own["code"][top][::-1], np.asarray(own["factor"])[top][::-1], color="#0072B2")
+        ax.barh([plotting.quantity_name(c) for c in own["code"][top][::-1]], np.asarray(own["factor"])[top][::-1], color="#0072B2")
         ax.set_xlabel("part of \N{GREEK SMALL LETTER BETA}\N{SUPERSCRIPT TWO}")
         ax.set_title(event, fontsize=9)
     return figure
@@ -220,9 +237,9 @@ def predictions(table, sampling):
             for value in rows(own, formulation=formulation)["analytic"]:
                 if value > 0:
                     ax.plot([value], [y + 0.18], linestyle="none", marker=MARKERS[(k + 2) % 6], color=COLOURS[(k + 1) % 6],
-                            label=label(formulation))
+                            label=label(plotting.quantity_name(formulation)))
     ax.set(xscale="log", ylim=(len(events) - 0.4, -0.6), xlabel="probability")
-    ax.set_xlim(min(seen, default=1e-9) / 3, max(seen, default=1) * 3)
+    plain_probability(ax.xaxis, min(seen, default=1e-9) / 3, max(seen, default=1) * 3)
     ax.set_yticks(range(len(events)), events)
     ax.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
     ax.set_title("What was found, and what was predicted", loc="left")
@@ -258,6 +275,7 @@ def convergence(hits, probability, sampling, most_kept):
     ax.axhspan(0.9, 1.1, color="#009E73", alpha=0.12, linewidth=0)
     ax.axhline(1, color="#777777", linewidth=1)
     ax.set(xscale="log", ylim=(low, high), xlabel="evaluations of the main run", ylabel="estimate / that of all evaluations")
+    plotting.plain_log_axis(ax.xaxis, *ax.get_xlim())
     ax.legend(fontsize=8, title="estimate of all evaluations", title_fontsize=8)
     part = "All" if most_kept >= max(evaluations) else f"The first {plotting.grouped(most_kept)} of"
     missing = len(shown) - MOST_CURVES

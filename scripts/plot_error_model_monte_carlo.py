@@ -136,7 +136,7 @@ def cloud_figure(title, covariances, samples, ellipses, md):
         points = np.array([cloud["north_m"], cloud["east_m"], cloud["vertical_m"]])
         for ax, view in views:  # abscissa, ordinate
             x = view @ points
-            ax.plot(x[0], x[1], ".", color="#56B4E9", markersize=2.4, alpha=0.5, markeredgewidth=0, rasterized=True,
+            ax.plot(x[0], x[1], ".", color="#56B4E9", markersize=plotting.dot_size(count), alpha=0.5, markeredgewidth=0, rasterized=True,
                     zorder=1)
             for k in (1, 2, 3):
                 ellipse = plotting.ellipse_points(view @ c @ view.T, k)
@@ -234,7 +234,8 @@ def map_figure(title, axes, ellipses, md):
             ax.grid(False)
         line[0].set_ylabel("Inclination (deg)")
         bar = figure.colorbar(image, ax=list(line), pad=0.01, format="%g",
-                              ticks=[t for t in (0.5, 1, 1.2, 1.5, 2, 3, 5, 7, 10, 15, 20, 30, 50, 100) if 10**low <= t <= 10**high])
+                              ticks=[t for t in ((0.5, 1, 2, 5, 10, 20, 50, 100) if high - low > 0.6 else
+                                        (0.5, 0.7, 1, 1.2, 1.5, 2, 3, 5)) if 10**low <= t <= 10**high])
         bar.ax.minorticks_off()
     for ax in panels[-1]:
         ax.set_xlabel("Azimuth (deg)")

@@ -147,6 +147,8 @@ def main():
         config = plotting.configuration(file)
         title = plotting.title_of(file)
         table = plotting.read_table(file, "detection")
+    if table is None or not table.rows:
+        raise plotting.PlotError(f"{arguments.result}: has no table 'detection': a run of events is drawn by plot_collision.py")
     keys = plotting.sweep_keys(config, table)
     curves = "factor" in keys and len(set(table["factor"])) > 3
     if curves:  # the diamond is at the factor 1, whatever factors are swept

@@ -105,7 +105,7 @@ def draw_panel(ax, title, ratio, inclination, azimuth, width):
         if inside:
             thin = ax.contour(azimuth, inclination, shown, levels=inside, colors="black", linewidths=0.4,
                               linestyles="solid")
-            ax.clabel(thin, fmt=lambda v: f"{np.exp(v):.2g}", fontsize=6.5, inline_spacing=2)
+            plotting.label_contours(ax, thin, lambda v: f"{np.exp(v):.2g}", "black", "white", 6.5)
         # Where MSA cannot change anything the ratio is 1 but for a per mille: a plain area, and no line in it.
         ax.contourf(azimuth, inclination, shown, levels=np.log([0.99, 1.01]), colors=[UNCHANGED])
         line = np.ma.masked_where(plateau(np.abs(shown.filled(np.inf)) < 1e-3), shown)

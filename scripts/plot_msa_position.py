@@ -64,9 +64,10 @@ def position_figure(title, samples, covariances, ellipses):
     grid = figure.add_gridspec(2, 2, left=0.07, right=0.985, top=0.875, bottom=0.02, height_ratios=(3.0, 1.15),
                                hspace=0.21, wspace=0.2)
     plan, axes = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
+    dots = plotting.dot_size(len(north), smallest=3.0)
     for ax, view in ((plan, lambda n, e: (e, n)),
                      (axes, lambda n, e: plotting.map_turned(n, e, azimuth))):
-        ax.plot(*view(north, east), ".", color="#56B4E9", markersize=3.6, alpha=0.5, markeredgewidth=0,
+        ax.plot(*view(north, east), ".", color="#56B4E9", markersize=dots, alpha=0.5, markeredgewidth=0,
                 rasterized=True, zorder=1)
         draw_ellipses(ax, view, shapes, truth, ticks=ax is axes)
         ax.plot(0, 0, "+", color="black", markersize=11, markeredgewidth=1.6, zorder=9)
@@ -301,7 +302,7 @@ def ratio_figure(title, table, margin, confidence):
                 f"{trials_text(table)}.", ha="left", va="top")
     band(ax, margin)
     ax.set_yscale("log")
-    reach, x, wrong_on_purpose, verdicts, places, names = 1.25, 0.0, [], set(), [], []
+    low, high, x, wrong_on_purpose, verdicts, places, names = 0.8, 1.25, 0.0, [], set(), [], []
     for label, slots in groups:
         if places:
             ax.axvline(x - 0.1, color="#BBBBBB", linewidth=0.8)
@@ -315,13 +316,13 @@ def ratio_figure(title, table, margin, confidence):
                 value = row["published_ratio"]
                 ax.plot(x, value, marker="s", color=PUBLISHED, markersize=6.5, zorder=4)
                 annotate_ratio(ax, x, value, value, f"{value:.3f}")
-                reach = max(reach, value, 1 / value)
+                low, high = min(low, value), max(high, value)
             elif np.isfinite(row["ratio"]) and not is_zero_to_first_order(row):
-                value, low, high = row["ratio"], row["ratio_ci_low"], row["ratio_ci_high"]
-                ax.errorbar(x, value, yerr=[[value - low], [high - value]], color=LOOK[f]["color"], zorder=4,
+                value, below, above = row["ratio"], row["ratio_ci_low"], row["ratio_ci_high"]
+                ax.errorbar(x, value, yerr=[[value - below], [above - value]], color=LOOK[f]["color"], zorder=4,
                             fmt=VERDICT_MARKER.get(row["verdict"], "s"), markersize=7.5, elinewidth=1.6, capsize=4)
-                annotate_ratio(ax, x, value, high if value >= 1 else low, f"{value:.3f}\n{low:.3f} to {high:.3f}")
-                reach = max(reach, high, 1 / low if low > 0 else 1 / value)
+                annotate_ratio(ax, x, value, above if value >= 1 else below, f"{value:.3f}\n{below:.3f} to {above:.3f}")
+                low, high = min(low, below if below > 0 else value), max(high, above)
                 verdicts.add(row["verdict"])
                 if row["expected"] == "differs" and f not in wrong_on_purpose:
                     wrong_on_purpose.append(f)
@@ -337,13 +338,17 @@ def ratio_figure(title, table, margin, confidence):
         if nothing:
             ax.annotate("zero to first order:\nnothing to compare", (middle, 1), xytext=(0, 26), ha="center",
                         textcoords="offset points", va="bottom", style="italic")
-    reach *= max(1.35, reach**0.2)  # room for the text at the outermost marker
-    ax.set_ylim(1 / reach, reach)
-    plotting.plain_log_axis(ax.yaxis, 1 / reach, reach)
+    tall = 72 * figure.get_figheight() * ax.get_position().height  # points
+    room = 60 if "published" in names else 40  # for the text at the outermost marker; beside each other, for two
+    beyond = (high / low) ** (room / (tall - 2 * room))
+    low, high = low / beyond, high * beyond
+    ax.set_ylim(low, high)
+    plotting.plain_log_axis(ax.yaxis, low, high)
     ax.set_ylabel("Predicted / Monte-Carlo standard deviation")
     ax.set_xticks(places)
     ax.set_xticklabels([LOOK[f]["label"] if f in LOOK else f for f in names])
     for tick, f in zip(ax.get_xticklabels(), names):
+        tick.set_fontsize(9 if len(names) < 13 else 7)
         tick.set_color(LOOK[f]["color"] if f in LOOK else PUBLISHED)
     ax.set_xlim(-0.7, x - 0.3)
     ax.grid(False, axis="x")
@@ -363,9 +368,7 @@ def ratio_figure(title, table, margin, confidence):
 
 def annotate_ratio(ax, x, value, end, text):
     """The numbers of a marker, beyond the end of its interval and away from the line at 1."""
-    up = value >= 1
-    ax.annotate(text, (x, end), xytext=(0, 9 if up else -9), textcoords="offset points", ha="center",
-                va="bottom" if up else "top", fontsize=8.5, linespacing=1.15)
+    plotting.label_points(ax, text, (x, value), end, value >= 1, fontsize=8.5, linespacing=1.15)
 
 
 def length(metres):
@@ -417,7 +420,7 @@ def noise_scale_figure(title, table, keys, margin, confidence):
         ax.set_title(label)
         ax.set_xlabel("Noise scale (1: as in the config)")
         if zero:
-            ax.annotate(f"{', '.join(zero)}:\nzero to first order, not drawn", (0.04, 0.04), xycoords="axes fraction",
+            ax.annotate(f"{', '.join(zero) if len(zero) < 3 else f'{len(zero)} of {len(curves)} curves'}:\nzero to first order, not drawn", (0.04, 0.04), xycoords="axes fraction",
                         va="bottom", style="italic", fontsize=9)
     spread = high - low
     panels[0].set_ylim(low - 0.06 * spread, high + 0.06 * spread)
@@ -431,7 +434,9 @@ def noise_scale_figure(title, table, keys, margin, confidence):
                for c, curve in enumerate(curves)]
     handles.append(interval_handle(confidence))
     handles += margin_handle(margin)
-    figure.legend(handles=handles, loc="lower center", ncol=min(len(handles), 7), bbox_to_anchor=(0.5, 0.02))
+    columns = plotting.legend_columns(figure, handles)
+    figure.subplots_adjust(bottom=0.15 + 0.045 * -(-len(handles) // columns))
+    figure.legend(handles=handles, loc="lower center", ncol=columns, bbox_to_anchor=(0.5, 0.02))
     return figure
 
 

@@ -325,7 +325,8 @@ def compare_figure(title, covariance, keys, points):
     for i, point in enumerate(points):
         table = plotting.at_point(covariance, keys, point)
         for ax, (key, label, *_) in zip(panels, HOLE):
-            ax.plot(table["md_m"], np.where(with_a_covariance(table), table[key], np.nan), color=palette[i % len(palette)], linestyle=styles[i % len(styles)],
+            ax.plot(table["md_m"], np.where(with_a_covariance(table), table[key], np.nan), color=palette[i % len(palette)] if are_named else palette[0],
+                    linestyle=styles[i % len(styles)] if are_named else "-", alpha=1 if are_named else 0.6,
                     linewidth=1.8 if are_named else 0.8, marker="o" if table.rows == 1 else None, markersize=4, label=plotting.point_name(keys, point))
             ax.set_title(label.capitalize())
             ax.set_xlabel("Measured depth (m)")

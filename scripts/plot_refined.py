@@ -103,7 +103,7 @@ def draw(rule, axes, others, values, quantity):
         panel.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), xlabel=axes[0].replace("_", " "), ylabel=axes[1].replace("_", " "))
         panel.set_title(", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in zip(others, which)) +
                         f"  ({len(points)} points)", fontsize=9)
-    fig.colorbar(cells, ax=panels[0].tolist(), label=f"{rule['quantity']}; boundary at {level:g}", extend="both")
+    fig.colorbar(cells, ax=panels[0].tolist(), label=f"{plotting.quantity_name(rule['quantity'].split('.', 1)[-1])}; boundary at {level:g}", extend="both")
     return fig
 
 

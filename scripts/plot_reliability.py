@@ -18,7 +18,7 @@ import numpy as np
 
 import plotting
 from plotting import plt
-from reliability_figures import (COLOURS, LINES, NAMES, TITLES, Grid, colour_bar, direction_figure, levels_of, named, nonlinear_figure, panel,
+from reliability_figures import (COLOURS, LINES, NAMES, Grid, axis_title, colour_bar, direction_figure, levels_of, named, nonlinear_figure, panel,
                                  residuals_figure, subject_name, unit_of, unit_of_residual)
 
 MAXIMUM_ROWS = 6  # of panels in a figure; of curves twice as many
@@ -76,7 +76,7 @@ def curves_figure(title, detectable, effect, name, rows, observation_of, effect_
         else:
             axes.set_ylim(bottom=0)
         axes.set_xlim(min(x), max(x))
-        axes.set_xlabel(TITLES.get(name, name))
+        axes.set_xlabel(axis_title(name))
     if tolerance is not None:
         right.axhline(tolerance, color="#777777", linewidth=0.8)
         right.set_ylim(0, max(5 * tolerance, 1e-12))
@@ -127,8 +127,7 @@ def main():
         choices[others.index("observation")] = [observations.index(arguments.observation)]
     rows = []
     for picked in itertools.product(*choices):
-        words = [plotting.value_name(detectable.axes[n][i]) if isinstance(detectable.axes[n], list) else
-                 named(n, detectable.axes[n][i])
+        words = [named(n, detectable.axes[n][i])
                  for n, i in zip(others, picked) if len(detectable.axes[n]) > 1 and n != "observation"]
         if observations and len(observations) > 1 and len(plane) == 1:
             words.insert(0, NAMES[observations[picked[others.index("observation")]]])

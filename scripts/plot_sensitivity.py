@@ -7,11 +7,8 @@ RESULT.h5 is a run of a config with [sensitivity] (configs/sweeps/global_referen
 every key, alone and with its pairs, with intervals; and the quantity against the four keys that explain most, its median and
 the middle 80 % of the points.
 """
-import re
-
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 import plotting
 from plotting import PlotError
@@ -19,13 +16,13 @@ from surveymc import storage
 
 
 def read(path):
-    """[sensitivity] of the config, its table, and by quantity the values of the keys and of the quantity."""
+    """Title of the result, [sensitivity] of the config, its table, and by quantity the values of the keys and of the quantity."""
     try:
         file = storage.open_file(path)
     except storage.ResultError as error:
         raise PlotError(str(error)) from None
     with file:
-        rule = plotting.configuration(file).get("sensitivity")
+        title, rule = plotting.title_of(file), plotting.configuration(file).get("sensitivity")
         table = plotting.read_table(file, "sensitivity")
         if not rule or table is None:
             raise PlotError(f"{path}: its config has no [sensitivity]")
@@ -38,13 +35,7 @@ def read(path):
                 chosen &= np.array(values[key]) == word
             keys = [k for k in values if plotting.text_attribute(file[f"tables/{name}/{k}"], "long_name") == "sweep key"]
             samples[quantity] = {k: np.array(values[k])[chosen] for k in keys}, np.array(values[column])[chosen]
-    return rule, table, samples
-
-
-def short(key):
-    """A key without its table: "latitude_deg" of "field.latitude_deg", "error_model" of "error_model.name"."""
-    parts = key.split(".")
-    return (parts[-2] if parts[-1] == "name" and len(parts) > 1 else parts[-1]).replace("_", " ")
+    return title, rule, table, samples
 
 
 def draw_shares(panel, rows):
@@ -56,7 +47,7 @@ def draw_shares(panel, rows):
         panel.barh(places + shift, bars, 0.34, color=color, label="alone" if order == "first" else "with its pairs")
         panel.errorbar(bars, places + shift, xerr=[np.clip(bars - low, 0, None), np.clip(high - bars, 0, None)], fmt="none",
                        ecolor="0.2", elinewidth=0.8, capsize=2)
-    panel.set_yticks(places, [short(key) for key in rows])
+    panel.set_yticks(places, [plotting.axis_name(key).split(" (")[0] for key in rows])
     panel.set(xlim=(0, None), xlabel="share of the variance")
     panel.legend(loc="lower right", fontsize=8)
 
@@ -78,15 +69,13 @@ def draw_effect(panel, key, x, y, quantity, log):
     else:
         panel.fill_between(middle, low, high, color="C0", alpha=0.25, linewidth=0)
         panel.plot(middle, mid, color="C0")
-    panel.set(xlabel=short(key), ylabel=re.sub("_m$", " (m)", quantity.split(".", 1)[1]).replace("_", " "))
+    panel.set(xlabel=plotting.axis_name(key), ylabel=plotting.axis_name(quantity.split(".", 1)[1]))
     if log:
         panel.set_yscale("log")
-        panel.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        panel.yaxis.set_major_formatter(FormatStrFormatter("%g"))
-        panel.yaxis.set_minor_locator(NullLocator())
+        plotting.plain_log_axis(panel.yaxis, *panel.get_ylim())
 
 
-def draw(rule, table, quantity, sample):
+def draw(title, rule, table, quantity, sample):
     keys, y = sample
     of_quantity = [i for i in range(table.rows) if table["quantity"][i] == quantity]
     rows = {}
@@ -100,17 +89,18 @@ def draw(rule, table, quantity, sample):
     strongest = sorted(rows, key=lambda key: -rows[key]["with pairs"][0])[:4]
     for n, key in enumerate(strongest):
         draw_effect(figure.add_subplot(grid[n // 2, 2 + n % 2]), key, keys[key][good], y[good], quantity, rule.get("scale") == "log")
-    figure.suptitle(f"{quantity}: {int(good.sum())} points; lines: medians and the middle 80 %", fontsize=10)
+    figure.suptitle(f"{title}\n{plotting.axis_name(quantity.split('.', 1)[1])} of {int(good.sum())} points; lines: medians and the middle 80 %",
+                    fontsize=10)
     return figure
 
 
 def main():
     arguments = plotting.argument_parser("what explains a quantity of a sweep").parse_args()
     plotting.use_style()
-    rule, table, samples = read(arguments.result)
+    title, rule, table, samples = read(arguments.result)
     stem = plotting.stem_of(arguments.result)
     for quantity, sample in samples.items():
-        figure = draw(rule, table, quantity, sample)
+        figure = draw(title, rule, table, quantity, sample)
         plotting.save(figure, plotting.figures_folder(arguments.output, arguments.result),
                       f"{stem}_sensitivity_{quantity.split('.', 1)[1]}")
 

@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, MaxNLocator
 
 import plotting
 from plotting import SIGMA, PlotError, grouped, number
@@ -50,7 +50,7 @@ def axes_figure(title, table, keys, margin):
     depths = sorted(set(table["md_m"]))
     height = 1.75 + 2.9 * len(points)
     figure, panels = plt.subplots(len(points), 3, figsize=(12.0, height), sharex=True, sharey="row", squeeze=False)
-    figure.subplots_adjust(left=0.075, right=0.985, top=1 - 1.1 / height, bottom=1.15 / height, hspace=0.32, wspace=0.06)
+    figure.subplots_adjust(left=0.075, right=0.985, top=1 - 1.1 / height, bottom=1.15 / height, hspace=0.32, wspace=0.08)
     figure.suptitle(title, x=0.02, y=1 - 0.12 / height, ha="left")
     figure.text(0.02, 1 - 0.42 / height, "Predicted (toolface-dependent covariance) over Monte-Carlo standard deviation "
                 if swept else "Predicted over Monte-Carlo standard deviation ", ha="left", va="top")
@@ -109,7 +109,8 @@ def axes_figure(title, table, keys, margin):
     for ax in panels[-1]:
         ax.set_xlabel("Size of the errors (1: as in the config)" if swept else "Measured depth (m)")
         if not swept:
-            ax.xaxis.set_major_locator(MaxNLocator(5))
+            depth = sorted(set(table["md_m"]))  # a tick at an end would run into that of the panel beside
+            ax.xaxis.set_major_locator(MaxNLocator(5, prune="both") if len(depth) > 1 else FixedLocator(depth))
         if swept:
             plotting.plain_log_axis(ax.xaxis, sizes[0] / 1.2, sizes[-1] * 1.2)
             ax.set_xticks(sizes)
@@ -151,7 +152,7 @@ def ellipses_figure(title, point, samples, table):
         if samples is not None and samples.rows:
             cloud = samples.where(lambda i: samples["md_m"][i] == md)
             ax.plot(*plotting.map_turned(cloud["north_m"], cloud["east_m"], azimuth), ".", color="#56B4E9",
-                    markersize=2.6, alpha=0.45, markeredgewidth=0, rasterized=True, zorder=1)
+                    markersize=plotting.dot_size(cloud.rows), alpha=0.45, markeredgewidth=0, rasterized=True, zorder=1)
         for name in ("monte_carlo", *FORMULATIONS):
             row = here.row(formulation=name)
             if row is None:

@@ -67,7 +67,8 @@ def panels(maps, values, norm, cmap, label, blank):
     figure, axes = plt.subplots(rows, columns, figsize=(2.6 * columns + 1, 2.1 * rows + 0.9), squeeze=False, sharex=True,
                                 sharey=True, layout="constrained")
     x, y = cell_edges(maps.azimuth), np.clip(cell_edges(maps.inclination), 0, 180)  # there is no hole beyond
-    figure.suptitle(maps.title + (f"\ngrey: {blank}" if np.isnan(values).any() else ""), fontsize=10)
+    notes = ["dashed: magnetic east and west"] + ([f"grey: {blank}"] if np.isnan(values).any() else [])
+    figure.suptitle(f"{maps.title}\n{'; '.join(notes)}", fontsize=10)
     drawn = None
     for i, panel in enumerate(axes.flat):
         if i >= count:
@@ -82,6 +83,8 @@ def panels(maps, values, norm, cmap, label, blank):
                 if x[0] <= at <= x[-1]:
                     panel.axvline(at, color="k", linestyle="--", linewidth=0.6)
         panel.set_xlim(x[0], x[-1])
+        if x[-1] - x[0] > 180:
+            panel.set_xticks([t for t in (0, 90, 180, 270, 360) if x[0] <= t <= x[-1]])
         panel.set_ylim(y[0], y[-1])
         if panel.get_subplotspec().is_last_row():
             panel.set_xlabel(f"azimuth ({DEGREE})")
@@ -168,7 +171,7 @@ def draw_bars(file, md, order):
         panel.set_xscale("log")
         panel.set_xlim(0.5 * min(sizes), 1.5 * max(sizes))
     panel.set_xlabel("one standard deviation (m)")
-    panel.set_title(f"md {at:g} m", fontsize=9)
+    figure.suptitle(f"{plotting.title_of(file)}\nat a measured depth of {at:g} m", fontsize=10)
     handles = [Patch(color=color, label=direction.replace("_", " ")) for direction, color in DIRECTIONS]
     if outside:
         handles.append(Patch(facecolor="white", edgecolor="k", hatch="////", label="the model does not hold"))

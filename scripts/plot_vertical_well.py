@@ -67,7 +67,7 @@ def ellipses_figure(title, point, samples, table):
         reach = max(reach, 1e3 * 3.3 * sample["semi_major_m"])
         inside = np.maximum(abs(samples["north_m"]), abs(samples["east_m"])) * 1e3 <= reach
         panels[0].plot(1e3 * samples["east_m"][inside], 1e3 * samples["north_m"][inside], ".", color="#9AC8E4",
-                       markersize=1.8, alpha=0.35, markeredgewidth=0, rasterized=True, zorder=1)
+                       markersize=plotting.dot_size(samples.rows), alpha=0.35, markeredgewidth=0, rasterized=True, zorder=1)
         beyond = int(np.count_nonzero(~inside))
         panels[0].set_title("(a) With the realisations" + (f"; {grouped(beyond)} lie outside" if beyond else ""))
         panels[1].set_title("(b) The ellipses alone")

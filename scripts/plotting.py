@@ -17,6 +17,7 @@ import matplotlib
 matplotlib.use("Agg")
 
 import h5py  # noqa: E402
+import matplotlib.patheffects  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
@@ -250,11 +251,13 @@ POINT_WORDS = {
     "noise.reference.per": "reference drawn per {}", "sensor_errors.multiplier": "errors \N{MULTIPLICATION SIGN} {}",
     "errors.multiplier": "errors \N{MULTIPLICATION SIGN} {}", "errors.vertical": "lateral errors as {}", "sensor.spread.axial_bias_nT": "axial bias sd {} nT", "well.stations": "{} stations", "well.kind": "{} well",
     "spacing_m": "stations {} m apart", "drilling.sequence": "toolface sequence {}",
-    "model.truth_references": "references {} in truth", "factor": "error \N{MULTIPLICATION SIGN} {}"}
+    "model.truth_references": "references {} in truth", "factor": "error \N{MULTIPLICATION SIGN} {}",
+    "problem.name": "{}", "sampling.method": "method {}"}
 VALUE_WORDS = {
     "msa": "MSA", "msa_weighted": "weighted MSA", "msa_joint": "joint MSA", "wls": "WLS", "wls_consider": "WLS with considered reference",
     "sse": "single station", "sse_axial": "single station, axial correction", "mse_fixed": "many stations, references fixed",
-    "mse_shared": "many stations, references shared", "gaussian": "normal"}
+    "mse_shared": "many stations, references shared", "gaussian": "normal",
+    "form": "FORM", "sorm": "SORM", "nees": "NEES", "nis": "NIS", "bonferroni": "Bonferroni"}
 POINT_UNITS = {"nT": "nT", "deg": "\N{DEGREE SIGN}", "mps2": "m/s\N{SUPERSCRIPT TWO}", "mg": "mg", "m": "m", "z": "z", "h": "h"}
 
 
@@ -279,9 +282,32 @@ def point_name(keys, point):
         name, _, ending = key.rsplit(".", 1)[-1].rpartition("_")
         unit = POINT_UNITS.get(ending, "") if name else ""
         words = (name if unit else key.rsplit(".", 1)[-1]).replace("_", " ")
+        words = f"sd of {words}" if key.startswith("sigma.") else words
         gap = "" if unit == POINT_UNITS["deg"] else " "
         parts.append(f"{words} {value_name(value)}{gap + unit if unit else ''}")
     return ", ".join(parts)
+
+
+def quantity_name(name):
+    """What readers call a quantity, a formulation or a code of a table: "3σ of gain z" for "sigma3_gain_z"."""
+    if name in VALUE_WORDS:
+        return VALUE_WORDS[name]
+    found = re.fullmatch(r"(sigma3|mean|sd)_(\w+)", name)
+    if found:
+        return f"{ {'sigma3': '3' + SIGMA, 'mean': 'mean', 'sd': 'sd'}[found[1]]} of {quantity_name(found[2])}"
+    return plain_text(name.replace("_", " "))
+
+
+def axis_name(name):
+    """A key or a column as the label of an axis, its unit in brackets: "inclination (\N{DEGREE SIGN})" for "inclination_deg"."""
+    parts = name.split(".")
+    name = parts[-2] if parts[-1] == "name" and len(parts) > 1 else parts[-1]
+    stem, _, ending = name.rpartition("_")
+    unit = POINT_UNITS.get(ending, "") if stem else ""
+    words = {"md": "measured depth", "semi_major": "semi-major axis", "semi_minor": "semi-minor axis"}
+    text = words.get(stem if unit else name) or quantity_name(stem if unit else name)
+    text = f"sd of {text}" if parts[0] == "sigma" and len(parts) > 1 else text
+    return f"{text} ({unit})" if unit else text
 
 
 # --- error ellipses -------------------------------------------------------------------------------------------------
@@ -404,6 +430,121 @@ def fit_texts(figure):
                 text.set_text("\n".join(cut(line, length) for line in whole))
 
 
+def label_points(ax, text, point, end=None, is_up=True, **style):
+    """Writes a text at a point (data), beyond `end` on its ordinate: above, or below.
+
+    It stays there unless it would lie on another such text or leave the panel; `save` then tries places about it.
+    """
+    label = ax.annotate(text, (point[0], point[1] if end is None else end), xytext=(0, 9), textcoords="offset points",
+                        **{"fontsize": 8, "annotation_clip": False, **style})
+    label.set_in_layout(False)
+    high = 1.25 * label.get_fontsize() * (1 + text.count("\n"))
+    steps = [9 + k * high for k in (0, 1, 2)]
+    first, other = (1, -1) if is_up else (-1, 1)
+    label.ways = [(0, first * s) for s in steps] + [(0, other * s) for s in steps]
+    label.ways += [(side * 9, up * s) for s in (0, *steps) for up in (first, other) for side in (1, -1)]
+    label.taken = point
+    _put(label, label.ways[0])
+    return label
+
+
+def _put(label, way):
+    """Moves a text to an offset from its point (points), so that it grows away from the point."""
+    across, up = way
+    label.set_position(way)
+    label.set_ha("left" if across > 0 else "right" if across < 0 else "center")
+    label.set_va("bottom" if up > 0 else "top" if up < 0 else "center")
+
+
+def _shared(box, others):
+    """The area (pixels) that a box shares with others."""
+    return sum(max(min(box.x1, o.x1) - max(box.x0, o.x0), 0) * max(min(box.y1, o.y1) - max(box.y0, o.y0), 0) for o in others)
+
+
+def _boxes_along(line, dpi):
+    """Small boxes (pixels) along a line that a text must not cross; none for what is drawn of very many points."""
+    vertices = line.get_transform().transform(line.get_path().vertices) if line.get_linestyle() != "None" else []
+    if not 2 <= len(vertices) <= 60 or not np.all(np.isfinite(vertices)):
+        return []
+    step, boxes = 6 * dpi / 72, []
+    for (x0, y0), (x1, y1) in zip(vertices, vertices[1:]):
+        for part in np.linspace(0, 1, max(2, min(int(np.hypot(x1 - x0, y1 - y0) / step), 400))):
+            x, y = x0 + part * (x1 - x0), y0 + part * (y1 - y0)
+            boxes.append(matplotlib.transforms.Bbox.from_extents(x - 1, y - 1, x + 1, y + 1))
+    return boxes
+
+
+def settle_labels(figure):
+    """Moves the texts of `label_points` apart, and hides those contour labels that lie on another one."""
+    labels = [t for t in figure.findobj(matplotlib.text.Annotation) if hasattr(t, "ways")]
+    optional = [t for t in figure.findobj(matplotlib.text.Text) if getattr(t, "is_optional", False)]
+    if not labels and not optional:
+        return
+    figure.draw_without_rendering()
+    renderer = figure.canvas.get_renderer()
+    for ax in {t.axes: None for t in labels}:
+        own = [t for t in labels if t.axes is ax]
+        panel = ax.get_window_extent(renderer)
+        reach = 4 * figure.dpi / 72  # of a marker
+        taken = [matplotlib.transforms.Bbox.from_extents(x - reach, y - reach, x + reach, y + reach)
+                 for x, y in ax.transData.transform([t.taken for t in own])]
+        taken += [t.get_window_extent(renderer) for t in ax.texts if t not in own and t.get_visible() and t.get_text()]
+        taken += [b for line in ax.lines for b in _boxes_along(line, figure.dpi)]
+        taken += [ax.get_legend().get_window_extent(renderer)] if ax.get_legend() is not None else []
+        for label in own:
+            best = None
+            for way in label.ways:
+                _put(label, way)
+                box = label.get_window_extent(renderer).padded(1.0)
+                cost = _shared(box, taken) + box.width * box.height - _shared(box, [panel])
+                if best is None or cost < best[0] - 1:
+                    best = cost, way
+                if cost < 1:
+                    break
+            _put(label, best[1])
+            taken.append(label.get_window_extent(renderer))
+    for ax in {t.axes: None for t in optional}:
+        seen, panel = [], ax.get_window_extent(renderer)
+        for text in (t for t in optional if t.axes is ax):
+            box = text.get_window_extent(renderer)
+            text.set_visible(_shared(box, seen) < 1 and _shared(box, [panel]) > 0.99 * box.width * box.height)
+            seen += [box] if text.get_visible() else []
+
+
+def label_contours(ax, lines, text_of, colour="white", halo="#333333", size=7):
+    """Writes their values on contours; where lines run close, only so many as there is room for."""
+    for label in ax.clabel(lines, fmt=text_of, fontsize=size, inline=False, colors=colour):
+        label.set_path_effects([matplotlib.patheffects.withStroke(linewidth=1.5, foreground=halo)])
+        label.is_optional = True
+
+
+def dot_size(count, largest=6.0, smallest=1.8):
+    """Size of the dots of a cloud of so many: few are large enough to be seen, many leave the ellipses legible."""
+    return float(np.clip(largest * (30 / max(count, 1)) ** 0.25, smallest, largest))
+
+
+MOST_POINTS = 6  # of a sweep, in figures of which every point has its own
+
+
+def points_to_draw(arguments, points):
+    """(number, point) of the sweep points to draw: the one of --point, otherwise the first MOST_POINTS; says what it leaves out."""
+    chosen = chosen_point(arguments, points)
+    if chosen is not None:
+        return [(chosen, points[chosen])]
+    if len(points) > MOST_POINTS:
+        print(f"{arguments.result}: points 0 to {MOST_POINTS - 1} of {len(points)} of the sweep are drawn; any other with --point I",
+              file=sys.stderr)
+    return list(enumerate(points))[:MOST_POINTS]
+
+
+def point_title(title, keys, points, number):
+    """Title of a figure of one sweep point; its number where not all points are drawn."""
+    if not keys:
+        return title
+    of_all = f" (point {number} of 0 to {len(points) - 1})" if len(points) > MOST_POINTS else ""
+    return f"{title}: {point_name(keys, points[number])}{of_all}"
+
+
 def cut(line, length):
     """A line of at most this length; no backslash is left without what it stands before."""
     return line if len(line) <= length else line[:length - 1].rstrip("\\") + "\N{HORIZONTAL ELLIPSIS}"
@@ -416,6 +557,7 @@ def save(figure, folder, name):
     Rasterised parts of the SVG have 300 dpi.
     """
     fit_texts(figure)
+    settle_labels(figure)
     picture, drawing = io.BytesIO(), io.StringIO()
     figure.savefig(picture, format="png", metadata={"Software": None})
     figure.savefig(drawing, format="svg", metadata={"Date": None}, dpi=300)
@@ -472,6 +614,12 @@ def band(ax, margin):
     ax.axhline(1, color="#444444", linewidth=1.0, zorder=1)
 
 
+def legend_columns(figure, handles, most=7):
+    """How many columns of a legend with these handles the figure has room for (9 points, 5.6 a letter)."""
+    widest = max(len(h.get_label()) for h in handles) * 5.6 + 45
+    return int(np.clip(0.96 * 72 * figure.get_figwidth() // widest, 1, min(most, len(handles))))
+
+
 def interval_handle(confidence):
     return Line2D([], [], color="#444444", marker="|", linestyle="none", markersize=11, markeredgewidth=1.6,
                   label=f"{100 * confidence:g} % interval")
@@ -502,12 +650,26 @@ def number(value, digits=3):
     return text.replace("-", "\N{MINUS SIGN}")
 
 
+def plain_size(value):
+    """A tick of a logarithmic axis for people: 0.02, 500; of very small and large ones with a power of ten."""
+    if 1e-4 <= abs(value) < 1e6 or value == 0:
+        return f"{value:g}"
+    exponent = math.floor(math.log10(abs(value)) + 1e-9)
+    first = f"{value / 10.0**exponent:.3g}"
+    return f"$10^{{{exponent}}}$" if first == "1" else f"${first}\\times10^{{{exponent}}}$"
+
+
 def plain_log_axis(axis, low, high):
     """Ticks of a logarithmic axis that people read without thinking: 0.2, 0.5, 1, 2, 5 and no minor labels."""
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    decades = [10.0**e for e in range(first, last + 1) if low <= 10.0**e <= high]
+    ticks = decades[::-(-len(decades) // 9)][::-1] if len(decades) > 5 else []
     for steps in ((1, 2, 5), (1, 1.5, 2, 3, 5, 7), (1, 1.2, 1.5, 1.8, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)):
-        ticks = [s * 10.0**e for e in range(-12, 13) for s in steps if low <= s * 10.0**e <= high]
-        if len(ticks) >= 4:
+        if len(ticks) >= (4 if low > 1e-4 else 2):  # powers of ten need more room
             break
+        ticks = [s * 10.0**e for e in range(first, last + 1) for s in steps if low <= s * 10.0**e <= high]
+    if len(ticks) < 4 and high < 2 * low:  # as on a plain axis
+        ticks = [t for t in matplotlib.ticker.MaxNLocator(5, steps=(1, 2, 5, 10)).tick_values(low, high) if low <= t <= high]
     axis.set_major_locator(matplotlib.ticker.FixedLocator(ticks))
-    axis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda v, _: f"{v:g}"))
+    axis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda v, _: plain_size(v)))
     axis.set_minor_locator(matplotlib.ticker.NullLocator())

@@ -2,7 +2,6 @@
 import os
 import re
 
-import matplotlib.patheffects  # noqa: F401
 import numpy as np
 
 import plotting
@@ -50,11 +49,15 @@ def levels_of(sizes, count=7, highest=0.97):
     return np.unique([float(f"{x:.{digits - 1}e}") for x in raw])
 
 
+def axis_title(name):
+    return TITLES.get(name) or plotting.axis_name(name)
+
+
 def frame(axes, x, y, names, title):
     axes.set_xlim(min(x), max(x))
     axes.set_ylim(min(y), max(y))
-    axes.set_xlabel(TITLES.get(names[1], names[1]))
-    axes.set_ylabel(TITLES.get(names[0], names[0]))
+    axes.set_xlabel(axis_title(names[1]))
+    axes.set_ylabel(axis_title(names[0]))
     for set_ticks, values in ((axes.set_xticks, x), (axes.set_yticks, y)):
         if np.ptp(values) in (90, 180, 360):
             set_ticks(np.linspace(min(values), max(values), 7))
@@ -70,8 +73,7 @@ def panel(axes, x, y, sizes, names, title, tolerance=None, levels=None):
                            norm=plotting.matplotlib.colors.LogNorm(levels[0] / 1.5, levels[-1] * 1.5))
     if np.any((np.nanmin(shown) < levels) & (levels < np.nanmax(shown))):
         lines = axes.contour(x, y, shown, levels=levels, colors="white", linewidths=0.5)
-        for label in axes.clabel(lines, fmt=lambda v: f"{v:g}", fontsize=7, inline_spacing=2):
-            label.set_path_effects([plotting.matplotlib.patheffects.withStroke(linewidth=1.5, foreground="#333333")])
+        plotting.label_contours(axes, lines, lambda v: f"{v:g}")
     for collection in filled.collections:
         collection.set_edgecolor("face")
     if tolerance is not None and np.nanmin(shown) < tolerance < np.nanmax(shown):
@@ -95,7 +97,9 @@ def colour_bar(figure, filled, axes, levels, unit):
 
 
 def named(axis, value):
-    title = TITLES.get(axis, axis)
+    if axis not in TITLES:  # a key of the sweep
+        return plotting.point_name([axis], [value])
+    title = TITLES[axis]
     return f"{title.split(' (')[0]} {value:g}" + ("°" if "°" in title else "")
 
 
@@ -217,7 +221,7 @@ def residuals_figure(title, residuals, effect, effect_name, sizes, plane, rows, 
         axes.set_xlim(min(x), max(x))
         if np.ptp(x) in (90, 180):
             axes.set_xticks(np.linspace(min(x), max(x), 7))
-        axes.set_xlabel(TITLES.get(plane, plane))
+        axes.set_xlabel(axis_title(plane))
         axes.set_ylabel(f"residual ({shown})")
         right.set_ylabel(f"error of the {effect_name} (°)")
         suffix = ", ".join(w for w in suffix.split(", ") if w != NAMES[observation])

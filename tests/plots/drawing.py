@@ -1,7 +1,8 @@
 """What tests of the figures share: a plot script is run, and what it draws is read.
 
 Matplotlib is loaded once: each script runs in a fork of this process, as `__main__` with arguments of its own. What one
-script does to its interpreter, no other sees. test_plotting.py starts a script as users do, too.
+script does to its interpreter, no other sees. A script whose figure has texts upon each other, cut off, or with a raw key in
+place of words ends with the exit code ILLEGIBLE. test_plotting.py starts a script as users do, too.
 """
 import os
 import runpy
@@ -15,9 +16,11 @@ from typing import NamedTuple
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
-import plotting  # noqa: E402, F401
+import legible  # noqa: E402
+import plotting  # noqa: E402
 
 PATIENCE = 300  # s
+ILLEGIBLE = 3
 
 
 class Done(NamedTuple):
@@ -30,9 +33,19 @@ def _run(script, arguments):
     """The script in this process: its exit code."""
     signal.alarm(PATIENCE)
     sys.argv = [script, *arguments]
+    said = []
+    close = plotting.plt.close
+
+    def look(figure=None):  # `save` closes a figure when it is as it is written
+        if isinstance(figure, plotting.matplotlib.figure.Figure):
+            said.extend(legible.faults(figure))
+        close(figure)
+
+    plotting.plt.close = look
     try:
         runpy.run_path(script, run_name="__main__")
-        return 0
+        print(*said, sep="\n", end="\n" if said else "", file=sys.stderr)
+        return ILLEGIBLE if said else 0
     except SystemExit as end:
         if end.code is None or isinstance(end.code, int):
             return end.code or 0

@@ -1,9 +1,16 @@
 #!/usr/bin/python3
 """Figures of scripts/plot_chained.py from the smoke runs: SURVEYMC_SMOKE_RESULTS names their folder."""
+import argparse
+import contextlib
+import io
 import os
 import unittest
 
+import numpy as np
+
 import drawing
+import plot_chained
+import plotting
 
 FOLDER = os.environ["SURVEYMC_SMOKE_RESULTS"]
 
@@ -21,6 +28,22 @@ class Chained(drawing.Drawing):
     def test_others(self):
         for result in ("chained_outliers", "chained_interference", "chained_unstart"):
             self.check(result, [result])
+
+    def test_one_point_of_a_sweep(self):
+        result = os.path.join(FOLDER, "chained.h5")
+        self.assert_drawn([f"chained_{kind}_chained" for kind in ("rms", "tracks", "consistency")], result, "--point", "1")
+        self.refused(64, "--point 2", result, "--point", "2")
+
+    def test_a_large_sweep_is_drawn_in_part(self):
+        with plotting.open_result(os.path.join(FOLDER, "chained_outliers.h5"), "chained_multistation") as file:
+            table = plotting.read_table(file, "outliers")
+        keys, rows = ["case"], table.rows
+        many = plotting.Table("outliers", {k: [f"case {i}" for i in range(40) for _ in range(rows)] if k == "case" else
+                                           (list(v) * 40 if isinstance(v, list) else np.tile(v, 40)) for k, v in table.items()}, table.long_name)
+        with contextlib.redirect_stderr(io.StringIO()) as said:
+            title, shown = plot_chained.shown_cases(argparse.Namespace(point=None, result="r.h5"), "Run", many, keys)
+        self.assertEqual((title, len(set(shown["case"]))), ("Run (the first 12 of 40 points)", 12))
+        self.assertIn("12 of 40 points", said.getvalue())
 
     def test_readings(self):
         self.check("estimate_chained", ["estimate_chained_run_filter", "estimate_chained_run_smoother"])

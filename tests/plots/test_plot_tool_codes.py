@@ -68,7 +68,7 @@ class MagneticEastAndWest(drawing.Drawing):
         for number, declination in enumerate((30, -40)):
             lines, title = self.lines(result, number)
             self.assertEqual(lines, [90 + declination, 270 + declination])
-            self.assertEqual(title, f"Two tools: declination {declination}\N{DEGREE SIGN}")
+            self.assertEqual(title.splitlines()[0], f"Two tools: declination {declination}\N{DEGREE SIGN}")
             self.assert_drawn([f"two_point{number}_{f}" for f in ("maps", "ratio")], result, "--point", str(number))
         self.assert_drawn([f"two_point0_{f}" for f in ("maps", "ratio")], result)
         self.refused(plotting.USAGE, "points 0 to 1", result, "--point", "2")

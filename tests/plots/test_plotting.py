@@ -5,6 +5,8 @@ The drawing tests need a result of msa_position with realisations: its path in t
 SURVEYMC_RESULT. Without it they are skipped.
 """
 
+import argparse
+import contextlib
 import fractions
 import io
 import os
@@ -17,6 +19,7 @@ import unittest
 import numpy as np
 
 import drawing
+import legible
 import plotting
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
@@ -53,6 +56,7 @@ class Words(unittest.TestCase):
                                    (("mode",), ("mse_shared",), "many stations, references shared"),
                                    (("case",), ("msa_joint with priors",), "joint MSA with priors"),
                                    (("sensor.spread.axial_bias_nT",), (220.0,), "axial bias sd 220 nT"),
+                                   (("sigma.axial_interference_nT",), (150.0,), "sd of axial interference 150 nT"), (("problem.name",), ("rp107",), "rp107"),
                                    (("field.dip_deg",), (70.0,), "dip 70\N{DEGREE SIGN}"), (("field.total_nT",), (5e4,), "total 50000 nT"),
                                    (("model.memory_vectors",), (150,), "memory vectors 150"), ((), (), "")):
             self.assertEqual(plotting.point_name(keys, point), words)
@@ -183,6 +187,72 @@ def draw_as_users_do(*arguments):
     """A program of its own; another seed of its hashes may change no figure."""
     return subprocess.run([sys.executable, drawing.SCRIPTS / SCRIPT, *arguments], capture_output=True, text=True, timeout=drawing.PATIENCE,
                           env={**os.environ, "PYTHONHASHSEED": "7"})
+
+
+class Labels(unittest.TestCase):
+    def test_axes_and_quantities_are_named_in_words(self):
+        for name, words in (("survey.plan.inclination_deg", "inclination (\N{DEGREE SIGN})"), ("error_model.name", "error model"),
+                            ("md_m", "measured depth (m)"), ("semi_major_m", "semi-major axis (m)"), ("sigma.noise_nT", "sd of noise (nT)")):
+            self.assertEqual(plotting.axis_name(name), words)
+        self.assertEqual(plotting.quantity_name("sigma3_gain_z"), f"3{plotting.SIGMA} of gain z")
+        self.assertEqual(plotting.quantity_name("first_order"), "first order")
+
+    def test_the_check_of_figures_finds_faults(self):
+        figure, ax = plotting.plt.subplots()
+        ax.text(0.5, 0.5, "one text")
+        ax.text(0.5, 0.5, "another text")
+        figure.text(0.97, 0.5, "cut off by the edge")
+        ax.set_title("sigma.axial_interference_nT 0")
+        said = " ".join(legible.faults(figure))
+        plotting.plt.close(figure)
+        for words in ("'one text' and 'another text' share", "'cut off by the edge' leaves the figure", "shows a key"):
+            self.assertIn(words, said)
+
+    def test_texts_at_near_points_move_apart(self):
+        figure, ax = plotting.plt.subplots()
+        ax.plot([1, 1.01, 1.02], [1, 1, 1.001], "o")
+        ax.set(xlim=(0, 2), ylim=(0, 2))
+        for k, point in enumerate(((1, 1), (1.01, 1), (1.02, 1.001), (1.99, 1.99))):
+            plotting.label_points(ax, f"a label of point {k}", point)
+        self.assertTrue(legible.faults(figure))
+        plotting.settle_labels(figure)
+        self.assertEqual(legible.faults(figure), [])
+        plotting.plt.close(figure)
+
+    def test_contour_labels_leave_out_those_that_lie_on_others(self):
+        figure, ax = plotting.plt.subplots()
+        x = np.linspace(0, 1, 20)
+        lines = ax.contour(x, x, np.add.outer(0 * x, np.exp(20 * x)), levels=np.geomspace(1.5, 1e8, 60))
+        plotting.label_contours(ax, lines, lambda v: f"{v:.4g}")
+        plotting.settle_labels(figure)
+        texts = [t for t in ax.texts if t.get_visible()]
+        boxes = [t.get_window_extent(figure.canvas.get_renderer()) for t in texts]
+        self.assertTrue(0 < len(texts) < len(ax.texts))
+        self.assertFalse(any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[k + 1:]))
+        plotting.plt.close(figure)
+
+    def test_logarithmic_axes_have_ticks_to_read(self):
+        for low, high, words in ((0.85, 1.2, {"1", "0.9", "1.1"}), (3e-7, 5e-6, {"$10^{-6}$", r"$2\times10^{-6}$"}),
+                                 (1e-12, 1, {"$10^{-10}$", "1"}), (0.01, 200, {"0.02", "100"})):
+            figure, ax = plotting.plt.subplots()
+            ax.set(xscale="log", xlim=(low, high))
+            plotting.plain_log_axis(ax.xaxis, low, high)
+            figure.draw_without_rendering()
+            self.assertLessEqual(words, {t.get_text() for t in ax.get_xticklabels()}, (low, high))
+            plotting.plt.close(figure)
+
+    def test_a_large_sweep_is_drawn_in_part_and_says_so(self):
+        arguments = argparse.Namespace(point=None, result="r.h5")
+        points = [(k,) for k in range(300)]
+        with contextlib.redirect_stderr(io.StringIO()) as said:
+            self.assertEqual(plotting.points_to_draw(arguments, points), [(k, (k,)) for k in range(6)])
+        self.assertEqual(said.getvalue(), "r.h5: points 0 to 5 of 300 of the sweep are drawn; any other with --point I\n")
+        self.assertEqual(plotting.point_title("Run", ["seed"], points, 3), "Run: seed 3 (point 3 of 0 to 299)")
+        arguments.point = 299
+        self.assertEqual(plotting.points_to_draw(arguments, points), [(299, (299,))])
+        arguments.point = 300
+        with self.assertRaises(plotting.PlotError):
+            plotting.points_to_draw(arguments, points)
 
 
 class Saving(unittest.TestCase):
