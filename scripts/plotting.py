@@ -475,12 +475,12 @@ def _boxes_along(line, dpi):
 
 
 def settle_labels(figure):
-    """Moves the texts of `label_points` apart, and hides those contour labels that lie on another one."""
+    """Moves the texts of `label_points` apart, and hides those contour labels that lie on another one.
+
+    The panels have their places.
+    """
     labels = [t for t in figure.findobj(matplotlib.text.Annotation) if hasattr(t, "ways")]
     optional = [t for t in figure.findobj(matplotlib.text.Text) if getattr(t, "is_optional", False)]
-    if not labels and not optional:
-        return
-    figure.draw_without_rendering()
     renderer = figure.canvas.get_renderer()
     for ax in {t.axes: None for t in labels}:
         own = [t for t in labels if t.axes is ax]
@@ -557,6 +557,9 @@ def save(figure, folder, name):
     Rasterised parts of the SVG have 300 dpi.
     """
     fit_texts(figure)
+    figure.draw_without_rendering()
+    if figure.get_layout_engine() is not None:
+        figure.set_layout_engine("none")  # the panels have their places, in both files; to find them takes as long as to draw
     settle_labels(figure)
     picture, drawing = io.BytesIO(), io.StringIO()
     figure.savefig(picture, format="png", metadata={"Software": None})

@@ -215,6 +215,7 @@ class Labels(unittest.TestCase):
         for k, point in enumerate(((1, 1), (1.01, 1), (1.02, 1.001), (1.99, 1.99))):
             plotting.label_points(ax, f"a label of point {k}", point)
         self.assertTrue(legible.faults(figure))
+        figure.draw_without_rendering()
         plotting.settle_labels(figure)
         self.assertEqual(legible.faults(figure), [])
         plotting.plt.close(figure)
@@ -224,6 +225,7 @@ class Labels(unittest.TestCase):
         x = np.linspace(0, 1, 20)
         lines = ax.contour(x, x, np.add.outer(0 * x, np.exp(20 * x)), levels=np.geomspace(1.5, 1e8, 60))
         plotting.label_contours(ax, lines, lambda v: f"{v:.4g}")
+        figure.draw_without_rendering()
         plotting.settle_labels(figure)
         texts = [t for t in ax.texts if t.get_visible()]
         boxes = [t.get_window_extent(figure.canvas.get_renderer()) for t in texts]
