@@ -9,6 +9,7 @@ import io
 import math
 import os
 import re
+import signal
 import sys
 import tomllib
 
@@ -80,7 +81,8 @@ def title_of(file):
 
 
 def run(main):
-    """Calls main(); an expected error becomes one line on stderr and its exit code, without a traceback."""
+    """Calls main(); an expected error becomes one line on stderr and its exit code, without a traceback. Signals end it at once."""
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))  # not without what ends its workers
     try:
         main()
     except PlotError as error:

@@ -113,7 +113,7 @@ def draw_all(tasks, jobs, progress):
     """Figures of many results: {key: Drawn}.
 
     tasks: (key, result, plot scripts, folder for the figures) each; jobs: processes; progress(done, all) is called after
-    each result. Scripts that are declared but are not there are left out. Where a process ends amid its work, the others go on.
+    each result. Scripts that are declared but are not there are left out. Where a process ends amid its work, the others go on. Ctrl-C ends all at once.
     """
     figures, waiting = {}, []
     for key, result, scripts, folder in tasks:
@@ -129,6 +129,10 @@ def draw_all(tasks, jobs, progress):
                 progress(len(figures), len(waiting))
         except concurrent.futures.process.BrokenProcessPool:
             pass
+        except BaseException:  # Ctrl-C, a disk that is full: nobody waits for a figure that is being drawn
+            for worker in multiprocessing.active_children():
+                worker.terminate()
+            raise
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
         return [task for task in tasks if task[0] not in figures]

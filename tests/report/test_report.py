@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import types
 import unittest
 import urllib.parse
@@ -465,6 +466,18 @@ class PlotScripts(unittest.TestCase):
             drawn = figures.draw_all(tasks, 2, lambda done, of: None)
         self.assertEqual({k: len(d.files) for k, d in drawn.items()}, {"bad": 0, "good": 1, "fine": 1})
         self.assertIn("was ended", drawn["bad"].broken[0])
+
+    def test_a_signal_ends_the_workers_too(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name in "ab":
+                shutil.copy(os.path.join(SMOKE, "reliability_map.h5"), os.path.join(folder, f"{name}.h5"))
+            process = subprocess.Popen([sys.executable, os.path.join(SCRIPTS, "report.py"), folder],
+                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            time.sleep(3)  # the maps of either take ten more
+            process.terminate()
+            process.communicate(timeout=120)  # of all that have its pipes
+            self.assertEqual(process.returncode, 143)
+            self.assertEqual([n for _, _, names in os.walk(folder) for n in names if n.endswith((".svg", ".html"))], [])
 
     def test_figures_are_drawn_again_only_when_something_changed(self):
         with tempfile.TemporaryDirectory() as folder:
