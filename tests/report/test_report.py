@@ -473,7 +473,10 @@ class PlotScripts(unittest.TestCase):
                 shutil.copy(os.path.join(SMOKE, "reliability_map.h5"), os.path.join(folder, f"{name}.h5"))
             process = subprocess.Popen([sys.executable, os.path.join(SCRIPTS, "report.py"), folder],
                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-            time.sleep(3)  # the maps of either take ten more
+            children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+            deadline = time.monotonic() + 60
+            while len(children.read_text().split()) < 3 and time.monotonic() < deadline:  # two workers and what tracks them
+                time.sleep(0.05)
             process.terminate()
             process.communicate(timeout=120)  # of all that have its pipes
             self.assertEqual(process.returncode, 143)
