@@ -473,14 +473,14 @@ class PlotScripts(unittest.TestCase):
                 shutil.copy(os.path.join(SMOKE, "reliability_map.h5"), os.path.join(folder, f"{name}.h5"))
             process = subprocess.Popen([sys.executable, os.path.join(SCRIPTS, "report.py"), folder],
                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-            children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-            deadline = time.monotonic() + 60
-            while len(children.read_text().split()) < 3 and time.monotonic() < deadline:  # two workers and what tracks them
-                time.sleep(0.05)
+            drawn = lambda: [n for _, _, names in os.walk(folder) for n in names if n.endswith((".svg", ".html"))]  # noqa: E731
+            deadline = time.monotonic() + 120
+            while not drawn() and time.monotonic() < deadline:
+                time.sleep(0.02)
             process.terminate()
             process.communicate(timeout=120)  # of all that have its pipes
             self.assertEqual(process.returncode, 143)
-            self.assertEqual([n for _, _, names in os.walk(folder) for n in names if n.endswith((".svg", ".html"))], [])
+            self.assertLess(len(drawn()), 8)  # either has four
 
     def test_figures_are_drawn_again_only_when_something_changed(self):
         with tempfile.TemporaryDirectory() as folder:
