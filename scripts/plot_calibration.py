@@ -49,9 +49,6 @@ def judged_groups(calibration):
     return [(f, q) for f, q, verdict in rows if verdict][:MOST_PANELS]
 
 
-readable = plotting.quantity_name
-
-
 def calibration_figure(title, calibration, pit):
     """D with band, margin and shape: one panel a quantity."""
     chosen = judged_groups(calibration)
@@ -69,7 +66,7 @@ def calibration_figure(title, calibration, pit):
         if said["shape"]:
             ax.plot(u, one["shape"] - u, color=SHAPE, linestyle=":", linewidth=1.6)
         ax.plot(u, one["share"] - u, color=DATA, linewidth=1.2)
-        ax.set_title(f"{readable(quantity)}: {said['verdict']}", fontsize=9)
+        ax.set_title(f"{plotting.quantity_name(quantity)}: {said['verdict']}", fontsize=9)
     names = {f for f, _ in chosen}
     figure.suptitle(title + (f" ({', '.join(sorted(names))})" if len(names) == 1 else ""))
     figure.supxlabel("u = F(error), F the claimed distribution", y=0.36 / figure.get_figheight(), fontsize=10)
@@ -97,7 +94,7 @@ def histogram_figure(title, calibration, pit):
         top = max(top, share.max(), 1 + half)
         ax.axhspan(1 - half, 1 + half, color=BAND, alpha=0.55, linewidth=0)
         ax.bar((np.arange(bins) + 0.5) / bins, share, width=0.9 / bins, color=DATA)
-        ax.set_title(readable(quantity), fontsize=9)
+        ax.set_title(plotting.quantity_name(quantity), fontsize=9)
         ax.set_xlim(0, 1)
     axes[0].set_ylim(0, 1.12 * top)
     figure.suptitle(title)
@@ -120,7 +117,7 @@ def looks_figure(title, looks):
         ax.plot(n, one["ratio"], color=DATA, marker="o", markersize=3)
         ax.axvline(n[-1], color="black", linewidth=0.8, linestyle=(0, (4, 2)))
         ax.set_xscale("log")
-        ax.set_title(f"{readable(quantity)}{', ' + readable(formulation) if formulation else ''}: {one['decision'][-1]}", fontsize=9)
+        ax.set_title(f"{plotting.quantity_name(quantity)}{', ' + plotting.quantity_name(formulation) if formulation else ''}: {one['decision'][-1]}", fontsize=9)
         ticks = np.unique(n[np.linspace(0, len(n) - 1, min(len(n), 5)).astype(int)])
         ax.set_xticks(ticks, [f"{int(t):,}" for t in ticks], rotation=20)
         ax.xaxis.set_minor_locator(plt.NullLocator())
@@ -144,7 +141,7 @@ def merit_figure(title, looks):
     for i, (table, formulation, quantity) in enumerate(chosen):
         one = looks.where(lambda k: (looks["table"][k], looks["formulation"][k], looks["quantity"][k]) == (table, formulation, quantity))
         ax.plot(one["trials"], one["relative_merit"], marker=MARKERS[i % len(MARKERS)], markersize=4,
-                label=f"{readable(quantity)}{', ' + readable(formulation) if formulation else ''}")
+                label=f"{plotting.quantity_name(quantity)}{', ' + plotting.quantity_name(formulation) if formulation else ''}")
     ax.set_xscale("log")
     low, high = ax.get_ylim()
     ax.set_ylim(min(low, 0.85), max(high, 1.15))

@@ -10,8 +10,6 @@ what the remedies do (_outliers). "interference": azimuth errors by treatment. "
 each kind a point where the figure has no room for several: of the first six points, or of the one of --point (counted from 0,
 in the order of the file). Figures of several points show the first twelve. What is left out is said on stderr and in the title.
 """
-import sys
-
 import numpy as np
 
 import plotting
@@ -138,14 +136,9 @@ def cases_of(table, keys):
 def shown_cases(arguments, title, table, keys):
     """(title, table) of a figure of all points of a sweep: of those that have room, or of the one of --point."""
     points = plotting.sweep_points(table, keys)
-    chosen = plotting.chosen_point(arguments, points)
-    if chosen is None and len(points) <= MOST_CASES:
-        return title, table
-    shown = points[:MOST_CASES] if chosen is None else [points[chosen]]
-    if chosen is None:
+    kept = {point for _, point in plotting.points_to_draw(arguments, points, MOST_CASES)}
+    if arguments.point is None and len(kept) < len(points):
         title = f"{title} (the first {MOST_CASES} of {len(points)} points)"
-        print(f"{arguments.result}: {MOST_CASES} of {len(points)} points of the sweep are drawn; any other with --point I", file=sys.stderr)
-    kept = set(shown)
     return title, table.where(lambda i: tuple(table[k][i] for k in keys) in kept)
 
 

@@ -52,7 +52,7 @@ def probability(table):
     ax.axvline(1, color="#777777", linewidth=1)
     ax.set(yscale="log", xlabel="least separation factor", ylabel="probability that the wells touch")
     if seen:
-        plain_probability(ax.yaxis, min(seen) / 2, min(2 * max(seen), 1.1))
+        logarithmic(ax.yaxis, min(seen) / 2, min(2 * max(seen), 1.1))
     ax.margins(x=0.12)
     ax.legend()
     ax.set_title("Probability and separation factor (bars: "
@@ -60,8 +60,8 @@ def probability(table):
     return figure
 
 
-def plain_probability(axis, low, high):
-    """Limits and ticks of a logarithmic axis."""
+def logarithmic(axis, low, high):
+    """The axis of a panel between these limits, logarithmic, with ticks to read."""
     axis.axes.set(**{f"{axis.axis_name}lim": (low, high)})
     plotting.plain_log_axis(axis, low, high)
 
@@ -239,7 +239,7 @@ def predictions(table, sampling):
                     ax.plot([value], [y + 0.18], linestyle="none", marker=MARKERS[(k + 2) % 6], color=COLOURS[(k + 1) % 6],
                             label=label(plotting.quantity_name(formulation)))
     ax.set(xscale="log", ylim=(len(events) - 0.4, -0.6), xlabel="probability")
-    plain_probability(ax.xaxis, min(seen, default=1e-9) / 3, max(seen, default=1) * 3)
+    logarithmic(ax.xaxis, min(seen, default=1e-9) / 3, max(seen, default=1) * 3)
     ax.set_yticks(range(len(events)), events)
     ax.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
     ax.set_title("What was found, and what was predicted", loc="left")

@@ -477,12 +477,12 @@ def _boxes_along(line, dpi):
 
 
 def settle_labels(figure):
-    """Moves the texts of `label_points` apart, and hides those contour labels that lie on another one.
-
-    The panels have their places.
-    """
+    """Moves the texts of `label_points` apart, and hides those contour labels that lie on another one."""
     labels = [t for t in figure.findobj(matplotlib.text.Annotation) if hasattr(t, "ways")]
     optional = [t for t in figure.findobj(matplotlib.text.Text) if getattr(t, "is_optional", False)]
+    if not labels and not optional:
+        return
+    figure.draw_without_rendering()
     renderer = figure.canvas.get_renderer()
     for ax in {t.axes: None for t in labels}:
         own = [t for t in labels if t.axes is ax]
@@ -528,15 +528,15 @@ def dot_size(count, largest=6.0, smallest=1.8):
 MOST_POINTS = 6  # of a sweep, in figures of which every point has its own
 
 
-def points_to_draw(arguments, points):
-    """(number, point) of the sweep points to draw: the one of --point, otherwise the first MOST_POINTS; says what it leaves out."""
+def points_to_draw(arguments, points, most=MOST_POINTS):
+    """(number, point) of the sweep points to draw: the one of --point, otherwise the first ones; says what it leaves out."""
     chosen = chosen_point(arguments, points)
     if chosen is not None:
         return [(chosen, points[chosen])]
-    if len(points) > MOST_POINTS:
-        print(f"{arguments.result}: points 0 to {MOST_POINTS - 1} of {len(points)} of the sweep are drawn; any other with --point I",
+    if len(points) > most:
+        print(f"{arguments.result}: points 0 to {most - 1} of {len(points)} of the sweep are drawn; any other with --point I",
               file=sys.stderr)
-    return list(enumerate(points))[:MOST_POINTS]
+    return list(enumerate(points))[:most]
 
 
 def point_title(title, keys, points, number):
@@ -559,8 +559,8 @@ def save(figure, folder, name):
     Rasterised parts of the SVG have 300 dpi.
     """
     fit_texts(figure)
-    figure.draw_without_rendering()
     if figure.get_layout_engine() is not None:
+        figure.draw_without_rendering()
         figure.set_layout_engine("none")  # the panels have their places, in both files; to find them takes as long as to draw
     settle_labels(figure)
     picture, drawing = io.BytesIO(), io.StringIO()

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <sstream>
+#include <utility>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -26,21 +27,20 @@ const CLI::Validator kFinite(
     },
     "");
 
-/// CLI::NonNegativeNumber tells its range with 309 digits.
-const CLI::Validator kNotNegative(
-    [](std::string& text) {
-      double x = 0;
-      return CLI::detail::lexical_cast(text, x) && x >= 0 ? "" : "must be a number, 0 or more, not " + text;
-    },
-    "NONNEGATIVE");
+/// CLI::NonNegativeNumber and CLI::PositiveNumber tell their range with 309 digits.
+CLI::Validator number_that(bool (*is_right)(double), std::string rule, std::string in_help) {
+  return CLI::Validator(
+      [is_right, rule = std::move(rule)](std::string& text) {
+        double x = 0;
+        return CLI::detail::lexical_cast(text, x) && is_right(x)
+                   ? ""
+                   : fmt::format("must be a number{}, not {}", rule, text);
+      },
+      std::move(in_help));
+}
 
-/// CLI::PositiveNumber tells its range with 309 digits.
-const CLI::Validator kAboveZero(
-    [](std::string& text) {
-      double x = 0;
-      return CLI::detail::lexical_cast(text, x) && x > 0 ? "" : "must be a number > 0, not " + text;
-    },
-    "");
+const CLI::Validator kNotNegative = number_that([](double x) { return x >= 0; }, ", 0 or more", "NONNEGATIVE");
+const CLI::Validator kAboveZero = number_that([](double x) { return x > 0; }, " > 0", "");
 
 /// Gives `app` the commands and options of the program; parsing fills `line`, which must live as long.
 void define(CLI::App& app, CommandLine& line, const std::function<std::string()>& version) {

@@ -120,6 +120,7 @@ def draw_all(tasks, jobs, progress):
         there = [s for s in scripts if os.path.exists(os.path.join(studies.SCRIPTS, s))]
         stem = os.path.splitext(os.path.basename(result.path))[0]
         waiting.append((key, result.path, stem, there, folder, _stamp(result, there)))
+
     def finish(workers, tasks):
         """Draws these, and returns those that are left where a process ended amid its work (damaged data, no memory)."""
         pool = concurrent.futures.ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _warm_up)

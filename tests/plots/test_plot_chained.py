@@ -43,7 +43,7 @@ class Chained(drawing.Drawing):
         with contextlib.redirect_stderr(io.StringIO()) as said:
             title, shown = plot_chained.shown_cases(argparse.Namespace(point=None, result="r.h5"), "Run", many, keys)
         self.assertEqual((title, len(set(shown["case"]))), ("Run (the first 12 of 40 points)", 12))
-        self.assertIn("12 of 40 points", said.getvalue())
+        self.assertIn("points 0 to 11 of 40", said.getvalue())
 
     def test_readings(self):
         self.check("estimate_chained", ["estimate_chained_run_filter", "estimate_chained_run_smoother"])

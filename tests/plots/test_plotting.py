@@ -208,6 +208,16 @@ class Labels(unittest.TestCase):
         for words in ("'one text' and 'another text' share", "'cut off by the edge' leaves the figure", "shows a key"):
             self.assertIn(words, said)
 
+    def test_a_script_whose_figure_is_hard_to_read_fails(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for y, code in ((0.5, drawing.ILLEGIBLE), (0.2, 0)):
+                script = os.path.join(folder, f"plot_{code}.py")
+                with open(script, "w", encoding="utf-8") as file:
+                    file.write("import plotting\nfigure, ax = plotting.plt.subplots()\nax.text(0.5, 0.5, 'one text')\n"
+                               f"ax.text(0.5, {y}, 'another text')\nplotting.save(figure, {folder!r}, 'x')\n")
+                done = drawing.draw(script)
+                self.assertEqual(done.returncode, code, done.stderr)
+
     def test_texts_at_near_points_move_apart(self):
         figure, ax = plotting.plt.subplots()
         ax.plot([1, 1.01, 1.02], [1, 1, 1.001], "o")
@@ -215,7 +225,6 @@ class Labels(unittest.TestCase):
         for k, point in enumerate(((1, 1), (1.01, 1), (1.02, 1.001), (1.99, 1.99))):
             plotting.label_points(ax, f"a label of point {k}", point)
         self.assertTrue(legible.faults(figure))
-        figure.draw_without_rendering()
         plotting.settle_labels(figure)
         self.assertEqual(legible.faults(figure), [])
         plotting.plt.close(figure)
@@ -225,7 +234,6 @@ class Labels(unittest.TestCase):
         x = np.linspace(0, 1, 20)
         lines = ax.contour(x, x, np.add.outer(0 * x, np.exp(20 * x)), levels=np.geomspace(1.5, 1e8, 60))
         plotting.label_contours(ax, lines, lambda v: f"{v:.4g}")
-        figure.draw_without_rendering()
         plotting.settle_labels(figure)
         texts = [t for t in ax.texts if t.get_visible()]
         boxes = [t.get_window_extent(figure.canvas.get_renderer()) for t in texts]
