@@ -7,7 +7,7 @@
 #   scripts/bootstrap.sh test style   what the tests and the style checks need on top
 set -euo pipefail
 
-packages=(clang g++ cmake ninja-build git libeigen3-dev libhdf5-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libspdlog-dev
+packages=(clang-19 lld-19 g++ cmake ninja-build git libeigen3-dev libhdf5-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libspdlog-dev
   libcli11-dev libtomlplusplus-dev libboost-dev libgeographiclib-dev libxxhash-dev libbenchmark-dev
   python3 python3-numpy python3-h5py python3-matplotlib python3-xxhash)
 for part in "$@"; do
@@ -18,7 +18,7 @@ for part in "$@"; do
       python3-pandas python3-xarray python3-netcdf4 python3-h5netcdf python3-nbclient python3-nbformat python3-ipykernel
       poppler-utils dpkg-dev file
       chromium chromium-driver python3-selenium python3-pip python3-setuptools python3-wheel doxygen mandoc
-      slurm-wlm munge parallel snakemake lld libclang-rt-14-dev) ;;
+      slurm-wlm munge parallel snakemake libclang-rt-19-dev) ;;
     style) packages+=(clang-format) ;;
     cross) packages+=(g++-aarch64-linux-gnu qemu-user) ;;
     *) echo "bootstrap.sh: unknown part '$part': must be report, import, test, style or cross" >&2; exit 64 ;;

@@ -7,7 +7,7 @@ set -euo pipefail
 program=$(realpath "${1:?program}")
 smoke=$(realpath "${2:?folder of smoke results}")
 cd "$(dirname "$0")/.."
-other=(clang clang++)
+other=(clang-19 clang++-19)
 if "$program" --version | grep -q Clang; then other=(gcc g++); fi
 command -v "${other[1]}" >/dev/null || { echo "skipped: no ${other[1]}"; exit 77; }
 build=$(realpath -m "${3:-build-other-compiler}")

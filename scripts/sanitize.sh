@@ -9,8 +9,8 @@
 # (lib/montecarlo/blocks.cpp) calls the kernels of the studies. There is nothing to suppress.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-if ! command -v clang++ >/dev/null || ! ls /usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.tsan-*.a >/dev/null 2>&1; then
-  echo "skipped: sanitizers: no clang with its sanitizers (Debian: clang libclang-rt-14-dev)"
+if ! command -v clang++-19 >/dev/null || ! ls /usr/lib/llvm-19/lib/clang/*/lib/linux/libclang_rt.tsan-*.a >/dev/null 2>&1; then
+  echo "skipped: sanitizers: no clang with its sanitizers (Debian: clang-19 libclang-rt-19-dev)"
   exit 0
 fi
 case "${1:-}" in

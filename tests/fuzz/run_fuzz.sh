@@ -10,8 +10,8 @@ here=$(cd "$(dirname "$0")" && pwd)
 source_folder=$(cd "$here/../.." && pwd)
 mkdir -p "$1"
 build=$(cd "$1" && pwd) target=$2
-if ! command -v clang++ >/dev/null || ! ls "$(clang++ -print-resource-dir)"/lib/linux/libclang_rt.fuzzer-*.a >/dev/null 2>&1; then
-  echo "skipped: no clang with libFuzzer (Debian: clang libclang-rt-14-dev)"
+if ! command -v clang++-19 >/dev/null || ! ls "$(clang++-19 -print-resource-dir)"/lib/linux/libclang_rt.fuzzer-*.a >/dev/null 2>&1; then
+  echo "skipped: no clang with libFuzzer (Debian: clang-19 libclang-rt-19-dev)"
   exit 77
 fi
 

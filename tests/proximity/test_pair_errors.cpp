@@ -133,7 +133,7 @@ TEST_CASE("Two wells share what the formulation says, and the relative covarianc
     Draws difference = da;
     for (const auto& [name, effect] : db) {
       const bool is_shared = std::any_of(x.shared.begin(), x.shared.end(),
-                                         [&, &name = name](const std::string& c) { return name == c + "G1"; });
+                                         [&draw = name](const std::string& c) { return draw == c + "G1"; });
       difference.try_emplace(is_shared ? name : "offset " + name, Vector3d::Zero()).first->second -= effect;
     }
     const Matrix3d c =
