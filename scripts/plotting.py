@@ -407,7 +407,7 @@ def fit_texts(figure):
     Names of runs, cases and wells are the user's, and may be of any length.
     """
     if figure.get_layout_engine() is not None:
-        figure.draw_without_rendering()  # only now the panels have their places
+        figure.get_layout_engine().execute(figure)  # only now the panels have their places
     renderer = figure.canvas.get_renderer()
     wide = figure.bbox.width
     panels = [ax for ax in figure.axes if ax.get_visible()]
@@ -482,7 +482,6 @@ def settle_labels(figure):
     optional = [t for t in figure.findobj(matplotlib.text.Text) if getattr(t, "is_optional", False)]
     if not labels and not optional:
         return
-    figure.draw_without_rendering()
     renderer = figure.canvas.get_renderer()
     for ax in {t.axes: None for t in labels}:
         own = [t for t in labels if t.axes is ax]
@@ -560,8 +559,9 @@ def save(figure, folder, name):
     """
     fit_texts(figure)
     if figure.get_layout_engine() is not None:
-        figure.draw_without_rendering()
+        figure.get_layout_engine().execute(figure)
         figure.set_layout_engine("none")  # the panels have their places, in both files; to find them takes as long as to draw
+        figure.get_layout_engine = lambda: None  # or savefig would draw once more, to let one place them
     settle_labels(figure)
     picture, drawing = io.BytesIO(), io.StringIO()
     figure.savefig(picture, format="png", metadata={"Software": None})

@@ -306,6 +306,17 @@ class Saving(unittest.TestCase):
         self.assertTrue(clips)
         self.assertLessEqual(set(re.findall(r'clip-path="url\(#(\w+)\)', drawings[0])), set(clips))
 
+    def test_a_figure_is_drawn_once_for_each_of_its_files(self):
+        draws = []
+        kind = plotting.matplotlib.figure.Figure
+        self.addCleanup(setattr, kind, "draw", kind.draw)
+        kind.draw = lambda figure, renderer, drawn=kind.draw: (draws.append(1), drawn(figure, renderer))
+        figure, ax = plotting.plt.subplots(layout="constrained")
+        ax.plot([0, 1], [0, 1])
+        plotting.label_points(ax, "here", (0.5, 0.5))
+        self.drawn(figure)
+        self.assertEqual(len(draws), 2)
+
     def test_a_dollar_sign_of_the_user_begins_no_formula(self):
         words = "cost $x_{$ and 5"
         figure, ax = plotting.plt.subplots()
