@@ -66,7 +66,7 @@ class Case(unittest.TestCase):
         self.folder = Path(folder.name)
         (self.folder / "survey.csv").write_text(SURVEY)
         (self.folder / "small.toml").write_text(CONFIG.format(trials=5000))
-        (self.folder / "large.toml").write_text(CONFIG.format(trials=1_000_000))
+        (self.folder / "large.toml").write_text(CONFIG.format(trials=400_000))
         (self.folder / "endless.toml").write_text(CONFIG.format(trials=10_000_000_000))
         (self.folder / "maps.toml").write_text(MAPS)
 

@@ -60,7 +60,8 @@ class Backup(Case):
         self.run_small()
         before = self.bytes("out.h5")
         for number in (signal.SIGKILL, signal.SIGTERM):
-            code, said = self.interrupt("run", "large.toml", "-o", "out.h5", "--resume", "--checkpoint-seconds", 0.05, number=number)
+            code, said = self.interrupt("run", "large.toml", "-o", "out.h5", "--resume", "--threads", 1, "--checkpoint-seconds", 0.01,
+                                        number=number)
             self.assertEqual(code, -number if number == signal.SIGKILL else INTERRUPTED, said)
             self.assertEqual(self.bytes("out.h5"), before)
             self.assertFalse((self.folder / "out.1.h5").exists())
@@ -119,7 +120,7 @@ class Backup(Case):
     def test_an_interrupted_shard_that_is_resumed(self):
         self.call("run", "large.toml", "--seed", 2, "--trials", 2000, "--shard", "0/2", "-o", "a.part")
         before = self.bytes("a.part")
-        arguments = ["run", "large.toml", "--shard", "0/2", "-o", "a.part", "--overwrite", "--checkpoint-seconds", 0.05]
+        arguments = ["run", "large.toml", "--shard", "0/2", "-o", "a.part", "--overwrite", "--threads", 1, "--checkpoint-seconds", 0.01]
         code, said = self.interrupt(*arguments, number=signal.SIGTERM)
         self.assertEqual(code, INTERRUPTED, said)
         self.assertEqual(self.bytes("a.part"), before)

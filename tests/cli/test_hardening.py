@@ -166,7 +166,7 @@ class Hardening(Case):
         """Any bytes behind a whole beginning: HDF5 may crash at them, the program may not."""
         data = self.small().read_bytes()[:-integrity.SEAL_SIZE]
         path = self.folder / "damaged.h5"
-        for at in range(96, len(data), len(data) // 60):
+        for at in range(96, len(data), len(data) // 20):
             bad = bytearray(data)
             bad[at:at + 8] = b"\xff" * 8
             path.write_bytes(bytes(bad))

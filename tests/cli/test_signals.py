@@ -80,7 +80,7 @@ class Signals(Case):
         return ended
 
     def test_commands_that_only_read(self):
-        (self.folder / "points.csv").write_text("noise.scale\n" + "".join(f"{1 + i / 1000}\n" for i in range(20_000)))
+        (self.folder / "points.csv").write_text("noise.scale\n" + "".join(f"{1 + i / 1000}\n" for i in range(1_000)))
         text = (self.folder / "small.toml").read_text()
         (self.folder / "table.toml").write_text(
             text[:text.index("[sweep]")] + '[sweep]\ndesign = { kind = "table", file = "points.csv" }\n')
