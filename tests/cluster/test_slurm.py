@@ -90,15 +90,16 @@ class Slurm(Case):
     def logs(self):
         return "\n".join(f"== {p.name}\n{p.read_text()}" for p in sorted(self.folder.glob("**/*.log")) + sorted(self.folder.glob("slurm-*")))
 
-    def wait_for(self, what, condition):
+    def wait_for(self, what, condition, step=0.05):
+        """step: seconds between two looks; to ask Slurm costs as much as to run a task of these tests."""
         end = time.monotonic() + LATER
         while not (found := condition()):
             self.assertLess(time.monotonic(), end, f"waited in vain for {what}\n{self.slurm('squeue', '-r')}\n{self.logs()}")
-            time.sleep(0.05)
+            time.sleep(step)
         return found
 
     def wait_for_empty_queue(self):
-        self.wait_for("the end of all jobs", lambda: not self.slurm("squeue", "-h").strip())
+        self.wait_for("the end of all jobs", lambda: not self.slurm("squeue", "-h").strip(), step=0.4)
 
     def tasks(self, fmt="%i", states="R"):
         return self.slurm("squeue", "-h", "-r", "-t", states, "-o", fmt).split()
@@ -168,7 +169,7 @@ class Slurm(Case):
         self.assertEqual((self.folder / "out/parts/point-00002.part").read_text(), "my notes")
 
     def test_interrupted_lost_and_frozen_tasks(self):
-        config = self.large(3_000_000)
+        config = self.large(1_500_000)
         serial = self.serial(config)
         self.program('more="--checkpoint-seconds 0.05"')
         self.sweep(config, "out", "--sbatch", "--exclusive")
@@ -190,11 +191,11 @@ class Slurm(Case):
         self.wait_for_empty_queue()
         for node in (where["1"], where["2"]):
             self.sandbox.call("start-node", node[1:])
-            self.wait_for(f"node {node}", lambda: self.back_in_service(node))
+            self.wait_for(f"node {node}", lambda: self.back_in_service(node), step=0.4)
         self.assertEqual(self.hash_of("out/large.h5"), serial, self.logs())
         self.wait_for("the end of the first attempt", lambda: not self.processes("point "))
         self.assertEqual(self.journals(), [])
-        self.wait_for("all nodes", lambda: self.slurm("sinfo", "-h", "-N", "-o", "%T").split() == ["idle"] * 3)
+        self.wait_for("all nodes", lambda: self.slurm("sinfo", "-h", "-N", "-o", "%T").split() == ["idle"] * 3, step=0.4)
 
     def back_in_service(self, node):
         """Resumes a node that was set down. Slurm refuses to resume one that has come back by itself."""
@@ -255,7 +256,7 @@ class Slurm(Case):
         plugins = subprocess.run(["srun", "--mpi=list"], text=True, capture_output=True, env=self.environment)
         if "pmix" not in plugins.stdout + plugins.stderr:
             self.skipTest("this Slurm has no pmix")
-        config = self.large(3_000_000)
+        config = self.large(1_000_000)
         serial = self.serial(config)
         self.slurm("sbatch", "--ntasks=4", "--cpus-per-task=1", "--output=slurm-mpi.log", SOURCE / "scripts/slurm/mpi.sbatch", config, "mpi.h5",
                    "--max-seconds", "2", "--checkpoint-seconds", "0.2")
