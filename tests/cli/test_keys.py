@@ -164,6 +164,16 @@ class Keys(unittest.TestCase):
                     self.assertTrue(known or name in whole, f"docs/results-format.md: {name}, in: {row[:80]}")
         self.assertGreater(checked, 150)
 
+    def test_what_new_comments_out_are_keys(self):
+        """Every "# key = value" of `surveymc new` is a key of the experiment."""
+        tried = 0
+        for experiment, listed in self.listed.items():
+            names = {part for key in listed for part in re.split(r"[.\[\]]+", key)}
+            for key in re.findall(r"(?m)^# (\w+) = ", call("new", experiment)):
+                self.assertIn(key, names, experiment)
+                tried += 1
+        self.assertGreater(tried, 15)
+
     def test_rules_and_defaults_are_those_of_the_reader(self):
         """Each number with an interval, in a config that has it: beyond its end it is refused with the rule that is listed."""
         tried = 0

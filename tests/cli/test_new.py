@@ -62,17 +62,6 @@ class New(unittest.TestCase):
                 self.call("run", f"{experiment}.toml", "-o", f"{experiment}.h5", "--quiet", *few)
                 self.call("rerun", f"{experiment}.h5")
 
-    def test_what_is_commented_out_are_keys(self):
-        """Every "# key = value" is a key of the experiment."""
-        tried = 0
-        for experiment in self.experiments():
-            listed = self.call("keys", experiment, "--csv")
-            names = {part for key in re.findall(r"(?m)^([a-z][^,]*),", listed) for part in re.split(r"[.\[\]]+", key)}
-            for key in re.findall(r"(?m)^# (\w+) = ", self.call("new", experiment)):
-                self.assertIn(key, names, experiment)
-                tried += 1
-        self.assertGreater(tried, 15)
-
     def test_estimators_that_it_offers_are_accepted(self):
         """Those of 'estimator = "msa"   # or ...'."""
         tried = 0

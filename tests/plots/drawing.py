@@ -29,9 +29,11 @@ class Done(NamedTuple):
     stderr: str
 
 
-def _run(script, arguments):
+def _run(script, arguments, names_only=False):
     """The script in this process: its exit code."""
     signal.alarm(PATIENCE)
+    if names_only:
+        plotting.save = lambda figure, folder, name: print(os.path.join(folder, name + ".png"))
     sys.argv = [script, *arguments]
     said = []
     close = plotting.plt.close
@@ -56,8 +58,11 @@ def _run(script, arguments):
         return 1
 
 
-def draw(script, *arguments):
-    """A script of `scripts` with these arguments: its exit code, what it printed and what it said of errors."""
+def draw(script, *arguments, names_only=False):
+    """A script of `scripts` with these arguments: its exit code, what it printed and what it said of errors.
+
+    names_only: it makes its figures and says their names, but writes none.
+    """
     sys.stdout.flush()
     sys.stderr.flush()
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
@@ -68,7 +73,7 @@ def draw(script, *arguments):
                 os.dup2(out.fileno(), 1)
                 os.dup2(err.fileno(), 2)
                 sys.stdout, sys.stderr = open(1, "w", closefd=False), open(2, "w", closefd=False)
-                code = _run(str(SCRIPTS / script), list(map(str, arguments)))
+                code = _run(str(SCRIPTS / script), list(map(str, arguments)), names_only)
                 sys.stdout.flush()
                 sys.stderr.flush()
             finally:
