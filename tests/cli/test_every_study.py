@@ -1,10 +1,13 @@
 #!/usr/bin/python3
-"""Every smoke config in parts and interrupted gives the result of a plain run: test_every_study.py SURVEYMC_EXECUTABLE
-SOURCE_FOLDER SMOKE_RESULTS [unittest arguments]. A study that keeps something of its trials outside of what journals and parts
-hand on fails here. The plain runs are those of the tests smoke.*.run.
+"""Smoke configs in parts and interrupted give the results of plain runs: test_every_study.py SURVEYMC_EXECUTABLE SOURCE_FOLDER
+SMOKE_RESULTS [unittest arguments]. A study that keeps something of its trials outside of what journals and parts hand on fails
+here. The plain runs are those of the tests smoke.*.run. Of each study the first config is taken, the first with [[event]], with
+[stop] and with [sensitivity]; all of them with SURVEYMC_EVERY_CONFIG=1 (ctest -L nightly).
 """
+import os
 import re
 import sys
+import tomllib
 import unittest
 from pathlib import Path
 
@@ -45,10 +48,19 @@ class EveryStudy(Case):
         self.assertEqual(self.journals(), [])
 
 
+def chosen(configs):
+    """One config of each kind, or all."""
+    kinds = {}
+    for path in configs:
+        config = tomllib.loads(path.read_text())
+        kinds.setdefault((config["experiment"], *(t in config for t in ("event", "stop", "sensitivity"))), path)
+    return configs if os.environ.get("SURVEYMC_EVERY_CONFIG") else list(kinds.values())
+
+
 if __name__ == "__main__":
     if len(sys.argv) < 4:
         sys.exit(__doc__)
     SMOKE = Path(sys.argv.pop(3)).resolve()
-    CONFIGS = sorted((Path(sys.argv.pop(2)).resolve() / "configs/smoke").glob("*.toml"))
+    CONFIGS = chosen(sorted((Path(sys.argv.pop(2)).resolve() / "configs/smoke").glob("*.toml")))
     program_from_arguments(__doc__)
     unittest.main()

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """Holds the tables of a smoke run against those kept here, so that no number changes unnoticed.
 
-    check_golden.py SURVEYMC RESULT.h5 [--update]
+    check_golden.py SURVEYMC [--update] RESULT.h5 ...
 
-Compares every table of RESULT.h5 that tests/regression/<stem>.<table>.csv exists for: words exactly, numbers to 1e-9 of
+Compares every table of a result that tests/regression/<stem>.<table>.csv exists for: words exactly, numbers to 1e-9 of
 their size (the last digits may follow the compiler). --update writes the files of the tables named in TABLES with at
 most 60 rows; of the longer ones in CHOSEN_COLUMNS only these columns, which say it all. Say in the commit why the
 numbers changed.
@@ -64,8 +64,8 @@ def same(a, b):
     return math.isclose(x, y, rel_tol=1e-9, abs_tol=1e-12) or (math.isnan(x) and math.isnan(y))
 
 
-def main():
-    surveymc, result = sys.argv[1:3]
+def check(surveymc, result, update):
+    """Whether a table is not as it was kept; with update its file is written."""
     stem = pathlib.Path(result).stem
     bad = []
     in_result = tables_of(result)
@@ -76,7 +76,7 @@ def main():
                 bad.append(f"{golden.name}: the run has no table {name} any more")
             continue
         text, rows = table(surveymc, result, name)
-        if sys.argv[3:] == ["--update"]:
+        if update:
             if len(rows) <= 61 or name in CHOSEN_COLUMNS:
                 golden.write_text(text)
             continue
@@ -93,6 +93,11 @@ def main():
                     bad.append(f"{golden.name}:{line}: {kept[0][i]} = {b}, was {a}")
     print("\n".join(bad) or f"{stem}: as kept")
     return bool(bad)
+
+
+def main():
+    results = [a for a in sys.argv[2:] if a != "--update"]
+    return any([check(sys.argv[1], result, "--update" in sys.argv) for result in results]) or not results
 
 
 if __name__ == "__main__":
