@@ -25,14 +25,14 @@ const bool fma_registered = on_both("ceiling/fma_flops", fma_rate);
 
 /// Items: operations on one double (or integer).
 template <void (*Ceilings::*Kernel)(int)>
-void operations(benchmark::State& state, simd::InstructionSet set) {
+void at_once(benchmark::State& state, simd::InstructionSet set) {
   for (auto _ : state) (ceilings(set).*Kernel)(kRounds);
   count_items(state, kRounds * Ceilings::kPerRound * ceilings(set).lanes);
 }
-const bool mixed_registered = on_both("ceiling/fma_and_add", operations<&Ceilings::fused_and_add>);
-const bool divide_registered = on_both("ceiling/divide", operations<&Ceilings::divide>);
-const bool root_registered = on_both("ceiling/square_root", operations<&Ceilings::square_root>);
-const bool integer_registered = on_both("ceiling/multiply_integers", operations<&Ceilings::multiply_integers>);
+const bool mixed_registered = on_both("ceiling/fma_and_add", at_once<&Ceilings::fused_and_add>);
+const bool divide_registered = on_both("ceiling/divide", at_once<&Ceilings::divide>);
+const bool root_registered = on_both("ceiling/square_root", at_once<&Ceilings::square_root>);
+const bool integer_registered = on_both("ceiling/multiply_integers", at_once<&Ceilings::multiply_integers>);
 
 /// Argument: KiB. 16 stay in the first-level cache, 512 in the second, 256 MiB in neither nor the third.
 void load_bandwidth(benchmark::State& state, simd::InstructionSet set) {
