@@ -187,7 +187,7 @@ class Monitoring(Case):
             self.assertGreater(len(a["tables/series/row"]), 2 * 30_000)
         found = {r["finding"]: r for r in rows(long, "data_quality")}
         self.assertLessEqual(found["training_rows"]["rows"], 5000 + 4)
-        self.assertRegex(found["training_rows"]["action"], "of 269999: every 54th")
+        self.assertRegex(found["training_rows"]["action"], "of 107999: every 22th")
 
         self.call("run", "csv.toml", "--point", 0, "-o", "parts/")
         merged = lambda *more: (self.call("merge", "parts", "-o", "merged.h5", *more), content_hash(self.folder / "merged.h5"))[1]

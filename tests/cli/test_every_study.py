@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Smoke configs in parts and interrupted give the results of plain runs: test_every_study.py SURVEYMC_EXECUTABLE SOURCE_FOLDER
 SMOKE_RESULTS [unittest arguments]. A study that keeps something of its trials outside of what journals and parts hand on fails
-here. The plain runs are those of the tests smoke.*.run. Of each study the first config is taken, the first with [[event]], with
-[stop] and with [sensitivity]; all of them with SURVEYMC_EVERY_CONFIG=1 (ctest -L nightly).
+here. The plain runs are those of the tests smoke.*.run. One config of each study is taken, one with [[event]], with [stop] and
+with [sensitivity]; all of them with SURVEYMC_EVERY_CONFIG=1 (ctest -L nightly).
 """
 import os
 import re
@@ -53,7 +53,9 @@ def chosen(configs):
     kinds = {}
     for path in configs:
         config = tomllib.loads(path.read_text())
-        kinds.setdefault((config["experiment"], *(t in config for t in ("event", "stop", "sensitivity"))), path)
+        special = next((t for t in ("event", "stop", "sensitivity") if t in config), None)
+        if special or config["experiment"] not in kinds:
+            kinds[special or config["experiment"]] = path
     return configs if os.environ.get("SURVEYMC_EVERY_CONFIG") else list(kinds.values())
 
 
