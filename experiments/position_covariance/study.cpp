@@ -6,9 +6,15 @@
 ///   -> covariance, ellipse and ellipsoid per station
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <functional>
+#include <future>
+#include <memory>
+#include <utility>
 
 #include "base/error.h"
+#include "montecarlo/blocks.h"
 #include "position_covariance/tables.h"
 #include "position_covariance/uncertainty.h"
 #include "study/annotations.h"
@@ -131,49 +137,117 @@ Scenario read_scenario(config::ConfigReader& c) {
   return s;
 }
 
+/// Tables of many stations and sources. A thread of its own computes what fills much memory, the covariances by source,
+/// and then the table behind them, while the tables before them are made and written. Both refer to the scenario.
+struct Meanwhile {
+  std::shared_future<propagate::ToolCovariances> by_source;
+  std::shared_future<store::Table> ellipsoid;
+};
+
 class PositionCovariance final : public study::StudyPoint {
  public:
-  explicit PositionCovariance(Scenario scenario) : s_(std::move(scenario)) {}
+  explicit PositionCovariance(Scenario scenario) : scenario_(std::make_shared<const Scenario>(std::move(scenario))) {}
 
   study::PointResult report(const stats::Tally&, const montecarlo::RunOptions& options) const override {
+    const Scenario& s = *scenario_;
+    const bool is_shared = is_worth_a_thread(options);
     // Two tables take as long as the covariances themselves: a station is done when it is in all three.
-    enum Stage { covariances, first_table, second_table, stages };
-    const auto at_station = [&options, n = s_.survey.stations.size()](Stage stage) {
-      return [&options, n, stage](std::size_t done) {
-        constexpr std::size_t kLook = 256;
+    enum Stage { covariances, first_table, second_table };
+    const auto at_station = [&options, n = s.survey.stations.size(), stages = is_shared ? 2u : 3u](Stage stage) {
+      return [&options, n, stage, stages](std::size_t done) {
         if (stage != covariances && done % kLook != 0 && done != n) return;
-        if (options.stop && *options.stop) throw Interrupted("stopped before all stations were done");
+        look(options.stop);
         if (options.progress) options.progress((stage * n + done) / stages, n);
       };
     };
-    propagate::ToolCovariances result = propagate::tool_covariances(
-        s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.detail, nullptr, false, at_station(covariances));
-    std::vector<propagate::Validity> validity = s_.validity;
+    Meanwhile meanwhile;
+    if (is_shared) meanwhile.by_source = by_source_meanwhile(options.stop);
+    propagate::ToolCovariances result =
+        covariances_of(s, is_shared ? propagate::SourceDetail::none : s.detail, at_station(covariances));
+    if (is_shared) meanwhile.ellipsoid = ellipsoid_meanwhile(meanwhile.by_source, options.stop);
+    std::vector<propagate::Validity> validity = s.validity;
     for (const propagate::NonFiniteTerm& term : result.non_finite)
-      validity.push_back(propagate::validity_of(term, s_.tools.runs));
-    const std::vector<PublishedElement> published = compare(s_.published, s_.survey, result);
+      validity.push_back(propagate::validity_of(term, s.tools.runs));
+    const std::vector<PublishedElement> published = compare(s.published, s.survey, result);
     study::PointResult r;
     const auto of_stations = [&](store::Table t) {
-      if (s_.last_only) return store::rows_of(t, t.rows() - 1, 1);  // not ?:, which copies the other table
+      if (s.last_only) return store::rows_of(t, t.rows() - 1, 1);  // not ?:, which copies the other table
       return t;
     };
-    r.tables.push_back(of_stations(covariance_table(s_.survey, result, at_station(first_table))));
-    if (s_.detail != propagate::SourceDetail::none)
-      r.tables.push_back(covariance_by_source_table(s_.survey, result, s_.detail));
-    r.tables.push_back(of_stations(ellipsoid_table(s_.survey, s_.tvd, result, at_station(second_table))));
-    r.tables.push_back(tool_codes_table(s_.tools));
-    if (!s_.last_only) r.tables.push_back(error_terms_table(s_.tools));
-    r.tables.push_back(study::validity_table(s_.survey, s_.tools, validity));
-    r.tables.push_back(gyro_table(s_.survey, s_.tools, result));
-    r.tables.push_back(published_table(published, s_.margin));
-    r.tables.push_back(uncertainty_table(s_.survey, result, s_.report));
+    r.tables.push_back(of_stations(covariance_table(s.survey, result, at_station(first_table))));
+    if (is_shared) {
+      r.tables.push_back(covariance_by_source_table(s.survey, result.sources, meanwhile.by_source));
+      r.tables.push_back(later_table(ellipsoid_columns(result), s.survey.stations.size(), meanwhile.ellipsoid));
+    } else {
+      if (s.detail != propagate::SourceDetail::none)
+        r.tables.push_back(covariance_by_source_table(s.survey, result, s.detail));
+      r.tables.push_back(of_stations(ellipsoid_table(s.survey, s.tvd, result.total, at_station(second_table))));
+    }
+    r.tables.push_back(tool_codes_table(s.tools));
+    if (!s.last_only) r.tables.push_back(error_terms_table(s.tools));
+    r.tables.push_back(study::validity_table(s.survey, s.tools, validity));
+    r.tables.push_back(gyro_table(s.survey, s.tools, result));
+    r.tables.push_back(published_table(published, s.margin));
+    r.tables.push_back(uncertainty_table(s.survey, result, s.report));
     r.tables.push_back(
-        study::validity_warnings_table("covariances", study::validity_warnings(s_.survey, s_.tools, validity)));
+        study::validity_warnings_table("covariances", study::validity_warnings(s.survey, s.tools, validity)));
     return r;
   }
 
  private:
-  Scenario s_;
+  using AtStation = std::function<void(std::size_t)>;
+  static constexpr std::size_t kLook = 256;
+
+  static void look(const std::atomic<bool>* stop) {
+    if (stop && *stop) throw Interrupted("stopped before all stations were done");
+  }
+
+  static propagate::ToolCovariances covariances_of(const Scenario& s, propagate::SourceDetail detail,
+                                                   const AtStation& at_station) {
+    return propagate::tool_covariances(s.survey, s.tvd, s.tools.runs, s.field, s.latitude, detail, nullptr, false,
+                                       at_station);
+  }
+
+  /// Tables that are long are not held anyway. Published values are compared before anything is written.
+  bool is_worth_a_thread(const montecarlo::RunOptions& options) const {
+    const Scenario& s = *scenario_;
+    std::size_t terms = 0;  // sources, or more
+    for (const propagate::ToolRun& run : s.tools.runs) terms += run.model->terms.size();
+    const int threads = options.threads > 0 ? options.threads : montecarlo::available_threads();
+    return threads > 1 && s.detail == propagate::SourceDetail::all && s.published.empty() &&
+           s.survey.stations.size() * terms > store::kMostHeldRows;
+  }
+
+  /// Where the system starts no thread, this is done when it is asked for.
+  static constexpr std::launch kPolicy = std::launch::async | std::launch::deferred;
+
+  std::shared_future<propagate::ToolCovariances> by_source_meanwhile(const std::atomic<bool>* stop) const {
+    return std::async(kPolicy,
+                      [s = scenario_, stop] {
+                        return covariances_of(*s, propagate::SourceDetail::all, [stop](std::size_t) { look(stop); });
+                      })
+        .share();
+  }
+
+  std::shared_future<store::Table> ellipsoid_meanwhile(std::shared_future<propagate::ToolCovariances> result,
+                                                       const std::atomic<bool>* stop) const {
+    return std::async(kPolicy,
+                      [s = scenario_, result = std::move(result), stop] {
+                        return ellipsoid_table(s->survey, s->tvd, result.get().total, [stop](std::size_t done) {
+                          if (done % kLook == 0) look(stop);
+                        });
+                      })
+        .share();
+  }
+
+  /// The table with the first stations alone.
+  store::Table ellipsoid_columns(const propagate::ToolCovariances& result) const {
+    survey::Survey begin;
+    begin.stations.assign(scenario_->survey.stations.begin(), scenario_->survey.stations.begin() + 2);
+    return ellipsoid_table(begin, scenario_->tvd, result.total, [](std::size_t) {});
+  }
+
+  std::shared_ptr<const Scenario> scenario_;  ///< tables that are made later have it, too
 };
 
 class PositionCovariancePlan final : public study::PlanOf<Scenario> {

@@ -21,6 +21,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+constexpr std::size_t kElements = 6;  // of a covariance
 constexpr const char* kNevCovariance = "covariance, north, east, vertical (down), true north";
 
 /// [0, 360); 0 for a vertical direction, NaN of one that is not there.
@@ -34,7 +35,8 @@ double azimuth_deg(const Vector3d& v) {
 
 store::Table covariance_table(const survey::Survey& survey, const propagate::ToolCovariances& result,
                               const std::function<void(std::size_t)>& at_station) {
-  study::TableRows t("covariance", "position covariance of every station; standard deviations and axes are one sigma");
+  study::TableRows t("covariance", "position covariance of every station; standard deviations and axes are one sigma",
+                     survey.stations.size());
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
     const survey::Station& s = survey.stations[k];
     const Matrix3d &c = result.total[k], to_hla = survey::rotation_hla_from_nev(s.inclination, s.azimuth);
@@ -61,9 +63,10 @@ store::Table covariance_table(const survey::Survey& survey, const propagate::Too
 }
 
 store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<double>& tvd,
-                             const propagate::ToolCovariances& result,
+                             const std::vector<Matrix3d>& covariances,
                              const std::function<void(std::size_t)>& at_station) {
-  study::TableRows t("ellipsoid", "position of every station and the axes of its one-sigma ellipsoid");
+  study::TableRows t("ellipsoid", "position of every station and the axes of its one-sigma ellipsoid",
+                     survey.stations.size());
   const std::vector<Vector3d> positions = survey::minimum_curvature_positions(survey);
   constexpr std::array<std::array<const char*, 3>, 3> kAxes{
       {{"axis1_m", "axis1_azimuth_deg", "axis1_inclination_deg"},
@@ -77,7 +80,7 @@ store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<dou
     t.number("north_m", "m", "position relative to the first station, minimum curvature", positions[k].x());
     t.number("east_m", "m", "position relative to the first station, minimum curvature", positions[k].y());
     t.number("tvd_m", "m", "true vertical depth: as listed, or else by minimum curvature", tvd[k]);
-    const propagate::Ellipsoid body = propagate::ellipsoid(result.total[k]);
+    const propagate::Ellipsoid body = propagate::ellipsoid(covariances[k]);
     for (int i = 0; i < 3; ++i) {
       const Vector3d axis = body.axes.col(i);
       const auto& [length, azimuth, inclination] = kAxes[static_cast<std::size_t>(i)];
@@ -91,10 +94,12 @@ store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<dou
   return t.take();
 }
 
-store::Table covariance_by_source_table(const survey::Survey& survey, propagate::ToolCovariances& result,
-                                        propagate::SourceDetail detail) {
-  const bool of_all = detail == propagate::SourceDetail::all;
-  const std::size_t sources = result.sources.size(), n = survey.stations.size(), rows = result.by_source.size();
+namespace {
+
+/// The table of so many rows, but for its covariances.
+store::Table by_source_columns(const survey::Survey& survey, const std::vector<std::string>& sources, std::size_t rows,
+                               bool of_all) {
+  const std::size_t n = survey.stations.size();
   study::TableRows one("covariance_by_source",
                        of_all ? "position covariance of every station by error source; their sum is the covariance"
                               : "position covariance of the last station by error source");
@@ -106,14 +111,46 @@ store::Table covariance_by_source_table(const survey::Survey& survey, propagate:
   const std::size_t first = of_all ? 0 : n - 1;
   std::vector<double> md(rows == 0 ? 0 : n - first);
   for (std::size_t k = 0; k < md.size(); ++k) md[k] = survey.stations[first + k].md;
-  t.columns[0].on_disk = std::make_shared<store::RepeatedNumbers>(md, sources);
-  t.columns[1].on_disk = std::make_shared<store::CycledWords>(result.sources, md.size());
+  t.columns[0].on_disk = std::make_shared<store::RepeatedNumbers>(md, sources.size());
+  t.columns[1].on_disk = std::make_shared<store::CycledWords>(sources, md.size());
   if (rows <= store::kMostHeldRows)
     for (std::size_t c = 0; c < 2; ++c)
       t.columns[c].values = std::exchange(t.columns[c].on_disk, nullptr)->read(0, rows);
   else
     for (std::size_t c = 0; c < 2; ++c) std::visit([](auto& row) { row.clear(); }, t.columns[c].values);
-  for (std::size_t m = 0; m < 6; ++m) t.columns[2 + m].values = std::move(result.by_source.elements[m]);
+  for (std::size_t m = 0; m < kElements; ++m) t.columns[2 + m].values = std::vector<double>();
+  return t;
+}
+
+}  // namespace
+
+store::Table covariance_by_source_table(const survey::Survey& survey, propagate::ToolCovariances& result,
+                                        propagate::SourceDetail detail) {
+  store::Table t =
+      by_source_columns(survey, result.sources, result.by_source.size(), detail == propagate::SourceDetail::all);
+  for (std::size_t m = 0; m < kElements; ++m) t.columns[2 + m].values = std::move(result.by_source.elements[m]);
+  return t;
+}
+
+store::Table covariance_by_source_table(const survey::Survey& survey, const std::vector<std::string>& sources,
+                                        const std::shared_future<propagate::ToolCovariances>& result) {
+  const std::size_t rows = survey.stations.size() * sources.size();
+  store::Table t = by_source_columns(survey, sources, rows, true);
+  for (std::size_t m = 0; m < kElements; ++m)
+    t.columns[2 + m].on_disk =
+        std::make_shared<store::GivenValues>(rows, [result, m](std::size_t first, std::size_t count) {
+          const auto begin = result.get().by_source.elements[m].begin() + static_cast<std::ptrdiff_t>(first);
+          return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));
+        });
+  return t;
+}
+
+store::Table later_table(const store::Table& columns, std::size_t rows, const std::shared_future<store::Table>& made) {
+  store::Table t = store::rows_of(columns, 0, 0);
+  for (std::size_t c = 0; c < t.columns.size(); ++c)
+    t.columns[c].on_disk = std::make_shared<store::GivenValues>(rows, [made, c](std::size_t first, std::size_t count) {
+      return store::values_of(made.get().columns[c], first, count);
+    });
   return t;
 }
 

@@ -2,6 +2,7 @@
 /// Tables of the study position_covariance (docs/results-format.md).
 #include <cstddef>
 #include <functional>
+#include <future>
 #include <string>
 #include <vector>
 
@@ -26,11 +27,16 @@ store::Table covariance_table(const survey::Survey& survey, const propagate::Too
                               const std::function<void(std::size_t)>& at_station);
 /// One row a station: where it is, and the ellipsoid of its covariance.
 store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<double>& tvd,
-                             const propagate::ToolCovariances& result,
+                             const std::vector<Eigen::Matrix3d>& covariances,
                              const std::function<void(std::size_t)>& at_station);
 /// One row a station and source; of the last station alone for SourceDetail::last. Takes `by_source` out of the result.
 store::Table covariance_by_source_table(const survey::Survey& survey, propagate::ToolCovariances& result,
                                         propagate::SourceDetail detail);
+/// The same of all stations, with covariances that are still being computed.
+store::Table covariance_by_source_table(const survey::Survey& survey, const std::vector<std::string>& sources,
+                                        const std::shared_future<propagate::ToolCovariances>& result);
+/// A table of so many rows that is still being made: `columns` has none of its rows.
+store::Table later_table(const store::Table& columns, std::size_t rows, const std::shared_future<store::Table>& made);
 /// One row a leg: its model and where that holds.
 store::Table tool_codes_table(const study::ToolRuns& tools);
 /// One row a leg and term: the models as they were used.

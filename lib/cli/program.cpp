@@ -22,6 +22,7 @@
 #endif
 
 #include "base/error.h"
+#include "base/huge_pages.h"
 #include "base/numerics.h"
 #include "cli/command_line.h"
 #include "cli/log.h"
@@ -78,6 +79,21 @@ void keep_freed_memory() {
   constexpr int kMebibyte = 1 << 20;
   mallopt(M_MMAP_THRESHOLD, 32 * kMebibyte);  // the most that glibc takes
   mallopt(M_TRIM_THRESHOLD, 128 * kMebibyte);
+#endif
+}
+
+/// The heap's next 64 MiB are huge pages where there are any: a run whose tables take many megabytes spends as long
+/// on the faults of small ones as on the tables. Small runs take no longer: they use one or two.
+void prefer_huge_heap() {
+#if defined(M_TOP_PAD)
+  constexpr int kHeap = 64 << 20, kUsual = 128 << 10;
+  mallopt(M_TOP_PAD, kHeap);
+  const auto* const before = static_cast<const char*>(sbrk(0));
+  void* volatile more = std::malloc(2 * kUsual);
+  const auto* const after = static_cast<const char*>(sbrk(0));
+  std::free(more);
+  mallopt(M_TOP_PAD, kUsual);  // where memory is limited, it is not asked for more than it needs
+  if (after > before) prefer_huge_pages(before, static_cast<std::size_t>(after - before));
 #endif
 }
 
@@ -140,6 +156,7 @@ std::optional<store::Result> finished_result(const std::filesystem::path& output
 }
 
 int run(const RunArguments& a, const std::string& command) {
+  prefer_huge_heap();
   catch_signals();
   stop_after(a.max_seconds);
   std::optional<EndsBySignal> ends(std::in_place, nullptr, EndsBySignal::soon());

@@ -13,6 +13,25 @@
 namespace surveymc::config {
 namespace {
 
+/// "file:line" of messages: a text of every line would take longer than its numbers.
+struct LinePlace {
+  const std::string& path;
+  int number;
+};
+
+}  // namespace
+}  // namespace surveymc::config
+
+template <>
+struct fmt::formatter<surveymc::config::LinePlace> : fmt::formatter<std::string> {
+  auto format(const surveymc::config::LinePlace& p, fmt::format_context& out) const {
+    return fmt::format_to(out.out(), "{}:{}", p.path, p.number);
+  }
+};
+
+namespace surveymc::config {
+namespace {
+
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 /// First byte that cannot be in a line of text (a control character, or not UTF-8), or npos. Nothing of a comment is
@@ -61,7 +80,7 @@ bool has_decimal_comma(std::string_view cell) {
          is_digit(cell[comma + 1]);
 }
 
-std::vector<std::string> checked_header(std::vector<std::string> names, const std::string& place) {
+std::vector<std::string> checked_header(std::vector<std::string> names, const LinePlace& place) {
   for (std::size_t j = 0; j < names.size(); ++j) {
     const auto& name = names[j];
     require(!name.empty(), "{}: column {} has no name", place, j + 1);
@@ -84,7 +103,7 @@ std::string_view next_line(std::string_view& rest) {
   return line;
 }
 
-double checked_cell(const std::string& cell, const std::string& name, const std::string& place) {
+double checked_cell(std::string_view cell, const std::string& name, const LinePlace& place) {
   require(!cell.empty(), "{}: {}: is empty", place, name);
   double x = 0;
   std::string rule;
@@ -102,6 +121,17 @@ double checked_cell(const std::string& cell, const std::string& name, const std:
       if (has_decimal_comma(cell) || has_other_separator(cell)) rule += fmt::format(": {}", kDecimalHint);
   }
   throw InputError(fmt::format("{}: {} = \"{}\": {}", place, name, shortened(cell), rule));
+}
+
+/// As split_cells(), of a line without quotes: the cells are parts of it.
+void split_plain(std::string_view line, std::vector<std::string_view>& cells) {
+  cells.clear();
+  for (;;) {
+    const std::size_t end = std::min(line.find(','), line.size());
+    cells.push_back(trimmed(line.substr(0, end)));
+    if (end == line.size()) return;
+    line.remove_prefix(end + 1);
+  }
 }
 
 }  // namespace
@@ -151,14 +181,6 @@ bool is_no_row(std::string_view line) {
   return !is_error;
 }
 
-bool is_empty_row(const std::vector<std::string>& cells) {
-  return std::all_of(cells.begin(), cells.end(), [](const std::string& cell) { return cell.empty(); });
-}
-
-void remove_empty_end(std::vector<std::string>& cells, std::size_t width) {
-  while (cells.size() > width && cells.back().empty()) cells.pop_back();
-}
-
 int InputTable::find(const std::string& name) const {
   const auto it = std::find(names.begin(), names.end(), name);
   return it == names.end() ? -1 : static_cast<int>(it - names.begin());
@@ -170,19 +192,26 @@ InputTable parse_csv(const std::string& text, const std::string& path,
   if (rest.substr(0, 3) == "\xEF\xBB\xBF") rest.remove_prefix(3);
   InputTable table;
   table.path = path;
+  std::vector<std::string_view> cells;
+  std::vector<std::string> unquoted;
   for (int number = 1; !rest.empty(); ++number) {
     const std::string_view line = next_line(rest);
-    const std::string place = fmt::format("{}:{}", path, number);
+    const LinePlace place{path, number};
     if (const auto bad = first_bad_byte(line); bad != std::string_view::npos)
       throw InputError(fmt::format("{}: is not plain UTF-8 text (byte 0x{:02x}): save the file as CSV in UTF-8", place,
                                    static_cast<unsigned>(static_cast<unsigned char>(line[bad]))));
     if (is_no_row(line)) continue;
 
-    auto cells = split_cells(line, place);
+    if (line.find('"') == std::string_view::npos) {
+      split_plain(line, cells);
+    } else {
+      unquoted = split_cells(line, fmt::format("{}", place));
+      cells.assign(unquoted.begin(), unquoted.end());
+    }
     if (is_empty_row(cells)) continue;
     if (table.names.empty()) {
       remove_empty_end(cells, 0);
-      table.names = checked_header(std::move(cells), place);
+      table.names = checked_header({cells.begin(), cells.end()}, place);
       table.columns.resize(table.names.size());
       table.names_line = number;
       if (check_names) check_names(table);

@@ -43,8 +43,8 @@ bool looks_like_radians(const Columns& c) {
   const auto &inclination = c.values(c.inclination), &azimuth = c.values(c.azimuth);
   const double steepest = *std::max_element(inclination.begin(), inclination.end());
   const auto [least, most] = std::minmax_element(azimuth.begin(), azimuth.end());
-  const std::set<double> distinct(azimuth.begin(), azimuth.end());
-  return steepest > 0.2 && steepest <= kPi && *least >= 0 && *most <= 2 * kPi && distinct.size() >= 3;
+  if (!(steepest > 0.2 && steepest <= kPi && *least >= 0 && *most <= 2 * kPi)) return false;
+  return std::set<double>(azimuth.begin(), azimuth.end()).size() >= 3;
 }
 
 void find_bad_depths(const Columns& c, const survey::Survey& survey, std::vector<SurveyFinding>& out) {
@@ -88,9 +88,9 @@ void find_bad_angles(const Columns& c, const survey::Survey& survey, std::vector
     out.push_back({true, fmt::format("{}: {}: must be in [0, 360]: {:.10g} if no digit is wrong", c.place(row),
                                      c.cell(c.azimuth, row), azimuth - 360 * std::floor(azimuth / 360))});
   }
+  const std::vector<double> doglegs = survey::doglegs(survey);
   for (std::size_t k = 1; k < survey.stations.size(); ++k) {
-    const survey::Station &before = survey.stations[k - 1], &at = survey.stations[k];
-    const double angle = survey::dogleg(before, at), length = at.md - before.md;
+    const double angle = doglegs[k], length = survey.stations[k].md - survey.stations[k - 1].md;
     const bool turns_back = angle > kTurnedBack;
     if (!turns_back && !(angle > kLeastDogleg && angle > kDrillable * length)) continue;
     const std::string where = fmt::format("{}: {}, {}: the hole turns by {:.4g} degrees in {:.4g} m", c.place(k),
@@ -106,7 +106,9 @@ void find_bad_angles(const Columns& c, const survey::Survey& survey, std::vector
 /// Listed vertical depths must go with the stations: whatever the method, a leg's mean direction lies between those of
 /// its ends. Where the vertical datum is does not matter. Feet that are called metres are found here.
 void find_bad_tvd(const Columns& c, const survey::Survey& survey, std::vector<SurveyFinding>& out) {
-  const std::vector<double> listed = tvd_from_table(c.table), computed = survey::true_vertical_depths(survey);
+  const std::vector<double> listed = tvd_from_table(c.table);
+  if (listed.empty()) return;
+  const std::vector<double> computed = survey::true_vertical_depths(survey);
   std::string first;
   std::size_t others = 0;
   for (std::size_t k = 1; k < listed.size(); ++k) {

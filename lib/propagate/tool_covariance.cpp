@@ -336,10 +336,13 @@ class Propagation {
     out.total.assign(n, Matrix3d::Zero());
     if (detail != SourceDetail::all) return;
     const std::size_t rows = n * out.sources.size();
-    {  // The columns come to lie side by side where this was. Asked for one by one, their ends would have small pages.
-      std::vector<double> room;
-      room.reserve(out.by_source.elements.size() * rows);
-      prefer_huge_pages(room.data(), room.capacity() * sizeof(double));
+    {  // The columns come to lie side by side where these were. Asked for one by one, their ends would have small
+       // pages. Halves: glibc gives what is above 32 MiB back to the system at once.
+      std::array<std::vector<double>, 2> halves;
+      for (std::vector<double>& room : halves) {
+        room.reserve(out.by_source.elements.size() / halves.size() * rows);
+        prefer_huge_pages(room.data(), room.capacity() * sizeof(double));
+      }
     }
     for (std::vector<double>& column : out.by_source.elements) {
       column.reserve(rows);

@@ -7,10 +7,13 @@
 #include <system_error>
 #include <utility>
 
+#include "base/huge_pages.h"
+
 namespace surveymc::store {
 namespace {
 
-constexpr std::size_t kAlignment = 4096;  // for AtomicFile::write_past_cache()
+// For AtomicFile::write_past_cache(), and for huge pages where there are many places
+constexpr std::size_t kAlignment = 4096, kHugePage = std::size_t{1} << 21;
 
 }  // namespace
 
@@ -18,8 +21,11 @@ void PageRuns::Free::operator()(char* bytes) const { std::free(bytes); }
 
 /// Throws std::bad_alloc, and then has changed nothing.
 void PageRuns::make_places(std::size_t count) {
-  std::unique_ptr<char, Free> memory(static_cast<char*>(std::aligned_alloc(kAlignment, count * kRun)));
+  const std::size_t size = count * kRun;
+  const std::size_t alignment = size % kHugePage == 0 ? kHugePage : kAlignment;
+  std::unique_ptr<char, Free> memory(static_cast<char*>(std::aligned_alloc(alignment, size)));
   if (!memory) throw std::bad_alloc();
+  prefer_huge_pages(memory.get(), size);
   memory_ = std::move(memory);
   places_ = count;
   runs_ = {};
@@ -35,6 +41,7 @@ PageRuns::~PageRuns() {
 }
 
 void PageRuns::add(std::uint64_t at, const char* bytes, std::size_t size) {
+  if (!memory_ && past_cache_) start_thread();
   if (!memory_) make_places(1);
   while (size > 0) {
     // The caller alone counts runs that are submitted.
@@ -76,7 +83,7 @@ void PageRuns::submit() {
     if (error_) std::rethrow_exception(error_);
     runs_[place(submitted_)].size = 0;
   }
-  if (submitted_ == kAlone) start_thread();
+  if (submitted_ == kAlone && !past_cache_) start_thread();
 }
 
 /// All runs are written, and none is filled.

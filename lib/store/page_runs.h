@@ -15,10 +15,11 @@
 
 namespace surveymc::store {
 
-/// Gathers pages that follow each other in runs of 1 MiB, hashes and writes them. Behind the first 32 MiB, for which
-/// that takes less processor time, a thread does this while further runs are filled, in the order in which they came;
-/// up to four that follow each other it writes at once. Where the system starts no thread, or has no memory for it, the
-/// caller goes on. All members throw what the disk did: std::system_error; after the first one all do.
+/// Gathers pages that follow each other in runs of 1 MiB, hashes and writes them. A thread does this while further runs
+/// are filled, in the order in which they came; up to four that follow each other it writes at once. Through the
+/// system's page cache, where a write is a copy, the caller does it alone for the first 32 MiB, which takes less
+/// processor time. Where the system starts no thread, or has no memory for it, the caller goes on. All members throw
+/// what the disk did: std::system_error; after the first one all do.
 class PageRuns {
  public:
   /// `past_cache`: by AtomicFile::write_past_cache().
@@ -39,7 +40,7 @@ class PageRuns {
   static constexpr std::size_t kRun = std::size_t{1} << 20;
   static constexpr std::size_t kMostRuns = 8;
   static constexpr std::size_t kMostAtOnce = 4;
-  static constexpr std::size_t kAlone = 32;  ///< runs that the caller writes itself
+  static constexpr std::size_t kAlone = 32;  ///< runs that the caller writes itself through the page cache
   struct Free {
     void operator()(char* bytes) const;
   };

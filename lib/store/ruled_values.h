@@ -1,7 +1,8 @@
 #pragma once
-/// Columns whose values a rule gives: nothing but the rule is held.
+/// Columns whose values a rule or a function gives: nothing but that is held.
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,6 +32,19 @@ class RepeatedNumbers final : public DiskValues {
  private:
   std::vector<double> numbers_;
   std::size_t times_;
+};
+
+/// Values that a function gives; it waits for those that another thread still makes. What it throws passes through.
+class GivenValues final : public DiskValues {
+ public:
+  using Read = std::function<Values(std::size_t first, std::size_t count)>;
+  GivenValues(std::size_t size, Read read) : size_(size), read_(std::move(read)) {}
+  std::size_t size() const override { return size_; }
+  Values read(std::size_t first, std::size_t count) const override { return read_(first, count); }
+
+ private:
+  std::size_t size_;
+  Read read_;
 };
 
 /// The same words, so many times over.

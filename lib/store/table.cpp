@@ -101,24 +101,28 @@ std::size_t map_size(const Map& map) {
   return n;
 }
 
+Values values_of(const Column& c, std::size_t first, std::size_t count) {
+  const std::size_t before = c.on_disk ? c.on_disk->size() : 0;
+  const std::size_t from_disk = first < before ? std::min(count, before - first) : 0;
+  Values own;
+  if (from_disk > 0) own = c.on_disk->read(first, from_disk);
+  std::visit(
+      [&](const auto& held) {
+        using List = std::decay_t<decltype(held)>;
+        if (from_disk == 0) own = List{};
+        const auto begin = held.begin() + static_cast<std::ptrdiff_t>(first + from_disk - before);
+        auto& values = std::get<List>(own);
+        if (from_disk < count)
+          values.insert(values.end(), begin, begin + static_cast<std::ptrdiff_t>(count - from_disk));
+      },
+      c.values);
+  return own;
+}
+
 Table rows_of(const Table& table, std::size_t first, std::size_t count) {
   Table part{table.name, table.long_name};
-  for (const Column& c : table.columns) {
-    const std::size_t before = c.on_disk ? c.on_disk->size() : 0;
-    const std::size_t from_disk = first < before ? std::min(count, before - first) : 0;
-    Column& own = part.columns.emplace_back(Column{c.name, c.unit, c.long_name, {}, c.ancillary});
-    if (from_disk > 0) own.values = c.on_disk->read(first, from_disk);
-    std::visit(
-        [&](const auto& held) {
-          using List = std::decay_t<decltype(held)>;
-          if (from_disk == 0) own.values = List{};
-          const auto begin = held.begin() + static_cast<std::ptrdiff_t>(first + from_disk - before);
-          auto& values = std::get<List>(own.values);
-          if (from_disk < count)
-            values.insert(values.end(), begin, begin + static_cast<std::ptrdiff_t>(count - from_disk));
-        },
-        c.values);
-  }
+  for (const Column& c : table.columns)
+    part.columns.push_back({c.name, c.unit, c.long_name, values_of(c, first, count), c.ancillary});
   return part;
 }
 

@@ -78,6 +78,9 @@ struct MapStream {
 /// Product of the axes' lengths: how many values a map has.
 std::size_t map_size(const Map& map);
 
+/// Values first .. first + count - 1 of a column.
+Values values_of(const Column& column, std::size_t first, std::size_t count);
+
 /// Rows first .. first + count - 1 as a table that is held.
 Table rows_of(const Table& table, std::size_t first, std::size_t count);
 

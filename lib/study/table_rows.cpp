@@ -1,15 +1,18 @@
 #include "study/table_rows.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 
 #include "base/units.h"
+#include "store/result_file.h"
 #include "store/row_spool.h"
 
 namespace surveymc::study {
 
-TableRows::TableRows(std::string name, std::string long_name) : table_{std::move(name), std::move(long_name)} {}
+TableRows::TableRows(std::string name, std::string long_name, std::size_t rows)
+    : table_{std::move(name), std::move(long_name)}, expected_rows_(std::min(rows, store::kMostHeldRows)) {}
 
 template <class T>
 void TableRows::put(std::string_view name, std::string_view unit, std::string_view meaning, T value,
@@ -19,6 +22,7 @@ void TableRows::put(std::string_view name, std::string_view unit, std::string_vi
     if (first_row_ && (columns.empty() || columns.front().name != name)) {
       columns.push_back(
           {std::string(name), std::string(unit), std::string(meaning), std::vector<T>{}, std::string(ancillary)});
+      std::get<std::vector<T>>(columns.back().values).reserve(expected_rows_);
     } else {
       first_row_ = false;
       next_ = 0;

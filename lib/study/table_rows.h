@@ -25,7 +25,8 @@ namespace surveymc::study {
 
 class TableRows {
  public:
-  TableRows(std::string name, std::string long_name);
+  /// `rows`: about as many will come, if that is known.
+  TableRows(std::string name, std::string long_name, std::size_t rows = 0);
 
   void word(std::string_view name, std::string_view meaning, std::string value);
   void count(std::string_view name, std::string_view meaning, std::int64_t value);
@@ -57,6 +58,7 @@ class TableRows {
   void put(std::string_view name, std::string_view unit, std::string_view meaning, T value, std::string_view ancillary);
 
   store::Table table_;
+  std::size_t expected_rows_;
   std::size_t next_ = 0;
   bool first_row_ = true;
 };

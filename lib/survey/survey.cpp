@@ -14,8 +14,11 @@ std::vector<double> Survey::md() const {
 
 SurveyDefect find_defect(const Survey& survey) {
   if (survey.size() < 2) return {-1, "stations", "a survey has at least two stations"};
+  Vec3<double> tangent_before{};
   for (int k = 0; k < survey.size(); ++k) {
     const Station& s = survey.stations[static_cast<std::size_t>(k)];
+    const Vec3<double> behind = tangent_before, tangent = tangent_N({s.inclination, s.azimuth, 0});
+    tangent_before = tangent;
     if (!(s.inclination >= 0 && s.inclination <= kPi)) return {k, "inclination", "must be in [0, 180] degrees"};
     if (k == 0) continue;
     const Station& before = survey.stations[static_cast<std::size_t>(k - 1)];
@@ -23,7 +26,7 @@ SurveyDefect find_defect(const Survey& survey) {
     if (is_same_depth(s.md, before.md))
       return {k, "md", "is within 1 mm of the one before: two stations at one depth are no leg"};
     // Minimum curvature has no answer for a reversal: the arc's plane is not defined there.
-    const double c = dot(tangent_N({before.inclination, before.azimuth, 0}), tangent_N({s.inclination, s.azimuth, 0}));
+    const double c = dot(behind, tangent);
     if (!(c > -1 + 1e-12))
       return {k, "inclination",
               "the hole turns by 180 degrees from the station before, which leaves the plane of its arc open: correct "

@@ -1,4 +1,6 @@
 #pragma once
+#include <vector>
+
 #include "survey/survey.h"
 
 namespace surveymc::survey {
@@ -14,5 +16,7 @@ SurveySummary summary_of(const Survey& survey);
 
 /// Angle that the hole turns by between two stations, rad, in [0, pi]; right to the last digits for small ones.
 double dogleg(const Station& a, const Station& b);
+/// dogleg() of every station and the one before; 0 for the first.
+std::vector<double> doglegs(const Survey& survey);
 
 }  // namespace surveymc::survey

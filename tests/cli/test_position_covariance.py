@@ -105,6 +105,23 @@ class Tables(CovarianceCase):
         self.assertNotIn("writing", self.call(*arguments, "--quiet").stderr)
         self.assertNotIn("writing", self.call(*arguments, "--set", 'output.by_source="last"').stderr)
 
+    def test_a_long_survey_has_the_same_contents_for_any_number_of_threads(self):
+        # Above 65,536 rows by source a thread of its own computes them while other tables are made and written
+        rows = (f"{6 * k},{min(90, 0.06 * k):.4f},{(75 + 0.01 * k) % 360:.4f}\n" for k in range(1900))
+        self.write("well.csv", "md_m,inclination_deg,azimuth_deg\n" + "".join(rows))
+
+        def said_and_hash(threads, *more):
+            said = self.call("run", "base.toml", "-o", "out.h5", "--overwrite", "--threads", threads, *more).stdout
+            with h5py.File(self.folder / "out.h5") as f:
+                return re.sub(r"\(in .*\)", "", said), f.attrs["content_hash"]
+
+        alone = said_and_hash("1")
+        self.assertEqual(said_and_hash("2"), alone)
+        self.assertEqual(said_and_hash("2", "--compress", "1"), alone)
+        self.assertIn("identical", self.call("rerun", "out.h5").stdout)
+        swept = ["--set", "sweep.field.dip_deg=[70.0, 72.0]"]
+        self.assertEqual(said_and_hash("2", *swept), said_and_hash("1", *swept))
+
     def test_sources_add_up_and_frames_agree(self):
         path = self.run_config()
         sources = np.array([column(path, "tables/covariance_by_source", e) for e in ELEMENTS]).T.reshape(6, 35, 6)

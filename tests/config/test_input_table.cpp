@@ -1,5 +1,6 @@
 #include <clocale>
 #include <string>
+#include <utility>
 
 #include <catch2/catch.hpp>
 
@@ -47,6 +48,26 @@ TEST_CASE("CSV: byte order mark, CRLF, quotes, plus signs and a last line withou
   CHECK(t.columns[0] == std::vector<double>{1.5, 2});
   CHECK(t.columns[1] == std::vector<double>{0.5, 300});
   CHECK(t.lines == std::vector<int>{2, 3});
+}
+
+TEST_CASE("CSV: a row with quotes is read as one without, blanks, empty cells and their mistakes included") {
+  const std::string names = "md_m,note_1,azimuth_deg\n";
+  for (const auto& [plain, quoted] : {std::pair<std::string, std::string>{"1,2,3", "\"1\",2,3"},
+                                      {" 1 ,\t2, 3\t", "\" 1 \" ,\t2, \"3\"\t"},
+                                      {"1,2,3,,", "1,\"2\",3,,"},
+                                      {",,", "\"\",,"},
+                                      {"1,,3", "1,\"\",3"},
+                                      {"1,2", "1,\"2\""},
+                                      {"1,2,3,4", "1,2,3,\"4\""},
+                                      {"1,x,3", "1,\"x\",3"}}) {
+    CAPTURE(plain, quoted);
+    CHECK(fault(names + "0,0,0\n" + plain + "\n7,8,9") == fault(names + "0,0,0\n" + quoted + "\n7,8,9"));
+    if (!fault(names + "0,0,0\n" + plain + "\n7,8,9").empty()) continue;
+    const InputTable a = parse_csv(names + "0,0,0\n" + plain + "\n7,8,9", "t.csv"),
+                     b = parse_csv(names + "0,0,0\n" + quoted + "\n7,8,9", "t.csv");
+    CHECK(a.columns == b.columns);
+    CHECK(a.lines == b.lines);
+  }
 }
 
 TEST_CASE("CSV: numbers are read to the last bit, in every locale") {

@@ -101,6 +101,17 @@ TEST_CASE("A depth that does not increase names the one before where that is the
                     "w.csv:5: md_m = 50: must be greater than the one before (60)");
 }
 
+TEST_CASE("The doglegs of a survey are those of its neighbours, to the last bit") {
+  survey::Survey survey;
+  for (int k = 0; k < 40; ++k) survey.stations.push_back({30.0 * k, 0.07 * k, 6.2 - 0.3 * k, 0});
+  const std::vector<double> angles = survey::doglegs(survey);
+  REQUIRE(angles.size() == survey.stations.size());
+  CHECK(angles[0] == 0);
+  for (std::size_t k = 1; k < angles.size(); ++k)
+    CHECK(angles[k] == survey::dogleg(survey.stations[k - 1], survey.stations[k]));
+  CHECK(survey::doglegs({}).empty());
+}
+
 TEST_CASE("The summary of a survey has its depths, largest inclination and dogleg") {
   const survey::Survey s{
       {{100, 0, 0, 0}, {130, 3 * kDegree, 0, 0}, {190, 6 * kDegree, 0, 0}, {220, 5 * kDegree, 0, 0}}};

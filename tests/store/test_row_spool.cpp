@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include <unistd.h>
@@ -11,6 +12,7 @@
 #include "base/units.h"
 #include "store/json.h"
 #include "store/result_file.h"
+#include "store/ruled_values.h"
 #include "temporary_folder.h"
 
 namespace surveymc::store {
@@ -54,6 +56,30 @@ Result result_with(const Table& t) {
 }
 
 }  // namespace
+
+TEST_CASE("Values that a function gives are written as held ones are; what it throws leaves no file") {
+  const Table whole = numbered(0, 70'000);
+  Table given = rows_of(whole, 0, 0);
+  for (std::size_t c = 0; c < given.columns.size(); ++c)
+    given.columns[c].on_disk = std::make_shared<GivenValues>(
+        whole.rows(),
+        [&, c](std::size_t first, std::size_t count) { return values_of(whole.columns[c], first, count); });
+  CHECK_FALSE(given.is_held());
+  CHECK(given.rows() == whole.rows());
+  CHECK(csv(rows_of(given, 32'767, 3)) == csv(numbered(32'767, 3)));
+  CHECK(content_hash(result_with(given)) == content_hash(result_with(whole)));
+  const TemporaryFolder folder;
+  write_result(folder / "given.h5", result_with(given));
+  CHECK(stored_content_hash(folder / "given.h5") == content_hash(result_with(whole)));
+
+  given.columns[1].on_disk =
+      std::make_shared<GivenValues>(whole.rows(), [&](std::size_t first, std::size_t count) -> Values {
+        if (first > 0) throw Interrupted("stopped");
+        return values_of(whole.columns[1], first, count);
+      });
+  CHECK_THROWS_AS(write_result(folder / "stopped.h5", result_with(given)), Interrupted);
+  for (const auto& file : std::filesystem::directory_iterator(folder.path)) CHECK(file.path().filename() == "given.h5");
+}
 
 TEST_CASE("Rows come back from the disk as they were, wherever a piece begins") {
   const Table whole = numbered(0, 1000), t = on_disk(1000, 20);
