@@ -6,7 +6,8 @@
 #   scripts/sanitize.sh tsan           the tests of what has threads, thread sanitizer
 #   scripts/sanitize.sh tsan-studies   these, and every smoke config on three threads (some minutes more)
 # What has threads is lib/montecarlo, lib/checkpoint and lib/store; the only loop in several threads
-# (lib/montecarlo/blocks.cpp) calls the kernels of the studies. There is nothing to suppress.
+# (lib/montecarlo/blocks.cpp) calls the kernels of the studies. position_covariance makes two tables of a long survey in
+# threads of their own, which share nothing that changes. There is nothing to suppress.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 if ! command -v clang++-19 >/dev/null || ! ls /usr/lib/llvm-19/lib/clang/*/lib/linux/libclang_rt.tsan-*.a >/dev/null 2>&1; then

@@ -137,11 +137,10 @@ Scenario read_scenario(config::ConfigReader& c) {
   return s;
 }
 
-/// Tables of many stations and sources. A thread of its own computes what fills much memory, the covariances by source,
-/// and then the table behind them, while the tables before them are made and written. Both refer to the scenario.
+/// Tables of many stations and sources. Threads of their own make the one that fills much memory, and then the one
+/// behind it, while the tables before them are made and written.
 struct Meanwhile {
-  std::shared_future<propagate::ToolCovariances> by_source;
-  std::shared_future<store::Table> ellipsoid;
+  std::shared_future<store::Table> by_source, ellipsoid;
 };
 
 class PositionCovariance final : public study::StudyPoint {
@@ -164,7 +163,7 @@ class PositionCovariance final : public study::StudyPoint {
     if (is_shared) meanwhile.by_source = by_source_meanwhile(options.stop);
     propagate::ToolCovariances result =
         covariances_of(s, is_shared ? propagate::SourceDetail::none : s.detail, at_station(covariances));
-    if (is_shared) meanwhile.ellipsoid = ellipsoid_meanwhile(meanwhile.by_source, options.stop);
+    if (is_shared) meanwhile.ellipsoid = ellipsoid_meanwhile(meanwhile.by_source, result.total, options.stop);
     std::vector<propagate::Validity> validity = s.validity;
     for (const propagate::NonFiniteTerm& term : result.non_finite)
       validity.push_back(propagate::validity_of(term, s.tools.runs));
@@ -221,19 +220,25 @@ class PositionCovariance final : public study::StudyPoint {
   /// Where the system starts no thread, this is done when it is asked for.
   static constexpr std::launch kPolicy = std::launch::async | std::launch::deferred;
 
-  std::shared_future<propagate::ToolCovariances> by_source_meanwhile(const std::atomic<bool>* stop) const {
+  std::shared_future<store::Table> by_source_meanwhile(const std::atomic<bool>* stop) const {
     return std::async(kPolicy,
                       [s = scenario_, stop] {
-                        return covariances_of(*s, propagate::SourceDetail::all, [stop](std::size_t) { look(stop); });
+                        constexpr auto kAll = propagate::SourceDetail::all;
+                        propagate::ToolCovariances result =
+                            covariances_of(*s, kAll, [stop](std::size_t) { look(stop); });
+                        return covariance_by_source_table(s->survey, result, kAll);
                       })
         .share();
   }
 
-  std::shared_future<store::Table> ellipsoid_meanwhile(std::shared_future<propagate::ToolCovariances> result,
+  /// Made behind `before`, which is written before it.
+  std::shared_future<store::Table> ellipsoid_meanwhile(std::shared_future<store::Table> before,
+                                                       const std::vector<Eigen::Matrix3d>& covariances,
                                                        const std::atomic<bool>* stop) const {
     return std::async(kPolicy,
-                      [s = scenario_, result = std::move(result), stop] {
-                        return ellipsoid_table(s->survey, s->tvd, result.get().total, [stop](std::size_t done) {
+                      [s = scenario_, before = std::move(before), covariances, stop] {
+                        before.wait();
+                        return ellipsoid_table(s->survey, s->tvd, covariances, [stop](std::size_t done) {
                           if (done % kLook == 0) look(stop);
                         });
                       })

@@ -133,24 +133,18 @@ store::Table covariance_by_source_table(const survey::Survey& survey, propagate:
 }
 
 store::Table covariance_by_source_table(const survey::Survey& survey, const std::vector<std::string>& sources,
-                                        const std::shared_future<propagate::ToolCovariances>& result) {
+                                        const std::shared_future<store::Table>& made) {
   const std::size_t rows = survey.stations.size() * sources.size();
   store::Table t = by_source_columns(survey, sources, rows, true);
-  for (std::size_t m = 0; m < kElements; ++m)
-    t.columns[2 + m].on_disk =
-        std::make_shared<store::GivenValues>(rows, [result, m](std::size_t first, std::size_t count) {
-          const auto begin = result.get().by_source.elements[m].begin() + static_cast<std::ptrdiff_t>(first);
-          return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));
-        });
+  for (std::size_t c = 2; c < t.columns.size(); ++c)  // depths and sources are known
+    t.columns[c].on_disk = std::make_shared<store::LaterValues>(rows, made, c);
   return t;
 }
 
 store::Table later_table(const store::Table& columns, std::size_t rows, const std::shared_future<store::Table>& made) {
   store::Table t = store::rows_of(columns, 0, 0);
   for (std::size_t c = 0; c < t.columns.size(); ++c)
-    t.columns[c].on_disk = std::make_shared<store::GivenValues>(rows, [made, c](std::size_t first, std::size_t count) {
-      return store::values_of(made.get().columns[c], first, count);
-    });
+    t.columns[c].on_disk = std::make_shared<store::LaterValues>(rows, made, c);
   return t;
 }
 

@@ -228,16 +228,19 @@ Matrix3d symmetric(double nn, double ee, double vv, double ne, double nv, double
 /// Covariances of all codes at the stations of a block, source by source, and their way to station by station.
 class BlockBySource {
  public:
-  explicit BlockBySource(std::size_t codes) : codes_(codes), columns_(6 * codes) {}
+  explicit BlockBySource(std::size_t codes) : codes_(codes), columns_(6 * codes), is_begun_(codes) {}
 
-  void clear(std::size_t count) {
-    for (PaddedColumn& c : columns_) std::fill_n(c.begin(), count, 0.0);
-  }
+  void clear() { is_begun_.assign(codes_, false); }
+  /// Every code has a source.
   void add(std::size_t code, const BlockCovariance& own, std::size_t count) {
     for (std::size_t m = 0; m < 6; ++m) {
       PaddedColumn& c = columns_[m * codes_ + code];
-      for (std::size_t i = 0; i < count; ++i) c[i] += own[m][i];
+      if (is_begun_[code])
+        for (std::size_t i = 0; i < count; ++i) c[i] += own[m][i];
+      else
+        for (std::size_t i = 0; i < count; ++i) c[i] = 0.0 + own[m][i];  // 0, not -0
     }
+    is_begun_[code] = true;
   }
   /// The stations first to first + count - 1 of the block, behind those that `out` has.
   void append(std::size_t first, std::size_t count, CovarianceColumns& out) const {
@@ -261,6 +264,7 @@ class BlockBySource {
   using PaddedColumn = std::array<double, kBlock + kTile>;  // columns do not all begin in the same set of the cache
   std::size_t codes_;
   std::vector<PaddedColumn> columns_;  // [element][code]
+  std::vector<bool> is_begun_;         // [code]
 };
 
 bool joins_runs(em::PropagationMode mode) {
@@ -356,7 +360,7 @@ class Propagation {
     for (std::size_t m = 0; m < 6; ++m) std::fill_n(total_[m].begin(), count, 0.0);
     const bool is_kept =
         detail_ == SourceDetail::all || (detail_ == SourceDetail::last && first + count == survey_.stations.size());
-    if (is_kept) by_source_.clear(count);
+    if (is_kept) by_source_.clear();
     term_of_source_.assign(sources_.all.size(), nullptr);
     const auto& terms = runs_[run].model->terms;
     for (std::size_t t = 0; t < terms.size(); ++t) term_of_source_[sources_.of_run[run][t]] = &terms[t];

@@ -1,8 +1,8 @@
 #pragma once
-/// Columns whose values a rule or a function gives: nothing but that is held.
+/// Columns whose values are not there yet, or never: a rule gives them, and nothing but the rule is held.
 #include <cstddef>
 #include <cstdint>
-#include <functional>
+#include <future>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,17 +34,22 @@ class RepeatedNumbers final : public DiskValues {
   std::size_t times_;
 };
 
-/// Values that a function gives; it waits for those that another thread still makes. What it throws passes through.
-class GivenValues final : public DiskValues {
+/// A column of a table that another thread still makes: who reads it waits. What that thread throws passes through.
+class LaterValues final : public DiskValues {
  public:
-  using Read = std::function<Values(std::size_t first, std::size_t count)>;
-  GivenValues(std::size_t size, Read read) : size_(size), read_(std::move(read)) {}
-  std::size_t size() const override { return size_; }
-  Values read(std::size_t first, std::size_t count) const override { return read_(first, count); }
+  /// `rows` that the table will have.
+  LaterValues(std::size_t rows, std::shared_future<Table> table, std::size_t column)
+      : rows_(rows), table_(std::move(table)), column_(column) {}
+  std::size_t size() const override { return rows_; }
+  Values read(std::size_t first, std::size_t count) const override { return values_of(made(), first, count); }
+  const Values* held() const override { return made().on_disk ? nullptr : &made().values; }
 
  private:
-  std::size_t size_;
-  Read read_;
+  const Column& made() const { return table_.get().columns[column_]; }
+
+  std::size_t rows_;
+  std::shared_future<Table> table_;
+  std::size_t column_;
 };
 
 /// The same words, so many times over.

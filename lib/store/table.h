@@ -13,13 +13,15 @@ namespace surveymc::store {
 
 using Values = std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::string>>;
 
-/// Values of a column that are not held: kept on the disk, or made by a rule (store/ruled_values.h).
+/// Values of a column that are not held: kept on the disk, made by a rule, or still being made (store/ruled_values.h).
 class DiskValues {
  public:
   virtual ~DiskValues() = default;
   virtual std::size_t size() const = 0;
   /// Values first .. first + count - 1. Throws IoError.
   virtual Values read(std::size_t first, std::size_t count) const = 0;
+  /// All of them, where they are in memory after all; else null.
+  virtual const Values* held() const { return nullptr; }
 };
 
 /// One column of a table. All columns of a table have one length.

@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <string>
 
@@ -57,28 +58,32 @@ Result result_with(const Table& t) {
 
 }  // namespace
 
-TEST_CASE("Values that a function gives are written as held ones are; what it throws leaves no file") {
+TEST_CASE("A table that is still being made is written as a held one is; what its thread throws leaves no file") {
   const Table whole = numbered(0, 70'000);
-  Table given = rows_of(whole, 0, 0);
-  for (std::size_t c = 0; c < given.columns.size(); ++c)
-    given.columns[c].on_disk = std::make_shared<GivenValues>(
-        whole.rows(),
-        [&, c](std::size_t first, std::size_t count) { return values_of(whole.columns[c], first, count); });
-  CHECK_FALSE(given.is_held());
-  CHECK(given.rows() == whole.rows());
-  CHECK(csv(rows_of(given, 32'767, 3)) == csv(numbered(32'767, 3)));
-  CHECK(content_hash(result_with(given)) == content_hash(result_with(whole)));
+  const auto later = [&](const std::shared_future<Table>& made) {
+    Table t = rows_of(whole, 0, 0);
+    for (std::size_t c = 0; c < t.columns.size(); ++c)
+      t.columns[c].on_disk = std::make_shared<LaterValues>(whole.rows(), made, c);
+    return t;
+  };
   const TemporaryFolder folder;
-  write_result(folder / "given.h5", result_with(given));
-  CHECK(stored_content_hash(folder / "given.h5") == content_hash(result_with(whole)));
-
-  given.columns[1].on_disk =
-      std::make_shared<GivenValues>(whole.rows(), [&](std::size_t first, std::size_t count) -> Values {
-        if (first > 0) throw Interrupted("stopped");
-        return values_of(whole.columns[1], first, count);
-      });
-  CHECK_THROWS_AS(write_result(folder / "stopped.h5", result_with(given)), Interrupted);
-  for (const auto& file : std::filesystem::directory_iterator(folder.path)) CHECK(file.path().filename() == "given.h5");
+  for (const bool is_moved : {false, true}) {
+    CAPTURE(is_moved);
+    const Table t = later(std::async(std::launch::async, [&] {
+                            Table made = whole;
+                            if (is_moved) move_to_disk(made);
+                            return made;
+                          }).share());
+    CHECK_FALSE(t.is_held());
+    CHECK(t.rows() == whole.rows());
+    write_result(folder / "later.h5", result_with(t));
+    CHECK(stored_content_hash(folder / "later.h5") == content_hash(result_with(whole)));
+    CHECK(content_hash(result_with(t)) == content_hash(result_with(whole)));
+    CHECK(csv(rows_of(t, 32'767, 3)) == csv(numbered(32'767, 3)));
+  }
+  const Table stopped = later(std::async(std::launch::async, []() -> Table { throw Interrupted("stopped"); }).share());
+  CHECK_THROWS_AS(write_result(folder / "stopped.h5", result_with(stopped)), Interrupted);
+  for (const auto& file : std::filesystem::directory_iterator(folder.path)) CHECK(file.path().filename() == "later.h5");
 }
 
 TEST_CASE("Rows come back from the disk as they were, wherever a piece begins") {
