@@ -10,6 +10,14 @@
 #include "store/row_spool.h"
 
 namespace surveymc::study {
+namespace {
+
+template <class T>
+void add_to(store::Column& column, T value) {
+  std::get<std::vector<T>>(column.values).push_back(std::move(value));
+}
+
+}  // namespace
 
 TableRows::TableRows(std::string name, std::string long_name, std::size_t rows)
     : table_{std::move(name), std::move(long_name)}, expected_rows_(std::min(rows, store::kMostHeldRows)) {}
@@ -32,7 +40,7 @@ void TableRows::put(std::string_view name, std::string_view unit, std::string_vi
   }
   store::Column& column = columns[next_++];
   assert(column.name == name);
-  std::get<std::vector<T>>(column.values).push_back(std::move(value));
+  add_to(column, std::move(value));
 }
 
 void TableRows::word(std::string_view name, std::string_view meaning, std::string value) {
@@ -49,7 +57,9 @@ void TableRows::count(std::string_view name, std::string_view meaning, int value
 }
 void TableRows::number(std::string_view name, std::string_view unit, std::string_view meaning, double value,
                        std::string_view ancillary) {
-  put(name, unit, meaning, value, ancillary);
+  if (first_row_ || next_ == table_.columns.size()) return put(name, unit, meaning, value, ancillary);
+  assert(table_.columns[next_].name == name);
+  add_to(table_.columns[next_++], value);  // handing the texts on would take longer: there are many rows
 }
 
 void TableRows::estimate(std::string_view name, std::string_view unit, std::string_view meaning, double value,
@@ -80,8 +90,13 @@ void TableRows::test(double statistic, double critical_low, double critical_high
 void TableRows::covariance(std::string_view axes, std::string_view meaning, const Eigen::Matrix3d& c) {
   constexpr std::array<std::array<std::size_t, 2>, 6> kElements{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
   for (const auto& [i, j] : kElements) {
-    const std::array<char, 5> name{axes[i], axes[j], '_', 'm', '2'};  // not a string: there are many rows
-    number({name.data(), name.size()}, "m2", meaning, c(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+    const double value = c(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    if (!first_row_ && next_ < table_.columns.size()) {
+      add_to(table_.columns[next_++], value);
+      continue;
+    }
+    const std::array<char, 5> name{axes[i], axes[j], '_', 'm', '2'};
+    number({name.data(), name.size()}, "m2", meaning, value);
   }
 }
 
