@@ -21,7 +21,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kElements = 6;  // of a covariance
 constexpr const char* kNevCovariance = "covariance, north, east, vertical (down), true north";
 
 /// [0, 360); 0 for a vertical direction, NaN of one that is not there.
@@ -118,7 +117,7 @@ store::Table by_source_columns(const survey::Survey& survey, const std::vector<s
       t.columns[c].values = std::exchange(t.columns[c].on_disk, nullptr)->read(0, rows);
   else
     for (std::size_t c = 0; c < 2; ++c) std::visit([](auto& row) { row.clear(); }, t.columns[c].values);
-  for (std::size_t m = 0; m < kElements; ++m) t.columns[2 + m].values = std::vector<double>();
+  for (std::size_t c = 2; c < t.columns.size(); ++c) t.columns[c].values = std::vector<double>();
   return t;
 }
 
@@ -128,7 +127,7 @@ store::Table covariance_by_source_table(const survey::Survey& survey, propagate:
                                         propagate::SourceDetail detail) {
   store::Table t =
       by_source_columns(survey, result.sources, result.by_source.size(), detail == propagate::SourceDetail::all);
-  for (std::size_t m = 0; m < kElements; ++m) t.columns[2 + m].values = std::move(result.by_source.elements[m]);
+  for (std::size_t c = 2; c < t.columns.size(); ++c) t.columns[c].values = std::move(result.by_source.elements[c - 2]);
   return t;
 }
 
