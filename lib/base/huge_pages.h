@@ -6,13 +6,14 @@
 
 namespace surveymc {
 
+inline constexpr std::size_t kHugePage = std::size_t{1} << 21;
+
 /// Asks the system for large pages where this memory is not used yet: of a list of many megabytes the faults of its
 /// first use take longer than what is written to it. A hint: where there are no such pages, nothing changes.
 inline void prefer_huge_pages(const void* begin, std::size_t size) {
 #if defined(MADV_HUGEPAGE)
   constexpr std::uintptr_t kPage = 4096;
-  constexpr std::size_t kWorthIt = std::size_t{1} << 21;
-  if (size < kWorthIt) return;
+  if (size < kHugePage) return;
   const std::uintptr_t first = reinterpret_cast<std::uintptr_t>(begin) / kPage * kPage;
   const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(begin) + size;
   const int asked = madvise(reinterpret_cast<void*>(first), end - first, MADV_HUGEPAGE);

@@ -5,6 +5,7 @@
 #include <new>
 #include <stdexcept>
 
+#include "base/huge_pages.h"
 #include "base/units.h"
 #include "simd/instruction_set.h"
 
@@ -152,8 +153,12 @@ void MapValues::resize(std::size_t observations, std::size_t quantities, std::si
   stride_ = (((points + kLine - 1) / kLine) | 1) * kLine;  // an odd number of lines
   const std::size_t needed = observations * quantities * stride_;
   if (needed <= room_) return;
-  memory_.reset(static_cast<double*>(std::aligned_alloc(kLine * sizeof(double), needed * sizeof(double))));
+  // Every value of a point goes to another page: in small ones the stores wait for the addresses of pages.
+  const std::size_t alignment = needed * sizeof(double) < kHugePage ? kLine * sizeof(double) : kHugePage;
+  const std::size_t bytes = (needed * sizeof(double) + alignment - 1) / alignment * alignment;
+  memory_.reset(static_cast<double*>(std::aligned_alloc(alignment, bytes)));
   if (!memory_) throw std::bad_alloc();
+  prefer_huge_pages(memory_.get(), bytes);
   room_ = needed;
 }
 
@@ -163,13 +168,13 @@ void ReliabilityMaps::check(const std::vector<std::size_t>& which) const {
 }
 
 void ReliabilityMaps::compute(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities,
-                              std::size_t first, std::size_t count, bool streamed,
+                              std::size_t first, std::size_t count, bool long_columns,
                               const std::function<double*(std::size_t, std::size_t)>& column) const {
   constexpr std::size_t kBlock = 512;  // points whose sines stay in the caches
   std::vector<double> columns[9];
   StationBatch batch{};
   batch.variances = variances_;
-  batch.streamed = streamed;
+  batch.long_columns = long_columns;
   for (std::size_t k = 0; k < 9; ++k) {
     // Where a group has no point, the kernel computes with sines of harmless angles, and the results are not kept.
     const Sines* axis = k < 8 ? &sines_[k / 2] : nullptr;

@@ -91,7 +91,8 @@ class ReliabilityMaps {
   void check(const std::vector<std::size_t>& which) const;
   /// column(i of which, j of quantities): room for whole groups.
   void compute(const std::vector<std::size_t>& which, const std::vector<MapQuantity>& quantities, std::size_t first,
-               std::size_t count, bool streamed, const std::function<double*(std::size_t, std::size_t)>& column) const;
+               std::size_t count, bool long_columns,
+               const std::function<double*(std::size_t, std::size_t)>& column) const;
   void fill_points(std::size_t first, std::size_t count, std::vector<double>* columns) const;
 
   struct Sines {

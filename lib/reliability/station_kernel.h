@@ -18,6 +18,7 @@
 #include <array>
 #include <limits>
 
+#include "simd/root.h"
 #include "simd/solve.h"
 #include "survey/frames.h"
 
@@ -310,8 +311,12 @@ void station_reliability(const StationSines<T>& s, const T& noise2, const Statio
     const auto plain_here = controlled & not_vertical;
     // Nearly all points are plain. A point that is not sends all lanes the longer way, which gives plain points the
     // same bits.
-    const bool plain = all(plain_here);
-    r.detectable = plain ? T(v.lambda0) / sqrt(information)
+    // Roots and quotients wait for the same divider, longer than products for theirs: every other root is made of
+    // these.
+    const bool by_products = kRootsByProducts<T> && i % 2 == 0;
+    const bool plain = by_products ? all(plain_here & (T(kLeastRoot) <= information) & (information <= T(kLargestRoot)))
+                                   : all(plain_here);
+    r.detectable = plain ? T(v.lambda0) / (by_products ? sqrt_by_products(information) : sqrt(information))
                          : select(controlled, T(v.lambda0) / sqrt(select(controlled, information, one)), infinity);
     T turn_alone = reference ? none : own_turn[i];
     if constexpr (kModel.axial) turn_alone = turn_alone + lost_turn;

@@ -1,12 +1,12 @@
 #include "reliability/station_lanes.h"
 
-#include "simd/streamed_store.h"
+#include "simd/store_ahead.h"
 
 namespace surveymc::reliability::SURVEYMC_ISA {
 
 using namespace simd;
 using simd::store;
-using simd::stream;
+using simd::store_ahead;
 namespace {
 
 using T = Lanes;
@@ -19,7 +19,7 @@ StationVariancesOf<T> wide(const StationVariances& v) {
 constexpr std::size_t kAttitudeQuantities = 5;  ///< the first ones: all but the effects on the references
 
 /// `kPlain`: every observation that is wanted has these quantities and no others, so that no output has to be asked
-/// for, and outputs are streamed.
+/// for, and outputs are long columns.
 template <StationModel kModel, bool kPlain>
 void run_points(const StationBatch& b, unsigned wanted, bool reference_effects) {
   const StationVariancesOf<T> variances = wide(b.variances);
@@ -40,19 +40,18 @@ void run_points(const StationBatch& b, unsigned wanted, bool reference_effects) 
             // A redundancy number has no unit, and angles have theirs.
             const T value = q == 1 || q >= kAttitudeQuantities ? values[q] * units[o][q] : values[q];
             if constexpr (kPlain)
-              stream(out + at, value);
+              store_ahead(out + at, value);
             else
               store(out + at, value);
           }
         });
   }
-  if constexpr (kPlain) end_streams();
 }
 
 template <StationModel kModel>
 void run(const StationBatch& b) {
   unsigned wanted = 0;
-  bool reference_effects = false, plain = b.streamed;
+  bool reference_effects = false, plain = b.long_columns;
   for (std::size_t o = 0; o < 9; ++o) {
     std::size_t first = 0, others = 0;  // how many outputs of either kind
     for (std::size_t q = 0; q < kMapQuantities; ++q)

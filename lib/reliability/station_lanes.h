@@ -21,8 +21,8 @@ struct StationBatch {
       units;          ///< detectable errors and effects on references: times these
   double angle_unit;  ///< effects on the attitude: times this
   int groups;
-  /// All outputs begin at multiples of 64 bytes, and no one reads them soon.
-  bool streamed = false;
+  /// Outputs are parts of long columns, so many that the processor does not see which lines of memory come next.
+  bool long_columns = false;
 };
 
 /// Which specialisation.

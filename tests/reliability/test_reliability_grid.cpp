@@ -266,7 +266,35 @@ TEST_CASE("A map is the same bits in slabs, in lanes and alone") {
   }
 }
 
-TEST_CASE("A map in columns that are streamed is the same bits as one in vectors") {
+TEST_CASE(
+    "A map has the bits of one station where observations are far more or less certain than those of any sensor") {
+  // Lanes may take roots by products (simd/root.h), which are right in a range; the information about an observation
+  // leaves it here, to infinity where the smallest determinant is no more a number above 0.
+  for (const double factor : {1e-60, 1e-50, 1e-30, 1.0, 1e30, 1e50, 1e60}) {
+    AdjustmentModel m = model_of(AdjustmentMode::sse);
+    m.field.dip = 40 * kDegree;
+    SigmaModel& s = m.sigma;
+    for (double* sd :
+         {&s.accelerometer_bias, &s.accelerometer_scale, &s.accelerometer_noise, &s.magnetometer_bias,
+          &s.magnetometer_scale, &s.magnetometer_noise, &s.axial_interference, &s.gravity, &s.total_field, &s.dip})
+      *sd *= factor;
+    const std::vector<double> toolfaces = steps(1, 31, 1);
+    const ReliabilityMaps maps(m, {{1}, {40}, {10}, toolfaces, {20}}, kLambda);
+    const auto values = maps.values(
+        observed(m.mode), {MapQuantity::redundancy_number, MapQuantity::minimal_detectable_error}, 0, toolfaces.size());
+    int different = 0;
+    for (std::size_t p = 0; p < toolfaces.size(); ++p) {
+      const auto station = station_reliability(m, degrees(10, toolfaces[p], 20), kLambda);
+      const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+      for (std::size_t o = 0; o < kReadings; ++o)
+        different += !same(values[o][0][p], station[o].redundancy) + !same(values[o][1][p], station[o].detectable);
+    }
+    INFO("factor " << factor);
+    CHECK(different == 0);
+  }
+}
+
+TEST_CASE("A map in long columns is the same bits as one in vectors") {
   // Two variants of the kernel: one asks every output whether it is wanted, the other has five quantities of every
   // observation. Attitudes include those where an observation is not controlled.
   const ReliabilityGrid g{{0.5, 1}, {75}, {0, 30, 90}, steps(0, 350, 70), steps(0, 350, 10)};

@@ -2,15 +2,18 @@
 /// of each, and ends with 1 where a lane has other bits than the same numbers alone. Built for each variant of the
 /// lanes, and by scripts/cross_lanes.sh for other processors: all must print the same.
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <vector>
 
 #include "random/stream.h"
 #include "simd/lanes.h"
 #include "simd/math.h"
 #include "simd/pack.h"
+#include "simd/root.h"
 #include "simd/singles.h"
 #include "simd/solve.h"
 
@@ -44,6 +47,32 @@ double within(std::uint64_t i, std::uint64_t salt, double low, double high) {
 
 /// All NaNs are one: which of them an operation gives is the processor's.
 std::uint64_t bits_of(double x) { return x != x ? 0x7ff8000000000000u : to_bits(x); }
+
+/// All x in [1, 4) whose root is within 2^-45 of a last place from the middle of two numbers, up to the least distance
+/// there is, with those beside them: x 2^106 = m^2 + j for an odd m of 54 bits and a small j.
+std::vector<double> hard_roots() {
+  std::vector<double> all;
+  for (std::int64_t j = -2047; j <= 2047; ++j) {
+    const auto square = -static_cast<std::uint64_t>(j);  // of m, modulo a power of 2
+    if ((square & 7) != 1) continue;
+    for (const int bits : {54, 55}) {  // x is a multiple of 2^-52 below 2, of 2^-51 above
+      std::uint64_t root = 1;
+      for (int k = 3; k < bits; ++k)
+        if (((root * root - square) >> k & 1) != 0) root += std::uint64_t{1} << (k - 1);
+      const std::uint64_t period = std::uint64_t{1} << bits, turn = period / 2;
+      for (const std::uint64_t m : {root, period - root, root + turn, period - root + turn}) {
+        const std::uint64_t wrapped = m & (period - 1);
+        if (wrapped >> 53 != 1) continue;
+        __extension__ using Wide = unsigned __int128;
+        const Wide x = static_cast<Wide>(wrapped) * wrapped + static_cast<Wide>(static_cast<__int128>(j));
+        const auto digits = static_cast<std::uint64_t>(x >> bits);
+        if (static_cast<Wide>(digits) << bits == x && digits >> 52 == 1)
+          all.push_back(static_cast<double>(digits) * (bits == 54 ? 0x1p-52 : 0x1p-51));
+      }
+    }
+  }
+  return all;
+}
 
 /// f(k arguments) in lanes and alone; prints a hash of the values.
 template <std::size_t k, class Fill, class F>
@@ -120,6 +149,24 @@ int main() {
   compare<3>("fma", any_number, [](const auto& x) { return simd::fma(x[0], x[1], x[2]); });
   compare<3>("fms", any_number, [](const auto& x) { return simd::fms(x[0], x[1], x[2]); });
   compare<1>("sqrt", any_number, [](const auto& x) { return simd::sqrt(simd::abs(x[0])); });
+  const std::vector<double> hard = hard_roots();
+  if (hard.size() < 500) {
+    std::fprintf(stderr, "only %zu hard roots\n", hard.size());
+    return 1;
+  }
+  const auto root = [](const auto& x) { return sqrt_by_products(x[0]); };
+  compare<1>(
+      "hard roots",
+      [&](std::uint64_t i, std::uint64_t) {
+        return std::ldexp(hard[i % hard.size()], 2 * static_cast<int>(i / hard.size() % 900) - 900);
+      },
+      root);
+  compare<1>(
+      "roots",
+      [](std::uint64_t i, std::uint64_t a) {
+        return from_bits((to_bits(argument(i, a)) & 0x000fffffffffffffu) | ((0x3ffu - 900 + i * 13 % 1900) << 52));
+      },
+      root);
   compare<3>("select", any_number, [](const auto& x) {
     return select(x[0] < x[1], select(x[2] <= x[1], x[0], -x[1]), simd::max(x[1], x[2]));
   });
