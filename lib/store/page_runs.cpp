@@ -12,8 +12,7 @@
 namespace surveymc::store {
 namespace {
 
-// For AtomicFile::write_past_cache(), and for huge pages where there are many places
-constexpr std::size_t kAlignment = 4096, kHugePage = std::size_t{1} << 21;
+constexpr std::size_t kAlignment = 4096;  // for AtomicFile::write_past_cache()
 
 }  // namespace
 

@@ -38,7 +38,7 @@ TEST_CASE("The nonlinear prediction of a small error is the linear one, and of a
   CHECK(std::abs(large.nonlinear.w[0] / large.linear.w[0] - 1) > 1e-3);
 }
 
-TEST_CASE("What one error is identified as is predicted only where noise does not tie or untie it") {
+TEST_CASE("What one error is identified as is predicted only where noise does not tie or untie it", "[long]") {
   struct Case {
     reliability::AdjustmentMode mode;
     double inclination, toolface, azimuth;

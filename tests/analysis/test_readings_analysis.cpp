@@ -249,7 +249,7 @@ TEST_CASE("Intervals cover what they claim, and the tests reject as often as the
   }
 }
 
-TEST_CASE("A perfect tool is found perfect as often as the test says, with priors too") {
+TEST_CASE("A perfect tool is found perfect as often as the test says, with priors too", "[long]") {
   test::ThesisCase c = test::thesis_case(4);
   c.errors = {};
   const sensor::NoiseModel noise = thesis_noise(0.003);

@@ -161,7 +161,7 @@ TEST_CASE("Tests 1 and 2 need few evaluations from the valley, and few trials go
   }
 }
 
-TEST_CASE("Trials that go on from the valley by Newton's method do not depend on the others", "[msa_valley]") {
+TEST_CASE("Trials that go on from the valley by Newton's method do not depend on the others", "[msa_valley][long]") {
   const EstimatorOptions options;
   const sensor::NoiseModel n = msa_noise(1, sensor::ReferenceNoise::per_run);
   const NoisyTrials trials(1, 2000, n);

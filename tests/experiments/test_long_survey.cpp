@@ -63,20 +63,27 @@ TEST_CASE("A long survey says how many stations are done, and stops between them
     done.push_back(now);
     stop = now >= stop_at;
   };
-  execute(run, options);
-  REQUIRE(done.size() > 20);
-  CHECK(std::is_sorted(done.begin(), done.end()));
-  CHECK(done.back() == kStations);
-
-  // The covariances, and two tables that take as long: in each of them.
-  for (const std::uint64_t third : {0, 1, 2}) {
+  // By one thread the covariances and two tables that take as long. By two, the other table is made meanwhile.
+  for (const auto& [threads, parts] : {std::pair<int, std::uint64_t>{1, 3}, {2, 2}}) {
+    CAPTURE(threads);
+    options.threads = threads;
     stop = false;
     done.clear();
-    stop_at = (2 * third + 1) * kStations / 6;
-    CHECK_THROWS_AS(execute(run, options), Interrupted);
-    REQUIRE_FALSE(done.empty());
-    CHECK(done.back() >= stop_at);
-    CHECK(std::count_if(done.begin(), done.end(), [&](std::uint64_t d) { return d >= stop_at; }) ==
-          1);  // and no later one
+    stop_at = kStations + 1;
+    execute(run, options);
+    REQUIRE(done.size() > 5 * parts);
+    CHECK(std::is_sorted(done.begin(), done.end()));
+    CHECK(done.back() == kStations);
+
+    for (std::uint64_t part = 0; part < parts; ++part) {
+      stop = false;
+      done.clear();
+      stop_at = (2 * part + 1) * kStations / (2 * parts);
+      CHECK_THROWS_AS(execute(run, options), Interrupted);
+      REQUIRE_FALSE(done.empty());
+      CHECK(done.back() >= stop_at);
+      CHECK(std::count_if(done.begin(), done.end(), [&](std::uint64_t d) { return d >= stop_at; }) ==
+            1);  // and no later one
+    }
   }
 }

@@ -204,7 +204,8 @@ TEST_CASE("Noise has the variances of the adjustment, systematic terms included"
   CHECK_THAT(product, WithinRel(parts.systematic, 4 * std::sqrt(2.0 / kTrials)));
 }
 
-TEST_CASE("An error of exactly the minimal detectable size is found in 80 % of the trials; blamed, in fewer") {
+TEST_CASE("An error of exactly the minimal detectable size is found in 80 % of the trials; blamed, in fewer",
+          "[long]") {
   const AdjustmentModel m;
   const survey::Attitude at = degrees(30, 45, 60);
   const double detectable = kLambda / sensitivities(linear_model(m, {at}))[kBx];

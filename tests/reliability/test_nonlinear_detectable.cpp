@@ -194,7 +194,7 @@ TEST_CASE("Minimal detectable errors in sse_axial are finite near horizontal") {
         }
 }
 
-TEST_CASE("Horizontal east or west in sse_axial, where no step moves bz, the shift is that of the minimum") {
+TEST_CASE("Horizontal east or west in sse_axial, where no step moves bz, the shift is that of the minimum", "[long]") {
   AdjustmentModel m;
   m.mode = AdjustmentMode::sse_axial;
   m.stations = 1;

@@ -330,7 +330,7 @@ TEST_CASE("Gains are the derivatives of the solution", "[single_station]") {
   }
 }
 
-TEST_CASE("What a method leaves over is chi-squared, with errors of the attitude too", "[single_station]") {
+TEST_CASE("What a method leaves over is chi-squared, with errors of the attitude too", "[single_station][long]") {
   // Near the horizontal, and with a small dip, an error of the inclination moves Bd by much of Bh.
   constexpr int kStations = 8000;
   const double total = 40000, dip = 10 * kDegree;

@@ -27,7 +27,8 @@ Interval student(const std::vector<double>& x, double confidence) {
 
 }  // namespace
 
-TEST_CASE("The interval of a skew mean holds more of the truth than Student's, and hardly more of a normal one") {
+TEST_CASE("The interval of a skew mean holds more of the truth than Student's, and hardly more of a normal one",
+          "[long]") {
   constexpr int repetitions = 1000;
   struct Case {
     double (*of)(double);

@@ -216,7 +216,7 @@ TEST_CASE("The interval of a mean holds the truth in 95 % of repetitions, of two
   }
 }
 
-TEST_CASE("The interval of the sd of both directions holds the truth in 95 % of repetitions") {
+TEST_CASE("The interval of the sd of both directions holds the truth in 95 % of repetitions", "[long]") {
   constexpr int repetitions = 1000, n = 200;
   for (const bool varies : {false, true}) {
     CAPTURE(varies);
