@@ -34,7 +34,7 @@ TEST_CASE("The attitude search needs no start", "[chained]") {
   }
 }
 
-TEST_CASE("Descents side by side end where those of the block solver do, at the same minima", "[chained]") {
+TEST_CASE("Descents side by side end where those of the block solver do, at the same minima", "[chained][long]") {
   // Slide 7 and a loose axial prior east-west, where Gauss-Newton is given up; chained and independent references; a
   // reading left out. Undamped, runs may jump for ever: only those that end in both ways are compared.
   ChainSizes loose = slide7_sizes();
