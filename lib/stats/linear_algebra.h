@@ -59,7 +59,27 @@ class Cholesky {
 };
 Cholesky cholesky(const Eigen::MatrixXd& a);
 
-/// Inverse of a symmetric matrix, by L D L' with pivots; its lower triangle is read.
+/// The factors of A = L D L', A symmetric, with pivots; its lower triangle is read.
+class SymmetricFactor {
+ public:
+  bool positive_definite() const;
+  /// ln det A, A positive definite.
+  double log_determinant() const;
+  /// A^-1 b.
+  Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
+  Eigen::MatrixXd inverse() const;
+
+ private:
+  friend SymmetricFactor symmetric_factor(const Eigen::MatrixXd& a);
+  Eigen::LDLT<Eigen::MatrixXd> factor_;
+};
+SymmetricFactor symmetric_factor(const Eigen::MatrixXd& a);
+
+/// Inverse of a symmetric matrix, by its SymmetricFactor.
 Eigen::MatrixXd symmetric_inverse(const Eigen::MatrixXd& a);
+
+/// c = a b, by blocks where they are large. c is neither a nor b, and has their size.
+void set_product(const Eigen::Ref<const Eigen::MatrixXd>& a, const Eigen::Ref<const Eigen::MatrixXd>& b,
+                 Eigen::Ref<Eigen::MatrixXd> c);
 
 }  // namespace surveymc::stats
