@@ -6,6 +6,7 @@
 
 namespace surveymc::chained {
 
+using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
@@ -27,26 +28,32 @@ StationLinear linearise(const Model& m, const Readings& readings, const Point& a
   const auto e = reading_residual<double>(m.gravity, m.horizontal, m.down, readings.y[i],
                                           {survey::from_eigen(n), survey::from_eigen(d)}, c, survey::from_eigen(a));
   const Vector3d f = -(m.gravity + c[0]) * d;
-  const Vector3d h = frame * (Vector3d(m.horizontal + c[1], 0, m.down + c[2]) + a);
+  const Vector3d h = stats::product_by_halves(frame, Vector3d(Vector3d(m.horizontal + c[1], 0, m.down + c[2]) + a));
   StationLinear s;
   s.residual = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(e.data());
-  s.by_delta << -survey::cross_matrix(f), -survey::cross_matrix(h);
+  s.by_delta.topRows<3>() = -survey::cross_matrix(f);
+  s.by_delta.bottomRows<3>() = -survey::cross_matrix(h);
   s.by_chain.setZero();
-  s.by_chain.block<3, 1>(0, kGravityError) = -d;
-  s.by_chain.block<3, 3>(0, kAccelerometerOffset).setIdentity();
-  s.by_chain.block<3, 1>(3, kHorizontalError) = n;
-  s.by_chain.block<3, 1>(3, kDownError) = d;
-  s.by_chain.block<3, 3>(3, kMagnetometerOffset).setIdentity();
+  for (Index axis = 0; axis < 3; ++axis) {
+    s.by_chain(axis, kGravityError) = -d[axis];
+    s.by_chain(axis, kAccelerometerOffset + axis) = 1;
+    s.by_chain(3 + axis, kHorizontalError) = n[axis];
+    s.by_chain(3 + axis, kDownError) = d[axis];
+    s.by_chain(3 + axis, kMagnetometerOffset + axis) = 1;
+  }
   s.by_interference.setZero(6, m.interference.states());
-  if (m.interference.states() > 0)
-    s.by_interference.bottomRows<3>() = m.interference.weight(k) * (frame * m.interference.directions);
+  for (Index q = 0; q < m.interference.states(); ++q) {
+    const Vector3d direction(m.interference.directions.col(q));
+    const Vector3d in_tool = stats::product_by_halves(Matrix3d(m.interference.weight(k) * frame), direction);
+    for (Index axis = 0; axis < 3; ++axis) s.by_interference(3 + axis, q) = in_tool[axis];
+  }
   for (std::size_t r = 0; r < 6; ++r) {
     const double w = readings.used(k, r) ? 1 / m.noise[r] : 0;
-    const auto row = static_cast<Eigen::Index>(r);
+    const auto row = static_cast<Index>(r);
     s.residual[row] *= w;
-    s.by_delta.row(row) *= w;
-    s.by_chain.row(row) *= w;
-    s.by_interference.row(row) *= w;
+    for (Index column = 0; column < 3; ++column) s.by_delta(row, column) *= w;
+    for (Index column = 0; column < kChainStates; ++column) s.by_chain(row, column) *= w;
+    for (Index column = 0; column < s.by_interference.cols(); ++column) s.by_interference(row, column) *= w;
   }
   return s;
 }
@@ -56,8 +63,8 @@ StationCurvature curvature(const Model& m, const StationLinear& s, const Point& 
   const Matrix3d& frame = at.frames[i];
   const Vector3d n = frame.col(0), d = frame.col(2), a = interference_N(m, at, k);
   const Vector3d f = -(m.gravity + at.chain[i][kGravityError]) * d;
-  const Vector3d h =
-      frame * (Vector3d(m.horizontal + at.chain[i][kHorizontalError], 0, m.down + at.chain[i][kDownError]) + a);
+  const Vector3d north_down(m.horizontal + at.chain[i][kHorizontalError], 0, m.down + at.chain[i][kDownError]);
+  const Vector3d h = stats::product_by_halves(frame, Vector3d(north_down + a));
   const Eigen::Map<const Eigen::Matrix<double, 6, 1>> noise(m.noise.data());
   const Eigen::Matrix<double, 6, 1> u = s.residual.cwiseQuotient(noise);  // 0 for readings left out
   const Vector3d uf = u.head<3>(), uh = u.tail<3>();
@@ -70,9 +77,9 @@ StationCurvature curvature(const Model& m, const StationLinear& s, const Point& 
   c.delta_chain.col(kHorizontalError) = n.cross(uh);
   c.delta_chain.col(kDownError) = d.cross(uh);
   c.delta_interference.setZero(3, m.interference.states());
-  for (Eigen::Index q = 0; q < m.interference.states(); ++q)
-    c.delta_interference.col(q) =
-        m.interference.weight(k) * Vector3d(frame * m.interference.directions.col(q)).cross(uh);
+  for (Index q = 0; q < m.interference.states(); ++q)
+    c.delta_interference.col(q) = m.interference.weight(k) *
+                                  stats::product_by_halves(frame, Vector3d(m.interference.directions.col(q))).cross(uh);
   return c;
 }
 
