@@ -9,6 +9,7 @@
 #include "estimate/field_fit.h"
 #include "estimate/field_misfit.h"
 #include "stats/linear_algebra.h"
+#include "stats/small_matrix.h"
 
 namespace surveymc::estimate {
 
@@ -16,6 +17,7 @@ using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+using stats::product_by_halves;
 
 namespace {
 
@@ -30,37 +32,10 @@ double condition_of(const Eigen::MatrixXd& normal, double visible) {
   return std::max(eigenvalues.maxCoeff(), visible) / std::max(eigenvalues.minCoeff(), 1e-300);
 }
 
-/// `Count` terms of (a b)(i, j), from the one at `First`, added by halves as Eigen adds them.
-template <int First, int Count, class A, class B>
-double sum_of_products(const A& a, const B& b, int i, int j) {
-  if constexpr (Count == 1) {
-    return a(i, First) * b(First, j);
-  } else {
-    constexpr int half = Count / 2;
-    return sum_of_products<First, half>(a, b, i, j) + sum_of_products<First + half, Count - half>(a, b, i, j);
-  }
-}
-
-/// a b, column by column. Eigen's own product of these sizes is a call for each of its elements, and took most of the
-/// time.
-template <int Rows, int Inner, int Columns>
-Eigen::Matrix<double, Rows, Columns> product(const Eigen::Matrix<double, Rows, Inner>& a,
-                                             const Eigen::Matrix<double, Inner, Columns>& b) {
-  Eigen::Matrix<double, Rows, Columns> c;
-  for (int j = 0; j < Columns; ++j) {
-#pragma GCC ivdep
-#ifndef __clang__  // which makes vectors of what it has unrolled
-#pragma GCC unroll 1
-#endif
-    for (int i = 0; i < Rows; ++i) c(i, j) = sum_of_products<0, Inner>(a, b, i, j);
-  }
-  return c;
-}
-
 /// a a'
 template <int Inner>
 Matrix8d square(const Eigen::Matrix<double, 8, Inner>& a) {
-  return product(a, Eigen::Matrix<double, Inner, 8>(a.transpose()));
+  return product_by_halves(a, Eigen::Matrix<double, Inner, 8>(a.transpose()));
 }
 
 /// Unknowns: gain, bias / total, z (field_fit.h); fields in units of `total`. Without derivatives where singular.
@@ -80,7 +55,7 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
     jacobian[k].leftCols<3>() = misfits[k].by_parameters.leftCols<3>() / total;
     jacobian[k].middleCols<3>(3) = misfits[k].by_parameters.rightCols<3>();
     jacobian[k].rightCols<2>() = misfits[k].by_reference * z_unit.asDiagonal() / total;
-    normal += product(product(Matrix82d(jacobian[k].transpose()), w), jacobian[k]);
+    normal += product_by_halves(product_by_halves(Matrix82d(jacobian[k].transpose()), w), jacobian[k]);
   }
   // Priors are on p - 1 and q, p = 1 / gain and q = bias / gain.
   Matrix6d dpq = Matrix6d::Zero();
@@ -122,10 +97,11 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
   s.by_down.reserve(n);
   s.by_reference.reserve(n);
   for (std::size_t k = 0; k < n; ++k) {
-    const Matrix82d pull = product(product(inverse, Matrix82d(jacobian[k].transpose())), w) / -total;
-    s.by_magnetometer.push_back(product(pull, misfits[k].by_magnetometer));
-    s.by_down.push_back(product(pull, misfits[k].by_down));
-    Matrix82d by_reference = product(pull, misfits[k].by_reference);
+    const Matrix82d pull =
+        product_by_halves(product_by_halves(inverse, Matrix82d(jacobian[k].transpose())), w) / -total;
+    s.by_magnetometer.push_back(product_by_halves(pull, misfits[k].by_magnetometer));
+    s.by_down.push_back(product_by_halves(pull, misfits[k].by_down));
+    Matrix82d by_reference = product_by_halves(pull, misfits[k].by_reference);
     // The reference's own error; one draw that holds for all stations counts once, at the first.
     if (k == 0) by_reference.bottomRows<2>() += Matrix2d::Identity();
     s.by_reference.push_back(by_reference);
@@ -133,7 +109,7 @@ Sensitivity linearised_fit(const FieldFitModel& model, const NominalTruth& truth
   s.by_truth = -inverse.leftCols<6>() * prior;
   // The deviation of a parameter that is held at 1 or 0 remains in the readings: the unknowns absorb the part of its
   // effect that looks like theirs.
-  for (const int h : held) s.by_truth.col(h) = inverse * by_readings.col(h);
+  for (const int h : held) stats::set_product(inverse, by_readings.col(h), s.by_truth.col(h));
   s.by_truth.rightCols<3>() /= total;
   s.shift = -inverse.leftCols<6>() * dpq.transpose() * weight.cwiseProduct(pq);
   for (const int h : held) {
@@ -226,7 +202,8 @@ Matrix8d error_covariance(const Sensitivity& s, const std::vector<survey::Statio
   truth_sd.head<3>().setConstant(errors.gain);
   for (int axis = 0; axis < 3; ++axis) truth_sd[3 + axis] = errors.bias_sd(axis);
   const Matrix86d t = s.by_truth * truth_sd.asDiagonal();
-  Matrix8d c = t * t.transpose();
+  Matrix8d c;
+  stats::set_product(t, Eigen::Matrix<double, 6, 8>(t.transpose()), c);
   const Vector2d reference_sd(errors.total, errors.dip);
   Matrix82d common = Matrix82d::Zero();
   for (std::size_t k = 0; k < stations.size(); ++k) {
@@ -234,7 +211,7 @@ Matrix8d error_covariance(const Sensitivity& s, const std::vector<survey::Statio
     c += square(m);
     const Vector3d u = survey::to_eigen(stations[k].down_T);
     const Matrix83d d =
-        product(Matrix83d(errors.down * s.by_down[k]), Matrix3d(Matrix3d::Identity() - u * u.transpose()));
+        product_by_halves(Matrix83d(errors.down * s.by_down[k]), Matrix3d(Matrix3d::Identity() - u * u.transpose()));
     c += square(d);
     const Matrix82d r = s.by_reference[k] * reference_sd.asDiagonal();
     if (errors.reference_per_station)
@@ -242,7 +219,7 @@ Matrix8d error_covariance(const Sensitivity& s, const std::vector<survey::Statio
     else
       common += r;
   }
-  return c + common * common.transpose();
+  return c + square(common);
 }
 
 }  // namespace surveymc::estimate
