@@ -96,7 +96,8 @@ std::vector<std::string> checked_header(std::vector<std::string> names, const Li
 
 /// The next line, whose end may be LF, CRLF or CR.
 std::string_view next_line(std::string_view& rest) {
-  const std::size_t end = std::min(rest.find_first_of("\r\n"), rest.size());
+  const auto ends_line = [](char c) { return c == '\n' || c == '\r'; };  // find_first_of() calls a function a byte
+  const auto end = static_cast<std::size_t>(std::find_if(rest.begin(), rest.end(), ends_line) - rest.begin());
   const std::string_view line = rest.substr(0, end);
   const std::size_t mark = rest.substr(end, 2) == "\r\n" ? 2 : 1;
   rest.remove_prefix(std::min(end + mark, rest.size()));

@@ -228,7 +228,8 @@ Matrix3d symmetric(double nn, double ee, double vv, double ne, double nv, double
 /// Covariances of all codes at the stations of a block, source by source, and their way to station by station.
 class BlockBySource {
  public:
-  explicit BlockBySource(std::size_t codes) : codes_(codes), columns_(6 * codes), is_begun_(codes) {}
+  explicit BlockBySource(std::size_t codes)
+      : codes_(codes), columns_(6 * codes), rows_(kTile * codes), is_begun_(codes) {}
 
   void clear() { is_begun_.assign(codes_, false); }
   /// Every code has a source.
@@ -243,18 +244,17 @@ class BlockBySource {
     is_begun_[code] = true;
   }
   /// The stations first to first + count - 1 of the block, behind those that `out` has.
-  void append(std::size_t first, std::size_t count, CovarianceColumns& out) const {
+  void append(std::size_t first, std::size_t count, CovarianceColumns& out) {
     for (std::size_t m = 0; m < 6; ++m) {
-      std::vector<double>& to = out.elements[m];
-      const std::size_t before = to.size();
-      to.resize(before + count * codes_);
       for (std::size_t tile = 0; tile < count; tile += kTile) {
-        const std::size_t end = std::min(tile + kTile, count);
+        const std::size_t stations = std::min(kTile, count - tile);
         for (std::size_t code = 0; code < codes_; ++code) {
-          const double* from = columns_[m * codes_ + code].data() + first;
-          double* at = to.data() + before + code;
-          for (std::size_t i = tile; i < end; ++i) at[i * codes_] = from[i];
+          const double* from = columns_[m * codes_ + code].data() + first + tile;
+          for (std::size_t i = 0; i < stations; ++i) rows_[i * codes_ + code] = from[i];
         }
+        // Appended, and not written into a column made longer before: memory that is new would be filled twice.
+        out.elements[m].insert(out.elements[m].end(), rows_.begin(),
+                               rows_.begin() + static_cast<std::ptrdiff_t>(stations * codes_));
       }
     }
   }
@@ -264,6 +264,7 @@ class BlockBySource {
   using PaddedColumn = std::array<double, kBlock + kTile>;  // columns do not all begin in the same set of the cache
   std::size_t codes_;
   std::vector<PaddedColumn> columns_;  // [element][code]
+  std::vector<double> rows_;           // [station of a tile][code]: one element
   std::vector<bool> is_begun_;         // [code]
 };
 
