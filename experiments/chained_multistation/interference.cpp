@@ -17,14 +17,15 @@
 namespace surveymc::studies::chained_multistation {
 namespace {
 
-enum Way { kUndisturbed, kIgnored, kVector, kDirection, kWays };
-constexpr std::array<const char*, kWays> kWayNames{"undisturbed", "ignored", "free_vector", "known_direction"};
-constexpr std::array<const char*, 3> kQuantities{"azimuth_deg", "horizontal_nT", "rejected"};
+enum InterferenceWay { kUndisturbed, kIgnored, kVector, kDirection, kInterferenceWays };
+constexpr std::array<const char*, kInterferenceWays> kInterferenceWayNames{"undisturbed", "ignored", "free_vector",
+                                                                           "known_direction"};
+constexpr std::array<const char*, 3> kInterferenceQuantities{"azimuth_deg", "horizontal_nT", "rejected"};
 
-struct Counts : stats::Layout {
-  stats::Slots rejected = slots(kWays), ended = slots(kWays, stats::kDescentStatuses);
+struct InterferenceCounts : stats::Layout {
+  stats::Slots rejected = slots(kInterferenceWays), ended = slots(kInterferenceWays, stats::kDescentStatuses);
 };
-constexpr Counts kCounts;
+constexpr InterferenceCounts kInterferenceCounts;
 
 struct Interference {
   Scenario s;
@@ -40,27 +41,27 @@ class ChainedInterference final : public study::StudyPoint {
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     stats::Tally tally;
-    tally.counts.assign(kCounts.size(), 0);
-    std::array<Eigen::MatrixXd, kWays> numbers;
+    tally.counts.assign(kInterferenceCounts.size(), 0);
+    std::array<Eigen::MatrixXd, kInterferenceWays> numbers;
     numbers.fill(Eigen::MatrixXd(block.count, 3));
-    std::array<Eigen::Index, kWays> rows{};
+    std::array<Eigen::Index, kInterferenceWays> rows{};
     for (int t = 0; t < block.count; ++t) {
       ++tally.trials;
       const std::uint64_t trial = block.first + static_cast<std::uint64_t>(t);
       bool converged = true;
-      for (std::size_t way = 0; way < kWays; ++way) {  // each leaves out its own failures only
-        const Outcome o = outcome(trial, static_cast<Way>(way));
-        ++tally.counts[kCounts.ended(way, static_cast<std::size_t>(o.status))];
+      for (std::size_t way = 0; way < kInterferenceWays; ++way) {  // each leaves out its own failures only
+        const Outcome o = outcome(trial, static_cast<InterferenceWay>(way));
+        ++tally.counts[kInterferenceCounts.ended(way, static_cast<std::size_t>(o.status))];
         converged = converged && o.converged();
         if (!o.converged()) continue;
-        tally.counts[kCounts.rejected(way)] += o.rejected;
+        tally.counts[kInterferenceCounts.rejected(way)] += o.rejected;
         numbers[way].row(rows[way]++) << o.azimuth2, o.horizontal2, o.claimed2;
       }
       if (converged) continue;
       ++tally.failed;
       if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
     }
-    for (std::size_t way = 0; way < kWays; ++way)
+    for (std::size_t way = 0; way < kInterferenceWays; ++way)
       tally.groups.push_back(stats::Moments::of(numbers[way].topRows(rows[way])));
     return tally;
   }
@@ -68,19 +69,21 @@ class ChainedInterference final : public study::StudyPoint {
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     std::vector<study::ComparisonRow> rows;
     std::vector<std::int64_t> failed;
-    for (std::size_t way = 0; way < kWays; ++way) {
+    for (std::size_t way = 0; way < kInterferenceWays; ++way) {
       const stats::Moments m = tally.groups.empty() ? stats::Moments() : tally.groups[way];
       for (Eigen::Index i = 0; i < 2; ++i) {
         const double claimed = i == 0 && m.count >= 2 ? std::sqrt(m.mean[2]) : kNaN;
         rows.push_back(study::labelled(
-            kWayNames[way], study::compare_value(kQuantities[static_cast<std::size_t>(i)], i == 0 ? "deg" : "nT",
-                                                 study::rms_estimate(m, i, in_.s.verdict.confidence), claimed,
-                                                 in_.s.verdict, tally.trials)));
+            kInterferenceWayNames[way],
+            study::compare_value(kInterferenceQuantities[static_cast<std::size_t>(i)], i == 0 ? "deg" : "nT",
+                                 study::rms_estimate(m, i, in_.s.verdict.confidence), claimed, in_.s.verdict,
+                                 tally.trials)));
         rows.back().note.clear();  // this table does not say how many trials would decide
       }
-      rows.push_back(study::compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[kCounts.rejected(way)],
+      rows.push_back(study::compare_rate("rejected",
+                                         tally.counts.empty() ? 0 : tally.counts[kInterferenceCounts.rejected(way)],
                                          m.count, way == kIgnored ? kNaN : in_.alpha, in_.s.verdict, tally.trials));
-      rows.back().formulation = kWayNames[way];
+      rows.back().formulation = kInterferenceWayNames[way];
       failed.resize(rows.size(), static_cast<std::int64_t>(tally.trials - m.count));
     }
     in_.s.annotations.apply("interference", rows);
@@ -99,9 +102,9 @@ class ChainedInterference final : public study::StudyPoint {
 
   std::string replay(std::uint64_t trial) const override {
     std::string text = fmt::format("trial {}\n", trial);
-    for (std::size_t way = 0; way < kWays; ++way) {
-      const Outcome o = outcome(trial, static_cast<Way>(way));
-      text += fmt::format("{}: {}, RMS azimuth {:.12g} deg, cost {:.12g}\n", kWayNames[way],
+    for (std::size_t way = 0; way < kInterferenceWays; ++way) {
+      const Outcome o = outcome(trial, static_cast<InterferenceWay>(way));
+      text += fmt::format("{}: {}, RMS azimuth {:.12g} deg, cost {:.12g}\n", kInterferenceWayNames[way],
                           o.converged() ? "converged" : "NOT converged", std::sqrt(o.azimuth2), o.cost);
     }
     return text;
@@ -117,16 +120,16 @@ class ChainedInterference final : public study::StudyPoint {
 
   static store::Table failures_table(const stats::Tally& tally) {
     std::vector<Endings> endings;
-    for (std::size_t way = 0; way < kWays && !tally.counts.empty(); ++way) {
-      endings.push_back({kWayNames[way]});
+    for (std::size_t way = 0; way < kInterferenceWays && !tally.counts.empty(); ++way) {
+      endings.push_back({kInterferenceWayNames[way]});
       for (std::size_t i = 0; i < stats::kDescentStatuses; ++i)
-        endings.back().counts[i] = tally.counts[kCounts.ended(way, i)];
+        endings.back().counts[i] = tally.counts[kInterferenceCounts.ended(way, i)];
     }
     return endings_table("how the trials of every formulation ended; each leaves out its own failures only",
                          "formulation", "what is made of the interference", endings, tally.trials);
   }
 
-  Outcome outcome(std::uint64_t trial, Way way) const {
+  Outcome outcome(std::uint64_t trial, InterferenceWay way) const {
     sensor::ChainedRunSetup setup = in_.s.truth;
     chained::Model m = in_.s.model(chained::ChainReferences::chained);
     m.interference.rate = setup.interference_rate;
@@ -185,8 +188,8 @@ std::unique_ptr<study::PointPlan> interference_plan(config::ConfigReader& c, ran
   in.reported = static_cast<int>(c.integer("interference.stations", 1, in.s.stations(), 3));
   c.require(in.size > 0, "interference.size_nT", "must be > 0: a direction has to be known");
   std::vector<study::RowName> rows;
-  for (const char* way : kWayNames)
-    for (const char* q : kQuantities) rows.push_back({"interference", way, q});
+  for (const char* way : kInterferenceWayNames)
+    for (const char* q : kInterferenceQuantities) rows.push_back({"interference", way, q});
   in.s.annotations = study::Annotations::read(c, rows);
   c.finish();
   return std::make_unique<ChainedInterferencePlan>(std::move(in));

@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::array<const char*, 6> kReadingNames{"ax", "ay", "az", "hx", "hy", "hz"};
 
-enum Event {
+enum OutlierEvent {
   kFalseAlarm,    ///< some test is beyond the gate though no reading is wrong
   kOwnTest,       ///< the wrong reading's own test is beyond the gate
   kDetected,      ///< some test is beyond the gate
@@ -36,12 +36,12 @@ enum Event {
   kReadingRight,  ///< detected, and the suspect reading is the right one
   kDeleted,       ///< one reading is clearly dominant
   kDeletedWrong,  ///< the dominant reading is not the wrong one
-  kEvents
+  kOutlierEvents
 };
-constexpr std::array<const char*, kEvents> kEventNames{"false_alarm",   "own_test", "detected",     "station_right",
-                                                       "reading_right", "deleted",  "deleted_wrong"};
+constexpr std::array<const char*, kOutlierEvents> kOutlierEventNames{
+    "false_alarm", "own_test", "detected", "station_right", "reading_right", "deleted", "deleted_wrong"};
 /// Squared azimuth errors (deg2) at the station of the error.
-enum Remedy { kClean, kIgnored, kLargestDeleted, kGated, kRemedies };
+enum Remedy { kClean, kErrorIgnored, kLargestDeleted, kGated, kRemedies };
 constexpr std::array<const char*, kRemedies> kRemedyNames{"azimuth_clean_deg", "azimuth_ignored_deg",
                                                           "azimuth_largest_deleted_deg", "azimuth_gated_deg"};
 constexpr const char* kWronglyDeleted = "azimuth_wrong_deleted_deg";  // where the largest is not the wrong one
@@ -51,10 +51,10 @@ constexpr std::size_t kNumbers = kW + 5;
 constexpr std::size_t kSolves = 3;
 constexpr std::array<const char*, kSolves> kSolveNames{"clean", "wrong", "deleted"};
 
-struct Counts : stats::Layout {
-  stats::Slots events = slots(kEvents), ended = slots(kSolves, stats::kDescentStatuses);
+struct OutlierCounts : stats::Layout {
+  stats::Slots events = slots(kOutlierEvents), ended = slots(kSolves, stats::kDescentStatuses);
 };
-constexpr Counts kCounts;
+constexpr OutlierCounts kOutlierCounts;
 
 struct Outliers {
   Scenario s;
@@ -104,7 +104,7 @@ class ChainedOutliers final : public study::StudyPoint {
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     stats::Tally tally;
-    tally.counts.assign(kCounts.size(), 0);
+    tally.counts.assign(kOutlierCounts.size(), 0);
     Eigen::MatrixXd numbers(block.count, kNumbers);
     Eigen::Index row = 0;
     for (int t = 0; t < block.count; ++t) {
@@ -113,13 +113,13 @@ class ChainedOutliers final : public study::StudyPoint {
       Ends ends;
       const std::optional<RunOutcome> r = outcome(trial, ends);
       for (std::size_t i = 0; i < ends.size(); ++i)
-        if (ends[i]) ++tally.counts[kCounts.ended(i, static_cast<std::size_t>(*ends[i]))];
+        if (ends[i]) ++tally.counts[kOutlierCounts.ended(i, static_cast<std::size_t>(*ends[i]))];
       if (!r) {
         ++tally.failed;
         if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
         continue;
       }
-      for (std::size_t e = 0; e < kEvents; ++e) tally.counts[e] += r->events[e];
+      for (std::size_t e = 0; e < kOutlierEvents; ++e) tally.counts[e] += r->events[e];
       numbers.row(row++) = Eigen::Map<const Eigen::RowVectorXd>(r->numbers.data(), kNumbers);
     }
     tally.moments = stats::Moments::of(numbers.topRows(row));
@@ -137,7 +137,8 @@ class ChainedOutliers final : public study::StudyPoint {
     const std::optional<RunOutcome> r = outcome(trial, ends);
     std::string text = fmt::format("trial {}: {}\n", trial, r ? "converged" : "NOT converged");
     if (!r) return text;
-    for (std::size_t e = 0; e < kEvents; ++e) text += fmt::format("  {} {}\n", kEventNames[e], r->events[e]);
+    for (std::size_t e = 0; e < kOutlierEvents; ++e)
+      text += fmt::format("  {} {}\n", kOutlierEventNames[e], r->events[e]);
     for (std::size_t k = 0; k < kRemedies; ++k)
       text += fmt::format("  {} {:.12g}\n", kRemedyNames[k], std::sqrt(r->numbers[k]));
     return text;
@@ -145,7 +146,7 @@ class ChainedOutliers final : public study::StudyPoint {
 
  private:
   struct RunOutcome {
-    std::array<bool, kEvents> events{};
+    std::array<bool, kOutlierEvents> events{};
     std::array<double, kNumbers> numbers{};
   };
 
@@ -164,7 +165,7 @@ class ChainedOutliers final : public study::StudyPoint {
     for (std::size_t i = 0; i < kSolves && !tally.counts.empty(); ++i) {
       endings.push_back({kSolveNames[i]});
       for (std::size_t k = 0; k < stats::kDescentStatuses; ++k)
-        endings.back().counts[k] = tally.counts[kCounts.ended(i, k)];
+        endings.back().counts[k] = tally.counts[kOutlierCounts.ended(i, k)];
     }
     return endings_table("how the solutions of the runs ended; a run is compared if all of its solutions converged",
                          "solution", "without the error, with it, or with the largest residual deleted", endings,
@@ -193,7 +194,7 @@ class ChainedOutliers final : public study::StudyPoint {
                 suspect.dominant,
                 suspect.dominant && !right};
     r.numbers[kClean] = azimuth_error2(run, without);
-    r.numbers[kIgnored] = r.numbers[kLargestDeleted] = r.numbers[kGated] = azimuth_error2(run, with);
+    r.numbers[kErrorIgnored] = r.numbers[kLargestDeleted] = r.numbers[kGated] = azimuth_error2(run, with);
     if (suspect.found) {
       chained::Readings deleted = wrong;
       deleted.left_out.assign(run.readings.size(), {});
@@ -224,8 +225,8 @@ class ChainedOutliers final : public study::StudyPoint {
     const double shift = tally.moments.count > 0 ? tally.moments.mean[kW + 2] : kNaN;
     const double power =
         stats::normal_upper_tail(o_.gate.gate - shift) + stats::normal_upper_tail(o_.gate.gate + shift);
-    for (std::size_t e = 0; e < kEvents; ++e) {
-      rows.push_back(study::compare_rate(kEventNames[e], tally.counts.empty() ? 0 : tally.counts[e], runs,
+    for (std::size_t e = 0; e < kOutlierEvents; ++e) {
+      rows.push_back(study::compare_rate(kOutlierEventNames[e], tally.counts.empty() ? 0 : tally.counts[e], runs,
                                          e == kOwnTest ? power : kNaN, o_.s.verdict, tally.trials));
       // The toolfaces scatter the shift: only a rough prediction.
       if (e == kOwnTest) study::leave_unjudged(rows.back(), "analytic at the mean shift of its test");
@@ -311,13 +312,13 @@ std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random:
   if (of_events) {
     const study::EventRun run = study::read_event_run(c);
     const study::Annotations annotations = study::read_event_annotations(c, {});
-    const std::vector<study::EventRule> events = study::read_events(c, {{kEventNames[kDeletedWrong], false}});
+    const std::vector<study::EventRule> events = study::read_events(c, {{kOutlierEventNames[kDeletedWrong], false}});
     c.finish();
     return study::event_plan(
         run, annotations, random::stream_of(seed), [o, events] { return events_of(o, events); }, kBlockRuns);
   }
   std::vector<study::RowName> rows;
-  for (const char* e : kEventNames) rows.push_back({"outliers", "", e});
+  for (const char* e : kOutlierEventNames) rows.push_back({"outliers", "", e});
   for (const char* k : kRemedyNames) rows.push_back({"outliers", "", k});
   for (const char* q : {kWronglyDeleted, "w_rms"}) rows.push_back({"outliers", "", q});
   o.s.annotations = study::Annotations::read(c, rows);

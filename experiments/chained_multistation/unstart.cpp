@@ -17,21 +17,22 @@ namespace surveymc::studies::chained_multistation {
 namespace {
 
 /// Ways to solve a run, in the order of the counts.
-enum Way { kGaussNewton, kLevenberg, kSearchGaussNewton, kSearch };
-constexpr std::size_t kWays = 4;
-constexpr std::array<const char*, kWays> kWayNames{"gauss_newton", "levenberg", "search_gauss_newton", "search"};
-enum Event {
+enum UnstartWay { kGaussNewton, kLevenberg, kSearchGaussNewton, kSearch };
+constexpr std::size_t kUnstartWays = 4;
+constexpr std::array<const char*, kUnstartWays> kUnstartWayNames{"gauss_newton", "levenberg", "search_gauss_newton",
+                                                                 "search"};
+enum UnstartEvent {
   kNotConverged,  ///< no minimum at all
   kWrongMinimum,  ///< a minimum, but J is lower elsewhere
   kFailed         ///< either
 };
-constexpr std::size_t kEvents = 3;
-constexpr std::array<const char*, kEvents> kEventNames{"not_converged", "higher_minimum", "failed"};
+constexpr std::size_t kUnstartEvents = 3;
+constexpr std::array<const char*, kUnstartEvents> kUnstartEventNames{"not_converged", "higher_minimum", "failed"};
 /// After the ways: of the runs themselves.
-enum RunEvent { kAmbiguous, kTruthNotLowest, kTruthNotLowestUnflagged, kTruthNotFound };
-constexpr std::size_t kRunEvents = 4;
-constexpr std::array<const char*, kRunEvents> kRunEventNames{"ambiguous", "truth_not_lowest",
-                                                             "truth_not_lowest_not_flagged", "truth_not_among_modes"};
+enum UnstartRunEvent { kAmbiguous, kTruthNotLowest, kTruthNotLowestUnflagged, kTruthNotFound };
+constexpr std::size_t kUnstartRunEvents = 4;
+constexpr std::array<const char*, kUnstartRunEvents> kUnstartRunEventNames{
+    "ambiguous", "truth_not_lowest", "truth_not_lowest_not_flagged", "truth_not_among_modes"};
 
 struct Unstart {
   Scenario s;
@@ -46,13 +47,13 @@ class ChainedUnstart final : public study::StudyPoint {
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     stats::Tally tally;
-    tally.counts.assign(kWays * kEvents + kRunEvents, 0);
+    tally.counts.assign(kUnstartWays * kUnstartEvents + kUnstartRunEvents, 0);
     for (int t = 0; t < block.count; ++t) {
       ++tally.trials;
       const RunOutcome r = outcome(block.first + static_cast<std::uint64_t>(t));
-      for (std::size_t way = 0; way < kWays; ++way)
-        for (std::size_t e = 0; e < kEvents; ++e) tally.counts[way * kEvents + e] += r.ways[way][e];
-      for (std::size_t e = 0; e < kRunEvents; ++e) tally.counts[kWays * kEvents + e] += r.run[e];
+      for (std::size_t way = 0; way < kUnstartWays; ++way)
+        for (std::size_t e = 0; e < kUnstartEvents; ++e) tally.counts[way * kUnstartEvents + e] += r.ways[way][e];
+      for (std::size_t e = 0; e < kUnstartRunEvents; ++e) tally.counts[kUnstartWays * kUnstartEvents + e] += r.run[e];
     }
     return tally;
   }
@@ -64,9 +65,11 @@ class ChainedUnstart final : public study::StudyPoint {
       rows.back().formulation = formulation;
       rows.back().note = fmt::format("{} of {} runs", count, tally.trials);
     };
-    for (std::size_t way = 0; way < kWays; ++way)
-      for (std::size_t e = 0; e < kEvents; ++e) rate(kWayNames[way], kEventNames[e], tally.counts[way * kEvents + e]);
-    for (std::size_t e = 0; e < kRunEvents; ++e) rate("modes", kRunEventNames[e], tally.counts[kWays * kEvents + e]);
+    for (std::size_t way = 0; way < kUnstartWays; ++way)
+      for (std::size_t e = 0; e < kUnstartEvents; ++e)
+        rate(kUnstartWayNames[way], kUnstartEventNames[e], tally.counts[way * kUnstartEvents + e]);
+    for (std::size_t e = 0; e < kUnstartRunEvents; ++e)
+      rate("modes", kUnstartRunEventNames[e], tally.counts[kUnstartWays * kUnstartEvents + e]);
     // The search must not fail: the expected count is exactly zero
     for (study::ComparisonRow& row : rows)
       if (row.formulation == "search" && row.quantity == "failed") {
@@ -100,8 +103,8 @@ class ChainedUnstart final : public study::StudyPoint {
     double cost = 0;
   };
   struct RunOutcome {
-    std::array<std::array<bool, kEvents>, kWays> ways{};
-    std::array<bool, kRunEvents> run{};
+    std::array<std::array<bool, kUnstartEvents>, kUnstartWays> ways{};
+    std::array<bool, kUnstartRunEvents> run{};
   };
 
   sensor::ChainedRun simulate(std::uint64_t trial) const {
@@ -133,7 +136,7 @@ class ChainedUnstart final : public study::StudyPoint {
     const auto own = u_.given_start ? starts.size() - 1 : 0;  // the basic solution is the search's first start
     const auto end_of = [](const chained::Ended& e) { return End{e.status == chained::Status::converged, e.cost}; };
     const End at_truth = end_of(ends_damped[search.size()]);
-    End ends[kWays] = {end_of(ends_undamped[own]), end_of(ends_damped[own]), {}, {}};
+    End ends[kUnstartWays] = {end_of(ends_undamped[own]), end_of(ends_damped[own]), {}, {}};
     ends_damped.resize(search.size());
     ends_undamped.resize(search.size());
     const chained::Modes modes = chained::find_modes(m, readings, ends_damped, damped),
@@ -144,7 +147,7 @@ class ChainedUnstart final : public study::StudyPoint {
     for (const End& end : ends)
       if (end.converged) lowest = std::min(lowest, end.cost);
     RunOutcome r;
-    for (std::size_t way = 0; way < kWays; ++way) {
+    for (std::size_t way = 0; way < kUnstartWays; ++way) {
       const bool converged = ends[way].converged;
       const bool higher = converged && ends[way].cost > lowest + 1e-6;  // minima stand to 1e-9
       r.ways[way] = {!converged, higher, !converged || higher};
@@ -184,9 +187,9 @@ std::unique_ptr<study::PointPlan> unstart_plan(config::ConfigReader& c, random::
                kDegree * c.number("unstart.toolface_deg", config::Range::closed(-360, 360))};
   u.axial_bias = c.number("unstart.axial_bias_nT", config::Range::closed(-20000, 20000), 0);
   std::vector<study::RowName> rows;
-  for (const char* way : kWayNames)
-    for (const char* e : kEventNames) rows.push_back({"unstart", way, e});
-  for (const char* e : kRunEventNames) rows.push_back({"unstart", "modes", e});
+  for (const char* way : kUnstartWayNames)
+    for (const char* e : kUnstartEventNames) rows.push_back({"unstart", way, e});
+  for (const char* e : kUnstartRunEventNames) rows.push_back({"unstart", "modes", e});
   u.s.annotations = study::Annotations::read(c, rows);
   c.finish();
   return std::make_unique<ChainedUnstartPlan>(std::move(u));

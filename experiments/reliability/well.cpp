@@ -20,7 +20,7 @@
 namespace surveymc::studies::reliability {
 namespace {
 
-struct Scenario {
+struct WellScenario {
   surveymc::reliability::AdjustmentModel model;
   double lambda0 = 0;
   std::vector<std::size_t> observations;
@@ -30,8 +30,8 @@ struct Scenario {
   std::int64_t listed = 5;
 };
 
-Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
-  Scenario s;
+WellScenario read_well_scenario(config::ConfigReader& c, random::StudySeed seed) {
+  WellScenario s;
   c.integer("trials", 0, 1'000'000'000'000, 0);
   const bool stations_given = c.has("stations");
   s.model = study::read_adjustment_model(c);
@@ -101,7 +101,7 @@ void search_between(double lo, double hi, const F& f) {
 
 class ReliabilityWellPoint final : public study::StudyPoint {
  public:
-  explicit ReliabilityWellPoint(Scenario scenario) : s_(std::move(scenario)) {}
+  explicit ReliabilityWellPoint(WellScenario scenario) : s_(std::move(scenario)) {}
 
   study::PointResult report(const stats::Tally&, const montecarlo::RunOptions& options) const override {
     const auto check = [&] {
@@ -313,10 +313,10 @@ class ReliabilityWellPoint final : public study::StudyPoint {
     return t.take();
   }
 
-  Scenario s_;
+  WellScenario s_;
 };
 
-class ReliabilityWellPlan final : public study::PlanOf<Scenario> {
+class ReliabilityWellPlan final : public study::PlanOf<WellScenario> {
  public:
   using PlanOf::PlanOf;
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
@@ -330,7 +330,7 @@ study::Experiment well_experiment() {
   return {random::StudyId::reliability_well,
           "Gross errors along a well: minimal detectable errors, effect on the final position",
           "beyond E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65",
-          study::plan_of<ReliabilityWellPlan, read_scenario>};
+          study::plan_of<ReliabilityWellPlan, read_well_scenario>};
 }
 
 }  // namespace surveymc::studies::reliability
