@@ -18,8 +18,16 @@ namespace {
 
 namespace bm = boost::math;
 
-double upper_quantile(double p) { return bm::quantile(bm::complement(bm::normal(), p)); }
-double phi(double x) { return bm::cdf(bm::normal(), x); }
+/// What Boost makes of its default inside: with the default itself, it would compile all twice.
+using Policy = bm::policies::policy<bm::policies::promote_float<false>>;
+using Normal = bm::normal_distribution<double, Policy>;
+using ChiSquared = bm::chi_squared_distribution<double, Policy>;
+using NonCentralChiSquared = bm::non_central_chi_squared_distribution<double, Policy>;
+using NonCentralT = bm::non_central_t_distribution<double, Policy>;
+using FisherF = bm::fisher_f_distribution<double, Policy>;
+
+double upper_quantile(double p) { return bm::quantile(bm::complement(Normal(), p)); }
+double phi(double x) { return bm::cdf(Normal(), x); }
 
 }  // namespace
 
@@ -34,19 +42,19 @@ double lambda0(const TestLevels& levels) { return w_critical(levels) - upper_qua
 double w_power(double lambda, double critical) { return phi(lambda - critical) + phi(-lambda - critical); }
 
 double chi_squared_power(double r, double noncentrality, double critical) {
-  if (!(noncentrality > 0)) return bm::cdf(bm::complement(bm::chi_squared(r), critical));
-  return bm::cdf(bm::complement(bm::non_central_chi_squared(r, noncentrality), critical));
+  if (!(noncentrality > 0)) return bm::cdf(bm::complement(ChiSquared(r), critical));
+  return bm::cdf(bm::complement(NonCentralChiSquared(r, noncentrality), critical));
 }
 
 double pope_power(double lambda, double redundancy, double alpha) {
   if (!(redundancy > 1)) return 0;
   const double t = stats::student_upper_quantile(redundancy - 1, alpha / 2);
   if (lambda == 0) return alpha;
-  const bm::non_central_t law(redundancy - 1, std::abs(lambda));
+  const NonCentralT law(redundancy - 1, std::abs(lambda));
   return bm::cdf(bm::complement(law, t)) + bm::cdf(law, -t);
 }
 
-double chi_squared_critical(double r, double alpha) { return bm::quantile(bm::complement(bm::chi_squared(r), alpha)); }
+double chi_squared_critical(double r, double alpha) { return bm::quantile(bm::complement(ChiSquared(r), alpha)); }
 
 double fisher_critical(double r, double redundancy, double alpha) {
   const double rest = redundancy - r;
@@ -66,21 +74,21 @@ double pope_critical(double redundancy, double alpha) {
 
 double chi_squared_p_value(double r, double statistic) {
   if (std::isnan(statistic)) return statistic;
-  return std::isfinite(statistic) ? bm::cdf(bm::complement(bm::chi_squared(r), std::max(0.0, statistic))) : 0;
+  return std::isfinite(statistic) ? bm::cdf(bm::complement(ChiSquared(r), std::max(0.0, statistic))) : 0;
 }
 
-double w_p_value(double w) { return std::isnan(w) ? w : 2 * bm::cdf(bm::complement(bm::normal(), std::abs(w))); }
+double w_p_value(double w) { return std::isnan(w) ? w : 2 * bm::cdf(bm::complement(Normal(), std::abs(w))); }
 
 double fisher_p_value(double r, double redundancy, double statistic) {
   const double rest = redundancy - r;
   if (std::isnan(statistic)) return statistic;
   if (!(rest > 0)) return 1;
-  return std::isfinite(statistic) ? bm::cdf(bm::complement(bm::fisher_f(r, rest), std::max(0.0, statistic))) : 0;
+  return std::isfinite(statistic) ? bm::cdf(bm::complement(FisherF(r, rest), std::max(0.0, statistic))) : 0;
 }
 
 DimensionLevel b_method_level(double r, double lambda0_squared, double power) {
-  const double critical = bm::quantile(bm::complement(bm::non_central_chi_squared(r, lambda0_squared), power));
-  return {bm::cdf(bm::complement(bm::chi_squared(r), critical)), critical};
+  const double critical = bm::quantile(bm::complement(NonCentralChiSquared(r, lambda0_squared), power));
+  return {bm::cdf(bm::complement(ChiSquared(r), critical)), critical};
 }
 
 double identification_probability(double lambda, double rho) {
