@@ -11,6 +11,7 @@
 #include "proximity/touch_predictions.h"
 #include "random/rare_channels.h"
 #include "stats/intervals.h"
+#include "stats/matrices.h"
 #include "stats/normal_tail.h"
 
 namespace surveymc::studies::collision {
@@ -31,7 +32,7 @@ Eigen::MatrixXd directions_of(const Eigen::Matrix3Xd& j, const std::vector<rare:
   constexpr double kSpread = 1e-6, kNew = 0.2;
   Eigen::MatrixXd basis(j.cols(), 0);
   const auto add = [&](Eigen::VectorXd x, double least) {
-    for (int twice = 0; twice < 2; ++twice) x -= basis * (basis.transpose() * x);
+    for (int twice = 0; twice < 2; ++twice) x -= stats::times(basis, stats::transpose_times(basis, x));
     if (!(x.norm() > least) || basis.cols() >= kMostDimensions) return;
     basis.conservativeResize(j.cols(), basis.cols() + 1);
     basis.col(basis.cols() - 1) = x.normalized();
@@ -115,7 +116,7 @@ rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const 
         state_->derivative(reference, offset, proximity::well_point(p.reference), proximity::well_point(p.offset));
     const Vector3d r = p.offset.position - p.reference.position;
     Vector3d q;
-    const double beta = proximity::touching_beta(r, j * j.transpose(), radii_, &q);
+    const double beta = proximity::touching_beta(r, propagate::covariance_of(j), radii_, &q);
     if (!std::isfinite(beta)) continue;
     const Eigen::VectorXd z = proximity::design_of(j, r, q);
     ways.push_back({p, std::move(j), {z, z.norm()}});
@@ -135,7 +136,7 @@ rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const 
   Eigen::MatrixXd errors = directions_;
   for (std::size_t i = 0; i < state_->names().size(); ++i)
     if (state_->names()[i].source == proximity::ContactState::kSlot) errors.row(static_cast<Eigen::Index>(i)).setZero();
-  scaled_ = errors.transpose() * errors;
+  scaled_ = stats::transpose_product(errors, errors);
   if (s_.run.sampling.method == "auto" && is_near) return out;
   constexpr double kLeastWide = 1.3;
   const double wide = std::max(kLeastWide, out.designs.front().beta / std::sqrt(3.0));
@@ -193,7 +194,8 @@ void PairEvent::predict(const study::WellPair& pair, const proximity::PairErrors
 }
 
 Eigen::Matrix2d PairEvent::plane_covariance() const {
-  return plane_ * closest_j_ * closest_j_.transpose() * plane_.transpose();
+  const Eigen::Matrix<double, 2, 3> across = stats::product_transpose(plane_ * closest_j_, closest_j_);
+  return across * plane_.transpose();
 }
 
 std::size_t PairEvent::weights() const {

@@ -6,6 +6,7 @@
 #include "base/units.h"
 #include "reliability/significance.h"
 #include "reliability/station_response.h"
+#include "stats/matrices.h"
 
 namespace surveymc::studies::reliability {
 namespace {
@@ -131,7 +132,7 @@ std::vector<double> combination_values(const LayerModel& m, const GridPoint& p, 
     w = surveymc::reliability::weakest_direction(information);
   } else {
     w.direction = Eigen::Map<const Eigen::VectorXd>(s.direction.data(), count);
-    const double shown = w.direction.dot(information * w.direction);
+    const double shown = w.direction.dot(stats::times(information, w.direction));
     w.redundancy = shown < surveymc::reliability::kLeastRedundancy ? 0 : shown;
     w.dimensions = shown < surveymc::reliability::kLeastRedundancy ? 0 : 1;
   }

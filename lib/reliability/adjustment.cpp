@@ -10,6 +10,7 @@
 #include "reliability/minimum.h"
 #include "simd/dual.h"
 #include "stats/linear_algebra.h"
+#include "stats/matrices.h"
 
 namespace surveymc::reliability {
 namespace {
@@ -112,6 +113,13 @@ LinearisedConditions linearise_conditions(const AdjustmentModel& m, std::size_t 
   return l;
 }
 
+/// Misclosures at the readings, of conditions that are linear around `y` less `difference`.
+VectorXd misclosures(const LinearisedConditions& l, const VectorXd& difference) {
+  VectorXd w = l.values;
+  stats::add_times(l.jacobian, difference, w);
+  return w;
+}
+
 }  // namespace
 
 VectorXd adjustment_variances(const AdjustmentModel& model,
@@ -165,11 +173,11 @@ StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in
   VectorXd adjusted = y;
   for (a.iterations = 1; a.iterations <= kMost; ++a.iterations) {
     const LinearisedConditions l = linearise_conditions(model, stations, in.references, adjusted);
-    const VectorXd w = l.values + l.jacobian * (y - adjusted);
+    const VectorXd w = misclosures(l, y - adjusted);
     const MatrixXd weighted = variances.asDiagonal() * l.jacobian.transpose();
-    const MatrixXd covariance = l.jacobian * weighted;
+    const MatrixXd covariance = stats::product(l.jacobian, weighted);
     const VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
-    const stats::Cholesky factor = stats::cholesky(scale.asDiagonal() * covariance * scale.asDiagonal());
+    const stats::Cholesky factor = stats::cholesky(stats::scaled(covariance, scale));
     VectorXd t = factor.solve_lower(scale.cwiseProduct(w));
     VectorXd error = VectorXd::Zero(n);  // of the observations that are left out
     if (!out.empty()) {
@@ -179,11 +187,11 @@ StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in
       z = factor.solve_lower(scale.asDiagonal() * z);
       constexpr double kLeastPivot = 1e-5;  // as for redundancy numbers: 1e-10 in the square
       const VectorXd size = stats::least_squares_solution(z, t, kLeastPivot);
-      t -= z * size;
+      t -= stats::times(z, size);
       for (std::size_t k = 0; k < out.size(); ++k)
         error[out[k]] = size[static_cast<Index>(k)] * std::sqrt(variances[out[k]]);
     }
-    const VectorXd residuals = weighted * (scale.asDiagonal() * factor.solve_upper(t));
+    const VectorXd residuals = stats::product(weighted, scale.asDiagonal() * factor.solve_upper(t));
     VectorXd next = y - residuals - error;
     for (const Index k : out) next[k] = y[k] - error[k];
     a.residuals = y - next;
@@ -210,7 +218,7 @@ StationAdjustment adjust(const AdjustmentModel& model, const StationReadings& in
   }
 
   const LinearisedConditions l = linearise_conditions(model, stations, in.references, adjusted);
-  a.parity = without(parity_model(l.jacobian, l.values + l.jacobian * (y - adjusted), variances), out);
+  a.parity = without(parity_model(l.jacobian, misclosures(l, y - adjusted), variances), out);
   for (std::size_t k = 0; k < stations; ++k) {
     const double* r = adjusted.data() + kReadings * k;
     std::array<double, kReadings> corrected;

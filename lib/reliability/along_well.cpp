@@ -9,6 +9,7 @@
 #include "reliability/conditions.h"
 #include "reliability/reliability_grid.h"
 #include "stats/linear_algebra.h"
+#include "stats/matrices.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::reliability {
@@ -146,6 +147,11 @@ struct SharedTerms {
   MatrixXd position;     ///< of the last station by z, over all stations
 };
 
+/// Of one station, z in units of its sd: `columns` are the misclosures by these.
+MatrixXd information_of(const StationTerms& t, const MatrixXd& columns) {
+  return stats::product_over<3>(columns.transpose() * t.weight, columns);
+}
+
 SharedTerms shared_terms(const AdjustmentModel& model, const std::vector<StationTerms>& terms) {
   const Index width = terms.front().shared.cols();
   SharedTerms z{VectorXd(width), MatrixXd::Identity(width, width), MatrixXd::Zero(3, width)};
@@ -157,7 +163,7 @@ SharedTerms shared_terms(const AdjustmentModel& model, const std::vector<Station
   }
   for (const StationTerms& t : terms) {
     const MatrixXd scaled = t.shared * z.sd.asDiagonal();
-    z.information += scaled.transpose() * t.weight * scaled;
+    z.information += information_of(t, scaled);
     z.position += t.position * t.residuals * t.shared - t.shared_position;
   }
   return z;
@@ -208,15 +214,17 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
     e.lost += at.lost_position;
     e.adjusted += direct - at.position * (at.residuals * c);
   };
-  const auto information = [&](const Error& e) { return shared ? e.information - e.s.dot(p * e.s) : e.information; };
+  const auto information = [&](const Error& e) {
+    return shared ? e.information - e.s.dot(stats::times(p, e.s)) : e.information;
+  };
   const auto detectable = [&](const Error& e, double variance) {
     const double i = information(e);
     return i * variance >= kLeastRedundancy ? lambda0 / std::sqrt(i) : kInfinity;
   };
   const auto position = [&](const Error& e, double size, double variance) {
     const Vector3d moved = !std::isfinite(size) ? e.direct
-                           : shared             ? Vector3d(e.adjusted + position_by_z * (p * e.s))
-                                                : e.adjusted;
+                           : shared ? Vector3d(e.adjusted + stats::times(position_by_z, stats::times(p, e.s)))
+                                    : e.adjusted;
     const Vector3d lost = reach(e.lost, 1, kInfinity);
     return Vector3d((lost.array() == 0).select(reach(moved, std::sqrt(variance), size), lost));
   };
@@ -251,8 +259,8 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
       Eigen::Matrix<double, 6, 1> left = Eigen::Matrix<double, 6, 1>::Zero();  // of the error, in the readings
       if (reading) left[column] = 1;
       if (std::isfinite(size)) {
-        const VectorXd z = shared ? VectorXd(p * e.s) : VectorXd(VectorXd::Zero(width));
-        left -= at.residuals * (c - at.shared * z);
+        const VectorXd z = shared ? stats::times(p, e.s) : VectorXd(VectorXd::Zero(width));
+        left -= at.residuals * (c - stats::times(at.shared, z));
         if (width > 3) left -= z.segment<6>(3) + z.tail<6>().cwiseProduct(at.values);
       }
       const Vector3d angles = reach(at.angles * left, sd, size);
@@ -321,7 +329,7 @@ FoundError WellErrors::of(std::size_t k, std::size_t observation, int sign) cons
   if (shared_) {
     const StationTerms& own = shared_->terms[k];
     const MatrixXd scaled = own.shared * shared_->z.sd.asDiagonal();
-    const MatrixXd others = shared_->z.information - scaled.transpose() * own.weight * scaled;
+    const MatrixXd others = shared_->z.information - information_of(own, scaled);
     VectorXd size = shared_->z.sd.cwiseProduct(shared_->unit);
     // The error of an observed reference has this sign. Systematic terms are observed as 0, so their error is 0 less
     // the true value.
@@ -355,8 +363,8 @@ FoundError WellErrors::of(std::size_t k, std::size_t observation, int sign) cons
     found.position += interval(k, moved, tangent(k + 1)) - interval(k, here, tangent(k + 1));
   if (shared_) {
     const StationTerms& own = shared_->terms[k];
-    found.position += (shared_->z.position - (own.position * own.residuals * own.shared - own.shared_position)) *
-                      e.shared_errors.cwiseQuotient(shared_->unit);
+    const MatrixXd by_shared = shared_->z.position - (own.position * own.residuals * own.shared - own.shared_position);
+    found.position += stats::times(by_shared, e.shared_errors.cwiseQuotient(shared_->unit));
   }
   return found;
 }

@@ -8,6 +8,7 @@
 
 #include "stats/descent.h"
 #include "stats/linear_algebra.h"
+#include "stats/matrices.h"
 
 namespace surveymc::reliability {
 namespace {
@@ -321,13 +322,6 @@ VectorXd scale_of(const Linear& l) {
   return scale;
 }
 
-MatrixXd scaled(const MatrixXd& a, const VectorXd& scale) {
-  MatrixXd h = a;
-  for (Index j = 0; j < h.cols(); ++j)
-    for (Index i = 0; i < h.rows(); ++i) h(i, j) = scale[i] * a(i, j) * scale[j];
-  return h;
-}
-
 MatrixXd with_diagonal(MatrixXd h, double more) {
   for (Index i = 0; i < h.rows(); ++i) h(i, i) += more;
   return h;
@@ -369,7 +363,7 @@ class OmegaProblem {
     constexpr double kLeast = 1e-7;  // curvature per sd and sd; J'J has 1
     const Linear& l = linear();
     const VectorXd scale = scale_of(l);
-    const MatrixXd h = scaled(l.hessian, scale);
+    const MatrixXd h = stats::scaled(l.hessian, scale);
     if (stats::cholesky(with_diagonal(h, kLeast)).positive_definite()) return {};
     const VectorXd along = scale.cwiseProduct(VectorXd(stats::symmetric_eigen(h).vectors.col(0)));
     // Down to steps so small even where one unit of `along` is many turns: an unknown that no observation shows
@@ -388,7 +382,7 @@ class OmegaProblem {
   /// that the descent ends, if need be at a saddle.
   static stats::Cholesky factor_of(const MatrixXd& a, const VectorXd& scale, double damping, bool is_square) {
     constexpr double kLeastPivot = 1e-12, kLittle = 1e-10;  // J'J has 1 on its diagonal
-    const MatrixXd of_scaled = scaled(a, scale);
+    const MatrixXd of_scaled = stats::scaled(a, scale);
     const stats::Cholesky factor = stats::cholesky(with_diagonal(of_scaled, damping));
     if (!is_square || (factor.positive_definite() && factor.lower().diagonal().minCoeff() > std::sqrt(kLeastPivot)))
       return factor;
