@@ -8,6 +8,7 @@
 
 #include "chained/descent_kernel.h"
 #include "stats/linear_algebra.h"
+#include "stats/matrices.h"
 #include "stats/small_matrix.h"
 
 namespace surveymc::chained {

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "stats/linear_algebra.h"
+#include "stats/matrices.h"
 #include "stats/small_matrix.h"
 
 namespace surveymc::chained {

@@ -9,6 +9,7 @@
 #include "estimate/field_fit.h"
 #include "estimate/field_misfit.h"
 #include "stats/linear_algebra.h"
+#include "stats/matrices.h"
 #include "stats/small_matrix.h"
 
 namespace surveymc::estimate {

@@ -9,7 +9,6 @@
 #include "monitoring/aakr_lanes.h"
 #include "simd/instruction_set.h"
 #include "stats/linear_algebra.h"
-#include "stats/matrices.h"
 
 namespace surveymc::monitoring {
 namespace {
@@ -19,8 +18,7 @@ using Eigen::Index;
 /// Of length 1: the direction in which the vectors differ most.
 Eigen::VectorXd main_direction(const Samples& memory) {
   const Samples centred = memory.rowwise() - memory.colwise().mean();
-  const Eigen::MatrixXd transposed = centred.transpose();
-  return stats::symmetric_eigen(stats::product_transpose(transposed, transposed)).vectors.col(memory.cols() - 1);
+  return stats::symmetric_eigen(centred.transpose() * centred).vectors.col(memory.cols() - 1);
 }
 
 constexpr double kLn2 = 0.69314718055994530942;
@@ -45,7 +43,7 @@ Aakr::Aakr(const Samples& memory, double bandwidth)
   scale_ = std::sqrt(0.5 / (bandwidth * bandwidth * kLn2));
   direction_ = main_direction(memory);
   largest_norm_ = scale_ * memory.rowwise().norm().maxCoeff();
-  const Eigen::VectorXd projection = scale_ * stats::transpose_times(memory.transpose(), direction_);
+  const Eigen::VectorXd projection = scale_ * (memory * direction_);
   std::vector<Index> order(static_cast<std::size_t>(vectors_));
   std::iota(order.begin(), order.end(), Index{0});
   std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return projection[a] < projection[b]; });

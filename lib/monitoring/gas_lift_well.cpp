@@ -1,9 +1,8 @@
 #include "monitoring/gas_lift_well.h"
 
 #include <cmath>
-#include <utility>
 
-#include <Eigen/Core>
+#include <Eigen/LU>
 
 #include "base/error.h"
 #include "base/units.h"
@@ -67,32 +66,12 @@ Eigen::Matrix3d gas_lift_jacobian(const GasLiftWell& well, const GasLiftState& x
 
 namespace {
 
-/// A^-1 b by elimination with pivots, in plain loops: Eigen's own takes a second to compile.
-Eigen::Vector3d solution(Eigen::Matrix3d a, Eigen::Vector3d b) {
-  for (int k = 0; k < 3; ++k) {
-    int pivot = k;
-    for (int r = k + 1; r < 3; ++r)
-      if (std::abs(a(r, k)) > std::abs(a(pivot, k))) pivot = r;
-    for (int c = 0; c < 3; ++c) std::swap(a(k, c), a(pivot, c));
-    std::swap(b[k], b[pivot]);
-    for (int r = k + 1; r < 3; ++r) {
-      if (a(k, k) != 0) a(r, k) /= a(k, k);
-      for (int c = k + 1; c < 3; ++c) a(r, c) -= a(r, k) * a(k, c);
-    }
-  }
-  b[1] -= a(1, 0) * b[0];
-  b[2] -= a(2, 0) * b[0] + a(2, 1) * b[1];
-  b[2] /= a(2, 2);
-  b[1] = (b[1] - a(1, 2) * b[2]) / a(1, 1);
-  b[0] = (b[0] - (a(0, 1) * b[1] + a(0, 2) * b[2])) / a(0, 0);
-  return b;
-}
-
 /// False if Newton's method does not end at a state in which all three masses are positive.
 bool newton(const GasLiftWell& well, double injection, GasLiftState& x) {
   for (int i = 0; i < 50; ++i) {
     const GasLiftState f = gas_lift_derivative(well, x, injection);
-    const Eigen::Vector3d step = solution(gas_lift_jacobian(well, x, injection), {f[0], f[1], f[2]});
+    const Eigen::Vector3d step =
+        gas_lift_jacobian(well, x, injection).partialPivLu().solve(Eigen::Vector3d(f[0], f[1], f[2]));
     double largest = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       x[k] -= step[static_cast<Eigen::Index>(k)];

@@ -5,59 +5,9 @@
 
 #include <Eigen/Geometry>
 
+#include "stats/small_matrix.h"
+
 namespace surveymc::monitoring {
-namespace {
-
-/// The factor L of A = L L', A symmetric and positive definite, in the lower triangle, by plain loops: Eigen's own
-/// takes a second to compile.
-template <int N>
-Eigen::Matrix<double, N, N> lower_factor(Eigen::Matrix<double, N, N> l) {
-  for (int k = 0; k < N; ++k) {
-    double square = 0;
-    for (int j = 0; j < k; ++j) square += l(k, j) * l(k, j);
-    const double pivot = l(k, k) - square;
-    if (pivot <= 0) break;
-    l(k, k) = std::sqrt(pivot);
-    for (int i = k + 1; i < N; ++i) {
-      double sum = 0;
-      for (int j = 0; j < k; ++j) sum += l(i, j) * l(k, j);
-      l(i, k) = (l(i, k) - sum) / l(k, k);
-    }
-  }
-  return l;
-}
-
-/// t[0] + ... + t[count - 1], at most five, added by halves.
-double sum_by_halves(const double* t, int count) {
-  switch (count) {
-    case 0:
-      return 0;
-    case 1:
-      return t[0];
-    case 2:
-      return t[0] + t[1];
-    case 3:
-      return t[0] + (t[1] + t[2]);
-    case 4:
-      return (t[0] + t[1]) + (t[2] + t[3]);
-    default:
-      return (t[0] + t[1]) + (t[2] + (t[3] + t[4]));
-  }
-}
-
-/// L^-1 x.
-template <int N>
-Eigen::Matrix<double, N, 1> forward_solution(const Eigen::Matrix<double, N, N>& l, Eigen::Matrix<double, N, 1> x) {
-  static_assert(N <= 6);
-  for (int i = 0; i < N; ++i) {
-    double terms[N];
-    for (int j = 0; j < i; ++j) terms[j] = l(i, j) * x[j];
-    x[i] = (x[i] - sum_by_halves(terms, i)) / l(i, i);
-  }
-  return x;
-}
-
-}  // namespace
 
 Eigen::Vector3d survey_channels(const Eigen::Vector3d& g, const Eigen::Vector3d& b) {
   // atan2 of the parts along and across g keeps its digits at dips near 90 deg, where asin loses them.
@@ -83,9 +33,9 @@ double BiasFilter::update(const Eigen::Vector3d& y, const ChannelJacobian& h, co
   const Eigen::Vector3d scale = s.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::Matrix3d scaled = scale.asDiagonal() * s * scale.asDiagonal();
   const Eigen::Matrix<double, 3, 6> left = scale.asDiagonal() * h * predicted;
-  const Eigen::Matrix3d factor = lower_factor<3>(scaled);
-  Eigen::Matrix3d w;  // the inverse of the factor
-  for (Eigen::Index j = 0; j < 3; ++j) w.col(j) = forward_solution<3>(factor, Eigen::Vector3d::Unit(j));
+  const stats::SmallCholesky<3> factor(scaled);
+  Eigen::Matrix3d w;  // the inverse of its lower triangle
+  for (Eigen::Index j = 0; j < 3; ++j) w.col(j) = factor.solve_lower(Eigen::Vector3d::Unit(j));
   const Eigen::Matrix<double, 3, 6> solved = w.transpose() * (w * left);
   const Eigen::Matrix<double, 6, 3> gain = solved.transpose() * scale.asDiagonal();
   const Eigen::Vector3d innovation = y - h * bias_;
@@ -101,7 +51,7 @@ double normalised_error(const Vector6& error, const Matrix6& covariance) {
   const Vector6 scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
   const Vector6 e = scale.cwiseProduct(error);
   const Matrix6 scaled = scale.asDiagonal() * covariance * scale.asDiagonal();
-  return forward_solution<6>(lower_factor<6>(scaled), e).squaredNorm();
+  return stats::SmallCholesky<6>(scaled).solve_lower(e).squaredNorm();
 }
 
 }  // namespace surveymc::monitoring

@@ -13,7 +13,6 @@
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::reliability {
-namespace {
 
 using Eigen::Index;
 using Eigen::Matrix3d;
@@ -21,8 +20,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Six = Eigen::Matrix<double, 3, kReadings>;
-
-constexpr Index kBz = static_cast<Index>(index_of(Observation::bz));
 
 /// One station, in units that make all of order one (g/G, b/B): columns B and the effect of the readings on the
 /// position.
@@ -41,6 +38,16 @@ struct StationTerms {
   double lost_azimuth = 0;                     ///< infinite where bz was left out, but was all that knew the azimuth
   Vector3d lost_position = Vector3d::Zero();   ///< where a turn by that azimuth would take the last station, m per rad
 };
+
+/// z: the quantities that the stations share, relative. They are in units of the prior sd, which scales them well and
+/// keeps a term with a prior of zero at zero.
+struct SharedTerms {
+  VectorXd sd;           ///< prior, of z
+  MatrixXd information;  ///< of all stations and the prior, in units of the sd
+  MatrixXd position;     ///< of the last station by z, over all stations
+};
+
+namespace {
 
 /// Derivatives of hole direction (magnetic N frame) and angles by the readings: the tool turns by phi, whose parts are
 /// phi_n = -e.du, phi_e = n.du, phi_u = (e.dh - sinD e.du)/cosD.
@@ -107,24 +114,24 @@ std::vector<StationTerms> station_terms(const AdjustmentModel& model, const surv
 
     const bool axial = model.mode == AdjustmentMode::sse_axial;
     Eigen::Matrix<double, 6, 1> used = s.variance;
-    if (axial) used[kBz] = 0;
+    if (axial) used[kAxialMagnetometer] = 0;
     Matrix3d m = s.conditions * used.asDiagonal() * s.conditions.transpose();
     const bool own_references = model.mode == AdjustmentMode::sse || axial;
     if (own_references) m.diagonal() += Vector3d(v[6] / (f.gravity * f.gravity), v[7] / (f.total * f.total), v[8]);
     s.weight = m.inverse();
     Eigen::RowVector3d bz = Eigen::RowVector3d::Zero();
     if (axial) {
-      const Vector3d z = s.conditions.col(kBz), wz = s.weight * z;
-      if (z.dot(wz) * s.variance[kBz] >= kLeastRedundancy) {
+      const Vector3d z = s.conditions.col(kAxialMagnetometer), wz = s.weight * z;
+      if (z.dot(wz) * s.variance[kAxialMagnetometer] >= kLeastRedundancy) {
         bz = wz.transpose() / z.dot(wz);
         s.weight -= wz * wz.transpose() / z.dot(wz);
       } else {  // horizontal, east or west; signs as in station_kernel.h
-        s.lost_azimuth = std::copysign(kInfinity, -s.angles(2, kBz));
-        s.lost_position = -s.position.col(kBz);
+        s.lost_azimuth = std::copysign(kInfinity, -s.angles(2, kAxialMagnetometer));
+        s.lost_position = -s.position.col(kAxialMagnetometer);
       }
     }
     s.residuals = used.asDiagonal() * s.conditions.transpose() * s.weight;
-    s.residuals.row(kBz) += bz;
+    s.residuals.row(kAxialMagnetometer) += bz;
     s.shared = MatrixXd::Zero(3, systematic ? 15 : 3);
     s.shared_position = MatrixXd::Zero(3, s.shared.cols());
     s.shared.leftCols<3>() = -Matrix3d::Identity();
@@ -138,14 +145,6 @@ std::vector<StationTerms> station_terms(const AdjustmentModel& model, const surv
   }
   return all;
 }
-
-/// z: the quantities that the stations share, relative. They are in units of the prior sd, which scales them well and
-/// keeps a term with a prior of zero at zero.
-struct SharedTerms {
-  VectorXd sd;           ///< prior, of z
-  MatrixXd information;  ///< of all stations and the prior, in units of the sd
-  MatrixXd position;     ///< of the last station by z, over all stations
-};
 
 /// Of one station, z in units of its sd: `columns` are the misclosures by these.
 MatrixXd information_of(const StationTerms& t, const MatrixXd& columns) {

@@ -21,7 +21,6 @@ template <int kStations, bool kSystematic>
 class ErrorShift {
   static constexpr int kReferencesAt = 6 * kStations, kBiasesAt = kReferencesAt + 3, kScalesAt = kBiasesAt + 6;
   static constexpr int kShared = kSystematic ? 15 : 3, kCount = kReferencesAt + kShared, kConditions = 3 * kStations;
-  static constexpr int kBz = static_cast<int>(index_of(Observation::bz));
   using Values = std::array<double, kCount>;
   using Misfits = std::array<double, kConditions>;
   using Jacobian = std::array<Values, kConditions>;
@@ -187,8 +186,8 @@ class ErrorShift {
     Step s;
     double bz = 0;
     if (without_bz_) {
-      const double sd_z = std::sqrt(variance_[kBz]);
-      const Misfits z = column(kBz, sd_z);
+      const double sd_z = std::sqrt(variance_[kAxialMagnetometer]);
+      const Misfits z = column(kAxialMagnetometer, sd_z);
       const double squared = dot(z, z);
       s.bz_is_lost = !(squared > 1e-10);  // kLeastRedundancy
       if (!s.bz_is_lost) {
@@ -208,7 +207,7 @@ class ErrorShift {
     s.next = y;
     for (std::size_t i = 0; i < n; ++i)
       of_condition(static_cast<int>(i), [&](std::size_t j) { s.next[j] -= weighted[i][j] * (scale[i] * back[i]); });
-    if (without_bz_) s.next[kBz] = y[kBz] - bz;
+    if (without_bz_) s.next[kAxialMagnetometer] = y[kAxialMagnetometer] - bz;
     const double size = std::sqrt(dot(own, own));
     // r of 1e-10, kLeastRedundancy
     s.shift = {std::sqrt(dot(t, t)), size * sd() > 1e-5 ? std::abs(dot(own, t)) / size : 0};

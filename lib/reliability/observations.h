@@ -24,6 +24,8 @@ inline constexpr std::size_t kReadings = 6;     ///< sensor readings of a statio
 inline constexpr std::size_t kMisclosures = 3;  ///< conditions that y has to meet (conditions.h)
 
 constexpr std::size_t index_of(Observation o) { return static_cast<std::size_t>(o); }
+/// The axial magnetometer in matrices by readings, which axial correction leaves out.
+inline constexpr int kAxialMagnetometer = static_cast<int>(index_of(Observation::bz));
 
 /// "gx", ..., "bz", "gravity", "total_field", "dip".
 const std::array<std::string, kObservations>& observation_names();

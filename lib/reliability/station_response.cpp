@@ -8,6 +8,7 @@
 #include "reliability/reliability_grid.h"
 #include "stats/linear_algebra.h"
 #include "stats/matrices.h"
+#include "stats/small_matrix.h"
 
 namespace surveymc::reliability {
 namespace {
@@ -17,7 +18,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kNothing = 1e-12;  // rad per sd of the error: rounding, as in station_kernel.h
-constexpr Index kBz = static_cast<Index>(index_of(Observation::bz));
 
 /// Orthonormal bases of the station in the tool frame, and the derivatives of `down` by inclination and toolface.
 struct Directions {
@@ -33,34 +33,11 @@ Directions directions_of(const StationSines<double>& s) {
   return d;
 }
 
-/// Inverse of a symmetric and positive definite matrix, by its factor L: A = L L'. Eigen's own takes a second to
-/// compile.
+/// Inverse of a symmetric and positive definite matrix.
 Matrix3d inverse_of(const Matrix3d& a) {
-  Matrix3d l = a, x = Matrix3d::Identity();
-  for (Index k = 0; k < 3; ++k) {
-    double square = 0;
-    for (Index j = 0; j < k; ++j) square += l(k, j) * l(k, j);
-    const double pivot = l(k, k) - square;
-    if (pivot <= 0) break;
-    l(k, k) = std::sqrt(pivot);
-    for (Index i = k + 1; i < 3; ++i) {
-      double sum = 0;
-      for (Index j = 0; j < k; ++j) sum += l(i, j) * l(k, j);
-      l(i, k) = (l(i, k) - sum) / l(k, k);
-    }
-  }
-  for (Index column = 0; column < 3; ++column) {
-    auto y = x.col(column);
-    for (Index i = 0; i < 3; ++i) {
-      y[i] *= 1 / l(i, i);
-      for (Index below = i + 1; below < 3; ++below) y[below] -= y[i] * l(below, i);
-    }
-    for (Index i = 3; i-- > 0;) {
-      double sum = 0;
-      for (Index below = i + 1; below < 3; ++below) sum += l(below, i) * y[below];
-      y[i] = (y[i] - sum) * (1 / l(i, i));
-    }
-  }
+  const stats::SmallCholesky<3> factor(a);
+  Matrix3d x = Matrix3d::Identity();
+  for (Index column = 0; column < 3; ++column) factor.solve_in_place(&x(0, column));
   return x;
 }
 
@@ -110,7 +87,7 @@ StationResponse::StationResponse(const AdjustmentModel& model, const StationSine
 
   const Eigen::Matrix<double, 3, kReadings> readings = columns_.leftCols<kReadings>();
   Eigen::Matrix<double, kReadings, 1> own = variance_.head<kReadings>();
-  if (mode_ == AdjustmentMode::sse_axial) own[kBz] = 0;
+  if (mode_ == AdjustmentMode::sse_axial) own[kAxialMagnetometer] = 0;
   const Matrix3d of_one = readings * own.asDiagonal() * readings.transpose();
   Matrix3d common = variance_.tail<3>().asDiagonal();
   common += readings * systematic_.head<kReadings>().asDiagonal() * readings.transpose();
@@ -120,15 +97,15 @@ StationResponse::StationResponse(const AdjustmentModel& model, const StationSine
 
   of_bz_.setZero();
   if (mode_ == AdjustmentMode::sse_axial) {
-    const Vector3 z = columns_.col(kBz), wz = weight_ * z;
+    const Vector3 z = columns_.col(kAxialMagnetometer), wz = weight_ * z;
     const double zwz = z.dot(wz);
-    azimuth_is_lost_ = zwz * variance_[kBz] < kLeastRedundancy;
+    azimuth_is_lost_ = zwz * variance_[kAxialMagnetometer] < kLeastRedundancy;
     if (!azimuth_is_lost_) {
       of_bz_ = wz / zwz;
       weight_ -= of_bz_ * wz.transpose();
       weight_sum_ = weight_;
     }
-    columns_.col(kBz).setZero();
+    columns_.col(kAxialMagnetometer).setZero();
   }
 }
 
@@ -172,7 +149,7 @@ ErrorResponse StationResponse::of(const Observations& error) const {
 
   // The rest of the error in the readings, after subtracting the estimated systematic terms, too
   Vector9 left = eps - residual - systematic_.cwiseProduct(columns_.transpose() * k_sum);
-  if (mode_ == AdjustmentMode::sse_axial) left[kBz] = -of_bz_.dot(readings + references);
+  if (mode_ == AdjustmentMode::sse_axial) left[kAxialMagnetometer] = -of_bz_.dot(readings + references);
   const Directions d = directions_of(sines_);
   const Vector3 g = left.head<3>(), b = left.segment<3>(3);
   // Leaning to the right of the hole makes toolface and azimuth move against each other.

@@ -106,8 +106,4 @@ MatrixXd SymmetricFactor::inverse() const { return factor_.solve(MatrixXd::Ident
 
 MatrixXd symmetric_inverse(const MatrixXd& a) { return symmetric_factor(a).inverse(); }
 
-void set_product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b, Eigen::Ref<MatrixXd> c) {
-  c.noalias() = a * b;
-}
-
 }  // namespace surveymc::stats

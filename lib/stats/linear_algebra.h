@@ -78,8 +78,4 @@ SymmetricFactor symmetric_factor(const Eigen::MatrixXd& a);
 /// Inverse of a symmetric matrix, by its SymmetricFactor.
 Eigen::MatrixXd symmetric_inverse(const Eigen::MatrixXd& a);
 
-/// c = a b, by blocks where they are large. c is neither a nor b, and has their size.
-void set_product(const Eigen::Ref<const Eigen::MatrixXd>& a, const Eigen::Ref<const Eigen::MatrixXd>& b,
-                 Eigen::Ref<Eigen::MatrixXd> c);
-
 }  // namespace surveymc::stats

@@ -2,26 +2,18 @@
 
 #include <Eigen/Cholesky>
 
+#include "stats/small_matrix.h"
+
 namespace surveymc::stats {
 
 using Eigen::Dynamic;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-namespace {
-
-/// t[0] + ... + t[N - 1], N >= 1, added by halves.
-template <int N>
-double sum_by_halves(const double* t) {
-  if constexpr (N == 1)
-    return t[0];
-  else
-    return sum_by_halves<N / 2>(t) + sum_by_halves<N - N / 2>(t + N / 2);
-}
-
-}  // namespace
-
 MatrixXd product(const MatrixXd& a, const MatrixXd& b) { return a * b; }
+void set_product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b, Eigen::Ref<MatrixXd> c) {
+  c.noalias() = a * b;
+}
 template <int N>
 MatrixXd product_over(const Eigen::Matrix<double, Dynamic, N>& a, const Eigen::Matrix<double, N, Dynamic>& b) {
   constexpr Eigen::Index kSmall = 20;  // Eigen's bound: products of more elements add one term after the other
@@ -31,7 +23,7 @@ MatrixXd product_over(const Eigen::Matrix<double, Dynamic, N>& a, const Eigen::M
     for (Eigen::Index i = 0; i < a.rows(); ++i) {
       double terms[N], sum = 0;
       for (int k = 0; k < N; ++k) sum += terms[k] = a(i, k) * b(k, j);
-      c(i, j) = by_halves ? sum_by_halves<N>(terms) : sum;
+      c(i, j) = by_halves ? sum_by_halves<N>([&](int k) { return terms[k]; }) : sum;
     }
   return c;
 }

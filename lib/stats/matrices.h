@@ -7,6 +7,9 @@ namespace surveymc::stats {
 
 /// A B.
 Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+/// c = a b, without memory from the heap. c is neither a nor b, and has their size.
+void set_product(const Eigen::Ref<const Eigen::MatrixXd>& a, const Eigen::Ref<const Eigen::MatrixXd>& b,
+                 Eigen::Ref<Eigen::MatrixXd> c);
 /// A B where the compiler knows the columns of A, 3 or 6. Small products are then added by halves, as Eigen does.
 template <int N>
 Eigen::MatrixXd product_over(const Eigen::Matrix<double, Eigen::Dynamic, N>& a,

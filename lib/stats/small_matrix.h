@@ -56,6 +56,11 @@ class SmallCholesky {
   /// L, in the lower triangle.
   const Matrix& lower() const { return l_; }
 
+  /// L^-1 b. What is taken from a row is added by halves.
+  Eigen::Matrix<double, N, 1> solve_lower(Eigen::Matrix<double, N, 1> b) const {
+    solve_rows_from<0>(b);
+    return b;
+  }
   /// A^-1 b, for at most three rows. It divides by L's diagonal, and solve_in_place multiplies by 1 / L's: as Eigen
   /// does for one vector and for the columns of a matrix.
   Eigen::Matrix<double, N, 1> solve(Eigen::Matrix<double, N, 1> b) const {
@@ -115,6 +120,15 @@ class SmallCholesky {
 
  private:
   static constexpr int kPanel = 4;
+
+  template <int Row>
+  void solve_rows_from(Eigen::Matrix<double, N, 1>& b) const {
+    if constexpr (Row < N) {
+      if constexpr (Row > 0) b[Row] -= sum_by_halves<Row>([&](int j) { return l_(Row, j) * b[j]; });
+      b[Row] /= l_(Row, Row);
+      solve_rows_from<Row + 1>(b);
+    }
+  }
 
   bool factor() {
     for (int k = 0; k < N; ++k) {

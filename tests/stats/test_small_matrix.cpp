@@ -9,6 +9,7 @@
 #include <catch2/catch.hpp>
 
 #include "stats/linear_algebra.h"
+#include "stats/matrices.h"
 #include "stats/small_matrix.h"
 
 using namespace surveymc::stats;
@@ -89,6 +90,28 @@ TEST_CASE("Products of small matrices have the bits of Eigen's", "[stats][linear
     const Eigen::Matrix<double, 6, 2> b = random_matrix(6, 2);
     CHECK(same_bits(product_by_halves(a, b), Eigen::Matrix2d(a * b)));
     CHECK(dot_by_halves<6>(b.data(), b.data() + 6) == b.col(0).dot(b.col(1)));
+  }
+}
+
+TEST_CASE("Products over three or six columns have the bits of Eigen's, small and large", "[stats][linear_algebra]") {
+  for (Index rows = 1; rows < 14; ++rows)
+    for (Index columns = 1; columns < 14; ++columns) {
+      const Eigen::Matrix<double, Eigen::Dynamic, 3> a3 = random_matrix(rows, 3);
+      const Eigen::Matrix<double, 3, Eigen::Dynamic> b3 = random_matrix(3, columns);
+      CHECK(same_bits(product_over(a3, b3), MatrixXd(a3 * b3)));
+      const Eigen::Matrix<double, Eigen::Dynamic, 6> a6 = random_matrix(rows, 6);
+      const Eigen::Matrix<double, 6, Eigen::Dynamic> b6 = random_matrix(6, columns);
+      CHECK(same_bits(product_over(a6, b6), MatrixXd(a6 * b6)));
+    }
+}
+
+TEST_CASE("The factor's lower triangle is solved with Eigen's bits", "[stats][linear_algebra]") {
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Matrix<double, 6, 6> root = random_matrix(6, 6), a = root * root.transpose();
+    const Eigen::Matrix<double, 6, 1> b = random_matrix(6, 1);
+    const Eigen::LLT<Eigen::Matrix<double, 6, 6>> factor(a);
+    if (factor.info() != Eigen::Success) continue;
+    CHECK(same_bits(SmallCholesky<6>(a).solve_lower(b), Eigen::Matrix<double, 6, 1>(factor.matrixL().solve(b))));
   }
 }
 
