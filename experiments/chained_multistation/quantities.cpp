@@ -2,11 +2,12 @@
 
 #include <cmath>
 
+#include <Eigen/Cholesky>
+
 #include "base/units.h"
 #include "chained/attitude.h"
 #include "chained/basic_solution.h"
 #include "config/readings_csv.h"
-#include "stats/matrices.h"
 #include "study/table_rows.h"
 
 namespace surveymc::studies::chained_multistation {
@@ -63,7 +64,7 @@ RunCheck check_chained(const Scenario& s, const sensor::ChainedRun& run, const c
       const auto state = static_cast<Eigen::Index>(i);
       check.z[i] = error[state] / sd[state];
     }
-    check.nees = error.dot(Vector12(stats::positive_definite_solution(e.covariance, error)));
+    check.nees = error.dot(e.covariance.llt().solve(error));
     out.stations.push_back(check);
   }
   return out;

@@ -1,7 +1,5 @@
 #include "stats/matrices.h"
 
-#include <Eigen/Cholesky>
-
 #include "stats/small_matrix.h"
 
 namespace surveymc::stats {
@@ -43,7 +41,5 @@ MatrixXd scaled(const MatrixXd& a, const VectorXd& s) {
     for (Eigen::Index i = 0; i < a.rows(); ++i) c(i, j) = s[i] * a(i, j) * s[j];
   return c;
 }
-
-VectorXd positive_definite_solution(const MatrixXd& a, const VectorXd& b) { return a.llt().solve(b); }
 
 }  // namespace surveymc::stats

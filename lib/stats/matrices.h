@@ -1,5 +1,5 @@
 #pragma once
-/// Products and solutions of matrices whose size is known only when the program runs. Only this module's source file
+/// Products of matrices whose size is known only when the program runs. Only this module's source file
 /// instantiates Eigen's blocked product, because each kind of it takes a second to compile.
 #include <Eigen/Core>
 
@@ -30,8 +30,5 @@ void add_times(const Eigen::MatrixXd& a, const Eigen::VectorXd& x, Eigen::Vector
 
 /// S A S with S = diag(s).
 Eigen::MatrixXd scaled(const Eigen::MatrixXd& a, const Eigen::VectorXd& s);
-
-/// A^-1 b, A symmetric and positive definite, by its Cholesky factor.
-Eigen::VectorXd positive_definite_solution(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
 }  // namespace surveymc::stats
