@@ -242,7 +242,7 @@ BlockSolution solve_blocks(const NormalBlocks& b, double damping) {
   return s;
 }
 
-/// z a z' of the first station's border: z has few columns.
+/// z a z', z the columns of a station's solution that stand for the border: at most three.
 Matrix12 by_border(const Columns& x, const MatrixXd& a) {
   const Index q = a.rows();
   Matrix12 c = Matrix12::Zero();

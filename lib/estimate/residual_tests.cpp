@@ -8,6 +8,7 @@
 
 #include "base/units.h"
 #include "stats/linear_algebra.h"
+#include "stats/matrices.h"
 #include "stats/small_matrix.h"
 
 namespace surveymc::estimate {
@@ -62,13 +63,7 @@ ResidualTests residual_tests(const std::vector<survey::StationFields>& stations,
   for (Index c = 0; c < 6; ++c) a.col(c) /= std::max(a.col(c).norm(), std::numeric_limits<double>::min());
 
   const Eigen::MatrixXd q = stats::orthonormal_columns(a);
-  Eigen::VectorXd left = v, fitted = Eigen::VectorXd::Zero(v.size());  // left: whitened M v
-  for (Index c = 0; c < kUnknowns; ++c) {
-    double along = 0;
-    for (Index r = 0; r < v.size(); ++r) along += q(r, c) * v[r];
-    for (Index r = 0; r < v.size(); ++r) fitted[r] += q(r, c) * along;
-  }
-  left -= fitted;
+  const Eigen::VectorXd left = v - stats::times(q, stats::transpose_times(q, v));  // whitened M v
   ResidualTests t;
   t.redundancy = static_cast<int>(2 * n - 6);
   t.statistic = t.redundancy > 0 ? left.squaredNorm() : 0;

@@ -57,6 +57,20 @@ void check_cholesky() {
   CHECK(same_bits(x, large.solve(b)));
 }
 
+template <int Rows, int Inner, int Columns>
+void check_product() {
+  const Eigen::Matrix<double, Rows, Inner> a = random_matrix(Rows, Inner);
+  const Eigen::Matrix<double, Inner, Columns> b = random_matrix(Inner, Columns);
+  const Eigen::Matrix<double, Rows, Columns> product = a * b;
+  CHECK(same_bits(product_by_halves(a, b), product));
+}
+
+template <int N>
+void check_dot() {
+  const Eigen::Matrix<double, N, 2> a = random_matrix(N, 2);
+  CHECK(same_bits(dot_by_halves<N>(a.data(), a.data() + N), a.col(0).dot(a.col(1))));
+}
+
 }  // namespace
 
 TEST_CASE("Small Cholesky factors and solutions have the bits of large ones", "[stats][linear_algebra]") {
@@ -86,10 +100,17 @@ TEST_CASE("Three unknowns: rows and vectors are solved with Eigen's bits", "[sta
 
 TEST_CASE("Products of small matrices have the bits of Eigen's", "[stats][linear_algebra]") {
   for (int i = 0; i < 200; ++i) {
-    const Eigen::Matrix<double, 2, 6> a = random_matrix(2, 6);
-    const Eigen::Matrix<double, 6, 2> b = random_matrix(6, 2);
-    CHECK(same_bits(product_by_halves(a, b), Eigen::Matrix2d(a * b)));
-    CHECK(dot_by_halves<6>(b.data(), b.data() + 6) == b.col(0).dot(b.col(1)));
+    check_product<2, 2, 2>();
+    check_product<2, 3, 2>();
+    check_product<2, 6, 2>();
+    check_product<3, 3, 1>();
+    check_product<6, 4, 6>();
+    check_product<6, 6, 1>();
+    check_product<6, 6, 6>();
+    check_dot<3>();
+    check_dot<6>();
+    check_dot<9>();
+    check_dot<12>();
   }
 }
 
