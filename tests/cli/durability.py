@@ -125,3 +125,4 @@ def program_from_arguments(doc):
     if len(sys.argv) < 2:
         sys.exit(doc)
     Case.PROGRAM = [str(Path(sys.argv.pop(1)).resolve())]
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup has it ignored, and the program would ignore it too
