@@ -30,8 +30,9 @@ def main():
         print(path)
     if drawn.broken:
         raise PlotError(f"{arguments.result}: a plot script failed: {'; '.join(drawn.broken)}", 1)
-    if not drawn.files:
-        raise PlotError(f"{arguments.result}: " + ("; ".join(drawn.messages) or f"no figures are known for experiment '{result.experiment}'"))
+    if drawn.code == plotting.CANNOT_WRITE or not drawn.files:
+        said = "; ".join(drawn.messages) or f"no figures are known for experiment '{result.experiment}'"
+        raise PlotError(f"{arguments.result}: {said}", drawn.code or plotting.BAD_DATA)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,4 @@ for argument in "$@"; do
   case "$argument" in -h | --help) exec scripts/run_studies.py --help ;; esac
 done
 scripts/bootstrap.sh report
-cmake --preset release >/dev/null
-cmake --build --preset release --target surveymc
-exec scripts/run_studies.py "$@"
+exec scripts/run_studies.py --build "$@"

@@ -152,6 +152,14 @@ def run_jobs(jobs, version, program, threads):
     return failed
 
 
+def build():
+    """Builds the program of this clone; the exit code of CMake."""
+    make = subprocess.run(["cmake", "--preset", "release"], cwd=studies.ROOT, stdout=subprocess.DEVNULL)
+    if not make.returncode:
+        make = subprocess.run(["cmake", "--build", "--preset", "release", "--target", "surveymc"], cwd=studies.ROOT)
+    return make.returncode
+
+
 def main():
     parser = Parser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="few trials; into results/quick")
@@ -161,7 +169,10 @@ def main():
     parser.add_argument("--no-report", action="store_true", help="only the results")
     parser.add_argument("--output", metavar="FOLDER", help="where results go (results, or results/quick)")
     parser.add_argument("--program", help=argparse.SUPPRESS)
+    parser.add_argument("--build", action="store_true", help=argparse.SUPPRESS)  # for run_all.sh, whose options are read here
     arguments = parser.parse_args()
+    if arguments.build and (code := build()):
+        return code
     base = studies.ROOT if studies.is_source() else os.getcwd()  # an installation is not written to
     output = os.path.abspath(arguments.output or os.path.join(base, "results", "quick" if arguments.quick else ""))
     try:

@@ -29,6 +29,7 @@ class Drawn:
     files: list = dataclasses.field(default_factory=list)
     messages: list = dataclasses.field(default_factory=list)
     broken: list = dataclasses.field(default_factory=list)  # scripts that failed with a traceback
+    code: int = 0  # exit code of the scripts that drew nothing, the largest
 
 
 def _run(script, arguments):
@@ -77,6 +78,7 @@ def draw(result_path, scripts, folder, point=None):
         if code == 1:
             drawn.broken.append(f"{name}: {err.strip().splitlines()[-1] if err.strip() else 'failed'}")
         elif code:
+            drawn.code = max(drawn.code, code)
             drawn.messages.append(err.strip().replace(f"{result_path}: ", ""))
     return drawn
 

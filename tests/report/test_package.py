@@ -176,6 +176,12 @@ class Scripts(unittest.TestCase):
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertIn("msa_sweep_point1_position.svg", run.stdout)
 
+    def test_figures_that_cannot_be_written(self):
+        run = subprocess.run([sys.executable, os.path.join(SCRIPTS, "draw_result.py"), os.path.join(SMOKE, "msa_sweep.h5"), "-o", "/proc"],
+                             capture_output=True, text=True)
+        self.assertEqual(run.returncode, 74, run.stderr)
+        self.assertRegex(run.stderr, "^draw_result.py: .*/proc/.*: cannot write: [^\n]*\n$")
+
 
 if __name__ == "__main__":
     SMOKE = os.path.abspath(sys.argv.pop())

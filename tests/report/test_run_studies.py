@@ -46,6 +46,20 @@ class Running(unittest.TestCase):
         self.assertFalse([n for n in names if n.split("/")[0] in ("bench", "smoke", "examples", "new", "error_models")])
         self.assertEqual(len(names), len(set(names)))
 
+    def test_options_are_read_before_the_build(self):
+        cmake = os.path.join(self.folder, "cmake")
+        with open(cmake, "w", encoding="utf-8") as file:
+            file.write(f'#!/bin/sh\necho "$*" >> {self.folder}/calls\n[ "$1" != --build ]\n')
+        os.chmod(cmake, 0o755)
+        environment = {**os.environ, "PATH": f"{self.folder}:{os.environ['PATH']}"}
+        for words, code, calls in ((["--build", "--qiuck"], 64, None),
+                                   (["--build", "--list"], 1, "--preset release\n--build --preset release --target surveymc\n")):
+            run = subprocess.run(self.command(*words), env=environment, capture_output=True, text=True, timeout=120)
+            self.assertEqual(run.returncode, code, run.stdout + run.stderr)
+            self.assertEqual(os.path.exists(cmake.replace("cmake", "calls")), calls is not None)
+        with open(os.path.join(self.folder, "calls"), encoding="utf-8") as file:
+            self.assertEqual(file.read(), calls)
+
     def test_what_is_done_is_kept_and_what_changed_is_run_again(self):
         chosen = ("--quick", "--no-report", "--only", "reliability/fig[12]", "--only", "thesis/test4")
         first = self.go(*chosen)
