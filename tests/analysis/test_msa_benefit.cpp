@@ -9,6 +9,7 @@
 #include "analysis/msa_prediction.h"
 #include "analysis/well_design.h"
 #include "base/units.h"
+#include "msa_trials.h"
 #include "sensor/tool_spread.h"
 #include "stats/moments.h"
 #include "survey/corrected_position.h"
@@ -32,6 +33,21 @@ survey::Survey well(WellKind kind, double inclination_deg, double azimuth_deg, i
 
 /// ISCWSA a-priori errors of the magnetometers, noise of 30 nT, a reference of a global model's quality.
 estimate::InputErrors errors(double axial_bias = 0) { return {30, 0, 130, .2 * kDegree, false, .0016, 70, axial_bias}; }
+
+sensor::NoiseModel noise_of(double scale) {
+  sensor::NoiseModel n;
+  n.magnetometer = 30 * scale;
+  n.accelerometer = .002 * scale;
+  n.reference = sensor::ReferenceNoise::per_run;
+  n.reference_total = 130 * scale;
+  n.reference_dip = .2 * kDegree * scale;
+  return n;
+}
+
+/// Across the hole at its end, level.
+Eigen::RowVector3d lateral_of(const survey::Survey& s) {
+  return survey::rotation_hla_from_nev(s.stations.back().inclination, s.stations.back().azimuth).row(1);
+}
 
 estimate::EstimatorOptions estimator(const std::string& name, std::array<bool, 6> estimated,
                                      const estimate::InputErrors& assumed) {
@@ -180,19 +196,13 @@ TEST_CASE("What a well cannot determine is infinite, with priors it is no worse 
 
 TEST_CASE("Lateral after MSA is that of the position study's exact linear covariance") {
   const survey::Survey s = well(WellKind::building, 70, 25);
-  sensor::NoiseModel noise;
-  noise.magnetometer = 30;
-  noise.accelerometer = .002;
-  noise.reference = sensor::ReferenceNoise::per_run;
-  noise.reference_total = 130;
-  noise.reference_dip = .2 * kDegree;
+  const sensor::NoiseModel noise = noise_of(1);
   const sensor::ToolSpread spread{.0016, 70, 220};
   const estimate::InputErrors e = input_errors(noise, spread, kField);
   for (const std::string name : {"msa", "msa_joint"}) {
     const estimate::EstimatorOptions o = estimator(name, kAll, e);
     const MsaPrediction p = predict_msa(s, kField, {}, spread, noise, sensor::clean_readings(s, kField, {}), o);
-    const Eigen::RowVector3d lateral =
-        survey::rotation_hla_from_nev(s.stations.back().inclination, s.stations.back().azimuth).row(1);
+    const Eigen::RowVector3d lateral = lateral_of(s);
     const Eigen::Matrix3d position = p.linear.covariance.bottomRightCorner<3, 3>();
     const double expected = std::sqrt(lateral * position * lateral.transpose());
     CHECK_THAT(predict_benefit(s, kField, e, o).after.lateral, WithinRel(expected, 1e-9));
@@ -203,12 +213,7 @@ TEST_CASE("Azimuth and lateral before and after agree with brute force, whatever
   // All sizes a tenth: second-order effects are then a per cent of a sd at most, and a standard error is .8 %.
   constexpr double scale = .1;
   constexpr int trials = 8192;
-  sensor::NoiseModel noise;
-  noise.magnetometer = 30 * scale;
-  noise.accelerometer = .002 * scale;
-  noise.reference = sensor::ReferenceNoise::per_run;
-  noise.reference_total = 130 * scale;
-  noise.reference_dip = .2 * kDegree * scale;
+  const sensor::NoiseModel noise = noise_of(scale);
   const sensor::ToolSpread spread{.0016 * scale, 70 * scale, 220 * scale};
   const estimate::InputErrors e = input_errors(noise, spread, kField);
   const survey::Survey s = well(WellKind::building, 70, 50);
@@ -220,20 +225,16 @@ TEST_CASE("Azimuth and lateral before and after agree with brute force, whatever
     for (int i = 0; i < 3; ++i) nothing.fill(g, i, 1);
   sensor::simulate_readings(clean, kField, noise, random::Stream(5, 7), 0, block);
   sensor::spread_tools(clean, spread, false, random::Stream(5, 7), 0, block, deviation);
-  const Eigen::RowVector3d lateral =
-      survey::rotation_hla_from_nev(s.stations.back().inclination, s.stations.back().azimuth).row(1);
+  const Eigen::RowVector3d lateral = lateral_of(s);
   const auto sd_with = [&](const survey::LaneArray& parameters) {
     survey::corrected_final_positions(block, parameters, s.md(), 0, position);
     Eigen::MatrixXd x(trials, 2);
-    const int row = 3 * (s.size() - 1);
+    const int last = s.size() - 1;
     for (int t = 0; t < trials; ++t) {
-      std::array<double, 3> b{};
-      for (int i = 0; i < 3; ++i)
-        b[static_cast<std::size_t>(i)] =
-            (block.magnetic.value(t, row + i) - parameters.value(t, 3 + i)) / parameters.value(t, i);
-      const survey::Vec3<double> u{block.down.value(t, row), block.down.value(t, row + 1),
-                                   block.down.value(t, row + 2)};
-      x(t, 0) = survey::attitude_from_fields(u, {b[0], b[1], b[2]}).azimuth;
+      const estimate::Vector6d p = test::parameters_of(parameters, t);
+      const Eigen::Vector3d m = survey::to_eigen(test::triad(block.magnetic, t, last)),
+                            b = (m - p.tail<3>()).cwiseQuotient(p.head<3>());
+      x(t, 0) = survey::attitude_from_fields(test::triad(block.down, t, last), survey::from_eigen(b)).azimuth;
       x(t, 1) = lateral.dot(Eigen::RowVector3d(position.value(t, 0), position.value(t, 1), position.value(t, 2)));
     }
     const stats::Moments m = stats::Moments::of(x);

@@ -5,10 +5,10 @@
 
 #include "base/units.h"
 #include "estimate/estimator.h"
+#include "msa_trials.h"
 #include "stats/moments.h"
 #include "stats/tests.h"
 #include "survey/corrected_position.h"
-#include "thesis_cases.h"
 
 using namespace surveymc;
 using namespace surveymc::analysis;
@@ -17,13 +17,8 @@ namespace {
 
 sensor::NoiseModel full_noise(double scale, sensor::ReferenceNoise per,
                               sensor::NoiseLaw law = sensor::NoiseLaw::gaussian) {
-  sensor::NoiseModel n;
+  sensor::NoiseModel n = test::msa_noise(scale, per, 0.003 * scale);
   n.law = law;
-  n.magnetometer = 70 * scale;
-  n.accelerometer = 0.003 * scale;
-  n.reference = per;
-  n.reference_total = 107 * scale;
-  n.reference_dip = 0.16 * kDegree * scale;
   return n;
 }
 
@@ -50,6 +45,10 @@ Trials run(const test::ThesisCase& c, const sensor::NoiseModel& noise, const Msa
   return t;
 }
 
+MsaPrediction predicted(const test::ThesisCase& c, const sensor::NoiseModel& noise) {
+  return predict_msa(c.survey, c.field, c.errors, {}, noise, sensor::clean_readings(c.survey, c.field, c.errors), {});
+}
+
 }  // namespace
 
 TEST_CASE("The linear prediction of a trial is its estimate and its position, when the noise is small") {
@@ -59,8 +58,7 @@ TEST_CASE("The linear prediction of a trial is its estimate and its position, wh
       for (const sensor::NoiseLaw law : {sensor::NoiseLaw::gaussian, sensor::NoiseLaw::uniform_half_open}) {
         const test::ThesisCase c = test::thesis_case(number);
         const sensor::NoiseModel noise = full_noise(1e-4, per, law);
-        const MsaPrediction p = predict_msa(c.survey, c.field, c.errors, {}, noise,
-                                            sensor::clean_readings(c.survey, c.field, c.errors), {});
+        const MsaPrediction p = predicted(c, noise);
         const Trials t = run(c, noise, p, 16);
         for (int i = 0; i < 9; ++i) {
           const double sd = std::sqrt(p.linear.covariance(i, i));
@@ -76,8 +74,7 @@ TEST_CASE("The weighted sums have the mean and covariance that is claimed for th
   const test::ThesisCase c = test::thesis_case(4);
   for (const sensor::NoiseLaw law : {sensor::NoiseLaw::gaussian, sensor::NoiseLaw::uniform_half_open}) {
     const sensor::NoiseModel noise = full_noise(1, sensor::ReferenceNoise::per_run, law);
-    const MsaPrediction p =
-        predict_msa(c.survey, c.field, c.errors, {}, noise, sensor::clean_readings(c.survey, c.field, c.errors), {});
+    const MsaPrediction p = predicted(c, noise);
     constexpr int n = 8192;
     const stats::Moments m = stats::Moments::of(run(c, noise, p, n).sums);
     for (int i = 0; i < 9; ++i) CHECK(std::abs(m.mean[i]) < 4.5 * std::sqrt(p.linear.covariance(i, i) / n));
@@ -88,8 +85,7 @@ TEST_CASE("The weighted sums have the mean and covariance that is claimed for th
 TEST_CASE("The linear covariance is that of the estimate, and joint propagation but for a small correlation") {
   for (const int number : {3, 4}) {
     const test::ThesisCase c = test::thesis_case(number);
-    const MsaPrediction p = predict_msa(c.survey, c.field, c.errors, {}, full_noise(1, sensor::ReferenceNoise::per_run),
-                                        sensor::clean_readings(c.survey, c.field, c.errors), {});
+    const MsaPrediction p = predicted(c, full_noise(1, sensor::ReferenceNoise::per_run));
     const Eigen::MatrixXd parameters = p.linear.covariance.topLeftCorner<6, 6>(), claimed = p.parameter_covariance;
     for (int i = 0; i < 6; ++i)
       for (int j = 0; j < 6; ++j)

@@ -9,9 +9,9 @@
 #include "analysis/readings_tests.h"
 #include "base/error.h"
 #include "base/units.h"
+#include "msa_trials.h"
 #include "stats/intervals.h"
 #include "survey/minimum_curvature.h"
-#include "thesis_cases.h"
 
 using namespace surveymc;
 using namespace surveymc::analysis;
@@ -21,12 +21,8 @@ namespace {
 
 sensor::NoiseModel thesis_noise(double accelerometer = 0,
                                 sensor::ReferenceNoise per = sensor::ReferenceNoise::per_run) {
-  sensor::NoiseModel n;
-  n.magnetometer = 70;
-  n.accelerometer = accelerometer;
-  n.reference = per;
-  n.reference_total = per == sensor::ReferenceNoise::none ? 0 : 107;
-  n.reference_dip = per == sensor::ReferenceNoise::none ? 0 : 0.16 * kDegree;
+  sensor::NoiseModel n = test::msa_noise(1, per, accelerometer);
+  if (per == sensor::ReferenceNoise::none) n.reference_total = n.reference_dip = 0;
   return n;
 }
 
@@ -43,25 +39,13 @@ struct NoisyRun {
 NoisyRun run_of(const survey::ReadingBlock& block, int trial, const test::ThesisCase& c) {
   NoisyRun run{{c.survey.md(), {}, {}}, c.field};
   for (int k = 0; k < block.stations; ++k) {
-    const auto vector = [&](const survey::LaneArray& a) {
-      return survey::Vec3<double>{a.value(trial, 3 * k), a.value(trial, 3 * k + 1), a.value(trial, 3 * k + 2)};
-    };
-    run.readings.magnetic_T.push_back(vector(block.magnetic));
-    run.readings.gravity_T.push_back(scale(c.field.gravity, vector(block.down)));
+    run.readings.magnetic_T.push_back(test::triad(block.magnetic, trial, k));
+    run.readings.gravity_T.push_back(scale(c.field.gravity, test::triad(block.down, trial, k)));
   }
   const double bh = block.reference.value(trial, 0), bv = block.reference.value(trial, 1);
   run.field.total = std::hypot(bh, bv);
   run.field.dip = std::atan2(bv, bh);
   return run;
-}
-
-estimate::Vector6d truth(const test::ThesisCase& c) {
-  estimate::Vector6d x;
-  for (int i = 0; i < 3; ++i) {
-    x[i] = c.errors.gain[static_cast<std::size_t>(i)];
-    x[3 + i] = c.errors.bias[static_cast<std::size_t>(i)];
-  }
-  return x;
 }
 
 /// Counts, and whether the exact binomial interval (99.9 %) of the share holds the expected one.
@@ -117,10 +101,7 @@ TEST_CASE("Readings without noise give gains, biases, azimuths and positions bac
     c.field.declination = 7 * kDegree;
     const ReadingsAnalysis a = analyse_readings(clean_run(c), c.field, thesis_noise(), {});
     CAPTURE(number);
-    for (int i = 0; i < 3; ++i) {
-      CHECK(std::abs(a.parameters[i] - truth(c)[i]) < 1e-9);
-      CHECK(std::abs(a.parameters[3 + i] - truth(c)[3 + i]) * 1e-3 < 1e-9);  // uT
-    }
+    test::check_parameters(a.parameters, test::true_parameters(c), 1e-9, 1e-6);
     const auto positions = survey::minimum_curvature_positions(c.survey);
     for (std::size_t k = 0; k < a.stations.size(); ++k) {
       const survey::Station& s = c.survey.stations[k];
@@ -158,10 +139,8 @@ TEST_CASE("Every estimator of readings finds the truth of error-free ones, and i
     const MsaPrediction p =
         predict_msa(c.survey, c.field, c.errors, {}, noise, sensor::clean_readings(c.survey, c.field, c.errors), o);
     CAPTURE(name);
-    for (int i = 0; i < 6; ++i) {
-      CHECK(std::abs(a.parameters[i] - p.parameters[i]) < (i < 3 ? 1e-9 : 1e-6));
-      CHECK(a.covariance(i, i) == Approx(p.parameter_covariance(i, i)).epsilon(1e-7));
-    }
+    test::check_parameters(a.parameters, p.parameters, 1e-9, 1e-6);
+    for (int i = 0; i < 6; ++i) CHECK(a.covariance(i, i) == Approx(p.parameter_covariance(i, i)).epsilon(1e-7));
     CHECK(a.reference.has_value() == (name == "msa_joint"));
     if (!a.reference) continue;
     CHECK((*a.reference)[0] == Approx(c.field.total).epsilon(1e-12));
@@ -199,9 +178,7 @@ TEST_CASE("Intervals cover what they claim, and the tests reject as often as the
   const auto positions = survey::minimum_curvature_positions(c.survey);
   for (const sensor::NoiseModel& noise :
        {thesis_noise(), thesis_noise(0.003), thesis_noise(0.003, sensor::ReferenceNoise::none)}) {
-    survey::ReadingBlock block = sensor::make_reading_block(kTrials, c.survey.size(), noise);
-    sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise,
-                              random::Stream(404, 9), 0, block);
+    const survey::ReadingBlock block = test::simulated(c, noise, kTrials, random::Stream(404, 9));
     std::array<Share, 6> parameter;
     std::array<Share, 2> azimuth, north, east;
     Share accepted, six;
@@ -210,7 +187,7 @@ TEST_CASE("Intervals cover what they claim, and the tests reject as often as the
       const NoisyRun run = run_of(block, t, c);
       const ReadingsAnalysis a = analyse_readings(run.readings, run.field, noise, {});
       for (int i = 0; i < 6; ++i)
-        parameter[static_cast<std::size_t>(i)].add(std::abs(a.parameters[i] - truth(c)[i]) <
+        parameter[static_cast<std::size_t>(i)].add(std::abs(a.parameters[i] - test::true_parameters(c)[i]) <
                                                    z * std::sqrt(a.covariance(i, i)));
       for (std::size_t at = 0; at < 2; ++at) {
         const std::size_t k = at == 0 ? 20 : 52;
@@ -229,7 +206,7 @@ TEST_CASE("Intervals cover what they claim, and the tests reject as often as the
       const double rejected = static_cast<double>(rejections) / 106;
       rejected_sum += rejected;
       rejected_squares += rejected * rejected;
-      const estimate::Vector6d off = a.parameters - truth(c);
+      const estimate::Vector6d off = a.parameters - test::true_parameters(c);
       six.add(off.dot(a.covariance.ldlt().solve(off)) < stats::chi_squared_quantile(6, 0.95));
     }
     CAPTURE(noise.accelerometer, noise.reference_total);
@@ -254,9 +231,7 @@ TEST_CASE("A perfect tool is found perfect as often as the test says, with prior
   c.errors = {};
   const sensor::NoiseModel noise = thesis_noise(0.003);
   constexpr int kTrials = 120;
-  survey::ReadingBlock block = sensor::make_reading_block(kTrials, c.survey.size(), noise);
-  sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise, random::Stream(404, 9),
-                            0, block);
+  const survey::ReadingBlock block = test::simulated(c, noise, kTrials, random::Stream(404, 9));
   for (const char* name : {"msa_weighted", "msa_joint", "wls_consider"}) {
     estimate::EstimatorOptions o;
     o.name = name;
@@ -301,9 +276,7 @@ TEST_CASE("The sd of an estimate has three parts: noise, reference and the tools
 
 TEST_CASE("A gross error is found at its station, and the run is rejected") {
   const test::ThesisCase c = test::thesis_case(4);
-  survey::ReadingBlock block = sensor::make_reading_block(8, c.survey.size(), thesis_noise(0.003));
-  sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, thesis_noise(0.003),
-                            random::Stream(3, 9), 0, block);
+  const survey::ReadingBlock block = test::simulated(c, thesis_noise(0.003), 8, random::Stream(3, 9));
   for (int t = 0; t < 8; ++t) {
     NoisyRun run = run_of(block, t, c);
     run.readings.magnetic_T[30].z += 900;  // 13 sd: magnetic interference

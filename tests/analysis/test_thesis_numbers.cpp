@@ -5,7 +5,7 @@
 
 #include "analysis/msa_prediction.h"
 #include "base/units.h"
-#include "thesis_cases.h"
+#include "msa_trials.h"
 
 using namespace surveymc;
 using namespace surveymc::analysis;
@@ -16,12 +16,7 @@ namespace {
 constexpr double printed(double digit) { return 0.5 * digit * (1 + 1e-9); }
 
 sensor::NoiseModel thesis_noise(sensor::ReferenceNoise reference = sensor::ReferenceNoise::per_run) {
-  sensor::NoiseModel n;
-  n.magnetometer = 70;
-  n.reference = reference;
-  n.reference_total = 107;
-  n.reference_dip = 0.16 * kDegree;
-  return n;
+  return test::msa_noise(1, reference);
 }
 
 struct Case {
@@ -44,9 +39,7 @@ struct Case {
 
 /// The answer to noise-free readings: gains, and biases in uT as the thesis prints them.
 std::array<double, 6> noise_free(const test::ThesisCase& c, const estimate::EstimatorOptions& options) {
-  survey::ReadingBlock block = sensor::make_reading_block(1, c.survey.size(), {});
-  sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, {}, random::Stream(1, 1), 0,
-                            block);
+  const survey::ReadingBlock block = test::simulated(c, {}, 1, random::Stream(1, 1));
   estimate::EstimateBlock out(1);
   estimate::make_estimator(options, c.field, test::station_fields(c))->solve(block, out);
   REQUIRE(out.converged.value(0, 0) == 1);

@@ -6,8 +6,7 @@
 #include "base/units.h"
 #include "estimate/estimator.h"
 #include "estimate/sensitivity.h"
-#include "sensor/magnetometer.h"
-#include "thesis_cases.h"
+#include "msa_trials.h"
 
 using namespace surveymc;
 using namespace surveymc::estimate;
@@ -37,17 +36,12 @@ test::ThesisCase perfect_tool() {
 }
 
 /// Estimate from noise-free readings of a tool with these errors.
-Eigen::Matrix<double, 6, 1> estimated(const EstimatorOptions& o, const test::ThesisCase& c,
-                                      const sensor::NoiseModel& noise) {
-  survey::ReadingBlock block = sensor::make_reading_block(1, c.survey.size(), noise);
-  sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise, random::Stream(8, 1),
-                            0, block);
+Vector6d estimated(const EstimatorOptions& o, const test::ThesisCase& c, const sensor::NoiseModel& noise) {
+  const survey::ReadingBlock block = test::simulated(c, noise, 1, random::Stream(8, 1));
   EstimateBlock out(1);
   make_estimator(o, c.field)->solve(block, out);
   REQUIRE(out.converged.value(0, 0) == 1);
-  Eigen::Matrix<double, 6, 1> x;
-  for (int i = 0; i < 6; ++i) x[i] = out.parameters.value(0, i);
-  return x;
+  return test::parameters_of(out.parameters, 0);
 }
 
 }  // namespace
@@ -68,19 +62,13 @@ TEST_CASE("Parameters that are not estimated stay at 1 and 0, the others find th
         const auto a = static_cast<std::size_t>(i);
         if (!subset[a]) CHECK(x[i] == 1);
         if (!subset[3 + a]) CHECK(x[3 + i] == 0);
-        CHECK(std::abs(x[i] - c.errors.gain[a]) < 1e-9);
-        CHECK(std::abs(x[3 + i] - c.errors.bias[a]) < 1e-6);
       }
+      test::check_parameters(x, test::true_parameters(c), 1e-9, 1e-6);
     }
 }
 
 TEST_CASE("NLopt and Gauss-Newton find the same minimum of a subset") {
-  sensor::NoiseModel noise;
-  noise.magnetometer = 70;
-  noise.accelerometer = .001;
-  noise.reference = sensor::ReferenceNoise::per_run;
-  noise.reference_total = 107;
-  noise.reference_dip = .16 * kDegree;
+  const sensor::NoiseModel noise = test::msa_noise(1, sensor::ReferenceNoise::per_run, .001);
   const test::ThesisCase c = perfect_tool();
   for (const std::string name : {"msa", "msa_joint", "wls_consider"})
     for (const Subset& subset : kSubsets)
@@ -89,10 +77,7 @@ TEST_CASE("NLopt and Gauss-Newton find the same minimum of a subset") {
         const auto a = estimated(options(name, subset), c, noise),
                    b = estimated(options(name, subset, solver), c, noise);
         CAPTURE(name, solver);
-        for (int i = 0; i < 3; ++i) {
-          CHECK(std::abs(a[i] - b[i]) < 2e-6);  // as for all six: NLopt stops at the root of rounding
-          CHECK(std::abs(a[3 + i] - b[3 + i]) < 120e-3);
-        }
+        test::check_parameters(a, b, 2e-6, 120e-3);  // as for all six: NLopt stops at the root of rounding
       }
 }
 
@@ -104,7 +89,7 @@ TEST_CASE("Sensitivity to the true parameters agrees with differences through th
       const Sensitivity s = sensitivity(o, {test::station_fields(c), c.errors.gain, c.errors.bias, c.field});
       for (std::size_t i = 0; i < 6; ++i) {
         const double h = i < 3 ? 1e-5 : 1;  // second order is 1e-5 of first
-        std::array<Eigen::Matrix<double, 6, 1>, 2> error;
+        std::array<Vector6d, 2> error;
         for (std::size_t side = 0; side < 2; ++side) {
           test::ThesisCase moved = c;
           const double step = side == 0 ? h : -h;
@@ -115,7 +100,7 @@ TEST_CASE("Sensitivity to the true parameters agrees with differences through th
           error[side] = estimated(o, moved, {});
           error[side][static_cast<int>(i)] -= step;
         }
-        const Eigen::Matrix<double, 6, 1> slope = (error[0] - error[1]) / (2 * h);
+        const Vector6d slope = (error[0] - error[1]) / (2 * h);
         CAPTURE(name, i, subset[0], subset[3]);
         for (int r = 0; r < 6; ++r) {
           // Rounding of the estimate (1e-12 of a gain, 1e-12 of the field) over the step, and second order.

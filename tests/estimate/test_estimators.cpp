@@ -13,6 +13,7 @@
 #include "estimate/estimators.h"
 #include "estimate/field_fit.h"
 #include "estimate/sensitivity.h"
+#include "msa_trials.h"
 #include "sensor/magnetometer.h"
 #include "sensor/tool_spread.h"
 #include "stats/intervals.h"
@@ -20,7 +21,6 @@
 #include "stats/tests.h"
 #include "survey/corrected_position.h"
 #include "survey/minimum_curvature.h"
-#include "thesis_cases.h"
 
 using namespace surveymc;
 using namespace surveymc::estimate;
@@ -80,29 +80,35 @@ std::vector<Way> all_ways() {
   return all;
 }
 
-sensor::NoiseModel thesis_noise(double scale) {
-  sensor::NoiseModel n;
-  n.magnetometer = 70 * scale;
-  n.reference = sensor::ReferenceNoise::per_run;
-  n.reference_total = 107 * scale;
-  n.reference_dip = 0.16 * kDegree * scale;
-  return n;
-}
-
 survey::ReadingBlock simulate(const test::ThesisCase& c, const sensor::NoiseModel& noise, int trials) {
-  survey::ReadingBlock block = sensor::make_reading_block(trials, c.survey.size(), noise);
-  sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise, random::Stream(77, 1),
-                            0, block);
-  return block;
+  return test::simulated(c, noise, trials, random::Stream(77, 1));
 }
 
-Eigen::Matrix<double, 6, 1> truth(const test::ThesisCase& c) {
-  Eigen::Matrix<double, 6, 1> x;
-  for (int i = 0; i < 3; ++i) {
-    x[i] = c.errors.gain[static_cast<std::size_t>(i)];
-    x[3 + i] = c.errors.bias[static_cast<std::size_t>(i)];
+/// Solves a block. The errors of its estimates have mean 0, to 4 standard errors, and the covariance that the estimator
+/// claims, which is returned. `tool`: the true parameters of a trial.
+template <class Tool>
+Matrix6d check_claim(const EstimatorOptions& o, const test::ThesisCase& c, const survey::ReadingBlock& block,
+                     const Tool& tool, EstimateBlock& out) {
+  make_estimator(o, c.field, test::station_fields(c))->solve(block, out);
+  Eigen::MatrixXd x(block.trials, 6);
+  for (int t = 0; t < block.trials; ++t) {
+    REQUIRE(out.converged.value(t, 0) == 1);
+    x.row(t) = test::parameters_of(out.parameters, t) - tool(t);
   }
-  return x;
+  const stats::Moments m = stats::Moments::of(x);
+  const Matrix6d claimed =
+      error_covariance(sensitivity(o, nominal(c)), test::station_fields(c), o.assumed).topLeftCorner<6, 6>();
+  CAPTURE(c.number, o.name, o.derivative);
+  for (int i = 0; i < 6; ++i) CHECK(std::abs(m.mean[i]) < 4 * std::sqrt(claimed(i, i) / block.trials));
+  CHECK(stats::wishart_test(m.covariance(), claimed, m.count).p_value > 1e-3);
+  return claimed;
+}
+
+/// Both blocks have the same estimates of 8 trials, to 1e-8 of a gain and of the total field.
+void check_same_estimates(const EstimateBlock& a, const EstimateBlock& b, const test::ThesisCase& c) {
+  for (int t = 0; t < 8; ++t)
+    test::check_parameters(test::parameters_of(b.parameters, t), test::parameters_of(a.parameters, t), 1e-8,
+                           1e-8 * c.field.total);
 }
 
 }  // namespace
@@ -117,10 +123,8 @@ TEST_CASE("Law: noise-free readings give the truth to 1e-9, on all four trajecto
       CHECK(out.converged.value(0, 0) == 1);
       // uT, as the thesis: biases to 1e-9 uT = 1e-6 nT. NLopt stops at the root of rounding.
       const bool lanes = way.solver == "gauss_newton";
-      for (int i = 0; i < 3; ++i) {
-        CHECK(std::abs(out.parameters.value(0, i) - truth(c)[i]) < (lanes ? 1e-9 : 2e-6));
-        CHECK(std::abs(out.parameters.value(0, 3 + i) - truth(c)[3 + i]) * 1e-3 < (lanes ? 1e-9 : 120e-6));
-      }
+      test::check_parameters(test::parameters_of(out.parameters, 0), test::true_parameters(c), lanes ? 1e-9 : 2e-6,
+                             lanes ? 1e-6 : 120e-3);
       if (!estimator_kind(way.name).estimates_reference) continue;
       CHECK(std::abs(out.reference.value(0, 0) - c.field.total * std::cos(c.field.dip)) < (lanes ? 1e-6 : 1e-1));
       CHECK(std::abs(out.reference.value(0, 1) - c.field.total * std::sin(c.field.dip)) < (lanes ? 1e-6 : 1e-1));
@@ -134,21 +138,10 @@ TEST_CASE("Law: unbiased to 4 standard errors and with the claimed covariance, w
   for (int number = 1; number <= 4; ++number)
     for (const Way& way : kFast) {
       const test::ThesisCase c = test::thesis_case(number);
-      const survey::ReadingBlock block = simulate(c, thesis_noise(scale), trials);
+      const survey::ReadingBlock block = simulate(c, test::msa_noise(scale), trials);
       EstimateBlock out(trials);
-      const EstimatorOptions o = options(way, scale);
-      make_estimator(o, c.field, test::station_fields(c))->solve(block, out);
-      Eigen::MatrixXd x(trials, 6);
-      for (int t = 0; t < trials; ++t) {
-        REQUIRE(out.converged.value(t, 0) == 1);
-        for (int i = 0; i < 6; ++i) x(t, i) = out.parameters.value(t, i) - truth(c)[i];
-      }
-      const stats::Moments m = stats::Moments::of(x);
-      const Matrix6d claimed =
-          error_covariance(sensitivity(o, nominal(c)), test::station_fields(c), o.assumed).topLeftCorner<6, 6>();
-      CAPTURE(number, way);
-      for (int i = 0; i < 6; ++i) CHECK(std::abs(m.mean[i]) < 4 * std::sqrt(claimed(i, i) / trials));
-      CHECK(stats::wishart_test(m.covariance(), claimed, m.count).p_value > 1e-3);
+      check_claim(
+          options(way, scale), c, block, [&](int) { return test::true_parameters(c); }, out);
     }
 }
 
@@ -164,23 +157,16 @@ TEST_CASE("Law: with priors, over tools drawn from them, an estimator has the co
       test::ThesisCase c = test::thesis_case(number);
       c.errors = {};  // the prior's centre
       const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
-      survey::ReadingBlock block = simulate(c, thesis_noise(scale), trials);
+      survey::ReadingBlock block = simulate(c, test::msa_noise(scale), trials);
       survey::LaneArray deviation(survey::groups_for(trials), 6);
       sensor::spread_tools(clean, spread, false, random::Stream(77, 1), 0, block, deviation);
       EstimatorOptions o = options(way, scale);
       o.assumed.gain = spread.gain;
       o.assumed.bias = spread.bias;
       EstimateBlock out(trials);
-      make_estimator(o, c.field, test::station_fields(c))->solve(block, out);
-      Eigen::MatrixXd x(trials, 6);
-      for (int t = 0; t < trials; ++t)
-        for (int i = 0; i < 6; ++i) x(t, i) = out.parameters.value(t, i) - (i < 3 ? 1 : 0) - deviation.value(t, i);
-      const stats::Moments m = stats::Moments::of(x);
-      const Matrix6d claimed =
-          error_covariance(sensitivity(o, nominal(c)), test::station_fields(c), o.assumed).topLeftCorner<6, 6>();
-      CAPTURE(number, way);
-      for (int i = 0; i < 6; ++i) CHECK(std::abs(m.mean[i]) < 4 * std::sqrt(claimed(i, i) / trials));
-      CHECK(stats::wishart_test(m.covariance(), claimed, m.count).p_value > 1e-3);
+      const Matrix6d claimed = check_claim(
+          o, c, block, [&](int t) { return Vector6d(test::true_parameters(c) + test::parameters_of(deviation, t)); },
+          out);
       if (name != "wls") continue;
       for (int i = 0; i < 6; ++i)  // the diagonal of U (thesis eq 10), by another way
         CHECK(out.claimed_variance.value(7, i) == Approx(claimed(i, i)).epsilon(1e-9));
@@ -192,7 +178,7 @@ TEST_CASE("Law: equivariant: readings a m + d have gains a g and biases a q + d"
   const Eigen::Vector3d a(1.07, 0.92, 1.01), d(300, -150, 80);
   for (const Way& way : kFast) {
     CAPTURE(way);
-    survey::ReadingBlock block = simulate(c, thesis_noise(1), 16);
+    survey::ReadingBlock block = simulate(c, test::msa_noise(1), 16);
     EstimateBlock before(16), after(16);
     const auto e = estimator(way, c);
     e->solve(block, before);
@@ -213,8 +199,8 @@ TEST_CASE("Law: equivariant: readings a m + d have gains a g and biases a q + d"
 
 TEST_CASE("Law: the order of the stations does not matter") {
   const test::ThesisCase c = test::thesis_case(4);
-  const survey::ReadingBlock block = simulate(c, thesis_noise(1), 8);
-  survey::ReadingBlock reversed = simulate(c, thesis_noise(1), 8);
+  const survey::ReadingBlock block = simulate(c, test::msa_noise(1), 8);
+  survey::ReadingBlock reversed = simulate(c, test::msa_noise(1), 8);
   for (int k = 0; k < c.survey.size(); ++k)
     for (int axis = 0; axis < 3; ++axis)
       for (int i = 0; i < simd::kGroup; ++i) {
@@ -238,7 +224,7 @@ TEST_CASE("NLopt and Gauss-Newton find the same minimum, or the same root, on ev
   for (int number = 1; number <= 4; ++number) {
     const test::ThesisCase c = test::thesis_case(number);
     constexpr int trials = 8;
-    const survey::ReadingBlock block = simulate(c, thesis_noise(1), trials);
+    const survey::ReadingBlock block = simulate(c, test::msa_noise(1), trials);
     for (const Way& way : kNlopt) {
       EstimateBlock reference(trials), out(trials);
       estimator({way.name, "gauss_newton", way.derivative}, c)->solve(block, reference);
@@ -248,11 +234,9 @@ TEST_CASE("NLopt and Gauss-Newton find the same minimum, or the same root, on ev
         REQUIRE(out.converged.value(t, 0) == 1);
         if (way.derivative != "fitted")  // a root is no minimum of the cost
           CHECK(out.cost.value(t, 0) >= reference.cost.value(t, 0) * (1 - 1e-9));
-        for (int i = 0; i < 3; ++i) {
-          CHECK(std::abs(out.parameters.value(t, i) - reference.parameters.value(t, i)) < 1e-6);
-          // 1e-6 of the bias' scale, the total field
-          CHECK(std::abs(out.parameters.value(t, 3 + i) - reference.parameters.value(t, 3 + i)) < 1e-6 * c.field.total);
-        }
+        // 1e-6 of the bias' scale, the total field
+        test::check_parameters(test::parameters_of(out.parameters, t), test::parameters_of(reference.parameters, t),
+                               1e-6, 1e-6 * c.field.total);
       }
     }
   }
@@ -260,26 +244,22 @@ TEST_CASE("NLopt and Gauss-Newton find the same minimum, or the same root, on ev
 
 TEST_CASE("Perfect accelerometers make wls_consider and msa one estimate: the weights of (Bh, Bv) are equal") {
   const test::ThesisCase c = test::thesis_case(2);
-  const survey::ReadingBlock block = simulate(c, thesis_noise(1), 8);
+  const survey::ReadingBlock block = simulate(c, test::msa_noise(1), 8);
   EstimateBlock a(8), b(8);
   estimator({"msa", "gauss_newton"}, c)->solve(block, a);
   estimator({"wls_consider", "gauss_newton", "measured"}, c)->solve(block, b);
-  for (int t = 0; t < 8; ++t)
-    for (int i = 0; i < 6; ++i)
-      CHECK(std::abs(b.parameters.value(t, i) - a.parameters.value(t, i)) < 1e-8 * (i < 3 ? 1 : c.field.total));
+  check_same_estimates(a, b, c);
 }
 
 TEST_CASE("A joint estimate without uncertainty of the reference is MSA") {
   const test::ThesisCase c = test::thesis_case(4);
-  const survey::ReadingBlock block = simulate(c, thesis_noise(1), 8);
+  const survey::ReadingBlock block = simulate(c, test::msa_noise(1), 8);
   EstimatorOptions o = options({"msa_joint", "gauss_newton", "measured"});
   o.assumed.total = o.assumed.dip = 0;
   EstimateBlock a(8), b(8);
   estimator({"msa", "gauss_newton"}, c)->solve(block, a);
   make_estimator(o, c.field)->solve(block, b);
-  for (int t = 0; t < 8; ++t)
-    for (int i = 0; i < 6; ++i)
-      CHECK(std::abs(b.parameters.value(t, i) - a.parameters.value(t, i)) < 1e-8 * (i < 3 ? 1 : c.field.total));
+  check_same_estimates(a, b, c);
 }
 
 TEST_CASE("The deterministic case of the thesis spec") {
@@ -360,9 +340,7 @@ TEST_CASE("Sensitivity of the estimate agrees with differences through the solve
     change(block);
     EstimateBlock out(1);
     estimator(way, c)->solve(block, out);
-    Vector6d x;
-    for (int i = 0; i < 6; ++i) x[i] = out.parameters.value(0, i);
-    return x;
+    return test::parameters_of(out.parameters, 0);
   };
   const auto close = [](const Vector6d& a, const auto& b) {  // central differences, 5 digits
     const double margin = 1e-6 * b.cwiseAbs().maxCoeff() + 1e-9;
@@ -406,16 +384,12 @@ TEST_CASE("Stations that cannot determine the parameters are an error before the
 
 TEST_CASE("A trial that cannot converge is flagged, and so is nonsense") {
   const test::ThesisCase c = test::thesis_case(4);
-  survey::ReadingBlock block = simulate(c, thesis_noise(1), 8);
-  EstimatorOptions o;
-  o.max_iterations = 1;
-  EstimateBlock out(8);
-  make_estimator(o, c.field)->solve(block, out);
-  for (int t = 0; t < 8; ++t) CHECK(out.converged.value(t, 0) == 0);
-  block.magnetic.row(0, 7)[3] = kNaN;
-  o.max_iterations = 50;
-  make_estimator(o, c.field)->solve(block, out);
-  for (int t = 0; t < 8; ++t) CHECK(out.converged.value(t, 0) == (t == 3 ? 0 : 1));
+  survey::ReadingBlock block = simulate(c, test::msa_noise(1), 8);
+  test::check_nonsense_is_flagged(block, [&](const EstimatorOptions& o) {
+    EstimateBlock out(8);
+    make_estimator(o, c.field)->solve(block, out);
+    return out;
+  });
 }
 
 TEST_CASE(

@@ -7,9 +7,8 @@
 #include <catch2/catch.hpp>
 
 #include "base/units.h"
-#include "sensor/magnetometer.h"
+#include "msa_trials.h"
 #include "simd/dual.h"
-#include "thesis_cases.h"
 
 using namespace surveymc;
 using namespace surveymc::estimate;
@@ -25,43 +24,25 @@ FieldFitModel model_of(const std::string& estimator, const InputErrors& assumed,
   return field_fit_model(o, field);
 }
 
-/// Noisy readings of a thesis test, one group; the down direction is noisy too.
-struct Data {
-  explicit Data(int number, std::uint64_t first = 0)
-      : c(test::thesis_case(number)), block(sensor::make_reading_block(simd::kGroup, c.survey.size(), noise())) {
-    sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise(),
-                              random::Stream(11, 1), first, block);
+/// Noisy readings of a thesis test; the down direction is noisy too.
+struct Data : test::MsaTrials {
+  explicit Data(int number, int trials = simd::kGroup)
+      : MsaTrials(number, trials, test::msa_noise(1, sensor::ReferenceNoise::per_run, 0.002)) {}
+  FieldFitData lane(int t) const {
+    const MsaData d = MsaTrials::lane(t);
+    return {d.magnetic, d.down, d.reference, d.stations, d.reference_stride};
   }
-  static sensor::NoiseModel noise() {
-    sensor::NoiseModel n;
-    n.magnetometer = 70;
-    n.accelerometer = 0.002;
-    n.reference = sensor::ReferenceNoise::per_run;
-    n.reference_total = 107;
-    n.reference_dip = 0.16 * kDegree;
-    return n;
-  }
-  FieldFitData lane(int i) const {
-    return {block.magnetic.row(0, 0) + i, block.down.row(0, 0) + i, block.reference.row(0, 0) + i, block.stations,
-            block.reference_stride};
-  }
-  test::ThesisCase c;
-  survey::ReadingBlock block;
 };
 
 /// The two residuals of one station and trial by the readable model, in units of the total field.
 template <class T, std::size_t N>
 std::array<T, 2> residual(const FieldFitModel& model, const Data& d, int trial, int k, const std::array<T, N>& x) {
   const double s = 1 / d.c.field.total;
-  const auto triad = [&](const survey::LaneArray& a, double unit) {
-    return survey::Vec3<T>{T(a.value(trial, 3 * k) * unit), T(a.value(trial, 3 * k + 1) * unit),
-                           T(a.value(trial, 3 * k + 2) * unit)};
-  };
   std::array<T, 2> z{T(0.0), T(0.0)};
   if constexpr (N == 8) z = {x[6], x[7]};
-  return field_fit_residual<T>(model, triad(d.block.magnetic, s), triad(d.block.down, 1),
-                               d.block.reference.value(trial, 0) * s, d.block.reference.value(trial, 1) * s,
-                               {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}, z);
+  return field_fit_residual<T>(model, test::triad<T>(d.block.magnetic, trial, k, s),
+                               test::triad<T>(d.block.down, trial, k), d.block.reference.value(trial, 0) * s,
+                               d.block.reference.value(trial, 1) * s, {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}, z);
 }
 
 /// What is minimised (field_fit.h), by the readable model.
@@ -178,11 +159,8 @@ std::array<T, N> fitted_equations(const FieldFitModel& model, const Data& d, int
   for (int k = 0; k < d.block.stations; ++k) {
     const auto r = residual<D, N>(model, d, trial, k, variables);
     const T fh = T(model.w_hh) * r[0].a + T(model.w_hv) * r[1].a, fv = T(model.w_hv) * r[0].a + T(model.w_vv) * r[1].a;
-    const auto row = [&](const survey::LaneArray& a, double unit) {
-      return survey::Vec3<T>{T(a.value(trial, 3 * k) * unit), T(a.value(trial, 3 * k + 1) * unit),
-                             T(a.value(trial, 3 * k + 2) * unit)};
-    };
-    const survey::Vec3<T> m = row(d.block.magnetic, per_total), u = row(d.block.down, 1);
+    const survey::Vec3<T> m = test::triad<T>(d.block.magnetic, trial, k, per_total),
+                          u = test::triad<T>(d.block.down, trial, k);
     const survey::Vec3<T> b{x[0] * m.x - x[3], x[1] * m.y - x[4], x[2] * m.z - x[5]};
     const T bv = dot(u, b);
     const survey::Vec3<T> level = b - scale(bv, u);
@@ -265,16 +243,7 @@ NewtonSolution<T, N> solve(const FieldFitModel& model, const FieldFitData& data)
 
 template <std::size_t N>
 void check_lanes(const FieldFitModel& model, const Data& d) {
-  for (int half = 0; half < simd::kGroup; half += simd::lane_count<simd::Lanes>) {
-    const auto batch = solve<simd::Lanes, N>(model, d.lane(half));
-    for (int i = 0; i < simd::lane_count<simd::Lanes>; ++i) {
-      const auto alone = solve<double, N>(model, d.lane(half + i));
-      for (std::size_t a = 0; a < N; ++a) REQUIRE(simd::lane(batch.x[a], i) == alone.x[a]);
-      REQUIRE(simd::lane(batch.cost, i) == alone.cost);
-      REQUIRE(simd::lane(batch.iterations, i) == alone.iterations);
-      REQUIRE(simd::lane(batch.converged, i) == alone.converged);
-    }
-  }
+  test::require_bits_of_trials_alone(d.block.trials, [&]<class T>(int t) { return solve<T, N>(model, d.lane(t)); });
 }
 
 }  // namespace
@@ -341,17 +310,16 @@ TEST_CASE("Field fit: a reference that is stretched and rotated as its unknowns 
 }
 
 TEST_CASE("Field fit: a trial solved in a lane has the same bits as the trial solved alone") {
-  for (const int number : {1, 4})
-    for (std::uint64_t first = 0; first < 80; first += simd::kGroup) {
-      const Data d(number, first);
-      InputErrors errors = all_errors();
-      errors.gain = errors.bias = 0;
-      for (const bool fitted : {false, true}) {
-        FieldFitModel weighted = model_of("msa_weighted", errors, d.c.field),
-                      joint = model_of("msa_joint", errors, d.c.field);
-        weighted.fitted_derivative = joint.fitted_derivative = fitted;
-        check_lanes<6>(weighted, d);
-        check_lanes<8>(joint, d);
-      }
+  for (const int number : {1, 4}) {
+    const Data d(number, 80);
+    InputErrors errors = all_errors();
+    errors.gain = errors.bias = 0;
+    for (const bool fitted : {false, true}) {
+      FieldFitModel weighted = model_of("msa_weighted", errors, d.c.field),
+                    joint = model_of("msa_joint", errors, d.c.field);
+      weighted.fitted_derivative = joint.fitted_derivative = fitted;
+      check_lanes<6>(weighted, d);
+      check_lanes<8>(joint, d);
     }
+  }
 }

@@ -3,7 +3,6 @@
 
 #include <catch2/catch.hpp>
 
-#include "estimate/msa_residual.h"
 #include "msa_trials.h"
 #include "simd/dual.h"
 
@@ -18,11 +17,7 @@ using test::msa_noise;
 /// The true parameters, and the inverse of Newton's matrix of the readings without noise.
 MsaExpansion expansion(const Trials& trials) {
   const Trials quiet(trials.c.number, 1, {});
-  MsaExpansion out{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    out.x[i] = 1 / trials.c.errors.gain[i];
-    out.x[3 + i] = trials.c.errors.bias[i] / trials.c.errors.gain[i] / trials.c.field.total;
-  }
+  MsaExpansion out{.x = trials.truth(), .inverse = {}};
   const MsaData d = quiet.lane(0);
   const auto factor =
       simd::ldlt<double, 6>(msa_normal_equations<double>(d, msa_reading_sums<double>(d), out.x, 1).matrix);
@@ -46,23 +41,12 @@ TEST_CASE("The chord iteration's gradient is that of dual numbers", "[msa_chord]
       const std::array<double, 6> x{0.93, 1.04, 0.85, 0.004, -0.003, 0.02};
       std::array<D, 6> v;
       for (std::size_t i = 0; i < 6; ++i) v[i] = D::variable(x[i], i);
-      D cost(0.0);
-      const double s = 1 / trials.c.field.total;
-      const survey::ReadingBlock& b = trials.block;
-      for (int k = 0; k < b.stations; ++k) {
-        const auto triad = [&](const survey::LaneArray& a, double unit) {
-          return survey::Vec3<D>{D(a.value(2, 3 * k) * unit), D(a.value(2, 3 * k + 1) * unit),
-                                 D(a.value(2, 3 * k + 2) * unit)};
-        };
-        const int row = b.reference_stride * k;
-        const auto r = msa_residual<D>(triad(b.magnetic, s), triad(b.down, 1), D(b.reference.value(2, row) * s),
-                                       D(b.reference.value(2, row + 1) * s), {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}});
-        cost = cost + r[0] * r[0] + r[1] * r[1];
-      }
+      const D cost = trials.cost(2, v);
       const auto e = msa_gradient<double>(trials.lane(2), x);
       CHECK(e.cost == Approx(cost.a).epsilon(1e-12));
       // A sum of 2 x stations terms of order one
-      for (std::size_t i = 0; i < 6; ++i) CHECK(std::abs(e.gradient[i] - cost.d[i] / 2) < 1e-14 * 2 * b.stations);
+      for (std::size_t i = 0; i < 6; ++i)
+        CHECK(std::abs(e.gradient[i] - cost.d[i] / 2) < 1e-14 * 2 * trials.block.stations);
     }
 }
 
@@ -126,16 +110,8 @@ TEST_CASE("With an expansion point, too, a trial in a lane has the same bits as 
       const NewtonOptions options{200, tolerance};
       const Trials trials(number, 80, msa_noise(1, sensor::ReferenceNoise::per_run));
       const MsaExpansion start = expansion(trials);
-      for (int first = 0; first < trials.block.trials; first += simd::lane_count<simd::Lanes>) {
-        const auto batch = msa_solve<simd::Lanes>(trials.lane(first), &start, options);
-        for (int i = 0; i < simd::lane_count<simd::Lanes>; ++i) {
-          const auto alone = msa_solve<double>(trials.lane(first + i), &start, options);
-          for (std::size_t a = 0; a < 6; ++a) REQUIRE(simd::lane(batch.x[a], i) == alone.x[a]);
-          REQUIRE(simd::lane(batch.cost, i) == alone.cost);
-          REQUIRE(simd::lane(batch.iterations, i) == alone.iterations);
-          REQUIRE(simd::lane(batch.converged, i) == alone.converged);
-        }
-      }
+      test::require_bits_of_trials_alone(80,
+                                         [&]<class T>(int t) { return msa_solve<T>(trials.lane(t), &start, options); });
     }
 }
 
@@ -154,13 +130,7 @@ TEST_CASE("The throughput config's trials need three gradients, and none the lon
 
 TEST_CASE("Nonsense and too few iterations are flagged with an expansion point too", "[msa_chord]") {
   Trials trials(4, 8, msa_noise(1, sensor::ReferenceNoise::per_run));
-  EstimatorOptions options;
-  options.max_iterations = 1;
-  for (int t = 0; t < 8; ++t) CHECK(trials.solve(options, true).converged.value(t, 0) == 0);
-  trials.block.magnetic.row(0, 7)[3] = kNaN;
-  options.max_iterations = 50;
-  const EstimateBlock out = trials.solve(options, true);
-  for (int t = 0; t < 8; ++t) CHECK(out.converged.value(t, 0) == (t == 3 ? 0 : 1));
+  test::check_nonsense_is_flagged(trials.block, [&](const EstimatorOptions& o) { return trials.solve(o, true); });
 }
 
 TEST_CASE("Readings without noise end at the truth at once", "[msa_chord]") {
@@ -169,11 +139,7 @@ TEST_CASE("Readings without noise end at the truth at once", "[msa_chord]") {
     const EstimateBlock out = quiet.solve({}, true);
     CHECK(out.converged.value(0, 0) == 1);
     CHECK(out.iterations.value(0, 0) == 3);  // two by series, one exact
-    for (int i = 0; i < 3; ++i) {
-      const auto a = static_cast<std::size_t>(i);
-      CHECK(std::abs(out.parameters.value(0, i) - quiet.c.errors.gain[a]) < 1e-9);
-      CHECK(std::abs(out.parameters.value(0, 3 + i) - quiet.c.errors.bias[a]) < 1e-6);
-    }
+    test::check_parameters(test::parameters_of(out.parameters, 0), test::true_parameters(quiet.c), 1e-9, 1e-6);
   }
 }
 

@@ -7,57 +7,18 @@
 #include <catch2/catch.hpp>
 
 #include "base/units.h"
-#include "estimate/msa_residual.h"
-#include "sensor/magnetometer.h"
+#include "msa_trials.h"
 #include "simd/dual.h"
-#include "thesis_cases.h"
 
 using namespace surveymc;
 using namespace surveymc::estimate;
 
 namespace {
 
-/// Noisy readings of a thesis test, one group.
-struct Data {
-  explicit Data(int number, double magnetometer = 70, std::uint64_t first = 0)
-      : c(test::thesis_case(number)),
-        block(sensor::make_reading_block(simd::kGroup, c.survey.size(), noise(magnetometer))) {
-    sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise(magnetometer),
-                              random::Stream(11, 1), first, block);
-  }
-  static sensor::NoiseModel noise(double magnetometer) {
-    sensor::NoiseModel n;
-    n.magnetometer = magnetometer;
-    n.reference = sensor::ReferenceNoise::per_run;
-    n.reference_total = 107;
-    n.reference_dip = 0.16 * kDegree;
-    return n;
-  }
-  MsaData lane(int i) const {
-    return {block.magnetic.row(0, 0) + i, block.down.row(0, 0) + i, block.reference.row(0, 0) + i, block.stations,
-            block.reference_stride,       1 / c.field.total};
-  }
-  test::ThesisCase c;
-  survey::ReadingBlock block;
+/// Noisy readings of a thesis test.
+struct Data : test::MsaTrials {
+  explicit Data(int number, int trials = simd::kGroup) : MsaTrials(number, trials, test::msa_noise()) {}
 };
-
-/// Cost of one trial by the readable residual, in units of total^2, for any scalar type.
-template <class T>
-T cost(const Data& d, int trial, const std::array<T, 6>& x) {
-  T sum(0.0);
-  const double s = 1 / d.c.field.total;
-  for (int k = 0; k < d.block.stations; ++k) {
-    const auto triad = [&](const survey::LaneArray& a, double unit) {
-      return survey::Vec3<T>{T(a.value(trial, 3 * k) * unit), T(a.value(trial, 3 * k + 1) * unit),
-                             T(a.value(trial, 3 * k + 2) * unit)};
-    };
-    const auto r =
-        msa_residual<T>(triad(d.block.magnetic, s), triad(d.block.down, 1), T(d.block.reference.value(trial, 0) * s),
-                        T(d.block.reference.value(trial, 1) * s), {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}});
-    sum = sum + r[0] * r[0] + r[1] * r[1];
-  }
-  return sum;
-}
 
 MsaNormalEquations<double> normal_equations(const MsaData& d, const std::array<double, 6>& x, double second_order) {
   return msa_normal_equations<double>(d, msa_reading_sums<double>(d), x, second_order);
@@ -96,7 +57,7 @@ TEST_CASE("The kernel's gradient and matrices are those of dual numbers") {
     const std::array<double, 6> x{0.93, 1.04, 0.85, 0.004, -0.003, 0.02};
     std::array<DD, 6> xx;
     for (std::size_t i = 0; i < 6; ++i) xx[i] = DD::variable(D::variable(x[i], i), i);
-    const DD exact = cost(d, 2, xx);
+    const DD exact = d.cost(2, xx);
     const auto newton = normal_equations(d.lane(2), x, 1.0);
     const auto gauss = normal_equations(d.lane(2), x, 0.0);
     CHECK(newton.cost == Approx(exact.a.a).epsilon(1e-12));
@@ -113,20 +74,11 @@ TEST_CASE("The kernel's gradient and matrices are those of dual numbers") {
       }
     }
     Eigen::Matrix<double, 6, 6> jtj = Eigen::Matrix<double, 6, 6>::Zero();
-    const double s = 1 / d.c.field.total;
-    for (int k = 0; k < d.block.stations; ++k) {
-      const auto triad = [&](const survey::LaneArray& a, double unit) {
-        return survey::Vec3<D>{D(a.value(2, 3 * k) * unit), D(a.value(2, 3 * k + 1) * unit),
-                               D(a.value(2, 3 * k + 2) * unit)};
-      };
-      const auto r =
-          msa_residual<D>(triad(d.block.magnetic, s), triad(d.block.down, 1), D(d.block.reference.value(2, 0) * s),
-                          D(d.block.reference.value(2, 1) * s), {{x1[0], x1[1], x1[2]}, {x1[3], x1[4], x1[5]}});
-      for (const D& e : r) {
+    for (int k = 0; k < d.block.stations; ++k)
+      for (const D& e : d.residual(2, k, x1)) {
         const Eigen::Map<const Eigen::Matrix<double, 6, 1>> j(e.d.data());
         jtj += j * j.transpose();
       }
-    }
     for (std::size_t i = 0; i < 6; ++i)
       for (std::size_t j = 0; j <= i; ++j)
         CHECK(std::abs(gauss.matrix[simd::packed(i, j)] - jtj(static_cast<int>(i), static_cast<int>(j))) <
@@ -145,20 +97,10 @@ TEST_CASE("Gradient and cost have the same bits with and without the matrix") {
 }
 
 TEST_CASE("A trial solved in a lane has the same bits as the trial solved alone") {
-  for (const int number : {1, 4})
-    for (std::uint64_t first = 0; first < 80; first += simd::kGroup) {
-      const Data d(number, 70, first);
-      for (int half = 0; half < simd::kGroup; half += simd::lane_count<simd::Lanes>) {
-        const auto batch = msa_solve<simd::Lanes>(d.lane(half), {});
-        for (int i = 0; i < simd::lane_count<simd::Lanes>; ++i) {
-          const auto alone = msa_solve<double>(d.lane(half + i), {});
-          for (std::size_t a = 0; a < 6; ++a) REQUIRE(simd::lane(batch.x[a], i) == alone.x[a]);
-          REQUIRE(simd::lane(batch.cost, i) == alone.cost);
-          REQUIRE(simd::lane(batch.iterations, i) == alone.iterations);
-          REQUIRE(simd::lane(batch.converged, i) == alone.converged);
-        }
-      }
-    }
+  for (const int number : {1, 4}) {
+    const Data d(number, 80);
+    test::require_bits_of_trials_alone(80, [&]<class T>(int t) { return msa_solve<T>(d.lane(t), {}); });
+  }
 }
 
 TEST_CASE("At the minimum the gradient vanishes and no neighbour is lower") {
@@ -174,7 +116,7 @@ TEST_CASE("At the minimum the gradient vanishes and no neighbour is lower") {
         for (const double h : {-1e-5, 1e-5}) {
           auto x = s.x;
           x[i] += h;
-          CHECK(cost(d, t, x) > e.cost);
+          CHECK(d.cost(t, x) > e.cost);
         }
     }
   }
@@ -183,42 +125,36 @@ TEST_CASE("At the minimum the gradient vanishes and no neighbour is lower") {
 TEST_CASE("The second mode of thesis test 1 is MSA's minimum, not the solver's: a search from the truth ends there too",
           "[long]") {
   int far = 0;
-  for (std::uint64_t first = 0; first < 4000; first += simd::kGroup) {
-    const Data d(1, 70, first);
-    for (int t = 0; t < simd::kGroup; ++t) {
-      const auto s = msa_solve<double>(d.lane(t), {});
-      REQUIRE(s.converged == 1);
-      if (1 / s.x[2] > 1) continue;  // the first mode lies about gain_z 1.25
-      ++far;
-      // Levenberg-Marquardt on the readable cost's normal equations, from the true parameters
-      std::array<double, 6> x;
-      for (std::size_t i = 0; i < 3; ++i) {
-        x[i] = 1 / d.c.errors.gain[i];
-        x[3 + i] = d.c.errors.bias[i] / d.c.errors.gain[i] / d.c.field.total;
+  const Data d(1, 4000);
+  for (int t = 0; t < d.block.trials; ++t) {
+    const auto s = msa_solve<double>(d.lane(t), {});
+    REQUIRE(s.converged == 1);
+    if (1 / s.x[2] > 1) continue;  // the first mode lies about gain_z 1.25
+    ++far;
+    // Levenberg-Marquardt on the readable cost's normal equations, from the true parameters
+    std::array<double, 6> x = d.truth();
+    auto e = normal_equations(d.lane(t), x, 0);
+    double damping = 1e-6;
+    for (int step = 0; step < 3000; ++step) {
+      auto matrix = e.matrix;
+      auto downhill = e.gradient;
+      for (std::size_t i = 0; i < 6; ++i) {
+        matrix[simd::packed(i, i)] *= 1 + damping;
+        downhill[i] = -downhill[i];
       }
-      auto e = normal_equations(d.lane(t), x, 0);
-      double damping = 1e-6;
-      for (int step = 0; step < 3000; ++step) {
-        auto matrix = e.matrix;
-        auto downhill = e.gradient;
-        for (std::size_t i = 0; i < 6; ++i) {
-          matrix[simd::packed(i, i)] *= 1 + damping;
-          downhill[i] = -downhill[i];
-        }
-        const auto dx = simd::ldlt_solve<double, 6>(simd::ldlt<double, 6>(matrix), downhill);
-        auto next = x;
-        for (std::size_t i = 0; i < 6; ++i) next[i] += dx[i];
-        const auto there = normal_equations(d.lane(t), next, 0);
-        const bool better = there.cost <= e.cost;
-        if (better) {
-          x = next;
-          e = there;
-        }
-        damping *= better ? 0.3 : 5;
+      const auto dx = simd::ldlt_solve<double, 6>(simd::ldlt<double, 6>(matrix), downhill);
+      auto next = x;
+      for (std::size_t i = 0; i < 6; ++i) next[i] += dx[i];
+      const auto there = normal_equations(d.lane(t), next, 0);
+      const bool better = there.cost <= e.cost;
+      if (better) {
+        x = next;
+        e = there;
       }
-      CHECK(e.cost == Approx(s.cost).epsilon(1e-9));
-      CHECK(std::abs(x[2] - s.x[2]) < 1e-3);  // two modes are 0.25 apart; this search creeps along the valley
+      damping *= better ? 0.3 : 5;
     }
+    CHECK(e.cost == Approx(s.cost).epsilon(1e-9));
+    CHECK(std::abs(x[2] - s.x[2]) < 1e-3);  // two modes are 0.25 apart; this search creeps along the valley
   }
   // 0.9 % of the runs: 36 expected of 4000, 4 standard errors
   CHECK(far > 12);

@@ -193,29 +193,16 @@ TEST_CASE("From the valley, too, a trial in a lane has the same bits as the tria
       const NewtonOptions options{200, 1e-8};
       const NoisyTrials trials(number, 80, n);
       const bool noisy_down = n.accelerometer > 0;
-      for (int first = 0; first < trials.block.trials; first += simd::lane_count<simd::Lanes>) {
-        const auto batch = msa_solve_in_valley<simd::Lanes>(trials.lane(first), noisy_down, trials.valley, options);
-        for (int i = 0; i < simd::lane_count<simd::Lanes>; ++i) {
-          const auto alone = msa_solve_in_valley<double>(trials.lane(first + i), noisy_down, trials.valley, options);
-          REQUIRE(simd::lane(batch.iterations, i) == alone.iterations);
-          REQUIRE(simd::lane(batch.converged, i) == alone.converged);
-          if (alone.converged == 0) continue;  // of no use
-          for (std::size_t a = 0; a < 6; ++a) REQUIRE(simd::lane(batch.x[a], i) == alone.x[a]);
-          REQUIRE(simd::lane(batch.cost, i) == alone.cost);
-        }
-      }
+      test::require_bits_of_trials_alone(
+          80,
+          [&]<class T>(int t) { return msa_solve_in_valley<T>(trials.lane(t), noisy_down, trials.valley, options); },
+          false);
     }
 }
 
 TEST_CASE("Nonsense, too few iterations and undetermined readings are flagged from the valley, too", "[msa_valley]") {
   NoisyTrials trials(2, 8, msa_noise(1, sensor::ReferenceNoise::per_run));
-  EstimatorOptions options;
-  options.max_iterations = 1;
-  for (int t = 0; t < 8; ++t) CHECK(trials.by_valley(options).converged.value(t, 0) == 0);
-  trials.block.magnetic.row(0, 7)[3] = kNaN;
-  options.max_iterations = 50;
-  const EstimateBlock out = trials.by_valley(options);
-  for (int t = 0; t < 8; ++t) CHECK(out.converged.value(t, 0) == (t == 3 ? 0 : 1));
+  test::check_nonsense_is_flagged(trials.block, [&](const EstimatorOptions& o) { return trials.by_valley(o); });
 
   const std::size_t n = trials.clean.magnetic_T.size();
   const std::vector same(n, trials.clean.magnetic_T[0]);

@@ -1,5 +1,5 @@
 #pragma once
-/// Noisy trials of the thesis tests, and the minima that ways to solve them must share.
+/// Noisy trials of the thesis tests, the readable cost of MSA, and what estimates and ways to solve must share.
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -9,13 +9,17 @@
 #include "base/units.h"
 #include "estimate/estimator.h"
 #include "estimate/msa_kernel.h"
+#include "estimate/msa_residual.h"
+#include "estimate/sensitivity.h"
 #include "sensor/magnetometer.h"
 #include "thesis_cases.h"
 
 namespace surveymc::test {
 
 /// The thesis' noise times `scale`.
-inline sensor::NoiseModel msa_noise(double scale, sensor::ReferenceNoise reference, double accelerometer = 0) {
+inline sensor::NoiseModel msa_noise(double scale = 1,
+                                    sensor::ReferenceNoise reference = sensor::ReferenceNoise::per_run,
+                                    double accelerometer = 0) {
   sensor::NoiseModel n;
   n.magnetometer = 70 * scale;
   n.accelerometer = accelerometer;
@@ -30,6 +34,29 @@ inline std::array<sensor::NoiseModel, 4> kinds_of_msa_noise() {
   using sensor::ReferenceNoise;
   return {msa_noise(1, ReferenceNoise::per_run), msa_noise(0.1, ReferenceNoise::per_run),
           msa_noise(1, ReferenceNoise::per_station), msa_noise(1, ReferenceNoise::per_run, 2e-3)};
+}
+
+/// Gains and biases (nT) of one trial, of estimates or of drawn tools.
+inline estimate::Vector6d parameters_of(const survey::LaneArray& parameters, int trial) {
+  estimate::Vector6d x;
+  for (int i = 0; i < 6; ++i) x[i] = parameters.value(trial, i);
+  return x;
+}
+
+/// Gains and biases (nT) are within `gain` and `bias` of the expected ones.
+inline void check_parameters(const estimate::Vector6d& found, const estimate::Vector6d& expected, double gain,
+                             double bias) {
+  for (int i = 0; i < 6; ++i) {
+    CAPTURE(i);
+    CHECK(std::abs(found[i] - expected[i]) < (i < 3 ? gain : bias));
+  }
+}
+
+/// Three rows of one trial from row 3 `station` on, times `unit`, as any scalar type.
+template <class T = double>
+survey::Vec3<T> triad(const survey::LaneArray& a, int trial, int station, double unit = 1) {
+  return {T(a.value(trial, 3 * station) * unit), T(a.value(trial, 3 * station + 1) * unit),
+          T(a.value(trial, 3 * station + 2) * unit)};
 }
 
 struct MsaTrials {
@@ -53,10 +80,73 @@ struct MsaTrials {
     return out;
   }
 
+  /// The two residuals of one station and trial by the readable model at x = (p, q / total), in units of the total
+  /// field, for any scalar type.
+  template <class T>
+  std::array<T, 2> residual(int trial, int station, const std::array<T, 6>& x) const {
+    const double s = 1 / c.field.total;
+    const int row = block.reference_stride * station;
+    return estimate::msa_residual<T>(triad<T>(block.magnetic, trial, station, s), triad<T>(block.down, trial, station),
+                                     T(block.reference.value(trial, row) * s),
+                                     T(block.reference.value(trial, row + 1) * s),
+                                     {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}});
+  }
+  /// Cost of one trial by the readable residual, in units of total^2, for any scalar type.
+  template <class T>
+  T cost(int trial, const std::array<T, 6>& x) const {
+    T sum(0.0);
+    for (int k = 0; k < block.stations; ++k) {
+      const std::array<T, 2> r = residual(trial, k, x);
+      sum = sum + r[0] * r[0] + r[1] * r[1];
+    }
+    return sum;
+  }
+  /// The true parameters as the kernels have them: p, q / total.
+  std::array<double, 6> truth() const {
+    std::array<double, 6> x;
+    for (std::size_t i = 0; i < 3; ++i) {
+      x[i] = 1 / c.errors.gain[i];
+      x[3 + i] = c.errors.bias[i] / c.errors.gain[i] / c.field.total;
+    }
+    return x;
+  }
+
   ThesisCase c;
   sensor::CleanReadings clean;
   survey::ReadingBlock block;
 };
+
+/// solve<T>(trial) is the solution of a trial, or in lanes of those from `trial` on: every lane has the bits of its
+/// trial alone. `unconverged_too`: also where there is no solution.
+template <class Solve>
+void require_bits_of_trials_alone(int trials, const Solve& solve, bool unconverged_too = true) {
+  constexpr int lanes = simd::lane_count<simd::Lanes>;
+  for (int first = 0; first < trials; first += lanes) {
+    const auto batch = solve.template operator()<simd::Lanes>(first);
+    for (int i = 0; i < lanes; ++i) {
+      const auto alone = solve.template operator()<double>(first + i);
+      REQUIRE(simd::lane(batch.iterations, i) == alone.iterations);
+      REQUIRE(simd::lane(batch.converged, i) == alone.converged);
+      if (alone.converged == 0 && !unconverged_too) continue;
+      for (std::size_t a = 0; a < alone.x.size(); ++a) REQUIRE(simd::lane(batch.x[a], i) == alone.x[a]);
+      REQUIRE(simd::lane(batch.cost, i) == alone.cost);
+    }
+  }
+}
+
+/// Of 8 trials with one that is nonsense, that one alone has no solution, and none with one iteration. `solve`: of the
+/// trials' block with these options.
+template <class Solve>
+void check_nonsense_is_flagged(survey::ReadingBlock& block, const Solve& solve) {
+  estimate::EstimatorOptions options;
+  options.max_iterations = 1;
+  const estimate::EstimateBlock too_few = solve(options);
+  for (int t = 0; t < 8; ++t) CHECK(too_few.converged.value(t, 0) == 0);
+  block.magnetic.row(0, 7)[3] = kNaN;
+  options.max_iterations = 50;
+  const estimate::EstimateBlock out = solve(options);
+  for (int t = 0; t < 8; ++t) CHECK(out.converged.value(t, 0) == (t == 3 ? 0 : 1));
+}
 
 /// `near` has the minima of `whole`, each found within the tolerance.
 inline void require_same_minima(const MsaTrials& trials, const estimate::EstimateBlock& near,

@@ -50,6 +50,19 @@ std::vector<survey::StationFields> station_fields(const ThesisCase& c) {
   return s;
 }
 
+Eigen::Matrix<double, 6, 1> true_parameters(const ThesisCase& c) {
+  Eigen::Matrix<double, 6, 1> x;
+  x << Eigen::Map<const Eigen::Vector3d>(c.errors.gain.data()), Eigen::Map<const Eigen::Vector3d>(c.errors.bias.data());
+  return x;
+}
+
+survey::ReadingBlock simulated(const ThesisCase& c, const sensor::NoiseModel& noise, int trials,
+                               const random::Stream& stream, std::uint64_t first) {
+  survey::ReadingBlock block = sensor::make_reading_block(trials, c.survey.size(), noise);
+  sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise, stream, first, block);
+  return block;
+}
+
 std::vector<survey::Attitude> difficult_attitudes() {
   std::vector<survey::Attitude> all;
   for (const double inclination : {0.0, 1e-8, 1.0, 30.0, 89.9999, 90.0, 120.0, 179.0, 180.0})

@@ -3,6 +3,9 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
+#include "random/stream.h"
 #include "sensor/magnetometer.h"
 #include "survey/reference_field.h"
 #include "survey/survey.h"
@@ -21,6 +24,13 @@ ThesisCase thesis_case(int number);
 
 /// Field and down direction of every station, as linearisations take them.
 std::vector<survey::StationFields> station_fields(const ThesisCase& c);
+
+/// Gains and biases (nT) of its tool.
+Eigen::Matrix<double, 6, 1> true_parameters(const ThesisCase& c);
+
+/// Readings of `trials` trials from `first` on, a multiple of simd::kGroup.
+survey::ReadingBlock simulated(const ThesisCase& c, const sensor::NoiseModel& noise, int trials,
+                               const random::Stream& stream, std::uint64_t first = 0);
 
 /// Whole text of a file of the project; path relative to its root.
 std::string project_file(const std::string& path);

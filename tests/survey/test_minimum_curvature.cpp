@@ -125,14 +125,9 @@ TEST_CASE("Derivative of the final position by each tangent agrees with differen
 TEST_CASE("Corrected positions of error-free readings are the survey's own") {
   for (int number = 1; number <= 4; ++number) {
     const test::ThesisCase c = test::thesis_case(number);
-    const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
-    ReadingBlock block = sensor::make_reading_block(5, c.survey.size(), {});
-    sensor::simulate_readings(clean, c.field, {}, random::Stream(1, 1), 0, block);
+    const ReadingBlock block = test::simulated(c, {}, 5, random::Stream(1, 1));
     LaneArray parameters(1, 6), position(1, 3);
-    for (int i = 0; i < 3; ++i) {
-      parameters.fill(0, i, c.errors.gain[static_cast<std::size_t>(i)]);
-      parameters.fill(0, 3 + i, c.errors.bias[static_cast<std::size_t>(i)]);
-    }
+    for (int i = 0; i < 6; ++i) parameters.fill(0, i, test::true_parameters(c)[i]);
     corrected_final_positions(block, parameters, c.survey.md(), c.field.declination, position);
     const Eigen::Vector3d exact = minimum_curvature_positions(c.survey).back();
     for (int i = 0; i < 3; ++i)
