@@ -3,13 +3,11 @@
 #include <cmath>
 #include <complex>
 
-#include "least_squares_oracle.h"
-#include "reliability/adjustment.h"
 #include "reliability/conditions.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/reliability_grid.h"
-#include "reliability/significance.h"
 #include "reliability/snooping.h"
+#include "reliability_cases.h"
 #include "stats/linear_algebra.h"
 #include "thesis_cases.h"
 
@@ -23,17 +21,13 @@ using Eigen::Index;
 namespace {
 
 constexpr Index kBx = 3, kBy = 4, kField = 7, kDip = 8;
-const double kLambda = lambda0({1e-4, Tails::one, 0.8});
-const double kCritical = w_critical({1e-4, Tails::one, 0.8});
 
-survey::Attitude degrees(double inclination, double toolface, double azimuth) {
-  return {inclination * kDegree, azimuth * kDegree, toolface * kDegree};
+/// Readings of three shots of one station, the tool turned between them.
+std::vector<std::array<double, 6>> three_shots(const survey::ReferenceField& field) {
+  std::vector<std::array<double, 6>> y;
+  for (const double toolface : {185.0, 261.0, 82.0}) y.push_back(readings_at(degrees(45, toolface, 100), field));
+  return y;
 }
-std::array<double, 6> readings_at(const survey::Attitude& at, const survey::ReferenceField& field) {
-  const Observations y = true_observations(at, field);
-  return {y[0], y[1], y[2], y[3], y[4], y[5]};
-}
-std::array<double, 3> references(const survey::ReferenceField& f) { return {f.gravity, f.total, f.dip}; }
 
 /// The adjustment example of the specification: a gross error in bx at (30, 45, 60).
 struct Example {
@@ -118,12 +112,9 @@ TEST_CASE("Tests agree with the paper's formulas on the residuals") {
 }
 
 TEST_CASE("Error-free readings are adjusted to themselves, at every attitude and in every mode") {
-  for (const AdjustmentMode mode :
-       {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed, AdjustmentMode::mse_shared})
+  for (const AdjustmentMode mode : kAllModes)
     for (const survey::Attitude& at : difficult_attitudes()) {
-      AdjustmentModel m;
-      m.mode = mode;
-      m.systematic_terms = mode == AdjustmentMode::mse_shared;
+      AdjustmentModel m = model_of(mode, mode == AdjustmentMode::mse_shared);
       // Without bz the azimuth is lost in a horizontal hole to the east or west, and close to it hardly determined.
       if (mode == AdjustmentMode::sse_axial && std::abs(std::cos(at.azimuth)) < 1e-4 &&
           std::abs(std::cos(at.inclination)) < 1e-4)
@@ -139,10 +130,8 @@ TEST_CASE("Error-free readings are adjusted to themselves, at every attitude and
 }
 
 TEST_CASE("A gross error of any size goes into the estimate of the observation that is left out") {
-  AdjustmentModel m;
-  m.mode = AdjustmentMode::mse_shared;
-  std::vector<std::array<double, 6>> y;
-  for (const double toolface : {185.0, 261.0, 82.0}) y.push_back(readings_at(degrees(45, toolface, 100), m.field));
+  AdjustmentModel m = model_of(AdjustmentMode::mse_shared);
+  std::vector<std::array<double, 6>> y = three_shots(m.field);
   const Eigen::VectorXd v = adjustment_variances(m, y);
   y[2][3] += 9000;
   const Index wrong = observation_number(m, 3, 2, 3);
@@ -157,11 +146,8 @@ TEST_CASE("A gross error of any size goes into the estimate of the observation t
 }
 
 TEST_CASE("The adjustment is stationary: no change of the unknowns lowers Omega") {
-  AdjustmentModel m;
-  m.mode = AdjustmentMode::mse_shared;
-  m.systematic_terms = true;
-  std::vector<std::array<double, 6>> y;
-  for (const double toolface : {185.0, 261.0, 82.0}) y.push_back(readings_at(degrees(45, toolface, 100), m.field));
+  AdjustmentModel m = model_of(AdjustmentMode::mse_shared, true);
+  std::vector<std::array<double, 6>> y = three_shots(m.field);
   const Eigen::VectorXd v = adjustment_variances(m, y);
   for (std::size_t k = 0; k < 3; ++k)
     for (std::size_t i = 0; i < 6; ++i)
@@ -179,8 +165,7 @@ TEST_CASE("The adjustment is stationary: no change of the unknowns lowers Omega"
 }
 
 TEST_CASE("In sse_axial bx, by, B and Theta are one group") {
-  AdjustmentModel m;
-  m.mode = AdjustmentMode::sse_axial;
+  AdjustmentModel m = model_of(AdjustmentMode::sse_axial);
   const std::vector<SuspectGroup> groups = inseparable_groups(linear_model(m, {degrees(30, 45, 60)}));
   REQUIRE(std::find(groups.begin(), groups.end(), SuspectGroup{kBx, kBy, kField, kDip}) != groups.end());
   auto y = readings_at(degrees(30, 45, 60), m.field);
@@ -218,11 +203,9 @@ TEST_CASE("Exhausted redundancy ends every strategy, without NaN") {
 
 TEST_CASE("Two errors of a rotational shot: what the strategies find") {
   // Without noise all is clear to the pair search; with it the study gross_error_detection gives rates.
-  AdjustmentModel m;
-  m.mode = AdjustmentMode::mse_shared;
+  AdjustmentModel m = model_of(AdjustmentMode::mse_shared);
   m.rotational_shot = true;
-  std::vector<std::array<double, 6>> y;
-  for (const double toolface : {185.0, 261.0, 82.0}) y.push_back(readings_at(degrees(45, toolface, 100), m.field));
+  std::vector<std::array<double, 6>> y = three_shots(m.field);
   const Eigen::VectorXd v = adjustment_variances(m, y);
   y[2][1] += 0.1211;
   y[2][3] -= 761.8;
@@ -238,8 +221,7 @@ TEST_CASE("Two errors of a rotational shot: what the strategies find") {
 TEST_CASE("Shots of one station share inclination and azimuth") {
   for (const bool systematic : {false, true})
     for (const double inclination : {0.0, 45.0, 90.0}) {
-      AdjustmentModel m;
-      m.mode = AdjustmentMode::mse_shared;
+      AdjustmentModel m = model_of(AdjustmentMode::mse_shared);
       m.rotational_shot = true;
       m.systematic_terms = systematic;
       std::vector<survey::Attitude> at;
@@ -323,9 +305,8 @@ TEST_CASE("Nonlinear minimal detectable errors depend on the sign near weak geom
 }
 
 TEST_CASE("The shift of an error is that of the general adjustment") {
-  for (const AdjustmentMode mode : {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed}) {
-    AdjustmentModel m;
-    m.mode = mode;
+  for (const AdjustmentMode mode : kSingleModes) {
+    AdjustmentModel m = model_of(mode);
     auto y = readings_at(degrees(50, 20, 200), m.field);
     const Eigen::VectorXd v = adjustment_variances(m, {y});
     y[4] += 1500;

@@ -2,11 +2,9 @@
 
 #include <cmath>
 
-#include "least_squares_oracle.h"
-#include "reliability/adjustment.h"
 #include "reliability/along_well.h"
 #include "reliability/reliability_grid.h"
-#include "reliability/significance.h"
+#include "reliability_cases.h"
 #include "survey/minimum_curvature.h"
 #include "thesis_cases.h"
 
@@ -18,8 +16,6 @@ using Catch::Matchers::WithinRel;
 using Eigen::Index;
 
 namespace {
-
-const double kLambda = lambda0({1e-4, Tails::one, 0.8});
 
 /// Builds and turns, toolfaces all round.
 survey::Survey a_well(int stations) {
@@ -43,9 +39,7 @@ std::vector<survey::Attitude> attitudes(const survey::Survey& s, double declinat
 TEST_CASE("Stations that share references: 3x3 systems against least squares of the whole well") {
   const survey::Survey well = a_well(5);
   for (const bool systematic : {false, true}) {
-    AdjustmentModel m;
-    m.mode = AdjustmentMode::mse_shared;
-    m.systematic_terms = systematic;
+    AdjustmentModel m = model_of(AdjustmentMode::mse_shared, systematic);
     const LeastSquares l = least_squares(m, attitudes(well, 0));
     const WellReliability r = reliability_along_well(m, well, kLambda);
     double trace = 0;
@@ -74,9 +68,7 @@ TEST_CASE("Stations that share references: 3x3 systems against least squares of 
 TEST_CASE("The position moves as the attitudes of all stations do") {
   // Effects on I and A of every station, by least squares, carried through minimum curvature by finite differences.
   const survey::Survey well = a_well(4);
-  AdjustmentModel m;
-  m.mode = AdjustmentMode::mse_shared;
-  m.systematic_terms = true;
+  AdjustmentModel m = model_of(AdjustmentMode::mse_shared, true);
   m.field.declination = 7 * kDegree;
   const LeastSquares l = least_squares(m, attitudes(well, m.field.declination));
   const WellReliability r = reliability_along_well(m, well, kLambda);
@@ -115,9 +107,8 @@ TEST_CASE("The position moves as the attitudes of all stations do") {
 
 TEST_CASE("Stations on their own are the points of the maps") {
   const survey::Survey well = a_well(6);
-  for (const AdjustmentMode mode : {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed}) {
-    AdjustmentModel m;
-    m.mode = mode;
+  for (const AdjustmentMode mode : kSingleModes) {
+    AdjustmentModel m = model_of(mode);
     const WellReliability r = reliability_along_well(m, well, kLambda);
     for (std::size_t k = 0; k < 6; ++k) {
       const auto alone = station_reliability(m, attitudes(well, 0)[k], kLambda);
@@ -135,10 +126,7 @@ TEST_CASE("Stations on their own are the points of the maps") {
 }
 
 TEST_CASE("Many stations at one attitude are the kernel's mse_shared") {
-  AdjustmentModel m;
-  m.mode = AdjustmentMode::mse_shared;
-  m.systematic_terms = true;
-  m.stations = 12;
+  AdjustmentModel m = model_of(AdjustmentMode::mse_shared, true, 12);
   survey::Survey well;
   for (int k = 0; k < 12; ++k) well.stations.push_back({30.0 * k, 0.6, 1.9, 0.8});
   const auto alone = station_reliability(m, {0.6, 1.9, 0.8}, kLambda);
@@ -154,8 +142,7 @@ TEST_CASE("A vertical station has an effect on the position, and none on angles 
   survey::Survey well = a_well(3);
   well.stations[1].inclination = 0;
   for (const AdjustmentMode mode : {AdjustmentMode::sse, AdjustmentMode::mse_shared}) {
-    AdjustmentModel m;
-    m.mode = mode;
+    AdjustmentModel m = model_of(mode);
     const WellReliability r = reliability_along_well(m, well, kLambda);
     for (const std::size_t o : {2u, 3u, 4u, 5u}) {
       CHECK(std::isfinite(r.stations[1][o].detectable));
@@ -166,8 +153,7 @@ TEST_CASE("A vertical station has an effect on the position, and none on angles 
 }
 
 TEST_CASE("Where sse_axial loses the azimuth, the position is lost with it") {
-  AdjustmentModel m;
-  m.mode = AdjustmentMode::sse_axial;
+  AdjustmentModel m = model_of(AdjustmentMode::sse_axial);
   m.field.declination = 0.1;
   for (const double toolface : {0.0, 30.0, 200.0})
     for (const double magnetic : {90.0, 270.0}) {
@@ -201,15 +187,11 @@ TEST_CASE("Errors that are just found, without linearisation: against the adjust
   const survey::Survey well = a_well(4);
   const auto end = [](const survey::Survey& s) { return survey::minimum_curvature_positions(s).back(); };
   for (const bool systematic : {false, true}) {
-    AdjustmentModel m;
-    m.mode = AdjustmentMode::mse_shared;
-    m.systematic_terms = systematic;
+    AdjustmentModel m = model_of(AdjustmentMode::mse_shared, systematic);
     m.field.declination = 7 * kDegree;
-    StationReadings y{{}, {m.field.gravity, m.field.total, m.field.dip}};
-    for (const survey::Attitude& at : attitudes(well, m.field.declination)) {
-      const Observations of = true_observations(at, m.field);
-      y.readings.push_back({of[0], of[1], of[2], of[3], of[4], of[5]});
-    }
+    StationReadings y{{}, references(m.field)};
+    for (const survey::Attitude& at : attitudes(well, m.field.declination))
+      y.readings.push_back(readings_at(at, m.field));
     const Eigen::VectorXd variances = adjustment_variances(m, y.readings);
     const WellErrors errors(m, well, kLambda, DetectedBy::general_test);
     for (std::size_t k = 0; k < 4; ++k)
@@ -240,9 +222,8 @@ TEST_CASE("Errors that are just found, without linearisation: against the adjust
 
 TEST_CASE("On their own, errors that are just found are those of the maps, and small ones are linear") {
   const survey::Survey well = a_well(4);
-  for (const AdjustmentMode mode : {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed}) {
-    AdjustmentModel m;
-    m.mode = mode;
+  for (const AdjustmentMode mode : kSingleModes) {
+    AdjustmentModel m = model_of(mode);
     const WellErrors errors(m, well, kLambda, DetectedBy::own_test);
     for (std::size_t k = 0; k < 4; ++k)
       for (const std::size_t o : observed(mode)) {
@@ -259,7 +240,6 @@ TEST_CASE("On their own, errors that are just found are those of the maps, and s
     CHECK_THAT(e.size, WithinRel(l.detectable, 2e-3));
     CHECK_THAT((e.position - l.position).norm(), WithinAbs(0, 5e-3 * l.position.norm()));
   }
-  AdjustmentModel shared;
-  shared.mode = AdjustmentMode::mse_shared;
+  AdjustmentModel shared = model_of(AdjustmentMode::mse_shared);
   CHECK_THROWS_AS(WellErrors(shared, well, kLambda, DetectedBy::general_test).of(0, 7, 1), std::invalid_argument);
 }

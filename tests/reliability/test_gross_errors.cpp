@@ -6,12 +6,13 @@
 #include "reliability/gross_error_lanes.h"
 #include "reliability/gross_error_trials.h"
 #include "reliability/identification.h"
-#include "reliability/significance.h"
 #include "reliability/snooping.h"
+#include "reliability_cases.h"
 #include "simd/instruction_set.h"
 
 using namespace surveymc;
 using namespace surveymc::reliability;
+using namespace surveymc::test;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
 using Eigen::Index;
@@ -19,29 +20,21 @@ using Eigen::Index;
 namespace {
 
 constexpr Index kBx = 3;
-const double kLambda = lambda0({1e-4, Tails::one, 0.8});
-const double kCritical = w_critical({1e-4, Tails::one, 0.8});
-
-survey::Attitude degrees(double inclination, double toolface, double azimuth) {
-  return {inclination * kDegree, azimuth * kDegree, toolface * kDegree};
+/// Tests of one trial by two independent derivations, of one minimum: what is left is rounding, and both stop within
+/// 1e-9 sd of it.
+void check_same_tests(const TrialTests& fast, const TrialTests& slow) {
+  REQUIRE(fast.converged);
+  REQUIRE(slow.converged);
+  CHECK_THAT(fast.largest, WithinRel(slow.largest, 1e-6));
+  for (Index i = 0; i < slow.w.size(); ++i) CHECK_THAT(fast.w[i], WithinAbs(slow.w[i], 1e-5));
 }
-
-AdjustmentModel model_of(AdjustmentMode mode) {
-  AdjustmentModel m;
-  m.mode = mode;
-  return m;
-}
-
-constexpr AdjustmentMode kSingle[] = {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed,
-                                      AdjustmentMode::mse_shared};
 
 }  // namespace
 
 TEST_CASE("Trials on lanes are those of the general adjustment") {
-  // Two independent derivations: here three conditions in relative units, there Eigen with the angles' conditions. What
-  // is left is rounding, and both stop within 1e-9 sd of the minimum.
+  // Here three conditions in relative units, there Eigen with the angles' conditions.
   int compared = 0;
-  for (const AdjustmentMode mode : kSingle)
+  for (const AdjustmentMode mode : kAllModes)
     for (const double inclination : {0.0, 1e-8, 30.0, 90.0, 150.0, 180.0})
       for (const double toolface : {0.0, 45.0, 200.0}) {
         const GrossErrorTrials trials(model_of(mode), {degrees(inclination, toolface, 60)}, {{kBx, 1500}, {2, -0.05}},
@@ -52,15 +45,11 @@ TEST_CASE("Trials on lanes are those of the general adjustment") {
         for (int t = 0; t < 16; t += 5)
           for (const bool with_errors : {false, true}) {
             const TrialTests fast = GrossErrorTrials::tests_of(with_errors ? with : without, t);
-            const StationAdjustment a =
-                trials.adjusted(trials.readings(static_cast<std::uint64_t>(8 + t), with_errors));
-            const TrialTests slow = GrossErrorTrials::tests_of(a);
-            REQUIRE(fast.converged);
-            REQUIRE(slow.converged);
+            const TrialTests slow = GrossErrorTrials::tests_of(
+                trials.adjusted(trials.readings(static_cast<std::uint64_t>(8 + t), with_errors)));
+            check_same_tests(fast, slow);
             CHECK_THAT(fast.omega, WithinRel(slow.omega, 1e-6) || WithinAbs(slow.omega, 1e-8));
-            CHECK_THAT(fast.largest, WithinRel(slow.largest, 1e-6));
             CHECK(fast.suspects == slow.suspects);
-            for (Index i = 0; i < slow.w.size(); ++i) CHECK_THAT(fast.w[i], WithinAbs(slow.w[i], 1e-5));
             ++compared;
           }
       }
@@ -83,9 +72,8 @@ GrossErrorTrials shots_of(bool rotational, int shots, double inclination, const 
 }  // namespace
 
 TEST_CASE("Several stations on lanes are those of the general adjustment, and so are the searches") {
-  // Two independent derivations: here unknowns and Cholesky's factor of J'J, there conditions. What is left is
-  // rounding, and both stop within 1e-9 sd of the minimum. Searches: redundancy matrix here, whitened misclosures
-  // there.
+  // Here unknowns and Cholesky's factor of J'J, there conditions. Searches: redundancy matrix here, whitened
+  // misclosures there.
   int searched = 0, found = 0;
   RedundancyFamily family;  // of one trial after the other: nothing of the one before may be left in it
   for (const bool rotational : {true, false})
@@ -103,11 +91,8 @@ TEST_CASE("Several stations on lanes are those of the general adjustment, and so
             const StationAdjustment a =
                 trials.adjusted(trials.readings(static_cast<std::uint64_t>(16 + t), with_errors));
             const TrialTests slow = GrossErrorTrials::tests_of(a);
-            REQUIRE(fast.converged);
-            REQUIRE(slow.converged);
+            check_same_tests(fast, slow);
             CHECK_THAT(fast.omega, WithinRel(slow.omega, 1e-6));
-            CHECK_THAT(fast.largest, WithinRel(slow.largest, 1e-6));
-            for (Index i = 0; i < slow.w.size(); ++i) CHECK_THAT(fast.w[i], WithinAbs(slow.w[i], 1e-5));
             if (!with_errors) continue;
             trials.model_of_shots(with, t, family.begin());
             const RedundancyModel& model = family.whole();
@@ -169,8 +154,7 @@ TEST_CASE("One lane does not depend on its neighbours") {
 }
 
 TEST_CASE("Readings of a trial: the errors are added to the same noise") {
-  AdjustmentModel m = model_of(AdjustmentMode::mse_shared);
-  m.systematic_terms = true;
+  AdjustmentModel m = model_of(AdjustmentMode::mse_shared, true);
   const std::vector<survey::Attitude> at{degrees(45, 185, 100), degrees(45, 261, 100)};
   const GrossErrorTrials trials(m, at, {{9, 500}, {13, -90}}, random::Stream(3, 20));
   CHECK_FALSE(trials.on_lanes());
@@ -186,8 +170,7 @@ TEST_CASE("Readings of a trial: the errors are added to the same noise") {
 
 TEST_CASE("Noise has the variances of the adjustment, systematic terms included") {
   // Variance of a reading over the trials: noise, and bias and scale factor common to the stations (their covariance).
-  AdjustmentModel m = model_of(AdjustmentMode::mse_shared);
-  m.systematic_terms = true;
+  AdjustmentModel m = model_of(AdjustmentMode::mse_shared, true);
   const std::vector<survey::Attitude> at{degrees(45, 185, 100), degrees(45, 185, 100)};
   const GrossErrorTrials trials(m, at, {}, random::Stream(3, 20));
   const double truth = trials.readings_without_noise(false).readings[0][5];

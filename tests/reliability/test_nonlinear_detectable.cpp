@@ -2,42 +2,29 @@
 
 #include <cmath>
 
-#include "reliability/adjustment.h"
 #include "reliability/along_well.h"
 #include "reliability/minimum.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/reliability_grid.h"
-#include "reliability/significance.h"
 #include "reliability/station_response.h"
+#include "reliability_cases.h"
 
 using namespace surveymc;
 using namespace surveymc::reliability;
+using namespace surveymc::test;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
 
 namespace {
 
 constexpr std::size_t kBx = index_of(Observation::bx), kDip = index_of(Observation::dip);
-const double kLambda = lambda0({1e-4, Tails::one, 0.8});
-
-survey::Attitude degrees(double inclination, double toolface, double azimuth) {
-  return {inclination * kDegree, azimuth * kDegree, toolface * kDegree};
-}
 AdjustmentModel shared_by(int stations, bool systematic) {
-  AdjustmentModel m;
-  m.mode = AdjustmentMode::mse_shared;
-  m.stations = stations;
-  m.systematic_terms = systematic;
-  return m;
+  return model_of(AdjustmentMode::mse_shared, systematic, stations);
 }
 
 /// The oracle: all stations adjusted together, without linearisation, the error in the first one.
 double shift_of_all(const AdjustmentModel& m, const survey::Attitude& at, std::size_t observation, double nabla) {
-  const Observations y = true_observations(at, m.field);
-  std::array<double, kReadings> readings;
-  std::copy_n(y.begin(), kReadings, readings.begin());
-  StationReadings all{std::vector<std::array<double, kReadings>>(static_cast<std::size_t>(m.stations), readings),
-                      {y[6], y[7], y[8]}};
+  StationReadings all{{static_cast<std::size_t>(m.stations), readings_at(at, m.field)}, references(m.field)};
   const Eigen::VectorXd variances = adjustment_variances(m, all.readings);
   (observation < kReadings ? all.readings[0][observation] : all.references[observation - kReadings]) += nabla;
   const StationAdjustment a = adjust(m, all, variances);
@@ -95,16 +82,14 @@ TEST_CASE("Nonlinear minimal detectable errors of multi-station modes near weak 
                minus = nonlinear_detectable_error(m, degrees(30, 2, 2), kBx, kLambda, -1);
   CHECK(plus < 0.8 * -minus);
   // Many stations know the references: as if these were free of error
-  AdjustmentModel fixed;
-  fixed.mode = AdjustmentMode::mse_fixed;
+  AdjustmentModel fixed = model_of(AdjustmentMode::mse_fixed);
   fixed.sigma = m.sigma;
   CHECK_THAT(nonlinear_detectable_error(shared_by(1'000'000, false), degrees(60, 30, 20), kBx, kLambda, 1),
              WithinRel(nonlinear_detectable_error(fixed, degrees(60, 30, 20), kBx, kLambda, 1), 1e-5));
 }
 
 TEST_CASE("A nonlinear error needs an observation that the mode has") {
-  AdjustmentModel m;
-  m.mode = AdjustmentMode::mse_fixed;
+  AdjustmentModel m = model_of(AdjustmentMode::mse_fixed);
   CHECK_THROWS_AS(error_shift(m, degrees(30, 45, 60), kDip, 0.01), std::invalid_argument);
   m.mode = AdjustmentMode::sse_axial;
   CHECK_THROWS_AS(error_shift(m, degrees(30, 45, 60), 5, 100), std::invalid_argument);
@@ -113,22 +98,18 @@ TEST_CASE("A nonlinear error needs an observation that the mode has") {
 TEST_CASE("Levenberg's steps and Gauss-Newton's end at the same minimum") {
   // Errors of up to 8 sd, all modes, attitudes with right angles among them; two and three stations as well
   int compared = 0;
-  for (const AdjustmentMode mode :
-       {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed, AdjustmentMode::mse_shared})
+  for (const AdjustmentMode mode : kAllModes)
     for (const bool systematic : {false, true})
       for (const bool shots : {false, true})
         for (const double inclination : {0.0, 1e-8, 40.0, 90.0, 135.0, 180.0}) {
           const bool shared = mode == AdjustmentMode::mse_shared;
           if (!shared && (systematic || shots)) continue;
-          AdjustmentModel m;
-          m.mode = mode;
-          m.systematic_terms = systematic;
+          AdjustmentModel m = model_of(mode, systematic);
           m.rotational_shot = shots;
-          StationReadings y{{}, {m.field.gravity, m.field.total, m.field.dip}};
+          StationReadings y{{}, references(m.field)};
           for (const double toolface : {20.0, 100.0, 250.0}) {
             if (!shared && !y.readings.empty()) break;
-            const Observations of = true_observations(degrees(inclination, toolface, 130), m.field);
-            y.readings.push_back({of[0], of[1], of[2], of[3], of[4], of[5]});
+            y.readings.push_back(readings_at(degrees(inclination, toolface, 130), m.field));
           }
           const Eigen::VectorXd variances = adjustment_variances(m, y.readings);
           y.readings.front()[3] += 500;
@@ -146,13 +127,11 @@ TEST_CASE("Levenberg's steps and Gauss-Newton's end at the same minimum") {
 }
 
 TEST_CASE("Where Gauss-Newton goes round, the adjustment still converges, to a minimum") {
-  AdjustmentModel m;
-  m.mode = AdjustmentMode::sse_axial;
-  const Observations of = true_observations(degrees(85, 45, 85), m.field);
-  std::array<double, kReadings> y{of[0], of[1], of[2], of[3], of[4], of[5]};
+  AdjustmentModel m = model_of(AdjustmentMode::sse_axial);
+  std::array<double, kReadings> y = readings_at(degrees(85, 45, 85), m.field);
   const Eigen::VectorXd variances = adjustment_variances(m, {y});
   y[kBx] += 673;
-  const StationReadings readings{{y}, {of[6], of[7], of[8]}};
+  const StationReadings readings{{y}, references(m.field)};
   const StationAdjustment a = adjust(m, readings, variances);
   REQUIRE(a.converged);
   // No other value of bz, which is free, nor of the tool's direction lowers Omega: a brute search over both
@@ -161,8 +140,8 @@ TEST_CASE("Where Gauss-Newton goes round, the adjustment still converges, to a m
     const double e[] = {y[0] - g.x, y[1] - g.y, y[2] - g.z, y[3] - b.x, y[4] - b.y};
     double sum = 0;
     for (int i = 0; i < 5; ++i) sum += e[i] * e[i] / variances[i];
-    return sum + std::pow(of[6] - gravity, 2) / variances[6] + std::pow(of[7] - total, 2) / variances[7] +
-           std::pow(of[8] - dip, 2) / variances[8];
+    return sum + std::pow(m.field.gravity - gravity, 2) / variances[6] +
+           std::pow(m.field.total - total, 2) / variances[7] + std::pow(m.field.dip - dip, 2) / variances[8];
   };
   const survey::Attitude& best = a.attitudes.front();
   CHECK_THAT(omega(best, a.references[0], a.references[1], a.references[2]), WithinRel(a.omega, 1e-9));
@@ -177,8 +156,7 @@ TEST_CASE("Where Gauss-Newton goes round, the adjustment still converges, to a m
 }
 
 TEST_CASE("Minimal detectable errors in sse_axial are finite near horizontal") {
-  AdjustmentModel m;
-  m.mode = AdjustmentMode::sse_axial;
+  AdjustmentModel m = model_of(AdjustmentMode::sse_axial);
   CHECK_THAT(nonlinear_detectable_error(m, degrees(85, 45, 85), kBx, kLambda, 1), WithinAbs(667.6, 0.05));
   for (const double inclination : {81.0, 87.0, 90.0})
     for (double toolface = 0; toolface < 180; toolface += 30)
@@ -195,9 +173,7 @@ TEST_CASE("Minimal detectable errors in sse_axial are finite near horizontal") {
 }
 
 TEST_CASE("Horizontal east or west in sse_axial, where no step moves bz, the shift is that of the minimum", "[long]") {
-  AdjustmentModel m;
-  m.mode = AdjustmentMode::sse_axial;
-  m.stations = 1;
+  AdjustmentModel m = model_of(AdjustmentMode::sse_axial, false, 1);
   const std::size_t by = index_of(Observation::by), total = index_of(Observation::total_field);
   // An error that makes the field too small for the readings is explained in part by a bz, an azimuth off east. Omega
   // is continuous in the azimuth, and Gauss-Newton is at no saddle 0.01 degrees off.
@@ -226,9 +202,7 @@ TEST_CASE("In a vertical hole the inclination changes by the tilt, to whichever 
     for (const double inclination : {0.0, 180.0})
       for (const double toolface : {0.0, 30.0, 90.0})
         for (const std::size_t o : {std::size_t{0}, std::size_t{1}, kBx}) {
-          AdjustmentModel m;
-          m.mode = mode;
-          m.stations = 1;
+          AdjustmentModel m = model_of(mode, false, 1);
           const survey::Attitude at = degrees(inclination, toolface, 40);
           const double small = 1e-3 * kLambda;  // curvature is of the order of its ratio to the field
           const auto linear = station_reliability(m, at, small)[o];

@@ -3,9 +3,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "least_squares_oracle.h"
 #include "reliability/reliability_grid.h"
-#include "reliability/significance.h"
+#include "reliability_cases.h"
 #include "thesis_cases.h"
 
 using namespace surveymc;
@@ -17,16 +16,6 @@ using Catch::Matchers::WithinRel;
 namespace {
 
 constexpr std::size_t kBx = index_of(Observation::bx), kBz = index_of(Observation::bz);
-const double kLambda = lambda0({1e-4, Tails::one, 0.8});
-
-AdjustmentModel model_of(AdjustmentMode mode) {
-  AdjustmentModel m;
-  m.mode = mode;
-  return m;
-}
-survey::Attitude degrees(double inclination, double toolface, double azimuth) {
-  return {inclination * kDegree, azimuth * kDegree, toolface * kDegree};
-}
 
 /// Relative tolerance for r: the oracle loses the digits that X'PX has not, and r is a difference from 1 there.
 void check_redundancy(double r, double expected) {
@@ -55,16 +44,14 @@ void check_against_oracle(const AdjustmentModel& model, const survey::Attitude& 
     const double nabla = kLambda * std::sqrt(l.variance[row] / r);
     CHECK_THAT(all[o].detectable, WithinRel(nabla, 1e-9));
     // An effect of less than 1e-9 of the standard deviation of the parameter is zero for both.
-    const double found[] = {all[o].inclination, all[o].toolface,    all[o].azimuth,
-                            all[o].gravity,     all[o].total_field, all[o].dip};
-    for (Eigen::Index j = 0; j < (model.mode == AdjustmentMode::mse_fixed ? 3 : 6); ++j) {
-      const Eigen::Index parameter = j < 3 ? j : 3 * stations + j - 3;
-      const double sd = std::sqrt((l.effect.row(parameter).array().square() * l.variance.transpose().array()).sum());
-      const double expected = l.effect(parameter, row) * nabla;
-      INFO("parameter " << j);
-      CHECK_THAT(found[j], WithinAbs(expected, 1e-8 * std::abs(expected) + 1e-9 * sd));
-    }
+    check_effects(all[o], model, l, stations, row, nabla, 1e-9);
   }
+}
+
+std::vector<MapQuantity> all_quantities() {
+  std::vector<MapQuantity> all;
+  for (std::size_t q = 0; q < kMapQuantities; ++q) all.push_back(static_cast<MapQuantity>(q));
+  return all;
 }
 
 std::vector<double> steps(double from, double to, double step) {
@@ -91,27 +78,21 @@ TEST_CASE("Redundancy, detectable error and effect on the azimuth at the attitud
 }
 
 TEST_CASE("Three conditions give what nine by six least squares gives") {
-  AdjustmentModel shared = model_of(AdjustmentMode::mse_shared), systematic = shared;
-  shared.stations = 4;
-  systematic.stations = 3;
-  systematic.systematic_terms = true;
+  const AdjustmentModel shared = model_of(AdjustmentMode::mse_shared, false, 4),
+                        systematic = model_of(AdjustmentMode::mse_shared, true, 3);
   for (const survey::Attitude& at :
        {degrees(30, 45, 60), degrees(70, 120, 100), degrees(5, 200, 310), degrees(120, 33, 250), degrees(88, 271, 91),
         degrees(45, 0, 180), degrees(30, 90, 90), degrees(60, 10, 0.5)}) {
-    check_against_oracle(model_of(AdjustmentMode::sse), at, 1);
-    check_against_oracle(model_of(AdjustmentMode::sse_axial), at, 1);
-    check_against_oracle(model_of(AdjustmentMode::mse_fixed), at, 1);
+    for (const AdjustmentMode mode : kSingleModes) check_against_oracle(model_of(mode), at, 1);
     check_against_oracle(shared, at, 4);
     check_against_oracle(systematic, at, 3);
   }
 }
 
 TEST_CASE("Redundancy numbers add up to the redundancy") {
-  for (const AdjustmentMode mode :
-       {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed, AdjustmentMode::mse_shared})
+  for (const AdjustmentMode mode : kAllModes)
     for (const survey::Attitude& at : difficult_attitudes()) {
-      AdjustmentModel m = model_of(mode);
-      m.stations = 7;
+      AdjustmentModel m = model_of(mode, false, 7);
       // In a horizontal hole to the east or west the azimuth is lost with bz, and one unknown less leaves one more
       // redundancy: not the case meant here, nor its numerically close neighbours.
       if (mode == AdjustmentMode::sse_axial && std::abs(std::cos(at.azimuth) * std::sin(at.inclination)) < 1e-4 &&
@@ -135,19 +116,16 @@ TEST_CASE("Redundancy numbers add up to the redundancy") {
 }
 
 TEST_CASE("Nothing is NaN at any attitude, and vertical holes have finite detectable errors") {
-  for (const AdjustmentMode mode :
-       {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed, AdjustmentMode::mse_shared})
+  for (const AdjustmentMode mode : kAllModes)
     for (const bool systematic : {false, true}) {
-      AdjustmentModel m = model_of(mode);
-      m.systematic_terms = systematic;
+      AdjustmentModel m = model_of(mode, systematic);
       ReliabilityGrid g;
       g.dip_deg = {75, -60, 0};
       g.inclination_deg = {0, 1e-8, 30, 90, 179, 180};
       g.toolface_deg = {0, 45, 90, 180, 270, 360};
       g.magnetic_azimuth_deg = {0, 1e-8, 60, 90, 180, 270, 360};
       const ReliabilityMaps maps(m, g, kLambda);
-      std::vector<MapQuantity> all;
-      for (std::size_t q = 0; q < kMapQuantities; ++q) all.push_back(static_cast<MapQuantity>(q));
+      const std::vector<MapQuantity> all = all_quantities();
       const auto values = maps.values(observed(mode), all, 0, g.points());
       for (const auto& of_observation : values)
         for (const auto& of_quantity : of_observation)
@@ -182,7 +160,7 @@ TEST_CASE("Limits at a vertical hole are approached continuously") {
 }
 
 TEST_CASE("Exact symmetries of the maps") {
-  for (const AdjustmentMode mode : {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed})
+  for (const AdjustmentMode mode : kSingleModes)
     for (const double inclination : {0.5, 30.0, 70.0, 90.0, 133.0})
       for (const double toolface : {0.0, 17.0, 90.0, 200.0})
         for (const double azimuth : {3.0, 60.0, 179.0, 290.0}) {
@@ -251,11 +229,9 @@ TEST_CASE("Maps of bx: number of infinite points, minima of the specification") 
 }
 
 TEST_CASE("A map is the same bits in slabs, in lanes and alone") {
-  AdjustmentModel m = model_of(AdjustmentMode::mse_shared);
-  m.systematic_terms = true;
+  AdjustmentModel m = model_of(AdjustmentMode::mse_shared, true);
   const ReliabilityGrid g{{0.5, 1}, {70, 75}, {0, 20, 90}, steps(0, 350, 50), steps(0, 355, 5)};
-  std::vector<MapQuantity> all;
-  for (std::size_t q = 0; q < kMapQuantities; ++q) all.push_back(static_cast<MapQuantity>(q));
+  const std::vector<MapQuantity> all = all_quantities();
   const ReliabilityMaps maps(m, g, kLambda);
   const auto whole = maps.values(observed(m.mode), all, 0, g.points());
   for (const std::size_t first : {std::size_t{0}, std::size_t{1}, std::size_t{777}, g.points() - 3}) {
@@ -298,16 +274,13 @@ TEST_CASE("A map in long columns is the same bits as one in vectors") {
   // Two variants of the kernel: one asks every output whether it is wanted, the other has five quantities of every
   // observation. Attitudes include those where an observation is not controlled.
   const ReliabilityGrid g{{0.5, 1}, {75}, {0, 30, 90}, steps(0, 350, 70), steps(0, 350, 10)};
-  std::vector<MapQuantity> all;
-  for (std::size_t q = 0; q < kMapQuantities; ++q) all.push_back(static_cast<MapQuantity>(q));
+  const std::vector<MapQuantity> all = all_quantities();
   const std::vector<MapQuantity> five(all.begin(), all.begin() + 5);
   MapValues columns;
   int compared = 0, infinite = 0;
-  for (const AdjustmentMode mode :
-       {AdjustmentMode::sse, AdjustmentMode::sse_axial, AdjustmentMode::mse_fixed, AdjustmentMode::mse_shared})
+  for (const AdjustmentMode mode : kAllModes)
     for (const bool systematic : {false, true}) {
-      AdjustmentModel m = model_of(mode);
-      m.systematic_terms = systematic;
+      AdjustmentModel m = model_of(mode, systematic);
       const ReliabilityMaps maps(m, g, kLambda);
       const auto which = observed(mode);
       const auto whole = maps.values(which, all, 0, g.points());

@@ -3,12 +3,10 @@
 #include <cmath>
 #include <limits>
 
-#include "least_squares_oracle.h"
-#include "reliability/adjustment.h"
 #include "reliability/parity.h"
 #include "reliability/reliability_grid.h"
-#include "reliability/significance.h"
 #include "reliability/station_response.h"
+#include "reliability_cases.h"
 #include "thesis_cases.h"
 
 using namespace surveymc;
@@ -21,7 +19,6 @@ namespace {
 
 using Eigen::Index;
 constexpr std::size_t kGz = index_of(Observation::gz), kBx = index_of(Observation::bx), kBz = index_of(Observation::bz);
-const double kLambda = lambda0({1e-4, Tails::one, 0.8});
 
 struct Place {
   double inclination, toolface, azimuth;  // deg
@@ -32,16 +29,9 @@ StationResponse response_of(const AdjustmentModel& m, const Place& p) {
 survey::Attitude attitude_of(const Place& p) {
   return {p.inclination * kDegree, p.azimuth * kDegree, p.toolface * kDegree};
 }
-AdjustmentModel model_of(AdjustmentMode mode, int stations = 1, bool systematic = false) {
-  AdjustmentModel m;
-  m.mode = mode;
-  m.stations = stations;
-  m.systematic_terms = systematic;
-  return m;
-}
 std::vector<AdjustmentModel> all_models() {
   return {model_of(AdjustmentMode::sse), model_of(AdjustmentMode::sse_axial), model_of(AdjustmentMode::mse_fixed),
-          model_of(AdjustmentMode::mse_shared, 3), model_of(AdjustmentMode::mse_shared, 3, true)};
+          model_of(AdjustmentMode::mse_shared, false, 3), model_of(AdjustmentMode::mse_shared, true, 3)};
 }
 Observations error_in(std::size_t observation, double size) {
   Observations e{};
@@ -79,14 +69,7 @@ TEST_CASE("Residuals and effects of an error are those of least squares") {
           const double expected = l.redundancy(row_of(m, j), row_of(m, o)) * size;
           CHECK_THAT(r.residuals[j], WithinAbs(expected, 1e-9 * 7 * response.sd()[j] + 1e-8 * std::abs(expected)));
         }
-        const double found[] = {r.inclination, r.toolface, r.azimuth, r.gravity, r.total_field, r.dip};
-        for (Index j = 0; j < (m.mode == AdjustmentMode::mse_fixed ? 3 : 6); ++j) {
-          const Index parameter = j < 3 ? j : 3 * static_cast<Index>(stations) + j - 3;
-          const double of_parameter =
-              std::sqrt((l.effect.row(parameter).array().square() * l.variance.transpose().array()).sum());
-          const double expected = l.effect(parameter, row_of(m, o)) * size;
-          CHECK_THAT(found[j], WithinAbs(expected, 1e-8 * std::abs(expected) + 1e-8 * of_parameter));
-        }
+        check_effects(r, m, l, static_cast<int>(stations), row_of(m, o), size, 1e-8);
       }
     }
 }
@@ -153,7 +136,7 @@ TEST_CASE("Figure 1: residuals of an accelerometer alone are those of eqs 27 to 
 }
 
 TEST_CASE("An error in readings and references at once is the sum of its parts") {
-  const AdjustmentModel m = model_of(AdjustmentMode::mse_shared, 5, true);
+  const AdjustmentModel m = model_of(AdjustmentMode::mse_shared, true, 5);
   const StationResponse response = response_of(m, {40, 100, 250});
   Observations both{};
   both[kBz] = 300;
