@@ -9,6 +9,7 @@
 #include "analysis/outlier_event.h"
 #include "base/units.h"
 #include "chained/block_solver.h"
+#include "chained_cases.h"
 #include "random/rare_channels.h"
 #include "rare/event_trials.h"
 #include "rare/preparing.h"
@@ -190,23 +191,8 @@ TEST_CASE("The union of false alarms has the rate of linear theory", "[events]")
 }
 
 TEST_CASE("A run of given draws is that of the study, and the wrong deletion what the tests say", "[events]") {
-  constexpr double kMg = 9.80665e-3;  // the sizes of slide 7
-  chained::ChainSizes sizes;
-  sizes.accelerometer_xy = sizes.accelerometer_z = {0.3 * kMg, 0.2 * kMg};
-  sizes.magnetometer_xy = {80, 50};
-  sizes.magnetometer_z = {80, 80};
-  sizes.gravity = {0.1 * kMg, 0.02 * kMg};
-  sizes.field = {80, 20};
-  sizes.horizontal = 12941;
-  sizes.down = 48296;
-  sensor::ChainedRunSetup truth;
-  const chained::Model model = chained::make_model(sizes, 5, chained::ChainReferences::chained);
-  truth.gravity = model.gravity;
-  truth.horizontal = model.horizontal;
-  truth.down = model.down;
-  truth.first_sd = model.prior_sd;
-  truth.step_sd = model.link_sd;
-  truth.noise = model.noise;
+  const chained::Model model = chained::make_model(chained_case::slide7_sizes(), 5, chained::ChainReferences::chained);
+  sensor::ChainedRunSetup truth = chained_case::run_setup(model, {});
   truth.random_toolface = false;
   for (int k = 0; k < 5; ++k) truth.attitudes.push_back({0.2 + 0.1 * k, 0.8, 1.1 * k});
   const random::Stream stream(3, 9);

@@ -13,8 +13,7 @@ void moments(benchmark::State& state) {
   const auto quantities = state.range(0);
   // Spare rows as in experiments/study.cpp: without them all columns fall into the same sets of the cache.
   const Eigen::MatrixXd x = Eigen::MatrixXd::Random(trials + 8, quantities);
-  for (auto _ : state) benchmark::DoNotOptimize(stats::Moments::of(x.topRows(trials)));
-  count_items(state, trials);
+  time_calls(state, trials, [&] { return stats::Moments::of(x.topRows(trials)); });
 }
 BENCHMARK(moments)->Name("moments_of_512")->Arg(13)->Arg(6);
 
@@ -24,17 +23,16 @@ void msa_covariance_of_survey(benchmark::State& state) {
   const estimate::NominalTruth truth{sensor::station_fields(s.clean), {1, 1, 1}, {0, 0, 0}, s.field};
   estimate::InputErrors errors;
   errors.magnetometer = 70;
-  for (auto _ : state)
-    benchmark::DoNotOptimize(estimate::error_covariance(estimate::sensitivity({}, truth), truth.stations, errors));
-  count_items(state, s.survey.size());
+  time_calls(state, s.survey.size(),
+             [&] { return estimate::error_covariance(estimate::sensitivity({}, truth), truth.stations, errors); });
 }
 BENCHMARK(msa_covariance_of_survey)->Name("msa_covariance")->Arg(Setup::kThesis)->Arg(1000);
 
 /// All that msa_position predicts before its first trial: also positions and control variates. Items: stations.
 void prediction(benchmark::State& state) {
   const Setup s(static_cast<int>(state.range(0)));
-  for (auto _ : state) benchmark::DoNotOptimize(analysis::predict_msa(s.survey, s.field, {}, {}, s.noise, s.clean, {}));
-  count_items(state, s.survey.size());
+  time_calls(state, s.survey.size(),
+             [&] { return analysis::predict_msa(s.survey, s.field, {}, {}, s.noise, s.clean, {}); });
 }
 BENCHMARK(prediction)->Name("predict_msa")->Arg(Setup::kThesis)->Arg(1000);
 

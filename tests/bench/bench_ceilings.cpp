@@ -8,9 +8,9 @@ namespace {
 void clock_rate(benchmark::State& state) {
   constexpr int count = 1000;
   std::uint64_t x = 3;
-  for (auto _ : state)
+  time_calls(state, 3 * count, [&] {
     for (int i = 0; i < count; ++i) asm volatile("imul %0, %0" : "+r"(x));
-  count_items(state, 3 * count);
+  });
 }
 BENCHMARK(clock_rate);
 
@@ -18,16 +18,15 @@ constexpr int kRounds = 1000;
 
 /// Items: floating-point operations.
 void fma_rate(benchmark::State& state, simd::InstructionSet set) {
-  for (auto _ : state) ceilings(set).fused_multiply_add(kRounds);
-  count_items(state, 2 * kRounds * Ceilings::kPerRound * ceilings(set).lanes);
+  time_calls(state, 2 * kRounds * Ceilings::kPerRound * ceilings(set).lanes,
+             [&] { ceilings(set).fused_multiply_add(kRounds); });
 }
 const bool fma_registered = on_both("ceiling/fma_flops", fma_rate);
 
 /// Items: operations on one double (or integer).
 template <void (*Ceilings::*Kernel)(int)>
 void at_once(benchmark::State& state, simd::InstructionSet set) {
-  for (auto _ : state) (ceilings(set).*Kernel)(kRounds);
-  count_items(state, kRounds * Ceilings::kPerRound * ceilings(set).lanes);
+  time_calls(state, kRounds * Ceilings::kPerRound * ceilings(set).lanes, [&] { (ceilings(set).*Kernel)(kRounds); });
 }
 const bool mixed_registered = on_both("ceiling/fma_and_add", at_once<&Ceilings::fused_and_add>);
 const bool divide_registered = on_both("ceiling/divide", at_once<&Ceilings::divide>);

@@ -21,28 +21,14 @@ chained::Model model_of(int stations) {
   return chained::make_model(s, stations, chained::ChainReferences::chained);
 }
 
-chained::Batch runs(const chained::Model& m, int stations) {
-  chained::Batch batch(kTrials, stations);
-  const sensor::ChainedRunSetup setup = chained_case::run_setup(m, chained_case::building_profile(stations));
-  for (int t = 0; t < kTrials; ++t) {
-    const sensor::ChainedRun run =
-        sensor::simulate_chained_run(setup, random::Stream(1, 8), static_cast<std::uint64_t>(t));
-    for (int k = 0; k < stations; ++k) batch.set(t, k, run.readings[static_cast<std::size_t>(k)]);
-  }
-  return batch;
-}
-
 /// Items: runs; counters: stations a second, and passes to convergence.
 void chained(benchmark::State& state, chained::Mode mode) {
   const int stations = static_cast<int>(state.range(0));
   const chained::Model m = model_of(stations);
-  const chained::Batch batch = runs(m, stations);
+  const chained_case::Runs in(chained_case::run_setup(m, chained_case::building_profile(stations)), kTrials,
+                              random::Stream(1, 8));
   chained::BatchSolution out(kTrials, stations);
-  for (auto _ : state) {
-    chained::solve_batch(m, mode, batch, out);
-    benchmark::ClobberMemory();
-  }
-  state.SetItemsProcessed(state.iterations() * kTrials);
+  time_calls(state, kTrials, [&] { chained::solve_batch(m, mode, in.batch, out); });
   state.counters["stations"] =
       benchmark::Counter(static_cast<double>(kTrials) * stations, benchmark::Counter::kIsIterationInvariantRate);
   double passes = 0;
@@ -56,10 +42,9 @@ BENCHMARK_CAPTURE(chained, filter, chained::Mode::filter)->Arg(18)->Arg(2000);
 void newton(benchmark::State& state) {
   const int stations = static_cast<int>(state.range(0));
   const chained::Model m = model_of(stations);
-  const sensor::ChainedRunSetup setup = chained_case::run_setup(m, chained_case::building_profile(stations));
-  const chained::Readings readings{sensor::simulate_chained_run(setup, random::Stream(1, 8), 0).readings, {}};
-  for (auto _ : state) benchmark::DoNotOptimize(chained::solve_blocks(m, readings));
-  state.SetItemsProcessed(state.iterations());
+  const chained::Readings readings =
+      chained_case::drawn_readings(m, chained_case::building_profile(stations), random::Stream(1, 8), 0);
+  time_calls(state, 1, [&] { return chained::solve_blocks(m, readings); });
 }
 BENCHMARK(newton)->Name("chained_newton")->Arg(18)->Arg(2000);
 
@@ -67,10 +52,9 @@ BENCHMARK(newton)->Name("chained_newton")->Arg(18)->Arg(2000);
 void modes(benchmark::State& state) {
   const int stations = static_cast<int>(state.range(0));
   const chained::Model m = model_of(stations);
-  const sensor::ChainedRunSetup setup = chained_case::run_setup(m, chained_case::building_profile(stations));
-  const chained::Readings readings{sensor::simulate_chained_run(setup, random::Stream(1, 8), 0).readings, {}};
-  for (auto _ : state) benchmark::DoNotOptimize(chained::find_modes(m, readings));
-  state.SetItemsProcessed(state.iterations());
+  const chained::Readings readings =
+      chained_case::drawn_readings(m, chained_case::building_profile(stations), random::Stream(1, 8), 0);
+  time_calls(state, 1, [&] { return chained::find_modes(m, readings); });
 }
 BENCHMARK(modes)->Name("chained_modes")->Arg(18)->Arg(100);
 

@@ -12,14 +12,14 @@ void reference_field_of_place(benchmark::State& state) {
   std::vector<earth::Place> places;
   for (int k = 0; k < kPlaces; ++k)  // golden angle: even over the sphere
     places.push_back({std::asin(2 * (k + 0.5) / kPlaces - 1), std::fmod(2.399963 * k, 2 * kPi) - kPi, 10.0 * k});
-  for (auto _ : state)
+  time_calls(state, kPlaces, [&] {
     for (const earth::Place& p : places) {
       const earth::MagneticField field = earth::wmm2025().field(p, 2026.5);
       benchmark::DoNotOptimize(earth::magnetic_elements(field.vector));
       benchmark::DoNotOptimize(earth::elements_per_year(field.vector, field.per_year));
       benchmark::DoNotOptimize(earth::normal_gravity(p));
     }
-  count_items(state, kPlaces);
+  });
 }
 BENCHMARK(reference_field_of_place)->Name("reference_field");
 

@@ -29,14 +29,9 @@ void aakr(benchmark::State& state, simd::InstructionSet set) {
   monitoring::Samples out(kQueries, 4);
   std::vector<double> nearest(kQueries), scratch;
   const monitoring::AakrBatch batch = model.batch(queries.data(), kQueries, out.data(), nearest.data(), scratch);
-  for (auto _ : state) {
-    if (set == simd::InstructionSet::v4)
-      surveymc::monitoring::isa_v4::aakr_predict(batch);
-    else
-      surveymc::monitoring::isa_v3::aakr_predict(batch);
-    benchmark::ClobberMemory();
-  }
-  count_items(state, kQueries);
+  time_calls(state, kQueries, [&] {
+    set == simd::InstructionSet::v4 ? monitoring::isa_v4::aakr_predict(batch) : monitoring::isa_v3::aakr_predict(batch);
+  });
 }
 const bool aakr_registered = on_both("aakr_1350x4", aakr, {10, 20, 50});
 

@@ -8,11 +8,7 @@ namespace {
 void sums(benchmark::State& state, simd::InstructionSet set) {
   const Setup s;
   survey::LaneArray out(1, 6);
-  for (auto _ : state) {
-    kernels(set).msa_sums(s.msa_data(), out.row(0, 0));
-    benchmark::ClobberMemory();
-  }
-  count_items(state, simd::kGroup * s.survey.size());
+  time_calls(state, simd::kGroup * s.survey.size(), [&] { kernels(set).msa_sums(s.msa_data(), out.row(0, 0)); });
 }
 const bool sums_registered = on_both("msa_reading_sums", sums);
 
@@ -24,11 +20,8 @@ void evaluate(benchmark::State& state, simd::InstructionSet set) {
   const double x[7] = {1.001, 0.999, 1.002, 1e-4, -2e-4, 1e-3, 1};
   survey::LaneArray once(1, 6), out(1, 28);
   kernels(set).msa_sums(s.msa_data(), once.row(0, 0));
-  for (auto _ : state) {
-    kernels(set).msa_evaluate(s.msa_data(), once.row(0, 0), x, WithMatrix, out.row(0, 0));
-    benchmark::ClobberMemory();
-  }
-  count_items(state, simd::kGroup * s.survey.size());
+  time_calls(state, simd::kGroup * s.survey.size(),
+             [&] { kernels(set).msa_evaluate(s.msa_data(), once.row(0, 0), x, WithMatrix, out.row(0, 0)); });
 }
 const bool matrix_registered = on_both("msa_evaluation_with_matrix", evaluate<true>);
 const bool gradient_registered = on_both("msa_evaluation_gradient_only", evaluate<false>);
@@ -39,11 +32,8 @@ void gradient(benchmark::State& state, simd::InstructionSet set) {
   const Setup s;
   const double x[6] = {1.001, 0.999, 1.002, 1e-4, -2e-4, 1e-3};
   survey::LaneArray out(1, 7);
-  for (auto _ : state) {
-    kernels(set).msa_gradient(s.msa_data(), x, Series, out.row(0, 0));
-    benchmark::ClobberMemory();
-  }
-  count_items(state, simd::kGroup * s.survey.size());
+  time_calls(state, simd::kGroup * s.survey.size(),
+             [&] { kernels(set).msa_gradient(s.msa_data(), x, Series, out.row(0, 0)); });
 }
 const bool exact_registered = on_both("msa_gradient_exact", gradient<false>);
 const bool series_registered = on_both("msa_gradient_by_series", gradient<true>);
@@ -56,11 +46,8 @@ void step(benchmark::State& state, simd::InstructionSet set) {
   survey::LaneArray once(1, 6), equations(1, 28), out(1, 6);
   kernels(set).msa_sums(s.msa_data(), once.row(0, 0));
   kernels(set).msa_evaluate(s.msa_data(), once.row(0, 0), x, true, equations.row(0, 0));
-  for (auto _ : state) {
-    kernels(set).msa_step(equations.row(0, 0), count, out.row(0, 0));
-    benchmark::ClobberMemory();
-  }
-  count_items(state, count * ceilings(set).lanes);
+  time_calls(state, count * ceilings(set).lanes,
+             [&] { kernels(set).msa_step(equations.row(0, 0), count, out.row(0, 0)); });
 }
 const bool step_registered = on_both("msa_factor_and_solve", step);
 
@@ -84,11 +71,7 @@ void count_evaluations(benchmark::State& state, const Setup& s, simd::Instructio
 template <bool WithExpansion>
 void estimate(benchmark::State& state, simd::InstructionSet set) {
   Setup s;
-  for (auto _ : state) {
-    kernels(set).msa_solve(s.msa_batch(WithExpansion));
-    benchmark::ClobberMemory();
-  }
-  count_items(state, s.trials);
+  time_calls(state, s.trials, [&] { kernels(set).msa_solve(s.msa_batch(WithExpansion)); });
   count_evaluations(state, s, set);
 }
 const bool estimate_registered = on_both("msa_estimate", estimate<true>);
@@ -103,13 +86,11 @@ void thesis_trial(benchmark::State& state, int number, double noise_scale, bool 
   const auto estimator = noise_scale < 1 ? estimate::make_msa(o, s.field, truth, s.clean.magnetic_T)
                                          : estimate::make_msa_in_valley(o, s.field, truth, s.clean.magnetic_T);
   std::uint64_t first = 0;
-  for (auto _ : state) {
+  time_calls(state, s.trials, [&] {
     if (with_noise) sensor::simulate_readings(s.clean, s.field, s.noise, random::Stream(1, 1), first, s.readings);
     estimator->solve(s.readings, s.estimates);
     first += static_cast<std::uint64_t>(s.trials);
-    benchmark::ClobberMemory();
-  }
-  count_items(state, s.trials);
+  });
 }
 BENCHMARK_CAPTURE(thesis_trial, test1_estimate, 1, 1.0, false);
 BENCHMARK_CAPTURE(thesis_trial, test1_estimate_short_way, 1, 0.1, false);
@@ -125,14 +106,12 @@ template <bool WithPosition>
 void whole_trial(benchmark::State& state, simd::InstructionSet set) {
   Setup s;
   std::uint64_t first = 0;
-  for (auto _ : state) {
+  time_calls(state, s.trials, [&] {
     kernels(set).simulate(s.simulate_batch(first));
     kernels(set).msa_solve(s.msa_batch());
     if (WithPosition) kernels(set).corrected_positions(s.position_batch());
     first += static_cast<std::uint64_t>(s.trials);
-    benchmark::ClobberMemory();
-  }
-  count_items(state, s.trials);
+  });
 }
 const bool trial_registered = on_both("whole_trial", whole_trial<false>);
 const bool trial_with_position_registered = on_both("whole_trial_with_position", whole_trial<true>);
@@ -141,13 +120,11 @@ const bool trial_with_position_registered = on_both("whole_trial_with_position",
 void station_scaling(benchmark::State& state, simd::InstructionSet set) {
   Setup s(static_cast<int>(state.range(0)));
   std::uint64_t first = 0;
-  for (auto _ : state) {
+  time_calls(state, s.trials * s.survey.size(), [&] {
     kernels(set).simulate(s.simulate_batch(first));
     kernels(set).msa_solve(s.msa_batch());
     first += static_cast<std::uint64_t>(s.trials);
-    benchmark::ClobberMemory();
-  }
-  count_items(state, s.trials * s.survey.size());
+  });
   count_evaluations(state, s, set);
 }
 const bool scaling_registered = on_both("station_scaling", station_scaling, {25, Setup::kThesis, 200, 1000});
@@ -161,8 +138,7 @@ void estimate_by(benchmark::State& state, const char* name) {
   options.assumed.total = 107;
   options.assumed.dip = 0.16 * kDegree;
   const auto estimator = estimate::make_estimator(options, s.field, sensor::station_fields(s.clean));
-  for (auto _ : state) estimator->solve(s.readings, s.estimates);
-  count_items(state, s.trials);
+  time_calls(state, s.trials, [&] { estimator->solve(s.readings, s.estimates); });
 }
 BENCHMARK_CAPTURE(estimate_by, msa, "msa");
 BENCHMARK_CAPTURE(estimate_by, msa_weighted, "msa_weighted");
@@ -176,8 +152,7 @@ void estimate_nlopt(benchmark::State& state, const char* solver) {
   estimate::EstimatorOptions options;
   options.solver = solver;
   const auto estimator = estimate::make_estimator(options, s.field);
-  for (auto _ : state) estimator->solve(s.readings, s.estimates);
-  count_items(state, s.trials);
+  time_calls(state, s.trials, [&] { estimator->solve(s.readings, s.estimates); });
 }
 BENCHMARK_CAPTURE(estimate_nlopt, lbfgs, "nlopt_lbfgs");
 BENCHMARK_CAPTURE(estimate_nlopt, bobyqa, "nlopt_bobyqa");

@@ -36,14 +36,10 @@ void kernel(benchmark::State& state, simd::InstructionSet set, reliability::Stat
     }
   b.groups = groups;
   b.angle_unit = 57;
-  for (auto _ : state) {
-    if (set == simd::InstructionSet::v4)
-      surveymc::reliability::isa_v4::station_batch(which, b);
-    else
-      surveymc::reliability::isa_v3::station_batch(which, b);
-    benchmark::ClobberMemory();
-  }
-  count_items(state, groups * simd::kGroup);
+  time_calls(state, groups * simd::kGroup, [&] {
+    set == simd::InstructionSet::v4 ? reliability::isa_v4::station_batch(which, b)
+                                    : reliability::isa_v3::station_batch(which, b);
+  });
 }
 template <reliability::StationKernel kWhich>
 void kernel_of(benchmark::State& state, simd::InstructionSet set) {
@@ -65,20 +61,16 @@ void map(benchmark::State& state) {
       reliability::MapQuantity::external_inclination, reliability::MapQuantity::external_toolface,
       reliability::MapQuantity::external_azimuth};
   reliability::MapValues values;
-  for (auto _ : state) {
-    maps.fill(reliability::observed(model.mode), five, 0, maps.grid().points(), values);
-    benchmark::ClobberMemory();
-  }
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(maps.grid().points()));
+  time_calls(state, static_cast<std::int64_t>(maps.grid().points()),
+             [&] { maps.fill(reliability::observed(model.mode), five, 0, maps.grid().points(), values); });
 }
 BENCHMARK(map)->Name("reliability_map_181");
 
 /// One nonlinear minimal detectable error. Items: errors.
 void nonlinear(benchmark::State& state) {
-  for (auto _ : state)
-    benchmark::DoNotOptimize(
-        reliability::nonlinear_detectable_error({}, {0.5, 1.0, 0.8}, 3, reliability::lambda0({}), 1));
-  state.SetItemsProcessed(state.iterations());
+  time_calls(state, 1, [] {
+    return reliability::nonlinear_detectable_error({}, {0.5, 1.0, 0.8}, 3, reliability::lambda0({}), 1);
+  });
 }
 BENCHMARK(nonlinear)->Name("reliability_nonlinear_error");
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -39,8 +40,18 @@ inline bool on_both(const std::string& name, Benchmark f, std::initializer_list<
   return true;
 }
 
-inline void count_items(benchmark::State& state, int per_iteration) {
-  state.SetItemsProcessed(state.iterations() * per_iteration);
+/// Times f(), and keeps its result or what it writes from being left out. `items`: of one call.
+template <class F>
+void time_calls(benchmark::State& state, std::int64_t items, const F& f) {
+  for (auto _ : state) {
+    if constexpr (std::is_void_v<decltype(f())>) {
+      f();
+      benchmark::ClobberMemory();
+    } else {
+      benchmark::DoNotOptimize(f());
+    }
+  }
+  state.SetItemsProcessed(state.iterations() * items);
 }
 
 /// A well of `stations` that builds to 60 deg and turns, 40 m apart, toolfaces all round.

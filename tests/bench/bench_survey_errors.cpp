@@ -1,30 +1,27 @@
 /// Position covariances of a surveyed well by error models, the formulas of these models, and wells drawn from them.
 #include "bench_setup.h"
-#include "config/error_model_file.h"
 #include "error_model/model_graph.h"
 #include "propagate/drawn_well.h"
 #include "propagate/tool_covariance.h"
 #include "proximity/pair_scan.h"
 #include "survey/minimum_curvature.h"
+#include "tools.h"
 
 namespace surveymc::bench {
 namespace {
 
-config::SharedModel shipped(const char* name) { return config::load_shipped_model(*config::find_shipped_model(name)); }
+using test::shipped;
 
 /// Items: stations. With range(1) also by source.
 void covariances(benchmark::State& state, const char* model) {
   const survey::Survey survey = synthetic_survey(static_cast<int>(state.range(0)));
   const std::vector<double> tvd = survey::true_vertical_depths(survey);
   const std::vector<propagate::ToolRun> runs{{1, shipped(model)}};
-  survey::ReferenceField field;
-  field.total = 50000;
-  field.dip = 72 * kDegree;
+  const survey::ReferenceField field = test::field_of(50000, 72);
   const propagate::SourceDetail detail =
       state.range(1) != 0 ? propagate::SourceDetail::all : propagate::SourceDetail::none;
-  for (auto _ : state)
-    benchmark::DoNotOptimize(propagate::tool_covariances(survey, tvd, runs, field, 60 * kDegree, detail));
-  count_items(state, survey.size());
+  time_calls(state, survey.size(),
+             [&] { return propagate::tool_covariances(survey, tvd, runs, field, 60 * kDegree, detail); });
 }
 BENCHMARK_CAPTURE(covariances, iscwsa, "iscwsa_mwd_rev5.10")
     ->Name("iscwsa_covariance")
@@ -47,12 +44,12 @@ void formulas(benchmark::State& state, const char* name) {
     error_model::set_station(e, i, s);
   }
   constexpr int kStations = 10000;
-  for (auto _ : state)
+  time_calls(state, kStations, [&] {
     for (int done = 0; done < kStations; done += static_cast<int>(error_model::Evaluation::kBlock)) {
       e.run(error_model::Evaluation::kBlock);
       benchmark::DoNotOptimize(e.output(g.graph.nodes().size() - 1));
     }
-  count_items(state, kStations);
+  });
 }
 BENCHMARK_CAPTURE(formulas, iscwsa, "iscwsa_mwd_rev5.10");
 BENCHMARK_CAPTURE(formulas, axial, "MWD+SRGM+AX");
@@ -63,9 +60,7 @@ constexpr int kDrawnStations = 100;
 template <bool WithControl>
 void drawn_wells(benchmark::State& state, simd::InstructionSet set) {
   const survey::Survey survey = synthetic_survey(kDrawnStations);
-  survey::ReferenceField field;
-  field.total = 50000;
-  field.dip = 72 * kDegree;
+  const survey::ReferenceField field = test::field_of(50000, 72);
   const propagate::WellErrors errors = propagate::well_errors(
       survey, survey::true_vertical_depths(survey), {{1, shipped("iscwsa_mwd_rev5.10")}}, field, 60 * kDegree);
   const propagate::DrawnWell well =
@@ -74,14 +69,12 @@ void drawn_wells(benchmark::State& state, simd::InstructionSet set) {
   survey::LaneArray out(kGroups, well.rows()), scratch = well.make_scratch();
   const random::Stream stream(1, 1);
   std::uint64_t first = 0;
-  for (auto _ : state) {
+  time_calls(state, kGroups * simd::kGroup, [&] {
     const auto batch = well.batch(first, false, kGroups, out, scratch);
     set == simd::InstructionSet::v4 ? propagate::isa_v4::draw_wells(batch, stream)
                                     : propagate::isa_v3::draw_wells(batch, stream);
     first += kGroups * simd::kGroup;
-    benchmark::ClobberMemory();
-  }
-  count_items(state, kGroups * simd::kGroup);
+  });
   state.counters["draws"] = static_cast<double>(errors.draws.size());
 }
 const bool drawn_registered = on_both("drawn_well", drawn_wells<false>);
@@ -93,11 +86,7 @@ void drawn_well_normals(benchmark::State& state, simd::InstructionSet set) {
       180;  // 28 constants and 7 draws of each of 99 stations are 721 normals; the kernel takes tens
   const random::Stream stream(1, 1);
   survey::LaneArray out(1, 4 * calls);
-  for (auto _ : state) {
-    kernels(set).normals(stream, calls, out.row(0, 0));
-    benchmark::ClobberMemory();
-  }
-  count_items(state, simd::kGroup);
+  time_calls(state, simd::kGroup, [&] { kernels(set).normals(stream, calls, out.row(0, 0)); });
 }
 const bool well_normals_registered = on_both("drawn_well_normals", drawn_well_normals);
 
@@ -110,16 +99,14 @@ void clearance_pairs(benchmark::State& state) {
   for (survey::Station& s : offset.stations) s.azimuth += 10 * kDegree;
   const std::vector<double> tvd = survey::true_vertical_depths(reference);
   const std::vector<propagate::ToolRun> runs{{1, shipped("MWD+SRGM")}};
-  survey::ReferenceField field;
-  field.total = 50000;
-  field.dip = 70 * kDegree;
+  const survey::ReferenceField field = test::field_of(50000, 70);
   const auto errors_of = [&](const survey::Survey& s) {
     return std::make_shared<const proximity::PositionErrors>(
         proximity::position_errors(s, tvd, runs, field, 1, proximity::Interpolation::covariance));
   };
   const proximity::WellPath reference_path = proximity::well_path(reference, {0, 0, 0});
   const auto reference_errors = errors_of(reference);
-  for (auto _ : state) {
+  time_calls(state, 1, [&] {
     const proximity::WellPath offset_path = proximity::well_path(offset, {0, 30, 0});
     const auto offset_errors = errors_of(offset);
     const proximity::PairGeometry g{&reference_path, &offset_path, &reference, {}, 0.7, 0};
@@ -139,17 +126,16 @@ void clearance_pairs(benchmark::State& state) {
         if (with_least) benchmark::DoNotOptimize(proximity::least_clearance(g, e, direction, pairs, samples));
       }
     }
-  }
-  count_items(state, 1);
+  });
 }
 BENCHMARK(clearance_pairs)->ArgNames({"stations", "least"})->Args({100, 0})->Args({100, 1})->Args({1000, 0});
 
 /// All shipped models, read from their text.
 void load_models(benchmark::State& state) {
-  for (auto _ : state)
+  time_calls(state, static_cast<std::int64_t>(config::shipped_models().size()), [] {
     for (const config::ShippedModel& m : config::shipped_models())
       benchmark::DoNotOptimize(config::load_shipped_model(m));
-  count_items(state, static_cast<int>(config::shipped_models().size()));
+  });
 }
 BENCHMARK(load_models)->Iterations(1);  // the program keeps what it has parsed
 

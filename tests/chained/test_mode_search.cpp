@@ -37,14 +37,11 @@ TEST_CASE("The attitude search needs no start", "[chained]") {
 TEST_CASE("Descents side by side end where those of the block solver do, at the same minima", "[chained][long]") {
   // Slide 7 and a loose axial prior east-west, where Gauss-Newton is given up; chained and independent references; a
   // reading left out. Undamped, runs may jump for ever: only those that end in both ways are compared.
-  ChainSizes loose = slide7_sizes();
-  loose.magnetometer_z.offset = 3000;
   for (const ChainReferences references : {ChainReferences::chained, ChainReferences::independent})
     for (const bool hard : {false, true})
       for (const bool damped : {true, false}) {
-        const Model m = make_model(hard ? loose : slide7_sizes(), 18, references);
-        const auto attitudes =
-            hard ? std::vector<survey::Attitude>(18, {90 * kDegree, 90 * kDegree, 0}) : building_profile(18);
+        const Model m = hard ? loose(3000, references) : slide7(references);
+        const auto attitudes = hard ? constant(90, 90) : building_profile(18);
         Readings r = run_of(m, attitudes, 4, hard ? 3000 : 0);
         r.left_out.assign(18, {});
         r.left_out[7][2] = true;
@@ -82,11 +79,9 @@ TEST_CASE("A start's end does not depend on the starts beside it", "[chained]") 
 }
 
 TEST_CASE("The offsets' search ends where its misfit rises to all sides", "[chained]") {
-  ChainSizes sizes = slide7_sizes();
-  sizes.magnetometer_z.offset = 3000;
-  const Model m = make_model(sizes, 18, ChainReferences::chained);
+  const Model m = loose(3000);
   for (std::uint64_t trial = 0; trial < 4; ++trial) {
-    const Readings r = run_of(m, std::vector<survey::Attitude>(18, {90 * kDegree, 90 * kDegree, 0}), trial, 3000);
+    const Readings r = run_of(m, constant(90, 90), trial, 3000);
     const std::vector<Offsets> starts{Offsets{}, {1, -1, 0.5, 0.3, -0.4, 1.5}};
     const std::vector<Offsets> ends = search_offsets_from(m, r, starts);
     REQUIRE(ends.size() == 2);
@@ -106,13 +101,10 @@ TEST_CASE("The offsets' search ends where its misfit rises to all sides", "[chai
 
 TEST_CASE("Near horizontal, an axial bias and the sign of cosA are told apart by the prior alone", "[chained]") {
   // A = 75 and A' = 105 differ by 2 Bh cos75 = 6699 nT of axial bias. Half of it, and a prior that allows both.
-  ChainSizes sizes = slide7_sizes();
-  sizes.magnetometer_z.offset = 1100;
-  const Model m = make_model(sizes, 18, ChainReferences::chained);
-  const std::vector<survey::Attitude> attitudes(18, {90 * kDegree, 75 * kDegree, 0});
+  const Model m = loose(1100);
   int ambiguous = 0;
   for (std::uint64_t trial = 0; trial < 6; ++trial) {
-    const Modes modes = find_modes(m, run_of(m, attitudes, trial, -3350));
+    const Modes modes = find_modes(m, run_of(m, constant(90, 75), trial, -3350));
     REQUIRE(modes.modes.size() >= 2);
     CHECK(modes.modes[0].cost <= modes.modes[1].cost);
     const double first = attitude_of(modes.modes[0].stations[9].frame).azimuth / kDegree,

@@ -39,16 +39,7 @@ void add(Result& r, const std::array<double, 6>& e) {
   for (std::size_t i = 0; i < 6; ++i) r.rms[i] += e[i] * e[i] / (kRuns * kLength);
 }
 
-struct Runs {
-  explicit Runs(const sensor::ChainedRunSetup& setup) : batch(kRuns, kLength) {
-    for (int t = 0; t < kRuns; ++t) {
-      runs.push_back(sensor::simulate_chained_run(setup, random::Stream(31, 8), static_cast<std::uint64_t>(t)));
-      for (int k = 0; k < kLength; ++k) batch.set(t, k, runs.back().readings[static_cast<std::size_t>(k)]);
-    }
-  }
-  std::vector<sensor::ChainedRun> runs;
-  Batch batch;
-};
+Runs runs_of(const sensor::ChainedRunSetup& setup) { return {setup, kRuns, random::Stream(31, 8)}; }
 
 Result solved(const Runs& in, const Model& m, Mode mode) {
   BatchSolution out(kRuns, kLength);
@@ -101,7 +92,7 @@ TEST_CASE("RMS errors of slide 11 are those of an independent program", "[chaine
     setup.first_sd[i] = i == 0 ? 0.1 * kMg : 80;
     setup.step_sd[i] = 0;
   }
-  const Runs in(setup);
+  const Runs in = runs_of(setup);
   check_rms(alone(in, m, false), {1.112, 0.052, 0.135, 0.901, 255, 314});
   check_rms(alone(in, m, true), {1.080, 0.052, 0.135, 0.102, 89, 87});
   check_rms(solved(in, slide7(ChainReferences::independent), Mode::filter), {0.617, 0.035, 0.114, 0.102, 72, 84});
@@ -110,7 +101,7 @@ TEST_CASE("RMS errors of slide 11 are those of an independent program", "[chaine
 
 TEST_CASE("The smoother's covariance is the scatter of its errors", "[chained][long]") {
   const Model m = slide7();
-  const Runs in(run_setup(m, building_profile(kLength)));
+  const Runs in = runs_of(run_setup(m, building_profile(kLength)));
   for (const Mode mode : {Mode::smoother, Mode::filter}) {
     const Result r = solved(in, m, mode);
     for (const double z : r.z) CHECK_THAT(z, WithinAbs(1, 0.03));

@@ -17,15 +17,6 @@ using Catch::Matchers::WithinAbs;
 
 namespace {
 
-/// Slide 7 with a prior of the axial magnetometer offset that allows the bias.
-Model loose(double prior, ChainReferences references = ChainReferences::chained) {
-  ChainSizes sizes = slide7_sizes();
-  sizes.magnetometer_z.offset = prior;
-  return make_model(sizes, 18, references);
-}
-std::vector<survey::Attitude> constant(double inclination, double azimuth) {
-  return std::vector<survey::Attitude>(18, {inclination * kDegree, azimuth * kDegree, 0});
-}
 /// Truth drawn from the model.
 sensor::ChainedRun run_of(const Model& m, const std::vector<survey::Attitude>& attitudes, std::uint64_t trial) {
   return sensor::simulate_chained_run(run_setup(m, attitudes), random::Stream(31, 8), trial);

@@ -32,7 +32,10 @@ std::vector<survey::Attitude> hard_attitudes() {
   return a;
 }
 
-Readings readings_of(const sensor::ChainedRun& run) { return {run.readings, {}}; }
+/// The building profile of so many stations.
+Readings readings_of(const Model& m, int stations, std::uint64_t trial) {
+  return drawn_readings(m, building_profile(stations), random::Stream(7, 8), trial);
+}
 
 /// Largest difference of two solutions: frames (rad), chain (prior sd), covariances (correlation).
 struct Difference {
@@ -141,7 +144,7 @@ TEST_CASE("Readings without errors give the attitude exactly, wherever the tool 
   setup.noise = {};
   setup.random_toolface = false;
   const sensor::ChainedRun run = sensor::simulate_chained_run(setup, random::Stream(1, 8), 0);
-  const Readings r = readings_of(run);
+  const Readings r{run.readings, {}};
   for (const Solution& s : {solve_blocks(m, r), run_smoother(m, r), run_filter(m, r),
                             solve_alone(m, Mode::smoother, r.y), solve_alone(m, Mode::filter, r.y)}) {
     REQUIRE(s.converged);
@@ -171,8 +174,7 @@ TEST_CASE("Block solver and Kalman smoother agree, with and without what can be 
     Model m = slide7(c.references);
     m.interference.directions = Matrix3d::Identity().leftCols(c.interference);
     for (std::uint64_t trial = 0; trial < 5; ++trial) {
-      Readings r =
-          readings_of(sensor::simulate_chained_run(run_setup(m, building_profile(18)), random::Stream(7, 8), trial));
+      Readings r = readings_of(m, 18, trial);
       if (c.left_out) {
         r.left_out.assign(18, {});
         r.left_out[4][5] = r.left_out[9][0] = r.left_out[17][3] = true;
@@ -201,8 +203,7 @@ TEST_CASE("Block solver and Kalman smoother agree, with and without what can be 
 
 TEST_CASE("One pass of the smoother is one step of Gauss-Newton", "[chained]") {
   const Model m = slide7();
-  const Readings r =
-      readings_of(sensor::simulate_chained_run(run_setup(m, building_profile(18)), random::Stream(7, 8), 3));
+  const Readings r = readings_of(m, 18, 3);
   const Options one{.max_iterations = 1, .damped = false};
   const Difference d = difference(m, solve_blocks(m, r, one), run_smoother(m, r, one));
   CHECK(d.frame < 1e-13);
@@ -211,8 +212,7 @@ TEST_CASE("One pass of the smoother is one step of Gauss-Newton", "[chained]") {
 
 TEST_CASE("The last station of filter and smoother is the same to first order", "[chained]") {
   const Model m = slide7();
-  const Readings r =
-      readings_of(sensor::simulate_chained_run(run_setup(m, building_profile(18)), random::Stream(7, 8), 4));
+  const Readings r = readings_of(m, 18, 4);
   const Solution s = solve_blocks(m, r), f = run_filter(m, r);
   // The filter does not linearise again what it has seen: noise over field, 1e-2, of a sd.
   const double sd = std::sqrt(s.stations[17].covariance.topLeftCorner<3, 3>().trace());
@@ -223,8 +223,7 @@ TEST_CASE("The last station of filter and smoother is the same to first order", 
 TEST_CASE("The chain turns with the tool", "[chained]") {
   // Another zero of the toolface: readings, offsets and their estimates turn about z; attitudes and cost do not.
   Model m = slide7();
-  const Readings r =
-      readings_of(sensor::simulate_chained_run(run_setup(m, building_profile(6)), random::Stream(7, 8), 5));
+  const Readings r = readings_of(m, 6, 5);
   Readings turned_readings = r;
   const Matrix3d turn = Eigen::AngleAxisd(0.7, Vector3d::UnitZ()).toRotationMatrix();
   for (StationReading& y : turned_readings.y) {
@@ -248,18 +247,13 @@ TEST_CASE("Lanes have the bits of the same kernel in plain doubles, whoever is b
     for (const Mode mode : {Mode::smoother, Mode::filter}) {
       const Model m = slide7(references);
       constexpr int kTrials = 11;
-      Batch batch(kTrials, 18);
-      std::vector<sensor::ChainedRun> runs;
-      for (int t = 0; t < kTrials; ++t) {
-        runs.push_back(
-            sensor::simulate_chained_run(run_setup(m, profile), random::Stream(3, 8), static_cast<std::uint64_t>(t)));
-        if (t == 5) runs.back().readings[7] = {};  // not a number in one lane: the others must not notice
-        for (int k = 0; k < 18; ++k) batch.set(t, k, runs.back().readings[static_cast<std::size_t>(k)]);
-      }
+      Runs in(run_setup(m, profile), kTrials, random::Stream(3, 8));
+      in.runs[5].readings[7] = {};  // not a number in one lane: the others must not notice
+      in.set(5);
       BatchSolution out(kTrials, 18);
-      solve_batch(m, mode, batch, out);
+      solve_batch(m, mode, in.batch, out);
       for (int t = 0; t < kTrials; ++t) {
-        const auto& y = runs[static_cast<std::size_t>(t)].readings;
+        const auto& y = in.runs[static_cast<std::size_t>(t)].readings;
         const Solution a = out.solution(t), b = solve_alone(m, mode, y);
         CHECK(a.converged == (t != 5));
         CHECK(a.converged == b.converged);

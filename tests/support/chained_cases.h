@@ -4,6 +4,7 @@
 
 #include "base/units.h"
 #include "chained/attitude.h"
+#include "chained/batch.h"
 #include "chained/linearised_station.h"
 #include "chained_case.h"
 #include "sensor/chained_runs.h"
@@ -52,6 +53,43 @@ inline std::vector<survey::Attitude> building_profile(int stations) {
   for (int k = 0; k < stations; ++k) a.push_back({(10 + 35.0 * k / (stations - 1)) * kDegree, 45 * kDegree, 0});
   return a;
 }
+
+/// 18 stations of one direction.
+inline std::vector<survey::Attitude> constant(double inclination, double azimuth) {
+  return std::vector<survey::Attitude>(18, {inclination * kDegree, azimuth * kDegree, 0});
+}
+
+/// Slide 7 with a prior of the axial magnetometer offset that allows a bias.
+inline chained::Model loose(double prior, chained::ChainReferences references = chained::ChainReferences::chained) {
+  chained::ChainSizes sizes = slide7_sizes();
+  sizes.magnetometer_z.offset = prior;
+  return chained::make_model(sizes, 18, references);
+}
+
+/// Readings of a run that is drawn from the model.
+inline chained::Readings drawn_readings(const chained::Model& m, const std::vector<survey::Attitude>& attitudes,
+                                        const random::Stream& stream, std::uint64_t trial) {
+  return {sensor::simulate_chained_run(run_setup(m, attitudes), stream, trial).readings, {}};
+}
+
+/// Runs of so many stations, and their readings side by side.
+struct Runs {
+  Runs(const sensor::ChainedRunSetup& setup, int count, const random::Stream& stream)
+      : batch(count, static_cast<int>(setup.attitudes.size())) {
+    for (int t = 0; t < count; ++t) {
+      runs.push_back(sensor::simulate_chained_run(setup, stream, static_cast<std::uint64_t>(t)));
+      set(t);
+    }
+  }
+  /// Takes the readings of a run as they are now.
+  void set(int t) {
+    const auto& readings = runs[static_cast<std::size_t>(t)].readings;
+    for (std::size_t k = 0; k < readings.size(); ++k) batch.set(t, static_cast<int>(k), readings[k]);
+  }
+
+  std::vector<sensor::ChainedRun> runs;
+  chained::Batch batch;
+};
 
 inline chained::ChainVector vector_of(const chained::ChainArray& c) {
   return Eigen::Map<const chained::ChainVector>(c.data());
