@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/units.h"
+#include "config_text.h"
 #include "sensor/sensor_runs.h"
 
 using namespace surveymc;
@@ -13,20 +14,14 @@ namespace {
 
 const std::vector<double> kDepths{0, 30, 60, 90, 120};
 
-template <class Read>
-auto with_reader(const std::string& body, Read read) {
-  config::Config config = config::Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {});
-  config::ConfigReader reader = config.reader(0);
-  auto result = read(reader);
-  reader.finish();
-  return result;
-}
 survey::ToolfacePlan plan_of(const std::string& body) {
-  return with_reader("[drilling]\n" + body,
-                     [](config::ConfigReader& c) { return read_drilling(c, kDepths, 0.5, random::Stream(7, 3)); });
+  return test::read_config("seed = 1\n[drilling]\n" + body, [](config::ConfigReader& c) {
+    return read_drilling(c, kDepths, 0.5, random::Stream(7, 3));
+  });
 }
 survey::SensorTermArray sizes_of(const std::string& body) {
-  return with_reader("[sensor_errors]\n" + body, [](config::ConfigReader& c) { return read_sensor_errors(c); });
+  return test::read_config("seed = 1\n[sensor_errors]\n" + body,
+                           [](config::ConfigReader& c) { return read_sensor_errors(c); });
 }
 
 }  // namespace

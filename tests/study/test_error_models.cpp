@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "config_text.h"
 
 using namespace surveymc;
 using namespace surveymc::config;
@@ -21,12 +22,8 @@ const char* kTool =
 ToolRuns read(const std::string& body) {
   Survey s;
   for (int k = 0; k < 5; ++k) s.stations.push_back({100 * kFoot * k, 0.1 * k, 1, 0});
-  Config config = Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {},
-                                    {{"tool.toml", kTool}, {"<shipped>/iscwsa_mwd_rev4.toml", kTool}});
-  ConfigReader reader = config.reader(0);
-  const ToolRuns legs = read_tool_runs(reader, s);
-  reader.finish();
-  return legs;
+  return test::read_config("seed = 1\n" + body, [&](ConfigReader& c) { return read_tool_runs(c, s); }, nullptr, {},
+                           {{"tool.toml", kTool}, {"<shipped>/iscwsa_mwd_rev4.toml", kTool}});
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/units.h"
+#include "config_text.h"
 #include "earth/geodesy.h"
 #include "study/adjustment_scenario.h"
 #include "study/scenario.h"
@@ -17,17 +18,8 @@ namespace {
 const std::string kPlace = "latitude_deg = 60.5\nlongitude_deg = 2.5\n";
 const std::string kWmm = "model = 'wmm2025'\ndate = 2026-07-01\n";
 
-template <class Read>
-auto read(const std::string& body, const Read& reading, std::vector<config::Remark>* remarks = nullptr) {
-  config::Config config = config::Config::from_text("experiment = 'e'\n" + body, "t.toml", {});
-  config::ConfigReader reader = config.reader(0);
-  const auto value = reading(reader);
-  reader.finish();
-  if (remarks) *remarks = config.remarks();
-  return value;
-}
 survey::ReferenceField field_of(const std::string& field, std::vector<config::Remark>* remarks = nullptr) {
-  return read(
+  return test::read_config(
       "[field]\n" + field, [](config::ConfigReader& c) { return read_field(c); }, remarks);
 }
 
@@ -112,27 +104,29 @@ TEST_CASE("The blackout zone is refused by its name unless allowed, the caution 
 
 TEST_CASE("A study of magnetic azimuths takes a place without its declination") {
   const auto magnetic = [](config::ConfigReader& c) { return read_field_of_magnetic_north(c); };
-  CHECK(read("[field]\n" + kWmm + kPlace, magnetic).declination == 0);
-  CHECK_THROWS_WITH(read("[field]\ntotal_nT = 50000\ndip_deg = 72\ndeclination_deg = 3", magnetic),
+  CHECK(test::read_config("[field]\n" + kWmm + kPlace, magnetic).declination == 0);
+  CHECK_THROWS_WITH(test::read_config("[field]\ntotal_nT = 50000\ndip_deg = 72\ndeclination_deg = 3", magnetic),
                     Contains("field.declination_deg = 3: must be 0"));
 }
 
 TEST_CASE("The model's uncertainty is one draw a run of the reference, or the sigmas of an adjustment") {
   const auto noise = [](config::ConfigReader& c) { return read_noise(c); };
-  const sensor::NoiseModel n = read("[noise]\nmagnetometer_nT = 70\nreference = 'wmm2025'", noise);
+  const sensor::NoiseModel n = test::read_config("[noise]\nmagnetometer_nT = 70\nreference = 'wmm2025'", noise);
   CHECK(n.reference == sensor::ReferenceNoise::per_run);
   CHECK(n.reference_total == 138);
   CHECK(n.reference_dip == Approx(0.20 * kDegree).epsilon(1e-15));
-  const sensor::NoiseModel m =
-      read("[noise]\nmagnetometer_nT = 70\nscale = 2\nreference = { name = 'wmm2025', per = 'station', dip_deg = 0.1 }",
-           noise);
+  const sensor::NoiseModel m = test::read_config(
+      "[noise]\nmagnetometer_nT = 70\nscale = 2\nreference = { name = 'wmm2025', per = 'station', dip_deg = 0.1 }",
+      noise);
   CHECK(m.reference == sensor::ReferenceNoise::per_station);
   CHECK(m.reference_total == 276);
   CHECK(m.reference_dip == Approx(0.2 * kDegree).epsilon(1e-15));
-  CHECK_THROWS_WITH(read("[noise]\nmagnetometer_nT = 70\nreference = 'igrf'", noise), Contains("must be \"wmm2025\""));
+  CHECK_THROWS_WITH(test::read_config("[noise]\nmagnetometer_nT = 70\nreference = 'igrf'", noise),
+                    Contains("must be \"wmm2025\""));
 
-  const reliability::AdjustmentModel a = read("mode = 'sse'\n[sigma]\nreference = 'wmm2025'\n[field]\n" + kWmm + kPlace,
-                                              [](config::ConfigReader& c) { return read_adjustment_model(c); });
+  const reliability::AdjustmentModel a =
+      test::read_config("mode = 'sse'\n[sigma]\nreference = 'wmm2025'\n[field]\n" + kWmm + kPlace,
+                        [](config::ConfigReader& c) { return read_adjustment_model(c); });
   CHECK(a.sigma.total_field == 138);
   CHECK(a.sigma.dip == Approx(0.20 * kDegree).epsilon(1e-15));
   CHECK(a.field.total == field_of(kWmm + kPlace).total);

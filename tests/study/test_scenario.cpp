@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "config_text.h"
 #include "montecarlo/run_blocks.h"
 
 using namespace surveymc;
@@ -16,14 +17,13 @@ struct Read {
   VerdictRule verdict;
 };
 Read read(const std::string& body) {
-  config::Config config = config::Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {});
-  config::ConfigReader reader = config.reader(0);
   Read r;
   r.verdict.confidence = 0.95;
   const std::vector<RowName> judged{
       {"position", "joint", "sigma3_east"}, {"position", "random", "sigma3_east"}, {"parameters", "", "mean_bias_x"}};
-  r.plan = read_trial_plan(reader, {"sigma3_north", "sigma3_east"}, judged, r.verdict);
-  reader.finish();
+  r.plan = test::read_config("seed = 1\n" + body, [&](config::ConfigReader& c) {
+    return read_trial_plan(c, {"sigma3_north", "sigma3_east"}, judged, r.verdict);
+  });
   return r;
 }
 }  // namespace
@@ -86,14 +86,12 @@ TEST_CASE("A bad stopping rule is refused with place, value and rule") {
 
 TEST_CASE("[survey.plan] is vertical, then built, then held to the bottom") {
   const auto planned = [](const std::string& more, bool needs_toolface = false) {
-    config::Config config = config::Config::from_text(
-        "experiment = 'e'\n[survey.plan]\nkickoff_m = 100\ninclination_deg = 20\nazimuth_deg = 90\n" + more, "t.toml",
-        {});
-    config::ConfigReader reader = config.reader(0);
-    survey::Survey s = read_survey(reader, {}, needs_toolface);
-    CHECK(read_true_vertical_depths(reader, s).size() == s.stations.size());
-    reader.finish();
-    return s;
+    return test::read_config("[survey.plan]\nkickoff_m = 100\ninclination_deg = 20\nazimuth_deg = 90\n" + more,
+                             [&](config::ConfigReader& c) {
+                               survey::Survey s = read_survey(c, {}, needs_toolface);
+                               CHECK(read_true_vertical_depths(c, s).size() == s.stations.size());
+                               return s;
+                             });
   };
   const survey::Survey s = planned("md_m = 250\nspacing_m = 60\nbuild_deg_per_30m = 6");
   REQUIRE(s.size() == 6);
@@ -112,12 +110,8 @@ TEST_CASE("[survey.plan] is vertical, then built, then held to the bottom") {
 
 namespace {
 sensor::NoiseModel noise_of(const std::string& reference) {
-  config::Config config = config::Config::from_text(
-      "experiment = 'e'\nseed = 1\n[noise]\nmagnetometer_nT = 50.0\nreference = " + reference, "t.toml", {});
-  config::ConfigReader reader = config.reader(0);
-  const sensor::NoiseModel noise = read_noise(reader);
-  reader.finish();
-  return noise;
+  return test::read_config("seed = 1\n[noise]\nmagnetometer_nT = 50.0\nreference = " + reference,
+                           [](config::ConfigReader& c) { return read_noise(c); });
 }
 }  // namespace
 

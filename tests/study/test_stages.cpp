@@ -107,6 +107,14 @@ config::Config config_of(int trials, const std::string& numbers = "[0, 1, 2, 3]"
   return config::Config::from_text(text, "t.toml", {});
 }
 
+/// Of the key `other`, from..to: more points than are read whole.
+config::Config large_sweep(int from, int to) {
+  return config::Config::from_text(
+      fmt::format("experiment = 'e'\nseed = 9\ntrials = 4\n[sweep]\nother = {{ from = {}, to = {}, step = 1 }}\n", from,
+                  to),
+      "t.toml", {});
+}
+
 /// Read anew, as a task does it.
 RunPlan task(int trials) {
   forget();
@@ -261,12 +269,6 @@ TEST_CASE("A merge names the points and trials that no part has") {
 
 TEST_CASE("In a sweep that is too large to be read whole, a point that fails is listed and the others go on") {
   static constexpr int kLarge = kMostReadWhole + 1;
-  const auto config = [] {
-    return config::Config::from_text(
-        fmt::format("experiment = 'e'\nseed = 9\ntrials = 4\n[sweep]\nother = {{ from = 1, to = {}, step = 1 }}\n",
-                    kLarge),
-        "t.toml", {});
-  };
   const Experiment failing = {
       random::StudyId::none, "", "", [](config::ConfigReader& c, random::StudySeed seed) -> std::unique_ptr<PointPlan> {
         ++g_read;
@@ -278,7 +280,7 @@ TEST_CASE("In a sweep that is too large to be read whole, a point that fails is 
       }};
   forget();
   PartFiles files;
-  files.add(run_part(open_run(failing, config()), {checkpoint::PointRange{0, 6, 1}}, {}, {}));
+  files.add(run_part(open_run(failing, large_sweep(1, kLarge)), {checkpoint::PointRange{0, 6, 1}}, {}, {}));
   CHECK(g_read < 12);  // of its 6 points
   const checkpoint::Part part = checkpoint::read_part(files.paths()[0]);
   CHECK(checkpoint::read_part_head(files.paths()[0]).failed);
@@ -286,8 +288,8 @@ TEST_CASE("In a sweep that is too large to be read whole, a point that fails is 
   CHECK_THAT(part.pieces[3].failure, EndsWith("what only computing shows (point 3 of the sweep)"));
   CHECK(part.pieces[4].failure == "other = 5: must not be 2 or 5");
   CHECK(part.pieces[5].failure.empty());
-  files.add(run_part(open_run(failing, config()), {checkpoint::PointRange{6, kLarge, 1}}, {}, {}));
-  const store::Result r = merged(open_run(failing, config()), files);
+  files.add(run_part(open_run(failing, large_sweep(1, kLarge)), {checkpoint::PointRange{6, kLarge, 1}}, {}, {}));
+  const store::Result r = merged(open_run(failing, large_sweep(1, kLarge)), files);
   REQUIRE(r.tables.size() == 2);
   CHECK(r.tables[0].rows() == kLarge - 3);
   const store::Table& failed = r.tables[1];
@@ -306,13 +308,8 @@ TEST_CASE("A large sweep with invalid points among those that are tried runs in 
         c.finish();
         return std::make_unique<CountedPlan>(Scenario{seed, 4, other % kPoints, c.place("other")});
       }};
-  const auto config = [](std::size_t first) {
-    return config::Config::from_text(
-        fmt::format("experiment = 'e'\nseed = 9\ntrials = 4\n[sweep]\nother = {{ from = {}, to = {}, step = 1 }}\n",
-                    first, first + kMostReadWhole),
-        "t.toml", {});
-  };
-  const RunPlan run = read_run(failing, config(1));
+  constexpr int kMost = kMostReadWhole;
+  const RunPlan run = read_run(failing, large_sweep(1, 1 + kMost));
   CHECK(run.sample.points > 1000);
   CHECK(run.sample.invalid == 1);  // of the two that are invalid, which is not tried is not known before the run
   CHECK(run.sample.first_reason == "t.toml:5: other = 1: must be in [3, 1000000]");
@@ -322,20 +319,14 @@ TEST_CASE("A large sweep with invalid points among those that are tried runs in 
   CHECK(whole.tables.at(0).name == "failed_points");
   PartFiles files;
   for (const std::uint64_t first : {0, 5000})
-    files.add(run_part(open_run(failing, config(1)),
+    files.add(run_part(open_run(failing, large_sweep(1, 1 + kMost)),
                        {checkpoint::PointRange{first, first == 0 ? 5000 : kMostReadWhole + 1, 1}}, {}, {}));
-  const store::Result parts = merged(open_run(failing, config(1)), files);
+  const store::Result parts = merged(open_run(failing, large_sweep(1, 1 + kMost)), files);
   CHECK(parts.provenance.trials == 4);
   CHECK(store::content_hash(parts) == store::content_hash(whole));
 
-  CHECK(read_run(failing, config(3)).sample.invalid == 0);
-  const auto all_invalid = [&] {
-    return config::Config::from_text(
-        fmt::format("experiment = 'e'\nseed = 9\ntrials = 4\n[sweep]\nother = {{ from = -{}, to = 0, step = 1 }}\n",
-                    kMostReadWhole),
-        "t.toml", {});
-  };
-  CHECK_THROWS_WITH(read_run(failing, all_invalid()), "t.toml:5: other = -10000: must be in [3, 1000000]");
+  CHECK(read_run(failing, large_sweep(3, 3 + kMost)).sample.invalid == 0);
+  CHECK_THROWS_WITH(read_run(failing, large_sweep(-kMost, 0)), "t.toml:5: other = -10000: must be in [3, 1000000]");
 }
 
 TEST_CASE("Streams of a result outlive the plan") {

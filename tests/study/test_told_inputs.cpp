@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/units.h"
+#include "config_text.h"
 #include "sensor/sensor_runs.h"
 #include "study/drilling.h"
 #include "study/scenario.h"
@@ -24,13 +25,10 @@ struct Told {
 
 Told drilled(const std::string& body, const std::string& csv = kHeader + kRows,
              const std::string& seed = "seed = 7\n") {
-  config::Config config = config::Config::from_text("experiment = 'e'\n" + seed + "[survey]\nfile = 'w.csv'\n" + body,
-                                                    "t.toml", {config::parse_csv(csv, "w.csv")});
-  config::ConfigReader reader = config.reader(0);
   Told told;
-  told.survey = read_drilled_survey(reader, {}, kSeed);
-  reader.finish();
-  told.remarks = config.remarks();
+  told.survey = test::read_config(seed + "[survey]\nfile = 'w.csv'\n" + body,
+                                  [](config::ConfigReader& c) { return read_drilled_survey(c, {}, kSeed); },
+                                  &told.remarks, {config::parse_csv(csv, "w.csv")});
   return told;
 }
 std::vector<double> toolfaces(const survey::Survey& s) {
