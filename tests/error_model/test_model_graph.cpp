@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "error_model/model.h"
+#include "formulas.h"
 
 using namespace surveymc;
 using namespace surveymc::error_model;
@@ -12,12 +13,9 @@ using Catch::Matchers::StartsWith;
 
 namespace {
 
+using test::function_of;
 std::shared_ptr<Function> function_of(const std::string& azimuth, Kind kind = Kind::station) {
-  auto f = std::make_shared<Function>();
-  f->name = "F";
-  f->kind = kind;
-  f->azimuth = parse_expression(azimuth);
-  return f;
+  return function_of({{&Function::azimuth, azimuth}}, kind);
 }
 
 Term term_of(std::shared_ptr<const Function> f, double sigma = 1) {
@@ -118,9 +116,7 @@ TEST_CASE("Units have the dimension that a function's magnitude needs") {
   CHECK(unit_factor(kMetre, "ft") == 0.3048);
   CHECK(unit_factor(kNanotesla, "deg.nT") == Approx(kDegree).epsilon(1e-15));
 
-  Function mixed;
-  mixed.depth = parse_expression("1");
-  mixed.inclination = parse_expression("Sin(Inc)");
+  Function mixed = *function_of({{&Function::depth, "1"}, {&Function::inclination, "Sin(Inc)"}});
   CHECK_THROWS_WITH(magnitude_dimension(mixed),
                     StartsWith("column 1: depth wants a magnitude in m, and inclination one"));
   mixed.inclination = parse_expression("0");  // stands for none
@@ -140,10 +136,9 @@ TEST_CASE("A weight that is singular in a vertical hole is found, whatever hides
 
 TEST_CASE("Vertical formulas must be the limit of the others") {
   const char* kFactor = "Max(1, Sqrt(MinCourseLength / (MD - MDPrev)))";
-  Function xym3;
-  xym3.inclination = parse_expression(fmt::format("Abs(Cos(Inc)) * Cos(AzT) * {}", kFactor));
-  xym3.azimuth = parse_expression(fmt::format("-Abs(Cos(Inc)) * Sin(AzT) / Sin(Inc) * {}", kFactor));
-  xym3.vertical_north = parse_expression(kFactor);
+  Function xym3 = *function_of({{&Function::inclination, fmt::format("Abs(Cos(Inc)) * Cos(AzT) * {}", kFactor)},
+                                {&Function::azimuth, fmt::format("-Abs(Cos(Inc)) * Sin(AzT) / Sin(Inc) * {}", kFactor)},
+                                {&Function::vertical_north, kFactor}});
   CHECK(vertical_fault(xym3, {}) == "");
   // As printed: the azimuth lacks its minus sign.
   xym3.azimuth = parse_expression(fmt::format("Cos(Inc) * Sin(AzT) / Sin(Inc) * {}", kFactor));
@@ -155,20 +150,17 @@ TEST_CASE("Vertical formulas must be the limit of the others") {
   xcla.vertical_north = xcla.vertical_east = parse_expression("XCLTortuosity * RAD * (MD - MDPrev)");
   CHECK_THAT(vertical_fault(xcla, {}), StartsWith("the vertical formulas are not the limit"));
   // Fine at 0.001 deg, and no number where it is used.
-  Function tilt;
-  tilt.azimuth = parse_expression("-Sin(AzT) / Sin(Inc)");
-  tilt.inclination = parse_expression("Cos(AzT)");
+  Function tilt = *function_of({{&Function::azimuth, "-Sin(AzT) / Sin(Inc)"}, {&Function::inclination, "Cos(AzT)"}});
   for (const char* bad : {"Sin(Inc) / Inc", "Tan(Inc) / Sin(Inc)"}) {
     tilt.vertical_north = parse_expression(bad);
     CHECK_THAT(vertical_fault(tilt, {}), StartsWith("the vertical formulas are not finite at 0 deg"));
   }
   tilt.vertical_north = parse_expression("1");
   CHECK(vertical_fault(tilt, {}) == "");
-  Function cna;
-  cna.azimuth = parse_expression("1 / Sin(Inc)");
-  cna.vertical_north = parse_expression("-Sin(AzT)");
-  cna.vertical_east = parse_expression("Cos(AzT)");
-  CHECK(vertical_fault(cna, {}) == "");
+  const auto cna = function_of({{&Function::azimuth, "1 / Sin(Inc)"},
+                                {&Function::vertical_north, "-Sin(AzT)"},
+                                {&Function::vertical_east, "Cos(AzT)"}});
+  CHECK(vertical_fault(*cna, {}) == "");
 }
 
 TEST_CASE("A term without any effect is found") {
@@ -184,13 +176,10 @@ TEST_CASE("A term without any effect is found") {
 
 TEST_CASE("A course error that needs a turn of the hole has an effect") {
   const Surroundings s{72 * kDegree, 50000, 9.8, 1, 10, 0};  // without tortuosity
-  auto turn = std::make_shared<Function>();
-  turn->kind = Kind::course;
-  turn->inclination = parse_expression("Max(Abs(Inc - IncPrev), XCLTortuosity * (MD - MDPrev))");
+  const auto turn =
+      function_of({{&Function::inclination, "Max(Abs(Inc - IncPrev), XCLTortuosity * (MD - MDPrev))"}}, Kind::course);
   CHECK_FALSE(is_without_effect(term_of(turn), s));
-  auto sideways = std::make_shared<Function>();
-  sideways->kind = Kind::course;
-  sideways->lateral = parse_expression("Sin(Inc) * Sin(Abs(AzT - AzPrev))");
+  const auto sideways = function_of({{&Function::lateral, "Sin(Inc) * Sin(Abs(AzT - AzPrev))"}}, Kind::course);
   CHECK_FALSE(is_without_effect(term_of(sideways), s));
   sideways->lateral = parse_expression("Sin(Inc) * (AzT - AzPrev - (AzT - AzPrev))");
   CHECK(is_without_effect(term_of(sideways), s));
@@ -207,8 +196,7 @@ TEST_CASE("Functions are the same by their formulas, not by their names or how t
   CHECK_FALSE(same(function_of("Sin(Inc)"), function_of("Sin(Inc) + 1")));
   CHECK_FALSE(same(function_of("1"), function_of("1", Kind::course)));
   // A lateral formula is sinI times the azimuth's.
-  auto lateral = std::make_shared<Function>();
-  lateral->lateral = parse_expression("Sin(Inc) * AzM");
+  const auto lateral = function_of({{&Function::lateral, "Sin(Inc) * AzM"}});
   CHECK(same(function_of("AzM"), lateral));
   lateral->depth = parse_expression("MD");
   CHECK_FALSE(same(function_of("AzM"), lateral));

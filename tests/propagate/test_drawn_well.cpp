@@ -10,8 +10,8 @@
 #include "base/units.h"
 #include "config/error_model_file.h"
 #include "config/shipped_models.h"
-#include "config/survey_csv.h"
 #include "error_model/model_graph.h"
+#include "formulas.h"
 #include "propagate/second_order.h"
 #include "propagate/source_moments.h"
 #include "propagate/tool_weights.h"
@@ -28,20 +28,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using surveymc::test::field_of;
 using surveymc::test::shipped;
+using surveymc::test::survey_of;
 
 namespace {
-
-survey::Survey survey_of(const std::vector<std::array<double, 3>>& stations) {
-  survey::Survey s;
-  for (const auto& [md, inclination, azimuth] : stations)
-    s.stations.push_back({md, inclination * kDegree, azimuth * kDegree, 0});
-  return s;
-}
-
-config::InputTable well_1_table() {
-  const std::string path = "configs/iscwsa/well1.csv";
-  return config::parse_csv(test::project_file(path), path);
-}
 
 /// configs/error_model_mc/east_west.csv
 survey::Survey east_west() {
@@ -76,13 +65,8 @@ struct Well {
 constexpr const char* kRev5 = "iscwsa_mwd_rev5.10";
 
 Well well_1_drawn(double multiplier = 1) {
-  const config::InputTable table = well_1_table();
-  return {config::survey_from_table(table, {}, false),
-          kRev5,
-          field_of(50000, 72, -4),
-          multiplier,
-          VerticalRule::tilt,
-          config::tvd_from_table(table)};
+  const test::IscwsaWell w = test::iscwsa_well(1);
+  return {w.survey, kRev5, w.field, multiplier, VerticalRule::tilt, w.tvd};
 }
 Well east_west_drawn(double multiplier = 1) { return {east_west(), kRev5, field_of(55000, 80, 0), multiplier}; }
 
@@ -366,26 +350,14 @@ TEST_CASE("No azimuth error of a shipped function grows as the hole becomes vert
   }
 }
 
-namespace {
-
-std::shared_ptr<const error_model::Function> function_of(
-    std::initializer_list<std::pair<error_model::Expression error_model::Function::*, const char*>> formulas) {
-  auto f = std::make_shared<error_model::Function>();
-  f->name = "X";
-  for (const auto& [member, text] : formulas) (*f).*member = error_model::parse_expression(text);
-  return f;
-}
-
-}  // namespace
-
 TEST_CASE("A singular azimuth formula with vertical formulas has the parts of the lateral one") {
   using error_model::Function;
   const survey::ReferenceField field = field_of(51000, 68, 5);
   const auto shipped_one = config::shipped_functions().at("ABXY-TI2");
   // As the ISCWSA papers write it.
-  const auto paper = function_of({{&Function::azimuth, "(Cos(Inc) / Sin(Inc) - Tan(Dip) * Cos(AzM)) / GField"},
-                                  {&Function::vertical_north, "-Sin(AzT) / GField"},
-                                  {&Function::vertical_east, "Cos(AzT) / GField"}});
+  const auto paper = test::function_of({{&Function::azimuth, "(Cos(Inc) / Sin(Inc) - Tan(Dip) * Cos(AzM)) / GField"},
+                                        {&Function::vertical_north, "-Sin(AzT) / GField"},
+                                        {&Function::vertical_east, "Cos(AzT) / GField"}});
   for (const double inclination : {0.0, 1e-6, 0.01, 1.0, 2.5}) {
     const Parts a = parts_of(paper, inclination, 2, field), b = parts_of(shipped_one, inclination, 2, field);
     CAPTURE(inclination);
@@ -393,7 +365,7 @@ TEST_CASE("A singular azimuth formula with vertical formulas has the parts of th
     CHECK_THAT(a.azimuth, WithinAbs(b.azimuth, 1e-11 / std::max(1e-3, std::sin(inclination))));
   }
   // The value of Tan(Inc) is not one of Sin(Inc): all of it is a tilt.
-  const Parts p = parts_of(function_of({{&Function::lateral, "Cos(Inc) + Tan(Inc)"}}), 0.3, 2, field);
+  const Parts p = parts_of(test::function_of({{&Function::lateral, "Cos(Inc) + Tan(Inc)"}}), 0.3, 2, field);
   CHECK_THAT(p.tilt, WithinAbs(std::cos(0.3) + std::tan(0.3), 1e-15));
   CHECK(p.azimuth == 0);
 }

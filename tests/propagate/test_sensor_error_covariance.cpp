@@ -13,6 +13,8 @@ using namespace surveymc;
 using namespace surveymc::propagate;
 using Eigen::Matrix3d;
 using surveymc::test::field_of;
+using surveymc::test::largest_difference;
+using surveymc::test::survey_of;
 
 namespace {
 
@@ -20,23 +22,11 @@ const survey::SensorTermArray kIscwsaSizes = survey::equal_axes(0.004, 0.0005, 7
 
 /// Four stations through everything difficult: vertical, nearly so, horizontal, beyond, and a short leg.
 std::vector<survey::Survey> difficult_surveys() {
-  const auto survey = [](std::vector<std::array<double, 3>> rows) {
-    survey::Survey s;
-    for (const auto& r : rows) s.stations.push_back({r[0], r[1] * kDegree, r[2] * kDegree, 0});
-    return s;
-  };
-  return {survey({{0, 0, 0}, {30, 0, 0}, {60, 0, 123}, {90, 1e-9 / kDegree, 77}}),
-          survey({{0, 0, 0}, {30, 1e-9, 310}, {60, 1e-6, 10}, {61, 2, 75}}),
-          survey({{100, 30, 350}, {130, 60, 5}, {139, 89, 20}, {170, 90, 90}}),
-          survey({{0, 85, 180}, {300, 95, 190}, {600, 120, 270}, {604, 121, 271}}),
-          survey({{0, 178, 20}, {25, 180, 0}, {50, 180, 90}, {75, 179, 200}})};
-}
-
-double largest_difference(const std::vector<Matrix3d>& a, const std::vector<Matrix3d>& b) {
-  double worst = 0;
-  for (std::size_t k = 1; k < a.size(); ++k)
-    worst = std::max(worst, (a[k] - b[k]).cwiseAbs().maxCoeff() / b[k].trace());
-  return worst;
+  return {survey_of({{0, 0, 0}, {30, 0, 0}, {60, 0, 123}, {90, 1e-9 / kDegree, 77}}),
+          survey_of({{0, 0, 0}, {30, 1e-9, 310}, {60, 1e-6, 10}, {61, 2, 75}}),
+          survey_of({{100, 30, 350}, {130, 60, 5}, {139, 89, 20}, {170, 90, 90}}),
+          survey_of({{0, 85, 180}, {300, 95, 190}, {600, 120, 270}, {604, 121, 271}}),
+          survey_of({{0, 178, 20}, {25, 180, 0}, {50, 180, 90}, {75, 179, 200}})};
 }
 
 std::vector<Matrix3d> closed_form(const survey::Survey& survey, const survey::ReferenceField& field,

@@ -5,10 +5,9 @@
 
 #include "base/units.h"
 #include "config/error_model_file.h"
-#include "config/survey_csv.h"
 #include "error_model/model_graph.h"
+#include "formulas.h"
 #include "survey/minimum_curvature.h"
-#include "thesis_cases.h"
 #include "tools.h"
 
 using namespace surveymc;
@@ -18,6 +17,8 @@ using namespace surveymc::survey;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using surveymc::test::field_of;
+using surveymc::test::largest_difference;
+using surveymc::test::survey_of;
 
 namespace {
 
@@ -26,19 +27,9 @@ SharedModel shipped(const std::string& revision) {
   return load_shipped_model(*find_shipped_model("iscwsa_mwd_" + revision));
 }
 
-struct Angles {
-  double md, inclination_deg, azimuth_deg;
-};
-Survey survey_of(const std::vector<Angles>& stations) {
-  Survey s;
-  for (const Angles& a : stations)
-    s.stations.push_back({a.md, a.inclination_deg * kDegree, a.azimuth_deg * kDegree, 0});
-  return s;
-}
-
 /// Inclinations beyond 90 deg, azimuths through north both ways, legs from 4 to 40 m; nowhere vertical.
 Survey winding_well() {
-  std::vector<Angles> a;
+  std::vector<std::array<double, 3>> a;
   double md = 1000;
   for (int k = 0; k < 24; ++k) {
     a.push_back({md, 20 + 5.0 * k, 320 + 9.0 * k - (k > 14 ? 20.0 * (k - 14) : 0)});
@@ -66,13 +57,6 @@ error_model::Weights weights_at(const error_model::Function& function, const Sur
   s.dmd = at.md - before.md;
   s.tvd = tvd[k];
   return error_model::weights_at(function, s, error_model::surroundings_of({}, f.dip, f.total, f.gravity, kNoLatitude));
-}
-
-double largest_difference(const std::vector<Matrix3d>& a, const std::vector<Matrix3d>& b, std::size_t from = 1) {
-  double worst = 0;
-  for (std::size_t k = from; k < a.size(); ++k)
-    worst = std::max(worst, (a[k] - b[k]).cwiseAbs().maxCoeff() / std::max(1e-300, b[k].trace()));
-  return worst;
 }
 
 /// Change of all positions for one unit of a source at one station, by moving the measured depth, inclination and
@@ -159,11 +143,8 @@ TEST_CASE("Sources add up to the total, and every one is a covariance") {
 }
 
 TEST_CASE("Published totals of ISCWSA example well 2, in feet") {
-  const std::string path = "configs/iscwsa/well2.csv";
-  const InputTable table = parse_csv(test::project_file(path), path);
-  const Survey s = survey_from_table(table, {}, false);
-  const auto result = tool_covariances(s, tvd_from_table(table), {{1, shipped("rev5.10")}}, field_of(48000, 58, 2),
-                                       kNoLatitude, SourceDetail::none);
+  const auto [s, tvd, field, latitude] = test::iscwsa_well(2);
+  const auto result = tool_covariances(s, tvd, {{1, shipped("rev5.10")}}, field, kNoLatitude, SourceDetail::none);
   const auto check = [&](double feet, const Vector3d& diagonal, const Vector3d& off) {
     for (std::size_t k = 0; k < s.stations.size(); ++k) {
       if (std::abs(s.stations[k].md - feet * kFoot) > 1e-9) continue;
@@ -184,7 +165,7 @@ TEST_CASE("Covariances are continuous through the vertical") {
   for (const char* revision : {"rev4", "rev5.10"})
     for (const double azimuth : {0.0, 75.0, 200.0}) {
       const auto well = [&](double nearly) {
-        std::vector<Angles> a;
+        std::vector<std::array<double, 3>> a;
         for (int k = 0; k < 40; ++k) {
           const double inclination = k < 8    ? 0
                                      : k < 16 ? 2.0 * (k - 7)
@@ -218,7 +199,7 @@ TEST_CASE("Covariances are continuous through the vertical") {
 TEST_CASE("In a vertical well the azimuth that is listed does not matter") {
   for (const char* revision : {"rev4", "rev5.10"}) {
     const auto well = [](double azimuth) {
-      std::vector<Angles> a;
+      std::vector<std::array<double, 3>> a;
       for (int k = 0; k < 30; ++k) a.push_back({k % 4 == 0 ? 25.0 * k : 25.0 * k + 5, 0, azimuth});
       return survey_of(a);
     };
@@ -325,10 +306,9 @@ TEST_CASE("A term with a pole makes the covariance NaN from there on, and is nam
 
 TEST_CASE("A vertical formula without a finite value is named as the others are") {
   const Survey s = survey_of({{0, 0, 0}, {30, 0, 0}, {60, 0, 0}, {90, 5, 30}, {120, 10, 30}});
-  const auto f = std::make_shared<error_model::Function>();
-  f->name = "X";
-  f->inclination = error_model::parse_expression("Cos(AzT)");
-  f->azimuth = error_model::parse_expression("-Sin(AzT) / Sin(Inc)");
+  using error_model::Function;
+  const auto f =
+      test::function_of({{&Function::inclination, "Cos(AzT)"}, {&Function::azimuth, "-Sin(AzT) / Sin(Inc)"}});
   const auto model = std::make_shared<error_model::Model>();
   model->terms.push_back({"A", f, 0.001, "-", 0.001, error_model::PropagationMode::systematic});
   f->vertical_north = error_model::parse_expression("Sin(Inc) / Inc");  // finite below, where it does not act

@@ -4,6 +4,7 @@
 
 #include "base/units.h"
 #include "propagate/sensor_error_covariance.h"
+#include "tools.h"
 
 using namespace surveymc;
 using namespace surveymc::propagate;
@@ -85,9 +86,7 @@ TEST_CASE("Fictive terms take their correlation from magnetic, not accelerometer
 TEST_CASE("The memo's formulas are the general ones, where the well is vertical") {
   survey::Survey survey;
   for (int k = 0; k <= 10; ++k) survey.stations.push_back({30.0 * k, 0, 0, 0});
-  survey::ReferenceField field;
-  field.total = 50000;
-  field.dip = 72 * kDegree;
+  const survey::ReferenceField field = test::field_of(50000, 72);
   const survey::SensorTermArray sd{0.004, 0.004};
   const std::vector<double> w = vertical_station_weights(10, 30);
   const auto general = [&](const survey::ToolfacePlan& plan) {

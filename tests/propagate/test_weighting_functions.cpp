@@ -13,6 +13,7 @@
 #include "propagate/toolface_independent.h"
 #include "survey/minimum_curvature.h"
 #include "thesis_cases.h"
+#include "tools.h"
 
 using namespace surveymc;
 using namespace surveymc::config;
@@ -22,15 +23,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kDeclination = -4 * kDegree;
-
-ReferenceField field_of(double dip_deg) {
-  ReferenceField f;
-  f.total = 50000;
-  f.dip = dip_deg * kDegree;
-  f.declination = kDeclination;
-  return f;
-}
+ReferenceField field_of(double dip_deg) { return test::field_of(50000, dip_deg, -4); }
 
 /// Two stations, and what is round them.
 struct StationGeometry {

@@ -191,10 +191,8 @@ TEST_CASE("Ways to touch are found between stations, whatever the length of the 
         CHECK_THAT(pairs[0].offset.md, WithinAbs((1 - share) * length, 0.1));
       }
   // There and back again: it crosses at a station of both, and as near in the middle of two legs.
-  survey::Survey twice;
-  for (const auto& [md, azimuth] :
-       {std::pair(0, 90), {240, 90}, {600, 90}, {720, 0}, {840, 270}, {900, 270}, {1500, 270}})
-    twice.stations.push_back({static_cast<double>(md), 90 * kDegree, azimuth * kDegree, 0});
+  const survey::Survey twice = test::survey_of(
+      {{0, 90, 90}, {240, 90, 90}, {600, 90, 90}, {720, 90, 0}, {840, 90, 270}, {900, 90, 270}, {1500, 90, 270}});
   const WellPath path = well_path(twice, {0, 0, 0});
   const double back = path.at_station(4).position.x();  // how far north it comes back
   const Vector3d slot(300, -240, gap);
@@ -209,11 +207,8 @@ TEST_CASE("Ways to touch are found between stations, whatever the length of the 
 
 TEST_CASE("An arc that crosses another well twice within one leg has two ways to touch", "[contact]") {
   // 20 degrees in 600 m, 90 - .87 deg of inclination: it passes over the other well, and under it 250 m later.
-  survey::Survey straight, arc;
-  for (const double md : {0.0, 600.0}) {
-    straight.stations.push_back({md, 90 * kDegree, 0, 0});
-    arc.stations.push_back({md, 89.13 * kDegree, (md > 0 ? 10 : -10) * kDegree, 0});
-  }
+  const survey::Survey straight = test::survey_of({{0, 90, 0}, {600, 90, 0}}),
+                       arc = test::survey_of({{0, 89.13, -10}, {600, 89.13, 10}});
   const Vector3d middle = well_path(arc, {0, 0, 0}).at(300).position;
   const WellPath reference = well_path(straight, {0, 0, 0}), offset = well_path(arc, Vector3d(300, -5, 0) - middle);
   const double radii = 0.5, sd = 0.5;

@@ -5,19 +5,14 @@
 
 #include "base/units.h"
 #include "proximity/well_path.h"
+#include "tools.h"
 
 using namespace surveymc;
 using namespace surveymc::proximity;
 using Eigen::Vector3d;
+using surveymc::test::survey_of;
 
 namespace {
-
-survey::Survey survey_of(const std::vector<std::array<double, 3>>& md_inclination_azimuth_deg) {
-  survey::Survey s;
-  for (const auto& [md, inclination, azimuth] : md_inclination_azimuth_deg)
-    s.stations.push_back({md, inclination * kDegree, azimuth * kDegree, 0});
-  return s;
-}
 
 /// Legs of 5 to 60 m with doglegs up to 150 deg, vertical, straight and nearly straight ones among them.
 survey::Survey wild_well(unsigned seed) {

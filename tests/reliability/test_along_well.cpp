@@ -34,6 +34,8 @@ std::vector<survey::Attitude> attitudes(const survey::Survey& s, double declinat
   return all;
 }
 
+Eigen::Vector3d end(const survey::Survey& s) { return survey::minimum_curvature_positions(s).back(); }
+
 }  // namespace
 
 TEST_CASE("Stations that share references: 3x3 systems against least squares of the whole well") {
@@ -72,7 +74,6 @@ TEST_CASE("The position moves as the attitudes of all stations do") {
   m.field.declination = 7 * kDegree;
   const LeastSquares l = least_squares(m, attitudes(well, m.field.declination));
   const WellReliability r = reliability_along_well(m, well, kLambda);
-  const auto end = [](const survey::Survey& s) { return survey::minimum_curvature_positions(s).back(); };
   const auto moved = [&](const Eigen::VectorXd& effect, double size) {
     const double h = 1e-6;
     survey::Survey up = well, down = well;
@@ -185,7 +186,6 @@ TEST_CASE("Errors that are just found, without linearisation: against the adjust
   // stations, whose adjusted readings move by tenths of their sd: parts in a thousand of the shift. The bound of the
   // position with systematic terms was set after it was seen: .8 % with four stations.
   const survey::Survey well = a_well(4);
-  const auto end = [](const survey::Survey& s) { return survey::minimum_curvature_positions(s).back(); };
   for (const bool systematic : {false, true}) {
     AdjustmentModel m = model_of(AdjustmentMode::mse_shared, systematic);
     m.field.declination = 7 * kDegree;

@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 
+#include "msa_trials.h"
 #include "stats/moments.h"
-#include "thesis_cases.h"
 
 using namespace surveymc;
 using namespace surveymc::sensor;
@@ -17,12 +17,10 @@ TEST_CASE("Clean readings are gain times field plus bias; the first station of t
   };
   const CleanReadings three = first(3), four = first(4);
   const double tolerance = 1e-5;  // printed to 1e-8 uT
-  CHECK(std::abs(three.field_T[0].x - 14042.14406) < tolerance);
-  CHECK(std::abs(three.field_T[0].y - -7154.82976) < tolerance);
-  CHECK(std::abs(three.field_T[0].z - 48503.88233) < tolerance);
-  CHECK(std::abs(four.field_T[0].x - -15647.41948) < tolerance);
-  CHECK(std::abs(four.field_T[0].y - 11387.59385) < tolerance);
-  CHECK(std::abs(four.field_T[0].z - 47185.60130) < tolerance);
+  for (const auto& [found, expected] :
+       {std::pair(three.field_T[0], Eigen::Vector3d(14042.14406, -7154.82976, 48503.88233)),
+        {four.field_T[0], Eigen::Vector3d(-15647.41948, 11387.59385, 47185.60130)}})
+    for (int i = 0; i < 3; ++i) CHECK(std::abs(survey::to_eigen(found)[i] - expected[i]) < tolerance);
   CHECK(four.magnetic_T[0].z == Approx(1.018 * four.field_T[0].z - 811).epsilon(1e-15));
 }
 
@@ -35,8 +33,7 @@ TEST_CASE("Noise laws have their mean and variance") {
     noise.law = law;
     noise.magnetometer = 70;
     constexpr int trials = 4096;
-    survey::ReadingBlock block = make_reading_block(trials, c.survey.size(), noise);
-    simulate_readings(clean, c.field, noise, random::Stream(3, 1), 0, block);
+    const survey::ReadingBlock block = test::simulated(c, noise, trials, random::Stream(3, 1));
     Eigen::MatrixXd x(1, trials * 30);
     for (int t = 0; t < trials; ++t)
       for (int r = 0; r < 30; ++r) {
@@ -55,15 +52,12 @@ TEST_CASE("Noise laws have their mean and variance") {
 
 TEST_CASE("The reference is one draw a run or one a station, and exact without noise") {
   const test::ThesisCase c = test::thesis_case(3);
-  const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
   NoiseModel noise;
   noise.reference_total = 107;
   noise.reference_dip = 0.16 * kDegree;
   const auto block_of = [&](ReferenceNoise per) {
     noise.reference = per;
-    survey::ReadingBlock b = make_reading_block(16, c.survey.size(), noise);
-    simulate_readings(clean, c.field, noise, random::Stream(3, 1), 0, b);
-    return b;
+    return test::simulated(c, noise, 16, random::Stream(3, 1));
   };
   const survey::ReadingBlock none = block_of(ReferenceNoise::none), run = block_of(ReferenceNoise::per_run),
                              station = block_of(ReferenceNoise::per_station);
@@ -87,18 +81,16 @@ TEST_CASE("The reference is one draw a run or one a station, and exact without n
 
 TEST_CASE("Accelerometer noise tilts the down direction by noise over gravity and keeps it a unit vector") {
   const test::ThesisCase c = test::thesis_case(4);
-  const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
   NoiseModel noise;
   noise.accelerometer = 0.01;
   noise.law = NoiseLaw::uniform_half_open;  // speaks of magnetometers only
   constexpr int trials = 4096;
-  survey::ReadingBlock block = make_reading_block(trials, c.survey.size(), noise);
-  simulate_readings(clean, c.field, noise, random::Stream(3, 1), 0, block);
+  const survey::ReadingBlock block = test::simulated(c, noise, trials, random::Stream(3, 1));
   Eigen::MatrixXd tilt(2, trials);
   const survey::Vec3<double> u = survey::down_T(survey::magnetic_attitude(c.survey.stations[0], 0));
   const survey::Vec3<double> across = scale(1 / std::hypot(u.y, u.z), survey::Vec3<double>{0, -u.z, u.y});
   for (int t = 0; t < trials; ++t) {
-    const survey::Vec3<double> v{block.down.value(t, 0), block.down.value(t, 1), block.down.value(t, 2)};
+    const survey::Vec3<double> v = test::triad(block.down, t, 0);
     CHECK(std::abs(norm(v) - 1) < 4e-16);
     tilt(0, t) = dot(v, across);
     tilt(1, t) = dot(v - u, cross(u, across));
@@ -112,16 +104,9 @@ TEST_CASE("Accelerometer noise tilts the down direction by noise over gravity an
 
 TEST_CASE("A trial has the same readings in whatever batch it comes") {
   const test::ThesisCase c = test::thesis_case(2);
-  const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
-  NoiseModel noise;
-  noise.magnetometer = 70;
-  noise.accelerometer = 0.01;
-  noise.reference = ReferenceNoise::per_run;
-  noise.reference_total = 107;
-  survey::ReadingBlock large = make_reading_block(64, c.survey.size(), noise),
-                       small = make_reading_block(8, c.survey.size(), noise);
-  simulate_readings(clean, c.field, noise, random::Stream(8, 1), 512, large);
-  simulate_readings(clean, c.field, noise, random::Stream(8, 1), 512 + 40, small);
+  const NoiseModel noise = test::msa_noise(1, ReferenceNoise::per_run, 0.01);
+  const survey::ReadingBlock large = test::simulated(c, noise, 64, random::Stream(8, 1), 512),
+                             small = test::simulated(c, noise, 8, random::Stream(8, 1), 512 + 40);
   for (int t = 0; t < 8; ++t) {
     for (int r = 0; r < 3 * c.survey.size(); ++r) {
       REQUIRE(small.magnetic.value(t, r) == large.magnetic.value(40 + t, r));
@@ -135,11 +120,6 @@ TEST_CASE("Antithetic trials 2j and 2j + 1 have the draws of trial j and their n
   const test::ThesisCase c = test::thesis_case(4);
   const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
   const random::Stream stream(8, 1);
-  NoiseModel noise;
-  noise.magnetometer = 70;
-  noise.accelerometer = 0.01;
-  noise.reference_total = 107;
-  noise.reference_dip = 0.16 * kDegree;
   NoiseWeights weights;
   const auto rows = static_cast<std::size_t>(3 * c.survey.size());
   for (std::size_t i = 0; i < rows * NoiseWeights::kSums; ++i)
@@ -148,8 +128,8 @@ TEST_CASE("Antithetic trials 2j and 2j + 1 have the draws of trial j and their n
   constexpr int trials = 32, first = 1024;  // across groups, and not from trial 0
   for (const NoiseLaw law : {NoiseLaw::gaussian, NoiseLaw::uniform})
     for (const ReferenceNoise per : {ReferenceNoise::per_run, ReferenceNoise::per_station}) {
+      NoiseModel noise = test::msa_noise(1, per, 0.01);
       noise.law = law;
-      noise.reference = per;
       const auto simulate = [&](bool antithetic, int begin, int count, survey::LaneArray& sums) {
         noise.antithetic = antithetic;
         survey::ReadingBlock b = make_reading_block(count, c.survey.size(), noise);
@@ -187,13 +167,9 @@ TEST_CASE("Antithetic trials 2j and 2j + 1 have the draws of trial j and their n
         }
         if (sign < 0)  // gravity plus and minus one noise: before normalising, their mean is the clean reading
           for (int k = 0; k < c.survey.size(); ++k) {
-            const auto down = [&](int trial) {
-              return survey::Vec3<double>{pairs.down.value(trial, 3 * k), pairs.down.value(trial, 3 * k + 1),
-                                          pairs.down.value(trial, 3 * k + 2)};
-            };
             const auto at = static_cast<std::size_t>(k);
             const survey::Vec3<double> u = scale(1 / norm(clean.gravity_T[at]), clean.gravity_T[at]);
-            const survey::Vec3<double> plus = down(t - 1), minus = down(t);
+            const survey::Vec3<double> plus = test::triad(pairs.down, t - 1, k), minus = test::triad(pairs.down, t, k);
             // Opposite tilts: plus, u and minus lie in one plane.
             CHECK(std::abs(dot(plus, cross(u, minus))) < 1e-15);
           }

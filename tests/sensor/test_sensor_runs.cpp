@@ -5,20 +5,14 @@
 #include "base/units.h"
 #include "propagate/sensor_error_covariance.h"
 #include "stats/moments.h"
-#include "thesis_cases.h"
+#include "tools.h"
 
 using namespace surveymc;
 using namespace surveymc::sensor;
 
 namespace {
 
-survey::ReferenceField reference(double dip_deg) {
-  survey::ReferenceField f;
-  f.total = 50000;
-  f.dip = dip_deg * kDegree;
-  f.declination = -4 * kDegree;
-  return f;
-}
+survey::ReferenceField reference(double dip_deg) { return test::field_of(50000, dip_deg, -4); }
 
 /// Build from the vertical, through the horizontal, and up.
 survey::Survey winding_well() {
@@ -53,6 +47,14 @@ Eigen::Vector3d readable_position(const survey::Survey& survey, const survey::Re
       .back();
 }
 
+/// Trials from `first` on, with their positions.
+SensorRuns runs_of(const SensorRunSetup& setup, int trials, const random::Stream& stream, std::uint64_t first = 0) {
+  SensorRuns runs(trials, setup);
+  draw_runs(setup, stream, first, runs);
+  run_positions(setup, runs);
+  return runs;
+}
+
 }  // namespace
 
 TEST_CASE("Positions of the lanes are those of the readable chain through inclination and azimuth") {
@@ -68,9 +70,7 @@ TEST_CASE("Positions of the lanes are those of the readable chain through inclin
         const survey::ReferenceField field = reference(dip);
         const SensorRunSetup setup =
             sensor_run_setup(survey, field, survey::equal_axes(0.02, 0.002, 300, 0.005), plan, method, reported);
-        SensorRuns runs(21, setup);
-        draw_runs(setup, stream, 64, runs);
-        run_positions(setup, runs);
+        const SensorRuns runs = runs_of(setup, 21, stream, 64);
         for (const int t : {0, 3, 7, 8, 20}) {
           const auto trial = static_cast<std::uint64_t>(64 + t);
           const std::vector<double> toolface = toolfaces_of_trial(plan, stream, trial);
@@ -101,10 +101,7 @@ TEST_CASE("A tie-on has no error: what the first station would have read moves n
         sensor_run_setup(survey, field, survey::equal_axes(accelerometer_bias, 0, 0, 0),
                          survey::surveyed_toolfaces(survey), survey::PositionMethod::balanced_tangential, {1, 2});
     setup.first_is_tie_on = tie_on;
-    SensorRuns runs(8, setup);
-    draw_runs(setup, stream, 0, runs);
-    run_positions(setup, runs);
-    return runs;
+    return runs_of(setup, 8, stream);
   };
   const SensorRuns perfect = positions(false, 0), measured = positions(false, 0.02), tied = positions(true, 0.02),
                    tied_perfect = positions(true, 0);
@@ -150,9 +147,7 @@ TEST_CASE("Without errors the positions are the survey's, whatever the toolface"
   const SensorRunSetup setup =
       sensor_run_setup(survey, reference(72), survey::SensorTermArray{}, survey::rotated(survey.size()),
                        survey::PositionMethod::minimum_curvature, {2, 13});
-  SensorRuns runs(16, setup);
-  draw_runs(setup, random::Stream(1, 9), 0, runs);
-  run_positions(setup, runs);
+  const SensorRuns runs = runs_of(setup, 16, random::Stream(1, 9));
   for (int t = 0; t < 16; ++t)
     for (int i = 0; i < 3; ++i) {
       CHECK(std::abs(runs.positions.value(t, i) - exact[2][i]) < 1e-12);
@@ -172,9 +167,7 @@ TEST_CASE("Small sensor errors spread positions as the covariance says") {
         propagate::sensor_error_covariances(survey, field, sd, plan, survey::PositionMethod::minimum_curvature).back();
     const SensorRunSetup setup =
         sensor_run_setup(survey, field, sd, plan, survey::PositionMethod::minimum_curvature, {survey.size() - 1});
-    SensorRuns runs(kTrials, setup);
-    draw_runs(setup, random::Stream(2, 9), 0, runs);
-    run_positions(setup, runs);
+    const SensorRuns runs = runs_of(setup, kTrials, random::Stream(2, 9));
     Eigen::MatrixXd x(kTrials, 3);
     for (int t = 0; t < kTrials; ++t)
       for (int i = 0; i < 3; ++i) x(t, i) = runs.positions.value(t, i);

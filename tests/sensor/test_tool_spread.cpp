@@ -70,11 +70,9 @@ TEST_CASE("Tools have the mean, the size and no correlation that the spread says
 TEST_CASE("A spread of nothing, or of gains alone, changes nothing else") {
   const test::ThesisCase c = test::thesis_case(4);
   const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
-  survey::ReadingBlock before = make_reading_block(8, c.survey.size(), {}),
-                       after = make_reading_block(8, c.survey.size(), {});
+  const survey::ReadingBlock before = test::simulated(c, {}, 8, random::Stream(1, 1));
+  survey::ReadingBlock after = test::simulated(c, {}, 8, random::Stream(1, 1));
   survey::LaneArray deviation(1, 6);
-  simulate_readings(clean, c.field, {}, random::Stream(1, 1), 0, before);
-  simulate_readings(clean, c.field, {}, random::Stream(1, 1), 0, after);
   CHECK(!ToolSpread{}.any());
   spread_tools(clean, {}, false, random::Stream(1, 1), 0, after, deviation);
   for (int r = 0; r < 3 * c.survey.size(); ++r) CHECK(after.magnetic.value(5, r) == before.magnetic.value(5, r));

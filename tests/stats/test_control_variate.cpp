@@ -35,6 +35,8 @@ Sample sample(int n, std::uint64_t seed) {
 const double kSd = std::sqrt(1 + 2 * kCurve * kCurve + kOther * kOther);
 const double kCovariance = kCorrelation + kCurve * kCurve * 2 * kCorrelation * kCorrelation;
 
+bool holds(const Interval& i, double x) { return i.lo <= x && x <= i.hi; }
+
 }  // namespace
 
 TEST_CASE("Controlled estimates are unbiased, their 95 % intervals hold the truth, and they are narrower", "[long]") {
@@ -45,7 +47,6 @@ TEST_CASE("Controlled estimates are unbiased, their 95 % intervals hold the trut
     const Sample s = sample(n, 100 + static_cast<std::uint64_t>(rep));
     const Moments m00 = Moments::of(control_columns(s.y0, s.y0, s.l0, s.l0));
     const Moments m01 = Moments::of(control_columns(s.y0, s.y1, s.l0, s.l1));
-    const auto holds = [](const Interval& i, double x) { return i.lo <= x && x <= i.hi; };
     const ControlledEstimate e = controlled_sd(m00, 1, 0.95);
     mean += holds(controlled_mean(m00, 1, 0.95).controlled_interval, 0);
     sd += holds(e.controlled_interval, kSd);
@@ -125,7 +126,6 @@ TEST_CASE("Trials that fail are accounted for: of those that do not, means and s
     for (int t = 0; t < n; ++t) (s.l0[t] > limit ? failed : kept).push_back(t);
     const Eigen::VectorXd y = s.y0(kept), l = s.l0(kept), of_failed = s.l0(failed);
     const Moments m = Moments::of(control_columns(y, y, l, l)), lost = Moments::of(lost_columns(of_failed, of_failed));
-    const auto holds = [](const Interval& i, double x) { return i.lo <= x && x <= i.hi; };
     const ControlledEstimate of_mean = controlled_mean(m, 1, 0.95, nullptr, {&lost, nullptr});
     mean += holds(of_mean.controlled_interval, truth.mean);
     sd += holds(controlled_sd(m, 1, 0.95, nullptr, {&lost, nullptr}).controlled_interval, truth.sd);
@@ -164,7 +164,6 @@ TEST_CASE("Pairs with a failed trial are accounted for", "[long]") {
                           lost_of = lost_columns(vector(of_lost), vector(of_lost));
     const Moments trials = Moments::of(columns), in_pairs = Moments::of(pair_means(columns)),
                   lost = Moments::of(lost_of), lost_pairs = Moments::of(pair_means(lost_of));
-    const auto holds = [](const Interval& i, double x) { return i.lo <= x && x <= i.hi; };
     mean += holds(controlled_mean(trials, 1, 0.95, &in_pairs, {&lost, &lost_pairs}).controlled_interval, truth.mean);
     sd += holds(controlled_sd(trials, 1, 0.95, &in_pairs, {&lost, &lost_pairs}).controlled_interval, truth.sd);
   }
@@ -190,7 +189,6 @@ TEST_CASE("Intervals of controlled sds from few pairs hold the truth, although w
         }
       const Eigen::MatrixXd columns = control_columns(y, y, l, l);
       const Moments trials = Moments::of(columns), in_pairs = Moments::of(pair_means(columns));
-      const auto holds = [](const Interval& i, double x) { return i.lo <= x && x <= i.hi; };
       held += holds(controlled_sd(trials, 1, 0.95, &in_pairs).controlled_interval, sd);
       held_99 += holds(controlled_sd(trials, 1, 0.99, &in_pairs).controlled_interval, sd);
       held_mean += holds(controlled_mean(trials, 1, 0.95, &in_pairs).controlled_interval, 0);

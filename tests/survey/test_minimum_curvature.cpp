@@ -66,15 +66,11 @@ TEST_CASE("A straight leg is as long as its measured depth; legs add up when an 
 }
 
 TEST_CASE("Final positions of thesis tests 3 and 4") {
-  const Survey s = test::thesis_case(3).survey;
-  const Eigen::Vector3d p = minimum_curvature_positions(s).back();
-  CHECK(std::abs(p.x() - 661.87623463) < 1e-8);
-  CHECK(std::abs(p.y() - 647.22959347) < 1e-8);
-  CHECK(std::abs(p.z() - 2654.08096905) < 1e-8);
-  const Eigen::Vector3d q = minimum_curvature_positions(test::thesis_case(4).survey).back();
-  CHECK(std::abs(q.x() - 1216.08259216) < 1e-8);
-  CHECK(std::abs(q.y() - 639.61278791) < 1e-8);
-  CHECK(std::abs(q.z() - 1494.59138170) < 1e-8);
+  for (const auto& [number, expected] : {std::pair(3, Eigen::Vector3d(661.87623463, 647.22959347, 2654.08096905)),
+                                         {4, Eigen::Vector3d(1216.08259216, 639.61278791, 1494.59138170)}}) {
+    const Eigen::Vector3d p = minimum_curvature_positions(test::thesis_case(number).survey).back();
+    for (int i = 0; i < 3; ++i) CHECK(std::abs(p[i] - expected[i]) < 1e-8);
+  }
 }
 
 TEST_CASE("Balanced tangential is shorter than minimum curvature by the ratio factor") {

@@ -8,10 +8,9 @@
 
 #include "base/units.h"
 #include "config/error_model_file.h"
-#include "config/survey_csv.h"
 #include "propagate/tool_covariance.h"
 #include "survey/minimum_curvature.h"
-#include "thesis_cases.h"
+#include "tools.h"
 
 using namespace surveymc;
 using namespace surveymc::config;
@@ -51,27 +50,8 @@ std::vector<std::vector<std::string>> data(const std::string& name) {
   return rows_of(test::project_file("tests/tool_codes/data/" + name));
 }
 
-struct Well {
-  Survey survey;
-  std::vector<double> tvd;
-  ReferenceField field;
-  double latitude = 0;
-};
-
-Well iscwsa_well(int number) {
-  const std::string path = fmt::format("configs/iscwsa/well{}.csv", number);
-  const InputTable table = parse_csv(test::project_file(path), path);
-  Well w;
-  SurveyConventions conventions;
-  w.survey = survey_from_table(table, conventions, false);
-  w.tvd = tvd_from_table(table);
-  w.field.gravity = 9.80665;
-  w.field.total = number == 1 ? 50000 : 48000;
-  w.field.dip = (number == 1 ? 72 : 58) * kDegree;
-  w.field.declination = (number == 1 ? -4 : 2) * kDegree;
-  w.latitude = (number == 1 ? 60 : 28) * kDegree;
-  return w;
-}
+using Well = test::IscwsaWell;
+using test::iscwsa_well;
 
 ToolCovariances covariances(const Well& w, const SharedModel& model, SourceDetail detail = SourceDetail::none) {
   return tool_covariances(w.survey, w.tvd, {{1, model}}, w.field, w.latitude, detail);
