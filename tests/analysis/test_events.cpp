@@ -97,8 +97,7 @@ TEST_CASE("A small error of an estimate has the probability of first-order theor
     const MsaEvent event(m, *estimator, {q, mean + 4 * sd, true});
     const Eigen::VectorXd slope = gradient_of(p.weights, static_cast<int>(q), event.normals());
     CHECK_THAT(slope.norm(), WithinAbs(sd, 1e-9 * sd));
-    rare::PreparingOptions few;
-    few.pilot = 400;
+    const rare::PreparingOptions few{.pilot = 400};
     const rare::Prepared prepared = rare::prepare_proposal(event, stream, few, {4 * slope / slope.norm()});
     REQUIRE_FALSE(prepared.designs.empty());
     CHECK_THAT(prepared.designs.front().beta, WithinAbs(4, 0.01));
@@ -122,8 +121,7 @@ TEST_CASE("Events of gross errors are those of the tests, trial by trial", "[eve
   const std::vector<survey::Attitude> at{{70 * kDegree, 100 * kDegree, 120 * kDegree}};
   const random::Stream stream(5, 20);
   const reliability::GrossErrorTrials trials(model, at, {{3, 400}}, stream);
-  reliability::TestLevels levels;
-  levels.alpha = 0.05;
+  const reliability::TestLevels levels{.alpha = 0.05};
   const GrossErrorPrediction p = predict_gross_errors(trials, levels, false);
   constexpr int kTrials = 64;
   std::array<std::vector<double>, 3> g;
@@ -173,8 +171,7 @@ TEST_CASE("The union of false alarms has the rate of linear theory", "[events]")
   const reliability::GrossErrorTrials trials(model, {{30 * kDegree, 60 * kDegree, 45 * kDegree}}, {},
                                              random::Stream(5, 20));
   for (const double alpha : {1e-2, 1e-9}) {
-    reliability::TestLevels levels;
-    levels.alpha = alpha;
+    const reliability::TestLevels levels{.alpha = alpha};
     const GrossErrorPrediction p = predict_gross_errors(trials, levels, false);
     const std::vector<rare::HalfSpace> tests = test_half_spaces(trials, p);
     const rare::UnionTrials all(rare::UnionSampler(tests), tests.size(), random::Stream(5, 20));

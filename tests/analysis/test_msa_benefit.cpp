@@ -35,13 +35,11 @@ survey::Survey well(WellKind kind, double inclination_deg, double azimuth_deg, i
 estimate::InputErrors errors(double axial_bias = 0) { return {30, 0, 130, .2 * kDegree, false, .0016, 70, axial_bias}; }
 
 sensor::NoiseModel noise_of(double scale) {
-  sensor::NoiseModel n;
-  n.magnetometer = 30 * scale;
-  n.accelerometer = .002 * scale;
-  n.reference = sensor::ReferenceNoise::per_run;
-  n.reference_total = 130 * scale;
-  n.reference_dip = .2 * kDegree * scale;
-  return n;
+  return {.magnetometer = 30 * scale,
+          .accelerometer = .002 * scale,
+          .reference = sensor::ReferenceNoise::per_run,
+          .reference_total = 130 * scale,
+          .reference_dip = .2 * kDegree * scale};
 }
 
 /// Across the hole at its end, level.
@@ -51,9 +49,7 @@ Eigen::RowVector3d lateral_of(const survey::Survey& s) {
 
 estimate::EstimatorOptions estimator(const std::string& name, std::array<bool, 6> estimated,
                                      const estimate::InputErrors& assumed) {
-  estimate::EstimatorOptions o;
-  o.name = name;
-  o.assumed = assumed;
+  estimate::EstimatorOptions o = test::options_of(name, assumed);
   o.estimated = estimated;
   return o;
 }

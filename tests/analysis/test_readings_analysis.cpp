@@ -132,9 +132,7 @@ TEST_CASE("Every estimator of readings finds the truth of error-free ones, and i
   const test::ThesisCase c = test::thesis_case(4);
   const sensor::NoiseModel noise = thesis_noise(0.003, sensor::ReferenceNoise::per_run);
   for (const std::string& name : readings_estimators()) {
-    estimate::EstimatorOptions o;
-    o.name = name;
-    o.assumed = input_errors(noise, {}, c.field);
+    const estimate::EstimatorOptions o = test::options_of(name, input_errors(noise, {}, c.field));
     const ReadingsAnalysis a = analyse_readings(clean_run(c), c.field, noise, o);
     const MsaPrediction p =
         predict_msa(c.survey, c.field, c.errors, {}, noise, sensor::clean_readings(c.survey, c.field, c.errors), o);
@@ -233,9 +231,7 @@ TEST_CASE("A perfect tool is found perfect as often as the test says, with prior
   constexpr int kTrials = 120;
   const survey::ReadingBlock block = test::simulated(c, noise, kTrials, random::Stream(404, 9));
   for (const char* name : {"msa_weighted", "msa_joint", "wls_consider"}) {
-    estimate::EstimatorOptions o;
-    o.name = name;
-    o.assumed = input_errors(noise, {0.0016, 70, 0}, c.field);
+    const estimate::EstimatorOptions o = test::options_of(name, input_errors(noise, {0.0016, 70, 0}, c.field));
     double sum = 0;
     for (int t = 0; t < kTrials; ++t) {
       const NoisyRun run = run_of(block, t, c);
@@ -254,9 +250,7 @@ TEST_CASE("The sd of an estimate has three parts: noise, reference and the tools
   sensor::NoiseModel exact_reference = noise;
   exact_reference.reference = sensor::ReferenceNoise::none;
   const sensor::ToolSpread spread{0.0016, 70, 200};
-  estimate::EstimatorOptions o;
-  o.name = "wls_consider";
-  o.assumed = input_errors(noise, spread, c.field);
+  const estimate::EstimatorOptions o = test::options_of("wls_consider", input_errors(noise, spread, c.field));
   const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
   const auto predicted = [&](const sensor::ToolSpread& tools, const sensor::NoiseModel& n) {
     return predict_msa(c.survey, c.field, c.errors, tools, n, clean, o).parameter_covariance;

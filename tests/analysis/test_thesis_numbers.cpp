@@ -26,10 +26,7 @@ struct Case {
   sensor::ToolSpread spread{};
 
   estimate::EstimatorOptions options() const {
-    estimate::EstimatorOptions o;
-    o.name = estimator;
-    o.assumed = input_errors(noise, spread, c.field);
-    return o;
+    return test::options_of(estimator, input_errors(noise, spread, c.field));
   }
   MsaPrediction predict() const {
     return predict_msa(c.survey, c.field, c.errors, spread, noise, sensor::clean_readings(c.survey, c.field, c.errors),

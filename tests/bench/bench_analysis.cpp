@@ -21,8 +21,7 @@ BENCHMARK(moments)->Name("moments_of_512")->Arg(13)->Arg(6);
 void msa_covariance_of_survey(benchmark::State& state) {
   const Setup s(static_cast<int>(state.range(0)));
   const estimate::NominalTruth truth{sensor::station_fields(s.clean), {1, 1, 1}, {0, 0, 0}, s.field};
-  estimate::InputErrors errors;
-  errors.magnetometer = 70;
+  const estimate::InputErrors errors{.magnetometer = 70};
   time_calls(state, s.survey.size(),
              [&] { return estimate::error_covariance(estimate::sensitivity({}, truth), truth.stations, errors); });
 }

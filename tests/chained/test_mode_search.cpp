@@ -45,8 +45,7 @@ TEST_CASE("Descents side by side end where those of the block solver do, at the 
         Readings r = run_of(m, attitudes, 4, hard ? 3000 : 0);
         r.left_out.assign(18, {});
         r.left_out[7][2] = true;
-        Options options;
-        options.damped = damped;
+        const Options options{.damped = damped};
         const std::vector<Point> starts = search_starts(m, r);
         const std::vector<Ended> ends = descend_all(m, r, starts, options);
         REQUIRE(ends.size() == starts.size());

@@ -126,8 +126,7 @@ TEST_CASE("Where the claims are too small the profile says so, and its interval 
   constexpr std::size_t kStation = 9;
   int inside = 0, unflagged = 0;
   double z2 = 0;
-  SearchOptions search;
-  search.attitudes = false;
+  const SearchOptions search{.attitudes = false};
   for (std::uint64_t trial = 0; trial < kRuns; ++trial) {
     const sensor::ChainedRun run = run_of(m, constant(90, 90), trial);
     const Readings r{run.readings};

@@ -21,10 +21,8 @@ const std::vector<Subset> kSubsets{{false, false, false, true, true, true},
                                    {true, false, true, false, true, false}};
 
 EstimatorOptions options(const std::string& name, const Subset& estimated, const std::string& solver = "gauss_newton") {
-  EstimatorOptions o;
-  o.name = name;
+  EstimatorOptions o = test::options_of(name, {70, 1e-4, 107, .16 * kDegree, false, .0016, 70, 220});
   o.solver = solver;
-  o.assumed = {70, 1e-4, 107, .16 * kDegree, false, .0016, 70, 220};
   o.estimated = estimated;
   return o;
 }

@@ -38,11 +38,9 @@ std::ostream& operator<<(std::ostream& out, const Way& w) {
 InputErrors thesis_errors(double scale) { return {70 * scale, 0, 107 * scale, 0.16 * kDegree * scale, false, 0, 0}; }
 
 EstimatorOptions options(const Way& way, double scale = 1) {
-  EstimatorOptions o;
-  o.name = way.name;
+  EstimatorOptions o = test::options_of(way.name, thesis_errors(scale));
   o.solver = way.solver;
   o.derivative = way.derivative;
-  o.assumed = thesis_errors(scale);
   return o;
 }
 std::unique_ptr<Estimator> estimator(const Way& way, const test::ThesisCase& c) {
@@ -400,19 +398,14 @@ TEST_CASE(
   constexpr double sd = 350;
   survey::Survey survey;
   for (int k = 0; k < 30; ++k) {
-    survey::Station s{};
-    s.md = 30 * k;
-    s.inclination = (3 + 72.0 * k / 29) * kDegree;
-    s.azimuth = 55 * kDegree;
-    s.toolface = std::fmod(137.5 * k, 360) * kDegree;
-    survey.stations.push_back(s);
+    const double inclination = (3 + 72.0 * k / 29) * kDegree, toolface = std::fmod(137.5 * k, 360) * kDegree;
+    survey.stations.push_back({30.0 * k, inclination, 55 * kDegree, toolface});
   }
   const survey::ReferenceField field{9.80665, 51000, 72 * kDegree, 0, 0};
-  sensor::NoiseModel noise;
-  noise.magnetometer = sd;
-  noise.reference = sensor::ReferenceNoise::per_run;
-  noise.reference_total = 650;
-  noise.reference_dip = 1 * kDegree;
+  const sensor::NoiseModel noise{.magnetometer = sd,
+                                 .reference = sensor::ReferenceNoise::per_run,
+                                 .reference_total = 650,
+                                 .reference_dip = 1 * kDegree};
   const sensor::ToolSpread spread{.008, 350};
   const sensor::CleanReadings clean = sensor::clean_readings(survey, field, {});
   survey::ReadingBlock block = sensor::make_reading_block(trials, survey.size(), noise);
@@ -451,9 +444,7 @@ TEST_CASE(
 
 TEST_CASE("The table of estimators: what is not in it has neither factory nor prediction nor model") {
   const test::ThesisCase c = test::thesis_case(4);
-  EstimatorOptions o;
-  o.name = "mas";
-  o.assumed = thesis_errors(1);
+  EstimatorOptions o = test::options_of("mas", thesis_errors(1));
   for (const std::string& rule : {std::string("estimator.name = \"mas\": must be one of msa, msa_weighted")}) {
     CHECK_THROWS_WITH(make_estimator(o, c.field), Catch::Contains(rule));
     CHECK_THROWS_WITH(sensitivity(o, nominal(c)), Catch::Contains(rule));
@@ -498,12 +489,10 @@ TEST_CASE("Every estimator of the table stands in the documents") {
 TEST_CASE("Unknown estimators, solvers and bad options are errors") {
   const survey::ReferenceField field{9.8, 50000, 1, 0, 0};
   const auto make = [&](const std::string& name, const std::string& solver, int iterations, double tolerance) {
-    EstimatorOptions o;
-    o.name = name;
+    EstimatorOptions o = test::options_of(name, thesis_errors(1));
     o.solver = solver;
     o.max_iterations = iterations;
     o.step_tolerance = tolerance;
-    o.assumed = thesis_errors(1);
     return make_estimator(o, field, {});
   };
   CHECK_THROWS_AS(make("mas", "gauss_newton", 50, 1e-9), InputError);

@@ -18,10 +18,7 @@ namespace {
 InputErrors all_errors() { return {70, 2e-4, 107, 0.16 * kDegree, false, 0.0016, 70}; }
 
 FieldFitModel model_of(const std::string& estimator, const InputErrors& assumed, const survey::ReferenceField& field) {
-  EstimatorOptions o;
-  o.name = estimator;
-  o.assumed = assumed;
-  return field_fit_model(o, field);
+  return field_fit_model(test::options_of(estimator, assumed), field);
 }
 
 /// Noisy readings of a thesis test; the down direction is noisy too.
@@ -296,9 +293,7 @@ TEST_CASE("Field fit: the weights are correlated, so that an exchange of Bh and 
 
 TEST_CASE("Field fit: a reference that is stretched and rotated as its unknowns say leaves no residual") {
   for (const survey::Attitude& at : test::difficult_attitudes()) {
-    FieldFitModel m;
-    m.total_sd = 0.002;
-    m.dip_sd = 0.003;
+    const FieldFitModel m{.total_sd = 0.002, .dip_sd = 0.003};
     const double z0 = 1.7, z1 = -2.1, dip = 72 * kDegree;
     // In units of the total field; the truth is B (1 + z0 sd), dip + z1 sd.
     const survey::Vec3<double> b = survey::magnetic_T(at, 1 + z0 * m.total_sd, dip + z1 * m.dip_sd);

@@ -39,8 +39,7 @@ TEST_CASE("The drift filter follows a constant drift as computed, and ends in it
 }
 
 TEST_CASE("The gate skips a row that one sensor spoils, and only widens the variance", "[monitoring]") {
-  DriftFilterOptions options;
-  options.gate = 5;
+  const DriftFilterOptions options{.gate = 5};
   DriftFilter gated(options, 2);
   for (int i = 0; i < 200; ++i) CHECK(gated.update(Eigen::RowVector2d(.1, -.1)));
   const Eigen::RowVectorXd before = gated.drift();
@@ -53,8 +52,7 @@ TEST_CASE("The gate skips a row that one sensor spoils, and only widens the vari
 }
 
 TEST_CASE("SPRT bounds, restart and two sides", "[monitoring]") {
-  SprtOptions options;
-  options.variance = 1;
+  const SprtOptions options{.variance = 1};
   CHECK_THAT(sprt_lower(options), WithinAbs(-2.251292, 5e-7));
   CHECK_THAT(sprt_upper(options), WithinAbs(2.890372, 5e-7));
 
@@ -77,9 +75,7 @@ TEST_CASE("SPRT bounds, restart and two sides", "[monitoring]") {
 TEST_CASE("Under its own hypotheses the SPRT errs no more often than alpha and beta say", "[monitoring]") {
   // Wald: P(accept H1 | H0) <= alpha / (1 - beta), P(accept H0 | H1) <= beta / (1 - alpha). A shift of .5 sd keeps the
   // overshoot small, so that the rates are also not far below.
-  SprtOptions options;
-  options.shift = 0.5;
-  options.variance = 1;
+  const SprtOptions options{.shift = 0.5, .variance = 1};
   std::mt19937_64 g(20);
   std::normal_distribution<double> normal;
   const double lower = sprt_lower(options), upper = sprt_upper(options);
@@ -169,8 +165,7 @@ TEST_CASE("A monitor gives the same bits however its readings are divided", "[mo
   for (Samples* x : {&memory, &readings})
     for (Eigen::Index i = 0; i < x->size(); ++i) x->data()[i] = normal(g);
   const Aakr model(memory, .3);
-  DriftFilterOptions filter;
-  filter.gate = 4;
+  const DriftFilterOptions filter{.gate = 4};
   for (const Architecture a : {Architecture::aakr_sprt, Architecture::aakr_kf_sprt}) {
     const MonitorTrace whole = run_monitor(a, model, filter, readings);
     MonitorStream stream(a, model, filter);
@@ -189,9 +184,7 @@ TEST_CASE("A monitor gives the same bits however its readings are divided", "[mo
 
 TEST_CASE("Alarms of the SPRT by integration are those of simulation, and of the first sample in closed form",
           "[monitoring][long]") {
-  SprtOptions options;
-  options.shift = 1;
-  options.variance = 1;
+  const SprtOptions options{.shift = 1, .variance = 1};
   const auto phi = [](double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); };
   const auto p = sprt_alarm_probability(options, 0, 1, 40);
   // S = d - 1/2 after the first sample.
@@ -243,10 +236,7 @@ TEST_CASE("Alarms of the SPRT by integration are those of simulation, and of the
 }
 
 TEST_CASE("A two-sided SPRT has its alarms between those of independent and of exclusive sides", "[monitoring]") {
-  SprtOptions options;
-  options.shift = 0.2;
-  options.variance = 1;
-  options.false_alarm = 0.2;
+  const SprtOptions options{.false_alarm = 0.2, .shift = 0.2, .variance = 1};
   constexpr int kRuns = 60'000, kSamples = 80;
   std::mt19937_64 g(24);
   std::normal_distribution<double> normal;

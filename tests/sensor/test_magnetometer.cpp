@@ -29,9 +29,7 @@ TEST_CASE("Noise laws have their mean and variance") {
   const CleanReadings clean = clean_readings(c.survey, c.field, c.errors);
   for (const NoiseLaw law :
        {NoiseLaw::gaussian, NoiseLaw::gaussian_half_open, NoiseLaw::uniform, NoiseLaw::uniform_half_open}) {
-    NoiseModel noise;
-    noise.law = law;
-    noise.magnetometer = 70;
+    const NoiseModel noise{.law = law, .magnetometer = 70};
     constexpr int trials = 4096;
     const survey::ReadingBlock block = test::simulated(c, noise, trials, random::Stream(3, 1));
     Eigen::MatrixXd x(1, trials * 30);
@@ -52,9 +50,7 @@ TEST_CASE("Noise laws have their mean and variance") {
 
 TEST_CASE("The reference is one draw a run or one a station, and exact without noise") {
   const test::ThesisCase c = test::thesis_case(3);
-  NoiseModel noise;
-  noise.reference_total = 107;
-  noise.reference_dip = 0.16 * kDegree;
+  NoiseModel noise{.reference_total = 107, .reference_dip = 0.16 * kDegree};
   const auto block_of = [&](ReferenceNoise per) {
     noise.reference = per;
     return test::simulated(c, noise, 16, random::Stream(3, 1));
@@ -81,8 +77,7 @@ TEST_CASE("The reference is one draw a run or one a station, and exact without n
 
 TEST_CASE("Accelerometer noise tilts the down direction by noise over gravity and keeps it a unit vector") {
   const test::ThesisCase c = test::thesis_case(4);
-  NoiseModel noise;
-  noise.accelerometer = 0.01;
+  NoiseModel noise{.accelerometer = 0.01};
   noise.law = NoiseLaw::uniform_half_open;  // speaks of magnetometers only
   constexpr int trials = 4096;
   const survey::ReadingBlock block = test::simulated(c, noise, trials, random::Stream(3, 1));

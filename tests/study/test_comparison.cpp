@@ -147,8 +147,7 @@ TEST_CASE("Units are read from names") {
 }
 
 TEST_CASE("A row shows the margin of its verdict, and none without one") {
-  VerdictRule rule;
-  rule.margin = .07;
+  const VerdictRule rule{.margin = .07};
   const ComparisonRow judged = compare_rate("rate", 32000, 40000, 0.8, rule, 40000);
   CHECK(judged.margin == .07);
   CHECK(std::isnan(compare_rate("rate", 5, 10, kNaN, rule, 10).margin));
@@ -213,8 +212,7 @@ TEST_CASE("An event that was never seen is held against the same edge of the mar
 }
 
 TEST_CASE("Rates at all looks have the p-values of their sequence") {
-  VerdictRule rule;
-  rule.at_all_looks = true;
+  const VerdictRule rule{.at_all_looks = true};
   // Never seen: the mixture at .0043/1.02 and 0 of 4096. One fixed look would say 6e-8.
   const ComparisonRow none = compare_rate("rate", 0, 4096, 0.0043, rule, 4096);
   CHECK(none.verdict == "differs");

@@ -133,8 +133,7 @@ TEST_CASE("The same seed: what differs has changed, and predictions are no matte
   const Differences common = compare_results(a, b, {});
   CHECK(row_named(common, "sd 4", "monte_carlo").finding == "changed");
   CHECK(row_named(common, "rate 3", "monte_carlo").finding == "equal");
-  DifferenceRule tolerant;
-  tolerant.tolerance = 1;
+  const DifferenceRule tolerant{.tolerance = 1};
   CHECK(row_named(compare_results(a, b, tolerant), "sd 4", "monte_carlo").finding == "chance");
   // One run holds the other: their difference varies less than that of independent runs.
   const Differences longer = compare_results(a, drawn_result(7, 1, 2 * kTrials), {});

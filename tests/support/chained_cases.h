@@ -36,15 +36,13 @@ inline chained::Readings case_readings() {
 }
 
 inline sensor::ChainedRunSetup run_setup(const chained::Model& m, const std::vector<survey::Attitude>& attitudes) {
-  sensor::ChainedRunSetup s;
-  s.gravity = m.gravity;
-  s.horizontal = m.horizontal;
-  s.down = m.down;
-  s.first_sd = m.prior_sd;
-  s.step_sd = m.link_sd;
-  s.noise = m.noise;
-  s.attitudes = attitudes;
-  return s;
+  return {.gravity = m.gravity,
+          .horizontal = m.horizontal,
+          .down = m.down,
+          .first_sd = m.prior_sd,
+          .step_sd = m.link_sd,
+          .noise = m.noise,
+          .attitudes = attitudes};
 }
 
 /// The profile of spec and slides: inclination 10 to 45 deg, azimuth 45 deg.

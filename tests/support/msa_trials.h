@@ -2,6 +2,7 @@
 /// Noisy trials of the thesis tests, the readable cost of MSA, and what estimates and ways to solve must share.
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include <catch2/catch.hpp>
@@ -20,13 +21,11 @@ namespace surveymc::test {
 inline sensor::NoiseModel msa_noise(double scale = 1,
                                     sensor::ReferenceNoise reference = sensor::ReferenceNoise::per_run,
                                     double accelerometer = 0) {
-  sensor::NoiseModel n;
-  n.magnetometer = 70 * scale;
-  n.accelerometer = accelerometer;
-  n.reference = reference;
-  n.reference_total = 107 * scale;
-  n.reference_dip = 0.16 * kDegree * scale;
-  return n;
+  return {.magnetometer = 70 * scale,
+          .accelerometer = accelerometer,
+          .reference = reference,
+          .reference_total = 107 * scale,
+          .reference_dip = 0.16 * kDegree * scale};
 }
 
 /// Full and little noise, a reference for each station, noisy accelerometers.
@@ -34,6 +33,14 @@ inline std::array<sensor::NoiseModel, 4> kinds_of_msa_noise() {
   using sensor::ReferenceNoise;
   return {msa_noise(1, ReferenceNoise::per_run), msa_noise(0.1, ReferenceNoise::per_run),
           msa_noise(1, ReferenceNoise::per_station), msa_noise(1, ReferenceNoise::per_run, 2e-3)};
+}
+
+/// An estimator by its name that assumes these errors.
+inline estimate::EstimatorOptions options_of(const std::string& name, const estimate::InputErrors& assumed) {
+  estimate::EstimatorOptions o;
+  o.name = name;
+  o.assumed = assumed;
+  return o;
 }
 
 /// Gains and biases (nT) of one trial, of estimates or of drawn tools.

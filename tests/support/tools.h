@@ -22,11 +22,7 @@ inline config::SharedModel shipped(const std::string& name) {
 
 /// nT, degrees.
 inline survey::ReferenceField field_of(double total, double dip, double declination = 0) {
-  survey::ReferenceField f;
-  f.total = total;
-  f.dip = dip * kDegree;
-  f.declination = declination * kDegree;
-  return f;
+  return {.total = total, .dip = dip * kDegree, .declination = declination * kDegree};
 }
 
 /// m, degrees: measured depth, inclination, azimuth.
