@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "random/stream.h"
+#include "simd/instruction_set.h"
 #include "simd/lanes.h"
 
 namespace surveymc::analysis {
@@ -47,11 +48,6 @@ struct DriftBatch {
   double in_range[simd::kGroup];
 };
 
-namespace isa_v3 {
-void drift_trials(DriftBatch& batch);
-}
-namespace isa_v4 {
-void drift_trials(DriftBatch& batch);
-}
+SURVEYMC_KERNEL(void drift_trials(DriftBatch& batch));
 
 }  // namespace surveymc::analysis

@@ -168,10 +168,7 @@ std::vector<DriftValues> drift_values(const DriftRunSetup& s, std::uint64_t firs
   DriftBatch batch = drift_batch(s, first, columns);
   for (std::size_t at = 0; at < all.size(); at += simd::kGroup) {
     batch.first_trial = first + at;
-    if (simd::instruction_set() == simd::InstructionSet::v4)
-      isa_v4::drift_trials(batch);
-    else
-      isa_v3::drift_trials(batch);
+    simd::run_kernel<isa_v3::drift_trials, isa_v4::drift_trials>(batch);
     for (std::size_t lane = 0; lane < simd::kGroup && at + lane < all.size(); ++lane) {
       if (batch.in_range[lane] == 0) {
         all[at + lane] = drift_values(s, first + at + lane);

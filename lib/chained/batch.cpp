@@ -83,10 +83,7 @@ void solve_batch(const Model& model, Mode mode, const Batch& in, BatchSolution& 
               out.outcome.group_stride(),
               survey::groups_for(in.trials),
               scratch.row(0, 0)};
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::solve_lane_batch(b);
-  else
-    isa_v3::solve_lane_batch(b);
+  simd::run_kernel<isa_v3::solve_lane_batch, isa_v4::solve_lane_batch>(b);
 }
 
 Solution solve_alone(const Model& model, Mode mode, const std::vector<StationReading>& readings,

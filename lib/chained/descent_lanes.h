@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "chained/descent_kernel.h"
+#include "simd/instruction_set.h"
 
 namespace surveymc::chained {
 
@@ -40,16 +41,8 @@ struct OffsetDescentBatch {
   DescentOutcome outcome;
 };
 
-#define SURVEYMC_DESCENTS                              \
-  void descend_chains(const ChainDescentBatch&);       \
-  void descend_attitudes(const AttitudeDescentBatch&); \
-  void descend_offsets(const OffsetDescentBatch&);
-namespace isa_v3 {
-SURVEYMC_DESCENTS
-}
-namespace isa_v4 {
-SURVEYMC_DESCENTS
-}
-#undef SURVEYMC_DESCENTS
+SURVEYMC_KERNEL(void descend_chains(const ChainDescentBatch&));
+SURVEYMC_KERNEL(void descend_attitudes(const AttitudeDescentBatch&));
+SURVEYMC_KERNEL(void descend_offsets(const OffsetDescentBatch&));
 
 }  // namespace surveymc::chained

@@ -18,11 +18,6 @@ namespace {
 constexpr int kLanes = simd::kGroup;
 constexpr int kEndRows = 3;  // DescentOutcome
 
-template <class Batch>
-void descend_on_lanes(const Batch& batch, void (*v3)(const Batch&), void (*v4)(const Batch&)) {
-  (simd::instruction_set() == simd::InstructionSet::v4 ? v4 : v3)(batch);
-}
-
 double squared(double x) { return x * x; }
 double weight(double sd) { return 1 / squared(sd); }
 
@@ -131,7 +126,7 @@ std::vector<Ended> descend_all(const Model& model, const Readings& readings, con
                                 {outcome.row(0, 0), outcome.group_stride()},
                                 groups,
                                 scratch.row(0, 0)};
-  descend_on_lanes(batch, isa_v3::descend_chains, isa_v4::descend_chains);
+  simd::run_kernel<isa_v3::descend_chains, isa_v4::descend_chains>(batch);
   for (int lane = 0; lane < static_cast<int>(starts.size()); ++lane) {
     Ended e;
     for (int k = 0; k < n; ++k) {
@@ -166,7 +161,7 @@ Point search_attitudes(const Model& m, const Readings& readings) {
                                    frames.row(0, 0),
                                    frames.group_stride(),
                                    {outcome.row(0, 0), outcome.group_stride()}};
-  descend_on_lanes(batch, isa_v3::descend_attitudes, isa_v4::descend_attitudes);
+  simd::run_kernel<isa_v3::descend_attitudes, isa_v4::descend_attitudes>(batch);
   Point p;
   for (int k = 0; k < n; ++k) {
     const double* cost = outcome.row(k, 0);
@@ -194,7 +189,7 @@ std::vector<Offsets> search_offsets_from(const Model& m, const Readings& reading
     for (int lane = 0; lane < kLanes; ++lane)
       for (int i = 0; i < 6; ++i) x.row(0, i)[lane] = start(lane)[static_cast<std::size_t>(i)];
     const OffsetDescentBatch batch{offset_model(m, y), coarse_options(1e-3), x.row(0, 0), {outcome.row(0, 0), 0}};
-    descend_on_lanes(batch, isa_v3::descend_offsets, isa_v4::descend_offsets);
+    simd::run_kernel<isa_v3::descend_offsets, isa_v4::descend_offsets>(batch);
     for (int lane = 0; lane < kLanes && first + static_cast<std::size_t>(lane) < starts.size(); ++lane) {
       Offsets end;
       for (int i = 0; i < 6; ++i) end[static_cast<std::size_t>(i)] = x.row(0, i)[lane];

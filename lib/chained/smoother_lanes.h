@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "chained/chain_kernel.h"
+#include "simd/instruction_set.h"
 #include "simd/lanes.h"
 
 namespace surveymc::chained {
@@ -18,11 +19,6 @@ struct LaneBatch {
   double* scratch;  ///< kScratch (station_rows.h) doubles a station, aligned to 64 bytes
 };
 
-namespace isa_v3 {
-void solve_lane_batch(const LaneBatch& batch);
-}
-namespace isa_v4 {
-void solve_lane_batch(const LaneBatch& batch);
-}
+SURVEYMC_KERNEL(void solve_lane_batch(const LaneBatch& batch));
 
 }  // namespace surveymc::chained

@@ -83,10 +83,7 @@ class FieldFit final : public Estimator {
     batch.groups = in.groups();
     batch.model = model_;
     batch.options = options_;
-    if (simd::instruction_set() == simd::InstructionSet::v4)
-      isa_v4::field_fit_batch(batch);
-    else
-      isa_v3::field_fit_batch(batch);
+    simd::run_kernel<isa_v3::field_fit_batch, isa_v4::field_fit_batch>(batch);
   }
 
  private:

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "estimate/field_fit_kernel.h"
+#include "simd/instruction_set.h"
 
 namespace surveymc::estimate {
 
@@ -18,11 +19,6 @@ struct FieldFitBatch {
   NewtonOptions options;
 };
 
-namespace isa_v3 {
-void field_fit_batch(const FieldFitBatch& batch);
-}
-namespace isa_v4 {
-void field_fit_batch(const FieldFitBatch& batch);
-}
+SURVEYMC_KERNEL(void field_fit_batch(const FieldFitBatch& batch));
 
 }  // namespace surveymc::estimate

@@ -78,10 +78,7 @@ class Msa final : public Estimator {
                          near && expansion_ ? &*expansion_ : nullptr,
                          near && valley_ ? &*valley_ : nullptr,
                          start == Start::estimates};
-    if (simd::instruction_set() == simd::InstructionSet::v4)
-      isa_v4::msa_solve_batch(batch);
-    else
-      isa_v3::msa_solve_batch(batch);
+    simd::run_kernel<isa_v3::msa_solve_batch, isa_v4::msa_solve_batch>(batch);
   }
 
   NewtonOptions options_;

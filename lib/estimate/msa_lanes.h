@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "estimate/msa_valley.h"
+#include "simd/instruction_set.h"
 
 namespace surveymc::estimate {
 
@@ -21,11 +22,6 @@ struct MsaBatch {
   bool goes_on = false;  ///< start where `parameters` are
 };
 
-namespace isa_v3 {
-void msa_solve_batch(const MsaBatch& batch);
-}
-namespace isa_v4 {
-void msa_solve_batch(const MsaBatch& batch);
-}
+SURVEYMC_KERNEL(void msa_solve_batch(const MsaBatch& batch));
 
 }  // namespace surveymc::estimate

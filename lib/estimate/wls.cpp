@@ -40,10 +40,7 @@ class Wls final : public Estimator {
     b.iterations = out.iterations.row(0, 0);
     b.converged = out.converged.row(0, 0);
     b.scalar_stride = out.cost.group_stride();
-    if (simd::instruction_set() == simd::InstructionSet::v4)
-      isa_v4::wls_batch(b);
-    else
-      isa_v3::wls_batch(b);
+    simd::run_kernel<isa_v3::wls_batch, isa_v4::wls_batch>(b);
   }
 
  private:

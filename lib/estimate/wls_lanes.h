@@ -2,6 +2,7 @@
 /// The kernel behind wls.h, for both instruction sets (simd/lanes.h).
 #include <cstddef>
 
+#include "simd/instruction_set.h"
 #include "simd/lanes.h"
 
 namespace surveymc::estimate {
@@ -17,11 +18,6 @@ struct WlsBatch {
   std::size_t parameters_stride, scalar_stride;
 };
 
-namespace isa_v3 {
-void wls_batch(const WlsBatch& batch);
-}
-namespace isa_v4 {
-void wls_batch(const WlsBatch& batch);
-}
+SURVEYMC_KERNEL(void wls_batch(const WlsBatch& batch));
 
 }  // namespace surveymc::estimate

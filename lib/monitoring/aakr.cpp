@@ -81,10 +81,7 @@ AakrBatch Aakr::batch(const double* queries, int count, double* predictions, dou
 
 void Aakr::predict(const double* queries, int count, double* predictions, double* nearest, Scratch& scratch) const {
   const AakrBatch b = batch(queries, count, predictions, nearest, scratch);
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::aakr_predict(b);
-  else
-    isa_v3::aakr_predict(b);
+  simd::run_kernel<isa_v3::aakr_predict, isa_v4::aakr_predict>(b);
 }
 
 }  // namespace surveymc::monitoring

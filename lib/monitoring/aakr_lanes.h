@@ -2,6 +2,7 @@
 /// The kernel behind aakr.h, for both instruction sets (simd/lanes.h).
 #include <cstddef>
 
+#include "simd/instruction_set.h"
 #include "simd/lanes.h"
 
 namespace surveymc::monitoring {
@@ -30,11 +31,6 @@ struct AakrBatch {
   double* weights;      ///< scratch: padded doubles
 };
 
-namespace isa_v3 {
-void aakr_predict(const AakrBatch& batch);
-}
-namespace isa_v4 {
-void aakr_predict(const AakrBatch& batch);
-}
+SURVEYMC_KERNEL(void aakr_predict(const AakrBatch& batch));
 
 }  // namespace surveymc::monitoring

@@ -3,6 +3,7 @@
 /// sets (simd/lanes.h). What counts is when they raise alarms, of either side.
 #include <cstddef>
 
+#include "simd/instruction_set.h"
 #include "simd/lanes.h"
 
 namespace surveymc::monitoring {
@@ -25,11 +26,6 @@ struct AlarmSignal {
   double start_h;
 };
 
-namespace isa_v3 {
-void update_alarms(AlarmLanes& tests, const AlarmSignal& signal);
-}
-namespace isa_v4 {
-void update_alarms(AlarmLanes& tests, const AlarmSignal& signal);
-}
+SURVEYMC_KERNEL(void update_alarms(AlarmLanes& tests, const AlarmSignal& signal));
 
 }  // namespace surveymc::monitoring

@@ -47,12 +47,7 @@ AlarmTests::AlarmTests(const std::vector<double>& thresholds) {
 }
 
 void AlarmTests::update(const AlarmSignal& signal) {
-  for (AlarmLanes& a : groups_) {
-    if (simd::instruction_set() == simd::InstructionSet::v4)
-      isa_v4::update_alarms(a, signal);
-    else
-      isa_v3::update_alarms(a, signal);
-  }
+  for (AlarmLanes& a : groups_) simd::run_kernel<isa_v3::update_alarms, isa_v4::update_alarms>(a, signal);
 }
 
 AlarmTimes AlarmTests::times(std::size_t test) const {

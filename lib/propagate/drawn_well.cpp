@@ -237,10 +237,7 @@ void DrawnWell::draw(const random::Stream& stream, std::uint64_t first_trial, bo
   assert(first_trial % simd::kGroup == 0);
   survey::LaneArray scratch = make_scratch();
   const DrawnWellBatch b = batch(first_trial, antithetic, groups, out, scratch);
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::draw_wells(b, stream);
-  else
-    isa_v3::draw_wells(b, stream);
+  simd::run_kernel<isa_v3::draw_wells, isa_v4::draw_wells>(b, stream);
 }
 
 void DrawnWell::draw_path(const survey::LaneArray& z, const std::vector<std::uint32_t>& rows, int groups,
@@ -253,10 +250,7 @@ void DrawnWell::draw_path(const survey::LaneArray& z, const std::vector<std::uin
   b.given_rows = rows.data();
   b.path = out.row(0, 0);
   b.path_stride = out.group_stride();
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::draw_wells(b, random::Stream(0, 0));
-  else
-    isa_v3::draw_wells(b, random::Stream(0, 0));
+  simd::run_kernel<isa_v3::draw_wells, isa_v4::draw_wells>(b, random::Stream(0, 0));
 }
 
 std::vector<double> drawn_positions(const WellErrors& errors, const std::vector<WellPoint>& points,

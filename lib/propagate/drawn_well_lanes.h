@@ -5,6 +5,7 @@
 
 #include "propagate/drawn_leg.h"
 #include "random/stream.h"
+#include "simd/instruction_set.h"
 
 namespace surveymc::propagate {
 
@@ -75,11 +76,6 @@ struct DrawnWellBatch {
 /// leg that ends there; m.
 inline constexpr std::size_t kPathRows = 7;
 
-namespace isa_v3 {
-void draw_wells(const DrawnWellBatch& batch, const random::Stream& stream);
-}
-namespace isa_v4 {
-void draw_wells(const DrawnWellBatch& batch, const random::Stream& stream);
-}
+SURVEYMC_KERNEL(void draw_wells(const DrawnWellBatch& batch, const random::Stream& stream));
 
 }  // namespace surveymc::propagate

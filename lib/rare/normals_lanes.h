@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "random/stream.h"
+#include "simd/instruction_set.h"
 
 namespace surveymc::rare {
 
@@ -31,15 +32,8 @@ struct BasisBatch {
   double* y;
 };
 
-namespace isa_v3 {
-void draw_normals(const NormalBatch& batch, const random::Stream& stream);
-void project(const BasisBatch& batch);
-void shift(const BasisBatch& batch);
-}  // namespace isa_v3
-namespace isa_v4 {
-void draw_normals(const NormalBatch& batch, const random::Stream& stream);
-void project(const BasisBatch& batch);
-void shift(const BasisBatch& batch);
-}  // namespace isa_v4
+SURVEYMC_KERNEL(void draw_normals(const NormalBatch& batch, const random::Stream& stream));
+SURVEYMC_KERNEL(void project(const BasisBatch& batch));
+SURVEYMC_KERNEL(void shift(const BasisBatch& batch));
 
 }  // namespace surveymc::rare

@@ -99,20 +99,14 @@ void draw_trials(const Proposal& proposal, const TrialAddresses& from, const ran
                           static_cast<std::size_t>(groups),
                           out.z.row(0, 0),
                           out.z.group_stride()};
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::draw_normals(batch, stream);
-  else
-    isa_v3::draw_normals(batch, stream);
+  simd::run_kernel<isa_v3::draw_normals, isa_v4::draw_normals>(batch, stream);
   if (proposal.is_plain()) return;
   const auto r = static_cast<std::size_t>(proposal.basis().cols());
   out.y.resize(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(trials));
   survey::LaneArray y(1, static_cast<int>(r));
   for (int g = 0; g < groups; ++g) {
     const BasisBatch b{proposal.basis().data(), static_cast<std::size_t>(n), r, out.z.row(g, 0), y.row(0, 0)};
-    if (simd::instruction_set() == simd::InstructionSet::v4)
-      isa_v4::project(b);
-    else
-      isa_v3::project(b);
+    simd::run_kernel<isa_v3::project, isa_v4::project>(b);
     for (int lane = 0; lane < simd::kGroup; ++lane) {
       const auto t = static_cast<std::size_t>(g * simd::kGroup + lane);
       const std::uint64_t trial = first_trial + t;
@@ -130,10 +124,7 @@ void draw_trials(const Proposal& proposal, const TrialAddresses& from, const ran
       out.component[t] = static_cast<std::uint32_t>(k);
       out.log_weight[t] = proposal.log_weight(drawn);
     }
-    if (simd::instruction_set() == simd::InstructionSet::v4)
-      isa_v4::shift(b);
-    else
-      isa_v3::shift(b);
+    simd::run_kernel<isa_v3::shift, isa_v4::shift>(b);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "random/stream.h"
 #include "reliability/gross_error_kernel.h"
+#include "simd/instruction_set.h"
 
 namespace surveymc::reliability {
 
@@ -20,11 +21,6 @@ struct GrossErrorBatch {
   double *without, *with;  ///< tests without and with the errors, of the same noise
 };
 
-namespace isa_v3 {
-void gross_error_trials(const GrossErrorBatch& batch);
-}
-namespace isa_v4 {
-void gross_error_trials(const GrossErrorBatch& batch);
-}
+SURVEYMC_KERNEL(void gross_error_trials(const GrossErrorBatch& batch));
 
 }  // namespace surveymc::reliability

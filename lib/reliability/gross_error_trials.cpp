@@ -86,10 +86,7 @@ void GrossErrorTrials::simulate(std::uint64_t first, survey::LaneArray& without,
   b.scale.sin_dip = std::sin(f.dip);
   b.scale.cos_dip = std::cos(f.dip);
   b.scale.without_bz = model_.mode == AdjustmentMode::sse_axial;
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::gross_error_trials(b);
-  else
-    isa_v3::gross_error_trials(b);
+  simd::run_kernel<isa_v3::gross_error_trials, isa_v4::gross_error_trials>(b);
   // Rare trials whose Gauss-Newton steps do not settle, by the general adjustment: the same for both instruction sets
   for (int t = 0; t < groups * simd::kGroup; ++t)
     for (const bool with_errors : {false, true}) {
@@ -138,10 +135,7 @@ ShotsBatch GrossErrorTrials::shots_batch(std::uint64_t first, survey::LaneArray&
 void GrossErrorTrials::simulate_shots(std::uint64_t first, survey::LaneArray& without, survey::LaneArray& with,
                                       int groups) const {
   const ShotsBatch b = shots_batch(first, without, with, groups);
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::shots_trials(b);
-  else
-    isa_v3::shots_trials(b);
+  simd::run_kernel<isa_v3::shots_trials, isa_v4::shots_trials>(b);
 }
 
 TrialTests GrossErrorTrials::tests_of_shots(const survey::LaneArray& block, int trial) const {

@@ -197,10 +197,7 @@ void ReliabilityMaps::compute(const std::vector<std::size_t>& which, const std::
       for (std::size_t q = 0; q < quantities.size(); ++q)
         batch.outputs[which[w]][index_of(quantities[q])] = column(w, q) + at;
     batch.groups = static_cast<int>((n + simd::kGroup - 1) / simd::kGroup);
-    if (simd::instruction_set() == simd::InstructionSet::v4)
-      isa_v4::station_batch(kernel_, batch);
-    else
-      isa_v3::station_batch(kernel_, batch);
+    simd::run_kernel<isa_v3::station_batch, isa_v4::station_batch>(kernel_, batch);
   }
 }
 

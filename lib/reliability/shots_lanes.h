@@ -4,6 +4,7 @@
 
 #include "random/stream.h"
 #include "reliability/shots_kernel.h"
+#include "simd/instruction_set.h"
 
 namespace surveymc::reliability {
 
@@ -31,11 +32,6 @@ struct ShotsBatch {
   double* with;     ///< ShotsRows::all() rows a group
 };
 
-namespace isa_v3 {
-void shots_trials(const ShotsBatch& batch);
-}
-namespace isa_v4 {
-void shots_trials(const ShotsBatch& batch);
-}
+SURVEYMC_KERNEL(void shots_trials(const ShotsBatch& batch));
 
 }  // namespace surveymc::reliability

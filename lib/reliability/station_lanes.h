@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "reliability/station_kernel.h"
+#include "simd/instruction_set.h"
 
 namespace surveymc::reliability {
 
@@ -28,11 +29,6 @@ struct StationBatch {
 /// Which specialisation.
 enum class StationKernel { sse, sse_axial, mse_fixed, mse_shared, mse_systematic };
 
-namespace isa_v3 {
-void station_batch(StationKernel kernel, const StationBatch& batch);
-}
-namespace isa_v4 {
-void station_batch(StationKernel kernel, const StationBatch& batch);
-}
+SURVEYMC_KERNEL(void station_batch(StationKernel kernel, const StationBatch& batch));
 
 }  // namespace surveymc::reliability

@@ -113,10 +113,7 @@ void simulate_readings(const CleanReadings& clean, const survey::ReferenceField&
                             weights ? data(weights->reference) : nullptr,
                             weights ? sums->row(0, 0) : nullptr,
                             weights ? sums->group_stride() : 0};
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::simulate(batch);
-  else
-    isa_v3::simulate(batch);
+  simd::run_kernel<isa_v3::simulate, isa_v4::simulate>(batch);
 }
 
 }  // namespace surveymc::sensor

@@ -59,10 +59,7 @@ void readings_of_normals(const CleanReadings& clean, const survey::ReferenceFiel
                       z.group_stride(),
                       {}};
   for (std::size_t i = 0; i < 6; ++i) b.tool_sd[i] = spread.sd(i);
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::readings_of_normals(b);
-  else
-    isa_v3::readings_of_normals(b);
+  simd::run_kernel<isa_v3::readings_of_normals, isa_v4::readings_of_normals>(b);
 }
 
 }  // namespace surveymc::sensor

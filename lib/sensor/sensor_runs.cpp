@@ -84,18 +84,12 @@ void draw_runs(const SensorRunSetup& setup, const random::Stream& stream, std::u
   batch.first_trial = first_trial;
   batch.given_cos = cosines.data();
   batch.given_sin = sines.data();
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::draw_sensor_runs(batch, stream);
-  else
-    isa_v3::draw_sensor_runs(batch, stream);
+  simd::run_kernel<isa_v3::draw_sensor_runs, isa_v4::draw_sensor_runs>(batch, stream);
 }
 
 void run_positions(const SensorRunSetup& setup, SensorRuns& runs) {
   const SensorRunBatch batch = batch_of(setup, runs);
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::sensor_run_positions(batch);
-  else
-    isa_v3::sensor_run_positions(batch);
+  simd::run_kernel<isa_v3::sensor_run_positions, isa_v4::sensor_run_positions>(batch);
 }
 
 void for_each_batch(const SensorRunSetup& setup, const random::Stream& stream, std::uint64_t first_trial, int count,

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "random/stream.h"
+#include "simd/instruction_set.h"
 #include "survey/position_method.h"
 #include "survey/sensor_terms.h"
 #include "survey/toolface_plan.h"
@@ -29,13 +30,7 @@ struct SensorRunBatch {
   std::size_t errors_stride, toolface_stride, positions_stride;
 };
 
-namespace isa_v3 {
-void draw_sensor_runs(const SensorRunBatch& batch, const random::Stream& stream);
-void sensor_run_positions(const SensorRunBatch& batch);
-}  // namespace isa_v3
-namespace isa_v4 {
-void draw_sensor_runs(const SensorRunBatch& batch, const random::Stream& stream);
-void sensor_run_positions(const SensorRunBatch& batch);
-}  // namespace isa_v4
+SURVEYMC_KERNEL(void draw_sensor_runs(const SensorRunBatch& batch, const random::Stream& stream));
+SURVEYMC_KERNEL(void sensor_run_positions(const SensorRunBatch& batch));
 
 }  // namespace surveymc::sensor

@@ -5,6 +5,7 @@
 
 #include "random/stream.h"
 #include "sensor/magnetometer.h"
+#include "simd/instruction_set.h"
 
 namespace surveymc::sensor {
 
@@ -42,13 +43,7 @@ struct GivenNormalsBatch {
   double tool_sd[6];  ///< gain x, y, z; bias x, y, z
 };
 
-namespace isa_v3 {
-void simulate(const SimulateBatch& batch);
-void readings_of_normals(const GivenNormalsBatch& batch);
-}  // namespace isa_v3
-namespace isa_v4 {
-void simulate(const SimulateBatch& batch);
-void readings_of_normals(const GivenNormalsBatch& batch);
-}  // namespace isa_v4
+SURVEYMC_KERNEL(void simulate(const SimulateBatch& batch));
+SURVEYMC_KERNEL(void readings_of_normals(const GivenNormalsBatch& batch));
 
 }  // namespace surveymc::sensor

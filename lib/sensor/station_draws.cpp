@@ -13,10 +13,7 @@ survey::LaneArray draw_stations(const std::vector<StationTruth>& stations, int f
   assert(count <= kStationBatch && first_station % kStationBatch == 0);
   survey::LaneArray readings(groups, count * survey::kStationReadingRows);
   const StationDrawBatch b{stations.data(), count, first_station, sd, stream, first_trial, groups, readings.row(0, 0)};
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::draw_station_batch(b);
-  else
-    isa_v3::draw_station_batch(b);
+  simd::run_kernel<isa_v3::draw_station_batch, isa_v4::draw_station_batch>(b);
   return readings;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// The kernel behind station_draws.h, for both instruction sets (simd/lanes.h).
 #include "sensor/station_draws.h"
+#include "simd/instruction_set.h"
 
 namespace surveymc::sensor {
 
@@ -15,11 +16,6 @@ struct StationDrawBatch {
   double* readings;  ///< [group][station][row][lane]
 };
 
-namespace isa_v3 {
-void draw_station_batch(const StationDrawBatch& batch);
-}
-namespace isa_v4 {
-void draw_station_batch(const StationDrawBatch& batch);
-}
+SURVEYMC_KERNEL(void draw_station_batch(const StationDrawBatch& batch));
 
 }  // namespace surveymc::sensor

@@ -26,10 +26,7 @@ void spread_tools(const CleanReadings& clean, const ToolSpread& spread, bool ant
                         antithetic,
                         stream};
   for (std::size_t i = 0; i < 6; ++i) batch.sd[i] = spread.sd(i);
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::spread_tools(batch);
-  else
-    isa_v3::spread_tools(batch);
+  simd::run_kernel<isa_v3::spread_tools, isa_v4::spread_tools>(batch);
 }
 
 void draw_assumed_sd(AssumedNoise law, double size, const random::Stream& stream, std::uint64_t first_trial,
@@ -43,10 +40,7 @@ void draw_assumed_sd(AssumedNoise law, double size, const random::Stream& stream
                              law,
                              size,
                              stream};
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::draw_assumed_sd(batch);
-  else
-    isa_v3::draw_assumed_sd(batch);
+  simd::run_kernel<isa_v3::draw_assumed_sd, isa_v4::draw_assumed_sd>(batch);
 }
 
 }  // namespace surveymc::sensor

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "sensor/tool_spread.h"
+#include "simd/instruction_set.h"
 
 namespace surveymc::sensor {
 
@@ -30,13 +31,7 @@ struct AssumedSdBatch {
   random::Stream stream;
 };
 
-namespace isa_v3 {
-void spread_tools(const ToolSpreadBatch& batch);
-void draw_assumed_sd(const AssumedSdBatch& batch);
-}  // namespace isa_v3
-namespace isa_v4 {
-void spread_tools(const ToolSpreadBatch& batch);
-void draw_assumed_sd(const AssumedSdBatch& batch);
-}  // namespace isa_v4
+SURVEYMC_KERNEL(void spread_tools(const ToolSpreadBatch& batch));
+SURVEYMC_KERNEL(void draw_assumed_sd(const AssumedSdBatch& batch));
 
 }  // namespace surveymc::sensor

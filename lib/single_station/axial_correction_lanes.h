@@ -1,5 +1,6 @@
 #pragma once
 /// The kernel behind station_batch.h, for both instruction sets (simd/lanes.h).
+#include "simd/instruction_set.h"
 #include "single_station/station_batch.h"
 
 namespace surveymc::single_station {
@@ -12,11 +13,6 @@ struct StationSolveBatch {
   StationMethod method;
 };
 
-namespace isa_v3 {
-void solve_station_batch(const StationSolveBatch& batch);
-}
-namespace isa_v4 {
-void solve_station_batch(const StationSolveBatch& batch);
-}
+SURVEYMC_KERNEL(void solve_station_batch(const StationSolveBatch& batch));
 
 }  // namespace surveymc::single_station

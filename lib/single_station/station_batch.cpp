@@ -10,10 +10,7 @@ survey::LaneArray solve_stations(const survey::LaneArray& readings, int stations
   check_sigmas(sigmas, method);
   survey::LaneArray solutions(groups, stations * kStationSolutionRows);
   const StationSolveBatch b{readings.row(0, 0), solutions.row(0, 0), groups * stations, sigmas, method};
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::solve_station_batch(b);
-  else
-    isa_v3::solve_station_batch(b);
+  simd::run_kernel<isa_v3::solve_station_batch, isa_v4::solve_station_batch>(b);
   return solutions;
 }
 

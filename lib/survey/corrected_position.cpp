@@ -22,10 +22,7 @@ void corrected_final_positions(const ReadingBlock& readings, const LaneArray& pa
                                      readings.groups(),
                                      std::sin(declination),
                                      std::cos(declination)};
-  if (simd::instruction_set() == simd::InstructionSet::v4)
-    isa_v4::corrected_positions(batch);
-  else
-    isa_v3::corrected_positions(batch);
+  simd::run_kernel<isa_v3::corrected_positions, isa_v4::corrected_positions>(batch);
 }
 
 }  // namespace surveymc::survey

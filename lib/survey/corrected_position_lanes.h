@@ -2,6 +2,7 @@
 /// The kernel behind corrected_final_positions, for both instruction sets (simd/lanes.h).
 #include <cstddef>
 
+#include "simd/instruction_set.h"
 #include "simd/lanes.h"
 
 namespace surveymc::survey {
@@ -17,11 +18,6 @@ struct CorrectedPositionBatch {
   double sin_declination, cos_declination;
 };
 
-namespace isa_v3 {
-void corrected_positions(const CorrectedPositionBatch& batch);
-}
-namespace isa_v4 {
-void corrected_positions(const CorrectedPositionBatch& batch);
-}
+SURVEYMC_KERNEL(void corrected_positions(const CorrectedPositionBatch& batch));
 
 }  // namespace surveymc::survey
