@@ -33,6 +33,17 @@ class ByteWriter {
     if (size > 0) bytes_.append(static_cast<const char*>(data), size);
   }
 
+  /// Values one after the other: ByteReader::fields() of the same ones reads them.
+  template <class... T>
+  void fields(const T&... values) {
+    (put(values), ...);
+  }
+  /// The length of lists that are equally long: ByteReader::length_of() gives it to them.
+  template <class List, class... Lists>
+  void length_of(std::size_t /*least*/, const List& list, const Lists&...) {
+    put(std::uint64_t{list.size()});
+  }
+
   std::string take() { return std::move(bytes_); }
 
  private:
@@ -82,9 +93,45 @@ class ByteReader {
     return static_cast<std::size_t>(n);
   }
   std::size_t left() const { return left_.size(); }
+  template <class... T>
+  void fields(T&... values) {
+    (take(values), ...);
+  }
+  /// `least`: bytes of what follows for each item.
+  template <class... Lists>
+  void length_of(std::size_t least, Lists&... lists) {
+    const std::size_t n = length(least);
+    (lists.resize(n), ...);
+  }
 
  private:
+  template <class T>
+  requires std::is_arithmetic_v<T>
+  void take(T& x) { x = get<T>(); }
+  void take(std::string& x) { x = text(); }
+  template <class T>
+  void take(std::vector<T>& x) {
+    x = list<T>();
+  }
+
   std::string_view left_;
 };
+
+/// The bytes of what `fields(bytes, value)` lists; it is called with a ByteWriter, and by value_from() with a
+/// ByteReader.
+template <class T, class Fields>
+std::string bytes_of(const T& value, const Fields& fields) {
+  ByteWriter out;
+  fields(out, value);
+  return out.take();
+}
+/// Throws IoError as ByteReader does.
+template <class T, class Fields>
+T value_from(std::string_view bytes, const Fields& fields) {
+  ByteReader in(bytes);
+  T value;
+  fields(in, value);
+  return value;
+}
 
 }  // namespace surveymc

@@ -31,13 +31,6 @@ constexpr std::string_view kJournalMark = "SMCJRNL1", kAnyJournalMark = "SMCJRNL
 
 std::string prefix_of(const fs::path& output) { return store::resolved(output).filename().string() + ".journal."; }
 
-RunKey read_key(ByteReader& in) {
-  RunKey key;
-  key.config_hash = in.text();
-  key.program = in.text();
-  return key;
-}
-
 /// "<output>.journal.<host>.<pid>", as a writer names its journal.
 bool has_our_name(const fs::path& path) {
   const std::string number = path.extension().string();
@@ -70,8 +63,7 @@ struct JournalRecord {
 JournalRecord record_from_bytes(std::string_view body) {
   ByteReader in(body);
   JournalRecord record;
-  record.key = read_key(in);
-  record.what = in.get<std::uint64_t>();
+  in.fields(record.key.config_hash, record.key.program, record.what);
   record.contents = in.raw(in.left());
   return record;
 }
@@ -205,9 +197,7 @@ Journal::~Journal() {
 
 void Journal::add_record(std::uint64_t what, std::string_view bytes) {
   ByteWriter body;
-  body.put(key_.config_hash);
-  body.put(key_.program);
-  body.put(what);
+  body.fields(key_.config_hash, key_.program, what);
   body.put(bytes.data(), bytes.size());
   const std::scoped_lock lock(writing_);
   pending_ += sealed_record(kJournalMark, body.take());

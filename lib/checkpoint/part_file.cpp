@@ -32,123 +32,36 @@ constexpr std::uint64_t kWholeFlag = 1, kFailedFlag = 2;
   throw IoError(fmt::format("{}: is damaged: delete it and run that part again", path.string()));
 }
 
-std::string encode_about(const Part& p) {
-  ByteWriter out;
-  for (const std::string* text : {&p.key.config_hash, &p.key.program, &p.title, &p.experiment, &p.config, &p.command,
-                                  &p.run.created, &p.run.host})
-    out.put(*text);
-  out.put(p.run.elapsed_s);
-  out.put(p.run.threads);
-  out.put(p.run.ranks);
-  out.put(std::uint64_t{p.inputs.size()});
-  for (const config::InputTable& t : p.inputs) {
-    out.put(t.path);
-    out.put(std::uint64_t{t.names.size()});
-    for (std::size_t c = 0; c < t.names.size(); ++c) {
-      out.put(t.names[c]);
-      out.put(t.columns[c]);
-    }
-    out.put(t.lines);
-  }
-  out.put(std::uint64_t{p.texts.size()});
-  for (const config::InputText& t : p.texts) {
-    out.put(t.path);
-    out.put(t.text);
-  }
-  out.put(std::uint64_t{p.references.size()});
-  for (const config::InputReference& r : p.references) {
-    out.put(r.path);
-    out.put(r.size);
-    out.put(r.hash);
-    out.put(r.header);
-  }
-  out.put(p.folder);
-  return out.take();
-}
+// What the records hold, in the order of the bytes: for bytes_of() and value_from().
 
-Part decode_about(std::string_view body) {
-  ByteReader in(body);
-  Part p;
-  for (std::string* text : {&p.key.config_hash, &p.key.program, &p.title, &p.experiment, &p.config, &p.command,
-                            &p.run.created, &p.run.host})
-    *text = in.text();
-  p.run.elapsed_s = in.get<double>();
-  p.run.threads = in.get<std::int64_t>();
-  p.run.ranks = in.get<std::int64_t>();
-  p.inputs.resize(in.length(24));
-  for (config::InputTable& t : p.inputs) {
-    t.path = in.text();
-    const std::size_t columns = in.length(16);
-    for (std::size_t c = 0; c < columns; ++c) {
-      t.names.push_back(in.text());
-      t.columns.push_back(in.list<double>());
-    }
-    t.lines = in.list<int>();
+constexpr auto kAboutFields = [](auto& bytes, auto& part) {
+  bytes.fields(part.key.config_hash, part.key.program, part.title, part.experiment, part.config, part.command,
+               part.run.created, part.run.host, part.run.elapsed_s, part.run.threads, part.run.ranks);
+  bytes.length_of(24, part.inputs);
+  for (auto& t : part.inputs) {
+    bytes.fields(t.path);
+    bytes.length_of(16, t.names, t.columns);
+    for (std::size_t c = 0; c < t.names.size(); ++c) bytes.fields(t.names[c], t.columns[c]);
+    bytes.fields(t.lines);
   }
-  p.texts.resize(in.length(16));
-  for (config::InputText& t : p.texts) {
-    t.path = in.text();
-    t.text = in.text();
-  }
-  p.references.resize(in.length(32));
-  for (config::InputReference& r : p.references) {
-    r.path = in.text();
-    r.size = in.get<std::uint64_t>();
-    r.hash = in.text();
-    r.header = in.text();
-  }
-  p.folder = in.text();
-  return p;
-}
+  bytes.length_of(16, part.texts);
+  for (auto& t : part.texts) bytes.fields(t.path, t.text);
+  bytes.length_of(32, part.references);
+  for (auto& r : part.references) bytes.fields(r.path, r.size, r.hash, r.header);
+  bytes.fields(part.folder);
+};
 
-std::string encode_piece(const PartPiece& piece) {
-  ByteWriter out;
-  for (const std::uint64_t n : {piece.point, piece.blocks.first, piece.blocks.end, piece.blocks_in_all}) out.put(n);
-  out.put(piece.whole);
-  out.put(std::uint64_t{piece.subtrees.size()});
-  for (const montecarlo::Subtree& s : piece.subtrees) out.put(montecarlo::subtree_to_bytes(s));
-  out.put(piece.result);
-  out.put(piece.failure);
-  return out.take();
-}
+constexpr auto kPieceFields = [](auto& bytes, auto& piece) {
+  bytes.fields(piece.point, piece.blocks.first, piece.blocks.end, piece.blocks_in_all, piece.whole);
+  montecarlo::subtree_fields(bytes, piece.subtrees);
+  bytes.fields(piece.result, piece.failure);
+};
 
-PartPiece decode_piece(std::string_view body) {
-  ByteReader in(body);
-  PartPiece piece;
-  for (std::uint64_t* n : {&piece.point, &piece.blocks.first, &piece.blocks.end, &piece.blocks_in_all})
-    *n = in.get<std::uint64_t>();
-  piece.whole = in.get<bool>();
-  piece.subtrees.resize(in.length(16));
-  for (montecarlo::Subtree& s : piece.subtrees) s = montecarlo::subtree_from_bytes(in.text());
-  piece.result = in.text();
-  piece.failure = in.text();
-  return piece;
-}
-
-constexpr std::size_t kEntrySize = 6 * 8 + 2;
-
-std::string encode_index(const std::vector<PieceEntry>& pieces) {
-  ByteWriter out;
-  out.put(std::uint64_t{pieces.size()});
-  for (const PieceEntry& e : pieces) {
-    for (const std::uint64_t n : {e.point, e.blocks.first, e.blocks.end, e.blocks_in_all, e.offset, e.size}) out.put(n);
-    out.put(e.whole);
-    out.put(e.failed);
-  }
-  return out.take();
-}
-
-std::vector<PieceEntry> decode_index(std::string_view body) {
-  ByteReader in(body);
-  std::vector<PieceEntry> pieces(in.length(kEntrySize));
-  for (PieceEntry& e : pieces) {
-    for (std::uint64_t* n : {&e.point, &e.blocks.first, &e.blocks.end, &e.blocks_in_all, &e.offset, &e.size})
-      *n = in.get<std::uint64_t>();
-    e.whole = in.get<bool>();
-    e.failed = in.get<bool>();
-  }
-  return pieces;
-}
+constexpr auto kIndexFields = [](auto& bytes, auto& pieces) {
+  bytes.length_of(6 * 8 + 2, pieces);
+  for (auto& e : pieces)
+    bytes.fields(e.point, e.blocks.first, e.blocks.end, e.blocks_in_all, e.offset, e.size, e.whole, e.failed);
+};
 
 /// The head without its checksum; sealed_record() has one that stands at the end.
 std::string encode_head(const Part& p, std::uint64_t file_size, std::uint64_t about_size, std::uint64_t index_size,
@@ -218,8 +131,8 @@ std::string run_bytes(const RunKey& key) {
 
 void write_part_of(const fs::path& path, const Part& about, std::vector<PieceEntry> pieces,
                    const std::function<std::string(std::size_t)>& piece_bytes) {
-  const std::string first = sealed_record(kAboutMark, encode_about(about));
-  const std::uint64_t index_size = sealed_record(kIndexMark, encode_index(pieces)).size();
+  const std::string first = sealed_record(kAboutMark, bytes_of(about, kAboutFields));
+  const std::uint64_t index_size = sealed_record(kIndexMark, bytes_of(pieces, kIndexFields)).size();
   std::uint64_t end = kHeadSize + first.size() + index_size, flags = kWholeFlag;
   for (PieceEntry& e : pieces) {
     e.offset = end;
@@ -231,7 +144,7 @@ void write_part_of(const fs::path& path, const Part& about, std::vector<PieceEnt
     store::AtomicFile file(store::resolved(path));
     const auto put = [&](const std::string& bytes) { file.write({bytes.begin(), bytes.end()}); };
     std::string start = encode_head(about, end, first.size(), index_size, flags) + first;
-    start += sealed_record(kIndexMark, encode_index(pieces));
+    start += sealed_record(kIndexMark, bytes_of(pieces, kIndexFields));
     constexpr std::size_t kBuffer = std::size_t{1} << 20;
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       const std::string bytes = piece_bytes(i);
@@ -252,7 +165,7 @@ void write_part(const fs::path& path, const Part& part) {
   std::vector<std::string> records;
   std::vector<PieceEntry> entries;
   for (const PartPiece& p : part.pieces) {
-    records.push_back(sealed_record(kPieceMark, encode_piece(p)));
+    records.push_back(sealed_record(kPieceMark, bytes_of(p, kPieceFields)));
     entries.push_back({p.point, p.blocks, p.blocks_in_all, p.whole || !p.failure.empty(), !p.failure.empty(), 0,
                        records.back().size()});
   }
@@ -297,7 +210,8 @@ PartHead read_part_head(const fs::path& path) {
 PartReader::PartReader(fs::path path) : path_(std::move(path)), head_(read_part_head(path_)) {
   try {
     const std::string index = bytes(kHeadSize + head_.about_size, head_.index_size);
-    pieces_ = decoded(path_, [&] { return decode_index(body_of(path_, index, kIndexMark)); });
+    pieces_ = decoded(
+        path_, [&] { return value_from<std::vector<PieceEntry>>(body_of(path_, index, kIndexMark), kIndexFields); });
   } catch (...) {
     close();
     throw;
@@ -333,7 +247,7 @@ std::string PartReader::bytes(std::uint64_t offset, std::uint64_t size) {
 
 Part PartReader::about() {
   const std::string record = bytes(kHeadSize, head_.about_size);
-  Part p = decoded(path_, [&] { return decode_about(body_of(path_, record, kAboutMark)); });
+  Part p = decoded(path_, [&] { return value_from<Part>(body_of(path_, record, kAboutMark), kAboutFields); });
   p.points = head_.points;
   p.range = head_.range;
   p.shard = head_.shard;
@@ -349,7 +263,7 @@ std::string PartReader::piece_bytes(std::size_t i) {
 
 PartPiece PartReader::piece(std::size_t i) {
   const std::string record = bytes(pieces_.at(i).offset, pieces_.at(i).size);
-  PartPiece p = decoded(path_, [&] { return decode_piece(body_of(path_, record, kPieceMark)); });
+  PartPiece p = decoded(path_, [&] { return value_from<PartPiece>(body_of(path_, record, kPieceMark), kPieceFields); });
   if (p.point != pieces_[i].point) damaged(path_);
   p.file = path_.string();
   return p;

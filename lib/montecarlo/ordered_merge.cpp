@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "base/bytes.h"
 #include "base/error.h"
 #include "stats/tally_bytes.h"
 
@@ -10,23 +9,31 @@ namespace surveymc::montecarlo {
 
 std::string subtree_to_bytes(const Subtree& node) {
   ByteWriter out;
-  out.put(std::int32_t{node.level});
-  out.put(node.index);
+  out.fields(node.level, node.index);
   const std::string tally = stats::tally_to_bytes(node.tally);
   out.put(tally.data(), tally.size());
   return out.take();
 }
 
 Subtree subtree_from_bytes(std::string_view bytes) {
-  constexpr std::int32_t kHighest = 62;
+  constexpr int kHighest = 62;
   ByteReader in(bytes);
   Subtree node;
-  node.level = in.get<std::int32_t>();
-  node.index = in.get<std::uint64_t>();
+  in.fields(node.level, node.index);
   if (node.level < 0 || node.level > kHighest || node.index >= (std::uint64_t{1} << (kHighest - node.level)))
     throw IoError("damaged: no such block");
   node.tally = stats::tally_from_bytes(in.raw(in.left()));
   return node;
+}
+
+void subtree_fields(ByteWriter& out, const std::vector<Subtree>& nodes) {
+  out.length_of(16, nodes);
+  for (const Subtree& n : nodes) out.put(subtree_to_bytes(n));
+}
+
+void subtree_fields(ByteReader& in, std::vector<Subtree>& nodes) {
+  in.length_of(16, nodes);
+  for (Subtree& n : nodes) n = subtree_from_bytes(in.text());
 }
 
 std::vector<Subtree> disjoint_subtrees(std::vector<Subtree> nodes) {

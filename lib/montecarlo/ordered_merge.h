@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/bytes.h"
 #include "stats/tally.h"
 
 namespace surveymc::montecarlo {
@@ -26,6 +27,10 @@ struct Subtree {
 /// level, index, tally as bytes, and back. Throws IoError, also where the numbers are those of no node.
 std::string subtree_to_bytes(const Subtree& node);
 Subtree subtree_from_bytes(std::string_view bytes);
+
+/// A list of nodes among the fields of more bytes (bytes_of(), value_from()).
+void subtree_fields(ByteWriter& out, const std::vector<Subtree>& nodes);
+void subtree_fields(ByteReader& in, std::vector<Subtree>& nodes);
 
 /// Nodes that hold every block of `nodes` once, in order of the blocks: nodes within another node are left out.
 std::vector<Subtree> disjoint_subtrees(std::vector<Subtree> nodes);

@@ -29,46 +29,15 @@ enum Kind : char {
 
 std::string message(Kind kind, std::string body = {}) { return std::string(1, kind) + body; }
 
-std::string to_bytes(const BlockOrder& o) {
-  ByteWriter out;
-  out.put(o.run);
-  out.put(o.journal);
-  out.put(o.point);
-  out.put(std::uint64_t{o.blocks.size()});
-  for (const BlockRange& r : o.blocks) {
-    out.put(r.first);
-    out.put(r.end);
-  }
-  return out.take();
-}
+// Bodies, for bytes_of() and value_from()
 
-BlockOrder order_from(std::string_view bytes) {
-  ByteReader in(bytes);
-  BlockOrder o;
-  o.run = in.text();
-  o.journal = in.text();
-  o.point = in.get<std::uint64_t>();
-  o.blocks.resize(in.length(16));
-  for (BlockRange& r : o.blocks) {
-    r.first = in.get<std::uint64_t>();
-    r.end = in.get<std::uint64_t>();
-  }
-  return o;
-}
+constexpr auto kOrderFields = [](auto& bytes, auto& order) {
+  bytes.fields(order.run, order.journal, order.point);
+  bytes.length_of(16, order.blocks);
+  for (auto& r : order.blocks) bytes.fields(r.first, r.end);
+};
 
-std::string to_bytes(const std::vector<Subtree>& nodes) {
-  ByteWriter out;
-  out.put(std::uint64_t{nodes.size()});
-  for (const Subtree& n : nodes) out.put(subtree_to_bytes(n));
-  return out.take();
-}
-
-std::vector<Subtree> subtrees_from(std::string_view bytes) {
-  ByteReader in(bytes);
-  std::vector<Subtree> nodes(in.length(8));
-  for (Subtree& n : nodes) n = subtree_from_bytes(in.text());
-  return nodes;
-}
+constexpr auto kSubtreeFields = [](auto& bytes, auto& nodes) { subtree_fields(bytes, nodes); };
 
 /// Sleeps a little, to leave the cores to the computing threads.
 void doze() { std::this_thread::sleep_for(std::chrono::microseconds(500)); }
@@ -89,7 +58,8 @@ std::uint64_t Workers::least_piece() const {
 }
 
 void Workers::order(std::uint64_t point, std::size_t worker, const std::vector<BlockRange>& blocks) {
-  messages_->send(static_cast<int>(worker) + 1, message(kOrder, to_bytes({run, journal, point, blocks})));
+  messages_->send(static_cast<int>(worker) + 1,
+                  message(kOrder, bytes_of(BlockOrder{run, journal, point, blocks}, kOrderFields)));
   ++open_;
 }
 
@@ -99,7 +69,7 @@ void Workers::take(const Message& m) {
   const char kind = m.bytes[0];
   if (kind != kDone) stop();
   if (kind == kDone || kind == kCut) {
-    for (Subtree& n : subtrees_from(body)) work_.subtrees.push_back(std::move(n));
+    for (Subtree& n : value_from<std::vector<Subtree>>(body, kSubtreeFields)) work_.subtrees.push_back(std::move(n));
     if (kind == kCut) work_.cut_short = true;
   } else if (error_.empty()) {
     error_ = fmt::format("{}rank {}: {}", kind, m.from, body);
@@ -161,7 +131,7 @@ class Server {
       } else {
         const Message m = std::move(orders_.front());
         orders_.pop_front();
-        reply(answer(order_from(std::string_view(m.bytes).substr(1))));
+        reply(answer(value_from<BlockOrder>(std::string_view(m.bytes).substr(1), kOrderFields)));
       }
     }
     return *exit_;
@@ -200,9 +170,9 @@ class Server {
             if (std::optional<Message> m = messages_.try_receive()) take(std::move(*m));
           });
       if (options.save) options.save(merge);
-      return message(whole ? kDone : kCut, to_bytes(merge.take()));
+      return message(whole ? kDone : kCut, bytes_of(merge.take(), kSubtreeFields));
     } catch (const Interrupted&) {  // before the first block
-      return message(kCut, to_bytes(std::vector<Subtree>{}));
+      return message(kCut, bytes_of(std::vector<Subtree>{}, kSubtreeFields));
     } catch (const InputError& e) {
       return message(kInput, e.what());
     } catch (const IoError& e) {

@@ -5,89 +5,64 @@
 namespace surveymc::stats {
 namespace {
 
-using Eigen::Index;
+// Fields for both directions, a ByteWriter or a ByteReader. Each function names all members, and fails to compile when
+// one is added: then it must list that one, too, and kTallyVersion must rise.
 
-void put(ByteWriter& out, const Moments& m) {
-  [[maybe_unused]] const auto& [count, mean, squares, cubes, fourths] =
-      m;  // fails when a member is added: write it, too
-  const Index d = m.mean.size();
-  out.put(m.count);
-  out.put(static_cast<std::uint64_t>(d));
-  const auto numbers = [&](const double* x, Index n) { out.put(x, static_cast<std::size_t>(n) * sizeof(double)); };
-  numbers(m.mean.data(), d);
-  numbers(m.squares.data(), d * d);
-  numbers(m.cubes.data(), d);
-  numbers(m.fourths.data(), d);
-}
-
-void put(ByteWriter& out, const std::vector<Moments>& list) {
-  out.put(std::uint64_t{list.size()});
-  for (const Moments& m : list) put(out, m);
-}
-
-Moments moments(ByteReader& in) {
-  const auto count = in.get<std::uint64_t>();
+void size_field(ByteWriter& out, const Moments& m) { out.put(static_cast<std::uint64_t>(m.mean.size())); }
+void size_field(ByteReader& in, Moments& m) {
   const std::size_t size = in.length(3 * sizeof(double));
   if (size > 0 && in.left() / sizeof(double) / size < size) throw IoError("damaged: a length is larger than the data");
-  const auto d = static_cast<Index>(size);
-  Moments m(d);
+  const std::uint64_t count = m.count;
+  m = Moments(static_cast<Eigen::Index>(size));
   m.count = count;
-  const auto numbers = [&](double* x, Index n) { in.get(x, static_cast<std::size_t>(n) * sizeof(double)); };
-  numbers(m.mean.data(), d);
-  numbers(m.squares.data(), d * d);
-  numbers(m.cubes.data(), d);
-  numbers(m.fourths.data(), d);
-  return m;
 }
 
-std::vector<Moments> moments_list(ByteReader& in) {
-  std::vector<Moments> list(in.length(2 * sizeof(std::uint64_t)));
-  for (Moments& m : list) m = moments(in);
-  return list;
+/// The elements of a vector or matrix that has its size.
+template <class X>
+void elements(ByteWriter& out, const X& x) {
+  out.put(x.data(), static_cast<std::size_t>(x.size()) * sizeof(double));
+}
+template <class X>
+void elements(ByteReader& in, X& x) {
+  in.get(x.data(), static_cast<std::size_t>(x.size()) * sizeof(double));
 }
 
-void put(ByteWriter& out, const std::vector<WeightedHits>& list) {
-  out.put(std::uint64_t{list.size()});
-  for (const auto& [count, sum, squares, largest] : list) {  // fails when a member is added: write it, too
-    out.put(count);
-    out.put(sum);
-    out.put(squares);
-    out.put(largest);
-  }
-}
+constexpr auto kMomentsFields = [](auto& bytes, auto& m) {
+  auto& [count, mean, squares, cubes, fourths] = m;
+  bytes.fields(count);
+  size_field(bytes, m);
+  elements(bytes, mean);
+  elements(bytes, squares);
+  elements(bytes, cubes);
+  elements(bytes, fourths);
+};
 
-std::vector<WeightedHits> weighted_list(ByteReader& in) {
-  std::vector<WeightedHits> list(in.length(sizeof(WeightedHits)));
-  for (WeightedHits& h : list) {
-    h.count = in.get<std::uint64_t>();
-    h.sum = in.get<double>();
-    h.squares = in.get<double>();
-    h.largest = in.get<double>();
-  }
-  return list;
-}
+constexpr auto kMomentsListFields = [](auto& bytes, auto& list) {
+  bytes.length_of(2 * sizeof(std::uint64_t), list);
+  for (auto& m : list) kMomentsFields(bytes, m);
+};
+
+constexpr auto kTallyFields = [](auto& bytes, auto& tally) {
+  auto& [trials, failed, left_out, moments, groups, controlled, pairs, controlled_pairs, counts, failed_trials, samples,
+         weighted, proposal] = tally;
+  bytes.fields(trials, failed, left_out);
+  kMomentsFields(bytes, moments);
+  kMomentsListFields(bytes, groups);
+  kMomentsListFields(bytes, controlled);
+  kMomentsFields(bytes, pairs);
+  kMomentsListFields(bytes, controlled_pairs);
+  bytes.fields(counts, failed_trials, samples);
+  bytes.length_of(sizeof(WeightedHits), weighted);
+  for (auto& [count, sum, squares, largest] : weighted) bytes.fields(count, sum, squares, largest);
+  bytes.fields(proposal);
+};
 
 }  // namespace
 
 std::string tally_to_bytes(const Tally& t) {
-  // Fails to compile when a member is added: then write it below, read it in tally_from_bytes, and raise kTallyVersion.
-  [[maybe_unused]] const auto& [trials, failed, left_out, moments_, groups, controlled, pairs, controlled_pairs, counts,
-                                failed_trials, samples, weighted, proposal] = t;
   ByteWriter out;
   out.put(kTallyVersion);
-  out.put(t.trials);
-  out.put(t.failed);
-  out.put(t.left_out);
-  put(out, t.moments);
-  put(out, t.groups);
-  put(out, t.controlled);
-  put(out, t.pairs);
-  put(out, t.controlled_pairs);
-  out.put(t.counts);
-  out.put(t.failed_trials);
-  out.put(t.samples);
-  put(out, t.weighted);
-  out.put(t.proposal);
+  kTallyFields(out, t);
   return out.take();
 }
 
@@ -95,19 +70,7 @@ Tally tally_from_bytes(std::string_view bytes) {
   ByteReader in(bytes);
   if (in.get<std::uint32_t>() != kTallyVersion) throw IoError("a tally of another version of surveymc");
   Tally t;
-  t.trials = in.get<std::uint64_t>();
-  t.failed = in.get<std::uint64_t>();
-  t.left_out = in.get<std::uint64_t>();
-  t.moments = moments(in);
-  t.groups = moments_list(in);
-  t.controlled = moments_list(in);
-  t.pairs = moments(in);
-  t.controlled_pairs = moments_list(in);
-  t.counts = in.list<std::uint64_t>();
-  t.failed_trials = in.list<std::uint64_t>();
-  t.samples = in.list<double>();
-  t.weighted = weighted_list(in);
-  t.proposal = in.get<std::uint64_t>();
+  kTallyFields(in, t);
   if (in.left() != 0) throw IoError("damaged: data behind the tally");
   return t;
 }
