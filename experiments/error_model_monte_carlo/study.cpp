@@ -253,8 +253,7 @@ stats::Tally ErrorModelMonteCarlo::run_block(montecarlo::TrialBlock block) const
   for (int t = 0; t < block.count; ++t) {
     const std::uint64_t trial = block.first + static_cast<std::uint64_t>(t);
     if (!is_finite(t)) {
-      ++tally.failed;
-      if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
+      tally.add_failed(trial);
     } else if (s_.antithetic && !is_finite(t ^ 1)) {
       ++tally.left_out;
     } else {

@@ -147,8 +147,7 @@ class GrossErrorDetection final : public study::StudyPoint {
         }
       }
       if (converged) continue;
-      ++tally.failed;
-      if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
+      tally.add_failed(trial);
     }
     tally.moments = stats::Moments::of(shares.topRows(kept));
     stop_.keep(block, tally);

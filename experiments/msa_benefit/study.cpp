@@ -157,9 +157,7 @@ stats::Tally BenefitPoint::run_block(montecarlo::TrialBlock block) const {
     if (sound[static_cast<std::size_t>(t)]) {
       values.row(kept++) = values.row(t).eval();
     } else {
-      ++tally.failed;
-      if (tally.failed_trials.size() < stats::Tally::kMaxListed)
-        tally.failed_trials.push_back(block.first + static_cast<std::uint64_t>(t));
+      tally.add_failed(block.first + static_cast<std::uint64_t>(t));
     }
   }
   tally.moments = stats::Moments::of(values.topRows(kept));

@@ -245,8 +245,7 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
       ++tally.trials;
       const auto converged = [&b](int i) { return b.estimates.converged.value(i, 0) != 0; };
       if (!converged(t)) {
-        ++tally.failed;
-        if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
+        tally.add_failed(trial);
         lose(t);
         continue;
       }

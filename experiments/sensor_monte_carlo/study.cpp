@@ -164,8 +164,7 @@ class SensorMonteCarlo final : public study::StudyPoint {
           for (int t = 0; t < runs.trials; ++t) {
             const std::uint64_t trial = first + static_cast<std::uint64_t>(t);
             if (!has_positions(runs, t)) {
-              ++tally.failed;
-              if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
+              tally.add_failed(trial);
               continue;
             }
             for (std::size_t d = 0; d < depths; ++d) {

@@ -37,8 +37,7 @@ stats::Tally EventTrials::run_block(std::uint64_t first, int count, const Visit&
   tally.weighted.resize(kFirstComponent + proposal_.components().size());
   each(first, count, [&](const EventTrial& t, const DrawnTrials& drawn) {
     if (std::isnan(t.g)) {
-      ++tally.failed;
-      if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(t.trial);
+      tally.add_failed(t.trial);
       tally.weighted[kLost].add(t.weight);
     } else if (t.g <= 0) {
       tally.weighted[kAllHits].add(t.weight);

@@ -110,6 +110,11 @@ bool can_merge(const Tally& a, const Tally& b) {
          all_alike(a.controlled_pairs, b.controlled_pairs);
 }
 
+void Tally::add_failed(std::uint64_t trial) {
+  ++failed;
+  if (failed_trials.size() < kMaxListed) failed_trials.push_back(trial);
+}
+
 void Tally::merge(const Tally& next) {
   trials += next.trials;
   failed += next.failed;

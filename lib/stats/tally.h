@@ -28,6 +28,8 @@ struct Tally {
 
   static constexpr std::size_t kMaxListed = 1000;
 
+  /// Counts a trial that failed, and lists it.
+  void add_failed(std::uint64_t trial);
   /// `next` holds trials that follow those of this tally. The order of merging is part of the result's bits.
   void merge(const Tally& next);
 };
