@@ -58,8 +58,7 @@ class ChainedInterference final : public study::StudyPoint {
         numbers[way].row(rows[way]++) << o.azimuth2, o.horizontal2, o.claimed2;
       }
       if (converged) continue;
-      ++tally.failed;
-      if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
+      tally.add_failed(trial);
     }
     for (std::size_t way = 0; way < kInterferenceWays; ++way)
       tally.groups.push_back(stats::Moments::of(numbers[way].topRows(rows[way])));
@@ -120,13 +119,10 @@ class ChainedInterference final : public study::StudyPoint {
 
   static store::Table failures_table(const stats::Tally& tally) {
     std::vector<Endings> endings;
-    for (std::size_t way = 0; way < kInterferenceWays && !tally.counts.empty(); ++way) {
-      endings.push_back({kInterferenceWayNames[way]});
-      for (std::size_t i = 0; i < stats::kDescentStatuses; ++i)
-        endings.back().counts[i] = tally.counts[kInterferenceCounts.ended(way, i)];
-    }
+    for (std::size_t way = 0; way < kInterferenceWays; ++way)
+      endings.push_back({kInterferenceWayNames[way], kInterferenceCounts.ended(way)});
     return endings_table("how the trials of every formulation ended; each leaves out its own failures only",
-                         "formulation", "what is made of the interference", endings, tally.trials);
+                         "formulation", "what is made of the interference", endings, tally);
   }
 
   Outcome outcome(std::uint64_t trial, InterferenceWay way) const {
@@ -164,16 +160,6 @@ class ChainedInterference final : public study::StudyPoint {
   random::Stream stream_;
 };
 
-class ChainedInterferencePlan final : public study::PlanOf<Interference> {
- public:
-  using PlanOf::PlanOf;
-  std::uint64_t trials() const override { return s_.s.plan.trials; }
-  int block_trials() const override { return 32; }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<ChainedInterference>(s_);
-  }
-};
-
 }  // namespace
 
 std::unique_ptr<study::PointPlan> interference_plan(config::ConfigReader& c, random::StudySeed seed) {
@@ -192,7 +178,7 @@ std::unique_ptr<study::PointPlan> interference_plan(config::ConfigReader& c, ran
     for (const char* q : kInterferenceQuantities) rows.push_back({"interference", way, q});
   in.s.annotations = study::Annotations::read(c, rows);
   c.finish();
-  return std::make_unique<ChainedInterferencePlan>(std::move(in));
+  return std::make_unique<FixedPlan<ChainedInterference, Interference, 32>>(std::move(in));
 }
 
 }  // namespace surveymc::studies::chained_multistation

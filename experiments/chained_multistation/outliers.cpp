@@ -115,8 +115,7 @@ class ChainedOutliers final : public study::StudyPoint {
       for (std::size_t i = 0; i < ends.size(); ++i)
         if (ends[i]) ++tally.counts[kOutlierCounts.ended(i, static_cast<std::size_t>(*ends[i]))];
       if (!r) {
-        ++tally.failed;
-        if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
+        tally.add_failed(trial);
         continue;
       }
       for (std::size_t e = 0; e < kOutlierEvents; ++e) tally.counts[e] += r->events[e];
@@ -162,14 +161,10 @@ class ChainedOutliers final : public study::StudyPoint {
 
   static store::Table failures_table(const stats::Tally& tally) {
     std::vector<Endings> endings;
-    for (std::size_t i = 0; i < kSolves && !tally.counts.empty(); ++i) {
-      endings.push_back({kSolveNames[i]});
-      for (std::size_t k = 0; k < stats::kDescentStatuses; ++k)
-        endings.back().counts[k] = tally.counts[kOutlierCounts.ended(i, k)];
-    }
+    for (std::size_t i = 0; i < kSolves; ++i) endings.push_back({kSolveNames[i], kOutlierCounts.ended(i)});
     return endings_table("how the solutions of the runs ended; a run is compared if all of its solutions converged",
                          "solution", "without the error, with it, or with the largest residual deleted", endings,
-                         tally.trials);
+                         tally);
   }
 
   std::optional<RunOutcome> outcome(std::uint64_t trial, Ends& ends) const {
@@ -284,16 +279,6 @@ class ChainedOutliers final : public study::StudyPoint {
   random::Stream stream_;
 };
 
-class ChainedOutliersPlan final : public study::PlanOf<Outliers> {
- public:
-  using PlanOf::PlanOf;
-  std::uint64_t trials() const override { return s_.s.plan.trials; }
-  int block_trials() const override { return kBlockRuns; }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<ChainedOutliers>(s_);
-  }
-};
-
 }  // namespace
 
 std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random::StudySeed seed) {
@@ -323,7 +308,7 @@ std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random:
   for (const char* q : {kWronglyDeleted, "w_rms"}) rows.push_back({"outliers", "", q});
   o.s.annotations = study::Annotations::read(c, rows);
   c.finish();
-  return std::make_unique<ChainedOutliersPlan>(std::move(o));
+  return std::make_unique<FixedPlan<ChainedOutliers, Outliers, kBlockRuns>>(std::move(o));
 }
 
 }  // namespace surveymc::studies::chained_multistation

@@ -220,14 +220,10 @@ store::Table histogram_table(const Scenario& s, const PerformanceLayout& layout,
 /// How every chained estimator ended, by reason.
 store::Table failures_table(const Scenario& s, const PerformanceLayout& layout, const stats::Tally& tally) {
   std::vector<Endings> endings;
-  for (std::size_t e = 0; e < s.estimators.size() && !tally.counts.empty(); ++e) {
-    if (!is_chained(s.estimators[e])) continue;
-    endings.push_back({name_of(s.estimators[e])});
-    for (std::size_t i = 0; i < stats::kDescentStatuses; ++i)
-      endings.back().counts[i] = tally.counts[layout.counts.ended(e, i)];
-  }
+  for (std::size_t e = 0; e < s.estimators.size(); ++e)
+    if (is_chained(s.estimators[e])) endings.push_back({name_of(s.estimators[e]), layout.counts.ended(e)});
   return endings_table("how the trials of every chained estimator ended; each leaves out its own failures only",
-                       "formulation", "estimator", endings, tally.trials);
+                       "formulation", "estimator", endings, tally);
 }
 
 }  // namespace

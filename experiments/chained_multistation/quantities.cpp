@@ -71,18 +71,19 @@ RunCheck check_chained(const Scenario& s, const sensor::ChainedRun& run, const c
 }
 
 store::Table endings_table(const std::string& what, const char* kind, const char* meaning,
-                           const std::vector<Endings>& endings, std::uint64_t trials) {
+                           const std::vector<Endings>& endings, const stats::Tally& tally) {
+  const bool is_empty = tally.counts.empty();
   study::TableRows t("failures", what);
   const auto write = [&](const Endings& x) {
     for (std::size_t i = 0; i < stats::kDescentStatuses; ++i) {
       t.word(kind, meaning, x.name);
       t.word("status", "converged, or why not: iteration_limit, no_descent, saddle, not_finite",
              stats::kDescentStatusNames[i]);
-      t.count("count", "trials", x.counts[i]);
-      t.count("trials", "trials run", trials);
+      t.count("count", "trials", is_empty ? 0 : tally.counts[x.first + i]);
+      t.count("trials", "trials run", tally.trials);
     }
   };
-  study::write_rows(t, endings, write);
+  study::write_rows(t, is_empty ? std::vector<Endings>() : endings, write);
   return t.take();
 }
 

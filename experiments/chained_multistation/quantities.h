@@ -44,13 +44,14 @@ RunCheck check_alone(const Scenario& s, Solver estimator, const sensor::ChainedR
 /// The check of a chained estimator's solution.
 RunCheck check_chained(const Scenario& s, const sensor::ChainedRun& run, const chained::Solution& solution);
 
-/// How the solutions of one kind ended: trials by Status.
+/// How the solutions of one kind ended: `first` of the tally's counts is the first of those by Status.
 struct Endings {
   std::string name;
-  std::array<std::uint64_t, stats::kDescentStatuses> counts{};
+  std::size_t first = 0;
 };
-/// Table `failures`: one row a kind of solution and status; `kind` is its first column.
+/// Table `failures`: one row a kind of solution and status; `kind` is its first column. A tally without trials has no
+/// rows.
 store::Table endings_table(const std::string& what, const char* kind, const char* meaning,
-                           const std::vector<Endings>& endings, std::uint64_t trials);
+                           const std::vector<Endings>& endings, const stats::Tally& tally);
 
 }  // namespace surveymc::studies::chained_multistation

@@ -62,10 +62,7 @@ class ChainedPerformance final : public study::StudyPoint {
         }
         const std::uint64_t trial = block.first + static_cast<std::uint64_t>(first + t);
         ++tally.trials;
-        if (!converged) {  // some estimator failed: the others keep the trial
-          ++tally.failed;
-          if (tally.failed_trials.size() < stats::Tally::kMaxListed) tally.failed_trials.push_back(trial);
-        }
+        if (!converged) tally.add_failed(trial);  // some estimator failed: the others keep the trial
         layout_.add(checks, numbers, tally.counts);
         calibration_.add(checks, tally.counts.data() + layout_.counts.size());
         if (trial < layout_.kept()) layout_.keep(checks, tally.samples);

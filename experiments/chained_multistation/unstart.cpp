@@ -163,16 +163,6 @@ class ChainedUnstart final : public study::StudyPoint {
   random::Stream stream_;
 };
 
-class ChainedUnstartPlan final : public study::PlanOf<Unstart> {
- public:
-  using PlanOf::PlanOf;
-  std::uint64_t trials() const override { return s_.s.plan.trials; }
-  int block_trials() const override { return 8; }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<ChainedUnstart>(s_);
-  }
-};
-
 }  // namespace
 
 std::unique_ptr<study::PointPlan> unstart_plan(config::ConfigReader& c, random::StudySeed seed) {
@@ -192,7 +182,7 @@ std::unique_ptr<study::PointPlan> unstart_plan(config::ConfigReader& c, random::
   for (const char* e : kUnstartRunEventNames) rows.push_back({"unstart", "modes", e});
   u.s.annotations = study::Annotations::read(c, rows);
   c.finish();
-  return std::make_unique<ChainedUnstartPlan>(std::move(u));
+  return std::make_unique<FixedPlan<ChainedUnstart, Unstart, 8>>(std::move(u));
 }
 
 }  // namespace surveymc::studies::chained_multistation

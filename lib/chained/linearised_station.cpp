@@ -17,16 +17,27 @@ Vector3d interference_N(const Model& m, const Point& at, int k) {
   return m.interference.weight(k) * (m.interference.directions * at.interference);
 }
 
+ToolFrame<double> tool_frame(const Matrix3d& frame) {
+  return {survey::from_eigen(Vector3d(frame.col(0))), survey::from_eigen(Vector3d(frame.col(2)))};
+}
+
+/// Of a station's readings, not weighted.
+std::array<double, 6> residual_at(const Model& m, const Readings& readings, const Point& at, int k) {
+  const auto i = static_cast<std::size_t>(k);
+  ChainArray c;
+  Eigen::Map<ChainVector>(c.data()) = at.chain[i];
+  return reading_residual<double>(m.gravity, m.horizontal, m.down, readings.y[i], tool_frame(at.frames[i]), c,
+                                  survey::from_eigen(interference_N(m, at, k)));
+}
+
 }  // namespace
 
 StationLinear linearise(const Model& m, const Readings& readings, const Point& at, int k) {
   const auto i = static_cast<std::size_t>(k);
   const Matrix3d& frame = at.frames[i];
   const Vector3d n = frame.col(0), d = frame.col(2), a = interference_N(m, at, k);
-  ChainArray c;
-  Eigen::Map<ChainVector>(c.data()) = at.chain[i];
-  const auto e = reading_residual<double>(m.gravity, m.horizontal, m.down, readings.y[i],
-                                          {survey::from_eigen(n), survey::from_eigen(d)}, c, survey::from_eigen(a));
+  const ChainVector& c = at.chain[i];
+  const std::array<double, 6> e = residual_at(m, readings, at, k);
   const Vector3d f = -(m.gravity + c[0]) * d;
   const Vector3d h = stats::product_by_halves(frame, Vector3d(Vector3d(m.horizontal + c[1], 0, m.down + c[2]) + a));
   StationLinear s;
@@ -86,8 +97,7 @@ StationCurvature curvature(const Model& m, const StationLinear& s, const Point& 
 void step_station(Point& point, int k, const Vector3d& delta, const ChainVector& dc) {
   const auto i = static_cast<std::size_t>(k);
   Matrix3d& m = point.frames[i];
-  const ToolFrame<double> next = turned<double>(
-      survey::from_eigen(delta), {survey::from_eigen(Vector3d(m.col(0))), survey::from_eigen(Vector3d(m.col(2)))});
+  const ToolFrame<double> next = turned<double>(survey::from_eigen(delta), tool_frame(m));
   m.col(0) = survey::to_eigen(next.n);
   m.col(1) = survey::to_eigen(cross(next.d, next.n));
   m.col(2) = survey::to_eigen(next.d);
@@ -97,14 +107,7 @@ void step_station(Point& point, int k, const Vector3d& delta, const ChainVector&
 double readings_cost(const Model& m, const Readings& readings, const Point& at) {
   double sum = 0;
   for (int k = 0; k < readings.stations(); ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    const Vector3d a = interference_N(m, at, k);
-    ChainArray c;
-    Eigen::Map<ChainVector>(c.data()) = at.chain[i];
-    const auto e = reading_residual<double>(
-        m.gravity, m.horizontal, m.down, readings.y[i],
-        {survey::from_eigen(Vector3d(at.frames[i].col(0))), survey::from_eigen(Vector3d(at.frames[i].col(2)))}, c,
-        survey::from_eigen(a));
+    const std::array<double, 6> e = residual_at(m, readings, at, k);
     for (std::size_t r = 0; r < 6; ++r)
       if (readings.used(k, r)) sum += (e[r] / m.noise[r]) * (e[r] / m.noise[r]);
   }
