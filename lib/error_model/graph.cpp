@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace surveymc::error_model {
 
@@ -116,13 +117,18 @@ std::size_t Graph::add_times_sin_inclination(std::size_t factor) {
   return node(Operation::multiply, variable(Variable::sin_inclination), factor);
 }
 
-std::vector<std::size_t> Graph::chain_of(std::size_t whole) const {
+std::vector<bool> Graph::needed_by(std::size_t whole) const {
   std::vector<bool> wanted(nodes_.size(), false);
   wanted[whole] = true;
   for (std::size_t i = whole + 1; i-- > 0;) {  // arguments stand before what takes them
     if (!wanted[i] || nodes_[i].operation == Operation::number || nodes_[i].operation == Operation::variable) continue;
     wanted[nodes_[i].a] = wanted[nodes_[i].b] = true;
   }
+  return wanted;
+}
+
+std::vector<std::size_t> Graph::chain_of(std::size_t whole) const {
+  const std::vector<bool> wanted = needed_by(whole);
   std::vector<std::size_t> chain;
   for (std::size_t i = 0; i <= whole; ++i)
     if (wanted[i] && (nodes_[i].is_of_previous || i == whole)) chain.push_back(i);
@@ -176,41 +182,11 @@ void compute_block(std::size_t count, const double* __restrict a, const double* 
   for (std::size_t i = 0; i < count; ++i) out[i] = computed(operation, a[i], b[i]);
 }
 
-void compute_block(Operation operation, std::size_t count, const double* a, const double* b, double* out) {
-  switch (operation) {
-    case Operation::negate:
-      return compute_block<Operation::negate>(count, a, b, out);
-    case Operation::add:
-      return compute_block<Operation::add>(count, a, b, out);
-    case Operation::subtract:
-      return compute_block<Operation::subtract>(count, a, b, out);
-    case Operation::multiply:
-      return compute_block<Operation::multiply>(count, a, b, out);
-    case Operation::divide:
-      return compute_block<Operation::divide>(count, a, b, out);
-    case Operation::power:
-      return compute_block<Operation::power>(count, a, b, out);
-    case Operation::sine:
-      return compute_block<Operation::sine>(count, a, b, out);
-    case Operation::cosine:
-      return compute_block<Operation::cosine>(count, a, b, out);
-    case Operation::tangent:
-      return compute_block<Operation::tangent>(count, a, b, out);
-    case Operation::absolute:
-      return compute_block<Operation::absolute>(count, a, b, out);
-    case Operation::square_root:
-      return compute_block<Operation::square_root>(count, a, b, out);
-    case Operation::sign:
-      return compute_block<Operation::sign>(count, a, b, out);
-    case Operation::maximum:
-      return compute_block<Operation::maximum>(count, a, b, out);
-    case Operation::minimum:
-      return compute_block<Operation::minimum>(count, a, b, out);
-    case Operation::number:
-    case Operation::variable:
-      return;
-  }
+/// compute_block() of every operation, in their order.
+constexpr auto kComputeBlock = []<std::size_t... i>(std::index_sequence<i...>) {
+  return std::array{&compute_block<static_cast<Operation>(i)>...};
 }
+(std::make_index_sequence<static_cast<std::size_t>(Operation::minimum) + 1>());
 
 double constant_of(Variable v, const Surroundings& s) {
   switch (v) {
@@ -255,7 +231,8 @@ void Evaluation::run(std::size_t count) {
     if (n.operation == Operation::variable)
       std::copy_n(inputs_[index_of(n.variable)].data(), count, values_[i].data());
     else
-      compute_block(n.operation, count, values_[n.a].data(), values_[n.b].data(), values_[i].data());
+      kComputeBlock[static_cast<std::size_t>(n.operation)](count, values_[n.a].data(), values_[n.b].data(),
+                                                           values_[i].data());
   }
 }
 

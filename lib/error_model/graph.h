@@ -43,6 +43,8 @@ class Graph {
   const std::vector<Node>& nodes() const { return nodes_; }
   /// True if some formula names `v`.
   bool names(Variable v) const { return is_named_[index_of(v)]; }
+  /// True for every node that the value of `node` is computed from, and for itself.
+  std::vector<bool> needed_by(std::size_t node) const;
   /// Nodes that Evaluation::step computes for the running sum `node`, arguments first.
   std::vector<std::size_t> chain_of(std::size_t node) const;
 

@@ -6,32 +6,11 @@
 
 namespace surveymc::error_model {
 
-char mode_letter(PropagationMode mode) {
-  switch (mode) {
-    case PropagationMode::random:
-      return 'R';
-    case PropagationMode::systematic:
-      return 'S';
-    case PropagationMode::well:
-      return 'W';
-    case PropagationMode::global:
-      break;
-  }
-  return 'G';
-}
+char mode_letter(PropagationMode mode) { return "RSWG"[static_cast<std::size_t>(mode)]; }
 
 std::string kind_name(Kind kind) {
-  switch (kind) {
-    case Kind::station:
-      return "station";
-    case Kind::course:
-      return "course";
-    case Kind::stationary:
-      return "stationary";
-    case Kind::continuous:
-      break;
-  }
-  return "continuous";
+  constexpr std::array kNames{"station", "course", "stationary", "continuous"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 std::vector<std::pair<const char*, const Expression*>> Function::formulas() const {

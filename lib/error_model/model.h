@@ -22,6 +22,11 @@ enum class PropagationMode {
 /// 'R', 'S', 'W' or 'G'.
 char mode_letter(PropagationMode mode);
 
+/// True of an error that joins across the legs of a well.
+inline bool joins_legs(PropagationMode mode) {
+  return mode == PropagationMode::well || mode == PropagationMode::global;
+}
+
 /// What an error of one unit does, and how long it lasts.
 enum class Kind {
   station,     ///< an error of the station's measurement: it moves the hole on both sides of the station

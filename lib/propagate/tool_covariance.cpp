@@ -268,10 +268,6 @@ class BlockBySource {
   std::vector<bool> is_begun_;         // [code]
 };
 
-bool joins_runs(em::PropagationMode mode) {
-  return mode == em::PropagationMode::well || mode == em::PropagationMode::global;
-}
-
 /// Keeps the effects of sources for StationEffects.
 class EffectsKeeper {
  public:
@@ -282,7 +278,7 @@ class EffectsKeeper {
     *out_ = {};
     out_->stations = stations;
     for (const Source& s : sources.all) {
-      const bool is_kept = !joining_alone || joins_runs(s.mode);
+      const bool is_kept = !joining_alone || em::joins_legs(s.mode);
       row_.push_back(is_kept ? out_->sources.size() : kNotKept);
       if (is_kept) out_->sources.push_back({s.code, s.mode, ""});
     }
@@ -312,7 +308,7 @@ class EffectsKeeper {
       if (is_new)
         draw_[row] = static_cast<int>(first + i);
       else if (grouping == Grouping::run)
-        draw_[row] = joins_runs(term.mode) ? 1 : static_cast<int>(run_first);
+        draw_[row] = em::joins_legs(term.mode) ? 1 : static_cast<int>(run_first);
       out_->draw[at + i] = draw_[row];
     }
   }
@@ -400,7 +396,7 @@ class Propagation {
       is_per_section[sources_.of_run[run][t]] = terms[t].function->per_section;
     for (std::size_t s = 0; s < sources_.all.size(); ++s) {
       Source& source = sources_.all[s];
-      if (!joins_runs(source.mode) || is_per_section[s]) source.end_group();
+      if (!em::joins_legs(source.mode) || is_per_section[s]) source.end_group();
     }
   }
 

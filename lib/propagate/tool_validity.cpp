@@ -1,5 +1,6 @@
 #include "propagate/tool_validity.h"
 
+#include <array>
 #include <map>
 #include <memory>
 #include <utility>
@@ -38,9 +39,7 @@ void add_stations(std::vector<Validity>& out, Validity v, std::size_t begin, std
 
 /// An error of the runs of one well together: R is new at every station, S at every run, a random walk in every
 /// section.
-bool is_shared_by_runs(const em::Term& t) {
-  return (t.mode == em::PropagationMode::well || t.mode == em::PropagationMode::global) && !t.function->per_section;
-}
+bool is_shared_by_runs(const em::Term& t) { return em::joins_legs(t.mode) && !t.function->per_section; }
 
 std::string function_text(const em::Function& f, bool with_formulas) {
   std::string text;
@@ -52,21 +51,9 @@ std::string function_text(const em::Function& f, bool with_formulas) {
 }  // namespace
 
 std::string rule_name(ValidityRule rule) {
-  switch (rule) {
-    case ValidityRule::inclination_range:
-      return "inclination range";
-    case ValidityRule::east_west_exclusion:
-      return "east-west exclusion";
-    case ValidityRule::not_finite:
-      return "not finite";
-    case ValidityRule::zero_term:
-      return "zero term";
-    case ValidityRule::function_differs:
-      return "function differs";
-    case ValidityRule::note:
-      break;
-  }
-  return "note";
+  constexpr std::array kNames{"inclination range", "east-west exclusion", "not finite",
+                              "zero term",         "function differs",    "note"};
+  return kNames[static_cast<std::size_t>(rule)];
 }
 
 bool holds_at(const em::Model& m, double inclination, double magnetic_azimuth) {

@@ -35,14 +35,10 @@ std::size_t stretch_index(const std::vector<GyroStretch>& stretches, std::size_t
 
 /// True if the value of a node depends on `v`.
 bool depends_on(const error_model::Graph& graph, std::size_t node, error_model::Variable v) {
-  std::vector<bool> wanted(node + 1, false);
-  wanted[node] = true;
-  for (std::size_t i = node + 1; i-- > 0;) {  // arguments stand before what takes them
-    if (!wanted[i]) continue;
+  const std::vector<bool> needed = graph.needed_by(node);
+  for (std::size_t i = 0; i <= node; ++i) {
     const error_model::Graph::Node& n = graph.nodes()[i];
-    if (n.operation == error_model::Operation::variable && n.variable == v) return true;
-    if (n.operation != error_model::Operation::variable && n.operation != error_model::Operation::number)
-      wanted[n.a] = wanted[n.b] = true;
+    if (needed[i] && n.operation == error_model::Operation::variable && n.variable == v) return true;
   }
   return false;
 }

@@ -160,9 +160,7 @@ WellErrors well_errors(const survey::Survey& survey, const std::vector<double>& 
       }
     }
     for (std::size_t t = 0; t < model.terms.size(); ++t) {
-      const error_model::PropagationMode mode = model.terms[t].mode;
-      const bool joins_runs =
-          mode == error_model::PropagationMode::well || mode == error_model::PropagationMode::global;
+      const bool joins_runs = error_model::joins_legs(model.terms[t].mode);
       if (!joins_runs || model.terms[t].function->per_section) book.end(source_of_term[t]);
     }
   }

@@ -55,8 +55,7 @@ SharedDraws shared_draws(const WellErrors& reference, const WellErrors& offset, 
 SharedDraws draws_of_shared_hole(const WellErrors& reference, const WellErrors& offset, std::size_t kickoff) {
   SharedDraws out;
   visit_common(reference, offset, [&](const propagate::ErrorSource& r, const propagate::ErrorSource& o) {
-    const bool joins = r.mode == PropagationMode::well || r.mode == PropagationMode::global;
-    if (joins && r.draws.size() == 1 && o.draws.size() == 1) {
+    if (error_model::joins_legs(r.mode) && r.draws.size() == 1 && o.draws.size() == 1) {
       out.emplace_back(r.draws.front(), o.draws.front());
       return;
     }

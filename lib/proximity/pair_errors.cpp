@@ -11,8 +11,6 @@ using propagate::StationEffects;
 
 namespace {
 
-bool is_joining(PropagationMode mode) { return mode == PropagationMode::well || mode == PropagationMode::global; }
-
 /// True if the source is one draw along the well.
 bool is_one_draw(const StationEffects& e, std::size_t source) {
   int draw = StationEffects::kNone;
@@ -49,7 +47,7 @@ void set_summed(const std::vector<std::vector<Vector3d>>& by_source, std::size_t
 void set_joining_sources(const StationEffects& e, PositionErrors& out) {
   std::vector<std::vector<Vector3d>> summed;
   for (std::size_t s = 0; s < e.sources.size(); ++s) {
-    if (!is_joining(e.sources[s].mode) || !is_one_draw(e, s)) continue;
+    if (!error_model::joins_legs(e.sources[s].mode) || !is_one_draw(e, s)) continue;
     out.sources.push_back({e.sources[s].code, e.sources[s].mode, e.sources[s].function});
     summed.push_back(sums_of_draw(e, s, 1, 0));
   }
@@ -172,7 +170,7 @@ PairErrors shared_hole(const StationEffects& reference, const StationEffects& of
         const int draw = reference.draw[i * reference.stations + k];
         if (draw != StationEffects::kNone && (draws.empty() || draws.back() != draw)) draws.push_back(draw);
       }
-      if (is_joining(reference.sources[i].mode) && draws.empty()) draws.push_back(1);
+      if (error_model::joins_legs(reference.sources[i].mode) && draws.empty()) draws.push_back(1);
       for (const int draw : draws) {
         std::vector<Vector3d> a = sums_of_draw(reference, i, draw, kickoff), b = sums_of_draw(offset, j, draw, kickoff);
         const auto is_constant = [](const std::vector<Vector3d>& x) {

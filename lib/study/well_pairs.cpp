@@ -252,9 +252,9 @@ std::set<CodeAndMode> sources_of(const Well& w, const Formulation* sharing = nul
   std::set<CodeAndMode> out;
   for (const propagate::ToolRun& run : w.tools.runs)
     for (const error_model::Term& t : run.model->terms) {
-      const bool joins = t.mode == PropagationMode::well || t.mode == PropagationMode::global;
       if (sharing == nullptr ||
-          (joins && proximity::is_shared(sharing->sharing, sharing->codes, {t.code, t.mode, t.function->name})))
+          (error_model::joins_legs(t.mode) &&
+           proximity::is_shared(sharing->sharing, sharing->codes, {t.code, t.mode, t.function->name})))
         out.insert({t.code, t.mode});
     }
   return out;
@@ -268,7 +268,7 @@ void check_list(config::ConfigReader& c, const Formulation& f, const Scenario& s
     for (const auto& [known, mode] : all)
       if (known == code) {
         is_known = true;
-        joins = joins || mode == PropagationMode::well || mode == PropagationMode::global;
+        joins = joins || error_model::joins_legs(mode);
       }
     c.require(is_known, "codes", fmt::format("no model here has the code \"{}\"", code));
     c.require(joins, "codes",
