@@ -95,7 +95,7 @@ std::vector<StationTerms> station_terms(const AdjustmentModel& model, const surv
     StationTerms s;
     Observations relative = y;
     for (std::size_t i = 0; i < kReadings; ++i) {
-      const double unit = i < 3 ? f.gravity : f.total;
+      const double unit = relative_unit(i, f);
       const auto j = static_cast<Index>(i);
       relative[i] /= unit;
       s.variance[j] = v[i] / (unit * unit);
@@ -235,9 +235,6 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
 
   WellReliability r;
   r.stations.resize(terms.size());
-  const auto unit_of = [&](std::size_t i) {
-    return i == index_of(Observation::dip) ? 1 : i < 3 || i == index_of(Observation::gravity) ? f.gravity : f.total;
-  };
   const std::array<double, 3> reference_variance{std::pow(sigma.gravity / f.gravity, 2),
                                                  std::pow(sigma.total_field / f.total, 2), std::pow(sigma.dip, 2)};
   for (std::size_t k = 0; k < terms.size(); ++k) {
@@ -253,7 +250,7 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
       StationEffect& out = r.stations[k][i];
       const double size = detectable(e, variance), sd = std::sqrt(variance);
       out.redundancy = std::isfinite(size) ? information(e) * variance : 0;
-      out.detectable = size * unit_of(i);
+      out.detectable = size * relative_unit(i, f);
       out.position = position(e, size, variance);
       Eigen::Matrix<double, 6, 1> left = Eigen::Matrix<double, 6, 1>::Zero();  // of the error, in the readings
       if (reading) left[column] = 1;
@@ -282,7 +279,7 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
       continue;
     }
     const double size = detectable(e, variance);
-    r.common[i] = {size * unit_of(i), position(e, size, variance)};
+    r.common[i] = {size * relative_unit(i, f), position(e, size, variance)};
   }
   if (shared)
     for (std::size_t j = 0; j < 3; ++j) {
@@ -291,7 +288,7 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
       const double size = detectable(e, reference_variance[j]);
       StationEffect& out = r.references[j];
       out.redundancy = std::isfinite(size) ? information(e) * reference_variance[j] : 0;
-      out.detectable = size * unit_of(kReadings + j);
+      out.detectable = size * relative_unit(kReadings + j, f);
       out.position = position(e, size, reference_variance[j]);
     }
   return r;

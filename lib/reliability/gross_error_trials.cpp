@@ -72,16 +72,16 @@ void GrossErrorTrials::simulate(std::uint64_t first, survey::LaneArray& without,
                                 int groups) const {
   const survey::ReferenceField& f = model_.field;
   GrossErrorBatch b{{}, {}, {}, stream_, first, groups, without.row(0, 0), with.row(0, 0)};
-  const std::array<double, kStationObservations> unit{f.gravity, f.gravity, f.gravity, f.total, f.total,
-                                                      f.total,   f.gravity, f.total,   1};
   const Observations y = true_observations(attitudes_.front(), f);
   for (std::size_t i = 0; i < kStationObservations; ++i) {
     const bool there = static_cast<Index>(i) < variances_.size();
-    b.scale.sd[i] = there ? std::sqrt(variances_[static_cast<Index>(i)]) / unit[i] : 0;
-    b.truth[i] = y[i] / unit[i];
+    b.scale.sd[i] = there ? std::sqrt(variances_[static_cast<Index>(i)]) / relative_unit(i, f) : 0;
+    b.truth[i] = y[i] / relative_unit(i, f);
   }
-  for (const GrossError& e : errors_)
-    b.error[static_cast<std::size_t>(e.number)] += e.size / unit[static_cast<std::size_t>(e.number)];
+  for (const GrossError& e : errors_) {
+    const auto i = static_cast<std::size_t>(e.number);
+    b.error[i] += e.size / relative_unit(i, f);
+  }
   b.scale.dip = f.dip;
   b.scale.sin_dip = std::sin(f.dip);
   b.scale.cos_dip = std::cos(f.dip);
@@ -98,10 +98,9 @@ void GrossErrorTrials::simulate(std::uint64_t first, survey::LaneArray& without,
 
 namespace {
 
-/// Units of the observations on lanes: readings over G and B, references over G, B and 1.
+/// Units of the observations on lanes: all readings, then the references.
 double lane_unit(const survey::ReferenceField& f, std::size_t observation, std::size_t readings) {
-  if (observation < readings) return observation % kReadings < 3 ? f.gravity : f.total;
-  return observation == readings ? f.gravity : observation == readings + 1 ? f.total : 1;
+  return relative_unit(observation < readings ? observation % kReadings : kReadings + observation - readings, f);
 }
 
 }  // namespace

@@ -20,6 +20,11 @@ double observation_scale(std::size_t observation) {
   return observation == index_of(Observation::dip) ? 1 / kDegree : 1;
 }
 
+double relative_unit(std::size_t observation, const survey::ReferenceField& field) {
+  if (observation == index_of(Observation::dip)) return 1;
+  return observation < 3 || observation == index_of(Observation::gravity) ? field.gravity : field.total;
+}
+
 const std::vector<std::string>& adjustment_mode_names() {
   static const std::vector<std::string> names{"sse", "sse_axial", "mse_fixed", "mse_shared"};
   return names;

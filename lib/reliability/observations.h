@@ -34,6 +34,9 @@ const std::string& observation_unit(std::size_t observation);
 /// Internal unit (m/s2, nT, rad) in units of observation_unit(): 1, or degrees per radian.
 double observation_scale(std::size_t observation);
 
+/// What one of a relative observation is: the field's gravity or total field, or 1 rad.
+double relative_unit(std::size_t observation, const survey::ReferenceField& field);
+
 /// How a station is adjusted (sections 4.3, 5.1); n observations, u unknowns.
 enum class AdjustmentMode {
   sse,        ///< one station, references observed; n/u = 9/6

@@ -41,13 +41,9 @@ StationKernel kernel_of(const AdjustmentModel& model) {
 
 /// From the kernel's relative units and radians to internal ones, for the error of one observation.
 double internal_unit(std::size_t quantity, std::size_t observation, const survey::ReferenceField& field) {
-  const auto of = [&](std::size_t o) {
-    if (o == index_of(Observation::dip)) return 1.0;
-    return o < 3 || o == index_of(Observation::gravity) ? field.gravity : field.total;
-  };
   switch (static_cast<MapQuantity>(quantity)) {
     case MapQuantity::minimal_detectable_error:
-      return of(observation);
+      return relative_unit(observation, field);
     case MapQuantity::external_gravity:
       return field.gravity;
     case MapQuantity::external_total_field:
@@ -234,28 +230,13 @@ std::array<ObservationReliability<double>, kObservations> station_reliability(co
   for (const std::size_t o : observed(model.mode)) wanted |= 1u << o;
   const auto keep = [&](std::size_t o, const ObservationReliability<double>& r) {
     all[o] = r;
-    all[o].detectable *= internal_unit(index_of(MapQuantity::minimal_detectable_error), o, model.field);
+    all[o].detectable *= relative_unit(o, model.field);
     all[o].gravity *= model.field.gravity;
     all[o].total_field *= model.field.total;
   };
-  const StationVariances v = relative_variances(model, lambda0);
-  switch (kernel_of(model)) {
-    case StationKernel::sse:
-      station_reliability<double, kSseModel>(s, 1.0, v, wanted, true, 1.0, keep);
-      break;
-    case StationKernel::sse_axial:
-      station_reliability<double, kSseAxialModel>(s, 1.0, v, wanted, true, 1.0, keep);
-      break;
-    case StationKernel::mse_fixed:
-      station_reliability<double, kMseFixedModel>(s, 1.0, v, wanted, true, 1.0, keep);
-      break;
-    case StationKernel::mse_shared:
-      station_reliability<double, kMseSharedModel>(s, 1.0, v, wanted, true, 1.0, keep);
-      break;
-    case StationKernel::mse_systematic:
-      station_reliability<double, kMseSystematicModel>(s, 1.0, v, wanted, true, 1.0, keep);
-      break;
-  }
+  with_model(kernel_of(model), [&](auto variant) {
+    station_reliability<double, variant.value>(s, 1.0, relative_variances(model, lambda0), wanted, true, 1.0, keep);
+  });
   return all;
 }
 

@@ -70,18 +70,7 @@ void run(const StationBatch& b) {
 }  // namespace
 
 void station_batch(StationKernel kernel, const StationBatch& b) {
-  switch (kernel) {
-    case StationKernel::sse:
-      return run<kSseModel>(b);
-    case StationKernel::sse_axial:
-      return run<kSseAxialModel>(b);
-    case StationKernel::mse_fixed:
-      return run<kMseFixedModel>(b);
-    case StationKernel::mse_shared:
-      return run<kMseSharedModel>(b);
-    case StationKernel::mse_systematic:
-      return run<kMseSystematicModel>(b);
-  }
+  with_model(kernel, [&](auto model) { run<model.value>(b); });
 }
 
 }  // namespace surveymc::reliability::SURVEYMC_ISA

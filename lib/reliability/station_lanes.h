@@ -2,6 +2,7 @@
 /// The kernel behind reliability maps, for both instruction sets (simd/lanes.h): lanes are points of a grid.
 #include <array>
 #include <cstddef>
+#include <type_traits>
 
 #include "reliability/station_kernel.h"
 #include "simd/instruction_set.h"
@@ -28,6 +29,23 @@ struct StationBatch {
 
 /// Which specialisation.
 enum class StationKernel { sse, sse_axial, mse_fixed, mse_shared, mse_systematic };
+
+/// Calls use(a constant, whose value is the StationModel that a kernel is compiled for).
+template <class Use>
+void with_model(StationKernel kernel, const Use& use) {
+  switch (kernel) {
+    case StationKernel::sse:
+      return use(std::integral_constant<StationModel, kSseModel>());
+    case StationKernel::sse_axial:
+      return use(std::integral_constant<StationModel, kSseAxialModel>());
+    case StationKernel::mse_fixed:
+      return use(std::integral_constant<StationModel, kMseFixedModel>());
+    case StationKernel::mse_shared:
+      return use(std::integral_constant<StationModel, kMseSharedModel>());
+    case StationKernel::mse_systematic:
+      return use(std::integral_constant<StationModel, kMseSystematicModel>());
+  }
+}
 
 SURVEYMC_KERNEL(void station_batch(StationKernel kernel, const StationBatch& batch));
 
