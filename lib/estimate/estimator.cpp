@@ -44,8 +44,7 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorOptions& o, const surve
   require(field.total > 0, "field.total_nT = {}: must be > 0", field.total);
   require(kind.has_second_solvers || o.solver == "gauss_newton",
           "estimator.solver = \"{}\": {} is solved in closed form", o.solver, o.name);
-  const bool all = std::find(o.estimated.begin(), o.estimated.end(), false) == o.estimated.end();
-  require(all || kind.takes_subset, "estimator.estimated: {} estimates {}", o.name,
+  require(o.estimates_all() || kind.takes_subset, "estimator.estimated: {} estimates {}", o.name,
           kind.estimates_all ? "all six parameters" : "its own parameters only");
   return kind.make({o, field, truth, expected});
 }

@@ -1,5 +1,6 @@
 #pragma once
 /// The interface of all estimators of sensor errors from a survey.
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <string>
@@ -56,6 +57,9 @@ struct EstimatorOptions {
   /// reading, which gives the minimum; or "fitted", at the fitted field, which avoids the shift of gains by noise. "":
   /// the default of the table of estimators.
   std::string derivative;
+
+  /// True if none of the six is left out.
+  bool estimates_all() const { return std::find(estimated.begin(), estimated.end(), false) == estimated.end(); }
 };
 
 /// Names of the table of estimators, of solvers and of derivatives, for messages and checks.

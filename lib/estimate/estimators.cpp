@@ -1,7 +1,5 @@
 #include "estimate/estimators.h"
 
-#include <algorithm>
-
 #include <fmt/ranges.h>
 
 #include "base/error.h"
@@ -23,9 +21,7 @@ std::unique_ptr<Estimator> make_fit(const EstimatorInput& in) {
 
 /// msa of all six parameters has a kernel of its own.
 std::unique_ptr<Estimator> make_unweighted(const EstimatorInput& in) {
-  const auto& estimated = in.options.estimated;
-  const bool all = std::find(estimated.begin(), estimated.end(), false) == estimated.end();
-  if (!all || in.options.solver != "gauss_newton") return make_fit(in);
+  if (!in.options.estimates_all() || in.options.solver != "gauss_newton") return make_fit(in);
   return make_msa(newton(in.options), in.field, in.truth, in.expected);
 }
 

@@ -35,8 +35,7 @@ FieldFitModel field_fit_model(const EstimatorOptions& o, const survey::Reference
   require(o.name == "msa_weighted" || o.name == "msa_joint" || o.name == "wls_consider",
           "estimator.name = \"{}\": no fit of the horizontal and vertical field", o.name);
   const InputErrors& a = o.assumed;
-  require(a.magnetometer > 0, "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",
-          a.magnetometer);
+  require_weights(a);
   m.joint = o.name == "msa_joint";
   m.fitted_derivative = (o.derivative.empty() ? estimator_kind(o.name).derivative : o.derivative) == "fitted";
   // R includes the reference's errors as if drawn anew at every station; for a joint estimate only where they are so.

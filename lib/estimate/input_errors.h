@@ -1,6 +1,8 @@
 #pragma once
 #include <cmath>
 
+#include "base/error.h"
+
 namespace surveymc::estimate {
 
 /// Sizes of the errors of an estimator's inputs, one standard deviation each: the true sizes, for a prediction, or the
@@ -17,5 +19,12 @@ struct InputErrors {
 
   double bias_sd(int axis) const { return axis == 2 ? std::hypot(bias, axial_bias) : bias; }
 };
+
+/// Throws InputError where nothing can be weighed by the magnetometers' size.
+inline void require_weights(const InputErrors& assumed) {
+  require(assumed.magnetometer > 0,
+          "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",
+          assumed.magnetometer);
+}
 
 }  // namespace surveymc::estimate

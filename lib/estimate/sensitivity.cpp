@@ -127,8 +127,7 @@ Sensitivity linearise(const EstimatorOptions& options, const NominalTruth& truth
       "estimator.name = \"{}\": a prediction to first order is needed here, and this estimator has none (its line in "
       "lib/estimate/estimators.cpp has no `predict`)",
       options.name);
-  const auto estimated = std::count(options.estimated.begin(), options.estimated.end(), true);
-  require(kind.takes_subset || estimated == 6, "estimator.estimated: {} estimates {}", options.name,
+  require(kind.takes_subset || options.estimates_all(), "estimator.estimated: {} estimates {}", options.name,
           kind.estimates_all ? "all six parameters" : "its own parameters only");
   return kind.predict(options, truth);
 }
@@ -142,9 +141,7 @@ Sensitivity field_fit_sensitivity(const EstimatorOptions& options, const Nominal
 /// wls.h: per axis, unknowns e_S and bias.
 Sensitivity wls_sensitivity(const EstimatorOptions& options, const NominalTruth& truth) {
   const InputErrors& assumed = options.assumed;
-  require(assumed.magnetometer > 0,
-          "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",
-          assumed.magnetometer);
+  require_weights(assumed);
   const double r = 1 / (assumed.magnetometer * assumed.magnetometer), total = truth.field.total;
   const std::size_t n = truth.stations.size();
   const Vector2d unit(1, total);
@@ -183,11 +180,11 @@ Sensitivity wls_sensitivity(const EstimatorOptions& options, const NominalTruth&
 
 Sensitivity sensitivity(const EstimatorOptions& options, const NominalTruth& truth) {
   Sensitivity s = linearise(options, truth);
-  const bool all = std::find(options.estimated.begin(), options.estimated.end(), false) == options.estimated.end();
   require(s.condition < kSingular,
           "the stations cannot determine {} (condition of J'J {:.1e}): MSA needs stations of different attitude and "
           "toolface",
-          all ? "three gains and three biases" : "the gains and biases to be estimated", s.condition);
+          options.estimates_all() ? "three gains and three biases" : "the gains and biases to be estimated",
+          s.condition);
   return s;
 }
 

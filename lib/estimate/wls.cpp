@@ -52,9 +52,7 @@ class Wls final : public Estimator {
 }  // namespace
 
 std::unique_ptr<Estimator> make_wls(const InputErrors& assumed, const std::vector<survey::StationFields>& truth) {
-  require(assumed.magnetometer > 0,
-          "estimator.magnetometer_nT = {}: must be > 0: this estimator weighs the readings by it",
-          assumed.magnetometer);
+  require_weights(assumed);
   require(!truth.empty(), "wls needs the true field at every station: it cannot be used on readings alone");
   return std::make_unique<Wls>(assumed, truth);
 }
