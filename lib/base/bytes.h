@@ -29,6 +29,10 @@ class ByteWriter {
     put(std::uint64_t{list.size()});
     put(list.data(), list.size() * sizeof(T));
   }
+  void put(const std::vector<std::string>& list) {
+    put(std::uint64_t{list.size()});
+    for (const std::string& text : list) put(text);
+  }
   void put(const void* data, std::size_t size) {
     if (size > 0) bytes_.append(static_cast<const char*>(data), size);
   }
@@ -109,6 +113,10 @@ class ByteReader {
   requires std::is_arithmetic_v<T>
   void take(T& x) { x = get<T>(); }
   void take(std::string& x) { x = text(); }
+  void take(std::vector<std::string>& x) {
+    length_of(8, x);
+    for (std::string& each : x) each = text();
+  }
   template <class T>
   void take(std::vector<T>& x) {
     x = list<T>();

@@ -8,30 +8,14 @@
 namespace surveymc::study {
 namespace {
 
-void put(ByteWriter& out, const std::vector<std::string>& list) {
-  out.put(std::uint64_t{list.size()});
-  for (const std::string& s : list) out.put(s);
-}
-
-template <class T>
-void put(ByteWriter& out, const std::vector<T>& list) {
-  out.put(list);
-}
-
 template <class... T>
 void put(ByteWriter& out, const std::variant<T...>& values) {
   out.put(std::uint64_t{values.index()});
-  std::visit([&](const auto& v) { put(out, v); }, values);
-}
-
-std::vector<std::string> texts(ByteReader& in) {
-  std::vector<std::string> list(in.length(8));
-  for (std::string& s : list) s = in.text();
-  return list;
+  std::visit([&](const auto& v) { out.put(v); }, values);
 }
 
 /// As a list of all its values, wherever they are.
-void put_values(ByteWriter& out, const store::Column& c) {
+void values_field(ByteWriter& out, const store::Column& c) {
   if (!c.on_disk) return put(out, c.values);
   store::Values all = c.values;
   std::visit([](auto& values) { values.clear(); }, all);
@@ -46,65 +30,47 @@ void put_values(ByteWriter& out, const store::Column& c) {
   put(out, all);
 }
 
-void put_tables(ByteWriter& out, const std::vector<store::Table>& tables) {
-  out.put(std::uint64_t{tables.size()});
-  for (const store::Table& t : tables) {
-    out.put(t.name);
-    out.put(t.long_name);
-    out.put(std::uint64_t{t.columns.size()});
-    for (const store::Column& c : t.columns) {
-      for (const std::string* s : {&c.name, &c.unit, &c.long_name, &c.ancillary}) out.put(*s);
-      put_values(out, c);
-    }
-  }
+void values_field(ByteReader& in, store::Column& c) {
+  const auto kind = in.get<std::uint64_t>();
+  if (kind == 0) in.fields(c.values.emplace<0>());
+  if (kind == 1) in.fields(c.values.emplace<1>());
+  if (kind == 2) in.fields(c.values.emplace<2>());
 }
 
-std::vector<store::Table> tables(ByteReader& in) {
-  std::vector<store::Table> all(in.length(24));
-  for (store::Table& t : all) {
-    t.name = in.text();
-    t.long_name = in.text();
-    t.columns.resize(in.length(48));
-    for (store::Column& c : t.columns) {
-      for (std::string* s : {&c.name, &c.unit, &c.long_name, &c.ancillary}) *s = in.text();
-      const auto kind = in.get<std::uint64_t>();
-      if (kind == 0) c.values = in.list<double>();
-      if (kind == 1) c.values = in.list<std::int64_t>();
-      if (kind == 2) c.values = texts(in);
-    }
-  }
-  return all;
+void values_field(ByteWriter& out, const store::Axis& a) { put(out, a.values); }
+void values_field(ByteReader& in, store::Axis& a) {
+  if (in.get<std::uint64_t>() == 0)
+    in.fields(a.values.emplace<0>());
+  else
+    in.fields(a.values.emplace<1>());
 }
 
-void put_maps(ByteWriter& out, const std::vector<store::Map>& maps) {
-  out.put(std::uint64_t{maps.size()});
-  for (const store::Map& m : maps) {
-    for (const std::string* s : {&m.name, &m.unit, &m.long_name}) out.put(*s);
-    out.put(std::uint64_t{m.axes.size()});
-    for (const store::Axis& a : m.axes) {
-      for (const std::string* s : {&a.name, &a.unit, &a.long_name}) out.put(*s);
-      put(out, a.values);
-    }
-    out.put(m.values);
-  }
-}
+// For a ByteWriter and a ByteReader.
 
-std::vector<store::Map> maps(ByteReader& in) {
-  std::vector<store::Map> all(in.length(40));
-  for (store::Map& m : all) {
-    for (std::string* s : {&m.name, &m.unit, &m.long_name}) *s = in.text();
-    m.axes.resize(in.length(40));
-    for (store::Axis& a : m.axes) {
-      for (std::string* s : {&a.name, &a.unit, &a.long_name}) *s = in.text();
-      if (in.get<std::uint64_t>() == 0)
-        a.values = in.list<double>();
-      else
-        a.values = texts(in);
+constexpr auto kTablesFields = [](auto& bytes, auto& tables) {
+  bytes.length_of(24, tables);
+  for (auto& t : tables) {
+    bytes.fields(t.name, t.long_name);
+    bytes.length_of(48, t.columns);
+    for (auto& c : t.columns) {
+      bytes.fields(c.name, c.unit, c.long_name, c.ancillary);
+      values_field(bytes, c);
     }
-    m.values = in.list<double>();
   }
-  return all;
-}
+};
+
+constexpr auto kMapsFields = [](auto& bytes, auto& maps) {
+  bytes.length_of(40, maps);
+  for (auto& m : maps) {
+    bytes.fields(m.name, m.unit, m.long_name);
+    bytes.length_of(40, m.axes);
+    for (auto& a : m.axes) {
+      bytes.fields(a.name, a.unit, a.long_name);
+      values_field(bytes, a);
+    }
+    bytes.fields(m.values);
+  }
+};
 
 /// The maps of a stream with all their values.
 std::vector<store::Map> held(const store::MapStream& stream) {
@@ -144,22 +110,29 @@ std::string point_result_to_bytes(const PointResult& result) {
                     "a whole, or give it fewer points or maps",
                     values, kMostPartValues));
   ByteWriter out;
-  put_tables(out, result.tables);
-  put_tables(out, result.samples);
-  put_maps(out, result.maps);
+  kTablesFields(out, result.tables);
+  kTablesFields(out, result.samples);
+  kMapsFields(out, result.maps);
   out.put(std::uint64_t{result.streams.size()});
-  for (const store::MapStream& s : result.streams) put_maps(out, held(s));
+  for (const store::MapStream& s : result.streams) {
+    const std::vector<store::Map> all = held(s);
+    kMapsFields(out, all);
+  }
   return out.take();
 }
 
 PointResult point_result_from_bytes(std::string_view bytes) {
   ByteReader in(bytes);
   PointResult r;
-  r.tables = tables(in);
-  r.samples = tables(in);
-  r.maps = maps(in);
-  const std::size_t streams = in.length(8);
-  for (std::size_t i = 0; i < streams; ++i) r.streams.push_back(stream_of(maps(in)));
+  kTablesFields(in, r.tables);
+  kTablesFields(in, r.samples);
+  kMapsFields(in, r.maps);
+  in.length_of(8, r.streams);
+  for (store::MapStream& s : r.streams) {
+    std::vector<store::Map> all;
+    kMapsFields(in, all);
+    s = stream_of(std::move(all));
+  }
   if (in.left() != 0) throw IoError("damaged: data behind the maps");
   return r;
 }
