@@ -191,19 +191,16 @@ ssize_t read_at(int file, char* out, std::size_t size, std::uint64_t offset) {
 
 PartHead read_part_head(const fs::path& path) {
   const int file = uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
-  const auto fail = [&](int reason) {
-    throw IoError(fmt::format("{}: cannot be read: {}", path.string(), std::generic_category().message(reason)));
-  };
-  if (file < 0) fail(errno);
+  if (file < 0) cannot_be_read(path);
   struct stat status {};
   char bytes[kHeadSize];
   const bool is_known = fstat(file, &status) == 0, is_file = is_known && S_ISREG(status.st_mode);
   const ssize_t n = is_file ? read_at(file, bytes, sizeof bytes, 0) : -1;
-  const int reason = errno;
+  const std::string reason = std::generic_category().message(errno);
   ::close(file);
-  if (!is_known) fail(reason);
-  if (!is_file) throw IoError(fmt::format("{}: cannot be read: {}", path.string(), input_fault(path)));
-  if (n < 0) fail(reason);
+  if (!is_known) cannot_be_read(path, reason);
+  if (!is_file) cannot_be_read(path, input_fault(path));
+  if (n < 0) cannot_be_read(path, reason);
   return decode_head(path, {bytes, static_cast<std::size_t>(n)}, static_cast<std::uint64_t>(status.st_size));
 }
 
@@ -233,14 +230,12 @@ void PartReader::close() {
 std::string PartReader::bytes(std::uint64_t offset, std::uint64_t size) {
   if (file_ < 0) file_ = uninterrupted([&] { return open(path_.c_str(), O_RDONLY | O_CLOEXEC); });
   struct stat status {};
-  if (file_ < 0 || fstat(file_, &status) != 0)
-    throw IoError(fmt::format("{}: cannot be read: {}", path_.string(), std::generic_category().message(errno)));
+  if (file_ < 0 || fstat(file_, &status) != 0) cannot_be_read(path_);
   const auto in_all = static_cast<std::uint64_t>(status.st_size);
   if (offset > in_all || size > in_all - offset) damaged(path_);
   std::string out(static_cast<std::size_t>(size), '\0');
   const ssize_t n = read_at(file_, out.data(), out.size(), offset);
-  if (n < 0)
-    throw IoError(fmt::format("{}: cannot be read: {}", path_.string(), std::generic_category().message(errno)));
+  if (n < 0) cannot_be_read(path_);
   if (static_cast<std::size_t>(n) < out.size()) damaged(path_);
   return out;
 }

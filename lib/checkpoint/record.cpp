@@ -46,17 +46,18 @@ std::optional<Record> record_at(std::string_view bytes, std::size_t begin, std::
   return Record{here.substr(kHead, static_cast<std::size_t>(size)), begin + sealed + kChecksum};
 }
 
+void cannot_be_read(const std::filesystem::path& path, const std::string& why) {
+  throw IoError(fmt::format("{}: cannot be read: {}", path.string(), why));
+}
+
 std::string read_bytes(const std::filesystem::path& path) {
-  const auto fail = [&](const std::string& why) -> std::string {
-    throw IoError(fmt::format("{}: cannot be read: {}", path.string(), why));
-  };
-  if (const std::string fault = input_fault(path); !fault.empty()) return fail(fault);
+  if (const std::string fault = input_fault(path); !fault.empty()) cannot_be_read(path, fault);
   std::ifstream in(path, std::ios::binary);
-  if (!in) return fail(std::generic_category().message(errno));
+  if (!in) cannot_be_read(path);
   try {
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   } catch (const std::ios_base::failure&) {  // thrown past the stream by its buffer
-    return fail(std::generic_category().message(errno));
+    cannot_be_read(path);
   }
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 /// Records with a checksum, of which journals and part files consist.
+#include <cerrno>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 namespace surveymc::checkpoint {
 
@@ -30,6 +32,10 @@ struct Record {
 
 /// The record at `begin`; none if it is incomplete, damaged, or of another mark.
 std::optional<Record> record_at(std::string_view bytes, std::size_t begin, std::string_view mark);
+
+/// Throws the IoError of a file that cannot be read. `why`: by default, what errno says.
+[[noreturn]] void cannot_be_read(const std::filesystem::path& path,
+                                 const std::string& why = std::generic_category().message(errno));
 
 /// All bytes of a file. Throws IoError.
 std::string read_bytes(const std::filesystem::path& path);
