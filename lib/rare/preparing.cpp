@@ -132,6 +132,12 @@ void sort_by_beta(std::vector<DesignPoint>& designs) {
                    [](const DesignPoint& a, const DesignPoint& b) { return a.beta < b.beta; });
 }
 
+/// A design point that is nearer to `z` than this share of its own distance.
+bool has_near(const std::vector<DesignPoint>& designs, const VectorXd& z, double share) {
+  return std::any_of(designs.begin(), designs.end(),
+                     [&](const DesignPoint& d) { return (d.z - z).norm() < share * d.beta; });
+}
+
 Component unit_component(ComponentKind kind, double share, VectorXd mean, double sd, int design) {
   const Index r = mean.size();
   return {kind, share, std::move(mean), sd * MatrixXd::Identity(r, r), design};
@@ -172,9 +178,7 @@ void cover(std::vector<DesignPoint>& designs, const MatrixXd& samples, Search& s
     }
     if (worst < 0) return;
     VectorXd z = search.improved(samples.col(worst));
-    const bool is_known = std::any_of(designs.begin(), designs.end(),
-                                      [&](const DesignPoint& d) { return (d.z - z).norm() < 0.1 * d.beta; });
-    if (is_known) z = search.on_ray(samples.col(worst));
+    if (has_near(designs, z, 0.1)) z = search.on_ray(samples.col(worst));
     designs.push_back({z, z.norm()});
     sort_by_beta(designs);
   }
@@ -356,9 +360,7 @@ Prepared prepare_proposal(const LimitState& state, const random::Stream& stream,
   std::stable_sort(order.begin(), order.end(),
                    [&](Index a, Index b) { return hits.col(a).squaredNorm() < hits.col(b).squaredNorm(); });
   const auto add = [&](const VectorXd& z) {
-    const bool is_known = std::any_of(out.designs.begin(), out.designs.end(),
-                                      [&](const DesignPoint& d) { return (d.z - z).norm() < 0.05 * d.beta; });
-    if (!is_known) out.designs.push_back({z, z.norm()});
+    if (!has_near(out.designs, z, 0.05)) out.designs.push_back({z, z.norm()});
     sort_by_beta(out.designs);
   };
   add(search.improved(hits.col(order[0])));
