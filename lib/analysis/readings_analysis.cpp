@@ -119,9 +119,7 @@ StationEffects station_effects(const survey::StationFields& s, const propagate::
   const Matrix3d reading = noise.magnetometer * Matrix3d(per_gain.asDiagonal());
   Eigen::Matrix<double, 3, 6> field_by_parameters;
   field_by_parameters << Matrix3d((-b).cwiseProduct(per_gain).asDiagonal()), Matrix3d((-per_gain).asDiagonal());
-  Matrix3d to_true = Matrix3d::Identity();
-  to_true.topLeftCorner<2, 2>() << std::cos(declination), -std::sin(declination), std::sin(declination),
-      std::cos(declination);
+  const Matrix3d to_true = survey::true_from_magnetic(declination);
 
   const propagate::TangentDerivatives t = propagate::tangent_derivatives(s);
   const propagate::AzimuthDerivatives a = propagate::azimuth_derivatives(s);

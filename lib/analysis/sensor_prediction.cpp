@@ -42,7 +42,7 @@ std::vector<PositionPredictions> predict_sensor_runs(const survey::Survey& surve
                                                      const survey::ToolfacePlan& plan, const std::vector<int>& reported,
                                                      bool first_is_tie_on) {
   const std::vector<double> md = survey.md();
-  const std::vector<survey::Vec3<double>> tangents = propagate::true_tangents(survey);
+  const std::vector<survey::Vec3<double>> tangents = survey::true_tangents(survey);
   const auto covariances = [&](std::vector<propagate::TangentErrors> errors) {
     if (first_is_tie_on) {
       errors.front().constant.setZero();

@@ -32,11 +32,8 @@ Matrix3x12d weights_at(const survey::Station& station, double toolface, const su
                        const survey::SensorTermArray& sd) {
   survey::Attitude at = survey::magnetic_attitude(station, field.declination);
   at.toolface = toolface;
-  Matrix3d to_true = Matrix3d::Identity();
-  to_true.topLeftCorner<2, 2>() << std::cos(field.declination), -std::sin(field.declination),
-      std::sin(field.declination), std::cos(field.declination);
   const Eigen::Map<const Eigen::Matrix<double, survey::kSensorTerms, 1>> size(sd.data());
-  return to_true *
+  return survey::true_from_magnetic(field.declination) *
          tangent_by_sensor_terms(scale(field.gravity, survey::down_T(at)),
                                  survey::magnetic_T(at, field.total, field.dip)) *
          size.asDiagonal();
@@ -93,12 +90,6 @@ std::vector<TangentErrors> sensor_tangent_errors(const survey::Survey& survey, c
     errors.push_back(std::move(e));
   }
   return errors;
-}
-
-std::vector<survey::Vec3<double>> true_tangents(const survey::Survey& survey) {
-  std::vector<survey::Vec3<double>> t;
-  for (const survey::Station& s : survey.stations) t.push_back(survey::tangent_N({s.inclination, s.azimuth, 0}));
-  return t;
 }
 
 std::vector<Matrix3d> sensor_error_covariances(const survey::Survey& survey, const survey::ReferenceField& field,

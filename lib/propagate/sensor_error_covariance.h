@@ -36,7 +36,4 @@ std::vector<Eigen::Matrix3d> sensor_error_covariances(const survey::Survey& surv
                                                       const survey::SensorTermArray& sd,
                                                       const survey::ToolfacePlan& plan, survey::PositionMethod method);
 
-/// Directions of the hole at all stations, true north.
-std::vector<survey::Vec3<double>> true_tangents(const survey::Survey& survey);
-
 }  // namespace surveymc::propagate

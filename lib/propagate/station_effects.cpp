@@ -24,9 +24,7 @@ TangentDerivatives tangent_derivatives(const survey::StationFields& station) {
 std::vector<StationEffect> final_position_effects(const std::vector<double>& md,
                                                   const std::vector<survey::StationFields>& stations,
                                                   double declination) {
-  Matrix3d to_true = Matrix3d::Identity();
-  to_true.topLeftCorner<2, 2>() << std::cos(declination), -std::sin(declination), std::sin(declination),
-      std::cos(declination);
+  const Matrix3d to_true = survey::true_from_magnetic(declination);
   std::vector<survey::Vec3<double>> tangents;
   for (const survey::StationFields& s : stations)
     tangents.push_back(

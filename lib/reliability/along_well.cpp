@@ -63,10 +63,8 @@ Turning turning(const survey::Attitude& at, double dip) {
       -std::tan(dip) * e.transpose(), e.transpose() / std::cos(dip);
   const Vector3d t(n.z(), e.z(), u.z());
   // n, e, u turn by phi x, so the hole t = (n_z, e_z, u_z) turns by t x phi
-  Matrix3d cross;
-  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
   Turning r;
-  r.tangent = cross * phi;
+  r.tangent = survey::cross_matrix(t) * phi;
   const double si = std::sin(at.inclination), ci = std::cos(at.inclination), st = std::sin(at.toolface),
                ct = std::cos(at.toolface);
   r.angles.setZero();
@@ -80,13 +78,9 @@ Turning turning(const survey::Attitude& at, double dip) {
 
 std::vector<StationTerms> station_terms(const AdjustmentModel& model, const survey::Survey& survey) {
   const survey::ReferenceField& f = model.field;
-  std::vector<survey::Vec3<double>> tangents;
-  for (const survey::Station& s : survey.stations)
-    tangents.push_back(survey::tangent_N({s.inclination, s.azimuth, s.toolface}));
-  const std::vector<Matrix3d> by_tangent = survey::final_position_by_tangent(survey.md(), tangents);
-  Matrix3d north;  // from magnetic to true
-  north << std::cos(f.declination), -std::sin(f.declination), 0, std::sin(f.declination), std::cos(f.declination), 0, 0,
-      0, 1;
+  const std::vector<Matrix3d> by_tangent =
+      survey::final_position_by_tangent(survey.md(), survey::true_tangents(survey));
+  const Matrix3d north = survey::true_from_magnetic(f.declination);
   const bool systematic = model.mode == AdjustmentMode::mse_shared && model.systematic_terms;
   std::vector<StationTerms> all;
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {

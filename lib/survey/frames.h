@@ -118,6 +118,14 @@ Vec3<T> magnetic_to_true(const Vec3<T>& v, double sin_declination, double cos_de
           v.z};
 }
 
+/// The matrix that does the same.
+inline Eigen::Matrix3d true_from_magnetic(double declination) {
+  const double s = std::sin(declination), c = std::cos(declination);
+  Eigen::Matrix3d r;
+  r << c, -s, 0, s, c, 0, 0, 0, 1;
+  return r;
+}
+
 /// Rows: high side, lateral (right), along hole, in N, of a hole at (inclination, azimuth). v_HLA = R v_N.
 /// Thesis eq 49 with its (2,1) and (3,1) entries corrected.
 inline Eigen::Matrix3d rotation_hla_from_nev(double inclination, double azimuth) {

@@ -30,12 +30,6 @@ std::vector<Eigen::Vector3d> positions(const std::vector<double>& md, const std:
   return p;
 }
 
-std::vector<Vec3<double>> tangents_of(const Survey& survey) {
-  std::vector<Vec3<double>> t;
-  for (const Station& s : survey.stations) t.push_back(tangent_N({s.inclination, s.azimuth, 0}));
-  return t;
-}
-
 }  // namespace
 
 std::vector<Eigen::Vector3d> minimum_curvature_positions(const std::vector<double>& md,
@@ -43,10 +37,10 @@ std::vector<Eigen::Vector3d> minimum_curvature_positions(const std::vector<doubl
   return positions(md, tangents, minimum_curvature_interval<double>);
 }
 std::vector<Eigen::Vector3d> minimum_curvature_positions(const Survey& survey) {
-  return minimum_curvature_positions(survey.md(), tangents_of(survey));
+  return minimum_curvature_positions(survey.md(), true_tangents(survey));
 }
 std::vector<Eigen::Vector3d> balanced_tangential_positions(const Survey& survey) {
-  return positions(survey.md(), tangents_of(survey), balanced_tangential_interval<double>);
+  return positions(survey.md(), true_tangents(survey), balanced_tangential_interval<double>);
 }
 
 std::vector<double> true_vertical_depths(const Survey& survey) {

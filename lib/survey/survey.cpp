@@ -12,6 +12,12 @@ std::vector<double> Survey::md() const {
   return depths;
 }
 
+std::vector<Vec3<double>> true_tangents(const Survey& survey) {
+  std::vector<Vec3<double>> t;
+  for (const Station& s : survey.stations) t.push_back(tangent_N({s.inclination, s.azimuth, 0}));
+  return t;
+}
+
 SurveyDefect find_defect(const Survey& survey) {
   if (survey.size() < 2) return {-1, "stations", "a survey has at least two stations"};
   Vec3<double> tangent_before{};

@@ -24,6 +24,9 @@ struct Survey {
   std::vector<double> md() const;
 };
 
+/// Directions of the hole at all stations, in N, true north.
+std::vector<Vec3<double>> true_tangents(const Survey& survey);
+
 /// What is wrong with a survey, for a message: empty if nothing is. Rules: at least two stations, measured depth
 /// strictly increasing, inclination in [0, 180] deg, dogleg between neighbours below 180 deg.
 struct SurveyDefect {
