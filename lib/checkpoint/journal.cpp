@@ -16,8 +16,6 @@
 #include "base/error.h"
 #include "base/numerics.h"
 #include "base/retry.h"
-#include "checkpoint/journal_remarks.h"
-#include "checkpoint/same_numbers.h"
 #include "store/atomic_file.h"
 
 namespace surveymc::checkpoint {

@@ -39,6 +39,13 @@ struct JournalContents {
 /// Throws IoError if a journal beside `output` belongs to another config or another build of the program.
 JournalContents read_journals(const std::filesystem::path& output, const RunKey& key);
 
+/// What a user should know of the journals beside `output` that read_journals() takes: which are of another build, and
+/// which files have the name of a journal and are none. Throws IoError.
+struct JournalRemarks {
+  std::vector<std::string> notes, warnings;
+};
+JournalRemarks journal_remarks(const std::filesystem::path& output, const RunKey& key);
+
 /// Removes the journals of this run, once its output was written: those that read_journals() would read, and damaged
 /// ones. What is no journal stays.
 void remove_journals(const std::filesystem::path& output, const RunKey& key);

@@ -71,9 +71,8 @@ std::string encode_head(const Part& p, std::uint64_t file_size, std::uint64_t ab
   out.put(kPartMark.data(), kPartMark.size());
   out.put(file_size);
   out.put(run.data(), run.size());
-  for (const std::uint64_t n : {p.points, p.range.first, p.range.end, p.range.stride, p.shard, p.shards}) out.put(n);
-  out.put(p.run.elapsed_s);
-  for (const std::uint64_t n : {about_size, index_size, flags}) out.put(n);
+  out.fields(p.points, p.range.first, p.range.end, p.range.stride, p.shard, p.shards, p.run.elapsed_s, about_size,
+             index_size, flags);
   std::string bytes = out.take();
   return bytes + checksum_of(bytes);
 }
@@ -92,12 +91,9 @@ PartHead decode_head(const fs::path& path, std::string_view bytes, std::uint64_t
   if (in.get<std::uint64_t>() != file_size) damaged(path);
   PartHead h;
   h.run = std::string(in.raw(16));
-  for (std::uint64_t* n : {&h.points, &h.range.first, &h.range.end, &h.range.stride, &h.shard, &h.shards})
-    *n = in.get<std::uint64_t>();
-  h.elapsed_s = in.get<double>();
-  h.about_size = in.get<std::uint64_t>();
-  h.index_size = in.get<std::uint64_t>();
-  const auto flags = in.get<std::uint64_t>();
+  std::uint64_t flags = 0;
+  in.fields(h.points, h.range.first, h.range.end, h.range.stride, h.shard, h.shards, h.elapsed_s, h.about_size,
+            h.index_size, flags);
   h.whole = (flags & kWholeFlag) != 0;
   h.failed = (flags & kFailedFlag) != 0;
   if (h.range.stride == 0 || h.shards == 0 || h.about_size > file_size || h.index_size > file_size) damaged(path);

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/numerics.h"
+
 namespace surveymc::checkpoint {
 
 /// The config and the program to which a stored tally belongs. Tallies can be merged only if both are the same, because
@@ -18,6 +20,11 @@ struct RunKey {
 
   bool operator==(const RunKey&) const = default;
 };
+
+/// Tallies of both may be merged: they are of one config, and of programs whose numbers have the same bits.
+inline bool same_numbers(const RunKey& a, const RunKey& b) {
+  return a.config_hash == b.config_hash && numerics_of(a.program) == numerics_of(b.program);
+}
 
 /// XXH3-128 of the bytes, 16 bytes.
 std::string checksum_of(std::string_view bytes);

@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "checkpoint/same_numbers.h"
 #include "cli/log.h"
 #include "cli/print_result.h"
 #include "cli/refine_command.h"

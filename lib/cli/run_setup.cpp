@@ -19,7 +19,7 @@
 #include <fmt/format.h>
 
 #include "base/numerics.h"
-#include "checkpoint/journal_remarks.h"
+#include "checkpoint/journal.h"
 #include "cli/log.h"
 #include "cli/print_result.h"
 #include "cli/rank_work.h"

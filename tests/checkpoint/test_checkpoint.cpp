@@ -8,7 +8,6 @@
 
 #include "base/error.h"
 #include "checkpoint/journal.h"
-#include "checkpoint/journal_remarks.h"
 #include "checkpoint/part_file.h"
 #include "montecarlo/run_blocks.h"
 #include "random/stream.h"
