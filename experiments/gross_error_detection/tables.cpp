@@ -8,7 +8,7 @@
 #include "base/units.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/snooping.h"
-#include "stats/share_interval.h"
+#include "stats/intervals.h"
 #include "study/comparison.h"
 #include "study/table_rows.h"
 

@@ -35,6 +35,10 @@ Interval mean_square_interval(double mean, double variance, std::uint64_t count,
 /// Probability of an event seen `successes` times in `trials`: exact (Clopper and Pearson 1934).
 Interval binomial_interval(std::uint64_t successes, std::uint64_t trials, double confidence);
 
+/// Mean of shares in [0, 1] from their sample variance, inside [0, 1]: Clopper and Pearson's interval for the number of
+/// independent events that would have this variance (Korn and Graubard 1998), at least `count` of them.
+Interval share_interval(double mean, double variance, std::uint64_t count, double confidence);
+
 /// P(X <= events) and P(X >= events) of a binomial X.
 struct BinomialTails {
   double at_most = 1, at_least = 1;

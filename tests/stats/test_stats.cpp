@@ -10,7 +10,6 @@
 #include "stats/intervals.h"
 #include "stats/normal_tail.h"
 #include "stats/sample_summary.h"
-#include "stats/share_interval.h"
 #include "stats/tally.h"
 #include "stats/tests.h"
 
