@@ -5,14 +5,8 @@
 #include <vector>
 
 #include "cli/command_words.h"
-#include "cli/diff_command.h"
-#include "cli/keys_command.h"
-#include "cli/models_command.h"
-#include "cli/new_command.h"
-#include "cli/part_commands.h"
-#include "cli/refine_command.h"
+#include "cli/commands.h"
 #include "cli/run_setup.h"
-#include "cli/show_command.h"
 
 namespace surveymc::cli {
 

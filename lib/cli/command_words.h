@@ -1,6 +1,6 @@
 #pragma once
-/// Commands and options of the program as plain words, read from the definitions of the command line. The man page and
-/// the shell completions are made of them, so that nothing is listed by hand.
+/// Commands and options of the program as plain words, read from the definitions of the command line. `surveymc man`
+/// and `surveymc completion SHELL` make their texts of them, so that nothing is listed by hand.
 #include <string>
 #include <vector>
 
@@ -28,5 +28,12 @@ struct ProgramWords {
   std::vector<OptionWords> options;    ///< of the program itself
   std::vector<CommandWords> commands;  ///< in the order in which they were added
 };
+
+/// The man page, in man(7) macros. Holds no date and no revision, so it changes only with the command line.
+std::string man_page(const ProgramWords& program, const std::string& version);
+
+/// The completion script for "bash", "zsh" or "fish". Offers commands, options, configs (*.toml), results (*.h5), and
+/// the tables and maps of the result named before.
+std::string completion(const ProgramWords& program, const std::string& shell);
 
 }  // namespace surveymc::cli

@@ -1,9 +1,9 @@
 #include <algorithm>
+#include <array>
 
 #include <fmt/format.h>
 
 #include "cli/command_words.h"
-#include "cli/text_commands.h"
 
 namespace surveymc::cli {
 namespace {
@@ -43,26 +43,31 @@ std::string escaped(const std::string& text, const std::string& special) {
   return out;
 }
 
-// ---- bash ----
+/// What the shells offer for a value of a kind.
+struct Offer {
+  ValueKind kind;
+  const char *bash, *zsh, *fish;
+};
 
-std::string bash_offer(ValueKind kind) {
-  switch (kind) {
-    case ValueKind::config_file:
-      return "_surveymc_files toml";
-    case ValueKind::result_file:
-      return "_surveymc_files h5";
-    case ValueKind::folder:
-      return "_surveymc_words \"$(compgen -d -- \"$cur\")\"";
-    case ValueKind::table:
-      return "_surveymc_words \"$(_surveymc_tables \"$first\")\"";
-    case ValueKind::shell:
-      return "_surveymc_words $'bash\\nzsh\\nfish'";
-    case ValueKind::experiment:
-      return "_surveymc_words \"$(_surveymc_experiments)\"";
-    default:
-      return ":";
-  }
+/// Of the kinds that have something to offer; the last one is of all others.
+constexpr std::array<Offer, 7> kOffers{
+    {{ValueKind::config_file, "_surveymc_files toml", "_files -g \"*.toml\"",
+      " -k -a '(__fish_complete_suffix .toml)'"},
+     {ValueKind::result_file, "_surveymc_files h5", "_files -g \"*.h5\"", " -k -a '(__fish_complete_suffix .h5)'"},
+     {ValueKind::folder, "_surveymc_words \"$(compgen -d -- \"$cur\")\"", "_files -/",
+      " -a '(__fish_complete_directories)'"},
+     {ValueKind::table, "_surveymc_words \"$(_surveymc_tables \"$first\")\"", "_surveymc_tables",
+      " -a '(__surveymc_tables)'"},
+     {ValueKind::shell, "_surveymc_words $'bash\\nzsh\\nfish'", "(bash zsh fish)", " -a 'bash zsh fish'"},
+     {ValueKind::experiment, "_surveymc_words \"$(_surveymc_experiments)\"", "_surveymc_experiments",
+      " -a \"(surveymc list 2>/dev/null | grep -v '^ ' | cut -d' ' -f1)\""},
+     {ValueKind::text, ":", " ", ""}}};
+
+const Offer& offer_of(ValueKind kind) {
+  return *std::find_if(kOffers.begin(), kOffers.end() - 1, [&](const Offer& o) { return o.kind == kind; });
 }
+
+// ---- bash ----
 
 constexpr const char* kBashHelpers = R"(
 # Offers the lines of $1 that begin with the current word. Not by compgen -W, which would expand them.
@@ -100,11 +105,11 @@ std::string bash(const ProgramWords& words) {
     for (const OptionWords& o : c.options)
       if (!o.value.empty())
         for (const std::string& flag : o.flags)
-          offers += fmt::format("    {}:{}) {}; return ;;\n", c.name, flag, bash_offer(o.kind));
+          offers += fmt::format("    {}:{}) {}; return ;;\n", c.name, flag, offer_of(o.kind).bash);
     options += fmt::format("      {}) _surveymc_words $'{}' ;;\n", c.name, joined(flags_of(c.options), "\\n"));
     for (std::size_t i = 0; i < c.positionals.size(); ++i)
       positionals += fmt::format("    {}:{}) {} ;;\n", c.name, c.positionals[i].repeated ? "*" : fmt::format("{}", i),
-                                 bash_offer(c.positionals[i].kind));
+                                 offer_of(c.positionals[i].kind).bash);
   }
   return fmt::format(
       R"(# bash completion for surveymc; made by: surveymc completion bash
@@ -144,28 +149,9 @@ complete -F _surveymc surveymc
 
 // ---- zsh ----
 
-std::string zsh_offer(ValueKind kind) {
-  switch (kind) {
-    case ValueKind::config_file:
-      return "_files -g \"*.toml\"";
-    case ValueKind::result_file:
-      return "_files -g \"*.h5\"";
-    case ValueKind::folder:
-      return "_files -/";
-    case ValueKind::table:
-      return "_surveymc_tables";
-    case ValueKind::shell:
-      return "(bash zsh fish)";
-    case ValueKind::experiment:
-      return "_surveymc_experiments";
-    default:
-      return " ";
-  }
-}
-
 std::string zsh_option(const OptionWords& o) {
   const std::string says = fmt::format("[{}]", escaped(o.description, "[]\\:"));
-  const std::string value = o.value.empty() ? "" : fmt::format(":{}:{}", escaped(o.value, ":"), zsh_offer(o.kind));
+  const std::string value = o.value.empty() ? "" : fmt::format(":{}:{}", escaped(o.value, ":"), offer_of(o.kind).zsh);
   std::string out;
   for (const std::string& flag : o.flags)
     out += fmt::format(" {}", quoted(fmt::format("{}{}{}{}", o.repeated ? "*" : "", flag, says, value)));
@@ -183,7 +169,7 @@ std::string zsh(const ProgramWords& words) {
       const OptionWords& p = c.positionals[i];
       arguments +=
           fmt::format(" {}", quoted(fmt::format("{}{}:{}:{}", p.repeated ? "*" : fmt::format("{}", i + 1),
-                                                p.required || p.repeated ? "" : ":", p.name, zsh_offer(p.kind))));
+                                                p.required || p.repeated ? "" : ":", p.name, offer_of(p.kind).zsh)));
     }
     cases += fmt::format("    {}) _arguments{} ;;\n", c.name, arguments);
   }
@@ -229,30 +215,11 @@ fi
 
 // ---- fish ----
 
-std::string fish_offer(ValueKind kind) {
-  switch (kind) {
-    case ValueKind::config_file:
-      return " -k -a '(__fish_complete_suffix .toml)'";
-    case ValueKind::result_file:
-      return " -k -a '(__fish_complete_suffix .h5)'";
-    case ValueKind::folder:
-      return " -a '(__fish_complete_directories)'";
-    case ValueKind::table:
-      return " -a '(__surveymc_tables)'";
-    case ValueKind::shell:
-      return " -a 'bash zsh fish'";
-    case ValueKind::experiment:
-      return " -a \"(surveymc list 2>/dev/null | grep -v '^ ' | cut -d' ' -f1)\"";
-    default:
-      return "";
-  }
-}
-
 std::string fish_option(const OptionWords& o, const std::string& condition) {
   std::string out = "complete -c surveymc -n " + quoted(condition);
   for (const std::string& flag : o.flags)
     out += flag.starts_with("--") ? " -l " + flag.substr(2) : " -s " + flag.substr(1);
-  if (!o.value.empty()) out += " -x" + fish_offer(o.kind);
+  if (!o.value.empty()) out += std::string(" -x") + offer_of(o.kind).fish;
   return out + " -d " + quoted(o.description) + "\n";
 }
 
@@ -272,8 +239,8 @@ complete -c surveymc -f
     out += fmt::format("complete -c surveymc -n __fish_use_subcommand -a {} -d {}\n", c.name, quoted(c.description));
     for (const OptionWords& o : c.options) out += fish_option(o, condition);
     for (const OptionWords& p : c.positionals)
-      if (!fish_offer(p.kind).empty())
-        out += fmt::format("complete -c surveymc -n {}{}\n", quoted(condition), fish_offer(p.kind));
+      if (*offer_of(p.kind).fish)
+        out += fmt::format("complete -c surveymc -n {}{}\n", quoted(condition), offer_of(p.kind).fish);
   }
   return out;
 }

@@ -1,4 +1,4 @@
-#include "cli/diff_command.h"
+#include "cli/commands.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include "cli/command_words.h"
-#include "cli/text_commands.h"
 
 namespace surveymc::cli {
 namespace {

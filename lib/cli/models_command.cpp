@@ -1,4 +1,4 @@
-#include "cli/models_command.h"
+#include "cli/commands.h"
 
 #include <algorithm>
 #include <vector>

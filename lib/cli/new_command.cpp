@@ -1,4 +1,4 @@
-#include "cli/new_command.h"
+#include "cli/commands.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -12,7 +12,6 @@
 
 #include <fmt/format.h>
 
-#include "cli/keys_command.h"
 #include "cli/run_setup.h"
 #include "config/key_log.h"
 

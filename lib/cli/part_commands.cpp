@@ -1,4 +1,4 @@
-#include "cli/part_commands.h"
+#include "cli/commands.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -9,7 +9,6 @@
 
 #include "cli/log.h"
 #include "cli/print_result.h"
-#include "cli/refine_command.h"
 #include "store/atomic_file.h"
 #include "store/backup.h"
 #include "study/point_costs.h"

@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "cli/command_line.h"
+#include "cli/commands.h"
 #include "cli/log.h"
-#include "cli/part_commands.h"
 #include "cli/run_setup.h"
 
 namespace surveymc::cli {

@@ -1,4 +1,4 @@
-#include "cli/refine_command.h"
+#include "cli/commands.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,4 +1,4 @@
-#include "cli/show_command.h"
+#include "cli/commands.h"
 
 #include <algorithm>
 #include <limits>
