@@ -7,14 +7,14 @@
 
 #include <catch2/catch.hpp>
 
-#include "base/error.h"
 #include "config/config.h"
+#include "message_of.h"
 #include "temporary_folder.h"
 
 using Catch::Matchers::Contains;
 using Catch::Matchers::EndsWith;
 using Catch::Matchers::StartsWith;
-using surveymc::InputError;
+using surveymc::message_of;
 using surveymc::config::Config;
 using surveymc::config::ConfigReader;
 using surveymc::config::format_number;
@@ -41,17 +41,6 @@ const std::string kHead = "experiment = \"test\"\nseed = 1\n";
 
 Config config_of(const std::string& body, const std::vector<InputTable>& files = {}) {
   return Config::from_text(kHead + body, "t.toml", files);
-}
-
-/// What the InputError of `f` says; empty if there is none.
-template <class F>
-std::string message_of(F&& f) {
-  try {
-    f();
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
 }
 
 std::string fault(const std::string& body) {

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "config/input_table.h"
+#include "message_of.h"
 
 using surveymc::InputError;
 using surveymc::config::InputTable;
@@ -15,12 +16,7 @@ namespace {
 
 /// What parse_csv says about a bad file; empty if it accepts it.
 std::string fault(const std::string& text) {
-  try {
-    parse_csv(text, "traj.csv");
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
+  return surveymc::message_of([&] { parse_csv(text, "traj.csv"); });
 }
 
 const std::string kHint = "decimal points and commas between cells are required";

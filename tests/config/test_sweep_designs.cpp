@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
-#include "base/error.h"
 #include "base/point_set.h"
 #include "config/config.h"
+#include "message_of.h"
 #include "temporary_folder.h"
 
 using namespace surveymc;
@@ -22,12 +22,7 @@ namespace {
 Config swept(const std::string& body) { return Config::from_text("experiment = 'e'\nseed = 1\n" + body, "t.toml", {}); }
 
 std::string refused(const std::string& body) {
-  try {
-    swept(body);
-    return "";
-  } catch (const InputError& e) {
-    return e.what();
-  }
+  return message_of([&] { swept(body); });
 }
 
 std::string point_text(const Config& c, std::size_t point) {
@@ -48,13 +43,8 @@ class SweepFolder : public TemporaryFolder {
     return Config::load(path / "t.toml", {});
   }
   std::string refused(const std::string& csv, const std::string& body = "") const {
-    try {
-      load(csv, body).check_sweep([] {});
-      return "";
-    } catch (const InputError& e) {
-      const std::string text = e.what(), folder = path.string() + "/";
-      return text.starts_with(folder) ? text.substr(folder.size()) : text;
-    }
+    const std::string text = message_of([&] { load(csv, body).check_sweep([] {}); }), folder = path.string() + "/";
+    return text.starts_with(folder) ? text.substr(folder.size()) : text;
   }
 };
 
@@ -207,12 +197,8 @@ TEST_CASE("Designs: points in a table") {
   CHECK(folder.refused("a\n1\n", "[[sweep.case]]\nname = 'x'\na = 3\n") ==
         "t.toml:7: a = 3: is also in [sweep]: a key can vary with the case or by itself");
   folder.load(csv);
-  try {
-    Config::load(folder.path / "t.toml", {"n=5"});
-    FAIL("must throw");
-  } catch (const InputError& e) {
-    CHECK(std::string(e.what()) == "--set n=5: n = 5: n is a column of points.csv: delete that column");
-  }
+  CHECK_THROWS_WITH(Config::load(folder.path / "t.toml", {"n=5"}),
+                    "--set n=5: n = 5: n is a column of points.csv: delete that column");
 }
 
 TEST_CASE("Designs: rows of a long table are found by their number") {

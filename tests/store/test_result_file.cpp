@@ -22,6 +22,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "message_of.h"
 #include "store/atomic_file.h"
 #include "store/large_files.h"
 #include "store/paged_file.h"
@@ -107,6 +108,19 @@ Result full_result() {
   return r;
 }
 
+/// One table with one value.
+Result result_of(double value) {
+  Result r;
+  r.tables = {{"t", "", {{"x", "1", "", Numbers{value}}}}};
+  return r;
+}
+
+/// The bytes of a number.
+std::string raw(double x) {
+  const auto bits = std::bit_cast<std::array<char, sizeof x>>(x);
+  return {bits.begin(), bits.end()};
+}
+
 void check_equal(const Column& a, const Column& b) {
   INFO("column " << b.name);
   CHECK(a.name == b.name);
@@ -142,6 +156,12 @@ void check_equal(const Map& a, const Map& b) {
   }
 }
 
+template <class T>
+void check_equal(const std::vector<T>& a, const std::vector<T>& b) {
+  REQUIRE(a.size() == b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) check_equal(a[i], b[i]);
+}
+
 constexpr std::size_t kSealSize = 24;
 
 /// Replaces text in the file by one of the same length. Takes the seal off, or it would be the seal that fails.
@@ -161,30 +181,17 @@ void write_foreign_hdf5(const fs::path& path) {
   patch(path, eight + "surveymc", eight + "otherone");
 }
 
-/// No file may grow beyond `bytes` while this lives: a disk that fills up, as far as write() tells.
-struct FullDisk {
+/// What the IoError of `call` says if no file may grow beyond `bytes`: a disk that fills up, as far as write() tells.
+std::string error_on_full_disk(rlim_t bytes, const std::function<void()>& call) {
+  const auto handler = signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
-  void (*handler)(int);
-  explicit FullDisk(rlim_t bytes) : handler(signal(SIGXFSZ, SIG_IGN)) {
-    getrlimit(RLIMIT_FSIZE, &before);
-    const rlimit limit{bytes, before.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  FullDisk(const FullDisk&) = delete;
-  FullDisk& operator=(const FullDisk&) = delete;
-  ~FullDisk() {
-    setrlimit(RLIMIT_FSIZE, &before);
-    signal(SIGXFSZ, handler);
-  }
-};
-
-std::string io_error_of(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const IoError& e) {
-    return e.what();
-  }
-  return "no IoError";
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit limit{bytes, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &limit);
+  const std::string message = message_of<IoError>(call);
+  setrlimit(RLIMIT_FSIZE, &before);
+  signal(SIGXFSZ, handler);
+  return message;
 }
 
 }  // namespace
@@ -210,12 +217,9 @@ TEST_CASE("What is written is read back: values to the bit, names, units and ord
   CHECK(back.run.elapsed_s == r.run.elapsed_s);
   CHECK(back.run.threads == r.run.threads);
   CHECK(back.run.ranks == r.run.ranks);
-  REQUIRE(back.tables.size() == r.tables.size());
-  for (std::size_t i = 0; i < r.tables.size(); ++i) check_equal(back.tables[i], r.tables[i]);
-  REQUIRE(back.samples.size() == r.samples.size());
-  for (std::size_t i = 0; i < r.samples.size(); ++i) check_equal(back.samples[i], r.samples[i]);
-  REQUIRE(back.maps.size() == r.maps.size());
-  for (std::size_t i = 0; i < r.maps.size(); ++i) check_equal(back.maps[i], r.maps[i]);
+  check_equal(back.tables, r.tables);
+  check_equal(back.samples, r.samples);
+  check_equal(back.maps, r.maps);
   REQUIRE(back.inputs.size() == r.inputs.size());
   for (std::size_t i = 0; i < r.inputs.size(); ++i) {
     CHECK(back.inputs[i].path == r.inputs[i].path);
@@ -352,12 +356,8 @@ TEST_CASE("A disk that fills up leaves the old file and no temporary one") {
   const std::string before = bytes_of(folder / "r.h5");
 
   for (const rlim_t limit : {0, 1, 1000, 8192, 60000}) {  // the new file is larger than each
-    std::string message;
-    {
-      const FullDisk full(limit);
-      message = io_error_of([&] { write_result(folder / "r.h5", full_result()); });
-    }
-    CHECK_THAT(message, Contains("r.h5: cannot be written: File too large"));
+    CHECK_THAT(error_on_full_disk(limit, [&] { write_result(folder / "r.h5", full_result()); }),
+               Contains("r.h5: cannot be written: File too large"));
     CHECK(bytes_of(folder / "r.h5") == before);
     CHECK(folder.names() == std::vector<std::string>{"r.h5"});
   }
@@ -367,12 +367,8 @@ TEST_CASE("A disk that fills up leaves the old file and no temporary one") {
 
 TEST_CASE("A folder without room is refused before anything is computed") {
   const Folder folder;
-  std::string message;
-  {
-    const FullDisk full(0);
-    message = io_error_of([&] { check_output_path(folder / "r.h5"); });
-  }
-  CHECK_THAT(message, Contains("cannot write into the folder"));
+  CHECK_THAT(error_on_full_disk(0, [&] { check_output_path(folder / "r.h5"); }),
+             Contains("cannot write into the folder"));
   CHECK(folder.names().empty());
 }
 
@@ -414,7 +410,7 @@ TEST_CASE("check_output_path accepts a new file and an old result, and creates n
 
 TEST_CASE("check_output_path says why a file cannot be written") {
   const Folder folder;
-  const auto message = [](const fs::path& path) { return io_error_of([&] { check_output_path(path); }); };
+  const auto message = [](const fs::path& path) { return message_of<IoError>([&] { check_output_path(path); }); };
   CHECK_THAT(message(folder / "missing/r.h5"), Contains("missing does not exist"));
   CHECK_THAT(message(folder.path), Contains("is a folder"));
   CHECK_THAT(message(folder.path.string() + "/"), Contains("is a folder"));
@@ -437,8 +433,8 @@ TEST_CASE("A file that is not ours is never overwritten") {
     const std::string rule =
         (folder / name).string() +
         ": exists and is not a surveymc result: refusing to overwrite it; choose another name with -o";
-    CHECK(io_error_of([&] { check_output_path(folder / name); }) == rule);
-    CHECK(io_error_of([&] { write_result(folder / name, full_result()); }) == rule);
+    CHECK(message_of<IoError>([&] { check_output_path(folder / name); }) == rule);
+    CHECK(message_of<IoError>([&] { write_result(folder / name, full_result()); }) == rule);
     CHECK(bytes_of(folder / name) == before);
   }
   CHECK(folder.names().size() == 3);
@@ -461,9 +457,10 @@ TEST_CASE("A result is written to where a symbolic link points") {
   CHECK(stored_content_hash(folder / "store/next.h5") == content_hash(full_result()));
 
   fs::create_symlink("nowhere/r.h5", folder / "lost.h5");
-  CHECK(io_error_of([&] { check_output_path(folder / "lost.h5"); }).find("does not exist") != std::string::npos);
+  CHECK(message_of<IoError>([&] { check_output_path(folder / "lost.h5"); }).find("does not exist") !=
+        std::string::npos);
   fs::create_symlink("ring.h5", folder / "ring.h5");
-  CHECK_FALSE(io_error_of([&] { write_result(folder / "ring.h5", full_result()); }).empty());
+  CHECK_FALSE(message_of<IoError>([&] { write_result(folder / "ring.h5", full_result()); }).empty());
 }
 
 TEST_CASE("An axis name of any length comes back") {
@@ -562,7 +559,7 @@ TEST_CASE("Many writers of one name at once leave one whole result") {
 
 TEST_CASE("Reading what is no result says so") {
   const Folder folder;
-  const auto message = [](const fs::path& path) { return io_error_of([&] { read_result(path); }); };
+  const auto message = [](const fs::path& path) { return message_of<IoError>([&] { read_result(path); }); };
   CHECK_THAT(message(folder / "missing.h5"), Contains("missing.h5: No such file or directory"));
   CHECK_THAT(message(folder.path), Contains("is a folder"));
   write_bytes(folder / "garbage.h5", std::string(5000, 'g'));
@@ -572,21 +569,17 @@ TEST_CASE("Reading what is no result says so") {
 
   write_foreign_hdf5(folder / "foreign.h5");
   CHECK_THAT(message(folder / "foreign.h5"), Contains("is an HDF5 file, but not a surveymc result"));
-  CHECK_THAT(io_error_of([&] { stored_content_hash(folder / "foreign.h5"); }), Contains("not a surveymc result"));
+  CHECK_THAT(message_of<IoError>([&] { stored_content_hash(folder / "foreign.h5"); }),
+             Contains("not a surveymc result"));
 }
 
 TEST_CASE("A data value changed in the file is found out") {
   const Folder folder;
-  Result r;
   const double value = 0.123456789;
-  r.tables = {{"t", "", {{"x", "1", "", Numbers{value}}}}};
+  const Result r = result_of(value);
   write_result(folder / "r.h5", r);
-  const auto raw = [](double x) {
-    const auto bits = std::bit_cast<std::array<char, sizeof x>>(x);
-    return std::string(bits.begin(), bits.end());
-  };
   patch(folder / "r.h5", raw(value), raw(value + 1e-9));
-  CHECK_THAT(io_error_of([&] { read_result(folder / "r.h5"); }), Contains("do not match its content_hash"));
+  CHECK_THAT(message_of<IoError>([&] { read_result(folder / "r.h5"); }), Contains("do not match its content_hash"));
 }
 
 TEST_CASE("A truncated file is an IoError wherever it was cut") {
@@ -602,7 +595,7 @@ TEST_CASE("A truncated file is an IoError wherever it was cut") {
   CHECK_THROWS_AS(read_result(folder / "cut.h5"), IoError);
   for (std::size_t kept = 1; kept < kSealSize; ++kept) {  // within the seal
     write_bytes(folder / "cut.h5", whole.substr(0, whole.size() - kSealSize + kept));
-    CHECK_THAT(io_error_of([&] { read_result(folder / "cut.h5"); }), Contains("checksum is not whole"));
+    CHECK_THAT(message_of<IoError>([&] { read_result(folder / "cut.h5"); }), Contains("checksum is not whole"));
   }
 }
 
@@ -869,8 +862,7 @@ TEST_CASE("A streamed map is the same result as a held one", "[store]") {
   write_result(folder / "streamed.h5", stream);
   CHECK(stored_content_hash(folder / "streamed.h5") == stored_content_hash(folder / "held.h5"));
   const Result back = read_result(folder / "streamed.h5");
-  REQUIRE(back.maps.size() == held.maps.size());
-  for (std::size_t i = 0; i < held.maps.size(); ++i) check_equal(back.maps[i], held.maps[i]);
+  check_equal(back.maps, held.maps);
   CHECK(folder.names().size() == 2);
 }
 
@@ -899,8 +891,7 @@ TEST_CASE("A compressed file is smaller and the same result, held and streamed",
   for (const Result& either : {r, streamed(r)}) {
     write_result(folder / "packed.h5", either, WriteOptions{4, {}});
     CHECK(stored_content_hash(folder / "packed.h5") == stored_content_hash(folder / "plain.h5"));
-    const Result back = read_result(folder / "packed.h5");
-    for (std::size_t i = 0; i < r.maps.size(); ++i) check_equal(back.maps[i], r.maps[i]);
+    check_equal(read_result(folder / "packed.h5").maps, r.maps);
     // 8 bytes a number are 5 MB of the plain file; texts stay as they are
     CHECK(fs::file_size(folder / "packed.h5") + 4000000 < fs::file_size(folder / "plain.h5"));
   }
@@ -908,14 +899,12 @@ TEST_CASE("A compressed file is smaller and the same result, held and streamed",
 
 TEST_CASE("Unchecked reading gives the same result, and does not look at the content hash", "[store]") {
   const Folder folder;
-  Result r;
   const double value = 0.123456789;
-  r.tables = {{"t", "", {{"x", "1", "", Numbers{value}}}}};
+  const Result r = result_of(value);
   write_result(folder / "r.h5", r);
   CHECK(content_hash(read_unchecked_result(folder / "r.h5")) == content_hash(r));
   std::string bytes = bytes_of(folder / "r.h5");
-  const auto raw = std::bit_cast<std::array<char, sizeof value>>(value);
-  bytes[bytes.find(std::string(raw.begin(), raw.end()))] ^= 1;  // the last bit of the value
+  bytes[bytes.find(raw(value))] ^= 1;  // the last bit of the value
   write_bytes(folder / "r.h5", bytes);
   CHECK_THROWS_AS(read_result(folder / "r.h5"), IoError);
   CHECK(std::get<Numbers>(read_unchecked_result(folder / "r.h5").tables[0].columns[0].values)[0] != value);

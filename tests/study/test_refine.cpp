@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <catch2/catch.hpp>
 
-#include "base/error.h"
+#include "message_of.h"
 #include "study/refine.h"
 
 using namespace surveymc;
@@ -126,12 +126,7 @@ TEST_CASE("What cannot be refined is named") {
   const auto fault = [](const std::string& from, const std::string& to) {
     std::string text = kConfig;
     if (!from.empty()) text.replace(text.find(from), from.size(), to);
-    try {
-      next_round(result_at(text, {{0, 0}, {0, 1}, {1, 0}, {1, 1}}), "t.h5", "n.points.csv");
-      return std::string();
-    } catch (const InputError& e) {
-      return std::string(e.what());
-    }
+    return message_of([&] { next_round(result_at(text, {{0, 0}, {0, 1}, {1, 0}, {1, 1}}), "t.h5", "n.points.csv"); });
   };
   CHECK(fault("", "").empty());
   CHECK(fault("'t.value'", "'value'") ==

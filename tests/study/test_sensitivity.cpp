@@ -3,8 +3,8 @@
 
 #include <catch2/catch.hpp>
 
-#include "base/error.h"
 #include "config/config.h"
+#include "message_of.h"
 #include "random/design_points.h"
 #include "study/sensitivity.h"
 
@@ -134,12 +134,7 @@ TEST_CASE("Every interval of a sensitivity table has its estimate in it, and a w
 
 TEST_CASE("What a sensitivity table cannot be made of is named") {
   const auto fault = [](config::SensitivityRule r, std::size_t points, std::size_t in_sweep) {
-    try {
-      sensitivity_table(r, sampled(points), in_sweep);
-      return std::string();
-    } catch (const InputError& e) {
-      return std::string(e.what());
-    }
+    return message_of([&] { sensitivity_table(r, sampled(points), in_sweep); });
   };
   config::SensitivityRule r = rule();
   CHECK(fault(r, 40, 40).empty());
@@ -158,13 +153,10 @@ TEST_CASE("What a sensitivity table cannot be made of is named") {
 
 TEST_CASE("[sensitivity] of a config is checked before anything runs") {
   const auto fault = [](const std::string& sensitivity, const std::string& sweep) {
-    try {
+    return message_of([&] {
       config::Config::from_text("experiment = 'e'\n[sensitivity]\n" + sensitivity + "\n[sweep]\n" + sweep, "t.toml",
                                 {});
-      return std::string();
-    } catch (const InputError& e) {
-      return std::string(e.what());
-    }
+    });
   };
   const std::string good = "quantity = 't.value'", points = "a = { from = 1, to = 20, step = 1 }";
   CHECK(fault(good, points).empty());
