@@ -68,11 +68,9 @@ void SweepTable::scan() {
       remove_empty_end(names_, 0);
       std::set<std::string> seen;
       for (const std::string& name : names_) {
-        if (name.empty()) throw InputError(fmt::format("{}: a column has no name", place(number)));
-        if (has_other_separator(name))
-          throw InputError(fmt::format("{}: \"{}\": {}", place(number), name, kDecimalHint));
-        if (!seen.insert(name).second)
-          throw InputError(fmt::format("{}: {}: two columns have this name", place(number), name));
+        require(!name.empty(), "{}: a column has no name", place(number));
+        require(!has_other_separator(name), "{}: \"{}\": {}", place(number), name, kDecimalHint);
+        require(seen.insert(name).second, "{}: {}: two columns have this name", place(number), name);
       }
       return;
     }
@@ -134,20 +132,18 @@ const std::string& SweepTable::chunk_text(std::uint64_t chunk) const {
 }
 
 std::vector<TomlNode> SweepTable::cells_of(const Line& line) const {
-  std::vector<std::string> cells = split_cells(line.text, place(line.number));
+  const std::string at = place(line.number);
+  std::vector<std::string> cells = split_cells(line.text, at);
   remove_empty_end(cells, names_.size());
   for (std::size_t c = 0; c < names_.size(); ++c)
-    if (c >= cells.size() || cells[c].empty())
-      throw InputError(fmt::format("{}: {}: the cell is missing", place(line.number), names_[c]));
-  if (cells.size() > names_.size())
-    throw InputError(
-        fmt::format("{}: has {} cells, but there are {} columns", place(line.number), cells.size(), names_.size()));
+    require(c < cells.size() && !cells[c].empty(), "{}: {}: the cell is missing", at, names_[c]);
+  require(cells.size() <= names_.size(), "{}: has {} cells, but there are {} columns", at, cells.size(), names_.size());
   std::vector<TomlNode> out;
   for (std::size_t c = 0; c < names_.size(); ++c) {
     out.push_back(value_of(cells[c]));
-    out.back().place = place(line.number);
-    if (out.back().kind == TomlNode::Kind::real && !std::isfinite(out.back().real))
-      throw InputError(fmt::format("{}: {} = {}: must be a finite number", place(line.number), names_[c], cells[c]));
+    out.back().place = at;
+    require(out.back().kind != TomlNode::Kind::real || std::isfinite(out.back().real),
+            "{}: {} = {}: must be a finite number", at, names_[c], cells[c]);
   }
   return out;
 }

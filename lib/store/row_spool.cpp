@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/retry.h"
 
 namespace surveymc::store {
 namespace {
@@ -42,33 +43,29 @@ class SpoolFile {
 
   /// Where the bytes begin.
   std::uint64_t append(const void* bytes, std::size_t size) {
-    const std::uint64_t begin = end_;
-    const auto* next = static_cast<const char*>(bytes);
-    for (std::size_t left = size; left > 0;) {
-      const ssize_t n = pwrite(file_, next, left, static_cast<off_t>(end_));
-      if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) refuse(folder_, n < 0 ? errno : ENOSPC);
-      next += n;
-      left -= static_cast<std::size_t>(n);
-      end_ += static_cast<std::uint64_t>(n);
-    }
-    return begin;
+    transfer(pwrite, static_cast<const char*>(bytes), size, end_, ENOSPC);
+    end_ += size;
+    return end_ - size;
   }
 
   void read(std::uint64_t begin, void* bytes, std::size_t size) const {
-    auto* next = static_cast<char*>(bytes);
-    for (std::size_t left = size; left > 0;) {
-      const ssize_t n = pread(file_, next, left, static_cast<off_t>(begin));
-      if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) refuse(folder_, n < 0 ? errno : EIO);
-      next += n;
-      left -= static_cast<std::size_t>(n);
-      begin += static_cast<std::uint64_t>(n);
-    }
+    transfer(pread, static_cast<char*>(bytes), size, begin, EIO);
   }
 
  private:
   SpoolFile(std::string folder, int file) : folder_(std::move(folder)), file_(file) {}
+
+  /// Calls pread or pwrite until all bytes are done. `end`: the error where nothing more is done.
+  template <class Call, class Byte>
+  void transfer(const Call& call, Byte* next, std::size_t left, std::uint64_t at, int end) const {
+    while (left > 0) {
+      const ssize_t n = uninterrupted([&] { return call(file_, next, left, static_cast<off_t>(at)); });
+      if (n <= 0) refuse(folder_, n < 0 ? errno : end);
+      next += n;
+      left -= static_cast<std::size_t>(n);
+      at += static_cast<std::uint64_t>(n);
+    }
+  }
 
   [[noreturn]] static void refuse(const std::string& folder, int error_number) {
     throw IoError(
