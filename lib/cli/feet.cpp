@@ -1,4 +1,4 @@
-#include "cli/feet.h"
+#include "cli/print_result.h"
 
 #include <algorithm>
 

@@ -10,7 +10,6 @@
 #include "cli/log.h"
 #include "cli/print_result.h"
 #include "store/atomic_file.h"
-#include "store/backup.h"
 #include "study/point_costs.h"
 
 namespace surveymc::cli {

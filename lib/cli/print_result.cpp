@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "cli/feet.h"
 #include "cli/log.h"
 #include "cli/run_setup.h"
 #include "cli/screen.h"

@@ -34,12 +34,10 @@
 #include "cli/rank_work.h"
 #include "cli/run_setup.h"
 #include "cli/screen.h"
-#include "cli/stack_limits.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
 #include "simd/numerics_probe.h"
 #include "store/atomic_file.h"
-#include "store/backup.h"
 
 namespace surveymc::cli {
 namespace {

@@ -14,7 +14,6 @@
 
 #include "cli/print_result.h"
 #include "cli/run_setup.h"
-#include "cli/stored_inputs.h"
 #include "store/atomic_file.h"
 #include "study/refine.h"
 

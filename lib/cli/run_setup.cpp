@@ -23,7 +23,6 @@
 #include "cli/log.h"
 #include "cli/print_result.h"
 #include "cli/rank_work.h"
-#include "cli/stored_inputs.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
 #include "store/atomic_file.h"

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "cli/progress.h"
+#include "config/config.h"
 #include "store/result_file.h"
 #include "study/experiment.h"
 
@@ -146,5 +147,13 @@ void tell_backup(const std::filesystem::path& kept);
 void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const std::filesystem::path& output,
                      const std::string& command, const std::function<void(const study::Checkpoint&)>& compute,
                      const std::function<void()>& write);
+
+/// The input files that a result stores beside its config, in the form that the config reader takes.
+struct StoredInputs {
+  std::vector<config::InputTable> tables;
+  std::vector<config::InputText> texts;
+  std::vector<config::InputReference> references;  ///< too large to be stored: what identifies them
+};
+StoredInputs stored_inputs(const store::Result& result);
 
 }  // namespace surveymc::cli

@@ -1,6 +1,7 @@
 #include "cli/commands.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <stdexcept>
 #include <variant>
@@ -9,7 +10,7 @@
 #include <unistd.h>
 
 #include "base/error.h"
-#include "cli/feet.h"
+#include "cli/print_result.h"
 #include "cli/screen.h"
 #include "cli/show_map.h"
 #include "cli/verdict_counts.h"
@@ -61,33 +62,28 @@ std::string short_words(const VerdictCounts& counts) {
 
 /// The list of a file's contents, as a table.
 store::Table list_of(const store::Result& r) {
-  std::vector<std::string> kind, name, size, unit, verdicts, title;
-  const auto add = [&](const char* what, const std::string& its_name, const std::string& its_size,
-                       const std::string& its_unit, const std::string& judged, const std::string& its_title) {
-    kind.push_back(what);
-    name.push_back(its_name);
-    size.push_back(its_size);
-    unit.push_back(its_unit);
-    verdicts.push_back(judged);
-    title.push_back(its_title);
+  using Texts = std::vector<std::string>;
+  store::Table list{"contents",
+                    "",
+                    {{"kind", "", "", Texts()},
+                     {"name", "", "", Texts()},
+                     {"size", "", "rows x columns, or lengths of the axes", Texts()},
+                     {"unit", "", "", Texts()},
+                     {"verdicts", "", "", Texts()},
+                     {"title", "", "", Texts()}}};
+  const auto add = [&](const std::array<std::string, 6>& row) {
+    for (std::size_t c = 0; c < row.size(); ++c) std::get<Texts>(list.columns[c].values).push_back(row[c]);
   };
   const auto add_tables = [&](const char* what, const std::vector<store::Table>& tables) {
     for (const store::Table& t : tables)
-      add(what, t.name, fmt::format("{} x {}", t.rows(), t.columns.size()), "", short_words(count_verdicts({t})),
-          t.long_name);
+      add({what, t.name, fmt::format("{} x {}", t.rows(), t.columns.size()), "", short_words(count_verdicts({t})),
+           t.long_name});
   };
   add_tables("table", r.tables);
   add_tables("samples", r.samples);
   for (const MapSource& m : maps_of(r))
-    add("map", m.map->name, shape_text(*m.map), m.map->unit == "1" ? "" : m.map->unit, "", m.map->long_name);
-  return {"contents",
-          "",
-          {{"kind", "", "", kind},
-           {"name", "", "", name},
-           {"size", "", "rows x columns, or lengths of the axes", size},
-           {"unit", "", "", unit},
-           {"verdicts", "", "", verdicts},
-           {"title", "", "", title}}};
+    add({"map", m.map->name, shape_text(*m.map), m.map->unit == "1" ? "" : m.map->unit, "", m.map->long_name});
+  return list;
 }
 
 void print_heading(const store::Result& r) {

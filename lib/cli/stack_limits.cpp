@@ -1,4 +1,4 @@
-#include "cli/stack_limits.h"
+#include "cli/program.h"
 
 #include <pthread.h>
 #include <sys/resource.h>

@@ -1,4 +1,4 @@
-#include "cli/stored_inputs.h"
+#include "cli/run_setup.h"
 
 #include <string>
 

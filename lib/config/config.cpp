@@ -9,7 +9,7 @@
 #include "config/config_document.h"
 #include "config/key_log.h"
 #include "config/reader_state.h"
-#include "config/toml_parse.h"
+#include "config/toml_tree.h"
 
 namespace surveymc::config {
 

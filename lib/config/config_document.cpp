@@ -17,7 +17,7 @@
 #include "config/sensitivity_rule.h"
 #include "config/suggest.h"
 #include "config/text.h"
-#include "config/toml_parse.h"
+#include "config/toml_tree.h"
 
 namespace surveymc::config {
 

@@ -11,7 +11,7 @@
 #include "config/config.h"
 #include "config/reader_state.h"
 #include "config/text.h"
-#include "config/toml_parse.h"
+#include "config/toml_tree.h"
 
 namespace surveymc::config {
 namespace {
@@ -53,6 +53,11 @@ std::string sample_of(const Range& range) {
   const double sample = range.lo < 0 && range.hi > 0 ? 0.0 : lo ? range.lo + step : hi ? range.hi - step : 1.0;
   const std::string text = format_number(sample);
   return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+
+/// "numbers", or so many of them.
+std::string count_in_words(int count) {
+  return count < 0 ? "numbers" : fmt::format("{} number{}", count, count == 1 ? "" : "s");
 }
 
 std::string list_of(const std::string& sample, int count) {
@@ -194,12 +199,11 @@ double ConfigReader::decimal_year(const std::string& key) {
 
 std::vector<double> ConfigReader::numbers(const std::string& key, const Range& range, int count) {
   if (state_->has_log())
-    state_->log_use(key,
-                    count < 0 ? "list of numbers" : fmt::format("list of {} number{}", count, count == 1 ? "" : "s"),
-                    number_rule(range), list_of(sample_of(range), std::max(count, 1)));
+    state_->log_use(key, "list of " + count_in_words(count), number_rule(range),
+                    list_of(sample_of(range), std::max(count, 1)));
   const auto found = state_->need(key);
   const TomlNode& n = *found.node;
-  const std::string size = count < 0 ? "numbers" : fmt::format("{} number{}", count, count == 1 ? "" : "s");
+  const std::string size = count_in_words(count);
   if (!n.is_array()) refuse_kind(n, found.key, "must be a list of " + size);
   if (count < 0 && n.items.empty()) refuse(n, found.key, "must not be empty");
   if (count >= 0 && n.items.size() != static_cast<std::size_t>(count)) {

@@ -6,7 +6,7 @@
 #include "config/key_log_apply.h"
 #include "config/shipped_models.h"
 #include "config/suggest.h"
-#include "config/toml_parse.h"
+#include "config/toml_tree.h"
 
 namespace surveymc::config {
 

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "config/suggest.h"
-#include "config/toml_parse.h"
+#include "config/toml_tree.h"
 
 namespace surveymc::config {
 namespace {

@@ -3,7 +3,7 @@
 #include <set>
 
 #include "config/suggest.h"
-#include "config/toml_parse.h"
+#include "config/toml_tree.h"
 
 namespace surveymc::config {
 namespace {

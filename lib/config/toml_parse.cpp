@@ -1,4 +1,4 @@
-#include "config/toml_parse.h"
+#include "config/toml_tree.h"
 
 #include <algorithm>
 #include <cmath>

@@ -89,4 +89,11 @@ std::string shown_key(const TomlNode& n, const std::string& key);
 /// The kind is wrong, so show it: 10000.0 is not an integer, 10000 would be.
 [[noreturn]] void refuse_kind(const TomlNode& n, const std::string& key, const std::string& rule);
 
+/// TOML text as a tree, strictly: NaN and infinity are errors wherever they stand. Throws InputError "label:line:
+/// rule".
+TomlNode parse_document(const std::string& text, const std::string& label);
+
+/// The value of a --set argument: TOML, or else a bare word. Throws InputError "place: key: rule".
+TomlNode parse_value(const std::string& value, const std::string& key, const std::string& place);
+
 }  // namespace surveymc::config

@@ -1,4 +1,3 @@
-#include "store/backup.h"
 
 #include <unistd.h>
 

@@ -12,8 +12,7 @@
 #include "store/atomic_file.h"
 #include "store/hdf5_handle.h"
 #include "store/large_files.h"
-#include "store/result_reader.h"
-#include "store/result_writer.h"
+#include "store/result_hdf5.h"
 #include "store/seal.h"
 
 // How a file is made: HDF5 writes to memory that we hold for it, and long runs of values through that (paged_file.h,

@@ -1,4 +1,4 @@
-#include "store/result_reader.h"
+#include "store/result_hdf5.h"
 
 #include <hdf5.h>
 #include <hdf5_hl.h>

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/feet.h"
+#include "cli/print_result.h"
 #include "cli/progress.h"
 #include "cli/sweep_pace.h"
 #include "cli/verdict_counts.h"

@@ -5,7 +5,7 @@
 
 #include "config/config.h"
 #include "config/config_document.h"
-#include "config/toml_parse.h"
+#include "config/toml_tree.h"
 #include "fuzz_input.h"
 
 using namespace surveymc;

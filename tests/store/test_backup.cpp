@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "base/error.h"
-#include "store/backup.h"
+#include "store/atomic_file.h"
 
 namespace surveymc::store {
 namespace {
