@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <fstream>
 #include <random>
 
 #include <unistd.h>
@@ -9,6 +8,7 @@
 #include "base/error.h"
 #include "checkpoint/journal.h"
 #include "checkpoint/part_file.h"
+#include "file_bytes.h"
 #include "montecarlo/run_blocks.h"
 #include "random/stream.h"
 #include "stats/tally_bytes.h"
@@ -48,11 +48,6 @@ struct Folder : TemporaryFolder {
   fs::path output() const { return path / "out.h5"; }
 };
 
-std::string content(const fs::path& path) { return read_bytes(path); }
-void overwrite(const fs::path& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
-}
-
 const RunKey kKey{"0123456789abcdef", "this build"};
 
 }  // namespace
@@ -75,10 +70,8 @@ TEST_CASE("Bytes of a tally that are cut or have wrong lengths are refused, not 
   for (std::size_t n = 0; n < bytes.size(); ++n) CHECK_THROWS_AS(stats::tally_from_bytes(bytes.substr(0, n)), IoError);
   CHECK_THROWS_AS(stats::tally_from_bytes(bytes + "x"), IoError);
   for (std::size_t i = 0; i < bytes.size(); ++i) {  // no crash, no huge allocation; numbers may change
-    std::string flipped = bytes;
-    flipped[i] = static_cast<char>(flipped[i] ^ 0x80);
     try {
-      stats::tally_from_bytes(flipped);
+      stats::tally_from_bytes(flipped(bytes, i, 0x80));
     } catch (const IoError&) {
     }
   }
@@ -98,11 +91,7 @@ TEST_CASE("Every flipped byte of a record is found", "[checkpoint]") {
   const std::string bytes = sealed_record("SMCTEST1", "some body");
   REQUIRE(record_at(bytes, 0, "SMCTEST1"));
   CHECK(record_at(bytes, 0, "SMCTEST1")->body == "some body");
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    std::string flipped = bytes;
-    flipped[i] = static_cast<char>(flipped[i] ^ 1);
-    CHECK_FALSE(record_at(flipped, 0, "SMCTEST1"));
-  }
+  for (std::size_t i = 0; i < bytes.size(); ++i) CHECK_FALSE(record_at(flipped(bytes, i, 1), 0, "SMCTEST1"));
 }
 
 TEST_CASE("Any finished subtrees and any shards give the bits of one run", "[checkpoint]") {
@@ -160,7 +149,7 @@ TEST_CASE("A journal gives back all but the record that is damaged, whatever byt
   }
   REQUIRE(journals_of(folder.output()).size() == 1);
   const fs::path path = journals_of(folder.output())[0];
-  const std::string bytes = content(path);
+  const std::string bytes = bytes_of(path);
   const JournalContents whole = read_journals(folder.output(), kKey);
   CHECK(whole.finished.size() == 3);
   CHECK(whole.damaged.empty());
@@ -168,17 +157,15 @@ TEST_CASE("A journal gives back all but the record that is damaged, whatever byt
 
   const std::size_t record = bytes.size() / 3;  // all have one size
   for (std::size_t i = 0; i < bytes.size(); i += 7) {
-    std::string flipped = bytes;
-    flipped[i] = static_cast<char>(flipped[i] ^ 4);
-    overwrite(path, flipped);
+    write_bytes(path, flipped(bytes, i, 4));
     const JournalContents left = read_journals(folder.output(), kKey);
     CHECK(left.finished.size() == 2);  // those before and behind
     CHECK(left.finished.count(i / record) == 0);
     CHECK(left.damaged.size() == 1);
-    overwrite(path, bytes.substr(0, i));
+    write_bytes(path, bytes.substr(0, i));
     CHECK(read_journals(folder.output(), kKey).finished.size() == i / record);
   }
-  overwrite(path, bytes);
+  write_bytes(path, bytes);
   CHECK_THROWS_WITH(read_journals(folder.output(), {"ffff", "this build"}), Catch::Contains("another config"));
   CHECK_THROWS_WITH(read_journals(folder.output(), {kKey.config_hash, "other"}), Catch::Contains("another build"));
   remove_journals(folder.output(), {"ffff", "this build"});
@@ -191,21 +178,21 @@ TEST_CASE("A journal gives back all but the record that is damaged, whatever byt
     REQUIRE(journal.sync());
   }
   CHECK_THROWS_WITH(read_journals(folder.output(), kKey), Catch::Contains("another build"));
-  overwrite(path, "");
+  write_bytes(path, "");
   const JournalContents used = read_journals(folder.output(), alike);
   CHECK(used.finished.size() == 1);
   REQUIRE(journal_remarks(folder.output(), alike).notes.size() == 1);
   CHECK_THAT(journal_remarks(folder.output(), alike).notes[0], Catch::Contains("another build; numerics 1"));
   remove_journals(folder.output(), alike);
   CHECK(journals_of(folder.output()).empty());
-  overwrite(path, bytes);
-  overwrite(folder.path / "out.h5.journal.mine", "a user's notes");
+  write_bytes(path, bytes);
+  write_bytes(folder.path / "out.h5.journal.mine", "a user's notes");
   CHECK(journal_remarks(folder.output(), kKey).warnings.size() == 1);
   std::string later = bytes.substr(0, record);
   later = sealed_record("SMCJRNL2", record_at(later, 0, "SMCJRNL1")->body);
-  overwrite(path, later);
+  write_bytes(path, later);
   CHECK_THROWS_WITH(read_journals(folder.output(), kKey), Catch::Contains("another version"));
-  overwrite(path, std::string(40, 'x'));  // by its name it is ours
+  write_bytes(path, std::string(40, 'x'));  // by its name it is ours
   CHECK(read_journals(folder.output(), kKey).damaged.size() == 1);
   remove_journals(folder.output(), kKey);
   CHECK_FALSE(fs::exists(path));
@@ -218,9 +205,9 @@ TEST_CASE("A record that is sealed, but cannot be read, is damage: the others co
   journal.add(0, {0, 0, kernel({0, 4})});
   REQUIRE(journal.sync());
   const fs::path path = journals_of(folder.output())[0];
-  const std::string bytes = content(path), head(record_at(bytes, 0, "SMCJRNL1")->body.substr(0, 50));
+  const std::string bytes = bytes_of(path), head(record_at(bytes, 0, "SMCJRNL1")->body.substr(0, 50));
   for (const std::string& body : {std::string("jj"), head, std::string()}) {
-    overwrite(path, sealed_record("SMCJRNL1", body) + bytes);
+    write_bytes(path, sealed_record("SMCJRNL1", body) + bytes);
     const JournalContents left = read_journals(folder.output(), kKey);
     CHECK(left.finished.size() == 1);
     CHECK(left.damaged.size() == 1);
@@ -286,28 +273,26 @@ TEST_CASE("A part file comes back whole, or is called damaged", "[checkpoint]") 
   CHECK(reader.about().config == "seed = 1\n");
   // Pieces of another part, as they are
   write_part_of(folder.path / "b.part", part, reader.pieces(), [&](std::size_t i) { return reader.piece_bytes(i); });
-  CHECK(content(folder.path / "b.part") == content(path));
+  CHECK(bytes_of(folder.path / "b.part") == bytes_of(path));
 
-  const std::string bytes = content(path);
+  const std::string bytes = bytes_of(path);
   const auto open_files = [] {
     return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
   };
   const auto open_before = open_files();
   for (std::size_t i = 0; i < bytes.size(); i += 5) {  // whatever byte it is
-    std::string flipped = bytes;
-    flipped[i] = static_cast<char>(flipped[i] ^ 1);
-    overwrite(path, flipped);
+    write_bytes(path, flipped(bytes, i, 1));
     CHECK_THROWS_AS(read_part(path), surveymc::IoError);
     CHECK(open_files() == open_before);
     if (i > 7) CHECK(part_state(path) == PartState::damaged);
-    overwrite(path, bytes.substr(0, i));
+    write_bytes(path, bytes.substr(0, i));
     CHECK_THROWS_AS(read_part_head(path), surveymc::IoError);
   }
-  overwrite(path, bytes + "more");
+  write_bytes(path, bytes + "more");
   CHECK_THROWS_WITH(read_part_head(path), Catch::Contains("damaged"));
-  overwrite(path, "SMCPART2 of an older version");
+  write_bytes(path, "SMCPART2 of an older version");
   CHECK(part_state(path) == PartState::damaged);
   CHECK_THROWS_WITH(read_part(path), Catch::Contains("another version"));
-  overwrite(path, "hello");
+  write_bytes(path, "hello");
   CHECK(part_state(path) == PartState::foreign);
 }

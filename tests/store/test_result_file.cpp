@@ -12,9 +12,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -22,6 +20,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "file_bytes.h"
 #include "message_of.h"
 #include "store/atomic_file.h"
 #include "store/large_files.h"
@@ -52,14 +51,6 @@ struct Folder : TemporaryFolder {
     return out;
   }
 };
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-void write_bytes(const fs::path& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
-}
 
 /// Everything that a result can hold.
 Result full_result() {
@@ -613,9 +604,7 @@ TEST_CASE("A damaged byte anywhere is an IoError and no crash") {
   write_result(folder / "r.h5", full_result());
   const std::string whole = bytes_of(folder / "r.h5");
   for (std::size_t at = 3; at < whole.size(); at += at + kSealSize + 97 < whole.size() ? 97 : 1) {  // all of the seal
-    std::string damaged = whole;
-    damaged[at] = static_cast<char>(damaged[at] ^ 0x5A);
-    write_bytes(folder / "damaged.h5", damaged);
+    write_bytes(folder / "damaged.h5", flipped(whole, at, 0x5A));
     CHECK_THROWS_AS(read_result(folder / "damaged.h5"), IoError);
   }
 }
@@ -720,9 +709,7 @@ TEST_CASE("A file of any size has its seal, past the page cache or not", "[store
         CHECK((found.substr(0, written + more) == bytes.substr(0, written) + std::string(more, '\0')));
         CHECK(seal_state(folder / "f") == Seal::right);
         for (std::size_t at = 0; at < found.size(); at += 1 + found.size() / 11) {
-          std::string damaged = found;
-          damaged[at] = static_cast<char>(damaged[at] ^ 1);
-          write_bytes(folder / "g", damaged);
+          write_bytes(folder / "g", flipped(found, at, 1));
           CHECK(seal_state(folder / "g") != Seal::right);
         }
       }
@@ -903,8 +890,8 @@ TEST_CASE("Unchecked reading gives the same result, and does not look at the con
   const Result r = result_of(value);
   write_result(folder / "r.h5", r);
   CHECK(content_hash(read_unchecked_result(folder / "r.h5")) == content_hash(r));
-  std::string bytes = bytes_of(folder / "r.h5");
-  bytes[bytes.find(raw(value))] ^= 1;  // the last bit of the value
+  const std::string whole = bytes_of(folder / "r.h5"),
+                    bytes = flipped(whole, whole.find(raw(value)), 1);  // the last bit
   write_bytes(folder / "r.h5", bytes);
   CHECK_THROWS_AS(read_result(folder / "r.h5"), IoError);
   CHECK(std::get<Numbers>(read_unchecked_result(folder / "r.h5").tables[0].columns[0].values)[0] != value);

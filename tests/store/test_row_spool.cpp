@@ -147,9 +147,7 @@ TEST_CASE("A result is the same whether its rows were held or on the disk") {
 }
 
 TEST_CASE("The first and last rows of a long table print with the number of those between") {
-  TableFormat format;
-  format.left_out = 990;
-  CHECK_THAT(format_table(first_and_last(on_disk(1000, 20), 10), format),
+  CHECK_THAT(format_table(first_and_last(on_disk(1000, 20), 10), {.left_out = 990}),
              Catch::Contains("... 990 of 1000 rows left out ...") && Catch::Contains("999"));
 }
 

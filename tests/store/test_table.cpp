@@ -239,8 +239,7 @@ TEST_CASE("A long table shows its first and last rows and says how many are left
   Numbers x;
   for (int i = 0; i < 100; ++i) x.push_back(i);
   const Table t{"t", "", {{"x", "1", "", x}}};
-  TableFormat format;
-  format.most_rows = 5;
+  TableFormat format{.most_rows = 5};
   CHECK(format_table(t, format) == "t\n x\n--\n 0\n 1\n 2\n... 95 of 100 rows left out ...\n98\n99\n");
   format.most_rows = 100;
   CHECK(format_table(t, format) == format_table(t));
@@ -248,8 +247,7 @@ TEST_CASE("A long table shows its first and last rows and says how many are left
 
 TEST_CASE("A table is cut to as few rows as asked, down to one and to none") {
   const Table t{"t", "", {{"x", "1", "", Numbers{10, 11, 12}}}};
-  TableFormat format;
-  format.most_rows = 2;
+  TableFormat format{.most_rows = 2};
   CHECK(format_table(t, format) == "t\n x\n--\n10\n... 1 of 3 rows left out ...\n12\n");
   format.most_rows = 1;
   CHECK(format_table(t, format) == "t\n x\n--\n10\n... 2 of 3 rows left out ...\n");
@@ -265,10 +263,7 @@ TEST_CASE("Only the notes of rows that are shown become footnotes") {
     std::get<Texts>(t.columns[0].values).push_back(fmt::format("r{}", i));
     std::get<Texts>(t.columns[1].values).push_back(fmt::format("the sentence that belongs to row {}", i));
   }
-  TableFormat format;
-  format.width = 30;
-  format.most_rows = 2;
-  const std::string text = format_table(t, format);
+  const std::string text = format_table(t, {.width = 30, .most_rows = 2});
   CHECK(contains(text, "\n(1) the sentence that belongs to row 0\n(2) the sentence that belongs to row 8\n"));
   CHECK_FALSE(contains(text, "(3)"));
 }
@@ -277,10 +272,7 @@ TEST_CASE("A split table is as narrow as asked, loses no column, and names the r
   Table t{"t", "", {{"formulation", "", "", Texts{"joint", "random"}}, {"quantity", "", "", Texts{"north", "east"}}}};
   for (int c = 0; c < 20; ++c) t.columns.push_back({fmt::format("x{}", c), "m", "", Numbers{c + 0.25, c + 0.5}});
   for (const std::size_t width : {50, 61, 80, 1000}) {
-    TableFormat format;
-    format.width = width;
-    format.split = true;
-    const std::string text = format_table(t, format);
+    const std::string text = format_table(t, {.width = width, .split = true});
     for (const std::string& line : lines_of(text)) CHECK(code_points(line) <= width);
     for (int c = 0; c < 20; ++c) CHECK(contains(text, fmt::format("{}.25", c)));
     std::size_t parts = 0, named = 0;
@@ -302,9 +294,7 @@ TEST_CASE("The verdict stands behind the columns that name the row, and what is 
   };
   Table t = comparison_table("");
   CHECK(contains(heads(t, {}).at(0), "quantity   verdict  expected  unit "));
-  TableFormat narrow;
-  narrow.width = 60;
-  narrow.split = true;
+  const TableFormat narrow{.width = 60, .split = true};
   CHECK(heads(t, narrow).at(0).starts_with("quantity   verdict  expected  unit"));
   CHECK_FALSE(contains(heads(t, narrow).at(1), "verdict"));
   std::erase_if(t.columns, [](const Column& c) { return c.name == "quantity"; });
@@ -322,9 +312,7 @@ TEST_CASE("Names of rows never become footnotes; those that are too wide stand a
   for (int c = 0; c < 20; ++c)
     t.columns.push_back({fmt::format("x{}", c), "m", "", Numbers{c + 0.25, c + 0.5, c + 0.75}});
   for (const bool split : {false, true}) {
-    TableFormat format;
-    format.width = 60;
-    format.split = format.fold = split;
+    const TableFormat format{.width = 60, .split = split, .fold = split};
     std::string text = format_table(t, format);
     CHECK_FALSE(contains(text, "(1)"));
     if (!split) {
@@ -350,10 +338,7 @@ TEST_CASE("Only the rows' first names move above them when the others fit") {
           {{"case", "", "", Texts{"a case with a long name", "a case with a long name", "another"}},
            {"quantity", "", "", Texts{"north", "east", "north"}}}};
   for (int c = 0; c < 6; ++c) t.columns.push_back({fmt::format("x{}", c), "m", "", Numbers{0.25, 0.5, 0.75}});
-  TableFormat format;
-  format.width = 50;
-  format.split = true;
-  CHECK(format_table(t, format) ==
+  CHECK(format_table(t, {.width = 50, .split = true}) ==
         "t\n"
         "quantity    x0    x1    x2    x3    x4    x5\n"
         "           [m]   [m]   [m]   [m]   [m]   [m]\n"
