@@ -2,17 +2,12 @@
 #include <array>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "cli/command_words.h"
 
 namespace surveymc::cli {
 namespace {
-
-std::string joined(const std::vector<std::string>& words, const char* separator) {
-  std::string out;
-  for (const std::string& w : words) out += (out.empty() ? "" : separator) + w;
-  return out;
-}
 
 std::vector<std::string> flags_of(const std::vector<OptionWords>& options, bool with_value_only = false) {
   std::vector<std::string> all;
@@ -106,7 +101,7 @@ std::string bash(const ProgramWords& words) {
       if (!o.value.empty())
         for (const std::string& flag : o.flags)
           offers += fmt::format("    {}:{}) {}; return ;;\n", c.name, flag, offer_of(o.kind).bash);
-    options += fmt::format("      {}) _surveymc_words $'{}' ;;\n", c.name, joined(flags_of(c.options), "\\n"));
+    options += fmt::format("      {}) _surveymc_words $'{}' ;;\n", c.name, fmt::join(flags_of(c.options), "\\n"));
     for (std::size_t i = 0; i < c.positionals.size(); ++i)
       positionals += fmt::format("    {}:{}) {} ;;\n", c.name, c.positionals[i].repeated ? "*" : fmt::format("{}", i),
                                  offer_of(c.positionals[i].kind).bash);
@@ -143,8 +138,8 @@ complete -F _surveymc surveymc
 )",
       fmt::arg("helpers", kBashHelpers), fmt::arg("with_value", with_value), fmt::arg("offers", offers),
       fmt::arg("options", options), fmt::arg("positionals", positionals),
-      fmt::arg("commands", joined(names_of(commands), "\\n")),
-      fmt::arg("flags", joined(flags_of(words.options), "\\n")));
+      fmt::arg("commands", fmt::join(names_of(commands), "\\n")),
+      fmt::arg("flags", fmt::join(flags_of(words.options), "\\n")));
 }
 
 // ---- zsh ----

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include "base/error.h"
@@ -239,11 +240,9 @@ void show_result(const ShowArguments& a, const store::Result& r) {
     return;
   }
   if (print_one(a, r)) return;
-  std::string known;
   const store::Table list = list_of(r);
-  for (const std::string& n : std::get<std::vector<std::string>>(list.column("name").values))
-    known += (known.empty() ? "" : ", ") + n;
-  throw InputError(fmt::format("{}: table {}: not in this file, which has {}", a.file, a.name, known));
+  throw InputError(fmt::format("{}: table {}: not in this file, which has {}", a.file, a.name,
+                               fmt::join(std::get<std::vector<std::string>>(list.column("name").values), ", ")));
 }
 
 }  // namespace

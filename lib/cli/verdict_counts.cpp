@@ -12,12 +12,9 @@ namespace surveymc::cli {
 namespace {
 
 void add_verdicts(const store::Table& t, VerdictCounts& counts) {
-  const std::vector<double>* margin = nullptr;
-  const std::vector<std::string>* expected = nullptr;
-  for (const store::Column& c : t.columns) {
-    if (c.name == "margin") margin = std::get_if<std::vector<double>>(&c.values);
-    if (c.name == "expected") expected = std::get_if<std::vector<std::string>>(&c.values);
-  }
+  const store::Column *margins = t.find_column("margin"), *wishes = t.find_column("expected");
+  const auto* margin = margins ? std::get_if<std::vector<double>>(&margins->values) : nullptr;
+  const auto* expected = wishes ? std::get_if<std::vector<std::string>>(&wishes->values) : nullptr;
   for (const store::Column& c : t.columns) {
     if (c.name != "verdict") continue;
     const auto& words = std::get<std::vector<std::string>>(c.values);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "config/checked_numbers.h"
 #include "config/config.h"
@@ -61,9 +62,7 @@ std::string count_in_words(int count) {
 }
 
 std::string list_of(const std::string& sample, int count) {
-  std::string out;
-  for (int i = 0; i < count; ++i) out += (out.empty() ? "[" : ", ") + sample;
-  return out + "]";
+  return fmt::format("[{}]", fmt::join(std::vector<std::string>(static_cast<std::size_t>(count), sample), ", "));
 }
 
 }  // namespace

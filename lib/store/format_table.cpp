@@ -123,10 +123,8 @@ struct Ends {
 /// Columns as they are printed: blank ones left out, interval ends joined behind their value.
 std::vector<Block> printed_blocks(const Table& table) {
   const auto find = [&](const std::string& name) -> const Column* {
-    for (const Column& c : table.columns) {
-      if (c.name == name && !is_text(c)) return &c;
-    }
-    return nullptr;
+    const Column* c = table.find_column(name);
+    return c && !is_text(*c) ? c : nullptr;
   };
   const auto ends_of = [&](const std::string& name) {
     const Ends ends{find(name + "_ci_low"), find(name + "_ci_high")};
@@ -150,10 +148,8 @@ std::vector<Block> printed_blocks(const Table& table) {
     Block block{printable(column.name), "", !is_text(column), {}};
     if (!column.unit.empty() && column.unit != "1") block.unit = "[" + printable(column.unit) + "]";
     for (std::size_t i = 0; i < rows; ++i) block.cells.push_back(cell(column, i));
-    if (const auto* counts = std::get_if<std::vector<std::int64_t>>(&column.values);
-        counts && rows > 1 && std::count(counts->begin(), counts->end(), counts->front()) == std::ssize(*counts))
-      block.same_count = fmt::format("{} {}", block.name, block.cells.front());
-    if (block.name == "margin" && rows > 1 &&
+    const bool counts = std::holds_alternative<std::vector<std::int64_t>>(column.values) || block.name == "margin";
+    if (counts && rows > 1 &&
         std::count(block.cells.begin(), block.cells.end(), block.cells.front()) == std::ssize(block.cells))
       block.same_count = fmt::format("{} {}", block.name, block.cells.front());
     block.is_key = column.long_name == kSweepKey;
@@ -194,11 +190,9 @@ void to_footnotes(Block& block, const Gap& gap, std::vector<std::string>& notes)
 
 /// Marks the verdicts that are not the expected ones; how many there are.
 std::size_t mark_unexpected(const Table& table, std::vector<Block>& blocks) {
-  const auto texts_of = [&](const char* name) -> const std::vector<std::string>* {
-    for (const Column& c : table.columns) {
-      if (c.name == name && is_text(c)) return &std::get<std::vector<std::string>>(c.values);
-    }
-    return nullptr;
+  const auto texts_of = [&](const char* name) {
+    const Column* c = table.find_column(name);
+    return c ? std::get_if<std::vector<std::string>>(&c->values) : nullptr;
   };
   const auto *verdict = texts_of("verdict"), *expected = texts_of("expected"), *family = texts_of("family");
   const auto block = std::find_if(blocks.begin(), blocks.end(), [](const Block& b) { return b.name == "verdict"; });
