@@ -12,7 +12,6 @@
 #include "base/error.h"
 #include "base/input_path.h"
 #include "base/retry.h"
-#include "config/key_log_apply.h"
 #include "config/next_round.h"
 #include "config/sensitivity_rule.h"
 #include "config/suggest.h"
@@ -182,9 +181,7 @@ const InputTable& ConfigDocument::table(const TomlNode& n, const std::string& ke
            fmt::format("is read in two ways ({}; {}): a result stores a file once: copy it under another name",
                        it->second.empty() ? "as it is" : it->second, reading.empty() ? "as it is" : reading));
   if (const auto* known = known_file(n, key, n.text, inputs, stored_files, is_from_result)) return *known;
-  if (log)  // files that come with the program are CSV
-    return inputs.emplace(n.text, parse_csv(bytes_of(*this, n, key, kLargestTable, kSmallerTable), n.text))
-        .first->second;
+  if (log) return input(n, key);  // files that come with the program are CSV
   try {
     InputTable table = load(folder / n.text);
     table.path = n.text;

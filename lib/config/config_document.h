@@ -35,6 +35,11 @@ inline constexpr std::uint64_t kLargestDocument = std::uint64_t{1} << 24, kLarge
 inline constexpr const char* kSmallerTable = "give only the rows and columns that are needed";
 FileText read_file(const std::filesystem::path& path, std::uint64_t most, const std::string& way_out);
 
+/// Of a config with a log: gives a point's config the values that the log supposes.
+void apply_suppositions(const KeyLog& log, TomlNode& root);
+/// The file of this path, "configs/thesis/traj1.csv", as it came with the program.
+std::optional<std::string> shipped_text(const std::filesystem::path& path);
+
 /// Everything that the points of one config share. Readers keep it alive.
 struct ConfigDocument {
   std::string label;             // the path as given, for messages

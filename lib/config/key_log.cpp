@@ -3,7 +3,6 @@
 #include <charconv>
 
 #include "config/config_document.h"
-#include "config/key_log_apply.h"
 #include "config/shipped_models.h"
 #include "config/suggest.h"
 #include "config/toml_tree.h"
