@@ -59,7 +59,7 @@ bool is_linked(int file) {
 }  // namespace
 
 fs::path resolved(const fs::path& path) {
-  constexpr int kMostLinks = 40;  // as the kernel; a ring of links ends here and fails when it is opened
+  constexpr int kMostLinks = 40;  // as the kernel; a ring of links ends here, and the file takes the place of one
   std::error_code error;
   fs::path target = path;
   for (int i = 0; i < kMostLinks && fs::is_symlink(target, error); ++i) {
