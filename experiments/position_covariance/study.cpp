@@ -47,13 +47,6 @@ std::size_t read_station(config::ConfigReader& entry, const survey::Survey& surv
   entry.fail("md_m", "the survey has no station at this depth");
 }
 
-bool has_source(const study::ToolRuns& tools, const std::string& code) {
-  for (const propagate::ToolRun& run : tools.runs)
-    for (const error_model::Term& term : run.model->terms)
-      if (term.code == code) return true;
-  return false;
-}
-
 /// `[[published]] source, table, error_source (for covariance_by_source), md_m, values = { nn_m2 = ... }, at`.
 std::vector<Published> read_published(config::ConfigReader& c, const survey::Survey& survey,
                                       const study::ToolRuns& tools) {
@@ -68,7 +61,7 @@ std::vector<Published> read_published(config::ConfigReader& c, const survey::Sur
                     "must be of nn_m2, ee_m2, vv_m2, ne_m2, nv_m2, ev_m2");
     if (!given.here) continue;  // another point may have another survey or model
     p.station = read_station(entry, survey);
-    entry.require(p.source == "total" || has_source(tools, p.source), "error_source", "no model here has this code");
+    entry.require(p.source == "total" || study::has_source(tools, p.source), "error_source", "no model here has this code");
     out.push_back(std::move(p));
   }
   return out;

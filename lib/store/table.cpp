@@ -143,6 +143,10 @@ void for_each_piece(const Table& table, const std::function<void(const Table& pi
 }
 
 void append_rows(Table& table, const Table& more) {
+  if (table.columns.empty()) {
+    table = more;
+    return;
+  }
   for_each_piece(more, [&](const Table& piece, std::size_t) {
     assert(table.columns.size() == piece.columns.size());
     for (std::size_t i = 0; i < table.columns.size(); ++i) {

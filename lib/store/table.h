@@ -93,7 +93,8 @@ Table first_and_last(const Table& table, std::size_t count);
 /// held is one piece.
 void for_each_piece(const Table& table, const std::function<void(const Table& piece, std::size_t first)>& visit);
 
-/// Rows of `more` below those of `table`, which has the same columns (asserted). What gets too long goes to the disk.
+/// Rows of `more` below those of `table`, which has the same columns (asserted), or none and no name: then it becomes
+/// `more`. What gets too long goes to the disk.
 void append_rows(Table& table, const Table& more);
 
 /// Text that is safe on a terminal and in a row: control characters become spaces.

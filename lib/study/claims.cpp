@@ -10,10 +10,7 @@ namespace surveymc::study {
 
 ComparisonRow mean_row(const std::string& formulation, const std::string& quantity, const std::string& unit,
                        const std::vector<double>& x, double confidence) {
-  ComparisonRow row;
-  row.formulation = formulation;
-  row.quantity = quantity;
-  row.unit = unit;
+  ComparisonRow row = empty_row(formulation, quantity, unit);
   if (x.empty() || std::isnan(x.front())) return row;
   double mean = 0, squares = 0;
   for (const double v : x) mean += (v - x.front()) / static_cast<double>(x.size());

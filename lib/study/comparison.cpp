@@ -64,9 +64,7 @@ std::string at_confidence(const VerdictRule& rule) {
 namespace {
 
 ComparisonRow row_of(const std::string& quantity, const std::string& unit, double predicted) {
-  ComparisonRow row;
-  row.quantity = quantity;
-  row.unit = unit;
+  ComparisonRow row = empty_row("", quantity, unit);
   row.analytic = predicted;
   return row;
 }
@@ -88,6 +86,14 @@ void set_verdict(ComparisonRow& row, double value, const stats::Interval& interv
 }
 
 }  // namespace
+
+ComparisonRow empty_row(const std::string& formulation, const std::string& quantity, const std::string& unit) {
+  ComparisonRow row;
+  row.formulation = formulation;
+  row.quantity = quantity;
+  row.unit = unit;
+  return row;
+}
 
 Estimate mean_estimate(const stats::Moments& m, Eigen::Index i, double confidence) {
   if (m.count < 2) return {};

@@ -32,6 +32,9 @@ struct ComparisonRow {
   std::uint64_t trials_to_decide = 0;  ///< of an undecided row
 };
 
+/// A row that has nothing but its names.
+ComparisonRow empty_row(const std::string& formulation, const std::string& quantity, const std::string& unit);
+
 /// A Monte-Carlo value and its interval. NaN: not there.
 struct Estimate {
   double value = kNaN;

@@ -80,6 +80,19 @@ ToolRuns read_tool_runs(config::ConfigReader& c, const survey::Survey& survey,
   return out;
 }
 
+std::vector<config::SharedModel> models_of(const ToolRuns& tools) {
+  std::vector<config::SharedModel> out;
+  for (const propagate::ToolRun& run : tools.runs) out.push_back(run.model);
+  return out;
+}
+
+bool has_source(const ToolRuns& tools, const std::string& code) {
+  for (const propagate::ToolRun& run : tools.runs)
+    for (const error_model::Term& term : run.model->terms)
+      if (term.code == code) return true;
+  return false;
+}
+
 double read_latitude(config::ConfigReader& c, const std::vector<config::SharedModel>& models) {
   if (c.has("field.latitude_deg")) return c.number("field.latitude_deg", config::Range::closed(-90, 90)) * kDegree;
   for (const config::SharedModel& m : models)

@@ -33,6 +33,12 @@ struct ToolRuns {
 ToolRuns read_tool_runs(config::ConfigReader& config, const survey::Survey& survey,
                         const std::optional<NamedErrorModel>& fallback = std::nullopt);
 
+/// The models of all runs.
+std::vector<config::SharedModel> models_of(const ToolRuns& tools);
+
+/// True if a term of any run has this code.
+bool has_source(const ToolRuns& tools, const std::string& code);
+
 /// `field.latitude_deg` in rad: required where a formula of a model has Latitude, else NaN where it is not given.
 double read_latitude(config::ConfigReader& config, const std::vector<config::SharedModel>& models);
 

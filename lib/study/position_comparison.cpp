@@ -118,4 +118,18 @@ ComparisonRow compare_nees(const std::string& quantity, const stats::SampleSumma
   return row;
 }
 
+void append_at_depth(store::Table& all, store::Table table, double md) {
+  table.columns.insert(table.columns.begin(), {"md_m", "m", "measured depth", std::vector<double>(table.rows(), md)});
+  store::append_rows(all, table);
+}
+
+store::Table position_samples_table(const std::vector<double>& samples) {
+  store::Table t{"realisations", "position errors of the first trials at every reported depth"};
+  t.columns = {number_column("md_m", "m", "measured depth"),
+               number_column("trial", "1", "number of the trial, from 0")};
+  for (const char* direction : {"north_m", "east_m", "vertical_m"})
+    t.columns.push_back(number_column(direction, "m", "position less the true one"));
+  return table_of_numbers(std::move(t), samples);
+}
+
 }  // namespace surveymc::study

@@ -57,4 +57,10 @@ void write_ellipse(TableRows& t, const EllipseRow& row, const HorizontalSample& 
 ComparisonRow compare_nees(const std::string& quantity, const stats::SampleSummary& distance, double dimension,
                            const VerdictRule& rule, std::uint64_t trials);
 
+/// Appends the rows of a table of one depth, with the depth (m) as first column.
+void append_at_depth(store::Table& all, store::Table table, double md);
+
+/// Table `realisations`: a row a trial and depth, each `md, trial, north, east, vertical` in `samples` (m).
+store::Table position_samples_table(const std::vector<double>& samples);
+
 }  // namespace surveymc::study

@@ -72,9 +72,8 @@ void TableRows::estimate(std::string_view name, std::string_view unit, std::stri
 
 void TableRows::share(std::string_view name, std::string_view meaning, std::uint64_t events, std::uint64_t trials,
                       double confidence) {
-  const double nan = kNaN;
   if (trials == 0)
-    estimate(name, "1", meaning, nan, {nan, nan});
+    estimate(name, "1", meaning, kNaN, {kNaN, kNaN});
   else
     estimate(name, "1", meaning, static_cast<double>(events) / static_cast<double>(trials),
              stats::binomial_interval(events, trials, confidence));

@@ -87,12 +87,6 @@ survey::Survey read_offset_survey(config::ConfigReader& c, const survey::Referen
   return survey;
 }
 
-std::vector<config::SharedModel> models_of(const ToolRuns& tools) {
-  std::vector<config::SharedModel> out;
-  for (const propagate::ToolRun& run : tools.runs) out.push_back(run.model);
-  return out;
-}
-
 /// The reference's tools at the same depths, as far as the survey goes.
 ToolRuns inherited_tools(const ToolRuns& reference, const survey::Survey& survey) {
   ToolRuns out;
@@ -324,33 +318,6 @@ void read_formulations(config::ConfigReader& c, Scenario& s) {
   }
 }
 
-/// `errors.multiplier`: of the sizes of all models.
-void scale_all_models(config::ConfigReader& c, Scenario& s) {
-  const double multiplier = c.number("errors.multiplier", {0, 1000, true, false}, 1);
-  if (multiplier == 1) return;
-  std::map<const error_model::Model*, config::SharedModel> scaled;
-  const auto scale = [&](ToolRuns& tools) {
-    for (propagate::ToolRun& run : tools.runs) {
-      config::SharedModel& own = scaled[run.model.get()];
-      if (!own) {
-        auto model = std::make_shared<error_model::Model>(*run.model);
-        for (error_model::Term& t : model->terms) {
-          t.magnitude *= multiplier;
-          t.sigma *= multiplier;
-        }
-        own = std::move(model);
-      }
-      run.model = own;
-    }
-  };
-  const auto scale_well = [&](Well& w) {
-    scale(w.tools);
-    scale(w.tools_from_kickoff);
-  };
-  scale_well(s.reference);
-  for (Well& w : s.offsets) scale_well(w);
-}
-
 propagate::StationEffects all_effects(const Well& w, const study::ToolRuns& tools) {
   propagate::StationEffects effects;
   propagate::tool_covariances(w.survey, w.tvd, tools.runs, w.field, w.latitude, propagate::SourceDetail::none,
@@ -412,7 +379,35 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
   return s;
 }
 
-void scale_models(config::ConfigReader& c, WellPairs& s) { scale_all_models(c, s); }
+void scale_models(config::ConfigReader& c, WellPairs& s) {
+  const double multiplier = c.number("errors.multiplier", {0, 1000, true, false}, 1);
+  if (multiplier == 1) return;
+  std::map<const error_model::Model*, config::SharedModel> scaled;
+  const auto scale = [&](ToolRuns& tools) {
+    for (propagate::ToolRun& run : tools.runs) {
+      config::SharedModel& own = scaled[run.model.get()];
+      if (!own) {
+        auto model = std::make_shared<error_model::Model>(*run.model);
+        for (error_model::Term& t : model->terms) {
+          t.magnitude *= multiplier;
+          t.sigma *= multiplier;
+        }
+        own = std::move(model);
+      }
+      run.model = own;
+    }
+  };
+  const auto scale_well = [&](Well& w) {
+    scale(w.tools);
+    scale(w.tools_from_kickoff);
+  };
+  scale_well(s.reference);
+  for (Well& w : s.offsets) scale_well(w);
+}
+
+propagate::WellErrors drawn_errors(const SurveyedWell& w, const ToolRuns& tools, propagate::VerticalRule vertical) {
+  return propagate::well_errors(w.survey, w.tvd, tools.runs, w.field, w.latitude, 1, vertical);
+}
 
 std::vector<ValidityWarning> warnings_of(const SurveyedWell& w,
                                          const std::vector<propagate::NonFiniteTerm>& non_finite) {

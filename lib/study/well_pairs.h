@@ -60,6 +60,9 @@ WellPairs read_well_pairs(config::ConfigReader& config);
 /// `errors.multiplier` (1): of the sizes of all models. After everything that names their terms was read.
 void scale_models(config::ConfigReader& config, WellPairs& wells);
 
+/// What the draws of a well do that is surveyed with `tools`: its own, or those of a sidetrack.
+propagate::WellErrors drawn_errors(const SurveyedWell& well, const ToolRuns& tools, propagate::VerticalRule vertical);
+
 /// Where the models of a well's tools do not hold. `non_finite`: of its covariance.
 std::vector<ValidityWarning> warnings_of(const SurveyedWell& well,
                                          const std::vector<propagate::NonFiniteTerm>& non_finite = {});
