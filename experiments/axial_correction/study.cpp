@@ -26,7 +26,7 @@ std::vector<sensor::StationTruth> true_stations(const Scenario& s) {
 
 class AxialCorrection final : public study::StudyPoint {
  public:
-  AxialCorrection(const Scenario& scenario, std::vector<sensor::StationTruth> truth)
+  explicit AxialCorrection(const Scenario& scenario)
       : s_(scenario),
         stream_(random::stream_of(s_.seed)),
         groups_(s_.methods.size(), s_.stations.size()),
@@ -35,7 +35,7 @@ class AxialCorrection final : public study::StudyPoint {
               s_.sigmas.magnetometer_xy,  s_.sigmas.magnetometer_z,
               s_.sigmas.gravity,          s_.sigmas.horizontal,
               s_.sigmas.vertical,         s_.axial_is_drawn ? s_.sigmas.axial : 0},
-        truth_(std::move(truth)) {}
+        truth_(true_stations(s_)) {}
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     const int groups = survey::groups_for(block.count);
@@ -148,14 +148,11 @@ class AxialCorrection final : public study::StudyPoint {
   std::vector<sensor::StationTruth> truth_;
 };
 
-class AxialCorrectionPlan final : public study::PlanOf<Scenario> {
+class AxialCorrectionPlan final : public study::PlanOfPoint<Scenario, AxialCorrection> {
  public:
-  using PlanOf::PlanOf;
+  using PlanOfPoint::PlanOfPoint;
   std::uint64_t trials() const override { return s_.stations.empty() ? 0 : s_.trials; }
   std::vector<store::Axis> map_axes() const override { return map_axes_of(s_); }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<AxialCorrection>(s_, true_stations(s_));
-  }
 };
 
 }  // namespace

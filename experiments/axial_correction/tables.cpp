@@ -13,6 +13,9 @@
 namespace surveymc::studies::axial_correction {
 namespace {
 
+using single_station::StationMethod;
+using single_station::StationQuantity;
+
 bool contains(const std::vector<std::string>& all, const std::string& x) {
   return std::find(all.begin(), all.end(), x) != all.end();
 }
@@ -100,8 +103,7 @@ void add_maps(const Scenario& s, std::vector<store::Map>& maps, std::vector<stor
         const survey::Attitude at{i * kDegree, a * kDegree, s.toolface};
         const Prediction wrong = predict_azimuth_errors(s, at, s.methods[m], s.errors, s.sigmas);
         const Prediction clean = predict_azimuth_errors(s, at, s.methods[m], {}, s.sigmas);
-        const double e = std::abs(wrong.azimuth_error) / kDegree,
-                     x = clean.sd(single_station::StationQuantity::azimuth) / kDegree;
+        const double e = std::abs(wrong.azimuth_error) / kDegree, x = clean.sd(StationQuantity::azimuth) / kDegree;
         error.values.push_back(wrong.azimuth_error / kDegree);
         axial.values.push_back(wrong.axial_error);
         sd.values.push_back(x);
@@ -144,7 +146,7 @@ store::Table verification_table(const Scenario& s, const stats::Tally& tally) {
       const Prediction p = predict_azimuth_errors(s, at, s.methods[m], constant_errors(s), drawn_sigmas(s));
       const stats::Moments& found = tally.groups[groups.station(m, k)];
       const std::uint64_t none = tally.counts[counts.failed(m, k)], solved = tally.trials - none;
-      const double sd = p.sd(single_station::StationQuantity::azimuth);
+      const double sd = p.sd(StationQuantity::azimuth);
       const auto add = [&](study::ComparisonRow row) {
         row.formulation = s.name_of(m);
         row.expected = expected_verdict(s, m, k, row.quantity);
@@ -155,11 +157,9 @@ store::Table verification_table(const Scenario& s, const stats::Tally& tally) {
       };
       add(compare_rms("azimuth", "deg", 1 / kDegree, found, 0, std::hypot(p.azimuth_error, sd), s.verdict,
                       tally.trials));
-      if (s.methods[m] != single_station::StationMethod::basic &&
-          s.methods[m] != single_station::StationMethod::optimising)
+      if (s.methods[m] != StationMethod::basic && s.methods[m] != StationMethod::optimising)
         add(compare_rms("axial_magnetisation", "nT", 1, found, 1,
-                        std::hypot(p.axial_error, p.sd(single_station::StationQuantity::axial)), s.verdict,
-                        tally.trials));
+                        std::hypot(p.axial_error, p.sd(StationQuantity::axial)), s.verdict, tally.trials));
       add(study::compare_rate("over_tolerance", tally.counts[counts.over_tolerance(m, k)], solved,
                               std::isfinite(sd) ? outside(s.tolerance, p.azimuth_error, sd) : kNaN, s.verdict,
                               tally.trials));
@@ -178,11 +178,9 @@ store::Table verification_table(const Scenario& s, const stats::Tally& tally) {
 }
 
 store::Table profile_table(const Scenario& s, const stats::Tally& tally) {
-  constexpr std::array<single_station::StationQuantity, kProfileQuantities> kQuantity{
-      single_station::StationQuantity::azimuth,    single_station::StationQuantity::inclination,
-      single_station::StationQuantity::toolface,   single_station::StationQuantity::gravity,
-      single_station::StationQuantity::horizontal, single_station::StationQuantity::vertical,
-      single_station::StationQuantity::axial};
+  constexpr std::array<StationQuantity, kProfileQuantities> kQuantity{
+      StationQuantity::azimuth,    StationQuantity::inclination, StationQuantity::toolface, StationQuantity::gravity,
+      StationQuantity::horizontal, StationQuantity::vertical,    StationQuantity::axial};
   const Groups groups(s.methods.size(), s.stations.size());
   const double bh = s.field.total * std::cos(s.field.dip), bd = s.field.total * std::sin(s.field.dip);
   std::vector<study::ComparisonRow> rows;

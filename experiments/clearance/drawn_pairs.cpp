@@ -24,10 +24,6 @@ using proximity::SharedDraws;
 
 constexpr int kBatch = 64;  // trials drawn at a time
 
-propagate::WellErrors drawn_errors(const Scenario& s, const Well& w, const study::ToolRuns& tools) {
-  return propagate::well_errors(w.survey, w.tvd, tools.runs, w.field, w.latitude, 1, s.drawing.vertical);
-}
-
 const Formulation& formulation_of(const Scenario& s, const std::string& name) {
   static const Formulation kSharedHole{"shared", Formulation::Kind::shared_hole};
   const auto at =
@@ -40,7 +36,7 @@ const Formulation& formulation_of(const Scenario& s, const std::string& name) {
 std::unique_ptr<const DrawnPairs> drawn_pairs(const Scenario& s) {
   std::unique_ptr<DrawnPairs> out(new DrawnPairs(s, random::stream_of(s.seed)));
   const Reference reference = study::pair_reference(s.reference, s.interpolation);
-  const propagate::WellErrors drawn = drawn_errors(s, s.reference, s.reference.tools);
+  const propagate::WellErrors drawn = study::drawn_errors(s.reference, s.reference.tools, s.drawing.vertical);
   std::vector<propagate::WellPoint> points;
   for (const double md : s.report_md) points.push_back(proximity::well_point(reference.path().at(md)));
   study::require_drawable(s.reference.model_place, drawn, points.back().station, s.reference.name);
@@ -69,9 +65,9 @@ void DrawnPairs::add_offset(const Reference& reference, const propagate::WellErr
         return a.station < b.station;
       })->station;
   // The sidetrack's own run of "shared", or one well of which the run goes on.
-  const propagate::WellErrors as_one_well = drawn_errors(s_, well, well.tools);
+  const propagate::WellErrors as_one_well = study::drawn_errors(well, well.tools, s_.drawing.vertical);
   const propagate::WellErrors as_sidetrack =
-      well.kickoff ? drawn_errors(s_, well, well.tools_from_kickoff) : propagate::WellErrors{};
+      well.kickoff ? study::drawn_errors(well, well.tools_from_kickoff, s_.drawing.vertical) : propagate::WellErrors{};
   study::require_drawable(well.model_place, as_one_well, deepest, well.name);
   if (well.kickoff) study::require_drawable(well.model_place, as_sidetrack, deepest, well.name);
   const auto offset_of = [&](const Formulation& f) -> const propagate::WellErrors& {
@@ -210,10 +206,7 @@ store::Table DrawnPairs::relative_position(const stats::Tally& tally) const {
         {"offset", "", "name of the offset well", std::vector<std::string>(rows.size(), o.name)},
         {"drawn", "", "formulation by which the wells share draws", std::vector<std::string>(rows.size(), drawn)}};
     t.columns.insert(t.columns.begin(), leading.begin(), leading.end());
-    if (all.columns.empty())
-      all = std::move(t);
-    else
-      store::append_rows(all, t);
+    store::append_rows(all, t);
   };
   add({}, {}, 0, {});  // the columns, even where there is no row
   std::size_t at = 0;

@@ -43,16 +43,14 @@ class Clearance final : public study::StudyPoint {
   std::unique_ptr<const DrawnPairs> drawn_;
 };
 
-class ClearancePlan final : public study::PointPlan {
+class ClearancePlan final : public study::PlanOf<Scenario> {
  public:
-  explicit ClearancePlan(Scenario scenario) : s_(std::make_shared<const Scenario>(std::move(scenario))) {}
-  std::uint64_t trials() const override { return s_->drawing.trials; }
+  using PlanOf::PlanOf;
+  std::uint64_t trials() const override { return s_.drawing.trials; }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<Clearance>(s_, s_->drawing.trials > 0 ? drawn_pairs(*s_) : nullptr);
+    const auto scenario = std::make_shared<const Scenario>(s_);
+    return std::make_unique<Clearance>(scenario, trials() > 0 ? drawn_pairs(*scenario) : nullptr);
   }
-
- private:
-  std::shared_ptr<const Scenario> s_;
 };
 
 }  // namespace

@@ -43,10 +43,6 @@ Eigen::MatrixXd directions_of(const Eigen::Matrix3Xd& j, const std::vector<rare:
   return basis;
 }
 
-propagate::WellErrors errors_of(const Scenario& s, const study::SurveyedWell& w, const study::ToolRuns& tools) {
-  return propagate::well_errors(w.survey, w.tvd, tools.runs, w.field, w.latitude, 1, s.vertical);
-}
-
 std::size_t bin_of(double md, const std::pair<double, double>& range) {
   const double share = (md - range.first) / (range.second - range.first);
   return static_cast<std::size_t>(
@@ -66,7 +62,8 @@ std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const study::Pair
   const proximity::WellPath& offset_path = *pair.offset_path;
   const proximity::PairErrors& errors = pair.formulation(formulation.name);
   const bool is_hole_shared = formulation.kind == study::PairFormulation::Kind::shared_hole;
-  const propagate::WellErrors offset_errors = errors_of(s, well, is_hole_shared ? well.tools_from_kickoff : well.tools);
+  const propagate::WellErrors offset_errors =
+      study::drawn_errors(well, is_hole_shared ? well.tools_from_kickoff : well.tools, s.vertical);
   const proximity::SharedDraws shared = is_hole_shared
                                             ? proximity::draws_of_shared_hole(drawn, offset_errors, *well.kickoff)
                                             : proximity::shared_draws(drawn, offset_errors, errors);

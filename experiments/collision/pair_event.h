@@ -62,9 +62,8 @@ class PairEvent {
   /// displacement at the closest pair in the plane across the wells, two numbers (m), and how far the first kLeading
   /// sources of importance() are drawn towards the first design point (sd; NaN where there are fewer).
   static constexpr int kLeading = 3;
-  /// Covariance of that displacement, m2, and where the reference then is: r in that plane.
+  /// Covariance of that displacement, m2.
   Eigen::Matrix2d plane_covariance() const;
-  Eigen::Vector2d plane_mean() const { return plane_ * closest_r_; }
 
  private:
   friend std::unique_ptr<const PairEvent> pair_event(const Scenario&, const study::PairReference&,

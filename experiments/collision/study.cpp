@@ -112,9 +112,7 @@ class Collision final : public study::StudyPoint {
 
 std::vector<std::unique_ptr<const PairEvent>> events_of(const Scenario& s, const montecarlo::RunOptions& options) {
   const study::PairReference reference = study::pair_reference(s.reference, s.interpolation);
-  const propagate::WellErrors drawn =
-      propagate::well_errors(s.reference.survey, s.reference.tvd, s.reference.tools.runs, s.reference.field,
-                             s.reference.latitude, 1, s.vertical);
+  const propagate::WellErrors drawn = study::drawn_errors(s.reference, s.reference.tools, s.vertical);
   const random::Stream stream = random::stream_of(s.seed);
   std::vector<std::unique_ptr<const PairEvent>> events;
   for (std::size_t o = 0; o < s.offsets.size(); ++o)
@@ -126,18 +124,16 @@ std::vector<std::unique_ptr<const PairEvent>> events_of(const Scenario& s, const
   return events;
 }
 
-class CollisionPlan final : public study::PointPlan {
+class CollisionPlan final : public study::PlanOf<Scenario> {
  public:
-  explicit CollisionPlan(Scenario scenario) : s_(std::make_shared<const Scenario>(std::move(scenario))) {}
-  std::uint64_t trials() const override { return s_->run.plan.trials; }
-  std::vector<std::uint64_t> looks() const override { return s_->run.plan.looks; }
-  int block_trials() const override { return s_->run.block_trials(); }
+  using PlanOf::PlanOf;
+  std::uint64_t trials() const override { return s_.run.plan.trials; }
+  std::vector<std::uint64_t> looks() const override { return s_.run.plan.looks; }
+  int block_trials() const override { return s_.run.block_trials(); }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
-    return std::make_unique<Collision>(s_, events_of(*s_, options));
+    const auto scenario = std::make_shared<const Scenario>(s_);
+    return std::make_unique<Collision>(scenario, events_of(*scenario, options));
   }
-
- private:
-  std::shared_ptr<const Scenario> s_;
 };
 
 }  // namespace

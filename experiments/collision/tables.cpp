@@ -46,10 +46,7 @@ store::Table probability_table(const Scenario& s, const std::vector<JudgedEvent>
         {"correlation", "", "what the wells share", std::vector<std::string>(rows.size(), e.event->correlation())},
         {"separation_factor", "1", "the least of the pair", std::vector<double>(rows.size(), p.separation_factor)}};
     t.columns.insert(t.columns.begin(), leading.begin(), leading.end());
-    if (all.columns.empty())
-      all = std::move(t);
-    else
-      store::append_rows(all, t);
+    store::append_rows(all, t);
   }
   return all;
 }
@@ -86,20 +83,18 @@ store::Table design_table(const std::vector<JudgedEvent>& events) {
     t.number("distance_m", "m", "distance of the two points as surveyed",
              at ? (at->offset.position - at->reference.position).norm() : kNaN);
   };
-  bool any = false;
   for (const JudgedEvent& e : events) {
     const auto& components = e.event->event().prepared.proposal.components();
     const double all = e.tally.weighted.empty() ? 0 : e.tally.weighted[rare::kAllHits].sum;
-    for (std::size_t k = 0; k < components.size(); ++k, any = true)
+    for (std::size_t k = 0; k < components.size(); ++k)
       put(*e.event, k, components[k], all > 0 ? e.tally.weighted[rare::kFirstComponent + k].sum / all : 0);
     if (components.empty() && !e.event->touching().empty()) {  // plain: where they would touch first
       rare::Component c;
       c.design_point = 0;
       put(*e.event, 0, c, kNaN);
-      any = true;
     }
   }
-  if (!any) {
+  if (t.is_empty()) {
     put(*events.front().event, 0, {}, 0);
     t.drop_rows();
   }
@@ -109,7 +104,6 @@ store::Table design_table(const std::vector<JudgedEvent>& events) {
 store::Table importance_table(const std::vector<JudgedEvent>& events) {
   TableRows t("importance",
               "squared direction cosines of the design points, by source: which errors make the wells touch");
-  bool any = false;
   const auto put = [&](const PairEvent& e, const PairEvent::Importance& x) {
     put_event(t, e);
     t.count("component", "design point: number of its adapted component in design_points", x.design);
@@ -119,8 +113,8 @@ store::Table importance_table(const std::vector<JudgedEvent>& events) {
     t.number("factor", "1", "part of beta^2; those of a component add up to 1", x.factor);
   };
   for (const JudgedEvent& e : events)
-    for (const PairEvent::Importance& x : e.event->importance()) put(*e.event, x), any = true;
-  if (!any) {
+    for (const PairEvent::Importance& x : e.event->importance()) put(*e.event, x);
+  if (t.is_empty()) {
     put(*events.front().event, {});
     t.drop_rows();
   }
@@ -130,7 +124,6 @@ store::Table importance_table(const std::vector<JudgedEvent>& events) {
 store::Table contact_table(const Scenario& s, const std::vector<JudgedEvent>& events) {
   TableRows t("contact",
               "where along both wells the weighted hits touch" + study::at_confidence(s.run.verdict.confidence));
-  bool any = false;
   for (const JudgedEvent& e : events) {
     if (e.event->event().method == "subset" || e.tally.weighted.empty()) continue;
     const std::size_t first = rare::kFirstComponent + e.event->event().prepared.proposal.components().size();
@@ -138,7 +131,7 @@ store::Table contact_table(const Scenario& s, const std::vector<JudgedEvent>& ev
     for (int well = 0; well < 2; ++well) {
       const auto [lo, hi] = e.event->depths(well);
       double below = 0;
-      for (std::size_t b = 0; b < PairEvent::kContactBins; ++b, any = true) {
+      for (std::size_t b = 0; b < PairEvent::kContactBins; ++b) {
         const stats::WeightedHits& h =
             e.tally.weighted[first + static_cast<std::size_t>(well) * PairEvent::kContactBins + b];
         const double width = (hi - lo) / PairEvent::kContactBins;
@@ -154,7 +147,7 @@ store::Table contact_table(const Scenario& s, const std::vector<JudgedEvent>& ev
       }
     }
   }
-  if (!any) {
+  if (t.is_empty()) {
     put_event(t, *events.front().event);
     t.word("well", "reference or offset", "");
     for (const char* name : {"from_md_m", "to_md_m"}) t.number(name, "m", "", 0);

@@ -78,10 +78,7 @@ std::vector<double> ratios(const std::vector<double>& a, const std::vector<doubl
 /// In how many realisations a healthy sensor was blamed for the drift of another. Empty if none drifts.
 study::ComparisonRow blamed(const Scenario& s, const Outcomes& o, std::size_t method, const std::string& quantity) {
   const std::uint64_t count = count_blames(s, o, method);
-  study::ComparisonRow row;
-  row.formulation = s.methods[method].name;
-  row.quantity = quantity;
-  row.unit = "1";
+  study::ComparisonRow row = study::empty_row(s.methods[method].name, quantity, "1");
   if (!s.any_healthy() || !s.any_drifts()) return row;
   row.monte_carlo = static_cast<double>(count) / static_cast<double>(o.trials());
   if (o.trials() > 1) row.interval = stats::binomial_interval(count, o.trials(), s.verdict.confidence);

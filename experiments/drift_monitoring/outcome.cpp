@@ -8,8 +8,6 @@
 namespace surveymc::studies::drift_monitoring {
 namespace {
 
-constexpr double kNone = kNaN;
-
 /// Samples of a block up to and including an alarm (h into the test); all of them without one.
 double samples_until(double alarm_h, const MonitoredBlock& b) {
   const auto end = std::isnan(alarm_h) ? b.test_h.end() : std::upper_bound(b.test_h.begin(), b.test_h.end(), alarm_h);
@@ -82,7 +80,7 @@ void OutcomeSum::add(const MonitoredBlock& b) {
 }
 
 std::vector<double> OutcomeSum::row(const TrainedModel& model) const {
-  std::vector<double> row(at_.size(), kNone);
+  std::vector<double> row(at_.size(), kNaN);
   const std::size_t p = s_.data.sensors.size();
   for (const Family& f : families_)
     for (std::size_t i = 0; i < f.methods.size(); ++i)
@@ -124,7 +122,7 @@ void SeriesSum::add(const MonitoredBlock& b) {
       const auto c = static_cast<Eigen::Index>(j);
       if (keep)
         kept_[j].insert(kept_[j].end(), {b.test_h[i], b.readings(row, c) + b.drift(row, c),
-                                         b.truth.size() > 0 ? b.truth(row, c) : kNone, b.drift(row, c)});
+                                         b.truth.size() > 0 ? b.truth(row, c) : kNaN, b.drift(row, c)});
       for (std::size_t a = 0; a < s_.architectures.size(); ++a) {
         monitoring::Sprt& test = tests_[a * p + j];
         int& held = held_[a * p + j];

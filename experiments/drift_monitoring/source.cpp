@@ -149,6 +149,12 @@ void read_training(MonitoringData& d, Eigen::Index most) {
   for (const auto& [number, x] : kept) d.training.row(out++) = x;
 }
 
+/// That source.train_h leaves samples to train on, and to monitor until `end_h`.
+void require_samples(const config::ConfigReader& c, const MonitoringData& d, bool has_model, double end_h) {
+  c.require(d.tested() >= 2, "source.train_h", fmt::format("must leave samples to monitor: there are {:g} h", end_h));
+  c.require(has_model || d.train >= 2, "source.train_h", "must leave at least two samples to train on");
+}
+
 /// `[source] train_fraction` or `train_h`, and what follows from it.
 void divide_file(config::ConfigReader& c, MonitoringData& d, bool has_model) {
   SensorFile& f = *d.file;
@@ -174,9 +180,7 @@ void divide_file(config::ConfigReader& c, MonitoringData& d, bool has_model) {
     c.require(d.train >= 2 && d.tested() >= 2, "source.train_fraction",
               "must leave two samples to train on and to monitor");
   } else {
-    c.require(d.tested() >= 2, "source.train_h",
-              fmt::format("must leave samples to monitor: there are {:g} h", span.end_h));
-    c.require(has_model || d.train >= 2, "source.train_h", "must leave at least two samples to train on");
+    require_samples(c, d, has_model, span.end_h);
   }
   read_training(d, most);
   d.test_end_h = span.end_h - d.test_start_h;
@@ -206,9 +210,7 @@ MonitoringData read_monitoring_data(config::ConfigReader& c, bool has_model) {
   const std::vector<double> time_h = sample_times_h(d);
   // A sample at train_h belongs to the test.
   d.train = std::lower_bound(time_h.begin(), time_h.end(), train_h - kSameTime_h) - time_h.begin();
-  c.require(d.tested() >= 2, "source.train_h",
-            fmt::format("must leave samples to monitor: there are {:g} h", time_h.back()));
-  c.require(has_model || d.train >= 2, "source.train_h", "must leave at least two samples to train on");
+  require_samples(c, d, has_model, time_h.back());
   d.test_start_h = time_h[static_cast<std::size_t>(d.train)];
   d.test_end_h = time_h.back() - d.test_start_h;
   return d;

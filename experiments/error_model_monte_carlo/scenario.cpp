@@ -59,13 +59,6 @@ std::vector<double> read_report_depths(config::ConfigReader& c, const survey::Su
   return out;
 }
 
-bool has_code(const study::ToolRuns& tools, const std::string& code) {
-  for (const propagate::ToolRun& run : tools.runs)
-    for (const error_model::Term& t : run.model->terms)
-      if (t.code == code) return true;
-  return false;
-}
-
 /// Quadrature takes sources of a few draws: names the others.
 void note_left_out(const config::ConfigReader& c, const Scenario& s) {
   const propagate::WellErrors errors =
@@ -95,7 +88,7 @@ void read_sources(config::ConfigReader& c, Scenario& s) {
   s.sources = Sources::listed;
   for (const std::string& code : words) {
     c.require(
-        has_code(s.tools, code), key,
+        study::has_source(s.tools, code), key,
         fmt::format("no model here has \"{}\"; must be \"total\", \"each\", \"quadrature\", or a list of codes of "
                     "the model (surveymc models shows them)",
                     code));
@@ -166,9 +159,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     s.tvd = study::read_true_vertical_depths(c, s.survey);
   }
   s.tools = study::read_tool_runs(c, s.survey);
-  std::vector<config::SharedModel> models;
-  for (const propagate::ToolRun& run : s.tools.runs) models.push_back(run.model);
-  s.latitude = study::read_latitude(c, models);
+  s.latitude = study::read_latitude(c, study::models_of(s.tools));
   s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
   study::read_outside_range(c, s.survey, s.tools.runs, s.validity);
   study::warn_of_idle_terms(c, s.tools, s.field, s.latitude);
@@ -181,9 +172,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.antithetic = c.boolean("antithetic", false);
   if (s.samples()) {
     s.verdict = study::read_verdict_rule(c);
-    s.plan = study::read_verdict_plan(c, judged_rows(s.formulations), s.verdict, {20});
+    s.trial_plan = study::read_verdict_plan(c, judged_rows(s.formulations), s.verdict, {20});
     s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
-    c.require(!s.antithetic || s.plan.trials % 2 == 0, s.plan.looks.empty() ? "trials" : "stop.max_trials",
+    c.require(!s.antithetic || s.trial_plan.trials % 2 == 0, s.trial_plan.looks.empty() ? "trials" : "stop.max_trials",
               "must be even where antithetic = true: trials come in pairs");
   } else {
     if (c.has("stop")) c.fail("stop", "errors.sources = \"quadrature\" draws nothing: leave it out");

@@ -22,7 +22,7 @@ enum class Sources {
 
 struct Scenario {
   random::StudySeed seed;
-  study::TrialPlan plan;  ///< no trials by quadrature
+  study::TrialPlan trial_plan;  ///< no trials by quadrature
   std::uint64_t save_samples = 0;
   bool antithetic = false;
   survey::ReferenceField field;

@@ -82,7 +82,7 @@ ErrorModelMonteCarlo::ErrorModelMonteCarlo(Scenario scenario)
   predict_sources();
   plan_draws();
   const std::size_t controlled = quantities_.size(), depths = depths_.size();
-  stop_ = study::VerdictStop(s_.plan, s_.verdict, [this](const stats::Tally& t) { return judged_rows(t); },
+  stop_ = study::VerdictStop(s_.trial_plan, s_.verdict, [this](const stats::Tally& t) { return judged_rows(t); },
                              {depths, depths, controlled, s_.antithetic ? controlled + depths : 0, 0, true});
 }
 
@@ -362,7 +362,7 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
   r.tables.push_back(study::validity_table(s_.survey, s_.tools, s_.validity));
   r.tables.push_back(
       study::validity_warnings_table("covariances", study::validity_warnings(s_.survey, s_.tools, s_.validity)));
-  if (s_.save_samples > 0 && s_.samples()) r.samples = {samples_table(tally)};
+  if (s_.save_samples > 0 && s_.samples()) r.samples = {study::position_samples_table(tally.samples)};
   return r;
 }
 
@@ -394,19 +394,14 @@ std::string ErrorModelMonteCarlo::replay(std::uint64_t trial) const {
 
 namespace {
 
-class ErrorModelMonteCarloPlan final : public study::PlanOf<Scenario> {
+class ErrorModelMonteCarloPlan final : public study::PlanOfPoint<Scenario, ErrorModelMonteCarlo> {
  public:
-  using PlanOf::PlanOf;
-  std::uint64_t trials() const override { return s_.plan.trials; }
-  std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
+  using PlanOfPoint::PlanOfPoint;
   /// A trial draws every source at every station; without trials it is the prediction.
   double cost() const override {
     double terms = 0;
     for (const propagate::ToolRun& run : s_.tools.runs) terms += static_cast<double>(run.model->terms.size());
-    return s_.survey.size() * terms * std::max(1.0, static_cast<double>(s_.plan.trials));
-  }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<ErrorModelMonteCarlo>(s_);
+    return s_.survey.size() * terms * std::max(1.0, static_cast<double>(s_.trial_plan.trials));
   }
 };
 

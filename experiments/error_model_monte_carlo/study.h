@@ -81,8 +81,6 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   std::uint64_t units(const stats::Tally& tally) const;
   Eigen::Matrix3d sample_covariance(const stats::Tally& tally, std::size_t depth) const;
 
-  /// Appends the rows of one depth, with its depth as first column.
-  void append(store::Table& all, store::Table table, std::size_t depth) const;
   /// Tells rows of one name apart, where there are several depths.
   std::string place(std::size_t depth) const;
   study::RowsOfTables judged_rows(const stats::Tally& tally) const;
@@ -95,7 +93,6 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   store::Table ellipse_table(const stats::Tally& tally) const;
   store::Table covariance_table(const stats::Tally& tally) const;
   store::Table additivity_table(const stats::Tally& tally) const;
-  store::Table samples_table(const stats::Tally& tally) const;
 
   Scenario s_;
   random::Stream stream_;

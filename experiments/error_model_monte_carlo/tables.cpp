@@ -38,16 +38,6 @@ double sd_along(const Matrix3d& covariance, const Vector3d& direction) {
 
 }  // namespace
 
-void ErrorModelMonteCarlo::append(store::Table& all, store::Table table, std::size_t depth) const {
-  const std::size_t rows = table.columns.empty() ? 0 : table.columns.front().size();
-  table.columns.insert(table.columns.begin(),
-                       {"md_m", "m", "measured depth", std::vector<double>(rows, depths_[depth].md)});
-  if (all.columns.empty())
-    all = std::move(table);
-  else
-    store::append_rows(all, table);
-}
-
 std::string ErrorModelMonteCarlo::place(std::size_t depth) const {
   return depths_.size() > 1 ? fmt::format("{:.10g} m", depths_[depth].md) : std::string();
 }
@@ -117,12 +107,13 @@ store::Table ErrorModelMonteCarlo::axes_table(const stats::Tally& tally) const {
     std::vector<study::ComparisonRow> rows = axes_rows(tally, d);
     stop_.add_notes("axes", rows, tally, place(d));
     s_.annotations.apply("axes", rows);
-    append(all,
-           study::comparison_table("axes",
-                                   "position errors along the axes of the predicted ellipsoids, largest first" +
-                                       study::at_confidence(s_.verdict),
-                                   rows, tally.trials, tally.failed, true),
-           d);
+    study::append_at_depth(
+        all,
+        study::comparison_table("axes",
+                                "position errors along the axes of the predicted ellipsoids, largest first" +
+                                    study::at_confidence(s_.verdict),
+                                rows, tally.trials, tally.failed, true),
+        depths_[d].md);
   }
   return all;
 }
@@ -134,13 +125,13 @@ store::Table ErrorModelMonteCarlo::directions_table(const stats::Tally& tally, b
     std::vector<study::ComparisonRow> rows = directions_rows(tally, d, along_hole);
     stop_.add_notes(name, rows, tally, place(d));
     s_.annotations.apply(name, rows);
-    append(all,
-           study::comparison_table(name,
-                                   (along_hole ? "position errors along high side, lateral and hole"
-                                               : "position errors north, east and down") +
-                                       study::at_confidence(s_.verdict),
-                                   rows, tally.trials, tally.failed, true),
-           d);
+    study::append_at_depth(all,
+                           study::comparison_table(name,
+                                                   (along_hole ? "position errors along high side, lateral and hole"
+                                                               : "position errors north, east and down") +
+                                                       study::at_confidence(s_.verdict),
+                                                   rows, tally.trials, tally.failed, true),
+                           depths_[d].md);
   }
   return all;
 }
@@ -225,7 +216,7 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
     for (int a = 0; a < 3; ++a)
       t.columns.push_back({fmt::format("mean_{}_m", kNev[static_cast<std::size_t>(a)]), "m", "mean shift",
                            numbers([a](const Beside& b) { return b.mean[a]; })});
-    append(all, std::move(t), d);
+    study::append_at_depth(all, std::move(t), depths_[d].md);
   }
   return all;
 }
@@ -314,15 +305,6 @@ store::Table ErrorModelMonteCarlo::additivity_table(const stats::Tally& tally) c
     }
   }
   return t.take();
-}
-
-store::Table ErrorModelMonteCarlo::samples_table(const stats::Tally& tally) const {
-  store::Table t{"realisations", "position errors of the first trials at every reported depth"};
-  t.columns = {study::number_column("md_m", "m", "measured depth"),
-               study::number_column("trial", "1", "number of the trial, from 0")};
-  for (const char* d : kNev)
-    t.columns.push_back(study::number_column(fmt::format("{}_m", d), "m", "position less the true one"));
-  return study::table_of_numbers(std::move(t), tally.samples);
 }
 
 }  // namespace surveymc::studies::error_model_monte_carlo

@@ -14,6 +14,9 @@
 namespace surveymc::studies::estimate {
 namespace {
 
+using single_station::StationMethod;
+using single_station::StationQuantity;
+
 /// One station, solved by the method, and by the basic solution of the uncorrected readings, which quality control
 /// uses.
 struct SolvedStation {
@@ -24,7 +27,7 @@ struct SolvedStation {
   double axial_sd_without = 0;  ///< sd of the estimated Mz if there is none in truth
 };
 
-double sd(const single_station::StationCovariance& c, single_station::StationQuantity q) {
+double sd(const single_station::StationCovariance& c, StationQuantity q) {
   const auto i = static_cast<Eigen::Index>(q);
   return std::sqrt(c(i, i));
 }
@@ -37,29 +40,26 @@ std::vector<SolvedStation> solve(const survey::SixAxisReadings& r, const single_
   for (std::size_t k = 0; k < r.md.size(); ++k) {
     SolvedStation s;
     s.md = r.md[k];
-    s.raw = single_station::solve_station(r.gravity_T[k], r.magnetic_T[k], ref, how.sigmas,
-                                          single_station::StationMethod::basic);
+    s.raw = single_station::solve_station(r.gravity_T[k], r.magnetic_T[k], ref, how.sigmas, StationMethod::basic);
     s.solved = single_station::solve_station(r.gravity_T[k], r.magnetic_T[k], ref, how.sigmas, how.method);
     if (s.raw.determined)
-      s.raw_covariance =
-          single_station::station_covariance(s.raw, how.sigmas, single_station::StationMethod::basic, without);
+      s.raw_covariance = single_station::station_covariance(s.raw, how.sigmas, StationMethod::basic, without);
     if (s.solved.determined) {
       s.covariance = single_station::station_covariance(s.solved, how.sigmas, how.method);
-      s.axial_sd_without = sd(single_station::station_covariance(s.solved, how.sigmas, how.method, without),
-                              single_station::StationQuantity::axial);
+      s.axial_sd_without =
+          sd(single_station::station_covariance(s.solved, how.sigmas, how.method, without), StationQuantity::axial);
     }
     all.push_back(s);
   }
   return all;
 }
 
-bool estimates_axial(single_station::StationMethod m) {
-  return m == single_station::StationMethod::simple || m == single_station::StationMethod::extended ||
-         m == single_station::StationMethod::extended_bh;
+bool estimates_axial(StationMethod m) {
+  return m == StationMethod::simple || m == StationMethod::extended || m == StationMethod::extended_bh;
 }
 
 store::Table stations_table(const std::vector<SolvedStation>& stations, const survey::ReferenceField& field,
-                            single_station::StationMethod method, double confidence) {
+                            StationMethod method, double confidence) {
   study::TableRows t("stations", fmt::format("every station by itself, method {}{}",
                                              single_station::station_method_names()[static_cast<std::size_t>(method)],
                                              study::at_confidence(confidence)));
@@ -69,17 +69,16 @@ store::Table stations_table(const std::vector<SolvedStation>& stations, const su
     const bool ok = s.solved.determined;
     const auto number = [&](const char* name, const char* unit, const char* meaning, double x,
                             const char* ancillary = "") { t.number(name, unit, meaning, ok ? x : kNaN, ancillary); };
-    const auto sd_of = [&](single_station::StationQuantity q) { return sd(s.covariance, q); };
+    const auto sd_of = [&](StationQuantity q) { return sd(s.covariance, q); };
     const survey::Attitude& at = s.solved.attitude;
     const double true_azimuth = at.azimuth + field.declination;
     t.number("md_m", "m", "measured depth", s.md);
     t.count("determined", "1; 0 where the method gives no answer", ok);
     number("inclination_deg", "deg", "inclination", at.inclination / kDegree);
-    number("sd_inclination_deg", "deg", "its standard deviation",
-           sd_of(single_station::StationQuantity::inclination) / kDegree);
+    number("sd_inclination_deg", "deg", "its standard deviation", sd_of(StationQuantity::inclination) / kDegree);
     number("toolface_deg", "deg", "from the tool's y axis; 0 in a vertical hole", at.toolface / kDegree);
     number("sd_toolface_deg", "deg", "its standard deviation; inf in a vertical hole",
-           sd_of(single_station::StationQuantity::toolface) / kDegree);
+           sd_of(StationQuantity::toolface) / kDegree);
     t.number("raw_azimuth_magnetic_deg", "deg", "of the readings as they are (basic), from magnetic north",
              s.raw.determined ? s.raw.attitude.azimuth / kDegree : kNaN);
     number("azimuth_magnetic_deg", "deg", "from magnetic north", study::turn_in_degrees(at.azimuth));
@@ -88,17 +87,16 @@ store::Table stations_table(const std::vector<SolvedStation>& stations, const su
     number("azimuth_change_deg", "deg", "less that of the readings as they are",
            std::remainder((at.azimuth - s.raw.attitude.azimuth) / kDegree, 360.0));
     number("sd_azimuth_deg", "deg", "standard deviation; declination is taken as exact; inf in a vertical hole",
-           sd_of(single_station::StationQuantity::azimuth) / kDegree);
+           sd_of(StationQuantity::azimuth) / kDegree);
     number("sd_turn_deg", "deg", "of azimuth + toolface (- above the horizontal), which a vertical hole has, too",
-           sd_of(single_station::StationQuantity::turn) / kDegree);
+           sd_of(StationQuantity::turn) / kDegree);
     number("gravity_mps2", "mps2", "length of the gravity vector", s.solved.gravity);
     number("horizontal_field_nT", "nT", "Bh", s.solved.horizontal());
-    number("sd_horizontal_field_nT", "nT", "its standard deviation",
-           sd_of(single_station::StationQuantity::horizontal));
+    number("sd_horizontal_field_nT", "nT", "its standard deviation", sd_of(StationQuantity::horizontal));
     number("vertical_field_nT", "nT", "Bd, down", s.solved.vertical);
-    number("sd_vertical_field_nT", "nT", "its standard deviation", sd_of(single_station::StationQuantity::vertical));
+    number("sd_vertical_field_nT", "nT", "its standard deviation", sd_of(StationQuantity::vertical));
     if (!axial) return;
-    const double x = s.solved.axial, d = sd_of(single_station::StationQuantity::axial);
+    const double x = s.solved.axial, d = sd_of(StationQuantity::axial);
     number("axial_magnetisation_nT", "nT", "Mz: what the string adds to bz", x,
            "axial_magnetisation_ci_low_nT axial_magnetisation_ci_high_nT");
     number("sd_axial_magnetisation_nT", "nT", "its standard deviation", d);
@@ -135,16 +133,16 @@ store::Table tests_table(const std::vector<SolvedStation>& stations, const singl
   for (std::size_t k = 0; k < stations.size(); ++k) {
     const SolvedStation& s = stations[k];
     const bool raw = s.raw.determined, ok = s.solved.determined;
-    const auto with = [&](single_station::StationQuantity q, double reference_sd) {
+    const auto with = [&](StationQuantity q, double reference_sd) {
       return raw ? std::hypot(sd(s.raw_covariance, q), reference_sd) : kNaN;
     };
     rejected.undetermined += !ok;
-    normal("gravity", k, raw ? s.raw.gravity - ref.gravity : kNaN,
-           with(single_station::StationQuantity::gravity, how.sigmas.gravity), "mps2", rejected.gravity);
+    normal("gravity", k, raw ? s.raw.gravity - ref.gravity : kNaN, with(StationQuantity::gravity, how.sigmas.gravity),
+           "mps2", rejected.gravity);
     normal("horizontal_field", k, raw ? s.raw.horizontal() - ref.horizontal : kNaN,
-           with(single_station::StationQuantity::horizontal, how.sigmas.horizontal), "nT", rejected.field);
+           with(StationQuantity::horizontal, how.sigmas.horizontal), "nT", rejected.field);
     normal("vertical_field", k, raw ? s.raw.vertical - ref.vertical : kNaN,
-           with(single_station::StationQuantity::vertical, how.sigmas.vertical), "nT", rejected.field);
+           with(StationQuantity::vertical, how.sigmas.vertical), "nT", rejected.field);
     if (s.solved.redundancy > 0) {
       const double x = ok ? single_station::fit_statistic(s.solved, ref, how.sigmas, how.method) : kNaN;
       rows.push_back({"fit", "1", k, kNaN, kNaN, x, kNaN, stats::chi_squared_quantile(s.solved.redundancy, 1 - alpha),
@@ -185,7 +183,7 @@ std::vector<analysis::Warning> warnings_of(const std::vector<SolvedStation>& sta
   const auto warn = [&](const char* severity, const std::string& message) { warnings.push_back({severity, message}); };
   if (rejected.undetermined > 0)
     warn("severe", fmt::format("{} of {} stations have no solution{}", rejected.undetermined, n,
-                               how.method == single_station::StationMethod::simple
+                               how.method == StationMethod::simple
                                    ? ": the simple correction fails where cos I = 0; take method = \"extended\""
                                    : ": no gravity or no horizontal field"));
   if (rejected.fit > 0)
@@ -206,7 +204,7 @@ std::vector<analysis::Warning> warnings_of(const std::vector<SolvedStation>& sta
   if (rejected.axial > 0)
     warn("info", fmt::format("{} of {} stations have an axial magnetisation that noise does not explain (alpha {:g})",
                              rejected.axial, n, alpha));
-  if (how.method == single_station::StationMethod::simple) {
+  if (how.method == StationMethod::simple) {
     std::size_t weak = 0;
     for (const SolvedStation& s : stations)
       weak += s.solved.determined && std::abs(std::cos(s.solved.attitude.inclination)) < 0.5;
@@ -232,7 +230,7 @@ StationEstimation read_station_estimation(config::ConfigReader& c) {
       name == "single_station" ? c.choice("estimator.method", {"basic", "optimising"}, "basic")
                                : c.choice("estimator.method", {"extended", "simple", "extended_bh"}, "extended"));
   how.sigmas = study::read_station_sigmas(c);
-  if (estimates_axial(how.method) && how.method != single_station::StationMethod::simple)
+  if (estimates_axial(how.method) && how.method != StationMethod::simple)
     c.require(how.sigmas.axial > 0, c.has("sigma.axial_magnetisation_nT") ? "sigma.axial_magnetisation_nT" : "sigma",
               "axial_magnetisation_nT must be > 0: with 0 there is no magnetisation to correct for");
   study::require_station_sigmas(c, c.has("estimator.method") ? "estimator.method" : "estimator.name", how.method,

@@ -165,6 +165,7 @@ std::vector<study::RowName> row_names(const Scenario& s) {
 void read_event_run(config::ConfigReader& c, Scenario& s) {
   using Kind = analysis::GrossErrorEventKind;
   s.event_run = study::read_event_run(c, {"union"});
+  s.trial_plan = s.event_run.plan;
   s.annotations = study::read_event_annotations(c, {"linear", "nonlinear", "single_test", "independent", "bonferroni"});
   std::vector<study::EventQuantity> quantities;
   for (const char* q : analysis::kGrossErrorEvents) quantities.push_back({q, false});
@@ -241,7 +242,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   }
   s.verdict = study::read_verdict_rule(c);
   s.false_alarm_margin = c.number("verdict.false_alarm_margin", config::Range::open(0, 1), 0.1);
-  s.plan = study::read_verdict_plan(c, judged_rows(s), s.verdict, {});
+  s.trial_plan = study::read_verdict_plan(c, judged_rows(s), s.verdict, {});
   s.annotations = study::Annotations::read(c, row_names(s));
   c.finish();
   return s;

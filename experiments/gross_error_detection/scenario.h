@@ -35,7 +35,7 @@ struct InjectedError {
 
 struct Scenario {
   random::StudySeed seed;
-  study::TrialPlan plan;
+  study::TrialPlan trial_plan;
   reliability::AdjustmentModel model;
   reliability::TestLevels levels;
   std::vector<survey::Attitude> attitudes;  ///< of the stations; azimuths magnetic

@@ -81,7 +81,7 @@ class GrossErrorDetection final : public study::StudyPoint {
         trials_(std::move(trials)),
         prediction_(std::move(prediction)),
         layout_{s_.injected.size(), s_.strategies.size()},
-        stop_(s_.plan, s_.verdict,
+        stop_(s_.trial_plan, s_.verdict,
               [this](const stats::Tally& t) {
                 return study::RowsOfTables{{"detection", detection_rows(s_, prediction_, t)}};
               },
@@ -256,8 +256,6 @@ class GrossErrorDetection final : public study::StudyPoint {
 class GrossErrorPlan final : public study::PlanOf<Scenario> {
  public:
   using PlanOf::PlanOf;
-  std::uint64_t trials() const override { return plan().trials; }
-  std::vector<std::uint64_t> looks() const override { return plan().looks; }
   int block_trials() const override {
     return s_.events.empty() ? montecarlo::kBlockTrials : s_.event_run.block_trials();
   }
@@ -269,9 +267,6 @@ class GrossErrorPlan final : public study::PlanOf<Scenario> {
     analysis::GrossErrorPrediction prediction = analysis::predict_gross_errors(trials, s.levels, s.pope);
     return std::make_unique<GrossErrorDetection>(std::move(s), std::move(trials), std::move(prediction));
   }
-
- private:
-  const study::TrialPlan& plan() const { return s_.events.empty() ? s_.plan : s_.event_run.plan; }
 };
 
 }  // namespace

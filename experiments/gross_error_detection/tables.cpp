@@ -56,9 +56,8 @@ std::vector<study::ComparisonRow> detection_rows(const Scenario& s, const analys
   const auto rate = [&](const std::string& formulation, const std::string& quantity, std::size_t event,
                         double predicted, const study::VerdictRule& rule) -> study::ComparisonRow& {
     const std::uint64_t events = tally.counts.empty() ? 0 : tally.counts[event];
-    rows.push_back(study::compare_rate(quantity, events, runs, predicted, rule, tally.trials));
-    rows.back().formulation = formulation;
-    return rows.back();
+    return rows.emplace_back(
+        study::labelled(formulation, study::compare_rate(quantity, events, runs, predicted, rule, tally.trials)));
   };
 
   // What linear theory does not control at the true attitude has a test at the trials' own.
@@ -74,8 +73,8 @@ std::vector<study::ComparisonRow> detection_rows(const Scenario& s, const analys
   mean.note = tally.moments.count > 1 ? "mean over all observations that can be tested" : "";
   rows.push_back(mean);
   rate("design", "false_alarm_any", layout.false_alarm_any(), p.false_alarm_any, alarms);
-  rate("design", "false_alarm_general", layout.false_alarm_general(), p.general.alpha, alarms);
-  study::ComparisonRow& general = rows.back();
+  study::ComparisonRow& general =
+      rate("design", "false_alarm_general", layout.false_alarm_general(), p.general.alpha, alarms);
   general.note +=
       fmt::format("{}chi2 above {:.4f}, level by the B-method", general.note.empty() ? "" : "; ", p.general.critical);
 

@@ -79,7 +79,7 @@ void read_verified(config::ConfigReader& c, Scenario& s) {
   std::vector<study::RowName> judged;
   for (const VerifiedDirection& v : s.verify)
     for (const study::RowName& row : row_names()) judged.push_back({row.table, name_of(v), row.quantity});
-  s.plan = study::read_trial_plan(c, {}, judged, s.verdict);
+  s.trial_plan = study::read_trial_plan(c, {}, judged, s.verdict);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ std::string name_of(const VerifiedDirection& direction);
 
 struct Scenario {
   random::StudySeed seed;
-  study::TrialPlan plan;                             ///< no trials without [[verify]]
+  study::TrialPlan trial_plan;                       ///< no trials without [[verify]]
   std::vector<double> inclination_deg, azimuth_deg;  ///< the map, of the last station
   analysis::WellDesign well;
   survey::ReferenceField field;

@@ -57,14 +57,7 @@ analysis::Benefit benefit_at(const Scenario& s, double inclination, double azimu
   return b;
 }
 
-}  // namespace
-
-/// Errors of a batch in one direction, in the order of kPerDirection; NaN where the estimate did not converge.
-struct BenefitPoint::Errors {
-  std::vector<std::array<double, kPerDirection>> of_trial;
-  std::vector<bool> converged;
-};
-
+/// Of all directions. Throws InputError where the stations do not determine the estimated parameters.
 std::vector<VerifiedWell> verified_wells(const Scenario& s) {
   std::vector<VerifiedWell> wells;
   for (const VerifiedDirection& d : s.verify) {
@@ -85,15 +78,23 @@ std::vector<VerifiedWell> verified_wells(const Scenario& s) {
   return wells;
 }
 
-BenefitPoint::BenefitPoint(Scenario scenario, std::vector<VerifiedWell> verified)
+}  // namespace
+
+/// Errors of a batch in one direction, in the order of kPerDirection; NaN where the estimate did not converge.
+struct BenefitPoint::Errors {
+  std::vector<std::array<double, kPerDirection>> of_trial;
+  std::vector<bool> converged;
+};
+
+BenefitPoint::BenefitPoint(Scenario scenario)
     : s_(std::move(scenario)),
-      stop_(s_.plan, s_.verdict,
+      stop_(s_.trial_plan, s_.verdict,
             [this](const stats::Tally& t) {
               return study::RowsOfTables{{"verification", verification_rows(t)}};
             }),
       estimator_(estimate::make_estimator(s_.estimator, s_.field)),
       uncorrected_(no_correction()),
-      verified_(std::move(verified)) {
+      verified_(verified_wells(s_)) {
   if (s_.calibration.on) make_calibrated();
 }
 
@@ -242,18 +243,13 @@ std::string BenefitPoint::replay(std::uint64_t trial) const {
 
 namespace {
 
-class MsaBenefitPlan final : public study::PlanOf<Scenario> {
+class MsaBenefitPlan final : public study::PlanOfPoint<Scenario, BenefitPoint> {
  public:
-  using PlanOf::PlanOf;
-  std::uint64_t trials() const override { return s_.plan.trials; }
-  std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
+  using PlanOfPoint::PlanOfPoint;
   /// A direction of the maps costs about as much as a trial.
   double cost() const override {
     const auto directions = static_cast<double>(s_.inclination_deg.size() * s_.azimuth_deg.size());
-    return s_.well.stations * (directions + static_cast<double>(s_.verify.size() * s_.plan.trials));
-  }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<BenefitPoint>(s_, verified_wells(s_));
+    return s_.well.stations * (directions + static_cast<double>(s_.verify.size() * s_.trial_plan.trials));
   }
 };
 

@@ -18,12 +18,11 @@ struct VerifiedWell {
   Eigen::RowVector3d lateral_N, position;  ///< the true ones
   analysis::Benefit benefit;
 };
-/// Of all directions. Throws InputError where the stations do not determine the estimated parameters.
-std::vector<VerifiedWell> verified_wells(const Scenario& scenario);
 
 class BenefitPoint final : public study::StudyPoint {
  public:
-  BenefitPoint(Scenario scenario, std::vector<VerifiedWell> verified);
+  /// Throws InputError where the stations do not determine the estimated parameters.
+  explicit BenefitPoint(Scenario scenario);
 
   std::uint64_t trials_needed(const stats::Tally& tally) const override { return stop_.trials_needed(tally); }
   stats::Tally run_block(montecarlo::TrialBlock block) const override;

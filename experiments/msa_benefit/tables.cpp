@@ -79,12 +79,11 @@ store::Table benefit_summary(const Scenario& s, const std::vector<analysis::Bene
              static_cast<double>(worse) / static_cast<double>(defined.size()));
     t.number("ratio_median", "1", "median of the ratio; inf if most are undetermined", stats::median(defined));
     const auto extreme = [&](const std::string& which, const char* meaning, std::size_t i) {
-      const double nan = kNaN;
       const bool there = i < benefits.size();
       const std::size_t azimuths = s.azimuth_deg.size();
-      t.number("ratio_" + which, "1", meaning, there ? ratio[i] : nan);
-      t.number(which + "_inclination_deg", "deg", "where: inclination", there ? s.inclination_deg[i / azimuths] : nan);
-      t.number(which + "_azimuth_deg", "deg", "where: azimuth", there ? s.azimuth_deg[i % azimuths] : nan);
+      t.number("ratio_" + which, "1", meaning, there ? ratio[i] : kNaN);
+      t.number(which + "_inclination_deg", "deg", "where: inclination", there ? s.inclination_deg[i / azimuths] : kNaN);
+      t.number(which + "_azimuth_deg", "deg", "where: azimuth", there ? s.azimuth_deg[i % azimuths] : kNaN);
     };
     extreme("best", "smallest ratio, of determined directions", best);
     extreme("worst", "largest ratio, of determined directions", worst);

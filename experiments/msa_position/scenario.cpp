@@ -94,6 +94,7 @@ void read_event_scenario(config::ConfigReader& c, Scenario& s) {
   s.estimator = study::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);
   s.control_variate = false;
   s.event_run = study::read_event_run(c);
+  s.trial_plan = s.event_run.plan;
   s.annotations = study::read_event_annotations(c, {"first_order"});
   std::vector<study::EventQuantity> quantities;
   for (const char* q : analysis::kMsaEventQuantities) quantities.push_back({q});
@@ -138,8 +139,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.calibration = study::read_calibration(c, known);
   study::require_calibrated_inputs(c, s.calibration, s.estimator, analysis::input_errors(s.noise, s.spread, s.field),
                                    s.errors);
-  s.plan = study::read_trial_plan(c, stoppable(s.with_position), decidable(s), s.verdict);
-  c.require(!s.noise.antithetic || s.plan.trials % 2 == 0, s.plan.looks.empty() ? "trials" : "stop.max_trials",
+  s.trial_plan = study::read_trial_plan(c, stoppable(s.with_position), decidable(s), s.verdict);
+  c.require(!s.noise.antithetic || s.trial_plan.trials % 2 == 0,
+            s.trial_plan.looks.empty() ? "trials" : "stop.max_trials",
             "must be even where antithetic = true: trials come in pairs");
   std::vector<study::RowName> rows = row_names();
   for (const study::RowName& row : study::calibration_rows(calibrated))

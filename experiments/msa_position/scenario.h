@@ -28,7 +28,7 @@ constexpr std::array<const char*, 3> kAzimuths{"azimuth_first", "azimuth_middle"
 struct Scenario {
   random::StudySeed seed;
   std::uint64_t save_samples = 0;
-  study::TrialPlan plan;
+  study::TrialPlan trial_plan;
   bool with_position = true;    ///< false: parameters only, for throughput
   bool control_variate = true;  ///< tally the first-order prediction of every trial beside it
   survey::ReferenceField field;

@@ -119,7 +119,7 @@ Model model_of(const Scenario& s) {
 
 PositionPoint::PositionPoint(Scenario scenario, Model model)
     : s_(std::move(scenario)),
-      stop_(s_.plan, s_.verdict, [this](const stats::Tally& t) { return all_rows(t); }),
+      stop_(s_.trial_plan, s_.verdict, [this](const stats::Tally& t) { return all_rows(t); }),
       clean_(std::move(model.clean)),
       md_(s_.survey.md()),
       prediction_(std::move(model.prediction)),
@@ -136,14 +136,14 @@ PositionPoint::PositionPoint(Scenario scenario, Model model)
 }
 
 std::uint64_t PositionPoint::trials_needed(const stats::Tally& tally) const {
-  if (units(tally) < 2) return s_.plan.trials;  // nothing to predict from
+  if (units(tally) < 2) return s_.trial_plan.trials;  // nothing to predict from
   if (stop_.is_on()) return stop_.trials_needed(tally);
   double needed = 0;
-  for (const std::string& quantity : s_.plan.quantities) {
+  for (const std::string& quantity : s_.trial_plan.quantities) {
     const stats::ControlledEstimate e = sd_estimate(tally, component_of(quantity));
     const bool controlled = s_.control_variate;
     const stats::Interval ci = controlled ? e.controlled_interval : e.plain_interval;
-    const double width = (ci.hi - ci.lo) / 2 / (controlled ? e.controlled : e.plain) / s_.plan.relative_ci;
+    const double width = (ci.hi - ci.lo) / 2 / (controlled ? e.controlled : e.plain) / s_.trial_plan.relative_ci;
     needed = std::max(needed, std::isfinite(width) ? static_cast<double>(tally.trials) * width * width : 1e18);
   }
   return static_cast<std::uint64_t>(std::ceil(needed));
@@ -452,9 +452,7 @@ std::vector<study::TrialEvent> placed_events(const Scenario& s) {
 class MsaPositionPlan final : public study::PlanOf<Scenario> {
  public:
   using PlanOf::PlanOf;
-  std::uint64_t trials() const override { return plan().trials; }
-  std::vector<std::uint64_t> looks() const override { return plan().looks; }
-  double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(plan().trials); }
+  double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(s_.trial_plan.trials); }
   int block_trials() const override {
     return s_.events.empty() ? montecarlo::kBlockTrials : s_.event_run.block_trials();
   }
@@ -467,9 +465,6 @@ class MsaPositionPlan final : public study::PlanOf<Scenario> {
       s_.survey_place.fail(e.what());
     }
   }
-
- private:
-  const study::TrialPlan& plan() const { return s_.events.empty() ? s_.plan : s_.event_run.plan; }
 };
 
 }  // namespace

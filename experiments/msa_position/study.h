@@ -97,6 +97,12 @@ class PositionPoint final : public study::StudyPoint {
   /// Tangents of the errors of the azimuths of a group, at the stations of `azimuth_places_`.
   void azimuth_errors(Batch& b, int group) const;
 
+  /// The mean of a component plus `offset` against its prediction.
+  study::ComparisonRow mean_row(const std::string& quantity, const char* unit, const stats::Tally& tally, int component,
+                                double offset, double predicted) const;
+  /// Three standard deviations of a component, which is `of` what the row's name says, against a predicted sd.
+  study::ComparisonRow sd_row(const char* formulation, const std::string& of, const char* unit,
+                              const stats::Tally& tally, int component, double predicted) const;
   std::vector<study::ComparisonRow> parameter_rows(const stats::Tally& tally) const;
   std::vector<study::ComparisonRow> reference_rows(const stats::Tally& tally) const;
   std::vector<study::ComparisonRow> hanak_rows(const stats::Tally& tally) const;

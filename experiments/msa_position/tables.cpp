@@ -15,36 +15,40 @@ store::Table PositionPoint::comparison(const std::string& name, const std::strin
   return study::comparison_table(name, long_name + intervals_, rows, tally.trials, tally.failed, true);
 }
 
+study::ComparisonRow PositionPoint::mean_row(const std::string& quantity, const char* unit, const stats::Tally& tally,
+                                             int component, double offset, double predicted) const {
+  return study::compare_mean(quantity, unit, sample(tally, component), offset, predicted, s_.verdict, tally.trials);
+}
+
+study::ComparisonRow PositionPoint::sd_row(const char* formulation, const std::string& of, const char* unit,
+                                           const stats::Tally& tally, int component, double predicted) const {
+  return study::labelled(formulation, study::compare_sd("sigma3_" + of, unit, 3, sample(tally, component), predicted,
+                                                        s_.verdict, tally.trials));
+}
+
 std::vector<study::ComparisonRow> PositionPoint::parameter_rows(const stats::Tally& tally) const {
   // Weights that are drawn anew in every run have no linear prediction.
   const bool predicted = s_.assumed_noise == sensor::AssumedNoise::constant;
-  const double nan = kNaN;
   std::vector<study::ComparisonRow> rows;
   for (int i = 0; i < 6; ++i) {
     const auto a = static_cast<std::size_t>(i);
-    rows.push_back(study::compare_mean(std::string("mean_") + estimate::kParameterNames[a],
-                                       estimate::kParameterUnits[a], sample(tally, at_.parameter + i),
-                                       prediction_.parameters[i], predicted ? prediction_.parameters[i] : nan,
-                                       s_.verdict, tally.trials));
+    rows.push_back(mean_row(std::string("mean_") + estimate::kParameterNames[a], estimate::kParameterUnits[a], tally,
+                            at_.parameter + i, prediction_.parameters[i],
+                            predicted ? prediction_.parameters[i] : kNaN));
   }
   for (int i = 0; i < 6; ++i) {
     const auto a = static_cast<std::size_t>(i);
-    rows.push_back(study::compare_sd(std::string("sigma3_") + estimate::kParameterNames[a],
-                                     estimate::kParameterUnits[a], 3, sample(tally, at_.parameter + i),
-                                     predicted ? std::sqrt(prediction_.parameter_covariance(i, i)) : nan, s_.verdict,
-                                     tally.trials));
-    rows.back().formulation = "first_order";
+    rows.push_back(sd_row("first_order", estimate::kParameterNames[a], estimate::kParameterUnits[a], tally,
+                          at_.parameter + i, predicted ? std::sqrt(prediction_.parameter_covariance(i, i)) : kNaN));
   }
   // The claim of the estimator, by the errors that it assumes; MSA assumes nothing and makes no claim.
   for (int i = 0; i < 6 && estimate::estimator_kind(s_.estimator.name).weighs; ++i) {
     const auto a = static_cast<std::size_t>(i);
     const double claimed = predicted                 ? std::sqrt(prediction_.claimed_covariance(i, i))
                            : tally.moments.count > 0 ? std::sqrt(tally.moments.mean[at_.claimed + i])
-                                                     : nan;
-    rows.push_back(study::compare_sd(std::string("sigma3_") + estimate::kParameterNames[a],
-                                     estimate::kParameterUnits[a], 3, sample(tally, at_.parameter + i), claimed,
-                                     s_.verdict, tally.trials));
-    rows.back().formulation = "claimed";
+                                                     : kNaN;
+    rows.push_back(sd_row("claimed", estimate::kParameterNames[a], estimate::kParameterUnits[a], tally,
+                          at_.parameter + i, claimed));
   }
   if (at_.reference >= 0)
     for (const study::ComparisonRow& row : reference_rows(tally)) rows.push_back(row);
@@ -69,19 +73,16 @@ std::vector<study::ComparisonRow> PositionPoint::reference_rows(const stats::Tal
   const std::array<double, 2> truth{s_.field.total, s_.field.dip / kDegree}, unit{1, kDegree};
   std::vector<study::ComparisonRow> rows;
   for (std::size_t a = 0; a < 2; ++a)
-    rows.push_back(study::compare_mean(std::string("mean_") + kReference[a], kReferenceUnits[a],
-                                       sample(tally, at_.reference + static_cast<int>(a)), truth[a],
-                                       truth[a] + prediction_.reference_shift[static_cast<Eigen::Index>(a)] / unit[a],
-                                       s_.verdict, tally.trials));
+    rows.push_back(mean_row(std::string("mean_") + kReference[a], kReferenceUnits[a], tally,
+                            at_.reference + static_cast<int>(a), truth[a],
+                            truth[a] + prediction_.reference_shift[static_cast<Eigen::Index>(a)] / unit[a]));
   for (const bool claimed : {false, true})
     for (std::size_t a = 0; a < 2; ++a) {
       const auto i = static_cast<Eigen::Index>(a);
       const double variance =
           claimed ? prediction_.claimed_covariance(6 + i, 6 + i) : prediction_.reference_covariance(i, i);
-      rows.push_back(study::compare_sd(std::string("sigma3_") + kReference[a], kReferenceUnits[a], 3,
-                                       sample(tally, at_.reference + static_cast<int>(a)),
-                                       std::sqrt(variance) / unit[a], s_.verdict, tally.trials));
-      rows.back().formulation = claimed ? "claimed" : "first_order";
+      rows.push_back(sd_row(claimed ? "claimed" : "first_order", kReference[a], kReferenceUnits[a], tally,
+                            at_.reference + static_cast<int>(a), std::sqrt(variance) / unit[a]));
     }
   return rows;
 }
@@ -107,14 +108,12 @@ std::vector<study::ComparisonRow> PositionPoint::hanak_rows(const stats::Tally& 
   const Eigen::Matrix<double, 6, 6> covariance = by_parameters * claimed * by_parameters.transpose();
   std::vector<study::ComparisonRow> rows;
   for (std::size_t a = 0; a < 6; ++a)
-    rows.push_back(study::compare_mean(std::string("mean_") + kHanakParameters[a], estimate::kParameterUnits[a],
-                                       sample(tally, at_.hanak + static_cast<int>(a)), 0,
-                                       expected[static_cast<Eigen::Index>(a)], s_.verdict, tally.trials));
+    rows.push_back(mean_row(std::string("mean_") + kHanakParameters[a], estimate::kParameterUnits[a], tally,
+                            at_.hanak + static_cast<int>(a), 0, expected[static_cast<Eigen::Index>(a)]));
   for (std::size_t a = 0; a < 6; ++a) {
     const auto i = static_cast<Eigen::Index>(a);
-    rows.push_back(study::compare_sd(std::string("sigma3_") + kHanakParameters[a], estimate::kParameterUnits[a], 3,
-                                     sample(tally, at_.hanak + static_cast<int>(a)), std::sqrt(covariance(i, i)),
-                                     s_.verdict, tally.trials));
+    rows.push_back(sd_row("", kHanakParameters[a], estimate::kParameterUnits[a], tally, at_.hanak + static_cast<int>(a),
+                          std::sqrt(covariance(i, i))));
   }
   s_.annotations.apply("hanak_parameters", rows);
   return rows;
@@ -124,16 +123,13 @@ std::vector<study::ComparisonRow> PositionPoint::position_rows(const stats::Tall
   std::vector<study::ComparisonRow> rows;
   for (int i = 0; i < 3; ++i) {
     const double correction = prediction_.position[i] - prediction_.uncorrected[i];
-    rows.push_back(study::compare_mean(std::string("correction_") + kDirections[static_cast<std::size_t>(i)], "m",
-                                       sample(tally, at_.position + i), correction, correction, s_.verdict,
-                                       tally.trials));
+    rows.push_back(mean_row(std::string("correction_") + kDirections[static_cast<std::size_t>(i)], "m", tally,
+                            at_.position + i, correction, correction));
   }
   for (std::size_t f = 0; f < kFormulations.size(); ++f)
     for (int i = 0; i < 3; ++i) {
-      rows.push_back(study::compare_sd(std::string("sigma3_") + kDirections[static_cast<std::size_t>(i)], "m", 3,
-                                       sample(tally, at_.position + i),
-                                       std::sqrt(prediction_.position_covariance[f](i, i)), s_.verdict, tally.trials));
-      rows.back().formulation = kFormulations[f];
+      rows.push_back(sd_row(kFormulations[f], kDirections[static_cast<std::size_t>(i)], "m", tally, at_.position + i,
+                            std::sqrt(prediction_.position_covariance[f](i, i))));
     }
   s_.annotations.apply("position", rows);
   return rows;
@@ -147,9 +143,8 @@ std::vector<study::ComparisonRow> PositionPoint::hole_rows(const stats::Tally& t
       // A direction without first-order error (plane wells have two) has only the rounding of the rotation: taken as
       // zero.
       const double variance = c(i, i) > 1e-14 * c.trace() ? c(i, i) : 0;
-      rows.push_back(study::compare_sd(std::string("sigma3_") + kHoleDirections[static_cast<std::size_t>(i)], "m", 3,
-                                       sample(tally, at_.hole + i), std::sqrt(variance), s_.verdict, tally.trials));
-      rows.back().formulation = kFormulations[f];
+      rows.push_back(sd_row(kFormulations[f], kHoleDirections[static_cast<std::size_t>(i)], "m", tally, at_.hole + i,
+                            std::sqrt(variance)));
     }
   }
   s_.annotations.apply("position_hla", rows);

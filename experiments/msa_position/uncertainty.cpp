@@ -110,7 +110,6 @@ store::Table PositionPoint::control_variate_table(const stats::Tally& tally) con
                          static_cast<double>(tally.failed) / static_cast<double>(tally.trials),
                          antithetic() ? fmt::format(" and {} converged beside one that failed", tally.left_out) : "");
   study::TableRows t("control_variate", title);
-  const double nan = kNaN;
   const auto put = [&](const std::string& quantity, const std::string& unit, const stats::ControlledEstimate& e,
                        double offset, double factor, double analytic, bool judged) {
     const auto estimate = [&](const char* name, const char* meaning, double x, const stats::Interval& i) {
@@ -123,11 +122,11 @@ store::Table PositionPoint::control_variate_table(const stats::Tally& tally) con
     estimate("controlled", "Monte-Carlo estimate with control variate", e.controlled, e.controlled_interval);
     t.number("analytic", "1", "first-order prediction, exact for this noise", offset + factor * analytic);
     t.estimate("ratio", "1", "analytic / controlled; absent for means and covariances",
-               judged ? analytic / e.controlled : nan, judged ? ratio : stats::Interval{nan, nan});
+               judged ? analytic / e.controlled : kNaN, judged ? ratio : stats::Interval{kNaN, kNaN});
     t.number("variance_reduction", "1",
              "how many times more independent trials the plain estimate needs for the same interval",
              e.variance_reduction);
-    t.number("margin", "1", "what agrees: the ratio within 1 -+ margin", judged ? s_.verdict.margin : nan);
+    t.number("margin", "1", "what agrees: the ratio within 1 -+ margin", judged ? s_.verdict.margin : kNaN);
     const study::Verdict verdict = judged ? study::judge(ratio, s_.verdict.margin, tally.trials) : study::Verdict{};
     t.word("verdict", "agrees, differs or undecided, by the controlled estimate", verdict.word);
     study::write_evidence(t,
@@ -138,7 +137,7 @@ store::Table PositionPoint::control_variate_table(const stats::Tally& tally) con
     write_counts(t, tally);
   };
   if (units(tally) < 20) {
-    put("", "", {}, 0, 1, nan, false);
+    put("", "", {}, 0, 1, kNaN, false);
     t.drop_rows();
     return t.take();
   }

@@ -50,14 +50,10 @@ class MwdDrift final : public study::StudyPoint {
   Scenario s_;
 };
 
-class MwdDriftPlan final : public study::PlanOf<Scenario> {
+class MwdDriftPlan final : public study::PlanOfPoint<Scenario, MwdDrift> {
  public:
-  using PlanOf::PlanOf;
-  std::uint64_t trials() const override { return s_.trials; }
+  using PlanOfPoint::PlanOfPoint;
   int block_trials() const override { return 64; }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<MwdDrift>(s_);
-  }
 };
 
 }  // namespace

@@ -14,7 +14,6 @@
 namespace surveymc::studies::mwd_drift {
 namespace {
 
-constexpr double kNone = kNaN;
 constexpr const char* kSprt = "channel_sprt";
 constexpr const char* kFilter = "bias_filter";
 constexpr const char* kNoDrift = "no sensor drifts: every alarm is false";
@@ -68,10 +67,7 @@ study::ComparisonRow mean_against(const std::string& quantity, const std::vector
 }
 
 study::ComparisonRow median_row(const char* formulation, const std::vector<double>& sorted, double confidence) {
-  study::ComparisonRow row;
-  row.formulation = formulation;
-  row.quantity = "delay_q50_stations";
-  row.unit = "1";
+  study::ComparisonRow row = study::empty_row(formulation, "delay_q50_stations", "1");
   if (sorted.empty()) return row;
   row.monte_carlo = stats::sorted_quantile(sorted, 0.5);
   row.interval = stats::median_interval(sorted, confidence);
@@ -87,13 +83,13 @@ struct FalseAlarms {
 FalseAlarms predict_false_alarms(const Scenario& s) {
   const double one_side = monitoring::sprt_alarm_probability(s.sprt, 0, 1, s.stations).back();
   if (std::isnan(one_side))
-    return {kNone, "no prediction: sprt.shift_sd is too small for the integration between these bounds of the SPRT"};
+    return {kNaN, "no prediction: sprt.shift_sd is too small for the integration between these bounds of the SPRT"};
   // Channels are independent: noise of a triad is alike on its axes, so that rows of the Jacobian are orthogonal in it.
   const auto any_of_three = [](double p) { return 1 - std::pow(1 - p, 3); };
   const monitoring::TwoSided channel = monitoring::two_sided_alarm_probability(one_side);
   const double least = any_of_three(channel.independent), most = any_of_three(channel.exclusive);
   if (least < (1 - s.verdict.margin) * most)
-    return {kNone,
+    return {kNaN,
             fmt::format("no prediction within the margin: from {:.4g} (the two sides of a channel independent) to "
                         "{:.4g} (exclusive)",
                         least, most)};
@@ -124,7 +120,7 @@ std::vector<study::ComparisonRow> comparison_rows(const Scenario& s, const Outco
   study::ComparisonRow false_alarm =
       rate(kSprt, "p_alarm_without_drift", alarms(o, Value::sprt_without), n, predicted.probability);
   false_alarm.note += (false_alarm.note.empty() ? "" : "; ") + predicted.note;
-  study::ComparisonRow of_filter = rate(kFilter, "p_alarm_without_drift", alarms(o, Value::filter_without), n, kNone);
+  study::ComparisonRow of_filter = rate(kFilter, "p_alarm_without_drift", alarms(o, Value::filter_without), n, kNaN);
   of_filter.note = "no closed form: made about as rare as that of the SPRT by alarm_sd";
   std::vector<study::ComparisonRow> rows{
       mean_against("nis_mean", all(o, Value::nis_mean), 3, s, s.verdict.nees_margin),
@@ -132,11 +128,11 @@ std::vector<study::ComparisonRow> comparison_rows(const Scenario& s, const Outco
       mean_against("nees_mean", all(o, Value::nees_mean), 6, s, s.verdict.nees_margin),
       false_alarm,
       of_filter,
-      rate(kSprt, "p_detected", detections(s, o, Value::sprt), drifting(s, o), kNone),
-      rate(kFilter, "p_detected", detections(s, o, Value::filter), drifting(s, o), kNone),
+      rate(kSprt, "p_detected", detections(s, o, Value::sprt), drifting(s, o), kNaN),
+      rate(kFilter, "p_detected", detections(s, o, Value::filter), drifting(s, o), kNaN),
       median_row(kSprt, delays(s, o, Value::sprt), s.verdict.confidence),
       median_row(kFilter, delays(s, o, Value::filter), s.verdict.confidence),
-      rate(kFilter, "p_named", rightly_named(s, o), detections(s, o, Value::filter), kNone)};
+      rate(kFilter, "p_named", rightly_named(s, o), detections(s, o, Value::filter), kNaN)};
   for (study::ComparisonRow& row : rows)
     if (!s.drifts() && is_of_drift(row.quantity)) row.note = kNoDrift;
   return rows;
@@ -156,7 +152,7 @@ std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& 
   }
   const auto share = [&](const char* formulation, const char* quantity, std::uint64_t count, std::uint64_t runs) {
     study::ComparisonRow row =
-        study::labelled(formulation, study::compare_rate(quantity, count, runs, kNone, s.verdict, o.trials()));
+        study::labelled(formulation, study::compare_rate(quantity, count, runs, kNaN, s.verdict, o.trials()));
     row.note.clear();
     return row;
   };
@@ -175,12 +171,8 @@ std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& 
   // Every alarm is false here: there is nothing to find sooner, and no right sensor to name.
   for (study::ComparisonRow& row : rows) {
     if (!is_of_drift(row.quantity)) continue;
-    study::ComparisonRow empty;
-    empty.formulation = row.formulation;
-    empty.quantity = row.quantity;
-    empty.unit = row.unit;
-    empty.note = kNoDrift;
-    row = empty;
+    row = study::empty_row(row.formulation, row.quantity, row.unit);
+    row.note = kNoDrift;
   }
   return rows;
 }
@@ -192,7 +184,7 @@ store::Table detection_table(const Scenario& s, const Outcomes& o) {
     const Value with = filter ? Value::filter : Value::sprt,
                 without = filter ? Value::filter_without : Value::sprt_without;
     const std::vector<double> sorted = delays(s, o, with);
-    const auto delay = [&](double share) { return sorted.empty() ? kNone : stats::sorted_quantile(sorted, share); };
+    const auto delay = [&](double share) { return sorted.empty() ? kNaN : stats::sorted_quantile(sorted, share); };
     const std::uint64_t detected = detections(s, o, with);
     t.word("method", "channel_sprt or bias_filter", filter ? kFilter : kSprt);
     t.word("sensor", "that drifts", s.drifts() ? kSensors[static_cast<std::size_t>(s.sensor)] : "none");
@@ -200,7 +192,7 @@ store::Table detection_table(const Scenario& s, const Outcomes& o) {
             confidence);
     t.number("delay_q05_stations", "1", "stations from the start of the drift to the alarm, 5 %", delay(0.05));
     t.estimate("delay_q50_stations", "1", "the same, median; a miss is infinite", delay(0.5),
-               sorted.empty() ? stats::Interval{kNone, kNone} : stats::median_interval(sorted, confidence));
+               sorted.empty() ? stats::Interval{kNaN, kNaN} : stats::median_interval(sorted, confidence));
     t.number("delay_q95_stations", "1", "the same, 95 %", delay(0.95));
     t.share("p_named", "share of these alarms that name the right sensor", rightly_named(s, o), filter ? detected : 0,
             confidence);

@@ -61,7 +61,8 @@ std::vector<Published> read_published(config::ConfigReader& c, const survey::Sur
                     "must be of nn_m2, ee_m2, vv_m2, ne_m2, nv_m2, ev_m2");
     if (!given.here) continue;  // another point may have another survey or model
     p.station = read_station(entry, survey);
-    entry.require(p.source == "total" || study::has_source(tools, p.source), "error_source", "no model here has this code");
+    entry.require(p.source == "total" || study::has_source(tools, p.source), "error_source",
+                  "no model here has this code");
     out.push_back(std::move(p));
   }
   return out;
@@ -108,9 +109,7 @@ Scenario read_scenario(config::ConfigReader& c) {
   s.field = study::read_field(c);
   s.survey = study::read_survey(c, s.field, false);
   s.tools = study::read_tool_runs(c, s.survey);
-  std::vector<config::SharedModel> models;
-  for (const propagate::ToolRun& run : s.tools.runs) models.push_back(run.model);
-  s.latitude = study::read_latitude(c, models);
+  s.latitude = study::read_latitude(c, study::models_of(s.tools));
   s.tvd = study::read_true_vertical_depths(c, s.survey);
   s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
   study::read_outside_range(c, s.survey, s.tools.runs, s.validity);
@@ -248,16 +247,13 @@ class PositionCovariance final : public study::StudyPoint {
   std::shared_ptr<const Scenario> scenario_;  ///< tables that are made later have it, too
 };
 
-class PositionCovariancePlan final : public study::PlanOf<Scenario> {
+class PositionCovariancePlan final : public study::PlanOfPoint<Scenario, PositionCovariance> {
  public:
-  using PlanOf::PlanOf;
+  using PlanOfPoint::PlanOfPoint;
   double cost() const override {
     double terms = 0;
     for (const propagate::ToolRun& run : s_.tools.runs) terms += static_cast<double>(run.model->terms.size());
     return s_.survey.size() * terms;
-  }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<PositionCovariance>(s_);
   }
   /// The models with their terms, everything that they extend applied.
   std::string details() const override {

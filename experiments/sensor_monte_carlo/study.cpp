@@ -133,13 +133,14 @@ std::vector<Vector3d> reported_positions(const Scenario& s) {
 
 class SensorMonteCarlo final : public study::StudyPoint {
  public:
-  SensorMonteCarlo(const Scenario& scenario, sensor::SensorRunSetup setup, std::vector<Vector3d> truth,
-                   std::vector<analysis::PositionPredictions> predictions)
+  explicit SensorMonteCarlo(const Scenario& scenario)
       : s_(scenario),
-        setup_(std::move(setup)),
+        setup_(sensor::sensor_run_setup(s_.survey, s_.field, s_.sd, s_.plan, survey::PositionMethod::minimum_curvature,
+                                        s_.reported)),
         stream_(random::stream_of(s_.seed)),
-        truth_(std::move(truth)),
-        predictions_(std::move(predictions)),
+        truth_(reported_positions(s_)),
+        predictions_(
+            analysis::predict_sensor_runs(s_.survey, s_.field, s_.sd, s_.plan, s_.reported, s_.first_is_tie_on)),
         stop_(s_.trial_plan, s_.verdict,
               [this](const stats::Tally& t) {
                 study::RowsOfTables all;
@@ -185,7 +186,7 @@ class SensorMonteCarlo final : public study::StudyPoint {
     study::PointResult r;
     r.tables = {axes_table(tally), ellipse_table(tally), covariance_table(tally)};
     if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
-    if (s_.save_samples > 0) r.samples = {samples_table(tally)};
+    if (s_.save_samples > 0) r.samples = {study::position_samples_table(tally.samples)};
     return r;
   }
 
@@ -245,7 +246,6 @@ class SensorMonteCarlo final : public study::StudyPoint {
   store::Table axes_table(const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
   store::Table covariance_table(const stats::Tally& tally) const;
-  store::Table samples_table(const stats::Tally& tally) const;
 
   Scenario s_;
   sensor::SensorRunSetup setup_;
@@ -263,21 +263,19 @@ std::vector<study::ComparisonRow> SensorMonteCarlo::axes_rows(const stats::Tally
                                        truth_[d][i], truth_[d][i], s_.verdict, tally.trials));
   for (int f = 0; f < 3; ++f) {
     const analysis::PositionPrediction& p = predictions_[d][static_cast<std::size_t>(f)];
+    const char* name = kFormulations[static_cast<std::size_t>(f)];
     for (int a = 0; a < 3; ++a) {
-      rows.push_back(study::compare_sd(fmt::format("sd_axis_{}", a + 1), "m", 1, m, at(kAt.axes, f, a), p.sd[a],
-                                       s_.verdict, tally.trials));
-      study::ComparisonRow& row = rows.back();
+      study::ComparisonRow& row = rows.emplace_back(
+          study::labelled(name, study::compare_sd(fmt::format("sd_axis_{}", a + 1), "m", 1, m, at(kAt.axes, f, a),
+                                                  p.sd[a], s_.verdict, tally.trials)));
       if (p.sd[a] == 0) {
         row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = kNaN;
         study::leave_unjudged(row, "zero to first order");
       }
-      row.formulation = kFormulations[static_cast<std::size_t>(f)];
     }
     if (p.sd[2] == 0) continue;
-    rows.push_back(study::compare_nees("nees",
-                                       m.count < 2 ? stats::SampleSummary{} : stats::summarise(m, at(kAt.nees, f)), 3,
-                                       s_.verdict, tally.trials));
-    rows.back().formulation = kFormulations[static_cast<std::size_t>(f)];
+    const stats::SampleSummary nees = m.count < 2 ? stats::SampleSummary{} : stats::summarise(m, at(kAt.nees, f));
+    rows.push_back(study::labelled(name, study::compare_nees("nees", nees, 3, s_.verdict, tally.trials)));
   }
   return rows;
 }
@@ -288,16 +286,14 @@ store::Table SensorMonteCarlo::axes_table(const stats::Tally& tally) const {
     std::vector<study::ComparisonRow> rows = axes_rows(tally, d);
     stop_.add_notes("axes", rows, tally, place(d));
     s_.annotations.apply("axes", rows);
-    store::Table t = study::comparison_table(
-        "axes",
-        "position errors, and their sd along the axes of the predicted ellipsoids, largest first" +
-            study::at_confidence(s_.verdict),
-        rows, tally.trials, tally.failed);
-    t.columns.insert(t.columns.begin(), {"md_m", "m", "measured depth", std::vector<double>(rows.size(), md(d))});
-    if (d == 0)
-      all = std::move(t);
-    else
-      store::append_rows(all, t);
+    study::append_at_depth(
+        all,
+        study::comparison_table(
+            "axes",
+            "position errors, and their sd along the axes of the predicted ellipsoids, largest first" +
+                study::at_confidence(s_.verdict),
+            rows, tally.trials, tally.failed),
+        md(d));
   }
   return all;
 }
@@ -350,29 +346,10 @@ store::Table SensorMonteCarlo::covariance_table(const stats::Tally& tally) const
   return t.take();
 }
 
-store::Table SensorMonteCarlo::samples_table(const stats::Tally& tally) const {
-  store::Table t{"realisations", "position errors of the first trials at every reported depth"};
-  t.columns = {study::number_column("md_m", "m", "measured depth"),
-               study::number_column("trial", "1", "number of the trial, from 0")};
-  for (const char* d : kDirections)
-    t.columns.push_back(study::number_column(fmt::format("{}_m", d), "m", "position less the true one"));
-  return study::table_of_numbers(std::move(t), tally.samples);
-}
-
-class SensorMonteCarloPlan final : public study::PlanOf<Scenario> {
+class SensorMonteCarloPlan final : public study::PlanOfPoint<Scenario, SensorMonteCarlo> {
  public:
-  using PlanOf::PlanOf;
-  std::uint64_t trials() const override { return s_.trial_plan.trials; }
-  std::vector<std::uint64_t> looks() const override { return s_.trial_plan.looks; }
+  using PlanOfPoint::PlanOfPoint;
   double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(s_.trial_plan.trials); }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<SensorMonteCarlo>(
-        s_,
-        sensor::sensor_run_setup(s_.survey, s_.field, s_.sd, s_.plan, survey::PositionMethod::minimum_curvature,
-                                 s_.reported),
-        reported_positions(s_),
-        analysis::predict_sensor_runs(s_.survey, s_.field, s_.sd, s_.plan, s_.reported, s_.first_is_tie_on));
-  }
 };
 
 }  // namespace

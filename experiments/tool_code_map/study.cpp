@@ -155,13 +155,10 @@ class ToolCodeMap final : public study::StudyPoint {
   Scenario s_;
 };
 
-class ToolCodeMapPlan final : public study::PlanOf<Scenario> {
+class ToolCodeMapPlan final : public study::PlanOfPoint<Scenario, ToolCodeMap> {
  public:
-  using PlanOf::PlanOf;
+  using PlanOfPoint::PlanOfPoint;
   std::vector<store::Axis> map_axes() const override { return axes_of(s_); }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<ToolCodeMap>(s_);
-  }
   /// The codes that patterns chose.
   std::string details() const override {
     std::string out;

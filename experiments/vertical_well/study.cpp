@@ -118,36 +118,23 @@ sensor::SensorRunSetup run_setup(const Scenario& s) {
   return sensor::sensor_run_setup(survey, s.field, sd, s.plan, survey::PositionMethod::balanced_tangential, {s.legs});
 }
 
-/// The predictions with which the trials are compared.
-struct Prediction {
-  analysis::VerticalWellRun run;
-  double independent_sd;            ///< m, of eqs 41, 42 as random
-  std::vector<Matrix2d> predicted;  ///< covariance of every formulation
-};
-Prediction predict(const Scenario& s) {
-  Prediction p{
-      analysis::vertical_well_run(s.legs, s.spacing, s.field, s.bias_sd, s.plan, random::stream_of(s.seed)), 0, {}};
-  p.independent_sd = std::sqrt(analysis::vertical_well_covariance("ti_random", p.run)(0, 0));
-  for (const std::string& f : s.formulations) p.predicted.push_back(analysis::vertical_well_covariance(f, p.run));
-  return p;
-}
-
 class VerticalWell final : public study::StudyPoint {
  public:
-  VerticalWell(const Scenario& scenario, sensor::SensorRunSetup setup, Prediction p)
+  explicit VerticalWell(const Scenario& scenario)
       : s_(scenario),
         stream_(random::stream_of(s_.seed)),
         varies_(s_.plan.has(survey::ToolfaceSource::own)),
-        setup_(std::move(setup)),
-        run_(std::move(p.run)),
-        independent_sd_(p.independent_sd),
-        predicted_(std::move(p.predicted)),
+        setup_(run_setup(s_)),
+        run_(analysis::vertical_well_run(s_.legs, s_.spacing, s_.field, s_.bias_sd, s_.plan, stream_)),
+        independent_sd_(std::sqrt(analysis::vertical_well_covariance("ti_random", run_)(0, 0))),
         stop_(s_.trial_plan, s_.verdict, [this](const stats::Tally& t) {
           study::RowsOfTables all;
           for (std::size_t f = 0; f < predicted_.size(); ++f) all.push_back({"ellipse", axis_rows(t, f)});
           all.push_back({"toolface_sequences", {rms_row(t)}});
           return all;
-        }) {}
+        }) {
+    for (const std::string& f : s_.formulations) predicted_.push_back(analysis::vertical_well_covariance(f, run_));
+  }
 
   std::uint64_t trials_needed(const stats::Tally& tally) const override { return stop_.trials_needed(tally); }
 
@@ -259,8 +246,8 @@ class VerticalWell final : public study::StudyPoint {
   bool varies_;  ///< the ellipse of eqs 19, 20 differs from run to run; that of a slide turns only, and it is a circle
   sensor::SensorRunSetup setup_;
   analysis::VerticalWellRun run_;
-  double independent_sd_;  ///< m, of eqs 41, 42 as random
-  std::vector<Matrix2d> predicted_;
+  double independent_sd_;            ///< m, of eqs 41, 42 as random
+  std::vector<Matrix2d> predicted_;  ///< covariance of every formulation
   study::VerdictStop stop_;
 };
 
@@ -303,11 +290,8 @@ store::Table VerticalWell::ellipse_table(const stats::Tally& tally) const {
           row.note += fmt::format("{}{}: {}", row.note.empty() ? "" : "; ", axis.quantity, axis.note);
     }
     row.expected = s_.annotations.expected("ellipse", name, "ellipse");
-    std::vector<study::ComparisonRow> published(2);
-    for (std::size_t a = 0; a < 2; ++a) {
-      published[a].formulation = name;
-      published[a].quantity = a == 0 ? "ratio_major" : "ratio_minor";
-    }
+    std::vector<study::ComparisonRow> published{study::empty_row(name, "ratio_major", "1"),
+                                                study::empty_row(name, "ratio_minor", "1")};
     s_.annotations.apply("ellipse", published);
     row.published_major = published[0].published;
     row.published_minor = published[1].published;
@@ -370,22 +354,13 @@ store::Table VerticalWell::samples_table(const stats::Tally& tally) const {
   return study::table_of_numbers(std::move(t), tally.samples);
 }
 
-class VerticalWellPlan final : public study::PlanOf<Scenario> {
- public:
-  using PlanOf::PlanOf;
-  std::uint64_t trials() const override { return s_.trial_plan.trials; }
-  std::vector<std::uint64_t> looks() const override { return s_.trial_plan.looks; }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<VerticalWell>(s_, run_setup(s_), predict(s_));
-  }
-};
-
 }  // namespace
 
 study::Experiment experiment() {
   return {random::StudyId::vertical_well,
           "Cross-axis accelerometer bias in a vertical well: every weighting function against Monte Carlo",
-          "C. Hanak, Superior QC 2016, figures 1 and 2", study::plan_of<VerticalWellPlan, read_scenario>};
+          "C. Hanak, Superior QC 2016, figures 1 and 2",
+          study::plan_of<study::PlanOfPoint<Scenario, VerticalWell>, read_scenario>};
 }
 
 }  // namespace surveymc::studies::vertical_well

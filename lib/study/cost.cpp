@@ -39,14 +39,7 @@ void add_cost(store::Table& cost, const std::vector<store::Table>& tables, const
     if (table.find_column("ratio_ci_low"))
       store::for_each_piece(table, [&](const store::Table& piece, std::size_t) { add_rows(piece); });
   if (rows == 0) return;
-  store::Table added = t.take();
-  std::vector<store::Column> keys;
-  for (const config::SweepValue& v : sweep) keys.push_back(sweep_column(v, added.rows()));
-  added.columns.insert(added.columns.begin(), keys.begin(), keys.end());
-  if (cost.columns.empty())
-    cost = std::move(added);
-  else
-    store::append_rows(cost, added);
+  store::append_rows(cost, with_sweep_columns(t.take(), sweep));
 }
 
 }  // namespace surveymc::study

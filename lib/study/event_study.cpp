@@ -153,10 +153,7 @@ class EventStudy final : public StudyPoint {
   static void add(store::Table& all, const DrawnEvent& e, store::Table t) {
     t.columns.insert(t.columns.begin(),
                      {"event", "", "name of the event", std::vector<std::string>(t.rows(), e.of.name)});
-    if (all.columns.empty())
-      all = std::move(t);
-    else
-      store::append_rows(all, t);
+    store::append_rows(all, t);
   }
 
   store::Table probability_table(const DrawnEvent& e, const EventEstimate& found, const stats::Tally& own) const {
@@ -241,28 +238,22 @@ class EventStudy final : public StudyPoint {
   random::Stream stream_;
 };
 
-class EventPlan final : public PointPlan {
- public:
-  EventPlan(EventRun run, Annotations annotations, random::Stream stream,
-            std::function<std::vector<TrialEvent>()> events, int block_trials)
-      : run_(std::move(run)),
-        annotations_(std::move(annotations)),
-        stream_(stream),
-        events_(std::move(events)),
-        block_trials_(block_trials) {}
-  std::uint64_t trials() const override { return run_.plan.trials; }
-  std::vector<std::uint64_t> looks() const override { return run_.plan.looks; }
-  int block_trials() const override { return run_.block_trials(block_trials_); }
-  std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
-    return event_study(run_, annotations_, events_(), stream_, options);
-  }
+struct PlannedEvents {
+  TrialPlan trial_plan;
+  EventRun run;
+  Annotations annotations;
+  random::Stream stream;
+  std::function<std::vector<TrialEvent>()> events;
+  int block_trials;
+};
 
- private:
-  EventRun run_;
-  Annotations annotations_;
-  random::Stream stream_;
-  std::function<std::vector<TrialEvent>()> events_;
-  int block_trials_;
+class EventPlan final : public PlanOf<PlannedEvents> {
+ public:
+  using PlanOf::PlanOf;
+  int block_trials() const override { return s_.run.block_trials(s_.block_trials); }
+  std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
+    return event_study(s_.run, s_.annotations, s_.events(), s_.stream, options);
+  }
 };
 
 }  // namespace
@@ -337,7 +328,9 @@ std::unique_ptr<StudyPoint> event_study(const EventRun& run, const Annotations& 
 std::unique_ptr<PointPlan> event_plan(EventRun run, Annotations annotations, random::Stream stream,
                                       std::function<std::vector<TrialEvent>()> events, int block_trials) {
   require_rare(events());
-  return std::make_unique<EventPlan>(std::move(run), std::move(annotations), stream, std::move(events), block_trials);
+  const TrialPlan trials = run.plan;
+  return std::make_unique<EventPlan>(
+      PlannedEvents{trials, std::move(run), std::move(annotations), stream, std::move(events), block_trials});
 }
 
 }  // namespace surveymc::study

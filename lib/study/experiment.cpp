@@ -146,6 +146,9 @@ std::string unit_of_name(const std::string& name) {
   return "1";
 }
 
+namespace {
+
+/// Column with the sweep value `value` on `rows` rows.
 store::Column sweep_column(const config::SweepValue& value, std::size_t rows) {
   store::Column c{value.key, "", "sweep key", std::vector<double>(rows, 0.0)};
   if (const double* number = std::get_if<double>(&value.value)) {
@@ -157,23 +160,22 @@ store::Column sweep_column(const config::SweepValue& value, std::size_t rows) {
   return c;
 }
 
-namespace {
+}  // namespace
 
 store::Table with_sweep_columns(store::Table t, const std::vector<config::SweepValue>& sweep) {
   if (sweep.empty()) return t;
-  store::Table all{t.name, t.long_name};
+  store::Table all;
   store::for_each_piece(t, [&](const store::Table& piece, std::size_t) {
     store::Table part = piece;
     std::vector<store::Column> keys;
     for (const config::SweepValue& v : sweep) keys.push_back(sweep_column(v, piece.rows()));
     part.columns.insert(part.columns.begin(), keys.begin(), keys.end());
-    if (all.columns.empty())
-      all.columns = std::move(part.columns);
-    else
-      store::append_rows(all, part);
+    store::append_rows(all, part);
   });
   return all;
 }
+
+namespace {
 
 void add_point(std::vector<store::Table>& all, std::vector<store::Table>&& tables) {
   for (store::Table& t : tables) {

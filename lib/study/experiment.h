@@ -76,14 +76,39 @@ class PointPlan {
   virtual std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions& options) const = 0;
 };
 
-/// The plan of a study whose config is read into a `Scenario`.
+/// The plan of a study whose config is read into a `Scenario`. Its trials and looks are those of the scenario's member
+/// `trial_plan` (TrialPlan), or it has `trials` and no looks; without either it is of a study without Monte Carlo.
 template <class Scenario>
 class PlanOf : public PointPlan {
  public:
   explicit PlanOf(Scenario scenario) : s_(std::move(scenario)) {}
+  std::uint64_t trials() const override {
+    if constexpr (requires { this->s_.trial_plan; })
+      return s_.trial_plan.trials;
+    else if constexpr (requires { this->s_.trials; })
+      return s_.trials;
+    else
+      return PointPlan::trials();
+  }
+  std::vector<std::uint64_t> looks() const override {
+    if constexpr (requires { this->s_.trial_plan; })
+      return s_.trial_plan.looks;
+    else
+      return PointPlan::looks();
+  }
 
  protected:
   const Scenario s_;
+};
+
+/// The same of a study whose `Point` is made of the scenario alone.
+template <class Scenario, class Point>
+class PlanOfPoint : public PlanOf<Scenario> {
+ public:
+  using PlanOf<Scenario>::PlanOf;
+  std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    return std::make_unique<Point>(this->s_);
+  }
 };
 
 struct Experiment {
@@ -230,7 +255,7 @@ store::Result execute(const RunPlan& run, const montecarlo::RunOptions& options,
 /// The unit that a name ends in (`field.total_nT` -> "nT"); "1" if it ends in none that we know.
 std::string unit_of_name(const std::string& name);
 
-/// Column with the sweep value `value` on `rows` rows.
-store::Column sweep_column(const config::SweepValue& value, std::size_t rows);
+/// The table with these values as first columns, the same in every row. Without any: as it is.
+store::Table with_sweep_columns(store::Table table, const std::vector<config::SweepValue>& sweep);
 
 }  // namespace surveymc::study

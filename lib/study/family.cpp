@@ -51,10 +51,7 @@ store::Table with_words(const store::Table& t, const std::map<std::string, Words
       if (const auto of = words.find(c.name); of != words.end())
         for (auto w = of->second.lower_bound(first); w != of->second.end() && w->first < first + piece.rows(); ++w)
           std::get<Words>(c.values)[w->first - first] = w->second;
-    if (out.columns.empty())
-      out = std::move(part);
-    else
-      store::append_rows(out, part);
+    store::append_rows(out, part);
   });
   return out;
 }

@@ -16,14 +16,11 @@ namespace {
 int g_asked = 0;
 
 /// cost = a * b + c; c = -1 is refused.
-class Costly final : public PointPlan {
+class Costly final : public PlanOf<double> {
  public:
-  explicit Costly(double cost) : cost_(cost) {}
-  double cost() const override { return cost_; }
+  using PlanOf::PlanOf;
+  double cost() const override { return s_; }
   std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions&) const override { return nullptr; }
-
- private:
-  double cost_;
 };
 
 RunPlan run_of(const std::string& sweep) {

@@ -4,14 +4,13 @@
 #include <cmath>
 #include <filesystem>
 
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
 #include "random/study_stream.h"
 #include "store/result_file.h"
 #include "study/parts.h"
+#include "temporary_folder.h"
 
 using namespace surveymc;
 using namespace surveymc::study;
@@ -74,18 +73,14 @@ class CountedPoint final : public StudyPoint {
   random::Stream stream_;
 };
 
-class CountedPlan final : public PointPlan {
+class CountedPlan final : public PlanOf<Scenario> {
  public:
-  explicit CountedPlan(Scenario s) : s_(std::move(s)) {}
-  std::uint64_t trials() const override { return s_.trials; }
+  using PlanOf::PlanOf;
   std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     ++g_prepared.at(s_.number);
     s_.place.require(s_.trials != 13, "what only computing shows");
     return std::make_unique<CountedPoint>(s_);
   }
-
- private:
-  Scenario s_;
 };
 
 Experiment counted() {
@@ -124,14 +119,6 @@ RunPlan task(int trials) {
 /// Files of parts, as tasks write them.
 class PartFiles {
  public:
-  PartFiles() {
-    static int number = 0;
-    folder_ = std::filesystem::temp_directory_path() / fmt::format("smc-stages-{}-{}", getpid(), ++number);
-    std::filesystem::create_directory(folder_);
-  }
-  ~PartFiles() { std::filesystem::remove_all(folder_); }
-  PartFiles(const PartFiles&) = delete;
-  PartFiles& operator=(const PartFiles&) = delete;
   void add(checkpoint::Part part) {
     part.key.program = "this";
     paths_.push_back(folder_ / fmt::format("{}.part", paths_.size()));
@@ -139,10 +126,10 @@ class PartFiles {
   }
   PartSet set() const { return PartSet(paths_, "this"); }
   const std::vector<std::filesystem::path>& paths() const { return paths_; }
-  std::filesystem::path folder() const { return folder_; }
+  std::filesystem::path folder() const { return folder_.path; }
 
  private:
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
   std::vector<std::filesystem::path> paths_;
 };
 
