@@ -7,7 +7,7 @@
 namespace surveymc::studies::reliability {
 
 std::string subject_name(const ErrorSubject& s) {
-  const auto name = [&](std::size_t k) { return surveymc::reliability::observation_names()[s.observations[k]]; };
+  const auto name = [&](std::size_t k) { return observation_names()[s.observations[k]]; };
   if (!s.combined()) return name(0);
   std::string text = s.weakest() ? "weakest of " : "";
   for (std::size_t k = 0; k < s.observations.size(); ++k) {
@@ -21,8 +21,6 @@ std::string subject_name(const ErrorSubject& s) {
   return text;
 }
 
-std::string subject_unit(const ErrorSubject& s) {
-  return s.combined() ? "1" : surveymc::reliability::observation_unit(s.observations[0]);
-}
+std::string subject_unit(const ErrorSubject& s) { return s.combined() ? "1" : observation_unit(s.observations[0]); }
 
 }  // namespace surveymc::studies::reliability

@@ -7,6 +7,9 @@
 
 namespace surveymc::studies::reliability {
 
+/// The study is of that module alone.
+using namespace surveymc::reliability;
+
 /// Lengths of combinations are in standard deviations of their observations.
 struct ErrorSubject {
   std::vector<std::size_t> observations;  ///< one; or those that are combined

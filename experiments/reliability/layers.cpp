@@ -34,38 +34,27 @@ constexpr std::array<SlowLayer, 10> kSlow{{
     {"linear_differs", "1 where nabla_0 of linear theory is off by more than 20 % for either sign (general test)"},
 }};
 
-const char* fast_meaning(surveymc::reliability::MapQuantity q) {
-  switch (q) {
-    case surveymc::reliability::MapQuantity::redundancy_number:
-      return "redundancy number r_ii";
-    case surveymc::reliability::MapQuantity::minimal_detectable_error:
-      return "minimal detectable error nabla_0; mps2, nT or deg, as the observation";
-    case surveymc::reliability::MapQuantity::external_inclination:
-      return "effect of +nabla_0 on the inclination";
-    case surveymc::reliability::MapQuantity::external_toolface:
-      return "effect of +nabla_0 on the toolface";
-    case surveymc::reliability::MapQuantity::external_azimuth:
-      return "effect of +nabla_0 on the magnetic azimuth";
-    case surveymc::reliability::MapQuantity::external_gravity:
-      return "effect of +nabla_0 on the estimate of gravity";
-    case surveymc::reliability::MapQuantity::external_total_field:
-      return "effect of +nabla_0 on the estimate of the total field";
-    default:
-      return "effect of +nabla_0 on the estimate of the dip";
-  }
-}
+/// Of the kernel's quantities, in their order.
+constexpr std::array<const char*, kMapQuantities> kFastMeanings{
+    "redundancy number r_ii",
+    "minimal detectable error nabla_0; mps2, nT or deg, as the observation",
+    "effect of +nabla_0 on the inclination",
+    "effect of +nabla_0 on the toolface",
+    "effect of +nabla_0 on the magnetic azimuth",
+    "effect of +nabla_0 on the estimate of gravity",
+    "effect of +nabla_0 on the estimate of the total field",
+    "effect of +nabla_0 on the estimate of the dip"};
 
 /// Number of a kernel quantity; kMapQuantities if it is none.
 std::size_t fast_number(const std::string& layer) {
-  const auto& names = surveymc::reliability::map_quantity_names();
+  const auto& names = map_quantity_names();
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), layer) - names.begin());
 }
 
 /// A linear effect beyond half a turn is no angle: no bound is known.
-void without_impossible_angles(surveymc::reliability::MapQuantity quantity, std::vector<double>& values) {
-  if (quantity != surveymc::reliability::MapQuantity::external_inclination &&
-      quantity != surveymc::reliability::MapQuantity::external_toolface &&
-      quantity != surveymc::reliability::MapQuantity::external_azimuth)
+void without_impossible_angles(MapQuantity quantity, std::vector<double>& values) {
+  if (quantity != MapQuantity::external_inclination && quantity != MapQuantity::external_toolface &&
+      quantity != MapQuantity::external_azimuth)
     return;
   for (double& x : values)
     if (std::abs(x) > 180) x = std::copysign(kInfinity, x);
@@ -79,13 +68,11 @@ bool is_effect_layer(const std::string& l) { return l.starts_with("nonlinear_ext
 /// The effect layers of one observation at one point.
 class NonlinearEffects {
  public:
-  NonlinearEffects(const surveymc::reliability::AdjustmentModel& m, const survey::Attitude& at, std::size_t observation,
-                   double lambda0)
-      : linear_(surveymc::reliability::station_reliability(m, at, lambda0)[observation].detectable) {
+  NonlinearEffects(const AdjustmentModel& m, const survey::Attitude& at, std::size_t observation, double lambda0)
+      : linear_(station_reliability(m, at, lambda0)[observation].detectable) {
     for (const int sign : {1, -1}) {
-      const surveymc::reliability::DetectedError e = surveymc::reliability::detected_error(
-          m, at, observation, lambda0, sign, surveymc::reliability::DetectedBy::general_test);
-      const surveymc::reliability::AngleEffects a = surveymc::reliability::angle_effects(at, e);
+      const DetectedError e = detected_error(m, at, observation, lambda0, sign, DetectedBy::general_test);
+      const AngleEffects a = angle_effects(at, e);
       const std::array<double, 3> angles{a.inclination, a.toolface, a.azimuth};
       for (std::size_t k = 0; k < 3; ++k)
         if (sign > 0 || std::abs(angles[k]) > std::abs(angles_[k])) angles_[k] = angles[k];
@@ -112,27 +99,23 @@ struct Separability {
 };
 std::vector<Separability> separability(const LayerModel& m, const GridPoint& p,
                                        const std::vector<std::size_t>& observations) {
-  surveymc::reliability::AdjustmentModel at = model_at(m, p);
+  AdjustmentModel at = model_at(m, p);
   // Stations at one attitude: the tests of one station correlate as they do for many of them
-  const std::size_t stations =
-      at.mode == surveymc::reliability::AdjustmentMode::mse_shared ? static_cast<std::size_t>(at.stations) : 1;
-  const survey::Attitude attitude{p.inclination_deg * kDegree, p.magnetic_azimuth_deg * kDegree,
-                                  p.toolface_deg * kDegree};
-  const surveymc::reliability::ParityModel parity =
-      surveymc::reliability::linear_model(at, std::vector<survey::Attitude>(stations, attitude));
-  const Eigen::VectorXd size = surveymc::reliability::sensitivities(parity);
-  const Eigen::MatrixXd rho = surveymc::reliability::test_correlations(parity);
+  const std::size_t stations = at.mode == AdjustmentMode::mse_shared ? static_cast<std::size_t>(at.stations) : 1;
+  const ParityModel parity = linear_model(at, std::vector<survey::Attitude>(stations, p.attitude()));
+  const Eigen::VectorXd size = sensitivities(parity);
+  const Eigen::MatrixXd rho = test_correlations(parity);
   std::vector<Separability> all;
   for (const std::size_t o : observations) {
-    const Eigen::Index i = surveymc::reliability::observation_number(at, stations, 0, o);
+    const Eigen::Index i = observation_number(at, stations, 0, o);
     Separability s{kNaN, kInfinity};
     if (size[i] > 0) {
       s.correlation = 0;
       for (Eigen::Index j = 0; j < parity.observations(); ++j)
         if (j != i && size[j] > 0) s.correlation = std::max(s.correlation, std::abs(rho(i, j)));
       if (s.correlation > 1 - 1e-9) s.correlation = 1;  // as inseparable_groups()
-      const double shift = std::max(m.lambda0, surveymc::reliability::identifiable_shift(s.correlation, m.power));
-      s.identifiable = shift / size[i] * surveymc::reliability::observation_scale(o);
+      const double shift = std::max(m.lambda0, identifiable_shift(s.correlation, m.power));
+      s.identifiable = shift / size[i] * observation_scale(o);
     } else {
       s.correlation = 1;  // shows in no test: nothing can be told apart
     }
@@ -147,8 +130,8 @@ bool has_gross_error(const LayerModel& m) {
   return std::any_of(m.gross_error.begin(), m.gross_error.end(), [](double x) { return !std::isnan(x); });
 }
 
-surveymc::reliability::AdjustmentModel model_at(const LayerModel& m, const GridPoint& p) {
-  surveymc::reliability::AdjustmentModel at = m.model;
+AdjustmentModel model_at(const LayerModel& m, const GridPoint& p) {
+  AdjustmentModel at = m.model;
   at.field.dip = p.dip_deg * kDegree;
   at.sigma.accelerometer_noise *= p.noise_scale;
   at.sigma.magnetometer_noise *= p.noise_scale;
@@ -157,8 +140,7 @@ surveymc::reliability::AdjustmentModel model_at(const LayerModel& m, const GridP
 
 std::vector<std::string> layer_names(const LayerModel& m, const ErrorSubject& subject) {
   if (subject.combined()) return combination_layers(subject);
-  std::vector<std::string> names(surveymc::reliability::map_quantity_names().begin(),
-                                 surveymc::reliability::map_quantity_names().end());
+  std::vector<std::string> names(map_quantity_names().begin(), map_quantity_names().end());
   for (const SlowLayer& s : kSlow) names.push_back(s.name);
   if (has_gross_error(m))
     for (const std::string& l : response_layers(m.model.mode)) names.push_back(l);
@@ -166,12 +148,11 @@ std::vector<std::string> layer_names(const LayerModel& m, const ErrorSubject& su
 }
 
 std::vector<std::string> default_layers(const LayerModel& m, const ErrorSubject& subject) {
-  std::vector<std::string> names(surveymc::reliability::map_quantity_names().begin(),
-                                 surveymc::reliability::map_quantity_names().begin() + 5);
+  std::vector<std::string> names(map_quantity_names().begin(), map_quantity_names().begin() + 5);
   std::vector<std::string> more;
   if (subject.combined()) {
     more = combination_layers(subject);
-    more.erase(more.begin(), more.begin() + surveymc::reliability::kMapQuantities);
+    more.erase(more.begin(), more.begin() + kMapQuantities);
   } else if (has_gross_error(m)) {
     more = response_layers(m.model.mode);
     more.resize(more.size() - 3);  // without the effects on the references
@@ -184,8 +165,7 @@ std::string layer_meaning(const std::string& layer) {
   for (const SlowLayer& s : kSlow)
     if (layer == s.name) return s.meaning;
   const std::string response = response_meaning(layer);
-  return response.empty() ? fast_meaning(static_cast<surveymc::reliability::MapQuantity>(fast_number(layer)))
-                          : response;
+  return response.empty() ? kFastMeanings[fast_number(layer)] : response;
 }
 
 std::string layer_unit(const std::string& layer, const ErrorSubject& subject) {
@@ -194,14 +174,14 @@ std::string layer_unit(const std::string& layer, const ErrorSubject& subject) {
   const std::string response = response_unit(layer);
   if (!response.empty()) return response;
   if (is_slow_layer(layer) || layer == "minimal_detectable_error") return subject_unit(subject);
-  return surveymc::reliability::map_quantity_unit(fast_number(layer), subject.observations.front());
+  return map_quantity_unit(fast_number(layer), subject.observations.front());
 }
 
 bool is_slow_layer(const std::string& layer) {
   return std::any_of(kSlow.begin(), kSlow.end(), [&](const SlowLayer& s) { return layer == s.name; });
 }
 
-GridPoint grid_point(const surveymc::reliability::ReliabilityGrid& g, std::size_t point) {
+GridPoint grid_point(const ReliabilityGrid& g, std::size_t point) {
   const auto take = [&](const std::vector<double>& axis) {
     const double x = axis[point % axis.size()];
     point /= axis.size();
@@ -234,28 +214,27 @@ std::vector<std::vector<std::vector<double>>> layer_values(const LayerModel& m,
 
   std::vector<std::size_t> observations;
   for (const ErrorSubject& s : subjects) observations.push_back(s.observations.front());
-  std::vector<surveymc::reliability::MapQuantity> fast;
+  std::vector<MapQuantity> fast;
   std::vector<std::string> responses;
   bool tells_apart = false, has_effects = false;
   for (const std::string& l : layers) {
-    if (fast_number(l) < surveymc::reliability::kMapQuantities)
-      fast.push_back(static_cast<surveymc::reliability::MapQuantity>(fast_number(l)));
+    if (fast_number(l) < kMapQuantities) fast.push_back(static_cast<MapQuantity>(fast_number(l)));
     if (is_response_layer(l)) responses.push_back(l);
     tells_apart |= l == "max_correlation" || l == "minimal_identifiable_error";
     has_effects |= is_effect_layer(l);
   }
-  surveymc::reliability::MapValues from_kernel;
+  MapValues from_kernel;
   if (!fast.empty()) m.maps->fill(observations, fast, first, count, from_kernel);
   for (std::size_t o = 0; o < observations.size(); ++o) {
     std::size_t next = 0;
     for (std::size_t l = 0; l < layers.size(); ++l) {
-      if (fast_number(layers[l]) == surveymc::reliability::kMapQuantities) {
+      if (fast_number(layers[l]) == kMapQuantities) {
         out[o][l].resize(count);
         continue;
       }
       const double* column = from_kernel.column(o, next++);
       out[o][l].assign(column, column + count);
-      without_impossible_angles(static_cast<surveymc::reliability::MapQuantity>(fast_number(layers[l])), out[o][l]);
+      without_impossible_angles(static_cast<MapQuantity>(fast_number(layers[l])), out[o][l]);
     }
   }
   if (fast.size() == layers.size()) return out;
@@ -265,13 +244,11 @@ std::vector<std::vector<std::vector<double>>> layer_values(const LayerModel& m,
     if (tells_apart) apart = separability(m, p, observations);
     std::vector<std::vector<double>> response;
     if (!responses.empty()) response = response_values(m, p, subjects, responses);
-    const surveymc::reliability::AdjustmentModel at = model_at(m, p);
-    const survey::Attitude attitude{p.inclination_deg * kDegree, p.magnetic_azimuth_deg * kDegree,
-                                    p.toolface_deg * kDegree};
+    const AdjustmentModel at = model_at(m, p);
     for (std::size_t o = 0; o < observations.size(); ++o) {
       std::size_t next = 0;
       std::optional<NonlinearEffects> effects;
-      if (has_effects) effects.emplace(at, attitude, observations[o], m.lambda0);
+      if (has_effects) effects.emplace(at, p.attitude(), observations[o], m.lambda0);
       for (std::size_t l = 0; l < layers.size(); ++l) {
         if (is_effect_layer(layers[l])) out[o][l][k] = effects->of(layers[l]);
         if (layers[l] == "max_correlation") out[o][l][k] = apart[o].correlation;
@@ -279,11 +256,10 @@ std::vector<std::vector<std::vector<double>>> layer_values(const LayerModel& m,
         if (is_response_layer(layers[l])) out[o][l][k] = response[o][next++];
         if (is_detectable_layer(layers[l]))
           out[o][l][k] =
-              surveymc::reliability::nonlinear_detectable_error(
-                  at, attitude, observations[o], m.lambda0, layers[l].ends_with("plus") ? 1 : -1,
-                  layers[l].starts_with("nonlinear_own_test") ? surveymc::reliability::DetectedBy::own_test
-                                                              : surveymc::reliability::DetectedBy::general_test) *
-              surveymc::reliability::observation_scale(observations[o]);
+              nonlinear_detectable_error(
+                  at, p.attitude(), observations[o], m.lambda0, layers[l].ends_with("plus") ? 1 : -1,
+                  layers[l].starts_with("nonlinear_own_test") ? DetectedBy::own_test : DetectedBy::general_test) *
+              observation_scale(observations[o]);
       }
     }
   }

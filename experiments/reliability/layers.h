@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/units.h"
 #include "reliability/error_subject.h"
 #include "reliability/reliability_grid.h"
 
@@ -13,10 +14,10 @@ namespace surveymc::studies::reliability {
 
 /// The inputs from which the maps are computed.
 struct LayerModel {
-  surveymc::reliability::AdjustmentModel model;
+  AdjustmentModel model;
   double lambda0 = 0, power = 0;
   std::array<double, 3> gross_error{};  ///< in mps2, nT and deg; NaN: not given
-  std::shared_ptr<const surveymc::reliability::ReliabilityMaps> maps;
+  std::shared_ptr<const ReliabilityMaps> maps;
 };
 
 bool has_gross_error(const LayerModel& m);
@@ -44,9 +45,13 @@ std::vector<std::vector<std::vector<double>>> layer_values(const LayerModel& m,
 /// Attitude, dip and noise of a point.
 struct GridPoint {
   double noise_scale, dip_deg, inclination_deg, toolface_deg, magnetic_azimuth_deg;
+
+  survey::Attitude attitude() const {
+    return {inclination_deg * kDegree, magnetic_azimuth_deg * kDegree, toolface_deg * kDegree};
+  }
 };
-GridPoint grid_point(const surveymc::reliability::ReliabilityGrid& grid, std::size_t point);
+GridPoint grid_point(const ReliabilityGrid& grid, std::size_t point);
 /// The model with dip and noise of a point.
-surveymc::reliability::AdjustmentModel model_at(const LayerModel& m, const GridPoint& p);
+AdjustmentModel model_at(const LayerModel& m, const GridPoint& p);
 
 }  // namespace surveymc::studies::reliability

@@ -34,7 +34,7 @@ struct Tolerance {
 
 struct Scenario {
   LayerModel layer_model;
-  surveymc::reliability::ReliabilityGrid grid;
+  ReliabilityGrid grid;
   std::vector<ErrorSubject> subjects;
   std::vector<std::string> layers;
   std::vector<Statement> statements;
@@ -59,8 +59,8 @@ Scenario read_scenario(config::ConfigReader& c) {
   Scenario s;
   c.integer("trials", 0, 1'000'000'000'000, 0);  // as every config may have; nothing is drawn here
   s.layer_model.model = study::read_adjustment_model(c);
-  const surveymc::reliability::TestLevels levels = study::read_test_levels(c);
-  s.layer_model.lambda0 = surveymc::reliability::lambda0(levels);
+  const TestLevels levels = study::read_test_levels(c);
+  s.layer_model.lambda0 = lambda0(levels);
   s.layer_model.power = levels.power;
   s.subjects = read_subjects(c, s.layer_model.model.mode);
   s.layer_model.gross_error = read_gross_error(c, s.subjects);
@@ -95,7 +95,7 @@ std::vector<store::Axis> axes_of(const Scenario& s) {
     for (const ErrorSubject& subject : s.subjects) names.push_back(subject_name(subject));
     axes.push_back({"observation", "", "observation in which the error is", names});
   }
-  const surveymc::reliability::ReliabilityGrid& g = s.grid;
+  const ReliabilityGrid& g = s.grid;
   if (g.noise_scale.size() > 1) axes.push_back({"noise_scale", "1", "factor on the sd of the noise", g.noise_scale});
   if (g.dip_deg.size() > 1) axes.push_back({"dip", "deg", "dip of the field, positive down", g.dip_deg});
   axes.push_back({"inclination", "deg", "inclination", g.inclination_deg});
@@ -253,8 +253,7 @@ class ReliabilityMapPlan final : public study::PlanOf<Scenario> {
   std::vector<store::Axis> map_axes() const override { return axes_of(s_); }
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     Scenario s = s_;
-    s.layer_model.maps =
-        std::make_shared<surveymc::reliability::ReliabilityMaps>(s.layer_model.model, s.grid, s.layer_model.lambda0);
+    s.layer_model.maps = std::make_shared<ReliabilityMaps>(s.layer_model.model, s.grid, s.layer_model.lambda0);
     return std::make_unique<ReliabilityMapPoint>(std::move(s));
   }
 };

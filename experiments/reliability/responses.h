@@ -11,7 +11,7 @@ namespace surveymc::studies::reliability {
 /// "residual_gx_mps2", ..., "residual_dip_deg", "effect_inclination_deg", ..., "effect_dip_deg".
 const std::vector<std::string>& response_layers();
 /// Those layers that the mode has: an observation that the mode does not have has no residual.
-std::vector<std::string> response_layers(surveymc::reliability::AdjustmentMode mode);
+std::vector<std::string> response_layers(AdjustmentMode mode);
 bool is_response_layer(const std::string& layer);
 
 /// "redundancy_number", "minimal_detectable_error", "external_inclination_deg", ..., "external_dip_deg"; for the

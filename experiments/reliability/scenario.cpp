@@ -14,31 +14,30 @@ namespace {
 
 /// Number of the observation `name` under `key`, which must be observed and not be in `before`.
 std::size_t read_observation(const config::ConfigReader& c, const std::string& key, const std::string& name,
-                             surveymc::reliability::AdjustmentMode mode, const std::vector<std::size_t>& before,
-                             const char* or_all) {
-  const auto& names = surveymc::reliability::observation_names();
+                             AdjustmentMode mode, const std::vector<std::size_t>& before, const char* or_all) {
+  const auto& names = observation_names();
   const auto at = std::find(names.begin(), names.end(), name);
   c.require(at != names.end(), key, fmt::format("\"{}\" is none of {}{}", name, fmt::join(names, ", "), or_all));
   const auto o = static_cast<std::size_t>(at - names.begin());
-  c.require(surveymc::reliability::is_observed(mode, o), key,
-            fmt::format("{} is not observed in mode {}", name,
-                        surveymc::reliability::adjustment_mode_names()[static_cast<std::size_t>(mode)]));
+  c.require(
+      is_observed(mode, o), key,
+      fmt::format("{} is not observed in mode {}", name, adjustment_mode_names()[static_cast<std::size_t>(mode)]));
   c.require(std::find(before.begin(), before.end(), o) == before.end(), key, name + " is in the list twice");
   return o;
 }
 
 }  // namespace
 
-std::vector<std::size_t> read_observations(config::ConfigReader& c, surveymc::reliability::AdjustmentMode mode) {
+std::vector<std::size_t> read_observations(config::ConfigReader& c, AdjustmentMode mode) {
   const std::vector<std::string> wanted = c.texts("observation");
-  if (wanted == std::vector<std::string>{"all"}) return surveymc::reliability::observed(mode);
+  if (wanted == std::vector<std::string>{"all"}) return observed(mode);
   std::vector<std::size_t> all;
   for (const std::string& name : wanted)
     all.push_back(read_observation(c, "observation", name, mode, all, ", nor is it \"all\" alone"));
   return all;
 }
 
-std::vector<ErrorSubject> read_subjects(config::ConfigReader& c, surveymc::reliability::AdjustmentMode mode) {
+std::vector<ErrorSubject> read_subjects(config::ConfigReader& c, AdjustmentMode mode) {
   for (const char* other : {"direction", "weakest_of"})
     c.require(!c.has(other) || !c.has("observation"), other, "not together with observation");
   c.require(!c.has("direction") || !c.has("weakest_of"), "weakest_of", "not together with direction");
@@ -97,8 +96,8 @@ std::array<double, 3> read_gross_error(config::ConfigReader& c, const std::vecto
   return sizes;
 }
 
-surveymc::reliability::ReliabilityGrid read_grid(config::ConfigReader& c, double dip_of_place) {
-  surveymc::reliability::ReliabilityGrid g;
+ReliabilityGrid read_grid(config::ConfigReader& c, double dip_of_place) {
+  ReliabilityGrid g;
   const config::Range dip = config::Range::closed(-89, 89);
   g.dip_deg = c.has("field.model")     ? std::vector<double>{dip_of_place / kDegree}
               : c.has("field.dip_deg") ? c.grid("field.dip_deg", dip)

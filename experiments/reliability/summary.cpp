@@ -71,8 +71,8 @@ LayerCounts counts_of(const LayerSource& source, std::size_t subject, std::size_
   return all(near_medians_of(all(LayerCounts(layers, SizeCounts::of_all()))));
 }
 
-void write_place(study::TableRows& t, const std::string& which, const surveymc::reliability::ReliabilityGrid& grid,
-                 double value, std::size_t at) {
+void write_place(study::TableRows& t, const std::string& which, const ReliabilityGrid& grid, double value,
+                 std::size_t at) {
   t.number(which, "1", which + " of the finite |x|, in the row's unit", value);
   const GridPoint p = grid_point(grid, at);
   const auto place = [&](const char* axis, const char* unit, double x) {
@@ -87,9 +87,9 @@ void write_place(study::TableRows& t, const std::string& which, const surveymc::
 
 }  // namespace
 
-store::Table summary_table(const surveymc::reliability::ReliabilityGrid& grid,
-                           const std::vector<ErrorSubject>& subjects, const std::vector<std::string>& layers,
-                           const LayerSource& source, bool exact, const montecarlo::RunOptions& options) {
+store::Table summary_table(const ReliabilityGrid& grid, const std::vector<ErrorSubject>& subjects,
+                           const std::vector<std::string>& layers, const LayerSource& source, bool exact,
+                           const montecarlo::RunOptions& options) {
   study::TableRows t("summary",
                      "sizes |x| over all points of the maps: extremes of the finite ones and where they are, median");
   const std::size_t points = grid.points();
@@ -133,7 +133,7 @@ bool is_in(const GridPoint& p, const Part& part) {
                      [&](const auto& key) { return same(on_axis(p, key.first), key.second); });
 }
 
-std::vector<GridPoint> points_in(const surveymc::reliability::ReliabilityGrid& grid, const Part& part) {
+std::vector<GridPoint> points_in(const ReliabilityGrid& grid, const Part& part) {
   std::vector<GridPoint> points;
   for (std::size_t k = 0; k < grid.points(); ++k)
     if (const GridPoint p = grid_point(grid, k); is_in(p, part)) points.push_back(p);
@@ -167,8 +167,7 @@ bool are_pairs(const std::vector<GridPoint>& a, const std::vector<GridPoint>& b,
 struct Sizes {
   std::vector<double> x, inclination;
 };
-Sizes sizes_in(const surveymc::reliability::ReliabilityGrid& grid, const std::vector<double>& values,
-               const Part& part) {
+Sizes sizes_in(const ReliabilityGrid& grid, const std::vector<double>& values, const Part& part) {
   Sizes s;
   for (std::size_t k = 0; k < values.size(); ++k) {
     const GridPoint p = grid_point(grid, k);
@@ -202,8 +201,8 @@ double statistic_of(const Sizes& s, const Statement& statement) {
 }
 
 /// `values` and `crossed`: those of the quantity, and of the map that it crosses, if any.
-double found_by(const surveymc::reliability::ReliabilityGrid& grid, const std::vector<double>& values,
-                const std::vector<double>& crossed, const Statement& s) {
+double found_by(const ReliabilityGrid& grid, const std::vector<double>& values, const std::vector<double>& crossed,
+                const Statement& s) {
   const Sizes here = sizes_in(grid, values, s.where);
   if (!s.crosses.empty()) return crossing(here, sizes_in(grid, crossed, s.where).x);
   if (s.relative_to.empty()) return statistic_of(here, s);
@@ -225,7 +224,7 @@ std::string words_of(const Part& part) {
 
 }  // namespace
 
-std::vector<Statement> read_statements(config::ConfigReader& config, const surveymc::reliability::ReliabilityGrid& grid,
+std::vector<Statement> read_statements(config::ConfigReader& config, const ReliabilityGrid& grid,
                                        const std::vector<ErrorSubject>& subjects,
                                        const std::vector<std::string>& layers) {
   std::vector<Statement> all;
@@ -277,9 +276,9 @@ std::vector<Statement> read_statements(config::ConfigReader& config, const surve
   return all;
 }
 
-store::Table statements_table(const surveymc::reliability::ReliabilityGrid& grid,
-                              const std::vector<ErrorSubject>& subjects, const std::vector<std::string>& layers,
-                              const std::vector<Statement>& statements, const LayerSource& source) {
+store::Table statements_table(const ReliabilityGrid& grid, const std::vector<ErrorSubject>& subjects,
+                              const std::vector<std::string>& layers, const std::vector<Statement>& statements,
+                              const LayerSource& source) {
   study::TableRows t("statements", "statements of the publication, held against the maps");
   for (const Statement& s : statements) {
     const auto number = [&](const std::string& layer) {

@@ -20,9 +20,9 @@ using LayerSource =
 /// points, where the extremes are, and how many points are infinite. `exact`: medians exactly, from all values at once;
 /// otherwise to 1e-6, from one or two passes. `source` is asked for pieces by the threads of `options`; the table does
 /// not depend on them. Throws Interrupted.
-store::Table summary_table(const surveymc::reliability::ReliabilityGrid& grid,
-                           const std::vector<ErrorSubject>& subjects, const std::vector<std::string>& layers,
-                           const LayerSource& source, bool exact, const montecarlo::RunOptions& options);
+store::Table summary_table(const ReliabilityGrid& grid, const std::vector<ErrorSubject>& subjects,
+                           const std::vector<std::string>& layers, const LayerSource& source, bool exact,
+                           const montecarlo::RunOptions& options);
 
 /// A statement of a publication about a map; `[[statement]]` of a config.
 struct Statement {
@@ -37,13 +37,13 @@ struct Statement {
 /// grid that `where` names; "largest_ratio": of |x| where over relative_to, point by point; "crossing": the inclination
 /// at which |x| passes `level`, or the size in the map that `crosses` names, by linear interpolation. With relative_to
 /// the others are divided by their value there.
-std::vector<Statement> read_statements(config::ConfigReader& config, const surveymc::reliability::ReliabilityGrid& grid,
+std::vector<Statement> read_statements(config::ConfigReader& config, const ReliabilityGrid& grid,
                                        const std::vector<ErrorSubject>& subjects,
                                        const std::vector<std::string>& layers);
 
 /// Table `statements`: found, published, ratio and verdict: "agrees" within the tolerance, else "differs".
-store::Table statements_table(const surveymc::reliability::ReliabilityGrid& grid,
-                              const std::vector<ErrorSubject>& subjects, const std::vector<std::string>& layers,
-                              const std::vector<Statement>& statements, const LayerSource& source);
+store::Table statements_table(const ReliabilityGrid& grid, const std::vector<ErrorSubject>& subjects,
+                              const std::vector<std::string>& layers, const std::vector<Statement>& statements,
+                              const LayerSource& source);
 
 }  // namespace surveymc::studies::reliability

@@ -21,12 +21,12 @@ namespace surveymc::studies::reliability {
 namespace {
 
 struct WellScenario {
-  surveymc::reliability::AdjustmentModel model;
+  AdjustmentModel model;
   double lambda0 = 0;
   std::vector<std::size_t> observations;
   survey::Survey survey;
   bool worst_toolface = false;
-  surveymc::reliability::DetectedBy test = surveymc::reliability::DetectedBy::general_test;
+  DetectedBy test = DetectedBy::general_test;
   std::int64_t listed = 5;
 };
 
@@ -37,12 +37,11 @@ WellScenario read_well_scenario(config::ConfigReader& c, random::StudySeed seed)
   s.model = study::read_adjustment_model(c);
   s.model.field.dip = study::read_dip(c, s.model);
   if (!c.has("field.model")) s.model.field.convergence = study::read_convergence(c);
-  s.lambda0 = surveymc::reliability::lambda0(study::read_test_levels(c));
+  s.lambda0 = lambda0(study::read_test_levels(c));
   s.observations = read_observations(c, s.model.mode);
   s.worst_toolface = c.choice("toolface", {"survey", "worst"}, "survey") == "worst";
-  s.test = c.choice("detected_by", {"general", "own"}, "general") == "own"
-               ? surveymc::reliability::DetectedBy::own_test
-               : surveymc::reliability::DetectedBy::general_test;
+  s.test =
+      c.choice("detected_by", {"general", "own"}, "general") == "own" ? DetectedBy::own_test : DetectedBy::general_test;
   s.listed = c.integer("listed", 1, 1000, 5);
   s.survey = s.worst_toolface ? study::read_survey(c, s.model.field, false)
                               : study::read_drilled_survey(c, s.model.field, seed);
@@ -55,8 +54,8 @@ WellScenario read_well_scenario(config::ConfigReader& c, random::StudySeed seed)
 
 /// An error that is just found, its toolface, and the result of linear theory at this toolface.
 struct Found {
-  surveymc::reliability::FoundError error;
-  surveymc::reliability::StationEffect linear;
+  FoundError error;
+  StationEffect linear;
   double toolface = 0;
   bool is_linear = false;  ///< a reference that all stations share: by linear theory alone
 
@@ -109,11 +108,10 @@ class ReliabilityWellPoint final : public study::StudyPoint {
     };
     std::vector<std::vector<Found>> found(s_.observations.size());  // [observation][station]
     for (auto& of_observation : found) of_observation.resize(s_.survey.stations.size());
-    const surveymc::reliability::WellReliability as_surveyed =
-        s_.worst_toolface ? surveymc::reliability::WellReliability{}
-                          : surveymc::reliability::reliability_along_well(s_.model, s_.survey, s_.lambda0);
+    const WellReliability as_surveyed =
+        s_.worst_toolface ? WellReliability{} : reliability_along_well(s_.model, s_.survey, s_.lambda0);
     if (!s_.worst_toolface) {
-      const surveymc::reliability::WellErrors errors(s_.model, s_.survey, s_.lambda0, s_.test);
+      const WellErrors errors(s_.model, s_.survey, s_.lambda0, s_.test);
       for (std::size_t k = 0; k < s_.survey.stations.size(); ++k) {
         check();
         for (std::size_t o = 0; o < s_.observations.size(); ++o)
@@ -139,11 +137,10 @@ class ReliabilityWellPoint final : public study::StudyPoint {
   }
 
   /// Both signs of an error; keeps the one that moves the end of the well more. Returns that distance.
-  double keep_larger(Found& f, const surveymc::reliability::WellErrors& errors, double toolface, std::size_t o,
-                     std::size_t k) const {
+  double keep_larger(Found& f, const WellErrors& errors, double toolface, std::size_t o, std::size_t k) const {
     double larger = 0;
     for (const int sign : {1, -1}) {
-      const surveymc::reliability::FoundError e = errors.of(k, s_.observations[o], sign);
+      const FoundError e = errors.of(k, s_.observations[o], sign);
       const double moves = e.position.norm();
       larger = std::max(larger, moves);
       if (f.error.size == 0 || moves > f.moves()) f = {e, {}, toolface, false};
@@ -163,7 +160,7 @@ class ReliabilityWellPoint final : public study::StudyPoint {
     for (auto& of_observation : moves) of_observation.resize(stations);
     for (std::size_t t = 0; t < kGrid; ++t) {
       const double toolface = static_cast<double>(t) * kStep;
-      const surveymc::reliability::WellErrors errors(s_.model, at_toolface(toolface), s_.lambda0, s_.test);
+      const WellErrors errors(s_.model, at_toolface(toolface), s_.lambda0, s_.test);
       for (std::size_t k = 0; k < stations; ++k) {
         check();
         for (std::size_t o = 0; o < found.size(); ++o)
@@ -171,7 +168,7 @@ class ReliabilityWellPoint final : public study::StudyPoint {
             moves[o][k][t] = keep_larger(found[o][k], errors, toolface, o, k);
       }
     }
-    const surveymc::reliability::WellErrors at_zero(s_.model, at_toolface(0), s_.lambda0, s_.test);
+    const WellErrors at_zero(s_.model, at_toolface(0), s_.lambda0, s_.test);
     for (std::size_t o = 0; o < found.size(); ++o)
       for (std::size_t k = 0; k < stations && !is_shared_reference(s_.observations[o]); ++k) {
         check();
@@ -188,7 +185,7 @@ class ReliabilityWellPoint final : public study::StudyPoint {
           if (m[t] < kNear * largest || m[t] < before || m[t] <= after) continue;
           const double middle = static_cast<double>(t) * kStep;
           search_between(middle - kStep, middle + kStep, [&](double toolface) {
-            const surveymc::reliability::WellErrors errors(s_.model, at_toolface(toolface), s_.lambda0, s_.test);
+            const WellErrors errors(s_.model, at_toolface(toolface), s_.lambda0, s_.test);
             return keep_larger(found[o][k], errors, toolface, o, k);
           });
         }
@@ -199,11 +196,10 @@ class ReliabilityWellPoint final : public study::StudyPoint {
 
   /// Linear theory at the toolfaces that were found, and for the references that all stations share.
   template <class Check>
-  void add_linear(std::vector<std::vector<Found>>& found, const surveymc::reliability::WellReliability& as_surveyed,
+  void add_linear(std::vector<std::vector<Found>>& found, const WellReliability& as_surveyed,
                   const Check& check) const {
-    const surveymc::reliability::WellReliability at_zero =
-        s_.worst_toolface ? surveymc::reliability::reliability_along_well(s_.model, at_toolface(0), s_.lambda0)
-                          : as_surveyed;
+    const WellReliability at_zero =
+        s_.worst_toolface ? reliability_along_well(s_.model, at_toolface(0), s_.lambda0) : as_surveyed;
     for (std::size_t o = 0; o < found.size(); ++o)
       for (std::size_t k = 0; k < found[o].size(); ++k) {
         Found& f = found[o][k];
@@ -213,20 +209,17 @@ class ReliabilityWellPoint final : public study::StudyPoint {
           continue;
         }
         check();
-        f.linear = effect_of(s_.worst_toolface ? surveymc::reliability::reliability_along_well(
-                                                     s_.model, at_toolface(f.toolface), s_.lambda0)
-                                               : as_surveyed,
-                             s_.observations[o], k);
+        f.linear = effect_of(
+            s_.worst_toolface ? reliability_along_well(s_.model, at_toolface(f.toolface), s_.lambda0) : as_surveyed,
+            s_.observations[o], k);
       }
   }
 
   bool is_shared_reference(std::size_t observation) const {
-    return s_.model.mode == surveymc::reliability::AdjustmentMode::mse_shared &&
-           observation >= surveymc::reliability::kReadings;
+    return s_.model.mode == AdjustmentMode::mse_shared && observation >= kReadings;
   }
-  const surveymc::reliability::StationEffect& effect_of(const surveymc::reliability::WellReliability& well,
-                                                        std::size_t observation, std::size_t station) const {
-    return is_shared_reference(observation) ? well.references[observation - surveymc::reliability::kReadings]
+  const StationEffect& effect_of(const WellReliability& well, std::size_t observation, std::size_t station) const {
+    return is_shared_reference(observation) ? well.references[observation - kReadings]
                                             : well.stations[station][observation];
   }
 
@@ -239,20 +232,20 @@ class ReliabilityWellPoint final : public study::StudyPoint {
 
   void put(study::TableRows& t, std::size_t observation, std::size_t station, const Found& f) const {
     const bool common = is_shared_reference(observation);
-    const surveymc::reliability::FoundError& e = f.error;
-    const surveymc::reliability::StationEffect& l = f.linear;
+    const FoundError& e = f.error;
+    const StationEffect& l = f.linear;
     const Eigen::Vector3d& moved = common ? l.position : e.position;
     const bool off =
         !common && (differ(e.size, l.detectable) || positions_differ(e.position.norm(), l.position.norm()));
-    const double unit = surveymc::reliability::observation_scale(observation);
+    const double unit = observation_scale(observation);
     const auto of_station = [&](double x) { return common ? kNaN : x; };
-    t.word("observation", "in which the error is", surveymc::reliability::observation_names()[observation]);
+    t.word("observation", "in which the error is", observation_names()[observation]);
     t.count("station", "number of the station, from 0; -1: an error of all stations",
             common ? std::int64_t{-1} : static_cast<std::int64_t>(station));
     t.number("md_m", "m", "measured depth", of_station(s_.survey.stations[station].md));
     t.number("toolface_deg", "deg", "toolface from y, of the survey or the worst one",
              of_station(f.toolface / kDegree));
-    t.word("unit", "of the minimal detectable error", surveymc::reliability::observation_unit(observation));
+    t.word("unit", "of the minimal detectable error", observation_unit(observation));
     t.number("redundancy_number", "1", "redundancy number", l.redundancy);
     t.number(
         "minimal_detectable_error", "1",
@@ -295,17 +288,16 @@ class ReliabilityWellPoint final : public study::StudyPoint {
     return t.take();
   }
 
-  store::Table systematic_table(const surveymc::reliability::WellReliability& well) const {
+  store::Table systematic_table(const WellReliability& well) const {
     study::TableRows t("systematic",
                        "the same error in one sensor at all stations, which the model does not know; linear theory");
-    const bool none = std::none_of(s_.observations.begin(), s_.observations.end(), [](std::size_t o) {
-      return o < surveymc::reliability::kReadings;
-    });  // all are references
+    const bool none = std::none_of(s_.observations.begin(), s_.observations.end(),
+                                   [](std::size_t o) { return o < kReadings; });  // all are references
     for (const std::size_t o : none ? std::vector<std::size_t>{0} : s_.observations) {
-      if (o >= surveymc::reliability::kReadings) continue;
-      const surveymc::reliability::CommonEffect& e = well.common[o];
-      t.word("observation", "in which the error is", surveymc::reliability::observation_names()[o]);
-      t.word("unit", "of the minimal detectable error", surveymc::reliability::observation_unit(o));
+      if (o >= kReadings) continue;
+      const CommonEffect& e = well.common[o];
+      t.word("observation", "in which the error is", observation_names()[o]);
+      t.word("unit", "of the minimal detectable error", observation_unit(o));
       t.number("minimal_detectable_error", "1", "minimal detectable common error, in the row's unit", e.detectable);
       write_position(t, "its effect on the final position", e.position);
     }
@@ -316,21 +308,13 @@ class ReliabilityWellPoint final : public study::StudyPoint {
   WellScenario s_;
 };
 
-class ReliabilityWellPlan final : public study::PlanOf<WellScenario> {
- public:
-  using PlanOf::PlanOf;
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<ReliabilityWellPoint>(s_);
-  }
-};
-
 }  // namespace
 
 study::Experiment well_experiment() {
   return {random::StudyId::reliability_well,
           "Gross errors along a well: minimal detectable errors, effect on the final position",
           "beyond E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65",
-          study::plan_of<ReliabilityWellPlan, read_well_scenario>};
+          study::plan_of<study::PlanOfPoint<WellScenario, ReliabilityWellPoint>, read_well_scenario>};
 }
 
 }  // namespace surveymc::studies::reliability
