@@ -12,7 +12,7 @@ namespace {
 
 /// Chi-squared, both tails: residuals may be too large or too small for the claimed noise.
 ReadingsTest variance_factor_test(const estimate::ResidualTests& t, double alpha) {
-  ReadingsTest row{"variance_factor", -1, kNaN, "", t.variance_factor(), kNaN, kNaN, kNaN, kNaN, kNaN, "", ""};
+  ReadingsTest row{.test = "variance_factor", .statistic = t.variance_factor()};
   if (t.redundancy == 0) {
     row.decision = "not tested";
     row.note = "as many residuals as unknowns: nothing is left to test";
@@ -33,18 +33,9 @@ ReadingsTest variance_factor_test(const estimate::ResidualTests& t, double alpha
 }
 
 ReadingsTest perfect_tool_test(double statistic, double alpha) {
-  ReadingsTest row{"perfect_tool",
-                   -1,
-                   kNaN,
-                   "",
-                   statistic,
-                   kNaN,
-                   stats::chi_squared_quantile(6, 1 - alpha),
-                   stats::chi_squared_upper_tail(6, statistic),
-                   kNaN,
-                   kNaN,
-                   "",
-                   ""};
+  ReadingsTest row{.test = "perfect_tool", .statistic = statistic};
+  row.critical_high = stats::chi_squared_quantile(6, 1 - alpha);
+  row.p_value = stats::chi_squared_upper_tail(6, statistic);
   row.decision = statistic > row.critical_high ? "rejected" : "accepted";
   row.note = row.decision == "rejected" ? "gains and biases differ from 1 and 0 by more than their uncertainty"
                                         : "no gain or bias differs from 1 or 0 by more than its uncertainty";

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis/readings_analysis.h"
+#include "base/units.h"
 
 namespace surveymc::analysis {
 
@@ -17,14 +18,14 @@ struct TestLevels {
 
 /// One row of the table `tests`. NaN: not there.
 struct ReadingsTest {
-  std::string test;           ///< "variance_factor", "perfect_tool" or "residual"
-  std::int64_t station = -1;  ///< from 0; -1 for the run as a whole
-  double md;                  ///< m
-  std::string component;      ///< "horizontal" or "vertical"
-  double statistic, critical_low, critical_high, p_value;
-  double error, error_sd;  ///< nT: size of the error in this residual, if it is the only one
-  std::string decision;    ///< "accepted", "rejected" or "not tested"
-  std::string note;
+  std::string test = {};       ///< "variance_factor", "perfect_tool" or "residual"
+  std::int64_t station = -1;   ///< from 0; -1 for the run as a whole
+  double md = kNaN;            ///< m
+  std::string component = {};  ///< "horizontal" or "vertical"
+  double statistic = kNaN, critical_low = kNaN, critical_high = kNaN, p_value = kNaN;
+  double error = kNaN, error_sd = kNaN;  ///< nT: size of the error in this residual, if it is the only one
+  std::string decision = {};             ///< "accepted", "rejected" or "not tested"
+  std::string note = {};
 };
 
 /// First the whole run, then every residual in the order of the stations.

@@ -107,7 +107,9 @@ store::Table pit_table(const CalibrationRule& rule, const std::vector<Calibrated
   TableRows t("pit",
               fmt::format("distribution of u = F(error), with the band that holds all of a uniform one at {:.6g} %",
                           100 * rule.confidence));
-  const auto write = [&](const CalibratedRow& row, const std::vector<double>& shape) {
+  write_rows(t, rows, [&](const CalibratedRow& row) {
+    const std::vector<double> shape =
+        stats::calibration_shape(row.judged ? row.result.shape : "", row.result.size, row.law);
     std::uint64_t below = 0;
     for (int i = 1; i <= stats::kPitBins; ++i) {
       const double u = i / double(stats::kPitBins), n = static_cast<double>(row.units);
@@ -123,13 +125,7 @@ store::Table pit_table(const CalibrationRule& rule, const std::vector<Calibrated
       t.number("shape", "1", "share by the shape of table calibration",
                i < stats::kPitBins ? u + shape[static_cast<std::size_t>(i - 1)] : 1);
     }
-  };
-  for (const CalibratedRow& row : rows)
-    write(row, stats::calibration_shape(row.judged ? row.result.shape : "", row.result.size, row.law));
-  if (rows.empty()) {
-    write({}, std::vector<double>(stats::kPitBins, 0.0));
-    t.drop_rows();
-  }
+  });
   return t.take();
 }
 
@@ -137,7 +133,7 @@ store::Table coverage_table(const CalibrationRule& rule, const std::vector<Calib
   TableRows t("coverage", fmt::format("how often the central intervals of the claimed distributions hold the truth, "
                                       "intervals at {:.6g} %",
                                       100 * rule.confidence));
-  const auto write = [&](const CalibratedRow& row) {
+  write_rows(t, rows, [&](const CalibratedRow& row) {
     for (const int level : {50, 80, 90, 95, 98}) {
       std::uint64_t inside = row.counts.central95;
       if (level != 95) {  // edges are those of bins
@@ -154,12 +150,7 @@ store::Table coverage_table(const CalibrationRule& rule, const std::vector<Calib
           row.judged ? static_cast<double>(inside) / static_cast<double>(row.counts.total) : kNaN,
           row.judged ? stats::binomial_interval(counted, row.units, rule.confidence) : stats::Interval{kNaN, kNaN});
     }
-  };
-  for (const CalibratedRow& row : rows) write(row);
-  if (rows.empty()) {
-    write({});
-    t.drop_rows();
-  }
+  });
   return t.take();
 }
 

@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "config/key_log.h"
+#include "study/table_rows.h"
 
 namespace surveymc::study {
 namespace {
@@ -221,30 +222,23 @@ store::Table config_keys(const Experiment& experiment) {
   std::set<Supposition> done;
   for (Explorer& e : examples) e.explore(done);
 
-  std::vector<std::string> keys, types, units, defaults, rules, shown;
+  TableRows t(experiment.name(), "keys of its configs: " + experiment.summary);
   const auto add = [&](const std::string& key, const std::map<std::string, config::KeyUse>& all) {
     const config::KeyUse& use = all.at(key);
-    keys.push_back(key);
-    types.push_back(type_of(use));
-    units.push_back(config::unit_of_key(key));
     const std::string usual = default_of(key, all);
     const bool is_needed_sometimes = usual == kMust && &all == &log->keys && seen[key] < points;
-    defaults.push_back(is_needed_sometimes ? "needed by other keys" : usual);
-    rules.push_back(rule_of(use));
-    shown.push_back(shortened_example(key, use));
+    t.word("key", "with the names of its tables; [] in an array of tables", key);
+    t.word("type", "", type_of(use));
+    t.word("unit", "", config::unit_of_key(key));
+    t.word("default", "", is_needed_sometimes ? "needed by other keys" : usual);
+    t.word("rule", "", rule_of(use));
+    t.word("example", "as TOML", shortened_example(key, use));
   };
   const std::map<std::string, config::KeyUse> general = config::keys_of_every_file(log->keys);
   for (const auto& [key, use] : general) add(key, general);
   for (const auto& [key, use] : log->keys)
     if (!use.types.empty() && !general.contains(key)) add(key, log->keys);
-  return {experiment.name(),
-          "keys of its configs: " + experiment.summary,
-          {{"key", "", "with the names of its tables; [] in an array of tables", keys},
-           {"type", "", "", types},
-           {"unit", "", "", units},
-           {"default", "", "", defaults},
-           {"rule", "", "", rules},
-           {"example", "", "as TOML", shown}}};
+  return t.take();
 }
 
 }  // namespace surveymc::study

@@ -137,6 +137,16 @@ std::optional<std::uint64_t> events_of(const Value& v) {
   return events;
 }
 
+DifferenceRow row_of(const std::string& table, const std::string& row, const std::string& finding,
+                     const std::string& note = "") {
+  DifferenceRow r;
+  r.table = table;
+  r.row = row;
+  r.finding = finding;
+  r.note = note;
+  return r;
+}
+
 struct Comparer {
   const DifferenceRule& rule;
   Differences out;
@@ -195,14 +205,9 @@ struct Comparer {
 
 void compare_rows(Comparer& c, const store::Table& ta, std::size_t i, const store::Table& tb, std::size_t j,
                   const std::string& name) {
-  DifferenceRow row;
-  row.table = ta.name;
-  row.row = name;
+  DifferenceRow row = row_of(ta.name, name, "");
   const auto misfit = [&](const char* finding, const std::string& a, const std::string& b) {
-    DifferenceRow r = row;
-    r.finding = finding;
-    r.note = fmt::format("{} and {}", a, b);
-    c.out.rows.push_back(std::move(r));
+    c.out.rows.push_back(row_of(ta.name, name, finding, fmt::format("{} and {}", a, b)));
   };
   if (ta.word("unit", i) != tb.word("unit", j)) {
     misfit("other unit", ta.word("unit", i), tb.word("unit", j));
@@ -218,8 +223,6 @@ void compare_rows(Comparer& c, const store::Table& ta, std::size_t i, const stor
     for (std::string end; names >> end;) ends.insert(end);
   }
   const bool compares = ta.find_column("monte_carlo") != nullptr;
-  bool differs = false;
-  const std::size_t before = c.out.rows.size();
   for (const store::Column& col : ta.columns) {
     const store::Column* other = tb.find_column(col.name);
     if (!other || other->values.index() != col.values.index() || col.long_name == "sweep key") continue;
@@ -253,7 +256,6 @@ void compare_rows(Comparer& c, const store::Table& ta, std::size_t i, const stor
     else if (no_chance)
       c.fixed(row, a, b, c.has_trials ? 0 : c.rule.analytic);
   }
-  for (std::size_t r = before; r < c.out.rows.size(); ++r) differs = differs || c.out.rows[r].counts();
   const std::string va = ta.word("verdict", i), vb = tb.word("verdict", j);
   if (va == vb) return;
   row.column = "verdict";
@@ -272,11 +274,7 @@ void compare_tables(Comparer& c, const store::Table& a, const store::Table& b) {
   const auto alone = [&](const std::string& name, const char* finding) {
     // A list without names may be longer by chance.
     if (other_draws && name.find('#') != std::string::npos) return;
-    DifferenceRow row;
-    row.table = a.name;
-    row.row = name;
-    row.finding = finding;
-    c.out.rows.push_back(std::move(row));
+    c.out.rows.push_back(row_of(a.name, name, finding));
   };
   for (std::size_t i = 0; i < in_a.size(); ++i) {
     const auto found = of_b.find(in_a[i]);
@@ -315,13 +313,8 @@ std::map<std::string, MapOf> maps_in(const store::Result& r) {
 void compare_maps(Comparer& c, const store::Result& a, const store::Result& b) {
   const std::map<std::string, MapOf> in_a = maps_in(a), in_b = maps_in(b);
   const auto add = [&](const std::string& name, const std::string& finding, const std::string& note, double size) {
-    DifferenceRow row;
-    row.table = "maps";
-    row.row = name;
-    row.finding = finding;
-    row.note = note;
-    row.difference = size;
-    c.out.rows.push_back(std::move(row));
+    c.out.rows.push_back(row_of("maps", name, finding, note));
+    c.out.rows.back().difference = size;
   };
   for (const auto& [name, m] : in_b)
     if (!in_a.contains(name)) add(name, "only in B", "", kNaN);
@@ -374,11 +367,7 @@ Differences compare_results(const store::Result& a, const store::Result& b, cons
     return std::find_if(tables.begin(), tables.end(), [&](const store::Table& t) { return t.name == name; });
   };
   const auto alone = [&](const store::Table& t, const char* finding) {
-    DifferenceRow row;
-    row.table = t.name;
-    row.finding = finding;
-    row.note = "the whole table";
-    c.out.rows.push_back(std::move(row));
+    c.out.rows.push_back(row_of(t.name, "", finding, "the whole table"));
   };
   for (const store::Table& t : a.tables) {
     const auto other = find(b.tables, t.name);

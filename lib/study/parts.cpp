@@ -300,7 +300,6 @@ PartSet::PartSet(const std::vector<std::filesystem::path>& paths, const std::str
     for (std::uint32_t i = 0; i < r.pieces().size(); ++i) {
       const checkpoint::PieceEntry& e = r.pieces()[i];
       coverage_.add(e);
-      failed_ = failed_ || e.failed;
       if (e.point < about_.points) places_.push_back({e.point, number, i});
     }
   }

@@ -99,7 +99,6 @@ class PartSet {
   const Coverage& coverage() const { return coverage_; }
   /// Pieces of a point, in the order of the parts.
   std::vector<checkpoint::PartPiece> pieces(std::uint64_t point);
-  bool has_failures() const { return failed_; }
   std::vector<checkpoint::PartHead> heads() const;
   /// What the user should know of the parts: which are of another build.
   const std::vector<std::string>& remarks() const { return remarks_; }
@@ -118,7 +117,6 @@ class PartSet {
   std::vector<Place> places_;        // of all pieces, in order of the points
   std::vector<std::uint32_t> open_;  // in order of their last use
   Coverage coverage_;
-  bool failed_ = false;
   std::vector<std::string> remarks_;
 };
 

@@ -60,24 +60,28 @@ class Cells {
   std::vector<Axis> axes_;
 };
 
-/// Calls visit(place, k) for all places low + k size / parts, k = 0 .. parts, of every axis; `parts` is 1 or 2.
+/// Calls visit(k) for all k = 0 .. last of every axis.
 template <class Visit>
-void for_each_node(const Place& low, const Place& size, const std::vector<unsigned>& parts, const Visit& visit) {
-  Place k(low.size(), 0);
+void for_each_index(const Place& last, const Visit& visit) {
+  Place k(last.size(), 0);
   for (;;) {
-    Place at(low.size());
-    for (std::size_t d = 0; d < low.size(); ++d) at[d] = low[d] + k[d] * (size[d] / parts[d]);
-    visit(at, k);
-    std::size_t d = low.size();
-    while (d > 0 && k[d - 1] == parts[d - 1]) k[--d] = 0;
+    visit(k);
+    std::size_t d = last.size();
+    while (d > 0 && k[d - 1] == last[d - 1]) k[--d] = 0;
     if (d == 0) return;
     ++k[d - 1];
   }
 }
 
-}  // namespace
-
-namespace {
+/// Calls visit(place, k) for all places low + k size / parts, k = 0 .. parts, of every axis; `parts` is 1 or 2.
+template <class Visit>
+void for_each_node(const Place& low, const Place& size, const Place& parts, const Visit& visit) {
+  for_each_index(parts, [&](const Place& k) {
+    Place at(low.size());
+    for (std::size_t d = 0; d < low.size(); ++d) at[d] = low[d] + k[d] * (size[d] / parts[d]);
+    visit(at, k);
+  });
+}
 
 /// Follows a boundary through the cells of one slice; see next_points().
 class Follower {
@@ -116,21 +120,6 @@ class Follower {
     Curvature curvature;
   };
 
-  /// Calls visit(low) for all cells of the first grid.
-  template <class Visit>
-  void for_each_first_cell(const Visit& visit) const {
-    Place k(dims_, 0);
-    for (;;) {
-      Place low(dims_);
-      for (std::size_t d = 0; d < dims_; ++d) low[d] = k[d] * sizes_.front()[d];
-      visit(low);
-      std::size_t d = dims_;
-      while (d > 0 && k[d - 1] + 1 == cells_.cells(d - 1)) k[--d] = 0;
-      if (d == 0) return;
-      ++k[d - 1];
-    }
-  }
-
   /// The value at a node, known or inferred; NaN: neither, or it has none.
   double value(const Place& at) {
     if (const auto it = values_.find(at); it != values_.end()) return it->second;
@@ -142,9 +131,13 @@ class Follower {
 
   /// Curvature of the cells of the first grid: from their corners and the next nodes on both sides.
   void read_first_grid() {
-    for_each_first_cell([&](const Place& low) {
+    Place last_cell(dims_);
+    for (std::size_t d = 0; d < dims_; ++d) last_cell[d] = cells_.cells(d) - 1;
+    for_each_index(last_cell, [&](const Place& k) {
+      Place low(dims_);
+      for (std::size_t d = 0; d < dims_; ++d) low[d] = k[d] * sizes_.front()[d];
       Curvature c(dims_, 0);
-      for_each_node(low, sizes_.front(), std::vector<unsigned>(dims_, 1), [&](const Place& at, const Place&) {
+      for_each_node(low, sizes_.front(), Place(dims_, 1), [&](const Place& at, const Place&) {
         for (std::size_t d = 0; d < dims_ && !only_sides_; ++d) {
           const std::uint64_t n = sizes_.front()[d];
           if (last_[d] < 2 * n) continue;
@@ -202,8 +195,8 @@ class Follower {
     if (fill(g, low, curvature)) halve(g, low, curvature);
   }
 
-  std::vector<unsigned> parts_of(std::size_t g) const {
-    std::vector<unsigned> parts(dims_);
+  Place parts_of(std::size_t g) const {
+    Place parts(dims_);
     for (std::size_t d = 0; d < dims_; ++d) parts[d] = sizes_[g][d] > 1 ? 2 : 1;
     return parts;
   }
@@ -248,7 +241,7 @@ class Follower {
 
   /// The halves of a cell become cells, with the curvature that its nodes show now.
   void halve(std::size_t g, const Place& low, const Curvature& curvature) {
-    const std::vector<unsigned> parts = parts_of(g);
+    const Place parts = parts_of(g);
     Curvature seen(dims_, 0);
     for (std::size_t d = 0; d < dims_; ++d) {
       if (parts[d] == 1 || only_sides_) {
@@ -368,11 +361,6 @@ std::string csv_line(const std::vector<std::string>& cells) {
   return line + "\n";
 }
 
-double number_of(const store::Column& c, std::size_t row) {
-  const auto* x = std::get_if<std::vector<double>>(&c.values);
-  return x ? (*x)[row] : static_cast<double>(std::get<std::vector<std::int64_t>>(c.values)[row]);
-}
-
 /// True of a point of the first round.
 bool is_in_grid(const std::vector<double>& at, const config::RefineRule& rule) {
   for (std::size_t d = 0; d < at.size(); ++d) {
@@ -399,13 +387,12 @@ NextRound next_round(const store::Result& result, const std::string& label, cons
   if (named == result.tables.end())
     throw InputError(fmt::format("{}: refine.quantity: the result has no table {}", rule.place, rule.table));
   const store::Table held = store::rows_of(*named, 0, named->rows());
-  const store::Table* const table = &held;
-  const store::Column& value = column_or_fail(*table, rule.column, rule);
+  const store::Column& value = column_or_fail(held, rule.column, rule);
   if (rule.verdict.empty() && std::holds_alternative<std::vector<std::string>>(value.values))
     throw InputError(fmt::format("{}: refine.quantity: {} is text: give verdict, not level", rule.place, rule.column));
   std::vector<const store::Column*> keys;
   std::vector<std::string> numeric;
-  for (const store::Column& c : table->columns) {
+  for (const store::Column& c : held.columns) {
     if (c.long_name != "sweep key") continue;
     keys.push_back(&c);
     if (c.name == "case") throw InputError(fmt::format("{}: a sweep with cases is not refined: run them apart", label));
@@ -422,9 +409,9 @@ NextRound next_round(const store::Result& result, const std::string& label, cons
   std::map<std::vector<std::string>, std::map<std::vector<double>, double>> slices;
   std::map<std::string, std::set<double>> seen;
   std::vector<double> sizes;  // of a quantity in the first grid
-  for (std::size_t row = 0; row < table->rows(); ++row) {
+  for (std::size_t row = 0; row < held.rows(); ++row) {
     if (!std::all_of(rule.where.begin(), rule.where.end(),
-                     [&](const auto& w) { return cell_text(column_or_fail(*table, w.first, rule), row) == w.second; }))
+                     [&](const auto& w) { return cell_text(column_or_fail(held, w.first, rule), row) == w.second; }))
       continue;
     std::vector<std::string> slice;
     std::vector<double> at;
@@ -436,7 +423,9 @@ NextRound next_round(const store::Result& result, const std::string& label, cons
       at.push_back(std::get<std::vector<double>>(c->values)[row]);
       seen[c->name].insert(at.back());
     }
-    const double here = rule.verdict.empty() ? number_of(value, row) : cell_text(value, row) == rule.verdict ? 1 : -1;
+    const double here = rule.verdict.empty()                    ? held.number(rule.column, row)
+                        : cell_text(value, row) == rule.verdict ? 1
+                                                                : -1;
     if (!slices[slice].emplace(at, here).second)
       throw InputError(fmt::format("{}: refine.quantity: a point has several rows in table {}: choose one by where",
                                    rule.place, rule.table));
