@@ -27,7 +27,7 @@ struct Trials {
   Eigen::MatrixXd errors, sums;
 };
 Trials run(const test::ThesisCase& c, const sensor::NoiseModel& noise, const MsaPrediction& p, int count) {
-  const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
+  const sensor::CleanReadings clean = test::clean_readings(c);
   survey::ReadingBlock block = sensor::make_reading_block(count, c.survey.size(), noise);
   survey::LaneArray sums(survey::groups_for(count), sensor::NoiseWeights::kSums),
       position(survey::groups_for(count), 3);
@@ -46,7 +46,7 @@ Trials run(const test::ThesisCase& c, const sensor::NoiseModel& noise, const Msa
 }
 
 MsaPrediction predicted(const test::ThesisCase& c, const sensor::NoiseModel& noise) {
-  return predict_msa(c.survey, c.field, c.errors, {}, noise, sensor::clean_readings(c.survey, c.field, c.errors), {});
+  return predict_msa(c.survey, c.field, c.errors, {}, noise, test::clean_readings(c), {});
 }
 
 }  // namespace

@@ -27,9 +27,11 @@ sensor::NoiseModel thesis_noise(double accelerometer = 0,
 }
 
 survey::SixAxisReadings clean_run(const test::ThesisCase& c) {
-  const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
+  const sensor::CleanReadings clean = test::clean_readings(c);
   return {c.survey.md(), clean.gravity_T, clean.magnetic_T};
 }
+
+/// Noisy readings of so many trials.
 
 /// One trial of a block as a run of readings, with the reference that its trial was given.
 struct NoisyRun {
@@ -134,8 +136,7 @@ TEST_CASE("Every estimator of readings finds the truth of error-free ones, and i
   for (const std::string& name : readings_estimators()) {
     const estimate::EstimatorOptions o = test::options_of(name, input_errors(noise, {}, c.field));
     const ReadingsAnalysis a = analyse_readings(clean_run(c), c.field, noise, o);
-    const MsaPrediction p =
-        predict_msa(c.survey, c.field, c.errors, {}, noise, sensor::clean_readings(c.survey, c.field, c.errors), o);
+    const MsaPrediction p = predict_msa(c.survey, c.field, c.errors, {}, noise, test::clean_readings(c), o);
     CAPTURE(name);
     test::check_parameters(a.parameters, p.parameters, 1e-9, 1e-6);
     for (int i = 0; i < 6; ++i) CHECK(a.covariance(i, i) == Approx(p.parameter_covariance(i, i)).epsilon(1e-7));
@@ -155,8 +156,7 @@ TEST_CASE("Covariances are those of the first-order prediction: parameters, and 
       const test::ThesisCase c = test::thesis_case(number);
       const sensor::NoiseModel noise = thesis_noise(0.003, per);
       const ReadingsAnalysis a = analyse_readings(clean_run(c), c.field, noise, {});
-      const MsaPrediction p =
-          predict_msa(c.survey, c.field, c.errors, {}, noise, sensor::clean_readings(c.survey, c.field, c.errors), {});
+      const MsaPrediction p = predict_msa(c.survey, c.field, c.errors, {}, noise, test::clean_readings(c), {});
       CAPTURE(number, static_cast<int>(per));
       for (int i = 0; i < 6; ++i)
         for (int j = 0; j < 6; ++j)
@@ -251,7 +251,7 @@ TEST_CASE("The sd of an estimate has three parts: noise, reference and the tools
   exact_reference.reference = sensor::ReferenceNoise::none;
   const sensor::ToolSpread spread{0.0016, 70, 200};
   const estimate::EstimatorOptions o = test::options_of("wls_consider", input_errors(noise, spread, c.field));
-  const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
+  const sensor::CleanReadings clean = test::clean_readings(c);
   const auto predicted = [&](const sensor::ToolSpread& tools, const sensor::NoiseModel& n) {
     return predict_msa(c.survey, c.field, c.errors, tools, n, clean, o).parameter_covariance;
   };

@@ -29,8 +29,7 @@ struct Case {
     return test::options_of(estimator, input_errors(noise, spread, c.field));
   }
   MsaPrediction predict() const {
-    return predict_msa(c.survey, c.field, c.errors, spread, noise, sensor::clean_readings(c.survey, c.field, c.errors),
-                       options());
+    return predict_msa(c.survey, c.field, c.errors, spread, noise, test::clean_readings(c), options());
   }
 };
 
@@ -68,8 +67,7 @@ TEST_CASE("Thesis table 7: wls gives every printed digit of tests 2 and 3, and o
     o.assumed.bias = 70;
     const std::array<double, 6> x = noise_free(c, o);
     sensor::NoiseModel quiet;
-    const MsaPrediction prediction =
-        predict_msa(c.survey, c.field, c.errors, {}, quiet, sensor::clean_readings(c.survey, c.field, c.errors), o);
+    const MsaPrediction prediction = predict_msa(c.survey, c.field, c.errors, {}, quiet, test::clean_readings(c), o);
     for (std::size_t i = 0; i < 6; ++i) {
       CAPTURE(p.number, i);
       const double unit = i < 3 ? 1 : 1e-3;

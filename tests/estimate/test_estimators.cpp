@@ -154,7 +154,7 @@ TEST_CASE("Law: with priors, over tools drawn from them, an estimator has the co
       if (!estimator_kind(name).weighs) continue;  // has no priors
       test::ThesisCase c = test::thesis_case(number);
       c.errors = {};  // the prior's centre
-      const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
+      const sensor::CleanReadings clean = test::clean_readings(c);
       survey::ReadingBlock block = simulate(c, test::msa_noise(scale), trials);
       survey::LaneArray deviation(survey::groups_for(trials), 6);
       sensor::spread_tools(clean, spread, false, random::Stream(77, 1), 0, block, deviation);
@@ -329,8 +329,7 @@ TEST_CASE("Sensitivity of the estimate agrees with differences through the solve
       n.reference = sensor::ReferenceNoise::per_station;
       return n;
     }());
-    sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, {}, random::Stream(1, 1), 0,
-                              block);
+    sensor::simulate_readings(test::clean_readings(c), c.field, {}, random::Stream(1, 1), 0, block);
     for (int k = 0; k < c.survey.size(); ++k) {
       block.reference.fill(0, 2 * k, c.field.total * std::cos(c.field.dip));
       block.reference.fill(0, 2 * k + 1, c.field.total * std::sin(c.field.dip));

@@ -6,14 +6,12 @@
 #include <fstream>
 #include <vector>
 
-#include <unistd.h>
-
-#include <fmt/format.h>
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
 #include "registry.h"
 #include "study/experiment.h"
+#include "temporary_folder.h"
 
 using namespace surveymc;
 using namespace surveymc::study;
@@ -27,8 +25,8 @@ RunPlan many_stations() {
   const std::vector<Experiment> studies = studies::all_experiments();
   const auto of = std::find_if(studies.begin(), studies.end(),
                                [](const Experiment& e) { return e.id == random::StudyId::position_covariance; });
-  const std::filesystem::path file =
-      std::filesystem::temp_directory_path() / fmt::format("surveymc_long_{}.toml", getpid());
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder / "long.toml";
   std::ofstream(file) << R"(experiment = "position_covariance"
 [survey.plan]
 spacing_m = 2.0
@@ -44,9 +42,7 @@ declination_deg = 1.0
 [error_model]
 name = "iscwsa_mwd_rev5.10"
 )";
-  config::Config config = config::Config::load(file, {});
-  std::filesystem::remove(file);
-  return read_run(*of, std::move(config));
+  return read_run(*of, config::Config::load(file, {}));
 }
 
 }  // namespace

@@ -107,35 +107,24 @@ TEST_CASE("Only a verdict that is not the expected one is reported") {
 TEST_CASE("How well published standard deviations fit: once for each quantity, means left out") {
   const auto row = [](const std::string& formulation, const std::string& quantity, double monte_carlo, double ratio,
                       double published) {
-    ComparisonRow r;
-    r.formulation = formulation;
-    r.quantity = quantity;
+    ComparisonRow r = empty_row(formulation, quantity, "m");
     r.monte_carlo = monte_carlo;
     r.ratio = ratio;
     r.published = published;
     return r;
   };
   const double none = kNaN;
-  const auto value = [](const store::Table& t, const std::string& name) {
-    for (const store::Column& c : t.columns)
-      if (c.name == name) {
-        if (const auto* d = std::get_if<std::vector<double>>(&c.values)) return d->at(0);
-        return static_cast<double>(std::get<std::vector<std::int64_t>>(c.values).at(0));
-      }
-    FAIL("no column " << name);
-    return 0.0;
-  };
   const store::Table t = published_fit_table(
       {row("", "mean_x", 5, none, 7), row("first_order", "sigma3_x", 2, 1, 4), row("claimed", "sigma3_x", 2, 1, 4),
        row("first_order", "sigma3_y", 2, 1, 1), row("first_order", "sigma3_z", 2, 1, none)});
   CHECK(t.name == "published_fit");
-  CHECK(value(t, "quantities") == 2);
-  CHECK(value(t, "rms_log_ratio") == Approx(std::log(2)).epsilon(1e-15));  // ratios 2 and 1/2
-  CHECK(value(t, "ratio_min") == 0.5);
-  CHECK(value(t, "ratio_max") == 2);
+  CHECK(t.number("quantities", 0) == 2);
+  CHECK(t.number("rms_log_ratio", 0) == Approx(std::log(2)).epsilon(1e-15));  // ratios 2 and 1/2
+  CHECK(t.number("ratio_min", 0) == 0.5);
+  CHECK(t.number("ratio_max", 0) == 2);
   const store::Table empty = published_fit_table({row("", "sigma3_x", 2, 1, none), row("", "mean_x", 5, none, 7)});
-  CHECK(value(empty, "quantities") == 0);
-  for (const char* name : {"rms_log_ratio", "ratio_min", "ratio_max"}) CHECK(std::isnan(value(empty, name)));
+  CHECK(empty.number("quantities", 0) == 0);
+  for (const char* name : {"rms_log_ratio", "ratio_min", "ratio_max"}) CHECK(std::isnan(empty.number(name, 0)));
 }
 
 TEST_CASE("Units are read from names") {

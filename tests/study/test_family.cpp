@@ -26,12 +26,6 @@ ComparisonRow row_of(double ratio, double half, const std::string& expected = ""
 
 Words family_of(const store::Table& t) { return std::get<Words>(t.column("family").values); }
 
-double cell(const store::Table& t, const std::string& column) {
-  const auto& values = t.column(column).values;
-  if (const auto* counts = std::get_if<std::vector<std::int64_t>>(&values)) return static_cast<double>(counts->front());
-  return std::get<std::vector<double>>(values).front();
-}
-
 }  // namespace
 
 TEST_CASE("The p-values of a row stand on the side of its verdict") {
@@ -98,12 +92,12 @@ TEST_CASE("A family of a file marks what may be chance, and leaves out rows that
   CHECK(family[59].empty());
   CHECK(family[0].empty());
   REQUIRE(tables.back().name == "family");
-  CHECK(cell(tables.back(), "verdicts") == 60);  // 59 of the first table and one of the second
-  CHECK(cell(tables.back(), "agrees") == 57);
-  CHECK(cell(tables.back(), "differs") == 2);
-  CHECK(cell(tables.back(), "undecided") == 1);
-  CHECK(cell(tables.back(), "differs_holm") == 1);
-  CHECK(cell(tables.back(), "agrees_q") < 1e-9);
+  CHECK(tables.back().number("verdicts", 0) == 60);  // 59 of the first table and one of the second
+  CHECK(tables.back().number("agrees", 0) == 57);
+  CHECK(tables.back().number("differs", 0) == 2);
+  CHECK(tables.back().number("undecided", 0) == 1);
+  CHECK(tables.back().number("differs_holm", 0) == 1);
+  CHECK(tables.back().number("agrees_q", 0) < 1e-9);
 }
 
 TEST_CASE("A row without p_agrees says nothing of the share of wrong agreements") {
@@ -114,13 +108,13 @@ TEST_CASE("A row without p_agrees says nothing of the share of wrong agreements"
   std::vector<store::Table> tables{comparison_table("a", "", rows, 40'000, 0)},
       alone{comparison_table("a", "", {rows.back()}, 40'000, 0)};
   apply_family(tables);
-  CHECK(cell(tables.back(), "verdicts") == 4);
-  CHECK(cell(tables.back(), "agrees") == 4);
-  CHECK(cell(tables.back(), "tests") == 0);
-  CHECK(cell(tables.back(), "agrees_q") == Approx(0.01).epsilon(1e-12));
+  CHECK(tables.back().number("verdicts", 0) == 4);
+  CHECK(tables.back().number("agrees", 0) == 4);
+  CHECK(tables.back().number("tests", 0) == 0);
+  CHECK(tables.back().number("agrees_q", 0) == Approx(0.01).epsilon(1e-12));
   apply_family(alone);
-  CHECK(cell(alone.back(), "agrees") == 1);
-  CHECK(std::isnan(cell(alone.back(), "agrees_q")));
+  CHECK(alone.back().number("agrees", 0) == 1);
+  CHECK(std::isnan(alone.back().number("agrees_q", 0)));
 }
 
 TEST_CASE("Wishart tests join the family with their own p, unless they are expected to differ") {
@@ -134,10 +128,10 @@ TEST_CASE("Wishart tests join the family with their own p, unless they are expec
   apply_family(tables);
   CHECK(std::get<Words>(tables[1].column("wishart_family").values) ==
         Words{"", "", kDiffersInFamily, kMayBeChance, ""});  // .03 is above .05 / 3
-  CHECK(cell(tables.back(), "verdicts") == 1);
-  CHECK(cell(tables.back(), "tests") == 3);
-  CHECK(cell(tables.back(), "tests_holm") == 1);
-  CHECK(cell(tables.back(), "differs_holm") == 0);
+  CHECK(tables.back().number("verdicts", 0) == 1);
+  CHECK(tables.back().number("tests", 0) == 3);
+  CHECK(tables.back().number("tests_holm", 0) == 1);
+  CHECK(tables.back().number("differs_holm", 0) == 0);
 }
 
 TEST_CASE("A claim has p-values on the side of its verdict") {

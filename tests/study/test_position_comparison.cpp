@@ -7,13 +7,6 @@ using namespace surveymc::study;
 
 namespace {
 
-double number(const store::Table& t, const std::string& column, std::size_t row) {
-  return std::get<std::vector<double>>(t.column(column).values)[row];
-}
-std::string word(const store::Table& t, const std::string& column, std::size_t row) {
-  return std::get<std::vector<std::string>>(t.column(column).values)[row];
-}
-
 /// The table of one prediction against a sample of 100,000 normal trials with this covariance.
 store::Table table_of(const Eigen::Matrix2d& predicted, const Eigen::Matrix2d& sampled,
                       const Eigen::Vector2d& kurtosis = {3, 3}) {
@@ -40,25 +33,25 @@ Eigen::Matrix2d diagonal(double a, double b) { return Eigen::Vector2d(a * a, b *
 
 TEST_CASE("A prediction is judged along its own axes") {
   const store::Table t = table_of(diagonal(2, 1), diagonal(2, 1.25));
-  CHECK(word(t, "formulation", 0) == "monte_carlo");
-  CHECK(number(t, "center_north_m", 1) == 7);
-  CHECK(number(t, "semi_major_m", 1) == Approx(2).epsilon(1e-15));
-  CHECK(number(t, "major_azimuth_deg", 1) == Approx(0).margin(1e-12));
-  CHECK(number(t, "ratio_major", 1) == Approx(1).epsilon(1e-15));
-  CHECK(number(t, "ratio_minor", 1) == Approx(0.8).epsilon(1e-15));
-  CHECK(number(t, "ratio_minor_ci_low", 1) < 0.8);
-  CHECK(number(t, "ratio_minor_ci_high", 1) > 0.8);
-  CHECK(number(t, "coverage_1sigma", 1) == Approx(0.39).epsilon(1e-15));
-  CHECK(number(t, "nees", 1) == 2.01);
-  CHECK(word(t, "verdict", 1) == "differs");  // one axis is enough
-  CHECK(word(table_of(diagonal(2, 1), diagonal(2, 1)), "verdict", 1) == "agrees");
-  CHECK(word(table_of(diagonal(2, 1), diagonal(2, 1.02)), "verdict", 1) == "undecided");
+  CHECK(t.word("formulation", 0) == "monte_carlo");
+  CHECK(t.number("center_north_m", 1) == 7);
+  CHECK(t.number("semi_major_m", 1) == Approx(2).epsilon(1e-15));
+  CHECK(t.number("major_azimuth_deg", 1) == Approx(0).margin(1e-12));
+  CHECK(t.number("ratio_major", 1) == Approx(1).epsilon(1e-15));
+  CHECK(t.number("ratio_minor", 1) == Approx(0.8).epsilon(1e-15));
+  CHECK(t.number("ratio_minor_ci_low", 1) < 0.8);
+  CHECK(t.number("ratio_minor_ci_high", 1) > 0.8);
+  CHECK(t.number("coverage_1sigma", 1) == Approx(0.39).epsilon(1e-15));
+  CHECK(t.number("nees", 1) == 2.01);
+  CHECK(t.word("verdict", 1) == "differs");  // one axis is enough
+  CHECK(table_of(diagonal(2, 1), diagonal(2, 1)).word("verdict", 1) == "agrees");
+  CHECK(table_of(diagonal(2, 1), diagonal(2, 1.02)).word("verdict", 1) == "undecided");
   CHECK(unexpected_verdicts({t}).size() == 1);
 }
 
 TEST_CASE("Each axis has the interval of its own kurtosis") {
   const auto width = [](const store::Table& t, const std::string& axis) {
-    return number(t, "mc_sd_" + axis + "_m_ci_high", 1) - number(t, "mc_sd_" + axis + "_m_ci_low", 1);
+    return t.number("mc_sd_" + axis + "_m_ci_high", 1) - t.number("mc_sd_" + axis + "_m_ci_low", 1);
   };
   const store::Table normal = table_of(diagonal(2, 1), diagonal(2, 1)),
                      heavy = table_of(diagonal(2, 1), diagonal(2, 1), {3, 12});
@@ -69,28 +62,28 @@ TEST_CASE("Each axis has the interval of its own kurtosis") {
 
 TEST_CASE("A line has neither coverage nor distance") {
   const store::Table t = table_of(diagonal(2, 0), diagonal(2, 0.001));
-  CHECK(number(t, "semi_minor_m", 1) == 0);
+  CHECK(t.number("semi_minor_m", 1) == 0);
   for (const char* column : {"coverage_1sigma", "coverage_3sigma", "nees", "wishart_p"})
-    CHECK(std::isnan(number(t, column, 1)));
+    CHECK(std::isnan(t.number(column, 1)));
 }
 
 TEST_CASE("An axis that is zero to first order has no part in the verdict") {
   const store::Table agrees = table_of(diagonal(2, 0), diagonal(2, 0.001)),
                      differs = table_of(diagonal(2, 0), diagonal(2.5, 0.001)),
                      point = table_of(diagonal(0, 0), diagonal(0.001, 0.001));
-  CHECK(word(agrees, "verdict", 1) == "agrees");
-  CHECK(number(agrees, "p_agrees", 1) < 1e-6);
-  CHECK(number(agrees, "p_differs", 1) == 1);
-  CHECK(number(agrees, "margin", 1) == 0.02);
-  CHECK(number(agrees, "mc_sd_minor_m", 1) == Approx(0.001).epsilon(1e-12));
+  CHECK(agrees.word("verdict", 1) == "agrees");
+  CHECK(agrees.number("p_agrees", 1) < 1e-6);
+  CHECK(agrees.number("p_differs", 1) == 1);
+  CHECK(agrees.number("margin", 1) == 0.02);
+  CHECK(agrees.number("mc_sd_minor_m", 1) == Approx(0.001).epsilon(1e-12));
   for (const char* column : {"ratio_minor", "ratio_minor_ci_low", "ratio_minor_ci_high"})
-    CHECK(std::isnan(number(agrees, column, 1)));
-  CHECK_THAT(word(agrees, "note", 1), Catch::Matchers::Contains("minor axis: zero to first order"));
-  CHECK(word(differs, "verdict", 1) == "differs");
-  CHECK(number(differs, "p_differs", 1) < 1e-6);
-  CHECK(word(point, "verdict", 1).empty());
-  CHECK(std::isnan(number(point, "margin", 1)));
-  CHECK(std::isnan(number(point, "ratio_major", 1)));
+    CHECK(std::isnan(agrees.number(column, 1)));
+  CHECK_THAT(agrees.word("note", 1), Catch::Matchers::Contains("minor axis: zero to first order"));
+  CHECK(differs.word("verdict", 1) == "differs");
+  CHECK(differs.number("p_differs", 1) < 1e-6);
+  CHECK(point.word("verdict", 1).empty());
+  CHECK(std::isnan(point.number("margin", 1)));
+  CHECK(std::isnan(point.number("ratio_major", 1)));
 }
 
 TEST_CASE("Mean squared distances are held to the dimension by a margin of their own, which the row shows") {

@@ -41,14 +41,9 @@ struct Found {
 };
 
 Found found(const store::Table& t, const std::string& order, const std::string& input) {
-  const auto& orders = std::get<std::vector<std::string>>(t.column("order").values);
-  const auto& inputs = std::get<std::vector<std::string>>(t.column("input").values);
-  const auto at = [&](const char* name, std::size_t i) {
-    return std::get<std::vector<double>>(t.column(name).values)[i];
-  };
   for (std::size_t i = 0; i < t.rows(); ++i)
-    if (orders[i] == order && inputs[i] == input)
-      return {at("share", i), at("share_ci_low", i), at("share_ci_high", i), at("trend", i)};
+    if (t.word("order", i) == order && t.word("input", i) == input)
+      return {t.number("share", i), t.number("share_ci_low", i), t.number("share_ci_high", i), t.number("trend", i)};
   FAIL("no row " + order + " " + input);
   return {};
 }

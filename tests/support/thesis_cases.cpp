@@ -42,8 +42,12 @@ ThesisCase thesis_case(int number) {
   return c;
 }
 
+sensor::CleanReadings clean_readings(const ThesisCase& c) {
+  return sensor::clean_readings(c.survey, c.field, c.errors);
+}
+
 std::vector<survey::StationFields> station_fields(const ThesisCase& c) {
-  const sensor::CleanReadings clean = sensor::clean_readings(c.survey, c.field, c.errors);
+  const sensor::CleanReadings clean = clean_readings(c);
   std::vector<survey::StationFields> s;
   for (std::size_t k = 0; k < clean.field_T.size(); ++k)
     s.push_back({clean.field_T[k], scale(1 / c.field.gravity, clean.gravity_T[k])});
@@ -59,7 +63,7 @@ Eigen::Matrix<double, 6, 1> true_parameters(const ThesisCase& c) {
 survey::ReadingBlock simulated(const ThesisCase& c, const sensor::NoiseModel& noise, int trials,
                                const random::Stream& stream, std::uint64_t first) {
   survey::ReadingBlock block = sensor::make_reading_block(trials, c.survey.size(), noise);
-  sensor::simulate_readings(sensor::clean_readings(c.survey, c.field, c.errors), c.field, noise, stream, first, block);
+  sensor::simulate_readings(clean_readings(c), c.field, noise, stream, first, block);
   return block;
 }
 

@@ -22,6 +22,9 @@ struct ThesisCase {
 /// number: 1 .. 4. Trajectories are read from configs/thesis.
 ThesisCase thesis_case(int number);
 
+/// The case's readings without noise.
+sensor::CleanReadings clean_readings(const ThesisCase& c);
+
 /// Field and down direction of every station, as linearisations take them.
 std::vector<survey::StationFields> station_fields(const ThesisCase& c);
 
