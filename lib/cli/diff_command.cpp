@@ -42,10 +42,7 @@ void print_power(const study::Differences& d) {
 
 int diff_results(const DiffArguments& a) {
   const store::Result first = store::read_result(a.a), second = store::read_result(a.b);
-  study::DifferenceRule rule;
-  rule.level = a.level;
-  rule.tolerance = a.tolerance;
-  const study::Differences d = study::compare_results(first, second, rule);
+  const study::Differences d = study::compare_results(first, second, {.level = a.level, .tolerance = a.tolerance});
   if (a.csv || a.json) {
     const store::Table all = study::difference_table(d, true);
     fmt::print("{}{}", a.csv ? store::to_csv(all) : store::to_json(all), a.csv ? "" : "\n");

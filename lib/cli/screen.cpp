@@ -16,13 +16,9 @@ std::size_t screen_width(int descriptor) {
 }
 
 store::TableFormat screen_format() {
-  store::TableFormat format;
-  format.split = true;
-  if (const std::size_t width = screen_width(STDOUT_FILENO)) {
-    format.width = width;
-    format.fold = true;
-  }
-  return format;
+  const std::size_t width = screen_width(STDOUT_FILENO);
+  if (width == 0) return {.split = true};
+  return {.width = width, .split = true, .fold = true};
 }
 
 std::string on_screen(const std::string& text, int descriptor, std::size_t indent) {

@@ -213,10 +213,6 @@ bool print_one(const ShowArguments& a, const store::Result& r) {
   return false;
 }
 
-}  // namespace
-
-namespace {
-
 void show_result(const ShowArguments& a, const store::Result& r) {
   if (a.cost) {
     if (r.cost.columns.empty())

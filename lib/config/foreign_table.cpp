@@ -135,8 +135,9 @@ Answer answer_of(const std::string& text) {
   return answer;
 }
 
-}  // namespace
-
+/// True if the first line that is neither blank nor a comment (#) names a column of our own form of a survey or of
+/// readings, or if the text can be no other form (empty, or bytes that are no text and no Excel): such a file is read
+/// by parse_csv(), and its mistakes are told by it.
 bool is_own_form(const std::string& text, ForeignKind kind) {
   std::string_view rest = text;
   if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);
@@ -162,6 +163,8 @@ bool is_own_form(const std::string& text, ForeignKind kind) {
   }
   return true;
 }
+
+}  // namespace
 
 ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignKind kind, const ImportOptions& options,
                         const std::string& told_as) {

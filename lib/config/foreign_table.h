@@ -19,11 +19,6 @@ struct ReadTable {
   std::string told;  ///< what was read and how, in one line; "" for a CSV of our own form
 };
 
-/// True if the first line that is neither blank nor a comment (#) names a column of our own form of a survey or of
-/// readings, or if the text can be no other form (empty, or bytes that are no text and no Excel): such a file is read
-/// by parse_csv(), and its mistakes are told by it.
-bool is_own_form(const std::string& text, ForeignKind kind);
-
 /// The file at `place`, in our own form or, by the script, in another one: text with any separator or fixed columns,
 /// LAS, WITSML, Excel. `path`: its name for messages and in the table. The azimuth column of a survey in another form
 /// has the north that the file names in its name: `azimuth_grid_deg`; `azimuth_unreferenced_deg` if the file names
