@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "analysis/msa_prediction.h"
 #include "base/error.h"
 #include "base/units.h"
 #include "estimate/estimators.h"
@@ -204,14 +205,8 @@ ReadingsAnalysis analyse_readings(const survey::SixAxisReadings& readings, const
   a.misfits = estimate::field_misfits(corrected, {x[0], x[1], x[2]}, field.total, field.dip);
   a.observability = estimate::observability(estimate::misfit_jacobian(a.misfits));
   require_observable(a.observability);
-  const estimate::InputErrors input{noise.magnetometer,
-                                    noise.accelerometer / field.gravity,
-                                    noise.reference_total,
-                                    noise.reference_dip,
-                                    noise.reference == sensor::ReferenceNoise::per_station,
-                                    estimator.assumed.gain,
-                                    estimator.assumed.bias,
-                                    estimator.assumed.axial_bias};
+  const estimate::InputErrors& assumed = estimator.assumed;
+  const estimate::InputErrors input = input_errors(noise, {assumed.gain, assumed.bias, assumed.axial_bias}, field);
   const estimate::Sensitivity sensitive =
       estimate::sensitivity(estimator, {corrected, {x[0], x[1], x[2]}, {x[3], x[4], x[5]}, field});
   const estimate::Matrix8d covariance = estimate::error_covariance(sensitive, corrected, input);

@@ -21,9 +21,7 @@ namespace {
 
 sensor::NoiseModel thesis_noise(double accelerometer = 0,
                                 sensor::ReferenceNoise per = sensor::ReferenceNoise::per_run) {
-  sensor::NoiseModel n = test::msa_noise(1, per, accelerometer);
-  if (per == sensor::ReferenceNoise::none) n.reference_total = n.reference_dip = 0;
-  return n;
+  return test::msa_noise(1, per, accelerometer);
 }
 
 survey::SixAxisReadings clean_run(const test::ThesisCase& c) {
