@@ -11,7 +11,7 @@
 #include "axial_correction/study.h"
 #include "base/units.h"
 #include "random/study_stream.h"
-#include "single_station/station_batch.h"
+#include "single_station/station_solution.h"
 #include "study/experiment.h"
 
 namespace surveymc::studies::axial_correction {

@@ -7,7 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
-#include "survey/depths.h"
+#include "survey/survey.h"
 
 namespace surveymc::studies::clearance {
 namespace {

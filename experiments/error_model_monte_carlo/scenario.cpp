@@ -9,8 +9,8 @@
 #include "propagate/source_moments.h"
 #include "study/scenario.h"
 #include "study/verdict_stop.h"
-#include "survey/depths.h"
 #include "survey/minimum_curvature.h"
+#include "survey/survey.h"
 
 namespace surveymc::studies::error_model_monte_carlo {
 namespace {

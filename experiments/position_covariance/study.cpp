@@ -21,7 +21,7 @@
 #include "study/experiment.h"
 #include "study/scenario.h"
 #include "study/validity_tables.h"
-#include "survey/depths.h"
+#include "survey/survey.h"
 
 namespace surveymc::studies::position_covariance {
 namespace {

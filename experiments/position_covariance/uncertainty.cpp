@@ -11,7 +11,7 @@
 #include "propagate/ellipse.h"
 #include "stats/intervals.h"
 #include "study/table_rows.h"
-#include "survey/depths.h"
+#include "survey/survey.h"
 
 namespace surveymc::studies::position_covariance {
 namespace {

@@ -24,7 +24,7 @@
 #include "study/position_comparison.h"
 #include "study/scenario.h"
 #include "study/verdict_stop.h"
-#include "survey/depths.h"
+#include "survey/survey.h"
 
 namespace surveymc::studies::sensor_monte_carlo {
 namespace {

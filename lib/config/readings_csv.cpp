@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "config/config.h"
-#include "survey/depths.h"
+#include "survey/survey.h"
 
 namespace surveymc::config {
 namespace {

@@ -1,8 +1,13 @@
 #pragma once
-/// Normal gravity and grid north of a place. GeographicLib computes both.
-#include "earth/place.h"
-
+/// A place, and its normal gravity and grid north. GeographicLib computes both.
 namespace surveymc::earth {
+
+/// A place on or near the Earth, in WGS84.
+struct Place {
+  double latitude = 0;   ///< geodetic, rad, north positive
+  double longitude = 0;  ///< rad, east positive
+  double height = 0;     ///< above the ellipsoid (not above sea level), m
+};
 
 /// Size of normal gravity of WGS84 at the place, m/s2: that of the ellipsoid with the Earth's mass and rotation,
 /// continued to the place's height in free air. What is not modelled: anomalies of gravity (some 1e-4 of it), and the

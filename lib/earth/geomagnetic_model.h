@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "earth/place.h"
+#include "earth/geodesy.h"
 
 namespace surveymc::earth {
 

@@ -30,6 +30,8 @@ inline constexpr Dimension kPure{};
 inline constexpr Dimension kMetre{{1, 1}, {}, {}};
 inline constexpr Dimension kSecond{{}, {1, 1}, {}};
 inline constexpr Dimension kNanotesla{{}, {}, {1, 1}};
+inline constexpr Dimension kPerMetre{{-1, 1}, {}, {}}, kPerSecond{{}, {-1, 1}, {}};
+inline constexpr Dimension kSpeed{{1, 1}, {-1, 1}, {}}, kAcceleration{{1, 1}, {-2, 1}, {}};
 
 /// For messages: "m/s2", "1/m", "m.nT", "s^(1/2)", "pure number".
 std::string dimension_text(const Dimension& d);

@@ -56,7 +56,7 @@ class Parser {
   explicit Parser(const std::string& text) : text_(text) {}
 
   Expression whole() {
-    expr();
+    nested(&Parser::expr);
     skip_blanks();
     if (at_ < text_.size())
       fail(text_[at_] == ')' ? "this bracket closes nothing"
@@ -79,23 +79,26 @@ class Parser {
     return at_ < text_.size() ? text_[at_] : '\0';
   }
 
-  std::size_t add(Operation operation, std::size_t column, std::vector<std::size_t> arguments) {
-    out_.nodes.push_back({operation, column, 0, Variable::md, std::move(arguments)});
-    return out_.nodes.size() - 1;
-  }
-  std::size_t add_number(double x, std::size_t column) {
-    out_.nodes.push_back({Operation::number, column, x, Variable::md, {}});
+  std::size_t add(Operation operation, std::size_t column, std::vector<std::size_t> arguments, double number = 0,
+                  Variable variable = Variable::md) {
+    out_.nodes.push_back({operation, column, number, variable, std::move(arguments)});
     return out_.nodes.size() - 1;
   }
 
-  std::size_t expr() {
+  /// Reads a part that brackets or signs hold.
+  std::size_t nested(std::size_t (Parser::*part)()) {
     if (++depth_ > kDeepest) fail(fmt::format("brackets and signs are nested more than {} deep", kDeepest));
+    const std::size_t node = (this->*part)();
+    --depth_;
+    return node;
+  }
+
+  std::size_t expr() {
     std::size_t left = term();
     for (char c = next(); c == '+' || c == '-'; c = next()) {
       const std::size_t column = ++at_;
       left = add(c == '+' ? Operation::add : Operation::subtract, column, {left, term()});
     }
-    --depth_;
     return left;
   }
 
@@ -111,20 +114,14 @@ class Parser {
   std::size_t unary() {
     if (next() != '-') return power();
     const std::size_t column = ++at_;
-    if (++depth_ > kDeepest) fail(fmt::format("brackets and signs are nested more than {} deep", kDeepest));
-    const std::size_t of = unary();
-    --depth_;
-    return add(Operation::negate, column, {of});
+    return add(Operation::negate, column, {nested(&Parser::unary)});
   }
 
   std::size_t power() {
     const std::size_t base = atom();
     if (next() != '^') return base;
     const std::size_t column = ++at_;
-    if (++depth_ > kDeepest) fail(fmt::format("brackets and signs are nested more than {} deep", kDeepest));
-    const std::size_t exponent = unary();
-    --depth_;
-    return add(Operation::power, column, {base, exponent});
+    return add(Operation::power, column, {base, nested(&Parser::unary)});
   }
 
   std::size_t atom() {
@@ -138,7 +135,7 @@ class Parser {
 
   std::size_t bracket() {
     const std::size_t open = ++at_;
-    const std::size_t inside = expr();
+    const std::size_t inside = nested(&Parser::expr);
     close(open);
     return inside;
   }
@@ -156,7 +153,7 @@ class Parser {
     if (error != std::errc() || !std::isfinite(x)) fail("this is no number");
     const std::size_t column = at_ + 1;
     at_ += static_cast<std::size_t>(end - begin);
-    return add_number(x, column);
+    return add(Operation::number, column, {}, x);
   }
 
   std::size_t name() {
@@ -173,20 +170,19 @@ class Parser {
     }
     if (function != kOperations.end())
       throw FormulaError(column, fmt::format("{} is a function: its arguments are missing", function->name));
-    if (same_name(word, "pi")) return add_number(kPi, column);
-    if (same_name(word, "RAD")) return add_number(kDegree, column);
+    if (same_name(word, "pi")) return add(Operation::number, column, {}, kPi);
+    if (same_name(word, "RAD")) return add(Operation::number, column, {}, kDegree);
     const auto variable = find_variable(word);
     if (!variable) throw FormulaError(column, fmt::format("unknown variable \"{}\"", word), word, variable_names());
-    out_.nodes.push_back({Operation::variable, column, 0, *variable, {}});
-    return out_.nodes.size() - 1;
+    return add(Operation::variable, column, {}, 0, *variable);
   }
 
   std::size_t call(const NamedOperation& function, std::size_t column) {
     const std::size_t open = ++at_;
-    std::vector<std::size_t> arguments{expr()};
+    std::vector<std::size_t> arguments{nested(&Parser::expr)};
     while (next() == ',') {
       ++at_;
-      arguments.push_back(expr());
+      arguments.push_back(nested(&Parser::expr));
     }
     close(open);
     const std::size_t count = arguments.size();

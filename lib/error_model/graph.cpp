@@ -9,37 +9,32 @@ namespace surveymc::error_model {
 
 // --------------------------------------------------------------------------------------------------------------- graph
 
-std::size_t Graph::insert(const Key& key, Node n) {
-  const auto [at, is_new] = known_.try_emplace(key, nodes_.size());
+std::size_t Graph::insert(const Node& n) {
+  const auto [at, is_new] = known_.try_emplace({n.operation, n.a, n.b, n.number, n.variable}, nodes_.size());
   if (is_new) nodes_.push_back(n);
   return at->second;
 }
 
 std::size_t Graph::number(double x) {
   // -0 and 0 are the same key, and the same in every formula but 1 / x.
-  Node n;
-  n.number = x;
-  return insert({Operation::number, 0, 0, x, Variable::md}, n);
+  return insert({.number = x});
 }
 
 std::size_t Graph::variable(Variable v) {
   is_named_[index_of(v)] = true;
-  Node n;
-  n.operation = Operation::variable;
-  n.variable = v;
-  n.is_of_previous = v == Variable::previous;
-  n.is_of_station = is_of_station(v) || n.is_of_previous;
-  return insert({Operation::variable, 0, 0, 0, v}, n);
+  const bool is_of_previous = v == Variable::previous;
+  return insert({.operation = Operation::variable,
+                 .variable = v,
+                 .is_of_station = is_of_station(v) || is_of_previous,
+                 .is_of_previous = is_of_previous});
 }
 
 std::size_t Graph::node(Operation operation, std::size_t a, std::size_t b) {
-  Node n;
-  n.operation = operation;
-  n.a = a;
-  n.b = b;
-  n.is_of_station = nodes_[a].is_of_station || nodes_[b].is_of_station;
-  n.is_of_previous = nodes_[a].is_of_previous || nodes_[b].is_of_previous;
-  return insert({operation, a, b, 0, Variable::md}, n);
+  return insert({.operation = operation,
+                 .a = a,
+                 .b = b,
+                 .is_of_station = nodes_[a].is_of_station || nodes_[b].is_of_station,
+                 .is_of_previous = nodes_[a].is_of_previous || nodes_[b].is_of_previous});
 }
 
 std::size_t Graph::power(std::size_t base, std::size_t exponent) {

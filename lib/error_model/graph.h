@@ -54,7 +54,7 @@ class Graph {
   std::size_t number(double x);
   std::size_t variable(Variable v);
   std::size_t power(std::size_t base, std::size_t exponent);
-  std::size_t insert(const Key& key, Node n);
+  std::size_t insert(const Node& n);
   std::size_t step_of(const Expression& e, const ExpressionNode& n, const std::vector<std::size_t>& made);
 
   std::vector<Node> nodes_;

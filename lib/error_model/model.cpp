@@ -51,8 +51,7 @@ struct Unit {
   bool is_listed = true;  // false: another spelling of the one before
 };
 
-constexpr Dimension kPerMetre{{-1, 1}, {}, {}}, kAcceleration{{1, 1}, {-2, 1}, {}}, kPerSecond{{}, {-1, 1}, {}},
-    kPerRootSecond{{}, {-1, 2}, {}};
+constexpr Dimension kPerRootSecond{{}, {-1, 2}, {}};
 constexpr std::array kUnits = std::to_array<Unit>({
     {"m", kMetre, 1},
     {"ft", kMetre, kFoot},

@@ -14,12 +14,13 @@ struct Name {
   std::string_view text;
   Variable variable;
   bool is_alias = false;
+  Dimension dimension = kPure;
 };
 using V = Variable;
 constexpr std::array kNames = std::to_array<Name>({
-    {"MD", V::md},
-    {"MDPrev", V::md_before},
-    {"TVD", V::tvd},
+    {"MD", V::md, false, kMetre},
+    {"MDPrev", V::md_before, false, kMetre},
+    {"TVD", V::tvd, false, kMetre},
     {"Inc", V::inclination},
     {"IncPrev", V::inclination_before},
     {"AzM", V::azimuth_magnetic},
@@ -27,14 +28,14 @@ constexpr std::array kNames = std::to_array<Name>({
     {"Az", V::azimuth, true},
     {"AzPrev", V::azimuth_before},
     {"Dip", V::dip},
-    {"BField", V::total_field},
-    {"GField", V::gravity},
+    {"BField", V::total_field, false, kNanotesla},
+    {"GField", V::gravity, false, kAcceleration},
     {"Latitude", V::latitude},
-    {"EarthRate", V::earth_rate},
-    {"MinCourseLength", V::min_course_length},
-    {"XCLTortuosity", V::tortuosity},
+    {"EarthRate", V::earth_rate, false, kPerSecond},
+    {"MinCourseLength", V::min_course_length, false, kMetre},
+    {"XCLTortuosity", V::tortuosity, false, kPerMetre},
     {"NoiseReductionFactor", V::noise_reduction},
-    {"RunningSpeed", V::running_speed},
+    {"RunningSpeed", V::running_speed, false, kSpeed},
     {"GXYRunningSpeed", V::running_speed, true},
     {"GZRunningSpeed", V::running_speed, true},
     {"GXYZRunningSpeed", V::running_speed, true},
@@ -79,25 +80,9 @@ const std::vector<std::string>& variable_names() {
 }
 
 Dimension dimension_of(Variable v) {
-  switch (v) {
-    case V::md:
-    case V::md_before:
-    case V::tvd:
-    case V::min_course_length:
-      return kMetre;
-    case V::total_field:
-      return kNanotesla;
-    case V::gravity:
-      return kMetre / kSecond / kSecond;
-    case V::earth_rate:
-      return kPure / kSecond;
-    case V::running_speed:
-      return kMetre / kSecond;
-    case V::tortuosity:
-      return kPure / kMetre;
-    default:
-      return kPure;
-  }
+  for (const Name& n : kNames)
+    if (n.variable == v) return n.dimension;
+  return kPure;
 }
 
 }  // namespace surveymc::error_model

@@ -25,33 +25,29 @@ std::unique_ptr<Estimator> make_unweighted(const EstimatorInput& in) {
   return make_msa(newton(in.options), in.field, in.truth, in.expected);
 }
 
+/// A line of the table with what all fits of field_fit.h have.
+EstimatorKind field_fit(EstimatorKind kind) {
+  kind.takes_subset = kind.has_second_solvers = true;
+  if (!kind.make) kind.make = make_fit;
+  kind.predict = field_fit_sensitivity;
+  return kind;
+}
+
 }  // namespace
 
 const std::vector<EstimatorKind>& estimators() {
   static const std::vector<EstimatorKind> table{
-      {.name = "msa",
-       .fits = "(Bh, Bv) of all stations to the reference, unweighted",
-       .takes_subset = true,
-       .has_second_solvers = true,
-       .make = make_unweighted,
-       .predict = field_fit_sensitivity},
-      {.name = "msa_weighted",
-       .fits = "(Bh, Bv) with its covariance, the reference's error as if new at every station",
-       .takes_subset = true,
-       .weighs = true,
-       .derivative = "measured",
-       .has_second_solvers = true,
-       .make = make_fit,
-       .predict = field_fit_sensitivity},
-      {.name = "msa_joint",
-       .fits = "(Bh, Bv) with the sensors' covariance; the reference is unknown too, with priors",
-       .takes_subset = true,
-       .weighs = true,
-       .estimates_reference = true,
-       .derivative = "fitted",
-       .has_second_solvers = true,
-       .make = make_fit,
-       .predict = field_fit_sensitivity},
+      field_fit(
+          {.name = "msa", .fits = "(Bh, Bv) of all stations to the reference, unweighted", .make = make_unweighted}),
+      field_fit({.name = "msa_weighted",
+                 .fits = "(Bh, Bv) with its covariance, the reference's error as if new at every station",
+                 .weighs = true,
+                 .derivative = "measured"}),
+      field_fit({.name = "msa_joint",
+                 .fits = "(Bh, Bv) with the sensors' covariance; the reference is unknown too, with priors",
+                 .weighs = true,
+                 .estimates_reference = true,
+                 .derivative = "fitted"}),
       {.name = "wls",
        .fits = "readings to the true field in the tool frame, with priors",
        .needs_attitude = true,
@@ -59,14 +55,10 @@ const std::vector<EstimatorKind>& estimators() {
        .weighs_each_reading = true,
        .make = [](const EstimatorInput& in) { return make_wls(in.options.assumed, in.truth); },
        .predict = wls_sensitivity},
-      {.name = "wls_consider",
-       .fits = "(Bh, Bv) with the sensors' covariance; the reference's error is considered, not estimated",
-       .takes_subset = true,
-       .weighs = true,
-       .derivative = "measured",
-       .has_second_solvers = true,
-       .make = make_fit,
-       .predict = field_fit_sensitivity},
+      field_fit({.name = "wls_consider",
+                 .fits = "(Bh, Bv) with the sensors' covariance; the reference's error is considered, not estimated",
+                 .weighs = true,
+                 .derivative = "measured"}),
   };
   return table;
 }

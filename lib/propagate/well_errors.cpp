@@ -10,7 +10,7 @@
 #include "propagate/tool_weights.h"
 #include "simd/dual.h"
 #include "stats/matrices.h"
-#include "survey/depths.h"
+#include "survey/survey.h"
 
 namespace surveymc::propagate {
 namespace {

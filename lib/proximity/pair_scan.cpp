@@ -8,7 +8,7 @@
 
 #include "base/units.h"
 #include "propagate/hole_direction.h"
-#include "survey/depths.h"
+#include "survey/survey.h"
 
 namespace surveymc::proximity {
 
@@ -95,11 +95,12 @@ std::vector<PairPoints> scan(const PairGeometry& g, ScanDirection direction, dou
   const WellPath &path = scanned(g, direction), &target = other(g, direction);
   std::vector<PairPoints> out;
   std::vector<ClosestPoint> minima;
-  const auto add = [&](const PathPoint& from) {
+  for (const double md : scanned_depths(g, path, step)) {
     if (keep <= 1) {
-      out.push_back(pair_of(g, direction, from, target.closest(from.position, g.first)));
-      return;
+      out.push_back(pair_at(g, direction, md));
+      continue;
     }
+    const PathPoint from = path.at(md);
     target.local_minima(from.position, g.first, minima);
     std::stable_sort(minima.begin(), minima.end(),
                      [](const ClosestPoint& a, const ClosestPoint& b) { return a.distance < b.distance; });
@@ -108,8 +109,7 @@ std::vector<PairPoints> scan(const PairGeometry& g, ScanDirection direction, dou
         out.push_back(pair_of(g, direction, from, minima[i]));
         out.back().minimum = static_cast<int>(i) + 1;
       }
-  };
-  for (const double md : scanned_depths(g, path, step)) add(path.at(md));
+  }
   return out;
 }
 

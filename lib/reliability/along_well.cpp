@@ -221,11 +221,7 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
     const Vector3d lost = reach(e.lost, 1, kInfinity);
     return Vector3d((lost.array() == 0).select(reach(moved, std::sqrt(variance), size), lost));
   };
-  const auto none = [&] {
-    Error e;
-    e.s = VectorXd::Zero(width);
-    return e;
-  };
+  const Error none{.s = VectorXd::Zero(width)};
 
   WellReliability r;
   r.stations.resize(terms.size());
@@ -239,7 +235,7 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
       const auto column = static_cast<Index>(i);
       const Vector3d c = reading ? Vector3d(at.conditions.col(column)) : -Vector3d::Unit(column - 6);
       const double variance = reading ? at.variance[column] : reference_variance[i - kReadings];
-      Error e = none();
+      Error e = none;
       add(e, at, c, reading ? Vector3d(at.position.col(column)) : Vector3d(Vector3d::Zero()));
       StationEffect& out = r.stations[k][i];
       const double size = detectable(e, variance), sd = std::sqrt(variance);
@@ -265,7 +261,7 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
   }
   for (std::size_t i = 0; i < kReadings; ++i) {
     const auto column = static_cast<Index>(i);
-    Error e = none();
+    Error e = none;
     for (const StationTerms& at : terms) add(e, at, at.conditions.col(column), at.position.col(column));
     const double variance = terms.front().variance[column];
     if (!is_observed(model.mode, i)) {
@@ -277,7 +273,7 @@ WellReliability reliability_along_well(const AdjustmentModel& model, const surve
   }
   if (shared)
     for (std::size_t j = 0; j < 3; ++j) {
-      Error e = none();
+      Error e = none;
       for (const StationTerms& at : terms) add(e, at, -Vector3d::Unit(static_cast<Index>(j)), Vector3d::Zero());
       const double size = detectable(e, reference_variance[j]);
       StationEffect& out = r.references[j];

@@ -313,17 +313,10 @@ double largest_move(const Problem& p, const Linear& l, const VectorXd& step) {
 }
 
 /// 1 / |column of J|: unknowns of which one unit moves the observations by one sd.
-VectorXd scale_of(const Linear& l) {
-  double largest = 0;
-  for (const double size : l.column_size) largest = std::max(largest, size);
-  const double least = 1e-8 * largest;
-  VectorXd scale = l.column_size;
-  for (double& size : scale) size = 1 / std::max(size, least);
-  return scale;
-}
+VectorXd scale_of(const Linear& l) { return l.column_size.cwiseMax(1e-8 * l.column_size.maxCoeff()).cwiseInverse(); }
 
 MatrixXd with_diagonal(MatrixXd h, double more) {
-  for (Index i = 0; i < h.rows(); ++i) h(i, i) += more;
+  h.diagonal().array() += more;
   return h;
 }
 

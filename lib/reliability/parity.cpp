@@ -105,10 +105,8 @@ VectorXd redundancy_numbers(const ParityModel& m) {
 VectorXd sensitivities(const ParityModel& m) { return m.columns.colwise().norm(); }
 
 VectorXd w_statistics(const ParityModel& m) {
-  VectorXd w = stats::transpose_times(m.columns, m.whitened);
-  const VectorXd size = sensitivities(m);
-  for (Index i = 0; i < w.size(); ++i) w[i] = size[i] > 0 ? w[i] / size[i] : 0;
-  return w;
+  const VectorXd along = stats::transpose_times(m.columns, m.whitened), size = sensitivities(m);
+  return (size.array() > 0).select(along.cwiseQuotient(size), 0);
 }
 
 VectorXd estimated_errors(const ParityModel& m) {

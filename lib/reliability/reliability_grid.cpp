@@ -26,17 +26,10 @@ StationVariances relative_variances(const AdjustmentModel& model, double lambda0
       static_cast<double>(model.stations), lambda0};
 }
 
+/// Without systematic terms, kernels stand in the order of the modes.
 StationKernel kernel_of(const AdjustmentModel& model) {
-  switch (model.mode) {
-    case AdjustmentMode::sse:
-      return StationKernel::sse;
-    case AdjustmentMode::sse_axial:
-      return StationKernel::sse_axial;
-    case AdjustmentMode::mse_fixed:
-      return StationKernel::mse_fixed;
-    default:
-      return model.systematic_terms ? StationKernel::mse_systematic : StationKernel::mse_shared;
-  }
+  const bool systematic = model.mode == AdjustmentMode::mse_shared && model.systematic_terms;
+  return systematic ? StationKernel::mse_systematic : static_cast<StationKernel>(model.mode);
 }
 
 /// From the kernel's relative units and radians to internal ones, for the error of one observation.
@@ -67,18 +60,9 @@ const std::array<std::string, kMapQuantities>& map_quantity_names() {
 }
 
 std::string map_quantity_unit(std::size_t quantity, std::size_t observation) {
-  switch (static_cast<MapQuantity>(quantity)) {
-    case MapQuantity::redundancy_number:
-      return "1";
-    case MapQuantity::minimal_detectable_error:
-      return observation_unit(observation);
-    case MapQuantity::external_gravity:
-      return "mps2";
-    case MapQuantity::external_total_field:
-      return "nT";
-    default:
-      return "deg";
-  }
+  constexpr std::array<const char*, kMapQuantities> kUnits{"1", "", "deg", "deg", "deg", "mps2", "nT", "deg"};
+  const bool is_of_observation = quantity == index_of(MapQuantity::minimal_detectable_error);
+  return is_of_observation ? observation_unit(observation) : kUnits[quantity];
 }
 
 std::size_t ReliabilityGrid::points() const {

@@ -71,10 +71,8 @@ StationResponse::StationResponse(const AdjustmentModel& model, const StationSine
   columns_.rightCols<3>() = -Matrix3d::Identity();
 
   Observations y{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    y[i] = f.gravity * d.down[static_cast<Index>(i)];
-    y[3 + i] = f.total * field[static_cast<Index>(i)];
-  }
+  Vector3::Map(y.data()) = f.gravity * d.down;
+  Vector3::Map(y.data() + 3) = f.total * field;
   const Observations v = observation_variances(model, y);
   const bool terms = mode_ == AdjustmentMode::mse_shared && model.systematic_terms;
   systematic_.setZero();
@@ -111,10 +109,7 @@ StationResponse::StationResponse(const AdjustmentModel& model, const StationSine
 
 Observations StationResponse::sd() const {
   Observations sd;
-  for (std::size_t i = 0; i < kObservations; ++i) {
-    const auto k = static_cast<Index>(i);
-    sd[i] = std::sqrt(variance_[k]) * unit_[k];
-  }
+  Vector9::Map(sd.data()) = variance_.cwiseSqrt().cwiseProduct(unit_);
   return sd;
 }
 
@@ -131,13 +126,10 @@ StationResponse::Matrix9 StationResponse::information() const {
 }
 
 ErrorResponse StationResponse::of(const Observations& error) const {
-  Vector9 eps;
+  const Vector9 eps = Vector9::Map(error.data()).cwiseQuotient(unit_);
   double size = 0;  // of the error in sd
-  for (std::size_t i = 0; i < kObservations; ++i) {
-    const auto k = static_cast<Index>(i);
-    eps[k] = error[i] / unit_[k];
+  for (Index k = 0; k < eps.size(); ++k)
     if (variance_[k] > 0) size += eps[k] * eps[k] / variance_[k];
-  }
   size = std::sqrt(size);
 
   const Vector3 readings = columns_.leftCols<kReadings>() * eps.head<kReadings>(),

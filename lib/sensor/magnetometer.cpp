@@ -8,29 +8,13 @@
 
 namespace surveymc::sensor {
 
+// Both in the order of NoiseLaw.
 double unit_noise_mean(NoiseLaw law) {
-  switch (law) {
-    case NoiseLaw::gaussian_half_open:
-      return std::sqrt(2 / kPi);
-    case NoiseLaw::uniform_half_open:
-      return 0.5;
-    default:
-      return 0;
-  }
+  return std::array{0.0, std::sqrt(2 / kPi), 0.0, 0.5}[static_cast<std::size_t>(law)];
 }
 
 double unit_noise_variance(NoiseLaw law) {
-  switch (law) {
-    case NoiseLaw::gaussian:
-      return 1;
-    case NoiseLaw::gaussian_half_open:
-      return 1 - 2 / kPi;
-    case NoiseLaw::uniform:
-      return 1.0 / 3;
-    case NoiseLaw::uniform_half_open:
-      return 1.0 / 12;
-  }
-  return 0;
+  return std::array{1.0, 1 - 2 / kPi, 1.0 / 3, 1.0 / 12}[static_cast<std::size_t>(law)];
 }
 
 bool symmetric(NoiseLaw law) { return law == NoiseLaw::gaussian || law == NoiseLaw::uniform; }

@@ -8,7 +8,9 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "simd/instruction_set.h"
 #include "single_station/axial_correction.h"
+#include "single_station/axial_correction_lanes.h"
 
 namespace surveymc::single_station {
 namespace {
@@ -195,6 +197,15 @@ double fit_statistic(const StationSolution& x, const StationReferences& ref, con
   const Row v = rows.missing_horizontal.cwiseProduct(sd) / std::sqrt(rows.variance_horizontal);
   const double uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v);
   return (a * a * vv - 2 * a * b * uv + b * b * uu) / (uu * vv - uv * uv);
+}
+
+survey::LaneArray solve_stations(const survey::LaneArray& readings, int stations, int groups,
+                                 const StationSigmas& sigmas, StationMethod method) {
+  check_sigmas(sigmas, method);
+  survey::LaneArray solutions(groups, stations * kStationSolutionRows);
+  const StationSolveBatch b{readings.row(0, 0), solutions.row(0, 0), groups * stations, sigmas, method};
+  simd::run_kernel<isa_v3::solve_station_batch, isa_v4::solve_station_batch>(b);
+  return solutions;
 }
 
 }  // namespace surveymc::single_station

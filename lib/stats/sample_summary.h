@@ -20,10 +20,17 @@ struct SampleSummary {
 };
 
 /// Summary of component i of independent trials.
-SampleSummary summarise(const Moments& trials, Eigen::Index i);
+inline SampleSummary summarise(const Moments& trials, Eigen::Index i) {
+  const double variance = trials.variance(i), kurtosis = trials.kurtosis(i);
+  return {trials.count, trials.mean[i], variance, variance, kurtosis, trials.skewness(i), kurtosis};
+}
 
 /// Intervals of the mean and of the standard deviation (intervals.h).
-Interval mean_interval(const SampleSummary& s, double confidence);
-Interval sd_interval(const SampleSummary& s, double confidence);
+inline Interval mean_interval(const SampleSummary& s, double confidence) {
+  return mean_interval(s.mean, s.unit_variance, s.units, confidence);
+}
+inline Interval sd_interval(const SampleSummary& s, double confidence) {
+  return sd_interval(s.variance, s.units, s.unit_kurtosis, confidence);
+}
 
 }  // namespace surveymc::stats

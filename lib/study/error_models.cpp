@@ -8,7 +8,7 @@
 
 #include "base/units.h"
 #include "error_model/model_graph.h"
-#include "survey/depths.h"
+#include "survey/survey.h"
 
 namespace surveymc::study {
 

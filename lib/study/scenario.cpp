@@ -13,8 +13,8 @@
 #include "montecarlo/run_blocks.h"
 #include "store/table.h"
 #include "study/told_inputs.h"
-#include "survey/depths.h"
 #include "survey/minimum_curvature.h"
+#include "survey/survey.h"
 
 namespace surveymc::study {
 

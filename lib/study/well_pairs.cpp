@@ -11,8 +11,8 @@
 #include "base/units.h"
 #include "study/scenario.h"
 #include "study/told_inputs.h"
-#include "survey/depths.h"
 #include "survey/minimum_curvature.h"
+#include "survey/survey.h"
 
 namespace surveymc::study {
 namespace {

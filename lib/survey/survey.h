@@ -1,4 +1,7 @@
 #pragma once
+#include <cmath>
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +16,10 @@ struct Station {
 };
 
 /// Two measured depths that differ by less (m) are one depth: 1100 ft are 335.28000000000003 m, and a user writes
-/// 335.28.
+/// 335.28. The rule for stations, kick-offs, ends of intervals, tie-ons and depths that a config lists.
 inline constexpr double kSameDepth = 0.001;
+inline bool is_same_depth(double a, double b) { return std::abs(a - b) < kSameDepth; }
+inline bool is_deeper(double md, double than) { return md - than >= kSameDepth; }
 
 /// A well path as measured: stations of strictly increasing measured depth, the first is the tie-on.
 struct Survey {
@@ -34,6 +39,12 @@ struct SurveyDefect {
   std::string quantity, rule;
 };
 SurveyDefect find_defect(const Survey& survey);
+
+/// The station at a measured depth (m), the nearest if there are several; nothing if there is none.
+std::optional<std::size_t> station_at(const Survey& survey, double md);
+/// A measured depth (m) that somebody wrote, as the survey has it: that of the station there, or the depth itself
+/// between stations; nothing beyond the ends of the survey.
+std::optional<double> depth_on(const Survey& survey, double md);
 
 /// Attitude of a station relative to magnetic north.
 inline Attitude magnetic_attitude(const Station& s, double declination) {

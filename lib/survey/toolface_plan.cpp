@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "survey/depths.h"
+#include "survey/survey.h"
 
 namespace surveymc::survey {
 

@@ -10,7 +10,7 @@
 #include "sensor/station_draws.h"
 #include "simd/dual.h"
 #include "single_station/axial_correction.h"
-#include "single_station/station_batch.h"
+#include "single_station/station_solution.h"
 #include "stats/intervals.h"
 #include "stats/linear_algebra.h"
 

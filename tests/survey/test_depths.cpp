@@ -1,4 +1,4 @@
-#include "survey/depths.h"
+#include "survey/survey.h"
 
 #include <catch2/catch.hpp>
 
