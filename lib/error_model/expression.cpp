@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/units.h"
+#include "error_model/graph.h"
 
 namespace surveymc::error_model {
 
@@ -212,22 +213,11 @@ std::optional<double> constant_value(const Expression& e, std::size_t i) {
     if (!value) return {};
     x.push_back(*value);
   }
-  switch (n.operation) {
-    case Operation::number:
-      return n.number;
-    case Operation::negate:
-      return -x[0];
-    case Operation::add:
-      return x[0] + x[1];
-    case Operation::subtract:
-      return x[0] - x[1];
-    case Operation::multiply:
-      return x[0] * x[1];
-    case Operation::divide:
-      return x[0] / x[1];
-    default:
-      return {};
-  }
+  if (n.operation == Operation::number) return n.number;
+  constexpr std::array kArithmetic{Operation::negate, Operation::add, Operation::subtract, Operation::multiply,
+                                   Operation::divide};
+  if (std::find(kArithmetic.begin(), kArithmetic.end(), n.operation) == kArithmetic.end()) return {};
+  return computed(n.operation, x.front(), x.back());
 }
 
 class DimensionCheck {

@@ -132,11 +132,6 @@ std::vector<std::size_t> Graph::chain_of(std::size_t whole) const {
 
 // ---------------------------------------------------------------------------------------------------------- evaluation
 
-namespace {
-
-double sign_of(double x) { return x < 0 ? -1 : 1; }
-
-/// One operation on numbers; of one argument, b is not looked at.
 double computed(Operation operation, double a, double b) {
   switch (operation) {
     case Operation::negate:
@@ -162,7 +157,7 @@ double computed(Operation operation, double a, double b) {
     case Operation::square_root:
       return std::sqrt(a);
     case Operation::sign:
-      return sign_of(a);
+      return a < 0 ? -1 : 1;
     case Operation::maximum:
       return a < b || b != b ? b : a;  // one that is not a number stays
     case Operation::minimum:
@@ -171,6 +166,8 @@ double computed(Operation operation, double a, double b) {
       return a;
   }
 }
+
+namespace {
 
 template <Operation operation>
 void compute_block(std::size_t count, const double* __restrict a, const double* __restrict b, double* __restrict out) {
@@ -184,22 +181,10 @@ constexpr auto kComputeBlock = []<std::size_t... i>(std::index_sequence<i...>) {
 (std::make_index_sequence<static_cast<std::size_t>(Operation::minimum) + 1>());
 
 double constant_of(Variable v, const Surroundings& s) {
-  switch (v) {
-    case Variable::dip:
-      return s.dip;
-    case Variable::total_field:
-      return s.total_field;
-    case Variable::gravity:
-      return s.gravity;
-    case Variable::latitude:
-      return s.latitude;
-    case Variable::earth_rate:
-      return kEarthRate;
-    case Variable::min_course_length:
-      return s.min_course_length;
-    default:
-      return s.tortuosity;
-  }
+  // In the order of the variables, behind those of the station.
+  const std::array constants{s.dip,      s.total_field,       s.gravity,   s.latitude,
+                             kEarthRate, s.min_course_length, s.tortuosity};
+  return constants[index_of(v) - kStationVariables];
 }
 
 }  // namespace

@@ -14,6 +14,9 @@
 
 namespace surveymc::error_model {
 
+/// One operation on numbers; of one argument, b is not looked at.
+double computed(Operation operation, double a, double b);
+
 /// What no station changes.
 struct Surroundings {
   double dip = 0;          ///< rad, positive down

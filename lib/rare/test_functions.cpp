@@ -170,16 +170,6 @@ double exact_probability(const TestProblem& given) {
   return 2 * upper(3.5) + 2 * integral([](double c) { return density(c) * 2 * upper(3 + 0.2 * c * c); }, 0, 3.5);
 }
 
-double published_probability(const TestProblem& p) {
-  if (p.name == "rp77") return 2.87e-7;
-  if (p.name == "rp107") return 2.92e-7;
-  if (p.name == "rp111") return 7.65e-7;
-  if (p.name == "rp110") return 3.19e-5;
-  if (p.name == "rp25") return 4.148566e-5;
-  if (p.name == "four_branch") return 2.222795e-3;
-  return kNaN;
-}
-
 std::vector<HalfSpace> half_spaces_of(const TestProblem& p) {
   std::vector<HalfSpace> all;
   if (p.name == "linear")

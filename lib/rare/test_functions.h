@@ -45,9 +45,6 @@ std::unique_ptr<LimitState> test_limit_state(const TestProblem& problem);
 /// P(g <= 0), by closed forms and by Gauss-Kronrod quadrature in one variable, right to nine digits.
 double exact_probability(const TestProblem& problem);
 
-/// The published reference value of otbenchmark and of the challenge; NaN: none. Three of them are off.
-double published_probability(const TestProblem& problem);
-
 /// "linear" and "union" as a union of half spaces; empty for others.
 std::vector<HalfSpace> half_spaces_of(const TestProblem& problem);
 

@@ -20,8 +20,7 @@ namespace surveymc::reliability {
 /// Position of an observation in `y`.
 enum class Observation : std::size_t { gx, gy, gz, bx, by, bz, gravity, total_field, dip };
 inline constexpr std::size_t kObservations = 9;
-inline constexpr std::size_t kReadings = 6;     ///< sensor readings of a station; the others are references
-inline constexpr std::size_t kMisclosures = 3;  ///< conditions that y has to meet (conditions.h)
+inline constexpr std::size_t kReadings = 6;  ///< sensor readings of a station; the others are references
 
 constexpr std::size_t index_of(Observation o) { return static_cast<std::size_t>(o); }
 /// The axial magnetometer in matrices by readings, which axial correction leaves out.

@@ -74,16 +74,8 @@ std::pair<double, double> sincos_degrees(double degrees) {
   int quarters = 0;
   const double rest = std::remquo(degrees, 90.0, &quarters) * kDegree;  // remquo is exact
   const double s = std::sin(rest), c = std::cos(rest);
-  switch (quarters & 3) {
-    case 0:
-      return {s, c};
-    case 1:
-      return {c, -s};
-    case 2:
-      return {-s, -c};
-    default:
-      return {-c, s};
-  }
+  const std::array<std::pair<double, double>, 4> by_quarters{{{s, c}, {c, -s}, {-s, -c}, {-c, s}}};
+  return by_quarters[static_cast<std::size_t>(quarters & 3)];
 }
 
 ReliabilityMaps::ReliabilityMaps(const AdjustmentModel& model, ReliabilityGrid grid, double lambda0)

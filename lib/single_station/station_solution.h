@@ -55,7 +55,6 @@ void check_sigmas(const StationSigmas& sigmas, StationMethod method);
 /// Rows of a covariance. `turn` is azimuth + toolface below the horizontal and azimuth - toolface above it: this angle
 /// stays defined in a vertical hole, where azimuth and toolface are not.
 enum class StationQuantity { inclination, toolface, azimuth, turn, gravity, horizontal, vertical, axial };
-inline constexpr std::size_t kStationQuantities = 8;
 using StationCovariance = Eigen::Matrix<double, 8, 8>;
 
 struct StationSolution {
