@@ -110,12 +110,8 @@ VectorXd w_statistics(const ParityModel& m) {
 }
 
 VectorXd estimated_errors(const ParityModel& m) {
-  VectorXd e = stats::transpose_times(m.columns, m.whitened);
-  for (Index i = 0; i < e.size(); ++i) {
-    const double square = m.columns.col(i).squaredNorm();
-    e[i] = square > 0 ? e[i] / square : kNaN;
-  }
-  return e;
+  const VectorXd along = stats::transpose_times(m.columns, m.whitened), squares = m.columns.colwise().squaredNorm();
+  return (squares.array() > 0).select(along.cwiseQuotient(squares), kNaN);
 }
 
 MatrixXd test_correlations(const ParityModel& m) {
