@@ -23,7 +23,7 @@ struct WellDesign {
   double spacing = 30;    ///< m
   double build_rate = 0;  ///< rad/m, of a building well
   ToolfaceSequence toolface = ToolfaceSequence::even;
-  random::StudySeed seed;  ///< of random toolfaces
+  random::StudySeed seed = {};  ///< of random toolfaces
 };
 
 /// The last station has this inclination and azimuth (rad, true north). A building well has inclination

@@ -24,9 +24,9 @@ namespace surveymc::checkpoint {
 /// Blocks of one sweep point.
 struct PartPiece {
   std::uint64_t point = 0;
-  montecarlo::BlockRange blocks;    ///< first .. end - 1
-  std::uint64_t blocks_in_all = 0;  ///< of the point, at most; 0: a point without trials
-  bool whole = false;               ///< all of the point, even if a stopping rule ended it before blocks_in_all
+  montecarlo::BlockRange blocks = {};  ///< first .. end - 1
+  std::uint64_t blocks_in_all = 0;     ///< of the point, at most; 0: a point without trials
+  bool whole = false;                  ///< all of the point, even if a stopping rule ended it before blocks_in_all
   std::vector<montecarlo::Subtree> subtrees = {};
   std::string result = {};   ///< of a point without trials: its tables and maps (study/point_result_bytes.h)
   std::string failure = {};  ///< why the point cannot be run; "" if it can

@@ -39,7 +39,7 @@ struct SampleStation {
   double noise_reduction = 1;
   double running_speed = 1;  ///< m/s
   /// rad, of the station before; without them it has the same.
-  std::optional<double> inclination_before, azimuth_before;
+  std::optional<double> inclination_before = {}, azimuth_before = {};
 };
 void set_station(Evaluation& evaluation, std::size_t i, const SampleStation& s);
 

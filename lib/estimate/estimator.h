@@ -49,14 +49,14 @@ struct EstimatorOptions {
   std::string solver = "gauss_newton";
   int max_iterations = 200;
   double step_tolerance = 1e-9;  ///< see NewtonOptions
-  InputErrors assumed;           ///< not used by msa
+  InputErrors assumed = {};      ///< not used by msa
   /// Which of gain x, y, z and bias x, y, z are unknowns. The others are taken as 1 and 0, whatever their true values;
   /// their errors go into the estimates. For wls all six are unknowns.
   std::array<bool, 6> estimated{true, true, true, true, true, true};
   /// Where msa_weighted, msa_joint and wls_consider take the derivative by a gain (field_fit.h): "measured", at the
   /// reading, which gives the minimum; or "fitted", at the fitted field, which avoids the shift of gains by noise. "":
   /// the default of the table of estimators.
-  std::string derivative;
+  std::string derivative = {};
 
   /// True if none of the six is left out.
   bool estimates_all() const { return std::find(estimated.begin(), estimated.end(), false) == estimated.end(); }

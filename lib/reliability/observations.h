@@ -62,7 +62,7 @@ struct SigmaModel {
 /// unknowns common to all stations.
 struct AdjustmentModel {
   AdjustmentMode mode = AdjustmentMode::sse;
-  SigmaModel sigma;
+  SigmaModel sigma = {};
   survey::ReferenceField field{9.82, 51000, 75 * kDegree, 0, 0};  ///< those of Table 1 and section 5.3
   int stations = 30;                                              ///< mse_shared: all of them
   bool systematic_terms = false;                                  ///< mse_shared only

@@ -9,20 +9,20 @@
 namespace surveymc::stats {
 
 struct Tally {
-  std::uint64_t trials = 0;     ///< all that were run
-  std::uint64_t failed = 0;     ///< of them, those whose estimate did not converge: not in the moments
-  std::uint64_t left_out = 0;   ///< converged, but the other trial of the antithetic pair failed: not in the moments
-  Moments moments;              ///< of the study's quantities
-  std::vector<Moments> groups;  ///< of groups of quantities, without covariances between the groups
+  std::uint64_t trials = 0;    ///< all that were run
+  std::uint64_t failed = 0;    ///< of them, those whose estimate did not converge: not in the moments
+  std::uint64_t left_out = 0;  ///< converged, but the other trial of the antithetic pair failed: not in the moments
+  Moments moments = {};        ///< of the study's quantities
+  std::vector<Moments> groups = {};  ///< of groups of quantities, without covariances between the groups
   /// Moments of quantities with their control variates (control_variate.h), then of the controls of the trials that are
   /// not in `moments`; a block without such trials may omit the latter.
-  std::vector<Moments> controlled;
-  Moments pairs;                             ///< of antithetic pairs (antithetic.h), beside `moments` of their trials
-  std::vector<Moments> controlled_pairs;     ///< the same for `controlled`
-  std::vector<std::uint64_t> counts;         ///< of the study's events
-  std::vector<std::uint64_t> failed_trials;  ///< numbers of the first kMaxListed failed trials, for replay
-  std::vector<double> samples;               ///< first realisations, row by row, as many as the study asked for
-  std::vector<WeightedHits> weighted;        ///< of the study's events, where trials have weights
+  std::vector<Moments> controlled = {};
+  Moments pairs = {};                          ///< of antithetic pairs (antithetic.h), beside `moments` of their trials
+  std::vector<Moments> controlled_pairs = {};  ///< the same for `controlled`
+  std::vector<std::uint64_t> counts = {};      ///< of the study's events
+  std::vector<std::uint64_t> failed_trials = {};  ///< numbers of the first kMaxListed failed trials, for replay
+  std::vector<double> samples = {};               ///< first realisations, row by row, as many as the study asked for
+  std::vector<WeightedHits> weighted = {};        ///< of the study's events, where trials have weights
   /// Which proposal gave the weights: a hash of it; 0: none. Weights of two proposals do not add up.
   std::uint64_t proposal = 0;
 

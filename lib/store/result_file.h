@@ -12,11 +12,11 @@ namespace surveymc::store {
 /// The identity of a result and the data that repeat it. Written as root attributes; all of it but `command`,
 /// `surveymc_version`, `git_revision` and `compiler` enters the content hash.
 struct Provenance {
-  std::string title, experiment;
-  std::string config;       ///< resolved TOML, whole
-  std::string config_hash;  ///< see config/config.h
+  std::string title = {}, experiment = {};
+  std::string config = {};       ///< resolved TOML, whole
+  std::string config_hash = {};  ///< see config/config.h
   std::uint64_t seed = 0, trials = 0;
-  std::string surveymc_version, git_revision, compiler, command;
+  std::string surveymc_version = {}, git_revision = {}, compiler = {}, command = {};
 };
 
 /// How this run went. Written to the group /run, outside of the content hash.
@@ -35,13 +35,13 @@ struct InputData {
 };
 
 struct Result {
-  Provenance provenance;
-  RunInfo run;
-  std::vector<Table> tables;            ///< `/tables/<name>`
-  std::vector<Table> samples;           ///< `/samples/<name>`
-  std::vector<Map> maps;                ///< `/maps/<name>`
+  Provenance provenance = {};
+  RunInfo run = {};
+  std::vector<Table> tables = {};       ///< `/tables/<name>`
+  std::vector<Table> samples = {};      ///< `/samples/<name>`
+  std::vector<Map> maps = {};           ///< `/maps/<name>`
   std::vector<MapStream> streams = {};  ///< `/maps/<name>` as well, behind `maps`
-  std::vector<InputData> inputs;
+  std::vector<InputData> inputs = {};
   Table cost = {};  ///< `/run/cost`, outside of the content hash: processor time is no part of a result; may be absent
 };
 

@@ -15,15 +15,15 @@ namespace surveymc::study {
 
 /// One row. `ratio` is analytic / monte_carlo, `published_ratio` published / monte_carlo. NaN: not there.
 struct ComparisonRow {
-  std::string formulation;  ///< which prediction; "" where a table has only one
-  std::string quantity, unit;
+  std::string formulation = {};  ///< which prediction; "" where a table has only one
+  std::string quantity = {}, unit = {};
   double monte_carlo = kNaN;
   stats::Interval interval{monte_carlo, monte_carlo};
   double analytic = kNaN;
   double ratio = kNaN;
   stats::Interval ratio_interval{ratio, ratio};
   double published = kNaN;
-  std::string verdict, expected, note;
+  std::string verdict = {}, expected = {}, note = {};
   double margin = kNaN;  ///< margin of the verdict
   /// What the verdict is on: the ratio, or one plus the shift of a mean in sd.
   double judged = kNaN;

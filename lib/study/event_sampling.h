@@ -49,8 +49,8 @@ inline constexpr double kPlainBeta = 2;
 /// One event, ready to be drawn.
 struct PreparedEvent {
   std::string method;  ///< resolved: "plain", "importance", "subset", "union"
-  rare::Prepared prepared;
-  std::optional<rare::UnionTrials> of_union;
+  rare::Prepared prepared = {};
+  std::optional<rare::UnionTrials> of_union = {};
 };
 
 /// Resolves "auto", and prepares the proposal where one is needed: `prepare` is called for "auto" and "importance".

@@ -116,8 +116,7 @@ TEST_CASE("A small error of an estimate has the probability of first-order theor
 }
 
 TEST_CASE("Events of gross errors are those of the tests, trial by trial", "[events]") {
-  reliability::AdjustmentModel model;
-  model.field = {9.82, 51000, 75 * kDegree, 0, 0};
+  const reliability::AdjustmentModel model{.field = {9.82, 51000, 75 * kDegree}};
   const std::vector<survey::Attitude> at{{70 * kDegree, 100 * kDegree, 120 * kDegree}};
   const random::Stream stream(5, 20);
   const reliability::GrossErrorTrials trials(model, at, {{3, 400}}, stream);
@@ -166,8 +165,7 @@ TEST_CASE("Events of gross errors are those of the tests, trial by trial", "[eve
 
 TEST_CASE("The union of false alarms has the rate of linear theory", "[events]") {
   // At .001 per tail linear_rates is good enough to be held against, to 2e-4 of 1; at 1e-9 the bounds are near.
-  reliability::AdjustmentModel model;
-  model.field = {9.82, 51000, 75 * kDegree, 0, 0};
+  const reliability::AdjustmentModel model{.field = {9.82, 51000, 75 * kDegree}};
   const reliability::GrossErrorTrials trials(model, {{30 * kDegree, 60 * kDegree, 45 * kDegree}}, {},
                                              random::Stream(5, 20));
   for (const double alpha : {1e-2, 1e-9}) {

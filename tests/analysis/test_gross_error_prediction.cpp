@@ -9,8 +9,7 @@ namespace {
 
 /// One station far from the singular attitudes; an error of `size` sensitivities in bx.
 reliability::GrossErrorTrials trials(double size) {
-  reliability::AdjustmentModel model;
-  model.field.dip = 72 * kDegree;
+  const reliability::AdjustmentModel model{.field = {9.82, 51000, 72 * kDegree}};
   const std::vector<survey::Attitude> attitudes{{50 * kDegree, 40 * kDegree, 110 * kDegree}};
   const auto bx = static_cast<Eigen::Index>(reliability::index_of(reliability::Observation::bx));
   const double unit = 1 / reliability::sensitivities(reliability::linear_model(model, attitudes))[bx];
@@ -54,9 +53,7 @@ TEST_CASE("What one error is identified as is predicted only where noise does no
         Case{sse, 0.02, 30, 40, gz, false, false, true},     // |rho| 1 - 2e-9: noise ties them now and then
         Case{sse, 1, 30, 40, gz, true, false, false},        // 1 - 6e-6: far beyond the noise
         Case{sse, 30, 0, 90, bz, true, false, true}}) {      // bz and by, until the error turns the tool
-    reliability::AdjustmentModel model;
-    model.mode = c.mode;
-    model.field.dip = 75 * kDegree;
+    const reliability::AdjustmentModel model{.mode = c.mode, .field = {9.82, 51000, 75 * kDegree}};
     const std::vector<survey::Attitude> attitudes{{c.inclination * kDegree, c.azimuth * kDegree, c.toolface * kDegree}};
     const auto number = static_cast<Eigen::Index>(reliability::index_of(c.in_error));
     const reliability::TestLevels levels;

@@ -24,11 +24,8 @@ namespace {
 const survey::ReferenceField kField{9.80665, 51000, 72 * kDegree, 0, 0};
 
 survey::Survey well(WellKind kind, double inclination_deg, double azimuth_deg, int stations = 20) {
-  WellDesign w;
-  w.kind = kind;
-  w.stations = stations;
-  w.build_rate = 3 * kDegree / 30;
-  return make_well(w, inclination_deg * kDegree, azimuth_deg * kDegree);
+  return make_well({.kind = kind, .stations = stations, .build_rate = 3 * kDegree / 30}, inclination_deg * kDegree,
+                   azimuth_deg * kDegree);
 }
 
 /// ISCWSA a-priori errors of the magnetometers, noise of 30 nT, a reference of a global model's quality.
@@ -49,9 +46,7 @@ Eigen::RowVector3d lateral_of(const survey::Survey& s) {
 
 estimate::EstimatorOptions estimator(const std::string& name, std::array<bool, 6> estimated,
                                      const estimate::InputErrors& assumed) {
-  estimate::EstimatorOptions o = test::options_of(name, assumed);
-  o.estimated = estimated;
-  return o;
+  return {.name = name, .assumed = assumed, .estimated = estimated};
 }
 
 constexpr std::array<bool, 6> kAll{true, true, true, true, true, true}, kNone{},
@@ -252,11 +247,7 @@ TEST_CASE("Azimuth and lateral before and after agree with brute force, whatever
 }
 
 TEST_CASE("Wells end in the direction asked for") {
-  WellDesign w;
-  w.kind = WellKind::building;
-  w.stations = 5;
-  w.spacing = 10;
-  w.build_rate = 1 * kDegree;
+  WellDesign w{.kind = WellKind::building, .stations = 5, .spacing = 10, .build_rate = 1 * kDegree};
   const survey::Survey s = make_well(w, 25 * kDegree, 100 * kDegree);
   REQUIRE(s.size() == 5);
   CHECK(survey::find_defect(s).rule.empty());
@@ -272,8 +263,7 @@ TEST_CASE("Wells end in the direction asked for") {
 }
 
 TEST_CASE("Toolfaces are spread evenly, drawn, or constant") {
-  WellDesign w;
-  w.stations = 200;
+  WellDesign w{.stations = 200};
   const auto toolfaces = [&w] {
     std::vector<double> t;
     for (const survey::Station& s : make_well(w, 1, 1).stations) t.push_back(s.toolface);

@@ -60,11 +60,7 @@ TEST_CASE("Thesis table 7: wls gives every printed digit of tests 2 and 3, and o
   for (const Printed& p : table) {
     test::ThesisCase c = test::thesis_case(p.number);
     if (p.number == 3) c.errors.gain = {1.10, 0.95, 1.25};  // as printed, in this table only
-    estimate::EstimatorOptions o;
-    o.name = "wls";
-    o.assumed.magnetometer = 70;
-    o.assumed.gain = 0.0016;
-    o.assumed.bias = 70;
+    const auto o = test::options_of("wls", {.magnetometer = 70, .gain = 0.0016, .bias = 70});
     const std::array<double, 6> x = noise_free(c, o);
     sensor::NoiseModel quiet;
     const MsaPrediction prediction = predict_msa(c.survey, c.field, c.errors, {}, quiet, test::clean_readings(c), o);

@@ -132,12 +132,9 @@ const bool scaling_registered = on_both("station_scaling", station_scaling, {25,
 /// The other estimators, by the best instruction set there is; the noise is what they assume. Items: trials.
 void estimate_by(benchmark::State& state, const char* name) {
   Setup s;
-  estimate::EstimatorOptions options;
-  options.name = name;
-  options.assumed.magnetometer = s.noise.magnetometer;
-  options.assumed.total = 107;
-  options.assumed.dip = 0.16 * kDegree;
-  const auto estimator = estimate::make_estimator(options, s.field, sensor::station_fields(s.clean));
+  const estimate::InputErrors assumed{.magnetometer = s.noise.magnetometer, .total = 107, .dip = 0.16 * kDegree};
+  const auto estimator =
+      estimate::make_estimator({.name = name, .assumed = assumed}, s.field, sensor::station_fields(s.clean));
   time_calls(state, s.trials, [&] { estimator->solve(s.readings, s.estimates); });
 }
 BENCHMARK_CAPTURE(estimate_by, msa, "msa");
@@ -149,9 +146,7 @@ BENCHMARK_CAPTURE(estimate_by, wls_consider, "wls_consider");
 /// Items: trials. Ends at 1e-9 or better: NLopt's tolerances are fixed in field_fit_nlopt.cpp.
 void estimate_nlopt(benchmark::State& state, const char* solver) {
   Setup s;
-  estimate::EstimatorOptions options;
-  options.solver = solver;
-  const auto estimator = estimate::make_estimator(options, s.field);
+  const auto estimator = estimate::make_estimator({.solver = solver}, s.field);
   time_calls(state, s.trials, [&] { estimator->solve(s.readings, s.estimates); });
 }
 BENCHMARK_CAPTURE(estimate_nlopt, lbfgs, "nlopt_lbfgs");

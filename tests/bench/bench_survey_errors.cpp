@@ -37,12 +37,9 @@ void formulas(benchmark::State& state, const char* name) {
   const config::SharedModel model = shipped(name);
   const error_model::ModelGraph g = error_model::model_graph(model->terms);
   error_model::Evaluation e(g.graph, error_model::surroundings_of(model->parameters, 72 * kDegree, 50000, 9.8, 1));
-  for (std::size_t i = 0; i < error_model::Evaluation::kBlock; ++i) {
-    error_model::SampleStation s;
-    s.inclination = 0.005 * static_cast<double>(i + 1);
-    s.azimuth = 1 + 0.01 * static_cast<double>(i);
-    error_model::set_station(e, i, s);
-  }
+  for (std::size_t i = 0; i < error_model::Evaluation::kBlock; ++i)
+    error_model::set_station(
+        e, i, {.inclination = 0.005 * static_cast<double>(i + 1), .azimuth = 1 + 0.01 * static_cast<double>(i)});
   constexpr int kStations = 10000;
   time_calls(state, kStations, [&] {
     for (int done = 0; done < kStations; done += static_cast<int>(error_model::Evaluation::kBlock)) {

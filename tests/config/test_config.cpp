@@ -982,14 +982,9 @@ TEST_CASE("csv(): a config beside the working folder is named as given") {
 }
 
 TEST_CASE("csv(): a stored config has its files with it") {
-  InputTable t;
-  t.path = "traj.csv";
-  t.names = {"x"};
-  t.columns = {{1, 2}};
-  t.lines = {2, 3};
-  auto config = config_of("a = 'traj.csv'\nb = 'other.csv'\n", {t});
+  auto config = config_of("a = 'traj.csv'\nb = 'other.csv'\n", {{"traj.csv", {"x"}, {{1, 2}}, {2, 3}}});
   CHECK(config.inputs().empty());
-  CHECK(config.reader(0).csv("a").columns == t.columns);
+  CHECK(config.reader(0).csv("a").columns == std::vector<std::vector<double>>{{1, 2}});
   CHECK(config.inputs().size() == 1);
   CHECK(message_of([&] { config.reader(0).csv("b"); }) ==
         "t.toml:4: b = \"other.csv\": is not among the files stored with this config");

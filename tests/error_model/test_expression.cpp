@@ -235,13 +235,7 @@ TEST_CASE("Random formulas have the values that muParser gives them") {
     Graph graph;
     const std::size_t node = graph.add(parse_expression(text));
     Evaluation e(graph, {dip, field, gravity, latitude, 10, 0});
-    SampleStation s;
-    s.md = md;
-    s.tvd = tvd;
-    s.inclination = inc;
-    s.azimuth = azt;
-    s.declination = declination;
-    set_station(e, 0, s);
+    set_station(e, 0, {.inclination = inc, .azimuth = azt, .declination = declination, .md = md, .tvd = tvd});
     e.run(1);
     const double ours = e.output(node)[0];
     if (!std::isfinite(theirs) || std::abs(theirs) > 1e12) continue;  // next to a pole, rounding decides

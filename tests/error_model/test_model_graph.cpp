@@ -40,9 +40,7 @@ TEST_CASE("A block gives what its stations give alone, and constants are there f
   Graph graph;
   const std::size_t sum = graph.add(parse_expression("Max(Inc, 0.3) * Tan(Dip) + Cos(Inc / 2)"));
   const std::size_t constant = graph.add(parse_expression("Tan(Dip) * 2"));
-  Surroundings s;
-  s.dip = 1.2;
-  Evaluation block(graph, s);
+  Evaluation block(graph, {.dip = 1.2});
   for (std::size_t i = 0; i < Evaluation::kBlock; ++i)
     block.input(Variable::inclination)[i] = 0.01 * static_cast<double>(i);
   block.run(Evaluation::kBlock);
@@ -82,10 +80,7 @@ TEST_CASE("Terms that name the same function share it; sinI goes to the azimuth'
   CHECK(g.functions.size() == 2);
   CHECK(g.function_of_term == std::vector<std::size_t>{0, 1, 0});
   Evaluation e(g.graph, {0, 50000, 9.8, 0, 10, 0});
-  SampleStation station;
-  station.inclination = 0.5;
-  station.azimuth = 1;
-  set_station(e, 0, station);
+  set_station(e, 0, {.inclination = 0.5, .azimuth = 1});
   e.run(1);
   CHECK(e.output(*g.functions[0].lateral)[0] == std::sin(0.5));
   CHECK(e.output(*g.functions[1].lateral)[0] == std::sin(0.5) * (1 / 50000.0));

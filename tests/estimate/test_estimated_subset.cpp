@@ -21,10 +21,10 @@ const std::vector<Subset> kSubsets{{false, false, false, true, true, true},
                                    {true, false, true, false, true, false}};
 
 EstimatorOptions options(const std::string& name, const Subset& estimated, const std::string& solver = "gauss_newton") {
-  EstimatorOptions o = test::options_of(name, {70, 1e-4, 107, .16 * kDegree, false, .0016, 70, 220});
-  o.solver = solver;
-  o.estimated = estimated;
-  return o;
+  return {.name = name,
+          .solver = solver,
+          .assumed = {70, 1e-4, 107, .16 * kDegree, false, .0016, 70, 220},
+          .estimated = estimated};
 }
 
 test::ThesisCase perfect_tool() {

@@ -38,10 +38,7 @@ std::ostream& operator<<(std::ostream& out, const Way& w) {
 InputErrors thesis_errors(double scale) { return {70 * scale, 0, 107 * scale, 0.16 * kDegree * scale, false, 0, 0}; }
 
 EstimatorOptions options(const Way& way, double scale = 1) {
-  EstimatorOptions o = test::options_of(way.name, thesis_errors(scale));
-  o.solver = way.solver;
-  o.derivative = way.derivative;
-  return o;
+  return {.name = way.name, .solver = way.solver, .assumed = thesis_errors(scale), .derivative = way.derivative};
 }
 std::unique_ptr<Estimator> estimator(const Way& way, const test::ThesisCase& c) {
   return make_estimator(options(way), c.field, test::station_fields(c));
@@ -323,12 +320,10 @@ TEST_CASE("Sensitivity of the estimate agrees with differences through the solve
   CAPTURE(way);
   const Sensitivity s = sensitivity(options(way), nominal(c));
   const auto solve = [&](auto change) {
-    survey::ReadingBlock block = sensor::make_reading_block(1, c.survey.size(), [] {
-      sensor::NoiseModel n;
-      n.accelerometer = 1e-30;  // a down direction of its own for every trial
-      n.reference = sensor::ReferenceNoise::per_station;
-      return n;
-    }());
+    survey::ReadingBlock block =
+        sensor::make_reading_block(1, c.survey.size(),
+                                   {.accelerometer = 1e-30,  // a down direction of its own for every trial
+                                    .reference = sensor::ReferenceNoise::per_station});
     sensor::simulate_readings(test::clean_readings(c), c.field, {}, random::Stream(1, 1), 0, block);
     for (int k = 0; k < c.survey.size(); ++k) {
       block.reference.fill(0, 2 * k, c.field.total * std::cos(c.field.dip));
@@ -411,9 +406,8 @@ TEST_CASE(
   sensor::simulate_readings(clean, field, noise, random::Stream(5, 1), 0, block);
   survey::LaneArray deviation(survey::groups_for(trials), 6);
   sensor::spread_tools(clean, spread, false, random::Stream(5, 1), 0, block, deviation);
-  EstimatorOptions o;
-  o.name = "msa_joint";
-  o.assumed = {sd, 0, noise.reference_total, noise.reference_dip, false, spread.gain, spread.bias};
+  EstimatorOptions o = test::options_of(
+      "msa_joint", {sd, 0, noise.reference_total, noise.reference_dip, false, spread.gain, spread.bias});
   const Matrix8d claimed =
       error_covariance(sensitivity(o, {sensor::station_fields(clean), {1, 1, 1}, {0, 0, 0}, field}),
                        sensor::station_fields(clean), o.assumed);
@@ -488,11 +482,7 @@ TEST_CASE("Every estimator of the table stands in the documents") {
 TEST_CASE("Unknown estimators, solvers and bad options are errors") {
   const survey::ReferenceField field{9.8, 50000, 1, 0, 0};
   const auto make = [&](const std::string& name, const std::string& solver, int iterations, double tolerance) {
-    EstimatorOptions o = test::options_of(name, thesis_errors(1));
-    o.solver = solver;
-    o.max_iterations = iterations;
-    o.step_tolerance = tolerance;
-    return make_estimator(o, field, {});
+    return make_estimator({name, solver, iterations, tolerance, thesis_errors(1)}, field, {});
   };
   CHECK_THROWS_AS(make("mas", "gauss_newton", 50, 1e-9), InputError);
   CHECK_THROWS_AS(make("msa", "newton", 50, 1e-9), InputError);
@@ -501,7 +491,5 @@ TEST_CASE("Unknown estimators, solvers and bad options are errors") {
   CHECK_NOTHROW(make("msa", "nlopt_bobyqa", 50, 1e-9));
   CHECK_THROWS_WITH(make("wls", "gauss_newton", 50, 1e-9), Catch::Contains("true field at every station"));
   CHECK_THROWS_WITH(make("wls", "nlopt_lbfgs", 50, 1e-9), Catch::Contains("closed form"));
-  EstimatorOptions weightless;
-  weightless.name = "msa_joint";
-  CHECK_THROWS_WITH(make_estimator(weightless, field), Catch::Contains("estimator.magnetometer_nT = 0"));
+  CHECK_THROWS_WITH(make_estimator({"msa_joint"}, field), Catch::Contains("estimator.magnetometer_nT = 0"));
 }

@@ -68,8 +68,7 @@ TEST_CASE("From the expansion point and from unit gains: the same minimum in eve
           "[msa_chord][long]") {
   // The long way's last steps may be chord steps too, each a tenth of the one before: both ends are within a ninth of
   // the tolerance. Biases in units of the total field.
-  EstimatorOptions options;
-  options.max_iterations = 400;
+  const EstimatorOptions options{.max_iterations = 400};
   for (int number = 1; number <= 4; ++number)
     for (const sensor::NoiseModel& n : test::kinds_of_msa_noise()) {
       const Trials trials(number, 4000, n);

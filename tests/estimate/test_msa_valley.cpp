@@ -133,8 +133,7 @@ TEST_CASE("The quartic is the expected cost, minimised over the strong unknowns"
 
 TEST_CASE("From the valley and from unit gains: the same minimum in every trial of every test", "[msa_valley][long]") {
   // A last step is at most the tolerance and half of the one before: both ends are within the tolerance.
-  EstimatorOptions options;
-  options.max_iterations = 400;
+  const EstimatorOptions options{.max_iterations = 400};
   for (int number = 1; number <= 4; ++number)
     for (const sensor::NoiseModel& n : test::kinds_of_msa_noise()) {
       const NoisyTrials trials(number, number < 3 ? 4000 : 1000, n);

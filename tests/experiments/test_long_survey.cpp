@@ -52,8 +52,7 @@ TEST_CASE("A long survey says how many stations are done, and stops between them
   std::vector<std::uint64_t> done;
   std::atomic<bool> stop = false;
   std::uint64_t stop_at = kStations + 1;
-  montecarlo::RunOptions options;
-  options.stop = &stop;
+  montecarlo::RunOptions options{.stop = &stop};
   options.progress = [&](std::uint64_t now, std::uint64_t all) {
     CHECK(all == kStations);
     done.push_back(now);

@@ -9,9 +9,7 @@ using namespace surveymc;
 
 int main(int argc, char** argv) {
   if (argc != 2) return 64;
-  store::Result r;
-  r.provenance.title = "streamed maps";
-  r.provenance.experiment = "none";
+  store::Result r{.provenance = {.title = "streamed maps", .experiment = "none"}};
   std::vector<double> across(1000), along(300);
   for (std::size_t i = 0; i < across.size(); ++i) across[i] = static_cast<double>(i);
   for (std::size_t i = 0; i < along.size(); ++i) along[i] = static_cast<double>(i) / 2;

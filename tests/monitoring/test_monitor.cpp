@@ -335,8 +335,7 @@ TEST_CASE("A monitor that is given its predictions makes the same signal", "[mon
   for (Eigen::Index i = 0; i < memory.size(); ++i) memory.data()[i] = normal(g);
   for (Eigen::Index i = 0; i < readings.size(); ++i) readings.data()[i] = 2 * normal(g);
   const Aakr model(memory, .4);
-  DriftFilterOptions options;
-  options.gate = 6;  // some rows are skipped
+  const DriftFilterOptions options{.gate = 6};  // some rows are skipped
   for (const Architecture a : {Architecture::aakr_sprt, Architecture::aakr_kf_sprt}) {
     const MonitorTrace own = run_monitor(a, model, options, readings);
     MonitorStream told(a, model, options, false), unasked(a, model, options, false);

@@ -65,10 +65,7 @@ stats::Tally kernel(TrialBlock block) {
   for (int i = 0; i < block.count; ++i)
     for (std::uint32_t j = 0; j < 2; ++j)
       x(i, j) = stream.normal(block.first + static_cast<std::uint64_t>(i), random::Channel::magnetometer_noise, j);
-  stats::Tally t;
-  t.trials = static_cast<std::uint64_t>(block.count);
-  t.moments = stats::Moments::of(x);
-  return t;
+  return {.trials = static_cast<std::uint64_t>(block.count), .moments = stats::Moments::of(x)};
 }
 
 /// Rank 0 does `lead`, the others serve; returns their exit codes.

@@ -263,8 +263,7 @@ Parts parts_of(const std::shared_ptr<const error_model::Function>& function, dou
                const survey::ReferenceField& field) {
   error_model::Model model;
   model.terms = {{"X", function, 1, "", 1, error_model::PropagationMode::well}};
-  survey::Survey s;
-  s.stations = {{0, inclination, azimuth, 0}, {4, inclination, azimuth, 0}};
+  const survey::Survey s{{{0, inclination, azimuth, 0}, {4, inclination, azimuth, 0}}};
   const error_model::ModelGraph graph = error_model::model_graph(model.terms);
   const std::vector<double> tvd{0, 4};
   const StationDirections directions(s, field.declination);

@@ -23,9 +23,7 @@ using surveymc::test::survey_of;
 namespace {
 
 /// The shipped model: "rev4" or "rev5.10".
-SharedModel shipped(const std::string& revision) {
-  return load_shipped_model(*find_shipped_model("iscwsa_mwd_" + revision));
-}
+SharedModel shipped(const std::string& revision) { return test::shipped("iscwsa_mwd_" + revision); }
 
 /// Inclinations beyond 90 deg, azimuths through north both ways, legs from 4 to 40 m; nowhere vertical.
 Survey winding_well() {
@@ -38,25 +36,23 @@ Survey winding_well() {
   return survey_of(a);
 }
 
-constexpr double kNoLatitude = std::numeric_limits<double>::quiet_NaN();
-
 ToolCovariances covariances(const Survey& s, const std::vector<ToolRun>& legs, const ReferenceField& f,
                             SourceDetail detail = SourceDetail::all) {
-  return tool_covariances(s, true_vertical_depths(s), legs, f, kNoLatitude, detail);
+  return tool_covariances(s, true_vertical_depths(s), legs, f, kNaN, detail);
 }
 
 /// Of a station function at station k.
 error_model::Weights weights_at(const error_model::Function& function, const Survey& survey,
                                 const std::vector<double>& tvd, const ReferenceField& f, std::size_t k) {
   const Station &at = survey.stations[k], &before = survey.stations[k - 1];
-  error_model::SampleStation s;
-  s.inclination = at.inclination;
-  s.azimuth = at.azimuth;
-  s.declination = f.declination;
-  s.md = at.md;
-  s.dmd = at.md - before.md;
-  s.tvd = tvd[k];
-  return error_model::weights_at(function, s, error_model::surroundings_of({}, f.dip, f.total, f.gravity, kNoLatitude));
+  return error_model::weights_at(function,
+                                 {.inclination = at.inclination,
+                                  .azimuth = at.azimuth,
+                                  .declination = f.declination,
+                                  .md = at.md,
+                                  .dmd = at.md - before.md,
+                                  .tvd = tvd[k]},
+                                 error_model::surroundings_of({}, f.dip, f.total, f.gravity, kNaN));
 }
 
 /// Change of all positions for one unit of a source at one station, by moving the measured depth, inclination and
@@ -144,7 +140,7 @@ TEST_CASE("Sources add up to the total, and every one is a covariance") {
 
 TEST_CASE("Published totals of ISCWSA example well 2, in feet") {
   const auto [s, tvd, field, latitude] = test::iscwsa_well(2);
-  const auto result = tool_covariances(s, tvd, {{1, shipped("rev5.10")}}, field, kNoLatitude, SourceDetail::none);
+  const auto result = tool_covariances(s, tvd, {{1, shipped("rev5.10")}}, field, kNaN, SourceDetail::none);
   const auto check = [&](double feet, const Vector3d& diagonal, const Vector3d& off) {
     for (std::size_t k = 0; k < s.stations.size(); ++k) {
       if (std::abs(s.stations[k].md - feet * kFoot) > 1e-9) continue;

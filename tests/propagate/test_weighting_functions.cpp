@@ -31,17 +31,15 @@ struct StationGeometry {
   error_model::Surroundings surroundings;
 };
 StationGeometry geometry_of(const Station& from, const Station& to, const ReferenceField& field) {
-  StationGeometry g;
-  g.station.inclination = to.inclination;
-  g.station.azimuth = to.azimuth;
-  g.station.inclination_before = from.inclination;
-  g.station.azimuth_before = azimuth_before(from, to);
-  g.station.declination = field.declination;
-  g.station.md = to.md;
-  g.station.dmd = to.md - from.md;
-  g.station.tvd = 800;
-  g.surroundings = error_model::surroundings_of({}, field.dip, field.total, field.gravity, 1);
-  return g;
+  return {.station = {.inclination = to.inclination,
+                      .azimuth = to.azimuth,
+                      .declination = field.declination,
+                      .md = to.md,
+                      .dmd = to.md - from.md,
+                      .tvd = 800,
+                      .inclination_before = from.inclination,
+                      .azimuth_before = azimuth_before(from, to)},
+          .surroundings = error_model::surroundings_of({}, field.dip, field.total, field.gravity, 1)};
 }
 /// Two stations `dmd` apart, both at `at`.
 StationGeometry geometry(const Attitude& at, const ReferenceField& field, double md = 1000, double dmd = 30) {

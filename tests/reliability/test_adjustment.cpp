@@ -221,9 +221,8 @@ TEST_CASE("Two errors of a rotational shot: what the strategies find") {
 TEST_CASE("Shots of one station share inclination and azimuth") {
   for (const bool systematic : {false, true})
     for (const double inclination : {0.0, 45.0, 90.0}) {
-      AdjustmentModel m = model_of(AdjustmentMode::mse_shared);
+      AdjustmentModel m = model_of(AdjustmentMode::mse_shared, systematic);
       m.rotational_shot = true;
-      m.systematic_terms = systematic;
       std::vector<survey::Attitude> at;
       for (const double toolface : {185.0, 261.0, 82.0}) at.push_back(degrees(inclination, toolface, 100));
       // (6N + 3)/(N + 5): three shots have a redundancy of 13, and priors change nothing in that

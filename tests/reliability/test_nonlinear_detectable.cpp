@@ -211,8 +211,7 @@ TEST_CASE("In a vertical hole the inclination changes by the tilt, to whichever 
           INFO("mode " << int(mode) << " I " << inclination << " toolface " << toolface << " "
                        << observation_names()[o]);
           CHECK_THAT(linear.inclination, WithinRel(tilt, 1e-3));
-          survey::Survey well;
-          well.stations = {{0, at.inclination, at.azimuth, at.toolface}};
+          const survey::Survey well{{{0, at.inclination, at.azimuth, at.toolface}}};
           CHECK_THAT(reliability_along_well(m, well, small).stations[0][o].inclination,
                      WithinRel(linear.inclination, 1e-9));
           Observations error{};

@@ -119,11 +119,10 @@ TEST_CASE("Nothing is NaN at any attitude, and vertical holes have finite detect
   for (const AdjustmentMode mode : kAllModes)
     for (const bool systematic : {false, true}) {
       AdjustmentModel m = model_of(mode, systematic);
-      ReliabilityGrid g;
-      g.dip_deg = {75, -60, 0};
-      g.inclination_deg = {0, 1e-8, 30, 90, 179, 180};
-      g.toolface_deg = {0, 45, 90, 180, 270, 360};
-      g.magnetic_azimuth_deg = {0, 1e-8, 60, 90, 180, 270, 360};
+      const ReliabilityGrid g{.dip_deg = {75, -60, 0},
+                              .inclination_deg = {0, 1e-8, 30, 90, 179, 180},
+                              .toolface_deg = {0, 45, 90, 180, 270, 360},
+                              .magnetic_azimuth_deg = {0, 1e-8, 60, 90, 180, 270, 360}};
       const ReliabilityMaps maps(m, g, kLambda);
       const std::vector<MapQuantity> all = all_quantities();
       const auto values = maps.values(observed(mode), all, 0, g.points());

@@ -59,10 +59,8 @@ double derivative(const survey::Attitude& at, double step, const Set& set) {
 
 /// sinI w_A of a shipped function.
 double lateral(const char* name, const survey::Attitude& at) {
-  error_model::SampleStation s;
-  s.inclination = at.inclination;
-  s.azimuth = at.azimuth;
-  return error_model::weights_at(*config::shipped_functions().at(name), s,
+  return error_model::weights_at(*config::shipped_functions().at(name),
+                                 {.inclination = at.inclination, .azimuth = at.azimuth},
                                  error_model::surroundings_of({}, kDip, kField, kGravity, 1))
       .lateral;
 }

@@ -180,14 +180,13 @@ TEST_CASE("The interval of a share from pairs holds it, alike or independent as 
 
 TEST_CASE("Tallies of pairs merge") {
   const Sample s = sample(600, 8, true);
-  const auto tally = [&](int first, int count) {
-    Tally t;
-    t.trials = static_cast<std::uint64_t>(count);
-    t.left_out = 3;
-    t.moments = Moments::of(s.y.middleRows(first, count));
-    t.pairs = Moments::of(pair_columns(s.y.middleRows(first, count)));
-    t.controlled_pairs = {Moments::of(pair_means(s.y.middleRows(first, count)))};
-    return t;
+  const auto tally = [&](int first, int count) -> Tally {
+    const Eigen::MatrixXd y = s.y.middleRows(first, count);
+    return {.trials = static_cast<std::uint64_t>(count),
+            .left_out = 3,
+            .moments = Moments::of(y),
+            .pairs = Moments::of(pair_columns(y)),
+            .controlled_pairs = {Moments::of(pair_means(y))}};
   };
   Tally merged;
   merged.merge(tally(0, 400));

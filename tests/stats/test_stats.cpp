@@ -66,13 +66,12 @@ TEST_CASE("Merged moments are those of the whole, however it is cut") {
 
 TEST_CASE("Only tallies of the same quantities can be merged") {
   const auto of = [](Eigen::Index d) { return Moments::of(Eigen::MatrixXd::Ones(4, d)); };
-  Tally a;
-  a.moments = of(3);
-  a.groups = {of(2), of(1)};
-  a.controlled = {of(4)};
-  a.pairs = of(2);
-  a.controlled_pairs = {of(5)};
-  a.counts = {1, 2};
+  const Tally a{.moments = of(3),
+                .groups = {of(2), of(1)},
+                .controlled = {of(4)},
+                .pairs = of(2),
+                .controlled_pairs = {of(5)},
+                .counts = {1, 2}};
   CHECK(can_merge(a, a));
   CHECK(can_merge(a, Tally()));  // a block in which all trials failed
   CHECK(can_merge(Tally(), a));

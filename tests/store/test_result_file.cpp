@@ -100,11 +100,7 @@ Result full_result() {
 }
 
 /// One table with one value.
-Result result_of(double value) {
-  Result r;
-  r.tables = {{"t", "", {{"x", "1", "", Numbers{value}}}}};
-  return r;
-}
+Result result_of(double value) { return {.tables = {{"t", "", {{"x", "1", "", Numbers{value}}}}}}; }
 
 /// The bytes of a number.
 std::string raw(double x) {
@@ -314,8 +310,7 @@ TEST_CASE("Bytes that are not UTF-8 are stored as replacement characters, with t
 TEST_CASE("Users' column names that HDF5 cannot hold come back as they were") {
   const Folder folder;
   const Texts names = {"", ".", "a/b", "a_b", "a/b", "row", "/", " blank ", "Inc (°)"};
-  Result r;
-  r.inputs = {{"", "", {}}, {"...", "", {}}};
+  Result r{.inputs = {{"", "", {}}, {"...", "", {}}}};
   for (const std::string& name : names) r.inputs[0].table.columns.push_back({name, "", "", Numbers{1}});
   write_result(folder / "r.h5", r);
   const Result back = read_result(folder / "r.h5");
@@ -325,14 +320,10 @@ TEST_CASE("Users' column names that HDF5 cannot hold come back as they were") {
 
 TEST_CASE("A malformed result is a bug, found before a file is touched") {
   const Folder folder;
-  Result ragged;
-  ragged.tables = {{"t", "", {{"a", "1", "", Numbers{1}}, {"b", "1", "", Numbers{1, 2}}}}};
-  Result twice;
-  twice.tables = {{"t", ""}, {"t", ""}};
-  Result slash;
-  slash.maps = {{"a/b", "1", "", {}, {1}}};
-  Result not_a_product;
-  not_a_product.maps = {{"m", "1", "", {{"x", "1", "", Numbers{1, 2}}}, {1, 2, 3}}};
+  const Result ragged{.tables = {{"t", "", {{"a", "1", "", Numbers{1}}, {"b", "1", "", Numbers{1, 2}}}}}};
+  const Result twice{.tables = {{"t", ""}, {"t", ""}}};
+  const Result slash{.maps = {{"a/b", "1", "", {}, {1}}}};
+  const Result not_a_product{.maps = {{"m", "1", "", {{"x", "1", "", Numbers{1, 2}}}, {1, 2, 3}}}};
   for (const Result& r : {ragged, twice, slash, not_a_product}) {
     CHECK_THROWS_AS(write_result(folder / "r.h5", r), std::logic_error);
   }
@@ -341,9 +332,7 @@ TEST_CASE("A malformed result is a bug, found before a file is touched") {
 
 TEST_CASE("A disk that fills up leaves the old file and no temporary one") {
   const Folder folder;
-  Result old;
-  old.provenance.title = "old";
-  write_result(folder / "r.h5", old);
+  write_result(folder / "r.h5", {.provenance = {.title = "old"}});
   const std::string before = bytes_of(folder / "r.h5");
 
   for (const rlim_t limit : {0, 1, 1000, 8192, 60000}) {  // the new file is larger than each
@@ -457,8 +446,8 @@ TEST_CASE("A result is written to where a symbolic link points") {
 
 TEST_CASE("An axis name of any length comes back") {
   const Folder folder;
-  Result r;
-  r.maps = {{"m", "1", "a map", {{std::string(700, 'a'), "deg", "an axis", std::vector<double>{1, 2}}}, {3, 4}}};
+  const Result r{
+      .maps = {{"m", "1", "a map", {{std::string(700, 'a'), "deg", "an axis", std::vector<double>{1, 2}}}, {3, 4}}}};
   write_result(folder / "r.h5", r);
   CHECK(read_result(folder / "r.h5").maps[0].axes[0].name == r.maps[0].axes[0].name);
 }
@@ -770,8 +759,7 @@ TEST_CASE("Many short writes far from each other do not fill the memory, and non
 TEST_CASE("Writing says how many bytes are written, rising to those of the file, and can be stopped", "[store]") {
   const Folder folder;
   const std::size_t n = 400000;
-  Result r;
-  r.tables = {{"t", "", {{"a", "1", "", Numbers(n, 1.5)}, {"b", "1", "", Numbers(n, 2.5)}}}};
+  const Result r{.tables = {{"t", "", {{"a", "1", "", Numbers(n, 1.5)}, {"b", "1", "", Numbers(n, 2.5)}}}}};
   std::vector<std::uint64_t> seen;
   std::uint64_t all = 0;
   write_result(folder / "r.h5", r, {0, [&](std::uint64_t written, std::uint64_t expected) {

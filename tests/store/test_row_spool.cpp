@@ -48,13 +48,7 @@ Table on_disk(std::size_t rows, std::size_t held) {
 
 std::string csv(const Table& t) { return to_csv(t); }
 
-Result result_with(const Table& t) {
-  Result r;
-  r.provenance.title = "long";
-  r.provenance.experiment = "test";
-  r.tables = {t};
-  return r;
-}
+Result result_with(const Table& t) { return {.provenance = {.title = "long", .experiment = "test"}, .tables = {t}}; }
 
 }  // namespace
 

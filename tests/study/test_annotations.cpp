@@ -32,12 +32,6 @@ at = { "noise.scale" = 0.1 }
                                    "two_points.toml", {});
 }
 
-ComparisonRow row_of(const std::string& quantity) {
-  ComparisonRow row;
-  row.quantity = quantity;
-  return row;
-}
-
 }  // namespace
 
 TEST_CASE("Published values and expected verdicts are those of their point of the sweep") {
@@ -49,7 +43,7 @@ TEST_CASE("Published values and expected verdicts are those of their point of th
     const Annotations annotations = Annotations::read(reader, names);
     reader.finish();
     CHECK(annotations.has_published());
-    std::vector<ComparisonRow> rows{row_of("sigma3_north"), row_of("sigma3_east")};
+    std::vector<ComparisonRow> rows{{.quantity = "sigma3_north"}, {.quantity = "sigma3_east"}};
     annotations.apply("position", rows);
     CHECK(rows[0].published == (point == 0 ? 4.5 : 0.45));
     CHECK(rows[0].expected.empty());

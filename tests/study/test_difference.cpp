@@ -36,12 +36,8 @@ store::Result drawn_result(std::uint64_t seed, double scale, std::uint64_t trial
     rows.push_back(compare_value("sd " + std::to_string(i), "m",
                                  {scale * std::sqrt(variance), {scale * ci.lo, scale * ci.hi}}, 1, {}, trials));
   }
-  store::Result r;
-  r.provenance.experiment = "e";
-  r.provenance.seed = seed;
-  r.provenance.trials = trials;
-  r.tables.push_back(comparison_table("t", "rows, intervals at 95 %", rows, trials, 0));
-  return r;
+  return {.provenance = {.experiment = "e", .seed = seed, .trials = trials},
+          .tables = {comparison_table("t", "rows, intervals at 95 %", rows, trials, 0)}};
 }
 
 DifferenceRow row_named(const Differences& d, const std::string& name, const std::string& column) {

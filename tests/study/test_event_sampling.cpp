@@ -25,11 +25,9 @@ class LostBeyond final : public rare::LimitState {
 };
 
 EventEstimate by_subsets(double edge, stats::Tally* tally = nullptr) {
-  PreparedEvent event;
-  event.method = "subset";
   const stats::Tally t = rare::run_subset_replicates(LostBeyond(edge), random::Stream(3, 27), 0, 20, 500);
   if (tally) *tally = t;
-  return estimate_event(event, t, {}, 0.95, 2);
+  return estimate_event({.method = "subset"}, t, {}, 0.95, 2);
 }
 
 }  // namespace
@@ -53,10 +51,8 @@ TEST_CASE("Evaluations of subset simulation without a result are weighed, and to
 }
 
 TEST_CASE("Subset simulation has no count of hits, and its rows count the replicates without a result") {
-  PreparedEvent event;
-  event.method = "subset";
   TableRows t("sampling", "");
-  put_sampling(t, event, by_subsets(2));
+  put_sampling(t, {.method = "subset"}, by_subsets(2));
   const store::Table table = t.take();
   for (const char* column : {"hits", "effective_hits", "largest_share"}) CHECK(std::isnan(table.number(column, 0)));
   stats::Tally all, one = rare::run_subset_replicates(LostBeyond(2), random::Stream(3, 27), 0, 1, 500);

@@ -23,11 +23,8 @@ store::Result result_at(const std::string& config, const std::vector<std::pair<d
     y.push_back(b);
     value.push_back(a * a + b * b);
   }
-  store::Result r;
-  r.provenance.config = config;
-  r.provenance.experiment = "e";
-  r.tables.push_back({"t", "", {{"x", "1", "sweep key", x}, {"y", "1", "sweep key", y}, {"value", "1", "", value}}});
-  return r;
+  return {.provenance = {.experiment = "e", .config = config},
+          .tables = {{"t", "", {{"x", "1", "sweep key", x}, {"y", "1", "sweep key", y}, {"value", "1", "", value}}}}};
 }
 
 constexpr const char* kConfig =

@@ -51,10 +51,7 @@ class CountedPoint final : public StudyPoint {
     for (int t = 0; t < block.count; ++t)
       x(t, 0) = static_cast<double>(s_.number) *
                 stream_.normal(block.first + static_cast<std::uint64_t>(t), random::Channel::toolface, 0);
-    stats::Tally tally;
-    tally.trials = static_cast<std::uint64_t>(block.count);
-    tally.moments = stats::Moments::of(x);
-    return tally;
+    return {.trials = static_cast<std::uint64_t>(block.count), .moments = stats::Moments::of(x)};
   }
   PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     PointResult r;
@@ -217,8 +214,7 @@ TEST_CASE("Points without trials that an earlier attempt has kept are not prepar
   std::atomic<bool> stop = false;
   {
     checkpoint::Journal journal(output, key, std::chrono::duration<double>(0));
-    montecarlo::RunOptions options;
-    options.stop = &stop;
+    const montecarlo::RunOptions options{.stop = &stop};
     const RunPlan run = task(0);
     const Checkpoint checkpoint{{}, &journal, {}};
     const auto point = computed_points(run, options, checkpoint);
@@ -356,13 +352,8 @@ TEST_CASE("Tallies of another preparation are refused by name") {
 TEST_CASE("A part of another preparation is refused by the name of its file") {
   forget();
   const RunPlan run = read_run(counted(), config_of(1024));
-  checkpoint::PartPiece piece;
-  piece.blocks = {0, 2};
-  piece.blocks_in_all = 2;
-  piece.file = "shard_1.part";
-  montecarlo::Subtree node;
-  node.tally.proposal = 7;
-  piece.subtrees.push_back(node);
+  const checkpoint::PartPiece piece{
+      .blocks = {0, 2}, .blocks_in_all = 2, .subtrees = {{0, 0, {.proposal = 7}}}, .file = "shard_1.part"};
   CHECK_THROWS_WITH(merged_point(run, 0, {piece}, {}),
                     StartsWith("shard_1.part: blocks 0 to 1 of point 0: ") && Contains("another preparation"));
 }
@@ -370,11 +361,8 @@ TEST_CASE("A part of another preparation is refused by the name of its file") {
 TEST_CASE("Tallies of other sizes than a trial's are refused by the name of their file, before they are read") {
   forget();
   const RunPlan run = read_run(counted(), config_of(1024));
-  const auto tally_of = [](int quantities, std::uint64_t trials) {
-    stats::Tally tally;
-    tally.trials = trials;
-    tally.moments = stats::Moments::of(Eigen::MatrixXd::Ones(2, quantities));
-    return tally;
+  const auto tally_of = [](int quantities, std::uint64_t trials) -> stats::Tally {
+    return {.trials = trials, .moments = stats::Moments::of(Eigen::MatrixXd::Ones(2, quantities))};
   };
   const std::string says = "its tallies have other sizes";
   for (const int quantities : {0, 2}) {  // a part of one point that is whole; and one of half of its blocks
@@ -412,8 +400,7 @@ TEST_CASE("A stop flag is looked at between points") {
   CHECK_THROWS_AS(read_run(counted(), config_of(2000), &stop), Interrupted);
   CHECK(g_read == 0);
   const RunPlan run = task(0);
-  montecarlo::RunOptions options;
-  options.stop = &stop;
+  const montecarlo::RunOptions options{.stop = &stop};
   CHECK_THROWS_AS(execute(run, options), Interrupted);
   CHECK_THROWS_AS(run_part(run, PartChoice::of_point(1), options, {}), Interrupted);
   CHECK(prepared() == Times{});

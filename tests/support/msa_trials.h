@@ -37,10 +37,7 @@ inline std::array<sensor::NoiseModel, 4> kinds_of_msa_noise() {
 
 /// An estimator by its name that assumes these errors.
 inline estimate::EstimatorOptions options_of(const std::string& name, const estimate::InputErrors& assumed) {
-  estimate::EstimatorOptions o;
-  o.name = name;
-  o.assumed = assumed;
-  return o;
+  return {.name = name, .assumed = assumed};
 }
 
 /// Gains and biases (nT) of one trial, of estimates or of drawn tools.
@@ -145,8 +142,7 @@ void require_bits_of_trials_alone(int trials, const Solve& solve, bool unconverg
 /// trials' block with these options.
 template <class Solve>
 void check_nonsense_is_flagged(survey::ReadingBlock& block, const Solve& solve) {
-  estimate::EstimatorOptions options;
-  options.max_iterations = 1;
+  estimate::EstimatorOptions options{.max_iterations = 1};
   const estimate::EstimateBlock too_few = solve(options);
   for (int t = 0; t < 8; ++t) CHECK(too_few.converged.value(t, 0) == 0);
   block.magnetic.row(0, 7)[3] = kNaN;

@@ -24,11 +24,7 @@ inline const double kLambda = reliability::lambda0(kLevels), kCritical = reliabi
 
 inline reliability::AdjustmentModel model_of(reliability::AdjustmentMode mode, bool systematic = false,
                                              int stations = 30) {
-  reliability::AdjustmentModel m;
-  m.mode = mode;
-  m.systematic_terms = systematic;
-  m.stations = stations;
-  return m;
+  return {.mode = mode, .stations = stations, .systematic_terms = systematic};
 }
 
 inline survey::Attitude degrees(double inclination, double toolface, double azimuth) {

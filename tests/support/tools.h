@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 #include <Eigen/Core>
+#include <catch2/catch.hpp>
 
 #include "base/units.h"
 #include "config/error_model_file.h"
@@ -17,7 +18,9 @@
 namespace surveymc::test {
 
 inline config::SharedModel shipped(const std::string& name) {
-  return config::load_shipped_model(*config::find_shipped_model(name));
+  const config::ShippedModel* m = config::find_shipped_model(name);
+  REQUIRE(m != nullptr);
+  return config::load_shipped_model(*m);
 }
 
 /// nT, degrees.

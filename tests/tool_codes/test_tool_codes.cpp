@@ -20,12 +20,6 @@ using Eigen::Matrix3d;
 
 namespace {
 
-SharedModel shipped(const std::string& name) {
-  const ShippedModel* m = find_shipped_model(name);
-  REQUIRE(m != nullptr);
-  return load_shipped_model(*m);
-}
-
 std::vector<SharedModel> from_text(const std::string& text, const std::string& functions = "") {
   std::vector<InputText> files{{"tool.toml", text}, {"functions.toml", functions}};
   for (const ShippedModel& m : shipped_models())
@@ -52,6 +46,7 @@ std::vector<std::vector<std::string>> data(const std::string& name) {
 
 using Well = test::IscwsaWell;
 using test::iscwsa_well;
+using test::shipped;
 
 ToolCovariances covariances(const Well& w, const SharedModel& model, SourceDetail detail = SourceDetail::none) {
   return tool_covariances(w.survey, w.tvd, {{1, model}}, w.field, w.latitude, detail);
