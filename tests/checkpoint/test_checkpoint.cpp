@@ -10,7 +10,7 @@
 #include "checkpoint/part_file.h"
 #include "file_bytes.h"
 #include "montecarlo/run_blocks.h"
-#include "random/stream.h"
+#include "normal_draws.h"
 #include "stats/tally_bytes.h"
 #include "temporary_folder.h"
 
@@ -21,24 +21,18 @@ namespace fs = std::filesystem;
 namespace {
 
 stats::Tally kernel(montecarlo::TrialBlock block) {
-  const random::Stream stream(7, 0);
-  Eigen::MatrixXd x(block.count, 3);
-  stats::Tally t;
-  for (int i = 0; i < block.count; ++i)
-    for (std::uint32_t j = 0; j < 3; ++j)
-      x(i, j) = stream.normal(block.first + static_cast<std::uint64_t>(i), random::Channel::magnetometer_noise, j);
-  t.trials = static_cast<std::uint64_t>(block.count);
-  t.failed = block.first % 3;
-  t.left_out = 2;
-  t.moments = stats::Moments::of(x);
-  t.groups = {stats::Moments::of(x.leftCols(2)), stats::Moments::of(x.rightCols(1))};
-  t.controlled = {stats::Moments::of(x)};
-  t.pairs = stats::Moments::of(x.topRows(block.count / 2));
-  t.controlled_pairs = {stats::Moments(2)};
-  t.counts = {block.first, 1, 2};
-  t.failed_trials = {block.first + 1};
-  t.samples = {static_cast<double>(block.first), -0.0, 1e-310};
-  return t;
+  const Eigen::MatrixXd x = test::normal_draws(random::Stream(7, 0), block.first, block.count, 3);
+  return {.trials = static_cast<std::uint64_t>(block.count),
+          .failed = block.first % 3,
+          .left_out = 2,
+          .moments = stats::Moments::of(x),
+          .groups = {stats::Moments::of(x.leftCols(2)), stats::Moments::of(x.rightCols(1))},
+          .controlled = {stats::Moments::of(x)},
+          .pairs = stats::Moments::of(x.topRows(block.count / 2)),
+          .controlled_pairs = {stats::Moments(2)},
+          .counts = {block.first, 1, 2},
+          .failed_trials = {block.first + 1},
+          .samples = {static_cast<double>(block.first), -0.0, 1e-310}};
 }
 
 /// All of a tally's state takes part in its bytes.

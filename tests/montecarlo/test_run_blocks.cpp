@@ -10,25 +10,19 @@
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
-#include "random/stream.h"
+#include "normal_draws.h"
 
 using namespace surveymc;
 using namespace surveymc::montecarlo;
 
 namespace {
 stats::Tally kernel(TrialBlock block) {
-  const random::Stream stream(7, 0);
-  Eigen::MatrixXd x(2, block.count);
-  stats::Tally t;
-  for (int i = 0; i < block.count; ++i) {
-    const std::uint64_t trial = block.first + static_cast<std::uint64_t>(i);
-    for (std::uint32_t j = 0; j < 2; ++j) x(j, i) = stream.normal(trial, random::Channel::magnetometer_noise, j);
+  stats::Tally t{.trials = static_cast<std::uint64_t>(block.count),
+                 .moments = stats::Moments::of(test::normal_draws(random::Stream(7, 0), block.first, block.count, 2)),
+                 .samples = {static_cast<double>(block.first)}};
+  for (std::uint64_t trial = block.first; trial < block.first + t.trials; ++trial)
     if (trial % 1000 == 3) t.failed_trials.push_back(trial);
-  }
-  t.trials = static_cast<std::uint64_t>(block.count);
   t.failed = t.failed_trials.size();
-  t.moments = stats::Moments::of(x.transpose());
-  t.samples = {static_cast<double>(block.first)};
   return t;
 }
 bool same_bits(const stats::Tally& a, const stats::Tally& b) {

@@ -13,7 +13,7 @@
 
 #include "base/error.h"
 #include "montecarlo/block_queue.h"
-#include "random/stream.h"
+#include "normal_draws.h"
 #include "stats/tally_bytes.h"
 
 using namespace surveymc;
@@ -60,12 +60,8 @@ class ThreadMessages : public Messages {
 };
 
 stats::Tally kernel(TrialBlock block) {
-  const random::Stream stream(7, 0);
-  Eigen::MatrixXd x(block.count, 2);
-  for (int i = 0; i < block.count; ++i)
-    for (std::uint32_t j = 0; j < 2; ++j)
-      x(i, j) = stream.normal(block.first + static_cast<std::uint64_t>(i), random::Channel::magnetometer_noise, j);
-  return {.trials = static_cast<std::uint64_t>(block.count), .moments = stats::Moments::of(x)};
+  return {.trials = static_cast<std::uint64_t>(block.count),
+          .moments = stats::Moments::of(test::normal_draws(random::Stream(7, 0), block.first, block.count, 2))};
 }
 
 /// Rank 0 does `lead`, the others serve; returns their exit codes.

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/units.h"
-#include "random/stream.h"
+#include "normal_draws.h"
 #include "stats/circular_scatter.h"
 #include "stats/confidence_sequence.h"
 #include "stats/intervals.h"
@@ -18,13 +18,7 @@ using namespace surveymc::stats;
 
 namespace {
 Eigen::MatrixXd draws(int dimension, int count, std::uint64_t seed) {
-  Eigen::MatrixXd x(dimension, count);
-  const random::Stream stream(seed, 99);
-  for (int t = 0; t < count; ++t)
-    for (int i = 0; i < dimension; ++i)
-      x(i, t) = stream.normal(static_cast<std::uint64_t>(t), random::Channel::magnetometer_noise,
-                              static_cast<std::uint32_t>(i));
-  return x;
+  return test::normal_draws(random::Stream(seed, 99), 0, count, dimension).transpose();
 }
 }  // namespace
 

@@ -8,7 +8,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "random/stream.h"
+#include "normal_draws.h"
 #include "study/experiment.h"
 
 using namespace surveymc;
@@ -16,10 +16,7 @@ using namespace surveymc::study;
 
 namespace {
 stats::Moments normal_moments(int n, double sd) {
-  Eigen::MatrixXd x(1, n);
-  for (int t = 0; t < n; ++t)
-    x(0, t) = sd * random::Stream(5, 9).normal(static_cast<std::uint64_t>(t), random::Channel::magnetometer_noise, 0);
-  return stats::Moments::of(x.transpose());
+  return stats::Moments::of(sd * test::normal_draws(random::Stream(5, 9), 0, n, 1));
 }
 }  // namespace
 

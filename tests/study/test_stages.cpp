@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/error.h"
+#include "normal_draws.h"
 #include "random/study_stream.h"
 #include "store/result_file.h"
 #include "study/parts.h"
@@ -47,11 +48,9 @@ class CountedPoint final : public StudyPoint {
  public:
   explicit CountedPoint(const Scenario& s) : s_(s), stream_(random::stream_of(s.seed)) {}
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
-    Eigen::MatrixXd x(block.count, 1);
-    for (int t = 0; t < block.count; ++t)
-      x(t, 0) = static_cast<double>(s_.number) *
-                stream_.normal(block.first + static_cast<std::uint64_t>(t), random::Channel::toolface, 0);
-    return {.trials = static_cast<std::uint64_t>(block.count), .moments = stats::Moments::of(x)};
+    return {.trials = static_cast<std::uint64_t>(block.count),
+            .moments = stats::Moments::of(static_cast<double>(s_.number) *
+                                          test::normal_draws(stream_, block.first, block.count, 1))};
   }
   PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     PointResult r;
