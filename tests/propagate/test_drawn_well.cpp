@@ -34,9 +34,9 @@ namespace {
 
 /// configs/error_model_mc/east_west.csv
 survey::Survey east_west() {
-  std::vector<std::array<double, 3>> s;
-  for (int k = 0; k <= 200; ++k) s.push_back({30.0 * k, std::clamp(3.0 * (k - 30), 0.0, 90.0), 90});
-  return survey_of(s);
+  return survey_of(201, [](int k) {
+    return survey::Station{30.0 * k, std::clamp(3.0 * (k - 30), 0.0, 90.0) * kDegree, 90 * kDegree, 0};
+  });
 }
 
 struct Well {
@@ -227,9 +227,9 @@ TEST_CASE("First order of the draws sums to the covariance of the tools, whole a
   for (const config::ShippedModel& m : config::shipped_models()) {
     CAPTURE(m.catalogue, m.name);
     const auto model = config::load_shipped_model(m);
-    survey::Survey s;
-    for (int k = 0; k <= 80; ++k)
-      s.stations.push_back({30.0 * k, std::max(0.0, 1.1 * (k - 12)) * kDegree, (20 + 2.3 * k) * kDegree, 0});
+    const survey::Survey s = survey_of(81, [](int k) {
+      return survey::Station{30.0 * k, std::max(0.0, 1.1 * (k - 12)) * kDegree, (20 + 2.3 * k) * kDegree, 0};
+    });
     const auto tvd = survey::true_vertical_depths(s);
     const std::vector<ToolRun> runs{{1, model}, {50, model}};
     const survey::ReferenceField field = field_of(51000, 68, 3);

@@ -181,8 +181,7 @@ TEST_CASE("Positions of all stations in one pass are those of each station's own
 TEST_CASE("The covariance goes continuously through the vertical, whatever the azimuth written there") {
   const survey::ReferenceField field = field_of(50000, 72, 0);
   const auto covariance = [&](double inclination, double azimuth) {
-    survey::Survey s;
-    for (int k = 0; k < 5; ++k) s.stations.push_back({30.0 * k, inclination, azimuth, 0});
+    const survey::Survey s = survey_of(5, [&](int k) { return survey::Station{30.0 * k, inclination, azimuth, 0}; });
     return sensor_level(s, field, survey::rotated(5)).back();
   };
   const Matrix3d vertical = covariance(0, 0);

@@ -195,9 +195,7 @@ TEST_CASE("Covariances are continuous through the vertical") {
 TEST_CASE("In a vertical well the azimuth that is listed does not matter") {
   for (const char* revision : {"rev4", "rev5.10"}) {
     const auto well = [](double azimuth) {
-      std::vector<std::array<double, 3>> a;
-      for (int k = 0; k < 30; ++k) a.push_back({k % 4 == 0 ? 25.0 * k : 25.0 * k + 5, 0, azimuth});
-      return survey_of(a);
+      return survey_of(30, [&](int k) { return Station{25.0 * k + (k % 4 == 0 ? 0 : 5), 0, azimuth * kDegree, 0}; });
     };
     const auto at_zero = covariances(well(0), {{1, shipped(revision)}}, field_of(50000, 72, -4));
     for (const double azimuth : {1e-9, 75.0, 180.0, 359.0}) {
@@ -270,14 +268,12 @@ TEST_CASE("Doubling the first leg doubles inclination and azimuth errors of the 
 
 TEST_CASE("Blocks of stations do not show: a long well is what its stations give one by one") {
   // More than two blocks of 256 stations; a leg that begins inside of one, and one at its edge.
-  Survey s;
-  for (int k = 0; k < 700; ++k) s.stations.push_back({10.0 * k, 0.002 * k, 0.5 + 0.004 * k, 0});
+  const Survey s = survey_of(700, [](int k) { return Station{10.0 * k, 0.002 * k, 0.5 + 0.004 * k, 0}; });
   const SharedModel model = shipped("rev5.10");
   const ReferenceField f = field_of(50000, 72, -4);
   const auto whole = covariances(s, {{1, model}, {300, model}, {513, model}}, f, SourceDetail::none);
   for (const std::size_t n : {200u, 257u, 258u, 400u, 514u, 600u}) {
-    Survey part;
-    part.stations.assign(s.stations.begin(), s.stations.begin() + static_cast<std::ptrdiff_t>(n));
+    const Survey part{{s.stations.begin(), s.stations.begin() + static_cast<std::ptrdiff_t>(n)}};
     std::vector<ToolRun> runs{{1, model}};
     if (n > 300) runs.push_back({300, model});
     if (n > 513) runs.push_back({513, model});
@@ -287,9 +283,9 @@ TEST_CASE("Blocks of stations do not show: a long well is what its stations give
 }
 
 TEST_CASE("A term with a pole makes the covariance NaN from there on, and is named") {
-  Survey s;
-  for (int k = 0; k < 12; ++k) s.stations.push_back({30.0 * k, (35 + 5.0 * k) * kDegree, 1, 0});  // 90 deg at k = 11
-  const SharedModel gyro = load_shipped_model(*find_shipped_model("GYRO-NS"));
+  // 90 deg at k = 11
+  const Survey s = survey_of(12, [](int k) { return Station{30.0 * k, (35 + 5.0 * k) * kDegree, 1, 0}; });
+  const SharedModel gyro = test::shipped("GYRO-NS");
   const auto c =
       tool_covariances(s, true_vertical_depths(s), {{1, gyro}}, field_of(50000, 72, -4), 1, SourceDetail::none);
   CHECK(c.total[10].allFinite());

@@ -21,8 +21,7 @@ em::Term term(const std::string& code, const std::string& function, const std::s
 
 /// What validity says of two runs with a term each.
 std::vector<Validity> validity_of_runs(const em::Term& upper, const em::Term& lower) {
-  survey::Survey s;
-  for (int k = 0; k < 6; ++k) s.stations.push_back({100.0 * k, 0.3, 0.1 * k, 0});
+  const survey::Survey s = test::survey_of(6, [](int k) { return survey::Station{100.0 * k, 0.3, 0.1 * k, 0}; });
   std::vector<ToolRun> runs;
   for (const em::Term* t : {&upper, &lower}) {
     auto model = std::make_shared<em::Model>();

@@ -84,8 +84,7 @@ TEST_CASE("Fictive terms take their correlation from magnetic, not accelerometer
 }
 
 TEST_CASE("The memo's formulas are the general ones, where the well is vertical") {
-  survey::Survey survey;
-  for (int k = 0; k <= 10; ++k) survey.stations.push_back({30.0 * k, 0, 0, 0});
+  const survey::Survey survey = test::survey_of(11, [](int k) { return survey::Station{30.0 * k, 0, 0, 0}; });
   const survey::ReferenceField field = test::field_of(50000, 72);
   const survey::SensorTermArray sd{0.004, 0.004};
   const std::vector<double> w = vertical_station_weights(10, 30);

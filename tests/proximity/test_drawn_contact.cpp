@@ -167,9 +167,9 @@ TEST_CASE("A trial in which a well has no place is lost, and no miss", "[contact
 
 TEST_CASE("Ways to touch are found between stations, whatever the length of the legs", "[contact]") {
   const auto straight = [](double azimuth, int legs, double length) {
-    survey::Survey s;
-    for (int k = 0; k <= legs; ++k) s.stations.push_back({length * k, 90 * kDegree, azimuth * kDegree, 0});
-    return s;
+    return test::survey_of(legs + 1, [&](int k) {
+      return survey::Station{length * k, 90 * kDegree, azimuth * kDegree, 0};
+    });
   };
   const double radii = 0.762, gap = 18, sd = 5;
   const auto found = [&](const survey::Survey& a, const survey::Survey& b, const Vector3d& slot, const Matrix3d& c) {

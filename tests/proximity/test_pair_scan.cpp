@@ -30,15 +30,14 @@ struct Well {
 
 /// Vertical, then a build of 3 deg a station from station `from` on up to `most` deg.
 survey::Survey build(int stations, int from, double most, double azimuth) {
-  survey::Survey s;
-  for (int k = 0; k < stations; ++k)
-    s.stations.push_back({30.0 * k, std::clamp(3.0 * (k - from), 0.0, most) * kDegree, azimuth * kDegree, 0});
-  return s;
+  return survey_of(stations, [&](int k) {
+    return survey::Station{30.0 * k, std::clamp(3.0 * (k - from), 0.0, most) * kDegree, azimuth * kDegree, 0};
+  });
 }
 survey::Survey straight(int stations, double inclination, double azimuth) {
-  survey::Survey s;
-  for (int k = 0; k < stations; ++k) s.stations.push_back({30.0 * k, inclination * kDegree, azimuth * kDegree, 0});
-  return s;
+  return survey_of(stations, [&](int k) {
+    return survey::Station{30.0 * k, inclination * kDegree, azimuth * kDegree, 0};
+  });
 }
 
 PairGeometry geometry_of(const Well& reference, const Well& offset) {

@@ -11,11 +11,10 @@ inline survey::ReferenceField field() { return field_of(50000, 70); }
 
 /// Vertical, a build to 60 deg from station 10 on, then turning by `turn` deg a station.
 inline survey::Survey well(int stations, double azimuth, double turn = 0) {
-  survey::Survey s;
-  for (int k = 0; k < stations; ++k)
-    s.stations.push_back({30.0 * k, std::clamp(3.0 * (k - 10), 0.0, 60.0) * kDegree,
-                          (azimuth + (k > 20 ? turn * (k - 20) : 0)) * kDegree, 0});
-  return s;
+  return survey_of(stations, [&](int k) {
+    return survey::Station{30.0 * k, std::clamp(3.0 * (k - 10), 0.0, 60.0) * kDegree,
+                           (azimuth + (k > 20 ? turn * (k - 20) : 0)) * kDegree, 0};
+  });
 }
 
 }  // namespace surveymc::test

@@ -16,15 +16,11 @@ survey::ReferenceField reference(double dip_deg) { return test::field_of(50000, 
 
 /// Build from the vertical, through the horizontal, and up.
 survey::Survey winding_well() {
-  survey::Survey s;
-  for (int k = 0; k < 14; ++k)
-    s.stations.push_back({30.0 * k + (k > 4 ? 3.5 : 0),
-                          (k < 3    ? 0.0
-                           : k == 3 ? 1e-7
-                                    : 9.0 * (k - 3)) *
-                              kDegree,
-                          (350 + 7 * k) * kDegree, (20 + 77 * k) * kDegree});
-  return s;
+  return test::survey_of(14, [](int k) {
+    const double inclination = k < 3 ? 0.0 : k == 3 ? 1e-7 : 9.0 * (k - 3);
+    return survey::Station{30.0 * k + (k > 4 ? 3.5 : 0), inclination * kDegree, (350 + 7 * k) * kDegree,
+                           (20 + 77 * k) * kDegree};
+  });
 }
 
 /// The chain as one would write it: readings, inclination and azimuth, then the position of the last station.

@@ -36,6 +36,14 @@ inline survey::Survey survey_of(const std::vector<std::array<double, 3>>& statio
   return s;
 }
 
+/// A survey of so many stations: `station_at` makes each from its number.
+template <class StationAt>
+survey::Survey survey_of(int stations, const StationAt& station_at) {
+  survey::Survey s;
+  for (int k = 0; k < stations; ++k) s.stations.push_back(station_at(k));
+  return s;
+}
+
 /// An example well of ISCWSA with the depths of its table, where it is, and the field there.
 struct IscwsaWell {
   survey::Survey survey;
