@@ -29,8 +29,6 @@ survey::SixAxisReadings clean_run(const test::ThesisCase& c) {
   return {c.survey.md(), clean.gravity_T, clean.magnetic_T};
 }
 
-/// Noisy readings of so many trials.
-
 /// One trial of a block as a run of readings, with the reference that its trial was given.
 struct NoisyRun {
   survey::SixAxisReadings readings;

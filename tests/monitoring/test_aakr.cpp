@@ -19,9 +19,7 @@ namespace {
 Samples random_samples(int n, int p, unsigned seed) {
   std::mt19937_64 g(seed);
   std::normal_distribution<double> normal;
-  Samples x(n, p);
-  for (Eigen::Index i = 0; i < x.size(); ++i) x.data()[i] = normal(g);
-  return x;
+  return Samples::NullaryExpr(n, p, [&] { return normal(g); });
 }
 
 /// The equations as they stand, with libm and in long double.

@@ -161,9 +161,8 @@ TEST_CASE("AKS corrects what AS spreads: one drifting sensor of three", "[monito
 TEST_CASE("A monitor gives the same bits however its readings are divided", "[monitoring]") {
   std::mt19937_64 g(22);
   std::normal_distribution<double> normal;
-  Samples memory(50, 2), readings(300, 2);
-  for (Samples* x : {&memory, &readings})
-    for (Eigen::Index i = 0; i < x->size(); ++i) x->data()[i] = normal(g);
+  const Samples memory = Samples::NullaryExpr(50, 2, [&] { return normal(g); }),
+                readings = Samples::NullaryExpr(300, 2, [&] { return normal(g); });
   const Aakr model(memory, .3);
   const DriftFilterOptions filter{.gate = 4};
   for (const Architecture a : {Architecture::aakr_sprt, Architecture::aakr_kf_sprt}) {
@@ -331,9 +330,8 @@ TEST_CASE("Tests side by side raise the alarms of each alone, on both instructio
 TEST_CASE("A monitor that is given its predictions makes the same signal", "[monitoring]") {
   std::mt19937_64 g(31);
   std::normal_distribution<double> normal;
-  Samples memory(60, 3), readings(200, 3);
-  for (Eigen::Index i = 0; i < memory.size(); ++i) memory.data()[i] = normal(g);
-  for (Eigen::Index i = 0; i < readings.size(); ++i) readings.data()[i] = 2 * normal(g);
+  const Samples memory = Samples::NullaryExpr(60, 3, [&] { return normal(g); }),
+                readings = Samples::NullaryExpr(200, 3, [&] { return 2 * normal(g); });
   const Aakr model(memory, .4);
   const DriftFilterOptions options{.gate = 6};  // some rows are skipped
   for (const Architecture a : {Architecture::aakr_sprt, Architecture::aakr_kf_sprt}) {

@@ -18,11 +18,7 @@ using Catch::Matchers::WithinRel;
 
 namespace {
 
-TestProblem problem(const std::string& name) {
-  TestProblem p;
-  p.name = name;
-  return with_dimension(p);
-}
+TestProblem problem(const std::string& name) { return with_dimension({.name = name}); }
 
 stats::Tally run(const LimitState& state, const Proposal& proposal, const random::Stream& stream, int trials) {
   const EventTrials all(state, proposal, addresses_in(random::kRareNormal, random::kRareChoice, state.dimension()),

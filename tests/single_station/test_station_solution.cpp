@@ -257,15 +257,13 @@ TEST_CASE("Extended and optimising are the lowest minimum of weighted least squa
         REQUIRE(x.determined);
         // Gauss-Newton's own end: where Mz is loose it converges slowly, and stops 1e-6 sd short
         CHECK_THAT(x.cost, WithinAbs(o.cost, 1e-9));
-        CHECK_THAT(x.north, WithinAbs(o.x[0], 1e-6 * std::sqrt(o.covariance(0, 0)) + 1e-6));
-        CHECK_THAT(x.east, WithinAbs(o.x[1], 1e-6 * std::sqrt(o.covariance(1, 1)) + 1e-6));
-        CHECK_THAT(x.vertical, WithinAbs(o.x[2], 1e-6 * std::sqrt(o.covariance(2, 2)) + 1e-6));
-        CHECK_THAT(x.axial, WithinAbs(o.x[3], 1e-6 * std::sqrt(o.covariance(3, 3)) + 1e-6));
+        const double found[] = {x.north, x.east, x.vertical, x.axial};
+        for (int i = 0; i < 4; ++i)
+          CHECK_THAT(found[i], WithinAbs(o.x[i], 1e-6 * std::sqrt(o.covariance(i, i)) + 1e-6));
         // Covariance of the magnetic part: errors of attitude left out
         StationSigmas held = equal;
         held.accelerometer_xy = held.accelerometer_z = held.gravity = 0;
-        StationSigmas weights = equal;
-        const StationCovariance c = station_covariance(x, weights, m, held);
+        const StationCovariance c = station_covariance(x, equal, m, held);
         const double ca = x.north / x.horizontal(), sa = x.east / x.horizontal();
         Eigen::Matrix<double, 4, 4> to;
         to << -sa / x.horizontal(), ca / x.horizontal(), 0, 0, ca, sa, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1;

@@ -189,16 +189,12 @@ TEST_CASE("What is written is read back: values to the bit, names, units and ord
   write_result(folder / "r.h5", r);
   const Result back = read_result(folder / "r.h5");
 
-  CHECK(back.provenance.title == r.provenance.title);
-  CHECK(back.provenance.experiment == r.provenance.experiment);
-  CHECK(back.provenance.config == r.provenance.config);
-  CHECK(back.provenance.config_hash == r.provenance.config_hash);
+  for (const auto text :
+       {&Provenance::title, &Provenance::experiment, &Provenance::config, &Provenance::config_hash,
+        &Provenance::surveymc_version, &Provenance::git_revision, &Provenance::compiler, &Provenance::command})
+    CHECK(back.provenance.*text == r.provenance.*text);
   CHECK(back.provenance.seed == r.provenance.seed);
   CHECK(back.provenance.trials == r.provenance.trials);
-  CHECK(back.provenance.surveymc_version == r.provenance.surveymc_version);
-  CHECK(back.provenance.git_revision == r.provenance.git_revision);
-  CHECK(back.provenance.compiler == r.provenance.compiler);
-  CHECK(back.provenance.command == r.provenance.command);
   CHECK(back.run.created == r.run.created);
   CHECK(back.run.host == r.run.host);
   CHECK(back.run.elapsed_s == r.run.elapsed_s);

@@ -14,9 +14,7 @@ TEST_CASE("A row without a verdict neither ends a run nor keeps it going; none w
   tally.trials = 4096;
   const auto needed = [&](const std::string& north, const std::string& east) {
     const auto row = [](const std::string& quantity, const std::string& verdict) {
-      ComparisonRow r = empty_row("joint", quantity, "m");
-      r.verdict = verdict;
-      return r;
+      return ComparisonRow{.formulation = "joint", .quantity = quantity, .unit = "m", .verdict = verdict};
     };
     const VerdictStop stop(plan, {}, [&](const stats::Tally&) {
       return RowsOfTables{{"position", {row("sigma3_north", north), row("sigma3_east", east), row("other", "agrees")}}};
