@@ -90,9 +90,8 @@ TEST_CASE("Where a thread cannot be started nothing is called") {
 
 TEST_CASE("A stop request ends the run with Interrupted") {
   std::atomic<bool> stop = false;
-  RunOptions options{2};
-  options.stop = &stop;
-  options.progress = [&](std::uint64_t done, std::uint64_t) { stop = done > 2000; };
+  const RunOptions options{
+      .threads = 2, .progress = [&](std::uint64_t done, std::uint64_t) { stop = done > 2000; }, .stop = &stop};
   CHECK_THROWS_AS(run_blocks(100000000, kernel, options), Interrupted);
 }
 

@@ -124,9 +124,7 @@ TEST_CASE("Any number of ranks gives the bits of one, with a stopping rule and a
     const auto exits = with_ranks(
         ranks, [&](const BlockOrder& o, int) { return share(o.point == 4 ? kTrials : 0); },
         [&](Workers& workers) {
-          RunOptions options{2};
-          options.workers = &workers;
-          options.point = 4;
+          RunOptions options{.threads = 2, .workers = &workers, .point = 4};
           CHECK(stats::tally_to_bytes(run_blocks(kTrials, kernel, options)) == whole);
           CHECK(stats::tally_to_bytes(run_blocks(kTrials, kernel, options, rule)) == ended);
           std::vector<Subtree> kept = run_block_range(kTrials, {7, 30}, kernel, options);
@@ -163,9 +161,7 @@ TEST_CASE("What a slow rank does not do in time, the others do", "[workers]") {
   with_ranks(
       2, [&](const BlockOrder&, int) { return share(kTrials, slow); },
       [&](Workers& workers) {
-        RunOptions options{1};
-        options.workers = &workers;
-        CHECK(stats::tally_to_bytes(run_blocks(kTrials, fast, options)) ==
+        CHECK(stats::tally_to_bytes(run_blocks(kTrials, fast, {.threads = 1, .workers = &workers})) ==
               stats::tally_to_bytes(run_blocks(kTrials, kernel, {1})));
       });
   CHECK_FALSE(is_stuck);
@@ -191,11 +187,7 @@ TEST_CASE("Time of a run with a slow rank, measured", "[.][workers_gain]") {
           s.options.threads = 1;
           return s;
         },
-        [&](Workers& workers) {
-          RunOptions options{1};
-          options.workers = &workers;
-          run_blocks(kBlocks * kBlockTrials, lasting(1), options);
-        });
+        [&](Workers& workers) { run_blocks(kBlocks * kBlockTrials, lasting(1), {.threads = 1, .workers = &workers}); });
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     const double one = std::chrono::duration<double>(kOneBlock).count(), equal = kBlocks / kRanks * times * one;
     const double least = kBlocks * one / (kRanks - 1 + 1.0 / times);
@@ -233,11 +225,7 @@ TEST_CASE("The error of one rank ends all, and keeps its kind", "[workers]") {
       return kernel(b);
     });
   };
-  const auto lead = [](Workers& workers) {
-    RunOptions options{2};
-    options.workers = &workers;
-    run_blocks(1u << 30, kernel, options);
-  };
+  const auto lead = [](Workers& workers) { run_blocks(1u << 30, kernel, {.threads = 2, .workers = &workers}); };
   CHECK_THROWS_AS(with_ranks(3, fails, lead), IoError);
   CHECK_THROWS_WITH(with_ranks(3, fails, lead), "rank 2: no disk");
   const auto refuses = [](const BlockOrder&, int) -> Share { throw InputError("no such file"); };
@@ -245,11 +233,8 @@ TEST_CASE("The error of one rank ends all, and keeps its kind", "[workers]") {
   const auto works = [](const BlockOrder&, int) { return share(1u << 30); };
   CHECK_THROWS_AS(with_ranks(3, works,
                              [](Workers& workers) {
-                               RunOptions options{1};
-                               options.workers = &workers;
-                               run_blocks(
-                                   1u << 30, [](TrialBlock) -> stats::Tally { throw std::domain_error("ours"); },
-                                   options);
+                               run_blocks(1u << 30, [](TrialBlock) -> stats::Tally { throw std::domain_error("ours"); },
+                                          {.threads = 1, .workers = &workers});
                              }),
                   std::domain_error);
 }
@@ -263,10 +248,8 @@ TEST_CASE("A rank that is told to stop stops all", "[workers]") {
   };
   CHECK_THROWS_AS(with_ranks(3, share_of,
                              [&](Workers& workers) {
-                               RunOptions options{1};
-                               options.workers = &workers;
-                               options.progress = [&](std::uint64_t, std::uint64_t) { stop = true; };
-                               run_blocks(1u << 30, kernel, options);
+                               const auto progress = [&](std::uint64_t, std::uint64_t) { stop = true; };
+                               run_blocks(1u << 30, kernel, {.threads = 1, .progress = progress, .workers = &workers});
                              }),
                   Interrupted);
 }
