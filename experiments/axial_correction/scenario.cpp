@@ -100,7 +100,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.sigmas = study::read_station_sigmas(c);
   s.methods = read_methods(c, s.sigmas);
   const config::Range any = config::Range::closed(-1e6, 1e6);
-  const std::vector<double> bias = c.numbers("error.magnetometer_bias_nT", any, 3, {0.0, 0.0, 0.0});
+  const std::vector<double> bias = c.numbers("error.magnetometer_bias_nT", any, 3, std::vector<double>{0, 0, 0});
   s.errors = {{bias[0], bias[1], bias[2]},
               c.number("error.axial_magnetisation_nT", any, 0.0),
               c.number("error.horizontal_nT", any, 0.0),

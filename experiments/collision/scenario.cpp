@@ -11,7 +11,7 @@ namespace surveymc::studies::collision {
 namespace {
 
 Eigen::Vector3d read_slot_sd(config::ConfigReader& c, const std::string& key) {
-  const std::vector<double> sd = c.numbers(key, config::Range::non_negative(), 3, {0, 0, 0});
+  const std::vector<double> sd = c.numbers(key, config::Range::non_negative(), 3, std::vector<double>{0, 0, 0});
   return {sd[0], sd[1], sd[2]};
 }
 

@@ -82,26 +82,23 @@ class ConfigReader {
  public:
   bool has(const std::string& key) const;
 
-  double number(const std::string& key, const Range& range);
-  double number(const std::string& key, const Range& range, double fallback);
-  std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi);
-  std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi, std::int64_t fallback);
+  double number(const std::string& key, const Range& range, const std::optional<double>& fallback = std::nullopt);
+  std::int64_t integer(const std::string& key, std::int64_t lo, std::int64_t hi,
+                       const std::optional<std::int64_t>& fallback = std::nullopt);
   bool boolean(const std::string& key, bool fallback);
   /// True if the key is there and has a word (true is one to choice()): for keys that may have a number or a word.
   bool is_text(const std::string& key) const;
-  std::string text(const std::string& key);
-  std::string text(const std::string& key, const std::string& fallback);
-  std::string choice(const std::string& key, const std::vector<std::string>& allowed);
-  std::string choice(const std::string& key, const std::vector<std::string>& allowed, const std::string& fallback);
+  std::string text(const std::string& key, const std::optional<std::string>& fallback = std::nullopt);
+  std::string choice(const std::string& key, const std::vector<std::string>& allowed,
+                     const std::optional<std::string>& fallback = std::nullopt);
   /// A date as decimal year, years of 365 or 366 days: 2026-07-01 (with or without quotes, from the year 1600 on) or
   /// the number 2026.4959.
   double decimal_year(const std::string& key);
   /// Array of exactly `count` numbers; any number of them, but at least one, if count < 0.
   /// (All getters: a fallback that the getter's own rule would refuse, such as an empty text or a number out of range,
   /// stands for "absent" and is not written into the resolved config.)
-  std::vector<double> numbers(const std::string& key, const Range& range, int count = -1);
-  std::vector<double> numbers(const std::string& key, const Range& range, int count,
-                              const std::vector<double>& fallback);
+  std::vector<double> numbers(const std::string& key, const Range& range, int count = -1,
+                              const std::optional<std::vector<double>>& fallback = std::nullopt);
   /// A number, or a list of at least one in any order.
   std::vector<double> number_or_list(const std::string& key, const Range& range);
   /// A number, a list, or { from, to, step } (both ends included when they fit; strictly monotone, never empty).

@@ -84,63 +84,45 @@ bool ConfigReader::has(const std::string& key) const {
 
 // ----------------------------------------------------------------------------------------------------- single values
 
-double ConfigReader::number(const std::string& key, const Range& range) {
+double ConfigReader::number(const std::string& key, const Range& range, const std::optional<double>& fallback) {
+  const bool is_value = fallback && is_in(range, *fallback);
+  state_->log_fallback(key, fallback, is_value);
   if (state_->has_log()) state_->log_use(key, "number", number_rule(range), sample_of(range));
-  const auto found = state_->need(key);
-  return checked_number(*found.node, found.key, range);
+  const auto found = state_->need_or(key, fallback, is_value);
+  return found ? checked_number(*found.node, found.key, range) : *fallback;
 }
 
-double ConfigReader::number(const std::string& key, const Range& range, double fallback) {
-  if (state_->has_log()) state_->log_default(key, node_of(fallback), is_in(range, fallback));
-  if (state_->has_log()) state_->log_use(key, "number", number_rule(range), sample_of(range));
-  if (state_->find(key)) return number(key, range);
-  state_->use_default(key, node_of(fallback), is_in(range, fallback));
-  return fallback;
-}
-
-std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std::int64_t hi) {
+std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std::int64_t hi,
+                                   const std::optional<std::int64_t>& fallback) {
+  const bool is_value = fallback && lo <= *fallback && *fallback <= hi;
+  state_->log_fallback(key, fallback, is_value);
   if (state_->has_log())
     state_->log_use(key, "integer", integer_rule(lo, hi), fmt::format("{}", std::min(hi, lo + (lo < hi))));
-  const auto found = state_->need(key);
+  const auto found = state_->need_or(key, fallback, is_value);
+  if (!found) return *fallback;
   const TomlNode& n = *found.node;
   if (n.kind != TomlNode::Kind::integer) refuse_kind(n, found.key, "must be an integer");
   if (n.integer < lo || n.integer > hi) refuse(n, found.key, integer_rule(lo, hi));
   return n.integer;
 }
 
-std::int64_t ConfigReader::integer(const std::string& key, std::int64_t lo, std::int64_t hi, std::int64_t fallback) {
-  if (state_->has_log()) state_->log_default(key, node_of(fallback), lo <= fallback && fallback <= hi);
-  if (state_->has_log())
-    state_->log_use(key, "integer", integer_rule(lo, hi), fmt::format("{}", std::min(hi, lo + (lo < hi))));
-  if (state_->find(key)) return integer(key, lo, hi);
-  state_->use_default(key, node_of(fallback), lo <= fallback && fallback <= hi);
-  return fallback;
-}
-
 bool ConfigReader::boolean(const std::string& key, bool fallback) {
-  if (state_->has_log()) state_->log_default(key, node_of(fallback), true);
+  state_->log_fallback<bool>(key, fallback, true);
   if (state_->has_log()) state_->log_use(key, "true or false");
-  if (const auto found = state_->find(key)) {
-    if (found.node->kind != TomlNode::Kind::boolean) refuse_kind(*found.node, found.key, "must be true or false");
-    return found.node->flag;
-  }
-  state_->use_default(key, node_of(fallback), true);
-  return fallback;
+  const auto found = state_->need_or<bool>(key, fallback, true);
+  if (!found) return fallback;
+  if (found.node->kind != TomlNode::Kind::boolean) refuse_kind(*found.node, found.key, "must be true or false");
+  return found.node->flag;
 }
 
-std::string ConfigReader::text(const std::string& key) {
+std::string ConfigReader::text(const std::string& key, const std::optional<std::string>& fallback) {
+  const bool is_value = fallback && !fallback->empty();
+  state_->log_fallback(key, fallback, is_value);
   if (state_->has_log()) state_->log_use(key, "text");
-  const auto found = state_->need_name(key);
+  const auto found = state_->its_name(state_->need_or(key, fallback, is_value));
+  if (!found) return *fallback;
   if (!found.node->is_text()) refuse_kind(*found.node, found.key, "must be a string");
   return found.node->text;
-}
-
-std::string ConfigReader::text(const std::string& key, const std::string& fallback) {
-  if (state_->has_log()) state_->log_default(key, node_of(fallback), !fallback.empty());
-  if (state_->has_log()) state_->log_use(key, "text");
-  if (state_->find(key)) return text(key);
-  state_->use_default(key, node_of(fallback), !fallback.empty());
-  return fallback;
 }
 
 bool ConfigReader::is_text(const std::string& key) const {
@@ -148,22 +130,16 @@ bool ConfigReader::is_text(const std::string& key) const {
   return found && (found.node->is_text() || found.node->kind == TomlNode::Kind::boolean);
 }
 
-std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed) {
-  if (state_->has_log()) state_->log_choices(key, allowed);
-  const auto found = state_->need_name(key);
-  const TomlNode& n = *found.node;
-  const std::string word = choice_word(n);
-  if (!contains(allowed, word)) refuse_kind(n, found.key, choice_rule(allowed));
-  return word;
-}
-
 std::string ConfigReader::choice(const std::string& key, const std::vector<std::string>& allowed,
-                                 const std::string& fallback) {
-  if (state_->has_log()) state_->log_default(key, node_of(fallback), contains(allowed, fallback));
+                                 const std::optional<std::string>& fallback) {
+  const bool is_value = fallback && contains(allowed, *fallback);
+  state_->log_fallback(key, fallback, is_value);
   if (state_->has_log()) state_->log_choices(key, allowed);
-  if (state_->find(key)) return choice(key, allowed);
-  state_->use_default(key, node_of(fallback), contains(allowed, fallback));
-  return fallback;
+  const auto found = state_->its_name(state_->need_or(key, fallback, is_value));
+  if (!found) return *fallback;
+  const std::string word = choice_word(*found.node);
+  if (!contains(allowed, word)) refuse_kind(*found.node, found.key, choice_rule(allowed));
+  return word;
 }
 
 namespace {
@@ -196,33 +172,21 @@ double ConfigReader::decimal_year(const std::string& key) {
 
 // ------------------------------------------------------------------------------------------------------------- lists
 
-std::vector<double> ConfigReader::numbers(const std::string& key, const Range& range, int count) {
-  if (state_->has_log())
-    state_->log_use(key, "list of " + count_in_words(count), number_rule(range),
-                    list_of(sample_of(range), std::max(count, 1)));
-  const auto found = state_->need(key);
-  const TomlNode& n = *found.node;
-  const std::string size = count_in_words(count);
-  if (!n.is_array()) refuse_kind(n, found.key, "must be a list of " + size);
-  if (count < 0 && n.items.empty()) refuse(n, found.key, "must not be empty");
-  if (count >= 0 && n.items.size() != static_cast<std::size_t>(count)) {
-    refuse(n, found.key, "must have " + size);
-  }
-  return checked_numbers(n, found.key, range);
-}
-
 std::vector<double> ConfigReader::numbers(const std::string& key, const Range& range, int count,
-                                          const std::vector<double>& fallback) {
-  const bool fits = count < 0 ? !fallback.empty() : fallback.size() == static_cast<std::size_t>(count);
-  const bool in_range = std::all_of(fallback.begin(), fallback.end(), [&](double x) { return is_in(range, x); });
-  if (state_->has_log()) state_->log_default(key, node_of(fallback), fits && in_range);
-  if (state_->point->doc->log && !state_->look_up(key)) {  // for the type of a key that no example has
-    state_->log_use(key, count < 0 ? "list of numbers" : fmt::format("list of {} numbers", count), number_rule(range),
-                    list_of(sample_of(range), std::max(count, 1)));
-  }
-  if (state_->find(key)) return numbers(key, range, count);
-  state_->use_default(key, node_of(fallback), fits && in_range);
-  return fallback;
+                                          const std::optional<std::vector<double>>& fallback) {
+  const auto fits = [&](std::size_t size) { return count < 0 ? size > 0 : size == static_cast<std::size_t>(count); };
+  const bool is_value = fallback && fits(fallback->size()) &&
+                        std::all_of(fallback->begin(), fallback->end(), [&](double x) { return is_in(range, x); });
+  const std::string size = count_in_words(count);
+  state_->log_fallback(key, fallback, is_value);
+  if (state_->has_log())
+    state_->log_use(key, "list of " + size, number_rule(range), list_of(sample_of(range), std::max(count, 1)));
+  const auto found = state_->need_or(key, fallback, is_value);
+  if (!found) return *fallback;
+  const TomlNode& n = *found.node;
+  if (!n.is_array()) refuse_kind(n, found.key, "must be a list of " + size);
+  if (!fits(n.items.size())) refuse(n, found.key, count < 0 ? "must not be empty" : "must have " + size);
+  return checked_numbers(n, found.key, range);
 }
 
 std::vector<double> ConfigReader::number_or_list(const std::string& key, const Range& range) {
@@ -259,7 +223,7 @@ std::vector<double> ConfigReader::grid(const std::string& key, const Range& rang
 
 std::vector<std::string> ConfigReader::texts(const std::string& key) {
   if (state_->has_log()) state_->log_use(key, "text or list of texts");
-  const auto found = state_->need_name(key);
+  const auto found = state_->its_name(state_->need(key));
   const TomlNode& n = *found.node;
   if (n.is_text()) return {n.text};
   if (!n.is_array()) refuse_kind(n, found.key, "must be a string or a list of strings");
@@ -362,7 +326,7 @@ InputText ConfigReader::file_text(const std::string& key) {
 
 InputText ConfigReader::file_text(const std::string& key, const InputText& shipped) {
   if (state_->has_log()) state_->log_use(key, "text");
-  const auto found = state_->need_name(key);
+  const auto found = state_->its_name(state_->need(key));
   return state_->point->doc->text(*found.node, found.key, &shipped);
 }
 
@@ -403,7 +367,7 @@ ConfigReader ConfigReader::toml(const std::string& key) {
 
 ConfigReader ConfigReader::toml(const std::string& key, const InputText& shipped) {
   if (state_->has_log()) state_->log_use(key, "text");
-  const auto found = state_->need_name(key);
+  const auto found = state_->its_name(state_->need(key));
   return reader_of_document(state_->point->doc->text(*found.node, found.key, &shipped), state_->point->doc);
 }
 

@@ -58,10 +58,10 @@ ConfigReader::State::Found ConfigReader::State::need(const std::string& key) {
   return found;
 }
 
-ConfigReader::State::Found ConfigReader::State::need_name(const std::string& key) {
-  const Found found = name_or_self(need(key));
-  point->asked.insert(found.key);
-  return found;
+ConfigReader::State::Found ConfigReader::State::its_name(const Found& found) {
+  const Found name = name_or_self(found);
+  if (name) point->asked.insert(name.key);
+  return name;
 }
 
 ConfigReader::State::Found ConfigReader::State::name_or_self(const Found& found) {

@@ -2,6 +2,7 @@
 /// What a ConfigReader works on: one point, one table inside it, and which keys were asked for. Internal to the module.
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -55,8 +56,18 @@ struct ConfigReader::State {
   Found find(const std::string& key);
   /// Throws InputError if the key is absent.
   Found need(const std::string& key);
-  /// The same, for a string: if its table is written out, `[estimator] name = ...` asked for as `estimator`, the name.
-  Found need_name(const std::string& key);
+  /// The same, but if the key is absent and has a fallback: nothing, and the fallback is remembered. `is_value`: see
+  /// use_default().
+  template <class T>
+  Found need_or(const std::string& key, const std::optional<T>& fallback, bool is_value) {
+    if (!fallback) return need(key);
+    const Found found = find(key);
+    if (!found) use_default(key, node_of(*fallback), is_value);
+    return found;
+  }
+  /// For a string: if its table is written out, `[estimator] name = ...` asked for as `estimator`, the name, which is
+  /// known from now on.
+  Found its_name(const Found& found);
   /// The name if `found` is a table with a name, else `found`.
   static Found name_or_self(const Found& found);
 
@@ -68,6 +79,11 @@ struct ConfigReader::State {
   void log_choices(const std::string& key, const std::vector<std::string>& allowed) const;
   /// Before log_use(): a use without it is that of a key that must be there.
   void log_default(const std::string& key, const TomlNode& value, bool is_value) const;
+  /// The same, if there is a fallback.
+  template <class T>
+  void log_fallback(const std::string& key, const std::optional<T>& fallback, bool is_value) const {
+    if (has_log() && fallback) log_default(key, node_of(*fallback), is_value);
+  }
 
   /// Remembers a default. `is_value`: false if the getter's rule would refuse it.
   void use_default(const std::string& key, const TomlNode& value, bool is_value);

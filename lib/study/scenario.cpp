@@ -164,8 +164,10 @@ std::vector<double> read_true_vertical_depths(config::ConfigReader& c, const sur
 }
 
 sensor::MagnetometerErrors read_magnetometer_errors(config::ConfigReader& c) {
-  const std::vector<double> gain = c.numbers("sensor.gain", config::Range::open(0.1, 10), 3, {1, 1, 1});
-  const std::vector<double> bias = c.numbers("sensor.bias_nT", config::Range::closed(-1e5, 1e5), 3, {0, 0, 0});
+  const std::vector<double> gain =
+      c.numbers("sensor.gain", config::Range::open(0.1, 10), 3, std::vector<double>{1, 1, 1});
+  const std::vector<double> bias =
+      c.numbers("sensor.bias_nT", config::Range::closed(-1e5, 1e5), 3, std::vector<double>{0, 0, 0});
   return {{gain[0], gain[1], gain[2]}, {bias[0], bias[1], bias[2]}};
 }
 

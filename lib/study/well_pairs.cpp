@@ -352,7 +352,7 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
   const config::AzimuthReference north =
       c.has("survey.plan") ? config::AzimuthReference::true_north
                            : read_azimuth_reference(c, c.csv("survey.file"), "survey.azimuth_reference");
-  r.slot = vector_of(c.numbers("survey.slot_m", kPlace, 3, {0, 0, 0}));
+  r.slot = vector_of(c.numbers("survey.slot_m", kPlace, 3, std::vector<double>{0, 0, 0}));
   r.hole_diameter = read_hole_diameter(c, "survey.hole_diameter", 0);
   r.tools = read_tool_runs(c, r.survey);
   r.model_place = c.place("error_model");

@@ -241,7 +241,7 @@ TEST_CASE("Config: fallbacks are used only for what is absent") {
   CHECK(r.boolean("noise.b", true));
   CHECK(r.text("noise.t", "u") == "u");
   CHECK(r.choice("noise.law", {"normal", "laplace"}, "normal") == "normal");
-  CHECK(r.numbers("noise.v", kAny, 2, {1, 2}) == std::vector<double>{1, 2});
+  CHECK(r.numbers("noise.v", kAny, 2, std::vector<double>{1, 2}) == std::vector<double>{1, 2});
   CHECK(r.number("noise.x", kAny, 7) == 7);  // asking again does not make it present
   CHECK_FALSE(r.has("noise.x"));
   r.finish();
@@ -252,7 +252,7 @@ TEST_CASE("Config: lists of numbers") {
   auto config = config_of(body);
   auto r = config.reader(0);
   CHECK(r.numbers("v", kAny) == std::vector<double>{1, 2.5, -3});
-  CHECK(r.numbers("v", kAny, 3, {0}) == std::vector<double>{1, 2.5, -3});
+  CHECK(r.numbers("v", kAny, 3, std::vector<double>{0}) == std::vector<double>{1, 2.5, -3});
   const auto of = [&](auto read) { return fault(body, read); };
   CHECK(of([](ConfigReader& q) { q.numbers("v", kAny, 2); }) == "t.toml:3: v = [1, 2.5, -3]: must have 2 numbers");
   CHECK(of([](ConfigReader& q) { q.numbers("empty", kAny, 3); }) == "t.toml:4: empty = []: must have 3 numbers");
