@@ -57,13 +57,7 @@ std::string as_blocks(const std::vector<Row>& rows, std::size_t width) {
     text += usual == "-" ? "" : is_needed ? "; " + usual : "; default " + usual;
     if (rule != "-") text += "; " + rule;
     if (example != "-") text += "; such as " + example;
-    for (std::string indent = "    "; !text.empty();) {
-      const std::size_t room = std::max<std::size_t>(width, 24) - indent.size();
-      std::size_t cut = text.size() <= room ? text.size() : text.rfind(' ', room);
-      if (cut == std::string::npos || cut == 0) cut = std::min(text.find(' '), text.size());
-      out += indent + text.substr(0, cut) + "\n";
-      text = text.substr(std::min(cut + 1, text.size()));
-    }
+    out += store::folded("    " + text, std::max<std::size_t>(width, 24), 4) + "\n";
   }
   return out;
 }

@@ -43,10 +43,8 @@ class FunctionEntry {
     f_.name = entry_.text("name");
     entry_.require(!f_.name.empty(), "name", "must not be empty");
     const std::string kind = entry_.choice("kind", {"station", "course", "stationary", "continuous"}, "station");
-    f_.kind = kind == "course"       ? em::Kind::course
-              : kind == "stationary" ? em::Kind::stationary
-              : kind == "continuous" ? em::Kind::continuous
-                                     : em::Kind::station;
+    for (const em::Kind k : {em::Kind::station, em::Kind::course, em::Kind::stationary, em::Kind::continuous})
+      if (em::kind_name(k) == kind) f_.kind = k;
     if (f_.kind == em::Kind::continuous) {
       f_.axis = entry_.choice("axis", {"XY", "Z", "XYZ"});
       f_.per_section = entry_.boolean("per_section", false);
@@ -144,18 +142,6 @@ constexpr std::array<std::pair<const char*, std::string em::Model::*>, 7> kTexts
                                                                                   {"date", &em::Model::date},
                                                                                   {"tool", &em::Model::tool},
                                                                                   {"note", &em::Model::note}}};
-
-const std::vector<std::string>& mode_letters() {
-  static const std::vector<std::string> letters{"R", "S", "W", "G"};
-  return letters;
-}
-
-em::PropagationMode mode_named(const std::string& letter) {
-  return letter == "R"   ? em::PropagationMode::random
-         : letter == "S" ? em::PropagationMode::systematic
-         : letter == "W" ? em::PropagationMode::well
-                         : em::PropagationMode::global;
-}
 
 /// The models of one document, read with what they extend.
 class ModelFile {
@@ -337,7 +323,10 @@ class ModelFile {
       entry.fail("unit", fmt::format("the unit of {} must be {}", term.function->name,
                                      em::unit_names(term.function->magnitude)));
     term.sigma = factor * term.magnitude;
-    term.mode = mode_named(entry.choice("mode", mode_letters()));
+    const std::string mode = entry.choice("mode", {"R", "S", "W", "G"});
+    using enum em::PropagationMode;
+    for (const em::PropagationMode m : {random, systematic, well, global})
+      if (em::mode_letter(m) == mode[0]) term.mode = m;
     return term;
   }
 

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cmath>
 
+#include <fmt/ranges.h>
+
 #include "base/error.h"
 #include "config/csv_cells.h"
 #include "config/text.h"
@@ -99,8 +101,7 @@ double time_unit(const std::string& name) {
 
 std::size_t column_of(const std::vector<std::string_view>& header, const std::string& name, const std::string& place) {
   const auto it = std::find(header.begin(), header.end(), name);
-  std::string known;
-  for (const auto& h : header) known += (known.empty() ? "" : ", ") + std::string(h);
+  const std::string known = fmt::format("{}", fmt::join(header, ", "));
   const bool is_one = header.size() == 1 && known.find(name) != std::string::npos && known != name;
   require(it != header.end(), "{}: no column \"{}\"; there are {}{}", place, shortened(name), shortened(known),
           is_one ? ": cells must be separated by commas, with decimal points" : "");
@@ -109,9 +110,7 @@ std::size_t column_of(const std::vector<std::string_view>& header, const std::st
 }
 
 std::string in_words(const Finding& f, const std::string& what) {
-  std::string lines;
-  for (const auto l : f.lines) lines += (lines.empty() ? "" : ", ") + std::to_string(l);
-  return fmt::format("{}: {} (line{} {}{})", what, f.rows, f.rows == 1 ? "" : "s", lines,
+  return fmt::format("{}: {} (line{} {}{})", what, f.rows, f.rows == 1 ? "" : "s", fmt::join(f.lines, ", "),
                      f.rows > f.lines.size() ? ", ..." : "");
 }
 

@@ -125,6 +125,7 @@ std::vector<T> values(hid_t d, hid_t type, std::size_t count, const std::string&
 template <class T>
 std::vector<T> values(hid_t d, hid_t type, std::size_t first, std::size_t count, const std::string& link) {
   std::vector<T> out(count);
+  if (count == 0) return out;
   const Handle space(H5Dget_space(d), "read the shape of", link);
   const hsize_t start = first, length = count;
   checked(H5Sselect_hyperslab(space, H5S_SELECT_SET, &start, nullptr, &length, nullptr), "select a part of", link);
@@ -151,7 +152,13 @@ std::vector<double> numbers(hid_t d, std::size_t count, const std::string& link)
   return values<double>(d, H5T_NATIVE_DOUBLE, count, link);
 }
 
-std::vector<std::string> texts(hid_t d, std::size_t count, const std::string& link) { return texts(d, 0, count, link); }
+/// Values first .. first + count - 1 of a column.
+Values column_values(hid_t d, H5T_class_t type, std::size_t first, std::size_t count, const std::string& link) {
+  if (type == H5T_FLOAT) return values<double>(d, H5T_NATIVE_DOUBLE, first, count, link);
+  if (type == H5T_INTEGER) return values<std::int64_t>(d, H5T_NATIVE_INT64, first, count, link);
+  if (type == H5T_STRING) return texts(d, first, count, link);
+  throw Hdf5Failure(link + " holds neither numbers nor text");
+}
 
 /// A long column of a file, which is held open.
 class FileValues final : public DiskValues {
@@ -167,10 +174,7 @@ class FileValues final : public DiskValues {
   std::size_t size() const override { return size_; }
   Values read(std::size_t first, std::size_t count) const override {
     try {
-      const Handle d = dataset(*file_, dataset_name_);
-      if (type_ == H5T_STRING) return texts(d, first, count, dataset_name_);
-      if (type_ == H5T_INTEGER) return values<std::int64_t>(d, H5T_NATIVE_INT64, first, count, dataset_name_);
-      return values<double>(d, H5T_NATIVE_DOUBLE, first, count, dataset_name_);
+      return column_values(dataset(*file_, dataset_name_), type_, first, count, dataset_name_);
     } catch (const Hdf5Failure& e) {
       throw IoError(fmt::format("{}: {}", file_name_, e.what()));
     }
@@ -324,19 +328,7 @@ class Reader {
     const H5T_class_t type = type_class(d, link);
     const bool stays = !path.empty() && count > kMostHeldRows;
     if (stays) c.on_disk = std::make_shared<FileValues>(open_file_, path_.string(), path + "/" + link, count, type);
-    switch (type) {
-      case H5T_FLOAT:
-        c.values = numbers(d, stays ? 0 : count, link);
-        break;
-      case H5T_INTEGER:
-        c.values = values<std::int64_t>(d, H5T_NATIVE_INT64, stays ? 0 : count, link);
-        break;
-      case H5T_STRING:
-        c.values = texts(d, stays ? 0 : count, link);
-        break;
-      default:
-        throw Hdf5Failure(link + " holds neither numbers nor text");
-    }
+    c.values = column_values(d, type, 0, stays ? 0 : count, link);
     return c;
   }
 
@@ -386,7 +378,7 @@ class Reader {
     Axis a{text_or(d, kOriginalName, link.data()), text_or(d, "units", ""), text_or(d, "long_name", ""), {}};
     const std::size_t count = length(d, a.name);
     if (type_class(d, a.name) == H5T_STRING)
-      a.values = texts(d, count, a.name);
+      a.values = texts(d, 0, count, a.name);
     else
       a.values = numbers(d, count, a.name);
     return a;

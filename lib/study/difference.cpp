@@ -125,6 +125,18 @@ Value value_at(const store::Table& t, const store::Column& c, std::size_t row) {
   return v;
 }
 
+/// Failed trials as a rate of all trials of a row; of no trials without a value.
+Value failure_rate(const store::Table& t, std::size_t row, double failed) {
+  Value v;
+  v.trials = static_cast<std::uint64_t>(std::max(0.0, t.number("trials", row)));
+  if (v.trials == 0) return v;
+  v.value = failed / static_cast<double>(v.trials);
+  const stats::Interval ci = stats::binomial_interval(static_cast<std::uint64_t>(failed), v.trials, v.confidence);
+  v.lo = ci.lo;
+  v.hi = ci.hi;
+  return v;
+}
+
 /// The events of a rate, if the value is one of counts: its interval is Clopper and Pearson's.
 std::optional<std::uint64_t> events_of(const Value& v) {
   if (v.trials <= v.failed || !(v.value >= 0 && v.value <= 1)) return std::nullopt;  // NaN: no value
@@ -152,14 +164,13 @@ struct Comparer {
   Differences out;
   bool has_trials = true;
 
-  void estimate(DifferenceRow row, const Value& a, const Value& b) {
+  DifferenceRow estimated(DifferenceRow row, const Value& a, const Value& b) const {
     row.a = a.value;
     row.b = b.value;
     if (a.value == b.value || (std::isnan(a.value) && std::isnan(b.value))) {
       row.finding = "equal";
       // Of other seeds the same value by chance: all trials failed, or none. It stays in the family.
-      out.rows.push_back(std::move(row));
-      return;
+      return row;
     }
     const std::optional<std::uint64_t> ka = events_of(a), kb = events_of(b);
     const bool is_log = a.is_positive() && b.is_positive() && !(a.is_even() && b.is_even());
@@ -174,8 +185,7 @@ struct Comparer {
       const double z = std::abs(row.difference) / row.standard_error;
       row.finding = z <= rule.tolerance ? "chance" : "changed";
       row.note = "the same draws";
-      out.rows.push_back(std::move(row));
-      return;
+      return row;
     }
     if (out.same_seed) row.standard_error = std::sqrt(std::abs(se_b * se_b - se_a * se_a));  // one holds the other
     const bool few_events = ka && kb && *ka + *kb < rule.hits;
@@ -183,13 +193,12 @@ struct Comparer {
     if (!std::isfinite(row.difference) || !(row.standard_error > 0) || few_events || few_trials) {
       row.finding = std::isnan(a.value) != std::isnan(b.value) ? "changed" : "few";
       if (row.finding == "changed") row.note = "there is a value in one of them only";
-      out.rows.push_back(std::move(row));
-      return;
+      return row;
     }
     row.p = ka && kb && !out.same_seed ? same_rate_p(*ka, a.trials - a.failed, *kb, b.trials - b.failed)
                                        : 2 * stats::normal_upper_tail(std::abs(row.difference) / row.standard_error);
     row.finding = "chance";
-    out.rows.push_back(std::move(row));
+    return row;
   }
 
   void fixed(DifferenceRow row, double a, double b, double tolerance) {
@@ -231,24 +240,15 @@ void compare_rows(Comparer& c, const store::Table& ta, std::size_t i, const stor
       if (compares && col.name == "ratio") continue;  // says nothing that monte_carlo and analytic do not
       // The largest of many deviations, of either sign, is not normal; table coverage has shares that can be compared.
       if (col.name == "deviation" && !c.out.same_seed) continue;
-      c.estimate(row, value_at(ta, col, i), value_at(tb, *other, j));
+      c.out.rows.push_back(c.estimated(row, value_at(ta, col, i), value_at(tb, *other, j)));
       continue;
     }
     if (ends.contains(col.name) || col.name == "margin" || col.name == "trials") continue;
     if (std::holds_alternative<Words>(col.values)) continue;
     const double a = ta.number(col.name, i), b = tb.number(col.name, j);
     if (col.name == "failed" && !no_chance && !c.out.same_seed) {  // a rate of all trials
-      Value va, vb;
-      va.trials = static_cast<std::uint64_t>(std::max(0.0, ta.number("trials", i)));
-      vb.trials = static_cast<std::uint64_t>(std::max(0.0, tb.number("trials", j)));
-      if (va.trials == 0 || vb.trials == 0) continue;
-      const auto ka = static_cast<std::uint64_t>(a), kb = static_cast<std::uint64_t>(b);
-      va.value = a / static_cast<double>(va.trials);
-      vb.value = b / static_cast<double>(vb.trials);
-      const stats::Interval ia = stats::binomial_interval(ka, va.trials, 0.95),
-                            ib = stats::binomial_interval(kb, vb.trials, 0.95);
-      va.lo = ia.lo, va.hi = ia.hi, vb.lo = ib.lo, vb.hi = ib.hi;
-      c.estimate(row, va, vb);
+      const Value va = failure_rate(ta, i, a), vb = failure_rate(tb, j, b);
+      if (va.trials > 0 && vb.trials > 0) c.out.rows.push_back(c.estimated(row, va, vb));
       continue;
     }
     if (is_prediction(col.name))
