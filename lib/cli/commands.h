@@ -102,7 +102,7 @@ struct RefineArguments {
 
 /// Writes the config and, beside it, its table of points; says so and writes nothing if the boundary is as fine as the
 /// config wants it. Throws InputError, IoError.
-int refine_result(const std::vector<study::Experiment>& studies, const RefineArguments& arguments);
+int refine_result(const RefineArguments& arguments);
 
 /// One result of several, which are rounds of one sweep. `output`: its name; `folder`: of the config.
 store::Result merge_rounds(const std::vector<study::Experiment>& studies, const std::vector<std::string>& files,

@@ -14,8 +14,6 @@
 namespace surveymc::cli {
 namespace {
 
-std::string plural(std::size_t n, const char* word) { return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s"); }
-
 /// What a difference would have had to be to be found.
 void print_power(const study::Differences& d) {
   std::vector<double> relative, sizes;
@@ -33,7 +31,7 @@ void print_power(const study::Differences& d) {
     const auto percent = [](double ln) { return 100 * std::expm1(ln); };
     text += fmt::format("; that is {:.2g} % of the value in the median row, {:.2g} % to {:.2g} % in all {}",
                         percent(relative[relative.size() / 2]), percent(relative.front()), percent(relative.back()),
-                        plural(relative.size(), "row"));
+                        counted(relative.size(), "row"));
   }
   say(text);
 }
@@ -68,7 +66,7 @@ int diff_results(const DiffArguments& a) {
   say(fmt::format("{} differ, {} do not beyond chance (level {:g} for all {} together), {} are equal{}{}", differing,
                   chance, a.level, d.judged, equal,
                   few > 0 ? fmt::format(", {} have too few trials or events", few) : "",
-                  verdicts > 0 ? fmt::format("; {} changed", plural(verdicts, "verdict")) : ""));
+                  verdicts > 0 ? fmt::format("; {} changed", counted(verdicts, "verdict")) : ""));
   print_power(d);
   return d.any() ? kUnexpected : kDone;
 }

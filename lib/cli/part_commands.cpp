@@ -9,6 +9,7 @@
 
 #include "cli/log.h"
 #include "cli/print_result.h"
+#include "cli/screen.h"
 #include "store/atomic_file.h"
 #include "study/point_costs.h"
 
@@ -331,8 +332,6 @@ int plan_parts(const RunArguments& a, const PlanArguments& plan) {
 
 namespace {
 
-std::string counted(std::size_t n, const char* what) { return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s"); }
-
 /// Writes and prints a merged result; the exit code of the command.
 int write_merged(const RunArguments& a, store::Result result, const std::string& from,
                  std::optional<EndsBySignal>& ends) {
@@ -427,15 +426,15 @@ int status_of(const std::string& folder) {
       add_to(there, part);
     }
     const PointSet open = there.missing(first.points);
-    fmt::print("{}\n  experiment {}, config hash {}, {}\n  {} part{}, computed in {}; {} of {} points done{}{}\n",
-               store::printable(first.title), first.experiment, first.key.config_hash, first.key.program, parts.size(),
-               parts.size() == 1 ? "" : "s", format_duration(elapsed), first.points - open.count(), first.points,
+    fmt::print("{}\n  experiment {}, config hash {}, {}\n  {}, computed in {}; {} of {} points done{}{}\n",
+               store::printable(first.title), first.experiment, first.key.config_hash, first.key.program,
+               counted(parts.size(), "part"), format_duration(elapsed), first.points - open.count(), first.points,
                open.empty() ? "" : "; missing, whole or in part: ", study::array_list(open));
     if (const std::string shards = study::missing_shards(heads); !shards.empty()) fmt::print("  missing {}\n", shards);
-    if (failed > 0) fmt::print("  {} part{} with points that cannot be run\n", failed, failed == 1 ? "" : "s");
+    if (failed > 0) fmt::print("  {} with points that cannot be run\n", counted(failed, "part"));
   }
   if (runs.empty()) fmt::print("no part files in {}\n", folder);
-  if (damaged > 0) fmt::print("{} damaged or foreign part file{}\n", damaged, damaged == 1 ? "" : "s");
+  if (damaged > 0) fmt::print("{}\n", counted(damaged, "damaged or foreign part file"));
   for (const fs::path& path : files_with(folder, ".journal."))
     fmt::print("unfinished: {} ({} bytes)\n", path.string(), fs::file_size(path, error));
   return kDone;

@@ -40,8 +40,8 @@ void print_warning_rows(const store::Table& t, bool quiet) {
 void print_failed_points(const store::Table& t, bool quiet) {
   const store::Table first = store::rows_of(t, 0, 1);  // a long table waits on the disk
   const auto& reason = std::get<std::vector<std::string>>(first.column("reason").values);
-  warn(fmt::format("warning: {} point{} of the sweep could not be run: see {}; the first: {}", t.rows(),
-                   t.rows() == 1 ? "" : "s", t.name, store::printable(reason.front())),
+  warn(fmt::format("warning: {} of the sweep could not be run: see {}; the first: {}", counted(t.rows(), "point"),
+                   t.name, store::printable(reason.front())),
        quiet);
 }
 

@@ -136,8 +136,7 @@ int check(const RunArguments& a) {
         "# a sample of {} points was read: values of every key, and random points; a point that turns out to be "
         "invalid is listed in the result\n",
         run.config.sample_points().size());
-  fmt::print("# {} sweep point{}, {} trials in all; config hash {}\n", run.point_count(),
-             run.point_count() == 1 ? "" : "s", run.total_trials(),
+  fmt::print("# {}, {} trials in all; config hash {}\n", counted(run.point_count(), "sweep point"), run.total_trials(),
              run.is_large() ? run.config.source_hash() : run.config.hash());
   return kDone;
 }
@@ -198,8 +197,8 @@ int run(const RunArguments& a, const std::string& command) {
     }
   ends.reset();
   store::check_output_path(output);
-  log_info(fmt::format("{}: {} point{} of {}, {} trials in all", a.config, plan.point_count(),
-                       plan.point_count() == 1 ? "" : "s", plan.experiment.name(), plan.total_trials()));
+  log_info(fmt::format("{}: {} of {}, {} trials in all", a.config, counted(plan.point_count(), "point"),
+                       plan.experiment.name(), plan.total_trials()));
   if (plan.sample.invalid > 0)
     log_warning(
         fmt::format("{} of {} points that were tried cannot be run, and the result will list such points; the "
@@ -292,7 +291,7 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
     case Command::diff:
       return diff_results(line.compared);
     case Command::refine:
-      return refine_result(studies, line.refined);
+      return refine_result(line.refined);
     case Command::rerun:
       return rerun(line.file, line.inputs.empty() ? "." : line.inputs, a, command);
     case Command::man:

@@ -14,6 +14,7 @@
 
 #include "cli/print_result.h"
 #include "cli/run_setup.h"
+#include "cli/screen.h"
 #include "store/atomic_file.h"
 #include "study/refine.h"
 
@@ -57,12 +58,9 @@ class NewFiles {
 };
 
 study::Round round_of(const std::string& file) {
-  study::Round r{file, store::read_result(file)};
-  StoredInputs in = stored_inputs(r.result);
-  r.tables = std::move(in.tables);
-  r.texts = std::move(in.texts);
-  r.references = std::move(in.references);
-  return r;
+  store::Result result = store::read_result(file);
+  config::StoredInputs inputs = stored_inputs(result);
+  return {file, std::move(result), std::move(inputs)};
 }
 
 std::string csv_of(const config::InputTable& t) {
@@ -85,23 +83,21 @@ void add_missing_inputs(NewFiles& files, const study::Round& round, const fs::pa
     fs::create_directories(path.parent_path(), error);
     files.add(path, text);
   };
-  for (const config::InputTable& t : round.tables) write(t.path, csv_of(t));
-  for (const config::InputText& t : round.texts) write(t.path, t.text);
+  for (const config::InputTable& t : round.inputs.tables) write(t.path, csv_of(t));
+  for (const config::InputText& t : round.inputs.texts) write(t.path, t.text);
 }
 
 }  // namespace
 
-int refine_result(const std::vector<study::Experiment>& studies, const RefineArguments& a) {
+int refine_result(const RefineArguments& a) {
   const fs::path output = a.output;
   require_usage(output.extension() == ".toml", "-o {}: the name of a config ends in .toml", a.output);
   const study::Round round = round_of(a.file);
   const std::string points = output.stem().string() + ".points.csv";
   const study::NextRound next = study::next_round(round.result, a.file, points);
   if (next.count == 0) {
-    say(
-        fmt::format("nothing to refine: the boundary passes {} cell{} of the size that [refine] wants, and no larger "
-                    "one",
-                    next.crossed, next.crossed == 1 ? "" : "s"));
+    say(fmt::format("nothing to refine: the boundary passes {} of the size that [refine] wants, and no larger one",
+                    counted(next.crossed, "cell")));
     return kDone;
   }
   const fs::path folder = store::folder_of(output);
@@ -118,9 +114,7 @@ int refine_result(const std::vector<study::Experiment>& studies, const RefineArg
     files.add(output, next.config);  // last: what it names is there
     files.commit();
   }
-  (void)studies;
-  say(fmt::format("wrote {} with {} new point{} in {}", output.string(), next.count, next.count == 1 ? "" : "s",
-                  points));
+  say(fmt::format("wrote {} with {} in {}", output.string(), counted(next.count, "new point"), points));
   return kDone;
 }
 

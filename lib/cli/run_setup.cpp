@@ -23,6 +23,7 @@
 #include "cli/log.h"
 #include "cli/print_result.h"
 #include "cli/rank_work.h"
+#include "cli/screen.h"
 #include "cli/version_text.h"
 #include "montecarlo/workers.h"
 #include "store/atomic_file.h"
@@ -146,7 +147,7 @@ void stop_after(double seconds) {
 
 study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const std::string& file,
                           const store::Result& stored, const std::string& folder) {
-  StoredInputs in;
+  config::StoredInputs in;
   try {
     in = stored_inputs(stored);
   } catch (const IoError& e) {
@@ -313,8 +314,8 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
   }
   if (trials > 0) log_info(fmt::format("going on from {} trials that are done", trials));
   if (!kept.points.empty())
-    log_info(fmt::format("going on from {} point{} that {} done", kept.points.size(),
-                         kept.points.size() == 1 ? "" : "s", kept.points.size() == 1 ? "is" : "are"));
+    log_info(fmt::format("going on from {} that {} done", counted(kept.points.size(), "point"),
+                         kept.points.size() == 1 ? "is" : "are"));
 
   checkpoint::Journal journal(output, key, std::chrono::duration<double>(a.checkpoint_seconds));
   if (a.workers) a.workers->journal = output.string();

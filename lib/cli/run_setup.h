@@ -148,12 +148,6 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
                      const std::string& command, const std::function<void(const study::Checkpoint&)>& compute,
                      const std::function<void()>& write);
 
-/// The input files that a result stores beside its config, in the form that the config reader takes.
-struct StoredInputs {
-  std::vector<config::InputTable> tables;
-  std::vector<config::InputText> texts;
-  std::vector<config::InputReference> references;  ///< too large to be stored: what identifies them
-};
-StoredInputs stored_inputs(const store::Result& result);
+config::StoredInputs stored_inputs(const store::Result& result);
 
 }  // namespace surveymc::cli

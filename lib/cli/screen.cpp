@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -25,6 +26,8 @@ std::string on_screen(const std::string& text, int descriptor, std::size_t inden
   const std::size_t width = screen_width(descriptor);
   return width == 0 ? text : store::folded(text, width, indent);
 }
+
+std::string counted(std::size_t n, const char* word) { return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s"); }
 
 std::string printable_lines(const std::string& text) {
   std::string out;

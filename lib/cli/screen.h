@@ -19,6 +19,9 @@ store::TableFormat screen_format();
 /// where there is none.
 std::string on_screen(const std::string& text, int descriptor, std::size_t indent = 2);
 
+/// "1 row", "2 rows".
+std::string counted(std::size_t n, const char* word);
+
 /// store::printable() of every line: messages.
 std::string printable_lines(const std::string& text);
 

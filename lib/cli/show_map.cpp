@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "cli/screen.h"
 #include "store/json.h"
 
 namespace surveymc::cli {
@@ -51,8 +52,7 @@ std::string unit_text(const std::string& unit) {
 
 std::string axis_text(const store::Axis& axis) {
   const std::size_t n = length(axis);
-  std::string out =
-      fmt::format("  {}{}: {} value{}", store::printable(axis.name), unit_text(axis.unit), n, n == 1 ? "" : "s");
+  std::string out = fmt::format("  {}{}: {}", store::printable(axis.name), unit_text(axis.unit), counted(n, "value"));
   constexpr std::size_t kListed = 8;
   if (n > kListed) return out + fmt::format(", {} .. {}", coordinate(axis, 0), coordinate(axis, n - 1));
   for (std::size_t i = 0; i < n; ++i) out += (i > 0 ? ", " : ": ") + coordinate(axis, i);

@@ -26,8 +26,8 @@ const std::vector<T>& values_of(const store::InputData& in, const std::string& n
 
 }  // namespace
 
-StoredInputs stored_inputs(const store::Result& result) {
-  StoredInputs files;
+config::StoredInputs stored_inputs(const store::Result& result) {
+  config::StoredInputs files;
   for (const store::InputData& in : result.inputs) {
     const store::Table& t = in.table;
     require_form(!t.columns.empty(), in);

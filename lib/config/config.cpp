@@ -13,17 +13,11 @@
 
 namespace surveymc::config {
 
-struct Config::Impl {
-  std::shared_ptr<ConfigDocument> doc = std::make_shared<ConfigDocument>();
-};
-
-Config::Config(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Config::~Config() = default;
-Config::Config(Config&&) noexcept = default;
+Config::Config() : doc_(std::make_shared<ConfigDocument>()) {}
 
 Config Config::load(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
-  Config config(std::make_unique<Impl>());
-  ConfigDocument& doc = *config.impl_->doc;
+  Config config;
+  ConfigDocument& doc = *config.doc_;
   doc.label = path.string();
   doc.folder = path.parent_path();
   const auto [text, fault] =
@@ -34,8 +28,8 @@ Config Config::load(const std::filesystem::path& path, const std::vector<std::st
 }
 
 Config config_with_log(const InputText& file, std::shared_ptr<KeyLog> log) {
-  Config config(std::make_unique<Config::Impl>());
-  ConfigDocument& doc = *config.impl_->doc;
+  Config config;
+  ConfigDocument& doc = *config.doc_;
   doc.label = file.path;
   doc.folder = std::filesystem::path(file.path).parent_path();
   doc.log = std::move(log);
@@ -46,8 +40,8 @@ Config config_with_log(const InputText& file, std::shared_ptr<KeyLog> log) {
 Config Config::from_text(const std::string& text, const std::string& label, std::vector<InputTable> files,
                          std::vector<InputText> texts, std::vector<InputReference> references,
                          const std::filesystem::path& folder) {
-  Config config(std::make_unique<Impl>());
-  ConfigDocument& doc = *config.impl_->doc;
+  Config config;
+  ConfigDocument& doc = *config.doc_;
   doc.label = label;
   doc.is_from_result = true;
   doc.folder = folder;
@@ -64,22 +58,22 @@ Config Config::from_text(const std::string& text, const std::string& label, std:
   return config;
 }
 
-std::string Config::experiment() const { return impl_->doc->base.entry("experiment")->text; }
+std::string Config::experiment() const { return doc_->base.entry("experiment")->text; }
 
-bool Config::has_seed() const { return impl_->doc->base.entry("seed") != nullptr; }
+bool Config::has_seed() const { return doc_->base.entry("seed") != nullptr; }
 
-std::uint64_t Config::seed() const { return impl_->doc->seed(); }
+std::uint64_t Config::seed() const { return doc_->seed(); }
 
 std::string Config::title() const {
-  const TomlNode* n = impl_->doc->base.entry("title");
+  const TomlNode* n = doc_->base.entry("title");
   return n ? n->text : "";
 }
 
-std::size_t Config::point_count() const { return impl_->doc->sweep.point_count(); }
+std::size_t Config::point_count() const { return doc_->sweep.point_count(); }
 
 std::vector<SweepValue> Config::sweep_values(std::size_t point) const {
-  impl_->doc->require_point(point);
-  return impl_->doc->sweep.values(point);
+  doc_->require_point(point);
+  return doc_->sweep.values(point);
 }
 
 static ConfigReader reader_of(std::shared_ptr<ConfigDocument> doc, std::size_t point, TomlNode root) {
@@ -91,54 +85,52 @@ static ConfigReader reader_of(std::shared_ptr<ConfigDocument> doc, std::size_t p
   return ConfigReader(std::make_shared<ConfigReader::State>(ConfigReader::State{std::move(p), table, ""}));
 }
 
-ConfigReader Config::reader(std::size_t point) { return reader_of(impl_->doc, point, impl_->doc->point_root(point)); }
+ConfigReader Config::reader(std::size_t point) { return reader_of(doc_, point, doc_->point_root(point)); }
 
 void Config::fail(const std::string& key, const std::string& rule) const {
-  reader_of(impl_->doc, 0, impl_->doc->base).fail(key, rule);
+  reader_of(doc_, 0, doc_->base).fail(key, rule);
 }
 
-std::string Config::resolved_text() const { return impl_->doc->resolved_text(); }
+std::string Config::resolved_text() const { return doc_->resolved_text(); }
 
 std::vector<InputTable> Config::inputs() const {
   std::vector<InputTable> out;
-  for (const auto& [path, table] : impl_->doc->inputs) out.push_back(table);
+  for (const auto& [path, table] : doc_->inputs) out.push_back(table);
   return out;
 }
 
 std::vector<InputText> Config::input_texts() const {
   std::vector<InputText> out;
-  for (const auto& [path, text] : impl_->doc->texts) out.push_back({path, text});
+  for (const auto& [path, text] : doc_->texts) out.push_back({path, text});
   return out;
 }
 
 std::vector<InputReference> Config::input_references() const {
   std::vector<InputReference> out;
-  for (const auto& [path, reference] : impl_->doc->references) out.push_back(reference);
+  for (const auto& [path, reference] : doc_->references) out.push_back(reference);
   return out;
 }
 
-const std::vector<Remark>& Config::remarks() const { return impl_->doc->remarks; }
+const std::vector<Remark>& Config::remarks() const { return doc_->remarks; }
 
-bool Config::is_product() const { return impl_->doc->sweep.is_product(); }
+bool Config::is_product() const { return doc_->sweep.is_product(); }
 
 std::optional<std::vector<SweepDimension>> Config::sweep_product() const {
-  const Sweep& sweep = impl_->doc->sweep;
+  const Sweep& sweep = doc_->sweep;
   if (!sweep.is_product()) return std::nullopt;
   return sweep.dimensions();
 }
 
 std::vector<std::size_t> Config::sample_points() const {
   constexpr std::size_t kMostOfAxis = 1000, kRandom = 1000;
-  return impl_->doc->sweep.sample(kMostOfAxis, kRandom);
+  return doc_->sweep.sample(kMostOfAxis, kRandom);
 }
 
-void Config::check_sweep(const std::function<void()>& between) const { impl_->doc->sweep.check_table(between); }
+void Config::check_sweep(const std::function<void()>& between) const { doc_->sweep.check_table(between); }
 
-std::string Config::sweep_file() const { return impl_->doc->sweep.table_file(); }
+std::string Config::sweep_file() const { return doc_->sweep.table_file(); }
 
-std::string Config::source_text() const {
-  return impl_->doc->text_with_refine(impl_->doc->base) + impl_->doc->sweep.toml();
-}
+std::string Config::source_text() const { return doc_->text_with_refine(doc_->base) + doc_->sweep.toml(); }
 
 namespace {
 
@@ -146,12 +138,11 @@ namespace {
 /// bytes.
 class ConfigHash {
  public:
-  ConfigHash() { XXH3_128bits_reset(&state_); }
-  void add(const std::string& s) {
-    add(s.size());
-    XXH3_128bits_update(&state_, s.data(), s.size());
+  explicit ConfigHash(const std::string& text) {
+    XXH3_128bits_reset(&state_);
+    add(text);
   }
-  void add_files(const ConfigDocument& doc, const std::string& only = "") {
+  ConfigHash& add_files(const ConfigDocument& doc, const std::string& only = "") {
     for (const auto& [path, table] : doc.inputs) {
       if (!only.empty() && path != only) continue;
       add(path);
@@ -173,6 +164,7 @@ class ConfigHash {
       add(reference.size);
       add(reference.hash);
     }
+    return *this;
   }
   std::string hex() const {
     const XXH128_hash_t h = XXH3_128bits_digest(&state_);
@@ -181,6 +173,10 @@ class ConfigHash {
 
  private:
   static_assert(std::endian::native == std::endian::little, "the hash is over little-endian numbers");
+  void add(const std::string& s) {
+    add(s.size());
+    XXH3_128bits_update(&state_, s.data(), s.size());
+  }
   void add(std::size_t n) {
     const std::uint64_t x = n;
     XXH3_128bits_update(&state_, &x, sizeof x);
@@ -191,24 +187,13 @@ class ConfigHash {
 }  // namespace
 
 std::string Config::source_hash() const {
-  ConfigHash h;
-  h.add(source_text());
-  if (!sweep_file().empty()) h.add_files(*impl_->doc, sweep_file());
+  ConfigHash h(source_text());
+  if (!sweep_file().empty()) h.add_files(*doc_, sweep_file());
   return h.hex();
 }
 
-std::string Config::hash_as_read() const {
-  ConfigHash h;
-  h.add(source_text());
-  h.add_files(*impl_->doc);
-  return h.hex();
-}
+std::string Config::hash_as_read() const { return ConfigHash(source_text()).add_files(*doc_).hex(); }
 
-std::string Config::hash() const {
-  ConfigHash h;
-  h.add(resolved_text());
-  h.add_files(*impl_->doc);
-  return h.hex();
-}
+std::string Config::hash() const { return ConfigHash(resolved_text()).add_files(*doc_).hex(); }
 
 }  // namespace surveymc::config

@@ -164,6 +164,7 @@ class ConfigReader {
 };
 
 class Config;
+struct ConfigDocument;
 /// See key_log.h.
 Config config_with_log(const InputText& file, std::shared_ptr<KeyLog> log);
 
@@ -186,8 +187,7 @@ class Config {
                           std::vector<InputText> texts = {}, std::vector<InputReference> references = {},
                           const std::filesystem::path& folder = {});
 
-  ~Config();
-  Config(Config&&) noexcept;
+  Config(Config&&) noexcept = default;
 
   /// experiment, required, seed (0 .. 2^63 - 1) and title ("" if absent) of the file. No reader has to ask for them.
   /// seed() throws InputError where there is none: a file without is right where nothing is drawn.
@@ -238,9 +238,8 @@ class Config {
 
  private:
   friend Config config_with_log(const InputText& file, std::shared_ptr<KeyLog> log);
-  struct Impl;
-  explicit Config(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  Config();
+  std::shared_ptr<ConfigDocument> doc_;
 };
 
 /// Shortest decimal text that reads back to the same double ("0.1", "51000").

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "config/input_table.h"
+
 namespace surveymc::config {
 
 /// Files up to this size are stored whole in the result; of larger ones it has name, size, hash and header only.
@@ -19,6 +21,13 @@ struct InputReference {
   std::uint64_t size = 0;  ///< bytes
   std::string hash;        ///< 128-bit XXH3 of the bytes, in hex
   std::string header;      ///< first line that is neither blank nor a comment (#), at most 1000 bytes of it
+};
+
+/// The input files that a result stores beside its config.
+struct StoredInputs {
+  std::vector<InputTable> tables;
+  std::vector<InputText> texts;
+  std::vector<InputReference> references;  ///< too large to be stored: what identifies them
 };
 
 struct InputFile {

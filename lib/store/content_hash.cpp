@@ -18,8 +18,6 @@
 #include <xxhash.h>
 
 namespace surveymc::store {
-namespace {
-
 /// XXH3-128 over a serialisation in which every list and text is preceded by its length: no two results share one.
 class Hasher {
  public:
@@ -35,8 +33,10 @@ class Hasher {
   }
   void add(const std::vector<double>& list) {
     add(std::uint64_t{list.size()});
-    in_canonical_pieces(list, [this](std::span<const double> piece) { add_bytes(piece.data(), piece.size_bytes()); });
+    in_canonical_pieces(list, [this](std::span<const double> piece) { add(piece); });
   }
+  /// Numbers of a list whose length was added.
+  void add(std::span<const double> canonical) { add_bytes(canonical.data(), canonical.size_bytes()); }
   void add(const std::vector<std::int64_t>& list) {
     add(std::uint64_t{list.size()});
     add_bytes(list.data(), list.size() * sizeof(std::int64_t));
@@ -86,35 +86,30 @@ class Hasher {
   std::size_t used_ = 0;
 };
 
-/// Hash of one map, values in pieces.
-class MapHasher {
- public:
-  explicit MapHasher(const Map& m) { hasher_.add(m.name, m.unit, m.long_name, m.axes, std::uint64_t{map_size(m)}); }
-  void add(std::span<const double> canonical) { hasher_.add_bytes(canonical.data(), canonical.size_bytes()); }
-  std::string hex() { return hasher_.hex(); }
+namespace {
 
- private:
-  Hasher hasher_;
-};
+/// Hash of one map, whose values follow in pieces.
+Hasher hasher_of(const Map& m) {
+  Hasher h;
+  h.add(m.name, m.unit, m.long_name, m.axes, std::uint64_t{map_size(m)});
+  return h;
+}
 
 }  // namespace
 
-struct StreamHash::Impl {
-  std::vector<MapHasher> maps;
-};
-StreamHash::StreamHash(const std::vector<Map>& maps) : impl_(std::make_unique<Impl>()), maps_(maps) {
-  for (const Map& m : maps) impl_->maps.emplace_back(m);
+StreamHash::StreamHash(const std::vector<Map>& maps) : maps_(maps) {
+  for (const Map& m : maps) of_maps_.push_back(hasher_of(m));
 }
 StreamHash::~StreamHash() = default;
-void StreamHash::add(std::size_t map, std::span<const double> canonical) { impl_->maps[map].add(canonical); }
-void StreamHash::finish(MapHashes& hashes) const {
-  for (std::size_t i = 0; i < maps_.size(); ++i) hashes[maps_[i].name] = impl_->maps[i].hex();
+void StreamHash::add(std::size_t map, std::span<const double> canonical) { of_maps_[map].add(canonical); }
+void StreamHash::finish(MapHashes& hashes) {
+  for (std::size_t i = 0; i < maps_.size(); ++i) hashes[maps_[i].name] = of_maps_[i].hex();
 }
 
 MapHashes held_map_hashes(const std::vector<Map>& maps) {
   MapHashes hashes;
   for (const Map& m : maps) {
-    MapHasher h(m);
+    Hasher h = hasher_of(m);
     in_canonical_pieces(m.values, [&](std::span<const double> canonical) { h.add(canonical); });
     hashes[m.name] = h.hex();
   }
@@ -134,31 +129,24 @@ std::string input_hash(const Table& table) {
   return h.hex();
 }
 
-struct ContentHash::Impl {
-  Hasher hasher;
-};
-ContentHash::ContentHash(const Provenance& p) : impl_(std::make_unique<Impl>()) {
-  impl_->hasher.add(std::string("surveymc result 1"));
-  impl_->hasher.add(p.title, p.experiment, p.config, p.config_hash, p.seed, p.trials);
+ContentHash::ContentHash(const Provenance& p) : hasher_(std::make_unique<Hasher>()) {
+  hasher_->add(std::string("surveymc result 1"));
+  hasher_->add(p.title, p.experiment, p.config, p.config_hash, p.seed, p.trials);
 }
 ContentHash::~ContentHash() = default;
-void ContentHash::begin_list(std::size_t size) { impl_->hasher.add(std::uint64_t{size}); }
-void ContentHash::begin(const Table& t) { impl_->hasher.add(t.name, t.long_name, std::uint64_t{t.columns.size()}); }
+void ContentHash::begin_list(std::size_t size) { hasher_->add(std::uint64_t{size}); }
+void ContentHash::begin(const Table& t) { hasher_->add(t.name, t.long_name, std::uint64_t{t.columns.size()}); }
 void ContentHash::begin(const InputData& i) {
-  impl_->hasher.add(i.path, i.hash, i.table.long_name, std::uint64_t{i.table.columns.size()});
+  hasher_->add(i.path, i.hash, i.table.long_name, std::uint64_t{i.table.columns.size()});
 }
 void ContentHash::begin(const Column& c) {
-  impl_->hasher.add(c.name, c.unit, c.long_name, c.ancillary);
-  impl_->hasher.add(std::uint64_t{c.values.index()}, std::uint64_t{c.size()});
+  hasher_->add(c.name, c.unit, c.long_name, c.ancillary);
+  hasher_->add(std::uint64_t{c.values.index()}, std::uint64_t{c.size()});
 }
-void ContentHash::add(std::span<const double> canonical) {
-  impl_->hasher.add_bytes(canonical.data(), canonical.size_bytes());
-}
-void ContentHash::add(std::span<const std::int64_t> values) {
-  impl_->hasher.add_bytes(values.data(), values.size_bytes());
-}
+void ContentHash::add(std::span<const double> canonical) { hasher_->add(canonical); }
+void ContentHash::add(std::span<const std::int64_t> values) { hasher_->add_bytes(values.data(), values.size_bytes()); }
 void ContentHash::add(std::span<const std::string> values) {
-  for (const std::string& text : values) impl_->hasher.add(text);
+  for (const std::string& text : values) hasher_->add(text);
 }
 void ContentHash::add(const CycledWords& values) {
   std::string cycle;
@@ -168,14 +156,14 @@ void ContentHash::add(const CycledWords& values) {
     cycle.append(reinterpret_cast<const char*>(&length), sizeof length);
     cycle += text;
   }
-  for (std::size_t i = 0; i < values.times(); ++i) impl_->hasher.add_bytes(cycle.data(), cycle.size());
+  for (std::size_t i = 0; i < values.times(); ++i) hasher_->add_bytes(cycle.data(), cycle.size());
 }
 /// By name, so that it does not matter which are held and which are streamed.
 void ContentHash::add(const MapHashes& maps) {
-  impl_->hasher.add(std::uint64_t{maps.size()});
-  for (const auto& [name, hash] : maps) impl_->hasher.add(name, hash);
+  hasher_->add(std::uint64_t{maps.size()});
+  for (const auto& [name, hash] : maps) hasher_->add(name, hash);
 }
-std::string ContentHash::hex() { return impl_->hasher.hex(); }
+std::string ContentHash::hex() { return hasher_->hex(); }
 
 namespace {
 

@@ -12,6 +12,8 @@
 
 namespace surveymc::store {
 
+class Hasher;
+
 /// Equal for axes that two maps can share: the same name, unit, long name and values.
 std::string axis_hash(const Axis& axis);
 
@@ -29,11 +31,10 @@ class StreamHash {
   StreamHash& operator=(const StreamHash&) = delete;
   /// The next values of one map, as they are stored.
   void add(std::size_t map, std::span<const double> canonical);
-  void finish(MapHashes& hashes) const;
+  void finish(MapHashes& hashes);
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::vector<Hasher> of_maps_;
   const std::vector<Map>& maps_;
 };
 
@@ -60,8 +61,7 @@ class ContentHash {
   std::string hex();
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<Hasher> hasher_;
 };
 
 /// content_hash() of a result whose maps were hashed elsewhere.

@@ -498,7 +498,8 @@ store::Result merged_rounds(const Experiment& experiment, std::vector<Round> rou
     require(config::text_without_sweep(text, r.label) == base,
             "{}: is no round of the sweep of {}: their configs differ in more than [sweep] and [refine]", r.label,
             first.label);
-    const config::Config c = config::Config::from_text(text, r.label, r.tables, r.texts, r.references, folder);
+    const config::Config c =
+        config::Config::from_text(text, r.label, r.inputs.tables, r.inputs.texts, r.inputs.references, folder);
     for (std::size_t point = 0; point < c.point_count(); ++point) {
       std::vector<std::string> names, cells;
       for (const config::SweepValue& v : c.sweep_values(point)) {
@@ -515,9 +516,9 @@ store::Result merged_rounds(const Experiment& experiment, std::vector<Round> rou
               line.substr(0, line.size() - 1));
       csv += line;
     }
-    add_files_of_round(tables, r.tables, c.sweep_file());
-    add_files_of_round(texts, r.texts, c.sweep_file());
-    add_files_of_round(references, r.references, c.sweep_file());
+    add_files_of_round(tables, r.inputs.tables, c.sweep_file());
+    add_files_of_round(texts, r.inputs.texts, c.sweep_file());
+    add_files_of_round(references, r.inputs.references, c.sweep_file());
     if (text.find("\n[refine") == std::string::npos) continue;  // a sweep that is not refined can be merged, too
     const config::RefineRule rule = config::refine_rule_of(text, r.label);
     if (!rule.grid.empty()) {  // the later rounds know the first grid

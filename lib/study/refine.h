@@ -47,9 +47,7 @@ NextRound next_round(const store::Result& result, const std::string& label, cons
 struct Round {
   std::string label;
   store::Result result;
-  std::vector<config::InputTable> tables = {};
-  std::vector<config::InputText> texts = {};
-  std::vector<config::InputReference> references = {};
+  config::StoredInputs inputs;
 };
 
 /// One result with the points of several rounds, in their order: that of a run whose table of points `file` lists them.
