@@ -33,14 +33,6 @@ std::string format_double(double x, int digits) {
   return fmt::format("{:.{}g}", x, digits);
 }
 
-/// Number of a numeric column as double, for intervals.
-double number_at(const Column& column, std::size_t row) {
-  if (const auto* integers = std::get_if<std::vector<std::int64_t>>(&column.values)) {
-    return static_cast<double>((*integers)[row]);
-  }
-  return std::get<std::vector<double>>(column.values)[row];
-}
-
 std::string cell(const Column& column, std::size_t row) {
   if (const auto* texts = std::get_if<std::vector<std::string>>(&column.values)) return printable((*texts)[row]);
   if (const auto* integers = std::get_if<std::vector<std::int64_t>>(&column.values)) {
@@ -157,7 +149,7 @@ std::vector<Block> printed_blocks(const Table& table) {
     if (!interval) continue;
     Block joined{"interval", block.unit, true, {}};
     for (std::size_t i = 0; i < rows; ++i) {
-      joined.cells.push_back(interval_cell(number_at(*ends.low, i), number_at(*ends.high, i)));
+      joined.cells.push_back(interval_cell(table.number(ends.low->name, i), table.number(ends.high->name, i)));
     }
     blocks.push_back(joined);
   }
@@ -190,18 +182,14 @@ void to_footnotes(Block& block, const Gap& gap, std::vector<std::string>& notes)
 
 /// Marks the verdicts that are not the expected ones; how many there are.
 std::size_t mark_unexpected(const Table& table, std::vector<Block>& blocks) {
-  const auto texts_of = [&](const char* name) {
-    const Column* c = table.find_column(name);
-    return c ? std::get_if<std::vector<std::string>>(&c->values) : nullptr;
-  };
-  const auto *verdict = texts_of("verdict"), *expected = texts_of("expected"), *family = texts_of("family");
   const auto block = std::find_if(blocks.begin(), blocks.end(), [](const Block& b) { return b.name == "verdict"; });
-  if (!verdict || !expected || block == blocks.end()) return 0;
+  if (!table.find_column("verdict") || !table.find_column("expected") || block == blocks.end()) return 0;
   std::size_t marked = 0;
-  for (std::size_t i = 0; i < verdict->size(); ++i) {
-    if ((*expected)[i].empty() || (*expected)[i] == (*verdict)[i]) continue;
-    if (family && (*verdict)[i] == "differs" && (*family)[i] == "may be chance") continue;  // as unexpected_verdicts()
-    block->cells[i] = ((*verdict)[i].empty() ? "none" : printable((*verdict)[i])) + kUnexpectedMark;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const std::string verdict = table.word("verdict", i), expected = table.word("expected", i);
+    if (expected.empty() || expected == verdict) continue;
+    if (verdict == "differs" && table.word("family", i) == "may be chance") continue;  // as unexpected_verdicts()
+    block->cells[i] = (verdict.empty() ? "none" : printable(verdict)) + kUnexpectedMark;
     ++marked;
   }
   return marked;

@@ -130,9 +130,11 @@ void check_output_path(const fs::path& path) {
   }
 }
 
-namespace {
+void write_result(const fs::path& path, const Result& result) { write_result(path, result, {}); }
 
-void write(const fs::path& path, const Result& result, const WriteOptions& options) {
+void write_result(const fs::path& path, const Result& result, const WriteOptions& options) {
+  if (options.compression < 0 || options.compression > kMostCompression)
+    throw std::logic_error("no such level of compression");
   check_shape(result);
   const fs::path target = target_of(path);
   refuse_foreign_file(path, target);
@@ -151,16 +153,6 @@ void write(const fs::path& path, const Result& result, const WriteOptions& optio
   } catch (const std::system_error& e) {
     refuse(path, fmt::format("cannot be written: {}", e.code().message()));
   }
-}
-
-}  // namespace
-
-void write_result(const fs::path& path, const Result& result) { write(path, result, {}); }
-
-void write_result(const fs::path& path, const Result& result, const WriteOptions& options) {
-  if (options.compression < 0 || options.compression > kMostCompression)
-    throw std::logic_error("no such level of compression");
-  write(path, result, options);
 }
 
 std::string hdf5_version() {

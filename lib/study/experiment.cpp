@@ -42,10 +42,7 @@ void require_offered(const config::ConfigReader& reader, const Experiment& exper
     if (!reader.has(t.table) || std::find(t.studies.begin(), t.studies.end(), experiment.id) != t.studies.end())
       continue;
     std::string names;
-    for (const random::StudyId id : t.studies) {
-      if (!names.empty()) names += ", ";
-      names += random::name_of(id);
-    }
+    for (const random::StudyId id : t.studies) names += (names.empty() ? "" : ", ") + std::string(random::name_of(id));
     reader.fail(t.table, fmt::format("{} has {}; the table is of {}", experiment.name(), t.otherwise, names));
   }
 }
@@ -150,14 +147,9 @@ namespace {
 
 /// Column with the sweep value `value` on `rows` rows.
 store::Column sweep_column(const config::SweepValue& value, std::size_t rows) {
-  store::Column c{value.key, "", "sweep key", std::vector<double>(rows, 0.0)};
-  if (const double* number = std::get_if<double>(&value.value)) {
-    c.unit = unit_of_name(value.key);
-    c.values = std::vector<double>(rows, *number);
-  } else {
-    c.values = std::vector<std::string>(rows, std::get<std::string>(value.value));
-  }
-  return c;
+  if (const double* number = std::get_if<double>(&value.value))
+    return {value.key, unit_of_name(value.key), "sweep key", std::vector<double>(rows, *number)};
+  return {value.key, "", "sweep key", std::vector<std::string>(rows, std::get<std::string>(value.value))};
 }
 
 }  // namespace
@@ -222,14 +214,6 @@ void add_maps(std::vector<store::Map>& all, std::vector<store::Map>&& maps, cons
     m.axes.insert(m.axes.begin(), sweep.begin(), sweep.end());
     all.push_back(std::move(m));
   }
-}
-
-/// Values of one point in a map over the sweep's axes and its own.
-std::size_t values_of_point(const store::Map& m, std::size_t sweep_axes) {
-  std::size_t n = 1;
-  for (std::size_t a = sweep_axes; a < m.axes.size(); ++a)
-    n *= std::visit([](const auto& v) { return v.size(); }, m.axes[a].values);
-  return n;
 }
 
 /// The streams of all points, one after the other: points come in product order, last key fastest.
@@ -491,6 +475,7 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
   const std::vector<store::Axis> axes = sweep_axes(run.config);
   Streams streams;
   std::size_t failed = 0;  // before the first point that did not
+  const auto values_of_point = [&](const store::Map& m) { return store::map_size(m) / run.point_count(); };
   const std::optional<config::SensitivityRule> sensitivity =
       config::sensitivity_rule_of(run.config.source_text(), "the config");
   bool is_checked = false;  // at the first point, not after hours
@@ -504,14 +489,14 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
     add_point(samples, std::move(r.samples));
     if (has_failed) {  // its values are missing
       if (maps.empty()) ++failed;
-      for (store::Map& m : maps) m.values.insert(m.values.end(), values_of_point(m, axes.size()), kNaN);
+      for (store::Map& m : maps) m.values.insert(m.values.end(), values_of_point(m), kNaN);
       streams.add_missing();
       continue;
     }
     const bool is_first = maps.empty();
     add_maps(maps, std::move(r.maps), axes);
     if (is_first)
-      for (store::Map& m : maps) m.values.insert(m.values.begin(), failed * values_of_point(m, axes.size()), kNaN);
+      for (store::Map& m : maps) m.values.insert(m.values.begin(), failed * values_of_point(m), kNaN);
     streams.add(std::move(r.streams), axes);
   }
   store::Result result = result_without_tables(run);
