@@ -82,7 +82,7 @@ store::Table list_of(const store::Result& r) {
   };
   add_tables("table", r.tables);
   add_tables("samples", r.samples);
-  for (const MapSource& m : maps_of(r))
+  for (const store::MapSource& m : store::maps_of(r))
     add({"map", m.map->name, shape_text(*m.map), m.map->unit == "1" ? "" : m.map->unit, "", m.map->long_name});
   return list;
 }
@@ -180,8 +180,8 @@ void print_json(const ShowArguments& a, const store::Result& r) {
   print_tables("tables", r.tables);
   print_tables("samples", r.samples);
   fmt::print(",\n\"maps\": [");
-  const std::vector<MapSource> maps = maps_of(r);
-  for (const MapSource& m : maps) {
+  const std::vector<store::MapSource> maps = store::maps_of(r);
+  for (const store::MapSource& m : maps) {
     fmt::print("{}\n{{{}}}", &m == &maps.front() ? "" : ",", store::map_members_json(*m.map));
   }
   fmt::print("]}}\n");
@@ -204,7 +204,7 @@ bool print_one(const ShowArguments& a, const store::Result& r) {
       print_table(a, t);
       return true;
     }
-  for (const MapSource& m : maps_of(r)) {
+  for (const store::MapSource& m : store::maps_of(r)) {
     if (m.map->name != a.name) continue;
     (a.csv ? print_map_csv : a.json ? print_map_json : print_map)(m);
     if (a.json) fmt::print("\n");

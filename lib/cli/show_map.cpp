@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -16,7 +18,8 @@ std::size_t length(const store::Axis& axis) {
   return std::visit([](const auto& v) { return v.size(); }, axis.values);
 }
 
-void for_each_piece(const MapSource& source, const std::function<void(std::size_t, const std::vector<double>&)>& use) {
+void for_each_piece(const store::MapSource& source,
+                    const std::function<void(std::size_t, const std::vector<double>&)>& use) {
   const std::size_t size = store::map_size(*source.map);
   for (std::size_t first = 0; first < size; first += store::kStreamPiece)
     use(first, source.values(first, std::min(store::kStreamPiece, size - first)));
@@ -64,7 +67,7 @@ struct Range {
   std::size_t lowest_at = 0, highest_at = 0, finite = 0, infinite = 0, missing = 0;
 };
 
-Range range_of(const MapSource& source) {
+Range range_of(const store::MapSource& source) {
   Range r;
   for_each_piece(source, [&](std::size_t first, const std::vector<double>& values) {
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -101,26 +104,13 @@ store::Table rows_of(const store::Map& map, std::size_t first, const std::vector
 
 }  // namespace
 
-std::vector<MapSource> maps_of(const store::Result& result) {
-  std::vector<MapSource> all;
-  for (const store::Map& m : result.maps)
-    all.push_back({&m, [&m](std::size_t first, std::size_t count) {
-                     const auto begin = m.values.begin() + static_cast<std::ptrdiff_t>(first);
-                     return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));
-                   }});
-  for (const store::MapStream& s : result.streams)
-    for (std::size_t i = 0; i < s.maps.size(); ++i)
-      all.push_back({&s.maps[i], [&s, i](std::size_t first, std::size_t count) { return s.values(first, count)[i]; }});
-  return all;
-}
-
 std::string shape_text(const store::Map& map) {
   std::string out;
   for (const store::Axis& a : map.axes) out += (out.empty() ? "" : " x ") + fmt::format("{}", length(a));
   return out;
 }
 
-void print_map(const MapSource& source) {
+void print_map(const store::MapSource& source) {
   const store::Map& m = *source.map;
   fmt::print("{}{}: {}\n", store::printable(m.name), unit_text(m.unit), store::printable(m.long_name));
   for (const store::Axis& a : m.axes) fmt::print("{}\n", axis_text(a));
@@ -131,14 +121,14 @@ void print_map(const MapSource& source) {
   fmt::print("  {} values: {} finite, {} infinite, {} missing\n", store::map_size(m), r.finite, r.infinite, r.missing);
 }
 
-void print_map_csv(const MapSource& source) {
+void print_map_csv(const store::MapSource& source) {
   for_each_piece(source, [&](std::size_t first, const std::vector<double>& values) {
     const std::string text = store::to_csv(rows_of(*source.map, first, values));
     fmt::print("{}", first == 0 ? text : text.substr(text.find('\n') + 1));
   });
 }
 
-void print_map_json(const MapSource& source) {
+void print_map_json(const store::MapSource& source) {
   fmt::print("{{{}, \"values\": [", store::map_members_json(*source.map));
   for_each_piece(source, [&](std::size_t first, const std::vector<double>& values) {
     std::string text;

@@ -155,6 +155,19 @@ void write_result(const fs::path& path, const Result& result, const WriteOptions
   }
 }
 
+std::vector<MapSource> maps_of(const Result& result) {
+  std::vector<MapSource> all;
+  for (const Map& m : result.maps)
+    all.push_back({&m, [&m](std::size_t first, std::size_t count) {
+                     const auto begin = m.values.begin() + static_cast<std::ptrdiff_t>(first);
+                     return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));
+                   }});
+  for (const MapStream& s : result.streams)
+    for (std::size_t i = 0; i < s.maps.size(); ++i)
+      all.push_back({&s.maps[i], [&s, i](std::size_t first, std::size_t count) { return s.values(first, count)[i]; }});
+  return all;
+}
+
 std::string hdf5_version() {
   silence_hdf5();  // before the library registers what it does at the program's end
   unsigned major = 0, minor = 0, release = 0;

@@ -2,6 +2,7 @@
 /// The result file: HDF5, netCDF-4 clean (docs/results-format.md). The only user of the HDF5 library.
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,16 @@ struct Result {
 
 /// Values of a stream that are made, hashed and written at a time, at most: 2 MB.
 inline constexpr std::size_t kStreamPiece = std::size_t{1} << 18;
+
+/// A map and the source of its values.
+struct MapSource {
+  const Map* map = nullptr;  ///< its values may be empty
+  std::function<std::vector<double>(std::size_t first, std::size_t count)> values;
+};
+
+/// All maps of a result, held and streamed. They refer to `result`.
+std::vector<MapSource> maps_of(const Result& result);
+
 /// read_result() leaves longer tables on the disk.
 inline constexpr std::size_t kMostHeldRows = std::size_t{1} << 16;
 /// read_result() returns a map as a stream if it has more values than this (128 MB).

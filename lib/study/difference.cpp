@@ -289,29 +289,14 @@ void compare_tables(Comparer& c, const store::Table& a, const store::Table& b) {
     if (!seen[j]) alone(in_b[j], "only in B");
 }
 
-/// Values of a map in pieces, held or streamed.
-struct MapOf {
-  const store::Map* map = nullptr;
-  const store::MapStream* stream = nullptr;
-  std::size_t in_stream = 0;
-
-  std::vector<double> values(std::size_t first, std::size_t count) const {
-    if (stream) return stream->values(first, count).at(in_stream);
-    return {map->values.begin() + static_cast<std::ptrdiff_t>(first),
-            map->values.begin() + static_cast<std::ptrdiff_t>(first + count)};
-  }
-};
-
-std::map<std::string, MapOf> maps_in(const store::Result& r) {
-  std::map<std::string, MapOf> out;
-  for (const store::Map& m : r.maps) out[m.name] = {&m, nullptr, 0};
-  for (const store::MapStream& s : r.streams)
-    for (std::size_t i = 0; i < s.maps.size(); ++i) out[s.maps[i].name] = {&s.maps[i], &s, i};
+std::map<std::string, store::MapSource> maps_in(const store::Result& r) {
+  std::map<std::string, store::MapSource> out;
+  for (const store::MapSource& m : store::maps_of(r)) out[m.map->name] = m;
   return out;
 }
 
 void compare_maps(Comparer& c, const store::Result& a, const store::Result& b) {
-  const std::map<std::string, MapOf> in_a = maps_in(a), in_b = maps_in(b);
+  const std::map<std::string, store::MapSource> in_a = maps_in(a), in_b = maps_in(b);
   const auto add = [&](const std::string& name, const std::string& finding, const std::string& note, double size) {
     c.out.rows.push_back(row_of("maps", name, finding, note));
     c.out.rows.back().difference = size;
@@ -324,7 +309,7 @@ void compare_maps(Comparer& c, const store::Result& a, const store::Result& b) {
       add(name, "only in A", "", kNaN);
       continue;
     }
-    const MapOf& other = found->second;
+    const store::MapSource& other = found->second;
     const auto same_axes = [](const store::Map& x, const store::Map& y) {
       return std::equal(x.axes.begin(), x.axes.end(), y.axes.begin(), y.axes.end(),
                         [](const auto& p, const auto& q) { return p.name == q.name && p.values == q.values; });
