@@ -148,6 +148,7 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
                      const std::string& command, const std::function<void(const study::Checkpoint&)>& compute,
                      const std::function<void()>& write);
 
+/// The input files that a result stores beside its config, in the form that the config reader takes.
 config::StoredInputs stored_inputs(const store::Result& result);
 
 }  // namespace surveymc::cli
