@@ -353,7 +353,7 @@ Matrix3d ErrorModelMonteCarlo::sample_covariance(const stats::Tally& tally, std:
 
 study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const montecarlo::RunOptions&) const {
   study::PointResult r;
-  if (s_.samples()) r.tables = {axes_table(tally), directions_table(tally, false), directions_table(tally, true)};
+  if (s_.samples()) r.tables = judged_tables(tally);
   if (s_.sources != Sources::total) r.tables.push_back(by_source_table(tally));
   if (s_.samples()) r.tables.push_back(ellipse_table(tally));
   r.tables.push_back(covariance_table(tally));

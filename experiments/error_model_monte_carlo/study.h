@@ -87,8 +87,8 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   std::vector<study::ComparisonRow> axes_rows(const stats::Tally& tally, std::size_t depth) const;
   std::vector<study::ComparisonRow> directions_rows(const stats::Tally& tally, std::size_t depth,
                                                     bool along_hole) const;
-  store::Table axes_table(const stats::Tally& tally) const;
-  store::Table directions_table(const stats::Tally& tally, bool along_hole) const;
+  /// axes, position and position_hla.
+  std::vector<store::Table> judged_tables(const stats::Tally& tally) const;
   store::Table by_source_table(const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
   store::Table covariance_table(const stats::Tally& tally) const;

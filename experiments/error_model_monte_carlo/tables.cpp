@@ -101,39 +101,23 @@ study::RowsOfTables ErrorModelMonteCarlo::judged_rows(const stats::Tally& tally)
   return all;
 }
 
-store::Table ErrorModelMonteCarlo::axes_table(const stats::Tally& tally) const {
-  store::Table all;
-  for (std::size_t d = 0; d < depths_.size(); ++d) {
-    std::vector<study::ComparisonRow> rows = axes_rows(tally, d);
-    stop_.add_notes("axes", rows, tally, place(d));
-    s_.annotations.apply("axes", rows);
-    study::append_at_depth(
-        all,
-        study::comparison_table("axes",
-                                "position errors along the axes of the predicted ellipsoids, largest first" +
-                                    study::at_confidence(s_.verdict),
-                                rows, tally.trials, tally.failed, true),
-        depths_[d].md);
-  }
-  return all;
-}
-
-store::Table ErrorModelMonteCarlo::directions_table(const stats::Tally& tally, bool along_hole) const {
-  const std::string name = along_hole ? "position_hla" : "position";
-  store::Table all;
-  for (std::size_t d = 0; d < depths_.size(); ++d) {
-    std::vector<study::ComparisonRow> rows = directions_rows(tally, d, along_hole);
-    stop_.add_notes(name, rows, tally, place(d));
+std::vector<store::Table> ErrorModelMonteCarlo::judged_tables(const stats::Tally& tally) const {
+  constexpr std::array<const char*, 3> kLongNames{
+      "position errors along the axes of the predicted ellipsoids, largest first",
+      "position errors north, east and down", "position errors along high side, lateral and hole"};
+  std::vector<store::Table> tables(kLongNames.size());
+  study::RowsOfTables all = judged_rows(tally);
+  for (std::size_t i = 0; i < all.size(); ++i) {  // the tables of one depth, then those of the next
+    auto& [name, rows, place] = all[i];
+    const std::size_t t = i % tables.size();
+    stop_.add_notes(name, rows, tally, place);
     s_.annotations.apply(name, rows);
-    study::append_at_depth(all,
-                           study::comparison_table(name,
-                                                   (along_hole ? "position errors along high side, lateral and hole"
-                                                               : "position errors north, east and down") +
-                                                       study::at_confidence(s_.verdict),
-                                                   rows, tally.trials, tally.failed, true),
-                           depths_[d].md);
+    study::append_at_depth(tables[t],
+                           study::comparison_table(name, kLongNames[t] + study::at_confidence(s_.verdict), rows,
+                                                   tally.trials, tally.failed, true),
+                           depths_[i / tables.size()].md);
   }
-  return all;
+  return tables;
 }
 
 store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) const {
