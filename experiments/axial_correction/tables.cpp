@@ -139,7 +139,6 @@ store::Table verification_table(const Scenario& s, const stats::Tally& tally) {
   const Counts counts(s.methods.size(), s.stations.size());
   std::vector<study::ComparisonRow> rows;
   std::vector<double> inclination, azimuth;
-  std::vector<std::int64_t> failed;
   for (std::size_t k = 0; k < s.stations.size(); ++k)
     for (std::size_t m = 0; m < s.methods.size(); ++m) {
       const survey::Attitude& at = s.stations[k];
@@ -150,10 +149,10 @@ store::Table verification_table(const Scenario& s, const stats::Tally& tally) {
       const auto add = [&](study::ComparisonRow row) {
         row.formulation = s.name_of(m);
         row.expected = expected_verdict(s, m, k, row.quantity);
+        row.failed = none;
         rows.push_back(std::move(row));
         inclination.push_back(s.station_inclination_deg[k]);
         azimuth.push_back(s.station_azimuth_deg[k]);
-        failed.push_back(static_cast<std::int64_t>(none));
       };
       add(compare_rms("azimuth", "deg", 1 / kDegree, found, 0, std::hypot(p.azimuth_error, sd), s.verdict,
                       tally.trials));
@@ -170,7 +169,6 @@ store::Table verification_table(const Scenario& s, const stats::Tally& tally) {
                               "the tolerance against a normal distribution" +
                                   study::at_confidence(s.verdict.confidence),
                               rows, tally.trials, 0, true);
-  t.columns.back().values = failed;
   t.columns.back().long_name = "trials without a solution, not in the statistics";
   t.columns.insert(t.columns.begin(), {{"inclination_deg", "deg", "of the station", inclination},
                                        {"magnetic_azimuth_deg", "deg", "of the station", azimuth}});
@@ -184,7 +182,6 @@ store::Table profile_table(const Scenario& s, const stats::Tally& tally) {
   const Groups groups(s.methods.size(), s.stations.size());
   const double bh = s.field.total * std::cos(s.field.dip), bd = s.field.total * std::sin(s.field.dip);
   std::vector<study::ComparisonRow> rows;
-  std::vector<std::int64_t> failed;
   for (std::size_t m = 0; m < s.methods.size(); ++m) {
     std::array<double, kProfileQuantities> mean_square{};
     for (const survey::Attitude& at : s.stations) {
@@ -205,15 +202,14 @@ store::Table profile_table(const Scenario& s, const stats::Tally& tally) {
                                              found.count > 1 ? found.variance(i) : 0, found.count,
                                              std::sqrt(mean_square[q]), s.verdict, tally.trials);
       row.formulation = s.name_of(m);
+      row.failed = tally.trials - found.count;
       rows.push_back(std::move(row));
-      failed.push_back(static_cast<std::int64_t>(tally.trials - found.count));
     }
   }
   s.annotations.apply("profile", rows);
   store::Table t = study::comparison_table(
       "profile", "RMS errors over all stations of the Monte Carlo" + study::at_confidence(s.verdict.confidence), rows,
       tally.trials, 0, true);
-  t.columns.back().values = failed;
   t.columns.back().long_name = "trials in which a station has no solution, not in the statistics";
   return t;
 }

@@ -27,8 +27,7 @@ struct InterferenceCounts : stats::Layout {
 };
 constexpr InterferenceCounts kInterferenceCounts;
 
-struct Interference {
-  Scenario s;
+struct Interference : Scenario {
   double size = 800;  ///< nT, of each component
   bool drawn = true;  ///< components normal with sd `size`; otherwise each is `size`
   int reported = 3;   ///< stations whose errors count
@@ -37,7 +36,7 @@ struct Interference {
 
 class ChainedInterference final : public study::StudyPoint {
  public:
-  explicit ChainedInterference(Interference in) : in_(std::move(in)), stream_(random::stream_of(in_.s.seed)) {}
+  explicit ChainedInterference(Interference in) : in_(std::move(in)), stream_(random::stream_of(in_.seed)) {}
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     stats::Tally tally;
@@ -67,7 +66,6 @@ class ChainedInterference final : public study::StudyPoint {
 
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     std::vector<study::ComparisonRow> rows;
-    std::vector<std::int64_t> failed;
     for (std::size_t way = 0; way < kInterferenceWays; ++way) {
       const stats::Moments m = tally.groups.empty() ? stats::Moments() : tally.groups[way];
       for (Eigen::Index i = 0; i < 2; ++i) {
@@ -75,27 +73,28 @@ class ChainedInterference final : public study::StudyPoint {
         rows.push_back(study::labelled(
             kInterferenceWayNames[way],
             study::compare_value(kInterferenceQuantities[static_cast<std::size_t>(i)], i == 0 ? "deg" : "nT",
-                                 study::rms_estimate(m, i, in_.s.verdict.confidence), claimed, in_.s.verdict,
+                                 study::rms_estimate(m, i, in_.verdict.confidence), claimed, in_.verdict,
                                  tally.trials)));
         rows.back().note.clear();  // this table does not say how many trials would decide
       }
-      rows.push_back(study::compare_rate("rejected",
-                                         tally.counts.empty() ? 0 : tally.counts[kInterferenceCounts.rejected(way)],
-                                         m.count, way == kIgnored ? kNaN : in_.alpha, in_.s.verdict, tally.trials));
-      rows.back().formulation = kInterferenceWayNames[way];
-      failed.resize(rows.size(), static_cast<std::int64_t>(tally.trials - m.count));
+      rows.push_back(study::labelled(
+          kInterferenceWayNames[way],
+          study::compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[kInterferenceCounts.rejected(way)],
+                              m.count, way == kIgnored ? kNaN : in_.alpha, in_.verdict, tally.trials)));
+      for (std::size_t i = rows.size() - 3; i < rows.size(); ++i) rows[i].failed = tally.trials - m.count;
     }
-    in_.s.annotations.apply("interference", rows);
+    in_.annotations.apply("interference", rows);
     study::PointResult r;
-    r.tables = {study::comparison_table(
-        "interference",
-        fmt::format("RMS over the first {} stations with a disturbed field, and how often chi-squared of the whole run "
-                    "rejects at {:g} %",
-                    in_.reported, 100 * in_.alpha) +
-            study::at_confidence(in_.s.verdict.confidence),
-        rows, tally.trials, tally.failed)};
-    r.tables.front().columns.back().values = std::move(failed);
-    r.tables.push_back(failures_table(tally));
+    r.tables = {
+        study::comparison_table(
+            "interference",
+            fmt::format(
+                "RMS over the first {} stations with a disturbed field, and how often chi-squared of the whole run "
+                "rejects at {:g} %",
+                in_.reported, 100 * in_.alpha) +
+                study::at_confidence(in_.verdict.confidence),
+            rows, tally.trials, tally.failed),
+        failures_table(tally)};
     return r;
   }
 
@@ -126,8 +125,8 @@ class ChainedInterference final : public study::StudyPoint {
   }
 
   Outcome outcome(std::uint64_t trial, InterferenceWay way) const {
-    sensor::ChainedRunSetup setup = in_.s.truth;
-    chained::Model m = in_.s.model(chained::ChainReferences::chained);
+    sensor::ChainedRunSetup setup = in_.truth;
+    chained::Model m = in_.model(chained::ChainReferences::chained);
     m.interference.rate = setup.interference_rate;
     m.interference.prior_sd = in_.prior_sd;
     const auto z = stream_.normals<double>(trial, random::Channel::chained_profile, std::uint64_t{0});
@@ -144,9 +143,9 @@ class ChainedInterference final : public study::StudyPoint {
     Outcome o;
     o.status = x.status;
     o.cost = x.cost;
-    o.rejected = stats::chi_squared_upper_tail(3.0 * in_.s.stations(), x.cost) < in_.alpha;
+    o.rejected = stats::chi_squared_upper_tail(3.0 * in_.stations(), x.cost) < in_.alpha;
     if (!o.converged()) return o;
-    const RunCheck check = check_chained(in_.s, run, x);
+    const RunCheck check = check_chained(in_, run, x);
     for (int k = 0; k < in_.reported; ++k) {
       const StationCheck& c = check.stations[static_cast<std::size_t>(k)];
       o.azimuth2 += c.error[0] * c.error[0] / in_.reported;
@@ -163,22 +162,21 @@ class ChainedInterference final : public study::StudyPoint {
 }  // namespace
 
 std::unique_ptr<study::PointPlan> interference_plan(config::ConfigReader& c, random::StudySeed seed) {
-  Interference in;
-  in.s = read_scenario_of_fixed_length(c, seed);
-  c.require(in.s.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
+  Interference in{read_scenario_of_fixed_length(c, seed)};
+  c.require(in.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
   in.size = c.number("interference.size_nT", config::Range::closed(0, 1e5), 800);
   in.drawn = c.choice("interference.law", {"normal", "constant"}, "normal") == "normal";
-  in.s.truth.interference_rate = c.number("interference.rate", config::Range::non_negative(), 0.35);
+  in.truth.interference_rate = c.number("interference.rate", config::Range::non_negative(), 0.35);
   in.prior_sd = c.number("interference.prior_sd_nT", config::Range::positive(), 2000);
   in.alpha = c.number("interference.alpha", config::Range::open(0, 1), 0.01);
-  in.reported = static_cast<int>(c.integer("interference.stations", 1, in.s.stations(), 3));
+  in.reported = static_cast<int>(c.integer("interference.stations", 1, in.stations(), 3));
   c.require(in.size > 0, "interference.size_nT", "must be > 0: a direction has to be known");
   std::vector<study::RowName> rows;
   for (const char* way : kInterferenceWayNames)
     for (const char* q : kInterferenceQuantities) rows.push_back({"interference", way, q});
-  in.s.annotations = study::Annotations::read(c, rows);
+  in.annotations = study::Annotations::read(c, rows);
   c.finish();
-  return std::make_unique<FixedPlan<ChainedInterference, Interference, 32>>(std::move(in));
+  return std::make_unique<study::PlanOfPoint<Interference, ChainedInterference, 32>>(std::move(in));
 }
 
 }  // namespace surveymc::studies::chained_multistation

@@ -24,10 +24,10 @@ std::size_t bin_of(double x, double first, double width) {
 
 }  // namespace
 
-PerformanceLayout::PerformanceLayout(const Scenario& s, std::size_t kept_runs)
+PerformanceLayout::PerformanceLayout(const Scenario& s)
     : counts(s.estimators.size()),
       groups(s.estimators.size(), s.stations() <= kMostAlong),
-      kept_(kept_runs),
+      kept_(s.kept_runs),
       cost_width_(2 * 3.0 * s.stations() / kBins) {  // twice the expected cost is the last bin
   for (std::size_t e = 0; e < s.estimators.size(); ++e) {
     chained_.push_back(is_chained(s.estimators[e]));

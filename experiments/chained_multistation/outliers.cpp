@@ -56,12 +56,11 @@ struct OutlierCounts : stats::Layout {
 };
 constexpr OutlierCounts kOutlierCounts;
 
-struct Outliers {
-  Scenario s;
+struct Outliers : Scenario {
   std::size_t axis = 0;
   int station = 0;  ///< from 0
   double size = 0;  ///< m/s2 or nT
-  chained::Gate gate;
+  chained::Gate gate = {};
   double unit() const { return axis < 3 ? kMilliG : 1; }
   const char* unit_name() const { return axis < 3 ? "mg" : "nT"; }
 };
@@ -79,11 +78,11 @@ struct HeldState {
 };
 
 std::vector<study::TrialEvent> events_of(const Outliers& o, const std::vector<study::EventRule>& rules) {
-  const auto held = std::make_shared<const HeldEvent>(HeldEvent{o, o.s.model(chained::ChainReferences::chained)});
+  const auto held = std::make_shared<const HeldEvent>(HeldEvent{o, o.model(chained::ChainReferences::chained)});
   std::vector<study::TrialEvent> events;
   for (const study::EventRule& rule : rules) {
     const auto own = std::make_shared<const HeldState>(HeldState{
-        held, analysis::OutlierDeletedWrong(held->of.s.truth, held->model, {o.station, o.axis, o.size}, o.gate)});
+        held, analysis::OutlierDeletedWrong(held->of.truth, held->model, {o.station, o.axis, o.size}, o.gate)});
     study::TrialEvent e;
     e.name = rule.name;
     e.state = {own, &own->state};
@@ -98,9 +97,7 @@ std::vector<study::TrialEvent> events_of(const Outliers& o, const std::vector<st
 class ChainedOutliers final : public study::StudyPoint {
  public:
   explicit ChainedOutliers(Outliers o)
-      : o_(std::move(o)),
-        model_(o_.s.model(chained::ChainReferences::chained)),
-        stream_(random::stream_of(o_.s.seed)) {}
+      : o_(std::move(o)), model_(o_.model(chained::ChainReferences::chained)), stream_(random::stream_of(o_.seed)) {}
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     stats::Tally tally;
@@ -168,7 +165,7 @@ class ChainedOutliers final : public study::StudyPoint {
   }
 
   std::optional<RunOutcome> outcome(std::uint64_t trial, Ends& ends) const {
-    const sensor::ChainedRun run = sensor::simulate_chained_run(o_.s.truth, stream_, trial);
+    const sensor::ChainedRun run = sensor::simulate_chained_run(o_.truth, stream_, trial);
     const auto k = static_cast<std::size_t>(o_.station);
     chained::Readings clean{run.readings, {}}, wrong = clean;
     wrong.y[k][o_.axis] += o_.size;
@@ -222,14 +219,14 @@ class ChainedOutliers final : public study::StudyPoint {
         stats::normal_upper_tail(o_.gate.gate - shift) + stats::normal_upper_tail(o_.gate.gate + shift);
     for (std::size_t e = 0; e < kOutlierEvents; ++e) {
       rows.push_back(study::compare_rate(kOutlierEventNames[e], tally.counts.empty() ? 0 : tally.counts[e], runs,
-                                         e == kOwnTest ? power : kNaN, o_.s.verdict, tally.trials));
+                                         e == kOwnTest ? power : kNaN, o_.verdict, tally.trials));
       // The toolfaces scatter the shift: only a rough prediction.
       if (e == kOwnTest) study::leave_unjudged(rows.back(), "analytic at the mean shift of its test");
     }
     const auto rms = [&](const std::string& quantity, const std::string& unit, std::size_t i, double analytic) {
       rows.push_back(study::compare_value(
-          quantity, unit, study::rms_estimate(tally.moments, static_cast<Eigen::Index>(i), o_.s.verdict.confidence),
-          analytic, o_.s.verdict, tally.trials));
+          quantity, unit, study::rms_estimate(tally.moments, static_cast<Eigen::Index>(i), o_.verdict.confidence),
+          analytic, o_.verdict, tally.trials));
       rows.back().note.clear();  // this table does not say how many trials would decide
     };
     for (std::size_t i = 0; i < kRemedies; ++i) rms(kRemedyNames[i], "deg", i, kNaN);
@@ -242,13 +239,13 @@ class ChainedOutliers final : public study::StudyPoint {
     }
     rows.push_back(wrong);
     rms("w_rms", "1", kW, 1);
-    o_.s.annotations.apply("outliers", rows);
+    o_.annotations.apply("outliers", rows);
     return study::comparison_table(
         "outliers",
         fmt::format("{} {:+g} {} at station {}: found, blamed, and what the remedies do to its "
                     "azimuth (RMS)",
                     kReadingNames[o_.axis], o_.size / o_.unit(), o_.unit_name(), o_.station + 1) +
-            study::at_confidence(o_.s.verdict.confidence),
+            study::at_confidence(o_.verdict.confidence),
         rows, tally.trials, tally.failed);
   }
 
@@ -257,7 +254,7 @@ class ChainedOutliers final : public study::StudyPoint {
     std::array<std::vector<double>, 6> sizes;
     constexpr int kRuns = 201;
     for (std::uint64_t trial = 0; trial < kRuns; ++trial) {
-      const chained::Readings y{sensor::simulate_chained_run(o_.s.truth, stream_, trial).readings, {}};
+      const chained::Readings y{sensor::simulate_chained_run(o_.truth, stream_, trial).readings, {}};
       const chained::ReadingTests tests = chained::reading_tests(model_, y, chained::solve_blocks(model_, y));
       for (std::size_t i = 0; i < 6; ++i)
         sizes[i].push_back(
@@ -282,14 +279,13 @@ class ChainedOutliers final : public study::StudyPoint {
 }  // namespace
 
 std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random::StudySeed seed) {
-  Outliers o;
   const bool of_events = study::has_events(c);
-  o.s = of_events ? read_scenario(c, seed, Purpose::events) : read_scenario_of_fixed_length(c, seed);
-  c.require(o.s.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
+  Outliers o{of_events ? read_scenario(c, seed, Purpose::events) : read_scenario_of_fixed_length(c, seed)};
+  c.require(o.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
   const std::string reading = c.choice("outliers.reading", {kReadingNames.begin(), kReadingNames.end()});
   o.axis =
       static_cast<std::size_t>(std::find(kReadingNames.begin(), kReadingNames.end(), reading) - kReadingNames.begin());
-  o.station = static_cast<int>(c.integer("outliers.station", 1, o.s.stations(), (o.s.stations() + 1) / 2)) - 1;
+  o.station = static_cast<int>(c.integer("outliers.station", 1, o.stations(), (o.stations() + 1) / 2)) - 1;
   o.size = o.unit() * c.number(fmt::format("outliers.size_{}", o.unit_name()),
                                o.axis < 3 ? config::Range::closed(-500, 500) : config::Range::closed(-1e5, 1e5));
   o.gate.gate = c.number("outliers.gate", config::Range::open(0, 100), o.gate.gate);
@@ -306,9 +302,9 @@ std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random:
   for (const char* e : kOutlierEventNames) rows.push_back({"outliers", "", e});
   for (const char* k : kRemedyNames) rows.push_back({"outliers", "", k});
   for (const char* q : {kWronglyDeleted, "w_rms"}) rows.push_back({"outliers", "", q});
-  o.s.annotations = study::Annotations::read(c, rows);
+  o.annotations = study::Annotations::read(c, rows);
   c.finish();
-  return std::make_unique<FixedPlan<ChainedOutliers, Outliers, kBlockRuns>>(std::move(o));
+  return std::make_unique<study::PlanOfPoint<Outliers, ChainedOutliers, kBlockRuns>>(std::move(o));
 }
 
 }  // namespace surveymc::studies::chained_multistation

@@ -26,20 +26,9 @@ std::vector<study::ComparisonRow> rms_rows(const Scenario& s, const PerformanceL
           study::compare_value(kRunQuantityNames[q], kRunQuantityUnits[q],
                                study::rms_estimate(m, layout.numbers.square(q), s.verdict.interval_confidence(m.count)),
                                claimed, s.verdict, tally.trials, m.count)));
+      rows.back().failed = layout.failed(tally, e);
     }
   return rows;
-}
-
-/// Rows of a comparison by estimator, each with the trials that its own estimator failed in.
-store::Table by_estimator(store::Table t, const std::vector<study::ComparisonRow>& rows, const Scenario& s,
-                          const PerformanceLayout& layout, const stats::Tally& tally) {
-  std::vector<std::int64_t> failed;
-  for (const study::ComparisonRow& row : rows)
-    for (std::size_t e = 0; e < s.estimators.size(); ++e)
-      if (row.formulation == name_of(s.estimators[e]))
-        failed.push_back(static_cast<std::int64_t>(layout.failed(tally, e)));
-  t.columns.back().values = std::move(failed);
-  return t;
 }
 
 std::vector<study::ComparisonRow> consistency_rows(const Scenario& s, const PerformanceLayout& layout,
@@ -48,6 +37,7 @@ std::vector<study::ComparisonRow> consistency_rows(const Scenario& s, const Perf
   const double equations = 3.0 * s.stations();
   for (std::size_t e = 0; e < s.estimators.size(); ++e) {
     if (!is_chained(s.estimators[e])) continue;
+    const std::size_t first = rows.size();
     const stats::Moments& m = layout.moments(tally, e);
     const std::string& name = name_of(s.estimators[e]);
     const double confidence = s.verdict.interval_confidence(m.count);
@@ -64,6 +54,7 @@ std::vector<study::ComparisonRow> consistency_rows(const Scenario& s, const Perf
     compare("cost", study::mean_estimate(m, layout.numbers.cost(), confidence), equations, s.verdict);
     rows.push_back(study::labelled(name, study::compare_sd("cost_sd", "1", 1, m, layout.numbers.cost(),
                                                            std::sqrt(2 * equations), s.verdict, tally.trials)));
+    for (std::size_t i = first; i < rows.size(); ++i) rows[i].failed = layout.failed(tally, e);
   }
   return rows;
 }
@@ -73,13 +64,12 @@ store::Table consistency_table(const Scenario& s, const PerformanceLayout& layou
   std::vector<study::ComparisonRow> rows = consistency_rows(s, layout, tally);
   stop.add_notes("consistency", rows, tally);
   s.annotations.apply("consistency", rows);
-  return by_estimator(study::comparison_table(
-                          "consistency",
-                          "do the covariances claim what the errors are: RMS of z-scores, NEES of twelve states, cost "
-                          "against chi-squared(3 stations)" +
-                              study::at_confidence(s.verdict),
-                          rows, tally.trials, tally.failed, true),
-                      rows, s, layout, tally);
+  return study::comparison_table(
+      "consistency",
+      "do the covariances claim what the errors are: RMS of z-scores, NEES of twelve states, cost "
+      "against chi-squared(3 stations)" +
+          study::at_confidence(s.verdict),
+      rows, tally.trials, tally.failed, true);
 }
 
 /// RMS at every station, beside the claims of the covariances over all stations.
@@ -261,12 +251,10 @@ std::vector<store::Table> performance_tables(const Scenario& s, const Performanc
   stop.add_notes("rms", rms, tally);
   s.annotations.apply("rms", rms);
   std::vector<store::Table> tables{
-      by_estimator(
-          study::comparison_table("rms",
-                                  "RMS errors over all stations and trials; analytic: by the claimed covariances" +
-                                      study::at_confidence(s.verdict),
-                                  rms, tally.trials, tally.failed, true),
-          rms, s, layout, tally),
+      study::comparison_table("rms",
+                              "RMS errors over all stations and trials; analytic: by the claimed covariances" +
+                                  study::at_confidence(s.verdict),
+                              rms, tally.trials, tally.failed, true),
       consistency_table(s, layout, stop, tally),
       stations_table(s, layout, tally),
       worse_table(s, layout, tally),

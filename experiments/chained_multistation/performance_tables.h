@@ -10,7 +10,7 @@ namespace surveymc::studies::chained_multistation {
 /// Layout of the numbers of a trial in a tally.
 class PerformanceLayout {
  public:
-  PerformanceLayout(const Scenario& s, std::size_t kept_runs);
+  explicit PerformanceLayout(const Scenario& s);
 
   static constexpr std::size_t kBins = 40;
 

@@ -74,7 +74,7 @@ Scenario read_scenario_of_fixed_length(config::ConfigReader& c, random::StudySee
         "stop",
         "only study = \"performance\" ends by its verdicts; the others have a fixed number of trials: give `trials`");
   Scenario s = read_scenario(c, seed, Purpose::chained_only);
-  s.plan = study::read_verdict_plan(c, {}, s.verdict, kTrialLimits);
+  s.trial_plan = study::read_verdict_plan(c, {}, s.verdict, kTrialLimits);
   return s;
 }
 

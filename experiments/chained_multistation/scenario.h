@@ -31,13 +31,14 @@ inline chained::Mode mode_of(Solver e) {
 
 struct Scenario {
   random::StudySeed seed;
-  study::TrialPlan plan;
+  study::TrialPlan trial_plan;
   survey::ReferenceField field;
   chained::ChainSizes sizes;
   int offset_stations = 18;       ///< n of the expected offsets
   sensor::ChainedRunSetup truth;  ///< profile included
   std::vector<double> md;         ///< m, along the profile
   std::vector<Solver> estimators;
+  std::size_t kept_runs = 0;  ///< of study "performance": the first so many, each with its own RMS
   study::VerdictRule verdict;
   study::CalibrationRule calibration;  ///< of study "performance"
   study::Annotations annotations;

@@ -23,11 +23,11 @@ namespace {
 
 class ChainedPerformance final : public study::StudyPoint {
  public:
-  ChainedPerformance(Scenario scenario, std::size_t kept)
+  explicit ChainedPerformance(Scenario scenario)
       : s_(std::move(scenario)),
-        layout_(s_, kept),
+        layout_(s_),
         calibration_(s_),
-        stop_(s_.plan, s_.verdict, [this](const stats::Tally& t) { return performance_rows(s_, layout_, t); },
+        stop_(s_.trial_plan, s_.verdict, [this](const stats::Tally& t) { return performance_rows(s_, layout_, t); },
               {layout_.groups.size(), s_.estimators.size()}),
         stream_(random::stream_of(s_.seed)) {}
 
@@ -126,20 +126,11 @@ class ChainedPerformance final : public study::StudyPoint {
   random::Stream stream_;
 };
 
-class ChainedPerformancePlan final : public study::PointPlan {
+class ChainedPerformancePlan final : public study::PlanOfPoint<Scenario, ChainedPerformance> {
  public:
-  ChainedPerformancePlan(Scenario scenario, std::size_t kept) : s_(std::move(scenario)), kept_(kept) {}
-  std::uint64_t trials() const override { return s_.plan.trials; }
-  std::vector<std::uint64_t> looks() const override { return s_.plan.looks; }
-  double cost() const override { return 1.0 * s_.stations() * static_cast<double>(s_.plan.trials); }
+  using PlanOfPoint::PlanOfPoint;
+  double cost() const override { return 1.0 * s_.stations() * static_cast<double>(s_.trial_plan.trials); }
   int block_trials() const override { return s_.stations() > 100 ? 32 : montecarlo::kBlockTrials; }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    return std::make_unique<ChainedPerformance>(s_, kept_);
-  }
-
- private:
-  Scenario s_;
-  std::size_t kept_;
 };
 
 }  // namespace
@@ -159,16 +150,16 @@ std::unique_ptr<study::PointPlan> performance_plan(config::ConfigReader& c, rand
               fmt::format("\"{}\" is there twice", name));
     s.estimators.push_back(e);
   }
-  const auto kept = static_cast<std::size_t>(c.integer("kept_runs", 0, 1'000'000, 20'000));
+  s.kept_runs = static_cast<std::size_t>(c.integer("kept_runs", 0, 1'000'000, 20'000));
   std::vector<std::string> known;
   for (const study::RowName& row : PerformanceCalibration::rows(s)) known.push_back(row.quantity);
   s.calibration = study::read_calibration(c, known);
   c.require(!s.calibration.on || !known.empty(), "estimators",
             "none of them claims a covariance: with [calibration] one must be a filter or a smoother");
-  s.plan = study::read_verdict_plan(c, judged_performance_rows(s), s.verdict, kTrialLimits);
+  s.trial_plan = study::read_verdict_plan(c, judged_performance_rows(s), s.verdict, kTrialLimits);
   s.annotations = study::Annotations::read(c, performance_row_names(s));
   c.finish();
-  return std::make_unique<ChainedPerformancePlan>(std::move(s), kept);
+  return std::make_unique<ChainedPerformancePlan>(std::move(s));
 }
 
 study::Experiment experiment() {

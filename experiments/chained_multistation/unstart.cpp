@@ -34,16 +34,15 @@ constexpr std::size_t kUnstartRunEvents = 4;
 constexpr std::array<const char*, kUnstartRunEvents> kUnstartRunEventNames{
     "ambiguous", "truth_not_lowest", "truth_not_lowest_not_flagged", "truth_not_among_modes"};
 
-struct Unstart {
-  Scenario s;
+struct Unstart : Scenario {
   bool given_start = false;  ///< all stations from `start`; otherwise from the basic solution
-  survey::Attitude start;
+  survey::Attitude start = {};
   double axial_bias = 0;  ///< nT, + in even trials, - in odd ones
 };
 
 class ChainedUnstart final : public study::StudyPoint {
  public:
-  explicit ChainedUnstart(Unstart u) : u_(std::move(u)), stream_(random::stream_of(u_.s.seed)) {}
+  explicit ChainedUnstart(Unstart u) : u_(std::move(u)), stream_(random::stream_of(u_.seed)) {}
 
   stats::Tally run_block(montecarlo::TrialBlock block) const override {
     stats::Tally tally;
@@ -61,7 +60,7 @@ class ChainedUnstart final : public study::StudyPoint {
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     std::vector<study::ComparisonRow> rows;
     const auto rate = [&](const std::string& formulation, const std::string& quantity, std::uint64_t count) {
-      rows.push_back(study::compare_rate(quantity, count, tally.trials, kNaN, u_.s.verdict, tally.trials));
+      rows.push_back(study::compare_rate(quantity, count, tally.trials, kNaN, u_.verdict, tally.trials));
       rows.back().formulation = formulation;
       rows.back().note = fmt::format("{} of {} runs", count, tally.trials);
     };
@@ -76,18 +75,18 @@ class ChainedUnstart final : public study::StudyPoint {
         row.analytic = 0;
         row.verdict = row.monte_carlo == 0 ? "agrees" : "differs";
       }
-    u_.s.annotations.apply("unstart", rows);
+    u_.annotations.apply("unstart", rows);
     study::PointResult r;
     r.tables = {study::comparison_table("unstart",
                                         "runs that end elsewhere than at the lowest minimum, by how they are solved" +
-                                            study::at_confidence(u_.s.verdict.confidence),
+                                            study::at_confidence(u_.verdict.confidence),
                                         rows, tally.trials, tally.failed)};
     return r;
   }
 
   std::string replay(std::uint64_t trial) const override {
     const sensor::ChainedRun run = simulate(trial);
-    const chained::Model m = u_.s.model(chained::ChainReferences::chained);
+    const chained::Model m = u_.model(chained::ChainReferences::chained);
     std::string text = fmt::format("trial {}\n", trial);
     const chained::Modes modes = chained::find_modes(m, {run.readings, {}});
     for (const chained::Solution& x : modes.modes)
@@ -108,14 +107,14 @@ class ChainedUnstart final : public study::StudyPoint {
   };
 
   sensor::ChainedRun simulate(std::uint64_t trial) const {
-    sensor::ChainedRunSetup setup = u_.s.truth;
+    sensor::ChainedRunSetup setup = u_.truth;
     setup.constant_state[chained::kMagnetometerOffset + 2] += trial % 2 == 0 ? u_.axial_bias : -u_.axial_bias;
     return sensor::simulate_chained_run(setup, stream_, trial);
   }
 
   RunOutcome outcome(std::uint64_t trial) const {
     const sensor::ChainedRun run = simulate(trial);
-    const chained::Model m = u_.s.model(chained::ChainReferences::chained);
+    const chained::Model m = u_.model(chained::ChainReferences::chained);
     const chained::Readings readings{run.readings, {}};
     chained::Point start = chained::basic_start(m, readings);
     if (u_.given_start) std::fill(start.frames.begin(), start.frames.end(), chained::frame_of(u_.start));
@@ -166,9 +165,8 @@ class ChainedUnstart final : public study::StudyPoint {
 }  // namespace
 
 std::unique_ptr<study::PointPlan> unstart_plan(config::ConfigReader& c, random::StudySeed seed) {
-  Unstart u;
-  u.s = read_scenario_of_fixed_length(c, seed);
-  c.require(u.s.stations() <= 200, "profile.stations", "at most 200: every run is searched");
+  Unstart u{read_scenario_of_fixed_length(c, seed)};
+  c.require(u.stations() <= 200, "profile.stations", "at most 200: every run is searched");
   const std::string from = c.choice("unstart.start", {"basic", "given"});
   u.given_start = from == "given";
   if (u.given_start)
@@ -180,9 +178,9 @@ std::unique_ptr<study::PointPlan> unstart_plan(config::ConfigReader& c, random::
   for (const char* way : kUnstartWayNames)
     for (const char* e : kUnstartEventNames) rows.push_back({"unstart", way, e});
   for (const char* e : kUnstartRunEventNames) rows.push_back({"unstart", "modes", e});
-  u.s.annotations = study::Annotations::read(c, rows);
+  u.annotations = study::Annotations::read(c, rows);
   c.finish();
-  return std::make_unique<FixedPlan<ChainedUnstart, Unstart, 8>>(std::move(u));
+  return std::make_unique<study::PlanOfPoint<Unstart, ChainedUnstart, 8>>(std::move(u));
 }
 
 }  // namespace surveymc::studies::chained_multistation

@@ -50,19 +50,13 @@ class MwdDrift final : public study::StudyPoint {
   Scenario s_;
 };
 
-class MwdDriftPlan final : public study::PlanOfPoint<Scenario, MwdDrift> {
- public:
-  using PlanOfPoint::PlanOfPoint;
-  int block_trials() const override { return 64; }
-};
-
 }  // namespace
 
 study::Experiment experiment() {
   return {random::StudyId::mwd_drift,
           "Drift of a survey tool's own sensors: a Kalman filter on six biases against an SPRT by channel",
           "the idea of AAKR-KF-SPRT, with the reference field as the prediction",
-          study::plan_of<MwdDriftPlan, read_scenario>};
+          study::plan_of<study::PlanOfPoint<Scenario, MwdDrift, 64>, read_scenario>};
 }
 
 }  // namespace surveymc::studies::mwd_drift

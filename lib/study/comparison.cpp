@@ -334,7 +334,7 @@ store::Table comparison_table(const std::string& name, const std::string& long_n
     write_evidence(t, r.evidence, r.trials_to_decide);
     t.word("note", "what else there is to say", r.note);
     t.count("trials", "trials run", trials);
-    t.count("failed", "trials without a converged estimate, not in the statistics", failed);
+    t.count("failed", "trials without a converged estimate, not in the statistics", r.failed.value_or(failed));
   });
   return t.take();
 }

@@ -29,7 +29,8 @@ struct ComparisonRow {
   double judged = kNaN;
   stats::Interval judged_interval{judged, judged};
   Evidence evidence = {};
-  std::uint64_t trials_to_decide = 0;  ///< of an undecided row
+  std::uint64_t trials_to_decide = 0;        ///< of an undecided row
+  std::optional<std::uint64_t> failed = {};  ///< where rows of a table leave out different trials
 };
 
 /// A row that has nothing but its names.
@@ -98,7 +99,8 @@ ComparisonRow labelled(const std::string& formulation, ComparisonRow row);
 /// The columns behind a verdict: p_differs, p_agrees, family (empty: apply_family() fills it) and trials_to_decide.
 void write_evidence(TableRows& t, const Evidence& evidence, std::uint64_t trials_to_decide);
 
-/// The columns of every comparison table (docs/results-format.md) from rows. `trials` and `failed` are repeated. The
+/// The columns of every comparison table (docs/results-format.md) from rows. `trials` and, but for rows that have their
+/// own, `failed` are repeated. The
 /// column `formulation` is there if a row has one, or if it is asked for: tables of one study must be alike.
 store::Table comparison_table(const std::string& name, const std::string& long_name,
                               const std::vector<ComparisonRow>& rows, std::uint64_t trials, std::uint64_t failed,

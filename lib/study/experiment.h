@@ -102,10 +102,11 @@ class PlanOf : public PointPlan {
 };
 
 /// The same of a study whose `Point` is made of the scenario alone.
-template <class Scenario, class Point>
+template <class Scenario, class Point, int kBlockTrials = montecarlo::kBlockTrials>
 class PlanOfPoint : public PlanOf<Scenario> {
  public:
   using PlanOf<Scenario>::PlanOf;
+  int block_trials() const override { return kBlockTrials; }
   std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return std::make_unique<Point>(this->s_);
   }
