@@ -226,9 +226,7 @@ std::vector<study::RowName> performance_row_names(const Scenario& s) {
     for (const char* q : kTestedStateNames) rows.push_back({"consistency", name_of(e), q});
     for (const char* q : {"nees", "cost", "cost_sd"}) rows.push_back({"consistency", name_of(e), q});
   }
-  if (s.calibration.on)
-    for (const study::RowName& row : study::calibration_rows(PerformanceCalibration::rows(s))) rows.push_back(row);
-  return rows;
+  return study::with_calibration_rows(std::move(rows), s.calibration, PerformanceCalibration::rows(s));
 }
 
 std::vector<study::RowName> judged_performance_rows(const Scenario& s) {

@@ -76,10 +76,9 @@ class ChainedPerformance final : public study::StudyPoint {
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     study::PointResult r;
     r.tables = performance_tables(s_, layout_, stop_, tally);
-    if (s_.calibration.on)
-      for (store::Table& t : study::calibration_tables(s_.calibration, calibration_.quantities(), tally.counts,
-                                                       layout_.counts.size(), false, s_.annotations))
-        r.tables.push_back(std::move(t));
+    for (store::Table& t : study::calibration_tables(s_.calibration, calibration_.quantities(), tally.counts,
+                                                     layout_.counts.size(), false, s_.annotations))
+      r.tables.push_back(std::move(t));
     r.tables.push_back(tracks_table(s_, stream_));
     return r;
   }
@@ -151,8 +150,7 @@ std::unique_ptr<study::PointPlan> performance_plan(config::ConfigReader& c, rand
     s.estimators.push_back(e);
   }
   s.kept_runs = static_cast<std::size_t>(c.integer("kept_runs", 0, 1'000'000, 20'000));
-  std::vector<std::string> known;
-  for (const study::RowName& row : PerformanceCalibration::rows(s)) known.push_back(row.quantity);
+  const std::vector<study::RowName> known = PerformanceCalibration::rows(s);
   s.calibration = study::read_calibration(c, known);
   c.require(!s.calibration.on || !known.empty(), "estimators",
             "none of them claims a covariance: with [calibration] one must be a filter or a smoother");

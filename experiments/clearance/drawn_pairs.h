@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "clearance/pairs.h"
+#include "clearance/scenario.h"
 #include "proximity/drawn_pair.h"
 #include "random/stream.h"
 #include "stats/tally.h"

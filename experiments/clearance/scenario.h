@@ -19,6 +19,8 @@ namespace surveymc::studies::clearance {
 
 using Well = study::SurveyedWell;
 using Formulation = study::PairFormulation;
+using Reference = study::PairReference;
+using Pair = study::WellPair;  ///< ready to be compared in every formulation
 
 /// An entry of `[[published]]`.
 struct Published {

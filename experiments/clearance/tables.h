@@ -2,7 +2,7 @@
 /// Tables of the study clearance (docs/results-format.md).
 #include <vector>
 
-#include "clearance/pairs.h"
+#include "clearance/scenario.h"
 #include "store/table.h"
 #include "study/table_rows.h"
 

@@ -339,42 +339,21 @@ std::vector<analysis::Warning> warnings_of(const Run& r, const Answer& a) {
   return warnings;
 }
 
-class ChainedEstimate final : public study::StudyPoint {
- public:
-  ChainedEstimate(Run run, Answer answer) : r_(std::move(run)), a_(std::move(answer)) {}
-  study::PointResult report(const stats::Tally&, const montecarlo::RunOptions&) const override {
-    study::PointResult result;
-    result.tables = {parameters_table(r_, a_),
-                     fit_table(r_, a_),
-                     modes_table(r_, a_),
-                     stations_table(r_, a_),
-                     profile_table(r_, a_),
-                     tests_table(r_, a_),
-                     warnings_table(warnings_of(r_, a_))};
-    return result;
-  }
-
- private:
-  Run r_;
-  Answer a_;
-};
-
-class ChainedEstimatePlan final : public study::PlanOf<Run> {
- public:
-  using PlanOf::PlanOf;
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    try {
-      return std::make_unique<ChainedEstimate>(s_, answer_of(s_));
-    } catch (const InputError& e) {  // what the readings as a whole do not tell: say which file, in which case
-      s_.place.fail(e.what());
-    }
-  }
-};
+std::vector<store::Table> tables_of(const Run& r) {
+  const Answer a = answer_of(r);
+  return {parameters_table(r, a),
+          fit_table(r, a),
+          modes_table(r, a),
+          stations_table(r, a),
+          profile_table(r, a),
+          tests_table(r, a),
+          warnings_table(warnings_of(r, a))};
+}
 
 }  // namespace
 
 std::unique_ptr<study::PointPlan> chained_readings_result(config::ConfigReader& config) {
-  return std::make_unique<ChainedEstimatePlan>(read_run(config));
+  return std::make_unique<EstimatePlan<Run, tables_of>>(read_run(config));
 }
 
 }  // namespace surveymc::studies::estimate

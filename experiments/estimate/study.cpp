@@ -9,7 +9,6 @@
 #include "analysis/msa_prediction.h"
 #include "analysis/readings_analysis.h"
 #include "analysis/readings_tests.h"
-#include "base/error.h"
 #include "config/readings_csv.h"
 #include "estimate/chained_readings.h"
 #include "estimate/single_station_readings.h"
@@ -86,29 +85,6 @@ std::vector<store::Table> estimate_run(const Scenario& s) {
   return result_tables(s.readings, s.field, a, s.levels, tests, examined, warnings);
 }
 
-class Estimate final : public study::StudyPoint {
- public:
-  explicit Estimate(std::vector<store::Table> tables) : tables_(std::move(tables)) {}
-  study::PointResult report(const stats::Tally&, const montecarlo::RunOptions&) const override {
-    return {tables_, {}, {}};
-  }
-
- private:
-  std::vector<store::Table> tables_;
-};
-
-class EstimatePlan final : public study::PlanOf<Scenario> {
- public:
-  using PlanOf::PlanOf;
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
-    try {
-      return std::make_unique<Estimate>(estimate_run(s_));
-    } catch (const InputError& e) {  // what the readings as a whole do not tell: say which file, in which case
-      s_.place.fail(e.what());
-    }
-  }
-};
-
 }  // namespace
 
 study::Experiment experiment() {
@@ -118,7 +94,7 @@ study::Experiment experiment() {
           [](config::ConfigReader& config, random::StudySeed) -> std::unique_ptr<study::PointPlan> {
             if (config.has("estimator.name") && config.text("estimator.name") == "chained")
               return chained_readings_result(config);
-            return std::make_unique<EstimatePlan>(read_scenario(config));
+            return std::make_unique<EstimatePlan<Scenario, estimate_run>>(read_scenario(config));
           }};
 }
 

@@ -1,8 +1,8 @@
-#include "gross_error_detection/events.h"
-
+/// Events of a gross-error study, where the config has `[[event]]`.
 #include <cmath>
 
 #include "analysis/gross_error_event.h"
+#include "gross_error_detection/scenario.h"
 #include "random/rare_channels.h"
 #include "random/study_stream.h"
 #include "stats/normal_tail.h"

@@ -60,4 +60,9 @@ Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 /// The scenario with the sizes of all errors. Throws InputError where a detectable error is infinite.
 Scenario with_sizes(Scenario scenario);
 
+/// Where the config has `[[event]]`: its events, of a scenario with sizes. Predictions: linear and nonlinear theory
+/// where they are good enough, the error's own test alone, and of false alarms those of independent tests and the sum
+/// of all.
+std::vector<study::TrialEvent> events_of(const Scenario& scenario);
+
 }  // namespace surveymc::studies::gross_error_detection

@@ -13,7 +13,6 @@
 
 #include <fmt/format.h>
 
-#include "gross_error_detection/events.h"
 #include "gross_error_detection/tables.h"
 #include "random/study_stream.h"
 #include "reliability/gross_error_lanes.h"

@@ -119,18 +119,14 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.estimator.estimated = read_estimated(c);
   s.verdict = study::read_verdict_rule(c);
   read_verified(c, s);
-  std::vector<study::RowName> rows = row_names(), claimed = calibrated_rows(s);
-  std::vector<std::string> known;
-  for (const study::RowName& row : claimed) known.push_back(row.quantity);
-  s.calibration = study::read_calibration(c, known);
+  const std::vector<study::RowName> claimed = calibrated_rows(s);
+  s.calibration = study::read_calibration(c, claimed);
   c.require(!s.calibration.on || !s.verify.empty(), "calibration.margin",
             "without [[verify]] there are no trials to count: give a direction, or leave out [calibration]");
   // The maps claim a distribution for every estimator; one that weighs is right only about its priors.
   if (estimate::estimator_kind(s.estimator.name).weighs)
     study::require_calibrated_inputs(c, s.calibration, s.estimator, s.errors, {});
-  if (s.calibration.on)
-    for (const study::RowName& row : study::calibration_rows(claimed)) rows.push_back(row);
-  s.annotations = study::Annotations::read(c, rows);
+  s.annotations = study::Annotations::read(c, study::with_calibration_rows(row_names(), s.calibration, claimed));
   c.finish();
   return s;
 }

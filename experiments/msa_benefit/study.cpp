@@ -217,10 +217,8 @@ study::PointResult BenefitPoint::report(const stats::Tally& tally, const monteca
   r.tables.push_back(benefit_summary(s_, benefits));
   if (!verified_.empty()) r.tables.push_back(verification_table(tally));
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
-  if (s_.calibration.on)
-    for (store::Table& t :
-         study::calibration_tables(s_.calibration, calibrated_, tally.counts, 0, false, s_.annotations))
-      r.tables.push_back(std::move(t));
+  for (store::Table& t : study::calibration_tables(s_.calibration, calibrated_, tally.counts, 0, false, s_.annotations))
+    r.tables.push_back(std::move(t));
   return r;
 }
 

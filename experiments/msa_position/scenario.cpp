@@ -133,20 +133,15 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
             "weights that are drawn anew have no linear prediction: set outputs = [\"parameters\"] and "
             "control_variate = false, and no antithetic");
   s.verdict = study::read_verdict_rule(c);
-  std::vector<std::string> known;
   const std::vector<study::RowName> calibrated = calibrated_rows(s);
-  for (const study::RowName& row : calibrated) known.push_back(row.quantity);
-  s.calibration = study::read_calibration(c, known);
+  s.calibration = study::read_calibration(c, calibrated);
   study::require_calibrated_inputs(c, s.calibration, s.estimator, analysis::input_errors(s.noise, s.spread, s.field),
                                    s.errors);
   s.trial_plan = study::read_trial_plan(c, stoppable(s.with_position), decidable(s), s.verdict);
   c.require(!s.noise.antithetic || s.trial_plan.trials % 2 == 0,
             s.trial_plan.looks.empty() ? "trials" : "stop.max_trials",
             "must be even where antithetic = true: trials come in pairs");
-  std::vector<study::RowName> rows = row_names();
-  for (const study::RowName& row : study::calibration_rows(calibrated))
-    if (s.calibration.on) rows.push_back(row);
-  s.annotations = study::Annotations::read(c, rows);
+  s.annotations = study::Annotations::read(c, study::with_calibration_rows(row_names(), s.calibration, calibrated));
   c.finish();
   return s;
 }

@@ -17,7 +17,6 @@
 #include <fmt/format.h>
 #include <Eigen/LU>
 
-#include "base/error.h"
 #include "base/units.h"
 #include "estimate/msa.h"
 #include "propagate/ellipse.h"
@@ -305,7 +304,8 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
   std::vector<study::ComparisonRow> published;
   for (auto& [table, rows, place] : all_rows(tally)) {
     stop_.add_notes(table, rows, tally);
-    r.tables.push_back(comparison(table, long_name_of(table), rows, tally));
+    r.tables.push_back(
+        study::comparison_table(table, long_name_of(table) + intervals_, rows, tally.trials, tally.failed, true));
     if (table != "position_hla") published.insert(published.end(), rows.begin(), rows.end());
   }
   if (s_.with_position) {
@@ -316,10 +316,9 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
   r.tables.push_back(correlation_table(tally));
   if (s_.control_variate) r.tables.push_back(control_variate_table(tally));
   if (s_.annotations.has_published()) r.tables.push_back(study::published_fit_table(published));
-  if (s_.calibration.on)
-    for (store::Table& t :
-         study::calibration_tables(s_.calibration, calibrated_, tally.counts, kCounts, antithetic(), s_.annotations))
-      r.tables.push_back(std::move(t));
+  for (store::Table& t :
+       study::calibration_tables(s_.calibration, calibrated_, tally.counts, kCounts, antithetic(), s_.annotations))
+    r.tables.push_back(std::move(t));
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   r.tables.push_back(study::failed_trials_table("trials without a converged estimate", tally.failed_trials));
   if (antithetic()) r.tables.push_back(pairs_table(tally));
@@ -442,11 +441,7 @@ namespace {
 
 /// A survey's geometry that no run can have: says which survey, in which case of a sweep.
 std::vector<study::TrialEvent> placed_events(const Scenario& s) {
-  try {
-    return events_of(s);
-  } catch (const InputError& e) {
-    s.survey_place.fail(e.what());
-  }
+  return s.survey_place.blamed_for([&] { return events_of(s); });
 }
 
 class MsaPositionPlan final : public study::PlanOf<Scenario> {
@@ -459,11 +454,7 @@ class MsaPositionPlan final : public study::PlanOf<Scenario> {
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
     if (!s_.events.empty())
       return study::event_study(s_.event_run, s_.annotations, placed_events(s_), random::stream_of(s_.seed), options);
-    try {
-      return std::make_unique<PositionPoint>(s_, model_of(s_));
-    } catch (const InputError& e) {  // the survey's geometry: say which survey, in which case of a sweep
-      s_.survey_place.fail(e.what());
-    }
+    return s_.survey_place.blamed_for([&] { return std::make_unique<PositionPoint>(s_, model_of(s_)); });
   }
 };
 

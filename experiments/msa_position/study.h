@@ -108,8 +108,6 @@ class PositionPoint final : public study::StudyPoint {
   std::vector<study::ComparisonRow> hanak_rows(const stats::Tally& tally) const;
   std::vector<study::ComparisonRow> position_rows(const stats::Tally& tally) const;
   std::vector<study::ComparisonRow> hole_rows(const stats::Tally& tally) const;
-  store::Table comparison(const std::string& name, const std::string& long_name, std::vector<study::ComparisonRow> rows,
-                          const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
   store::Table covariance_table(const stats::Tally& tally) const;
   /// Whether the 6 x 6 covariance of the estimates is that of the first-order prediction; nothing with few trials.

@@ -10,11 +10,6 @@
 
 namespace surveymc::studies::msa_position {
 
-store::Table PositionPoint::comparison(const std::string& name, const std::string& long_name,
-                                       std::vector<study::ComparisonRow> rows, const stats::Tally& tally) const {
-  return study::comparison_table(name, long_name + intervals_, rows, tally.trials, tally.failed, true);
-}
-
 study::ComparisonRow PositionPoint::mean_row(const std::string& quantity, const char* unit, const stats::Tally& tally,
                                              int component, double offset, double predicted) const {
   return study::compare_mean(quantity, unit, sample(tally, component), offset, predicted, s_.verdict, tally.trials);

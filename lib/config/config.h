@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "base/error.h"
 #include "base/units.h"
 #include "config/input_file.h"
 #include "config/input_table.h"
@@ -63,6 +64,15 @@ class ConfigPlace {
   std::string remark(const std::string& text) const;
   void require(bool ok, const std::string& rule) const {
     if (!ok) fail(rule);
+  }
+  /// What make() returns. An InputError of it, which knows no config, becomes one of this place.
+  template <class Make>
+  auto blamed_for(Make make) const {
+    try {
+      return make();
+    } catch (const InputError& e) {
+      fail(e.what());
+    }
   }
   /// "file:line"
   const std::string& text() const { return place_; }

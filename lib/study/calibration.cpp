@@ -160,7 +160,7 @@ bool CalibrationRule::wants(const std::string& quantity) const {
   return quantities.empty() || std::find(quantities.begin(), quantities.end(), quantity) != quantities.end();
 }
 
-CalibrationRule read_calibration(config::ConfigReader& c, const std::vector<std::string>& known) {
+CalibrationRule read_calibration(config::ConfigReader& c, const std::vector<RowName>& known) {
   CalibrationRule rule;
   rule.on = c.has("calibration");
   if (!rule.on) return rule;
@@ -170,8 +170,8 @@ CalibrationRule read_calibration(config::ConfigReader& c, const std::vector<std:
   if (!c.has("calibration.quantities")) return rule;
   rule.quantities = c.texts("calibration.quantities");
   std::vector<std::string> once;
-  for (const std::string& k : known)
-    if (std::find(once.begin(), once.end(), k) == once.end()) once.push_back(k);
+  for (const RowName& k : known)
+    if (std::find(once.begin(), once.end(), k.quantity) == once.end()) once.push_back(k.quantity);
   for (const std::string& q : rule.quantities)
     if (std::find(once.begin(), once.end(), q) == once.end())
       c.fail("calibration.quantities", fmt::format("\"{}\" is none of {}", store::printable(q), fmt::join(once, ", ")));
@@ -228,9 +228,10 @@ CalibratedQuantity chi_squared_quantity(const std::string& formulation, const st
   return {formulation, quantity, {degrees}, stats::PitCells::chi_squared(degrees)};
 }
 
-std::vector<RowName> calibration_rows(const std::vector<RowName>& quantities) {
-  std::vector<RowName> rows = quantities;
-  for (RowName& row : rows) row.table = "calibration";
+std::vector<RowName> with_calibration_rows(std::vector<RowName> rows, const CalibrationRule& rule,
+                                           const std::vector<RowName>& quantities) {
+  for (const RowName& q : quantities)
+    if (rule.on) rows.push_back({"calibration", q.formulation, q.quantity});
   return rows;
 }
 
@@ -238,6 +239,7 @@ std::vector<store::Table> calibration_tables(const CalibrationRule& rule,
                                              const std::vector<CalibratedQuantity>& quantities,
                                              const std::vector<std::uint64_t>& counts, std::size_t first, bool paired,
                                              const Annotations& annotations) {
+  if (!rule.on) return {};
   std::vector<CalibratedRow> rows;
   for (std::size_t q = 0; q < quantities.size() && !counts.empty(); ++q)
     rows.push_back(

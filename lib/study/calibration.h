@@ -26,7 +26,7 @@ struct CalibrationRule {
 };
 
 /// `known`: the quantities that the study can judge, once each or more often. Throws InputError for others.
-CalibrationRule read_calibration(config::ConfigReader& config, const std::vector<std::string>& known);
+CalibrationRule read_calibration(config::ConfigReader& config, const std::vector<RowName>& known);
 
 /// An estimator with priors is right on average over truths that are drawn from them: throws InputError unless its
 /// priors are the spread of the tools about gains 1 and biases 0, and its prior of a reference that it estimates is the
@@ -49,12 +49,13 @@ CalibratedQuantity normal_quantity(const std::string& formulation, const std::st
 CalibratedQuantity angle_quantity(const std::string& formulation, const std::string& quantity, double sd);
 CalibratedQuantity chi_squared_quantity(const std::string& formulation, const std::string& quantity, double degrees);
 
-/// Row names of these quantities in table `calibration`, for annotations.
-std::vector<RowName> calibration_rows(const std::vector<RowName>& quantities);
+/// `rows` and, if the rule is on, those of the quantities in table `calibration`, for annotations.
+std::vector<RowName> with_calibration_rows(std::vector<RowName> rows, const CalibrationRule& rule,
+                                           const std::vector<RowName>& quantities);
 
 /// The three tables from the counts of a tally: stats::kPitSlots of each quantity, one after the other, beginning with
-/// counts[first]; an empty tally gives tables without rows. `paired`: trials are antithetic pairs, which are the unit
-/// of the band.
+/// counts[first]; an empty tally gives tables without rows, a rule that is not on no tables. `paired`: trials are
+/// antithetic pairs, which are the unit of the band.
 std::vector<store::Table> calibration_tables(const CalibrationRule& rule,
                                              const std::vector<CalibratedQuantity>& quantities,
                                              const std::vector<std::uint64_t>& counts, std::size_t first, bool paired,
