@@ -165,7 +165,6 @@ std::vector<study::RowName> row_names(const Scenario& s) {
 void read_event_run(config::ConfigReader& c, Scenario& s) {
   using Kind = analysis::GrossErrorEventKind;
   s.event_run = study::read_event_run(c, {"union"});
-  s.trial_plan = s.event_run.plan;
   s.annotations = study::read_event_annotations(c, {"linear", "nonlinear", "single_test", "independent", "bonferroni"});
   std::vector<study::EventQuantity> quantities;
   for (const char* q : analysis::kGrossErrorEvents) quantities.push_back({q, false});

@@ -255,13 +255,8 @@ class GrossErrorDetection final : public study::StudyPoint {
 class GrossErrorPlan final : public study::PlanOf<Scenario> {
  public:
   using PlanOf::PlanOf;
-  int block_trials() const override {
-    return s_.events.empty() ? montecarlo::kBlockTrials : s_.event_run.block_trials();
-  }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     Scenario s = with_sizes(s_);
-    if (!s.events.empty())
-      return study::event_study(s.event_run, s.annotations, events_of(s), random::stream_of(s.seed), options);
     reliability::GrossErrorTrials trials(s.model, s.attitudes, s.errors(), random::stream_of(s.seed));
     analysis::GrossErrorPrediction prediction = analysis::predict_gross_errors(trials, s.levels, s.pope);
     return std::make_unique<GrossErrorDetection>(std::move(s), std::move(trials), std::move(prediction));
@@ -276,7 +271,9 @@ study::Experiment experiment() {
           "E. Nyrnes, T. Torkildsen, H. Nahavandchi, Kart og Plan 65, sections 2.1 and 2.2",
           [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
             Scenario s = read_scenario(config, seed);
-            if (!s.events.empty()) study::require_rare(events_of(with_sizes(s)));
+            if (!s.events.empty())
+              return study::event_plan(s.event_run, s.annotations, random::stream_of(s.seed),
+                                       [s] { return events_of(with_sizes(s)); });
             return std::make_unique<GrossErrorPlan>(std::move(s));
           }};
 }

@@ -94,7 +94,6 @@ void read_event_scenario(config::ConfigReader& c, Scenario& s) {
   s.estimator = study::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);
   s.control_variate = false;
   s.event_run = study::read_event_run(c);
-  s.trial_plan = s.event_run.plan;
   s.annotations = study::read_event_annotations(c, {"first_order"});
   std::vector<study::EventQuantity> quantities;
   for (const char* q : analysis::kMsaEventQuantities) quantities.push_back({q});

@@ -440,20 +440,11 @@ stats::ControlledEstimate PositionPoint::sd_estimate(const stats::Tally& tally, 
 namespace {
 
 /// A survey's geometry that no run can have: says which survey, in which case of a sweep.
-std::vector<study::TrialEvent> placed_events(const Scenario& s) {
-  return s.survey_place.blamed_for([&] { return events_of(s); });
-}
-
 class MsaPositionPlan final : public study::PlanOf<Scenario> {
  public:
   using PlanOf::PlanOf;
   double cost() const override { return 1.0 * s_.survey.size() * static_cast<double>(s_.trial_plan.trials); }
-  int block_trials() const override {
-    return s_.events.empty() ? montecarlo::kBlockTrials : s_.event_run.block_trials();
-  }
-  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
-    if (!s_.events.empty())
-      return study::event_study(s_.event_run, s_.annotations, placed_events(s_), random::stream_of(s_.seed), options);
+  std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
     return s_.survey_place.blamed_for([&] { return std::make_unique<PositionPoint>(s_, model_of(s_)); });
   }
 };
@@ -466,7 +457,9 @@ study::Experiment experiment() {
           "S. Vis, TU Delft 2019, tables 5 to 11, figures 6 and 7",
           [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
             Scenario s = read_scenario(config, seed);
-            if (!s.events.empty()) study::require_rare(placed_events(s));
+            if (!s.events.empty())
+              return study::event_plan(s.event_run, s.annotations, random::stream_of(s.seed),
+                                       [s] { return s.survey_place.blamed_for([&] { return events_of(s); }); });
             return std::make_unique<MsaPositionPlan>(std::move(s));
           }};
 }

@@ -238,6 +238,14 @@ class EventStudy final : public StudyPoint {
   random::Stream stream_;
 };
 
+/// One evaluation each.
+void require_rare(const std::vector<TrialEvent>& events) {
+  for (const TrialEvent& e : events) {
+    const double g = rare::values_at(*e.state, Eigen::MatrixXd::Zero(e.state->dimension(), 1))[0];
+    e.place.require(!(g <= 0), "the event holds where nothing is drawn, and is not rare: must be one that draws cause");
+  }
+}
+
 struct PlannedEvents {
   TrialPlan trial_plan;
   EventRun run;
@@ -252,7 +260,23 @@ class EventPlan final : public PlanOf<PlannedEvents> {
   using PlanOf::PlanOf;
   int block_trials() const override { return s_.run.block_trials(s_.block_trials); }
   std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
-    return event_study(s_.run, s_.annotations, s_.events(), s_.stream, options);
+    std::vector<TrialEvent> events = s_.events();
+    require_rare(events);
+    std::vector<DrawnEvent> drawn;
+    for (TrialEvent& event : events) {
+      if (options.stop && *options.stop) throw Interrupted("stopped before all events were prepared");
+      DrawnEvent d{std::move(event), {}, {}};
+      const TrialEvent& e = d.of;
+      d.prepared = prepare_event(s_.run.sampling, [&] {
+        return rare::prepare_proposal(*e.state, s_.stream, s_.run.sampling.preparing, e.starts);
+      });
+      if (d.prepared.method == "union")
+        d.prepared.of_union.emplace(rare::UnionSampler(e.half_spaces), e.half_spaces.size(), s_.stream);
+      else if (d.prepared.method != "subset")
+        d.trials = std::make_unique<rare::EventTrials>(*e.state, d.prepared.prepared.proposal, e.from, s_.stream);
+      drawn.push_back(std::move(d));
+    }
+    return std::make_unique<EventStudy>(s_.run, s_.annotations, std::move(drawn), s_.stream);
   }
 };
 
@@ -296,33 +320,6 @@ Annotations read_event_annotations(config::ConfigReader& c, const std::vector<st
   for (const std::string& f : formulations) rows.push_back({"probability", f, "probability"});
   rows.push_back({"probability", "form", "probability"});
   return Annotations::read(c, rows);
-}
-
-void require_rare(const std::vector<TrialEvent>& events) {
-  for (const TrialEvent& e : events) {
-    const double g = rare::values_at(*e.state, Eigen::MatrixXd::Zero(e.state->dimension(), 1))[0];
-    e.place.require(!(g <= 0), "the event holds where nothing is drawn, and is not rare: must be one that draws cause");
-  }
-}
-
-std::unique_ptr<StudyPoint> event_study(const EventRun& run, const Annotations& annotations,
-                                        std::vector<TrialEvent> events, const random::Stream& stream,
-                                        const montecarlo::RunOptions& options) {
-  require_rare(events);
-  std::vector<DrawnEvent> drawn;
-  for (TrialEvent& event : events) {
-    if (options.stop && *options.stop) throw Interrupted("stopped before all events were prepared");
-    DrawnEvent d{std::move(event), {}, {}};
-    const TrialEvent& e = d.of;
-    d.prepared = prepare_event(
-        run.sampling, [&] { return rare::prepare_proposal(*e.state, stream, run.sampling.preparing, e.starts); });
-    if (d.prepared.method == "union")
-      d.prepared.of_union.emplace(rare::UnionSampler(e.half_spaces), e.half_spaces.size(), stream);
-    else if (d.prepared.method != "subset")
-      d.trials = std::make_unique<rare::EventTrials>(*e.state, d.prepared.prepared.proposal, e.from, stream);
-    drawn.push_back(std::move(d));
-  }
-  return std::make_unique<EventStudy>(run, annotations, std::move(drawn), stream);
 }
 
 std::unique_ptr<PointPlan> event_plan(EventRun run, Annotations annotations, random::Stream stream,

@@ -50,16 +50,8 @@ struct TrialEvent {
   config::ConfigPlace place = {};
 };
 
-/// Throws InputError, with the place of the event, where one holds without any draw. One evaluation each: studies call
-/// it where they read a point.
-void require_rare(const std::vector<TrialEvent>& events);
-
-/// Prepares the events. Throws InputError as require_rare(), Interrupted at options.stop.
-std::unique_ptr<StudyPoint> event_study(const EventRun& run, const Annotations& annotations,
-                                        std::vector<TrialEvent> events, const random::Stream& stream,
-                                        const montecarlo::RunOptions& options);
-
-/// The plan of a point whose events `events()` makes in the task that runs it, and once before: require_rare().
+/// The plan of a point whose events `events()` makes in the task that runs it, and once before. Throws InputError, with
+/// the place of the event, where one holds without any draw; preparing throws Interrupted at options.stop.
 std::unique_ptr<PointPlan> event_plan(EventRun run, Annotations annotations, random::Stream stream,
                                       std::function<std::vector<TrialEvent>()> events,
                                       int block_trials = montecarlo::kBlockTrials);
