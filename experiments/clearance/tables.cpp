@@ -245,11 +245,7 @@ std::vector<store::Table> Tables::take(const Reference& reference) {
   add_warnings(reference.well(), reference.non_finite());
   out.push_back(least_.take());
   if (s_.with_rows) out.push_back(clearance_.take());
-  if (covariance_.is_empty()) {
-    write_covariance("", "", "", {}, "", Matrix3d::Zero());
-    covariance_.drop_rows();
-  }
-  out.push_back(covariance_.take());
+  out.push_back(covariance_.take([&] { write_covariance("", "", "", {}, "", Matrix3d::Zero()); }));
   out.push_back(parameters_table());
   if (s_.with_rows) out.push_back(paths_table());
   study::TableRows published("published", "published figures; agrees: within the tolerance");

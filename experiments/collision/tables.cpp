@@ -94,11 +94,7 @@ store::Table design_table(const std::vector<JudgedEvent>& events) {
       put(*e.event, 0, c, kNaN);
     }
   }
-  if (t.is_empty()) {
-    put(*events.front().event, 0, {}, 0);
-    t.drop_rows();
-  }
-  return t.take();
+  return t.take([&] { put(*events.front().event, 0, {}, 0); });
 }
 
 store::Table importance_table(const std::vector<JudgedEvent>& events) {
@@ -114,11 +110,7 @@ store::Table importance_table(const std::vector<JudgedEvent>& events) {
   };
   for (const JudgedEvent& e : events)
     for (const PairEvent::Importance& x : e.event->importance()) put(*e.event, x);
-  if (t.is_empty()) {
-    put(*events.front().event, {});
-    t.drop_rows();
-  }
-  return t.take();
+  return t.take([&] { put(*events.front().event, {}); });
 }
 
 store::Table contact_table(const Scenario& s, const std::vector<JudgedEvent>& events) {
@@ -147,15 +139,13 @@ store::Table contact_table(const Scenario& s, const std::vector<JudgedEvent>& ev
       }
     }
   }
-  if (t.is_empty()) {
+  return t.take([&] {
     put_event(t, *events.front().event);
     t.word("well", "reference or offset", "");
     for (const char* name : {"from_md_m", "to_md_m"}) t.number(name, "m", "", 0);
     t.count("hits", "trials that touch there", 0);
     for (const char* name : {"share", "share_above"}) t.number(name, "1", "", 0);
-    t.drop_rows();
-  }
-  return t.take();
+  });
 }
 
 /// Linear within the bins of contact_table().
@@ -186,11 +176,7 @@ store::Table contact_quantile_table(const std::vector<JudgedEvent>& events) {
       }
     }
   }
-  if (t.is_empty()) {
-    put(*events.front().event, "", 0, 0);
-    t.drop_rows();
-  }
-  return t.take();
+  return t.take([&] { put(*events.front().event, "", 0, 0); });
 }
 
 store::Table closest_table(const std::vector<JudgedEvent>& events) {

@@ -208,8 +208,7 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
 store::Table ErrorModelMonteCarlo::ellipse_table(const stats::Tally& tally) const {
   study::TableRows t(
       "ellipse", "horizontal one-sigma ellipses, and how Monte Carlo fills them" + study::at_confidence(s_.verdict));
-  const bool enough = units(tally) > 2;
-  for (std::size_t d = 0; d < depths_.size() && enough; ++d) {
+  for (std::size_t d = 0; d < depths_.size() && units(tally) > 2; ++d) {
     const Depth& depth = depths_[d];
     const Eigen::Vector2d truth = depth.truth.head<2>();
     const study::HorizontalSample sample{tally.trials,
@@ -237,12 +236,10 @@ store::Table ErrorModelMonteCarlo::ellipse_table(const stats::Tally& tally) cons
       study::write_ellipse(t, row, sample, s_.verdict);
     }
   }
-  if (!enough) {
+  return t.take([&] {
     t.number("md_m", "m", "measured depth", 0);
     study::write_ellipse(t, {"", Eigen::Vector2d::Zero(), Eigen::Matrix2d::Zero()}, {}, s_.verdict);
-    t.drop_rows();
-  }
-  return t.take();
+  });
 }
 
 store::Table ErrorModelMonteCarlo::covariance_table(const stats::Tally& tally) const {

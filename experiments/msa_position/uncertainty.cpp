@@ -136,11 +136,7 @@ store::Table PositionPoint::control_variate_table(const stats::Tally& tally) con
                           verdict.trials_to_decide);
     write_counts(t, tally);
   };
-  if (units(tally) < 20) {
-    put("", "", {}, 0, 1, kNaN, false);
-    t.drop_rows();
-    return t.take();
-  }
+  if (units(tally) < 20) return t.take([&] { put("", "", {}, 0, 1, kNaN, false); });
   const double confidence = s_.verdict.interval_confidence(units(tally));
   const auto& linear = prediction_.linear.covariance;
   const auto both = [&](int i, const std::string& name, const std::string& mean_name, const std::string& unit,

@@ -324,12 +324,10 @@ store::Table SensorMonteCarlo::ellipse_table(const stats::Tally& tally) const {
       study::write_ellipse(t, row, sample, s_.verdict);
     }
   }
-  if (std::all_of(tally.groups.begin(), tally.groups.end(), [](const stats::Moments& m) { return m.count < 3; })) {
+  return t.take([&] {
     t.number("md_m", "m", "measured depth", 0);
     study::write_ellipse(t, {"", Vector2d::Zero(), Eigen::Matrix2d::Zero()}, {}, s_.verdict);
-    t.drop_rows();
-  }
-  return t.take();
+  });
 }
 
 store::Table SensorMonteCarlo::covariance_table(const stats::Tally& tally) const {

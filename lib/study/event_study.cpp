@@ -191,11 +191,7 @@ class EventStudy final : public StudyPoint {
                          [](const auto& a, const auto& b) { return a.second > b.second; });
         for (const auto& [code, factor] : sorted) put(e.of.name, k, code, factor);
       }
-    if (t.is_empty()) {
-      put({}, 0, {}, 0);
-      t.drop_rows();
-    }
-    return t.take();
+    return t.take([&] { put({}, 0, {}, 0); });
   }
 
   store::Table hits_table(const stats::Tally& tally) const {

@@ -47,11 +47,18 @@ class TableRows {
   /// Elements of a symmetric 3 x 3 matrix in m2: nn_m2, ee_m2, vv_m2, ne_m2, nv_m2, ev_m2 for the axes "nev".
   void covariance(std::string_view axes, std::string_view meaning, const Eigen::Matrix3d& c);
 
-  bool is_empty() const { return table_.columns.empty(); }  ///< no row was written
-
   /// Removes all rows and keeps the columns. A table without rows has columns, too: write any row, then drop it.
   void drop_rows();
   store::Table take();
+  /// The same. Where there is no row, write() writes one, which is dropped again.
+  template <class Write>
+  store::Table take(Write write) {
+    if (table_.columns.empty()) {
+      write();
+      drop_rows();
+    }
+    return take();
+  }
 
  private:
   template <class T>
