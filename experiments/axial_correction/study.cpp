@@ -151,7 +151,6 @@ class AxialCorrection final : public study::StudyPoint {
 class AxialCorrectionPlan final : public study::PlanOfPoint<Scenario, AxialCorrection> {
  public:
   using PlanOfPoint::PlanOfPoint;
-  std::uint64_t trials() const override { return s_.stations.empty() ? 0 : s_.trials; }
   std::vector<store::Axis> map_axes() const override { return map_axes_of(s_); }
 };
 

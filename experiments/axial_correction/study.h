@@ -33,7 +33,7 @@ struct ExpectedVerdict {
 
 struct Scenario {
   random::StudySeed seed;
-  std::uint64_t trials = 0;
+  std::uint64_t trials = 0;  ///< none without [monte_carlo]
   survey::ReferenceField field;
   single_station::StationSigmas sigmas;
   ConstantErrors errors;

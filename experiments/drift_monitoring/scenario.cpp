@@ -250,7 +250,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.data = read_monitoring_data(c, has_model);
   s.trials = static_cast<std::uint64_t>(s.data.simulated() ? c.integer("trials", 1, 1'000'000)
                                                            : c.integer("trials", 0, 1'000'000'000'000, 1));
-  if (!s.data.simulated()) s.trials = 1;  // nothing is drawn
+  if (!s.data.simulated()) s.trials = 0;  // nothing is drawn: the one pass of a file is in report()
   read_architectures(c, s);
   if (has_model) s.model = read_model(c, s.data);
   read_model_settings(c, s);

@@ -72,8 +72,6 @@ class DriftMonitoring final : public study::StudyPoint {
 class DriftMonitoringPlan final : public study::PlanOf<Scenario> {
  public:
   using PlanOf::PlanOf;
-  /// Nothing is drawn for a file: its one pass is in report().
-  std::uint64_t trials() const override { return s_.data.simulated() ? s_.trials : 0; }
   int block_trials() const override { return 4; }  // a realisation takes tens of milliseconds
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
     Scenario s = with_data(s_, options);
