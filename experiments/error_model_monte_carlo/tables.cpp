@@ -129,12 +129,9 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
     for (const std::size_t source : single_) exact.push_back(propagate::source_moments(errors_, points, source));
   for (std::size_t d = 0; d < depths_.size(); ++d) {
     std::vector<study::ComparisonRow> rows;
-    struct Beside {
-      std::string source, mode;
-      double across;
-      Vector3d mean;
-    };
-    std::vector<Beside> beside;
+    std::vector<std::string> codes, modes;  // beside the rows
+    std::vector<double> across;
+    std::array<std::vector<double>, 3> mean;
     for (std::size_t i = 0; i < single_.size(); ++i) {
       const propagate::ErrorSource& source = errors_.sources[single_[i]];
       std::size_t first_order = 0;
@@ -142,16 +139,16 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
         if (!f.is_first_order()) continue;
         const std::size_t which = first_order++;
         const SourcePrediction& p = sources_[i][d][which];
-        Beside b{source.code, std::string(1, error_model::mode_letter(source.mode)), 0, Vector3d::Zero()};
+        Vector3d shift;
         double square = 0;  // of the sd in all directions
         if (s_.samples()) {
           for (int a = 0; a < 3; ++a) {
             const Found x = found(tally, nev_[1 + i][d] + static_cast<std::size_t>(a));
-            b.mean[a] = x.mean.units > 1 ? x.mean.mean : kNaN;
+            shift[a] = x.mean.units > 1 ? x.mean.mean : kNaN;
             square += x.sd.value * x.sd.value;
           }
         } else {
-          b.mean = exact[i][d].mean;
+          shift = exact[i][d].mean;
           square = exact[i][d].covariance.trace();
         }
         std::vector<study::ComparisonRow> own;
@@ -169,10 +166,12 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
                                                            sd, p.sd[a], s_.verdict, tally.trials, units(tally))));
           if (p.cancels) study::leave_unjudged(own.back(), "its effects nearly cancel here: not judged");
         }
-        b.across = standard_deviation(square);
         for (study::ComparisonRow& row : own) {
           rows.push_back(std::move(row));
-          beside.push_back(b);
+          codes.push_back(source.code);
+          modes.emplace_back(1, error_model::mode_letter(source.mode));
+          across.push_back(standard_deviation(square));
+          for (std::size_t a = 0; a < 3; ++a) mean[a].push_back(shift[static_cast<Eigen::Index>(a)]);
         }
       }
     }
@@ -182,24 +181,12 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
         (s_.samples() ? "position errors of single sources" : "position errors of single sources by quadrature") +
             study::at_confidence(s_.verdict),
         rows, tally.trials, tally.failed, true);
-    const auto words = [&](auto member) {
-      std::vector<std::string> x;
-      for (const Beside& b : beside) x.push_back(b.*member);
-      return x;
-    };
-    const auto numbers = [&](auto value) {
-      std::vector<double> x;
-      for (const Beside& b : beside) x.push_back(value(b));
-      return x;
-    };
-    t.columns.insert(t.columns.begin(),
-                     {{"source", "", "code of the error source", words(&Beside::source)},
-                      {"mode", "", "how its errors go together: R, S, W or G", words(&Beside::mode)}});
-    t.columns.push_back({"across_m", "m", "one standard deviation across the compared axes, which first order has not",
-                         numbers([](const Beside& b) { return b.across; })});
-    for (int a = 0; a < 3; ++a)
-      t.columns.push_back({fmt::format("mean_{}_m", kNev[static_cast<std::size_t>(a)]), "m", "mean shift",
-                           numbers([a](const Beside& b) { return b.mean[a]; })});
+    t.columns.insert(t.columns.begin(), {{"source", "", "code of the error source", codes},
+                                         {"mode", "", "how its errors go together: R, S, W or G", modes}});
+    t.columns.push_back(
+        {"across_m", "m", "one standard deviation across the compared axes, which first order has not", across});
+    for (std::size_t a = 0; a < 3; ++a)
+      t.columns.push_back({fmt::format("mean_{}_m", kNev[a]), "m", "mean shift", mean[a]});
     study::append_at_depth(all, std::move(t), depths_[d].md);
   }
   return all;
