@@ -139,7 +139,7 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
         if (!f.is_first_order()) continue;
         const std::size_t which = first_order++;
         const SourcePrediction& p = sources_[i][d][which];
-        Vector3d shift;
+        Vector3d shift = Vector3d::Zero();
         double square = 0;  // of the sd in all directions
         if (s_.samples()) {
           for (int a = 0; a < 3; ++a) {
