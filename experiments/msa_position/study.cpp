@@ -439,7 +439,6 @@ stats::ControlledEstimate PositionPoint::sd_estimate(const stats::Tally& tally, 
 
 namespace {
 
-/// A survey's geometry that no run can have: says which survey, in which case of a sweep.
 class MsaPositionPlan final : public study::PlanOf<Scenario> {
  public:
   using PlanOf::PlanOf;
@@ -457,9 +456,12 @@ study::Experiment experiment() {
           "S. Vis, TU Delft 2019, tables 5 to 11, figures 6 and 7",
           [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
             Scenario s = read_scenario(config, seed);
+            // A survey's geometry may be one that no run can have: blamed_for() says which survey, in which case.
             if (!s.events.empty())
-              return study::event_plan(s.event_run, s.annotations, random::stream_of(s.seed),
-                                       [s] { return s.survey_place.blamed_for([&] { return events_of(s); }); });
+              return study::event_plan(
+                  s.event_run, s.annotations, random::stream_of(s.seed),
+                  [s] { return s.survey_place.blamed_for([&] { return events_of(s); }); }, montecarlo::kBlockTrials,
+                  s.survey.size());
             return std::make_unique<MsaPositionPlan>(std::move(s));
           }};
 }

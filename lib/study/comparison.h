@@ -100,8 +100,8 @@ ComparisonRow labelled(const std::string& formulation, ComparisonRow row);
 void write_evidence(TableRows& t, const Evidence& evidence, std::uint64_t trials_to_decide);
 
 /// The columns of every comparison table (docs/results-format.md) from rows. `trials` and, but for rows that have their
-/// own, `failed` are repeated. The
-/// column `formulation` is there if a row has one, or if it is asked for: tables of one study must be alike.
+/// own, `failed` are repeated. The column `formulation` is there if a row has one, or if it is asked for: tables of one
+/// study must be alike.
 store::Table comparison_table(const std::string& name, const std::string& long_name,
                               const std::vector<ComparisonRow>& rows, std::uint64_t trials, std::uint64_t failed,
                               bool with_formulation = false);

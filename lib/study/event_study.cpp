@@ -249,12 +249,14 @@ struct PlannedEvents {
   random::Stream stream;
   std::function<std::vector<TrialEvent>()> events;
   int block_trials;
+  double trial_cost;
 };
 
 class EventPlan final : public PlanOf<PlannedEvents> {
  public:
   using PlanOf::PlanOf;
   int block_trials() const override { return s_.run.block_trials(s_.block_trials); }
+  double cost() const override { return s_.trial_cost * PlanOf::cost(); }
   std::unique_ptr<StudyPoint> prepare(const montecarlo::RunOptions& options) const override {
     std::vector<TrialEvent> events = s_.events();
     require_rare(events);
@@ -319,11 +321,12 @@ Annotations read_event_annotations(config::ConfigReader& c, const std::vector<st
 }
 
 std::unique_ptr<PointPlan> event_plan(EventRun run, Annotations annotations, random::Stream stream,
-                                      std::function<std::vector<TrialEvent>()> events, int block_trials) {
+                                      std::function<std::vector<TrialEvent>()> events, int block_trials,
+                                      double trial_cost) {
   require_rare(events());
   const TrialPlan trials = run.plan;
-  return std::make_unique<EventPlan>(
-      PlannedEvents{trials, std::move(run), std::move(annotations), stream, std::move(events), block_trials});
+  return std::make_unique<EventPlan>(PlannedEvents{trials, std::move(run), std::move(annotations), stream,
+                                                   std::move(events), block_trials, trial_cost});
 }
 
 }  // namespace surveymc::study

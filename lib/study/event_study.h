@@ -52,8 +52,9 @@ struct TrialEvent {
 
 /// The plan of a point whose events `events()` makes in the task that runs it, and once before. Throws InputError, with
 /// the place of the event, where one holds without any draw; preparing throws Interrupted at options.stop.
+/// `trial_cost`: of a trial here, compared with those of the other points (PointPlan::cost).
 std::unique_ptr<PointPlan> event_plan(EventRun run, Annotations annotations, random::Stream stream,
                                       std::function<std::vector<TrialEvent>()> events,
-                                      int block_trials = montecarlo::kBlockTrials);
+                                      int block_trials = montecarlo::kBlockTrials, double trial_cost = 1);
 
 }  // namespace surveymc::study
