@@ -184,6 +184,7 @@ double constant_of(Variable v, const Surroundings& s) {
   // In the order of the variables, behind those of the station.
   const std::array constants{s.dip,      s.total_field,       s.gravity,   s.latitude,
                              kEarthRate, s.min_course_length, s.tortuosity};
+  static_assert(constants.size() == index_of(Variable::previous) - kStationVariables);
   return constants[index_of(v) - kStationVariables];
 }
 

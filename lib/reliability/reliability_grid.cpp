@@ -27,6 +27,9 @@ StationVariances relative_variances(const AdjustmentModel& model, double lambda0
 }
 
 /// Without systematic terms, kernels stand in the order of the modes.
+static_assert(static_cast<int>(StationKernel::sse_axial) == static_cast<int>(AdjustmentMode::sse_axial) &&
+              static_cast<int>(StationKernel::mse_fixed) == static_cast<int>(AdjustmentMode::mse_fixed) &&
+              static_cast<int>(StationKernel::mse_shared) == static_cast<int>(AdjustmentMode::mse_shared));
 StationKernel kernel_of(const AdjustmentModel& model) {
   const bool systematic = model.mode == AdjustmentMode::mse_shared && model.systematic_terms;
   return systematic ? StationKernel::mse_systematic : static_cast<StationKernel>(model.mode);
