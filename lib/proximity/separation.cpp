@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
+
 #include "base/units.h"
 #include "stats/linear_algebra.h"
 
