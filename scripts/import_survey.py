@@ -152,7 +152,7 @@ def main():
         sys.stdout.flush()
     except Problem as problem:
         prefix = next((a.partition("=")[2] for a in sys.argv if a.startswith("--key-prefix=")), "survey.")
-        has_keys = "--for-program" in sys.argv and "--readings" not in sys.argv
+        has_keys = any(word.startswith("--for-program=") for word in sys.argv) and "--readings" not in sys.argv
         print(as_keys(str(problem), prefix) if has_keys else problem, file=sys.stderr)
         return problem.code
     except BrokenPipeError:

@@ -307,7 +307,10 @@ std::string unknown_word(const CLI::App& app) {
           if ("--" + name == word) near = fmt::format("{} of surveymc {}", word, sub->get_name());
   }
   const std::string beside = is_option || !chosen.empty() ? "" : program_beside(word);
+  std::error_code error;
+  const bool is_file = is_option && std::filesystem::exists(written, error);
   const std::string hint = !beside.empty() ? fmt::format(": this is a program of its own: {}", beside)
+                           : is_file       ? fmt::format(": the file of this name is ./{}", store::printable(written))
                            : near.empty()  ? ""
                                            : fmt::format(": did you mean {}?", near);
   return fmt::format("surveymc{}: {} is not expected{}", chosen.empty() ? "" : " " + at.get_name(),

@@ -109,6 +109,15 @@ Ended run_program(const std::vector<std::string>& arguments) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), out.text(), errors.text()};
 }
 
+/// A word of a command that a user may copy to a shell.
+std::string shell_word(const std::string& text) {
+  constexpr std::string_view kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./+=:,@%-";
+  if (text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + "'";
+}
+
 /// The lines "word: text" that the script prints before the CSV.
 struct Answer {
   std::string told, csv;
@@ -183,16 +192,18 @@ ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignK
       "{}: is no CSV of our own form ({} ...), and {}, which reads other forms, is not beside the program: install it, "
       "or write such a CSV",
       path, kind == ForeignKind::survey ? "md_m, inclination_deg, azimuth_deg" : "md_m, gx_mps2, bx_nT", kScript);
-  std::vector<std::string> arguments{script.string(), fs::absolute(place).string(), "--for-program", path,
+  std::vector<std::string> arguments{script.string(), fs::absolute(place).string(), "--for-program=" + path,
                                      "--key-prefix=" + told_as};
   if (kind == ForeignKind::readings) arguments.emplace_back("--readings");
   for (const auto& [name, value] : options) arguments.push_back(fmt::format("--{}={}", name, value));
   const Ended ended = run_program(arguments);
   if (ended.code != 0) {
     const std::string said = ended.errors.substr(0, ended.errors.find_last_not_of(" \n") + 1);
-    std::string command = fmt::format("{} {}", script.string(), place.string());
+    const std::string file = place.string();
+    std::string command = fmt::format("{} {}{}", shell_word(script.string()), file.starts_with('-') ? "./" : "",
+                                      shell_word(file));  // which is no option
     if (kind == ForeignKind::readings) command += " --readings";
-    for (const auto& [name, value] : options) command += fmt::format(" --{} {}", name, value);
+    for (const auto& [name, value] : options) command += fmt::format(" --{} {}", name, shell_word(value));
     // Readings have no keys: only the script takes an option, and its message names that.
     const bool has_keys = kind == ForeignKind::survey;
     throw InputError(fmt::format("{}; {}make a CSV of it: {} -o {}.csv",

@@ -100,6 +100,7 @@ def workbook():
 # name: (content, --set options, what is said of it)
 FORMS = {
     "usual headings.csv": (table(",", ("Measured Depth (m)", "INC", "AZIMUTH GRID (deg)")), [], "comma-separated text"),
+    "-s.txt": (table(",", ("Measured Depth (m)", "INC", "AZIMUTH GRID (deg)")), [], "comma-separated text"),
     "titles units notes.csv": ("Survey of a well\nNorth Reference:,Grid\n\nMD,TVD,Incl,Azim,Comment\n(m),(m),(deg),(deg),\n"
                                + "".join(f"{m},1,{i},{a},x\n" for m, i, a in STATIONS) + "End of survey\n", [], "ignored TVD"),
     "decimal commas.txt": (table(";", ("MD (m)", "Incl.", "Azi (GN)"), COMMA), [], "decimal comma"),
@@ -171,6 +172,8 @@ class Forms(Case):
             with self.subTest(says=says):
                 self.write("mine.txt", content)
                 self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.file=mine.txt", *[f"--set={o}" for o in options], says=says)
+        self.write("-my well.txt", plain)
+        self.refused(BAD_INPUT, "check", "base.toml", "--set", 'survey.file="-my well.txt"', says=r"import_survey\.py \./'-my well\.txt' -o survey\.csv")
         self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.depth_unit=m", says="own.csv: .*must be without survey.depth_unit")
 
     @unittest.skipUnless(importlib.util.find_spec("openpyxl"), "no openpyxl")
