@@ -1,6 +1,7 @@
 #include "checkpoint/journal.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -256,6 +257,13 @@ bool Journal::sync() {
   const std::scoped_lock lock(writing_);
   if (!write_pending()) return false;
   return file_ < 0 || uninterrupted([&] { return fsync(file_); }) == 0 || fail();
+}
+
+bool Journal::is_there() const {
+  struct stat ours {
+  }, there{};
+  return file_ >= 0 && fstat(file_, &ours) == 0 && stat(path_.c_str(), &there) == 0 && ours.st_ino == there.st_ino &&
+         ours.st_dev == there.st_dev;
 }
 
 }  // namespace surveymc::checkpoint

@@ -71,8 +71,8 @@ class Journal {
   /// write(), and to the disk.
   bool sync();
   const std::string& error() const { return error_; }
-  /// True once there is a file.
-  bool started() const { return file_ >= 0; }
+  /// True if there is a file beside the output. It may have been removed, or its folder.
+  bool is_there() const;
 
  private:
   bool fail();

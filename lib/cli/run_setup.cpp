@@ -72,7 +72,7 @@ void end_program(std::chrono::milliseconds waited) {
   MayEnd& m = may_end();
   const std::scoped_lock lock(m.changing);
   if (!m.now || waited.count() < m.says.after_ms) return;
-  const bool kept = m.journal && m.journal->sync() && m.journal->started();
+  const bool kept = m.journal && m.journal->sync() && m.journal->is_there();
   const std::string text =
       fmt::format("{}interrupted: {}\n", isatty(STDERR_FILENO) ? "\r\033[K" : "", kept ? m.says.kept : m.says.nothing);
   if (!m.says.output.empty()) remove_own_temporaries(store::resolved(m.says.output));
@@ -330,7 +330,7 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
     computing.reset();
     checkpoint::remove_journals(output, key);
   } catch (const IoError& e) {  // all was computed, but the result cannot be written
-    if (!journal.started() || !journal.sync()) throw;
+    if (!journal.is_there() || !journal.sync()) throw;
     throw IoError(
         fmt::format("{}; what is done is kept beside it: when it can be written, go on with --resume", e.what()));
   } catch (const Interrupted&) {

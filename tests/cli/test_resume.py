@@ -7,6 +7,7 @@ SIGKILLs a run has to survive; test_kills.py has a thousand over six experiments
 import os
 import random
 import re
+import shutil
 import signal
 import subprocess
 import time
@@ -54,6 +55,17 @@ class Resume(Case):
             self.assertRegex(err, r"interrupted: what is done is kept beside out.h5; go on with: surveymc run .* --resume")
             self.assertTrue(self.journals())
             self.assertFalse((self.folder / "out.h5").exists())
+
+    def test_nothing_is_said_to_be_kept_in_a_folder_that_is_gone(self):
+        for gone in (shutil.rmtree, lambda folder: folder.rename(self.folder / "elsewhere")):
+            (self.folder / "out").mkdir()
+            child = self.start("run", "large.toml", "--trials", 4_000_000, "-o", "out/x.h5", "--checkpoint-seconds", 0.01)
+            while child.poll() is None and not self.journals():
+                time.sleep(0.005)
+            gone(self.folder / "out")
+            err = child.communicate(timeout=PATIENCE)[1]
+            self.assertEqual(child.returncode, CANNOT_WRITE, err)
+            self.assertNotIn("is kept", err)
 
     def test_nohup_is_respected(self):
         child = subprocess.Popen([*self.PROGRAM, *self.RUN], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
