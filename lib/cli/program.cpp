@@ -16,6 +16,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 #if __has_include(<malloc.h>)
 #include <malloc.h>
@@ -81,9 +82,11 @@ void keep_freed_memory() {
 }
 
 /// The heap's next 64 MiB are huge pages where there are any: a run whose tables take many megabytes spends as long
-/// on the faults of small ones as on the tables. Small runs take no longer: they use one or two.
+/// on the faults of small ones as on the tables. Small runs take no longer: they use one or two. Not where addresses
+/// are limited (ulimit -v): then they are needed for the stacks of threads.
 void prefer_huge_heap() {
 #if defined(M_TOP_PAD)
+  if (rlimit most{}; getrlimit(RLIMIT_AS, &most) != 0 || most.rlim_cur != RLIM_INFINITY) return;
   constexpr int kHeap = 64 << 20, kUsual = 128 << 10;
   mallopt(M_TOP_PAD, kHeap);
   const auto* const before = static_cast<const char*>(sbrk(0));

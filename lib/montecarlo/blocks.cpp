@@ -126,7 +126,7 @@ void in_threads(int threads, const std::function<bool()>& stopped, const std::fu
       });
   } catch (const std::system_error& e) {
     error = std::make_exception_ptr(NoThreads(fmt::format(
-        "the system starts only {} of {} threads ({}): give fewer with --threads, or raise the limit (ulimit -u)",
+        "the system starts only {} of {} threads ({}): give fewer with --threads, or raise the limit (ulimit -u, -v)",
         others.size() + 1, threads, e.code().message())));
   } catch (...) {
     error = std::current_exception();

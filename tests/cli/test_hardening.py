@@ -230,11 +230,11 @@ class Hardening(Case):
     def test_little_memory(self):
         """Under every limit of memory the program ends by itself, with a message and the code for it."""
         self.small()
-        peak = 0
+        peak, enough = 0, None
         run, readers = ("run", "small.toml", "-o", "out.h5", "--threads", "2", "--overwrite"), (("rerun", "small.h5"), ("show", "small.h5"))
         # HDF5 would end or crash at some of the least that are enough to start
         least = [(tenths / 10, readers) for tenths in range(400, 520, 4)]
-        for mebibytes, commands in (*least, *((m, (run, *readers)) for m in (*range(40, 200, 12), 260, 400))):
+        for mebibytes, commands in (*least, *((m, (run, *readers)) for m in (*range(40, 112, 6), *range(112, 200, 12), 260, 400))):
             for command in commands:
                 done = subprocess.run([*self.PROGRAM, *command], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE,
                                       preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (int(mebibytes * 2**20),) * 2))
@@ -242,6 +242,10 @@ class Hardening(Case):
                 if done.returncode == 127:  # the loader: the program has not begun
                     continue
                 peak = max(peak, mebibytes)
+                if command == run and enough is None and done.returncode == DONE:
+                    enough = mebibytes
+                if command == run and enough is not None:  # more is enough, too: 94 MB once left no room for a thread
+                    self.assertEqual(done.returncode, DONE, told)
                 self.assertIn(done.returncode, (DONE, INTERNAL, NO_MACHINE, CANNOT_WRITE), told)
                 if done.returncode != DONE:
                     self.assertRegex(done.stderr, "memory|threads", told)
