@@ -125,8 +125,8 @@ std::string run_bytes(const RunKey& key) {
   return checksum_of(out.take());
 }
 
-void write_part_of(const fs::path& path, const Part& about, std::vector<PieceEntry> pieces,
-                   const std::function<std::string(std::size_t)>& piece_bytes) {
+std::vector<fs::path> write_part_of(const fs::path& path, const Part& about, std::vector<PieceEntry> pieces,
+                                    const std::function<std::string(std::size_t)>& piece_bytes, store::OldFile old) {
   const std::string first = sealed_record(kAboutMark, bytes_of(about, kAboutFields));
   const std::uint64_t index_size = sealed_record(kIndexMark, bytes_of(pieces, kIndexFields)).size();
   std::uint64_t end = kHeadSize + first.size() + index_size, flags = kWholeFlag;
@@ -151,13 +151,13 @@ void write_part_of(const fs::path& path, const Part& about, std::vector<PieceEnt
       start.clear();
     }
     put(start);
-    file.commit();
+    return file.commit(old, [&](const fs::path& there) { refuse_foreign_part(there); });
   } catch (const std::system_error& e) {
     throw IoError(fmt::format("{}: cannot be written: {}", path.string(), e.code().message()));
   }
 }
 
-void write_part(const fs::path& path, const Part& part) {
+std::vector<fs::path> write_part(const fs::path& path, const Part& part, store::OldFile old) {
   std::vector<std::string> records;
   std::vector<PieceEntry> entries;
   for (const PartPiece& p : part.pieces) {
@@ -165,7 +165,8 @@ void write_part(const fs::path& path, const Part& part) {
     entries.push_back({p.point, p.blocks, p.blocks_in_all, p.whole || !p.failure.empty(), !p.failure.empty(), 0,
                        records.back().size()});
   }
-  write_part_of(path, part, std::move(entries), [&](std::size_t i) { return std::move(records[i]); });
+  return write_part_of(
+      path, part, std::move(entries), [&](std::size_t i) { return std::move(records[i]); }, old);
 }
 
 namespace {
@@ -267,6 +268,19 @@ Part read_part(const fs::path& path) {
   return part;
 }
 
+namespace {
+
+bool has_part_mark(const fs::path& path) {
+  const int file = uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
+  if (file < 0) return false;
+  std::string begin(kAnyPartMark.size(), '\0');
+  const ssize_t n = read_at(file, begin.data(), begin.size(), 0);
+  ::close(file);
+  return n == static_cast<ssize_t>(begin.size()) && begin == kAnyPartMark;
+}
+
+}  // namespace
+
 PartState part_state(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(path, error)) return PartState::missing;
@@ -274,15 +288,17 @@ PartState part_state(const fs::path& path) {
     read_part(path);
     return PartState::whole;
   } catch (const IoError&) {
-    std::string begin;
-    if (const int file = uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC); }); file >= 0) {
-      begin.assign(kAnyPartMark.size(), '\0');
-      const ssize_t n = read_at(file, begin.data(), begin.size(), 0);
-      begin.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
-      ::close(file);
-    }
-    return begin == kAnyPartMark ? PartState::damaged : PartState::foreign;
+    return has_part_mark(path) ? PartState::damaged : PartState::foreign;
   }
+}
+
+void refuse_foreign_part(const fs::path& path) {
+  std::error_code error;
+  const fs::file_type type = fs::status(path, error).type();
+  if (type == fs::file_type::none)  // the system does not say: it may be a part
+    throw IoError(fmt::format("{}: cannot be looked at: {}", path.string(), error.message()));
+  if (type != fs::file_type::not_found && !has_part_mark(path))
+    throw IoError(fmt::format("{}: exists and is no surveymc part file: refusing to overwrite it", path.string()));
 }
 
 }  // namespace surveymc::checkpoint

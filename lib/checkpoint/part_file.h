@@ -17,6 +17,7 @@
 #include "config/input_file.h"
 #include "config/input_table.h"
 #include "montecarlo/run_blocks.h"
+#include "store/atomic_file.h"
 #include "store/result_file.h"
 
 namespace surveymc::checkpoint {
@@ -59,8 +60,10 @@ struct Part {
   std::vector<PartPiece> pieces;
 };
 
-/// Throws IoError.
-void write_part(const std::filesystem::path& path, const Part& part);
+/// Writes the file whole or not at all. A file that is no part is never replaced; `old` says what becomes of a part,
+/// and its new names are returned. Throws IoError.
+std::vector<std::filesystem::path> write_part(const std::filesystem::path& path, const Part& part,
+                                              store::OldFile old = store::OldFile::replaced);
 
 /// Throws IoError if it is missing, no part file, or damaged.
 Part read_part(const std::filesystem::path& path);
@@ -122,12 +125,17 @@ class PartReader {
 };
 
 /// Writes a part whose pieces are records of others, in order of `pieces` (whose offsets do not count);
-/// piece_bytes(i) gives the i-th. Throws IoError.
-void write_part_of(const std::filesystem::path& path, const Part& about, std::vector<PieceEntry> pieces,
-                   const std::function<std::string(std::size_t)>& piece_bytes);
+/// piece_bytes(i) gives the i-th. Otherwise as write_part().
+std::vector<std::filesystem::path> write_part_of(const std::filesystem::path& path, const Part& about,
+                                                 std::vector<PieceEntry> pieces,
+                                                 const std::function<std::string(std::size_t)>& piece_bytes,
+                                                 store::OldFile old = store::OldFile::replaced);
 
 /// Whether there is a part file, whole or damaged.
 enum class PartState { missing, whole, damaged, foreign };
 PartState part_state(const std::filesystem::path& path);
+
+/// Throws IoError if there is a file that is no part, which no part may replace.
+void refuse_foreign_part(const std::filesystem::path& path);
 
 }  // namespace surveymc::checkpoint

@@ -1,17 +1,13 @@
 #include "cli/commands.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <filesystem>
 #include <optional>
-#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "cli/new_files.h"
 #include "cli/run_setup.h"
 #include "config/key_log.h"
 
@@ -57,24 +53,6 @@ Template template_of(const std::string& name) {
   return out;
 }
 
-/// False if there is a file of this name.
-bool write_new(const fs::path& path, const std::string& text) {
-  const auto fail = [&] {
-    throw IoError(fmt::format("{}: cannot be written: {}", path.string(), std::generic_category().message(errno)));
-  };
-  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (file < 0 && errno == EEXIST) return false;
-  if (file < 0) fail();
-  const ssize_t written = write(file, text.data(), text.size());
-  if (close(file) == 0 && written == static_cast<ssize_t>(text.size())) return true;
-  if (written >= 0) errno = ENOSPC;
-  const int reason = errno;
-  unlink(path.c_str());  // made just now
-  errno = reason;
-  fail();
-  return false;
-}
-
 }  // namespace
 
 void new_config(const std::vector<study::Experiment>& studies, const NewArguments& a) {
@@ -84,12 +62,17 @@ void new_config(const std::vector<study::Experiment>& studies, const NewArgument
     fmt::print("{}", made.text);
     return;
   }
+  catch_signals();  // writing takes no time
   const fs::path path = a.output;
-  if (!write_new(path, made.text)) throw IoError(fmt::format("{}: exists; choose another name with -o", path.string()));
+  NewFiles files;
+  files.add(path, made.text, {});
+  for (const DataFile& file : made.data) files.add(path.parent_path() / file.name, file.text, {.is_needed = false});
+  const std::vector<fs::path> written = files.commit();
+  const EndsBySignal ends(nullptr, EndsBySignal::soon(fmt::format("{} is written", path.string())));
   fmt::print("wrote {}: put in your well; surveymc keys {} lists every key\n", path.string(), name);
   for (const DataFile& file : made.data) {
     const fs::path data = path.parent_path() / file.name;
-    if (write_new(data, file.text))
+    if (std::find(written.begin(), written.end(), data) != written.end())
       fmt::print("wrote {}: an example of the data that it names; put in yours\n", data.string());
     else
       fmt::print("{} is there: the config names it\n", data.string());

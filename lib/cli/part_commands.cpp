@@ -87,9 +87,8 @@ std::string why_damaged(const fs::path& path) {
 
 /// True if the part is there already. Throws IoError if another file is in its place, or if it could not be written.
 bool is_done(const fs::path& path, const study::RunPlan& run, const study::PartChoice& choice, bool overwrite) {
+  checkpoint::refuse_foreign_part(path);
   const checkpoint::PartState state = checkpoint::part_state(path);
-  if (state == checkpoint::PartState::foreign)
-    throw IoError(fmt::format("{}: exists and is no surveymc part file: refusing to overwrite it", path.string()));
   if (state == checkpoint::PartState::damaged)
     log_warning(fmt::format("{}; that part is computed again", why_damaged(path)));
   if (state == checkpoint::PartState::whole) {
@@ -258,10 +257,8 @@ int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::
     part.folder = fs::absolute(a.config).parent_path().string();
     part.run = run_info(created, elapsed, a);
   };
-  fs::path kept;  // what was there is damaged, but it is the user's
-  with_checkpoint(a, key, path, command, compute, [&] {
-    kept = store::write_beside_old(path, a.overwrite, [&] { checkpoint::write_part(path, part); });
-  });
+  std::vector<fs::path> kept;  // what was there is damaged, but it is the user's
+  with_checkpoint(a, key, path, command, compute, [&] { kept = checkpoint::write_part(path, part, old_file(a)); });
   const auto failed =
       std::count_if(part.pieces.begin(), part.pieces.end(), [](const auto& p) { return !p.failure.empty(); });
   for (const checkpoint::PartPiece& p : part.pieces)
@@ -337,7 +334,7 @@ int write_merged(const RunArguments& a, store::Result result, const std::string&
                  std::optional<EndsBySignal>& ends) {
   stamp(result, "surveymc merge");
   result.run = {"", "", 0, 0, 0};  // of many runs; so the file does not depend on who ran what
-  const fs::path kept = store::write_beside_old(a.output, a.overwrite, [&] { write_result_file(a, a.output, result); });
+  const std::vector<fs::path> kept = write_result_file(a, a.output, result);
   ends.reset();
   ends.emplace(nullptr, EndsBySignal::Says{.nothing = fmt::format("{} is written", a.output)});
   print_tables(result, a.output, a.units == "ft");
@@ -352,7 +349,7 @@ int write_merged(const RunArguments& a, store::Result result, const std::string&
 
 int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs, bool part) {
   catch_signals();
-  std::optional<EndsBySignal> ends(std::in_place, nullptr, EndsBySignal::Says{.output = a.output});
+  std::optional<EndsBySignal> ends(std::in_place, nullptr, EndsBySignal::Says());
   std::vector<fs::path> paths;
   for (const std::string& name : names) {
     std::error_code error;
@@ -372,8 +369,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
       std::error_code error;
       require(!fs::equivalent(path, a.output, error), "{}: is one of the parts: choose another name with -o", a.output);
     }
-    if (checkpoint::part_state(a.output) == checkpoint::PartState::foreign)
-      throw IoError(fmt::format("{}: exists and is no surveymc part file: refusing to overwrite it", a.output));
+    checkpoint::refuse_foreign_part(a.output);
   } else {
     store::check_output_path(a.output);
   }
@@ -386,8 +382,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   study::PartSet parts(paths, program_name());
   for (const std::string& remark : parts.remarks()) log_info(remark);
   if (part) {
-    const fs::path kept =
-        store::write_beside_old(a.output, a.overwrite, [&] { parts.write_merged(a.output, stop_flag()); });
+    const std::vector<fs::path> kept = parts.write_merged(a.output, stop_flag(), old_file(a));
     say(fmt::format("wrote {} (from {})", a.output, counted(count, "part")));
     tell_backup(kept);
     return kDone;

@@ -210,13 +210,13 @@ int run(const RunArguments& a, const std::string& command) {
   log_remarks(plan.config);
   Effort effort;
   store::Result result;
-  std::filesystem::path kept;
+  std::vector<std::filesystem::path> kept;
   with_checkpoint(
       a, run_key(plan, false), output, command,
       [&](const study::Checkpoint& checkpoint) { result = run_and_stamp(a, plan, command, effort, checkpoint); },
       [&] {
         tell_large_result(result, effort.elapsed, output.string());
-        kept = store::write_beside_old(output, a.overwrite, [&] { write_result_file(a, output, result); });
+        kept = write_result_file(a, output, result);
       });
   ends.emplace(nullptr, EndsBySignal::soon(fmt::format("{} is written", output.string())));
   print_tables(result, output.string(), a.units == "ft");

@@ -1,17 +1,14 @@
 #include "cli/commands.h"
 
-#include <algorithm>
-#include <cerrno>
 #include <filesystem>
-#include <functional>
-#include <memory>
-#include <span>
+#include <optional>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "cli/new_files.h"
 #include "cli/print_result.h"
 #include "cli/run_setup.h"
 #include "cli/screen.h"
@@ -22,40 +19,6 @@ namespace surveymc::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Texts that become files together, at the end: a signal before that leaves the old files, and no temporary ones.
-class NewFiles {
- public:
-  void add(const fs::path& path, const std::string& text) {
-    at(path, [&] {
-      store::remove_stale_temporaries(store::resolved(path));
-      files_.emplace_back(path, std::make_unique<store::AtomicFile>(store::resolved(path)));
-      constexpr std::size_t kPiece = std::size_t{1} << 20;
-      for (std::size_t done = 0; done < text.size(); done += kPiece) {
-        end_if_signalled();
-        files_.back().second->write(std::span(text).subspan(done, std::min(kPiece, text.size() - done)));
-      }
-    });
-  }
-  void commit() {
-    end_if_signalled();
-    for (const auto& written : files_) at(written.first, [&] { written.second->commit(); });
-  }
-
- private:
-  static void end_if_signalled() {
-    if (HoldsSignals::any()) throw Interrupted("stopped before the files were written");
-  }
-  static void at(const fs::path& path, const std::function<void()>& work) {
-    try {
-      work();
-    } catch (const std::system_error& e) {
-      throw IoError(fmt::format("{}: cannot be written: {}", path.string(), e.code().message()));
-    }
-  }
-  HoldsSignals held_;  // until the temporary files are gone
-  std::vector<std::pair<fs::path, std::unique_ptr<store::AtomicFile>>> files_;
-};
 
 study::Round round_of(const std::string& file) {
   store::Result result = store::read_result(file);
@@ -69,27 +32,32 @@ std::string csv_of(const config::InputTable& t) {
   return store::to_csv(table);
 }
 
-/// Files that the config names, from the result, where the next config does not find them.
-void add_missing_inputs(NewFiles& files, const study::Round& round, const fs::path& folder, const std::string& points) {
-  const auto write = [&](const std::string& name, const std::string& text) {
+/// Adds the files that the config names and that the next config would not find, from the result.
+void add_missing_inputs(NewFiles& files, const study::Round& round, const fs::path& output, const std::string& points) {
+  const fs::path folder = store::folder_of(output);
+  const auto add = [&](const std::string& name, const std::string& text) {
     const fs::path path = folder / name;
     std::error_code error;
     if (name == points || name.ends_with(".points.csv") || fs::exists(path, error)) return;
-    if (fs::path(name).is_absolute() || name.find("..") != std::string::npos)
+    if (name.starts_with("<shipped>/")) return;  // comes with the program
+    std::string fault = name == output.filename() ? "its name is that of the next config" : fault_of_input_name(name);
+    if (fault.empty()) fault = make_folders(folder, name);
+    if (!fault.empty())
       throw IoError(
-          fmt::format("{}: is named by the config, and is not there: write the next config into the folder "
-                      "of the first one",
-                      path.string()));
-    fs::create_directories(path.parent_path(), error);
-    files.add(path, text);
+          fmt::format("{}: is named by the config, is not there, and is not written from the result, as {}: write the "
+                      "next config into the folder of the first one",
+                      path.string(), fault));
+    files.add(path, text, {.is_needed = false});
   };
-  for (const config::InputTable& t : round.inputs.tables) write(t.path, csv_of(t));
-  for (const config::InputText& t : round.inputs.texts) write(t.path, t.text);
+  for (const config::InputTable& t : round.inputs.tables) add(t.path, csv_of(t));
+  for (const config::InputText& t : round.inputs.texts) add(t.path, t.text);
 }
 
 }  // namespace
 
 int refine_result(const RefineArguments& a) {
+  catch_signals();
+  std::optional<EndsBySignal> ends(std::in_place, nullptr, EndsBySignal::soon());
   const fs::path output = a.output;
   require_usage(output.extension() == ".toml", "-o {}: the name of a config ends in .toml", a.output);
   const study::Round round = round_of(a.file);
@@ -100,20 +68,23 @@ int refine_result(const RefineArguments& a) {
                     counted(next.crossed, "cell")));
     return kDone;
   }
-  const fs::path folder = store::folder_of(output);
-  for (const fs::path& path : {output, folder / points}) {
+  const fs::path points_path = store::folder_of(output) / points;
+  for (const fs::path& path : {output, points_path}) {
     std::error_code error;
-    if (fs::exists(path, error) && !a.overwrite)
+    if (fs::exists(fs::symlink_status(path, error)) && !a.overwrite)
       throw IoError(
           fmt::format("{}: exists: choose another name with -o, or replace it with --overwrite", path.string()));
   }
-  {
-    NewFiles files;
-    add_missing_inputs(files, round, folder, points);
-    files.add(folder / points, next.points);
-    files.add(output, next.config);  // last: what it names is there
-    files.commit();
-  }
+  NewFiles files;
+  add_missing_inputs(files, round, output, points);
+  files.add(points_path, next.points, {.overwrite = a.overwrite});
+  files.add(output, next.config, {.overwrite = a.overwrite, .follows_link = true});  // last: what it names is there
+  ends.reset();  // a signal before this leaves the old files
+  const std::vector<fs::path> written = files.commit();
+  ends.emplace(nullptr, EndsBySignal::soon(fmt::format("{} is written", output.string())));
+  for (const fs::path& path : written)
+    if (path != output && path != points_path)
+      say(fmt::format("wrote {}, which the config names, as the result stores it", path.string()));
   say(fmt::format("wrote {} with {} in {}", output.string(), counted(next.count, "new point"), points));
   return kDone;
 }

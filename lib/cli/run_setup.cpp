@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <charconv>
 #include <csignal>
@@ -39,10 +38,6 @@ extern "C" void on_signal(int) {
   sem_post(&g_signalled);
 }
 
-constexpr std::array<int, 4> kEnding = {SIGINT, SIGTERM, SIGHUP, SIGUSR1};
-volatile std::sig_atomic_t g_held = 0;  // the signal that waits, see HoldsSignals
-extern "C" void on_held_signal(int number) { g_held = number; }
-
 /// What a signal may end: see EndsBySignal.
 struct MayEnd {
   std::mutex changing;
@@ -55,18 +50,6 @@ MayEnd& may_end() {
   return one;
 }
 
-/// Removes the temporary files that this process writes for `output`. One that has just got its name stays.
-void remove_own_temporaries(const std::filesystem::path& output) {
-  namespace fs = std::filesystem;
-  const std::string prefix = "." + output.filename().string() + ".";
-  std::error_code error;
-  for (fs::directory_iterator it("/proc/self/fd", error), end; !error && it != end; it.increment(error)) {
-    std::error_code gone;
-    const fs::path file = fs::read_symlink(it->path(), gone);
-    if (!gone && file.filename().string().starts_with(prefix) && file.extension() == ".tmp") unlink(file.c_str());
-  }
-}
-
 /// Ends the program, if it may be ended so long after the signal.
 void end_program(std::chrono::milliseconds waited) {
   MayEnd& m = may_end();
@@ -75,7 +58,7 @@ void end_program(std::chrono::milliseconds waited) {
   const bool kept = m.journal && m.journal->sync() && m.journal->is_there();
   const std::string text =
       fmt::format("{}interrupted: {}\n", isatty(STDERR_FILENO) ? "\r\033[K" : "", kept ? m.says.kept : m.says.nothing);
-  if (!m.says.output.empty()) remove_own_temporaries(store::resolved(m.says.output));
+  store::AtomicFile::remove_all();
   [[maybe_unused]] const ssize_t n = write(STDERR_FILENO, text.data(), text.size());
   _exit(kInterrupted);
 }
@@ -119,19 +102,6 @@ EndsBySignal::~EndsBySignal() {
   may_end().now = false;
 }
 
-HoldsSignals::HoldsSignals() {
-  for (const int signal : kEnding)
-    if (std::signal(signal, on_held_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
-}
-
-HoldsSignals::~HoldsSignals() {
-  for (const int signal : kEnding)
-    if (std::signal(signal, SIG_DFL) == SIG_IGN) std::signal(signal, SIG_IGN);
-  if (g_held != 0) std::raise(g_held);
-}
-
-bool HoldsSignals::any() { return g_held != 0; }
-
 const std::atomic<bool>* stop_flag() { return &g_stop; }
 
 void stop_after(double seconds) {
@@ -159,15 +129,18 @@ study::RunPlan read_rerun(const std::vector<study::Experiment>& studies, const s
   return study::read_run(experiment, std::move(config), &g_stop);
 }
 
-void write_result_file(const RunArguments& a, const std::filesystem::path& path, const store::Result& result) {
+store::OldFile old_file(const RunArguments& a) { return a.overwrite ? store::OldFile::replaced : store::OldFile::kept; }
+
+std::vector<std::filesystem::path> write_result_file(const RunArguments& a, const std::filesystem::path& path,
+                                                     const store::Result& result) {
   Progress progress(0, "MB");
-  store::WriteOptions options{a.compression, {}};
+  store::WriteOptions options{a.compression, {}, old_file(a)};
   if (!a.quiet)
     options.progress = [&](std::uint64_t written, std::uint64_t expected) {
       constexpr std::uint64_t kMegabyte = 1'000'000;
       progress.update(written / kMegabyte, expected / kMegabyte);
     };
-  store::write_result(path, result, options);
+  return store::write_result(path, result, options);
 }
 
 std::uint64_t whole_number(const std::string& option, const std::string& text) {
@@ -286,8 +259,8 @@ store::RunInfo run_info(std::chrono::system_clock::time_point created, double el
           a.workers ? static_cast<int>(a.workers->count()) + 1 : 1};
 }
 
-void tell_backup(const std::filesystem::path& kept) {
-  if (!kept.empty()) say(fmt::format("the file that was there is now {}", kept.string()));
+void tell_backup(const std::vector<std::filesystem::path>& kept) {
+  for (const std::filesystem::path& name : kept) say(fmt::format("the file that was there is now {}", name.string()));
 }
 
 void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const std::filesystem::path& output,
@@ -322,8 +295,7 @@ void with_checkpoint(const RunArguments& a, const checkpoint::RunKey& key, const
   const std::string go_on = fmt::format("what is done is kept beside {}; go on with: {}{}", output.string(), command,
                                         a.resume ? "" : " --resume");
   reading.reset();
-  std::optional<EndsBySignal> computing(std::in_place, &journal,
-                                        EndsBySignal::Says{go_on, "nothing was written", output});
+  std::optional<EndsBySignal> computing(std::in_place, &journal, EndsBySignal::Says{.kept = go_on});
   try {
     compute({std::move(kept.finished), &journal, std::move(kept.points), std::move(kept.drawn_in)});
     write();

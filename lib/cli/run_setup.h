@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "cli/progress.h"
 #include "config/config.h"
+#include "store/atomic_file.h"
 #include "store/result_file.h"
 #include "study/experiment.h"
 
@@ -59,8 +60,12 @@ struct RunArguments {
   const std::vector<study::Experiment>* studies = nullptr;  // that the program knows
 };
 
-/// Writes the result as the arguments ask (store/result_file.h, store/large_files.h).
-void write_result_file(const RunArguments& a, const std::filesystem::path& path, const store::Result& result);
+/// What the arguments say of an older file of the output's name.
+store::OldFile old_file(const RunArguments& a);
+/// Writes the result as the arguments ask (store/result_file.h, store/large_files.h). Returns the new names of older
+/// results.
+std::vector<std::filesystem::path> write_result_file(const RunArguments& a, const std::filesystem::path& path,
+                                                     const store::Result& result);
 
 /// A whole number that an option was given.
 std::uint64_t whole_number(const std::string& option, const std::string& text);
@@ -89,14 +94,13 @@ void catch_signals();
 const std::atomic<bool>* stop_flag();
 
 /// While it lives, a signal ends the program within a second (exit code 75) even if nobody looks at the stop flag:
-/// after .8 s (or Says::after_ms), with the journal written. Only one at a time. A rank that ends so takes the others
-/// with it.
+/// after .8 s (or Says::after_ms), with the journal written and temporary files removed. Only one at a time. A rank
+/// that ends so takes the others with it.
 class EndsBySignal {
  public:
   struct Says {
     std::string kept = {};                        ///< where the journal has work
     std::string nothing = "nothing was written";  ///< where it has none
-    std::filesystem::path output = {};            ///< file whose temporary files are removed: it is written, or will be
     int after_ms = 800;                           ///< time for an orderly end
   };
   /// Of work that leaves nothing behind: it is not waited for.
@@ -108,18 +112,6 @@ class EndsBySignal {
   ~EndsBySignal();
   EndsBySignal(const EndsBySignal&) = delete;
   EndsBySignal& operator=(const EndsBySignal&) = delete;
-};
-
-/// While it lives, signals that would end the program wait; behind it they do. For the moments in which a command that
-/// catches no signals has temporary files. Signals that are ignored stay so.
-class HoldsSignals {
- public:
-  HoldsSignals();
-  ~HoldsSignals();
-  HoldsSignals(const HoldsSignals&) = delete;
-  HoldsSignals& operator=(const HoldsSignals&) = delete;
-  /// True if one waits.
-  [[nodiscard]] static bool any();
 };
 
 /// Sets the stop flag after `seconds`, if not 0. Call catch_signals() first.
@@ -138,8 +130,8 @@ checkpoint::RunKey part_key(const study::RunPlan& run);
 void stamp(store::Result& result, const std::string& command);
 store::RunInfo run_info(std::chrono::system_clock::time_point created, double elapsed, const RunArguments& a);
 
-/// Prints where the file is now that stood in the place of a new one; nothing if there was none.
-void tell_backup(const std::filesystem::path& kept);
+/// Prints where the files are now that stood in the place of a new one.
+void tell_backup(const std::vector<std::filesystem::path>& kept);
 
 /// Runs `compute` with the journals of `output`, then `write`, and removes the journals afterwards. Throws IoError if
 /// there are journals and a.resume is not set, or journals of another config; Resumable if the run was interrupted and

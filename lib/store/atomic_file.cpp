@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdint>
+#include <cstdio>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -17,6 +19,7 @@
 
 #include <fmt/format.h>
 
+#include "base/error.h"
 #include "base/retry.h"
 
 namespace surveymc::store {
@@ -56,6 +59,95 @@ bool is_linked(int file) {
   return fstat(file, &status) == 0 && status.st_nlink > 0;
 }
 
+fs::path temporary_name(const fs::path& target) {
+  return folder_of(target) / fmt::format("{}{:016x}{}", temporary_prefix(target), random_number(), kTemporarySuffix);
+}
+
+// ------------------------------------------------------------------------------------------------- names of the files
+
+bool is_same_file(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  return fs::equivalent(a, b, error);
+}
+
+/// True of a file system that does not know the flags of renameat2(), as NFS.
+bool lacks_flags(int error) { return error == EINVAL || error == ENOSYS; }
+
+/// Gives the file another name if that is free; false if it is not.
+bool move_if_free(const fs::path& from, const fs::path& to) {
+  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
+  if (errno == EEXIST) return false;
+  if (!lacks_flags(errno)) fail();
+  if (link(from.c_str(), to.c_str()) == 0) {
+    if (unlink(from.c_str()) != 0) fail();
+    return true;
+  }
+  if (errno == EEXIST) return false;
+  // No second names either (exFAT): it remains to look first.
+  struct stat status {};
+  if (lstat(to.c_str(), &status) == 0) return false;
+  if (errno != ENOENT || rename(from.c_str(), to.c_str()) != 0) fail();
+  return true;
+}
+
+fs::path numbered(const fs::path& target, int number) {
+  const bool is_part = target.extension() == ".part";
+  const std::string name = is_part
+                               ? fmt::format("{}.{}", target.filename().string(), number)
+                               : fmt::format("{}.{}{}", target.stem().string(), number, target.extension().string());
+  return target.parent_path() / name;
+}
+
+struct SecondName {
+  fs::path name;
+  bool is_moved = false;  ///< the file system has no second names: the file has lost its own
+  bool is_new = false;    ///< not the second name that a killed or another writer has given it
+};
+
+/// Nothing if there is no file any more.
+std::optional<SecondName> second_name(const fs::path& target) {
+  for (int number = 1;; ++number) {
+    const fs::path name = numbered(target, number);
+    if (link(target.c_str(), name.c_str()) == 0) return SecondName{name, false, true};
+    if (errno == ENOENT) return std::nullopt;
+    if (errno == EEXIST) {
+      if (is_same_file(target, name)) return SecondName{name};
+      continue;
+    }
+    int reason = errno;
+    if (reason != ENOSPC && reason != EDQUOT && reason != EROFS && reason != ENAMETOOLONG) try {
+        if (move_if_free(target, name)) return SecondName{name, true, true};
+        continue;
+      } catch (const std::system_error& e) {
+        if (e.code().value() == ENOENT) return std::nullopt;
+        reason = e.code().value();
+      }
+    throw IoError(fmt::format("{}: exists and cannot be kept as {}: {}", target.string(), name.string(),
+                              std::generic_category().message(reason)));
+  }
+}
+
+/// Puts the file `from` in the place of `target`, which is then at the path that is returned. Where the system cannot
+/// exchange two names, `target` only loses its own. Nothing: there was no file.
+std::optional<fs::path> displaced_by(const fs::path& from, const fs::path& target) {
+  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE) == 0) return from;
+  if (errno == ENOENT) return std::nullopt;
+  if (!lacks_flags(errno)) fail();
+  const fs::path aside = temporary_name(target);
+  if (rename(target.c_str(), aside.c_str()) == 0) return aside;
+  if (errno != ENOENT) fail();
+  return std::nullopt;
+}
+
+bool allows(const MayReplace& may_replace, const fs::path& file) {
+  try {
+    may_replace(file);
+    return true;
+  } catch (const IoError&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 fs::path resolved(const fs::path& path) {
@@ -88,7 +180,7 @@ AtomicFile::AtomicFile(const fs::path& target) : target_(target) {
   // Another process may take the new file for a dead writer's before it is locked: then there is a next one.
   constexpr int kAttempts = 100;
   for (int i = 0; i < kAttempts && file_ < 0; ++i) {
-    path_ = folder_of(target) / fmt::format("{}{:016x}{}", temporary_prefix(target), random_number(), kTemporarySuffix);
+    path_ = temporary_name(target);
     file_ = uninterrupted([&] { return open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666); });
     if (file_ < 0 && errno != EEXIST) fail();
     if (file_ < 0) continue;
@@ -170,30 +262,77 @@ void AtomicFile::start_writing(std::uint64_t at, std::uint64_t size) {
   (void)asked;  // a file system that cannot do this: commit() writes everything
 }
 
-void AtomicFile::commit() {
+void AtomicFile::set_committed(bool committed) {
+  const std::lock_guard lock(g_files_mutex);
+  committed_ = committed;
+}
+
+void AtomicFile::take_name(OldFile old, const MayReplace& may_replace, std::vector<fs::path>& kept) {
+  while (!move_if_free(path_, target_)) {
+    if (old == OldFile::refused) throw std::system_error(EEXIST, std::generic_category());
+    if (may_replace) may_replace(target_);
+    std::optional<SecondName> second;
+    if (old == OldFile::kept) {
+      second = second_name(target_);
+      if (!second) continue;
+      if (second->is_moved) {
+        kept.push_back(second->name);
+        continue;
+      }
+    }
+    std::optional<fs::path> displaced;
+    try {
+      set_committed(true);  // an end that removes temporary files must not take the old file for one
+      displaced = displaced_by(path_, target_);
+    } catch (...) {
+      set_committed(false);
+      if (second && second->is_new && is_same_file(second->name, target_)) unlink(second->name.c_str());
+      throw;
+    }
+    const bool is_done = displaced == path_;
+    set_committed(is_done);
+    if (!displaced) continue;
+    if (second) kept.push_back(second->name);
+    // It may be another file than the one that we looked at: somebody was faster. Then it is kept in any case.
+    const bool may_go =
+        second ? is_same_file(*displaced, second->name) : !may_replace || allows(may_replace, *displaced);
+    for (int number = 1; !may_go; ++number)
+      if (const fs::path name = numbered(target_, number); move_if_free(*displaced, name)) {
+        kept.push_back(name);
+        break;
+      }
+    if (may_go) unlink(displaced->c_str());
+    if (is_done) return;
+  }
+}
+
+std::vector<fs::path> AtomicFile::commit(OldFile old, const MayReplace& may_replace) {
   // Who may read the old file may read the new one; where that cannot be set, the new file has the usual mode.
-  if (struct stat old{}; stat(target_.c_str(), &old) == 0 && S_ISREG(old.st_mode)) {
-    const bool kept = fchmod(file_, old.st_mode & 07777) == 0;
-    (void)kept;
+  if (struct stat there{}; stat(target_.c_str(), &there) == 0 && S_ISREG(there.st_mode)) {
+    const bool is_set = fchmod(file_, there.st_mode & 07777) == 0;
+    (void)is_set;
   }
   if (uninterrupted([&] { return fsync(file_); }) != 0) fail();
-  // The lock lasts until the file has its name: a duplicate shares it, while errors of closing are seen before.
-  struct Held {
-    int file;
-    ~Held() { close(file); }
-  } const held{fcntl(file_, F_DUPFD_CLOEXEC, 0)};
-  if (held.file < 0) fail();
-  if (past_cache_ >= 0 && close(std::exchange(past_cache_, -1)) != 0 && errno != EINTR) fail();
-  if (close(std::exchange(file_, -1)) != 0 && errno != EINTR) fail();  // interrupted behind fsync(): it is closed
-  if (rename(path_.c_str(), target_.c_str()) != 0) fail();
-  committed_ = true;
+  std::vector<fs::path> kept;
+  try {
+    take_name(old, may_replace, kept);  // with the file still open: its lock lasts until it has its name
+  } catch (...) {
+    // Without second names, or without an exchange of names, an old file may have lost its own.
+    std::error_code error;
+    if (!kept.empty() && fs::symlink_status(target_, error).type() == fs::file_type::not_found)
+      rename(kept.back().c_str(), target_.c_str());
+    throw;
+  }
+  set_committed(true);
+  for (fs::path& name : kept) name = name.lexically_normal();
   const int folder =
       uninterrupted([&] { return open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
-  if (folder < 0) return;  // a folder that we may write but not read: its entry reaches the disk a little later
+  if (folder < 0) return kept;  // a folder that we may write but not read: its entry reaches the disk a little later
   const bool failed = uninterrupted([&] { return fsync(folder); }) != 0 &&
                       errno == EIO;  // other errors: a file system without fsync of folders
   close(folder);
   if (failed) throw std::system_error(EIO, std::generic_category());
+  return kept;
 }
 
 }  // namespace surveymc::store

@@ -1,9 +1,11 @@
 #pragma once
-/// Files that appear whole or not at all: written under a temporary name, renamed when they are complete.
+/// Files that appear whole or not at all: written under a temporary name, which they lose when they are complete. The
+/// name may belong to another file by then, of another process too: no file is replaced that nobody has looked at.
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <vector>
 
 namespace surveymc::store {
 
@@ -15,6 +17,18 @@ std::filesystem::path folder_of(const std::filesystem::path& path);
 
 /// Removes temporary files that killed writers of `target` left.
 void remove_stale_temporaries(const std::filesystem::path& target);
+
+/// What becomes of another file that has the name when the new one is whole.
+enum class OldFile {
+  /// It gets the name NAME.1.EXT, or the next number that is free; a part gets NAME.part.1, which no merge takes for a
+  /// part. It has that name before it loses its own: a kill at any moment leaves it one.
+  kept,
+  replaced,  ///< the user has asked for that
+  refused    ///< it stays, and commit() throws EEXIST
+};
+
+/// Throws unless a new file may take the place of this one.
+using MayReplace = std::function<void(const std::filesystem::path& old)>;
 
 /// A file under its temporary name until commit(); removed if commit() is never called.
 /// The name is ".<name>.<16 random digits>.tmp", in the folder of `target`; the writer holds a lock on it. All members
@@ -42,10 +56,15 @@ class AtomicFile {
 
   const std::filesystem::path& temporary_path() const { return path_; }
 
-  /// Writes the file to the disk and gives it its name. After the rename only the disk itself can fail.
-  void commit();
+  /// Writes the file to the disk and gives it its name. `may_replace` looks at each file that the new one would take
+  /// the name of. Returns the new names of files that had it: one at most, unless others write to the same name
+  /// meanwhile. Where this throws, all is as it was; only behind the renaming can the disk itself fail.
+  std::vector<std::filesystem::path> commit(OldFile old, const MayReplace& may_replace = {});
 
  private:
+  void take_name(OldFile old, const MayReplace& may_replace, std::vector<std::filesystem::path>& kept);
+  void set_committed(bool committed);
+
   std::filesystem::path target_, path_;
   int file_ = -1;
   int past_cache_ = -1;         ///< the same file
@@ -54,12 +73,5 @@ class AtomicFile {
   bool committed_ = false;
   AtomicFile* older_ = nullptr;  ///< of this process
 };
-
-/// Calls write(), which puts a new file in the place of the one at `path` (whole, by a rename). If there is a file and
-/// not `overwrite`, it is kept: under NAME.1.EXT, or the next number that is free; of a part file NAME.part.1, which no
-/// merge takes for a part. It gets that name before it loses its own, so a kill at any moment leaves it one. If write()
-/// throws, all is as it was. Returns the new name of the old file, or nothing. Throws IoError.
-std::filesystem::path write_beside_old(const std::filesystem::path& path, bool overwrite,
-                                       const std::function<void()>& write);
 
 }  // namespace surveymc::store

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <vector>
 
+#include "store/atomic_file.h"
 #include "store/result_file.h"
 
 namespace surveymc::store {
@@ -18,9 +20,12 @@ struct WriteOptions {
   /// Called while a large result is written, with the bytes that are on their way to the disk and about all that there
   /// will be without compression. What it throws leaves no file.
   std::function<void(std::uint64_t written, std::uint64_t expected)> progress = {};
+  OldFile old = OldFile::replaced;  ///< an older result of the same name
 };
-/// As write_result of result_file.h. Throws IoError also if the HDF5 library has no deflate.
-void write_result(const std::filesystem::path& path, const Result& result, const WriteOptions& options);
+/// As write_result of result_file.h. Returns the new names of older results. Throws IoError also if the HDF5 library
+/// has no deflate.
+std::vector<std::filesystem::path> write_result(const std::filesystem::path& path, const Result& result,
+                                                const WriteOptions& options);
 
 /// As read_result, but looks neither at the seal nor at the content_hash: of a long table or a large map no more is
 /// read than is asked for afterwards. Damage is then found only where HDF5 notices it.

@@ -41,6 +41,7 @@ fs::path target_of(const fs::path& path) {
 void refuse_foreign_file(const fs::path& path, const fs::path& target) {
   std::error_code error;
   const fs::file_status status = fs::status(target, error);
+  if (status.type() == fs::file_type::none) refuse(path, "cannot be looked at: " + error.message());
   if (!fs::exists(status)) return;
   if (fs::is_directory(status)) refuse(path, "is a folder; name a file");
   if (fs::is_regular_file(status) && access(target.c_str(), W_OK) != 0) {
@@ -132,7 +133,7 @@ void check_output_path(const fs::path& path) {
 
 void write_result(const fs::path& path, const Result& result) { write_result(path, result, {}); }
 
-void write_result(const fs::path& path, const Result& result, const WriteOptions& options) {
+std::vector<fs::path> write_result(const fs::path& path, const Result& result, const WriteOptions& options) {
   if (options.compression < 0 || options.compression > kMostCompression)
     throw std::logic_error("no such level of compression");
   check_shape(result);
@@ -147,7 +148,7 @@ void write_result(const fs::path& path, const Result& result, const WriteOptions
     const bool is_large = size_of(result) > kMostCached;
     write_hdf5(file, result, options.compression, is_large, written);
     if (is_read_back(fs::file_size(file.temporary_path()), result.run.elapsed_s)) read_back(path, file);
-    file.commit();
+    return file.commit(options.old, [&](const fs::path& old) { refuse_foreign_file(path, old); });
   } catch (const Hdf5Failure& e) {
     refuse(path, fmt::format("cannot be written: {}", e.what()));
   } catch (const std::system_error& e) {

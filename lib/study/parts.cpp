@@ -328,7 +328,8 @@ std::vector<checkpoint::PartPiece> PartSet::pieces(std::uint64_t point) {
   return out;
 }
 
-void PartSet::write_merged(const std::filesystem::path& path, const std::atomic<bool>* stop) {
+std::vector<std::filesystem::path> PartSet::write_merged(const std::filesystem::path& path,
+                                                         const std::atomic<bool>* stop, store::OldFile old) {
   checkpoint::Part about = about_;
   std::vector<Place> chosen;
   std::vector<checkpoint::PieceEntry> entries;
@@ -357,10 +358,11 @@ void PartSet::write_merged(const std::filesystem::path& path, const std::atomic<
   about.shards = 1;
   about.run.elapsed_s = 0;
   for (const checkpoint::PartReader& r : readers_) about.run.elapsed_s += r.head().elapsed_s;
-  checkpoint::write_part_of(path, about, entries, [&](std::size_t i) {
+  const auto bytes = [&](std::size_t i) {
     if (stop && *stop) throw Interrupted("stopped before all pieces were written");
     return opened(chosen[i].part).piece_bytes(chosen[i].piece);
-  });
+  };
+  return checkpoint::write_part_of(path, about, entries, bytes, old);
 }
 
 std::vector<checkpoint::PartHead> PartSet::heads() const {

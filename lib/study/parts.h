@@ -103,7 +103,8 @@ class PartSet {
   /// What the user should know of the parts: which are of another build.
   const std::vector<std::string>& remarks() const { return remarks_; }
   /// Writes the pieces of all parts, in order of the points, as one part.
-  void write_merged(const std::filesystem::path& path, const std::atomic<bool>* stop);
+  std::vector<std::filesystem::path> write_merged(const std::filesystem::path& path, const std::atomic<bool>* stop,
+                                                  store::OldFile old = store::OldFile::replaced);
 
  private:
   struct Place {

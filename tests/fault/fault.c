@@ -1,5 +1,5 @@
 /* Makes one call of the system fail, for tests: LD_PRELOAD=libfault.so SURVEYMC_FAULT=CALL:N:FAULT program ...
- *   CALL   open, read, write, fsync, rename, ftruncate, close, mkdir, mmap, malloc, thread, unlink, link, lock (flock),
+ *   CALL   open, read, write, fsync, rename, place (renameat2), ftruncate, close, mkdir, mmap, malloc, thread, unlink, link, lock (flock),
  *          mode (fchmod), seek, stat, list (of a folder), fork or pipe
  *   N      which of these calls, from 1, counted from the beginning of main(); 0: none
  *   FAULT  a name of kErrors: the call fails with it;
@@ -31,10 +31,11 @@
 #include "server.h"
 
 enum { kOpen, kRead, kWrite, kFsync, kRename, kFtruncate, kClose, kMkdir, kMmap, kMalloc, kThread,
-       kUnlink, kLink, kLock, kMode, kSeek, kStat, kList, kFork, kPipe, kCalls };
+       kUnlink, kLink, kLock, kMode, kSeek, kStat, kList, kFork, kPipe, kPlace, kCalls };
 static const char *const kNames[kCalls] = {"open",  "read",  "write", "fsync",  "rename", "ftruncate",
                                            "close", "mkdir", "mmap",  "malloc", "thread", "unlink",
-                                           "link",  "lock",  "mode",  "seek",   "stat",   "list",   "fork",   "pipe"};
+                                           "link",  "lock",  "mode",  "seek",   "stat",   "list",   "fork",   "pipe",
+                                           "place"};
 static atomic_ulong counts[kCalls];
 static atomic_int active;
 static int chosen_call = -1, chosen_errno, is_short, is_flip, is_lasting, is_slow, is_gone;
@@ -45,7 +46,7 @@ static const struct {
   int number;
 } kErrors[] = {{"ENOSPC", ENOSPC}, {"EIO", EIO},       {"EINTR", EINTR},   {"ENOMEM", ENOMEM},
                {"EMFILE", EMFILE}, {"EAGAIN", EAGAIN}, {"EACCES", EACCES}, {"EDQUOT", EDQUOT}, {"ENOLCK", ENOLCK}, {"EPERM", EPERM},
-               {"ESTALE", ESTALE}};
+               {"ESTALE", ESTALE}, {"EINVAL", EINVAL}};
 
 static void read_settings(void) {
   const char *text = getenv("SURVEYMC_FAULT");
@@ -233,6 +234,9 @@ struct dirent64 *readdir64(DIR *folder) { return (struct dirent64 *)readdir(fold
 int fsync(int file) { return hit(kFsync) ? -1 : (int)syscall(SYS_fsync, file); }
 int fdatasync(int file) { return hit(kFsync) ? -1 : (int)syscall(SYS_fdatasync, file); }
 int rename(const char *from, const char *to) { return hit(kRename) ? -1 : (int)syscall(SYS_renameat, AT_FDCWD, from, AT_FDCWD, to); }
+int renameat2(int from_folder, const char *from, int to_folder, const char *to, unsigned flags) {
+  return hit(kPlace) ? -1 : (int)syscall(SYS_renameat2, from_folder, from, to_folder, to, flags);
+}
 int ftruncate(int file, off_t size) { return hit(kFtruncate) ? -1 : (int)syscall(SYS_ftruncate, file, size); }
 int ftruncate64(int file, off64_t size) { return hit(kFtruncate) ? -1 : (int)syscall(SYS_ftruncate, file, size); }
 int mkdir(const char *path, mode_t mode) { return hit(kMkdir) ? -1 : (int)syscall(SYS_mkdirat, AT_FDCWD, path, mode); }

@@ -96,7 +96,7 @@ def targets(call, program, work):
         (folders[name] / "c.toml").write_text(config)
     journal = ["run", "c.toml", "-o", "r.h5", "--checkpoint-seconds", "0.001", "--threads", "1"]
     prepare = (("result", ["run", "c.toml", "-o", "r.h5"], ""), ("part", ["run", "c.toml", "--shard", "0/2", "-o", "p/"], ""),
-               ("part", ["run", "c.toml", "--shard", "1/2", "-o", "p/"], ""), ("journal", journal, "rename:1:EIO"))
+               ("part", ["run", "c.toml", "--shard", "1/2", "-o", "p/"], ""), ("journal", journal, "place:1:EIO"))
     for name, command, fault in prepare:  # with the fault all is computed, and kept, but the result gets no name
         for _ in range(20):  # a run may be faster than the shortest time between two records
             done = call([program, *command], folders[name], fault)

@@ -33,7 +33,7 @@ from surveymc import integrity  # noqa: E402
 
 DONE, BAD_INPUT, INTERNAL, NO_THREADS, CANNOT_WRITE, INTERRUPTED = 0, 65, 70, 71, 74, 75
 FAULTS = {"open": ["EMFILE", "EACCES", "EINTR"], "read": ["EIO", "EINTR", "short"], "write": ["ENOSPC", "EIO", "EINTR", "short", "ENOSPC+"],
-          "fsync": ["EIO", "EINTR"], "rename": ["EIO", "ENOSPC"], "ftruncate": ["EIO"], "close": ["EIO", "EDQUOT"], "mkdir": ["EACCES"],
+          "fsync": ["EIO", "EINTR"], "place": ["EIO", "ENOSPC", "EINVAL", "EINVAL+"], "ftruncate": ["EIO"], "close": ["EIO", "EDQUOT"], "mkdir": ["EACCES"],
           "unlink": ["EACCES", "EIO"], "link": ["EPERM", "EIO", "ENOSPC"], "lock": ["ENOLCK", "EAGAIN", "EINTR"], "mode": ["EPERM"],
           "seek": ["EIO"], "stat": ["EIO", "EACCES", "ESTALE"], "list": ["EIO", "EACCES"], "fork": ["EAGAIN", "ENOMEM"], "pipe": ["EMFILE"],
           "mmap": ["ENOMEM", "ENOMEM+"], "malloc": ["ENOMEM", "ENOMEM+"], "thread": ["EAGAIN", "EAGAIN+"]}
@@ -228,7 +228,7 @@ def prepared(call, scenario, work, gone):
             sys.exit(f"{scenario.name}: cannot prepare: {done.stderr}")
     if scenario.begun:  # all is computed, but the result gets no name
         for _ in range(20):  # it may be faster than the shortest time between two records
-            done = call(scenario.begun, scenario.template, "rename:1:EIO")
+            done = call(scenario.begun, scenario.template, "place:1:EIO")
             journals = list(scenario.template.glob("*.journal.*"))
             if journals:
                 break
