@@ -260,8 +260,8 @@ bool Journal::sync() {
 }
 
 bool Journal::is_there() const {
-  struct stat ours {
-  }, there{};
+  struct stat ours {};
+  struct stat there {};
   return file_ >= 0 && fstat(file_, &ours) == 0 && stat(path_.c_str(), &there) == 0 && ours.st_ino == there.st_ino &&
          ours.st_dev == there.st_dev;
 }

@@ -292,7 +292,9 @@ PartState part_state(const fs::path& path) {
   }
 }
 
-void refuse_foreign_part(const fs::path& path) {
+namespace {
+
+void refuse_what_is_no_part(const fs::path& path) {
   std::error_code error;
   const fs::file_type type = fs::status(path, error).type();
   if (type == fs::file_type::none)  // the system does not say: it may be a part
@@ -300,5 +302,9 @@ void refuse_foreign_part(const fs::path& path) {
   if (type != fs::file_type::not_found && !has_part_mark(path))
     throw IoError(fmt::format("{}: exists and is no surveymc part file: refusing to overwrite it", path.string()));
 }
+
+}  // namespace
+
+void refuse_foreign_part(const fs::path& path) { store::look_at(path, refuse_what_is_no_part); }
 
 }  // namespace surveymc::checkpoint

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
+#include <ctime>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -31,14 +32,16 @@ namespace fs = std::filesystem;
 // may share both. Its writer holds a lock on it. A file that nobody holds is a dead writer's.
 
 constexpr std::string_view kTemporarySuffix = ".tmp";
+// Of an old file whose place the new one takes. It is nobody's temporary file: others leave it alone.
+constexpr std::string_view kDisplacedSuffix = ".old";
 constexpr std::size_t kRandomDigits = 16;
 
 std::string temporary_prefix(const fs::path& target) { return fmt::format(".{}.", target.filename().string()); }
 
-bool is_temporary_of(const std::string& name, const std::string& prefix) {
-  if (name.size() != prefix.size() + kRandomDigits + kTemporarySuffix.size()) return false;
+bool is_temporary_of(const std::string& name, const std::string& prefix, std::string_view suffix) {
+  if (name.size() != prefix.size() + kRandomDigits + suffix.size()) return false;
   const std::string_view digits = std::string_view(name).substr(prefix.size(), kRandomDigits);
-  return name.starts_with(prefix) && name.ends_with(kTemporarySuffix) &&
+  return name.starts_with(prefix) && name.ends_with(suffix) &&
          digits.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
@@ -59,8 +62,8 @@ bool is_linked(int file) {
   return fstat(file, &status) == 0 && status.st_nlink > 0;
 }
 
-fs::path temporary_name(const fs::path& target) {
-  return folder_of(target) / fmt::format("{}{:016x}{}", temporary_prefix(target), random_number(), kTemporarySuffix);
+fs::path temporary_name(const fs::path& target, std::string_view suffix = kTemporarySuffix) {
+  return folder_of(target) / fmt::format("{}{:016x}{}", temporary_prefix(target), random_number(), suffix);
 }
 
 // ------------------------------------------------------------------------------------------------- names of the files
@@ -83,11 +86,15 @@ bool move_if_free(const fs::path& from, const fs::path& to) {
     return true;
   }
   if (errno == EEXIST) return false;
-  // No second names either (exFAT): it remains to look first.
-  struct stat status {};
-  if (lstat(to.c_str(), &status) == 0) return false;
-  if (errno != ENOENT || rename(from.c_str(), to.c_str()) != 0) fail();
-  return true;
+  // No second names either (exFAT): an empty file holds the name, and is replaced.
+  const int held = open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (held < 0 && errno == EEXIST) return false;
+  if (held < 0) fail();
+  close(held);
+  if (rename(from.c_str(), to.c_str()) == 0) return true;
+  const std::system_error reason(errno, std::generic_category());
+  unlink(to.c_str());
+  throw reason;
 }
 
 fs::path numbered(const fs::path& target, int number) {
@@ -133,7 +140,7 @@ std::optional<fs::path> displaced_by(const fs::path& from, const fs::path& targe
   if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE) == 0) return from;
   if (errno == ENOENT) return std::nullopt;
   if (!lacks_flags(errno)) fail();
-  const fs::path aside = temporary_name(target);
+  const fs::path aside = temporary_name(target, kDisplacedSuffix);
   if (rename(target.c_str(), aside.c_str()) == 0) return aside;
   if (errno != ENOENT) fail();
   return std::nullopt;
@@ -164,11 +171,41 @@ fs::path resolved(const fs::path& path) {
 
 fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
 
-void remove_stale_temporaries(const fs::path& target) {
+void look_at(const fs::path& path, const MayReplace& look) {
+  for (;;) {
+    struct stat before {};
+    struct stat after {};
+    const bool was_there = stat(path.c_str(), &before) == 0;
+    try {
+      return look(path);
+    } catch (const IoError&) {
+      const bool is_there = stat(path.c_str(), &after) == 0;
+      if (was_there == is_there && before.st_ino == after.st_ino && before.st_dev == after.st_dev) throw;
+    }
+  }
+}
+
+namespace {
+
+/// What a writer that was killed between two renamings left of an old file: it goes if the file has another name, else
+/// it gets the next free number. A living writer needs its name for less than a millisecond.
+void settle_displaced(const fs::path& displaced, const fs::path& target, std::chrono::seconds age) {
+  struct stat status {};
+  if (lstat(displaced.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return;
+  if (std::time(nullptr) - status.st_ctime < age.count()) return;
+  if (status.st_nlink > 1) unlink(displaced.c_str());
+  for (int number = 1; status.st_nlink == 1 && !move_if_free(displaced, numbered(target, number));) ++number;
+}
+
+}  // namespace
+
+void remove_stale_temporaries(const fs::path& target, std::chrono::seconds age) {
   const std::string prefix = temporary_prefix(target);
   std::error_code error;
   for (fs::directory_iterator it(folder_of(target), error), end; !error && it != end; it.increment(error)) {
-    if (!is_temporary_of(it->path().filename().string(), prefix)) continue;
+    const std::string name = it->path().filename().string();
+    if (is_temporary_of(name, prefix, kDisplacedSuffix)) settle_displaced(it->path(), target, age);
+    if (!is_temporary_of(name, prefix, kTemporarySuffix)) continue;
     const int file = open(it->path().c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK);
     if (file < 0) continue;
     if (flock(file, LOCK_EX | LOCK_NB) == 0) unlink(it->path().c_str());
@@ -279,6 +316,12 @@ void AtomicFile::take_name(OldFile old, const MayReplace& may_replace, std::vect
         kept.push_back(second->name);
         continue;
       }
+    }
+    if (path_.extension() != kDisplacedSuffix) {
+      const fs::path aside = temporary_name(target_, kDisplacedSuffix);
+      const std::lock_guard lock(g_files_mutex);
+      if (rename(path_.c_str(), aside.c_str()) != 0) fail();
+      path_ = aside;
     }
     std::optional<fs::path> displaced;
     try {

@@ -1,6 +1,7 @@
 #pragma once
 /// Files that appear whole or not at all: written under a temporary name, which they lose when they are complete. The
 /// name may belong to another file by then, of another process too: no file is replaced that nobody has looked at.
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -15,8 +16,9 @@ std::filesystem::path resolved(const std::filesystem::path& path);
 
 std::filesystem::path folder_of(const std::filesystem::path& path);
 
-/// Removes temporary files that killed writers of `target` left.
-void remove_stale_temporaries(const std::filesystem::path& target);
+/// Removes temporary files that killed writers of `target` left. An old file that one of them left without its name,
+/// for at least `age`, gets the next free number.
+void remove_stale_temporaries(const std::filesystem::path& target, std::chrono::seconds age = std::chrono::minutes(1));
 
 /// What becomes of another file that has the name when the new one is whole.
 enum class OldFile {
@@ -29,6 +31,9 @@ enum class OldFile {
 
 /// Throws unless a new file may take the place of this one.
 using MayReplace = std::function<void(const std::filesystem::path& old)>;
+
+/// Calls look(path), and once more where it throws an IoError and another file has got the name, or lost it, meanwhile.
+void look_at(const std::filesystem::path& path, const MayReplace& look);
 
 /// A file under its temporary name until commit(); removed if commit() is never called.
 /// The name is ".<name>.<16 random digits>.tmp", in the folder of `target`; the writer holds a lock on it. All members

@@ -37,8 +37,7 @@ fs::path target_of(const fs::path& path) {
   return resolved(path);
 }
 
-/// Throws IoError if `target` exists and is anything else than a surveymc result that we may replace.
-void refuse_foreign_file(const fs::path& path, const fs::path& target) {
+void refuse_what_is_foreign(const fs::path& path, const fs::path& target) {
   std::error_code error;
   const fs::file_status status = fs::status(target, error);
   if (status.type() == fs::file_type::none) refuse(path, "cannot be looked at: " + error.message());
@@ -55,6 +54,11 @@ void refuse_foreign_file(const fs::path& path, const fs::path& target) {
            fmt::format("exists and cannot be read ({}): refusing to overwrite it; choose another name with -o, or "
                        "move it away",
                        state.reason));
+}
+
+/// Throws IoError if `target` exists and is anything else than a surveymc result that we may replace.
+void refuse_foreign_file(const fs::path& path, const fs::path& target) {
+  look_at(target, [&](const fs::path& there) { refuse_what_is_foreign(path, there); });
 }
 
 /// About as many bytes as the file has: values, numbers of rows, references of texts, and what HDF5 says of a column.
