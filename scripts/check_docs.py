@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Runs the commands of the documentation and holds every number that is quoted from them against what they give.
 
-    check_docs.py SURVEYMC [PAGE ...] [--full] [--print] [--only TEXT] [--keep FOLDER] [--syntax]
+    check_docs.py SURVEYMC [PAGE ...] [--full] [--print] [--only TEXT] [--keep FOLDER] [--syntax | --list]
 
 A page is docs/studies.md, README.md, docs/tutorials/own_well.md or any other Markdown file (default: these three). Its
 numbers are tied to commands by comments that no reader sees, behind the text that quotes them:
@@ -28,6 +28,9 @@ numbers are tied to commands by comments that no reader sees, behind the text th
   a column's name has a dot, write "_". The name of a map selects by its axes: azimuth_ratio(inclination=90, azimuth=90).
   samples("realisations") is there, too. max, min, median, mean, sd, abs, sqrt, count, share, rows work on columns; several
   values are separated by commas. table().cells("a", "b") gives two columns row by row.
+* `[nightly]`, or `[nightly, small ± X]`: the small run compares the number, too, but would not see that it is wrong by 5 %. A
+  number of which that is so and not said is an error. The page lists these numbers and those marked `[full]` for its readers,
+  between `<!-- held only nightly -->` and `<!-- end -->`; `--list` writes that list.
 * A line `let NAME = EXPRESSION` before the numbers gives a name to what several of them use.
 
 A value of Monte Carlo has an interval, 95 % in the file. Here it is widened to what all numbers of the page keep together
@@ -311,6 +314,7 @@ class Claim(NamedTuple):
     expression: str
     small: float | None  # tolerance of the small run; None: from intervals
     full_only: bool
+    nightly: bool  # the small run does not see an error of 5 %
 
 
 class Tied(NamedTuple):
@@ -323,7 +327,7 @@ class Tied(NamedTuple):
 
 
 COMMENT = re.compile(r"<!-- numbers of: (.*?)-->", re.S)
-CLAIM = re.compile(r"(?P<quote>.+?) (?P<relation>=|>=|<=) (?P<expression>\S.*?)(?: \[(?P<note>small ± \S+|full)\])?")
+CLAIM = re.compile(r"(?P<quote>.+?) (?P<relation>=|>=|<=) (?P<expression>\S.*?)(?: \[(?P<note>full|nightly|(?:nightly, )?small ± \S+)\])?")
 
 
 def command_of(text, line):
@@ -384,7 +388,7 @@ def read_page(text, says_command):
                 raise Wrong(f"{number}: '{quote}' has no number")
             note = claim["note"] or ""
             claims.append(Claim(number, quote, claim["relation"], claim["expression"],
-                                float(note.split("± ")[1]) if note.startswith("small") else None, note == "full"))
+                                float(note.split("± ")[1]) if "±" in note else None, note == "full", note.startswith("nightly")))
         if not claims:
             raise Wrong(f"{line}: no number")
         chapter = max((m.start() for m in re.finditer(r"^## ", text[:hit.start()], re.M)), default=0)
@@ -463,6 +467,21 @@ def widening(count):
     return math.sqrt(2) * normal.inv_cdf(1 - (1 - TOGETHER) / 2 / max(count, 1)) / normal.inv_cdf(0.975)
 
 
+WRONG_BY = 0.05  # an error that the small run has to see
+
+
+def is_close(number, value, width):
+    return abs(value - number.value) <= number.rounding * (1 + 1e-9) + width + 1e-9 * abs(number.value)
+
+
+def is_blind(number, value, width):
+    """True if the number would pass though it is wrong by 5 %, and not because of its rounding."""
+    if math.isinf(number.value) or number.value == 0:
+        return False
+    others = [number._replace(value=number.value * (1 + sign * WRONG_BY)) for sign in (-1, 1)]
+    return any(is_close(other, value, width) and not is_close(other, number.value, 0) for other in others)
+
+
 def compare(claim, measured, factor, small):
     """(words on the numbers, what is wrong with them or "")."""
     quoted = numbers_in(claim.quote)
@@ -474,17 +493,36 @@ def compare(claim, measured, factor, small):
         own = small and claim.small is not None
         width = claim.small if own else factor * half
         slack = number.rounding * (1 + 1e-9) + width + 1e-9 * abs(number.value)
+        word = f"{number.text}: {value:.5g}" + (f" ± {width:.2g}" if width else "")
+        words.append(word)
         if claim.relation == "=":
-            good = value == number.value if math.isinf(number.value) else abs(value - number.value) <= slack
+            good = value == number.value if math.isinf(number.value) else is_close(number, value, width)
+            if good and small and not claim.nightly and is_blind(number, value, width):
+                wrong.append(f"{word}: would pass if it were wrong by 5 %: more trials in the small run, or [nightly]")
         elif claim.relation == ">=":
             good = value <= number.value + (slack - number.rounding)
         else:
             good = value >= number.value - (slack - number.rounding)
-        word = f"{number.text}: {value:.5g}" + (f" ± {width:.2g}" if width else "")
-        words.append(word)
         if not good:  # NaN is never good
             wrong.append(word)
     return "; ".join(words), "; ".join(wrong)
+
+
+LISTED = re.compile(r"(<!-- held only nightly -->\n).*?(<!-- end -->)", re.S)
+
+
+def held_nightly(text, tied):
+    """The lines of the page that say which of its numbers the small runs do not hold: a line a section."""
+    bounds = sections(text)
+    starts = [m.start() for m in re.finditer(r"^", text, re.M)]
+    found = {}
+    for t in tied:
+        begin = max(b for b, _ in bounds if b <= starts[t.line - 1])
+        name = text[begin:].split("\n", 1)[0].lstrip("# ")
+        for c in t.claims:
+            if c.nightly or c.full_only or t.small is None:
+                found.setdefault(name, []).extend(n.text.strip() for n in numbers_in(c.quote))
+    return "".join(f"* {name}: {', '.join(numbers)}\n" for name, numbers in found.items())
 
 
 def value_of(expression, names, line):
@@ -500,6 +538,11 @@ def check_page(program, page, options, folder):
     text = page.read_text()
     tied = read_page(text, page.name == ALL_TIED)
     bad = not_tied(text, tied) if page.name == ALL_TIED else []
+    if options.list:
+        page.write_text(LISTED.sub(lambda m: m[1] + held_nightly(text, tied) + m[2], text))
+        return False
+    if (listed := LISTED.search(text)) and listed[0] != listed[1] + held_nightly(text, tied) + listed[2]:
+        bad.append("the list of what is held only nightly is not that of the comments: check_docs.py --list writes it")
     if options.syntax:
         for t in tied:
             config_hash(program, t.command)
@@ -552,6 +595,7 @@ def main():
     parser.add_argument("--only", metavar="TEXT", help="only commands that have this in them")
     parser.add_argument("--keep", metavar="FOLDER", help="keep results there, and take those that are there")
     parser.add_argument("--syntax", action="store_true", help="read the comments and check the configs; run nothing")
+    parser.add_argument("--list", action="store_true", help="write the list of numbers that are held only nightly into the pages that have one")
     options = parser.parse_args()
     program = os.path.abspath(options.surveymc)
     bad = False

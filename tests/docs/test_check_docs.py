@@ -58,7 +58,7 @@ PAGE = """# Studies
 and −3 exactly, 75 % agree, at 90° infinity: ∞.
 <!-- numbers of: surveymc run configs/thesis/table5.toml --trials 1000000
 small: --trials 10
-100.0 m = position(case="test 1", quantity="north").monte_carlo
+100.0 m = position(case="test 1", quantity="north").monte_carlo [nightly]
 40.0 = position(case="test 1", quantity="north").monte_carlo / position(case="test 1", quantity="east").monte_carlo [full]
 −3 exactly = position(noise_scale=0.1, quantity="north").exact
 75 % = share(position().verdict == "agrees")
@@ -118,9 +118,21 @@ class CheckDocs(unittest.TestCase):
         self.wrong(self.change("100.0 m", "120 m"), "120")
 
     def test_tolerance_of_the_small_run(self):
-        page = self.change('"north").monte_carlo\n', '"north").monte_carlo [small ± 1]\n', 1)
+        page = self.change(" [nightly]", " [small ± 1]")
         self.wrong(page, "100.0")
-        self.assertFalse(self.check(page.replace("± 1]", "± 3.1]"))[0])
+        self.assertFalse(self.check(page.replace("[small ± 1]", "[nightly, small ± 3.1]"))[0])
+
+    def test_a_number_that_the_small_run_does_not_hold_has_to_be_said(self):
+        self.wrong(self.change(" [nightly]", ""), "would pass if it were wrong by 5 %")
+        self.wrong(self.change(" [nightly]", " [small ± 3.1]"), "would pass if it were wrong by 5 %")
+        self.assertFalse(self.check(self.change(" [nightly]", ""), "--full")[0])
+        page = PAGE + "## Last\n<!-- held only nightly -->\n<!-- end -->\n<!-- not run: a list -->\n"
+        self.wrong(page, "--list writes it")
+        self.assertFalse(self.check(page, "--list")[0])
+        listed = (self.folder / "studies.md").read_text()
+        self.assertIn("* One: 100.0, 40.0\n<!-- end -->", listed)
+        self.assertFalse(self.check(listed)[0])
+        self.wrong(listed.replace("[full]", "", 1), "--list writes it")
 
     def test_bounds(self):
         page = self.change("−3 exactly", "below 4·10⁻¹²").replace(
