@@ -13,3 +13,6 @@ endif()
 foreach(library ${libraries})
   file(COPY ${library} DESTINATION "${prefix}/lib/surveymc" FOLLOW_SYMLINK_CHAIN)
 endforeach()
+# ... and their licences beside those of what is compiled in.
+include(${CMAKE_CURRENT_LIST_DIR}/licences.cmake)
+copy_licences("${prefix}/share/doc/surveymc/licences" "brought along in lib/surveymc" ${libraries})

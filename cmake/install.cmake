@@ -30,6 +30,24 @@ install(DIRECTORY scripts DESTINATION ${share} USE_SOURCE_PERMISSIONS
   REGEX "/scripts/(bootstrap|quickstart|test|build_docs|run_all|sanitize|cross_[a-z]+|check_[a-z]+)[.](sh|py)$" EXCLUDE)
 install(FILES LICENSE CITATION.cff CHANGELOG.md README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES third_party/elementary/COPYRIGHT DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME COPYRIGHT.elementary)
+# Licences of what is compiled in; a tarball adds those of the libraries that it brings along.
+set(contained "")
+foreach(header Eigen/Core boost/version.hpp CLI/CLI.hpp Random123/philox.h fmt/format.h spdlog/spdlog.h toml++/toml.h xxhash.h)
+  unset(found)
+  find_file(found ${header} PATH_SUFFIXES eigen3 NO_CACHE)
+  if(found)
+    list(APPEND contained ${found})
+  endif()
+endforeach()
+set(static_libraries ${HDF5_LIBRARIES})
+list(FILTER static_libraries INCLUDE REGEX "^/.*/libhdf5.*[.]a$")
+list(APPEND contained ${static_libraries})
+install(CODE "
+  include(\"${PROJECT_SOURCE_DIR}/cmake/licences.cmake\")
+  set(folder \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DOCDIR}/licences\")
+  file(REMOVE_RECURSE \"\${folder}\")
+  file(WRITE \"\${folder}/README.txt\" \"Licences of what surveymc contains; common-licenses has the texts that they cite.\\nIts own is in ../LICENSE, that of third_party/elementary in ../COPYRIGHT.elementary.\\n\\n\")
+  copy_licences(\"\${folder}\" \"compiled into the program\" ${contained})")
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN Doxyfile EXCLUDE PATTERN site.css EXCLUDE PATTERN man EXCLUDE)
 
 # Commands, and the package where Debian's Python looks for it (for prefix /usr; others: PYTHONPATH). Links, so that there is

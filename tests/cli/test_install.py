@@ -4,6 +4,8 @@
 Configs, scripts, package, pages and commands are used from there, as a user has them who has no source tree.
 """
 import os
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -30,6 +32,14 @@ with tempfile.TemporaryDirectory(prefix="surveymc-install-") as name:
                  "share/zsh/site-functions/_surveymc", "share/fish/vendor_completions.d/surveymc.fish",
                  "share/doc/surveymc/LICENSE", "share/doc/surveymc/README.md"]:
         assert (moved / path).stat().st_size > 0, path
+    licences = moved / "share/doc/surveymc/licences"
+    if shutil.which("dpkg-query"):  # the licence of all that is compiled in: of HDF5 where it is a static library
+        index = (licences / "README.txt").read_text()
+        linked = subprocess.run(["ldd", moved / "bin/surveymc"], capture_output=True, text=True, check=True).stdout
+        for file in ("Core", "version.hpp", "CLI.hpp", "philox.h", "xxhash.h", *([] if "libhdf5" in linked else ["libhdf5.a"])):
+            named = re.search(rf"(?m)^(\S+[.]txt): {re.escape(file)}, compiled into", index)
+            assert named and "opyright" in (licences / named[1]).read_text(), f"{file}: {index}"
+        assert any(f.stat().st_size > 0 for f in (licences / "common-licenses").iterdir())
     for part, pattern in (("configs", "**/*.toml"), ("configs", "**/*.csv"), ("docs", "*.md"), ("docs", "tutorials/*"),
                           ("scripts", "plot_*.py"), ("scripts", "surveymc/*.py")):
         there = moved / "share/doc/surveymc" if part == "docs" else share

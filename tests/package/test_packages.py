@@ -57,6 +57,13 @@ with tempfile.TemporaryDirectory(prefix="surveymc-packages-") as folder:
     name = os.path.basename(tarball).removesuffix(".tar.gz")
     call("tar", "-xzf", tarball, "-C", os.path.join(root, "opt"))
     use(root, f"/opt/{name}/bin/surveymc", f"/opt/{name}/share/surveymc")
+    licences = os.path.join(root, "opt", name, "share/doc/surveymc/licences")
+    with open(os.path.join(licences, "README.txt"), encoding="utf-8") as file:
+        index = file.read()
+    for library in os.listdir(os.path.join(root, "opt", name, "lib/surveymc")):
+        if not os.path.islink(os.path.join(root, "opt", name, "lib/surveymc", library)):
+            named = [line.split(":")[0] for line in index.splitlines() if library.split(".so")[0] in line]
+            assert named and os.path.getsize(os.path.join(licences, named[0])) > 0, f"{library}: {index}"
     print("the tarball runs on a minimal root, with nothing installed")
 
     shutil.copy(deb, os.path.join(root, "tmp/surveymc.deb"))
