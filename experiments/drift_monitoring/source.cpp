@@ -75,7 +75,7 @@ double test_time(double time_h, const Scenario& s) {
   return std::abs(t - s.start_h) <= kSameTime_h ? s.start_h : t;
 }
 
-/// Calls each(time_h, values) for the good rows of a file until it returns false.
+/// Calls each(time_h, values) for the good rows of a file until it returns false; the bytes are read to their end.
 template <class Each>
 void for_rows(const SensorFile& f, Each each) {
   config::SensorCsvReader reader(f.file, f.options);
@@ -85,7 +85,7 @@ void for_rows(const SensorFile& f, Each each) {
     for (std::size_t i = 0; i < block.time_h.size(); ++i)
       if (!each(block.time_h[i],
                 Eigen::Map<const Eigen::RowVectorXd>(block.values.data() + i * static_cast<std::size_t>(p), p)))
-        return;
+        return reader.skip_to_end();
 }
 
 /// Findings on the file, the number of its good rows, how many lie before `train_h`, and the time of the last one.
@@ -263,9 +263,6 @@ void for_each_block(const Scenario& s, const monitoring::Samples& simulated,
     block.readings = Eigen::Map<const monitoring::Samples>(read.values.data(), n, p).bottomRows(n - skip);
     each(block);
   }
-  if (row != d.rows)
-    throw IoError(fmt::format("{}: has {} good rows, and had {}: it was changed while it was read", d.file->file.path,
-                              row, d.rows));
 }
 
 }  // namespace surveymc::studies::drift_monitoring

@@ -60,7 +60,7 @@ void apply_override(ConfigDocument& doc, const std::string& argument) {
   if (name.size() > 1 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
   require(!name.empty(), "{}: the key is missing: must be KEY=VALUE", place);
   const auto key = clean_key(name);
-  require(key.has_value(), "{}: {} is not a key", place, in_quotes(name));
+  require(key.has_value(), "{}: {}", shortened(place), no_key_rule(name));
   const std::string value_text(trimmed(std::string_view(argument).substr(equals + 1)));
   const TomlNode value = parse_value(value_text, *key, place);
 
@@ -220,7 +220,8 @@ InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {
   if (log || !n.is_text() || n.text.empty() || n.text.find('\0') != std::string::npos)
     return held();  // which refuses it
   const fs::path place = folder / n.text;
-  if (const auto it = references.find(n.text); it != references.end()) return {n.text, nullptr, place, it->second.size};
+  if (const auto it = references.find(n.text); it != references.end())
+    return {n.text, nullptr, place, it->second.size, it->second.hash};
   const auto stored = stored_references.find(n.text);
   if (is_from_result && stored == stored_references.end()) return held();
   std::error_code error;
@@ -247,13 +248,13 @@ InputFile ConfigDocument::file(const TomlNode& n, const std::string& key) {
       return {n.text, std::make_shared<const std::string>(read.text), {}, was.size};
     }
     references.emplace(*stored);
-    return {n.text, nullptr, place, was.size};
+    return {n.text, nullptr, place, was.size, was.hash};
   }
   if (!is_file || fs::file_size(place, error) <= kLargestStoredFile) return held();
   try {
     const InputReference r = describe_file(n.text, place);
     references.emplace(n.text, r);
-    return {n.text, nullptr, place, r.size};
+    return {n.text, nullptr, place, r.size, r.hash};
   } catch (const IoError& e) {
     refuse(n, key, fmt::format("cannot be read: {}", e.what()));
   }

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <new>
 #include <system_error>
 
 #define XXH_INLINE_ALL
@@ -38,31 +39,47 @@ std::string header_of(const InputFile& file) {
   return "";
 }
 
+std::string hex_of(const XXH128_hash_t& h) { return fmt::format("{:016x}{:016x}", h.high64, h.low64); }
+
+XXH3_state_t* state_of(void* state) { return static_cast<XXH3_state_t*>(state); }
+
 }  // namespace
+
+void BytesHash::Free::operator()(void* state) const { XXH3_freeState(state_of(state)); }
+
+BytesHash::BytesHash() : state_(XXH3_createState()) {
+  if (!state_) throw std::bad_alloc();
+  XXH3_128bits_reset(state_of(state_.get()));
+}
+
+void BytesHash::add(std::string_view bytes) { XXH3_128bits_update(state_of(state_.get()), bytes.data(), bytes.size()); }
+
+std::string BytesHash::hex() const { return hex_of(XXH3_128bits_digest(state_of(state_.get()))); }
+
+void refuse_changed_file(const InputFile& file) {
+  throw InputError(fmt::format("{}: was changed while it was read: run again when nothing writes to it", file.path));
+}
 
 InputReference describe_file(const std::string& path, const std::filesystem::path& place) {
   InputReference r;
   r.path = path;
-  XXH3_state_t state;
-  XXH3_128bits_reset(&state);
+  BytesHash hash;
   {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(opened(place), &std::fclose);
     std::vector<char> piece(kPiece);
     while (const std::size_t n = std::fread(piece.data(), 1, piece.size(), file.get())) {
-      XXH3_128bits_update(&state, piece.data(), n);
+      hash.add({piece.data(), n});
       r.size += n;
     }
     if (std::ferror(file.get())) fail(place, std::generic_category().message(errno));
   }
-  const XXH128_hash_t h = XXH3_128bits_digest(&state);
-  r.hash = fmt::format("{:016x}{:016x}", h.high64, h.low64);
+  r.hash = hash.hex();
   r.header = header_of({path, nullptr, place, r.size});
   return r;
 }
 
 InputReference describe_text(const std::string& path, const std::string& text) {
-  const XXH128_hash_t h = XXH3_128bits(text.data(), text.size());
-  return {path, text.size(), fmt::format("{:016x}{:016x}", h.high64, h.low64),
+  return {path, text.size(), hex_of(XXH3_128bits(text.data(), text.size())),
           header_of({path, std::make_shared<const std::string>(text), {}, text.size()})};
 }
 
@@ -84,12 +101,20 @@ bool LineReader::fill() {
   if (!rest_.empty()) std::memmove(buffer_.data(), rest_.data(), rest_.size());
   const std::size_t room = static_cast<std::size_t>(std::min<std::uint64_t>(buffer_.size() - rest_.size(), left_));
   const std::size_t n = std::fread(buffer_.data() + rest_.size(), 1, room, open_.get());
-  if (n == 0)
-    fail(file_.place,
-         std::ferror(open_.get()) ? std::generic_category().message(errno) : "became shorter while it was read");
+  if (n == 0) {
+    if (std::ferror(open_.get())) fail(file_.place, std::generic_category().message(errno));
+    refuse_changed_file(file_);  // it became shorter
+  }
+  hash_.add({buffer_.data() + rest_.size(), n});
   rest_ = {buffer_.data(), rest_.size() + n};
   left_ -= n;
+  if (left_ == 0 && !file_.hash.empty() && hash_.hex() != file_.hash) refuse_changed_file(file_);
   return true;
+}
+
+void LineReader::skip_to_end() {
+  do rest_ = {};
+  while (fill());
 }
 
 bool LineReader::next(std::string_view& line) {

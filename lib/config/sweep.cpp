@@ -30,7 +30,7 @@ bool sets(const std::string& key, const TomlNode& value, const std::string& othe
 std::string checked_key(const std::string& key, const TomlNode& given, const std::string& shown,
                         const std::string& place) {
   const auto clean = clean_key(key);
-  if (!clean) refuse(place, shown, fmt::format("{} is not a key", in_quotes(key)));
+  if (!clean) refuse(place, shortened(shown), no_key_rule(key));
   if (is_config_key(*clean) || (*clean + ".").starts_with("sweep.")) refuse(place, shown, "cannot be swept");
   if (*clean == "trials") refuse(place, shown, "cannot be swept: a result has one number of trials");
   const auto sets_family = [&](const TomlNode& value) { return sets(*clean, value, "verdict.family"); };

@@ -57,6 +57,11 @@ void SweepTable::scan() {
   }
   std::string_view text = file_.text ? std::string_view(*file_.text) : std::string_view();
   std::int64_t number = 0;
+  BytesHash whole, chunk;  // of a file on the disk, which may change before its chunks are read again
+  const auto end_chunk = [&] {
+    if (!chunks_.empty()) chunks_.back().hash = chunk.hex();
+    chunk = {};
+  };
   const auto take = [&](std::string_view line, std::uint64_t offset) {
     ++number;
     if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);
@@ -74,7 +79,10 @@ void SweepTable::scan() {
       }
       return;
     }
-    if (rows_ % kChunk == 0) chunks_.push_back({offset, number});
+    if (rows_ % kChunk == 0) {
+      end_chunk();
+      chunks_.push_back({offset, number, ""});
+    }
     ++rows_;
   };
   if (file_.text) {
@@ -94,18 +102,23 @@ void SweepTable::scan() {
         const std::size_t offset = at;
         const std::string_view line = next_line(piece, at);
         take(line, begin + offset);
+        const std::string_view bytes = std::string_view(piece).substr(offset, at - offset);
+        whole.add(bytes);
+        chunk.add(bytes);
       }
       const std::size_t used = std::min(at, piece.size());
       piece.erase(0, used);
       begin += used;
-      if (disk.bad() || (!more && begin < file_.size))  // a read that fails would else be the end of the table
+      if (disk.bad())  // a read that fails would else be the end of the table
         throw IoError(fmt::format("{}: cannot be read to its end", file_.path));
       if (piece.size() > 16 * kPiece) throw InputError(fmt::format("{}: the line is too long", place(number + 1)));
     }
   }
+  if (!file_.text && whole.hex() != file_.hash) refuse_changed_file(file_);
+  end_chunk();
   if (names_.empty()) throw InputError(fmt::format("{}: must have a line of column names: the keys", file_.path));
   if (rows_ == 0) throw InputError(fmt::format("{}: has no rows: each is a point", file_.path));
-  chunks_.push_back({file_.text ? text.size() : begin, number + 1});
+  chunks_.push_back({file_.text ? text.size() : begin, number + 1, ""});
 }
 
 const std::string& SweepTable::chunk_text(std::uint64_t chunk) const {
@@ -120,6 +133,9 @@ const std::string& SweepTable::chunk_text(std::uint64_t chunk) const {
     disk.seekg(static_cast<std::streamoff>(from));
     disk.read(held_text_.data(), static_cast<std::streamsize>(size));
     if (!disk) throw IoError(fmt::format("{}: cannot be read any more, or has become shorter", file_.path));
+    BytesHash hash;
+    hash.add(held_text_);
+    if (hash.hex() != chunks_[chunk].hash) refuse_changed_file(file_);
   }
   held_rows_.clear();
   std::int64_t number = chunks_[chunk].line;

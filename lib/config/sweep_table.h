@@ -39,6 +39,7 @@ class SweepTable {
   struct Chunk {
     std::uint64_t offset = 0;
     std::int64_t line = 0;  ///< number of the chunk's first line
+    std::string hash;       ///< of its bytes, if they are on the disk
   };
   void scan();
   const std::string& chunk_text(std::uint64_t chunk) const;

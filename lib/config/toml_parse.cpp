@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <locale>
+#include <optional>
 #include <sstream>
 #include <string_view>
+#include <vector>
 
 #include <toml++/toml.h>
 
 #include "base/error.h"
+#include "config/text.h"
 
 namespace surveymc::config {
 namespace {
@@ -107,9 +110,83 @@ std::string meant_by(std::string_view text, std::size_t line) {
   return is_word ? fmt::format("; a text stands in quotes: \"{}\"", value) : "";
 }
 
+/// The end of the string that begins at `at`: behind its closing quotes, or at the end of its line or of the text.
+std::size_t end_of_string(std::string_view text, std::size_t at) {
+  const char quote = text[at];
+  const std::string three(3, quote);
+  const bool is_long = text.substr(at, 3) == three;
+  for (at += is_long ? 3 : 1; at < text.size(); ++at) {
+    if (text[at] == '\\' && quote == '"') {
+      ++at;
+    } else if (!is_long && (text[at] == quote || text[at] == '\n')) {
+      return text[at] == quote ? at + 1 : at;
+    } else if (is_long && text.substr(at, 3) == three) {
+      at += 3;
+      while (at < text.size() && text[at] == quote) ++at;  // """a "quote"""": the last of five belong to the string
+      return at;
+    }
+  }
+  return text.size();
+}
+
+/// Where tables and lists stand more than kDeepestNesting deep inside each other: the beginning of that line. Counted
+/// on the text, because parsers and whatever walks or destroys a tree call themselves once a level.
+std::optional<std::size_t> nested_too_deep(std::string_view text) {
+  struct Level {
+    bool is_list;
+    std::size_t around;     // levels around it
+    std::size_t parts = 1;  // of the key that is read, where it is a table
+    bool is_in_key = true;
+    std::size_t depth() const { return around + (is_list ? 1 : parts); }
+  };
+  std::vector<Level> open{{false, 0}};
+  std::size_t line = 0;
+  bool is_header = false;
+  for (std::size_t at = 0; at < text.size();) {
+    Level& now = open.back();
+    const char c = text[at];
+    if (c == '"' || c == '\'') {
+      at = end_of_string(text, at);
+      continue;
+    }
+    if (c == '#') {
+      at = std::min(text.find('\n', at), text.size());
+      continue;
+    }
+    ++at;
+    if (c == '\n') {
+      line = at;
+      if (open.size() == 1) now = {false, is_header ? now.depth() : now.around};
+      is_header = false;
+    } else if (c == '[' && open.size() == 1 && now.is_in_key) {
+      // A header counts from the root; in [[a.b]] the list is a level, too.
+      now = {false, is_header ? std::size_t{1} : std::size_t{0}};
+      is_header = true;
+    } else if (c == '[' || c == '{') {
+      open.push_back({c == '[', now.depth()});
+    } else if ((c == ']' || c == '}') && open.size() > 1) {
+      open.pop_back();
+    } else if (c == '=') {
+      now.is_in_key = false;
+    } else if (c == ',' && !now.is_list && open.size() > 1) {
+      now = {false, now.around};
+    } else if (c == '.' && now.is_in_key) {
+      ++now.parts;
+    }
+    if (open.back().depth() > kDeepestNesting) return line;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 TomlNode parse_document(const std::string& text, const std::string& label) {
+  if (const auto at = nested_too_deep(text)) {
+    const std::string_view line = std::string_view(text).substr(*at, text.find_first_of("\r\n", *at) - *at);
+    throw InputError(fmt::format("{}:{}: {}: {}", label,
+                                 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*at), '\n'),
+                                 shortened(trimmed(line)), kTooDeep));
+  }
   try {
     return convert(toml::parse(std::string_view(text), std::string_view(label)), {label, true}, {});
   } catch (const toml::parse_error& e) {
@@ -124,6 +201,8 @@ TomlNode parse_value(const std::string& value, const std::string& key, const std
     return (static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7F;
   });
   require(one_line, "{}: {}: the value must be one line of text", place, key);
+  if (nested_too_deep("value = " + value))
+    throw InputError(fmt::format("{}: {} = {}: {}", shortened(place), key, shortened(value), kTooDeep));
   TomlNode word = node_of(value);
   word.place = place;
   try {

@@ -44,13 +44,20 @@ std::vector<std::string> split_key(std::string_view key) {
 }
 
 std::optional<std::string> clean_key(std::string_view key) {
+  const std::vector<std::string> parts = split_key(key);
+  if (parts.size() > kDeepestNesting) return std::nullopt;
   std::string out;
-  for (const auto& part : split_key(key)) {
+  for (const auto& part : parts) {
     const std::string name(trimmed(part));
     if (!is_bare_key(name)) return std::nullopt;
     out = join_key(out, name);
   }
   return out;
+}
+
+std::string no_key_rule(std::string_view key) {
+  if (split_key(key).size() > kDeepestNesting) return kTooDeep;
+  return fmt::format("{} is not a key", in_quotes(shortened(key)));
 }
 
 // ---------------------------------------------------------------------------------------------------- setting values

@@ -50,6 +50,10 @@ TomlNode node_of(const std::vector<double>& x);
 
 // ---- keys
 
+/// How deep tables and lists may stand inside each other, and the rule in messages.
+inline constexpr std::size_t kDeepestNesting = 256;
+inline constexpr const char* kTooDeep = "tables and lists must be nested at most 256 deep";
+
 /// A name that needs no quotes in TOML. Only such names can be asked for.
 bool is_bare_key(std::string_view name);
 /// A name as TOML: with quotes if it needs them.
@@ -57,8 +61,11 @@ std::string key_text(const std::string& name);
 /// "path.key"; `key` if the path is empty.
 std::string join_key(const std::string& path, const std::string& key);
 std::vector<std::string> split_key(std::string_view key);
-/// The key as "a.b.c" if it is a dotted key that a reader can ask for ("a . b" is, "a..b" is not).
+/// The key as "a.b.c" if it is a dotted key that a reader can ask for ("a . b" is, "a..b" is not, nor is one of more
+/// than kDeepestNesting parts).
 std::optional<std::string> clean_key(std::string_view key);
+/// Why clean_key() gives nothing, for the end of a message.
+std::string no_key_rule(std::string_view key);
 
 // ---- setting values
 
