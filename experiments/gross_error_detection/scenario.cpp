@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -212,6 +213,16 @@ std::vector<reliability::GrossError> Scenario::errors() const {
   return all;
 }
 
+void require_redundancy(const Scenario& s) {
+  try {
+    reliability::linear_model(s.model, s.attitudes);
+  } catch (const std::invalid_argument&) {
+    s.noise_place.fail(
+        "must not be so small beside the other errors that the covariance of the misclosures is singular in double "
+        "precision");
+  }
+}
+
 Scenario with_sizes(Scenario s) {
   for (InjectedError& e : s.injected)
     if (e.size != InjectedError::Size::given) e.error.size = detectable_size(s, e);
@@ -224,6 +235,10 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   const bool of_events = study::has_events(c);
   const bool stations_given = c.has("stations");
   s.model = study::read_adjustment_model(c);
+  const reliability::SigmaModel usual;
+  const bool is_magnetic = s.model.sigma.magnetometer_noise / usual.magnetometer_noise <=
+                           s.model.sigma.accelerometer_noise / usual.accelerometer_noise;
+  s.noise_place = c.place(is_magnetic ? "sigma.magnetometer_noise_nT" : "sigma.accelerometer_noise_mps2");
   s.model.field.dip = study::read_dip(c, s.model);
   s.model.rotational_shot = c.boolean("rotational_shot", false);
   const bool shared = s.model.mode == reliability::AdjustmentMode::mse_shared;

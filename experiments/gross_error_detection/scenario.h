@@ -37,6 +37,7 @@ struct Scenario {
   random::StudySeed seed;
   study::TrialPlan trial_plan;
   reliability::AdjustmentModel model;
+  config::ConfigPlace noise_place;  ///< of the noise that is smaller beside its default
   reliability::TestLevels levels;
   std::vector<survey::Attitude> attitudes;  ///< of the stations; azimuths magnetic
   std::vector<InjectedError> injected;
@@ -56,6 +57,10 @@ const std::vector<std::string>& outcome_names();
 
 /// Reads the scenario without the sizes that have to be computed. Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
+
+/// Throws InputError where the misclosures have no covariance that can be inverted: one noise is too small beside the
+/// other errors.
+void require_redundancy(const Scenario& scenario);
 
 /// The scenario with the sizes of all errors. Throws InputError where a detectable error is infinite.
 Scenario with_sizes(Scenario scenario);

@@ -256,6 +256,7 @@ class GrossErrorPlan final : public study::PlanOf<Scenario> {
  public:
   using PlanOf::PlanOf;
   std::unique_ptr<study::StudyPoint> prepare(const montecarlo::RunOptions&) const override {
+    require_redundancy(s_);
     Scenario s = with_sizes(s_);
     reliability::GrossErrorTrials trials(s.model, s.attitudes, s.errors(), random::stream_of(s.seed));
     analysis::GrossErrorPrediction prediction = analysis::predict_gross_errors(trials, s.levels, s.pope);
@@ -272,8 +273,10 @@ study::Experiment experiment() {
           [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
             Scenario s = read_scenario(config, seed);
             if (!s.events.empty())
-              return study::event_plan(s.event_run, s.annotations, random::stream_of(s.seed),
-                                       [s] { return events_of(with_sizes(s)); });
+              return study::event_plan(s.event_run, s.annotations, random::stream_of(s.seed), [s] {
+                require_redundancy(s);
+                return events_of(with_sizes(s));
+              });
             return std::make_unique<GrossErrorPlan>(std::move(s));
           }};
 }

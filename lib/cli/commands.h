@@ -23,7 +23,7 @@ const study::Experiment& experiment_named(const std::vector<study::Experiment>& 
 
 std::string list_text(const std::vector<study::Experiment>& studies);
 
-std::string keys_text(const std::vector<study::Experiment>& studies, const KeysArguments& a);
+void print_keys(const std::vector<study::Experiment>& studies, const KeysArguments& a);
 
 // ---- new: a commented config of an experiment, to be filled in
 

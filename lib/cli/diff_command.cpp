@@ -43,7 +43,10 @@ int diff_results(const DiffArguments& a) {
   const study::Differences d = study::compare_results(first, second, {.level = a.level, .tolerance = a.tolerance});
   if (a.csv || a.json) {
     const store::Table all = study::difference_table(d, true);
-    fmt::print("{}{}", a.csv ? store::to_csv(all) : store::to_json(all), a.csv ? "" : "\n");
+    if (a.csv)
+      print_csv(all);
+    else
+      fmt::print("{}\n", store::to_json(all));
     return d.any() ? kUnexpected : kDone;
   }
   const store::Table found = study::difference_table(d, false);

@@ -86,14 +86,14 @@ std::string list_text(const std::vector<study::Experiment>& studies) {
   return out;
 }
 
-std::string keys_text(const std::vector<study::Experiment>& studies, const KeysArguments& a) {
-  if (a.experiment.empty()) return list_text(studies);
+void print_keys(const std::vector<study::Experiment>& studies, const KeysArguments& a) {
+  if (a.experiment.empty()) return fmt::print("{}", list_text(studies));
   const store::Table table = study::config_keys(experiment_named(studies, a.experiment, "keys"));
-  if (a.csv) return store::to_csv(table);
+  if (a.csv) return print_csv(table);
   const std::vector<Row> rows = rows_of(table);
   const std::size_t width = screen_width(STDOUT_FILENO);
   const std::string lines = as_lines(rows);
-  return width == 0 || store::longest_line(lines) <= width ? lines : as_blocks(rows, width);
+  print_lines(width == 0 || store::longest_line(lines) <= width ? lines : as_blocks(rows, width));
 }
 
 }  // namespace surveymc::cli

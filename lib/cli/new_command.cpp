@@ -8,7 +8,9 @@
 #include <fmt/format.h>
 
 #include "cli/new_files.h"
+#include "cli/print_result.h"
 #include "cli/run_setup.h"
+#include "cli/screen.h"
 #include "config/key_log.h"
 
 namespace surveymc::cli {
@@ -69,15 +71,15 @@ void new_config(const std::vector<study::Experiment>& studies, const NewArgument
   for (const DataFile& file : made.data) files.add(path.parent_path() / file.name, file.text, {.is_needed = false});
   const std::vector<fs::path> written = files.commit();
   const EndsBySignal ends(nullptr, EndsBySignal::soon(fmt::format("{} is written", path.string())));
-  fmt::print("wrote {}: put in your well; surveymc keys {} lists every key\n", path.string(), name);
+  say(fmt::format("wrote {}: put in your well; surveymc keys {} lists every key", path.string(), name));
   for (const DataFile& file : made.data) {
     const fs::path data = path.parent_path() / file.name;
     if (std::find(written.begin(), written.end(), data) != written.end())
-      fmt::print("wrote {}: an example of the data that it names; put in yours\n", data.string());
+      say(fmt::format("wrote {}: an example of the data that it names; put in yours", data.string()));
     else
-      fmt::print("{} is there: the config names it\n", data.string());
+      say(fmt::format("{} is there: the config names it", data.string()));
   }
-  fmt::print("then: surveymc check {0}, surveymc run {0}\n", path.string());
+  say(fmt::format("then: surveymc check {0}, surveymc run {0}", shell_word(path.string())));
 }
 
 }  // namespace surveymc::cli

@@ -240,7 +240,7 @@ int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::
   const checkpoint::RunKey key = run_key(run, true);
   if (is_done(path, run, choice, a.overwrite)) {
     checkpoint::remove_journals(path, key);
-    fmt::print("{} is done already\n", path.string());
+    say(fmt::format("{} is done already", path.string()));
     return kDone;
   }
   log_info(fmt::format("{}: {} of {}", a.config, study::part_name(choice), run.experiment.name()));
@@ -421,17 +421,20 @@ int status_of(const std::string& folder) {
       add_to(there, part);
     }
     const PointSet open = there.missing(first.points);
-    fmt::print("{}\n  experiment {}, config hash {}, {}\n  {}, computed in {}; {} of {} points done{}{}\n",
-               store::printable(first.title), first.experiment, first.key.config_hash, first.key.program,
-               counted(parts.size(), "part"), format_duration(elapsed), first.points - open.count(), first.points,
-               open.empty() ? "" : "; missing, whole or in part: ", study::array_list(open));
+    const auto line = [](const std::string& text) { fmt::print("{}\n", store::printable(text)); };
+    line(first.title);
+    line(
+        fmt::format("  experiment {}, config hash {}, {}", first.experiment, first.key.config_hash, first.key.program));
+    line(fmt::format("  {}, computed in {}; {} of {} points done{}{}", counted(parts.size(), "part"),
+                     format_duration(elapsed), first.points - open.count(), first.points,
+                     open.empty() ? "" : "; missing, whole or in part: ", study::array_list(open)));
     if (const std::string shards = study::missing_shards(heads); !shards.empty()) fmt::print("  missing {}\n", shards);
     if (failed > 0) fmt::print("  {} with points that cannot be run\n", counted(failed, "part"));
   }
-  if (runs.empty()) fmt::print("no part files in {}\n", folder);
+  if (runs.empty()) say(fmt::format("no part files in {}", folder));
   if (damaged > 0) fmt::print("{}\n", counted(damaged, "damaged or foreign part file"));
   for (const fs::path& path : files_with(folder, ".journal."))
-    fmt::print("unfinished: {} ({} bytes)\n", path.string(), fs::file_size(path, error));
+    say(fmt::format("unfinished: {} ({} bytes)", path.string(), fs::file_size(path, error)));
   return kDone;
 }
 

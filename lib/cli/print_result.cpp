@@ -63,7 +63,8 @@ void print_tables(const store::Result& result, const std::string& path, bool fee
       fmt::print("{}\n", text);
   }
   if (!left_out.empty())
-    say(fmt::format("more tables: {}: surveymc show {} TABLE{}", left_out, path, feet ? " --units ft" : ""));
+    say(fmt::format("more tables: {}: surveymc show {} TABLE{}", left_out, shell_word(path),
+                    feet ? " --units ft" : ""));
 }
 
 void print_warnings(const store::Result& result, bool quiet) {

@@ -121,7 +121,7 @@ int check(const RunArguments& a) {
         fmt::format("{} ({} of {} points of the sweep that were tried are invalid: a run goes on without "
                     "such points, and lists them)",
                     run.sample.first_reason, run.sample.invalid, run.sample.points));
-  fmt::print("{}\n", run.config.resolved_text());
+  fmt::print("{}\n", printable_toml(run.config.resolved_text()));
   for (const std::string& line : remark_lines(run.config)) {
     std::string comment = on_screen("# " + store::printable(line), STDOUT_FILENO, 4);
     for (std::size_t at = 0; (at = comment.find("\n ", at)) != std::string::npos;) comment[at + 1] = '#';
@@ -132,7 +132,8 @@ int check(const RunArguments& a) {
     const std::string details = run.plan(i)->details();
     if (!printed.insert(details).second) continue;
     std::istringstream lines(details);
-    for (std::string text; std::getline(lines, text);) fmt::print("#{}{}\n", text.empty() ? "" : " ", text);
+    for (std::string text; std::getline(lines, text);)
+      print_lines(fmt::format("#{}{}\n", text.empty() ? "" : " ", text));
   }
   if (run.is_large())
     fmt::print(
@@ -142,6 +143,19 @@ int check(const RunArguments& a) {
   fmt::print("# {}, {} trials in all; config hash {}\n", counted(run.point_count(), "sweep point"), run.total_trials(),
              run.is_large() ? run.config.source_hash() : run.config.hash());
   return kDone;
+}
+
+/// Refuses a run that no machine ends: the rows of its result alone would fill more than a disk. Parts of such a sweep
+/// can be run.
+void refuse_endless(const std::string& config, const study::RunPlan& plan) {
+  constexpr double kLargest = 1e12, kNumber = 8, kOwnColumns = 6;  // bytes; at least so many beside those of the sweep
+  const double points = static_cast<double>(plan.point_count());
+  const double row = kNumber * (kOwnColumns + static_cast<double>(plan.config.sweep_values(0).size()));
+  require(
+      points * row <= kLargest,
+      "{}: sweep: {} points in one run: the result would have at least {:.3g} TB ({:.0f} bytes a point); at most 1 TB: "
+      "sweep fewer values, or run parts of it with --point FIRST:END",
+      config, plan.point_count(), points * row / 1e12, row);
 }
 
 /// The result that this run has made before; none if there is none, or one of another config or other numerics.
@@ -181,6 +195,7 @@ int run(const RunArguments& a, const std::string& command) {
     ends.reset();
     return run_one_part(a, plan, *choice, command);
   }
+  refuse_endless(a.config, plan);
   std::filesystem::path output = a.output;
   if (output.empty()) {
     output = std::filesystem::path("results") / (std::filesystem::path(a.config).stem().string() + ".h5");
@@ -240,7 +255,7 @@ int rerun(const std::string& file, const std::string& folder, const RunArguments
     fmt::print("identical: {} ({} trials in {})\n", now, effort.trials, format_duration(effort.elapsed));
     return kDone;
   }
-  fmt::print("not identical: the file has {}, this run {}\n", before, now);
+  say(fmt::format("not identical: the file has {}, this run {}", before, now));
   if (stored.provenance.git_revision != this_build().git_revision)
     say(fmt::format("the file was made by surveymc {} ({}), this is {} ({})", stored.provenance.surveymc_version,
                     stored.provenance.git_revision, this_build().version, this_build().git_revision));
@@ -261,7 +276,7 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
   CommandLine& line = std::get<CommandLine>(read);
 
   std::string command = "surveymc";
-  for (int i = 1; i < argc; ++i) command += fmt::format(" {}", argv[i]);
+  for (int i = 1; i < argc; ++i) command += fmt::format(" {}", shell_quoted(argv[i]));
   RunArguments& a = line.arguments;
   a.studies = &studies;
   if (messages) a.workers = &workers;
@@ -274,11 +289,11 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
     case Command::list:
       return fmt::print("{}", list_text(studies)), kDone;
     case Command::keys:
-      return fmt::print("{}", keys_text(studies, line.keys)), kDone;
+      return print_keys(studies, line.keys), kDone;
     case Command::new_config:
       return new_config(studies, line.made), kDone;
     case Command::models:
-      return fmt::print("{}", models_text(line.models)), kDone;
+      return fmt::print("{}", printable_toml(models_text(line.models))), kDone;
     case Command::check:
       return check(a);
     case Command::run:

@@ -56,8 +56,8 @@ void end_program(std::chrono::milliseconds waited) {
   const std::scoped_lock lock(m.changing);
   if (!m.now || waited.count() < m.says.after_ms) return;
   const bool kept = m.journal && m.journal->sync() && m.journal->is_there();
-  const std::string text =
-      fmt::format("{}interrupted: {}\n", isatty(STDERR_FILENO) ? "\r\033[K" : "", kept ? m.says.kept : m.says.nothing);
+  const std::string text = fmt::format("{}interrupted: {}\n", isatty(STDERR_FILENO) ? "\r\033[K" : "",
+                                       printable_lines(kept ? m.says.kept : m.says.nothing));
   store::AtomicFile::remove_all();
   [[maybe_unused]] const ssize_t n = write(STDERR_FILENO, text.data(), text.size());
   _exit(kInterrupted);

@@ -25,4 +25,19 @@ std::string counted(std::size_t n, const char* word);
 /// store::printable() of every line: messages.
 std::string printable_lines(const std::string& text);
 
+/// TOML with \uXXXX for characters that would act on the terminal: it reads back to the same values.
+std::string printable_toml(const std::string& text);
+
+/// Prints text for people: printable_lines().
+void print_lines(const std::string& text);
+
+/// Prints a table as CSV. A text that a spreadsheet would take for a formula (= + - @ in front, and no number) gets an
+/// apostrophe in front, which a spreadsheet does not show. `with_header`: its line of names, too.
+void print_csv(const store::Table& table, bool with_header = true);
+
+/// A word of a command, as it is pasted into a shell.
+std::string shell_quoted(const std::string& word);
+/// The same of a file's name, which is no option even if it begins with "-".
+std::string shell_word(const std::string& name);
+
 }  // namespace surveymc::cli

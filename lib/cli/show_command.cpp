@@ -89,12 +89,13 @@ store::Table list_of(const store::Result& r) {
 
 void print_heading(const store::Result& r) {
   const store::Provenance& p = r.provenance;
-  const auto say = [](const std::string& text) { fmt::print("{}\n", on_screen(text, STDOUT_FILENO)); };
-  say(store::printable(p.title));
+  const auto say = [](const std::string& text) {
+    fmt::print("{}\n", on_screen(store::printable(text), STDOUT_FILENO));
+  };
+  say(p.title);
   const bool may_stop = ("\n" + p.config).find("\n[stop]") != std::string::npos;
-  say(store::printable(fmt::format("experiment {}, seed {}, {}{} trials a point; surveymc {} ({}), {}", p.experiment,
-                                   p.seed, may_stop ? "at most " : "", p.trials, p.surveymc_version, p.git_revision,
-                                   r.run.created)));
+  say(fmt::format("experiment {}, seed {}, {}{} trials a point; surveymc {} ({}), {}", p.experiment, p.seed,
+                  may_stop ? "at most " : "", p.trials, p.surveymc_version, p.git_revision, r.run.created));
   const std::string verdicts = in_words(count_verdicts(r.tables));
   if (!verdicts.empty()) say("verdicts: " + verdicts);
 }
@@ -147,7 +148,8 @@ void print_list(const ShowArguments& a, const store::Result& r) {
     text = text.substr(text.find('\n') + 1);
   }
   fmt::print("\n{}\n{}\n", text,
-             on_screen(fmt::format("surveymc show {} NAME prints one of them; --csv and --json export", a.file),
+             on_screen(store::printable(fmt::format("surveymc show {} NAME prints one of them; --csv and --json export",
+                                                    shell_word(a.file))),
                        STDOUT_FILENO));
 }
 
@@ -189,7 +191,7 @@ void print_json(const ShowArguments& a, const store::Result& r) {
 
 void print_table(const ShowArguments& a, const store::Table& t) {
   if (a.csv)
-    store::to_csv(t, print_text);
+    print_csv(t);
   else if (a.json)
     store::to_json(t, true, print_text), print_text("\n");
   else
@@ -227,7 +229,7 @@ void show_result(const ShowArguments& a, const store::Result& r) {
     if (a.json) {
       print_json(a, r);
     } else if (a.csv) {
-      fmt::print("{}", store::to_csv(list_of(r)));
+      print_csv(list_of(r));
     } else {
       print_list(a, r);
       for (const store::Table& t : r.tables)

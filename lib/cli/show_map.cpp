@@ -123,8 +123,7 @@ void print_map(const store::MapSource& source) {
 
 void print_map_csv(const store::MapSource& source) {
   for_each_piece(source, [&](std::size_t first, const std::vector<double>& values) {
-    const std::string text = store::to_csv(rows_of(*source.map, first, values));
-    fmt::print("{}", first == 0 ? text : text.substr(text.find('\n') + 1));
+    print_csv(rows_of(*source.map, first, values), first == 0);
   });
 }
 

@@ -10,7 +10,8 @@
 namespace surveymc::config {
 namespace {
 
-constexpr double kMostValues = 1e7;     // more is a typing error in `step`, and would fill the memory
+constexpr double kMostValues = 1e7;  // more is a typing error in `step`, and would fill the memory
+constexpr double kLargest = 1e30;
 constexpr double kStepRounding = 1e-9;  // of a step: so far `to` may be from a whole number of steps and still be one
 
 }  // namespace
@@ -35,6 +36,10 @@ double checked_number(const TomlNode& n, const std::string& key, const Range& ra
   if (!n.is_number()) refuse_kind(n, key, "must be a number");
   const double x = n.as_double();
   if (!is_in(range, x)) refuse(n, key, rule_of(range));
+  // Fourth powers and their products have to be numbers, and divisors not 0.
+  if (std::abs(x) > kLargest) refuse(n, key, "must be at most 1e30 in size");
+  const bool is_divisor = range.lo == 0 && range.lo_open;
+  if (is_divisor && x < 1 / kLargest) refuse(n, key, "must be at least 1e-30");
   return x;
 }
 

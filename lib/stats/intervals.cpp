@@ -16,9 +16,19 @@ namespace surveymc::stats {
 
 namespace bm = boost::math;
 
-double normal_quantile(double probability) { return bm::quantile(bm::normal(), probability); }
+namespace {
+
+/// Quantiles of 0 and 1 are infinite instead of an exception: of a confidence that rounds to 1 the interval is.
+using Infinite = bm::policies::policy<bm::policies::overflow_error<bm::policies::ignore_error>>;
+using ChiSquared = bm::chi_squared_distribution<double, Infinite>;
+
+}  // namespace
+
+double normal_quantile(double probability) {
+  return bm::quantile(bm::normal_distribution<double, Infinite>(), probability);
+}
 double chi_squared_quantile(double degrees, double probability) {
-  return bm::quantile(bm::chi_squared(degrees), probability);
+  return bm::quantile(ChiSquared(degrees), probability);
 }
 double chi_squared_upper_tail(double degrees, double x) {
   if (std::isnan(x)) return x;
@@ -58,7 +68,8 @@ Interval mean_square_interval(double mean, double variance, std::uint64_t count,
     const double half = t * std::sqrt(variance / n);
     return {mean - half, mean + half};
   }
-  const bm::chi_squared chi(degrees);
+  if (!(degrees > 0)) return {0, kInfinity};  // the variance is too large for a number
+  const ChiSquared chi(degrees);
   return {mean * degrees / bm::quantile(bm::complement(chi, tail)), mean * degrees / bm::quantile(chi, tail)};
 }
 

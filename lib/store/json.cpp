@@ -36,19 +36,12 @@ std::string described(const std::string& name, const std::string& unit, const st
 }  // namespace
 
 std::string json_string(const std::string& text) {
-  std::string out = "\"";
+  std::string quoted;
   for (const char c : canonical_text(text)) {
-    if (c == '"' || c == '\\')
-      out += {'\\', c};
-    else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F)
-      out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
-    else if (const auto byte = static_cast<unsigned char>(c);
-             out.back() == '\xC2' && byte < 0xA0)  // control codes, too
-      out.replace(out.size() - 1, 1, fmt::format("\\u{:04x}", byte));
-    else
-      out += c;
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
   }
-  return out + '"';
+  return '"' + escaped_controls(quoted) + '"';
 }
 
 std::string json_number(double x) {

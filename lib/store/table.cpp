@@ -12,6 +12,7 @@
 
 #include "base/units.h"
 #include "store/row_spool.h"
+#include "store/stored_form.h"
 
 namespace surveymc::store {
 namespace {
@@ -40,17 +41,22 @@ std::string csv_cell(const Column& column, std::size_t row) {
 
 }  // namespace
 
-/// Notes and names come from config files: a line break would break the row, an escape sequence the terminal. Some
-/// terminals take U+0080 to U+009F, in UTF-8 0xC2 and one of these bytes, for escape sequences, too.
+/// Notes and names come from config files: a line break would break the row, an escape sequence the terminal, and a
+/// mark that turns the direction of writing would show another text than the one that is there.
 std::string printable(std::string text) {
-  unsigned char before = 0;
-  for (char& c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7F) c = ' ';
-    if (before == 0xC2 && byte < 0xA0) c = '\xA0';  // no-break space
-    before = byte;
+  if (std::all_of(text.begin(), text.end(), [](char c) { return c >= 0x20 && c < 0x7F; })) return text;
+  text = canonical_text(text);  // a byte that is no UTF-8 may be an escape sequence, too
+  std::string out;
+  out.reserve(text.size());
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = control_length(text, at);
+    if (length == 0)
+      out += text[at];
+    else
+      out += ' ';
+    at += std::max<std::size_t>(length, 1);
   }
-  return text;
+  return out;
 }
 
 std::size_t Column::size() const {

@@ -31,16 +31,18 @@ reliability::AdjustmentModel read_adjustment_model(config::ConfigReader& c) {
   m.systematic_terms = c.boolean("systematic_terms", false);
 
   // Noise of zero would make misclosures without covariance in the mse modes; so large a sigma has no digits left.
+  constexpr double kLeast_nT = 1e-4, kLeast_mps2 = 1e-9;  // below, those misclosures differ in their last digits only
   const config::Range positive{0, 1e5, true, false}, any = config::Range::closed(0, 1e5),
                                                      small = config::Range::closed(0, 1);
   reliability::SigmaModel& s = m.sigma;
   s.accelerometer_bias = c.number("sigma.accelerometer_bias_mps2", small, s.accelerometer_bias);
   s.accelerometer_scale = c.number("sigma.accelerometer_scale", small, s.accelerometer_scale);
   s.accelerometer_noise =
-      c.number("sigma.accelerometer_noise_mps2", config::Range{0, 1, true, false}, s.accelerometer_noise);
+      c.number("sigma.accelerometer_noise_mps2", config::Range::closed(kLeast_mps2, 1), s.accelerometer_noise);
   s.magnetometer_bias = c.number("sigma.magnetometer_bias_nT", any, s.magnetometer_bias);
   s.magnetometer_scale = c.number("sigma.magnetometer_scale", small, s.magnetometer_scale);
-  s.magnetometer_noise = c.number("sigma.magnetometer_noise_nT", positive, s.magnetometer_noise);
+  s.magnetometer_noise =
+      c.number("sigma.magnetometer_noise_nT", config::Range::closed(kLeast_nT, 1e5), s.magnetometer_noise);
   s.axial_interference = c.number("sigma.axial_interference_nT", any, s.axial_interference);
   s.gravity = c.number("sigma.gravity_mps2", config::Range{0, 1, true, false}, s.gravity);
   const bool named = c.has("sigma.reference");

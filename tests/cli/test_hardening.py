@@ -1,9 +1,11 @@
 #!/usr/bin/python3
 """Hostile files, closed descriptors, little memory, other builds, other settings: test_hardening.py SURVEYMC_EXECUTABLE
 LIBRARY_WITH_OTHER_FLOATING_POINT [unittest arguments]"""
+import csv
 import os
 import re
 import resource
+import shlex
 import shutil
 import struct
 import subprocess
@@ -196,6 +198,103 @@ class Hardening(Case):
         odd = self.folder / f"odd{evil}.h5"
         shutil.copy(self.folder / "small.h5", odd)
         self.assertNotRegex(self.call("run", "small.toml", "-o", odd, "--seed", 3), ESCAPE)
+
+    def test_marks_of_direction_and_bytes_that_are_no_text(self):
+        """A name may not look like another one, and a byte of no UTF-8 may be an escape sequence, too."""
+        marks = "\u202e\u2066\u200f\u061c\u2028\x9b"
+        self.small()
+        marked = re.compile(f"[{marks}]")
+        named = self.folder / "small.toml"
+        named.write_text(f'title = "a{marks}b"\n' + re.sub("(?m)^title.*\n", "", named.read_text()), encoding="utf-8")
+        self.call("run", "small.toml", "-o", f"o{marks}.h5")
+        self.call("run", "small.toml", "-o", f"other{marks}.h5", "--seed", 3)
+        self.call("run", "small.toml", "--shard", "0/2", "-o", f"p{marks}/")
+        name, parts = f"o{marks}.h5", f"p{marks}"
+        for command in (("check", named), ("show", name), ("show", name, "--json"), ("rerun", name), ("status", parts),
+                        ("run", named, "-o", name, "--overwrite"), ("diff", name, f"other{marks}.h5"), ("new", "msa_position", "-o", f"n{marks}.toml")):
+            done = subprocess.run([*self.PROGRAM, *command], cwd=self.folder, capture_output=True, timeout=PATIENCE)
+            said = (done.stdout + done.stderr).decode()
+            self.assertNotRegex(said, marked, command)
+            self.assertNotRegex(said, ESCAPE, command)
+        text = self.call("check", named)
+        (self.folder / "resolved.toml").write_text(text[:text.index("\n# ")])  # \\u202e is the same title
+        self.assertEqual(re.search("config hash ([0-9a-f]+)", self.call("check", "resolved.toml"))[1],
+                         re.search("config hash ([0-9a-f]+)", text)[1])
+        done = subprocess.run([*self.PROGRAM, "show", b"no\x9b2J.h5"], cwd=self.folder, capture_output=True, timeout=PATIENCE)
+        self.assertNotIn(b"\x9b", done.stderr)
+
+    def test_a_cell_of_csv_is_no_formula(self):
+        self.small()
+        texts = ["=1+1", "+cmd|' /C calc'!A0", "-2+3", "@SUM(A1)", "-1.5", "+2e3", "gain_x"]
+
+        def edit(file):
+            column = file["tables/parameters/quantity"]
+            for i, text in enumerate(texts[:len(column)]):
+                column[i] = text
+        path = self.crafted(edit)
+        cells = [row["quantity"] for row in csv.DictReader(self.call("show", path, "parameters", "--csv").splitlines())]
+        expected = ["'" + t for t in texts[:4]] + texts[4:]
+        self.assertEqual(cells[:len(texts)], expected[:len(cells)])
+        self.assertGreater(len(cells), 5)
+
+    def test_names_of_commands_are_quoted_for_a_shell(self):
+        name = "my well; touch 'x'.toml"
+        said = self.call("new", "msa_position", "-o", name)
+        words = shlex.split(said[said.index("then: "):].replace(", surveymc", " surveymc"))
+        self.assertEqual(words, ["then:", "surveymc", "check", name, "surveymc", "run", name])
+        self.assertIn("surveymc check ./-s.toml,", self.call("new", "msa_position", "-o", "./-s.toml"))
+        self.call("run", "small.toml", "-o", "a b.h5")
+        self.assertIn("surveymc show 'a b.h5' NAME", self.call("show", "a b.h5", "--list"))
+
+    def test_nesting_is_counted_before_the_parse(self):
+        """Parsers call themselves once a level."""
+        deep = 30_000
+        says = "must be nested at most 256 deep"
+        small = (self.folder / "small.toml").read_text().split("[sweep]")[0]
+        keys = ".".join("a" * deep)
+        for text in (f"{keys} = 1\n", f"[{keys}]\nb = 1\n", f"[[{keys}]]\nb = 1\n", f"x = {'[' * deep}{']' * deep}\n",
+                     f"x = {'{a=' * deep}1{'}' * deep}\n", f"x = {{ y = [{{ {keys} = 1 }}] }}\n", f'"a".\'b.c\'.{keys} = "x"\n',
+                     "[" + ".".join("a" * 200) + "]\n" + ".".join("b" * 200) + " = 1\n", f"x = \"\"\"'{chr(10)}\"\"\"\n{keys} = 1\n",
+                     f'[sweep]\n"{keys}" = [1, 2]\n', f'[[sweep.case]]\nname = "n"\n"{keys}" = 1\n'):
+            (self.folder / "deep.toml").write_text(small + text)
+            with self.subTest(text[:30]):
+                for command in ("check", "run"):
+                    self.call(command, "deep.toml", code=BAD_INPUT, says=says)
+        for argument in (f"{keys}=1", f"x={'[' * deep}{']' * deep}", f"x={{{keys}=1}}", f"sweep.{keys}=[1]"):
+            self.call("check", "small.toml", "--set", argument, code=BAD_INPUT, says=rf"\A.{{,500}}{says}\n\Z")
+        self.small()
+        forged = self.crafted(lambda file: file.attrs.__setitem__("config", f"{keys} = 1\n" + str(file.attrs["config"])))
+        self.call("rerun", forged, code=BAD_INPUT, says=says)
+        (self.folder / "model.toml").write_text(f"{keys} = 1\n")
+        self.call("models", "any", "--file", "model.toml", code=BAD_INPUT, says=says)
+        for text in ('x = "' + "." * 300 + '[[[" # ' + "." * 300 + "[" * 300 + "\n", f"x = [{'1.5, ' * 300}]\n",
+                     f"[{'.'.join('a' * 100)}]\n{'.'.join('b' * 156)} = 1\n", "x = " + 3 * "'" + "\n" + "[a.b.c]\n" * 300 + 3 * "'" + "\n"):
+            (self.folder / "flat.toml").write_text(small + text)
+            self.assertNotIn(says, self.call("check", "flat.toml", code=BAD_INPUT, says="unknown key"))
+
+    def test_a_sweep_that_never_ends_is_refused_with_the_size_of_its_result(self):
+        million = "{ from = 1.0, to = 1000000.0, step = 1.0 }"
+        with open(self.folder / "small.toml", "r+") as file:
+            small = file.read().split("[sweep]")[0]
+            file.seek(0)
+            file.write(f'{small}[sweep]\n"noise.scale" = {million}\n"noise.magnetometer_nT" = {million}\n')
+        self.call("run", "small.toml", "-o", "out.h5", code=BAD_INPUT,
+                  says=r"small\.toml: sweep: 1000000000000 points in one run: the result would have at least 64 TB")
+        self.assertIn("1000000000000", self.call("plan", "small.toml", "--count"))
+
+    def test_values_that_are_accepted_run(self):
+        """An overflow in the statistics is no internal error: it is refused before the run, or an infinite interval."""
+        smoke = Path(__file__).resolve().parents[2] / "configs" / "smoke"
+        for config, value, codes in (
+                ("gross_error_detection", "sigma.magnetometer_noise_nT=1e-7", {BAD_INPUT}),
+                ("calibration", "noise.magnetometer_nT=1e-6", {DONE}), ("chained", "model.magnetometer_xy.random_nT=1e100", {BAD_INPUT}),
+                ("chained", "model.field.walk_nT=1e100", {BAD_INPUT}), ("chained", "model.field.walk_nT=1e30", {DONE})):
+            with self.subTest(config=config, value=value):
+                done = subprocess.run([*self.PROGRAM, "run", smoke / f"{config}.toml", "--set", value, "-q", "--overwrite",
+                                       "-o", self.folder / "any.h5"], capture_output=True, text=True, timeout=PATIENCE)
+                self.assertIn(done.returncode, codes, done.stderr)
+                if done.returncode == BAD_INPUT:
+                    self.assertRegex(done.stderr, f"error: --set {value}: {value.split('=')[0]} = .*: must be ")
 
     def test_an_old_result_that_cannot_be_read_is_called_so(self):
         path = self.small()
