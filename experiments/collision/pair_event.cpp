@@ -172,7 +172,8 @@ void PairEvent::predict(const study::WellPair& pair, const proximity::PairErrors
   for (const PairPoints& p : scanned) near += p.distance < out.closest.distance * 1.0001;
   out.is_equidistant = near > 2 && near * 10 > scanned.size();
   const Vector3d r = apart(out.closest);
-  const Matrix3d c = covariance(out.closest);
+  out.covariance = covariance(out.closest);
+  const Matrix3d& c = out.covariance;
   const Vector3d &a = out.closest.reference.tangent, &b = out.closest.offset.tangent;
   const Vector3d along = (a.dot(b) < 0 ? Vector3d(a - b) : Vector3d(a + b)).normalized();
   out.sd = proximity::pedal_radius(c, r.normalized());
@@ -188,11 +189,6 @@ void PairEvent::predict(const study::WellPair& pair, const proximity::PairErrors
                      proximity::touch_disc(r, c, radii_, along),
                      proximity::touch_point(r, c, radii_),
                      stats::normal_upper_tail(beta)};
-}
-
-Eigen::Matrix2d PairEvent::plane_covariance() const {
-  const Eigen::Matrix<double, 2, 3> across = stats::product_transpose(plane_ * closest_j_, closest_j_);
-  return across * plane_.transpose();
 }
 
 std::size_t PairEvent::weights() const {

@@ -14,10 +14,11 @@ namespace surveymc::studies::collision {
 /// What is said of a pair before anything is drawn. Standard deviations and covariances have the slots in them.
 struct Predictions {
   proximity::PairPoints closest, least_sf_pair;
-  double separation_factor = kNaN;  ///< the least, by the rule of `[separation]`
-  double mahalanobis = kNaN;        ///< at the closest pair
-  double sd = kNaN;                 ///< along the line between its points, m
-  bool is_equidistant = false;      ///< the wells are as near over a tenth of the reference: "closest" is arbitrary
+  double separation_factor = kNaN;                       ///< the least, by the rule of `[separation]`
+  double mahalanobis = kNaN;                             ///< at the closest pair
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< relative, of its points, m2
+  double sd = kNaN;                                      ///< along the line between them, m
+  bool is_equidistant = false;  ///< the wells are as near over a tenth of the reference: "closest" is arbitrary
   std::array<double, kFormulations.size()> probability{};
 };
 
@@ -62,8 +63,8 @@ class PairEvent {
   /// displacement at the closest pair in the plane across the wells, two numbers (m), and how far the first kLeading
   /// sources of importance() are drawn towards the first design point (sd; NaN where there are fewer).
   static constexpr int kLeading = 3;
-  /// Covariance of that displacement, m2.
-  Eigen::Matrix2d plane_covariance() const;
+  /// Predictions::covariance in that plane, m2.
+  Eigen::Matrix2d plane_covariance() const { return plane_ * predictions_.covariance * plane_.transpose(); }
 
  private:
   friend std::unique_ptr<const PairEvent> pair_event(const Scenario&, const study::PairReference&,

@@ -347,6 +347,23 @@ inclination = "1"
         # A factor below 0 is one of holes that touch as surveyed.
         self.assertGreater(column(path, "tables/probability", "separation_factor")[0], 0)
 
+    def test_the_closest_pair_has_the_covariance_that_the_predictions_have(self):
+        for name, azimuth in (("north", 0), ("east", 90)):
+            self.write(f"{name}.csv", "md_m,inclination_deg,azimuth_deg\n" + "".join(f"{120 * k},90,{azimuth}\n" for k in range(8)))
+        # They cross in the middle of a leg of both, where the rules between stations differ most.
+        changes = [("vertical.csv", "north.csv"), ("vertical.csv", "east.csv"), ("1e-9", "1"), ('"importance"', '"plain"'),
+                   ("slot_m = [25.0, 0.0, 0.0]", "slot_m = [420.0, -420.0, 8.0]")]
+        variances = []
+        for rule in ("covariance", "effects"):
+            path = self.run_config(config=self.changed(*changes, ("[separation]\n", f'[separation]\ninterpolation = "{rule}"\n')))
+            at = {c: column(path, "tables/closest_pair", c)[0] for c in ("distance_m", "radii_m", "towards_m2")}
+            formulations = column(path, "tables/probability", "formulation")
+            half_space = column(path, "tables/probability", "analytic")[list(formulations).index("half_space")]
+            z = (at["distance_m"] - at["radii_m"]) / math.sqrt(at["towards_m2"])
+            np.testing.assert_allclose(half_space, math.erfc(z / math.sqrt(2)) / 2, rtol=1e-9)
+            variances.append(at["towards_m2"])
+        self.assertGreater(variances[0], variances[1] * 1.0001)
+
     def test_a_millimetre_of_slot_changes_no_prediction(self):
         for name, azimuth in (("north", 0), ("east", 90)):
             self.write(f"{name}.csv", "md_m,inclination_deg,azimuth_deg\n" + "".join(f"{30 * k},90,{azimuth}\n" for k in range(31)))
