@@ -56,6 +56,10 @@ Tables::Tables(const Scenario& scenario)
 void Tables::add(const Pair& pair) {
   for (const ScanDirection direction : s_.directions) {
     const std::vector<PairPoints> points = proximity::scan(pair.geometry, direction, s_.step, s_.keep);
+    // At its kick-off a sidetrack is the reference: a row of the table, but no least separation worth knowing.
+    if (s_.with_rows && pair.offset->kickoff)
+      add_clearance(pair, direction,
+                    {proximity::pair_at(pair.geometry, direction, pair.offset_path->md(*pair.offset->kickoff))});
     if (s_.with_rows) add_clearance(pair, direction, points);
     std::vector<PairPoints> closest;
     for (const PairPoints& p : points)

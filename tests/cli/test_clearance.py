@@ -112,14 +112,22 @@ class Tables(ClearanceCase):
                                    rtol=1e-10)
         # A theorem: the pedal radius is never less cautious than Mahalanobis.
         self.assertTrue(np.all(c["sigma_distance"] <= c["mahalanobis"] * (1 + 1e-9)))
-        finite = alone & np.isfinite(c["mahalanobis"])
+        finite = alone & np.isfinite(c["mahalanobis"]) & (c["distance_m"] > 0)
         ratio = c["ellipsoid_factor"][finite] / c["mahalanobis"][finite]
         self.assertTrue(np.all((ratio > math.sqrt(.5) - 1e-9) & (ratio < 1 + 1e-9)))
-        # Below the kick-off alone, and "shared", "zeroed" for the sidetrack alone.
+        # From the kick-off on, and "shared", "zeroed" for the sidetrack alone.
         self.assertEqual(set(formulation[offset == "other"]), {"independent", "geomagnetic"})
         self.assertEqual(set(formulation[offset == "side"]), {"independent", "geomagnetic", "shared", "zeroed"})
         md = np.array(column(path, "tables/clearance", "ref_md_m"))
-        self.assertEqual(md[offset == "side"].min(), 630)
+        self.assertEqual(sorted(set(md[offset == "side"]))[:2], [600, 630])
+        # At the kick-off both wells are one point: no direction, so no sd along it, and the rule's constants alone.
+        kickoff = (offset == "side") & (md == 600)
+        self.assertEqual(kickoff.sum(), 4)
+        for name in ("distance_m", "sd_reference_m", "sd_offset_m", "sd_relative_m", "mahalanobis"):
+            self.assertEqual(set(c[name][kickoff]), {0}, name)
+        np.testing.assert_allclose(c["separation_factor"][kickoff], -(radii + .3) / (3.5 * .5), rtol=1e-12)
+        # What is least is sought below it.
+        self.assertGreater(min(float(r["distance_m"]) for r in self.rows(path, "least", offset="side")), 0)
 
     def test_least_says_whether_the_rule_is_kept(self):
         path = self.run_config()
