@@ -104,9 +104,8 @@ std::vector<study::ComparisonRow> detection_rows(const Scenario& s, const analys
         if (outcome == SnoopingOutcome::wrong) predicted = if_large(p.any - p.identified);
         if (outcome == SnoopingOutcome::missed) predicted = if_large(1 - p.any);
       }
-      study::ComparisonRow& row = rate(strategy_names()[static_cast<std::size_t>(s.strategies[k])], outcome_names()[o],
-                                       layout.outcome(k, o), predicted, s.verdict);
-      if (predicted == 0 && row.monte_carlo == 0) row.verdict = "agrees";
+      rate(strategy_names()[static_cast<std::size_t>(s.strategies[k])], outcome_names()[o], layout.outcome(k, o),
+           predicted, s.verdict);
     }
   study::leave_undecided(rows, tally.failed, tally.trials, kMostFailed, "adjustments");
   return rows;

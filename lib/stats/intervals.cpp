@@ -89,6 +89,13 @@ Interval share_interval(double mean, double variance, std::uint64_t count, doubl
           k < n ? beta_upper_quantile(k + 1, n - k, tail).share : 1};
 }
 
+Interval paired_difference_interval(std::uint64_t a_alone, std::uint64_t b_alone, std::uint64_t trials,
+                                    double confidence) {
+  const Interval a = binomial_interval(a_alone, trials, (1 + confidence) / 2),
+                 b = binomial_interval(b_alone, trials, (1 + confidence) / 2);
+  return {a.lo - b.hi, a.hi - b.lo};
+}
+
 BinomialTails binomial_tails(std::uint64_t events, std::uint64_t trials, double probability) {
   const bm::binomial_distribution<> x(static_cast<double>(trials), std::clamp(probability, 0.0, 1.0));
   const auto k = static_cast<double>(events);

@@ -39,6 +39,12 @@ Interval binomial_interval(std::uint64_t successes, std::uint64_t trials, double
 /// independent events that would have this variance (Korn and Graubard 1998), at least `count` of them.
 Interval share_interval(double mean, double variance, std::uint64_t count, double confidence);
 
+/// P(A) - P(B) of two events in the same trials, seen so often alone, A without B and B without A: ends of the exact
+/// intervals of both shares, each at (1 + confidence) / 2, so that the difference holds at least its confidence
+/// (Bonferroni).
+Interval paired_difference_interval(std::uint64_t a_alone, std::uint64_t b_alone, std::uint64_t trials,
+                                    double confidence);
+
 /// P(X <= events) and P(X >= events) of a binomial X.
 struct BinomialTails {
   double at_most = 1, at_least = 1;

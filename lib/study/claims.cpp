@@ -17,7 +17,7 @@ ComparisonRow mean_row(const std::string& formulation, const std::string& quanti
   mean += x.front();
   for (const double v : x) squares += (v - mean) * (v - mean);
   row.monte_carlo = mean;
-  if (x.size() > 1)
+  if (squares > 0)
     row.interval =
         stats::student_mean_interval(mean, squares / static_cast<double>(x.size() - 1), x.size(), confidence);
   return row;
@@ -42,12 +42,16 @@ Evidence claim_evidence(double value, const stats::Interval& interval, double bo
 
 ComparisonRow judge_claim(ComparisonRow row, double bound, bool below, double confidence, const std::string& note,
                           double degrees) {
-  const bool single = std::isnan(row.interval.lo);
-  const double lo = single ? row.monte_carlo : row.interval.lo, hi = single ? row.monte_carlo : row.interval.hi;
-  if (!std::isnan(row.monte_carlo)) row.verdict = hi < bound ? "agrees" : lo > bound ? "differs" : "undecided";
-  if (!below && !row.verdict.empty() && row.verdict != "undecided") row.verdict = lo > bound ? "agrees" : "differs";
-  row.evidence = claim_evidence(row.monte_carlo, row.interval, bound, below, confidence, false, degrees);
-  row.note = note + (single && !row.verdict.empty() ? "; one realisation: no interval" : "");
+  row.note = note;
+  if (std::isnan(row.monte_carlo)) return row;
+  const stats::Interval i = row.interval;
+  if (std::isnan(i.lo)) {
+    row.note += "; no interval, no verdict: one realisation, or all alike";
+    return row;
+  }
+  const bool is_below = i.hi<bound, is_above = i.lo> bound;
+  row.verdict = !is_below && !is_above ? "undecided" : is_below == below ? "agrees" : "differs";
+  row.evidence = claim_evidence(row.monte_carlo, i, bound, below, confidence, false, degrees);
   return row;
 }
 

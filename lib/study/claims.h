@@ -7,8 +7,8 @@
 
 namespace surveymc::study {
 
-/// Mean of one number a realisation, with its interval by Student's t, as realisations may be few; of one realisation
-/// the number alone.
+/// Mean of one number a realisation, with its interval by Student's t, as realisations may be few. Of one realisation,
+/// or of equal ones, which do not show how much they scatter, the number alone.
 ComparisonRow mean_row(const std::string& formulation, const std::string& quantity, const std::string& unit,
                        const std::vector<double>& x, double confidence);
 
@@ -19,7 +19,7 @@ Evidence claim_evidence(double value, const stats::Interval& interval, double bo
                         bool logarithmic, double degrees = kInfinity);
 
 /// The verdict on the claim that the value of `row` lies below the bound, or above it: "agrees" or "differs" where the
-/// whole interval (without one: the value) lies on one side. `confidence`: of the row's interval; `degrees`: see
+/// whole interval lies on one side, none without an interval. `confidence`: of the row's interval; `degrees`: see
 /// claim_evidence().
 ComparisonRow judge_claim(ComparisonRow row, double bound, bool below, double confidence, const std::string& note,
                           double degrees = kInfinity);

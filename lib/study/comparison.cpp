@@ -262,6 +262,15 @@ ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, st
   row.interval = rule.at_all_looks ? stats::rate_sequence(events, runs, rule.confidence)
                                    : stats::binomial_interval(events, runs, rule.confidence);
   if (std::isnan(predicted)) return row;
+  if (events == 0 && predicted == 0) {  // no ratio either: within the margin of 0 itself
+    row.note = "never seen";
+    row.verdict = row.interval.hi <= rule.margin ? "agrees" : "undecided";
+    row.margin = rule.margin;
+    const double p = rule.at_all_looks ? stats::rate_sequence_p(0, runs, rule.margin)
+                                       : 2 * stats::binomial_tails(0, runs, rule.margin).at_most;
+    row.evidence = {1, std::min(1.0, p)};
+    return row;
+  }
   if (events == 0) {  // no ratio, but perhaps a verdict: the prediction may lie above all that is possible
     row.note = "never seen";
     const bool differs = predicted > (1 + rule.margin) * row.interval.hi;

@@ -82,8 +82,9 @@ void leave_undecided(std::vector<ComparisonRow>& rows, std::uint64_t failed, std
                      const std::string& what);
 
 /// Rate of an event seen `events` times in `runs` against a predicted probability; NaN: there is none. It stands in the
-/// table within [0, 1], whatever its rounding. Intervals and p-values are exact (Clopper and Pearson; at all looks
-/// those of the beta-binomial mixture).
+/// table within [0, 1], whatever its rounding. A prediction of 0 has no ratio: it agrees where the whole interval lies
+/// within the margin of 0, and differs once the event is seen. Intervals and p-values are exact (Clopper and Pearson;
+/// at all looks those of the beta-binomial mixture).
 ComparisonRow compare_rate(const std::string& quantity, std::uint64_t events, std::uint64_t runs, double predicted,
                            const VerdictRule& rule, std::uint64_t trials);
 

@@ -294,6 +294,12 @@ class Monitoring(Case):
         drifting = {r["quantity"]: r["verdict"] for r in rows(self.run_config(), "claims")}
         self.assertNotIn("", drifting.values())
 
+    def test_one_realisation_confirms_no_claim(self):
+        for r in rows(self.run_config("--trials", "1"), "claims"):
+            self.assertEqual(r["verdict"], "", r)
+            self.assertTrue(np.isfinite(r["monte_carlo"]) and np.isnan(r["p_agrees"]), r)
+            self.assertIn("no interval, no verdict", r["note"])
+
     def test_rate_of_alarms_is_per_monitored_hour(self):
         def run(name, gap_h, jump):
             lines = ["time_h,a_kPa,b_kPa"]

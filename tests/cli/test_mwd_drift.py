@@ -70,6 +70,14 @@ class MwdDrift(Case):
             verdicts = dict(zip(claims["quantity"].asstr()[()], claims["verdict"].asstr()[()]))
             self.assertEqual((verdicts["detects_no_less"], verdicts["is_sooner"]), ("agrees", "agrees"))
 
+    def test_wells_that_are_all_alike_confirm_no_difference(self):
+        for trials in ("1", "2"):
+            with h5py.File(self.run_config("--trials", trials, "--overwrite")) as f:
+                claims = f["tables/claims"]
+                i = list(claims["quantity"].asstr()[()]).index("detects_no_less")
+                self.assertEqual(claims["verdict"].asstr()[i], "undecided")
+                self.assertLess(claims["monte_carlo_ci_low"][i], -0.5)
+
     def test_no_prediction_of_false_alarms_where_it_is_not_known(self):
         def row(*settings):
             path = self.run_config("--trials", "4000", *(a for s in settings for a in ("--set", s)), output="row.h5")

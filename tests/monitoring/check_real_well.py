@@ -2,7 +2,7 @@
 """The paper's protocol on a real well: check_real_well.py SURVEYMC TABLE2.toml FOLDER. Exit 77 where FOLDER is absent.
 
 Bounds are on what must hold of this file: how it is read, that AKS follows faulty inputs less than AS, that the depletion of
-the well is taken for a drift of its healthy bottom-hole gauge, by both, and which of the source's claims hold, as
+the well is taken for a drift of its healthy bottom-hole gauge, by both, and what it shows of the source's claims, as
 docs/studies.md says.
 """
 import csv
@@ -43,9 +43,8 @@ def main():
         blamed = {r["architecture"]: r["p_alarm_without_drift"] for r in rows("alarms") if r["sensor"] == "P-PDG"}
         assert blamed["aakr_sprt"] == blamed["aakr_kf_sprt"] == "1", blamed
         claims = {r["quantity"]: (r["verdict"], float(r["monte_carlo"])) for r in rows("claims")}
-        agree = {"blames_a_healthy_sensor", "auto_sensitivity_is_lower", "unfaulted_mse_is_higher"}
-        assert len(claims) == 6 and {c for c, (verdict, _) in claims.items() if verdict == "agrees"} == agree, claims
-        for claim, quoted, digits in [("auto_sensitivity_is_lower", 0.546, 3), ("cross_sensitivity_is_lower", 1.54, 2),
+        assert len(claims) == 6 and not any(verdict for verdict, _ in claims.values()), claims  # one realisation
+        for claim, quoted, digits in [("blames_a_healthy_sensor", 1, 0), ("blames_no_healthy_sensor", 1, 0), ("auto_sensitivity_is_lower", 0.546, 3), ("cross_sensitivity_is_lower", 1.54, 2),
                                       ("unfaulted_mse_is_higher", 1.047, 3), ("drifting_mse_is_lower", 1.007, 3)]:
             assert round(claims[claim][1], digits) == quoted, claims[claim]  # one realisation, nothing is drawn
         assert subprocess.run([SURVEYMC, "rerun", out], capture_output=True, text=True).stdout.startswith("identical")

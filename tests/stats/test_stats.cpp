@@ -137,6 +137,31 @@ TEST_CASE("The tail of a normal distribution: tabulated probabilities") {
   CHECK(normal_upper_tail(3, 1.5) == normal_upper_tail(2));
 }
 
+TEST_CASE("The difference of two shares of the same trials has an interval where all trials are alike, and it covers") {
+  // No trial in which one alone is seen: 1 - (alpha / 4)^(1/n) to both sides
+  const Interval none = paired_difference_interval(0, 0, 2, 0.95);
+  CHECK(none.hi == Approx(1 - std::pow(0.0125, 0.5)).epsilon(1e-9));
+  CHECK(none.lo == Approx(-none.hi).epsilon(1e-12));
+  CHECK(paired_difference_interval(7, 2, 20, 0.95).lo == -paired_difference_interval(2, 7, 20, 0.95).hi);
+  // Exact coverage: the sum over all outcomes of a multinomial that lie within
+  for (const auto& [p, q] : {std::pair(0.02, 0.01), {0.3, 0.1}, {0.5, 0.5}}) {
+    constexpr int kTrials = 30;
+    double covered = 0;
+    for (int a = 0; a <= kTrials; ++a)
+      for (int b = 0; a + b <= kTrials; ++b) {
+        const int c = kTrials - a - b;
+        const double rest = 1 - p - q, log_p = std::lgamma(kTrials + 1) - std::lgamma(a + 1) - std::lgamma(b + 1) -
+                                               std::lgamma(c + 1) + a * std::log(p) + b * std::log(q);
+        const double chance = c == 0 ? std::exp(log_p) : rest > 0 ? std::exp(log_p + c * std::log(rest)) : 0;
+        const Interval i =
+            paired_difference_interval(static_cast<std::uint64_t>(a), static_cast<std::uint64_t>(b), kTrials, 0.95);
+        if (i.lo <= p - q && p - q <= i.hi) covered += chance;
+      }
+    CAPTURE(p, q, covered);
+    CHECK(covered >= 0.95);
+  }
+}
+
 TEST_CASE("Clopper-Pearson: tabulated bounds and the ends") {
   const Interval a = binomial_interval(8, 20, 0.95);  // Clopper & Pearson 1934: .191, .639
   CHECK(a.lo == Approx(0.1912).margin(5e-5));

@@ -184,6 +184,12 @@ TEST_CASE("Rates are judged by their exact interval") {
   CHECK(compare_rate("rate", 0, 40000, 0.8, rule, 40000).verdict == "differs");
   CHECK(compare_rate("rate", 0, 40000, 1e-6, rule, 40000).verdict.empty());
   CHECK(compare_rate("rate", 0, 0, 0.8, rule, 40000).note == "no converged trial");
+  // What cannot happen: few trials do not show that it does not, many do, and one event shows that it does
+  for (const std::uint64_t few : {1, 2, 100}) CHECK(compare_rate("rate", 0, few, 0, rule, few).verdict == "undecided");
+  const ComparisonRow never = compare_rate("rate", 0, 400, 0, rule, 400);  // up to .0092, the margin is .02
+  CHECK(never.verdict == "agrees");
+  CHECK(never.evidence.p_agrees == Approx(2 * std::pow(0.98, 400)).epsilon(1e-9));
+  CHECK(compare_rate("rate", 1, 400, 0, rule, 400).verdict == "differs");
   CHECK(compare_rate("rate", 5, 10, kNaN, rule, 10).verdict.empty());
 }
 

@@ -167,8 +167,15 @@ TEST_CASE("The mean of few realisations has the interval and the p-values of Stu
   const double t = 0.5 / se;
   CHECK(claim.evidence.p_agrees == Approx(1 - t / std::sqrt(2 + t * t)).epsilon(1e-9));
   CHECK(claim.evidence.p_differs == 1);
-  // Values that do not scatter leave no doubt.
-  CHECK(judge_mean_claim("", "x", {0.5, 0.5}, 1, true, 0.95, "").evidence.p_agrees == 0);
+  // One value, or equal ones, do not show how much they scatter: no interval, no verdict.
+  for (const std::vector<double>& alike : {std::vector<double>{0.5}, {0.5, 0.5}, {0.5, 0.5, 0.5}}) {
+    const ComparisonRow none = judge_mean_claim("", "x", alike, 1, true, 0.95, "below 1");
+    CHECK(none.monte_carlo == 0.5);
+    CHECK(std::isnan(none.interval.lo));
+    CHECK(none.verdict.empty());
+    CHECK(std::isnan(none.evidence.p_agrees));
+    CHECK(none.note == "below 1; no interval, no verdict: one realisation, or all alike");
+  }
   // At the edge of the interval the p-value is that of its confidence.
   CHECK(judge_mean_claim("", "x", x, row.interval.hi, true, 0.95, "").evidence.p_agrees == Approx(0.05).epsilon(1e-9));
 }
