@@ -5,7 +5,8 @@
 ///   -> draws -> depths and directions -> minimum curvature (propagate: drawn_well) -> tally at the reported depths
 ///
 /// compared with
-///   iscwsa             balanced tangential effects, the sums of position_covariance
+///   iscwsa             balanced tangential effects, the sums of position_covariance, whose rule holds between
+///                      stations: there the covariance is linear in depth
 ///   minimum_curvature  exact derivatives of the same path: what is left is nonlinearity
 ///   second_order       mean to second order, covariance to fourth order in the sizes, along the axes of the former
 ///
@@ -41,8 +42,13 @@ constexpr double kLeastAxis = 0.05;
 /// A source that is smaller than this share of the whole has no first-order effect but rounding.
 constexpr double kRounding = 1e-10;
 
-propagate::FirstOrder first_order_of(const std::string& formulation) {
-  return formulation == "iscwsa" ? propagate::FirstOrder::iscwsa : propagate::FirstOrder::minimum_curvature;
+/// Covariance at a point from those at both stations of its leg: linear in measured depth, as position_covariance has
+/// it.
+template <class CovarianceAt>
+Matrix3d between_stations(const propagate::WellPoint& point, const CovarianceAt& covariance_at) {
+  if (point.share == 1) return covariance_at(point.station);
+  const Matrix3d before = point.station > 1 ? covariance_at(point.station - 1) : Matrix3d::Zero();  // tied on exactly
+  return (1 - point.share) * before + point.share * covariance_at(point.station);
 }
 
 Formulation formulation_of(const std::string& name, const Matrix3d& covariance) {
@@ -114,10 +120,11 @@ void ErrorModelMonteCarlo::predict() {
         }
         d.formulations.push_back(f);
       } else {
-        d.formulations.push_back(formulation_of(name, name == "minimum_curvature"
-                                                          ? exact
-                                                          : propagate::covariance_of(propagate::draw_effects(
-                                                                errors_, d.point, propagate::FirstOrder::iscwsa))));
+        const auto at_station = [&](std::size_t k) {
+          return propagate::covariance_of(propagate::draw_effects(errors_, {k, 1}, propagate::FirstOrder::iscwsa));
+        };
+        d.formulations.push_back(
+            formulation_of(name, name == "minimum_curvature" ? exact : between_stations(d.point, at_station)));
       }
     }
     depths_.push_back(std::move(d));
@@ -146,20 +153,28 @@ void ErrorModelMonteCarlo::predict_sources() {
           sds.row(static_cast<Eigen::Index>(i)).head(static_cast<Eigen::Index>(d.point.station + 1)).maxCoeff();
       for (const Formulation& f : d.formulations) {
         if (!f.is_first_order()) continue;
-        const Eigen::Matrix3Xd effects = f.name == "minimum_curvature"
-                                             ? d.effects
-                                             : propagate::draw_effects(errors_, d.point, first_order_of(f.name));
+        const bool is_exact = f.name == "minimum_curvature";
+        const Eigen::Matrix3Xd effects =
+            is_exact ? d.effects
+                     : propagate::draw_effects(errors_, {d.point.station, 1}, propagate::FirstOrder::iscwsa);
+        const auto at_station = [&](std::size_t k) {
+          return propagate::covariance_of(
+              k == d.point.station ? effects : propagate::draw_effects(errors_, {k, 1}, propagate::FirstOrder::iscwsa),
+              source);
+        };
         SourcePrediction p;
-        p.covariance = propagate::covariance_of(effects, source);
+        p.covariance = is_exact ? propagate::covariance_of(effects, source) : between_stations(d.point, at_station);
+        const bool has_effect_of_one_draw = is_exact || d.point.share == 1;
         const propagate::Ellipsoid body = propagate::ellipsoid(p.covariance);
         const double whole = std::sqrt(f.covariance.trace());
         const bool is_one_draw = source.draws.size() == 1;
         for (int a = 0; a < (is_one_draw ? 1 : 3); ++a)
           if (body.semi_axes[a] > kLeastAxis * body.semi_axes[0] && body.semi_axes[a] > kRounding * whole) {
             // Of one draw the effect itself is the axis, to the last digit.
+            const bool is_effect = is_one_draw && has_effect_of_one_draw;
             const Vector3d effect = effects.col(source.draws.front());
-            p.axes.push_back(is_one_draw ? Vector3d(effect.normalized()) : Vector3d(body.axes.col(a)));
-            p.sd.push_back(is_one_draw ? effect.norm() : body.semi_axes[a]);
+            p.axes.push_back(is_effect ? Vector3d(effect.normalized()) : Vector3d(body.axes.col(a)));
+            p.sd.push_back(is_effect ? effect.norm() : body.semi_axes[a]);
           }
         const double sd = std::sqrt(p.covariance.trace());
         p.cancels = f.name == "iscwsa" && (sd < 0.3 * largest || sd < 0.01 * whole);

@@ -213,7 +213,7 @@ study::PointResult BenefitPoint::report(const stats::Tally& tally, const monteca
     for (const double azimuth : s_.azimuth_deg) benefits.push_back(benefit_at(s_, inclination, azimuth));
   }
   study::PointResult r;
-  if (benefits.size() > 1) r.maps = benefit_maps(s_, benefits);  // one direction is a row of the summary
+  r.maps = benefit_maps(s_, benefits);
   r.tables.push_back(benefit_summary(s_, benefits));
   if (!verified_.empty()) r.tables.push_back(verification_table(tally));
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));

@@ -1,6 +1,7 @@
 #include "study/reference_field.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -145,6 +146,15 @@ namespace {
 
 using Numbers = std::vector<double>;
 
+/// Degrees as a config gave them, up to 15 digits: plain division may end in others, 58.4 in 58.400000000000006.
+double given_degrees(double radians) {
+  const double degrees = radians / kDegree;
+  const std::string text = fmt::format("{:.15g}", degrees);
+  double given = degrees;
+  std::from_chars(text.data(), text.data() + text.size(), given);
+  return given * kDegree == radians ? given : degrees;
+}
+
 /// Place, date and what studies take from them.
 store::Table reference_field_table(const PlacedField& f, const earth::MagneticElements& now,
                                    const earth::MagneticUncertainty& sd) {
@@ -153,8 +163,8 @@ store::Table reference_field_table(const PlacedField& f, const earth::MagneticEl
                                                                    : "none";
   return {"reference_field",
           "reference field by model, place and date; sd: of the model's error",
-          {{"latitude_deg", "deg", "geodetic latitude, north positive", Numbers{f.place.latitude / kDegree}},
-           {"longitude_deg", "deg", "longitude, east positive", Numbers{f.place.longitude / kDegree}},
+          {{"latitude_deg", "deg", "geodetic latitude, north positive", Numbers{given_degrees(f.place.latitude)}},
+           {"longitude_deg", "deg", "longitude, east positive", Numbers{given_degrees(f.place.longitude)}},
            {"height_m", "m", "height above the ellipsoid", Numbers{f.place.height}},
            {"decimal_year", "1", "date as decimal year", Numbers{f.year}},
            {"total_nT", "nT", "total field", Numbers{now.total}},
@@ -163,7 +173,7 @@ store::Table reference_field_table(const PlacedField& f, const earth::MagneticEl
            {"sd_dip_deg", "deg", "one sd of the model's dip", Numbers{sd.dip / kDegree}},
            {"declination_deg", "deg", "declination, positive east", Numbers{now.declination / kDegree}},
            {"sd_declination_deg", "deg", "one sd of the model's declination", Numbers{sd.declination / kDegree}},
-           {"convergence_deg", "deg", "true azimuth less grid azimuth", Numbers{f.field.convergence / kDegree}},
+           {"convergence_deg", "deg", "true azimuth less grid azimuth", Numbers{given_degrees(f.field.convergence)}},
            {"gravity_mps2", "mps2", "normal gravity", Numbers{f.field.gravity}},
            {"zone", "", "zone of the compass about the magnetic poles", std::vector<std::string>{zone}}}};
 }

@@ -840,6 +840,14 @@ class Benefit(Case):
         np.testing.assert_array_equal(column(path, "tables/summary", "undetermined"), [1, 1])
         self.call("rerun", path)
 
+    def test_a_single_direction_is_a_map_of_length_one(self):
+        whole = self.run_config(config="benefit.toml")
+        one = self.run_config("--set", "inclination_deg=60.0", "--set", "azimuth_deg=45.0", config="benefit.toml", output="one.h5")
+        with h5py.File(whole) as a, h5py.File(one) as b:
+            self.assertEqual(b["maps/azimuth_ratio"].shape, (1, 1))
+            self.assertEqual(b["maps/azimuth_ratio"][0, 0], a["maps/azimuth_ratio"][1, 1])
+            self.assertEqual((b["maps/inclination"][0], b["maps/azimuth"][0]), (60, 45))
+
     def test_a_vertical_hole_has_no_azimuth_where_accelerometers_are_noisy(self):
         quiet = self.run_config("--set", "inclination_deg=[0.0, 60.0, 180.0]", config="benefit.toml")
         path = self.run_config("--set", "inclination_deg=[0.0, 60.0, 180.0]", "--set", "noise.accelerometer_mps2=0.001",

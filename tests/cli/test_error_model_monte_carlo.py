@@ -71,15 +71,15 @@ class Results(Case):
                 self.assertLess(float(row["ratio_ci_high"]) - float(row["ratio_ci_low"]), 2e-3)
 
     def test_iscwsa_has_the_covariance_of_position_covariance(self):
-        self.run_config(WELL)
-        (own,) = self.table("position_covariance", formulation="iscwsa")
+        self.run_config(WELL.replace("[900.0]", "[385.0, 900.0]"))
+        between, own = self.table("position_covariance", formulation="iscwsa")
         rows = ["md_m,inclination_deg,azimuth_deg"]
         for k in range(31):
             rows.append(f"{30 * k},{min(60, max(0, 3 * (k - 10)))},80")
         (self.path / "well.csv").write_text("\n".join(rows) + "\n")
         (self.path / "covariance.toml").write_text(re.sub(r"\[well\][^[]*", '[survey]\nfile = "well.csv"\n', WELL)
                                                    .replace("error_model_monte_carlo", "position_covariance")
-                                                   .replace("report_md_m = [900.0]\n", ""))
+                                                   .replace("[900.0]", "[385.0]"))
         run = self.call("run", "covariance.toml", "-o", "covariance.h5")
         self.assertEqual(run.returncode, DONE, run.stderr)
         shown = self.call("show", "covariance.h5", "covariance", "--csv").stdout
@@ -87,6 +87,10 @@ class Results(Case):
         trace = sum(float(last[c]) for c in ("nn_m2", "ee_m2", "vv_m2"))
         for element in ("nn_m2", "ee_m2", "vv_m2", "ne_m2", "nv_m2", "ev_m2"):
             self.assertLess(abs(float(own[element]) - float(last[element])), 1e-11 * trace)
+        shown = self.call("show", "covariance.h5", "uncertainty", "--csv").stdout
+        sd = {r["quantity"]: float(r["sd_m"]) for r in csv.DictReader(io.StringIO(shown)) if float(r["md_m"]) == 385}
+        for quantity, element in (("north", "nn_m2"), ("east", "ee_m2"), ("vertical", "vv_m2")):
+            self.assertAlmostEqual(float(between[element]) / sd[quantity] ** 2, 1, delta=1e-11)
 
     def test_quadrature_leaves_random_sources_out_and_needs_no_trials(self):
         self.run_config(WELL.replace("trials = 2000\n", ""), "--set", "errors.sources=quadrature")
@@ -134,16 +138,17 @@ class Results(Case):
         def row(depth, direction):
             return [r for r in self.table("position_hla", formulation="iscwsa", quantity=f"sd_{direction}")
                     if float(r["md_m"]) == depth][0]
-        # A vertical hole has its depth error along it, also where the next station is not vertical.
-        self.assertAlmostEqual(float(row(150, "along_hole")["analytic"]), 0.35 / 2, delta=1e-12)
+        # A vertical hole has its depth error along it, also where the next station is not vertical: half of the variance.
+        self.assertAlmostEqual(float(row(150, "along_hole")["analytic"]), 0.35 / 2 ** 0.5, delta=1e-12)
         self.assertEqual(row(150, "high_side")["note"], "zero to first order")
-        # At 350 m the hole has 30 deg. Balanced tangential, half of the leg's depth error e along its mean direction m:
-        # e (t/2 - m/2) of the station before and e m/2 of the next, t vertical; high side h = (cos 30, 0, -sin 30).
+        # At 350 m the hole has 30 deg. Half of the covariances at 300 and 400 m; balanced tangential, the leg's depth error e
+        # lies along its mean direction m: e t at 300 m; at 400 m e (t - m) of the station before and e m of the next, t
+        # vertical. High side h = (cos 30, 0, -sin 30).
         s, c = 3 ** 0.5 / 2, 0.5
         mean = ((0 + s) / 2, (1 + c) / 2)  # north, down
         for direction, (n, v) in (("high_side", (s, -0.5)), ("along_hole", (0.5, s))):
-            to = 0.5 * (mean[0] * n + mean[1] * v)
-            expected = 0.35 * ((v - to) ** 2 + to ** 2) ** 0.5
+            to = mean[0] * n + mean[1] * v
+            expected = 0.35 * ((v ** 2 + (v - to) ** 2 + to ** 2) / 2) ** 0.5
             self.assertAlmostEqual(float(row(350, direction)["analytic"]), expected, delta=1e-9)
 
     def test_effects_cancel_by_code_and_mode(self):

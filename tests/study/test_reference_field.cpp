@@ -51,6 +51,17 @@ TEST_CASE("A field of a place is the model's, with normal gravity and the grid's
   CHECK_THAT(remarks.front().text, StartsWith("reference field of wmm2025 at 60.5 N, 2.5 E, 120 m, 2026.50: "));
 }
 
+TEST_CASE("A table has the place in the degrees of the config, to the last digit") {
+  for (const char* degrees : {"58.4", "-33.7", "2.3", "0.1", "89.99", "61.123456789012"}) {
+    const std::vector<store::Table> tables =
+        test::read_config("[field]\n" + kWmm + "blackout = 'allow'\nlatitude_deg = " + degrees +
+                              "\nlongitude_deg = " + degrees + "\nconvergence_deg = " + degrees,
+                          [](config::ConfigReader& c) { return field_tables(*read_placed_field(c)); });
+    for (const char* column : {"latitude_deg", "longitude_deg", "convergence_deg"})
+      CHECK(tables.front().number(column, 0) == std::stod(degrees));
+  }
+}
+
 TEST_CASE("Dates are days, quoted or not, or decimal years, in the life of the model") {
   const auto total = [](const std::string& date) {
     return field_of("model = 'wmm2025'\n" + kPlace + "date = " + date).total;
