@@ -12,14 +12,19 @@ namespace surveymc::stats {
 /// nothing on the average; groups of one value say nothing and are left out of the mean.
 struct ExplainedShare {
   double share = kNaN;  ///< below 0 by chance; NaN of equal values, or where no group has two
+  /// Part of the squares of these values that the groups explain: what `share` would be if chance explained nothing, as
+  /// where a design fills the groups evenly.
+  double of_squares = kNaN;
   /// What each value adds to the error of `share`, by first order: its standard error is sd(influence) / sqrt(n). Of
   /// sums and differences of shares of the same values, influences add up, too.
   std::vector<double> influence = {};
 };
 
-/// `group` has one number for each of `y`, below `groups`.
+/// `group` has one number for each of `y`, below `groups`. `slopes`: values by which y is taken as linear within each
+/// group (Var(y | group) is then that about this plane); those that do not vary within it are left out there, and so
+/// are groups that have no more values than the plane has coefficients.
 ExplainedShare explained_share(const std::vector<double>& y, const std::vector<std::uint32_t>& group,
-                               std::uint32_t groups);
+                               std::uint32_t groups, const std::vector<const std::vector<double>*>& slopes = {});
 
 /// sum n_g (mean_g - mean)^2 / sum (y - mean)^2: what the groups explain of these values, where they are all that there
 /// is, such as the points of a product. NaN of equal values.

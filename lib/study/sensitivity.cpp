@@ -90,6 +90,7 @@ constexpr std::uint32_t kAllValues = std::numeric_limits<std::uint32_t>::max();
 struct Grouping {
   Groups group;
   std::uint32_t count = 0;
+  bool has_slopes = false;  ///< numbers that vary within the groups
 };
 
 template <class T>
@@ -98,6 +99,7 @@ Grouping grouped(const std::vector<T>& values, std::uint32_t most) {
   Grouping g;
   const auto all = static_cast<double>(distinct.size());
   g.count = static_cast<std::uint32_t>(std::min<std::size_t>(distinct.size(), most));
+  g.has_slopes = g.count < distinct.size();
   std::map<T, std::uint32_t> of_value;
   double rank = 0;
   for (const T& v : distinct) of_value[v] = static_cast<std::uint32_t>(rank++ * g.count / all);
@@ -126,90 +128,134 @@ bool is_complete_product(const Sample& s) {
   return places.size() == s.y.size();
 }
 
+/// An estimate with what may have to be added to it, which is below 0 of what others are taken from: `missed`, as a key
+/// varies within its groups, and `even`, as a design fills them more evenly than chance.
+struct Estimated {
+  double value = 0, missed = 0, even = 0;
+};
+struct Share : Estimated {
+  std::vector<double> influence;  ///< of the values
+};
+
 struct Row {
   std::string order, input;
   std::uint64_t groups;
-  double share, standard_error, trend = kNaN;
+  Estimated share;
+  double standard_error, trend = kNaN;
 };
 
-/// Within [0, 1], as the share itself is, but for an estimate beyond.
-stats::Interval interval_of(double share, double half_width) {
-  if (std::isnan(half_width)) return {kNaN, kNaN};
-  return {std::min(share, std::clamp(share - half_width, 0.0, 1.0)),
-          std::max(share, std::clamp(share + half_width, 0.0, 1.0))};
+/// Within [0, 1], as the share itself is, but where the estimate lies beyond.
+stats::Interval interval_of(const Row& r, double z) {
+  const Estimated& s = r.share;
+  const double half = z * r.standard_error, lo = s.value - half + std::min(0.0, s.missed) + std::min(0.0, s.even),
+               hi = s.value + half + std::max(0.0, s.missed) + std::max(0.0, s.even);
+  if (std::isnan(half)) return {kNaN, kNaN};
+  return {s.value < 0 ? lo : std::max(lo, 0.0), s.value > 1 ? hi : std::min(hi, 1.0)};
 }
 
-/// a + sign b, value by value.
-void add(std::vector<double>& a, const std::vector<double>& b, double sign) {
-  for (std::size_t i = 0; i < a.size(); ++i) a[i] += sign * b[i];
+void add(Share& a, const Share& b, double sign) {
+  a.value += sign * b.value;
+  a.missed += sign * b.missed;
+  a.even += sign * b.even;
+  for (std::size_t i = 0; i < a.influence.size(); ++i) a.influence[i] += sign * b.influence[i];
+}
+
+/// True if a design such as Sobol's fills the cells of two keys more evenly than chance: chi-squared below half of its
+/// mean.
+bool is_even(const std::vector<Grouping>& keys) {
+  double squares = 0, freedom = 0;
+  for (std::size_t a = 0; a < keys.size(); ++a)
+    for (std::size_t b = a + 1; b < keys.size(); ++b) {
+      std::vector<double> of_a(keys[a].count, 0), of_b(keys[b].count, 0), of_both(keys[a].count * keys[b].count, 0);
+      for (std::size_t i = 0; i < keys[a].group.size(); ++i) {
+        of_a[keys[a].group[i]] += 1;
+        of_b[keys[b].group[i]] += 1;
+        of_both[keys[a].group[i] * keys[b].count + keys[b].group[i]] += 1;
+      }
+      for (std::uint32_t i = 0; i < keys[a].count; ++i)
+        for (std::uint32_t k = 0; k < keys[b].count; ++k) {
+          const double expected = of_a[i] * of_b[k] / static_cast<double>(keys[a].group.size()),
+                       d = of_both[i * keys[b].count + k] - expected;
+          squares += d * d / expected;
+        }
+      freedom += (keys[a].count - 1.0) * (keys[b].count - 1.0);
+    }
+  return freedom > 0 && squares < freedom / 2;
 }
 
 std::vector<Row> rows_of(const Sample& s) {
   const double n = static_cast<double>(s.y.size());
   const bool is_whole = is_complete_product(s);
-  const auto share_of = [&](const Groups& group, std::uint32_t count) {
-    if (!is_whole) return stats::explained_share(s.y, group, count);
-    return stats::ExplainedShare{stats::share_of_groups(s.y, group, count), std::vector<double>(s.y.size(), kNaN)};
+  const auto fine = is_whole ? kAllValues : static_cast<std::uint32_t>(std::clamp(std::round(std::cbrt(n)), 3.0, 32.0));
+  const auto coarse =
+      is_whole ? kAllValues : static_cast<std::uint32_t>(std::clamp(std::floor(std::sqrt(n / 16)), 3.0, 1.0 * fine));
+  std::vector<Grouping> coarsely;
+  for (const Key& key : s.keys) coarsely.push_back(grouped(key, coarse));
+  const bool even = !is_whole && is_even(coarsely);
+  /// Of a whole product every value is a group. Else a slope by each numeric key within each group shows what the group
+  /// leaves out; it joins the estimate of a key alone (`with_slopes`), where it costs no precision.
+  const auto share_of = [&](const Grouping& g, const std::vector<const Key*>& of, bool with_slopes) {
+    if (is_whole) return Share{{stats::share_of_groups(s.y, g.group, g.count)}, std::vector<double>(s.y.size(), kNaN)};
+    std::vector<const std::vector<double>*> slopes;
+    for (const Key* key : of)
+      if (!key->numbers.empty()) slopes.push_back(&key->numbers);
+    const auto result = [&](stats::ExplainedShare e, double missed) {
+      return Share{{e.share, missed, even ? e.of_squares - e.share : 0}, std::move(e.influence)};
+    };
+    stats::ExplainedShare level = stats::explained_share(s.y, g.group, g.count),
+                          sloped = stats::explained_share(s.y, g.group, g.count, slopes);
+    const double missed = std::isnan(sloped.share) ? 0 : sloped.share - level.share;
+    if (with_slopes && !std::isnan(sloped.share)) return result(std::move(sloped), missed);
+    return result(std::move(level), 2 * missed);
   };
   // Of a whole product there is no error. Else not less than chance gives to a share of nothing.
-  const auto error_of = [&](const stats::ExplainedShare& e, double freedom) {
-    const double least = std::clamp(1 - e.share, 0.0, 1.0) * stats::chance_of_share(freedom, n);
+  const auto error_of = [&](const Share& e, double freedom) {
+    const double least = std::clamp(1 - e.value, 0.0, 1.0) * stats::chance_of_share(freedom, n);
     return std::max(stats::standard_error_of(e.influence), least);
   };
-  const auto fine = is_whole ? kAllValues : static_cast<std::uint32_t>(std::clamp(std::round(std::cbrt(n)), 2.0, 32.0));
-  const auto coarse =
-      is_whole ? kAllValues : static_cast<std::uint32_t>(std::clamp(std::floor(std::sqrt(n / 16)), 2.0, 1.0 * fine));
   const std::size_t keys = s.keys.size();
   std::vector<Row> first, with_pairs, pairs;
-  std::vector<stats::ExplainedShare> total, by_coarse;
+  std::vector<Share> total, by_coarse;
   std::vector<double> freedom;  // of `total`
-  std::vector<Grouping> coarsely;
-  stats::ExplainedShare rest{1, std::vector<double>(s.y.size(), 0)};
+  Share rest{{1}, std::vector<double>(s.y.size(), 0)};
   double freedom_of_all = 0;
   for (const Key& key : s.keys) {
     const Grouping finely = grouped(key, fine);
-    coarsely.push_back(grouped(key, coarse));
-    total.push_back(share_of(finely.group, finely.count));
-    freedom.push_back(finely.count - 1.0);
+    total.push_back(share_of(finely, {&key}, true));
+    freedom.push_back(finely.count - 1.0 + (finely.has_slopes ? finely.count : 0));
     freedom_of_all += freedom.back();
-    by_coarse.push_back(share_of(coarsely.back().group, coarsely.back().count));
-    rest.share -= total.back().share;
-    add(rest.influence, total.back().influence, -1);
-    first.push_back({"first", key.name, finely.count, total.back().share, error_of(total.back(), freedom.back()),
+    by_coarse.push_back(share_of(coarsely[by_coarse.size()], {&key}, false));
+    add(rest, total.back(), -1);
+    first.push_back({"first", key.name, finely.count, total.back(), error_of(total.back(), freedom.back()),
                      key.words.empty() ? stats::rank_correlation(key.numbers, s.y) : kNaN});
   }
   for (std::size_t a = 0; a < keys; ++a)
     for (std::size_t b = a + 1; b < keys; ++b) {
-      Groups both(s.y.size());
-      for (std::size_t i = 0; i < both.size(); ++i)
-        both[i] = coarsely[a].group[i] * coarsely[b].count + coarsely[b].group[i];
-      const std::uint32_t cells = coarsely[a].count * coarsely[b].count;
+      Grouping both{Groups(s.y.size()), coarsely[a].count * coarsely[b].count};
+      for (std::size_t i = 0; i < both.group.size(); ++i)
+        both.group[i] = coarsely[a].group[i] * coarsely[b].count + coarsely[b].group[i];
       const double own = (coarsely[a].count - 1.0) * (coarsely[b].count - 1.0);
       freedom_of_all += own;
-      stats::ExplainedShare pair = share_of(both, cells);
+      Share pair = share_of(both, {&s.keys[a], &s.keys[b]}, false);
+      for (const std::size_t one : {a, b}) add(pair, by_coarse[one], -1);
+      pairs.push_back({"pair", s.keys[a].name + " x " + s.keys[b].name, both.count, pair, error_of(pair, own)});
       for (const std::size_t one : {a, b}) {
-        pair.share -= by_coarse[one].share;
-        add(pair.influence, by_coarse[one].influence, -1);
-      }
-      pairs.push_back({"pair", s.keys[a].name + " x " + s.keys[b].name, cells, pair.share, error_of(pair, own)});
-      for (const std::size_t one : {a, b}) {
-        total[one].share += pair.share;
+        add(total[one], pair, 1);
         freedom[one] += own;
-        add(total[one].influence, pair.influence, 1);
       }
-      rest.share -= pair.share;
-      add(rest.influence, pair.influence, -1);
+      add(rest, pair, -1);
     }
   for (std::size_t a = 0; a < keys; ++a)
-    with_pairs.push_back({"with pairs", s.keys[a].name, first[a].groups, total[a].share, error_of(total[a], freedom[a]),
-                          first[a].trend});
+    with_pairs.push_back(
+        {"with pairs", s.keys[a].name, first[a].groups, total[a], error_of(total[a], freedom[a]), first[a].trend});
   std::vector<Row> out;
   for (std::vector<Row>* rows : {&first, &with_pairs, &pairs}) {
-    std::stable_sort(rows->begin(), rows->end(), [](const Row& a, const Row& b) { return a.share > b.share; });
+    std::stable_sort(rows->begin(), rows->end(),
+                     [](const Row& a, const Row& b) { return a.share.value > b.share.value; });
     out.insert(out.end(), rows->begin(), rows->end());
   }
   const double least = stats::chance_of_share(freedom_of_all, n);
-  out.push_back({"rest", "", 0, rest.share, std::max(stats::standard_error_of(rest.influence), least)});
+  out.push_back({"rest", "", 0, rest, std::max(stats::standard_error_of(rest.influence), least)});
   return out;
 }
 
@@ -236,8 +282,7 @@ store::Table sensitivity_table(const config::SensitivityRule& rule, const std::v
              r.order);
       t.word("input", "key of the sweep, or two", r.input);
       t.count("groups", "groups of its values", r.groups);
-      t.estimate("share", "1", "of the variance; chance may make it less than 0", r.share,
-                 interval_of(r.share, z * r.standard_error));
+      t.estimate("share", "1", "of the variance; chance may make it less than 0", r.share.value, interval_of(r, z));
       t.number("trend", "1", "correlation of ranks: which way the quantity goes with the key", r.trend);
       t.count("points", "points that have the quantity", static_cast<std::uint64_t>(s.y.size()));
     }

@@ -1,8 +1,12 @@
 /// [sensitivity]: which keys of a sweep explain a quantity.
+#include <array>
 #include <cmath>
+#include <functional>
+#include <map>
 
 #include <catch2/catch.hpp>
 
+#include "base/units.h"
 #include "config/config.h"
 #include "message_of.h"
 #include "random/design_points.h"
@@ -124,6 +128,119 @@ TEST_CASE("Every interval of a sensitivity table has its estimate in it, and a w
       CHECK(share[i] <= high[i]);
       CHECK(high[i] > low[i] + 0.01);
     }
+  }
+}
+
+namespace {
+
+/// A function on the unit cube of three keys with its shares: {first, pair} by the keys' numbers.
+struct KnownFunction {
+  std::string name;
+  std::function<double(const std::array<double, 3>&)> value;
+  std::map<std::string, double> shares;  ///< "0", "01", "012"; those that are not here are 0
+};
+
+/// Product of functions of one key each, of mean 1 and these variances: V_ij = V_i V_j, 1 + V = prod (1 + V_i).
+KnownFunction product(const std::string& name, const std::array<double, 3>& v,
+                      const std::function<double(double, double)>& factor) {
+  const double all = (1 + v[0]) * (1 + v[1]) * (1 + v[2]) - 1;
+  return {name,
+          [=](const std::array<double, 3>& u) { return factor(u[0], v[0]) * factor(u[1], v[1]) * factor(u[2], v[2]); },
+          {{"0", v[0] / all},
+           {"1", v[1] / all},
+           {"2", v[2] / all},
+           {"01", v[0] * v[1] / all},
+           {"02", v[0] * v[2] / all},
+           {"12", v[1] * v[2] / all},
+           {"012", v[0] * v[1] * v[2] / all}}};
+}
+
+std::vector<KnownFunction> known_functions() {
+  const double v1 = 0.5 * std::pow(1 + 0.1 * std::pow(kPi, 4) / 5, 2), v2 = 49.0 / 8,
+               v13 = 0.01 * std::pow(kPi, 8) * (1.0 / 18 - 1.0 / 50), v = v1 + v2 + v13;  // Saltelli et al. 2008
+  return {{"Ishigami",
+           [](const std::array<double, 3>& u) {
+             const auto x = [&](std::size_t i) { return kPi * (2 * u[i] - 1); };
+             return std::sin(x(0)) + 7 * std::pow(std::sin(x(1)), 2) + 0.1 * std::pow(x(2), 4) * std::sin(x(0));
+           },
+           {{"0", v1 / v}, {"1", v2 / v}, {"02", v13 / v}}},
+          // Sobol' g: (|4 u - 2| + a) / (1 + a), of variance 1 / (3 (1 + a)^2); a = 0, 1, 4.5
+          product("g", {1.0 / 3, 1.0 / 12, 1.0 / 90.75},
+                  [](double u, double variance) { return 1 + std::sqrt(3 * variance) * (std::abs(4 * u - 2) - 1); }),
+          product("product", {0.6, 0.3, 0.1},
+                  [](double u, double variance) { return 1 + std::sqrt(12 * variance) * (u - 0.5); }),
+          {"a line", [](const std::array<double, 3>& u) { return 3 - 2 * u[0]; }, {{"0", 1}}},
+          {"a curve", [](const std::array<double, 3>& u) { return std::exp(2 * u[0]); }, {{"0", 1}}},
+          {"a wave", [](const std::array<double, 3>& u) { return std::cos(2 * kPi * u[1]); }, {{"1", 1}}}};
+}
+
+}  // namespace
+
+TEST_CASE("Intervals of a sensitivity table hold the shares of functions in closed form") {
+  constexpr int kDesigns = 20;
+  for (const KnownFunction& f : known_functions())
+    for (const bool is_sobol : {false, true})
+      for (const std::size_t points : {32, 100, 500}) {
+        int missed = 0;  // tables with any row that does not hold the truth
+        for (unsigned seed = 0; seed < kDesigns; ++seed) {
+          std::array<std::vector<double>, 3> keys;
+          std::vector<double> y;
+          for (std::size_t i = 0; i < points; ++i) {
+            std::array<double, 3> u{};
+            for (unsigned axis = 0; axis < 3; ++axis) {
+              u[axis] = is_sobol ? random::sobol(i, axis, seed) : random::latin_hypercube(i, points, axis, seed);
+              keys[axis].push_back(u[axis]);
+            }
+            y.push_back(f.value(u));
+          }
+          const store::Table t = sensitivity_table({{{"t", "value"}}, {}, false, 0.95},
+                                                   {{"t",
+                                                     "",
+                                                     {{"0", "1", "sweep key", keys[0]},
+                                                      {"1", "1", "sweep key", keys[1]},
+                                                      {"2", "1", "sweep key", keys[2]},
+                                                      {"value", "1", "", y}}}},
+                                                   points);
+          const auto share = [&](const std::string& of) { return f.shares.contains(of) ? f.shares.at(of) : 0; };
+          bool all = true;
+          const auto holds = [&](const std::string& order, const std::string& input, double truth) {
+            const Found r = found(t, order, input);
+            all = all && r.low <= truth + 1e-12 && truth <= r.high + 1e-12;
+          };
+          for (const char* pair : {"01", "02", "12"})
+            holds("pair", std::string{pair[0]} + " x " + pair[1], share(pair));
+          for (const char one : {'0', '1', '2'}) {
+            double with_pairs = share({one});
+            for (const char* pair : {"01", "02", "12"})
+              if (std::string(pair).find(one) != std::string::npos) with_pairs += share(pair);
+            holds("first", {one}, share({one}));
+            holds("with pairs", {one}, with_pairs);
+          }
+          holds("rest", "", share("012"));
+          missed += !all;
+        }
+        CAPTURE(f.name, is_sobol, points, missed);
+        CHECK(missed <= 5);  // of 20 at 5 %, more with probability 3e-4
+      }
+}
+
+TEST_CASE("One key that explains everything has a share of 1 in its interval, and what is below 0 has a lower end") {
+  constexpr std::size_t kPoints = 2000;
+  std::vector<double> a, y, noise;
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    a.push_back(random::latin_hypercube(i, kPoints, 0, 3));
+    y.push_back(std::pow(a.back(), 3));
+    noise.push_back(random::latin_hypercube(i, kPoints, 1, 3));
+  }
+  const store::Table t = sensitivity_table(
+      {{{"t", "y"}, {"t", "noise"}}, {}, false, 0.95},
+      {{"t", "", {{"a", "1", "sweep key", a}, {"y", "1", "", y}, {"noise", "1", "", noise}}}}, kPoints);
+  CHECK(t.number("share", 0) > 0.999);  // less a curve within a thirteenth
+  CHECK(t.number("share_ci_high", 0) == 1);
+  CHECK(t.number("share_ci_low", 0) > 0.998);
+  for (std::size_t i = 0; i < t.rows(); ++i) {
+    const double share = t.number("share", i), low = t.number("share_ci_low", i);
+    if (t.word("quantity", i) == "t.noise" && share < 0) CHECK(low < share - 0.005);
   }
 }
 
