@@ -42,35 +42,21 @@ int component_of(const std::string& quantity) {
   throw std::logic_error("no component " + quantity);
 }
 
-/// The estimator that needs the fewest evaluations for the study's first trials; they decide for all alike. From the
-/// solution of the noise-free readings chord steps are shortest, unless the noise is large for the geometry: then the
-/// valley of each trial is (thesis tests 1 and 2), which is not made where chord steps are as few as they can be. From
-/// unit gains an evaluation has a matrix and costs three others.
+/// The study's first trials choose the start of MSA, for all trials alike (estimate/msa.h).
 std::unique_ptr<estimate::Estimator> choose_estimator(const Scenario& s, const sensor::CleanReadings& clean,
                                                       const random::Stream& stream) {
-  constexpr int kProbes = 64, kFewest = 3;  // two steps, and one that is short enough
+  constexpr int kProbes = 64;
   const std::vector<survey::StationFields> truth = sensor::station_fields(clean);
-  auto whole = estimate::make_estimator(s.estimator, s.field, truth);
-  if (s.estimator.name != "msa" || s.estimator.solver != "gauss_newton") return whole;
+  if (s.estimator.name != "msa" || s.estimator.solver != "gauss_newton" || !s.estimator.estimates_all())
+    return estimate::make_estimator(s.estimator, s.field, truth);
   survey::ReadingBlock readings = sensor::make_reading_block(kProbes, s.survey.size(), s.noise);
   sensor::simulate_readings(clean, s.field, s.noise, stream, 0, readings);
-  const auto evaluations = [&](const estimate::Estimator& e) {
-    estimate::EstimateBlock out(kProbes);
-    e.solve(readings, out);
-    double sum = 0;
-    for (int t = 0; t < kProbes; ++t) sum += out.iterations.value(t, 0);
-    return sum;
-  };
-  auto best = estimate::make_estimator(s.estimator, s.field, truth, clean.magnetic_T);
-  double fewest = evaluations(*best);
-  if (fewest > kFewest * kProbes && std::ranges::count(s.estimator.estimated, false) == 0)
-    if (auto valley = estimate::make_msa_in_valley({s.estimator.max_iterations, s.estimator.step_tolerance}, s.field,
-                                                   truth, clean.magnetic_T))
-      if (const double sum = evaluations(*valley); sum < fewest) {
-        best = std::move(valley);
-        fewest = sum;
-      }
-  return fewest <= 1.25 * evaluations(*whole) ? std::move(best) : std::move(whole);
+  if (s.spread.any()) {
+    survey::LaneArray deviation(readings.groups(), 6);
+    sensor::spread_tools(clean, s.spread, s.noise.antithetic, stream, 0, readings, deviation);
+  }
+  return estimate::make_cheapest_msa({s.estimator.max_iterations, s.estimator.step_tolerance}, s.field, truth,
+                                     clean.magnetic_T, readings);
 }
 
 std::string long_name_of(const std::string& table) {

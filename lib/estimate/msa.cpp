@@ -129,12 +129,16 @@ std::optional<MsaExpansion> msa_expansion(const std::vector<survey::StationField
   return out;
 }
 
+std::unique_ptr<Estimator> make_msa_from(const NewtonOptions& options, double total,
+                                         std::optional<MsaExpansion> expansion, std::optional<MsaValley> valley) {
+  return std::make_unique<Msa>(options, total, expansion, std::move(valley));
+}
+
 std::unique_ptr<Estimator> make_msa(const NewtonOptions& options, const survey::ReferenceField& field,
                                     const std::vector<survey::StationFields>& truth,
                                     const std::vector<survey::Vec3<double>>& expected) {
   const bool near = !expected.empty() && expected.size() == truth.size();
-  return std::make_unique<Msa>(options, field.total, near ? msa_expansion(truth, expected, field) : std::nullopt,
-                               std::nullopt);
+  return make_msa_from(options, field.total, near ? msa_expansion(truth, expected, field) : std::nullopt, std::nullopt);
 }
 
 std::unique_ptr<Estimator> make_msa_in_valley(const NewtonOptions& options, const survey::ReferenceField& field,
@@ -142,7 +146,7 @@ std::unique_ptr<Estimator> make_msa_in_valley(const NewtonOptions& options, cons
                                               const std::vector<survey::Vec3<double>>& expected) {
   std::optional<MsaValley> valley = msa_valley(truth, expected, field);
   if (!valley) return nullptr;
-  return std::make_unique<Msa>(options, field.total, std::nullopt, std::move(valley));
+  return make_msa_from(options, field.total, std::nullopt, std::move(valley));
 }
 
 }  // namespace surveymc::estimate

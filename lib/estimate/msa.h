@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "estimate/estimator.h"
 #include "estimate/msa_valley.h"
@@ -18,6 +19,18 @@ std::unique_ptr<Estimator> make_msa(const NewtonOptions& options, const survey::
 std::unique_ptr<Estimator> make_msa_in_valley(const NewtonOptions& options, const survey::ReferenceField& field,
                                               const std::vector<survey::StationFields>& truth,
                                               const std::vector<survey::Vec3<double>>& expected);
+
+/// The same minimum from the start with which trials like `readings` cost least processor time: the minimum of the
+/// expected readings, the valley of each trial, or unit gains. Costs are counted evaluations times constants
+/// (msa_choice.cpp), so that the choice is the same on every machine. `truth` and `expected` must not be empty.
+std::unique_ptr<Estimator> make_cheapest_msa(const NewtonOptions& options, const survey::ReferenceField& field,
+                                             const std::vector<survey::StationFields>& truth,
+                                             const std::vector<survey::Vec3<double>>& expected,
+                                             const survey::ReadingBlock& readings);
+
+/// From a start that has been made; from unit gains if there is none. Not both.
+std::unique_ptr<Estimator> make_msa_from(const NewtonOptions& options, double total,
+                                         std::optional<MsaExpansion> expansion, std::optional<MsaValley> valley);
 
 /// One trial without noise: expected readings (nT, tool frame), down directions of `truth`, the nominal reference.
 survey::ReadingBlock expected_readings(const std::vector<survey::StationFields>& truth,

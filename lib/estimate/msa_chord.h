@@ -21,6 +21,10 @@ struct MsaExpansion {
   std::array<double, 36> inverse;
 };
 
+/// The first steps take the gradient by series; after them 1e-7 of the way remains, and none of them may end the
+/// search.
+constexpr int kMsaSeriesSteps = 2;
+
 template <class T>
 struct MsaGradient {
   std::array<T, 6> gradient;  ///< half the gradient of the cost
@@ -91,12 +95,11 @@ template <class T, class Active, class Step>
 [[gnu::always_inline]] inline Active chord_steps(const MsaData& data, int most_steps, double contraction,
                                                  double step_tolerance, Active active, const Step& step_of,
                                                  MsaSolution<T>& s) {
-  constexpr int kSeriesSteps = 2;  // after them 1e-7 of the way remains; none of them may end the search
   const T zero(0.0), one(1.0), tolerance(step_tolerance);
   auto converged = one < zero;
   T bound(contraction);  // of the first step: unknowns are of order one
   for (int it = 0; it < most_steps && any(active); ++it) {
-    const bool series = it < kSeriesSteps && data.reference_stride == 0;
+    const bool series = it < kMsaSeriesSteps && data.reference_stride == 0;
     const MsaGradient<T> e = series ? msa_gradient<T, true>(data, s.x) : msa_gradient<T>(data, s.x);
     const std::array<T, 6> step = step_of(e);
     const auto larger = [&](std::size_t i) { return max(abs(step[i]), abs(step[i + 1])); };

@@ -24,6 +24,8 @@ struct Kernels {
   /// Gradient of the chord iteration of one group of trials at x = (p, q / total), exact or by series.
   /// out: rows gradient (6), cost (1).
   void (*msa_gradient)(const estimate::MsaData&, const double* x, bool series, double* out);
+  /// The sums of a trial's valley for one group, whose down directions have no noise. out: MsaValley::kSums rows.
+  void (*msa_valley_sums)(const estimate::MsaData&, const estimate::MsaValley&, double* out);
   /// `count` times in a chain, each waiting for the one before as in a solve: factor and solution of the equations
   /// that msa_evaluate left in `in`, for one register of trials. out: 6 rows.
   void (*msa_step)(const double* in, int count, double* out);

@@ -84,6 +84,13 @@ void msa_gradient(const estimate::MsaData& group, const double* x, bool series, 
   }
 }
 
+void msa_valley_sums(const estimate::MsaData& group, const estimate::MsaValley& valley, double* out) {
+  for (int lane = 0; lane < simd::kGroup; lane += simd::lane_count<T>) {
+    const auto sums = estimate::msa_valley_sums<T>(from_lane(group, lane), false, valley);
+    for (std::size_t i = 0; i < sums.size(); ++i) simd::store(out + i * simd::kGroup + lane, sums[i]);
+  }
+}
+
 void msa_step(const double* in, int count, double* out) {
   simd::Symmetric<T, 6> matrix;
   std::array<T, 6> gradient, x;
@@ -106,6 +113,7 @@ const Kernels kernels{sensor::SURVEYMC_ISA::simulate,
                       msa_sums,
                       msa_evaluate,
                       msa_gradient,
+                      msa_valley_sums,
                       msa_step};
 
 }  // namespace surveymc::bench::SURVEYMC_ISA

@@ -38,6 +38,16 @@ void gradient(benchmark::State& state, simd::InstructionSet set) {
 const bool exact_registered = on_both("msa_gradient_exact", gradient<false>);
 const bool series_registered = on_both("msa_gradient_by_series", gradient<true>);
 
+/// What a solve in the valley sums once. Items: stations of one trial.
+void valley_sums(benchmark::State& state, simd::InstructionSet set) {
+  const Setup s;
+  const auto valley = *estimate::msa_valley(sensor::station_fields(s.clean), s.clean.magnetic_T, s.field);
+  survey::LaneArray out(1, estimate::MsaValley::kSums);
+  time_calls(state, simd::kGroup * s.survey.size(),
+             [&] { kernels(set).msa_valley_sums(s.msa_data(), valley, out.row(0, 0)); });
+}
+const bool valley_sums_registered = on_both("msa_valley_sums", valley_sums);
+
 /// Factor and solution of six equations, one waiting for the other. Items: trials.
 void step(benchmark::State& state, simd::InstructionSet set) {
   const Setup s;
@@ -100,6 +110,20 @@ BENCHMARK_CAPTURE(thesis_trial, test1_whole, 1, 1.0, true);
 BENCHMARK_CAPTURE(thesis_trial, test1_whole_short_way, 1, 0.1, true);
 BENCHMARK_CAPTURE(thesis_trial, test2_whole, 2, 1.0, true);
 BENCHMARK_CAPTURE(thesis_trial, test2_whole_short_way, 2, 0.1, true);
+
+/// Two steps of the short way, which are too few for any trial; all go on, to two of Newton's evaluations or, without
+/// `Near`, begin with these. Items: trials.
+template <bool Near>
+void trials_that_go_on(benchmark::State& state) {
+  Setup s;
+  const estimate::NewtonOptions too_few{.max_iterations = 2, .step_tolerance = 1e-12};
+  const std::vector<survey::Vec3<double>> none;
+  const auto estimator =
+      estimate::make_msa(too_few, s.field, sensor::station_fields(s.clean), Near ? s.clean.magnetic_T : none);
+  time_calls(state, s.trials, [&] { estimator->solve(s.readings, s.estimates); });
+}
+BENCHMARK_TEMPLATE(trials_that_go_on, true)->Name("msa_trials_that_go_on");
+BENCHMARK_TEMPLATE(trials_that_go_on, false)->Name("msa_trials_that_begin");
 
 /// Noise, estimate, and with `WithPosition` the position after it. Items: trials.
 template <bool WithPosition>

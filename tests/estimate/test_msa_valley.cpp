@@ -199,6 +199,45 @@ TEST_CASE("From the valley, too, a trial in a lane has the same bits as the tria
     }
 }
 
+TEST_CASE("The start that costs least is the same at all noise of a good geometry", "[msa_valley]") {
+  // From unit gains, the truth here, trials of little noise take fewer evaluations, but each has a matrix.
+  test::ThesisCase ideal = test::thesis_case(4);
+  ideal.errors = {};
+  for (const double scale : {1.0, 0.9, 0.7, 0.5, 0.1, 0.01, 1e-4}) {
+    const survey::ReadingBlock block =
+        test::simulated(ideal, msa_noise(scale, sensor::ReferenceNoise::none), 64, random::Stream(11, 1));
+    EstimateBlock out(64);
+    make_cheapest_msa({200, 1e-6}, ideal.field, test::station_fields(ideal), test::clean_readings(ideal).magnetic_T,
+                      block)
+        ->solve(block, out);
+    for (int t = 0; t < 64; ++t) {
+      CAPTURE(scale, t);
+      CHECK(out.converged.value(t, 0) == 1);
+      CHECK(out.iterations.value(t, 0) >= 3);  // from unit gains: 2, and 1 at last
+      CHECK(out.iterations.value(t, 0) <= 4);
+    }
+  }
+}
+
+TEST_CASE("The start that costs least is the valley in test 1, and unit gains where nothing is known", "[msa_valley]") {
+  const NoisyTrials trials(1, 64, msa_noise());
+  const auto require_bits = [&](const auto& truth, const auto& expected, const EstimateBlock& same) {
+    EstimateBlock out(64);
+    make_cheapest_msa({}, trials.c.field, truth, expected, trials.block)->solve(trials.block, out);
+    for (int t = 0; t < 64; ++t) {
+      REQUIRE(out.iterations.value(t, 0) == same.iterations.value(t, 0));
+      REQUIRE(test::parameters_of(out.parameters, t) == test::parameters_of(same.parameters, t));
+    }
+  };
+  const std::vector<survey::StationFields> truth = sensor::station_fields(trials.clean);
+  const EstimatorOptions options{.max_iterations = NewtonOptions{}.max_iterations,
+                                 .step_tolerance = NewtonOptions{}.step_tolerance};
+  require_bits(truth, trials.clean.magnetic_T, trials.by_valley(options));
+  const std::vector fields(truth.size(), truth[0]);
+  const std::vector same(truth.size(), trials.clean.magnetic_T[0]);
+  require_bits(fields, same, trials.solve(options, false));
+}
+
 TEST_CASE("Nonsense, too few iterations and undetermined readings are flagged from the valley, too", "[msa_valley]") {
   NoisyTrials trials(2, 8, msa_noise(1, sensor::ReferenceNoise::per_run));
   test::check_nonsense_is_flagged(trials.block, [&](const EstimatorOptions& o) { return trials.by_valley(o); });
