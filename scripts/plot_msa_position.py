@@ -161,7 +161,7 @@ def ellipse_table(ax, shapes, circle):
     ax.set_ylim(-0.1, 7.4)
     meaning = {
         "monte_carlo": "sample covariance, about the mean",
-        "joint": "full covariance of the estimate, and station noise",
+        "joint": "first order: each draw, direct and by the estimate",
         "systematic": "six independent systematic errors",
         "random": "errors independent from station to station",
     }

@@ -4,8 +4,8 @@
 ///
 ///   truth -> readings (sensor) -> gains and biases (estimate) -> corrected survey, minimum curvature (survey) -> tally
 ///
-/// compared with the first-order prediction: covariance of the estimate (estimate), propagated to the position as
-///   joint       full 6x6 covariance, the reference field as common-mode consider parameter, plus station noise
+/// compared with the first-order prediction: covariance of the estimate (estimate), and of the position as
+///   joint       the whole first order: what each draw does directly and through the estimate (analysis/first_order.h)
 ///   systematic  the six sensor errors independent of each other, constant in the run   (wrong: drops correlations)
 ///   random      independent from station to station                                     (wrong: drops everything)
 #include "msa_position/study.h"

@@ -1,8 +1,10 @@
 #pragma once
 /// Uncertainty of a surveyed direction and position before and after multi-station analysis, to first order.
-#include <Eigen/Core>
+#include <optional>
 
+#include "analysis/first_order.h"
 #include "estimate/estimator.h"
+#include "estimate/sensitivity.h"
 #include "survey/reference_field.h"
 #include "survey/survey.h"
 
@@ -27,6 +29,17 @@ struct Benefit {
 /// Both are linear in all draws and exact to first order. Undefined in azimuth at inclination 0 and 180 deg.
 Benefit predict_benefit(const survey::Survey& survey, const survey::ReferenceField& field,
                         const estimate::InputErrors& errors, const estimate::EstimatorOptions& estimator);
+
+/// What each draw does to the azimuth of the last station (rad) and to the lateral (m). `after`: empty without an
+/// estimate.
+struct BenefitEffects {
+  InputEffects<2> before;
+  std::optional<InputEffects<2>> after;
+};
+/// `truth`: of an error-free tool in this well; `estimated`: of an estimator there.
+BenefitEffects benefit_effects(const survey::Survey& survey, const estimate::NominalTruth& truth,
+                               const std::optional<estimate::Sensitivity>& estimated,
+                               const estimate::InputErrors& errors);
 
 /// after / before. 1 where both are 0; infinite where only `before` is 0.
 double benefit_ratio(double before, double after);

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "estimate/sensitivity.h"
 #include "propagate/corrected_well_covariance.h"
 #include "propagate/station_effects.h"
 #include "survey/minimum_curvature.h"
@@ -14,42 +13,54 @@ using Eigen::Vector3d;
 
 namespace {
 
-using ErrorByInput = Eigen::Matrix<double, sensor::NoiseWeights::kSums, Eigen::Dynamic>;
+/// Gains and biases, then the final position: the sums of NoiseWeights.
+constexpr int kParameters = 6, kQuantities = sensor::NoiseWeights::kSums;
 
-/// Errors of parameters and of the position by one input: the position depends on it through the estimate, and
-/// directly.
-template <class ByInput, class Direct>
-ErrorByInput stacked(const ByInput& parameters, const propagate::Matrix36d& by_parameters, const Direct& direct) {
-  ErrorByInput m(static_cast<int>(sensor::NoiseWeights::kSums), parameters.cols());
-  m << parameters, by_parameters * parameters + direct;
-  return m;
+InputEffects<kQuantities> effects_of_draws(const std::vector<propagate::StationEffect>& on_position,
+                                           const estimate::Sensitivity& sensitive, const estimate::NominalTruth& truth,
+                                           const estimate::InputErrors& sizes) {
+  std::vector<StationDerivatives<kQuantities>> stations(on_position.size());
+  for (std::size_t k = 0; k < stations.size(); ++k) {
+    stations[k].by_field.bottomRows<3>() = on_position[k].by_field;
+    stations[k].by_down.bottomRows<3>() = on_position[k].by_down;
+  }
+  Eigen::Matrix<double, kQuantities, 6> y = by_estimate(stations, truth);
+  y.topRows<kParameters>().setIdentity();
+  return input_effects(stations, y, sensitive, truth, sizes);
 }
 
-void append_rows(std::vector<double>& weights, const ErrorByInput& by_draw) {
-  for (Eigen::Index c = 0; c < by_draw.cols(); ++c)
-    for (Eigen::Index q = 0; q < by_draw.rows(); ++q) weights.push_back(by_draw(q, c));
+template <class Effects>
+void append_columns(const Effects& by_draws, std::vector<double>& weights) {
+  weights.insert(weights.end(), by_draws.data(), by_draws.data() + by_draws.size());
 }
 
-/// Claimed sd of the azimuth at station k: its own noise and the estimate move the corrected field by
-///   db_i = (noise_i - b_i dgain_i - dbias_i) / gain_i.
-double claimed_azimuth_sd(const estimate::Sensitivity& sensitive, const std::vector<survey::StationFields>& fields,
-                          std::size_t k, const std::array<double, 3>& gain, const estimate::InputErrors& assumed,
-                          const propagate::Matrix6d& claimed) {
-  const propagate::AzimuthDerivatives by = propagate::azimuth_derivatives(fields[k]);
-  const Vector3d u = survey::to_eigen(fields[k].down_T), b = survey::to_eigen(fields[k].field_T);
-  const Eigen::RowVector3d by_reading = by.by_field.array() / Eigen::RowVector3d(gain[0], gain[1], gain[2]).array();
-  const Matrix3d tilt = assumed.down * (Matrix3d::Identity() - u * u.transpose());
-  Eigen::Matrix<double, 1, 6> own = Eigen::Matrix<double, 1, 6>::Zero(), by_parameters;
-  own.head<3>() = assumed.magnetometer * by_reading;
-  if (assumed.down > 0) own.tail<3>() = by.by_down * tilt;
-  by_parameters << -by_reading.cwiseProduct(b.transpose()), -by_reading;
-  propagate::Matrix6d by_draws;
-  by_draws << assumed.magnetometer * sensitive.by_magnetometer[k].topRows<6>(),
-      sensitive.by_down[k].topRows<6>() * tilt;
-  return std::sqrt(propagate::covariance_with_estimate(own, by_parameters, by_draws, claimed)(0, 0));
+/// Of the magnetic azimuth at the stations `places`, by the sizes that the estimator assumes.
+std::array<double, 3> claimed_azimuth_sds(const std::array<std::size_t, 3>& places,
+                                          const estimate::Sensitivity& sensitive, const estimate::NominalTruth& truth,
+                                          const estimate::InputErrors& assumed) {
+  std::array<double, 3> sd{};
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    std::vector<StationDerivatives<1>> stations(truth.stations.size());
+    const propagate::AzimuthDerivatives d = propagate::azimuth_derivatives(truth.stations[places[i]]);
+    stations[places[i]] = {d.by_field, d.by_down};
+    sd[i] = std::sqrt(input_effects(stations, by_estimate(stations, truth), sensitive, truth, assumed).covariance()(0));
+  }
+  return sd;
 }
 
 }  // namespace
+
+sensor::NoiseWeights noise_weights(const InputEffects<kQuantities>& effects, const sensor::NoiseModel& noise,
+                                   const sensor::ToolSpread& spread) {
+  sensor::NoiseWeights w;
+  for (const auto& m : effects.magnetometer) append_columns(m, w.magnetometer);
+  if (noise.accelerometer > 0)
+    for (const auto& m : effects.accelerometer) append_columns(m, w.accelerometer);
+  if (noise.reference != sensor::ReferenceNoise::none)
+    for (const auto& m : effects.reference) append_columns(m, w.reference);
+  if (spread.any()) append_columns(effects.tool, w.tool);
+  return w;
+}
 
 std::array<std::size_t, 3> first_middle_last(std::size_t stations) { return {0, stations / 2, stations - 1}; }
 
@@ -70,15 +81,23 @@ MsaPrediction predict_msa(const survey::Survey& survey, const survey::ReferenceF
                           const sensor::MagnetometerErrors& errors, const sensor::ToolSpread& spread,
                           const sensor::NoiseModel& noise, const sensor::CleanReadings& clean,
                           const estimate::EstimatorOptions& estimator) {
-  const auto n = static_cast<std::size_t>(survey.size());
-  const std::vector<survey::StationFields> fields = sensor::station_fields(clean);
+  const estimate::NominalTruth truth{sensor::station_fields(clean), errors.gain, errors.bias, field};
+  const std::vector<survey::StationFields>& fields = truth.stations;
   std::vector<survey::Vec3<double>> uncorrected;
-  for (std::size_t k = 0; k < n; ++k)
+  for (std::size_t k = 0; k < fields.size(); ++k)
     uncorrected.push_back(survey::magnetic_to_true(survey::tangent_from_fields(fields[k].down_T, clean.magnetic_T[k]),
                                                    std::sin(field.declination), std::cos(field.declination)));
   const estimate::InputErrors sd = input_errors(noise, spread, field);
-  const estimate::Sensitivity sensitive = estimate::sensitivity(estimator, {fields, errors.gain, errors.bias, field});
+  const estimate::Sensitivity sensitive = estimate::sensitivity(estimator, truth);
+  const std::vector<propagate::StationEffect> effects =
+      propagate::final_position_effects(survey.md(), fields, field.declination);
+
   MsaPrediction p;
+  estimate::InputErrors sizes = sd;  // of a draw of size 1: the law's variance comes with noise_sum_moments
+  sizes.magnetometer = noise.magnetometer;
+  p.weights = noise_weights(effects_of_draws(effects, sensitive, truth, sizes), noise, spread);
+  p.linear = sensor::noise_sum_moments(p.weights, noise.law);
+
   estimate::Vector8d errors_mean = sensitive.shift;
   for (const estimate::Matrix83d& m :
        sensitive.by_magnetometer)  // a noise law with a mean other than zero is one more bias
@@ -95,18 +114,13 @@ MsaPrediction predict_msa(const survey::Survey& survey, const survey::ReferenceF
   p.parameter_covariance = covariance.topLeftCorner<6, 6>();
   p.reference_covariance = covariance.bottomRightCorner<2, 2>();
   p.claimed_covariance = estimate::error_covariance(sensitive, fields, estimator.assumed);
-  const std::array<std::size_t, 3> places = first_middle_last(n);
-  for (std::size_t i = 0; i < places.size(); ++i)
-    p.claimed_azimuth_sd[i] = claimed_azimuth_sd(sensitive, fields, places[i], errors.gain, estimator.assumed,
-                                                 p.claimed_covariance.topLeftCorner<6, 6>());
+  p.claimed_azimuth_sd = claimed_azimuth_sds(first_middle_last(fields.size()), sensitive, truth, estimator.assumed);
 
-  const std::vector<propagate::StationEffect> effects =
-      propagate::final_position_effects(survey.md(), fields, field.declination);
   const Vector3d per_gain(1 / errors.gain[0], 1 / errors.gain[1], 1 / errors.gain[2]);
   std::vector<propagate::Matrix36d> by_error;
   propagate::Matrix36d by_constant_error = propagate::Matrix36d::Zero();
   Vector3d by_noise_mean = Vector3d::Zero();
-  for (std::size_t k = 0; k < n; ++k) {
+  for (std::size_t k = 0; k < fields.size(); ++k) {
     by_error.push_back(propagate::magnetometer_error_effect(effects[k], fields[k], errors.gain));
     by_constant_error += by_error.back();
     by_noise_mean += effects[k].by_field * per_gain;
@@ -114,34 +128,9 @@ MsaPrediction predict_msa(const survey::Survey& survey, const survey::ReferenceF
   p.position = survey::minimum_curvature_positions(survey).back() + by_constant_error * shift +
                noise.magnetometer * sensor::unit_noise_mean(noise.law) * by_noise_mean;
   const propagate::Vector6d parameter_sd = p.parameter_covariance.diagonal().cwiseSqrt();
-  p.position_covariance = {
-      propagate::propagate_joint(by_error, p.parameter_covariance) +
-          propagate::propagate_station_noise(effects, fields, errors.gain, sd.magnetometer, sd.down),
-      propagate::propagate_systematic(by_error, parameter_sd), propagate::propagate_random(by_error, parameter_sd)};
-
-  const Eigen::Vector2d reference_sd(sd.total, sd.dip);
-  estimate::Matrix62d reference = estimate::Matrix62d::Zero();
-  for (std::size_t k = 0; k < n; ++k) {
-    append_rows(p.weights.magnetometer,
-                noise.magnetometer * stacked(estimate::Matrix63d(sensitive.by_magnetometer[k].topRows<6>()),
-                                             by_constant_error, Matrix3d(effects[k].by_field * per_gain.asDiagonal())));
-    if (noise.accelerometer > 0) {
-      const Vector3d u = survey::to_eigen(fields[k].down_T);
-      const Matrix3d across = sd.down * (Matrix3d::Identity() - u * u.transpose());
-      append_rows(p.weights.accelerometer, stacked(estimate::Matrix63d(sensitive.by_down[k].topRows<6>() * across),
-                                                   by_constant_error, Matrix3d(effects[k].by_down * across)));
-    }
-    reference = sensitive.by_reference[k].topRows<6>() * reference_sd.asDiagonal() +
-                (sd.reference_per_station ? estimate::Matrix62d(estimate::Matrix62d::Zero()) : reference);
-    if (noise.reference != sensor::ReferenceNoise::none && (sd.reference_per_station || k + 1 == n))
-      append_rows(p.weights.reference, stacked(reference, by_constant_error, Eigen::Matrix<double, 3, 2>::Zero()));
-  }
-  if (spread.any()) {
-    propagate::Matrix6d by_tool = sensitive.by_truth.topRows<6>();
-    for (int i = 0; i < 6; ++i) by_tool.col(i) *= spread.sd(static_cast<std::size_t>(i));
-    append_rows(p.weights.tool, stacked(by_tool, by_constant_error, Eigen::Matrix<double, 3, 6>::Zero()));
-  }
-  p.linear = sensor::noise_sum_moments(p.weights, noise.law);
+  p.position_covariance = {p.linear.covariance.bottomRightCorner<3, 3>(),
+                           propagate::propagate_systematic(by_error, parameter_sd),
+                           propagate::propagate_random(by_error, parameter_sd)};
 
   // A direction that azimuth errors do not move to first order (the vertical of a plane well) has variance zero.
   // Rounding leaves 1e-30 of the rest there, but the tables should say zero.

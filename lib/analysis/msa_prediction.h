@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "analysis/first_order.h"
 #include "estimate/estimator.h"
 #include "sensor/magnetometer.h"
 #include "sensor/tool_spread.h"
@@ -25,10 +26,11 @@ struct MsaPrediction {
   std::array<double, 3> claimed_azimuth_sd;
   Eigen::Vector3d position;     ///< mean final position, N, E, V in metres from the first station
   Eigen::Vector3d uncorrected;  ///< final position of the noise-free, uncorrected readings
-  /// Covariance of the final position, by propagation: joint (with station noise), systematic, random.
+  /// Covariance of the final position. joint: the whole first order, that of `linear`; systematic, random: by what the
+  /// sds of the six parameters do where they are taken as independent (propagate/station_effects.h), without noise.
   std::array<Eigen::Matrix3d, 3> position_covariance;
-  /// The errors of parameters and position as linear functions of a trial's draws, and their exact moments. A station's
-  /// noise also enters the estimate; unlike `joint`, these functions keep the correlation of the two.
+  /// The errors of parameters and position as linear functions of a trial's draws, and their exact moments. A draw
+  /// moves the position directly and through the estimate (first_order.h).
   sensor::NoiseWeights weights;
   sensor::NoiseSumMoments linear;
 };
@@ -42,6 +44,10 @@ MsaPrediction predict_msa(const survey::Survey& survey, const survey::ReferenceF
                           const sensor::MagnetometerErrors& errors, const sensor::ToolSpread& spread,
                           const sensor::NoiseModel& noise, const sensor::CleanReadings& clean,
                           const estimate::EstimatorOptions& estimator);
+
+/// `effects` of draws of size 1 as weights; inputs that are not drawn have none.
+sensor::NoiseWeights noise_weights(const InputEffects<sensor::NoiseWeights::kSums>& effects,
+                                   const sensor::NoiseModel& noise, const sensor::ToolSpread& spread);
 
 /// One standard deviation of every input's error.
 estimate::InputErrors input_errors(const sensor::NoiseModel& noise, const sensor::ToolSpread& spread,

@@ -47,12 +47,6 @@ Matrix36d magnetometer_error_effect(const StationEffect& effect, const survey::S
   return x;
 }
 
-Matrix3d propagate_joint(const std::vector<Matrix36d>& effects, const Matrix6d& covariance) {
-  Matrix36d sum = Matrix36d::Zero();
-  for (const Matrix36d& x : effects) sum += x;
-  return sum * covariance * sum.transpose();
-}
-
 namespace {
 
 /// One survey leg, errors independent of each other: the general rules (ErrorSum), one error source after the other.
@@ -74,20 +68,6 @@ Matrix3d propagate_systematic(const std::vector<Matrix36d>& effects, const Vecto
 
 Matrix3d propagate_random(const std::vector<Matrix36d>& effects, const Vector6d& sd) {
   return propagate_each(effects, sd, PropagationMode::random);
-}
-
-Matrix3d propagate_station_noise(const std::vector<StationEffect>& effects,
-                                 const std::vector<survey::StationFields>& stations, const std::array<double, 3>& gain,
-                                 double magnetometer_sd, double down_sd) {
-  const Vector3d corrected_sd = magnetometer_sd * Vector3d(1 / gain[0], 1 / gain[1], 1 / gain[2]);
-  Matrix3d c = Matrix3d::Zero();
-  for (std::size_t k = 0; k < effects.size(); ++k) {
-    c += effects[k].by_field * corrected_sd.cwiseAbs2().asDiagonal() * effects[k].by_field.transpose();
-    const Vector3d u = survey::to_eigen(stations[k].down_T);
-    const Matrix3d d = down_sd * effects[k].by_down * (Matrix3d::Identity() - u * u.transpose());
-    c += d * d.transpose();
-  }
-  return c;
 }
 
 }  // namespace surveymc::propagate

@@ -42,17 +42,9 @@ Matrix36d magnetometer_error_effect(const StationEffect& effect, const survey::S
 
 /// How an error at one station goes with that at another (thesis eqs 41-47 for one survey leg).
 /// `effects` holds one 3x6 matrix per station.
-///   joint       constant in the run, with its full covariance:        (sum X) C (sum X)'
 ///   systematic  constant in the run, the six errors independent:      sum_i sd_i^2 (sum x_i)(sum x_i)'
 ///   random      independent from station to station and of another:   sum_i sd_i^2 sum x_i x_i'
-Eigen::Matrix3d propagate_joint(const std::vector<Matrix36d>& effects, const Matrix6d& covariance);
 Eigen::Matrix3d propagate_systematic(const std::vector<Matrix36d>& effects, const Vector6d& sd);
 Eigen::Matrix3d propagate_random(const std::vector<Matrix36d>& effects, const Vector6d& sd);
-
-/// Position covariance from readings' own noise, independent per station and axis: magnetometer_sd in nT (divided by
-/// `gain`, because it is corrected with it), down_sd in rad per cross-axis direction.
-Eigen::Matrix3d propagate_station_noise(const std::vector<StationEffect>& effects,
-                                        const std::vector<survey::StationFields>& stations,
-                                        const std::array<double, 3>& gain, double magnetometer_sd, double down_sd);
 
 }  // namespace surveymc::propagate
