@@ -10,6 +10,7 @@
 #include "analysis/well_design.h"
 #include "base/units.h"
 #include "msa_trials.h"
+#include "random_runs.h"
 #include "sensor/tool_spread.h"
 #include "stats/moments.h"
 #include "survey/corrected_position.h"
@@ -244,6 +245,88 @@ TEST_CASE("Azimuth and lateral before and after agree with brute force, whatever
       check_same(before, b.before, bound);
       check_same(after, b.after, bound);
     }
+}
+
+TEST_CASE("First order is whole before and after: 200 wells, every subset, against trials of little noise", "[long]") {
+  constexpr double scale = 0.02;
+  constexpr int trials = 128, sums_of_draws = sensor::NoiseWeights::kSums;
+  constexpr std::array<std::array<bool, 6>, 3> subsets{kAll, kBiases, kNoGainZ};
+  const std::array<std::string, 3> names{"msa", "msa_joint", "msa_weighted"};
+  int number = 0;
+  for (int found = 0; found < 200; ++number) {
+    test::RandomRun r = test::random_run(number, scale);
+    r.errors = {};
+    const auto choice = static_cast<std::size_t>(number);
+    const sensor::ToolSpread spread{.0016 * scale, 70 * scale, number % 2 == 0 ? 220 * scale : 0};
+    const estimate::InputErrors e = input_errors(r.noise, spread, r.field);
+    const estimate::EstimatorOptions o = estimator(names[choice % 3], subsets[choice / 3 % 3], e);
+    const sensor::CleanReadings clean = sensor::clean_readings(r.survey, r.field, {});
+    const estimate::NominalTruth truth{sensor::station_fields(clean), {1, 1, 1}, {0, 0, 0}, r.field};
+    const std::optional<estimate::Sensitivity> s = estimate::find_sensitivity(o, truth);
+    const estimate::Matrix8d covariance = estimate::error_covariance(*s, truth.stations, e);
+    if (covariance.diagonal().head<3>().maxCoeff() > std::pow(scale * 0.05, 2)) continue;
+    ++found;
+
+    const BenefitEffects effects = benefit_effects(r.survey, truth, s, e);
+    InputEffects<sums_of_draws> both;  // rows: azimuth, lateral before; azimuth, lateral after
+    const auto stacked = [](const auto& before, const auto& after, auto& out) {
+      out.setZero();
+      out.template topRows<2>() = before;
+      out.template middleRows<2>(2) = after;
+    };
+    both.magnetometer.resize(truth.stations.size());
+    both.accelerometer.resize(truth.stations.size());
+    both.reference.resize(effects.before.reference.size());
+    for (std::size_t k = 0; k < truth.stations.size(); ++k) {
+      stacked(effects.before.magnetometer[k], effects.after->magnetometer[k], both.magnetometer[k]);
+      stacked(effects.before.accelerometer[k], effects.after->accelerometer[k], both.accelerometer[k]);
+    }
+    for (std::size_t k = 0; k < both.reference.size(); ++k)
+      stacked(effects.before.reference[k], effects.after->reference[k], both.reference[k]);
+    stacked(effects.before.tool, effects.after->tool, both.tool);
+    const sensor::NoiseWeights weights = noise_weights(both, r.noise, spread);
+
+    const int groups = survey::groups_for(trials), last = r.survey.size() - 1;
+    survey::ReadingBlock block = sensor::make_reading_block(trials, r.survey.size(), r.noise);
+    survey::LaneArray sums(groups, sums_of_draws), deviation(groups, 6), before(groups, 3), after(groups, 3),
+        nothing(groups, 6);
+    for (int g = 0; g < groups; ++g)
+      for (int i = 0; i < 3; ++i) nothing.fill(g, i, 1);
+    const random::Stream stream(78, 7);
+    sensor::simulate_readings(clean, r.field, r.noise, stream, 0, block, &weights, &sums);
+    sensor::spread_tools(clean, spread, true, stream, 0, block, deviation, &weights, &sums);
+    estimate::EstimateBlock out(trials);
+    estimate::make_estimator(o, r.field)->solve(block, out);
+    survey::corrected_final_positions(block, nothing, r.survey.md(), r.field.declination, before);
+    survey::corrected_final_positions(block, out.parameters, r.survey.md(), r.field.declination, after);
+    const Eigen::RowVector3d lateral = lateral_of(r.survey);
+    Eigen::MatrixXd errors(trials, 4), linear(trials, 4);
+    for (int t = 0; t < trials; ++t) {
+      REQUIRE(out.converged.value(t, 0) == 1);
+      for (int half = 0; half < 2; ++half) {
+        const survey::LaneArray& position = half == 0 ? before : after;
+        const estimate::Vector6d p = test::parameters_of(half == 0 ? nothing : out.parameters, t);
+        const Eigen::Vector3d m = survey::to_eigen(test::triad(block.magnetic, t, last)),
+                              b = (m - p.tail<3>()).cwiseQuotient(p.head<3>());
+        const double azimuth =
+            survey::attitude_from_fields(test::triad(block.down, t, last), survey::from_eigen(b)).azimuth;
+        errors(t, 2 * half) = std::remainder(azimuth + r.field.declination - r.survey.stations.back().azimuth, 2 * kPi);
+        errors(t, 2 * half + 1) =
+            lateral.dot(Eigen::RowVector3d(position.value(t, 0), position.value(t, 1), position.value(t, 2)));
+      }
+      for (int i = 0; i < 4; ++i) linear(t, i) = sums.value(t, i);
+    }
+    const auto known = sensor::noise_sum_moments(weights, r.noise.law).covariance;
+    const Benefit predicted = predict_benefit(r.survey, r.field, e, o);
+    const std::array<double, 4> sd{predicted.before.azimuth, predicted.before.lateral, predicted.after.azimuth,
+                                   predicted.after.lateral};
+    for (int i = 0; i < 4; ++i) {
+      CAPTURE(number, o.name, i);
+      const double variance = sd[static_cast<std::size_t>(i)] * sd[static_cast<std::size_t>(i)];
+      CHECK(std::abs(test::controlled_ratio(errors.col(i), linear.col(i), known(i, i), variance) - 1) < 1e-3);
+    }
+  }
+  CHECK(number < 220);
 }
 
 TEST_CASE("Wells end in the direction asked for") {

@@ -112,3 +112,64 @@ TEST_CASE("The smoother's covariance is the scatter of its errors", "[chained][l
   const Result optimistic = solved(in, slide7(ChainReferences::independent), Mode::filter);
   CHECK_THAT(optimistic.z[11], WithinAbs(1.37, 0.05));
 }
+
+TEST_CASE("The claims are the whole first order: what each draw does, squared, sums to them", "[chained][long]") {
+  // All sizes a fiftieth. Each draw of a run alone, at plus and minus one sd: half the difference of the errors is its
+  // first order, but for third orders, here 1e-4 or less.
+  constexpr double scale = 0.02;
+  constexpr int length = 7, per_station = 15, trials = 2 * per_station * length + 1;
+  Model m = slide7();
+  const auto shrink = [](auto& sizes) {
+    for (double& x : sizes) x *= scale;
+  };
+  shrink(m.noise);
+  shrink(m.prior_sd);
+  shrink(m.link_sd);
+  for (int well = 0; well < 30; ++well) {
+    std::vector<survey::Attitude> attitudes;
+    for (int k = 0; k < length; ++k)
+      attitudes.push_back({(5 + 2.3 * well + 3 * k) * kDegree, (37 * well + (well % 7 - 3) * k) * kDegree,
+                           (111 * well + 137.5 * k) * kDegree});
+    sensor::ChainedRunSetup setup = run_setup(m, attitudes);
+    setup.random_toolface = false;
+    std::vector<sensor::ChainedRun> runs;
+    Batch batch(trials, length);
+    for (int t = 0; t < trials; ++t) {
+      sensor::ChainedDraws draws{std::vector<std::array<double, 9>>(length, std::array<double, 9>{}),
+                                 std::vector<std::array<double, 6>>(length, std::array<double, 6>{}),
+                                 {}};
+      const auto station = static_cast<std::size_t>(t / 2 / per_station),
+                 i = static_cast<std::size_t>(t / 2 % per_station);
+      if (t + 1 < trials) (i < 9 ? draws.steps[station][i] : draws.noise[station][i - 9]) = t % 2 == 0 ? 1 : -1;
+      runs.push_back(sensor::chained_run_of(setup, draws));
+      for (int k = 0; k < length; ++k) batch.set(t, k, runs.back().readings[static_cast<std::size_t>(k)]);
+    }
+    for (const Mode mode : {Mode::smoother, Mode::filter}) {
+      BatchSolution out(trials, length);
+      solve_batch(m, mode, batch, out);
+      for (int k = 0; k < length; ++k) {
+        const auto at = static_cast<std::size_t>(k);
+        Eigen::Matrix<double, 12, 12> sum = Eigen::Matrix<double, 12, 12>::Zero();
+        const auto error = [&](int t) {
+          Eigen::Matrix<double, 12, 1> e;
+          const StationEstimate s = out.station(t, k);
+          e << rotation_between(runs[static_cast<std::size_t>(t)].frames[at], s.frame),
+              s.chain - vector_of(runs[static_cast<std::size_t>(t)].states[at]);
+          return e;
+        };
+        for (int t = 0; t + 1 < trials; t += 2) {
+          REQUIRE((out.converged(t) && out.converged(t + 1)));
+          const Eigen::Matrix<double, 12, 1> half = (error(t) - error(t + 1)) / 2;
+          sum += half * half.transpose();
+        }
+        REQUIRE(out.converged(trials - 1));
+        const Eigen::Matrix<double, 12, 12> claimed = out.station(trials - 1, k).covariance;
+        for (int i = 0; i < 12; ++i)
+          for (int j = 0; j <= i; ++j) {
+            CAPTURE(well, static_cast<int>(mode), k, i, j);
+            CHECK(std::abs(sum(i, j) - claimed(i, j)) < 1e-3 * std::sqrt(claimed(i, i) * claimed(j, j)));
+          }
+      }
+    }
+  }
+}

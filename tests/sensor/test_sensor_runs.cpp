@@ -4,7 +4,10 @@
 
 #include "base/units.h"
 #include "propagate/sensor_error_covariance.h"
+#include "propagate/tangent_propagation.h"
+#include "random_runs.h"
 #include "stats/moments.h"
+#include "survey/minimum_curvature.h"
 #include "tools.h"
 
 using namespace surveymc;
@@ -171,6 +174,55 @@ TEST_CASE("Small sensor errors spread positions as the covariance says") {
     for (int i = 0; i < 3; ++i) {
       const double relative = m.variance(i) / predicted(i, i) - 1;
       CHECK(std::abs(relative) < 4 * std::sqrt((m.kurtosis(i) - 1) / kTrials));
+    }
+  }
+}
+
+TEST_CASE("The covariance at given toolfaces is the whole first order: 200 wells against trials of little errors",
+          "[long]") {
+  constexpr int kTrials = 64;
+  for (int number = 0; number < 200; ++number) {
+    const test::RandomRun r = test::random_run(number, 0);
+    const bool tie_on = number % 2 == 0;
+    survey::SensorTermArray sd = survey::equal_axes(0.004, 0.0005, 70, 0.0016);
+    for (std::size_t i = 0; i < sd.size(); ++i)  // a fiftieth, unlike from axis to axis, one in four without error
+      sd[i] *= 0.02 * static_cast<double>((number + 5 * i) % 4) / 2;
+    const survey::ToolfacePlan plan = survey::surveyed_toolfaces(r.survey);
+    const int last = r.survey.size() - 1;
+    const std::vector<double> md = r.survey.md();
+    const std::vector<survey::Vec3<double>> tangents = survey::true_tangents(r.survey);
+    std::vector<propagate::TangentErrors> by_error = propagate::sensor_tangent_errors(r.survey, r.field, sd, plan);
+    if (tie_on) by_error.front().constant.setZero();
+    const Eigen::Matrix3d predicted =
+        propagate::propagate_tangent_errors(md, tangents, by_error, survey::PositionMethod::minimum_curvature).back();
+    // By a draw of unit variance of each error.
+    const std::vector<Eigen::Matrix3d> by_tangent = survey::final_position_by_tangent(md, tangents);
+    Eigen::Matrix<double, 3, survey::kSensorTerms> by_draw = Eigen::Matrix<double, 3, survey::kSensorTerms>::Zero();
+    for (std::size_t k = 0; k < by_tangent.size(); ++k) by_draw += by_tangent[k] * by_error[k].constant;
+
+    SensorRunSetup setup =
+        sensor_run_setup(r.survey, r.field, sd, plan, survey::PositionMethod::minimum_curvature, {last});
+    setup.first_is_tie_on = tie_on;
+    SensorRuns runs(kTrials, setup);
+    draw_runs(setup, random::Stream(3, 9), 0, runs);
+    for (int i = 0; i < survey::kSensorTerms; ++i)  // antithetic pairs
+      for (int t = 1; t < kTrials; t += 2)
+        runs.errors.row(t / simd::kGroup, i)[t % simd::kGroup] = -runs.errors.value(t - 1, i);
+    run_positions(setup, runs);
+    Eigen::MatrixXd position(kTrials, 3), linear(kTrials, 3);
+    for (int t = 0; t < kTrials; ++t) {
+      Eigen::Matrix<double, survey::kSensorTerms, 1> z;
+      for (int i = 0; i < survey::kSensorTerms; ++i) {
+        const double size = sd[static_cast<std::size_t>(i)];
+        z[i] = size > 0 ? runs.errors.value(t, i) / size : 0;
+      }
+      linear.row(t) = by_draw * z;
+      for (int i = 0; i < 3; ++i) position(t, i) = runs.positions.value(t, i);
+    }
+    for (int i = 0; i < 3; ++i) {
+      CAPTURE(number, i);
+      const double known = by_draw.row(i).squaredNorm();
+      CHECK(std::abs(test::controlled_ratio(position.col(i), linear.col(i), known, predicted(i, i)) - 1) < 1e-3);
     }
   }
 }
