@@ -18,7 +18,7 @@ import re
 import signal
 import sys
 
-from survey_import import checks, columns, excel, las, output, stations, text, witsml
+from survey_import import checks, columns, doubts, excel, las, listed, output, stations, text, witsml
 from survey_import.problem import DATA, USAGE, Problem, as_keys, shown
 
 
@@ -67,10 +67,11 @@ def arguments(given):
     p.add_argument("--columns", type=pairs, default={}, metavar="md=..,inc=..", help="numbers from 1, or headings")
     p.add_argument("--skip-lines", type=line_set, default=set(), metavar="12,15-20", help="lines (rows of a sheet) to leave out")
     p.add_argument("--sheet", help="of a workbook")
-    p.add_argument("--trajectory", help="of a WITSML file with several: name, uid or number")
+    p.add_argument("--trajectory", help="of a WITSML file with several: name, uid or number; of a table with a column of wells: the well")
     p.add_argument("--encoding", help="of text: utf-8, utf-16, latin-1 ...")
     p.add_argument("--accept-doglegs", action="store_true", help="take turns of 180 deg and more")
     p.add_argument("--accept-depths", action="store_true", help="take depths below 20 km")
+    p.add_argument("--unusual", choices=["refuse", "allow"], default="refuse", help=argparse.SUPPRESS)  # of surveymc
     p.add_argument("--for-program", metavar="NAME", help=argparse.SUPPRESS)  # surveymc calls it so, and calls the file NAME
     p.add_argument("--key-prefix", default="survey.", help=argparse.SUPPRESS)  # with it: what its keys begin with
     options = p.parse_args(given)
@@ -99,9 +100,8 @@ def read_table(data, options):
             kind, table = "LAS", las.read(string, file, options)
         else:
             kind, table = "text", text.read(string, file, options)
-    for name, belongs in [("sheet", "Excel"), ("trajectory", "WITSML")]:
-        if getattr(options, name) and kind != belongs:
-            raise Problem(f"--{name}: is for {belongs}: {file} is {table.form}", USAGE)
+    if options.sheet and kind != "Excel":
+        raise Problem(f"--sheet: is for Excel: {file} is {table.form}", USAGE)
     return table, encoding
 
 
@@ -109,6 +109,19 @@ def end_with_the_program():
     """A signal to surveymc alone leaves no reader behind."""
     end_with_parent = 1  # PR_SET_PDEATHSIG
     ctypes.CDLL(None).prctl(end_with_parent, signal.SIGKILL)
+
+
+def doubtful_things(table, chosen, found, options):
+    """Texts of what is doubtful. surveymc refuses the worse ones, until its config allows them; a reader of this account sees them."""
+    if options.readings:
+        return []
+    contradictions, notes = listed.compare(table, chosen, found, options.name)
+    told = [*doubts.all_of(found.rows, table, chosen, options, options.name), *contradictions]
+    if options.for_program and options.unusual != "allow":
+        for is_refused, text in told:
+            if is_refused:
+                raise Problem(f"{text}; if the file is meant so: --unusual allow")
+    return [text for _, text in told] + notes
 
 
 def run(options):
@@ -120,8 +133,9 @@ def run(options):
     table, encoding = read_table(data, options)
     chosen, reference = columns.choose(table, options.name, options)
     found = stations.collect(table, chosen, options, options.name, reference)
+    doubtful = table.warnings + doubtful_things(table, chosen, found, options)
     if options.for_program:  # which checks the survey itself
-        print(output.for_program(options.name, table, chosen, found, reference, encoding, options), end="")
+        print(output.for_program(options.name, table, chosen, found, reference, doubtful, encoding, options), end="")
         return
     has_toolface = "tf" in chosen
     if has_toolface and not options.toolface_zero:
@@ -137,7 +151,7 @@ def run(options):
         output.write(options.output, output.csv_of(found), options.overwrite)
     for line in output.account(options.name, table, chosen, found, reference, facts, encoding, options):
         print(line)
-    for warning in warnings:
+    for warning in [*doubtful, *warnings]:
         print(f"warning: {warning}")
     if options.output:
         print(f"written: {shown(options.output)}")

@@ -30,7 +30,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kScript = "import_survey.py";
-constexpr const char* kNorth = "azimuth-reference";  // the only option that our own form has, too
+constexpr const char* kNorth = "azimuth-reference";  // with kUnusual the only options that our own form has, too
+constexpr const char* kUnusual = "unusual";
 
 std::string key_of(std::string option) {
   std::replace(option.begin(), option.end(), '-', '_');
@@ -121,11 +122,12 @@ std::string shell_word(const std::string& text) {
 /// The lines "word: text" that the script prints before the CSV.
 struct Answer {
   std::string told, csv;
+  std::vector<std::string> warnings;
   std::vector<int> lines;
 };
 
 Answer answer_of(const std::string& text) {
-  constexpr std::string_view kTold = "told: ", kLines = "lines: ", kCsv = "csv:\n";
+  constexpr std::string_view kTold = "told: ", kWarning = "warning: ", kLines = "lines: ", kCsv = "csv:\n";
   Answer answer;
   for (std::size_t at = 0; at < text.size();) {
     const std::string_view rest = std::string_view(text).substr(at);
@@ -135,6 +137,7 @@ Answer answer_of(const std::string& text) {
     }
     const std::string_view line = rest.substr(0, rest.find('\n'));
     if (line.starts_with(kTold)) answer.told = line.substr(kTold.size());
+    if (line.starts_with(kWarning)) answer.warnings.emplace_back(line.substr(kWarning.size()));
     if (line.starts_with(kLines)) {
       std::istringstream numbers{std::string(line.substr(kLines.size()))};
       for (int n = 0; numbers >> n;) answer.lines.push_back(n);
@@ -182,9 +185,10 @@ ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignK
   if (!fault.empty()) throw IoError(fmt::format("cannot be read: {} (looked for {})", fault, place.string()));
   if (is_own_form(text, kind)) {
     for (const auto& [name, value] : options)
-      require(name == kNorth, "{}: has the columns that surveymc writes and needs no import: must be without {}{}",
-              path, told_as, key_of(name));
-    return {parse_csv(text, path, kind == ForeignKind::survey ? require_survey_names : require_readings_names), ""};
+      require(name == kNorth || name == kUnusual,
+              "{}: has the columns that surveymc writes and needs no import: must be without {}{}", path, told_as,
+              key_of(name));
+    return {parse_csv(text, path, kind == ForeignKind::survey ? require_survey_names : require_readings_names), "", {}};
   }
   const fs::path script = script_path();
   require(
@@ -203,7 +207,9 @@ ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignK
     std::string command = fmt::format("{} {}{}", shell_word(script.string()), file.starts_with('-') ? "./" : "",
                                       shell_word(file));  // which is no option
     if (kind == ForeignKind::readings) command += " --readings";
-    for (const auto& [name, value] : options) command += fmt::format(" --{} {}", name, shell_word(value));
+    for (const auto& [name, value] : options)
+      if (name != kUnusual)
+        command += fmt::format(" --{} {}", name, shell_word(value));  // the script itself refuses nothing for it
     // Readings have no keys: only the script takes an option, and its message names that.
     const bool has_keys = kind == ForeignKind::survey;
     throw InputError(fmt::format("{}; {}make a CSV of it: {} -o {}.csv",
@@ -213,7 +219,7 @@ ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignK
   Answer answer = answer_of(ended.out);
   InputTable table = parse_csv(answer.csv, path);
   if (answer.lines.size() == table.rows()) table.lines = std::move(answer.lines);
-  return {std::move(table), std::move(answer.told)};
+  return {std::move(table), std::move(answer.told), std::move(answer.warnings)};
 }
 
 }  // namespace surveymc::config

@@ -16,7 +16,8 @@ using ImportOptions = std::vector<std::pair<std::string, std::string>>;
 
 struct ReadTable {
   InputTable table;
-  std::string told;  ///< what was read and how, in one line; "" for a CSV of our own form
+  std::string told;                   ///< what was read and how, in one line; "" for a CSV of our own form
+  std::vector<std::string> warnings;  ///< what is doubtful in a file of another form
 };
 
 /// The file at `place`, in our own form or, by the script, in another one: text with any separator or fixed columns,

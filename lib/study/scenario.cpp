@@ -54,6 +54,7 @@ config::InputTable read_any_table(config::ConfigReader& c, const std::string& ke
                                   const config::ImportOptions& options, const std::string& north,
                                   const std::string& told_as) {
   std::string reading, told;
+  std::vector<std::string> warnings;
   for (const auto& [name, value] : options) reading += fmt::format("{}{} {}", reading.empty() ? "" : ", ", name, value);
   const std::string path = c.text(key);
   config::InputTable table = c.table(
@@ -61,12 +62,18 @@ config::InputTable read_any_table(config::ConfigReader& c, const std::string& ke
       [&](const std::filesystem::path& place) {
         config::ImportOptions all = options;
         if (const auto written = written_north(c, north)) all.emplace_back("azimuth-reference", *written);
+        // By has(), as tell_survey() asks for it.
+        const std::string unusual = key.substr(0, key.rfind('.') + 1) + "unusual";
+        if (kind == config::ForeignKind::survey && c.has(unusual))
+          all.emplace_back("unusual", c.choice(unusual, {"refuse", "allow"}));
         config::ReadTable read = config::read_any_form(place, path, kind, all, told_as);
         told = std::move(read.told);
+        warnings = std::move(read.warnings);
         return std::move(read.table);
       },
       reading);
   if (!told.empty()) c.note(told);
+  for (const std::string& text : warnings) c.warn("", text);
   return table;
 }
 

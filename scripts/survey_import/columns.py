@@ -56,6 +56,26 @@ INDUCTIONS = {"nt": "nT", "ntesla": "nT", "nanotesla": "nT", "gamma": "nT", "gam
 ALL_UNITS = set(LENGTHS) | set(ANGLE_UNITS) | EITHER | set(ACCELERATIONS) | set(INDUCTIONS)
 
 
+_DATUM = r"(?:rkb|kb|rt|brt|bkb|brkb|rte|df|bdf|gl|msl|md|mdrt|mdrkb|mdkb|mdbrt|tvd|tvdrt|tvdrkb|tvdss|tvdmsl|ss)"
+
+
+def length_of(text):
+    """'m', 'ft' or 'usft' of a unit as written, with or without the datum behind it: "m RKB", "ftKB", "mMDRT"; or None."""
+    key = unit_key(text)
+    if key in LENGTHS:
+        return LENGTHS[key]
+    hit = re.fullmatch(rf"(m|metres?|meters?|ft|feet|usft|us ft)[ ./,]*{_DATUM}(?:[ ./,]*{_DATUM})?", key)
+    return LENGTHS[hit[1]] if hit else None
+
+
+def is_unit(text):
+    return unit_key(text) in ALL_UNITS or length_of(text) is not None
+
+
+def unit_of(role, text):
+    return length_of(text) if role == "md" else vocabulary(role).get(unit_key(text))
+
+
 def vocabulary(role):
     return LENGTHS if role == "md" else ANGLE_UNITS if role in ANGLES else ACCELERATIONS if role[0] == "g" else INDUCTIONS
 
@@ -86,15 +106,15 @@ def read_heading(text, unit=None):
     found = Heading(text)
     text = re.sub(r"\bft\s*[\[(]\s*us\s*[\])]", "usft", text, flags=re.I)
     name, inner = split_heading(text)
-    units = ([unit] if unit else []) + [i for i in inner if unit_key(i) in ALL_UNITS]
+    units = ([unit] if unit else []) + [i for i in inner if is_unit(i)]
     words = [w for w in re.split(r"[^\w°º/²^'µμ]+|_", re.sub(r"([a-z])([A-Z][a-z])", r"\1 \2", name)) if w]
     for i in inner:
-        if unit_key(i) not in ALL_UNITS:
+        if not is_unit(i):
             words += [w for w in re.split(r"[^\w°º/²^'µμ]+|_", i) if w]
     # A unit without brackets stands last: "MD ft", "md_us_ft", "Incl deg".
     for take in (3, 2, 1):
         tail = " ".join(words[-take:])
-        if not units and len(words) > take and unit_key(tail) in ALL_UNITS and unit_key(tail) not in ("gr", "f"):
+        if not units and len(words) > take and is_unit(tail) and unit_key(tail) not in ("gr", "f"):
             units, words = [tail], words[:-take]
     found.unit = units[0] if units else None
     small = [w.casefold() for w in words]
@@ -211,7 +231,7 @@ def choose(table, file, options):
 def check_claims(choice, table, file, options):
     """A unit that the file names elsewhere must be that of the heading, or an option says which is right."""
     said = [(unit, place) for role, unit, place in table.claims if role == choice.role]
-    said += [(vocabulary(choice.role).get(written, written), f"{place}: number format '{written}'")
+    said += [(unit_of(choice.role, written) or written, f"{place}: number format '{written}'")
              for written, place in table.column_claims.get(choice.index, [])]
     option = {"md": "--depth-unit", "g": "--gravity-unit", "b": "--field-unit"}.get(choice.role if choice.role == "md" else choice.role[0])
     option = option or "--angle-unit"
@@ -230,7 +250,7 @@ def set_unit(choice, written, place, options):
                           "1/400 of a turn in others: must be known: --angle-unit deg|gon")
         written = None
     if written is not None:
-        choice.unit = vocabulary(choice.role).get(unit_key(written))
+        choice.unit = unit_of(choice.role, written)
         choice.unit_from = "heading"
         if choice.unit is None:
             known = ", ".join(sorted(set(vocabulary(choice.role).values())))

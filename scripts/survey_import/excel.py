@@ -92,7 +92,7 @@ def units_in_formats(sheet, table):
             if not isinstance(cell.value, (int, float)) or isinstance(cell.value, bool):
                 continue
             for quoted in re.findall(r'"([^"]*)"', cell.number_format.split(";")[0].replace("\\ ", " ")):
-                if columns.unit_key(quoted) in columns.ALL_UNITS:
+                if columns.is_unit(quoted):
                     found.setdefault(k, {}).setdefault(columns.unit_key(quoted), row.place)
     return {k: list(units.items()) for k, units in found.items()}
 

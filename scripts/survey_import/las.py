@@ -51,9 +51,9 @@ def read(text, file, options):
         raise Problem(f"{file}: ~V: VERS = '{shown(version)}': must be 1.2 or 2.0; write it as LAS 2.0 or CSV")
     if not curves or not data_line:
         raise Problem(f"{file}: section {'~A' if curves else '~C'} is missing or empty: a LAS file must have curves and data")
-    of = columns.LENGTHS.get
+    of = columns.length_of
     for n, name, unit in ends:
-        index, unit_here = of(columns.unit_key(curves[0][1])), of(columns.unit_key(unit))
+        index, unit_here = of(curves[0][1]), of(unit)
         if index and unit_here and index != unit_here:
             raise Problem(f"{file}:line {n}: {name} is in {shown(unit)}, the depth curve '{shown(curves[0][0])}' (line {curves[0][3]}) in "
                           f"{shown(curves[0][1])}: must agree; correct the one that is wrong")

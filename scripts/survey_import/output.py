@@ -4,9 +4,11 @@ import os
 import stat
 import tempfile
 
+from . import doubts
 from .problem import IO, USAGE, Problem, as_keys, shown
 
 MOST_BYTES = 64 << 20
+MOST_NAMES = 50  # columns that a message names
 
 
 def read_file(path):
@@ -102,14 +104,17 @@ def account(file, table, chosen, stations, reference, facts, encoding, options):
         exact = " x 1200/3937 m" if c.unit == "usft" else ""
         out.append(f"  {head:<16} from column {c.index + 1} '{shown(c.heading, 40)}', {name}{exact}{by}")
     taken = {c.index for c in chosen.values()}
-    ignored = [shown(h, 30) for i, h in enumerate(table.headings) if i not in taken and h] + list(getattr(table, "ignored", []))
-    out.append(f"  ignored          {', '.join(ignored) if ignored else 'no column'}")
+    ignored = [shown(h, 30) or f"column {i + 1} (no heading)" for i, h in enumerate(table.headings)
+               if i not in taken and (h or any(i < len(r.cells) and r.cells[i] for r in stations.rows))]
+    ignored += list(getattr(table, "ignored", []))
+    more = f" and {len(ignored) - MOST_NAMES} more" if len(ignored) > MOST_NAMES else ""
+    out.append(f"  ignored          {', '.join(ignored[:MOST_NAMES]) + more if ignored else 'no column'}")
     if stations.notes:
         out.append(f"  no data          {few(stations.notes)}")
     for word, said in table.notes:
         out.append(f"  {word:<16} {said}")
     if options.skip_lines:
-        out.append(f"  left out         lines {', '.join(map(str, sorted(options.skip_lines)))} (--skip-lines)")
+        out.append(f"  left out         lines {doubts.ranges(options.skip_lines)} (--skip-lines)")
     if stations.empty:
         out.append(f"  no value         {stations.empty} rows that hold only the null value {table.null}")
     md = stations.texts
@@ -119,14 +124,16 @@ def account(file, table, chosen, stations, reference, facts, encoding, options):
     return out
 
 
-def for_program(file, table, chosen, stations, reference, encoding, options):
-    """What surveymc reads: an account in one line, the line of every station, and the CSV, whose azimuth names its north."""
+def for_program(file, table, chosen, stations, reference, warnings, encoding, options):
+    """What surveymc reads: an account in one line, the line of every station, warnings, and the CSV, whose azimuth names its north."""
     lines = account(file, table, chosen, stations, None, "", encoding, options)[:-1]
     told = lines[0].replace(": ", " read as ", 1) + "; " + "; ".join(" ".join(line.split()) for line in lines[1:])
     numbers = [place.rsplit(" ", 1)[-1] for place in stations.places]
     heads = [f"azimuth_{reference[0]}_deg" if head == "azimuth_deg" and reference else head for head in stations.heads]
     text = "".join(",".join(row) + "\n" for row in [heads, *stations.texts])
-    return f"told: {as_keys(told)}\nlines: {' '.join(numbers) if all(n.isdecimal() for n in numbers) else ''}\ncsv:\n{text}"
+    doubtful = "".join(f"warning: {as_keys(w, options.key_prefix)}\n" for w in warnings)
+    lines = " ".join(numbers) if all(n.isdecimal() for n in numbers) else ""
+    return f"told: {as_keys(told, options.key_prefix)}\nlines: {lines}\n{doubtful}csv:\n{text}"
 
 
 def config_lines(path, reference, options, has_toolface):

@@ -31,6 +31,6 @@ def as_keys(text, prefix="survey."):
     text = re.sub(r"--(skip-lines|columns) (\d[\d,-]*|\w+=[^ ;:]+)", lambda m: f'{key(m[1])} = "{m[2]}"', text)
     text = re.sub(r"--([a-z][a-z-]+) (\w+(?:\|\w+)+)", choice, text)
     text = re.sub(r"--([a-z][a-z-]+) ([A-Z]+)\b", lambda m: f'{key(m[1])} = "{m[2]}"', text)
-    text = re.sub(r"--(decimal) (point|comma)\b", lambda m: f'{key(m[1])} = "{m[2]}"', text)
+    text = re.sub(r"--(decimal|unusual) (point|comma|allow)\b", lambda m: f'{key(m[1])} = "{m[2]}"', text)
     text = re.sub(r"--([a-z][a-z-]+)(?= [\w.]+=| \d)", lambda m: f"{key(m[1])} =", text)
     return re.sub(r"--([a-z][a-z-]+)", lambda m: key(m[1]), text)

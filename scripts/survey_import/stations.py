@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 
-from . import columns
+from . import columns, doubts
 from .problem import Problem, shown
 
 
@@ -15,6 +15,7 @@ class Stations:
     values: list  # rows of floats in the written units
     places: list  # of each row
     notes: list  # places of lines that were left out as no data
+    rows: list  # of the table
     empty: int  # rows of a form whose values are its null
     mark: str
 
@@ -77,12 +78,12 @@ def check_header(row, chosen, reference, file):
     read = {r: columns.read_heading(row.cells[c.index]) if c.index < len(row.cells) else columns.Heading("") for r, c in chosen.items()}
     units = {r: row.cells[chosen[r].index].strip(" ()[]") for r in read if read[r].text}
     named = {r for r, h in read.items() if h.strong | h.weak}
-    if len(named) < 2 and sum(columns.unit_key(u) in columns.ALL_UNITS for u in units.values()) < 2:
+    if len(named) < 2 and sum(columns.is_unit(u) for u in units.values()) < 2:
         return
     for role, h in read.items():
         c = chosen[role]
-        written = h.unit or (units.get(role) if columns.unit_key(units.get(role, "")) in columns.ALL_UNITS else None)
-        unit = columns.vocabulary(role).get(columns.unit_key(written)) if written else None
+        written = h.unit or (units.get(role) if columns.is_unit(units.get(role, "")) else None)
+        unit = columns.unit_of(role, written) if written else None
         column = role in named and role not in h.strong | h.weak and not c.by_option
         if not column and not (unit and unit != c.unit and (unit, c.unit) != ("ft", "usft")) and \
                 not (role == "azi" and h.reference and reference and h.reference != reference[0] and reference[0] in columns.REFERENCES):
@@ -105,6 +106,8 @@ def collect(table, chosen, options, file, reference=None):
             notes.append(row.place)
             if not row.repeats:
                 headers.append(row)
+    if not options.readings:
+        data = doubts.of_one_well(data, table, chosen, options, file)
     roles = list(chosen)
     cells = [(f"{file}:{row.place}: {c.heading}", row.cells[c.index], r) for row in data for r, c in chosen.items()]
     mark = "point" if table.plain_numbers else columns.decimal_mark(cells, options)
@@ -126,4 +129,4 @@ def collect(table, chosen, options, file, reference=None):
         units = {h.rsplit("_", 1)[1]: chosen[h[:2]] for h in heads if h[:2] in axes.split() and h[:2] in chosen}
         if len(units) > 1:
             raise Problem(f"{file}:{table.header_place}: {axes}: units {', '.join(sorted(units))}: the three axes must have one; correct the headings")
-    return Stations(roles, heads, texts, [[float(t) for t in row] for row in texts], [row.place for row in data], notes, empty, mark)
+    return Stations(roles, heads, texts, [[float(t) for t in row] for row in texts], [row.place for row in data], notes, data, empty, mark)

@@ -23,3 +23,5 @@ class Table:
     plain_numbers: bool = False  # the form itself fixes the decimal point (LAS, XML, Excel)
     claims: list = field(default_factory=list)  # (role, unit, place): units that the file names besides the headings
     column_claims: dict = field(default_factory=dict)  # column from 0 to [(unit as written, place)]: of its number formats
+    described: dict = field(default_factory=dict)  # column from 0 to what the file says of it besides its heading
+    warnings: list = field(default_factory=list)  # what is doubtful, as found while reading

@@ -270,7 +270,7 @@ def length_unit(words):
     words = re.split(r"\s{2,}|[,;|\t\"(]", words.strip())[0]
     if re.search(r"\b(?:us|u\.s\.)?\s*survey\s+(?:ft|foot|feet)\b", words, re.I):
         return "usft"
-    return columns.LENGTHS.get(columns.unit_key(words))
+    return columns.length_of(words)
 
 
 def claims_in_titles(lines, options):

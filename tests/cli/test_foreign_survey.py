@@ -192,7 +192,7 @@ class Forms(Case):
         def readers():
             for place in Path("/proc").glob("[0-9]*/cmdline"):
                 with contextlib.suppress(OSError):  # it has ended
-                    if name in (words := place.read_text()) and "import_survey" in words:
+                    if name in (words := place.read_text(errors="replace")) and "import_survey" in words:
                         yield int(place.parent.name)
 
         def wait(until):

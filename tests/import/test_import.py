@@ -5,6 +5,7 @@
 """
 import contextlib
 import io
+import math
 import os
 import pathlib
 import random
@@ -285,6 +286,84 @@ class Titles(Case):
         content = self.under("Inclination measured from horizontal")
         self.refused(content, "in.csv:line 1", "must be from the vertical", "--skip-lines 1")
         self.gives(content, METRES, "--skip-lines", "1")
+
+
+class Doubts(Case):
+    """What stands beside the three columns. The script says it; surveymc asks (tests/cli)."""
+    @staticmethod
+    def well(turn=0.0, scale=1.0, stations=20, build=2.0, height=0.0):
+        """Rows of a well on one azimuth, exact: md, inc, azi, tvd, north, east."""
+        radius, rows = 30 / math.radians(build), []
+        for k in range(stations):
+            angle = math.radians(build * k)
+            out, down = radius * (1 - math.cos(angle)) * scale, radius * math.sin(angle) * scale
+            azimuth = math.radians(60 + turn)
+            rows.append((f"{30 * k}", f"{build * k:.2f}", "60", f"{down + height:.2f}", f"{out * math.cos(azimuth):.2f}", f"{out * math.sin(azimuth):.2f}"))
+        return rows
+
+    HEAD = ("MD (m)", "Inc (deg)", "Azi Grid (deg)", "TVD", "+N/-S", "+E/-W")
+
+    def warned(self, content, *texts, options=()):
+        code, said, written = self.run_on(content, *options)
+        self.assertEqual(code, 0, said)
+        warnings = [line for line in said.splitlines() if line.startswith("warning: ")]
+        for text in texts:
+            self.assertTrue(any(re.search(text, w) for w in warnings), said)
+        self.assertTrue(texts or not warnings, warnings)
+        return said
+
+    def test_listed_positions_that_agree(self):
+        for head in self.HEAD, ("MD (m)", "Inc", "Azi Grid", "True Vertical Depth (m)", "Northing (m)", "Easting (m)"), ("MD (m)", "Inc", "Azi Grid", "TVDSS", "NS", "EW"):
+            self.warned(table(head=head, rows=self.well(height=-25)))
+        heights = [(*r[:3], f"{25 - float(r[3]):.2f}", *r[4:]) for r in self.well()]
+        self.warned(table(head=(*self.HEAD[:3], "TVDSS (m)", *self.HEAD[4:]), rows=heights))
+        letters = [(*r[:4], r[4] + " N", r[5] + " E") for r in self.well()]
+        self.warned(table(head=self.HEAD, rows=letters))
+        feet = [(*r[:3], *(f"{float(c) / 0.3048:.2f}" for c in r[3:])) for r in self.well()]
+        self.warned(table(head=(*self.HEAD[:3], "TVD (ft)", "N (ft)", "E (ft)"), rows=feet))
+
+    def test_listed_positions_that_contradict(self):
+        gon = [(r[0], f"{float(r[1]) / 0.9:.4f}", *r[2:]) for r in self.well(build=3.5)]
+        self.warned(table(head=self.HEAD, rows=gon), r"line \d+: 'TVD' = \S+ \S+ m from the row before, where the angles give")
+        self.warned(table(head=self.HEAD, rows=self.well(turn=180)), "lie [+-]180 deg from where the azimuths lead")
+        mirrored = [(r[0], r[1], f"{60 + k}", *r[3:]) for k, r in enumerate(self.well(build=3.0, stations=30))]
+        self.warned(table(head=self.HEAD, rows=mirrored), r"'\+N/-S', '\+E/-W'")
+        self.warned(table(head=self.HEAD, rows=self.well(turn=2.5)), r"lie \+2\.5 deg .* are they from another north")
+        self.warned(table(head=self.HEAD, rows=self.well(scale=1.01)), r"'TVD' = \S+ \S+ m off what minimum curvature gives from the angles over 570 m")
+        self.warned(table(head=self.HEAD, rows=[(*r[:3], "7", *r[4:]) for r in self.well()]), "'TVD' holds 7 in all rows: not compared")
+        self.warned(table(head=(*self.HEAD[:3], "TVD (ft)", *self.HEAD[4:]), rows=self.well()), "'TVD .ft.' = .* ft from the row before, where the angles give 98")
+
+    def test_wells_in_one_table(self):
+        rows = [("A-1", *s) for s in STATIONS] + [("A-1 T2", f"{1100 + 30 * k}", "9", "40") for k in range(3)]
+        for head in "Well", "Wellbore Name", "HoleID", "UWI":
+            content = table(head=(head, "MD (m)", "Incl", "Azi Grid"), rows=rows)
+            self.refused(content, f"in.csv:line 1: column 1 '{head}' names 2 wells: 'A-1', 'A-1 T2'", "--trajectory NAME")
+            self.gives(content, METRES, "--trajectory", "A-1")
+        self.refused(content, "must be one of 'A-1', 'A-1 T2'", options=["--trajectory", "B"], code=64)
+        self.gives(table(head=("Hole Size", "MD (m)", "Incl", "Azi Grid"), rows=[(f"{12 - k}", *s) for k, s in enumerate(STATIONS)]), METRES)
+
+    def test_stations_that_do_not_count(self):
+        for head, word in [("QC", "FAIL"), ("Status", "Rejected"), ("Survey Quality", "bad"), ("Use", "N"), ("Accepted", "0"), ("Comment", "do not use")]:
+            good = "" if head == "Comment" else {"N": "Y", "0": "1"}.get(word, "OK")
+            rows = [(*s, word if k == 1 else good) for k, s in enumerate(STATIONS)]
+            self.warned(table(head=("MD (m)", "Inc", "Azi Grid", head), rows=rows), f"line 3: column 4 '{head}' = '{word}'.*--skip-lines 3")
+        for word in "Projected to TD", "PROJ", "Extrapolated", "bit projection":
+            rows = [(*s, word if k == 2 else "") for k, s in enumerate(STATIONS)]
+            self.warned(table(head=("MD (m)", "Inc", "Azi Grid", "Remark"), rows=rows), "line 4: column 4 'Remark' = .* is no measurement.*--skip-lines 4")
+        self.warned(table(head=("MD (m)", "Inc", "Azi Grid", "QC"), rows=[(*s, "PASS") for s in STATIONS]))
+
+    def test_minutes_of_angle_and_letters_of_the_compass(self):
+        for head in "", "min", "Minutes", "Azi Min":
+            rows = [(*s, f"{20 * k}") for k, s in enumerate(STATIONS)]
+            self.warned(table(head=("MD (m)", "Inc", "Azi Grid", head), rows=rows), "column 4.* right of the azimuth .* minutes of angle")
+        rows = [(s[0], s[1], "S", s[2], "W") for s in STATIONS]
+        self.warned(table(head=("MD (m)", "Inc", "NS", "Azi Grid", "EW"), rows=rows), "column 3 'NS' beside the azimuth holds letters of the compass")
+
+    def test_units_with_their_datum(self):
+        for unit in "m RKB", "m MD", "mMDRT", "m KB":
+            self.gives(table(head=(f"MD ({unit})", "Inc", "Azi Grid")), METRES)
+        self.gives(table(head=("MD (ft KB)", "Inc", "Azi Grid")), FEET)
+        self.gives("MD,Inc,Azi Grid,TVD\nft RKB,deg,deg,ft RKB\n" + "".join(",".join(s) + ",1\n" for s in STATIONS), FEET)
 
 
 class Reports(Case):
