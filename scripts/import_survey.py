@@ -94,6 +94,11 @@ def read_table(data, options):
         raise Problem(f"{file}: is a workbook of Excel 97-2003 or another old Office file: must be .xlsx; save it as .xlsx or CSV")
     else:
         string, encoding = text.decode(data, file, options.encoding)
+        if re.match(r"\s*<(!doctype\s+html|html|head|body|table|meta|div|style)\b", string, re.I) or re.search(r"<html\b", string[:2000], re.I):
+            raise Problem(f"{file}: is HTML, a page of the web, whatever its name ends in: must be a table of text, LAS, WITSML or Excel; open it in a "
+                          "spreadsheet program and save it as .xlsx or CSV")
+        if "urn:schemas-microsoft-com:office:spreadsheet" in string[:2000]:
+            raise Problem(f"{file}: is an XML spreadsheet of Excel 2003: must be .xlsx; save it as .xlsx or CSV")
         if string.lstrip().startswith("<"):
             kind, encoding, table = "WITSML", "", witsml.read(data, file, options)
         elif las.is_las(string):

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 
 #include <fmt/ranges.h>
@@ -183,14 +184,42 @@ void require_field_of_reference(const config::ConfigReader& c, const Well& w, co
       "of a sidetrack");
 }
 
-Well read_offset(config::ConfigReader& c, const Well& reference, config::AzimuthReference north) {
+/// Slots in the frame of true north. `turn`: the convergence, where they are differences of map coordinates.
+Eigen::Vector3d read_slot(config::ConfigReader& c, const std::string& key, double turn,
+                          const std::optional<std::vector<double>>& missing = std::nullopt) {
+  const Eigen::Vector3d slot = vector_of(missing ? c.numbers(key, kPlace, 3, *missing) : c.numbers(key, kPlace, 3));
+  if (turn == 0) return slot;
+  return {slot.x() * std::cos(turn) - slot.y() * std::sin(turn), slot.x() * std::sin(turn) + slot.y() * std::cos(turn),
+          slot.z()};
+}
+
+/// A slot may be meant in true north, as it is taken, or in the map that azimuths are counted in. Who wrote all
+/// azimuths from grid north will have slots of the map: asked for, where it matters.
+void ask_for_north_of_slots(config::ConfigReader& c, const WellPairs& s, config::AzimuthReference north) {
+  constexpr double kMatters = 5;  // m; hardly more than the accuracy of slots in older records
+  if (c.has("survey.slot_reference")) return;
+  double moved = 0;
+  for (const Well& w : s.offsets)
+    moved = std::max(moved, (w.slot - s.reference.slot).head<2>().norm() * 2 *
+                                std::abs(std::sin(s.reference.field.convergence / 2)));
+  constexpr double kTold = 0.01;  // m
+  if (moved < kTold) return;
+  const std::string text = fmt::format(
+      "slots may be north and east of true north or of the map, which the convergence of {:.4g} deg turns by up to "
+      "{:.3g} m: survey.slot_reference = \"true\" or \"grid\" says which",
+      s.reference.field.convergence / kDegree, moved);
+  if (north == config::AzimuthReference::grid && moved > kMatters) c.fail("survey.slot_reference", "missing: " + text);
+  c.warn("", text + "; taken as true");
+}
+
+Well read_offset(config::ConfigReader& c, const Well& reference, config::AzimuthReference north, double turn) {
   Well w;
   w.name = c.text("name");
   w.model_place = c.has("error_model") ? c.place("error_model") : reference.model_place;
   w.field = read_offset_field(c, reference.field);
   w.survey = read_offset_survey(c, w.field, north);
   const bool is_sidetrack = c.has("kickoff_md_m");
-  w.slot = is_sidetrack && !c.has("slot_m") ? reference.slot : vector_of(c.numbers("slot_m", kPlace, 3));
+  w.slot = is_sidetrack && !c.has("slot_m") ? reference.slot : read_slot(c, "slot_m", turn);
   w.hole_diameter = read_hole_diameter(c, "hole_diameter", reference.hole_diameter);
   if (is_sidetrack) {
     w.kickoff = read_kickoff(c, w, reference);
@@ -352,7 +381,10 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
   const config::AzimuthReference north =
       c.has("survey.plan") ? config::AzimuthReference::true_north
                            : read_azimuth_reference(c, c.csv("survey.file"), "survey.azimuth_reference");
-  r.slot = vector_of(c.numbers("survey.slot_m", kPlace, 3, std::vector<double>{0, 0, 0}));
+  // By has(), so that no default of it is written into every config.
+  const bool on_map = c.has("survey.slot_reference") && c.choice("survey.slot_reference", {"true", "grid"}) == "grid";
+  const double turn = on_map ? r.field.convergence : 0;
+  r.slot = read_slot(c, "survey.slot_m", turn, std::vector<double>{0, 0, 0});
   r.hole_diameter = read_hole_diameter(c, "survey.hole_diameter", 0);
   r.tools = read_tool_runs(c, r.survey);
   r.model_place = c.place("error_model");
@@ -363,12 +395,18 @@ WellPairs read_well_pairs(config::ConfigReader& c) {
   std::vector<config::ConfigReader> offsets = c.tables("offset");
   if (offsets.empty()) c.fail("offset", "missing: there must be at least one [[offset]]");
   std::set<std::string> names{r.name};
+  bool any_grid = north == config::AzimuthReference::grid;
+  const auto uses_grid = [](config::ConfigReader& entry) {
+    return read_azimuth_reference(entry, entry.csv("file"), "azimuth_reference") == config::AzimuthReference::grid;
+  };
   for (config::ConfigReader& entry : offsets) {
-    s.offsets.push_back(read_offset(entry, r, north));
+    s.offsets.push_back(read_offset(entry, r, north, turn));
     refuse_outside_range(c, s.offsets.back());
     warn_of_idle_terms(c, s.offsets.back().tools, s.offsets.back().field, s.offsets.back().latitude);
     entry.require(names.insert(s.offsets.back().name).second, "name", "another well has this name");
+    any_grid = any_grid || uses_grid(entry);
   }
+  if (any_grid) ask_for_north_of_slots(c, s, north);
   s.rule.scale_factor = c.number("separation.scale_factor", config::Range::positive(), s.rule.scale_factor);
   s.rule.surface_margin = c.number("separation.surface_margin_m", config::Range::non_negative(), s.rule.surface_margin);
   s.rule.project_ahead = c.number("separation.project_ahead_m", config::Range::non_negative(), s.rule.project_ahead);

@@ -178,8 +178,17 @@ def position_of(wanted, table, role, option):
     return same[0]
 
 
-def listed(headings):
-    return ", ".join(f"{i + 1} '{shown(h, 30)}'" for i, h in enumerate(headings))
+def listed(headings, most=30):
+    more = f" and {len(headings) - most} more" if len(headings) > most else ""
+    return ", ".join(f"{i + 1} '{shown(h, 30)}'" for i, h in enumerate(headings[:most])) + more
+
+
+def missing(headings, readings):
+    """Of headings that do not name all that is needed: what is not found, and why."""
+    read = [read_heading(h) for h in headings]
+    lost = [NAMES.get(r, r) for r in roles_wanted(readings) if not any(r in h.strong or h.weak == {r} for h in read)]
+    positions = not readings and any(re.search(r"\btvd|\b(north|east)|^\W*[xy]\b|n/\W?s", h, re.I) for h in headings)
+    return f"found no {', no '.join(lost)}" + ("; positions alone are not read: angles must be there" if positions and "inclination" in lost else "")
 
 
 def choose(table, file, options):
@@ -276,11 +285,17 @@ def set_unit(choice, written, place, options):
 def azimuth_reference(table, heading, place, options):
     """(true|magnetic|grid, who says so); the heading of the column goes before the rest of the file."""
     said = [(heading.reference, f"heading '{shown(heading.text)}'")] if heading.reference else [table.reference] if table.reference else []
+    if heading.reference and table.reference and not options.azimuth_reference and {heading.reference, table.reference[0]} <= set(REFERENCES) and \
+            heading.reference != table.reference[0]:
+        raise Problem(f"{place}: {said[0][1]} says {heading.reference} north, {table.reference[1]} says {table.reference[0]}: must agree: which is right? "
+                      "--azimuth-reference true|magnetic|grid")
     if said and said[0][0] == "several":
         if options.azimuth_reference:
             return options.azimuth_reference, "--azimuth-reference"
         raise Problem(f"{place}: {said[0][1]}: names more than one north, or one that was corrected: must be one: "
                       "--azimuth-reference true|magnetic|grid")
+    if said and options.azimuth_reference and table.reference and table.reference[0] == options.azimuth_reference != said[0][0]:
+        return options.azimuth_reference, f"--azimuth-reference, and {table.reference[1]}"
     if said and options.azimuth_reference and said[0][0] != options.azimuth_reference:
         raise Problem(f"{place}: {said[0][1]} says {said[0][0]} north, --azimuth-reference says {options.azimuth_reference}: must "
                       "agree; choose the column (--columns azi=...) or correct the file")
@@ -303,6 +318,27 @@ def tidy(cell):
     return cell.strip().strip('"').strip().replace("\u2212", "-").rstrip("°º").rstrip()
 
 
+BEARING = r"[NSns]\s{0,2}\d{1,2}(?:[.,]\d+)?\s{0,2}[°º]?\s{0,2}[EWew]"
+
+
+def bearing(cell):
+    """(letter, digits, letter) of "S 40.5 W": an angle from north or south towards east or west; or None."""
+    hit = re.fullmatch(r"([NS])\s*(\d{1,2}(?:[.,]\d+)?)\s*[°º]?\s*([EW])", cell.strip(), re.I)
+    return (hit[1].upper(), hit[2], hit[3].upper()) if hit else None
+
+
+def azimuth_of(cell, mark, place):
+    """(Decimal, text) of an azimuth cell: a number, or a bearing by quadrant, turned exactly."""
+    said = bearing(cell)
+    if said is None:
+        return number(cell, mark, place)
+    value, _ = number(said[1], mark, place)
+    if value > 90:
+        raise Problem(f"{place} = '{shown(cell)}': must be at most 90 deg from north or south; correct it")
+    value = {"NE": value, "SE": 180 - value, "SW": 180 + value, "NW": (360 - value) if value else value}[said[0] + said[2]]
+    return value, plain(value)
+
+
 def is_null(cell, null):
     t = tidy(cell)
     if t.casefold() in ("", "-", "--", "nan", "null", "none", "n/a", "na", "#n/a"):
@@ -316,7 +352,7 @@ def is_null(cell, null):
 def looks_numeric(cell):
     """A number in any of the ways of writing, to tell rows of data from text."""
     t = tidy(cell)
-    return bool(t) and len(t) < 60 and bool(re.fullmatch(r"[+-]?[\d.,\u00a0\u2009\u202f '’]*\d[\d.,]*([eE][+-]?\d{1,3})?", t, re.A))
+    return bool(t) and len(t) < 60 and bool(re.fullmatch(r"[+-]?[\d.,\u00a0\u2009\u202f '’]*\d[\d.,]*([eE][+-]?\d{1,3})?", t, re.A) or bearing(t))
 
 
 def mark_meaning(text):

@@ -8,9 +8,18 @@ import re
 from . import columns
 from .problem import Problem, shown
 from .table import Row, Table
-from .text import check_size, lines_of
+from .text import check_size, claims_in_titles, lines_of, north_in_titles
 
-_LINE = re.compile(r"^\s*([^.\s][^.]*?)\s*\.([^\s:]*)\s*(.*?)\s*(?::([^:]*))?$")
+def parts_of(line):
+    """(mnemonic, unit, value, description) of "MNEM.UNIT VALUE : DESCRIPTION", or None."""
+    name, point, rest = line.partition(".")
+    if not point or not name.strip():
+        return None
+    before, colon, after = rest.rpartition(":")
+    if not colon:
+        before, after = rest, ""
+    unit = re.match(r"[^\s:]*", before)[0]
+    return name.strip(), unit, before[len(unit):].strip(), after.strip()
 
 
 def is_las(text):
@@ -22,6 +31,7 @@ def is_las(text):
 
 def read(text, file, options):
     section, keys, ends, curves, data, data_line = "", {}, [], [], [], 0
+    said = {}  # lines that may name the north, or from where inclinations count
     lines = lines_of(text)
     check_size(lines, file)
     for n, line in enumerate(lines, 1):
@@ -37,15 +47,17 @@ def read(text, file, options):
         if section == "A":
             data.append((n, [c.strip() for c in bare.split(",")] if keys.get("DLM", "").upper() == "COMMA" else bare.split()))
             continue
-        hit = _LINE.match(line[:2000])
+        hit = parts_of(line[:2000])
         if section in "VWC" and not hit:
             raise Problem(f"{file}:line {n}: '{shown(bare)}': must be MNEMONIC.UNIT VALUE : DESCRIPTION")
         if hit and section in "VWP":
-            keys.setdefault(hit[1].upper(), hit[3].strip())
-            if hit[1].upper() in ("STRT", "STOP"):
-                ends.append((n, hit[1], hit[2].strip()))
+            keys.setdefault(hit[0].upper(), hit[2])
+            if hit[0].upper() in ("STRT", "STOP"):
+                ends.append((n, hit[0], hit[1]))
         elif hit and section == "C":
-            curves.append((hit[1].strip(), hit[2].strip(), (hit[4] or "").strip(), n))
+            curves.append((hit[0], hit[1], hit[3], n))
+        if section in "WPO":
+            said[n - 1] = re.sub(r"[.:]", " : ", line[:400]) if section != "O" else line
     version = keys.get("VERS", "")
     if not re.match(r"(1\.2|2\.)", version):
         raise Problem(f"{file}: ~V: VERS = '{shown(version)}': must be 1.2 or 2.0; write it as LAS 2.0 or CSV")
@@ -79,7 +91,13 @@ def read(text, file, options):
             rows.append(Row(f"line {n}", cells))
     table = Table(f"LAS {version}" + (", wrapped" if wrapped else ""), [heading_of(c) for c in curves], rows,
                   f"lines {curves[0][3]}-{curves[-1][3]}", [c[1] or None for c in curves], null=keys.get("NULL"), plain_numbers=True)
-    table.reference = described_north(curves)
+    titles = [said.get(n, "") for n in range(max(said, default=-1) + 1)]
+    described, titled = described_north(curves), north_in_titles(titles)
+    if described and titled and described[0] != titled[0]:
+        described = "several", f"{described[1]} and {titled[1]}"
+    table.reference = described or titled
+    claims_in_titles(titles, options)
+    table.described = {i: c[2] for i, c in enumerate(curves)}
     return table
 
 

@@ -123,7 +123,7 @@ def compare(table, chosen, found, file):
         filled = {v for v in c.values if v is not None}
         displaced = max(abs(p[3]) if c.kind == "tvd" else math.hypot(p[1], p[2]) for p in at)
         if len(filled) == 1 and displaced > ROUNDING_M:
-            notes.append(f"{file}:{table.header_place}: column '{shown(c.heading)}' holds {next(iter(filled)):g} in all rows: not compared with the angles")
+            notes.append(f"{file}:{table.header_place}: column '{shown(c.heading)}' holds {next(iter(filled)):.10g} in all rows: not compared with the angles")
         else:
             moves.append(c)
     for c in moves:

@@ -33,6 +33,8 @@ def is_data(row, chosen, table, file):
     numeric = {r for r, t in cells.items() if columns.looks_numeric(t)} - empty
     if table.null is not None and empty == set(cells) - {"md"}:
         return None
+    if empty == {"azi"} and re.fullmatch(r"[+-]?0*[.,]?0*°?", columns.tidy(cells["inc"])):
+        return True  # a vertical hole has no azimuth
     more = [c for c in row.cells[len(table.headings):] if c.strip()]
     if len(numeric) == len(cells):
         if any(columns.looks_numeric(c) for c in more):
@@ -85,7 +87,7 @@ def check_header(row, chosen, reference, file):
         written = h.unit or (units.get(role) if columns.is_unit(units.get(role, "")) else None)
         unit = columns.unit_of(role, written) if written else None
         column = role in named and role not in h.strong | h.weak and not c.by_option
-        if not column and not (unit and unit != c.unit and (unit, c.unit) != ("ft", "usft")) and \
+        if not column and not (unit and unit != (c.unit or "deg") and (unit, c.unit) != ("ft", "usft")) and \
                 not (role == "azi" and h.reference and reference and h.reference != reference[0] and reference[0] in columns.REFERENCES):
             continue
         line = row.place.rsplit(" ", 1)[-1]
@@ -94,10 +96,79 @@ def check_header(row, chosen, reference, file):
                       f"if it is not true: --skip-lines {line}")
 
 
+def fill_azimuths(rows, table, chosen, file):
+    """A station of inclination 0 without azimuth takes that of the next which has one, else of the one before: no turn at it."""
+    index, filled = chosen["azi"].index, []
+    for order in (range(len(rows) - 1, -1, -1), range(len(rows))):
+        last = None
+        for k in order:
+            row = rows[k]
+            text = row.cells[index] if index < len(row.cells) else ""
+            if not columns.is_null(text, table.null):
+                last = text
+            elif last is not None:
+                rows[k].cells = [*row.cells[:index], *[""] * (index - len(row.cells)), last, *row.cells[index + 1:]]
+                filled.append(row)
+    for row in rows:
+        if index >= len(row.cells) or columns.is_null(row.cells[index], table.null):  # the whole hole is vertical
+            row.cells = [*row.cells[:index], *[""] * (index - len(row.cells)), "0", *row.cells[index + 1:]]
+            filled.append(row)
+    if filled:
+        filled.sort(key=rows.index)
+        table.warnings.append(f"{file}:{filled[0].place}: {shown(chosen['azi'].heading, 30)} is empty at inclination 0"
+                              + (f" (and in {len(filled) - 1} rows more)" if len(filled) > 1 else "")
+                              + f": taken from the next station, {shown(filled[0].cells[index], 20)}")
+
+
+def from_the_top(rows, table, chosen, options, file):
+    """Rows that are listed from the bottom up, turned."""
+    try:
+        mark = options.decimal or ("point" if table.plain_numbers else columns.decimal_mark([("", r.cells[chosen["md"].index], "md") for r in rows], options))
+        md = [columns.number(r.cells[chosen["md"].index], mark, "")[0] for r in rows]
+    except Problem:
+        return rows  # told where all numbers are read
+    if not all(b < a for a, b in zip(md, md[1:])):
+        return rows
+    table.warnings.append(f"{file}: depths decrease from {shown(rows[0].cells[chosen['md'].index], 20)} ({rows[0].place}) to "
+                          f"{shown(rows[-1].cells[chosen['md'].index], 20)} ({rows[-1].place}): read from the bottom up")
+    return rows[::-1]
+
+
+def other_table(row, chosen):
+    """Does a row without numbers begin a table of other columns?"""
+    words = [w for c in row.cells for w in re.findall(r"[^\W\d_]+", c.casefold())]
+    if row.repeats or len([c for c in row.cells if c.strip()]) < 2 or any(columns.looks_numeric(c) for c in row.cells if c.strip()):
+        return False
+    if sum(w in _OF_TABLES for w in words) + sum(columns.is_unit(c.strip(" ()[]")) for c in row.cells if c.strip()) < 2:
+        return False
+    read = {r: columns.read_heading(row.cells[c.index]) for r, c in chosen.items() if c.index < len(row.cells)}
+    return not all(r in h.strong | h.weak for r, h in read.items())
+
+
+_OF_TABLES = set("depth measured vertical md tvd name comment diameter casing hole formation lithology dip north east northing easting inclination azimuth inc "
+                 "azi incl local coordinates target targets shape marker top base size".split())
+
+
 def collect(table, chosen, options, file, reference=None):
     data, notes, headers, empty = [], [], [], 0
+    begins = None  # a line that may begin another table
     for row in table.rows:
-        kind = is_data(row, chosen, table, file)
+        try:
+            kind = is_data(row, chosen, table, file)
+            another = bool(kind) and begins is not None and data
+        except Problem:
+            if begins is None or not data:
+                raise
+            another = True
+        if another:
+            last = table.rows[-1].place.rsplit(" ", 1)[-1]
+            first = begins.place.rsplit(" ", 1)[-1]
+            raise Problem(f"{file}:{begins.place}: '{shown(' '.join(c for c in begins.cells if c), 50)}': another table begins here, below "
+                          f"{len(data)} stations: must be one table; leave the rest out: --skip-lines {first}-{last}")
+        if not kind and row.repeats:
+            begins = None
+        elif not kind and data and begins is None and other_table(row, chosen):
+            begins = row
         if kind:
             data.append(row)
         elif kind is None:
@@ -106,14 +177,22 @@ def collect(table, chosen, options, file, reference=None):
             notes.append(row.place)
             if not row.repeats:
                 headers.append(row)
+                if begins is row:
+                    check_header(row, chosen, reference, file)
     if not options.readings:
         data = doubts.of_one_well(data, table, chosen, options, file)
+        fill_azimuths(data, table, chosen, file)
+    if len(data) > 1 and options.readings is False:
+        data = from_the_top(data, table, chosen, options, file)
     roles = list(chosen)
     cells = [(f"{file}:{row.place}: {c.heading}", row.cells[c.index], r) for row in data for r, c in chosen.items()]
-    mark = "point" if table.plain_numbers else columns.decimal_mark(cells, options)
+    if not options.readings:
+        cells = [(place, (columns.bearing(t) or ("", t))[1], r) for place, t, r in cells]
+    mark = options.decimal or "point" if table.plain_numbers else columns.decimal_mark(cells, options)
     read = []
     for row in data:
-        read.append({r: columns.number(row.cells[c.index], mark, f"{file}:{row.place}: {c.heading}") for r, c in chosen.items()})
+        read.append({r: (columns.azimuth_of if r == "azi" else columns.number)(row.cells[c.index], mark, f"{file}:{row.place}: {c.heading}")
+                     for r, c in chosen.items()})
     if not options.readings:
         angle_units(chosen, [(row.place, {r: v[0] for r, v in values.items()}) for row, values in zip(data, read)], options, file, table)
         for c in chosen.values():

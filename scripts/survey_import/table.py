@@ -25,3 +25,4 @@ class Table:
     column_claims: dict = field(default_factory=dict)  # column from 0 to [(unit as written, place)]: of its number formats
     described: dict = field(default_factory=dict)  # column from 0 to what the file says of it besides its heading
     warnings: list = field(default_factory=list)  # what is doubtful, as found while reading
+    by_count: bool = True  # headings are as many as columns; else they were paired by place

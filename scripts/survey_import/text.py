@@ -10,7 +10,7 @@ import csv
 import re
 from collections import Counter
 
-from . import columns
+from . import columns, doubts
 from .problem import Problem, shown
 from .table import Row, Table
 
@@ -86,9 +86,13 @@ def delimited(lines, separator, options):
     """A Table of one separator, or None if no header is found with it."""
     cells = [split(line, separator) if separator in line else [line.strip()] for line in lines]
     numeric = [sum(columns.looks_numeric(c) for c in row) for row in cells]
+    numbered = [int(c) - 1 for c in options.columns.values() if re.fullmatch(r"\d{1,5}", c)]
     for first in range(len(cells)):
         if numeric[first] < 3 or first + 1 in options.skip_lines:
             continue
+        if len(numbered) >= 3 and not all(k < len(cells[first]) and columns.looks_numeric(cells[first][k]) for k in numbered) and \
+                any(all(0 <= k < len(row) and columns.looks_numeric(row[k]) for k in numbered) for row in cells[first + 1:first + 1000]):
+            continue  # a record of another kind: the columns that are named hold no numbers here
         parts, used, i = [], [], first - 1
         while i >= 0 and len(parts) < 4 and first - i <= 8:
             filled = [c for c in cells[i] if c]
@@ -125,6 +129,10 @@ def delimited(lines, separator, options):
         if options.columns and not parts:
             headings = [""] * len(cells[first])
         header = {same_words(lines[n - 1]) for n in used}
+        longer = [n for n in range(first, len(cells)) if numeric[n] >= 3 and any(cells[n][count:]) and not any(map(columns.looks_numeric, cells[n][count:]))]
+        if used and longer and not options.columns and len(longer) == sum(m >= 3 for m in numeric[first:]):
+            raise Problem(f"{options.name}:line {longer[0] + 1}: {len(cells[longer[0]])} values, as in all rows, below {count} headings (line {used[-1]}): "
+                          "which belongs to which cannot be seen: name the columns: --columns md=NUMBER,inc=NUMBER,azi=NUMBER")
         rows = [Row(f"line {n + 1}", cells[n], same_words(lines[n]) in header) for n in range(first, len(cells)) if n + 1 not in options.skip_lines]
         return Table(f"{SEPARATORS[separator]}-separated text", headings, rows, place_of(used, first))
     return None
@@ -138,6 +146,19 @@ def place_of(used, first):
 
 def tokens(line):
     return [(m.start(), m.end(), m[0]) for m in re.finditer(r"\S+", line)]
+
+
+def joined_tokens(line):
+    """As tokens(), but a bearing ("S 40.5 W") and words with single spaces between ("A-11 T") are one."""
+    out = []
+    for m in re.finditer(rf"(?<!\S){columns.BEARING}(?!\S)|\S+", line):
+        word = (m.start(), m.end(), m[0])
+        is_text = not columns.looks_numeric(m[0])
+        if out and is_text and word[0] == out[-1][1] + 1 and not columns.looks_numeric(out[-1][2]):
+            out[-1] = (out[-1][0], word[1], out[-1][2] + " " + m[0])
+        else:
+            out.append(word)
+    return out
 
 
 def phrases(line):
@@ -155,6 +176,10 @@ def nearest(word, spans):
     if overlap(word, spans[best]) > 0:
         return best
     return min(range(len(spans)), key=lambda k: abs(spans[k][0] + spans[k][1] - word[0] - word[1]))
+
+
+def has_cell_a_column(line, count):
+    return count in (len(phrases(line)), len(tokens(line)))
 
 
 def header_cells(line, spans):
@@ -176,10 +201,46 @@ def header_cells(line, spans):
     return cells
 
 
+def by_place(line, spans):
+    """What keeps the headings of a line from standing over one column each, or None."""
+    taken = {}
+    for group in phrases(line):
+        over = [k for k in range(len(spans)) if overlap(group, spans[k]) > 0]
+        parts = [group] if len(over) == 1 else [(group[0] + m.start(), group[0] + m.end(), m[0]) for m in re.finditer(r"\S+", group[2])]
+        for part in parts:
+            over = [k for k in range(len(spans)) if overlap(part, spans[k]) > 0]
+            if len(over) != 1:
+                return f"'{shown(part[2], 30)}' stands over {len(over) or 'no'} columns"
+            if over[0] in taken and taken[over[0]] != group:
+                return f"'{shown(taken[over[0]][2], 30)}' and '{shown(part[2], 30)}' stand over one column"
+            taken[over[0]] = group
+    return None
+
+
 def spaced(lines, options):
-    """A Table of columns with spaces between, fixed or not, or None."""
+    """A Table of columns with spaces between, fixed or not, or None. Where headings are as many as columns, they are theirs."""
     expanded = [line.expandtabs(8) for line in lines]
-    words = [tokens(line) for line in expanded]
+    plain = [tokens(line) for line in expanded]
+    joined = [joined_tokens(line) if sum(columns.looks_numeric(w[2]) for w in p) >= 2 else p for line, p in zip(expanded, plain)]
+    if joined == plain:
+        return spaced_words(lines, expanded, plain, options)
+    found = []
+    for words in (plain, joined):
+        try:
+            found.append(spaced_words(lines, expanded, words, options))
+        except Problem as problem:
+            found.append(problem)
+    tables = [t for t in found if isinstance(t, Table)]
+    best = [t for t in tables if t.by_count] or tables[-1:] or [f for f in found if f][-1:]
+    if not best:
+        return None
+    if isinstance(best[0], Problem):
+        raise best[0]
+    return best[-1] if any(columns.bearing(c) for r in best[-1].rows[:50] for c in r.cells) else best[0]
+
+
+def spaced_words(lines, expanded, words, options):
+    """As spaced(), of the words of every line."""
     wanted = len(columns.roles_wanted(options.readings))
     numeric = [sum(columns.looks_numeric(t[2]) for t in w) for w in words]
     data = [n for n, w in enumerate(words)
@@ -230,18 +291,30 @@ def spaced(lines, options):
                     k = nearest(w, spans)
                     if overlap(w, spans[k]) > 0 or k == count - 1:
                         cells[k] = (cells[k] + " " + w[2]).strip()
+                    elif numeric[n] >= wanted and columns.looks_numeric(w[2]):
+                        cells.append(w[2])  # below no column: one value too many
                 rows.append(Row(f"line {n + 1}", cells))
             elif len(words[n]) >= count or numeric[n] < 2:
                 rows.append(Row(f"line {n + 1}", [w[2] for w in words[n]]))
             else:
                 raise Problem(f"{options.name}:line {n + 1}: {len(words[n])} values: must be {count}, as in line {regular[0] + 1}: which one is "
                               f"missing cannot be seen; correct it, or leave it out: --skip-lines {n + 1}")
+        by_count = any(has_cell_a_column(expanded[n - 1], count) for n in used)
         for k in range(1, count if not options.columns else 0):
             pairs = [(words[n][k - 1][2], words[n][k][2]) for n in regular]
             if headings[k] and not headings[k - 1] and all(re.fullmatch(r"\d{1,3}", a) and re.fullmatch(r"\d{3}([.,]\d*)?", b) for a, b in pairs):
                 raise Problem(f"{options.name}:line {regular[0] + 1}: '{' '.join(pairs[0])}' under '{shown(headings[k])}': may be one number with a "
                               "space for thousands, or two: must be known: write it without the space, or name the columns: --columns")
-        return Table("fixed-width text" if fixed else "space-separated text", headings, rows, place_of(used, first))
+        fault = None if by_count or options.columns else next(filter(None, (by_place(expanded[n - 1], spans) for n in used)), None)
+        if not by_count and not options.columns and not fixed:
+            fault = fault or "columns do not stand below each other"
+        if fault:
+            raise Problem(f"{options.name}:{place_of(used, first)}: {max(len(phrases(expanded[n - 1])) for n in used)} headings over {count} columns "
+                          f"({shown('|'.join(w[2] for w in words[regular[0]]), 80)}): {fault}: which belongs to which cannot be seen: name the columns: "
+                          "--columns md=NUMBER,inc=NUMBER,azi=NUMBER")
+        table = Table("fixed-width text" if fixed else "space-separated text", headings, rows, place_of(used, first))
+        table.by_count = by_count
+        return table
     return None
 
 
@@ -281,7 +354,7 @@ def claims_in_titles(lines, options):
             continue
         line = line[:400]
         place = f"line {n + 1} '{shown(line.strip(), 50)}'"
-        if re.search(r"\b(?:incl?\w*|angles?|dip)\b[^.;|\t]{0,40}\bfrom\s+(?:the\s+)?horizontal\b", line, re.I):
+        if re.search(r"\b(?:incl?\w*|angles?|dips?|drift|deviations?)\b", line, re.I) and doubts.is_from_horizontal(line):
             raise Problem(f"{options.name}:line {n + 1}: '{shown(line.strip(), 60)}': inclinations must be from the vertical: 90 deg minus "
                           f"those from the horizontal; convert them, and take the line out, or, if it is not so: --skip-lines {n + 1}")
         hit = (re.search(r"\b(?:measured\s+depths?|depths?|md|lengths?)[\s_]+units?\s*(?:is|are)?[\s:=,;|\"]+(.*)", line, re.I)
@@ -312,6 +385,8 @@ def closed_quotes(lines):
 
 def read(text, file, options):
     lines = lines_of(text)
+    if re.match(r"\s*[\[{]\s*[\"\[{\d]", text):
+        raise Problem(f"{file}: is JSON: must be a table of text, LAS, WITSML or Excel; write it as CSV")
     if not text.strip():
         raise Problem(f"{file}: is empty: must hold a header and rows of stations")
     check_size(lines, file)
@@ -323,7 +398,7 @@ def read(text, file, options):
         wanted = "md, gx, gy, gz, bx, by, bz" if options.readings else "measured depth, inclination and azimuth"
         if options.last_resort:
             place, headings = options.last_resort
-            raise Problem(f"{file}:{place}: headings {columns.listed(headings)}: must name {wanted}; name the columns: "
+            raise Problem(f"{file}:{place}: headings {columns.listed(headings)}: must name {wanted}; {columns.missing(headings, options.readings)}; name the columns: "
                           f"--columns {','.join(r + '=NUMBER' for r in columns.roles_wanted(options.readings))}")
         raise Problem(f"{file}: {sum(map(bool, map(str.strip, lines)))} lines, no header over rows of numbers: must name {wanted}; name the "
                       f"columns if there is none: --columns {','.join(r + '=NUMBER' for r in columns.roles_wanted(options.readings))}")

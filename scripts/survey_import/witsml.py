@@ -3,11 +3,17 @@
 XML from outside is not trusted: no document type (so no entities of its own), no network, no huge trees.
 """
 
-from .problem import DATA, IO, Problem, shown
+import re
+
+from .problem import DATA, IO, USAGE, Problem, shown
 from .table import Row, Table
 
 NORTHS = {"true north": "true", "grid north": "grid", "magnetic north": "magnetic", "true": "true", "grid": "grid", "magnetic": "magnetic"}
 READ = {"md": "md", "incl": "inc", "azi": "azi"}
+COMPARED = ["tvd", "dispNs", "dispEw"]  # positions
+SAID = ["typeTrajStation"]
+LONGEST_TAG = 20_000  # bytes; the parser's time grows with the square of the number of attributes
+COUNTS, REJECTED, OPEN = {"position", "accepted", "unknown", ""}, {"rejected"}, {"open"}
 UOMS = {"ft[US]": "usft", "ftUS": "usft", "ft": "ft", "m": "m", "deg": "deg", "dega": "deg", "rad": "rad", "gon": "gon"}
 
 
@@ -29,6 +35,10 @@ def parse(data, file):
         from lxml import etree
     except ImportError:
         raise Problem("python3-lxml is not installed, which XML is read with: scripts/bootstrap.sh import", IO)
+    long_tag = re.search(rb"<[^!?<>][^<>]{%d}" % LONGEST_TAG, data)
+    if long_tag:
+        line = data.count(b"\n", 0, long_tag.start()) + 1
+        raise Problem(f"{file}:line {line}: a tag of more than {LONGEST_TAG} bytes: must be shorter: no trajectory has as many attributes")
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False, huge_tree=False,
                              recover=False, remove_comments=True, remove_pis=True)
     try:
@@ -47,6 +57,43 @@ def name_of(trajectory):
     return [n for n in (trajectory.get("uid") or trajectory.get("uuid"), one_text(trajectory, "name"), title) if n]
 
 
+def lines_within(element):
+    last = element.sourceline
+    for e in element.iter():
+        last = max(last, e.sourceline or 0)
+    return range(element.sourceline, last + 1)
+
+
+def counted(stations, file, options, warnings):
+    """The stations that count: not those that the file rejects, nor those in lines that an option leaves out."""
+    unused, kept, states = set(options.skip_lines), [], []
+    for s in stations:
+        hit = unused.intersection(lines_within(s)) if unused else set()
+        unused -= hit
+        if not hit:
+            kept.append(s)
+            states.append(one_text(s, "statusTrajStation").casefold())
+    if unused:
+        numbers = ", ".join(map(str, sorted(unused)[:5]))
+        raise Problem(f"--skip-lines: {numbers}: no station of {file} stands there: must be a line of a station", USAGE)
+    for s, state in zip(kept, states):
+        if state not in COUNTS | REJECTED | OPEN:
+            raise Problem(f"{file}:line {s.sourceline}: statusTrajStation = '{shown(state)}': must be one of position, open, rejected; correct it, "
+                          f"or leave the station out: --skip-lines {s.sourceline}")
+    all_open = not any(state in ("position", "accepted") for state in states)
+    for word in (REJECTED, OPEN):
+        some = [s for s, state in zip(kept, states) if state in word]
+        if not some:
+            continue
+        of = f"line {some[0].sourceline}: statusTrajStation = '{next(iter(word))}', md {shown(' '.join(children(some[0], 'md')[0].itertext()) if children(some[0], 'md') else '-', 20)}"
+        of += f" (and {len(some) - 1} stations more)" if len(some) > 1 else ""
+        warnings.append(f"{file}:{of}: " + ("is used: no station is of status 'position'" if word is OPEN and all_open else "does not count, left out"))
+    kept = [s for s, state in zip(kept, states) if state not in REJECTED and (all_open or state not in OPEN)]
+    if len(kept) < 2:
+        raise Problem(f"{file}: {len(kept)} stations of {len(stations)} count (statusTrajStation): must be at least 2")
+    return kept
+
+
 def read(data, file, options):
     if options.readings:
         raise Problem(f"{file}: --readings: readings are not taken from WITSML, whose axes have no fixed meaning: must be a table of "
@@ -60,7 +107,8 @@ def read(data, file, options):
         picked = [t for t in every if options.trajectory in name_of(t)] or ([every[number - 1]] if number else [])
     else:
         picked = every
-    names = ", ".join(f"{i} '{shown((name_of(t) or ['-'])[-1], 40)}'" for i, t in enumerate(every, 1))
+    names = ", ".join(f"{i} '{shown((name_of(t) or ['-'])[-1], 40)}'" for i, t in enumerate(every[:20], 1))
+    names += f" and {len(every) - 20} more" if len(every) > 20 else ""
     if len(picked) != 1:
         raise Problem(f"{file}: {len(every)} trajector{'y' if len(every) == 1 else 'ies'}: {names}: one must be meant: --trajectory NAME, UID or NUMBER",
                       64 if options.trajectory else DATA)
@@ -70,9 +118,15 @@ def read(data, file, options):
     if not stations:
         raise Problem(f"{file}:line {trajectory.sourceline}: trajectory has no stations: must have at least two")
     rows, units, extra = [], {}, set()
+    left = []
+    stations = counted(stations, file, options, left)
+    columns_here = [*READ, *(n for n in COMPARED + SAID if any(children(s, n) for s in stations))]
     for station in stations:
         place, cells = f"line {station.sourceline}", []
-        for name in READ:
+        for name in columns_here:
+            if name in SAID:
+                cells.append(one_text(station, name))
+                continue
             found = children(station, name)
             if len(found) > 1:
                 raise Problem(f"{file}:{place}: {name} stands {len(found)} times in one station: must be once")
@@ -82,9 +136,12 @@ def read(data, file, options):
                 value = next((e for e in element if e.get("uom")), element)
             uom = value.get("uom") if value is not None else None
             cells.append((value.text or "").strip() if value is not None else "")
-            if value is not None and uom is None:
+            if value is not None and uom is None and name not in COMPARED:
                 raise Problem(f"{file}:line {element.sourceline}: {name}: attribute uom is missing: WITSML must have it")
-            if uom and uom not in UOMS:
+            if name in COMPARED and UOMS.get(uom) != UOMS.get(units.setdefault(name, uom)):
+                cells[-1] = ""  # of another unit: not compared
+                continue
+            if uom and uom not in UOMS and name not in COMPARED:
                 raise Problem(f"{file}:line {element.sourceline}: {name}: uom = '{shown(uom)}': must be one of {', '.join(UOMS)}")
             if uom and units.setdefault(name, uom) != uom:
                 raise Problem(f"{file}:line {element.sourceline}: {name}: uom = '{uom}': must be that of the stations before, '{units[name]}'")
@@ -93,12 +150,15 @@ def read(data, file, options):
     if len(children(trajectory, "aziRef")) > 1:
         raise Problem(f"{file}:line {trajectory.sourceline}: aziRef stands {len(children(trajectory, 'aziRef'))} times in one trajectory: must be once")
     written = one_text(trajectory, "aziRef")
+    if written.casefold() in ("unknown", "not known"):
+        written = ""
     if written and written.casefold() not in NORTHS:
         raise Problem(f"{file}:line {trajectory.sourceline}: aziRef = '{shown(written)}': must be one of "
-                      "true north, grid north, magnetic north")
-    taken = {n.casefold() for n in READ}
-    table = Table(f"WITSML {version} trajectory".replace("  ", " ") + f" '{shown((name_of(trajectory) or ['-'])[-1], 40)}'", list(READ), rows,
-                  f"line {trajectory.sourceline}", [UOMS[units[n]] if n in units else None for n in READ], plain_numbers=True)
+                      "true north, grid north, magnetic north, unknown")
+    taken = {n.casefold() for n in columns_here}
+    table = Table(f"WITSML {version} trajectory".replace("  ", " ") + f" '{shown((name_of(trajectory) or ['-'])[-1], 40)}'", columns_here, rows,
+                  f"line {trajectory.sourceline}", [UOMS.get(units.get(n)) for n in columns_here], plain_numbers=True)
     table.reference = (NORTHS[written.casefold()], f"aziRef '{shown(written)}'") if written else None
+    table.warnings = left
     table.ignored = sorted(e for e in extra if e.casefold() not in taken)
     return table

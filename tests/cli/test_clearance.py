@@ -237,6 +237,27 @@ class North(ClearanceCase):
         for well, turn in (("reference", 0), ("other", 5)):
             self.assertEqual({float(r["azimuth_deg"]) for r in self.rows(path, "paths", well=well)}, {20 + turn})
 
+    def test_slots_of_a_map_are_turned_or_asked_about(self):
+        for name in "main.csv", "other.csv", "side.csv":
+            self.write(name, (self.folder / name).read_text().replace("azimuth_deg", "azimuth_grid_deg"))
+        says = r"survey.slot_reference: missing: .*the convergence of 5 deg turns by up to 54\.6 m: survey.slot_reference = \"true\" or \"grid\""
+        self.refused(BAD_INPUT, "check", self.changed(self.FIELD), says=says)
+        given = lambda north: ('file = "main.csv"', f'file = "main.csv"\nslot_reference = "{north}"')
+        true = self.rows(self.run_config(config=self.changed(self.FIELD, given("true"))), "paths", well="other")[0]
+        self.assertEqual((float(true["north_m"]), float(true["east_m"])), (600, 180))
+        least = {}
+        for config in self.changed(self.FIELD, given("grid")), "base.toml":  # the second: the map is true north
+            if config == "base.toml":
+                for name in "main.csv", "other.csv", "side.csv":
+                    self.write(name, (self.folder / name).read_text().replace("azimuth_grid_deg", "azimuth_deg"))
+            path = self.run_config(config=config)
+            least[config] = min(float(r["distance_m"]) for r in self.rows(path, offset="other"))
+        self.assertAlmostEqual(*least.values(), places=6)
+        near = [("[600.0, 180.0, 0.0]", "[30.0, 0.0, 0.0]"), self.FIELD]
+        for name in "main.csv", "other.csv", "side.csv":
+            self.write(name, (self.folder / name).read_text().replace("azimuth_deg", "azimuth_grid_deg"))
+        self.assertIn("turns by up to 2.62 m", self.call("check", self.changed(*near)).stdout)
+
     def test_the_north_of_a_reference_that_names_it_is_asked_of_the_others(self):
         self.write("main.csv", self.GRID)
         says = r"offset\[0\].azimuth_reference: missing: azimuths of the reference are from grid north"

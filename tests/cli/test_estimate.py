@@ -313,6 +313,16 @@ class Estimate(Case):
             with self.subTest(says=says):
                 self.refuse_csv(text, says)
 
+    def test_another_axis_down_hole_is_warned_of(self):
+        rows = run_of(*attitudes())
+        for order, name in (((2, 0, 1), "x"), ((1, 2, 0), "y")):
+            axes = [0, *(1 + k for k in order), *(4 + k for k in order)]
+            self.write("run.csv", csv_text(rows[:, axes]))
+            said = self.call("check", "base.toml").stdout
+            self.assertRegex(said, rf"their z axis turns by .* deg .*no tool drills more than 30 deg/30 m; the {name} axis turns as a hole does")
+        self.write("run.csv", csv_text(rows))
+        self.assertNotIn("axis turns", self.call("check", "base.toml").stdout)
+
     def test_swapped_axes_do_not_pass_silently(self):
         """y and z of the magnetometers swapped: the total field is right, and nothing else."""
         self.write("run.csv", csv_text(self.rows[:, [0, 1, 2, 3, 4, 6, 5]]))

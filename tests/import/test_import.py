@@ -366,6 +366,69 @@ class Doubts(Case):
         self.gives("MD,Inc,Azi Grid,TVD\nft RKB,deg,deg,ft RKB\n" + "".join(",".join(s) + ",1\n" for s in STATIONS), FEET)
 
 
+class Pairing(Case):
+    """Headings and columns of text between spaces: paired where there is one way only."""
+    ROWS = [("1500.00", "2.00", "130.00", "3.05"), ("1530.00", "5.00", "131.00", "3.05"), ("1560.00", "8.00", "132.00", "3.05")]
+    WANTED = "md_m,inclination_deg,azimuth_deg\n" + "".join(",".join(r[:3]) + "\n" for r in ROWS)
+    OPTIONS = ("--depth-unit", "m", "--azimuth-reference", "grid")
+
+    def listing(self, name, gaps=(6, 9, 7, 4), head="Well             MD        INC        Azimuth    DLS"):
+        return head + "\n" + "".join(name + "".join(" " * g + c for g, c in zip(gaps, r)) + "\n" for r in self.ROWS)
+
+    def test_names_of_several_words(self):
+        for name in "A-11", "A-11 T", "Pad X well no", "Øst B":
+            self.gives(self.listing(name), self.WANTED, *self.OPTIONS)
+            self.gives(self.listing(name, (1, 1, 1, 1)), self.WANTED, *self.OPTIONS)
+
+    def test_what_does_not_pair_is_asked_for(self):
+        for name in "Well 7", "7 A 2", "A 1 T":  # the number is a column of its own
+            self.refused(self.listing(name, (3, 9, 7, 4)), "which belongs to which cannot be seen", "--columns md=NUMBER", options=self.OPTIONS)
+        self.refused(table(head=("MD", "Inc", "Azi", "Remark"), rows=[("A", *r[:3], "x") for r in self.ROWS]), "5 values, as in all rows, below 4 headings",
+                     options=self.OPTIONS)
+        self.gives("   MD     Inc    Azi    TVD\n" + "".join(f"{k} {r[0]}  {r[1]}  {r[2]} {r[0]}\n" for k, r in enumerate(self.ROWS, 1)), self.WANTED, *self.OPTIONS)
+
+    def test_bearings(self):
+        rows = [("400.0", "1.00", "S 40.00 W"), ("430.0", "2.00", "N 41.25 E"), ("460.0", "4.00", "S 42.00 E"), ("490.0", "6.00", "N 43.5 W")]
+        wanted = "md_m,inclination_deg,azimuth_deg\n400.0,1.00,220.00\n430.0,2.00,41.25\n460.0,4.00,138.00\n490.0,6.00,316.5\n"
+        head = "Measured   Drift   Drift\n Depth     Angle   Direction\n  (m)      (deg)   (deg)\n"
+        self.gives(head + "".join(f"  {m}    {i}   {a}\n" for m, i, a in rows), wanted, "--azimuth-reference", "grid")
+        for write in (lambda a: a), (lambda a: a.replace(" ", "")), (lambda a: a.replace(" W", "° W")):
+            self.gives(table(head=("MD (m)", "Inc", "Azi Grid"), rows=[(m, i, write(a)) for m, i, a in rows]), wanted)
+        self.refused(table(head=("MD (m)", "Inc", "Azi Grid"), rows=[*rows, ("520", "6", "S 95 E")]), "line 6: Azi Grid = 'S 95 E': must be at most 90")
+
+    def test_tables_below(self):
+        more = "\nCasing Points\nMeasured,Vertical,Casing\nDepth (m),Depth (m),Diameter\n1090,1080,13\n"
+        self.refused(table() + more, "in.csv:line 7: 'Measured Vertical Casing': another table begins here, below 3 stations", "--skip-lines 7-")
+        self.gives(table() + more, METRES, "--skip-lines", "7-9")
+
+    def test_norths_that_contradict(self):
+        content = "North Reference: True\n" + table()
+        self.refused(content, "says grid north, line 1 'North Reference: True' says true: must agree", "--azimuth-reference true|magnetic|grid")
+        self.gives(content, METRES, "--azimuth-reference", "grid", says=['"grid"'])
+        self.gives(content, METRES, "--azimuth-reference", "true", says=['"true"'])
+
+    def test_a_vertical_hole_has_no_azimuth(self):
+        rows = [("0", "0", ""), ("500", "0.0", ""), *STATIONS]
+        said = self.gives(table(rows=rows), METRES.replace("_deg\n", "_deg\n0,0,45.00\n500,0.0,45.00\n"))
+        self.assertIn("warning: in.csv:line 2: Azimuth Grid (deg) is empty at inclination 0 (and in 1 rows more): taken from the next station, 45.00", said)
+        self.refused(table(rows=[("0", "0.5", ""), *STATIONS]), "line 2: Azimuth Grid (deg) is empty")
+
+    def test_from_the_bottom_up(self):
+        self.assertIn("depths decrease from 1060.55 (line 2) to 1000.10 (line 4): read from the bottom up", self.gives(table(rows=STATIONS[::-1]), METRES))
+
+    def test_forms_that_are_not_read(self):
+        self.refused('[{"md": 1, "inc": 2}]', "is JSON")
+        self.refused('{"stations": [[1, 2, 3]]}', "is JSON")
+        for page in "<html><body><table><tr><td>1</td></tr></table></body></html>", "<!DOCTYPE html>\n<p>", "<table><tr><td>MD</table>":
+            self.refused(page, "is HTML", ".xlsx or CSV", name="in.xls")
+        self.refused('<?xml version="1.0"?><Workbook xmlns="urn:schemas-microsoft-com:office:spreadsheet"/>', "Excel 2003")
+        self.refused(table(head=("X", "Y", "TVD (m)")), "found no measured depth, no inclination, no azimuth; positions alone are not read")
+
+    def test_columns_by_number_find_their_rows(self):
+        records = "H1,3,0,1.0,9,8\nC,0,0,0,note\n" + "".join(f"P,0,1,,D,{','.join(s)}\n" for s in STATIONS)
+        self.gives(records, METRES, "--columns", "md=6,inc=7,azi=8", *self.OPTIONS)
+
+
 class Reports(Case):
     def test_fixed_columns_with_pages(self):
         self.gives(REPORT, "md_m,inclination_deg,azimuth_deg\n0,0.00,0.00\n1200,2.50,45.00\n2400,12.50,46.00\n",
@@ -426,6 +489,11 @@ class Las(Case):
         self.refused(LAS.replace("STOP.M", "STOP.FT"), "in.csv:line 6: STOP is in FT, the depth curve 'DEPT' (line 10) in M: must agree")
         self.refused(LAS.replace(": Measured depth", ": True vertical depth"), "no column is the measured depth", "'DEPT True vertical depth'")
         self.gives(LAS.replace(": Deviation", ": Deviation from the vertical"), METRES)
+        for said in "Deviation from horizontal", "Dip of the hole", "Deviation (0 = horizontal)", "angle above the horizontal", "90 deg is vertical":
+            self.assertIn("counts from the horizontal", self.run_on(LAS.replace(": Deviation", ": " + said))[1])
+        self.refused(LAS.replace("~Curve", "~Other\nInclinations are measured from the horizontal\n~Curve"), "must be from the vertical")
+        self.refused(LAS.replace("~Curve", "~P\n NREF. : North Reference: True\n~Curve"), "names more than one north")
+        self.gives(re.sub(r"(?m)^ (\d.*)$", lambda m: " " + m[1].replace(".", ","), LAS).replace("-999,25", "-999.25"), METRES, "--decimal", "comma")
 
 
 def witsml(version="1.4.1.1", md="md", station="trajectoryStation", uom="m", stations=STATIONS, azi_ref="<aziRef>grid north</aziRef>", name="A"):
@@ -459,6 +527,32 @@ class Witsml(Case):
         self.refused(document(witsml()).replace(' uom="m"', ""), "attribute uom is missing")
         self.refused(document(witsml(azi_ref="")), "--azimuth-reference")
         self.refused(document(witsml(azi_ref="<aziRef>grid north</aziRef><aziRef>true north</aziRef>")), "aziRef stands 2 times")
+
+    def test_stations_that_do_not_count(self):
+        def with_status(*words):
+            parts = document(witsml(stations=[*STATIONS, ("1080", "9", "60")])).split("</trajectoryStation>")
+            return "".join(p + (f"<statusTrajStation>{w}</statusTrajStation></trajectoryStation>" if w else "") for p, w in zip(parts, [*words, ""]))
+        good = ["position"] * 3
+        for word in "rejected", "open", "Rejected":
+            self.gives(with_status(*good, word), METRES, says=[f"statusTrajStation = '{word.lower()}', md 1080: does not count, left out"])
+        self.assertIn("is used: no station is of status 'position'", self.run_on(with_status(*["open"] * 4))[1])
+        self.refused(with_status(*good, "doubtful"), "statusTrajStation = 'doubtful': must be one of position, open, rejected", "--skip-lines")
+        content = with_status(*["position"] * 4)
+        line = content[:content.index(">1080<")].count("\n") + 1
+        self.gives(content, METRES, "--skip-lines", str(line), says=[f"left out         lines {line}"])
+        self.refused(content, "no station of in.csv stands there", options=["--skip-lines", "1"], code=64)
+        projected = content.replace("<md uom", "<typeTrajStation>extrapolated</typeTrajStation><md uom", 1)
+        self.assertIn("'extrapolated': is no measurement", self.run_on(projected)[1])
+
+    def test_listed_positions(self):
+        text = document(witsml()).replace('<tvd uom="m">1</tvd>', '<tvd uom="m">1</tvd>', 1)
+        for value in "1000", "1029", "1002":
+            text = text.replace('<tvd uom="m">1</tvd>', f'<tvd uom="m">{value}</tvd>', 1)
+        self.assertRegex(self.run_on(text)[1], "warning: .*'tvd' = 1002: -27 m from the row before, where the angles give 30.38")
+
+    def test_a_north_that_is_not_known(self):
+        self.refused(document(witsml(azi_ref="<aziRef>unknown</aziRef>")), "--azimuth-reference")
+        self.gives(document(witsml(azi_ref="<aziRef>unknown</aziRef>")), METRES, "--azimuth-reference", "grid")
 
     def test_several(self):
         two = document(witsml(name="A"), witsml(name="B", stations=[("1", "1", "1"), ("2", "1", "1")]))
