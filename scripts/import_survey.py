@@ -21,6 +21,9 @@ import sys
 from survey_import import checks, columns, doubts, excel, las, listed, output, stations, text, witsml
 from survey_import.problem import DATA, USAGE, Problem, as_keys, shown
 
+MOST_SECONDS = 20  # of the processor
+LONGEST_MESSAGE = 2000  # characters
+
 
 class Parser(argparse.ArgumentParser):
     def error(self, message):
@@ -110,6 +113,14 @@ def read_table(data, options):
     return table, encoding
 
 
+def give_up(file):
+    """Ends a reading that takes longer than any survey: some files are made so, and no one waits for minutes."""
+    def late(*_):
+        raise Problem(f"{shown(file)}: takes more than {MOST_SECONDS} s of processor time to read: must be a survey, read in less; cut it, or save it as CSV")
+    signal.signal(signal.SIGPROF, late)
+    signal.setitimer(signal.ITIMER_PROF, MOST_SECONDS)
+
+
 def end_with_the_program():
     """A signal to surveymc alone leaves no reader behind."""
     end_with_parent = 1  # PR_SET_PDEATHSIG
@@ -167,12 +178,15 @@ def run(options):
 
 def main():
     try:
-        run(arguments(sys.argv[1:]))
+        options = arguments(sys.argv[1:])
+        give_up(options.name)
+        run(options)
         sys.stdout.flush()
     except Problem as problem:
         prefix = next((a.partition("=")[2] for a in sys.argv if a.startswith("--key-prefix=")), "survey.")
         has_keys = any(word.startswith("--for-program=") for word in sys.argv) and "--readings" not in sys.argv
-        print(as_keys(str(problem), prefix) if has_keys else problem, file=sys.stderr)
+        text = str(problem) if len(str(problem)) <= LONGEST_MESSAGE else str(problem)[:LONGEST_MESSAGE] + " ..."
+        print(as_keys(text, prefix) if has_keys else text, file=sys.stderr)
         return problem.code
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -12,7 +12,7 @@ NORTHS = {"true north": "true", "grid north": "grid", "magnetic north": "magneti
 READ = {"md": "md", "incl": "inc", "azi": "azi"}
 COMPARED = ["tvd", "dispNs", "dispEw"]  # positions
 SAID = ["typeTrajStation"]
-LONGEST_TAG = 20_000  # bytes; the parser's time grows with the square of the number of attributes
+MOST_ATTRIBUTES = 500  # of an element; the parser's time grows with the square of their number
 COUNTS, REJECTED, OPEN = {"position", "accepted", "unknown", ""}, {"rejected"}, {"open"}
 UOMS = {"ft[US]": "usft", "ftUS": "usft", "ft": "ft", "m": "m", "deg": "deg", "dega": "deg", "rad": "rad", "gon": "gon"}
 
@@ -35,10 +35,10 @@ def parse(data, file):
         from lxml import etree
     except ImportError:
         raise Problem("python3-lxml is not installed, which XML is read with: scripts/bootstrap.sh import", IO)
-    long_tag = re.search(rb"<[^!?<>][^<>]{%d}" % LONGEST_TAG, data)
-    if long_tag:
-        line = data.count(b"\n", 0, long_tag.start()) + 1
-        raise Problem(f"{file}:line {line}: a tag of more than {LONGEST_TAG} bytes: must be shorter: no trajectory has as many attributes")
+    many = re.search(rb"<[\w:.-]+(?:\s+[\w:.-]+\s*=\s*(?:\"[^\"]*\"|'[^']*')){%d}" % MOST_ATTRIBUTES, data.replace(b"\0", b""))
+    if many:
+        line = data.count(b"\n", 0, many.start()) + 1
+        raise Problem(f"{file}:line {line}: an element of {MOST_ATTRIBUTES} attributes or more: must have less: no trajectory has as many")
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False, huge_tree=False,
                              recover=False, remove_comments=True, remove_pis=True)
     try:

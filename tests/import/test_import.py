@@ -11,6 +11,7 @@ import pathlib
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -364,6 +365,31 @@ class Doubts(Case):
             self.gives(table(head=(f"MD ({unit})", "Inc", "Azi Grid")), METRES)
         self.gives(table(head=("MD (ft KB)", "Inc", "Azi Grid")), FEET)
         self.gives("MD,Inc,Azi Grid,TVD\nft RKB,deg,deg,ft RKB\n" + "".join(",".join(s) + ",1\n" for s in STATIONS), FEET)
+
+
+class Bounds(Case):
+    """Files made to take minutes end in seconds, with a message that names the bound and quotes a line at the most."""
+    def test_a_clock_of_the_processor(self):
+        self.addCleanup(signal.setitimer, signal.ITIMER_PROF, 0)
+        with mock.patch.object(import_survey, "MOST_SECONDS", 0.05), self.assertRaisesRegex(Problem, "in.csv: takes more than 0.05 s of processor time"):
+            import_survey.give_up("in.csv")
+            re.search("(a+)+b", "a" * 60)  # ends in years: the clock is heard within an expression, too
+
+    def test_many_attributes(self):
+        for value in '"1"', "'>'":
+            text = "<trajectorys><trajectory " + "\n".join(f"a{i}={value}" for i in range(200_000)) + "/></trajectorys>"
+            self.refused(text, "in.csv:line 1: an element of 500 attributes or more")
+
+    def test_lines_of_blanks(self):
+        for line in "X" + " " * 19_000, " X." + " " * 9000 + "Y" + " " * 9000 + "Z":
+            code, said, _ = self.run_on(LAS.replace("~Curve", line + "\n~Curve"))
+            self.assertLess(len(said), 2000)
+
+    def test_messages_quote_a_line_at_the_most(self):
+        for content in (",".join(f"h{i}" for i in range(3000)) + "\n" + ",".join("1" * 3000) + "\n",
+                        "<trajectorys>" + "".join(f'<trajectory uid="{i}"/>' for i in range(9000)) + "</trajectorys>",
+                        table(head=("MD (m)", "Inc", "Azi Grid", *(f"well {i}" for i in range(2000))), rows=[(*s, *"1" * 2000) for s in STATIONS[:1]])):
+            self.assertLess(len(self.run_on(content)[1]), 2500)
 
 
 class Pairing(Case):
