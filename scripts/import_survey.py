@@ -132,7 +132,7 @@ def doubtful_things(table, chosen, found, options):
     if options.readings:
         return []
     contradictions, notes = listed.compare(table, chosen, found, options.name)
-    told = [*doubts.all_of(found.rows, table, chosen, options, options.name), *contradictions]
+    told = [*doubts.all_of(found, table, chosen, options, options.name), *contradictions]
     if options.for_program and options.unusual != "allow":
         for is_refused, text in told:
             if is_refused:

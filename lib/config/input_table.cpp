@@ -87,7 +87,7 @@ std::vector<std::string> checked_header(std::vector<std::string> names, const Li
     require(!has_other_separator(name), "{}: \"{}\": {}", place, shortened(name), kDecimalHint);
     double ignored = 0;
     require(read_number(name, ignored) == Reading::other,
-            "{}: column {} = \"{}\": the first line must name the columns", place, j + 1, name);
+            "{}: column {} = \"{}\": the first line must name the columns", place, j + 1, shortened(name));
     const auto end = names.begin() + static_cast<std::ptrdiff_t>(j);
     require(std::find(names.begin(), end, name) == end, "{}: {}: two columns have this name", place, shortened(name));
   }

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "config/config.h"
+#include "config/text.h"
 #include "survey/survey.h"
 
 namespace surveymc::config {
@@ -39,12 +40,12 @@ std::string spellings(const ReadingKind& kind, const char* stem) {
   for (const ReadingKind& kind : reading_kinds())
     for (const char* known : kind.stems)
       if (stem == known)
-        throw InputError(fmt::format("{}:{}: column {}: {}: write {}", table.path, table.names_line, name,
+        throw InputError(fmt::format("{}:{}: column {}: {}: write {}", table.path, table.names_line, shortened(name),
                                      name == stem ? "the unit is missing" : "unknown unit", spellings(kind, known)));
   throw InputError(
       fmt::format("{}:{}: column {}: unknown column: take it out, or write remarks in lines that begin with #; a file "
                   "of readings has md_m or md_ft, gx, gy, gz in _mps2 or _mg, and bx, by, bz in _nT or _uT",
-                  table.path, table.names_line, name));
+                  table.path, table.names_line, shortened(name)));
 }
 
 /// The seven columns in the order of reading_kinds(), in SI.

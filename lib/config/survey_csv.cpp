@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "config/config.h"
+#include "config/text.h"
 
 namespace surveymc::config {
 namespace {
@@ -51,12 +52,12 @@ std::string spellings(const Known& k) {
   const std::string stem = name.substr(0, name.find('_'));
   for (const Known& k : known_columns())
     if (stem == k.stem)
-      throw InputError(fmt::format("{}:{}: column {}: {}: write {}", table.path, table.names_line, name,
+      throw InputError(fmt::format("{}:{}: column {}: {}: write {}", table.path, table.names_line, shortened(name),
                                    name == stem ? "the unit is missing" : "unknown unit", spellings(k)));
   throw InputError(fmt::format(
       "{}:{}: column {}: unknown column: take it out, or write remarks in lines that begin with #; a survey "
       "has md_m or md_ft, inclination_deg, azimuth_deg and optionally toolface_deg, tvd_m or tvd_ft",
-      table.path, table.names_line, name));
+      table.path, table.names_line, shortened(name)));
 }
 
 }  // namespace

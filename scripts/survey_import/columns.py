@@ -56,7 +56,7 @@ INDUCTIONS = {"nt": "nT", "ntesla": "nT", "nanotesla": "nT", "gamma": "nT", "gam
 ALL_UNITS = set(LENGTHS) | set(ANGLE_UNITS) | EITHER | set(ACCELERATIONS) | set(INDUCTIONS)
 
 
-_DATUM = r"(?:rkb|kb|rt|brt|bkb|brkb|rte|df|bdf|gl|msl|md|mdrt|mdrkb|mdkb|mdbrt|tvd|tvdrt|tvdrkb|tvdss|tvdmsl|ss)"
+_DATUM = r"(?:rkb|kb|rt|brt|bkb|brkb|rte|df|bdf|gl|msl|md|mdrt|mdrkb|mdkb|mdbrt|tvd|tvdrt|tvdrkb|tvdss|tvdmsl|ss|ahd|ah|ahbrt|ahrt|ahkb|ahrkb|ahbdf)"
 
 
 def length_of(text):

@@ -10,10 +10,10 @@ from .problem import USAGE, Problem, shown
 
 WELLS = set("well wellname wellid wellbore wellborename wellboreid borehole boreholename boreholeid bore borename hole holeid holename holeno bhid "
             "uwi api apino apinumber sidetrack st lateral branch track trajectory name wellno wellnumber uniquewellid leg legname".split())
-QUALITY = re.compile(r"\b(qc|qa|qaqc|quality|status|flag|valid|validity|validated|accepted|acceptance|accept|use|used|usable|ok|good|check|result|pass|"
+QUALITY = re.compile(r"\b(qc|qa|qual|qaqc|quality|status|flag|valid|validity|validated|accepted|acceptance|accept|use|used|usable|ok|good|check|result|pass|"
                      r"passed|grade|include|included|active)\b", re.I)
 BAD = re.compile(r"\b(fail(ed|ure|s)?|bad|reject(ed)?|invalid|not[ _-]?(ok|valid|used?|accepted|good)|nok|no[ _-]?good|poor|suspect(ed)?|unreliable|"
-                 r"do[ _-]?not[ _-]?use|dnu|out[ _-]?of[ _-]?(spec|tolerance|range)|unusable|discard(ed)?|excluded?|disqualified|erroneous|misread|"
+                 r"do[ _-]?not[ _-]?use|dnu|out[ _-]?of[ _-]?(spec|tolerance|range)|unusable|discard(ed)?|excluded?|disqualified|erroneous|misread|misrun|"
                  r"deleted?|wrong|void)\b", re.I)
 NO = {"n", "no", "false", "f", "0", "x"}  # under a heading of quality
 PROJECTED = re.compile(r"\b(proj(ect(ed|ion))?\.?|extrap(olat(ed|ion))?\.?|interp(olat(ed|ion))?\.?|estimated?|planned|bit[ _]proj\w*)(?![a-z])", re.I)
@@ -41,6 +41,10 @@ def called(index, heading):
 
 def line_of(row):
     return row.place.rsplit(" ", 1)[-1]
+
+
+def last_line(table):
+    return next((line_of(r) for r in reversed(table.rows) if any(r.cells)), "")
 
 
 def ranges(numbers):
@@ -146,6 +150,33 @@ def wells_without_a_name(rows, table, chosen, file):
             yield False, f"{file}:{rows[0].place}: {called(i, heading)} holds {quoted(blocks)}, one after the other: are these several wells?"
 
 
+def wells_in_notes(rows, table, file):
+    """A line between stations that names another well than the title, as "Well: A-2"."""
+    kept = {id(r) for r in rows}
+    where = [k for k, r in enumerate(table.rows) if id(r) in kept]
+    seen = {" ".join(re.findall(r"\w+", line)).casefold() for line in table.titles}
+    for row in table.rows[where[0]:where[-1]]:
+        if id(row) in kept or row.repeats or sum(map(columns.looks_numeric, row.cells)) >= 2:
+            continue
+        text = " ".join(c for c in row.cells if c)
+        plain = " ".join(re.findall(r"\w+", text)).casefold()
+        if not plain or any(plain in s or s in plain for s in seen if s):
+            continue
+        seen.add(plain)
+        said = f"{file}:{row.place}: '{shown(text, 50)}' stands between stations"
+        if re.match(r"\W*(well|well ?bore|bore ?hole|bore|hole|lateral|trajectory|side ?track)\s*(name|id|no|number)?\s*[:=#]\s*\S", text, re.I):
+            yield True, f"{said}: does another well begin? Must be one well; leave the others out: --skip-lines {line_of(row)}-{last_line(table)}"
+        elif re.search(r"\b(side ?-?track|lateral|wellbore|borehole)\b", text, re.I):
+            yield False, f"{said}: does another well begin? All stations are taken as one well"
+
+
+def horizontal_at_the_top(rows, found, file):
+    first = found.values[0]
+    if first[0] <= 1 and 60 <= first[1] <= 120:
+        yield False, (f"{file}:{rows[0].place}: inclination {found.texts[0][1]} deg at depth {found.texts[0][0]}: the hole begins far from the vertical: "
+                      "do inclinations count from the horizontal?")
+
+
 def from_horizontal(table, chosen, file):
     """A dip or an inclination from the horizontal is no inclination."""
     c = chosen["inc"]
@@ -164,9 +195,9 @@ def is_from_horizontal(text):
                           r"\bvert(ical)?\s*(is|=|:|at)\s*[+-]?90\b|\b[+-]?90\s*(deg\w*|°)?\s*(is|=|:|at)?\s*(the\s+)?vertical\b", text, re.I))
 
 
-def all_of(rows, table, chosen, options, file):
+def all_of(found, table, chosen, options, file):
+    rows = found.rows
     if options.readings or not rows:
         return []
-    found = [*from_horizontal(table, chosen, file), *minutes_and_letters(rows, table, chosen, options, file), *quality(rows, table, chosen, file),
-             *wells_without_a_name(rows, table, chosen, file)]
-    return found
+    return [*from_horizontal(table, chosen, file), *minutes_and_letters(rows, table, chosen, options, file), *quality(rows, table, chosen, file),
+            *wells_without_a_name(rows, table, chosen, file), *wells_in_notes(rows, table, file), *horizontal_at_the_top(rows, found, file)]

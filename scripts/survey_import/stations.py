@@ -161,10 +161,8 @@ def collect(table, chosen, options, file, reference=None):
                 raise
             another = True
         if another:
-            last = table.rows[-1].place.rsplit(" ", 1)[-1]
-            first = begins.place.rsplit(" ", 1)[-1]
             raise Problem(f"{file}:{begins.place}: '{shown(' '.join(c for c in begins.cells if c), 50)}': another table begins here, below "
-                          f"{len(data)} stations: must be one table; leave the rest out: --skip-lines {first}-{last}")
+                          f"{len(data)} stations: must be one table; leave the rest out: --skip-lines {doubts.line_of(begins)}-{doubts.last_line(table)}")
         if not kind and row.repeats:
             begins = None
         elif not kind and data and begins is None and other_table(row, chosen):

@@ -26,3 +26,4 @@ class Table:
     described: dict = field(default_factory=dict)  # column from 0 to what the file says of it besides its heading
     warnings: list = field(default_factory=list)  # what is doubtful, as found while reading
     by_count: bool = True  # headings are as many as columns; else they were paired by place
+    titles: list = field(default_factory=list)  # lines above the header

@@ -306,6 +306,11 @@ def spaced_words(lines, expanded, words, options):
                 raise Problem(f"{options.name}:line {regular[0] + 1}: '{' '.join(pairs[0])}' under '{shown(headings[k])}': may be one number with a "
                               "space for thousands, or two: must be known: write it without the space, or name the columns: --columns")
         fault = None if by_count or options.columns else next(filter(None, (by_place(expanded[n - 1], spans) for n in used)), None)
+        headed = [k for k in range(count) if headings[k]]
+        bare = next((k for k in range(count) if not headings[k] and headed and k > headed[0]
+                     and all(columns.looks_numeric(words[n][k][2]) for n in regular)), None)
+        if not by_count and not options.columns and bare is not None:
+            fault = fault or f"column {bare + 1} has no heading"
         if not by_count and not options.columns and not fixed:
             fault = fault or "columns do not stand below each other"
         if fault:
@@ -325,6 +330,7 @@ def north_in_titles(lines):
         line = line[:400]
         hit = (re.search(r"(?:north|azimuth|azi)\s*(?:ref\w*\.?)\s*(?:to|is)?[:=,;|\"\s]+(true|grid|magnetic)\b", line, re.I)
                or re.search(r"azimuths?\s+(?:are\s+)?(?:referenced|referred|relative|given|corrected)?\s*to\s+(true|grid|magnetic)", line, re.I)
+               or re.search(r"\b(?:north|azimuths?)\s*(?:type|system)?\s*[:=]+\s*(true|grid|magnetic)\b", line, re.I)
                or re.search(r"all\s+azimuths?\s+(?:are\s+)?(true|grid|magnetic)\b", line, re.I))
         if not hit:
             continue
@@ -400,8 +406,13 @@ def read(text, file, options):
             place, headings = options.last_resort
             raise Problem(f"{file}:{place}: headings {columns.listed(headings)}: must name {wanted}; {columns.missing(headings, options.readings)}; name the columns: "
                           f"--columns {','.join(r + '=NUMBER' for r in columns.roles_wanted(options.readings))}")
+        minutes = re.search(r"\d\s*[°ºd]\s*\d[\d.]*\s*['′’m]", text[:100_000])
+        if minutes:
+            raise Problem(f"{file}:line {text.count(chr(10), 0, minutes.start()) + 1}: '{shown(minutes[0])}': degrees and minutes are not read: must be "
+                          "degrees with decimals")
         raise Problem(f"{file}: {sum(map(bool, map(str.strip, lines)))} lines, no header over rows of numbers: must name {wanted}; name the "
                       f"columns if there is none: --columns {','.join(r + '=NUMBER' for r in columns.roles_wanted(options.readings))}")
+    table.titles = lines[:int(re.search(r"\d+", table.header_place)[0]) - 1]
     table.reference = north_in_titles(lines)
     table.claims = claims_in_titles(lines, options)
     return table

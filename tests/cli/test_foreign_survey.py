@@ -176,6 +176,21 @@ class Forms(Case):
         self.refused(BAD_INPUT, "check", "base.toml", "--set", 'survey.file="-my well.txt"', says=r"import_survey\.py \./'-my well\.txt' -o survey\.csv")
         self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.depth_unit=m", says="own.csv: .*must be without survey.depth_unit")
 
+    def test_what_is_doubtful_is_refused_until_it_is_allowed(self):
+        head = ("MD (m)", "Inc", "Azi Grid", "TVD (m)", "QC")
+        for column, rows, says in [(4, ["PASS", "FAIL"], r"column 5 'QC' = 'FAIL'.*survey.skip_lines = \"3\""),
+                                   (3, ["1000", "1500"], r"'TVD \(m\)' = 1500: 500 m from the row before, where the angles give")]:
+            cells = [[*s, "", ""] for s in STATIONS]
+            for row, cell in zip(cells, rows):
+                row[column] = cell
+            self.write("mine.txt", table(",", head, cells))
+            self.refused(BAD_INPUT, "check", "base.toml", "--set", "survey.file=mine.txt", says=says + r'.*if the file is meant so: survey.unusual = "allow"')
+            allowed = self.call("check", "base.toml", "--set", "survey.file=mine.txt", "--set", "survey.unusual=allow").stdout
+            self.assertRegex(allowed, rf"(?m)^# warning: mine\.txt:.*{says}")
+        self.run_config("--set", "survey.file=mine.txt", "--set", "survey.unusual=allow")
+        (self.folder / "mine.txt").unlink()
+        self.assertIn("identical: ", self.call("rerun", "out.h5").stdout)
+
     @unittest.skipUnless(importlib.util.find_spec("openpyxl"), "no openpyxl")
     def test_a_sheet_is_asked_for_by_key(self):
         import openpyxl

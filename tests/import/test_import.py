@@ -353,6 +353,15 @@ class Doubts(Case):
             self.warned(table(head=("MD (m)", "Inc", "Azi Grid", "Remark"), rows=rows), "line 4: column 4 'Remark' = .* is no measurement.*--skip-lines 4")
         self.warned(table(head=("MD (m)", "Inc", "Azi Grid", "QC"), rows=[(*s, "PASS") for s in STATIONS]))
 
+    def test_lines_between_stations_that_name_a_well(self):
+        more = "1100,9,48\n1130,10,49\n"
+        self.warned("Well: A-1\n" + table() + "Well: A-2\n" + more, "line 6: 'Well: A-2' stands between stations: does another well begin.*--skip-lines 6-8")
+        self.warned("Well: A-1\n" + table() + "Well: A-1\n" + more)
+        self.warned(table() + "Sidetrack ST1\n" + more, "'Sidetrack ST1' stands between stations")
+
+    def test_a_hole_that_begins_horizontal(self):
+        self.warned(table(rows=[("0", "89", "40"), ("30", "88", "40")]), "inclination 89 deg at depth 0: .* from the horizontal")
+
     def test_minutes_of_angle_and_letters_of_the_compass(self):
         for head in "", "min", "Minutes", "Azi Min":
             rows = [(*s, f"{20 * k}") for k, s in enumerate(STATIONS)]
@@ -413,6 +422,10 @@ class Pairing(Case):
                      options=self.OPTIONS)
         self.gives("   MD     Inc    Azi    TVD\n" + "".join(f"{k} {r[0]}  {r[1]}  {r[2]} {r[0]}\n" for k, r in enumerate(self.ROWS, 1)), self.WANTED, *self.OPTIONS)
 
+    def test_a_column_without_a_heading_right_of_others(self):
+        text = "MD      Inc     Azi\n" + "".join(f"{k:<8}{m:<8}{i:<8}{a}\n" for k, (m, i, a, _) in enumerate(self.ROWS, 1))
+        self.refused(text, "column 4 has no heading: which belongs to which cannot be seen", "--columns md=NUMBER", options=self.OPTIONS)
+
     def test_bearings(self):
         rows = [("400.0", "1.00", "S 40.00 W"), ("430.0", "2.00", "N 41.25 E"), ("460.0", "4.00", "S 42.00 E"), ("490.0", "6.00", "N 43.5 W")]
         wanted = "md_m,inclination_deg,azimuth_deg\n400.0,1.00,220.00\n430.0,2.00,41.25\n460.0,4.00,138.00\n490.0,6.00,316.5\n"
@@ -448,6 +461,8 @@ class Pairing(Case):
         for page in "<html><body><table><tr><td>1</td></tr></table></body></html>", "<!DOCTYPE html>\n<p>", "<table><tr><td>MD</table>":
             self.refused(page, "is HTML", ".xlsx or CSV", name="in.xls")
         self.refused('<?xml version="1.0"?><Workbook xmlns="urn:schemas-microsoft-com:office:spreadsheet"/>', "Excel 2003")
+        for angle in "2°30'", "2° 30.5' ", "S 2° 30' W":
+            self.refused(table(rows=[("1000", "2.5", angle), ("1030", "3", angle)]), "degrees and minutes are not read: must be degrees with decimals")
         self.refused(table(head=("X", "Y", "TVD (m)")), "found no measured depth, no inclination, no azimuth; positions alone are not read")
 
     def test_columns_by_number_find_their_rows(self):
