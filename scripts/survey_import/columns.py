@@ -188,6 +188,9 @@ def missing(headings, readings):
     read = [read_heading(h) for h in headings]
     lost = [NAMES.get(r, r) for r in roles_wanted(readings) if not any(r in h.strong or h.weak == {r} for h in read)]
     positions = not readings and any(re.search(r"\btvd|\b(north|east)|^\W*[xy]\b|n/\W?s", h, re.I) for h in headings)
+    level = next((h for h in headings if re.search(r"(?<![a-z])(dip|plunge|horiz\w*)(?![a-z])", h, re.I)), None) if "inclination" in lost else None
+    if level is not None:
+        return f"found no {', no '.join(lost)}; '{shown(level, 30)}' counts from the horizontal: an inclination is 90 deg minus it"
     return f"found no {', no '.join(lost)}" + ("; positions alone are not read: angles must be there" if positions and "inclination" in lost else "")
 
 

@@ -66,7 +66,7 @@ def read(data, file, options):
                           "program and save it")
         place, headings = options.last_resort or ("row 1", cells[0] if cells else [])
         raise Problem(f"{file}:sheet '{shown(sheet.title)}', {place.replace('line', 'row')}: headings {columns.listed(headings)}: must name "
-                      f"{', '.join(columns.roles_wanted(options.readings))}; name the columns: --columns")
+                      f"{', '.join(columns.roles_wanted(options.readings))}; {columns.missing(headings, options.readings)}; name the columns: --columns")
     table.titles = lines[:int(re.search(r"\d+", table.header_place)[0]) - 1]
     table.form = f"Excel, sheet '{shown(sheet.title)}'"
     table.header_place = f"sheet '{shown(sheet.title)}', {table.header_place.replace('line', 'row')}"

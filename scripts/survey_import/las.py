@@ -57,7 +57,7 @@ def read(text, file, options):
         elif hit and section == "C":
             curves.append((hit[0], hit[1], hit[3], n))
         if section in "WPO":
-            said[n - 1] = re.sub(r"[.:]", " : ", line[:400]) if section != "O" else line
+            said[n - 1] = f"{hit[0]} {hit[3]}: {hit[2]} | {hit[3]}"[:400] if hit and section != "O" else line
     version = keys.get("VERS", "")
     if not re.match(r"(1\.2|2\.)", version):
         raise Problem(f"{file}: ~V: VERS = '{shown(version)}': must be 1.2 or 2.0; write it as LAS 2.0 or CSV")

@@ -119,10 +119,11 @@ def compare(table, chosen, found, file):
     at = computed(found)
     along, loose = [p[0] for p in at], [p[4] for p in at]
     moves = []
+    still = all(len({v for v in c.values if v is not None}) == 1 for c in lists if c.kind != "tvd")  # a hole may go straight north
     for c in lists:
         filled = {v for v in c.values if v is not None}
         displaced = max(abs(p[3]) if c.kind == "tvd" else math.hypot(p[1], p[2]) for p in at)
-        if len(filled) == 1 and displaced > ROUNDING_M:
+        if len(filled) == 1 and displaced > ROUNDING_M and (c.kind == "tvd" or still):
             notes.append(f"{file}:{table.header_place}: column '{shown(c.heading)}' holds {next(iter(filled)):.10g} in all rows: not compared with the angles")
         else:
             moves.append(c)

@@ -236,7 +236,9 @@ def spaced(lines, options):
         return None
     if isinstance(best[0], Problem):
         raise best[0]
-    return best[-1] if any(columns.bearing(c) for r in best[-1].rows[:50] for c in r.cells) else best[0]
+    if any(columns.bearing(c) for r in best[-1].rows[:50] for c in r.cells):
+        return best[-1]
+    return min(best, key=lambda t: sum(len(r.cells) > len(t.headings) for r in t.rows))  # where names have one word or two, joined ones
 
 
 def spaced_words(lines, expanded, words, options):

@@ -334,6 +334,10 @@ class Doubts(Case):
         self.warned(table(head=self.HEAD, rows=[(*r[:3], "7", *r[4:]) for r in self.well()]), "'TVD' holds 7 in all rows: not compared")
         self.warned(table(head=(*self.HEAD[:3], "TVD (ft)", *self.HEAD[4:]), rows=self.well()), "'TVD .ft.' = .* ft from the row before, where the angles give 98")
 
+    def test_a_hole_straight_north_is_compared_too(self):
+        rows = [(str(1000 + 30 * k), "30", "90", "", f"{15.0 * k:.1f}", "0.0") for k in range(6)]
+        self.warned(table(head=self.HEAD, rows=rows), "lie -90 deg from where the azimuths lead")
+
     def test_wells_in_one_table(self):
         rows = [("A-1", *s) for s in STATIONS] + [("A-1 T2", f"{1100 + 30 * k}", "9", "40") for k in range(3)]
         for head in "Well", "Wellbore Name", "HoleID", "UWI":
@@ -533,6 +537,7 @@ class Las(Case):
         for said in "Deviation from horizontal", "Dip of the hole", "Deviation (0 = horizontal)", "angle above the horizontal", "90 deg is vertical":
             self.assertIn("counts from the horizontal", self.run_on(LAS.replace(": Deviation", ": " + said))[1])
         self.refused(LAS.replace("~Curve", "~Other\nInclinations are measured from the horizontal\n~Curve"), "must be from the vertical")
+        self.refused(LAS.replace("~Curve", "~P\n AZREF. TRUE : Azimuth reference\n~Curve"), "names more than one north")
         self.refused(LAS.replace("~Curve", "~P\n NREF. : North Reference: True\n~Curve"), "names more than one north")
         self.gives(re.sub(r"(?m)^ (\d.*)$", lambda m: " " + m[1].replace(".", ","), LAS).replace("-999,25", "-999.25"), METRES, "--decimal", "comma")
 
