@@ -304,7 +304,8 @@ void AtomicFile::set_committed(bool committed) {
   committed_ = committed;
 }
 
-void AtomicFile::take_name(OldFile old, const MayReplace& may_replace, std::vector<fs::path>& kept) {
+void AtomicFile::take_name(OldFile old, const MayReplace& may_replace, std::vector<fs::path>& kept,
+                           std::vector<fs::path>& gone) {
   while (!move_if_free(path_, target_)) {
     if (old == OldFile::refused) throw std::system_error(EEXIST, std::generic_category());
     if (may_replace) may_replace(target_);
@@ -344,7 +345,7 @@ void AtomicFile::take_name(OldFile old, const MayReplace& may_replace, std::vect
         kept.push_back(name);
         break;
       }
-    if (may_go) unlink(displaced->c_str());
+    if (may_go) gone.push_back(*displaced);
     if (is_done) return;
   }
 }
@@ -357,15 +358,19 @@ std::vector<fs::path> AtomicFile::commit(OldFile old, const MayReplace& may_repl
   }
   if (uninterrupted([&] { return fsync(file_); }) != 0) fail();
   std::vector<fs::path> kept;
+  std::vector<fs::path> gone;  // for good once the new file has its name
   try {
-    take_name(old, may_replace, kept);  // with the file still open: its lock lasts until it has its name
+    take_name(old, may_replace, kept, gone);  // with the file still open: its lock lasts until it has its name
   } catch (...) {
     // Without second names, or without an exchange of names, an old file may have lost its own.
     std::error_code error;
-    if (!kept.empty() && fs::symlink_status(target_, error).type() == fs::file_type::not_found)
-      rename(kept.back().c_str(), target_.c_str());
+    const auto& names = kept.empty() ? gone : kept;
+    if (!names.empty() && fs::symlink_status(target_, error).type() == fs::file_type::not_found)
+      rename(names.back().c_str(), target_.c_str());
+    for (const fs::path& file : gone) unlink(file.c_str());
     throw;
   }
+  for (const fs::path& file : gone) unlink(file.c_str());
   set_committed(true);
   for (fs::path& name : kept) name = name.lexically_normal();
   const int folder =

@@ -67,7 +67,8 @@ class AtomicFile {
   std::vector<std::filesystem::path> commit(OldFile old, const MayReplace& may_replace = {});
 
  private:
-  void take_name(OldFile old, const MayReplace& may_replace, std::vector<std::filesystem::path>& kept);
+  void take_name(OldFile old, const MayReplace& may_replace, std::vector<std::filesystem::path>& kept,
+                 std::vector<std::filesystem::path>& gone);
   void set_committed(bool committed);
 
   std::filesystem::path target_, path_;

@@ -8,6 +8,7 @@
  *          "wait": nothing fails, but the call takes half a minute, and stderr gets the line "waiting" before;
  *          "gone" behind open or stat: if the file is a journal, another host has just removed it
  * SURVEYMC_FAULT_COUNTS=FILE: at the end, how many calls of each there were, one "CALL N" a line.
+ * SURVEYMC_FAULT_NO_EXCHANGE=1: as on a file system that cannot exchange two names.
  * SURVEYMC_SERVER: see server.c.
  * Only open, read, write, seek and close of regular files are counted: pipes and terminals belong to the test. */
 #define _GNU_SOURCE
@@ -235,7 +236,9 @@ int fsync(int file) { return hit(kFsync) ? -1 : (int)syscall(SYS_fsync, file); }
 int fdatasync(int file) { return hit(kFsync) ? -1 : (int)syscall(SYS_fdatasync, file); }
 int rename(const char *from, const char *to) { return hit(kRename) ? -1 : (int)syscall(SYS_renameat, AT_FDCWD, from, AT_FDCWD, to); }
 int renameat2(int from_folder, const char *from, int to_folder, const char *to, unsigned flags) {
-  return hit(kPlace) ? -1 : (int)syscall(SYS_renameat2, from_folder, from, to_folder, to, flags);
+  if (hit(kPlace)) return -1;
+  if ((flags & RENAME_EXCHANGE) && getenv("SURVEYMC_FAULT_NO_EXCHANGE")) return errno = EINVAL, -1;
+  return (int)syscall(SYS_renameat2, from_folder, from, to_folder, to, flags);
 }
 int ftruncate(int file, off_t size) { return hit(kFtruncate) ? -1 : (int)syscall(SYS_ftruncate, file, size); }
 int ftruncate64(int file, off64_t size) { return hit(kFtruncate) ? -1 : (int)syscall(SYS_ftruncate, file, size); }

@@ -33,7 +33,7 @@ from surveymc import integrity  # noqa: E402
 
 DONE, BAD_INPUT, INTERNAL, NO_THREADS, CANNOT_WRITE, INTERRUPTED = 0, 65, 70, 71, 74, 75
 FAULTS = {"open": ["EMFILE", "EACCES", "EINTR"], "read": ["EIO", "EINTR", "short"], "write": ["ENOSPC", "EIO", "EINTR", "short", "ENOSPC+"],
-          "fsync": ["EIO", "EINTR"], "place": ["EIO", "ENOSPC", "EINVAL", "EINVAL+"], "ftruncate": ["EIO"], "close": ["EIO", "EDQUOT"], "mkdir": ["EACCES"],
+          "fsync": ["EIO", "EINTR"], "rename": ["EIO", "ENOSPC"], "place": ["EIO", "ENOSPC", "EINVAL", "EINVAL+"], "ftruncate": ["EIO"], "close": ["EIO", "EDQUOT"], "mkdir": ["EACCES"],
           "unlink": ["EACCES", "EIO"], "link": ["EPERM", "EIO", "ENOSPC"], "lock": ["ENOLCK", "EAGAIN", "EINTR"], "mode": ["EPERM"],
           "seek": ["EIO"], "stat": ["EIO", "EACCES", "ESTALE"], "list": ["EIO", "EACCES"], "fork": ["EAGAIN", "ENOMEM"], "pipe": ["EMFILE"],
           "mmap": ["ENOMEM", "ENOMEM+"], "malloc": ["ENOMEM", "ENOMEM+"], "thread": ["EAGAIN", "EAGAIN+"]}
@@ -259,7 +259,10 @@ def main():
     parser.add_argument("--only", default="", help="only scenarios whose names contain this")
     parser.add_argument("--gone", action="store_true")
     parser.add_argument("--calls", default="", help="only these calls, with commas")
+    parser.add_argument("--no-exchange", action="store_true", help="as on a file system that cannot exchange two names")
     a = parser.parse_args()
+    if a.no_exchange:
+        os.environ["SURVEYMC_FAULT_NO_EXCHANGE"] = "1"
     program, streamed, library = (str(pathlib.Path(p).resolve()) for p in (a.surveymc, a.write_streamed, a.library))
     call, planned, findings = Servers(library), [], 0
     with tempfile.TemporaryDirectory(prefix="surveymc-faults-") as name:
