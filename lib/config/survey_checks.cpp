@@ -35,6 +35,17 @@ struct Columns {
   std::string cell(int column, std::size_t row) const {
     return fmt::format("{} = {}", table.names[static_cast<std::size_t>(column)], format_number(values(column)[row]));
   }
+  bool in_metres(int column) const { return table.names[static_cast<std::size_t>(column)].ends_with("_m"); }
+  /// A length, m, in the unit of that column.
+  std::string length(int column, double metres, int digits = 6) const {
+    return in_metres(column) ? fmt::format("{:.{}g} m", metres, digits)
+                             : fmt::format("{:.{}g} ft", metres / kFoot, digits);
+  }
+  /// A curvature, rad/m, as drillers of that unit say it.
+  std::string curvature(double value, int digits) const {
+    return in_metres(md) ? fmt::format("{:.{}g} deg/30 m", value * 30 / kDegree, digits)
+                         : fmt::format("{:.{}g} deg/100 ft", value * 100 * kFoot / kDegree, digits);
+  }
   std::string place(std::size_t row) const { return fmt::format("{}:{}", table.path, table.lines[row]); }
 };
 
@@ -48,7 +59,6 @@ bool looks_like_radians(const Columns& c) {
 }
 
 void find_bad_depths(const Columns& c, const survey::Survey& survey, std::vector<SurveyFinding>& out) {
-  const bool metres = c.table.names[static_cast<std::size_t>(c.md)] == "md_m";
   for (const std::size_t row : {std::size_t{0}, c.table.rows() - 1}) {  // depths increase
     const double md = survey.stations[row].md;
     if (md < 0)
@@ -56,7 +66,7 @@ void find_bad_depths(const Columns& c, const survey::Survey& survey, std::vector
                                        c.place(row), c.cell(c.md, row))});
     if (md > kDeepest)
       out.push_back({true, fmt::format("{}: {}: no well is deeper than {:g} km{}", c.place(row), c.cell(c.md, row),
-                                       kDeepest / 1000, metres ? ", unless these are feet (md_ft)" : "")});
+                                       kDeepest / 1000, c.in_metres(c.md) ? ", unless these are feet (md_ft)" : "")});
   }
   std::vector<double> steps;
   for (std::size_t k = 2; k < survey.stations.size(); ++k)  // the first station may be a tie-on far above the second
@@ -67,10 +77,9 @@ void find_bad_depths(const Columns& c, const survey::Survey& survey, std::vector
   const double usual = sorted[sorted.size() / 2];
   for (std::size_t k = 0; k < steps.size(); ++k)
     if (steps[k] > kLongStep && steps[k] > kStepRatio * usual)
-      out.push_back(
-          {false, fmt::format("{}: {}: {:.6g} m beyond the station before, where {:.4g} m are usual: a typing "
-                              "error?",
-                              c.place(k + 2), c.cell(c.md, k + 2), steps[k], usual)});
+      out.push_back({false, fmt::format("{}: {}: {} beyond the station before, where {} are usual: a typing error?",
+                                        c.place(k + 2), c.cell(c.md, k + 2), c.length(c.md, steps[k]),
+                                        c.length(c.md, usual, 4))});
 }
 
 void find_bad_angles(const Columns& c, const survey::Survey& survey, std::vector<SurveyFinding>& out) {
@@ -93,13 +102,14 @@ void find_bad_angles(const Columns& c, const survey::Survey& survey, std::vector
     const double angle = doglegs[k], length = survey.stations[k].md - survey.stations[k - 1].md;
     const bool turns_back = angle > kTurnedBack;
     if (!turns_back && !(angle > kLeastDogleg && angle > kDrillable * length)) continue;
-    const std::string where = fmt::format("{}: {}, {}: the hole turns by {:.4g} degrees in {:.4g} m", c.place(k),
-                                          c.cell(c.inclination, k), c.cell(c.azimuth, k), angle / kDegree, length);
+    const std::string where =
+        fmt::format("{}: {}, {}: the hole turns by {:.4g} degrees in {}", c.place(k), c.cell(c.inclination, k),
+                    c.cell(c.azimuth, k), angle / kDegree, c.length(c.md, length, 4));
     if (turns_back)
       out.push_back({true, where + ": it would turn back on itself"});
     else
-      out.push_back({false, fmt::format("{} ({:.4g} deg/30 m): no tool drills more than {:g} deg/30 m: a typing error?",
-                                        where, angle / length * 30 / kDegree, kDrillable * 30 / kDegree)});
+      out.push_back({false, fmt::format("{} ({}): no tool drills more than {}: a typing error?", where,
+                                        c.curvature(angle / length, 4), c.curvature(kDrillable, 3))});
   }
 }
 
@@ -121,9 +131,9 @@ void find_bad_tvd(const Columns& c, const survey::Survey& survey, std::vector<Su
       continue;
     }
     const int column = std::max(c.table.find("tvd_m"), c.table.find("tvd_ft"));
-    first = fmt::format(
-        "{}: {}: {:.6g} m below the station before, where the inclinations give {:.6g} m over {:.6g} m of hole",
-        c.place(k), c.cell(column, k), gained, expected, length);
+    first =
+        fmt::format("{}: {}: {} below the station before, where the inclinations give {} over {} of hole", c.place(k),
+                    c.cell(column, k), c.length(column, gained), c.length(column, expected), c.length(c.md, length));
   }
   if (first.empty()) return;
   if (others > 0) first += fmt::format(" (and {} station{} more)", others, others == 1 ? "" : "s");

@@ -50,6 +50,8 @@ TEST_CASE("A dogleg that no tool drills is a warning, a hole that turns back is 
   CHECK_FALSE(f.is_refused);
   CHECK_THAT(f.text, Contains("w.csv:4: inclination_deg = 41, azimuth_deg = 10: the hole turns by 40 degrees in 30 m "
                               "(40 deg/30 m): no tool drills more than 30 deg/30 m"));
+  CHECK_THAT(only("0,0,0\n100,1,10\n200,41,10\n400,42,10\n", "md_ft").text,
+             Contains("turns by 40 degrees in 100 ft (40 deg/100 ft): no tool drills more than 30.5 deg/100 ft"));
   const std::vector<SurveyFinding> back = findings("0,80,10\n3000,99.5,190\n");
   REQUIRE(back.size() == 1);
   CHECK(back.front().is_refused);
