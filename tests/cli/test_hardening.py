@@ -175,6 +175,15 @@ class Hardening(Case):
             done = subprocess.run([*self.PROGRAM, "show", path, "--list"], capture_output=True, text=True, timeout=PATIENCE)
             self.assertIn(done.returncode, (DONE, CANNOT_WRITE), f"{at}: {done.stderr}")
 
+    def test_stack_and_tables_of_functions_are_guarded(self):
+        read = lambda option: subprocess.run(["readelf", option, "--wide", self.PROGRAM[0]], text=True, capture_output=True, check=True).stdout
+        symbols = read("--dyn-syms")
+        if "__asan_init" in symbols or "__tsan_init" in symbols:
+            self.skipTest("sanitizers have checks of their own")
+        self.assertIn("__stack_chk_fail", symbols)
+        self.assertIn("GNU_RELRO", read("--segments"))
+        self.assertRegex(read("--dynamic"), r"BIND_NOW|FLAGS_1.*NOW")
+
     def test_no_library_of_the_working_folder_is_loaded(self):
         loaded = subprocess.run(["ldd", *self.PROGRAM], capture_output=True, text=True, check=True).stdout
         names = re.findall(r"^\t(lib[^/ ]+) =>", loaded, re.MULTILINE)
