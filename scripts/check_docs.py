@@ -479,7 +479,8 @@ def is_blind(number, value, width):
     if math.isinf(number.value) or number.value == 0:
         return False
     others = [number._replace(value=number.value * (1 + sign * WRONG_BY)) for sign in (-1, 1)]
-    return any(is_close(other, value, width) and not is_close(other, value, 0) for other in others)
+    hides = lambda other: any(is_close(other, around, 0) for around in (value, number.value))  # the rounding, without an interval
+    return any(is_close(other, value, width) and not hides(other) for other in others)
 
 
 def compare(claim, measured, factor, small):

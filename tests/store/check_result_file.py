@@ -137,8 +137,8 @@ def check_probabilities(table):
     ends = ("share", "share_ci_low", "share_ci_high")
     if table.name == "/tables/sensitivity" and all(name in table for name in ends):  # chance may take an estimate beyond
         share, low, high = (table[name][()] for name in ends)
-        demand(bool(((np.minimum(share, 0) <= low) & (high <= np.maximum(share, 1)) | np.isnan(low)).all()),
-               f"{table.name}: ends of intervals must be within [0, 1], or be the estimate")
+        demand(bool((((low >= 0) | (share < 0)) & ((high <= 1) | (share > 1)) | np.isnan(low)).all()),
+               f"{table.name}: ends of intervals must be within [0, 1] where the estimate is")
         return
     for name, column in table.items():
         if not is_text(column) and column.attrs.get("units") == "1" and PROBABILITY.fullmatch(name):
