@@ -142,8 +142,8 @@ class Writers(Case):
 class Strangers(Case):
     """`refine` of a result that somebody else has made: the names of its inputs are his."""
 
-    def refined(self, survey, *more, code=DONE, says="(?s).*", before=lambda folder: None):
-        """What refine writes into an empty folder from a result whose survey has this name."""
+    def result_of(self, survey):
+        """The folders of a result whose survey has this name, and an empty one."""
         there, here = self.folder / "there/in", self.folder / "here"
         for folder in (there, here):
             shutil.rmtree(folder, ignore_errors=True)
@@ -153,6 +153,11 @@ class Strangers(Case):
         quoted = "".join(f"\\u{ord(c):04x}" if ord(c) < 0xA0 and not c.isprintable() else c for c in survey.replace("\\", "\\\\"))
         (there / "rounds.toml").write_text(ROUNDS.replace("survey.csv", quoted))
         self.call("run", there / "rounds.toml", "-o", there / "r.h5", "--trials", 400)
+        return there, here
+
+    def refined(self, survey, *more, code=DONE, says="(?s).*", before=lambda folder: None):
+        """What refine writes into an empty folder from a result whose survey has this name."""
+        there, here = self.result_of(survey)
         before(here)
         printed = self.call("refine", there / "r.h5", "-o", here / "next.toml", *more, code=code, says=says)
         return printed, sorted(str(p.relative_to(here)) for p in here.rglob("*") if not p.is_dir())
@@ -170,6 +175,17 @@ class Strangers(Case):
             with self.subTest(name=name):
                 _, files = self.refined(name, code=CANNOT_WRITE, says="is not written from the result, as .*name")
                 self.assertEqual(files, [])
+
+    def test_rerun_and_merge_write_no_inputs(self):
+        for name in (".bash_profile", "../x.csv", "well.csv"):
+            with self.subTest(name=name):
+                there, here = self.result_of(name)
+                for half in (0, 1):
+                    self.call("run", there / "rounds.toml", "--trials", 400, "--shard", f"{half}/2", "-o", there / f"{half}.part")
+                before = sorted(self.folder.rglob("*"))
+                self.call("rerun", there / "r.h5", "--inputs", here)
+                self.call("merge", there / "0.part", there / "1.part", "--inputs", here, "-o", here / "whole.h5")
+                self.assertEqual(sorted(self.folder.rglob("*")), sorted([*before, here / "whole.h5"]))
 
     def test_no_link_is_followed(self):
         outside = self.folder / "outside"
