@@ -309,6 +309,12 @@ void AtomicFile::take_name(OldFile old, const MayReplace& may_replace, std::vect
   while (!move_if_free(path_, target_)) {
     if (old == OldFile::refused) throw std::system_error(EEXIST, std::generic_category());
     if (may_replace) may_replace(target_);
+    if (path_.extension() != kDisplacedSuffix) {
+      const fs::path aside = temporary_name(target_, kDisplacedSuffix);
+      const std::lock_guard lock(g_files_mutex);
+      if (rename(path_.c_str(), aside.c_str()) != 0) fail();
+      path_ = aside;
+    }
     std::optional<SecondName> second;
     if (old == OldFile::kept) {
       second = second_name(target_);
@@ -317,12 +323,6 @@ void AtomicFile::take_name(OldFile old, const MayReplace& may_replace, std::vect
         kept.push_back(second->name);
         continue;
       }
-    }
-    if (path_.extension() != kDisplacedSuffix) {
-      const fs::path aside = temporary_name(target_, kDisplacedSuffix);
-      const std::lock_guard lock(g_files_mutex);
-      if (rename(path_.c_str(), aside.c_str()) != 0) fail();
-      path_ = aside;
     }
     std::optional<fs::path> displaced;
     try {

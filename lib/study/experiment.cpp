@@ -184,10 +184,9 @@ void add_point(std::vector<store::Table>& all, std::vector<store::Table>&& table
 }
 
 constexpr const char* kPointAxis = "point";
-constexpr const char* kPointTable = "sweep_points";
 
-/// Sweep dimensions in column order with their values in order of the points; of a design that is no product the
-/// points themselves.
+}  // namespace
+
 std::vector<store::Axis> sweep_axes(const config::Config& config) {
   std::vector<store::Axis> axes;
   const std::optional<std::vector<config::SweepDimension>> product = config.sweep_product();
@@ -202,6 +201,14 @@ std::vector<store::Axis> sweep_axes(const config::Config& config) {
   }
   return axes;
 }
+
+store::Table table_of_point(const RunPlan& run, std::size_t point) {
+  return {kPointTable,
+          "values of the sweep's keys at each point",
+          {{"point", "1", "number of the point", std::vector<std::int64_t>{static_cast<std::int64_t>(point)}}}};
+}
+
+namespace {
 
 void add_maps(std::vector<store::Map>& all, std::vector<store::Map>&& maps, const std::vector<store::Axis>& sweep) {
   for (store::Map& m : maps) {
@@ -435,11 +442,8 @@ PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult r
   if (!is_failed(r)) {
     if (const std::optional<PlacedField> field = run.placed(point))
       for (store::Table& t : field_tables(*field)) r.tables.push_back(std::move(t));
-    if (!run.config.is_product() && (!r.maps.empty() || !r.streams.empty()))  // what the maps' axis means
-      r.tables.push_back(
-          {kPointTable,
-           "values of the sweep's keys at each point",
-           {{"point", "1", "number of the point", std::vector<std::int64_t>{static_cast<std::int64_t>(point)}}}});
+    if (!run.config.is_product() && (!r.maps.empty() || !r.streams.empty()))
+      r.tables.push_back(table_of_point(run, point));
   }
   const std::vector<config::SweepValue> sweep = run.config.sweep_values(point);
   for (std::vector<store::Table>* tables : {&r.tables, &r.samples})

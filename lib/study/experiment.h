@@ -229,6 +229,13 @@ PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult r
 /// True of failed_point().
 bool is_failed(const PointResult& result);
 
+/// The first axes of every map of a sweep: its keys in column order with their values in order of the points; of a
+/// design that is no product the number of the point.
+std::vector<store::Axis> sweep_axes(const config::Config& config);
+/// What the axis of such a design means: a row of a point, to which its keys are to be added.
+inline constexpr const char* kPointTable = "sweep_points";
+store::Table table_of_point(const RunPlan& run, std::size_t point);
+
 /// A result with everything but tables, samples and maps: inputs, and provenance from the config, all of whose points
 /// were read.
 store::Result result_without_tables(const RunPlan& run);

@@ -470,6 +470,28 @@ NextRound next_round(const store::Result& result, const std::string& label, cons
 
 namespace {
 
+/// Adds the values of a round's maps, which are in order of its points, to those of the rounds before. `own`: how many
+/// axes are of its sweep, which `points` takes the place of.
+void add_maps_of_round(std::vector<store::Map>& all, std::vector<store::Map>&& maps, std::size_t own,
+                       const std::vector<store::Axis>& points, const std::string& label) {
+  for (store::Map& m : maps) {
+    m.axes.erase(m.axes.begin(), m.axes.begin() + static_cast<std::ptrdiff_t>(own));
+    m.axes.insert(m.axes.begin(), points.begin(), points.end());
+    const auto same = std::find_if(all.begin(), all.end(), [&](const store::Map& o) { return o.name == m.name; });
+    if (same == all.end()) {
+      all.push_back(std::move(m));
+      continue;
+    }
+    const auto alike = [](const store::Axis& a, const store::Axis& b) {
+      return a.name == b.name && a.values == b.values;
+    };
+    require(std::equal(m.axes.begin(), m.axes.end(), same->axes.begin(), same->axes.end(), alike),
+            "{}: the map {} has other axes", label, m.name);
+    if (same->unit != m.unit) same->unit = "mixed";
+    same->values.insert(same->values.end(), m.values.begin(), m.values.end());
+  }
+}
+
 /// Adds the files of a round to those of the others, but for its table of points.
 template <class File>
 void add_files_of_round(std::vector<File>& all, const std::vector<File>& more, const std::string& points) {
@@ -491,15 +513,16 @@ store::Result merged_rounds(const Experiment& experiment, std::vector<Round> rou
   std::vector<config::InputTable> tables;
   std::vector<config::InputText> texts;
   std::vector<config::InputReference> references;
+  std::vector<std::size_t> axes_of_sweep;  // of each round
   for (const Round& r : rounds) {
     const std::string& text = r.result.provenance.config;
-    require(r.result.maps.empty() && r.result.streams.empty(),
-            "{}: has maps: rounds of a study with maps are not merged", r.label);
+    require(r.result.streams.empty(), "{}: has maps that are too large to be merged", r.label);
     require(config::text_without_sweep(text, r.label) == base,
             "{}: is no round of the sweep of {}: their configs differ in more than [sweep] and [refine]", r.label,
             first.label);
     const config::Config c =
         config::Config::from_text(text, r.label, r.inputs.tables, r.inputs.texts, r.inputs.references, folder);
+    axes_of_sweep.push_back(sweep_axes(c).size());
     for (std::size_t point = 0; point < c.point_count(); ++point) {
       std::vector<std::string> names, cells;
       for (const config::SweepValue& v : c.sweep_values(point)) {
@@ -534,10 +557,13 @@ store::Result merged_rounds(const Experiment& experiment, std::vector<Round> rou
       experiment, config::Config::from_text(config::text_with_points(with_rule, first.label, file, grid), first.label,
                                             std::move(tables), std::move(texts), std::move(references), folder));
   store::Result all = result_without_tables(run);
-  for (Round& r : rounds) {
+  const std::vector<store::Axis> points = sweep_axes(run.config);
+  for (std::size_t i = 0; i < rounds.size(); ++i) {
+    Round& r = rounds[i];
     const auto add = [&](std::vector<store::Table>& to, std::vector<store::Table>& from) {
       for (store::Table& t : from) {
-        if (t.name == kFamilyTable || t.name == kSensitivityTable) continue;  // of the rows of one round
+        // Of the rows of one round, or numbered there.
+        if (t.name == kFamilyTable || t.name == kSensitivityTable || t.name == kPointTable) continue;
         const auto same = std::find_if(to.begin(), to.end(), [&](const store::Table& o) { return o.name == t.name; });
         if (same == to.end()) {
           to.push_back(std::move(t));
@@ -549,6 +575,16 @@ store::Result merged_rounds(const Experiment& experiment, std::vector<Round> rou
     };
     add(all.tables, r.result.tables);
     add(all.samples, r.result.samples);
+    add_maps_of_round(all.maps, std::move(r.result.maps), axes_of_sweep[i], points, r.label);
+  }
+  for (const store::Map& m : all.maps)
+    require(store::map_size(m) == m.values.size(), "{}: the map {} is not that of all rounds", first.label, m.name);
+  if (!all.maps.empty()) {
+    std::vector<store::Table> of_points;
+    for (std::size_t i = 0; i < run.point_count(); ++i)
+      of_points.push_back(with_sweep_columns(table_of_point(run, i), run.config.sweep_values(i)));
+    for (std::size_t i = 1; i < of_points.size(); ++i) store::append_rows(of_points.front(), of_points[i]);
+    all.tables.push_back(std::move(of_points.front()));
   }
   // As a run of all points does; the points of a table have no sensitivity.
   if (run.is_family()) apply_family(all.tables);

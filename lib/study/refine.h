@@ -52,7 +52,7 @@ struct Round {
 
 /// One result with the points of several rounds, in their order: that of a run whose table of points `file` lists them.
 /// `folder`: of the config, with files that are too large to be stored. Throws InputError if they are not rounds of one
-/// config, or have maps.
+/// config, or have maps that are not held in memory.
 store::Result merged_rounds(const Experiment& experiment, std::vector<Round> rounds, const std::string& file,
                             const std::string& folder);
 

@@ -116,7 +116,7 @@ def fill_azimuths(rows, table, chosen, file):
     if filled:
         filled.sort(key=rows.index)
         table.warnings.append(f"{file}:{filled[0].place}: {shown(chosen['azi'].heading, 30)} is empty at inclination 0"
-                              + (f" (and in {len(filled) - 1} rows more)" if len(filled) > 1 else "")
+                              + (f" (and in {len(filled) - 1} row{'s' * (len(filled) > 2)} more)" if len(filled) > 1 else "")
                               + f": taken from the next station, {shown(filled[0].cells[index], 20)}")
 
 

@@ -433,6 +433,24 @@ class Rounds(Case):
         self.call("refine", "all.h5", "-o", "third.toml")
         self.assertNotIn("magnetometer_nT", (self.folder / "third.toml").read_text().split("[estimator]")[1].split("[")[0])
 
+    def test_merged_rounds_have_the_maps_of_all_their_points(self):
+        config = (Path(__file__).resolve().parents[2] / "configs/sweeps/msa_harm_boundary.toml").read_text()
+        for old, new in (("count = 14", "count = 4"), ("[10, 30, 100]", "[10, 30]"), ("cell = 0.01", "cell = 0.17")):
+            self.assertIn(old, config)
+            config = config.replace(old, new)
+        (self.folder / "rounds.toml").write_text(config)
+        self.call("run", "rounds.toml", "-o", "0.h5")
+        self.call("refine", "0.h5", "-o", "next.toml")
+        self.call("run", "next.toml", "-o", "1.h5")
+        self.call("merge", "-o", "all.h5", "0.h5", "1.h5")
+        of = {}
+        for name in ("0", "1", "all"):
+            with h5py.File(self.folder / f"{name}.h5") as f:
+                of[name] = f["maps/azimuth_ratio"][()]
+        self.assertEqual(of["all"].ravel().tolist(), [*of["0"].ravel(), *of["1"].ravel()])
+        self.assertRegex(self.call("rerun", "all.h5"), "identical")
+        self.call("refine", "all.h5", "-o", "third.toml")
+
     def test_check_of_merged_rounds(self):
         """A verdict is judged in the rounds' result as in that of any other merge."""
         expect = '[[expect]]\ntable = "parameters"\nformulation = "first_order"\nquantities = ["sigma3_bias_x"]\nverdict = "differs"\n'

@@ -453,7 +453,7 @@ class Pairing(Case):
     def test_a_vertical_hole_has_no_azimuth(self):
         rows = [("0", "0", ""), ("500", "0.0", ""), *STATIONS]
         said = self.gives(table(rows=rows), METRES.replace("_deg\n", "_deg\n0,0,45.00\n500,0.0,45.00\n"))
-        self.assertIn("warning: in.csv:line 2: Azimuth Grid (deg) is empty at inclination 0 (and in 1 rows more): taken from the next station, 45.00", said)
+        self.assertIn("warning: in.csv:line 2: Azimuth Grid (deg) is empty at inclination 0 (and in 1 row more): taken from the next station, 45.00", said)
         self.refused(table(rows=[("0", "0.5", ""), *STATIONS]), "line 2: Azimuth Grid (deg) is empty")
 
     def test_from_the_bottom_up(self):
