@@ -157,7 +157,7 @@ double computed(Operation operation, double a, double b) {
     case Operation::square_root:
       return std::sqrt(a);
     case Operation::sign:
-      return a < 0 ? -1 : 1;
+      return a < 0 ? -1 : a >= 0 ? 1 : a;  // what is not a number stays
     case Operation::maximum:
       return a < b || b != b ? b : a;  // one that is not a number stays
     case Operation::minimum:

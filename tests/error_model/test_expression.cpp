@@ -69,7 +69,8 @@ TEST_CASE("Functions and names ignore case; Sqr is the square root; the sign of 
   CHECK_FALSE(find_variable("AzX"));
 }
 
-TEST_CASE("What is not a number stays so through Max and Min") {
+TEST_CASE("What is not a number stays so through Max, Min and Sign") {
+  CHECK(std::isnan(value("Sign(Sqrt(MD))", -1)));
   CHECK(std::isnan(value("Max(1, Sqrt(MD))", -1)));
   CHECK(std::isnan(value("Max(Sqrt(MD), 1)", -1)));
   CHECK(std::isnan(value("Min(1, Sqrt(MD))", -1)));
