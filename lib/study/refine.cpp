@@ -492,12 +492,24 @@ void add_maps_of_round(std::vector<store::Map>& all, std::vector<store::Map>&& m
   }
 }
 
-/// Adds the files of a round to those of the others, but for its table of points.
+bool same_contents(const config::InputTable& a, const config::InputTable& b) {
+  return a.names == b.names && a.columns == b.columns;
+}
+bool same_contents(const config::InputText& a, const config::InputText& b) { return a.text == b.text; }
+bool same_contents(const config::InputReference& a, const config::InputReference& b) { return a.hash == b.hash; }
+
+/// Adds the files of a round to those of the others, but for its table of points. A file of one name must be the same.
 template <class File>
-void add_files_of_round(std::vector<File>& all, const std::vector<File>& more, const std::string& points) {
+void add_files_of_round(std::vector<File>& all, const std::vector<File>& more, const std::string& points,
+                        const std::string& label, const std::string& first) {
   for (const File& f : more) {
+    if (f.path == points) continue;
     const auto same = std::find_if(all.begin(), all.end(), [&](const File& known) { return known.path == f.path; });
-    if (f.path != points && same == all.end()) all.push_back(f);
+    if (same == all.end())
+      all.push_back(f);
+    else
+      require(same_contents(*same, f), "{}: is no round of the sweep of {}: {} had other contents; run the round again",
+              label, first, f.path);
   }
 }
 
@@ -539,9 +551,9 @@ store::Result merged_rounds(const Experiment& experiment, std::vector<Round> rou
               line.substr(0, line.size() - 1));
       csv += line;
     }
-    add_files_of_round(tables, r.inputs.tables, c.sweep_file());
-    add_files_of_round(texts, r.inputs.texts, c.sweep_file());
-    add_files_of_round(references, r.inputs.references, c.sweep_file());
+    add_files_of_round(tables, r.inputs.tables, c.sweep_file(), r.label, first.label);
+    add_files_of_round(texts, r.inputs.texts, c.sweep_file(), r.label, first.label);
+    add_files_of_round(references, r.inputs.references, c.sweep_file(), r.label, first.label);
     if (text.find("\n[refine") == std::string::npos) continue;  // a sweep that is not refined can be merged, too
     const config::RefineRule rule = config::refine_rule_of(text, r.label);
     if (!rule.grid.empty()) {  // the later rounds know the first grid

@@ -8,6 +8,13 @@ find_program() { # find_program surveymc|surveymc-mpi
   if [ -x "$home/build/$1" ]; then echo "$home/build/$1"; else command -v "$1"; fi
 }
 
+# number NAME VALUE: the value without leading zeros, with which bash would read it as octal; else ends the script.
+number() {
+  local digits=${2#"${2%%[!0]*}"}
+  case $digits in '' | *[!0-9]* | ??????????*) echo "${0##*/}: $1 $2: must be a whole number from 1 to 999999999" >&2; exit 64 ;; esac
+  echo "$digits"
+}
+
 child='' signalled='' forward_as=TERM
 # Slurm's signal reaches this shell, which bash would act on only when the child has ended: hand it on.
 forward() {

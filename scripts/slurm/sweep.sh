@@ -12,14 +12,13 @@
 #   --max-seconds S     a task stops then, and goes on later (else 120 s before the job's time limit, by Slurm's signal)
 #   --sbatch OPTION     an option of sbatch for all jobs, e.g. --sbatch --partition=long; may be repeated.
 #                       sbatch's own variables (SBATCH_PARTITION, SBATCH_ACCOUNT, SBATCH_TIMELIMIT, ...) work, too
-#   --dry-run           print what would be submitted
+#   --dry-run           print what would be submitted; where Slurm does not answer, as if its queue were empty
 # Environment: SURVEYMC is the program (build/surveymc here, else the one on the PATH), seen by all nodes, as are CONFIG,
 # its files and OUTDIR. Every option above can be given as SURVEYMC_SHARDS, SURVEYMC_GROUP, SURVEYMC_CPUS, ...
 set -euo pipefail
 
 die() { echo "sweep.sh: $*" >&2; exit "${code:-64}"; }
 usage() { sed -n '2,/^set /s/^# \{0,1\}//p' "$0"; }
-number() { case $2 in '' | *[!0-9]* | 0) die "$1 $2: must be a whole number above 0" ;; *) echo "$2" ;; esac; }
 
 shards=${SURVEYMC_SHARDS:-} group=${SURVEYMC_GROUP:-} tasks=${SURVEYMC_TASKS:-1000} cpus=${SURVEYMC_CPUS:-1} concurrent=${SURVEYMC_CONCURRENT:-}
 max_seconds=${SURVEYMC_MAX_SECONDS:-} dry_run='' sbatch_options=() names=()
@@ -29,14 +28,14 @@ while [ $# -gt 0 ]; do
     --dry-run) dry_run=yes; shift ;;
     --) shift; break ;;
     --shards | --group | --tasks | --cpus | --concurrent | --max-seconds | --sbatch)
-      [ $# -ge 2 ] || die "$1: needs a value"
+      [ -n "${2:-}" ] || die "$1: needs a value"
       case $1 in
-        --shards) shards=$(number "$1" "$2") ;;
-        --group) group=$(number "$1" "$2") ;;
-        --tasks) tasks=$(number "$1" "$2") ;;
-        --cpus) cpus=$(number "$1" "$2") ;;
-        --concurrent) concurrent=$(number "$1" "$2") ;;
-        --max-seconds) max_seconds=$(number "$1" "$2") ;;
+        --shards) shards=$2 ;;
+        --group) group=$2 ;;
+        --tasks) tasks=$2 ;;
+        --cpus) cpus=$2 ;;
+        --concurrent) concurrent=$2 ;;
+        --max-seconds) max_seconds=$2 ;;
         --sbatch) sbatch_options+=("$2") ;;
       esac
       shift 2 ;;
@@ -50,9 +49,17 @@ changes=("$@")
 home=$(cd "$(dirname "$0")/../.." && pwd)
 source "$home/scripts/slurm/job.sh"
 trap - TERM INT USR1
+for option in shards group tasks cpus concurrent max_seconds; do
+  given=${!option}
+  name=${option^^}
+  [ -z "$given" ] || given=$(number "--${option//_/-} or SURVEYMC_$name" "$given")
+  printf -v "$option" %s "$given"
+done
 SURVEYMC=${SURVEYMC:-$(find_program surveymc)} || die "surveymc is not built: cmake --preset release && cmake --build build"
 case $SURVEYMC in */*) SURVEYMC=$(realpath "$SURVEYMC") ;; esac
-for tool in sbatch squeue scontrol; do command -v $tool >/dev/null || die "$tool is missing: this needs Slurm"; done
+for tool in sbatch squeue scontrol; do
+  [ -n "$dry_run" ] || command -v $tool >/dev/null || die "$tool is missing: this needs Slurm"
+done
 [ -f "${names[0]}" ] || code=65 die "${names[0]}: no such config"
 config=$(realpath "${names[0]}")
 mkdir -p "${names[1]}/parts" "${names[1]}/logs"
@@ -87,8 +94,12 @@ as_list() { awk 'NR == 1 { a = b = $1; next } $1 == b + 1 { b = $1; next } { pri
   END { if (NR) print (a == b ? a : a "-" b) }'; }
 
 todo=$(printf %s "$missing" | numbers | awk -v g="$group" '{ t = int($1 / g) } t != last || NR == 1 { print t; last = t }')
-queue=$(squeue -h -r -o '%j %K %A %F %t' | awk -v job="$job" 'index($1, job) == 1') || code=71 die \
-  "squeue: Slurm does not answer: run this where sbatch works; without Slurm: surveymc run $config --resume -o $result"  # one line a task
+if ! queue=$(squeue -h -r -o '%j %K %A %F %t' | awk -v job="$job" 'index($1, job) == 1'); then  # one line a task
+  [ -n "$dry_run" ] || code=71 die "squeue: Slurm does not answer: run this where sbatch works; without Slurm:" \
+    "surveymc run $config --resume -o $result"
+  echo "sweep.sh: squeue: Slurm does not answer: as if its queue were empty" >&2
+  queue=''
+fi
 if other=$(printf '%s\n' "$queue" | awk -v mine="$job.$kind." -v merge="$job.merge" '$1 != "" && $1 != merge && index($1, mine) != 1 { print $4 }' | sort -u) && [ -n "$other" ]; then
   code=75 die "$out: jobs with other --shards, --tasks or --group are still in the queue ($(echo $other)): wait, or scancel them"
 fi
@@ -115,7 +126,7 @@ export SURVEYMC SURVEYMC_RANGES SURVEYMC_FOLDERS SURVEYMC_HOME=$home SURVEYMC_SH
 jobs=$(printf '%s\n' "$queue" | awk -v job="$job.merge" '$1 != "" && $1 != job { print $4 }' | sort -u)
 
 # Slurm numbers the tasks of an array below MaxArraySize: one array for each so many.
-largest=$(scontrol show config | awk '$1 == "MaxArraySize" { print $3 }')
+largest=$(scontrol show config 2>/dev/null | awk '$1 == "MaxArraySize" { print $3 }') || true
 largest=${largest:-1001}
 for ((SURVEYMC_FIRST = 0; SURVEYMC_FIRST * group < count; SURVEYMC_FIRST += largest)); do
   list=$(printf '%s\n' $todo | awk -v a="$SURVEYMC_FIRST" -v n="$largest" 'NF && $1 >= a && $1 < a + n { print $1 - a }' | as_list)

@@ -451,6 +451,15 @@ class Rounds(Case):
         self.assertRegex(self.call("rerun", "all.h5"), "identical")
         self.call("refine", "all.h5", "-o", "third.toml")
 
+    def test_a_round_of_another_survey_is_none(self):
+        (self.folder / "rounds.toml").write_text(ROUNDS.replace("trials = 2000", "trials = 100"))
+        self.call("run", "rounds.toml", "-o", "0.h5")
+        self.call("refine", "0.h5", "-o", "next.toml")
+        survey = self.folder / "survey.csv"
+        survey.write_text(survey.read_text().replace("60,18", "60,19"))
+        self.call("run", "next.toml", "-o", "1.h5")
+        self.call("merge", "-o", "all.h5", "0.h5", "1.h5", code=BAD_INPUT, says="1.h5: is no round of the sweep of 0.h5: survey.csv had other contents")
+
     def test_check_of_merged_rounds(self):
         """A verdict is judged in the rounds' result as in that of any other merge."""
         expect = '[[expect]]\ntable = "parameters"\nformulation = "first_order"\nquantities = ["sigma3_bias_x"]\nverdict = "differs"\n'
