@@ -10,6 +10,7 @@ import weakref
 
 from . import toml
 from .result import Result
+from .storage import ResultError
 
 _HERE = os.path.dirname(os.path.realpath(__file__))
 _EXIT_CODES = {1: "a verdict is not the expected one", 64: "usage", 65: "bad config or data", 70: "internal error",
@@ -55,19 +56,28 @@ def run(config, set=None, threads=None, *, trials=None, seed=None, output=None, 
 
     RunError with the program's message if the config, its data or the output is refused.
     """
-    options = [f"--set={key}={toml.value(new)}" for key, new in (set or {}).items()]
-    options += [f"--{name}={int(number)}" for name, number in (("threads", threads), ("trials", trials), ("seed", seed))
-                if number is not None]
+    try:
+        options = [f"--set={key}={toml.value(new)}" for key, new in (set or {}).items()]
+        options += [f"--{name}={int(number)}" for name, number in (("threads", threads), ("trials", trials), ("seed", seed))
+                    if number is not None]
+        config = config if isinstance(config, dict) else os.fspath(config)
+        folder = os.fspath(folder or ".")
+        output = output if output is None else os.fspath(output)
+    except (AttributeError, TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise RunError(f"arguments of run: {error}", 65) from None
     options += ["--check"] if check else []
-    with _written(config, folder) if isinstance(config, dict) else contextlib.nullcontext(os.fspath(config)) as path:
+    with _written(config, folder) if isinstance(config, dict) else contextlib.nullcontext(config) as path:
         if output is not None:
-            _call(["run", path, *options, "--output", os.fspath(output), *(["--overwrite"] if overwrite else [])])
-            return Result(output)
-        keeper = tempfile.TemporaryDirectory(prefix="surveymc-")
+            _call(["run", path, *options, "--output", output, *(["--overwrite"] if overwrite else [])])
+            return _read(output)
+        try:
+            keeper = tempfile.TemporaryDirectory(prefix="surveymc-")
+        except OSError as error:
+            raise RunError(f"{tempfile.gettempdir()}: cannot make a folder for the result: {error.strerror}", 74) from None
         try:
             kept = os.path.join(keeper.name, "result.h5")
             _call(["run", path, *options, "--output", kept])
-            result = Result(kept)
+            result = _read(kept)
         except BaseException:
             keeper.cleanup()
             raise
@@ -84,30 +94,56 @@ def sweep(config, axes, table, set=None, threads=None, *, trials=None, seed=None
     because the swept config is beside it as long as the program runs.
     """
     if not isinstance(config, dict):
-        folder = os.path.dirname(os.fspath(config)) or "."
-        try:
-            with open(config, "rb") as file:
-                config = tomllib.load(file)
-        except OSError as error:
-            raise RunError(f"{config}: cannot be read: {error.strerror}", 65) from None
-        except tomllib.TOMLDecodeError as error:
-            raise RunError(f"{config}: not TOML: {error}", 65) from None
-    swept = {**config, "sweep": {**config.get("sweep", {}), **{k: list(v) for k, v in axes.items()}}}
+        config, folder = _settings(config)
+    inner = config.get("sweep", {})
+    if not isinstance(inner, dict):
+        raise RunError("config: sweep: must be a table", 65)
+    try:
+        swept = {**config, "sweep": {**inner, **{k: list(v) for k, v in axes.items()}}}
+    except (AttributeError, TypeError) as error:  # a value in place of a list of them
+        raise RunError(f"axes: must have a list of values for each key: {error}", 65) from None
     result = run(swept, set, threads, trials=trials, seed=seed, output=output, overwrite=overwrite, folder=folder)
     return result.table(table)
+
+
+def _settings(path):
+    """A config file as nested dicts, and its folder."""
+    try:
+        folder = os.path.dirname(os.fspath(path)) or "."
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise RunError(f"{path}: must be a regular file", 65)
+        with open(path, "rb") as file:
+            return tomllib.load(file), folder
+    except (OSError, RecursionError, TypeError) as error:
+        raise RunError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}", 65) from None
+    except ValueError as error:  # no TOML, not UTF-8, or a zero byte in the name
+        raise RunError(f"{path}: not TOML: {error}", 65) from None
+
+
+def _read(path):
+    try:
+        return Result(path)
+    except ResultError as error:  # removed or damaged meanwhile
+        raise RunError(str(error), 74) from None
 
 
 @contextlib.contextmanager
 def _written(settings, folder):
     """The path of a config that has these settings, in `folder`, where its file names are looked for."""
-    folder = os.fspath(folder) if folder else "."
+    try:
+        text = toml.dumps(settings).encode()
+    except (TypeError, ValueError, RecursionError) as error:
+        raise RunError(f"config: {error}", 65) from None
     try:
         handle, path = tempfile.mkstemp(prefix=".surveymc-", suffix=".toml", dir=folder)
     except OSError as error:
         raise RunError(f"{folder}: cannot write the config there: {error.strerror}", 74) from None
     try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(toml.dumps(settings))
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(text)
+        except OSError as error:
+            raise RunError(f"{folder}: cannot write the config there: {error.strerror}", 74) from None
         yield path
     except RunError as error:  # nobody knows the file by its name
         raise RunError(str(error).replace(os.path.abspath(path), "config").replace(path, "config"), error.exit_code) from None
@@ -117,8 +153,12 @@ def _written(settings, folder):
 
 
 def _call(arguments):
-    done = subprocess.run([find_program(), *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                          stderr=subprocess.PIPE, text=True, errors="replace")
+    program = find_program()
+    try:
+        done = subprocess.run([program, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                              text=True, errors="replace")
+    except (OSError, ValueError) as error:  # not a program of this system, a list of options too long, a zero byte in a name
+        raise RunError(f"{program}: cannot be run: {getattr(error, 'strerror', None) or error}") from None
     if done.returncode:
         said = done.stderr.strip().splitlines()
         message = next((line.removeprefix("error: ") for line in reversed(said) if line.startswith("error: ")), said[-1] if said else "")

@@ -1,6 +1,7 @@
 """A result file of surveymc as Python objects. docs/results-format.md describes the file."""
 
 import collections.abc
+import contextlib
 import difflib
 import os
 import re
@@ -72,17 +73,14 @@ class Result:
 
     def __init__(self, path):
         self.path = os.fspath(path)
-        try:
-            with self._file() as file:
-                for name, stored in _ATTRIBUTES.items():
-                    if stored not in file.attrs:
-                        raise ResultError(f"{self.path}: attribute '{stored}' is missing")
-                    setattr(self, name, _python(file.attrs[stored]))
-                self.run = {k: _python(v) for k, v in file["run"].attrs.items()} if "run" in file else {}
-                groups = {g: list(file[g]) if g in file else [] for g in ("tables", "samples", "inputs")}
-                maps = [k for k, d in file.get("maps", {}).items() if not h5py.h5ds.is_scale(d.id)]
-        except storage.DAMAGE as error:
-            raise ResultError(f"{self.path}: is damaged: {' '.join(str(error).split())}") from None
+        with self._file() as file:
+            for name, stored in _ATTRIBUTES.items():
+                if stored not in file.attrs:
+                    raise ResultError(f"{self.path}: attribute '{stored}' is missing")
+                setattr(self, name, _python(file.attrs[stored]))
+            self.run = {k: _python(v) for k, v in file["run"].attrs.items()} if "run" in file else {}
+            groups = {g: list(file[g]) if g in file else [] for g in ("tables", "samples", "inputs")}
+            maps = [k for k, d in file.get("maps", {}).items() if not h5py.h5ds.is_scale(d.id)]
         self.tables = _Collection(groups["tables"], self.table)
         self.samples = _Collection(groups["samples"], lambda name: self._frame("samples", name))
         self.inputs = _Collection(groups["inputs"], lambda name: self._frame("inputs", name))
@@ -92,13 +90,24 @@ class Result:
         return (f"<surveymc result '{self.title or self.path}': {self.experiment}, seed {self.seed}, {self.trials} trials; "
                 f"tables {', '.join(self.tables) or 'none'}; maps {', '.join(self.maps) or 'none'}>")
 
+    @contextlib.contextmanager
     def _file(self):
-        return storage.open_file(self.path)
+        """The open file; ResultError where what is read from it shows that it is damaged."""
+        with storage.open_file(self.path) as file:
+            try:
+                yield file
+            except ResultError:
+                raise
+            except storage.DAMAGE as error:
+                raise ResultError(f"{self.path}: is damaged: {' '.join(str(error).split())}") from None
 
     @property
     def settings(self):
         """The resolved config as nested dicts."""
-        return tomllib.loads(self.config)
+        try:
+            return tomllib.loads(self.config)
+        except (ValueError, RecursionError) as error:
+            raise ResultError(f"{self.path}: is damaged: its config is not TOML: {error}") from None
 
     @property
     def verdicts(self):

@@ -1,7 +1,9 @@
 """Opens result files. Everything of this package and of the plot scripts that reads one goes through `open_file`, so that a
 file is checked in one place."""
 
+import math
 import os
+import stat
 
 import h5py
 import numpy as np
@@ -12,7 +14,7 @@ FORMAT, FORMAT_VERSION = "surveymc", 1
 
 
 # What h5py raises where a file is damaged although its seal is right, or changes while it is read.
-DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError)
+DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, MemoryError)
 
 
 class ResultError(Exception):
@@ -31,13 +33,20 @@ def open_file(path):
 
     ResultError if it is not there, cannot be read, is damaged, or is no result of a known format.
     """
-    if not os.path.exists(path):
-        raise ResultError(f"{path}: no such file")
-    if os.path.isdir(path):
+    path = os.fspath(path)
+    try:
+        kind = os.stat(path).st_mode
+    except (OSError, ValueError) as error:  # a name with a zero byte
+        missing = isinstance(error, (FileNotFoundError, NotADirectoryError))
+        raise ResultError(f"{path}: {'no such file' if missing else f'cannot be read: {error}'}") from None
+    if stat.S_ISDIR(kind):
         raise ResultError(f"{path}: is a folder, not a result file")
-    if not os.access(path, os.R_OK):
-        raise ResultError(f"{path}: cannot be read")
-    seal = integrity.seal_of(path)
+    if not stat.S_ISREG(kind):
+        raise ResultError(f"{path}: is not a regular file")
+    try:
+        seal = integrity.seal_of(path)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be read: {error.strerror}") from None
     if seal is False:
         raise ResultError(f"{path}: is damaged or was edited: its checksum does not match")
     try:
@@ -46,6 +55,7 @@ def open_file(path):
         raise ResultError(f"{path}: not an HDF5 file, or damaged") from None
     try:
         _check(file, path)
+        _check_sizes(file, path)
         if seal is None:
             _check_contents(file, path)
     except DAMAGE:
@@ -55,6 +65,25 @@ def open_file(path):
         file.close()
         raise
     return file
+
+
+_sizes_checked = set()  # files as os.stat() tells them apart: each is opened for every table
+
+
+def _check_sizes(file, path):
+    """ResultError if a dataset claims more values than the file can hold: reading it would ask for all the memory. 128: no
+    compression makes a value smaller than 1/128 byte."""
+    found = os.stat(path)
+    size, known = found.st_size, (found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns)
+    if known in _sizes_checked:
+        return
+
+    def check(name, item):
+        if isinstance(item, h5py.Dataset) and math.prod(item.shape or ()) > 128 * size:
+            raise ResultError(f"{path}: /{name} claims more values than the file can hold")
+
+    file.visititems(check)
+    _sizes_checked.add(known)
 
 
 def _check_contents(file, path):

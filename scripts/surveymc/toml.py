@@ -44,6 +44,8 @@ def _text(of):
 
 
 def _key(of):
+    if not isinstance(of, str):
+        raise TypeError(f"a key must be a text: {of!r}")
     return of if re.fullmatch(r"[A-Za-z0-9_-]+", of) else _text(of)
 
 

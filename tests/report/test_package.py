@@ -4,6 +4,7 @@ import datetime
 import gc
 import os
 import pathlib
+import resource
 import subprocess
 import sys
 import tempfile
@@ -121,6 +122,44 @@ class Running(unittest.TestCase):
         kept = surveymc.sweep(settings_of("msa_sweep"), {"noise.law": ["gaussian"]}, "position", trials=40, folder=CONFIGS)
         self.assertEqual(set(kept["case"]), {c["name"] for c in settings_of("msa_sweep")["sweep"]["case"]})  # axes that stay
         self.assertEqual(set(kept["noise.law"]), {"gaussian"})
+
+    def test_every_failure_is_a_run_error(self):
+        folder = pathlib.Path(self.folder)
+        config = os.path.join(CONFIGS, "vertical_well.toml")
+        os.mkfifo(folder / "pipe.toml")
+        (folder / "latin.toml").write_bytes(b'title = "\xff"\n')
+        (folder / "scalar.toml").write_text("sweep = 5\n")
+        (folder / "noprogram").write_text("no program")
+        (folder / "noprogram").chmod(0o755)
+        deep = {}
+        for _ in range(3000):
+            deep = {"a": deep}
+        bad = [lambda: surveymc.run({"x": object()}), lambda: surveymc.run({1: 2}), lambda: surveymc.run(config, set={"a": object()}),
+               lambda: surveymc.run(config, seed="one"), lambda: surveymc.run(deep, folder=folder),
+               lambda: surveymc.run("a\0b.toml"), lambda: surveymc.run(config, output="a\0b.h5"),
+               lambda: surveymc.sweep(folder / "pipe.toml", {}, "x"), lambda: surveymc.sweep(folder / "latin.toml", {}, "x"),
+               lambda: surveymc.sweep(folder / "scalar.toml", {"a": [1]}, "x"), lambda: surveymc.sweep(config, {"a": 1}, "x"),
+               lambda: surveymc.sweep(folder, {}, "x"), lambda: surveymc.sweep(None, {}, "x"), lambda: surveymc.sweep(config, 5, "x"),
+               lambda: surveymc.run(5), lambda: surveymc.run(config, set=5), lambda: surveymc.run(config, output=5), lambda: surveymc.run({}, folder=5),
+               lambda: surveymc.run(config, set={"title": "x" * (1 << 18)})]
+        for call in bad:
+            with self.assertRaises(surveymc.RunError):
+                call()
+        self.assertEqual([p.name for p in folder.iterdir() if p.name.startswith(".surveymc-")], [])
+        limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+        try:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (10, limit[1]))
+            with self.assertRaises(surveymc.RunError) as raised:
+                surveymc.run({"experiment": "msa_position"}, folder=folder)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+        self.assertEqual(raised.exception.exit_code, 74)
+        os.environ["SURVEYMC"] = str(folder / "noprogram")
+        try:
+            with self.assertRaises(surveymc.RunError):
+                surveymc.run(config)
+        finally:
+            os.environ["SURVEYMC"] = SURVEYMC
 
     def test_the_program_is_found(self):
         self.assertEqual(program.find_program(), SURVEYMC)
