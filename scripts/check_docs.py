@@ -51,7 +51,6 @@ import re
 import shlex
 import statistics
 import subprocess
-import sys
 import tempfile
 import time
 from typing import NamedTuple
@@ -59,6 +58,7 @@ from typing import NamedTuple
 import h5py
 import numpy as np
 
+import streams
 from surveymc import storage
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
@@ -613,4 +613,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    streams.run(main)

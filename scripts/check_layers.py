@@ -16,6 +16,8 @@ import re
 import subprocess
 import sys
 
+import streams
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 LAYERS = ["base simd", "earth survey random stats error_model", "sensor estimate single_station chained propagate reliability monitoring rare",
           "analysis proximity montecarlo config store checkpoint mpi", "study", "cli"]
@@ -171,7 +173,7 @@ def main():
     print(f"{len(bad)} faults" if bad else "layers hold")
     for b in bad:
         print(b)
-    sys.exit(1 if bad else 0)
+    return 1 if bad else 0
 
 
-main()
+streams.run(main)

@@ -80,6 +80,7 @@ def main():
     arguments = parser.parse_args()
     plotting.use_style()
     stems = [plotting.stem_of(p) for p in (arguments.a, arguments.b)]
+    plotting.Saved.results += stems  # of other files it is another figure
     figure = difference_figure(f"{stems[1]} against {stems[0]}", differences(arguments.a, arguments.b))
     if figure is None:
         raise PlotError(f"{arguments.b}: has no value that chance can move against {arguments.a}")

@@ -25,12 +25,14 @@ def main():
     folder = plotting.figures_folder(arguments.output, arguments.result)
     scripts = studies.study_of(studies.load(), result.experiment).scripts_for(result.path)
     drawn = figures.draw(result.path, scripts, folder, arguments.point)
+    for note in drawn.kept:
+        print(note, file=sys.stderr)
     for path in drawn.files:
         print(path.removesuffix(".svg") + ".png")
         print(path)
     if drawn.broken:
-        raise PlotError(f"{arguments.result}: a plot script failed: {'; '.join(drawn.broken)}", 1)
-    if drawn.code == plotting.CANNOT_WRITE or not drawn.files:
+        raise PlotError(f"{arguments.result}: a plot script failed: {'; '.join(drawn.broken)}", drawn.code)
+    if not drawn.files:
         said = "; ".join(drawn.messages) or f"no figures are known for experiment '{result.experiment}'"
         raise PlotError(f"{arguments.result}: {said}", drawn.code or plotting.BAD_DATA)
 

@@ -13,11 +13,11 @@ read or write. Without -o nothing is written.
 import argparse
 import ctypes
 import difflib
-import os
 import re
 import signal
 import sys
 
+import streams
 from survey_import import checks, columns, doubts, excel, las, listed, output, stations, text, witsml
 from survey_import.problem import DATA, USAGE, Problem, as_keys, shown
 
@@ -181,15 +181,12 @@ def main():
         options = arguments(sys.argv[1:])
         give_up(options.name)
         run(options)
-        sys.stdout.flush()
     except Problem as problem:
         prefix = next((a.partition("=")[2] for a in sys.argv if a.startswith("--key-prefix=")), "survey.")
         has_keys = any(word.startswith("--for-program=") for word in sys.argv) and "--readings" not in sys.argv
         text = str(problem) if len(str(problem)) <= LONGEST_MESSAGE else str(problem)[:LONGEST_MESSAGE] + " ..."
         print(as_keys(text, prefix) if has_keys else text, file=sys.stderr)
         return problem.code
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (MemoryError, RecursionError):
         print(f"{shown(sys.argv[1])}: too large or too deep to read: must be a survey; save it as CSV", file=sys.stderr)
         return DATA
@@ -197,4 +194,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    streams.run(main)

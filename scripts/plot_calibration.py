@@ -195,11 +195,9 @@ def main():
     plotting.use_style()
     try:
         result = Result(arguments.result)
-        file = storage.open_file(arguments.result)
     except storage.ResultError as error:
         raise PlotError(str(error)) from None
-    with file:
-        config = plotting.configuration(file)
+    with plotting.open_any(arguments.result) as file:
         tables = {n: plotting.read_table(file, n) for n in ("calibration", "pit", "looks")}
     title = plotting.plain_text(result.title)
     first = next((t for t in tables.values() if t is not None and t.rows), None)

@@ -16,16 +16,11 @@ from matplotlib.tri import Triangulation
 
 import plotting
 from plotting import PlotError
-from surveymc import storage
 
 
 def read(path):
     """rule, axes, other keys, their values by name, the quantity: of the rows that [refine] looks at."""
-    try:
-        file = storage.open_file(path)
-    except storage.ResultError as error:
-        raise PlotError(str(error)) from None
-    with file:
+    with plotting.open_any(path) as file:
         rule = plotting.configuration(file).get("refine")
         if not rule or "quantity" not in rule:
             raise PlotError(f"{path}: its config has no [refine] with a quantity")

@@ -12,16 +12,11 @@ import numpy as np
 
 import plotting
 from plotting import PlotError
-from surveymc import storage
 
 
 def read(path):
     """Title of the result, [sensitivity] of the config, its table, and by quantity the values of the keys and of the quantity."""
-    try:
-        file = storage.open_file(path)
-    except storage.ResultError as error:
-        raise PlotError(str(error)) from None
-    with file:
+    with plotting.open_any(path) as file:
         title, rule = plotting.title_of(file), plotting.configuration(file).get("sensitivity")
         table = plotting.read_table(file, "sensitivity")
         if not rule or table is None:

@@ -9,7 +9,6 @@ import io
 import math
 import os
 import re
-import signal
 import sys
 import tomllib
 
@@ -24,11 +23,13 @@ import numpy as np  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
+import streams  # noqa: E402
+import whole_file  # noqa: E402
 from arguments import Parser, USAGE  # noqa: E402
+from streams import CANNOT_WRITE, run  # noqa: E402, F401
 from surveymc import storage  # noqa: E402
 
-# Exit codes, as for the program itself.
-BAD_DATA, CANNOT_WRITE = 65, 74
+BAD_DATA = 65  # exit code, as for the program itself
 
 # One colour, line and marker per thing, in every figure. No two share a line style, so the figures also read in grey.
 LOOK = {
@@ -44,12 +45,19 @@ SIGMA = "\N{GREEK SMALL LETTER SIGMA}"
 VERDICT_MARKER = {"agrees": "o", "undecided": "^", "differs": "D"}
 
 
-class PlotError(Exception):
+class PlotError(streams.Failure):
     """The data cannot be plotted; the message is one line and says place and rule."""
 
     def __init__(self, message, code=BAD_DATA):
-        super().__init__(message)
-        self.code = code
+        super().__init__(message, code)
+
+
+class Saved:
+    """What this process has saved, for those that run a script within it, and of which results the figures are."""
+
+    paths = []
+    kept = []  # what was there before, as messages
+    results = []  # experiment and title of each that was opened
 
 
 def argument_parser(description):
@@ -61,8 +69,8 @@ def argument_parser(description):
 
 
 def stem_of(result):
-    """What the names of a result's figures begin with: the name of its file."""
-    return os.path.splitext(os.path.basename(result))[0]
+    """What the names of a result's figures begin with: the name of its file, as it is printed, on one line."""
+    return re.sub("[\n\t]", "_", streams.visible(os.path.splitext(os.path.basename(result))[0]))
 
 
 def name_of(values):
@@ -71,25 +79,13 @@ def name_of(values):
 
 
 def plain_text(text):
-    """A text of the user for a figure: a dollar sign in it begins no formula."""
-    return text.replace("$", r"\$")
+    """A text of the user for a figure: a dollar sign in it begins no formula, and what is not seen is an escape."""
+    return streams.visible(text).replace("$", r"\$")
 
 
 def title_of(file):
     """The title of a result, or of what experiment it is."""
     return plain_text(text_attribute(file, "title")) or text_attribute(file, "experiment").replace("_", " ").capitalize()
-
-
-def run(main):
-    """Calls main(); an expected error becomes one line on stderr and its exit code, without a traceback. Signals end it at once."""
-    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))  # not without what ends its workers
-    try:
-        main()
-    except PlotError as error:
-        print(f"{os.path.basename(sys.argv[0])}: {' '.join(str(error).split())}", file=sys.stderr)
-        sys.exit(error.code)
-    except KeyboardInterrupt:
-        sys.exit(130)
 
 
 # --- result files ---------------------------------------------------------------------------------------------------
@@ -128,14 +124,21 @@ class Table(dict):
 def open_result(path, experiment):
     """Opens a result file for reading; it must be of this experiment, or of one of these. Use it in a `with` statement."""
     allowed = (experiment,) if isinstance(experiment, str) else experiment
-    try:
-        file = storage.open_file(path)
-    except storage.ResultError as error:
-        raise PlotError(str(error)) from None
+    file = open_any(path)
     found = text_attribute(file, "experiment")
     if found not in allowed:
         file.close()
         raise PlotError(f"{path}: is a result of experiment '{found}', not of {' or '.join(map(repr, allowed))}")
+    return file
+
+
+def open_any(path):
+    """Opens a result file of any experiment."""
+    try:
+        file = storage.open_file(path)
+    except storage.ResultError as error:
+        raise PlotError(str(error)) from None
+    Saved.results.append(f"{text_attribute(file, 'experiment')}: {text_attribute(file, 'title')}")
     return file
 
 
@@ -555,7 +558,8 @@ def save(figure, folder, name):
     """Writes <name>.png (150 dpi) and <name>.svg, closes the figure, prints the two paths.
 
     The files depend on the data only: no dates, and clips are counted, where matplotlib names them by addresses in memory.
-    Rasterised parts of the SVG have 300 dpi.
+    Rasterised parts of the SVG have 300 dpi. A figure that the same script has made of the same result (of its experiment and
+    title) is replaced, if nobody has changed it since; any other file is kept under the next free number.
     """
     fit_texts(figure)
     if figure.get_layout_engine() is not None:
@@ -567,17 +571,26 @@ def save(figure, folder, name):
     figure.savefig(picture, format="png", metadata={"Software": None})
     figure.savefig(drawing, format="svg", metadata={"Date": None}, dpi=300)
     plt.close(figure)
-    svg = drawing.getvalue()
+    svg = streams.visible(drawing.getvalue())  # a control character is no XML
     clips = {clip: f"clip{i}" for i, clip in enumerate(re.findall(r'<clipPath id="(\w+)"', svg), 1)}
     svg = re.sub(r'(<clipPath id="|url\(#)(\w+)', lambda use: use[1] + clips.get(use[2], use[2]), svg)
+    maker = "\n".join([os.path.basename(sys.argv[0]), *dict.fromkeys(Saved.results)])
     for extension, data in ((".png", picture.getvalue()), (".svg", svg.encode())):
         path = os.path.join(folder, name + extension)
-        try:
-            with open(path, "wb") as file:
-                file.write(data)
-        except OSError as error:
-            raise PlotError(f"{path}: cannot write: {error.strerror or error}", CANNOT_WRITE) from None
+        write(path, whole_file.marked(data, maker), whole_file.is_marked_by(maker))
         print(path)
+        Saved.paths.append(path)
+
+
+def write(path, data, is_ours):
+    """Writes a file whole, says what it has kept, and what it could not write."""
+    try:
+        kept = whole_file.write(path, data, is_ours)
+    except OSError as error:
+        raise PlotError(f"{path}: cannot write: {error.strerror or error}", CANNOT_WRITE) from None
+    if kept:
+        Saved.kept.append(f"{path}: was there, and was not made from this: kept as {os.path.relpath(kept)}")
+        print(Saved.kept[-1], file=sys.stderr)
 
 
 def save_all(figures, arguments):

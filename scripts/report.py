@@ -16,10 +16,13 @@ import sys
 import plotting
 import studies
 import surveymc
+import whole_file
 from plotting import PlotError
 from report_page import figures, headlines, page, text
 from surveymc import storage
 from surveymc.result import holm_limit
+
+MAKER = "report.py"  # of the page, which only a page of it replaces
 
 
 def is_kept_old(name, beside):
@@ -109,8 +112,7 @@ def make(results, base, folder, jobs, note, progress):
         versions += [version] if version not in versions else []
     if not groups:
         raise PlotError("no result file could be read")
-    broken = [b for d in drawn.values() for b in d.broken]
-    return page.page(groups, versions, note, headlines.chosen(findings)), broken, len(taken) - left_out
+    return page.page(groups, versions, note, headlines.chosen(findings)), drawn.values(), len(taken) - left_out
 
 
 def main():
@@ -133,22 +135,25 @@ def main():
 
     def progress(done, of):
         if sys.stderr.isatty():
-            print(f"\rfigures of {done} of {of} results", end="\n" if done == of else "", file=sys.stderr, flush=True)
+            sys.stderr.raw(f"\rfigures of {done} of {of} results{chr(10) if done == of else ''}".encode())
 
     try:
+        whole_file.check_target(output)
         os.makedirs(os.path.dirname(output) or ".", exist_ok=True)
-        html, broken, shown = make(results, base, folder, arguments.jobs, arguments.note, progress)
-        with open(output + ".part", "w", encoding="utf-8") as file:
-            file.write(html)
-        os.replace(output + ".part", output)
+        html, drawn, shown = make(results, base, folder, arguments.jobs, arguments.note, progress)
     except OSError as error:  # of a figure, the place of that
         place = error.filename or output
         raise PlotError(f"{place}: cannot write: {error.strerror or error}", plotting.CANNOT_WRITE) from None
-    print(f"{output}: {shown} result{'s' if shown != 1 else ''}, {len(html.encode()) / 1e6:.1f} MB")
-    for message in broken:
-        print(f"report.py: a plot script failed: {message}", file=sys.stderr)
-    if broken:
-        sys.exit(1)
+    data = html.encode("utf-8", "backslashreplace")
+    plotting.write(output, whole_file.marked(data, MAKER), whole_file.is_marked_by(MAKER))
+    print(f"{output}: {shown} result{'s' if shown != 1 else ''}, {len(data) / 1e6:.1f} MB")
+    for figure in drawn:
+        for message in figure.kept:
+            print(message, file=sys.stderr)
+        for message in figure.broken:
+            print(f"report.py: a plot script failed: {message}", file=sys.stderr)
+    codes = {figure.code for figure in drawn if figure.broken}
+    return plotting.CANNOT_WRITE if plotting.CANNOT_WRITE in codes else 1 if codes else 0
 
 
 if __name__ == "__main__":

@@ -2,7 +2,8 @@
 """Runs the studies of configs/ one after the other, keeps what is done, and writes the report. See run_all.sh.
 
 A result is done if its file can be read and has the config hash (config with seed, and input files) and the program
-version (and revision) that a new run would have. Results are written whole or not at all; of the study that an
+version (and revision) that a new run would have. Another result of its name is kept (NAME.1.h5, or the next free number).
+Results are written whole or not at all; of the study that an
 interruption falls into, the finished blocks stay in a journal beside its result, and the next run goes on from there.
 """
 
@@ -16,6 +17,7 @@ import sys
 import time
 import tomllib
 
+import streams
 import studies
 import surveymc
 from arguments import Parser, USAGE
@@ -53,7 +55,7 @@ def jobs_of(patterns, output, quick, program):
         few = quick and settings.get("trials", 0) > study.quick_trials
         arguments = ["--trials", str(study.quick_trials)] if few else []
         job = Job(name, config, os.path.join(output, name + ".h5"), arguments, study.experiment)
-        checked = subprocess.run([program, "check", config, *arguments], capture_output=True, text=True)
+        checked = subprocess.run([program, "check", config, *arguments], capture_output=True, text=True, errors="replace")
         last = re.search(r"# \d+ sweep points?, (\d+) trials in all; config hash (\w+)", checked.stdout)
         if checked.returncode or not last:
             job.error = checked.stderr.strip() or "surveymc check says no config hash"
@@ -65,7 +67,7 @@ def jobs_of(patterns, output, quick, program):
 
 def program_version(program):
     """(version, revision) of the program, as its results have them."""
-    text = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout
+    text = subprocess.run([program, "--version"], capture_output=True, text=True, errors="replace").stdout
     found = re.match(r"surveymc (\S+) \(([^)]*)\)", text)
     return (found[1], found[2]) if found else (text.strip(), "")
 
@@ -110,8 +112,11 @@ class Pace:
 
 def run_job(job, program, threads):
     """Runs one config; its exit code and what it said last. Ctrl-C reaches the program too, which keeps its finished blocks."""
-    os.makedirs(os.path.dirname(job.output), exist_ok=True)
-    command = [program, "run", job.config, "-o", job.output, "--resume", "--overwrite", *job.arguments,
+    try:
+        os.makedirs(os.path.dirname(job.output), exist_ok=True)
+    except OSError as error:
+        return streams.CANNOT_WRITE, [f"{error.filename}: cannot make the folder: {error.strerror}"]
+    command = [program, "run", job.config, "-o", job.output, "--resume", *job.arguments,
                *(["--threads", str(threads)] if threads else [])]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace") as process:
         try:
@@ -182,7 +187,7 @@ def main():
         return USAGE
     os.chdir(studies.ROOT)  # configs are named as the README names them, and so in the results
     output = os.path.relpath(output)
-    if not os.path.exists(program):
+    if not os.path.isfile(program) or not os.access(program, os.X_OK):
         print(f"run_studies.py: {program}: not built: scripts/run_all.sh builds it", file=sys.stderr)
         return USAGE
     jobs = jobs_of(arguments.only, output, arguments.quick, program)
@@ -208,10 +213,10 @@ def main():
                                              "-o", page, *note]).returncode)
     except KeyboardInterrupt:
         print("\nstopped; finished results are kept: the same command goes on from there", file=sys.stderr)
-        return 130
+        return streams.STOPPED
     print(f"done in {duration(time.monotonic() - start)}" + (f"; failed: {', '.join(failed)}" if failed else ""))
     return code
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    streams.run(main)

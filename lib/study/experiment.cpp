@@ -202,7 +202,7 @@ std::vector<store::Axis> sweep_axes(const config::Config& config) {
   return axes;
 }
 
-store::Table table_of_point(const RunPlan& run, std::size_t point) {
+store::Table table_of_point(std::size_t point) {
   return {kPointTable,
           "values of the sweep's keys at each point",
           {{"point", "1", "number of the point", std::vector<std::int64_t>{static_cast<std::int64_t>(point)}}}};
@@ -443,7 +443,7 @@ PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult r
     if (const std::optional<PlacedField> field = run.placed(point))
       for (store::Table& t : field_tables(*field)) r.tables.push_back(std::move(t));
     if (!run.config.is_product() && (!r.maps.empty() || !r.streams.empty()))
-      r.tables.push_back(table_of_point(run, point));
+      r.tables.push_back(table_of_point(point));
   }
   const std::vector<config::SweepValue> sweep = run.config.sweep_values(point);
   for (std::vector<store::Table>* tables : {&r.tables, &r.samples})

@@ -234,7 +234,7 @@ bool is_failed(const PointResult& result);
 std::vector<store::Axis> sweep_axes(const config::Config& config);
 /// What the axis of such a design means: a row of a point, to which its keys are to be added.
 inline constexpr const char* kPointTable = "sweep_points";
-store::Table table_of_point(const RunPlan& run, std::size_t point);
+store::Table table_of_point(std::size_t point);
 
 /// A result with everything but tables, samples and maps: inputs, and provenance from the config, all of whose points
 /// were read.

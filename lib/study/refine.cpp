@@ -594,7 +594,7 @@ store::Result merged_rounds(const Experiment& experiment, std::vector<Round> rou
   if (!all.maps.empty()) {
     std::vector<store::Table> of_points;
     for (std::size_t i = 0; i < run.point_count(); ++i)
-      of_points.push_back(with_sweep_columns(table_of_point(run, i), run.config.sweep_values(i)));
+      of_points.push_back(with_sweep_columns(table_of_point(i), run.config.sweep_values(i)));
     for (std::size_t i = 1; i < of_points.size(); ++i) store::append_rows(of_points.front(), of_points[i]);
     all.tables.push_back(std::move(of_points.front()));
   }

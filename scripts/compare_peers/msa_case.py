@@ -5,11 +5,17 @@ Fields are in nT, vectors in the tool frame; arrays are (3, stations) unless sta
 """
 
 import csv
+import io
 import math
 import os
+import sys
 import tomllib
 
 import numpy as np
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+import streams  # noqa: E402
+import whole_file  # noqa: E402
 
 PARAMETERS = ("gain_x", "gain_y", "gain_z", "bias_x", "bias_y", "bias_z")
 UNITS = ("1", "1", "1", "nT", "nT", "nT")
@@ -66,10 +72,14 @@ class Case:
     def write_geometry(self, path):
         """For the C++ peers. First line: stations, total, bh, bv, noise, step tolerance; then a line per station:
         clean x y z, down x y z. 17 digits."""
-        with open(path, "w") as f:
-            head = (self.total, self.bh, self.bv, self.noise, self.step_tolerance)
-            f.write(" ".join([str(self.stations)] + [f"{v:.17g}" for v in head]) + "\n")
-            np.savetxt(f, np.vstack([self.clean, self.down]).T, fmt="%.17g")
+        text = io.StringIO()
+        head = (self.total, self.bh, self.bv, self.noise, self.step_tolerance)
+        text.write(" ".join([str(self.stations)] + [f"{v:.17g}" for v in head]) + "\n")
+        np.savetxt(text, np.vstack([self.clean, self.down]).T, fmt="%.17g")
+        try:
+            whole_file.write(path, text.getvalue().encode(), lambda name: True)
+        except OSError as error:
+            raise streams.Failure(f"{path}: cannot write: {error.strerror}", streams.CANNOT_WRITE) from None
 
 
 def philox4x32(counter, key):

@@ -10,6 +10,7 @@ chance allows, if a run of a peer did not converge, or if surveymc's answer depe
 
 import argparse
 import csv
+import io
 import json
 import math
 import os
@@ -163,23 +164,18 @@ def print_answers(peers):
 def write_csv(peers, folder):
     path = os.path.join(folder, "compare_peers.csv")
     ours = peers[OURS].rate
-    try:
-        with open(path, "w", newline="") as f:
-            out = csv.writer(f, lineterminator="\n")
-            out.writerow(["peer", "version", "rounds", "runs", "failed", "runs_per_s", "runs_per_s_min",
-                          "runs_per_s_max", "runs_per_cpu_s", "surveymc_ratio", "evaluations", "noise_share"] +
-                         [f"{what}_{p}{'_nT' if u == 'nT' else ''}" for what in ("mean", "sd")
-                          for p, u in zip(PARAMETERS, UNITS)])
-            for name, label, _ in PEERS:
-                if name in peers:
-                    p = peers[name]
-                    numbers = [p.rate, p.rates.min(), p.rates.max(), p.cpu_rate, ours / p.rate, p.evaluations,
-                               p.noise_share]
-                    out.writerow([label, p.version, len(p.rounds), p.runs, p.failed] +
-                                 ["" if math.isnan(v) else f"{v:.5g}" for v in numbers] +
-                                 [f"{v:.9g}" for v in (*p.mean, *p.sd)])
-    except OSError as error:
-        raise plotting.PlotError(f"{path}: cannot write: {error.strerror}", plotting.CANNOT_WRITE) from None
+    text = io.StringIO()
+    out = csv.writer(text, lineterminator="\n")
+    out.writerow(["peer", "version", "rounds", "runs", "failed", "runs_per_s", "runs_per_s_min", "runs_per_s_max", "runs_per_cpu_s",
+                  "surveymc_ratio", "evaluations", "noise_share"] +
+                 [f"{what}_{p}{'_nT' if u == 'nT' else ''}" for what in ("mean", "sd") for p, u in zip(PARAMETERS, UNITS)])
+    for name, label, _ in PEERS:
+        if name in peers:
+            p = peers[name]
+            numbers = [p.rate, p.rates.min(), p.rates.max(), p.cpu_rate, ours / p.rate, p.evaluations, p.noise_share]
+            out.writerow([label, p.version, len(p.rounds), p.runs, p.failed] + ["" if math.isnan(v) else f"{v:.5g}" for v in numbers] +
+                         [f"{v:.9g}" for v in (*p.mean, *p.sd)])
+    plotting.write(path, text.getvalue().encode(), lambda name: False)
     print(path)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 from scipy.optimize import least_squares, leastsq
 
-from msa_case import Case
+from msa_case import Case, streams
 
 EPS = 1.01 * np.finfo(float).eps  # the smallest tolerance SciPy allows: that criterion is off
 BATCH = 64                        # trials whose noise is drawn in one call
@@ -155,4 +155,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    streams.run(main)

@@ -5,6 +5,8 @@ import math
 
 import numpy as np
 
+from streams import visible
+
 CLOUD_POINTS = 8000  # realisations of a result in the page, all sweep points together
 CLOUD_MOST = 400  # of one sweep point
 MAP_POINTS = 30000  # values of one map in the page: a larger one is thinned
@@ -13,7 +15,7 @@ ELLIPSE_ROWS = 3000
 
 
 def _label(value):
-    return value if isinstance(value, str) else f"{value:g}"
+    return visible(value) if isinstance(value, str) else f"{value:g}"
 
 
 def _significant(value, digits=5):

@@ -16,10 +16,13 @@ import signal
 import sys
 import traceback
 
+import plotting
 import studies
+import whole_file
 
 LARGEST_SVG = 300_000  # bytes; a figure with finer contours than that is embedded as the PNG that was drawn with it
 NO_SUCH_OPTION = 64  # exit code of a script whose arguments are wrong
+LARGEST_RECORD = 1 << 20  # bytes
 
 
 @dataclasses.dataclass
@@ -28,13 +31,15 @@ class Drawn:
 
     files: list = dataclasses.field(default_factory=list)
     messages: list = dataclasses.field(default_factory=list)
-    broken: list = dataclasses.field(default_factory=list)  # scripts that failed with a traceback
-    code: int = 0  # exit code of the scripts that drew nothing, the largest
+    broken: list = dataclasses.field(default_factory=list)  # scripts that failed with a traceback, or could not write
+    kept: list = dataclasses.field(default_factory=list)  # what they said of files that were there before
+    code: int = 0  # exit code of the scripts that failed or drew nothing, the largest
 
 
 def _run(script, arguments):
-    """A plot script in this process: its exit code, output and error output."""
+    """A plot script in this process: its exit code, the figures it has saved, its error output, and what it has kept."""
     out, err = io.StringIO(), io.StringIO()
+    plotting.Saved.paths, plotting.Saved.kept, plotting.Saved.results = [], [], []
     argv, sys.argv = sys.argv, [script, *arguments]
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -48,7 +53,7 @@ def _run(script, arguments):
                 code = 1
     finally:
         sys.argv = argv
-    return code, out.getvalue(), err.getvalue()
+    return code, plotting.Saved.paths, err.getvalue(), plotting.Saved.kept
 
 
 def _stamp(result, scripts):
@@ -66,17 +71,21 @@ def draw(result_path, scripts, folder, point=None):
     one; None: all that can be drawn of the whole sweep, and otherwise the first point."""
     os.makedirs(folder, exist_ok=True)
     drawn = Drawn()
+    result_path, folder = (f"./{p}" if p.startswith("-") else p for p in (result_path, folder))  # no options
     for name in scripts:
         script, arguments = os.path.join(studies.SCRIPTS, name), [result_path, "-o", folder]
         chosen = [*arguments, "--point", str(point or 0)]
-        code, out, err = _run(script, arguments if point is None else chosen)
+        code, saved, err, kept = _run(script, arguments if point is None else chosen)
         if point is None and code and "choose one with --point" in err:
-            code, out, err = _run(script, chosen)
+            code, saved, err, kept = _run(script, chosen)
         elif code == NO_SUCH_OPTION and "unrecognized arguments: --point" in err:  # it draws all points
-            code, out, err = _run(script, arguments)
-        drawn.files += [f for f in out.splitlines() if f.endswith(".svg") and f not in drawn.files]
-        if code == 1:
-            drawn.broken.append(f"{name}: {err.strip().splitlines()[-1] if err.strip() else 'failed'}")
+            code, saved, err, kept = _run(script, arguments)
+        drawn.files += [f for f in saved if f.endswith(".svg") and f not in drawn.files]
+        drawn.kept += kept
+        if code in (1, plotting.CANNOT_WRITE):
+            said = err.strip().splitlines()[-1] if err.strip() else "failed"
+            drawn.broken.append(f"{name}: {said.removeprefix(f'{name}: ')}")
+            drawn.code = max(drawn.code, code)
         elif code:
             drawn.code = max(drawn.code, code)
             drawn.messages.append(err.strip().replace(f"{result_path}: ", ""))
@@ -86,24 +95,39 @@ def draw(result_path, scripts, folder, point=None):
 def _draw(result_path, stem, scripts, folder, stamp):
     """Runs the plot scripts for one result; what they drew is kept in `folder` with a stamp, and not drawn again."""
     record_path = os.path.join(folder, f".{stem}.figures.json")
-    with contextlib.suppress(OSError, ValueError, KeyError):
-        with open(record_path, encoding="utf-8") as file:
-            record = json.load(file)
-        files = [os.path.join(folder, f) for f in record["files"]]
-        if record["stamp"] == stamp and all(os.path.exists(f) for f in files):
-            return Drawn(files, record["messages"])
+    record = _record(record_path)
+    if record and record["stamp"] == stamp and all(_hash(os.path.join(folder, f)) == h for f, h in record["files"].items()):
+        return Drawn([os.path.join(folder, f) for f in record["files"]], record["messages"])
     drawn = draw(result_path, scripts, folder)
-    if not drawn.broken:
-        with open(record_path, "w", encoding="utf-8") as file:
-            json.dump({"stamp": stamp, "files": [os.path.basename(f) for f in drawn.files], "messages": drawn.messages}, file)
+    if not drawn.broken:  # what failed is tried again
+        kept = {os.path.basename(f): _hash(f) for f in drawn.files}
+        text = json.dumps({"stamp": stamp, "files": kept, "messages": drawn.messages})
+        with contextlib.suppress(OSError):  # without it, they are drawn again
+            whole_file.write(record_path, text.encode(), lambda name: bool(_record(name)))
     return drawn
 
 
-def _warm_up():
-    """Imports what all plot scripts need, once a process. Ctrl-C is the parent's: it ends the pool without tracebacks."""
+def _record(path):
+    """The record of figures in this file; None if it is none."""
+    try:
+        record = json.loads(whole_file.read_regular(path, LARGEST_RECORD))
+        return record if {"stamp", "files", "messages"} == set(record) and isinstance(record["files"], dict) else None
+    except (OSError, ValueError, TypeError, RecursionError):
+        return None
+
+
+def _hash(path):
+    """Of a figure that is there; "" if it is not."""
+    try:
+        return hashlib.sha256(whole_file.read_regular(path)).hexdigest()
+    except OSError:
+        return ""
+
+
+def _start_worker():
+    """Once a process. Ctrl-C is the parent's: it ends the pool without tracebacks."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.path.insert(0, studies.SCRIPTS)
-    import plotting  # noqa: F401
 
 
 def _task(task):
@@ -120,12 +144,11 @@ def draw_all(tasks, jobs, progress):
     figures, waiting = {}, []
     for key, result, scripts, folder in tasks:
         there = [s for s in scripts if os.path.exists(os.path.join(studies.SCRIPTS, s))]
-        stem = os.path.splitext(os.path.basename(result.path))[0]
-        waiting.append((key, result.path, stem, there, folder, _stamp(result, there)))
+        waiting.append((key, result.path, plotting.stem_of(result.path), there, folder, _stamp(result, there)))
 
     def finish(workers, tasks):
         """Draws these, and returns those that are left where a process ended amid its work (damaged data, no memory)."""
-        pool = concurrent.futures.ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _warm_up)
+        pool = concurrent.futures.ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _start_worker)
         try:
             for done in concurrent.futures.as_completed([pool.submit(_task, task) for task in tasks]):
                 key, figures[key] = done.result()
@@ -144,7 +167,7 @@ def draw_all(tasks, jobs, progress):
     while left:  # one by one: which of them ends the process?
         first, *later = left
         if finish(1, [first]):
-            figures[first[0]] = Drawn(broken=[f"{first[1]}: the process that drew its figures was ended"])
+            figures[first[0]] = Drawn(broken=[f"{first[1]}: the process that drew its figures was ended"], code=1)
             progress(len(figures), len(waiting))
         left = finish(max(1, jobs), later) if later else []
     return figures
@@ -152,8 +175,7 @@ def draw_all(tasks, jobs, progress):
 
 def embedded(path):
     """A figure for the page: (data URI, width, height in CSS pixels). path: its SVG; the PNG is beside it."""
-    with open(path, encoding="utf-8") as file:
-        svg = file.read()
+    svg = whole_file.read_regular(path).decode("utf-8")
     address = as_address(svg)
     picture = os.path.splitext(path)[0] + ".png"
     if len(address) > LARGEST_SVG and os.path.exists(picture):

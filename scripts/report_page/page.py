@@ -5,14 +5,14 @@ import json
 import math
 import os
 import re
-import shlex
 
+import plotting
 import studies
 
 from surveymc.result import MAY_BE_CHANCE, agreement_share, family_rows, holm, test_rows
 
 from . import explore, figures, tables
-from .text import VERDICT_MARKS, counts_bar, counts_marks, counts_sentence, escape, grouped, number, prose, slug
+from .text import VERDICT_MARKS, counts_bar, counts_marks, counts_sentence, escape, grouped, number, prose, shell_word, slug
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 POLICY = ("default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
@@ -155,14 +155,14 @@ def own_numbers(command):
     options = []
     for match in sorted(found, key=lambda m: m.start()):
         value = match[2] if has_config or match[1] != "set" else re.sub(r" \S+\.toml$", "", match[2])
-        options.append(f" --{match[1]} {shlex.quote(value)}")
+        options.append(f" --{match[1]} {shell_word(value)}")
     return "".join(options)
 
 
 def _provenance(result, config, name):
     run = result.run
     took = f", {run['elapsed_s']:.1f} s on {run.get('threads', 1)} threads" if "elapsed_s" in run else ""
-    repeat = f"build/surveymc run {config or 'CONFIG'}{own_numbers(result.command)}"
+    repeat = f"build/surveymc run {shell_word(config or 'CONFIG')}{own_numbers(result.command)}"
     rows = [("config", f"<code>{escape(config)}</code>" if config else ""), ("result", f"<code>{escape(name)}</code>"),
             ("experiment", f"<code>{escape(result.experiment)}</code>"), ("seed", str(result.seed)),
             ("trials", grouped(result.trials)),
@@ -172,7 +172,7 @@ def _provenance(result, config, name):
     listed = "".join(f"<dt>{k}</dt><dd>{v}</dd>" for k, v in rows if v)
     return ('<details class="about"><summary>Config, seed, version, and how to run it again</summary>'
             f"<dl>{listed}</dl><p>Run it again, from the config or from what is stored in the result:</p>"
-            f"<pre>{escape(repeat)}\nbuild/surveymc rerun {escape(name)}</pre>"
+            f"<pre>{escape(repeat)}\nbuild/surveymc rerun {escape(shell_word(name))}</pre>"
             f"<p>Config as it was resolved:</p><pre>{escape(result.config)}</pre></details>")
 
 
@@ -190,14 +190,15 @@ def result_part(result, study, drawn, identity, name, first_figure, limit=math.i
     counts = added(tables.counts_of(frames[t]) for t in judged)
     config = studies.config_of(result.command, result.title)
     margin = float(result.settings.get("verdict", {}).get("margin", 0))
-    stem = os.path.splitext(os.path.basename(result.path))[0]
+    stem = plotting.stem_of(result.path)
     parts = [f'<article class="result" id="{identity}"><h3><a href="#{identity}">{escape(result.title or stem)}</a></h3>']
     if config:
         for text in studies.description(config):
             parts.append(f"<pre>{escape(text)}</pre>" if text.startswith("  ") else f"<p>{prose(text)}</p>")
     parts.append(_summary(result, counts))
     if own_numbers(result.command):
-        parts.append(f'<p class="small">Run with other numbers than the config has: <code>{escape(result.command)}</code></p>')
+        parts.append(f'<p class="small">Run with other numbers than the config has: <code>{escape(own_numbers(result.command).strip())}'
+                     '</code></p>')
     if "warnings" in frames and len(frames["warnings"]):
         parts.append(tables.table(frames["warnings"]))
     if drawn.files:
@@ -213,7 +214,7 @@ def result_part(result, study, drawn, identity, name, first_figure, limit=math.i
     for group, heading, kind in ((judged, "Comparison", "judged"), (others, "Other tables", "others")):
         if group:
             parts.append(f'<div class="{kind}"><h4>{heading}</h4>')
-            parts += [tables.table(frames[t], margin, f"build/surveymc show {name} {t} --csv", t in study.fold) for t in group]
+            parts += [tables.table(frames[t], margin, f"build/surveymc show {shell_word(name)} {shell_word(t)} --csv", t in study.fold) for t in group]
             parts.append("</div>")
     parts.append(_provenance(result, config, name))
     parts.append("</article>")

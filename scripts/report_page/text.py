@@ -3,6 +3,9 @@
 import html
 import math
 import re
+import shlex
+
+from streams import visible
 
 MINUS, NARROW, DASH = "\N{MINUS SIGN}", "\N{NARROW NO-BREAK SPACE}", "\N{EN DASH}"
 UNITS = {"deg": "°", "deg2": "deg²", "mps2": "m/s²", "m/s2": "m/s²", "nT": "nT", "m2": "m²", "1": "", "z2": "z²",
@@ -10,7 +13,17 @@ UNITS = {"deg": "°", "deg2": "deg²", "mps2": "m/s²", "m/s2": "m/s²", "nT": "
 
 
 def escape(text):
-    return html.escape(str(text), quote=True)
+    """A text for the page; what would move words on it, or is not UTF-8, as the terminal has it."""
+    return html.escape(visible(str(text)), quote=True)
+
+
+def shell_word(text):
+    """A text as one word of a shell's command line, whatever it holds; a file's name that begins with a dash is no option."""
+    text = f"./{text}" if text.startswith("-") else text
+    if visible(text) == text and "\n" not in text and "\t" not in text:
+        return shlex.quote(text)
+    parts = (chr(b) if 32 <= b < 127 and b not in b"\\'" else f"\\{b:03o}" for b in text.encode("utf-8", "surrogateescape"))
+    return f"$'{''.join(parts)}'"
 
 
 def prose(text):

@@ -1,8 +1,8 @@
 """The file that is written, whole or not at all, and the account of what was read."""
 
 import os
-import stat
-import tempfile
+
+import whole_file
 
 from . import doubts
 from .problem import IO, USAGE, Problem, as_keys, shown
@@ -14,22 +14,14 @@ MOST_NAMES = 50  # columns that a message names
 def read_file(path):
     """All bytes of a regular file of at most 64 MiB; a pipe or device is refused before it can block or never end."""
     try:
-        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+        data = whole_file.read_regular(path, MOST_BYTES)
+    except whole_file.NotRegular:
+        raise Problem(f"{shown(path)}: must be a regular file, no folder, pipe or device; save it to a file first", IO)
     except (OSError, ValueError) as fault:
         raise Problem(f"{shown(path)}: cannot be read: {getattr(fault, 'strerror', fault)}", IO)
-    found = os.fstat(handle)
-    if not stat.S_ISREG(found.st_mode):
-        os.close(handle)
-        raise Problem(f"{shown(path)}: must be a regular file, no folder, pipe or device; save it to a file first", IO)
-    with os.fdopen(handle, "rb") as file:
-        if found.st_size > MOST_BYTES:
-            raise Problem(f"{shown(path)}: {found.st_size} bytes: must be at most {MOST_BYTES >> 20} MiB: a survey is far smaller; cut it")
-        try:
-            data = file.read(MOST_BYTES + 1)
-        except OSError as fault:
-            raise Problem(f"{shown(path)}: cannot be read: {fault.strerror}", IO)
     if len(data) > MOST_BYTES:
-        raise Problem(f"{shown(path)}: more than {MOST_BYTES >> 20} MiB: must be less; cut it")
+        size = max(len(data), os.path.getsize(path))
+        raise Problem(f"{shown(path)}: {size} bytes: must be at most {MOST_BYTES >> 20} MiB: a survey is far smaller; cut it")
     return data
 
 
@@ -45,38 +37,16 @@ def check_target(path, source, overwrite):
 
 
 def write(path, text, overwrite):
-    """To a temporary file beside it, synced, then its name at once: no reader sees half a file."""
-    folder, temporary = os.path.dirname(os.path.abspath(path)), None
+    """Whole or not at all."""
     try:
-        handle, temporary = tempfile.mkstemp(prefix="." + os.path.basename(path) + ".", dir=folder)
-        with os.fdopen(handle, "w", encoding="ascii", newline="\n") as file:
-            mask = os.umask(0)
-            os.umask(mask)
-            os.fchmod(file.fileno(), 0o666 & ~mask)
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
         if overwrite:
-            os.replace(temporary, path)
+            whole_file.write(path, text.encode("ascii"), lambda name: True)
         else:
-            os.link(temporary, path)  # fails if the name was taken meanwhile
-            os.unlink(temporary)
-        temporary = None
-        parent = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(parent)
-        finally:
-            os.close(parent)
+            whole_file.write_new(path, text.encode("ascii"))
     except FileExistsError:
         raise Problem(f"{shown(path)}: exists: must not; choose another name, or --overwrite", IO)
     except OSError as fault:
         raise Problem(f"{shown(path)}: cannot be written: {fault.strerror}; choose another place: -o", IO)
-    finally:
-        if temporary:
-            try:
-                os.unlink(temporary)
-            except OSError:
-                pass
 
 
 def csv_of(stations):

@@ -93,6 +93,18 @@ class Running(unittest.TestCase):
         os.chmod(newer, 0o755)
         self.assertIn("to run", self.go("--list", "--quick", "--only", "reliability/fig1", program=newer))
 
+    def test_a_result_of_another_config_is_kept(self):
+        own = os.path.join(studies.ROOT, "configs", "smoke", "vertical_well.toml")
+        path = self.result("reliability/fig1")
+        os.makedirs(os.path.dirname(path))
+        subprocess.run([SURVEYMC, "run", own, "--quiet", "--trials", "60", "-o", path], check=True, capture_output=True)
+        with open(path, "rb") as file:
+            first = file.read()
+        self.go("--quick", "--no-report", "--only", "reliability/fig1")
+        with open(self.result("reliability/fig1.1"), "rb") as file:
+            self.assertTrue(file.read() == first)
+        self.assertEqual(surveymc.open(path).experiment, "reliability_map")
+
     def test_a_study_that_fails_does_not_stop_the_others(self):
         failing = os.path.join(self.folder, "surveymc")
         with open(failing, "w", encoding="utf-8") as file:
