@@ -144,14 +144,17 @@ def open_any(path):
 
 def text_attribute(item, name, default=""):
     """An attribute as str, whichever way HDF5 stored it."""
-    return str(storage.plain(item.attrs.get(name, default)))
+    try:
+        return str(storage.plain(item.attrs.get(name, default)))
+    except storage.DAMAGE as error:
+        raise PlotError(f"{item.file.filename}: cannot read attribute '{name}': {error}") from None
 
 
 def configuration(file):
     """The resolved config of the run, as nested dicts."""
     try:
         return tomllib.loads(text_attribute(file, "config"))
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise PlotError(f"{file.filename}: the stored config is not TOML: {error}") from None
 
 
@@ -167,7 +170,7 @@ def read_table(file, name, group="tables"):
                 columns[key] = list(data.asstr()[()])
             else:
                 columns[key] = data[()]
-    except (OSError, AttributeError) as error:
+    except storage.DAMAGE as error:
         raise PlotError(f"{file.filename}: cannot read {path}: {error}") from None
     if len({len(c) for c in columns.values()}) > 1:
         raise PlotError(f"{file.filename}: the columns of {path} differ in length")

@@ -23,6 +23,7 @@ from pathlib import Path
 from unittest import mock
 
 import h5py
+import numpy as np
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
@@ -348,6 +349,15 @@ class Reading(Case):
                 self.assertFalse(b"\x1b" in said or "\u202e".encode() in said, said)
         drawn = surveymc.plot(os.fsdecode(os.fsencode(self.folder) + b"/" + odd[0]), folder=self.folder / "f\x1b\udcff")
         self.assertTrue(drawn and all(os.path.exists(p) for p in drawn))
+
+    def test_what_is_not_utf8_in_a_result_is_no_traceback(self):
+        with copy_of_well(self.folder / "title.h5") as file:
+            file.attrs["title"] = np.bytes_(b"\xff")
+        with copy_of_well(self.folder / "word.h5") as file:
+            words = file["tables/detection/case"]
+            words[()] = [b"\xff", *words[1:]]
+        for name in ("title.h5", "word.h5"):
+            self.assertIn(b"codec can't decode", self.go("plot_gross_error.py", name, code=65)[1])
 
     def test_a_title_spoils_no_figure(self):
         with copy_of_well(self.folder / "well.h5") as file:
