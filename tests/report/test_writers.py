@@ -406,10 +406,10 @@ class Output(Case):
             for how, code, says in ((lambda: os.dup2(full.fileno(), 1), 74, rb"standard output: cannot write: No space left[^\n]*\n$"),
                                     (lambda: os.close(1), 74, rb"standard output: cannot write: Bad file[^\n]*\n$"),
                                     (lambda: os.dup2(unread.fileno(), 1), 141, rb"^(?!.*standard output)")):
-                for command in self.commands():
+                for command in self.commands()[:None if b"No space" in says else 5]:  # all end by one function
                     with self.subTest(command=command, code=code, says=says):
                         self.assertRegex(self.go(*command, code=code, before=how)[1], says)
-                for command in self.commands()[:4:3]:  # to the end of the interpreter
+                for command in self.commands()[3:4]:  # to the end of the interpreter
                     self.assertRegex(self.started(*command, code=code, preexec_fn=how).stderr, says)
 
     def test_errors_that_nobody_hears_keep_their_exit_code(self):
