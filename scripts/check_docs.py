@@ -59,6 +59,7 @@ import h5py
 import numpy as np
 
 import streams
+import whole_file
 from surveymc import storage
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
@@ -540,7 +541,7 @@ def check_page(program, page, options, folder):
     tied = read_page(text, page.name == ALL_TIED)
     bad = not_tied(text, tied) if page.name == ALL_TIED else []
     if options.list:
-        page.write_text(LISTED.sub(lambda m: m[1] + held_nightly(text, tied) + m[2], text))
+        whole_file.write(page, LISTED.sub(lambda m: m[1] + held_nightly(text, tied) + m[2], text).encode(), lambda name: True)
         return False
     if (listed := LISTED.search(text)) and listed[0] != listed[1] + held_nightly(text, tied) + listed[2]:
         bad.append("the list of what is held only nightly is not that of the comments: check_docs.py --list writes it")

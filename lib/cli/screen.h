@@ -25,7 +25,7 @@ std::string counted(std::size_t n, const char* word);
 /// store::printable() of every line: messages.
 std::string printable_lines(const std::string& text);
 
-/// TOML with \uXXXX for characters that would act on the terminal: it reads back to the same values.
+/// TOML with escapes for characters that would act on the terminal: it reads back to the same values.
 std::string printable_toml(const std::string& text);
 
 /// Prints text for people: printable_lines().

@@ -38,7 +38,7 @@ std::string canonical_text(const std::string& text);
 /// characters (to U+009F), ends of lines (U+2028, U+2029), and the marks and embeddings of the direction of writing.
 /// Else 0.
 std::size_t control_length(const std::string& text, std::size_t at);
-/// UTF-8 text with \uXXXX for each such character: the same text inside a string of JSON or TOML.
+/// UTF-8 text with backslash, u and four digits for each such character: the same text inside a string of JSON or TOML.
 std::string escaped_controls(const std::string& text);
 /// True if canonical_text() does not change it.
 bool is_canonical(const std::string& text);

@@ -208,12 +208,28 @@ store::Table table_of_point(std::size_t point) {
           {{"point", "1", "number of the point", std::vector<std::int64_t>{static_cast<std::int64_t>(point)}}}};
 }
 
+void drop_varying_axes(store::Map& all, std::size_t first, store::Map& more, std::size_t second) {
+  const auto drop = [](store::Map& from, std::size_t own, const store::Map& other) {
+    const auto varies = [&](const store::Axis& a) {
+      const bool is_single = std::visit([](const auto& values) { return values.size() == 1; }, a.values);
+      const auto alike = [&](const store::Axis& b) { return b.name == a.name && b.values == a.values; };
+      return is_single && std::none_of(other.axes.begin(), other.axes.end(), alike);
+    };
+    from.axes.erase(std::remove_if(from.axes.begin() + static_cast<std::ptrdiff_t>(own), from.axes.end(), varies),
+                    from.axes.end());
+  };
+  const store::Map before = {"", "", "", all.axes, {}};
+  drop(all, first, more);
+  drop(more, second, before);
+}
+
 namespace {
 
 void add_maps(std::vector<store::Map>& all, std::vector<store::Map>&& maps, const std::vector<store::Axis>& sweep) {
   for (store::Map& m : maps) {
     const auto same = std::find_if(all.begin(), all.end(), [&](const store::Map& o) { return o.name == m.name; });
     if (same != all.end()) {  // points come in product order, last key fastest: appending is the right place
+      drop_varying_axes(*same, sweep.size(), m, 0);
       if (same->unit != m.unit) same->unit = "mixed";  // a sweep over what decides the unit
       same->values.insert(same->values.end(), m.values.begin(), m.values.end());
       continue;
@@ -442,8 +458,7 @@ PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult r
   if (!is_failed(r)) {
     if (const std::optional<PlacedField> field = run.placed(point))
       for (store::Table& t : field_tables(*field)) r.tables.push_back(std::move(t));
-    if (!run.config.is_product() && (!r.maps.empty() || !r.streams.empty()))
-      r.tables.push_back(table_of_point(point));
+    if (!run.config.is_product() && (!r.maps.empty() || !r.streams.empty())) r.tables.push_back(table_of_point(point));
   }
   const std::vector<config::SweepValue> sweep = run.config.sweep_values(point);
   for (std::vector<store::Table>* tables : {&r.tables, &r.samples})

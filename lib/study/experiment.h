@@ -235,6 +235,9 @@ std::vector<store::Axis> sweep_axes(const config::Config& config);
 /// What the axis of such a design means: a row of a point, to which its keys are to be added.
 inline constexpr const char* kPointTable = "sweep_points";
 store::Table table_of_point(std::size_t point);
+/// Takes from two maps of one name the axes of length one that only one of them has, or that differ: the sweep's keys
+/// say what they did. `first`, `second`: how many axes are of the sweep.
+void drop_varying_axes(store::Map& all, std::size_t first, store::Map& more, std::size_t second);
 
 /// A result with everything but tables, samples and maps: inputs, and provenance from the config, all of whose points
 /// were read.

@@ -482,6 +482,7 @@ void add_maps_of_round(std::vector<store::Map>& all, std::vector<store::Map>&& m
       all.push_back(std::move(m));
       continue;
     }
+    drop_varying_axes(*same, points.size(), m, points.size());
     const auto alike = [](const store::Axis& a, const store::Axis& b) {
       return a.name == b.name && a.values == b.values;
     };
