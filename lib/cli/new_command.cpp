@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "base/shell_word.h"
 #include "cli/new_files.h"
 #include "cli/print_result.h"
 #include "cli/run_setup.h"

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "base/shell_word.h"
 #include "cli/log.h"
 #include "cli/run_setup.h"
 #include "cli/screen.h"

@@ -25,6 +25,7 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/numerics.h"
+#include "base/shell_word.h"
 #include "cli/command_line.h"
 #include "cli/command_words.h"
 #include "cli/commands.h"

@@ -87,17 +87,4 @@ void print_csv(const store::Table& table, bool with_header) {
     store::for_each_piece(table, [&](const store::Table& piece, std::size_t) { print(piece); });
 }
 
-std::string shell_quoted(const std::string& word) {
-  const bool is_plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-    return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c >= 0x80 ||
-           std::string_view("_./:=+,@%-").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  if (is_plain) return word;
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? "'\\''" : std::string(1, c);
-  return quoted + '\'';
-}
-
-std::string shell_word(const std::string& name) { return shell_quoted((name.starts_with('-') ? "./" : "") + name); }
-
 }  // namespace surveymc::cli

@@ -35,9 +35,4 @@ void print_lines(const std::string& text);
 /// apostrophe in front, which a spreadsheet does not show. `with_header`: its line of names, too.
 void print_csv(const store::Table& table, bool with_header = true);
 
-/// A word of a command, as it is pasted into a shell.
-std::string shell_quoted(const std::string& word);
-/// The same of a file's name, which is no option even if it begins with "-".
-std::string shell_word(const std::string& name);
-
 }  // namespace surveymc::cli

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "base/error.h"
+#include "base/shell_word.h"
 #include "cli/print_result.h"
 #include "cli/screen.h"
 #include "cli/show_map.h"

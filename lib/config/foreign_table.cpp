@@ -18,6 +18,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/shell_word.h"
 #include "config/config_document.h"
 #include "config/csv_cells.h"
 #include "config/readings_csv.h"
@@ -110,15 +111,6 @@ Ended run_program(const std::vector<std::string>& arguments) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), out.text(), errors.text()};
 }
 
-/// A word of a command that a user may copy to a shell.
-std::string shell_word(const std::string& text) {
-  constexpr std::string_view kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./+=:,@%-";
-  if (text.find_first_not_of(kPlain) == std::string::npos) return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
-  return quoted + "'";
-}
-
 /// The lines "word: text" that the script prints before the CSV.
 struct Answer {
   std::string told, csv;
@@ -203,13 +195,11 @@ ReadTable read_any_form(const fs::path& place, const std::string& path, ForeignK
   const Ended ended = run_program(arguments);
   if (ended.code != 0) {
     const std::string said = ended.errors.substr(0, ended.errors.find_last_not_of(" \n") + 1);
-    const std::string file = place.string();
-    std::string command = fmt::format("{} {}{}", shell_word(script.string()), file.starts_with('-') ? "./" : "",
-                                      shell_word(file));  // which is no option
+    std::string command = fmt::format("{} {}", shell_word(script.string()), shell_word(place.string()));
     if (kind == ForeignKind::readings) command += " --readings";
     for (const auto& [name, value] : options)
       if (name != kUnusual)
-        command += fmt::format(" --{} {}", name, shell_word(value));  // the script itself refuses nothing for it
+        command += fmt::format(" --{} {}", name, shell_quoted(value));  // the script itself refuses nothing for it
     // Readings have no keys: only the script takes an option, and its message names that.
     const bool has_keys = kind == ForeignKind::survey;
     throw InputError(fmt::format("{}; {}make a CSV of it: {} -o {}.csv",

@@ -100,7 +100,7 @@ def computed(found):
 
 
 def worst(rows, listed, expected, along, loose):
-    """(first row that contradicts or None, rows that do, row of the largest difference, that difference) in metres."""
+    """([(row before, row) of the steps that contradict], row of the largest difference or None, that difference in metres)."""
     bad, most, at = [], 0.0, None
     for a, b in zip(rows, rows[1:]):
         if abs((listed[b] - listed[a]) - (expected[b] - expected[a])) > loose[b] - loose[a] + ROUNDING_M:
@@ -156,16 +156,22 @@ def compare(table, chosen, found, file):
     return out, notes
 
 
+def contradiction(place, cells, listed, given, unit, others):
+    """Of two rows whose step, m, is not what the angles give."""
+    more = f" (and {others} more)" if others else ""
+    unit_m = METRES[unit]
+    return (True, f"{place}: {cells}: {listed / unit_m:.6g} {unit} from the row before, where the angles give {given / unit_m:.6g} {unit}{more}: are the "
+            "columns, the units of angles and depths, and the inclinations (from the vertical) right?")
+
+
 def judge(c, rows, listed, expected, along, loose, file, found, out):
     bad, at, most = worst(rows, listed, expected, along, loose)
     unit = METRES[c.unit]
     name = f"'{shown(c.heading, 30)}'"
     if bad:
         a, b = bad[0]
-        more = f" (and {len(bad) - 1} more)" if len(bad) > 1 else ""
-        out.append((True, f"{file}:{found.places[b]}: {name} = {c.values[b]:.10g}: {(listed[b] - listed[a]) / unit:.6g} {c.unit} from the row before, where "
-                    f"the angles give {(expected[b] - expected[a]) / unit:.6g} {c.unit}{more}: are the columns, the units of angles and depths, and the "
-                    "inclinations (from the vertical) right?"))
+        out.append(contradiction(f"{file}:{found.places[b]}", f"{name} = {c.values[b]:.10g}", listed[b] - listed[a], expected[b] - expected[a], c.unit,
+                                 len(bad) - 1))
     elif at is not None:
         out.append((False, f"{file}:{found.places[at]}: {name} = {c.values[at]:.10g}: {most / unit:.4g} {c.unit} off what minimum curvature gives from "
                     f"the angles over {(along[at] - along[rows[0]]) / unit:.6g} {c.unit} of hole"))
@@ -197,10 +203,8 @@ def plane(n, e, at, along, loose, file, found, out):
                 return
     if bad:
         a, b = bad[0]
-        more = f" (and {len(bad) - 1} more)" if len(bad) > 1 else ""
-        out.append((True, f"{file}:{found.places[b]}: {names} = {n.values[b]:.10g}, {e.values[b]:.10g}: {abs(listed[b] - listed[a]) / unit:.6g} {n.unit} from "
-                    f"the row before, where the angles give {abs(turned[b] - turned[a]) / unit:.6g} {n.unit}{more}: are the columns, the units of angles and "
-                    "depths, and the inclinations (from the vertical) right?"))
+        out.append(contradiction(f"{file}:{found.places[b]}", f"{names} = {n.values[b]:.10g}, {e.values[b]:.10g}", abs(listed[b] - listed[a]),
+                                 abs(turned[b] - turned[a]), n.unit, len(bad) - 1))
         return
     degrees = math.degrees(turn)
     if abs(degrees) > LARGEST_TURN_DEG:

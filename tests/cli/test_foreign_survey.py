@@ -173,7 +173,7 @@ class Forms(Case):
                 self.write("mine.txt", content)
                 self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.file=mine.txt", *[f"--set={o}" for o in options], says=says)
         self.write("-my well.txt", plain)
-        self.refused(BAD_INPUT, "check", "base.toml", "--set", 'survey.file="-my well.txt"', says=r"import_survey\.py \./'-my well\.txt' -o survey\.csv")
+        self.refused(BAD_INPUT, "check", "base.toml", "--set", 'survey.file="-my well.txt"', says=r"import_survey\.py '\./-my well\.txt' -o survey\.csv")
         self.refused(BAD_INPUT, "run", "base.toml", "-o", "bad.h5", "--set", "survey.depth_unit=m", says="own.csv: .*must be without survey.depth_unit")
 
     def test_what_is_doubtful_is_refused_until_it_is_allowed(self):

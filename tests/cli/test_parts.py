@@ -447,6 +447,7 @@ class Rounds(Case):
         for name in ("0", "1", "all"):
             with h5py.File(self.folder / f"{name}.h5") as f:
                 of[name] = f["maps/azimuth_ratio"][()]
+        self.assertEqual([of["0"].shape, of["1"].ndim, of["all"].ndim], [(4, 4, 2), 1, 1])  # the direction is the sweep's
         self.assertEqual(of["all"].ravel().tolist(), [*of["0"].ravel(), *of["1"].ravel()])
         self.assertRegex(self.call("rerun", "all.h5"), "identical")
         self.call("refine", "all.h5", "-o", "third.toml")
