@@ -32,7 +32,7 @@ install(FILES LICENSE CITATION.cff CHANGELOG.md README.md DESTINATION ${CMAKE_IN
 install(FILES third_party/elementary/COPYRIGHT DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME COPYRIGHT.elementary)
 # Licences of what is compiled in; a tarball adds those of the libraries that it brings along.
 set(contained "")
-foreach(header Eigen/Core boost/version.hpp CLI/CLI.hpp Random123/philox.h fmt/format.h spdlog/spdlog.h toml++/toml.h xxhash.h)
+foreach(header Eigen/Core boost/version.hpp CLI/CLI.hpp Random123/philox.h fmt/format.h toml++/toml.h xxhash.h)
   unset(found)
   find_file(found ${header} PATH_SUFFIXES eigen3 NO_CACHE)
   if(found)

@@ -22,7 +22,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 LAYERS = ["base simd", "earth survey random stats error_model", "sensor estimate single_station chained propagate reliability monitoring rare",
           "analysis proximity montecarlo config store checkpoint mpi", "study", "cli"]
 OWNER = {"toml++/": "config", "hdf5": "store", "H5": "store", "omp.h": "montecarlo", "mpi.h": "mpi",
-         "nlopt": "estimate chained", "Random123/": "random", "GeographicLib/": "earth", "CLI/": "cli", "spdlog/": "cli"}
+         "nlopt": "estimate chained", "Random123/": "random", "GeographicLib/": "earth", "CLI/": "cli"}
 WITHIN_LAYER = {("simd", "base"), ("single_station", "estimate"), ("chained", "estimate"), ("checkpoint", "montecarlo"),
                 ("checkpoint", "config"), ("checkpoint", "store"), ("mpi", "montecarlo")}
 

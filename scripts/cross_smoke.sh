@@ -19,7 +19,7 @@ flock 9
 export SURVEYMC_SYSROOT=$build/root
 root=$build/root sources=$build/sources plain=$build/plain
 libraries=$root/usr/lib/aarch64-linux-gnu
-packages=(libc6-dev libstdc++6 libhdf5-dev libnlopt-cxx-dev libfmt-dev libspdlog-dev libtomlplusplus-dev libgeographiclib-dev
+packages=(libc6-dev libstdc++6 libhdf5-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev libgeographiclib-dev
   libxxhash-dev libeigen3-dev libboost-dev libcli11-dev)
 
 if [ ! -e "$root/complete" ]; then

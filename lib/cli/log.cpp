@@ -1,8 +1,9 @@
 #include "cli/log.h"
 
-#include <spdlog/sinks/stdout_sinks.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
+
+#include <cstdio>
+#include <ctime>
 
 #include "cli/screen.h"
 #include "store/table.h"
@@ -10,24 +11,30 @@
 namespace surveymc::cli {
 namespace {
 
-/// The text, folded on a terminal so that further lines stand behind the time.
-std::string behind_time(const std::string& text) {
-  constexpr std::size_t kTime = 9;  // "13:51:09 "
+enum class Level { info, warning, none };
+Level g_least = Level::info;
+
+void print(Level level, const std::string& text) {
+  if (level < g_least) return;
+  char time[] = "13:51:09 ";
+  constexpr std::size_t kTime = sizeof time - 1;
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  std::strftime(time, sizeof time, "%H:%M:%S ", localtime_r(&now, &local));
   const std::size_t width = screen_width(STDERR_FILENO);
-  return width == 0 ? text : store::folded(std::string(kTime, ' ') + text, width, kTime).substr(kTime);
+  // On a terminal, further lines stand behind the time.
+  const std::string lines =
+      width == 0 ? printable_lines(text)
+                 : store::folded(std::string(kTime, ' ') + printable_lines(text), width, kTime).substr(kTime);
+  std::fputs((time + lines + "\n").c_str(), stderr);  // a log that cannot be written (a full disk) does not end a run
 }
 
 }  // namespace
 
-void start_log() {
-  spdlog::set_default_logger(spdlog::stderr_logger_st("surveymc"));
-  spdlog::set_pattern("%H:%M:%S %v");
-}
+void log_only_warnings() { g_least = Level::warning; }
+void silence_log() { g_least = Level::none; }
 
-void silence_log() { spdlog::set_level(spdlog::level::off); }
-void log_only_warnings() { spdlog::set_level(spdlog::level::warn); }
-
-void log_info(const std::string& text) { spdlog::info(behind_time(printable_lines(text))); }
-void log_warning(const std::string& text) { spdlog::warn(behind_time(printable_lines(text))); }
+void log_info(const std::string& text) { print(Level::info, text); }
+void log_warning(const std::string& text) { print(Level::warning, text); }
 
 }  // namespace surveymc::cli

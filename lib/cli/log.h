@@ -4,12 +4,12 @@
 
 namespace surveymc::cli {
 
-/// Call before the first line. No function of this header is thread-safe.
-void start_log();
-/// Turns the log off, for ranks other than 0.
-void silence_log();
-/// Only warnings from now on.
+// No function of this header is thread-safe.
+
+/// Drops what is not a warning from now on.
 void log_only_warnings();
+/// Drops everything from now on: for ranks other than 0.
+void silence_log();
 
 void log_info(const std::string& text);
 void log_warning(const std::string& text);

@@ -270,8 +270,6 @@ int rerun(const std::string& file, const std::string& folder, const RunArguments
 
 int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& studies, montecarlo::Workers& workers,
                  const montecarlo::Messages* messages, const std::string& mpi) {
-  start_log();
-
   std::variant<CommandLine, int> read = read_command_line(argc, argv, [&] { return version_text(mpi); });
   if (const int* exit = std::get_if<int>(&read)) return *exit;
   CommandLine& line = std::get<CommandLine>(read);
