@@ -8,19 +8,15 @@ install(TARGETS surveymc RUNTIME)
 if(TARGET surveymc-mpi)
   install(TARGETS surveymc-mpi RUNTIME OPTIONAL)  # all of a build need not be built
 endif()
-install(FILES docs/man/surveymc.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 
-# Completions are made by the program that is installed, when it is: they cannot be of another one.
-set(completions ${PROJECT_BINARY_DIR}/completions)
+# The manual page and the completions of bash are made by the program that is installed, when it is: they cannot be of another one.
+set(made ${PROJECT_BINARY_DIR}/made_by_program)
 install(CODE "
-  file(MAKE_DIRECTORY ${completions})
-  foreach(shell bash zsh fish)
-    execute_process(COMMAND $<TARGET_FILE:surveymc> completion \${shell} OUTPUT_FILE ${completions}/\${shell}
-                    COMMAND_ERROR_IS_FATAL ANY)
-  endforeach()")
-install(FILES ${completions}/bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME surveymc)
-install(FILES ${completions}/zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _surveymc)
-install(FILES ${completions}/fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d RENAME surveymc.fish)
+  file(MAKE_DIRECTORY ${made})
+  execute_process(COMMAND $<TARGET_FILE:surveymc> man OUTPUT_FILE ${made}/surveymc.1 COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND $<TARGET_FILE:surveymc> completion bash OUTPUT_FILE ${made}/bash COMMAND_ERROR_IS_FATAL ANY)")
+install(FILES ${made}/surveymc.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES ${made}/bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME surveymc)
 
 set(share ${CMAKE_INSTALL_DATADIR}/surveymc)
 install(DIRECTORY configs DESTINATION ${share})
@@ -48,7 +44,7 @@ install(CODE "
   file(REMOVE_RECURSE \"\${folder}\")
   file(WRITE \"\${folder}/README.txt\" \"Licences of what surveymc contains; common-licenses has the texts that they cite.\\nIts own is in ../LICENSE, that of third_party/elementary in ../COPYRIGHT.elementary.\\n\\n\")
   copy_licences(\"\${folder}\" \"compiled into the program\" ${contained})")
-install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN Doxyfile EXCLUDE PATTERN site.css EXCLUDE PATTERN man EXCLUDE)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN Doxyfile EXCLUDE PATTERN site.css EXCLUDE)
 
 # Commands, and the package where Debian's Python looks for it (for prefix /usr; others: PYTHONPATH). Links, so that there is
 # one copy of each file; relative, so that the whole can be moved.

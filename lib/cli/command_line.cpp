@@ -201,10 +201,8 @@ void define(CLI::App& app, CommandLine& line, const std::function<std::string()>
   thread_option(rerun);
   quiet_option(rerun);
   command(Command::man, "man", "print the manual page: surveymc man | man -l -");
-  CLI::App* completion = command(Command::completion, "completion", "print the completion script of a shell");
-  completion->add_option("shell", line.shell, "bash, zsh or fish")
-      ->required()
-      ->check(CLI::IsMember({"bash", "zsh", "fish"}));
+  CLI::App* completion = command(Command::completion, "completion", "print the completion script of bash");
+  completion->add_option("shell", "bash")->required()->check(CLI::IsMember({"bash"}));
 }
 
 /// The kind of the arguments with these names; any other argument is text.

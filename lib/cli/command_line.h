@@ -39,7 +39,6 @@ struct CommandLine {
   ModelsArguments models = {};
   KeysArguments keys = {};
   NewArguments made = {};
-  std::string shell;         ///< of completion
   std::string file, inputs;  ///< `inputs`: "" if it was not given
   std::vector<std::string> parts = {};
   bool to_part = false;  ///< of merge

@@ -1,6 +1,6 @@
 #pragma once
 /// Commands and options of the program as plain words, read from the definitions of the command line. `surveymc man`
-/// and `surveymc completion SHELL` make their texts of them, so that nothing is listed by hand.
+/// and `surveymc completion bash` make their texts of them, so that nothing is listed by hand.
 #include <string>
 #include <vector>
 
@@ -32,8 +32,8 @@ struct ProgramWords {
 /// The man page, in man(7) macros. Holds no date and no revision, so it changes only with the command line.
 std::string man_page(const ProgramWords& program, const std::string& version);
 
-/// The completion script for "bash", "zsh" or "fish". Offers commands, options, configs (*.toml), results (*.h5), and
-/// the tables and maps of the result named before.
-std::string completion(const ProgramWords& program, const std::string& shell);
+/// The completion script for bash. Offers commands, options, configs (*.toml), results (*.h5), and the tables and maps
+/// of the result named before.
+std::string bash_completion(const ProgramWords& program);
 
 }  // namespace surveymc::cli

@@ -314,7 +314,7 @@ int guarded_main(int argc, char** argv, const std::vector<study::Experiment>& st
     case Command::man:
       return fmt::print("{}", man_page(program_words(), this_build().version)), kDone;
     case Command::completion:
-      return fmt::print("{}", completion(program_words(), line.shell)), kDone;
+      return fmt::print("{}", bash_completion(program_words())), kDone;
   }
   return kInternal;
 }

@@ -29,7 +29,6 @@ with tempfile.TemporaryDirectory(prefix="surveymc-install-") as name:
     share, bin_folder, work = moved / "share/surveymc", moved / "bin", Path(name) / "work"
     work.mkdir()
     for path in ["share/man/man1/surveymc.1", "share/bash-completion/completions/surveymc",
-                 "share/zsh/site-functions/_surveymc", "share/fish/vendor_completions.d/surveymc.fish",
                  "share/doc/surveymc/LICENSE", "share/doc/surveymc/README.md"]:
         assert (moved / path).stat().st_size > 0, path
     licences = moved / "share/doc/surveymc/licences"
