@@ -7,8 +7,9 @@
 #include "axial_correction/study.h"
 #include "base/error.h"
 #include "base/units.h"
-#include "study/scenario.h"
-#include "study/station_sigmas.h"
+#include "compare/trial_plan.h"
+#include "scenario/reference_field.h"
+#include "scenario/station_sigmas.h"
 
 namespace surveymc::studies::axial_correction {
 namespace {
@@ -27,7 +28,7 @@ std::vector<single_station::StationMethod> read_methods(config::ConfigReader& c,
               fmt::format("\"{}\" is none of {}", n, fmt::join(known, ", ")));
     c.require(std::count(names.begin(), names.end(), n) == 1, "methods", n + " is in the list twice");
     methods.push_back(single_station::station_method(n));
-    study::require_station_sigmas(c, "methods", methods.back(), sigmas);
+    scenario::require_station_sigmas(c, "methods", methods.back(), sigmas);
   }
   c.require(!methods.empty(), "methods", "must name at least one");
   return methods;
@@ -95,9 +96,9 @@ const std::array<ProfileQuantity, kProfileQuantities>& profile_quantities() {
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
-  s.field = study::read_field_of_magnetic_north(c);
+  s.field = scenario::read_field_of_magnetic_north(c);
   c.require(std::abs(s.field.dip) < 89.999 * kDegree, "field.dip_deg", "must leave a horizontal field: |dip| < 89.999");
-  s.sigmas = study::read_station_sigmas(c);
+  s.sigmas = scenario::read_station_sigmas(c);
   s.methods = read_methods(c, s.sigmas);
   const config::Range any = config::Range::closed(-1e6, 1e6);
   const std::vector<double> bias = c.numbers("error.magnetometer_bias_nT", any, 3, std::vector<double>{0, 0, 0});
@@ -111,7 +112,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   c.require(s.inclination_deg.size() * s.azimuth_deg.size() * s.methods.size() <= kMostPoints, "inclination_deg",
             fmt::format("more than {} points in all", kMostPoints));
   s.tolerance = c.number("tolerance.azimuth_deg", config::Range{0, 180, true, false}, 1.0) * kDegree;
-  std::vector<study::RowName> rows;
+  std::vector<compare::RowName> rows;
   if (c.has("monte_carlo")) {
     s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000));
     read_stations(c, s);
@@ -121,9 +122,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   } else {
     c.integer("trials", 0, 1'000'000'000'000, 0);  // nothing is drawn
   }
-  s.verdict = study::read_verdict_rule(c);
+  s.verdict = compare::read_verdict_rule(c);
   s.expected = read_expected(c, s);
-  s.annotations = study::Annotations::read(c, rows);
+  s.annotations = compare::Annotations::read(c, rows);
   c.finish();
   return s;
 }

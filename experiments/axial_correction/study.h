@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "compare/annotations.h"
 #include "config/config.h"
 #include "montecarlo/run_blocks.h"
 #include "random/study_id.h"
@@ -12,7 +13,6 @@
 #include "stats/layout.h"
 #include "stats/tally.h"
 #include "store/table.h"
-#include "study/annotations.h"
 #include "survey/reference_field.h"
 
 namespace surveymc::studies::axial_correction {
@@ -44,9 +44,9 @@ struct Scenario {
   std::vector<survey::Attitude> stations;                            ///< of the Monte Carlo
   std::vector<double> station_inclination_deg, station_azimuth_deg;  ///< the same as given, for tables
   bool axial_is_drawn = true;                                        ///< false: given by `errors`
-  study::VerdictRule verdict;
+  compare::VerdictRule verdict;
   std::vector<ExpectedVerdict> expected;
-  study::Annotations annotations;
+  compare::Annotations annotations;
 
   std::string name_of(std::size_t method) const {
     return single_station::station_method_names()[static_cast<std::size_t>(methods[method])];

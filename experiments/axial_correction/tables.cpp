@@ -6,9 +6,9 @@
 
 #include "axial_correction/study.h"
 #include "base/units.h"
+#include "compare/table_rows.h"
 #include "stats/normal_tail.h"
 #include "stats/order_statistics.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::axial_correction {
 namespace {
@@ -33,12 +33,12 @@ std::string expected_verdict(const Scenario& s, std::size_t m, std::size_t k, co
 }
 
 /// An RMS and its prediction, both to be multiplied by `factor`.
-study::ComparisonRow compare_rms(const char* quantity, const char* unit, double factor, double mean_square,
-                                 double variance, std::uint64_t count, double analytic, const study::VerdictRule& rule,
-                                 std::uint64_t trials) {
-  study::Estimate found = study::rms_estimate(mean_square, variance, count, rule.confidence);
+compare::ComparisonRow compare_rms(const char* quantity, const char* unit, double factor, double mean_square,
+                                   double variance, std::uint64_t count, double analytic,
+                                   const compare::VerdictRule& rule, std::uint64_t trials) {
+  compare::Estimate found = compare::rms_estimate(mean_square, variance, count, rule.confidence);
   found = {factor * found.value, {factor * found.interval.lo, factor * found.interval.hi}};
-  study::ComparisonRow row = study::compare_value(quantity, unit, found, factor * analytic, rule, trials);
+  compare::ComparisonRow row = compare::compare_value(quantity, unit, found, factor * analytic, rule, trials);
   if (count < 2)
     row.note = "no trial has a solution";
   else if (!(mean_square > 0))
@@ -49,9 +49,9 @@ study::ComparisonRow compare_rms(const char* quantity, const char* unit, double 
 }
 
 /// RMS about zero of component i, from central moments.
-study::ComparisonRow compare_rms(const char* quantity, const char* unit, double factor, const stats::Moments& m,
-                                 Eigen::Index i, double analytic, const study::VerdictRule& rule,
-                                 std::uint64_t trials) {
+compare::ComparisonRow compare_rms(const char* quantity, const char* unit, double factor, const stats::Moments& m,
+                                   Eigen::Index i, double analytic, const compare::VerdictRule& rule,
+                                   std::uint64_t trials) {
   if (m.count < 2) return compare_rms(quantity, unit, factor, 0, 0, m.count, analytic, rule, trials);
   const double n = static_cast<double>(m.count), mean = m.mean[i], second = m.squares(i, i) / n;
   const double square = second + mean * mean;
@@ -92,8 +92,8 @@ void add_maps(const Scenario& s, std::vector<store::Map>& maps, std::vector<stor
                 "sd of the azimuth by the sigmas, first order; inf: undefined, or no solution",
                 axes,
                 {}};
-  study::TableRows t("failures", fmt::format("attitudes of the maps where the azimuth is off by more than {:g} deg",
-                                             s.tolerance / kDegree));
+  compare::TableRows t("failures", fmt::format("attitudes of the maps where the azimuth is off by more than {:g} deg",
+                                               s.tolerance / kDegree));
   for (std::size_t m = 0; m < s.methods.size(); ++m) {
     std::vector<double> errors, sds;
     std::int64_t without = 0, over_error = 0, over_sd = 0;
@@ -137,7 +137,7 @@ void add_maps(const Scenario& s, std::vector<store::Map>& maps, std::vector<stor
 store::Table verification_table(const Scenario& s, const stats::Tally& tally) {
   const Groups groups(s.methods.size(), s.stations.size());
   const Counts counts(s.methods.size(), s.stations.size());
-  std::vector<study::ComparisonRow> rows;
+  std::vector<compare::ComparisonRow> rows;
   std::vector<double> inclination, azimuth;
   for (std::size_t k = 0; k < s.stations.size(); ++k)
     for (std::size_t m = 0; m < s.methods.size(); ++m) {
@@ -146,7 +146,7 @@ store::Table verification_table(const Scenario& s, const stats::Tally& tally) {
       const stats::Moments& found = tally.groups[groups.station(m, k)];
       const std::uint64_t none = tally.counts[counts.failed(m, k)], solved = tally.trials - none;
       const double sd = p.sd(StationQuantity::azimuth);
-      const auto add = [&](study::ComparisonRow row) {
+      const auto add = [&](compare::ComparisonRow row) {
         row.formulation = s.name_of(m);
         row.expected = expected_verdict(s, m, k, row.quantity);
         row.failed = none;
@@ -159,16 +159,16 @@ store::Table verification_table(const Scenario& s, const stats::Tally& tally) {
       if (s.methods[m] != StationMethod::basic && s.methods[m] != StationMethod::optimising)
         add(compare_rms("axial_magnetisation", "nT", 1, found, 1,
                         std::hypot(p.axial_error, p.sd(StationQuantity::axial)), s.verdict, tally.trials));
-      add(study::compare_rate("over_tolerance", tally.counts[counts.over_tolerance(m, k)], solved,
-                              std::isfinite(sd) ? outside(s.tolerance, p.azimuth_error, sd) : kNaN, s.verdict,
-                              tally.trials));
+      add(compare::compare_rate("over_tolerance", tally.counts[counts.over_tolerance(m, k)], solved,
+                                std::isfinite(sd) ? outside(s.tolerance, p.azimuth_error, sd) : kNaN, s.verdict,
+                                tally.trials));
     }
-  store::Table t =
-      study::comparison_table("verification",
-                              "RMS errors of every attitude against first-order theory, and the share of trials beyond "
-                              "the tolerance against a normal distribution" +
-                                  study::at_confidence(s.verdict.confidence),
-                              rows, tally.trials, 0, true);
+  store::Table t = compare::comparison_table(
+      "verification",
+      "RMS errors of every attitude against first-order theory, and the share of trials beyond "
+      "the tolerance against a normal distribution" +
+          compare::at_confidence(s.verdict.confidence),
+      rows, tally.trials, 0, true);
   t.columns.back().long_name = "trials without a solution, not in the statistics";
   t.columns.insert(t.columns.begin(), {{"inclination_deg", "deg", "of the station", inclination},
                                        {"magnetic_azimuth_deg", "deg", "of the station", azimuth}});
@@ -181,7 +181,7 @@ store::Table profile_table(const Scenario& s, const stats::Tally& tally) {
       StationQuantity::horizontal, StationQuantity::vertical,    StationQuantity::axial};
   const Groups groups(s.methods.size(), s.stations.size());
   const double bh = s.field.total * std::cos(s.field.dip), bd = s.field.total * std::sin(s.field.dip);
-  std::vector<study::ComparisonRow> rows;
+  std::vector<compare::ComparisonRow> rows;
   for (std::size_t m = 0; m < s.methods.size(); ++m) {
     std::array<double, kProfileQuantities> mean_square{};
     for (const survey::Attitude& at : s.stations) {
@@ -198,17 +198,17 @@ store::Table profile_table(const Scenario& s, const stats::Tally& tally) {
     for (std::size_t q = 0; q < kProfileQuantities; ++q) {
       const ProfileQuantity& name = profile_quantities()[q];
       const auto i = static_cast<Eigen::Index>(q);
-      study::ComparisonRow row = compare_rms(name.name, name.unit, name.per_si, found.count > 1 ? found.mean[i] : 0,
-                                             found.count > 1 ? found.variance(i) : 0, found.count,
-                                             std::sqrt(mean_square[q]), s.verdict, tally.trials);
+      compare::ComparisonRow row = compare_rms(name.name, name.unit, name.per_si, found.count > 1 ? found.mean[i] : 0,
+                                               found.count > 1 ? found.variance(i) : 0, found.count,
+                                               std::sqrt(mean_square[q]), s.verdict, tally.trials);
       row.formulation = s.name_of(m);
       row.failed = tally.trials - found.count;
       rows.push_back(std::move(row));
     }
   }
   s.annotations.apply("profile", rows);
-  store::Table t = study::comparison_table(
-      "profile", "RMS errors over all stations of the Monte Carlo" + study::at_confidence(s.verdict.confidence), rows,
+  store::Table t = compare::comparison_table(
+      "profile", "RMS errors over all stations of the Monte Carlo" + compare::at_confidence(s.verdict.confidence), rows,
       tally.trials, 0, true);
   t.columns.back().long_name = "trials in which a station has no solution, not in the statistics";
   return t;

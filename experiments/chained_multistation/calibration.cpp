@@ -10,8 +10,8 @@ constexpr std::array<const char*, 3> kPlaces{"first", "middle", "last"};
 
 }  // namespace
 
-std::vector<study::RowName> PerformanceCalibration::rows(const Scenario& s) {
-  std::vector<study::RowName> rows;
+std::vector<compare::RowName> PerformanceCalibration::rows(const Scenario& s) {
+  std::vector<compare::RowName> rows;
   for (const Solver e : s.estimators) {
     if (!is_chained(e)) continue;
     const std::string& name = solver_names()[static_cast<std::size_t>(e)];
@@ -26,17 +26,17 @@ std::vector<study::RowName> PerformanceCalibration::rows(const Scenario& s) {
 
 PerformanceCalibration::PerformanceCalibration(const Scenario& s) {
   if (!s.calibration.on) return;
-  const std::vector<study::RowName> names = rows(s);
+  const std::vector<compare::RowName> names = rows(s);
   const auto stations = static_cast<std::size_t>(s.stations());
   const std::array<std::size_t, 3> station{0, stations / 2, stations - 1};
   std::size_t at = 0;
   for (std::size_t e = 0; e < s.estimators.size(); ++e) {
     if (!is_chained(s.estimators[e])) continue;
     const auto add = [&](const Source& source, double degrees) {
-      const study::RowName& row = names[at++];
+      const compare::RowName& row = names[at++];
       if (!s.calibration.wants(row.quantity)) return;
-      quantities_.push_back(degrees > 0 ? study::chi_squared_quantity(row.formulation, row.quantity, degrees)
-                                        : study::normal_quantity(row.formulation, row.quantity, 1));
+      quantities_.push_back(degrees > 0 ? compare::chi_squared_quantity(row.formulation, row.quantity, degrees)
+                                        : compare::normal_quantity(row.formulation, row.quantity, 1));
       sources_.push_back(source);
     };
     for (const std::size_t k : station) {

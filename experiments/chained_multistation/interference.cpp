@@ -10,9 +10,9 @@
 #include "chained/block_solver.h"
 #include "chained_multistation/parts.h"
 #include "chained_multistation/quantities.h"
+#include "compare/comparison.h"
 #include "random/study_stream.h"
 #include "stats/layout.h"
-#include "study/comparison.h"
 
 namespace surveymc::studies::chained_multistation {
 namespace {
@@ -65,34 +65,34 @@ class ChainedInterference final : public study::StudyPoint {
   }
 
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
-    std::vector<study::ComparisonRow> rows;
+    std::vector<compare::ComparisonRow> rows;
     for (std::size_t way = 0; way < kInterferenceWays; ++way) {
       const stats::Moments m = tally.groups.empty() ? stats::Moments() : tally.groups[way];
       for (Eigen::Index i = 0; i < 2; ++i) {
         const double claimed = i == 0 && m.count >= 2 ? std::sqrt(m.mean[2]) : kNaN;
-        rows.push_back(study::labelled(
+        rows.push_back(compare::labelled(
             kInterferenceWayNames[way],
-            study::compare_value(kInterferenceQuantities[static_cast<std::size_t>(i)], i == 0 ? "deg" : "nT",
-                                 study::rms_estimate(m, i, in_.verdict.confidence), claimed, in_.verdict,
-                                 tally.trials)));
+            compare::compare_value(kInterferenceQuantities[static_cast<std::size_t>(i)], i == 0 ? "deg" : "nT",
+                                   compare::rms_estimate(m, i, in_.verdict.confidence), claimed, in_.verdict,
+                                   tally.trials)));
         rows.back().note.clear();  // this table does not say how many trials would decide
       }
-      rows.push_back(study::labelled(
+      rows.push_back(compare::labelled(
           kInterferenceWayNames[way],
-          study::compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[kInterferenceCounts.rejected(way)],
-                              m.count, way == kIgnored ? kNaN : in_.alpha, in_.verdict, tally.trials)));
+          compare::compare_rate("rejected", tally.counts.empty() ? 0 : tally.counts[kInterferenceCounts.rejected(way)],
+                                m.count, way == kIgnored ? kNaN : in_.alpha, in_.verdict, tally.trials)));
       for (std::size_t i = rows.size() - 3; i < rows.size(); ++i) rows[i].failed = tally.trials - m.count;
     }
     in_.annotations.apply("interference", rows);
     study::PointResult r;
     r.tables = {
-        study::comparison_table(
+        compare::comparison_table(
             "interference",
             fmt::format(
                 "RMS over the first {} stations with a disturbed field, and how often chi-squared of the whole run "
                 "rejects at {:g} %",
                 in_.reported, 100 * in_.alpha) +
-                study::at_confidence(in_.verdict.confidence),
+                compare::at_confidence(in_.verdict.confidence),
             rows, tally.trials, tally.failed),
         failures_table(tally)};
     return r;
@@ -171,10 +171,10 @@ std::unique_ptr<study::PointPlan> interference_plan(config::ConfigReader& c, ran
   in.alpha = c.number("interference.alpha", config::Range::open(0, 1), 0.01);
   in.reported = static_cast<int>(c.integer("interference.stations", 1, in.stations(), 3));
   c.require(in.size > 0, "interference.size_nT", "must be > 0: a direction has to be known");
-  std::vector<study::RowName> rows;
+  std::vector<compare::RowName> rows;
   for (const char* way : kInterferenceWayNames)
     for (const char* q : kInterferenceQuantities) rows.push_back({"interference", way, q});
-  in.annotations = study::Annotations::read(c, rows);
+  in.annotations = compare::Annotations::read(c, rows);
   c.finish();
   return std::make_unique<study::PlanOfPoint<Interference, ChainedInterference, 32>>(std::move(in));
 }

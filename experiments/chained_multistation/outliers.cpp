@@ -13,15 +13,15 @@
 #include "chained/reading_tests.h"
 #include "chained_multistation/parts.h"
 #include "chained_multistation/quantities.h"
+#include "compare/comparison.h"
+#include "compare/table_rows.h"
 #include "config/readings_csv.h"
+#include "events/event_study.h"
 #include "random/rare_channels.h"
 #include "random/study_stream.h"
 #include "stats/layout.h"
 #include "stats/normal_tail.h"
 #include "stats/order_statistics.h"
-#include "study/comparison.h"
-#include "study/event_study.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::chained_multistation {
 namespace {
@@ -77,13 +77,13 @@ struct HeldState {
   analysis::OutlierDeletedWrong state;
 };
 
-std::vector<study::TrialEvent> events_of(const Outliers& o, const std::vector<study::EventRule>& rules) {
+std::vector<events::TrialEvent> events_of(const Outliers& o, const std::vector<events::EventRule>& rules) {
   const auto held = std::make_shared<const HeldEvent>(HeldEvent{o, o.model(chained::ChainReferences::chained)});
-  std::vector<study::TrialEvent> events;
-  for (const study::EventRule& rule : rules) {
+  std::vector<events::TrialEvent> events;
+  for (const events::EventRule& rule : rules) {
     const auto own = std::make_shared<const HeldState>(HeldState{
         held, analysis::OutlierDeletedWrong(held->of.truth, held->model, {o.station, o.axis, o.size}, o.gate)});
-    study::TrialEvent e;
+    events::TrialEvent e;
     e.name = rule.name;
     e.state = {own, &own->state};
     e.from = own->state.addresses(random::kRareChoice);
@@ -211,26 +211,26 @@ class ChainedOutliers final : public study::StudyPoint {
   }
 
   store::Table outliers_table(const stats::Tally& tally) const {
-    std::vector<study::ComparisonRow> rows;
+    std::vector<compare::ComparisonRow> rows;
     const std::uint64_t runs = tally.trials - tally.failed;
     // Linear theory: its own test is normal about the shift, averaged over the drawn toolfaces by its mean only
     const double shift = tally.moments.count > 0 ? tally.moments.mean[kW + 2] : kNaN;
     const double power =
         stats::normal_upper_tail(o_.gate.gate - shift) + stats::normal_upper_tail(o_.gate.gate + shift);
     for (std::size_t e = 0; e < kOutlierEvents; ++e) {
-      rows.push_back(study::compare_rate(kOutlierEventNames[e], tally.counts.empty() ? 0 : tally.counts[e], runs,
-                                         e == kOwnTest ? power : kNaN, o_.verdict, tally.trials));
+      rows.push_back(compare::compare_rate(kOutlierEventNames[e], tally.counts.empty() ? 0 : tally.counts[e], runs,
+                                           e == kOwnTest ? power : kNaN, o_.verdict, tally.trials));
       // The toolfaces scatter the shift: only a rough prediction.
-      if (e == kOwnTest) study::leave_unjudged(rows.back(), "analytic at the mean shift of its test");
+      if (e == kOwnTest) compare::leave_unjudged(rows.back(), "analytic at the mean shift of its test");
     }
     const auto rms = [&](const std::string& quantity, const std::string& unit, std::size_t i, double analytic) {
-      rows.push_back(study::compare_value(
-          quantity, unit, study::rms_estimate(tally.moments, static_cast<Eigen::Index>(i), o_.verdict.confidence),
+      rows.push_back(compare::compare_value(
+          quantity, unit, compare::rms_estimate(tally.moments, static_cast<Eigen::Index>(i), o_.verdict.confidence),
           analytic, o_.verdict, tally.trials));
       rows.back().note.clear();  // this table does not say how many trials would decide
     };
     for (std::size_t i = 0; i < kRemedies; ++i) rms(kRemedyNames[i], "deg", i, kNaN);
-    study::ComparisonRow wrong;
+    compare::ComparisonRow wrong;
     wrong.quantity = kWronglyDeleted;
     wrong.unit = "deg";
     if (tally.moments.count > 0 && tally.moments.mean[kW + 3] > 0) {
@@ -240,12 +240,12 @@ class ChainedOutliers final : public study::StudyPoint {
     rows.push_back(wrong);
     rms("w_rms", "1", kW, 1);
     o_.annotations.apply("outliers", rows);
-    return study::comparison_table(
+    return compare::comparison_table(
         "outliers",
         fmt::format("{} {:+g} {} at station {}: found, blamed, and what the remedies do to its "
                     "azimuth (RMS)",
                     kReadingNames[o_.axis], o_.size / o_.unit(), o_.unit_name(), o_.station + 1) +
-            study::at_confidence(o_.verdict.confidence),
+            compare::at_confidence(o_.verdict.confidence),
         rows, tally.trials, tally.failed);
   }
 
@@ -260,9 +260,9 @@ class ChainedOutliers final : public study::StudyPoint {
         sizes[i].push_back(
             chained::minimal_detectable(model_, tests, static_cast<std::size_t>(o_.station), i, o_.gate.gate));
     }
-    study::TableRows t("detectable",
-                       "minimal detectable errors of the station's readings, 80 % power at the gate; median over the "
-                       "toolfaces of the first 201 runs");
+    compare::TableRows t("detectable",
+                         "minimal detectable errors of the station's readings, 80 % power at the gate; median over the "
+                         "toolfaces of the first 201 runs");
     for (std::size_t i = 0; i < 6; ++i) {
       t.word("reading", "accelerometer a, magnetometer h", kReadingNames[i]);
       t.word("unit", "of the error", i < 3 ? "mg" : "nT");
@@ -279,7 +279,7 @@ class ChainedOutliers final : public study::StudyPoint {
 }  // namespace
 
 std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random::StudySeed seed) {
-  const bool of_events = study::has_events(c);
+  const bool of_events = events::has_events(c);
   Outliers o{of_events ? read_scenario(c, seed, Purpose::events) : read_scenario_of_fixed_length(c, seed)};
   c.require(o.stations() <= 200, "profile.stations", "at most 200: every run is solved several times");
   const std::string reading = c.choice("outliers.reading", {kReadingNames.begin(), kReadingNames.end()});
@@ -291,18 +291,18 @@ std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random:
   o.gate.gate = c.number("outliers.gate", config::Range::open(0, 100), o.gate.gate);
   o.gate.dominance = c.number("outliers.dominance", config::Range::non_negative(), o.gate.dominance);
   if (of_events) {
-    const study::EventRun run = study::read_event_run(c);
-    const study::Annotations annotations = study::read_event_annotations(c, {});
-    const std::vector<study::EventRule> events = study::read_events(c, {{kOutlierEventNames[kDeletedWrong], false}});
+    const events::EventRun run = events::read_event_run(c);
+    const compare::Annotations annotations = events::read_event_annotations(c, {});
+    const std::vector<events::EventRule> events = events::read_events(c, {{kOutlierEventNames[kDeletedWrong], false}});
     c.finish();
-    return study::event_plan(
+    return events::event_plan(
         run, annotations, random::stream_of(seed), [o, events] { return events_of(o, events); }, kBlockRuns);
   }
-  std::vector<study::RowName> rows;
+  std::vector<compare::RowName> rows;
   for (const char* e : kOutlierEventNames) rows.push_back({"outliers", "", e});
   for (const char* k : kRemedyNames) rows.push_back({"outliers", "", k});
   for (const char* q : {kWronglyDeleted, "w_rms"}) rows.push_back({"outliers", "", q});
-  o.annotations = study::Annotations::read(c, rows);
+  o.annotations = compare::Annotations::read(c, rows);
   c.finish();
   return std::make_unique<study::PlanOfPoint<Outliers, ChainedOutliers, kBlockRuns>>(std::move(o));
 }

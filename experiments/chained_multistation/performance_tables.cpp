@@ -4,36 +4,37 @@
 #include <cmath>
 
 #include "base/units.h"
+#include "compare/comparison.h"
+#include "compare/table_rows.h"
 #include "stats/normal_tail.h"
-#include "study/comparison.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::chained_multistation {
 namespace {
 
 const std::string& name_of(Solver e) { return solver_names()[static_cast<std::size_t>(e)]; }
 
-std::vector<study::ComparisonRow> rms_rows(const Scenario& s, const PerformanceLayout& layout,
-                                           const stats::Tally& tally) {
-  std::vector<study::ComparisonRow> rows;
+std::vector<compare::ComparisonRow> rms_rows(const Scenario& s, const PerformanceLayout& layout,
+                                             const stats::Tally& tally) {
+  std::vector<compare::ComparisonRow> rows;
   for (std::size_t e = 0; e < s.estimators.size(); ++e)
     for (std::size_t q = 0; q < kRunQuantities; ++q) {
       const stats::Moments& m = layout.moments(tally, e);
       const double claimed =
           is_chained(s.estimators[e]) && m.count > 0 ? std::sqrt(m.mean[layout.numbers.claimed(q)]) : kNaN;
-      rows.push_back(study::labelled(
+      rows.push_back(compare::labelled(
           name_of(s.estimators[e]),
-          study::compare_value(kRunQuantityNames[q], kRunQuantityUnits[q],
-                               study::rms_estimate(m, layout.numbers.square(q), s.verdict.interval_confidence(m.count)),
-                               claimed, s.verdict, tally.trials, m.count)));
+          compare::compare_value(
+              kRunQuantityNames[q], kRunQuantityUnits[q],
+              compare::rms_estimate(m, layout.numbers.square(q), s.verdict.interval_confidence(m.count)), claimed,
+              s.verdict, tally.trials, m.count)));
       rows.back().failed = layout.failed(tally, e);
     }
   return rows;
 }
 
-std::vector<study::ComparisonRow> consistency_rows(const Scenario& s, const PerformanceLayout& layout,
-                                                   const stats::Tally& tally) {
-  std::vector<study::ComparisonRow> rows;
+std::vector<compare::ComparisonRow> consistency_rows(const Scenario& s, const PerformanceLayout& layout,
+                                                     const stats::Tally& tally) {
+  std::vector<compare::ComparisonRow> rows;
   const double equations = 3.0 * s.stations();
   for (std::size_t e = 0; e < s.estimators.size(); ++e) {
     if (!is_chained(s.estimators[e])) continue;
@@ -41,40 +42,40 @@ std::vector<study::ComparisonRow> consistency_rows(const Scenario& s, const Perf
     const stats::Moments& m = layout.moments(tally, e);
     const std::string& name = name_of(s.estimators[e]);
     const double confidence = s.verdict.interval_confidence(m.count);
-    study::VerdictRule of_nees = s.verdict;
+    compare::VerdictRule of_nees = s.verdict;
     of_nees.margin = s.verdict.nees_margin;
-    const auto compare = [&](const char* quantity, const study::Estimate& found, double expected,
-                             const study::VerdictRule& rule) {
+    const auto compare = [&](const char* quantity, const compare::Estimate& found, double expected,
+                             const compare::VerdictRule& rule) {
       rows.push_back(
-          study::labelled(name, study::compare_value(quantity, "1", found, expected, rule, tally.trials, m.count)));
+          compare::labelled(name, compare::compare_value(quantity, "1", found, expected, rule, tally.trials, m.count)));
     };
     for (std::size_t z = 0; z < kTestedStates; ++z)
-      compare(kTestedStateNames[z], study::rms_estimate(m, layout.numbers.z_square(z), confidence), 1, s.verdict);
-    compare("nees", study::mean_estimate(m, layout.numbers.nees(), confidence), kTestedStates, of_nees);
-    compare("cost", study::mean_estimate(m, layout.numbers.cost(), confidence), equations, s.verdict);
-    rows.push_back(study::labelled(name, study::compare_sd("cost_sd", "1", 1, m, layout.numbers.cost(),
-                                                           std::sqrt(2 * equations), s.verdict, tally.trials)));
+      compare(kTestedStateNames[z], compare::rms_estimate(m, layout.numbers.z_square(z), confidence), 1, s.verdict);
+    compare("nees", compare::mean_estimate(m, layout.numbers.nees(), confidence), kTestedStates, of_nees);
+    compare("cost", compare::mean_estimate(m, layout.numbers.cost(), confidence), equations, s.verdict);
+    rows.push_back(compare::labelled(name, compare::compare_sd("cost_sd", "1", 1, m, layout.numbers.cost(),
+                                                               std::sqrt(2 * equations), s.verdict, tally.trials)));
     for (std::size_t i = first; i < rows.size(); ++i) rows[i].failed = layout.failed(tally, e);
   }
   return rows;
 }
 
-store::Table consistency_table(const Scenario& s, const PerformanceLayout& layout, const study::VerdictStop& stop,
+store::Table consistency_table(const Scenario& s, const PerformanceLayout& layout, const compare::VerdictStop& stop,
                                const stats::Tally& tally) {
-  std::vector<study::ComparisonRow> rows = consistency_rows(s, layout, tally);
+  std::vector<compare::ComparisonRow> rows = consistency_rows(s, layout, tally);
   stop.add_notes("consistency", rows, tally);
   s.annotations.apply("consistency", rows);
-  return study::comparison_table(
+  return compare::comparison_table(
       "consistency",
       "do the covariances claim what the errors are: RMS of z-scores, NEES of twelve states, cost "
       "against chi-squared(3 stations)" +
-          study::at_confidence(s.verdict),
+          compare::at_confidence(s.verdict),
       rows, tally.trials, tally.failed, true);
 }
 
 /// RMS at every station, beside the claims of the covariances over all stations.
 store::Table stations_table(const Scenario& s, const PerformanceLayout& layout, const stats::Tally& tally) {
-  study::TableRows t("stations", "RMS errors along the well" + study::at_confidence(s.verdict));
+  compare::TableRows t("stations", "RMS errors along the well" + compare::at_confidence(s.verdict));
   const bool there = layout.along() && !tally.groups.empty();
   for (std::size_t e = 0; e < s.estimators.size(); ++e)
     for (int k = 0; k < (there ? s.stations() : 1); ++k) {
@@ -84,10 +85,10 @@ store::Table stations_table(const Scenario& s, const PerformanceLayout& layout, 
       t.number("md_m", "m", "measured depth", s.md[i]);
       t.number("inclination_profile_deg", "deg", "of the profile", s.truth.attitudes[i].inclination / kDegree);
       for (std::size_t q = 0; q < kRunQuantities; ++q) {
-        const study::Estimate r =
-            there ? study::rms_estimate(tally.groups[layout.groups.square(e, q)], k,
-                                        s.verdict.interval_confidence(layout.moments(tally, e).count))
-                  : study::Estimate{};
+        const compare::Estimate r =
+            there ? compare::rms_estimate(tally.groups[layout.groups.square(e, q)], k,
+                                          s.verdict.interval_confidence(layout.moments(tally, e).count))
+                  : compare::Estimate{};
         t.estimate(std::string("rms_") + kRunQuantityNames[q], kRunQuantityUnits[q], "RMS error", r.value, r.interval);
       }
     }
@@ -116,8 +117,9 @@ store::Table worse_table(const Scenario& s, const PerformanceLayout& layout, con
                           : kNaN});
     }
   }
-  study::TableRows t("worse", "runs in which chaining is worse than single stations" + study::at_confidence(s.verdict));
-  study::write_rows(t, rows, [&](const WorseRow& x) {
+  compare::TableRows t("worse",
+                       "runs in which chaining is worse than single stations" + compare::at_confidence(s.verdict));
+  compare::write_rows(t, rows, [&](const WorseRow& x) {
     t.word("formulation", "estimator", x.formulation);
     t.word("quantity", "whose error is compared", x.quantity);
     t.count("worse_runs", "runs whose RMS over the stations is above that of the single stations", x.worse);
@@ -132,8 +134,8 @@ store::Table worse_table(const Scenario& s, const PerformanceLayout& layout, con
 }
 
 /// Scatter of single runs' RMS, and where a published run stands in it.
-store::Table runs_table(const std::vector<study::ComparisonRow>& rms, const stats::Tally& tally) {
-  study::TableRows t("runs", "RMS over the stations of single runs: their quantiles over the first kept_runs runs");
+store::Table runs_table(const std::vector<compare::ComparisonRow>& rms, const stats::Tally& tally) {
+  compare::TableRows t("runs", "RMS over the stations of single runs: their quantiles over the first kept_runs runs");
   const std::size_t n = tally.samples.size() / rms.size();
   for (std::size_t i = 0; i < rms.size(); ++i) {
     std::vector<double> x;
@@ -192,11 +194,11 @@ store::Table histogram_table(const Scenario& s, const PerformanceLayout& layout,
     bins("cost", layout.counts.cost(e), 0, layout.cost_width(), runs,
          [&](double x) { return stats::chi_squared_upper_tail(equations, x); });
   }
-  study::TableRows t(
+  compare::TableRows t(
       "histogram",
       "z-scores of all twelve states, NEES of all stations, cost of all runs; the outermost bins hold what "
       "lies beyond");
-  study::write_rows(t, rows, [&](const HistogramRow& x) {
+  compare::write_rows(t, rows, [&](const HistogramRow& x) {
     t.word("formulation", "estimator", x.formulation);
     t.word("quantity", "z, nees or cost", x.quantity);
     t.number("from", "1", "lower edge of the bin", x.from);
@@ -218,20 +220,20 @@ store::Table failures_table(const Scenario& s, const PerformanceLayout& layout, 
 
 }  // namespace
 
-std::vector<study::RowName> performance_row_names(const Scenario& s) {
-  std::vector<study::RowName> rows;
+std::vector<compare::RowName> performance_row_names(const Scenario& s) {
+  std::vector<compare::RowName> rows;
   for (const Solver e : s.estimators) {
     for (const char* q : kRunQuantityNames) rows.push_back({"rms", name_of(e), q});
     if (!is_chained(e)) continue;
     for (const char* q : kTestedStateNames) rows.push_back({"consistency", name_of(e), q});
     for (const char* q : {"nees", "cost", "cost_sd"}) rows.push_back({"consistency", name_of(e), q});
   }
-  return study::with_calibration_rows(std::move(rows), s.calibration, PerformanceCalibration::rows(s));
+  return compare::with_calibration_rows(std::move(rows), s.calibration, PerformanceCalibration::rows(s));
 }
 
-std::vector<study::RowName> judged_performance_rows(const Scenario& s) {
-  std::vector<study::RowName> rows = performance_row_names(s);
-  std::erase_if(rows, [&](const study::RowName& r) {
+std::vector<compare::RowName> judged_performance_rows(const Scenario& s) {
+  std::vector<compare::RowName> rows = performance_row_names(s);
+  std::erase_if(rows, [&](const compare::RowName& r) {
     const bool claims = std::any_of(s.estimators.begin(), s.estimators.end(),
                                     [&](Solver e) { return is_chained(e) && name_of(e) == r.formulation; });
     return !claims || r.quantity == "nees" || (r.table != "rms" && r.table != "consistency");
@@ -239,27 +241,27 @@ std::vector<study::RowName> judged_performance_rows(const Scenario& s) {
   return rows;
 }
 
-study::RowsOfTables performance_rows(const Scenario& s, const PerformanceLayout& layout, const stats::Tally& tally) {
+compare::RowsOfTables performance_rows(const Scenario& s, const PerformanceLayout& layout, const stats::Tally& tally) {
   return {{"rms", rms_rows(s, layout, tally)}, {"consistency", consistency_rows(s, layout, tally)}};
 }
 
 std::vector<store::Table> performance_tables(const Scenario& s, const PerformanceLayout& layout,
-                                             const study::VerdictStop& stop, const stats::Tally& tally) {
-  std::vector<study::ComparisonRow> rms = rms_rows(s, layout, tally);
+                                             const compare::VerdictStop& stop, const stats::Tally& tally) {
+  std::vector<compare::ComparisonRow> rms = rms_rows(s, layout, tally);
   stop.add_notes("rms", rms, tally);
   s.annotations.apply("rms", rms);
   std::vector<store::Table> tables{
-      study::comparison_table("rms",
-                              "RMS errors over all stations and trials; analytic: by the claimed covariances" +
-                                  study::at_confidence(s.verdict),
-                              rms, tally.trials, tally.failed, true),
+      compare::comparison_table("rms",
+                                "RMS errors over all stations and trials; analytic: by the claimed covariances" +
+                                    compare::at_confidence(s.verdict),
+                                rms, tally.trials, tally.failed, true),
       consistency_table(s, layout, stop, tally),
       stations_table(s, layout, tally),
       worse_table(s, layout, tally),
       runs_table(rms, tally),
       histogram_table(s, layout, tally),
       failures_table(s, layout, tally),
-      study::failed_trials_table("trials without a converged estimate of some estimator", tally.failed_trials)};
+      compare::failed_trials_table("trials without a converged estimate of some estimator", tally.failed_trials)};
   if (stop.is_on()) tables.push_back(stop.looks_table(tally));
   return tables;
 }

@@ -76,13 +76,13 @@ class PerformanceCalibration {
  public:
   explicit PerformanceCalibration(const Scenario& s);
   /// Names of all quantities that `estimators` of the scenario claim, in order; table is "".
-  static std::vector<study::RowName> rows(const Scenario& s);
+  static std::vector<compare::RowName> rows(const Scenario& s);
 
   /// How many counts it has.
   std::size_t size() const { return quantities_.size() * stats::kPitSlots; }
   /// One trial, by estimator; those that failed are left out. `counts`: size() of them.
   void add(const std::vector<RunCheck>& checks, std::uint64_t* counts) const;
-  const std::vector<study::CalibratedQuantity>& quantities() const { return quantities_; }
+  const std::vector<compare::CalibratedQuantity>& quantities() const { return quantities_; }
 
  private:
   /// Where the number of a quantity is found in a RunCheck.
@@ -92,20 +92,20 @@ class PerformanceCalibration {
   };
   static constexpr int kNees = -1, kCost = -2;
 
-  std::vector<study::CalibratedQuantity> quantities_;
+  std::vector<compare::CalibratedQuantity> quantities_;
   std::vector<Source> sources_;
 };
 
 /// Rows that annotations may name.
-std::vector<study::RowName> performance_row_names(const Scenario& s);
+std::vector<compare::RowName> performance_row_names(const Scenario& s);
 /// Those that trials can decide, and whose intervals may hold at all looks.
-std::vector<study::RowName> judged_performance_rows(const Scenario& s);
+std::vector<compare::RowName> judged_performance_rows(const Scenario& s);
 /// Of the tables rms and consistency, without annotations.
-study::RowsOfTables performance_rows(const Scenario& s, const PerformanceLayout& layout, const stats::Tally& tally);
+compare::RowsOfTables performance_rows(const Scenario& s, const PerformanceLayout& layout, const stats::Tally& tally);
 
 /// rms, consistency, stations, worse, runs, histogram, failures, failed_trials; and looks where the stop is on.
 std::vector<store::Table> performance_tables(const Scenario& s, const PerformanceLayout& layout,
-                                             const study::VerdictStop& stop, const stats::Tally& tally);
+                                             const compare::VerdictStop& stop, const stats::Tally& tally);
 
 /// Biases of the first trial, true and estimated (slide 9).
 store::Table tracks_table(const Scenario& s, const random::Stream& stream);

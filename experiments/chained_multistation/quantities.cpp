@@ -7,8 +7,8 @@
 #include "base/units.h"
 #include "chained/attitude.h"
 #include "chained/basic_solution.h"
+#include "compare/table_rows.h"
 #include "config/readings_csv.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::chained_multistation {
 
@@ -73,7 +73,7 @@ RunCheck check_chained(const Scenario& s, const sensor::ChainedRun& run, const c
 store::Table endings_table(const std::string& what, const char* kind, const char* meaning,
                            const std::vector<Endings>& endings, const stats::Tally& tally) {
   const bool is_empty = tally.counts.empty();
-  study::TableRows t("failures", what);
+  compare::TableRows t("failures", what);
   const auto write = [&](const Endings& x) {
     for (std::size_t i = 0; i < stats::kDescentStatuses; ++i) {
       t.word(kind, meaning, x.name);
@@ -83,7 +83,7 @@ store::Table endings_table(const std::string& what, const char* kind, const char
       t.count("trials", "trials run", tally.trials);
     }
   };
-  study::write_rows(t, is_empty ? std::vector<Endings>() : endings, write);
+  compare::write_rows(t, is_empty ? std::vector<Endings>() : endings, write);
   return t.take();
 }
 

@@ -3,7 +3,8 @@
 #include <cmath>
 
 #include "base/units.h"
-#include "study/chain_sizes.h"
+#include "scenario/chain_sizes.h"
+#include "scenario/scenario.h"
 
 namespace surveymc::studies::chained_multistation {
 
@@ -21,7 +22,7 @@ void read_profile(config::ConfigReader& c, Scenario& s) {
     for (const char* key : {"stations", "inclination_from_deg", "inclination_to_deg", "magnetic_azimuth_deg"})
       c.require(!c.has(std::string("profile.") + key), std::string("profile.") + key, "not together with survey.file");
     const bool own = c.choice("profile.toolface", {"random", "survey"}, "random") == "survey";
-    const survey::Survey survey = study::read_survey(c, s.field, own);
+    const survey::Survey survey = scenario::read_survey(c, s.field, own);
     s.truth.random_toolface = !own;
     for (const survey::Station& station : survey.stations)
       s.truth.attitudes.push_back(survey::magnetic_attitude(station, s.field.declination));
@@ -45,8 +46,8 @@ void read_profile(config::ConfigReader& c, Scenario& s) {
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed, Purpose purpose) {
   Scenario s;
   s.seed = seed;
-  s.field = study::read_field(c);
-  s.sizes = study::read_chain_sizes(c, s.field, purpose == Purpose::performance);
+  s.field = scenario::read_field(c);
+  s.sizes = scenario::read_chain_sizes(c, s.field, purpose == Purpose::performance);
   read_profile(c, s);
   s.offset_stations = static_cast<int>(c.integer("model.offset_stations", 1, 100'000, s.stations()));
   const chained::Model m = s.model(chained::ChainReferences::chained);
@@ -64,7 +65,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed, Purpose 
       s.truth.step_sd[i] = 0;
     }
   }
-  if (purpose != Purpose::events) s.verdict = study::read_verdict_rule(c);
+  if (purpose != Purpose::events) s.verdict = compare::read_verdict_rule(c);
   return s;
 }
 
@@ -74,7 +75,7 @@ Scenario read_scenario_of_fixed_length(config::ConfigReader& c, random::StudySee
         "stop",
         "only study = \"performance\" ends by its verdicts; the others have a fixed number of trials: give `trials`");
   Scenario s = read_scenario(c, seed, Purpose::chained_only);
-  s.trial_plan = study::read_verdict_plan(c, {}, s.verdict, kTrialLimits);
+  s.trial_plan = compare::read_verdict_plan(c, {}, s.verdict, kTrialLimits);
   return s;
 }
 

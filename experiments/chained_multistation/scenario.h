@@ -6,14 +6,14 @@
 #include "chained/batch.h"
 #include "chained/linearised_station.h"
 #include "chained/model.h"
+#include "compare/annotations.h"
+#include "compare/calibration.h"
+#include "compare/trial_plan.h"
+#include "compare/verdict.h"
+#include "compare/verdict_stop.h"
 #include "random/study_id.h"
 #include "sensor/chained_runs.h"
-#include "study/annotations.h"
-#include "study/calibration.h"
 #include "study/experiment.h"
-#include "study/scenario.h"
-#include "study/verdict.h"
-#include "study/verdict_stop.h"
 
 namespace surveymc::studies::chained_multistation {
 
@@ -31,7 +31,7 @@ inline chained::Mode mode_of(Solver e) {
 
 struct Scenario {
   random::StudySeed seed;
-  study::TrialPlan trial_plan;
+  compare::TrialPlan trial_plan;
   survey::ReferenceField field;
   chained::ChainSizes sizes;
   int offset_stations = 18;       ///< n of the expected offsets
@@ -39,9 +39,9 @@ struct Scenario {
   std::vector<double> md;         ///< m, along the profile
   std::vector<Solver> estimators;
   std::size_t kept_runs = 0;  ///< of study "performance": the first so many, each with its own RMS
-  study::VerdictRule verdict;
-  study::CalibrationRule calibration;  ///< of study "performance"
-  study::Annotations annotations;
+  compare::VerdictRule verdict;
+  compare::CalibrationRule calibration;  ///< of study "performance"
+  compare::Annotations annotations;
 
   int stations() const { return static_cast<int>(truth.attitudes.size()); }
   chained::Model model(chained::ChainReferences references) const {
@@ -59,7 +59,7 @@ enum class Purpose {
 /// reads.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed, Purpose purpose);
 
-inline constexpr study::TrialLimits kTrialLimits{2, 100'000'000};
+inline constexpr compare::TrialLimits kTrialLimits{2, 100'000'000};
 /// read_scenario() and `trials`, of the studies that have no [stop].
 Scenario read_scenario_of_fixed_length(config::ConfigReader& config, random::StudySeed seed);
 

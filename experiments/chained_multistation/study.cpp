@@ -76,8 +76,8 @@ class ChainedPerformance final : public study::StudyPoint {
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     study::PointResult r;
     r.tables = performance_tables(s_, layout_, stop_, tally);
-    for (store::Table& t : study::calibration_tables(s_.calibration, calibration_.quantities(), tally.counts,
-                                                     layout_.counts.size(), false, s_.annotations))
+    for (store::Table& t : compare::calibration_tables(s_.calibration, calibration_.quantities(), tally.counts,
+                                                       layout_.counts.size(), false, s_.annotations))
       r.tables.push_back(std::move(t));
     r.tables.push_back(tracks_table(s_, stream_));
     return r;
@@ -121,7 +121,7 @@ class ChainedPerformance final : public study::StudyPoint {
   Scenario s_;
   PerformanceLayout layout_;
   PerformanceCalibration calibration_;
-  study::VerdictStop stop_;
+  compare::VerdictStop stop_;
   random::Stream stream_;
 };
 
@@ -150,12 +150,12 @@ std::unique_ptr<study::PointPlan> performance_plan(config::ConfigReader& c, rand
     s.estimators.push_back(e);
   }
   s.kept_runs = static_cast<std::size_t>(c.integer("kept_runs", 0, 1'000'000, 20'000));
-  const std::vector<study::RowName> known = PerformanceCalibration::rows(s);
-  s.calibration = study::read_calibration(c, known);
+  const std::vector<compare::RowName> known = PerformanceCalibration::rows(s);
+  s.calibration = compare::read_calibration(c, known);
   c.require(!s.calibration.on || !known.empty(), "estimators",
             "none of them claims a covariance: with [calibration] one must be a filter or a smoother");
-  s.trial_plan = study::read_verdict_plan(c, judged_performance_rows(s), s.verdict, kTrialLimits);
-  s.annotations = study::Annotations::read(c, performance_row_names(s));
+  s.trial_plan = compare::read_verdict_plan(c, judged_performance_rows(s), s.verdict, kTrialLimits);
+  s.annotations = compare::Annotations::read(c, performance_row_names(s));
   c.finish();
   return std::make_unique<ChainedPerformancePlan>(std::move(s));
 }

@@ -4,8 +4,8 @@
 #include "chained/block_solver.h"
 #include "chained/smoother.h"
 #include "chained_multistation/performance_tables.h"
+#include "compare/table_rows.h"
 #include "config/readings_csv.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::chained_multistation {
 
@@ -13,8 +13,8 @@ store::Table tracks_table(const Scenario& s, const random::Stream& stream) {
   static constexpr std::array<const char*, chained::kChainStates> kNames{
       "gravity_mg",         "horizontal_nT",     "down_nT",           "accelerometer_x_mg", "accelerometer_y_mg",
       "accelerometer_z_mg", "magnetometer_x_nT", "magnetometer_y_nT", "magnetometer_z_nT"};
-  study::TableRows t("tracks",
-                     "first trial: errors of the references and offsets of the sensors, true and estimated (slide 9)");
+  compare::TableRows t(
+      "tracks", "first trial: errors of the references and offsets of the sensors, true and estimated (slide 9)");
   const sensor::ChainedRun run = sensor::simulate_chained_run(s.truth, stream, 0);
   const chained::Readings readings{run.readings, {}};
   const chained::Solution smoother = chained::solve_blocks(s.model(chained::ChainReferences::chained), readings),

@@ -10,8 +10,8 @@
 #include "chained/mode_search.h"
 #include "chained_multistation/parts.h"
 #include "chained_multistation/quantities.h"
+#include "compare/comparison.h"
 #include "random/study_stream.h"
-#include "study/comparison.h"
 
 namespace surveymc::studies::chained_multistation {
 namespace {
@@ -58,10 +58,10 @@ class ChainedUnstart final : public study::StudyPoint {
   }
 
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
-    std::vector<study::ComparisonRow> rows;
+    std::vector<compare::ComparisonRow> rows;
     const auto rate = [&](const std::string& formulation, const std::string& quantity, std::uint64_t count) {
       const double predicted = formulation == "search" && quantity == "failed" ? 0 : kNaN;  // the search must not fail
-      rows.push_back(study::compare_rate(quantity, count, tally.trials, predicted, u_.verdict, tally.trials));
+      rows.push_back(compare::compare_rate(quantity, count, tally.trials, predicted, u_.verdict, tally.trials));
       rows.back().formulation = formulation;
       rows.back().note = fmt::format("{} of {} runs", count, tally.trials);
     };
@@ -72,10 +72,10 @@ class ChainedUnstart final : public study::StudyPoint {
       rate("modes", kUnstartRunEventNames[e], tally.counts[kUnstartWays * kUnstartEvents + e]);
     u_.annotations.apply("unstart", rows);
     study::PointResult r;
-    r.tables = {study::comparison_table("unstart",
-                                        "runs that end elsewhere than at the lowest minimum, by how they are solved" +
-                                            study::at_confidence(u_.verdict.confidence),
-                                        rows, tally.trials, tally.failed)};
+    r.tables = {compare::comparison_table("unstart",
+                                          "runs that end elsewhere than at the lowest minimum, by how they are solved" +
+                                              compare::at_confidence(u_.verdict.confidence),
+                                          rows, tally.trials, tally.failed)};
     return r;
   }
 
@@ -169,11 +169,11 @@ std::unique_ptr<study::PointPlan> unstart_plan(config::ConfigReader& c, random::
                kDegree * c.number("unstart.magnetic_azimuth_deg", config::Range::closed(-360, 360)),
                kDegree * c.number("unstart.toolface_deg", config::Range::closed(-360, 360))};
   u.axial_bias = c.number("unstart.axial_bias_nT", config::Range::closed(-20000, 20000), 0);
-  std::vector<study::RowName> rows;
+  std::vector<compare::RowName> rows;
   for (const char* way : kUnstartWayNames)
     for (const char* e : kUnstartEventNames) rows.push_back({"unstart", way, e});
   for (const char* e : kUnstartRunEventNames) rows.push_back({"unstart", "modes", e});
-  u.annotations = study::Annotations::read(c, rows);
+  u.annotations = compare::Annotations::read(c, rows);
   c.finish();
   return std::make_unique<study::PlanOfPoint<Unstart, ChainedUnstart, 8>>(std::move(u));
 }

@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "compare/position_comparison.h"
+#include "compare/table_rows.h"
 #include "propagate/ellipse.h"
 #include "random/study_stream.h"
 #include "stats/control_variate.h"
-#include "study/position_comparison.h"
-#include "study/table_rows.h"
 #include "survey/readings.h"
 
 namespace surveymc::studies::clearance {
@@ -35,11 +35,11 @@ const Formulation& formulation_of(const Scenario& s, const std::string& name) {
 
 std::unique_ptr<const DrawnPairs> drawn_pairs(const Scenario& s) {
   std::unique_ptr<DrawnPairs> out(new DrawnPairs(s, random::stream_of(s.seed)));
-  const Reference reference = study::pair_reference(s.reference, s.interpolation);
-  const propagate::WellErrors drawn = study::drawn_errors(s.reference, s.reference.tools, s.drawing.vertical);
+  const Reference reference = scenario::pair_reference(s.reference, s.interpolation);
+  const propagate::WellErrors drawn = scenario::drawn_errors(s.reference, s.reference.tools, s.drawing.vertical);
   std::vector<propagate::WellPoint> points;
   for (const double md : s.report_md) points.push_back(proximity::well_point(reference.path().at(md)));
-  study::require_drawable(s.reference.model_place, drawn, points.back().station, s.reference.name);
+  scenario::require_drawable(s.reference.model_place, drawn, points.back().station, s.reference.name);
   out->reference_ =
       std::make_unique<proximity::DrawnPoints>(proximity::drawn_points(drawn, points, propagate::draw_places(drawn)));
   for (const Well& well : s.offsets) out->add_offset(reference, drawn, well);
@@ -48,7 +48,7 @@ std::unique_ptr<const DrawnPairs> drawn_pairs(const Scenario& s) {
 
 void DrawnPairs::add_offset(const Reference& reference, const propagate::WellErrors& drawn_reference,
                             const Well& well) {
-  const Pair pair = study::well_pair(s_, reference, well);
+  const Pair pair = scenario::well_pair(s_, reference, well);
   Offset out;
   out.name = well.name;
   std::vector<propagate::WellPoint> reference_points, points;
@@ -65,11 +65,12 @@ void DrawnPairs::add_offset(const Reference& reference, const propagate::WellErr
         return a.station < b.station;
       })->station;
   // The sidetrack's own run of "shared", or one well of which the run goes on.
-  const propagate::WellErrors as_one_well = study::drawn_errors(well, well.tools, s_.drawing.vertical);
+  const propagate::WellErrors as_one_well = scenario::drawn_errors(well, well.tools, s_.drawing.vertical);
   const propagate::WellErrors as_sidetrack =
-      well.kickoff ? study::drawn_errors(well, well.tools_from_kickoff, s_.drawing.vertical) : propagate::WellErrors{};
-  study::require_drawable(well.model_place, as_one_well, deepest, well.name);
-  if (well.kickoff) study::require_drawable(well.model_place, as_sidetrack, deepest, well.name);
+      well.kickoff ? scenario::drawn_errors(well, well.tools_from_kickoff, s_.drawing.vertical)
+                   : propagate::WellErrors{};
+  scenario::require_drawable(well.model_place, as_one_well, deepest, well.name);
+  if (well.kickoff) scenario::require_drawable(well.model_place, as_sidetrack, deepest, well.name);
   const auto offset_of = [&](const Formulation& f) -> const propagate::WellErrors& {
     return f.kind == Formulation::Kind::sharing ? as_one_well : as_sidetrack;
   };
@@ -193,12 +194,13 @@ stats::Tally DrawnPairs::run_block(std::uint64_t first_trial, int count) const {
 
 store::Table DrawnPairs::relative_position(const stats::Tally& tally) const {
   store::Table all;
-  const auto add = [&](const Offset& o, const Judgement& j, double md, const std::vector<study::ComparisonRow>& rows) {
-    store::Table t = study::comparison_table(
+  const auto add = [&](const Offset& o, const Judgement& j, double md,
+                       const std::vector<compare::ComparisonRow>& rows) {
+    store::Table t = compare::comparison_table(
         "relative_position",
         "the relative position by Monte Carlo, along the line between the wells and the axes of the predicted "
         "ellipsoid" +
-            study::at_confidence(s_.drawing.verdict.confidence),
+            compare::at_confidence(s_.drawing.verdict.confidence),
         rows, tally.trials, tally.failed, true);
     const std::string drawn = o.truths.empty() ? "" : o.truths[j.truth].formulation;
     std::vector<store::Column> leading{
@@ -213,21 +215,21 @@ store::Table DrawnPairs::relative_position(const stats::Tally& tally) const {
   for (const Offset& o : offsets_) {
     for (const Judgement& j : o.judgements)
       for (std::size_t d = 0; d < j.at.size(); ++d, ++at) {
-        std::vector<study::ComparisonRow> rows;
+        std::vector<compare::ComparisonRow> rows;
         for (int q = 0; q < kDirections; ++q) {
           const Vector3d a = j.at[d].directions.col(q);
           const double control = a.dot(o.truths[j.truth].control[d] * a);
           if (!(j.at[d].sd[q] > 0) || !(control > 0)) continue;
           const stats::ControlledEstimate e = stats::controlled_sd(
               tally.controlled[at * kDirections + static_cast<std::size_t>(q)], control, s_.drawing.verdict.confidence);
-          rows.push_back(study::compare_value(kRelativeQuantities[static_cast<std::size_t>(q)], "m",
-                                              {e.controlled, e.controlled_interval}, j.at[d].sd[q], s_.drawing.verdict,
-                                              tally.trials));
+          rows.push_back(compare::compare_value(kRelativeQuantities[static_cast<std::size_t>(q)], "m",
+                                                {e.controlled, e.controlled_interval}, j.at[d].sd[q],
+                                                s_.drawing.verdict, tally.trials));
         }
         if (j.at[d].weight.allFinite())
-          rows.push_back(
-              study::compare_nees("nees", stats::summarise(tally.groups[at], 0), 3, s_.drawing.verdict, tally.trials));
-        for (study::ComparisonRow& row : rows) row.formulation = j.formulation;
+          rows.push_back(compare::compare_nees("nees", stats::summarise(tally.groups[at], 0), 3, s_.drawing.verdict,
+                                               tally.trials));
+        for (compare::ComparisonRow& row : rows) row.formulation = j.formulation;
         s_.drawing.annotations.apply("relative_position", rows);
         add(o, j, s_.report_md[o.depths[d]], rows);
       }
@@ -238,12 +240,12 @@ store::Table DrawnPairs::relative_position(const stats::Tally& tally) const {
 store::Table DrawnPairs::realisations(const stats::Tally& tally) const {
   store::Table t{"relative_realisations",
                  "errors of the relative position of the first trials, by the draws of the first formulation"};
-  t.columns = {study::number_column("offset", "1", "number of the offset, from 1"),
-               study::number_column("md_m", "m", "measured depth on the reference"),
-               study::number_column("trial", "1", "number of the trial, from 0")};
+  t.columns = {compare::number_column("offset", "1", "number of the offset, from 1"),
+               compare::number_column("md_m", "m", "measured depth on the reference"),
+               compare::number_column("trial", "1", "number of the trial, from 0")};
   for (const char* d : {"north_m", "east_m", "down_m"})
-    t.columns.push_back(study::number_column(d, "m", "offset less reference, less the true difference"));
-  return study::table_of_numbers(std::move(t), tally.samples);
+    t.columns.push_back(compare::number_column(d, "m", "offset less reference, less the true difference"));
+  return compare::table_of_numbers(std::move(t), tally.samples);
 }
 
 std::string DrawnPairs::replay(std::uint64_t trial) const {

@@ -8,9 +8,9 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
-#include "study/annotations.h"
-#include "study/scenario.h"
-#include "study/told_inputs.h"
+#include "compare/annotations.h"
+#include "compare/trial_plan.h"
+#include "scenario/told_inputs.h"
 #include "survey/minimum_curvature.h"
 #include "survey/survey.h"
 
@@ -42,14 +42,14 @@ void read_reported(config::ConfigReader& c, Scenario& s) {
 
 void read_drawing(config::ConfigReader& c, Scenario& s) {
   Drawing& d = s.drawing;
-  std::vector<study::RowName> rows;
+  std::vector<compare::RowName> rows;
   for (const Formulation& f : s.formulations) {
     for (const char* q : kRelativeQuantities) rows.push_back({"relative_position", f.name, q});
     for (const std::string& q : published_quantities()) rows.push_back({"clearance", f.name, q});
   }
   if (c.has("trials")) d.trials = static_cast<std::uint64_t>(c.integer("trials", 0, 1'000'000'000'000));
-  d.verdict = study::read_verdict_rule(c);
-  d.annotations = study::Annotations::read(c, rows);
+  d.verdict = compare::read_verdict_rule(c);
+  d.annotations = compare::Annotations::read(c, rows);
   if (d.trials == 0) return;
   c.require(d.trials >= 20, "trials", "must be 0 or at least 20");
   c.require(!s.report_md.empty(), "trials", "needs report_md_m: depths of the reference at which wells are drawn");
@@ -68,7 +68,7 @@ void read_published_values(config::ConfigReader& c, Scenario& s) {
   for (const Well& w : s.offsets) offsets.push_back(w.name);
   for (const Formulation& f : s.formulations) formulations.push_back(f.name);
   for (config::ConfigReader& entry : c.tables("published")) {
-    const study::PublishedEntry given = study::read_published(entry);
+    const compare::PublishedEntry given = compare::read_published(entry);
     Published p;
     p.source = given.source;
     p.values = given.values;
@@ -113,7 +113,7 @@ const std::vector<std::string>& published_quantities() {
 
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
-  static_cast<study::WellPairs&>(s) = study::read_well_pairs(c);
+  static_cast<scenario::WellPairs&>(s) = scenario::read_well_pairs(c);
   s.seed = seed;
   s.directions = {ScanDirection::reference};
   if (c.choice("scan.direction", {"reference", "both"}, "reference") == "both")
@@ -124,7 +124,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.with_rows = c.choice("output.clearance", {"all", "none"}, "all") == "all";
   read_reported(c, s);
   read_published_values(c, s);
-  study::scale_models(c, s);
+  scenario::scale_models(c, s);
   read_drawing(c, s);
   c.finish();
   return s;

@@ -6,21 +6,21 @@
 #include <string>
 #include <vector>
 
+#include "compare/annotations.h"
 #include "config/config.h"
 #include "propagate/well_errors.h"
 #include "proximity/pair_scan.h"
 #include "random/study_id.h"
-#include "study/annotations.h"
-#include "study/well_pairs.h"
+#include "scenario/well_pairs.h"
 #include "survey/reference_field.h"
 #include "survey/survey.h"
 
 namespace surveymc::studies::clearance {
 
-using Well = study::SurveyedWell;
-using Formulation = study::PairFormulation;
-using Reference = study::PairReference;
-using Pair = study::WellPair;  ///< ready to be compared in every formulation
+using Well = scenario::SurveyedWell;
+using Formulation = scenario::PairFormulation;
+using Reference = scenario::PairReference;
+using Pair = scenario::WellPair;  ///< ready to be compared in every formulation
 
 /// An entry of `[[published]]`.
 struct Published {
@@ -36,11 +36,11 @@ struct Drawing {
   std::uint64_t trials = 0, save_samples = 0;
   propagate::VerticalRule vertical = propagate::VerticalRule::tilt;
   std::string formulation;  ///< whose draws the wells share; empty: every formulation is held against its own
-  study::VerdictRule verdict;
-  study::Annotations annotations;
+  compare::VerdictRule verdict;
+  compare::Annotations annotations;
 };
 
-struct Scenario : study::WellPairs {
+struct Scenario : scenario::WellPairs {
   random::StudySeed seed;
   std::vector<proximity::ScanDirection> directions;
   double step = 0, keep = 1;

@@ -22,12 +22,12 @@ class Clearance final : public study::StudyPoint {
   }
 
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions& options) const override {
-    const Reference reference = study::pair_reference(s_->reference, s_->interpolation);
+    const Reference reference = scenario::pair_reference(s_->reference, s_->interpolation);
     Tables tables(*s_);
     // One offset at a time: of each only its rows stay.
     for (const Well& offset : s_->offsets) {
       if (options.stop && *options.stop) throw Interrupted("stopped before all wells were compared");
-      tables.add(study::well_pair(*s_, reference, offset));
+      tables.add(scenario::well_pair(*s_, reference, offset));
     }
     study::PointResult r;
     r.tables = tables.take(reference);

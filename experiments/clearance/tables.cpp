@@ -26,7 +26,7 @@ const char* least_name(LeastOf q) {
   return q == LeastOf::separation_factor ? "separation_factor" : q == LeastOf::distance ? "distance" : "mahalanobis";
 }
 
-void write_wells(study::TableRows& t, const std::string& offset, const std::string& formulation) {
+void write_wells(compare::TableRows& t, const std::string& offset, const std::string& formulation) {
   t.word("offset", "name of the offset well", offset);
   t.word("formulation", "which errors the two wells share", formulation);
 }
@@ -89,7 +89,7 @@ void Tables::add(const Pair& pair) {
 }
 
 void Tables::add_clearance(const Pair& pair, ScanDirection direction, const std::vector<PairPoints>& points) {
-  study::TableRows& t = clearance_;
+  compare::TableRows& t = clearance_;
   const auto point = [&](const char* which, const proximity::PathPoint& p) {
     const std::string w = which;
     t.number(w + "_north_m", "m", "position, true north", p.position.x());
@@ -127,7 +127,7 @@ void Tables::add_clearance(const Pair& pair, ScanDirection direction, const std:
 
 void Tables::add_least(const Pair& pair, ScanDirection direction, const std::vector<PairPoints>& stations,
                        const std::vector<PairPoints>& samples) {
-  study::TableRows& t = least_;
+  compare::TableRows& t = least_;
   for (const PairErrors& errors : pair.formulations) {
     const std::array<proximity::Least, 3> least =
         proximity::least_clearance(pair.geometry, errors, direction, stations, samples);
@@ -171,7 +171,7 @@ void Tables::add_covariance(const Pair& pair, const PairErrors& errors, const st
 
 void Tables::write_covariance(const std::string& offset, const std::string& formulation, const std::string& where,
                               const PairPoints& p, const std::string& of, const Matrix3d& covariance) {
-  study::TableRows& t = covariance_;
+  compare::TableRows& t = covariance_;
   write_wells(t, offset, formulation);
   t.word("where", "report_md_m, or least separation factor", where);
   t.number("ref_md_m", "m", "measured depth on the reference", p.reference.md);
@@ -195,11 +195,12 @@ void Tables::add_published(const Pair& pair) {
 }
 
 void Tables::add_warnings(const Well& w, const std::vector<propagate::NonFiniteTerm>& non_finite) {
-  for (study::ValidityWarning& warning : study::warnings_of(w, non_finite)) warnings_.push_back(std::move(warning));
+  for (scenario::ValidityWarning& warning : scenario::warnings_of(w, non_finite))
+    warnings_.push_back(std::move(warning));
 }
 
 store::Table Tables::parameters_table() const {
-  study::TableRows t("parameters", "the wells as they were compared");
+  compare::TableRows t("parameters", "the wells as they were compared");
   const auto row = [&](const Well& w) {
     t.word("well", "name of the well", w.name);
     t.number("slot_north_m", "m", "position of the first station", w.slot.x());
@@ -225,7 +226,7 @@ store::Table Tables::parameters_table() const {
 }
 
 store::Table Tables::paths_table() const {
-  study::TableRows t("paths", "stations of all wells in one frame");
+  compare::TableRows t("paths", "stations of all wells in one frame");
   const auto rows = [&](const Well& w) {
     const proximity::WellPath path = proximity::well_path(w.survey, w.slot);
     for (std::size_t k = 0; k < path.stations(); ++k) {
@@ -233,7 +234,7 @@ store::Table Tables::paths_table() const {
       t.word("well", "name of the well", w.name);
       t.number("md_m", "m", "measured depth", path.md(k));
       t.number("inclination_deg", "deg", "of the hole", w.survey.stations[k].inclination / kDegree);
-      t.number("azimuth_deg", "deg", "of the hole, true north", study::turn_in_degrees(w.survey.stations[k].azimuth));
+      t.number("azimuth_deg", "deg", "of the hole, true north", compare::turn_in_degrees(w.survey.stations[k].azimuth));
       t.number("north_m", "m", "position, true north", p.x());
       t.number("east_m", "m", "position", p.y());
       t.number("tvd_m", "m", "position, down", p.z());
@@ -252,9 +253,9 @@ std::vector<store::Table> Tables::take(const Reference& reference) {
   out.push_back(covariance_.take([&] { write_covariance("", "", "", {}, "", Matrix3d::Zero()); }));
   out.push_back(parameters_table());
   if (s_.with_rows) out.push_back(paths_table());
-  study::TableRows published("published", "published figures; agrees: within the tolerance");
+  compare::TableRows published("published", "published figures; agrees: within the tolerance");
   const Published none{};
-  study::write_rows(published, published_, [&](const PublishedRow& r) {
+  compare::write_rows(published, published_, [&](const PublishedRow& r) {
     const Published& p = r.published ? *r.published : none;
     write_wells(published, p.offset, p.formulation);
     published.word("direction", "the well that the scan goes along", direction_name(p.direction));
@@ -270,7 +271,7 @@ std::vector<store::Table> Tables::take(const Reference& reference) {
     published.word("note", "where the published value is from", p.source);
   });
   out.push_back(published.take());
-  out.push_back(study::validity_warnings_table("separations", warnings_));
+  out.push_back(scenario::validity_warnings_table("separations", warnings_));
   return out;
 }
 

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "clearance/scenario.h"
+#include "compare/table_rows.h"
 #include "store/table.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::clearance {
 
@@ -41,9 +41,9 @@ class Tables {
   store::Table paths_table() const;
 
   const Scenario& s_;
-  study::TableRows clearance_, least_, covariance_;
+  compare::TableRows clearance_, least_, covariance_;
   std::vector<PublishedRow> published_;
-  std::vector<study::ValidityWarning> warnings_;
+  std::vector<scenario::ValidityWarning> warnings_;
 };
 
 }  // namespace surveymc::studies::clearance

@@ -51,19 +51,20 @@ std::size_t bin_of(double md, const std::pair<double, double>& range) {
 
 }  // namespace
 
-std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const study::PairReference& reference,
+std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const scenario::PairReference& reference,
                                             const propagate::WellErrors& drawn, std::size_t offset,
-                                            const study::PairFormulation& formulation, const random::Stream& stream) {
-  const study::SurveyedWell& well = s.offsets[offset];
+                                            const scenario::PairFormulation& formulation,
+                                            const random::Stream& stream) {
+  const scenario::SurveyedWell& well = s.offsets[offset];
   const WellExtras& extras = s.extras[offset];
   std::unique_ptr<PairEvent> event(new PairEvent(s, stream, well.name, formulation.name));
   PairEvent& e = *event;
-  const study::WellPair pair = study::well_pair(s, reference, well);
+  const scenario::WellPair pair = scenario::well_pair(s, reference, well);
   const proximity::WellPath& offset_path = *pair.offset_path;
   const proximity::PairErrors& errors = pair.formulation(formulation.name);
-  const bool is_hole_shared = formulation.kind == study::PairFormulation::Kind::shared_hole;
+  const bool is_hole_shared = formulation.kind == scenario::PairFormulation::Kind::shared_hole;
   const propagate::WellErrors offset_errors =
-      study::drawn_errors(well, is_hole_shared ? well.tools_from_kickoff : well.tools, s.vertical);
+      scenario::drawn_errors(well, is_hole_shared ? well.tools_from_kickoff : well.tools, s.vertical);
   const proximity::SharedDraws shared = is_hole_shared
                                             ? proximity::draws_of_shared_hole(drawn, offset_errors, *well.kickoff)
                                             : proximity::shared_draws(drawn, offset_errors, errors);
@@ -86,7 +87,7 @@ std::unique_ptr<const PairEvent> pair_event(const Scenario& s, const study::Pair
                                        errors.offset->covariance_at(b.leg, b.share), a.leg, a.share, b.leg, b.share));
       },
       e.radii_, kKeep, s.run.sampling.preparing.max_components);
-  e.event_ = study::prepare_event(s.run.sampling, [&] { return e.prepare(drawn, offset_errors); });
+  e.event_ = events::prepare_event(s.run.sampling, [&] { return e.prepare(drawn, offset_errors); });
   e.predict(pair, errors, extras.first);
   e.closest_r_ = e.predictions_.closest.offset.position - e.predictions_.closest.reference.position;
   e.closest_j_ = e.state_->derivative(drawn, offset_errors, proximity::well_point(e.predictions_.closest.reference),
@@ -128,7 +129,7 @@ rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const 
     out.designs.push_back(w.design);
   }
   const Eigen::Matrix3Xd& first = ways.front().j;
-  const bool is_near = out.designs.front().beta < study::kPlainBeta;
+  const bool is_near = out.designs.front().beta < events::kPlainBeta;
   directions_ = directions_of(first, out.designs);
   Eigen::MatrixXd errors = directions_;
   for (std::size_t i = 0; i < state_->names().size(); ++i)
@@ -143,7 +144,7 @@ rare::Prepared PairEvent::prepare(const propagate::WellErrors& reference, const 
   return out;
 }
 
-void PairEvent::predict(const study::WellPair& pair, const proximity::PairErrors& errors, std::size_t first) {
+void PairEvent::predict(const scenario::WellPair& pair, const proximity::PairErrors& errors, std::size_t first) {
   const auto covariance = [&](const PairPoints& p) {
     return Matrix3d(slots_ + proximity::relative_covariance(
                                  errors, errors.reference->covariance_at(p.reference.leg, p.reference.share),

@@ -26,7 +26,7 @@ class PairEvent {
  public:
   const std::string& offset() const { return offset_; }
   const std::string& correlation() const { return correlation_; }
-  const study::PreparedEvent& event() const { return event_; }
+  const events::PreparedEvent& event() const { return event_; }
   const Predictions& predictions() const { return predictions_; }
   const std::vector<proximity::TouchingPair>& touching() const { return touching_; }
   int dimension() const { return state_->dimension(); }
@@ -67,9 +67,9 @@ class PairEvent {
   Eigen::Matrix2d plane_covariance() const { return plane_ * predictions_.covariance * plane_.transpose(); }
 
  private:
-  friend std::unique_ptr<const PairEvent> pair_event(const Scenario&, const study::PairReference&,
+  friend std::unique_ptr<const PairEvent> pair_event(const Scenario&, const scenario::PairReference&,
                                                      const propagate::WellErrors&, std::size_t,
-                                                     const study::PairFormulation&, const random::Stream&);
+                                                     const scenario::PairFormulation&, const random::Stream&);
   PairEvent(const Scenario& scenario, const random::Stream& stream, std::string offset, std::string correlation)
       : s_(scenario), stream_(stream), offset_(std::move(offset)), correlation_(std::move(correlation)) {}
 
@@ -78,7 +78,7 @@ class PairEvent {
   /// are errors, y'M y - tr M. The other directions do not lead to the event: to first order they say nothing.
   double score(const rare::DrawnTrials& drawn, int trial) const;
   /// `first`: station of both wells from which on the pair counts.
-  void predict(const study::WellPair& pair, const proximity::PairErrors& errors, std::size_t first);
+  void predict(const scenario::WellPair& pair, const proximity::PairErrors& errors, std::size_t first);
 
   const Scenario& s_;
   random::Stream stream_;
@@ -94,15 +94,15 @@ class PairEvent {
   Eigen::Matrix<double, 2, 3> plane_;
   Eigen::Matrix3Xd closest_j_;
   Eigen::Matrix3d slots_ = Eigen::Matrix3d::Zero();
-  study::PreparedEvent event_;
+  events::PreparedEvent event_;
   std::unique_ptr<rare::EventTrials> trials_;
   std::vector<Importance> leading_;      ///< the first kLeading of importance()
   Eigen::MatrixXd directions_, scaled_;  ///< U and M of score(); empty without a design point
 };
 
 /// Predicts and prepares. `drawn`: errors of the reference. The scenario must outlive it.
-std::unique_ptr<const PairEvent> pair_event(const Scenario& scenario, const study::PairReference& reference,
+std::unique_ptr<const PairEvent> pair_event(const Scenario& scenario, const scenario::PairReference& reference,
                                             const propagate::WellErrors& drawn, std::size_t offset,
-                                            const study::PairFormulation& formulation, const random::Stream& stream);
+                                            const scenario::PairFormulation& formulation, const random::Stream& stream);
 
 }  // namespace surveymc::studies::collision

@@ -4,7 +4,7 @@
 
 #include "base/units.h"
 #include "proximity/drawn_contact.h"
-#include "study/scenario.h"
+#include "scenario/scenario.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::studies::collision {
@@ -16,7 +16,7 @@ Eigen::Vector3d read_slot_sd(config::ConfigReader& c, const std::string& key) {
 }
 
 /// The well as surveyed.
-proximity::DrawnPath path_of(const study::SurveyedWell& well) {
+proximity::DrawnPath path_of(const scenario::SurveyedWell& well) {
   const proximity::WellPath path = proximity::well_path(well.survey, well.slot);
   proximity::DrawnPath out;
   out.resize(path.stations());
@@ -29,7 +29,7 @@ proximity::DrawnPath path_of(const study::SurveyedWell& well) {
 
 /// Stations from which on the wells are apart: the first ones, or of a sidetrack those behind its kick-off where the
 /// holes have left each other.
-void set_first_stations(config::ConfigReader& entry, const Scenario& s, const study::SurveyedWell& offset,
+void set_first_stations(config::ConfigReader& entry, const Scenario& s, const scenario::SurveyedWell& offset,
                         WellExtras& extras) {
   const proximity::DrawnPath a = path_of(s.reference), b = path_of(offset);
   const double radii = (s.reference.hole_diameter + offset.hole_diameter) / 2;
@@ -42,7 +42,7 @@ void set_first_stations(config::ConfigReader& entry, const Scenario& s, const st
   }
   const proximity::Contact c = nearest();
   if (c.distance > radii) return;
-  const auto md = [](const study::SurveyedWell& w, std::size_t leg, double share) {
+  const auto md = [](const scenario::SurveyedWell& w, std::size_t leg, double share) {
     const std::vector<double> depths = w.survey.md();
     return depths[leg] + share * (depths[leg + 1] - depths[leg]);
   };
@@ -57,14 +57,14 @@ void set_first_stations(config::ConfigReader& entry, const Scenario& s, const st
 
 /// All of both wells is part of the event: a trial in which one has no place would say nothing.
 void require_drawable(const Scenario& s) {
-  const auto require = [&](const study::SurveyedWell& w, const study::ToolRuns& tools) {
+  const auto require = [&](const scenario::SurveyedWell& w, const scenario::ToolRuns& tools) {
     if (tools.runs.empty()) return;
     const propagate::WellErrors errors =
         propagate::well_errors(w.survey, w.tvd, tools.runs, w.field, w.latitude, 1, s.vertical);
-    study::require_drawable(w.model_place, errors, w.survey.stations.size() - 1, w.name);
+    scenario::require_drawable(w.model_place, errors, w.survey.stations.size() - 1, w.name);
   };
   require(s.reference, s.reference.tools);
-  for (const study::SurveyedWell& w : s.offsets) {
+  for (const scenario::SurveyedWell& w : s.offsets) {
     require(w, w.tools);
     require(w, w.tools_from_kickoff);
   }
@@ -74,7 +74,7 @@ void require_drawable(const Scenario& s) {
 
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
-  static_cast<study::WellPairs&>(s) = study::read_well_pairs(c);
+  static_cast<scenario::WellPairs&>(s) = scenario::read_well_pairs(c);
   s.seed = seed;
   const Eigen::Vector3d reference_slot_sd = read_slot_sd(c, "survey.slot_sd_m");
   std::vector<config::ConfigReader> entries = c.tables("offset");
@@ -90,17 +90,17 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     set_first_stations(entries[o], s, s.offsets[o], extras);
     s.extras.push_back(extras);
   }
-  for (const study::PairFormulation& f : s.formulations)
-    c.require(f.kind != study::PairFormulation::Kind::zeroed, "separation.formulations",
+  for (const scenario::PairFormulation& f : s.formulations)
+    c.require(f.kind != scenario::PairFormulation::Kind::zeroed, "separation.formulations",
               "\"zeroed\" is no way to draw wells: must be one by which they share draws");
-  study::scale_models(c, s);
+  scenario::scale_models(c, s);
   s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "azimuth" ? propagate::VerticalRule::azimuth
                                                                                      : propagate::VerticalRule::tilt;
   require_drawable(s);
-  s.run = study::read_event_run(c);
-  std::vector<study::RowName> rows;
+  s.run = events::read_event_run(c);
+  std::vector<compare::RowName> rows;
   for (const char* f : kFormulations) rows.push_back({"probability", f, "probability"});
-  s.annotations = study::Annotations::read(c, rows);
+  s.annotations = compare::Annotations::read(c, rows);
   c.finish();
   return s;
 }

@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "compare/annotations.h"
+#include "events/event_sampling.h"
 #include "random/study_id.h"
-#include "study/annotations.h"
-#include "study/event_sampling.h"
-#include "study/well_pairs.h"
+#include "scenario/well_pairs.h"
 
 namespace surveymc::studies::collision {
 
-/// What a well of the study has besides those of study::WellPairs.
+/// What a well of the study has besides those of scenario::WellPairs.
 struct WellExtras {
   /// Of the place of the reference and of this well: north, east, down, m. Zero for a sidetrack: one hole, one place,
   /// which moves both wells alike.
@@ -19,10 +19,10 @@ struct WellExtras {
   std::size_t first = 0;  ///< station of both wells from which on the pair counts
 };
 
-struct Scenario : study::WellPairs {
+struct Scenario : scenario::WellPairs {
   random::StudySeed seed;
-  study::EventRun run;
-  study::Annotations annotations;
+  events::EventRun run;
+  compare::Annotations annotations;
   propagate::VerticalRule vertical = propagate::VerticalRule::tilt;
   std::vector<WellExtras> extras;  ///< of the offsets
 };

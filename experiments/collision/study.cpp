@@ -51,7 +51,7 @@ class Collision final : public study::StudyPoint {
   std::uint64_t trials_needed(const stats::Tally& tally) const override {
     std::uint64_t needed = 0;
     for (const JudgedEvent& e : judged(tally, {}))
-      needed = std::max(needed, study::trials_for(e.found, tally.trials, s_->run.plan.relative_ci));
+      needed = std::max(needed, events::trials_for(e.found, tally.trials, s_->run.plan.relative_ci));
     return needed;
   }
 
@@ -94,8 +94,8 @@ class Collision final : public study::StudyPoint {
         if (i < tally.groups.size()) j.slope = e.size_slope(tally.groups[i], s_->run.verdict.confidence);
         first += e.weights();
       }
-      j.found = study::estimate_event(e.event(), j.tally, checks.empty() ? stats::Tally{} : checks[i],
-                                      s_->run.verdict.confidence, 0);
+      j.found = events::estimate_event(e.event(), j.tally, checks.empty() ? stats::Tally{} : checks[i],
+                                       s_->run.verdict.confidence, 0);
       if (e.touching().empty()) {
         j.found.probability = 0;
         j.found.interval = {0, 0};
@@ -111,12 +111,12 @@ class Collision final : public study::StudyPoint {
 };
 
 std::vector<std::unique_ptr<const PairEvent>> events_of(const Scenario& s, const montecarlo::RunOptions& options) {
-  const study::PairReference reference = study::pair_reference(s.reference, s.interpolation);
-  const propagate::WellErrors drawn = study::drawn_errors(s.reference, s.reference.tools, s.vertical);
+  const scenario::PairReference reference = scenario::pair_reference(s.reference, s.interpolation);
+  const propagate::WellErrors drawn = scenario::drawn_errors(s.reference, s.reference.tools, s.vertical);
   const random::Stream stream = random::stream_of(s.seed);
   std::vector<std::unique_ptr<const PairEvent>> events;
   for (std::size_t o = 0; o < s.offsets.size(); ++o)
-    for (const study::PairFormulation& f : s.formulations) {
+    for (const scenario::PairFormulation& f : s.formulations) {
       if (!f.is_for(s.offsets[o])) continue;
       if (options.stop && *options.stop) throw Interrupted("stopped before all pairs were prepared");
       events.push_back(pair_event(s, reference, drawn, o, f, stream));

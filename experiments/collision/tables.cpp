@@ -7,15 +7,15 @@
 #include <Eigen/Geometry>
 
 #include "base/units.h"
+#include "compare/claims.h"
+#include "compare/table_rows.h"
 #include "proximity/touch_predictions.h"
 #include "stats/normal_tail.h"
-#include "study/claims.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::collision {
 namespace {
 
-using study::TableRows;
+using compare::TableRows;
 
 void put_event(TableRows& t, const PairEvent& e) {
   t.word("offset", "name of the offset well", e.offset());
@@ -26,10 +26,10 @@ store::Table probability_table(const Scenario& s, const std::vector<JudgedEvent>
   store::Table all;
   for (const JudgedEvent& e : events) {
     const Predictions& p = e.event->predictions();
-    std::vector<study::ComparisonRow> rows;
+    std::vector<compare::ComparisonRow> rows;
     for (std::size_t f = 0; f < kFormulations.size(); ++f) {
-      study::ComparisonRow row =
-          study::compare_probability(kFormulations[f], e.found, p.probability[f], s.run.verdict, e.tally.trials);
+      compare::ComparisonRow row =
+          events::compare_probability(kFormulations[f], e.found, p.probability[f], s.run.verdict, e.tally.trials);
       const std::string own = std::string_view(kFormulations[f]) == "half_space_least_sf"
                                   ? fmt::format("at {:.6g} m of the reference", p.least_sf_pair.reference.md)
                               : p.is_equidistant && std::string_view(kFormulations[f]) != "form"
@@ -39,8 +39,8 @@ store::Table probability_table(const Scenario& s, const std::vector<JudgedEvent>
       rows.push_back(row);
     }
     s.annotations.apply("probability", rows);
-    store::Table t = study::comparison_table(
-        "probability", "probability that the wells touch" + study::at_confidence(s.run.verdict.confidence), rows,
+    store::Table t = compare::comparison_table(
+        "probability", "probability that the wells touch" + compare::at_confidence(s.run.verdict.confidence), rows,
         e.tally.trials, e.tally.failed, true);
     const std::vector<store::Column> leading{
         {"offset", "", "name of the offset well", std::vector<std::string>(rows.size(), e.event->offset())},
@@ -53,10 +53,10 @@ store::Table probability_table(const Scenario& s, const std::vector<JudgedEvent>
 }
 
 store::Table sampling_table(const Scenario& s, const std::vector<JudgedEvent>& events) {
-  TableRows t("sampling", "how the events were drawn" + study::at_confidence(s.run.verdict.confidence));
+  TableRows t("sampling", "how the events were drawn" + compare::at_confidence(s.run.verdict.confidence));
   for (const JudgedEvent& e : events) {
     put_event(t, *e.event);
-    study::put_sampling(t, e.event->event(), e.found);
+    events::put_sampling(t, e.event->event(), e.found);
     t.estimate("size_slope", "1", "d ln p / d ln of the size of all errors, the slots' left out", e.slope.value,
                {e.slope.lo, e.slope.hi});
     t.number("diluted", "1", "1: larger errors make the probability smaller; 0: not; none: the slope is not known",
@@ -116,7 +116,7 @@ store::Table importance_table(const std::vector<JudgedEvent>& events) {
 
 store::Table contact_table(const Scenario& s, const std::vector<JudgedEvent>& events) {
   TableRows t("contact",
-              "where along both wells the weighted hits touch" + study::at_confidence(s.run.verdict.confidence));
+              "where along both wells the weighted hits touch" + compare::at_confidence(s.run.verdict.confidence));
   for (const JudgedEvent& e : events) {
     if (e.event->event().method == "subset" || e.tally.weighted.empty()) continue;
     const std::size_t first = rare::kFirstComponent + e.event->event().prepared.proposal.components().size();
@@ -206,7 +206,7 @@ store::Table closest_table(const std::vector<JudgedEvent>& events) {
 constexpr std::size_t kHalfSpace = 0, kHalfSpaceLeastSf = 1, kDisc = 3, kPoint = 4;
 
 /// p-value of two probabilities being the same, against the first being larger; on the logarithm.
-double p_of_larger(const study::EventEstimate& a, const study::EventEstimate& b, double confidence) {
+double p_of_larger(const events::EventEstimate& a, const events::EventEstimate& b, double confidence) {
   const double quantile = stats::normal_quantile((1 + confidence) / 2);
   const double down = std::log(a.probability / a.interval.lo), up = std::log(b.interval.hi / b.probability);
   const double z = quantile * std::log(a.probability / b.probability) / std::hypot(down, up);
@@ -218,7 +218,7 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
   TableRows t("claims", "statements on the probability that wells touch, held against it");
   const auto put = [&](const std::string& offset, const std::string& correlation, const std::string& claim,
                        const std::string& source, const std::string& what, double value, const std::string& verdict,
-                       const study::Evidence& evidence) {
+                       const compare::Evidence& evidence) {
     t.word("offset", "name of the offset well; all: over all pairs", offset);
     t.word("correlation", "what the wells share", correlation);
     t.word("claim", "the statement", claim);
@@ -226,7 +226,7 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
     t.word("found", "what the number is", what);
     t.number("value", "1", "what was found", value);
     t.word("verdict", "agrees, differs or undecided", verdict);
-    study::write_evidence(t, evidence, 0);
+    compare::write_evidence(t, evidence, 0);
   };
   // A ratio prediction / probability above (or below) 1, by the whole interval.
   const auto above = [](const JudgedEvent& e, double predicted, bool is_above) -> std::string {
@@ -235,9 +235,9 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
     return larger == smaller ? "undecided" : larger == is_above ? "agrees" : "differs";
   };
   // Of the same claim: that the probability lies below the prediction (or above).
-  const auto evidence = [&](const JudgedEvent& e, double predicted, bool is_above) -> study::Evidence {
+  const auto evidence = [&](const JudgedEvent& e, double predicted, bool is_above) -> compare::Evidence {
     if (!e.found.trusted) return {};
-    return study::claim_evidence(e.found.probability, e.found.interval, predicted, is_above, confidence, true);
+    return compare::claim_evidence(e.found.probability, e.found.interval, predicted, is_above, confidence, true);
   };
   for (const JudgedEvent& e : events) {
     const Predictions& p = e.event->predictions();
@@ -266,8 +266,8 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
         e.found.trusted && e.slope.lo > 0   ? "agrees"
         : e.found.trusted && e.slope.hi < 0 ? "differs"
                                             : "undecided",
-        e.found.trusted ? study::claim_evidence(e.slope.value, {e.slope.lo, e.slope.hi}, 0, false, confidence, false)
-                        : study::Evidence{});
+        e.found.trusted ? compare::claim_evidence(e.slope.value, {e.slope.lo, e.slope.hi}, 0, false, confidence, false)
+                        : compare::Evidence{});
     add("the test of three dimensions is on the safe side", "Loeng 2012", "chi-square / probability", three / found,
         three, true);
   }
@@ -316,10 +316,10 @@ store::Table claims_table(const Scenario& s, const std::vector<JudgedEvent>& eve
 }
 
 store::Table warnings_of_wells(const Scenario& s) {
-  std::vector<study::ValidityWarning> all = study::warnings_of(s.reference);
-  for (const study::SurveyedWell& w : s.offsets)
-    for (study::ValidityWarning& warning : study::warnings_of(w)) all.push_back(std::move(warning));
-  return study::validity_warnings_table("probabilities", all);
+  std::vector<scenario::ValidityWarning> all = scenario::warnings_of(s.reference);
+  for (const scenario::SurveyedWell& w : s.offsets)
+    for (scenario::ValidityWarning& warning : scenario::warnings_of(w)) all.push_back(std::move(warning));
+  return scenario::validity_warnings_table("probabilities", all);
 }
 
 }  // namespace
@@ -333,21 +333,21 @@ std::vector<store::Table> tables_of(const Scenario& s, const std::vector<JudgedE
 store::Table hits_table(const stats::Tally& tally) {
   store::Table t{"hits", "trials in which the wells touch, among the first"};
   t.columns = {
-      study::number_column("event", "1", "number of the event, from 1: the order of the table sampling"),
-      study::number_column("trial", "1", "number of the trial, from 0"),
-      study::number_column("weight", "1", "its weight"),
-      study::number_column("component", "1", "number of the component that drew it, from 0"),
-      study::number_column("ref_md_m", "m", "where they touch: measured depth of the reference"),
-      study::number_column("offset_md_m", "m", "of the offset"),
-      study::number_column("towards_m", "m",
-                           "from the reference to the offset at the closest pair, to first order, in the plane "
-                           "across the wells: along the line between them"),
-      study::number_column("across_m", "m", "the same across that line")};
+      compare::number_column("event", "1", "number of the event, from 1: the order of the table sampling"),
+      compare::number_column("trial", "1", "number of the trial, from 0"),
+      compare::number_column("weight", "1", "its weight"),
+      compare::number_column("component", "1", "number of the component that drew it, from 0"),
+      compare::number_column("ref_md_m", "m", "where they touch: measured depth of the reference"),
+      compare::number_column("offset_md_m", "m", "of the offset"),
+      compare::number_column("towards_m", "m",
+                             "from the reference to the offset at the closest pair, to first order, in the plane "
+                             "across the wells: along the line between them"),
+      compare::number_column("across_m", "m", "the same across that line")};
   for (int k = 1; k <= PairEvent::kLeading; ++k)
-    t.columns.push_back(study::number_column(
+    t.columns.push_back(compare::number_column(
         fmt::format("leading_{}", k), "1",
         fmt::format("how far source {} of the table importance is drawn towards the first design point, in sd", k)));
-  return study::table_of_numbers(std::move(t), tally.samples);
+  return compare::table_of_numbers(std::move(t), tally.samples);
 }
 
 }  // namespace surveymc::studies::collision

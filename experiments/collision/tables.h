@@ -10,7 +10,7 @@ namespace surveymc::studies::collision {
 /// An event with what was found of it.
 struct JudgedEvent {
   const PairEvent* event;
-  study::EventEstimate found;
+  events::EventEstimate found;
   stats::Tally tally;  ///< its part of the tally
   PairEvent::SizeSlope slope = {};
 };

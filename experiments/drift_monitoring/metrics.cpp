@@ -1,9 +1,9 @@
 /// Tables `metrics` and `claims` of drift_monitoring.
 #include <cmath>
 
+#include "compare/claims.h"
 #include "drift_monitoring/study.h"
 #include "stats/skewed_mean.h"
-#include "study/claims.h"
 
 namespace surveymc::studies::drift_monitoring {
 namespace {
@@ -62,9 +62,9 @@ class Metrics {
 };
 
 /// Mean squared errors are skew, the more so where a filter follows few realisations badly.
-study::ComparisonRow error_row(const std::string& formulation, const std::string& quantity, const std::string& unit,
-                               const std::vector<double>& x, double confidence) {
-  study::ComparisonRow row = study::mean_row(formulation, quantity, unit, x, confidence);
+compare::ComparisonRow error_row(const std::string& formulation, const std::string& quantity, const std::string& unit,
+                                 const std::vector<double>& x, double confidence) {
+  compare::ComparisonRow row = compare::mean_row(formulation, quantity, unit, x, confidence);
   if (std::isfinite(row.interval.lo)) row.interval = stats::skewed_mean_interval(x, confidence);
   return row;
 }
@@ -76,9 +76,9 @@ std::vector<double> ratios(const std::vector<double>& a, const std::vector<doubl
 }
 
 /// In how many realisations a healthy sensor was blamed for the drift of another. Empty if none drifts.
-study::ComparisonRow blamed(const Scenario& s, const Outcomes& o, std::size_t method, const std::string& quantity) {
+compare::ComparisonRow blamed(const Scenario& s, const Outcomes& o, std::size_t method, const std::string& quantity) {
   const std::uint64_t count = count_blames(s, o, method);
-  study::ComparisonRow row = study::empty_row(s.methods[method].name, quantity, "1");
+  compare::ComparisonRow row = compare::empty_row(s.methods[method].name, quantity, "1");
   if (!s.any_healthy() || !s.any_drifts()) return row;
   row.monte_carlo = static_cast<double>(count) / static_cast<double>(o.trials());
   if (o.trials() > 1) row.interval = stats::binomial_interval(count, o.trials(), s.verdict.confidence);
@@ -89,8 +89,8 @@ constexpr const char* kBoth = "aakr_kf_sprt / aakr_sprt";
 
 }  // namespace
 
-std::vector<study::ComparisonRow> metric_rows(const Scenario& s, const Outcomes& o) {
-  std::vector<study::ComparisonRow> rows;
+std::vector<compare::ComparisonRow> metric_rows(const Scenario& s, const Outcomes& o) {
+  std::vector<compare::ComparisonRow> rows;
   const double confidence = s.verdict.confidence;
   const auto& sensors = s.data.sensors;
   for (std::size_t a = 0; a < s.architectures.size(); ++a) {
@@ -99,9 +99,9 @@ std::vector<study::ComparisonRow> metric_rows(const Scenario& s, const Outcomes&
     for (std::size_t e = 0; e < kErrorNames.size(); ++e)
       rows.push_back(
           error_row(of, kErrorNames[e], "z2", m.mean_error(static_cast<OutcomeLayout::Error>(e)), confidence));
-    rows.push_back(study::mean_row(of, "auto_sensitivity", "1", m.auto_sensitivity(), confidence));
-    rows.push_back(study::mean_row(of, "cross_sensitivity", "1", m.cross_sensitivity(), confidence));
-    rows.push_back(study::mean_row(of, "rows_skipped_by_gate", "1", o.all(o.at.skipped(a)), confidence));
+    rows.push_back(compare::mean_row(of, "auto_sensitivity", "1", m.auto_sensitivity(), confidence));
+    rows.push_back(compare::mean_row(of, "cross_sensitivity", "1", m.cross_sensitivity(), confidence));
+    rows.push_back(compare::mean_row(of, "rows_skipped_by_gate", "1", o.all(o.at.skipped(a)), confidence));
     for (std::size_t j = 0; j < sensors.size(); ++j) {
       for (std::size_t e = 0; e < kErrorNames.size(); ++e) {
         std::vector<double> x = o.all(o.at.error(a, j, static_cast<OutcomeLayout::Error>(e)));
@@ -112,32 +112,32 @@ std::vector<study::ComparisonRow> metric_rows(const Scenario& s, const Outcomes&
       }
       if (s.drifts(static_cast<Eigen::Index>(j)))
         rows.push_back(
-            study::mean_row(of, "auto_sensitivity_" + sensors[j], "1", o.all(o.at.sensitivity(a, j, j)), confidence));
+            compare::mean_row(of, "auto_sensitivity_" + sensors[j], "1", o.all(o.at.sensitivity(a, j, j)), confidence));
       for (std::size_t k = 0; k < sensors.size(); ++k)
         if (k != j && s.drifts(static_cast<Eigen::Index>(k)))
-          rows.push_back(study::mean_row(of, "cross_sensitivity_" + sensors[j] + "_to_" + sensors[k], "1",
-                                         o.all(o.at.sensitivity(a, j, k)), confidence));
+          rows.push_back(compare::mean_row(of, "cross_sensitivity_" + sensors[j] + "_to_" + sensors[k], "1",
+                                           o.all(o.at.sensitivity(a, j, k)), confidence));
     }
   }
   return rows;
 }
 
-std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& o) {
-  std::vector<study::ComparisonRow> rows;
+std::vector<compare::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& o) {
+  std::vector<compare::ComparisonRow> rows;
   for (std::size_t m = 0; m < s.methods.size(); ++m) {
     if (s.methods[m].test != AlarmMethod::Test::sprt) continue;
     const bool as = is_as(s.architectures[s.methods[m].architecture]);
-    const study::ComparisonRow row = blamed(s, o, m, as ? "blames_a_healthy_sensor" : "blames_no_healthy_sensor");
+    const compare::ComparisonRow row = blamed(s, o, m, as ? "blames_a_healthy_sensor" : "blames_no_healthy_sensor");
     rows.push_back(
-        as ? study::judge_claim(row, 0.5, false, s.verdict.confidence, "in more than half of the realisations")
-           : study::judge_claim(row, 0.05, true, s.verdict.confidence, "in less than 5 % of the realisations"));
+        as ? compare::judge_claim(row, 0.5, false, s.verdict.confidence, "in more than half of the realisations")
+           : compare::judge_claim(row, 0.05, true, s.verdict.confidence, "in less than 5 % of the realisations"));
   }
   if (s.architectures.size() < 2) return rows;
   const Metrics as(s, o, 0), aks(s, o, 1);
   const auto add = [&](const char* quantity, const std::vector<double>& of_aks, const std::vector<double>& of_as,
                        bool below) {
-    rows.push_back(study::judge_mean_claim(kBoth, quantity, ratios(of_aks, of_as), 1, below, s.verdict.confidence,
-                                           below ? "ratio below 1" : "ratio above 1"));
+    rows.push_back(compare::judge_mean_claim(kBoth, quantity, ratios(of_aks, of_as), 1, below, s.verdict.confidence,
+                                             below ? "ratio below 1" : "ratio above 1"));
   };
   add("auto_sensitivity_is_lower", aks.auto_sensitivity(), as.auto_sensitivity(), true);
   add("cross_sensitivity_is_lower", aks.cross_sensitivity(), as.cross_sensitivity(), true);
@@ -151,12 +151,12 @@ std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& 
   return rows;
 }
 
-std::vector<study::RowName> row_names(const Scenario& s) {
+std::vector<compare::RowName> row_names(const Scenario& s) {
   const std::vector<double> row(OutcomeLayout(s).size(), 0.0);
   const Outcomes one(s, row);
-  std::vector<study::RowName> names;
-  for (const study::ComparisonRow& r : metric_rows(s, one)) names.push_back({"metrics", r.formulation, r.quantity});
-  for (const study::ComparisonRow& r : claim_rows(s, one)) names.push_back({"claims", r.formulation, r.quantity});
+  std::vector<compare::RowName> names;
+  for (const compare::ComparisonRow& r : metric_rows(s, one)) names.push_back({"metrics", r.formulation, r.quantity});
+  for (const compare::ComparisonRow& r : claim_rows(s, one)) names.push_back({"claims", r.formulation, r.quantity});
   return names;
 }
 

@@ -139,9 +139,9 @@ void calibrate_baselines(Scenario& s, const montecarlo::RunOptions& options) {
 }
 
 store::Table baselines_table(const Scenario& s) {
-  study::TableRows t(
+  compare::TableRows t(
       "baselines", "settings of the methods; with calibration, baselines have as many fault-free alarms as AAKR-SPRT");
-  study::write_rows(t, s.methods, [&](const AlarmMethod& m) {
+  compare::write_rows(t, s.methods, [&](const AlarmMethod& m) {
     const bool counted = m.name != monitoring::name(monitoring::Architecture::aakr_kf_sprt);
     t.word("architecture", "monitor, or test on the residual of AAKR", m.name);
     t.word("setting", "key of the config", setting_key(m));
@@ -176,9 +176,9 @@ store::Table operating_table(const Scenario& s, const Outcomes& o) {
       if (s.drifts(static_cast<Eigen::Index>(j)))
         points.push_back({s.method(m), s.data.sensors[j], quiet, count_blames(s, o, m), delays_of(s, o, m, j)});
   }
-  study::TableRows t("operating", "delay against false alarms at other settings; a miss counts as infinite" +
-                                      study::at_confidence(confidence));
-  study::write_rows(t, points, [&](const OperatingPoint& x) {
+  compare::TableRows t("operating", "delay against false alarms at other settings; a miss counts as infinite" +
+                                        compare::at_confidence(confidence));
+  compare::write_rows(t, points, [&](const OperatingPoint& x) {
     t.word("architecture", "monitor, or test on the residual of AAKR", x.method.name);
     t.word("setting", "key of the config", setting_key(x.method));
     t.number("value_z", "1", "its value, z", x.method.setting);

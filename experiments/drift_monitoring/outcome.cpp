@@ -138,8 +138,8 @@ void SeriesSum::add(const MonitoredBlock& b) {
 }
 
 store::Table SeriesSum::take() {
-  study::TableRows t("series",
-                     "first realisation, with drift: what each monitor sees; scaled by the model's mean and sd (z)");
+  compare::TableRows t("series",
+                       "first realisation, with drift: what each monitor sees; scaled by the model's mean and sd (z)");
   const std::size_t width = 4 + 4 * s_.architectures.size();
   for (std::size_t j = 0; j < kept_.size(); ++j) {
     for (auto x = kept_[j].begin(); x != kept_[j].end(); x += static_cast<std::ptrdiff_t>(width)) {

@@ -5,9 +5,9 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "compare/trial_plan.h"
 #include "random/study_stream.h"
 #include "store/result_file.h"
-#include "study/scenario.h"
 
 namespace surveymc::studies::drift_monitoring {
 namespace {
@@ -261,8 +261,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   const Eigen::Index most = c.integer("series_rows", 2, 10'000'000, 60'000);
   if (s.series_every > 0)
     s.series_every = std::max(s.series_every, (s.data.tested() - 1 + most - 2) / (most - 1));  // and the last row
-  s.verdict.confidence = c.number("verdict.confidence", study::kConfidences, s.verdict.confidence);
-  s.annotations = study::Annotations::read(c, row_names(s));
+  s.verdict.confidence = c.number("verdict.confidence", compare::kConfidences, s.verdict.confidence);
+  s.annotations = compare::Annotations::read(c, row_names(s));
   c.finish();
   if (s.data.simulated() && !s.model && !s.search) {
     s.shared_without = SharedPredictions::of(without_drift(s));

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "compare/annotations.h"
+#include "compare/verdict.h"
 #include "config/sensor_csv.h"
 #include "drift_monitoring/shared_predictions.h"
 #include "monitoring/bandwidth.h"
@@ -14,8 +16,6 @@
 #include "monitoring/sequential_tests.h"
 #include "montecarlo/run_blocks.h"
 #include "random/study_id.h"
-#include "study/annotations.h"
-#include "study/verdict.h"
 
 namespace surveymc::studies::drift_monitoring {
 
@@ -90,8 +90,8 @@ struct Scenario {
   std::uint64_t calibration_trials = 0;  ///< 0: thresholds of CUSUM and plain threshold as given
   std::uint64_t calibration_alarms = 0;  ///< of them, those in which the SPRT raised an alarm
   Eigen::Index series_every = 1;         ///< 0: no series
-  study::VerdictRule verdict;
-  study::Annotations annotations;
+  compare::VerdictRule verdict;
+  compare::Annotations annotations;
   /// Of a simulated well whose bandwidth is given, or null: without drift, and with it.
   std::shared_ptr<SharedPredictions> shared_without, shared_with;
 
@@ -134,6 +134,6 @@ ExactSamples simulated_samples(const MonitoringData& data, const montecarlo::Run
 void set_samples(MonitoringData& data, const monitoring::Samples& samples);
 
 /// Names of the rows of the tables `metrics` and `claims`.
-std::vector<study::RowName> row_names(const Scenario& s);
+std::vector<compare::RowName> row_names(const Scenario& s);
 
 }  // namespace surveymc::studies::drift_monitoring

@@ -32,18 +32,18 @@ class DriftMonitoring final : public study::StudyPoint {
     const Scenario& s = s_;
     const Monitored shown = monitor(s, 0, s.series_every > 0, options.stop);
     const Outcomes o(s, s.data.simulated() ? tally.samples : shown.outcome);
-    const std::string at = study::at_confidence(s.verdict.confidence);
+    const std::string at = compare::at_confidence(s.verdict.confidence);
     study::PointResult r;
-    std::vector<study::ComparisonRow> metrics = metric_rows(s, o), claims = claim_rows(s, o);
+    std::vector<compare::ComparisonRow> metrics = metric_rows(s, o), claims = claim_rows(s, o);
     s.annotations.apply("metrics", metrics);
     s.annotations.apply("claims", claims);
-    r.tables = {study::comparison_table("metrics", "accuracy and sensitivity, means over realisations" + at, metrics,
-                                        o.trials(), 0, true),
+    r.tables = {compare::comparison_table("metrics", "accuracy and sensitivity, means over realisations" + at, metrics,
+                                          o.trials(), 0, true),
                 alarms_table(s, o),
                 delay_table(s, o),
                 blame_table(s, o),
-                study::comparison_table("claims", "what the source says of the two architectures" + at, claims,
-                                        o.trials(), 0, true),
+                compare::comparison_table("claims", "what the source says of the two architectures" + at, claims,
+                                          o.trials(), 0, true),
                 model_table(s, shown.model)};
     if (s.series_every > 0) r.tables.push_back(shown.series);
     if (!s.operating.empty()) r.tables.push_back(operating_table(s, o));

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "compare/comparison.h"
+#include "compare/table_rows.h"
 #include "drift_monitoring/scenario.h"
 #include "monitoring/alarm_tests.h"
 #include "monitoring/metrics.h"
 #include "stats/layout.h"
-#include "study/comparison.h"
 #include "study/experiment.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::drift_monitoring {
 
@@ -127,9 +127,9 @@ class Outcomes {
   const std::vector<double>& rows_;
 };
 
-std::vector<study::ComparisonRow> metric_rows(const Scenario& s, const Outcomes& o);
+std::vector<compare::ComparisonRow> metric_rows(const Scenario& s, const Outcomes& o);
 /// The paper's qualitative claims: "agrees" where the interval (with one realisation: the value) confirms them.
-std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& o);
+std::vector<compare::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& o);
 
 /// Hours from the start of a sensor's drift to its first alarm by a method, rising; a miss is infinite.
 struct Delays {
@@ -142,8 +142,8 @@ Delays delays_of(const Scenario& s, const Outcomes& o, std::size_t method, std::
 std::uint64_t count_blames(const Scenario& s, const Outcomes& o, std::size_t method);
 
 /// Columns that several tables have: quantiles of delays; trials and failed.
-void write_delays(study::TableRows& t, const Delays& delays, double confidence);
-void write_counts(study::TableRows& t, const Outcomes& o);
+void write_delays(compare::TableRows& t, const Delays& delays, double confidence);
+void write_counts(compare::TableRows& t, const Outcomes& o);
 
 store::Table alarms_table(const Scenario& s, const Outcomes& o);
 store::Table delay_table(const Scenario& s, const Outcomes& o);

@@ -6,15 +6,15 @@
 #include <fmt/ranges.h>
 
 #include "base/units.h"
+#include "compare/table_rows.h"
 #include "drift_monitoring/study.h"
 #include "stats/order_statistics.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::drift_monitoring {
 namespace {
 
 /// Events per hour of exposure, with the exact interval of a Poisson count.
-void write_rate(study::TableRows& t, const char* name, const char* meaning, std::uint64_t count, double hours,
+void write_rate(compare::TableRows& t, const char* name, const char* meaning, std::uint64_t count, double hours,
                 double confidence) {
   const double n = static_cast<double>(count), tail = (1 - confidence) / 2;
   t.estimate(name, "1/h", meaning, n / hours,
@@ -30,7 +30,7 @@ void for_methods_and_sensors(const Scenario& s, Each each) {
 
 }  // namespace
 
-void write_counts(study::TableRows& t, const Outcomes& o) {
+void write_counts(compare::TableRows& t, const Outcomes& o) {
   t.count("trials", "realisations", o.trials());
   t.count("failed", "realisations without a result", 0);
 }
@@ -58,7 +58,7 @@ std::uint64_t count_blames(const Scenario& s, const Outcomes& o, std::size_t met
   return count;
 }
 
-void write_delays(study::TableRows& t, const Delays& d, double confidence) {
+void write_delays(compare::TableRows& t, const Delays& d, double confidence) {
   t.number("delay_q05_h", "h", "quantile of the delay, 5 %", stats::sorted_quantile(d.sorted, 0.05));
   t.estimate("delay_q50_h", "h", "median of the delay", stats::sorted_quantile(d.sorted, 0.5),
              stats::median_interval(d.sorted, confidence));
@@ -67,8 +67,8 @@ void write_delays(study::TableRows& t, const Delays& d, double confidence) {
 
 store::Table alarms_table(const Scenario& s, const Outcomes& o) {
   const double confidence = s.verdict.confidence;
-  study::TableRows t("alarms",
-                     "alarms of every sensor; the first realisation, and all" + study::at_confidence(confidence));
+  compare::TableRows t("alarms",
+                       "alarms of every sensor; the first realisation, and all" + compare::at_confidence(confidence));
   // Hours without samples (gaps of a file) are not monitored.
   const double sample_h = s.data.simulated() ? s.data.sample_s / 3600 : s.data.file->found.median_step_h;
   for_methods_and_sensors(s, [&](std::size_t m, std::size_t j) {
@@ -107,9 +107,9 @@ store::Table alarms_table(const Scenario& s, const Outcomes& o) {
 
 store::Table delay_table(const Scenario& s, const Outcomes& o) {
   const double confidence = s.verdict.confidence, ramp = s.data.test_end_h - s.start_h;
-  study::TableRows t("delay",
-                     "hours from the start of a drift to the first alarm of its sensor; a miss counts as infinite" +
-                         study::at_confidence(confidence));
+  compare::TableRows t("delay",
+                       "hours from the start of a drift to the first alarm of its sensor; a miss counts as infinite" +
+                           compare::at_confidence(confidence));
   for_methods_and_sensors(s, [&](std::size_t m, std::size_t j) {
     const double amplitude = s.amplitude[static_cast<Eigen::Index>(j)];
     if (amplitude == 0 && s.any_drifts()) return;
@@ -129,8 +129,8 @@ store::Table delay_table(const Scenario& s, const Outcomes& o) {
 }
 
 store::Table blame_table(const Scenario& s, const Outcomes& o) {
-  study::TableRows t(
-      "blame", "realisations in which a healthy sensor raised an alarm" + study::at_confidence(s.verdict.confidence));
+  compare::TableRows t(
+      "blame", "realisations in which a healthy sensor raised an alarm" + compare::at_confidence(s.verdict.confidence));
   for (std::size_t m = 0; m < s.methods.size(); ++m) {
     std::uint64_t found = 0;
     for (std::size_t i = 0; i < o.trials(); ++i) {
@@ -151,7 +151,7 @@ store::Table blame_table(const Scenario& s, const Outcomes& o) {
 }
 
 store::Table model_table(const Scenario& s, const TrainedModel& m) {
-  study::TableRows t(
+  compare::TableRows t(
       "model", "the model of the first realisation, for [model] file: scaling in the sensors' units, memory in z");
   const auto put = [&](const char* item, const Eigen::RowVectorXd& x) {
     t.word("item", "mean, sd, bandwidth (z), then memory vectors (z)", item);
@@ -166,9 +166,9 @@ store::Table model_table(const Scenario& s, const TrainedModel& m) {
 }
 
 store::Table bandwidth_table(const Scenario& s) {
-  study::TableRows t("bandwidth",
-                     "cross-validation of the kernel's bandwidth on the training data of the first realisation");
-  study::write_rows(t, s.searched, [&](const monitoring::BandwidthScore& b) {
+  compare::TableRows t("bandwidth",
+                       "cross-validation of the kernel's bandwidth on the training data of the first realisation");
+  compare::write_rows(t, s.searched, [&](const monitoring::BandwidthScore& b) {
     t.number("bandwidth_z", "1", "h", b.bandwidth);
     t.number("mse_measured_z2", "1", "mean square error against the readings left out", b.mse_measured);
     t.number("mse_truth_z2", "1", "the same against readings without noise, where they are known", b.mse_truth);
@@ -179,7 +179,7 @@ store::Table bandwidth_table(const Scenario& s) {
 
 store::Table data_quality_table(const MonitoringData& d) {
   const config::SensorQuality& found = d.file->found;
-  study::TableRows t("data_quality", "what was wrong with the rows of the file");
+  compare::TableRows t("data_quality", "what was wrong with the rows of the file");
   const auto put = [&](const std::string& kind, std::uint64_t rows, const std::string& action,
                        const std::vector<std::int64_t>& lines = {}) {
     t.word("finding", "kind of defect, or gap", kind);

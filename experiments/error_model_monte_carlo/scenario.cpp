@@ -6,9 +6,10 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "compare/trial_plan.h"
+#include "compare/verdict_stop.h"
 #include "propagate/source_moments.h"
-#include "study/scenario.h"
-#include "study/verdict_stop.h"
+#include "scenario/scenario.h"
 #include "survey/minimum_curvature.h"
 #include "survey/survey.h"
 
@@ -88,7 +89,7 @@ void read_sources(config::ConfigReader& c, Scenario& s) {
   s.sources = Sources::listed;
   for (const std::string& code : words) {
     c.require(
-        study::has_source(s.tools, code), key,
+        scenario::has_source(s.tools, code), key,
         fmt::format("no model here has \"{}\"; must be \"total\", \"each\", \"quadrature\", or a list of codes of "
                     "the model (surveymc models shows them)",
                     code));
@@ -110,8 +111,8 @@ std::vector<std::string> read_formulations(config::ConfigReader& c) {
   return out;
 }
 
-std::vector<study::RowName> row_names() {
-  std::vector<study::RowName> rows;
+std::vector<compare::RowName> row_names() {
+  std::vector<compare::RowName> rows;
   for (const char* d : {"north", "east", "vertical"}) rows.push_back({"axes", "", std::string("mean_") + d});
   for (const std::string& f : kFormulations) {
     const auto add = [&](const char* table, std::initializer_list<const char*> quantities) {
@@ -129,9 +130,9 @@ std::vector<study::RowName> row_names() {
 }
 
 /// Those that trials can decide, and whose intervals may hold at all looks.
-std::vector<study::RowName> judged_rows(const std::vector<std::string>& formulations) {
-  std::vector<study::RowName> rows = row_names();
-  std::erase_if(rows, [&](const study::RowName& r) {
+std::vector<compare::RowName> judged_rows(const std::vector<std::string>& formulations) {
+  std::vector<compare::RowName> rows = row_names();
+  std::erase_if(rows, [&](const compare::RowName& r) {
     return r.table == "ellipse" || r.table == "by_source" || r.quantity == "nees" ||
            (!r.formulation.empty() &&
             std::find(formulations.begin(), formulations.end(), r.formulation) == formulations.end());
@@ -148,21 +149,21 @@ bool is_for_quadrature(const propagate::ErrorSource& source) {
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
-  s.field = study::read_field(c);
+  s.field = scenario::read_field(c);
   const bool made = c.has("well.inclination_deg") || c.has("well.length_m");
   if (made) {
     c.require(!c.has("survey.file"), "survey.file", "not together with [well], a made-up one");
     s.survey = read_made_well(c);
     s.tvd = survey::true_vertical_depths(s.survey);
   } else {
-    s.survey = study::read_survey(c, s.field, false);
-    s.tvd = study::read_true_vertical_depths(c, s.survey);
+    s.survey = scenario::read_survey(c, s.field, false);
+    s.tvd = scenario::read_true_vertical_depths(c, s.survey);
   }
-  s.tools = study::read_tool_runs(c, s.survey);
-  s.latitude = study::read_latitude(c, study::models_of(s.tools));
+  s.tools = scenario::read_tool_runs(c, s.survey);
+  s.latitude = scenario::read_latitude(c, scenario::models_of(s.tools));
   s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
-  study::read_outside_range(c, s.survey, s.tools.runs, s.validity);
-  study::warn_of_idle_terms(c, s.tools, s.field, s.latitude);
+  scenario::read_outside_range(c, s.survey, s.tools.runs, s.validity);
+  scenario::warn_of_idle_terms(c, s.tools, s.field, s.latitude);
   s.model_place = c.place("error_model");
   s.multiplier = c.number("errors.multiplier", {0, 1000, true, false}, 1);
   s.vertical = c.choice("errors.vertical", {"tilt", "azimuth"}, "tilt") == "tilt" ? propagate::VerticalRule::tilt
@@ -171,8 +172,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.formulations = read_formulations(c);
   s.antithetic = c.boolean("antithetic", false);
   if (s.samples()) {
-    s.verdict = study::read_verdict_rule(c);
-    s.trial_plan = study::read_verdict_plan(c, judged_rows(s.formulations), s.verdict, {20});
+    s.verdict = compare::read_verdict_rule(c);
+    s.trial_plan = compare::read_verdict_plan(c, judged_rows(s.formulations), s.verdict, {20});
     s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
     c.require(!s.antithetic || s.trial_plan.trials % 2 == 0, s.trial_plan.looks.empty() ? "trials" : "stop.max_trials",
               "must be even where antithetic = true: trials come in pairs");
@@ -182,8 +183,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     if (c.has("save_samples")) c.integer("save_samples", 0, 1'000'000);
   }
   s.report_md = read_report_depths(c, s.survey);
-  if (!s.samples()) s.verdict = study::read_verdict_rule(c);
-  s.annotations = study::Annotations::read(c, row_names());
+  if (!s.samples()) s.verdict = compare::read_verdict_rule(c);
+  s.annotations = compare::Annotations::read(c, row_names());
   c.finish();
   return s;
 }

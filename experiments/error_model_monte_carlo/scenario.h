@@ -3,12 +3,12 @@
 #include <string>
 #include <vector>
 
+#include "compare/annotations.h"
+#include "compare/trial_plan.h"
+#include "compare/verdict.h"
 #include "propagate/well_errors.h"
 #include "random/study_id.h"
-#include "study/annotations.h"
-#include "study/error_models.h"
-#include "study/scenario.h"
-#include "study/verdict.h"
+#include "scenario/error_models.h"
 
 namespace surveymc::studies::error_model_monte_carlo {
 
@@ -22,14 +22,14 @@ enum class Sources {
 
 struct Scenario {
   random::StudySeed seed;
-  study::TrialPlan trial_plan;  ///< no trials by quadrature
+  compare::TrialPlan trial_plan;  ///< no trials by quadrature
   std::uint64_t save_samples = 0;
   bool antithetic = false;
   survey::ReferenceField field;
   double latitude = 0;  ///< rad; NaN where no model needs it
   survey::Survey survey;
   std::vector<double> tvd;  ///< m
-  study::ToolRuns tools;
+  scenario::ToolRuns tools;
   std::vector<propagate::Validity> validity;
   double multiplier = 1;
   propagate::VerticalRule vertical = propagate::VerticalRule::tilt;
@@ -37,8 +37,8 @@ struct Scenario {
   std::vector<std::string> listed;  ///< codes, with Sources::listed
   std::vector<std::string> formulations;
   std::vector<double> report_md;  ///< m, rising
-  study::VerdictRule verdict;
-  study::Annotations annotations;
+  compare::VerdictRule verdict;
+  compare::Annotations annotations;
   config::ConfigPlace model_place;
 
   bool samples() const { return sources != Sources::quadrature; }

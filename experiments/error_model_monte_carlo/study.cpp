@@ -21,12 +21,12 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "compare/position_comparison.h"
 #include "propagate/ellipse.h"
 #include "propagate/hole_direction.h"
 #include "random/study_stream.h"
+#include "scenario/validity_tables.h"
 #include "stats/antithetic.h"
-#include "study/position_comparison.h"
-#include "study/validity_tables.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::studies::error_model_monte_carlo {
@@ -83,13 +83,13 @@ ErrorModelMonteCarlo::ErrorModelMonteCarlo(Scenario scenario)
           propagate::well_errors(s_.survey, s_.tvd, s_.tools.runs, s_.field, s_.latitude, s_.multiplier, s_.vertical)),
       stop_({}, s_.verdict, {}) {
   // A depth between stations needs the one below it, too.
-  study::require_drawable(s_.model_place, errors_, propagate::point_at(s_.survey, s_.report_md.back()).station);
+  scenario::require_drawable(s_.model_place, errors_, propagate::point_at(s_.survey, s_.report_md.back()).station);
   predict();
   predict_sources();
   plan_draws();
   const std::size_t controlled = quantities_.size(), depths = depths_.size();
-  stop_ = study::VerdictStop(s_.trial_plan, s_.verdict, [this](const stats::Tally& t) { return judged_rows(t); },
-                             {depths, depths, controlled, s_.antithetic ? controlled + depths : 0, 0, true});
+  stop_ = compare::VerdictStop(s_.trial_plan, s_.verdict, [this](const stats::Tally& t) { return judged_rows(t); },
+                               {depths, depths, controlled, s_.antithetic ? controlled + depths : 0, 0, true});
 }
 
 void ErrorModelMonteCarlo::predict() {
@@ -307,7 +307,7 @@ stats::Tally ErrorModelMonteCarlo::run_block(montecarlo::TrialBlock block) const
         values(t, column_of(f, 0)) = r.dot(p.weight * r) - linear.dot(p.weight * linear);
         values(t, column_of(f, 1)) = horizontal;
         for (int a = 0; a < 2; ++a) values(t, column_of(f, 2 + a)) = p.horizontal_axes.col(a).dot(h);
-        study::count_inside(horizontal, tally.counts.data() + 3 * (d * s_.formulations.size() + f));
+        compare::count_inside(horizontal, tally.counts.data() + 3 * (d * s_.formulations.size() + f));
       }
     }
     tally.groups.push_back(stats::Moments::of(values));
@@ -335,7 +335,7 @@ ErrorModelMonteCarlo::Found ErrorModelMonteCarlo::found(const stats::Tally& tall
   // The known mean of a control is that over all trials: where some failed, it serves no more.
   const bool plain = tally.failed > 0;
   out.sd =
-      plain ? study::Estimate{sd.plain, sd.plain_interval} : study::Estimate{sd.controlled, sd.controlled_interval};
+      plain ? compare::Estimate{sd.plain, sd.plain_interval} : compare::Estimate{sd.controlled, sd.controlled_interval};
   // A path that is linear in the draws leaves no residual, whose variance may be rounding below zero.
   const auto without_residual = [](stats::Interval& i, double value) {
     if (std::isfinite(value) && !(std::isfinite(i.lo) && std::isfinite(i.hi))) i = {value, value};
@@ -374,10 +374,10 @@ study::PointResult ErrorModelMonteCarlo::report(const stats::Tally& tally, const
   r.tables.push_back(covariance_table(tally));
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
   if (s_.sources == Sources::each) r.tables.push_back(additivity_table(tally));
-  r.tables.push_back(study::validity_table(s_.survey, s_.tools, s_.validity));
+  r.tables.push_back(scenario::validity_table(s_.survey, s_.tools, s_.validity));
   r.tables.push_back(
-      study::validity_warnings_table("covariances", study::validity_warnings(s_.survey, s_.tools, s_.validity)));
-  if (s_.save_samples > 0 && s_.samples()) r.samples = {study::position_samples_table(tally.samples)};
+      scenario::validity_warnings_table("covariances", scenario::validity_warnings(s_.survey, s_.tools, s_.validity)));
+  if (s_.save_samples > 0 && s_.samples()) r.samples = {compare::position_samples_table(tally.samples)};
   return r;
 }
 

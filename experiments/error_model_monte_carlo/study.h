@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "compare/comparison.h"
+#include "compare/verdict_stop.h"
 #include "error_model_monte_carlo/scenario.h"
 #include "propagate/drawn_well.h"
 #include "propagate/second_order.h"
 #include "stats/control_variate.h"
-#include "study/comparison.h"
 #include "study/experiment.h"
-#include "study/verdict_stop.h"
 
 namespace surveymc::studies::error_model_monte_carlo {
 
@@ -68,7 +68,7 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
 
  private:
   struct Found {
-    study::Estimate sd;
+    compare::Estimate sd;
     stats::SampleSummary mean;  ///< of the error along the direction; its interval is the controlled one
   };
 
@@ -83,10 +83,10 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
 
   /// Tells rows of one name apart, where there are several depths.
   std::string place(std::size_t depth) const;
-  study::RowsOfTables judged_rows(const stats::Tally& tally) const;
-  std::vector<study::ComparisonRow> axes_rows(const stats::Tally& tally, std::size_t depth) const;
-  std::vector<study::ComparisonRow> directions_rows(const stats::Tally& tally, std::size_t depth,
-                                                    bool along_hole) const;
+  compare::RowsOfTables judged_rows(const stats::Tally& tally) const;
+  std::vector<compare::ComparisonRow> axes_rows(const stats::Tally& tally, std::size_t depth) const;
+  std::vector<compare::ComparisonRow> directions_rows(const stats::Tally& tally, std::size_t depth,
+                                                      bool along_hole) const;
   /// axes, position and position_hla.
   std::vector<store::Table> judged_tables(const stats::Tally& tally) const;
   store::Table by_source_table(const stats::Tally& tally) const;
@@ -109,7 +109,7 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   std::vector<std::vector<std::size_t>> nev_, axes_, whole_axes_;
   std::vector<std::size_t> hla_, whole_sd_;  ///< whole_sd_: along the axes of the control
   std::vector<std::vector<std::vector<std::size_t>>> along_;
-  study::VerdictStop stop_;
+  compare::VerdictStop stop_;
 };
 
 }  // namespace surveymc::studies::error_model_monte_carlo

@@ -6,12 +6,12 @@
 
 #include "base/standard_deviation.h"
 #include "base/units.h"
+#include "compare/position_comparison.h"
+#include "compare/table_rows.h"
 #include "error_model_monte_carlo/study.h"
 #include "propagate/ellipse.h"
 #include "stats/antithetic.h"
 #include "stats/tests.h"
-#include "study/position_comparison.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::error_model_monte_carlo {
 
@@ -24,10 +24,10 @@ constexpr std::array<const char*, 3> kNev{"north", "east", "vertical"};
 constexpr std::array<const char*, 3> kHla{"high_side", "lateral", "along_hole"};
 
 /// No verdict on a direction that first order does not reach. `of`: the largest sd; NaN where there is no prediction.
-void unless_reached(study::ComparisonRow& row, double predicted, double of) {
+void unless_reached(compare::ComparisonRow& row, double predicted, double of) {
   if (predicted > 1e-12 * of || std::isnan(of)) return;
   row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = kNaN;
-  study::leave_unjudged(row, "zero to first order");
+  compare::leave_unjudged(row, "zero to first order");
 }
 
 /// sqrt(u' C u); NaN where it is none.
@@ -42,57 +42,57 @@ std::string ErrorModelMonteCarlo::place(std::size_t depth) const {
   return depths_.size() > 1 ? fmt::format("{:.10g} m", depths_[depth].md) : std::string();
 }
 
-std::vector<study::ComparisonRow> ErrorModelMonteCarlo::axes_rows(const stats::Tally& tally, std::size_t d) const {
+std::vector<compare::ComparisonRow> ErrorModelMonteCarlo::axes_rows(const stats::Tally& tally, std::size_t d) const {
   const Depth& depth = depths_[d];
-  std::vector<study::ComparisonRow> rows;
+  std::vector<compare::ComparisonRow> rows;
   for (int a = 0; a < 3; ++a)
-    rows.push_back(study::compare_mean(std::string("mean_") + kNev[static_cast<std::size_t>(a)], "m",
-                                       found(tally, nev_[0][d] + static_cast<std::size_t>(a)).mean, depth.truth[a],
-                                       depth.truth[a], s_.verdict, tally.trials));
+    rows.push_back(compare::compare_mean(std::string("mean_") + kNev[static_cast<std::size_t>(a)], "m",
+                                         found(tally, nev_[0][d] + static_cast<std::size_t>(a)).mean, depth.truth[a],
+                                         depth.truth[a], s_.verdict, tally.trials));
   for (std::size_t f = 0; f < s_.formulations.size(); ++f) {
     const Formulation& p = depth.formulations[f];
-    std::vector<study::ComparisonRow> means;
+    std::vector<compare::ComparisonRow> means;
     for (int a = 0; a < 3; ++a) {
       const Found x = found(tally, axes_[f][d] + static_cast<std::size_t>(a));
-      study::ComparisonRow row =
-          study::labelled(p.name, study::compare_value(fmt::format("sd_axis_{}", a + 1), "m", x.sd, p.sd[a], s_.verdict,
-                                                       tally.trials, units(tally)));
+      compare::ComparisonRow row =
+          compare::labelled(p.name, compare::compare_value(fmt::format("sd_axis_{}", a + 1), "m", x.sd, p.sd[a],
+                                                           s_.verdict, tally.trials, units(tally)));
       if (p.is_first_order()) unless_reached(row, p.sd[a], p.sd[0]);
       rows.push_back(row);
       means.push_back(
-          study::labelled(p.name, study::compare_mean(fmt::format("mean_axis_{}", a + 1), "m", x.mean, 0,
-                                                      p.axes.col(a).dot(p.mean), s_.verdict, tally.trials)));
+          compare::labelled(p.name, compare::compare_mean(fmt::format("mean_axis_{}", a + 1), "m", x.mean, 0,
+                                                          p.axes.col(a).dot(p.mean), s_.verdict, tally.trials)));
     }
     rows.insert(rows.end(), means.begin(), means.end());
     if (!p.is_first_order() || !p.weight.allFinite()) continue;
     // NEES = that of the control, whose mean is known, and the mean of the difference.
     stats::SampleSummary nees = summary_of(tally, d, 3 + 4 * static_cast<Eigen::Index>(f));
     nees.mean += (p.weight * drawn_[0].control[d]).trace();
-    rows.push_back(study::labelled(p.name, study::compare_nees("nees", nees, 3, s_.verdict, tally.trials)));
+    rows.push_back(compare::labelled(p.name, compare::compare_nees("nees", nees, 3, s_.verdict, tally.trials)));
   }
   return rows;
 }
 
-std::vector<study::ComparisonRow> ErrorModelMonteCarlo::directions_rows(const stats::Tally& tally, std::size_t d,
-                                                                        bool along_hole) const {
-  std::vector<study::ComparisonRow> rows;
+std::vector<compare::ComparisonRow> ErrorModelMonteCarlo::directions_rows(const stats::Tally& tally, std::size_t d,
+                                                                          bool along_hole) const {
+  std::vector<compare::ComparisonRow> rows;
   for (const Formulation& p : depths_[d].formulations)
     for (int a = 0; a < 3; ++a) {
       const Vector3d direction = along_hole ? Vector3d(depths_[d].hla.row(a)) : Vector3d(Vector3d::Unit(a));
       const std::size_t quantity = (along_hole ? hla_[d] : nev_[0][d]) + static_cast<std::size_t>(a);
       const double predicted = sd_along(p.covariance, direction);
-      study::ComparisonRow row = study::labelled(
+      compare::ComparisonRow row = compare::labelled(
           p.name,
-          study::compare_value(fmt::format("sd_{}", (along_hole ? kHla : kNev)[static_cast<std::size_t>(a)]), "m",
-                               found(tally, quantity).sd, predicted, s_.verdict, tally.trials, units(tally)));
+          compare::compare_value(fmt::format("sd_{}", (along_hole ? kHla : kNev)[static_cast<std::size_t>(a)]), "m",
+                                 found(tally, quantity).sd, predicted, s_.verdict, tally.trials, units(tally)));
       if (p.is_first_order()) unless_reached(row, predicted, p.sd[0]);
       rows.push_back(row);
     }
   return rows;
 }
 
-study::RowsOfTables ErrorModelMonteCarlo::judged_rows(const stats::Tally& tally) const {
-  study::RowsOfTables all;
+compare::RowsOfTables ErrorModelMonteCarlo::judged_rows(const stats::Tally& tally) const {
+  compare::RowsOfTables all;
   for (std::size_t d = 0; d < depths_.size(); ++d) {
     all.push_back({"axes", axes_rows(tally, d), place(d)});
     all.push_back({"position", directions_rows(tally, d, false), place(d)});
@@ -106,16 +106,16 @@ std::vector<store::Table> ErrorModelMonteCarlo::judged_tables(const stats::Tally
       "position errors along the axes of the predicted ellipsoids, largest first",
       "position errors north, east and down", "position errors along high side, lateral and hole"};
   std::vector<store::Table> tables(kLongNames.size());
-  study::RowsOfTables all = judged_rows(tally);
+  compare::RowsOfTables all = judged_rows(tally);
   for (std::size_t i = 0; i < all.size(); ++i) {  // the tables of one depth, then those of the next
     auto& [name, rows, place] = all[i];
     const std::size_t t = i % tables.size();
     stop_.add_notes(name, rows, tally, place);
     s_.annotations.apply(name, rows);
-    study::append_at_depth(tables[t],
-                           study::comparison_table(name, kLongNames[t] + study::at_confidence(s_.verdict), rows,
-                                                   tally.trials, tally.failed, true),
-                           depths_[i / tables.size()].md);
+    compare::append_at_depth(tables[t],
+                             compare::comparison_table(name, kLongNames[t] + compare::at_confidence(s_.verdict), rows,
+                                                       tally.trials, tally.failed, true),
+                             depths_[i / tables.size()].md);
   }
   return tables;
 }
@@ -128,7 +128,7 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
   if (!s_.samples())
     for (const std::size_t source : single_) exact.push_back(propagate::source_moments(errors_, points, source));
   for (std::size_t d = 0; d < depths_.size(); ++d) {
-    std::vector<study::ComparisonRow> rows;
+    std::vector<compare::ComparisonRow> rows;
     std::vector<std::string> codes, modes;  // beside the rows
     std::vector<double> across;
     std::array<std::vector<double>, 3> mean;
@@ -151,9 +151,9 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
           shift = exact[i][d].mean;
           square = exact[i][d].covariance.trace();
         }
-        std::vector<study::ComparisonRow> own;
+        std::vector<compare::ComparisonRow> own;
         for (std::size_t a = 0; a < p.axes.size(); ++a) {
-          study::Estimate sd;
+          compare::Estimate sd;
           if (s_.samples()) {
             sd = found(tally, along_[i][d][which] + a).sd;
           } else {
@@ -161,12 +161,12 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
             sd.interval = {sd.value, sd.value};
           }
           square -= sd.value * sd.value;
-          own.push_back(
-              study::labelled(f.name, study::compare_value(a == 0 ? "sd_along" : fmt::format("sd_along_{}", a + 1), "m",
-                                                           sd, p.sd[a], s_.verdict, tally.trials, units(tally))));
-          if (p.cancels) study::leave_unjudged(own.back(), "its effects nearly cancel here: not judged");
+          own.push_back(compare::labelled(
+              f.name, compare::compare_value(a == 0 ? "sd_along" : fmt::format("sd_along_{}", a + 1), "m", sd, p.sd[a],
+                                             s_.verdict, tally.trials, units(tally))));
+          if (p.cancels) compare::leave_unjudged(own.back(), "its effects nearly cancel here: not judged");
         }
-        for (study::ComparisonRow& row : own) {
+        for (compare::ComparisonRow& row : own) {
           rows.push_back(std::move(row));
           codes.push_back(source.code);
           modes.emplace_back(1, error_model::mode_letter(source.mode));
@@ -176,10 +176,10 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
       }
     }
     s_.annotations.apply("by_source", rows);
-    store::Table t = study::comparison_table(
+    store::Table t = compare::comparison_table(
         "by_source",
         (s_.samples() ? "position errors of single sources" : "position errors of single sources by quadrature") +
-            study::at_confidence(s_.verdict),
+            compare::at_confidence(s_.verdict),
         rows, tally.trials, tally.failed, true);
     t.columns.insert(t.columns.begin(), {{"source", "", "code of the error source", codes},
                                          {"mode", "", "how its errors go together: R, S, W or G", modes}});
@@ -187,29 +187,29 @@ store::Table ErrorModelMonteCarlo::by_source_table(const stats::Tally& tally) co
         {"across_m", "m", "one standard deviation across the compared axes, which first order has not", across});
     for (std::size_t a = 0; a < 3; ++a)
       t.columns.push_back({fmt::format("mean_{}_m", kNev[a]), "m", "mean shift", mean[a]});
-    study::append_at_depth(all, std::move(t), depths_[d].md);
+    compare::append_at_depth(all, std::move(t), depths_[d].md);
   }
   return all;
 }
 
 store::Table ErrorModelMonteCarlo::ellipse_table(const stats::Tally& tally) const {
-  study::TableRows t(
-      "ellipse", "horizontal one-sigma ellipses, and how Monte Carlo fills them" + study::at_confidence(s_.verdict));
+  compare::TableRows t(
+      "ellipse", "horizontal one-sigma ellipses, and how Monte Carlo fills them" + compare::at_confidence(s_.verdict));
   for (std::size_t d = 0; d < depths_.size() && units(tally) > 2; ++d) {
     const Depth& depth = depths_[d];
     const Eigen::Vector2d truth = depth.truth.head<2>();
-    const study::HorizontalSample sample{tally.trials,
-                                         tally.failed,
-                                         units(tally),
-                                         s_.antithetic,
-                                         truth + tally.groups[d].mean.head<2>(),
-                                         sample_covariance(tally, d).topLeftCorner<2, 2>()};
+    const compare::HorizontalSample sample{tally.trials,
+                                           tally.failed,
+                                           units(tally),
+                                           s_.antithetic,
+                                           truth + tally.groups[d].mean.head<2>(),
+                                           sample_covariance(tally, d).topLeftCorner<2, 2>()};
     t.number("md_m", "m", "measured depth", depth.md);
-    study::write_sample_ellipse(t, sample);
+    compare::write_sample_ellipse(t, sample);
     for (std::size_t f = 0; f < s_.formulations.size(); ++f) {
       const Formulation& p = depth.formulations[f];
       if (!p.is_first_order()) continue;
-      study::EllipseRow row{p.name, truth, p.covariance.topLeftCorner<2, 2>()};
+      compare::EllipseRow row{p.name, truth, p.covariance.topLeftCorner<2, 2>()};
       std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(3 * (d * s_.formulations.size() + f)), 3,
                   row.inside.begin());
       const Eigen::Index first = 3 + 4 * static_cast<Eigen::Index>(f);
@@ -220,17 +220,17 @@ store::Table ErrorModelMonteCarlo::ellipse_table(const stats::Tally& tally) cons
           s_.antithetic ? kNaN : stats::wishart_test(sample.covariance, row.predicted, sample.units).p_value;
       row.expected = s_.annotations.expected("ellipse", row.formulation, "ellipse");
       t.number("md_m", "m", "measured depth", depth.md);
-      study::write_ellipse(t, row, sample, s_.verdict);
+      compare::write_ellipse(t, row, sample, s_.verdict);
     }
   }
   return t.take([&] {
     t.number("md_m", "m", "measured depth", 0);
-    study::write_ellipse(t, {"", Eigen::Vector2d::Zero(), Eigen::Matrix2d::Zero()}, {}, s_.verdict);
+    compare::write_ellipse(t, {"", Eigen::Vector2d::Zero(), Eigen::Matrix2d::Zero()}, {}, s_.verdict);
   });
 }
 
 store::Table ErrorModelMonteCarlo::covariance_table(const stats::Tally& tally) const {
-  study::TableRows t("position_covariance", "covariance of the position, true north");
+  compare::TableRows t("position_covariance", "covariance of the position, true north");
   for (std::size_t d = 0; d < depths_.size(); ++d) {
     const auto row = [&](const std::string& name, const Matrix3d& c) {
       t.number("md_m", "m", "measured depth", depths_[d].md);
@@ -244,18 +244,18 @@ store::Table ErrorModelMonteCarlo::covariance_table(const stats::Tally& tally) c
 }
 
 store::Table ErrorModelMonteCarlo::additivity_table(const stats::Tally& tally) const {
-  study::TableRows t(
+  compare::TableRows t(
       "additivity",
       "the whole model against the sum of its sources' covariances, each by Monte Carlo, along the axes of "
       "minimum_curvature" +
-          study::at_confidence(s_.verdict));
+          compare::at_confidence(s_.verdict));
   for (std::size_t d = 0; d < depths_.size(); ++d) {
     const Matrix3d axes = propagate::ellipsoid(drawn_[0].control[d]).axes;
     for (int a = 0; a < 3; ++a) {
       const Vector3d u = axes.col(a);
       double sum = 0, square = 0;  // of variances, and of their half widths
       for (std::size_t i = 0; i < single_.size(); ++i) {
-        const study::Estimate sd = found(tally, whole_axes_[i][d] + static_cast<std::size_t>(a)).sd;
+        const compare::Estimate sd = found(tally, whole_axes_[i][d] + static_cast<std::size_t>(a)).sd;
         sum += sd.value * sd.value;
         square += std::pow((sd.interval.hi - sd.interval.lo) * sd.value, 2);
       }

@@ -13,14 +13,15 @@
 #include "chained/mode_search.h"
 #include "chained/reading_tests.h"
 #include "chained/smoother.h"
+#include "compare/table_rows.h"
+#include "compare/verdict.h"
 #include "config/readings_csv.h"
 #include "estimate/tables.h"
+#include "scenario/chain_sizes.h"
+#include "scenario/scenario.h"
+#include "scenario/told_inputs.h"
 #include "stats/intervals.h"
 #include "stats/normal_tail.h"
-#include "study/chain_sizes.h"
-#include "study/scenario.h"
-#include "study/table_rows.h"
-#include "study/told_inputs.h"
 
 namespace surveymc::studies::estimate {
 namespace {
@@ -41,20 +42,20 @@ struct Run {
 
 Run read_run(config::ConfigReader& c) {
   Run r;
-  r.field = study::read_field(c);
+  r.field = scenario::read_field(c);
   const bool gravity = c.choice("accelerometers", {"gravity", "specific_force"}, "gravity") == "gravity";
   r.file = config::readings_from_table(
-      study::read_readings_table(c),
+      scenario::read_readings_table(c),
       {gravity ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force, r.field.gravity,
        r.field.total, 1});
-  study::tell_readings(c, r.file, r.field);
+  scenario::tell_readings(c, r.file, r.field);
   r.accelerometer_sign = -r.file.accelerometer_sign;
   for (std::size_t k = 0; k < r.file.md.size(); ++k) {
     const survey::Vec3<double>&g = r.file.gravity_T[k], &b = r.file.magnetic_T[k];
     r.readings.y.push_back({-g.x, -g.y, -g.z, b.x, b.y, b.z});
   }
   const bool chained = c.choice("estimator.references", {"chained", "independent"}, "chained") == "chained";
-  const chained::ChainSizes sizes = study::read_chain_sizes(c, r.field, !chained);
+  const chained::ChainSizes sizes = scenario::read_chain_sizes(c, r.field, !chained);
   const auto stations = static_cast<std::int64_t>(r.file.md.size());
   const int offset_stations = static_cast<int>(c.integer("model.offset_stations", 1, 100'000, stations));
   r.model = chained::make_model(sizes, offset_stations,
@@ -118,7 +119,7 @@ double degrees_of(double angle) {
 }
 
 store::Table stations_table(const Run& r, const Answer& a) {
-  study::TableRows t("stations", "attitude of every station, one standard deviation each");
+  compare::TableRows t("stations", "attitude of every station, one standard deviation each");
   const auto angle = [&](const char* name, const char* meaning, double x) { t.number(name, "deg", meaning, x); };
   for (std::size_t k = 0; k < r.readings.y.size(); ++k) {
     const chained::StationEstimate& s = a.solution.stations[k];
@@ -156,11 +157,11 @@ store::Table parameters_table(const Run& r, const Answer& a) {
                                                                          "bias_x_nT",
                                                                          "bias_y_nT",
                                                                          "bias_z_nT"};
-  study::TableRows t(
+  compare::TableRows t(
       "parameters",
       "errors of the reference (truth less reference) and biases of the sensors (in the sign of the file), "
       "station by station" +
-          study::at_confidence(r.confidence));
+          compare::at_confidence(r.confidence));
   const double z = stats::normal_quantile((1 + r.confidence) / 2);
   for (std::size_t k = 0; k < r.readings.y.size(); ++k)
     for (std::size_t i = 0; i < chained::kChainStates; ++i) {
@@ -182,7 +183,7 @@ store::Table parameters_table(const Run& r, const Answer& a) {
 }
 
 store::Table fit_table(const Run& r, const Answer& a) {
-  study::TableRows t("fit", "the minimum, and whether there is another");
+  compare::TableRows t("fit", "the minimum, and whether there is another");
   const double equations = 3.0 * r.readings.stations();
   const chained::Solution& best = a.modes.modes.front();
   t.count("stations", "stations of the run", r.readings.stations());
@@ -199,7 +200,7 @@ store::Table fit_table(const Run& r, const Answer& a) {
 
 /// Every minimum of the smoother, so that a user who knows the well can choose.
 store::Table modes_table(const Run& r, const Answer& a) {
-  study::TableRows t("modes", "minima of the smoother, lowest cost first; bias_z is the mean over the stations");
+  compare::TableRows t("modes", "minima of the smoother, lowest cost first; bias_z is the mean over the stations");
   for (std::size_t i = 0; i < a.modes.modes.size(); ++i) {
     const chained::Solution& m = a.modes.modes[i];
     double bias = 0;
@@ -221,11 +222,11 @@ store::Table modes_table(const Run& r, const Answer& a) {
 
 /// Whether the claims hold, and the intervals that hold where the claims do not.
 store::Table profile_table(const Run& r, const Answer& a) {
-  study::TableRows t(
+  compare::TableRows t(
       "profile",
       "the smoother's claims against the cost, minimised at values of the station's axial bias; azimuth: by the "
       "covariance where the claims hold, else by the mixture over the bias" +
-          study::at_confidence(r.confidence));
+          compare::at_confidence(r.confidence));
   const auto angle = [&](const char* name, const char* meaning, double x) { t.number(name, "deg", meaning, x); };
   for (const chained::AxialProfile& p : a.profiles) {
     t.count("station", "number of the station, from 1", p.station + 1);
@@ -281,7 +282,7 @@ store::Table tests_table(const Run& r, const Answer& a) {
                       : a.suspect.dominant ? "the suspect; it dominates its station clearly"
                                            : "the station is suspect; which of its readings is not clear"});
     }
-  study::TableRows t("tests", "does the run as a whole, and does every reading, fit the model");
+  compare::TableRows t("tests", "does the run as a whole, and does every reading, fit the model");
   for (const TestRow& x : rows) {
     t.word("test", "cost (chi-squared of the run) or reading (w, standard normal)", x.test);
     t.count("station", "number of the station, from 1; 0 for the run as a whole", x.station);

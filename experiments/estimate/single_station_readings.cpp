@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "compare/table_rows.h"
+#include "compare/verdict.h"
 #include "estimate/tables.h"
+#include "scenario/station_sigmas.h"
 #include "stats/intervals.h"
-#include "study/station_sigmas.h"
-#include "study/table_rows.h"
-#include "study/verdict.h"
 
 namespace surveymc::studies::estimate {
 namespace {
@@ -60,12 +60,12 @@ bool estimates_axial(StationMethod m) {
 
 store::Table stations_table(const std::vector<SolvedStation>& stations, const survey::ReferenceField& field,
                             StationMethod method, double confidence) {
-  study::TableRows t("stations", fmt::format("every station by itself, method {}{}",
-                                             single_station::station_method_names()[static_cast<std::size_t>(method)],
-                                             study::at_confidence(confidence)));
+  compare::TableRows t("stations", fmt::format("every station by itself, method {}{}",
+                                               single_station::station_method_names()[static_cast<std::size_t>(method)],
+                                               compare::at_confidence(confidence)));
   const bool axial = estimates_axial(method);
   const double z = stats::normal_quantile((1 + confidence) / 2);
-  study::write_rows(t, stations, [&](const SolvedStation& s) {
+  compare::write_rows(t, stations, [&](const SolvedStation& s) {
     const bool ok = s.solved.determined;
     const auto number = [&](const char* name, const char* unit, const char* meaning, double x,
                             const char* ancillary = "") { t.number(name, unit, meaning, ok ? x : kNaN, ancillary); };
@@ -81,9 +81,9 @@ store::Table stations_table(const std::vector<SolvedStation>& stations, const su
            sd_of(StationQuantity::toolface) / kDegree);
     t.number("raw_azimuth_magnetic_deg", "deg", "of the readings as they are (basic), from magnetic north",
              s.raw.determined ? s.raw.attitude.azimuth / kDegree : kNaN);
-    number("azimuth_magnetic_deg", "deg", "from magnetic north", study::turn_in_degrees(at.azimuth));
-    number("azimuth_true_deg", "deg", "from true north", study::turn_in_degrees(true_azimuth));
-    number("azimuth_grid_deg", "deg", "from grid north", study::turn_in_degrees(true_azimuth - field.convergence));
+    number("azimuth_magnetic_deg", "deg", "from magnetic north", compare::turn_in_degrees(at.azimuth));
+    number("azimuth_true_deg", "deg", "from true north", compare::turn_in_degrees(true_azimuth));
+    number("azimuth_grid_deg", "deg", "from grid north", compare::turn_in_degrees(true_azimuth - field.convergence));
     number("azimuth_change_deg", "deg", "less that of the readings as they are",
            std::remainder((at.azimuth - s.raw.attitude.azimuth) / kDegree, 360.0));
     number("sd_azimuth_deg", "deg", "standard deviation; declination is taken as exact; inf in a vertical hole",
@@ -153,11 +153,11 @@ store::Table tests_table(const std::vector<SolvedStation>& stations, const singl
       normal("axial_magnetisation", k, ok ? s.solved.axial : kNaN, ok ? s.axial_sd_without : kNaN, "nT",
              rejected.axial);
   }
-  study::TableRows t(
+  compare::TableRows t(
       "tests",
       "quality control of every station: the readings as they are against the references, what the method "
       "leaves over, and whether there is a magnetisation");
-  study::write_rows(t, rows, [&](const StationTest& x) {
+  compare::write_rows(t, rows, [&](const StationTest& x) {
     t.word("test",
            "gravity, horizontal_field, vertical_field (readings less reference over its sd), fit "
            "(chi-squared of what the method leaves over), axial_magnetisation (Mz over its sd if none)",
@@ -229,12 +229,12 @@ StationEstimation read_station_estimation(config::ConfigReader& c) {
   how.method = single_station::station_method(
       name == "single_station" ? c.choice("estimator.method", {"basic", "optimising"}, "basic")
                                : c.choice("estimator.method", {"extended", "simple", "extended_bh"}, "extended"));
-  how.sigmas = study::read_station_sigmas(c);
+  how.sigmas = scenario::read_station_sigmas(c);
   if (estimates_axial(how.method) && how.method != StationMethod::simple)
     c.require(how.sigmas.axial > 0, c.has("sigma.axial_magnetisation_nT") ? "sigma.axial_magnetisation_nT" : "sigma",
               "axial_magnetisation_nT must be > 0: with 0 there is no magnetisation to correct for");
-  study::require_station_sigmas(c, c.has("estimator.method") ? "estimator.method" : "estimator.name", how.method,
-                                how.sigmas);
+  scenario::require_station_sigmas(c, c.has("estimator.method") ? "estimator.method" : "estimator.name", how.method,
+                                   how.sigmas);
   return how;
 }
 

@@ -13,9 +13,9 @@
 #include "estimate/chained_readings.h"
 #include "estimate/single_station_readings.h"
 #include "estimate/tables.h"
+#include "scenario/scenario.h"
+#include "scenario/told_inputs.h"
 #include "study/experiment.h"
-#include "study/scenario.h"
-#include "study/told_inputs.h"
 
 namespace surveymc::studies::estimate {
 namespace {
@@ -40,25 +40,25 @@ bool solves_by_station(config::ConfigReader& c) {
 }
 
 void read_run_estimator(config::ConfigReader& c, Scenario& s) {
-  s.noise = study::read_noise(c);
+  s.noise = scenario::read_noise(c);
   c.require(s.noise.magnetometer > 0, "noise.magnetometer_nT",
             "must be > 0: standard deviations and tests come from it");
   c.require(s.noise.law == sensor::NoiseLaw::gaussian, "noise.law",
             "must be \"gaussian\": intervals and tests are for it");
-  s.estimator =
-      study::read_estimator(c, analysis::input_errors(s.noise, {}, s.field), s.field, analysis::readings_estimators());
+  s.estimator = scenario::read_estimator(c, analysis::input_errors(s.noise, {}, s.field), s.field,
+                                         analysis::readings_estimators());
 }
 
 Scenario read_scenario(config::ConfigReader& c) {
   Scenario s;
-  s.field = study::read_field(c);
+  s.field = scenario::read_field(c);
   const bool by_station = solves_by_station(c);
   const std::string sign = c.choice("accelerometers", {"gravity", "specific_force"}, "gravity");
   s.readings = config::readings_from_table(
-      study::read_readings_table(c),
+      scenario::read_readings_table(c),
       {sign == "gravity" ? config::AccelerometerSign::gravity : config::AccelerometerSign::specific_force,
        s.field.gravity, s.field.total, by_station ? 1 : config::kFewestStations});
-  study::tell_readings(c, s.readings, s.field);
+  scenario::tell_readings(c, s.readings, s.field);
   if (by_station)
     s.by_station = read_station_estimation(c);
   else

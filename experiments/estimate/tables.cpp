@@ -6,9 +6,9 @@
 
 #include "base/standard_deviation.h"
 #include "base/units.h"
+#include "compare/table_rows.h"
+#include "compare/verdict.h"
 #include "stats/intervals.h"
-#include "study/table_rows.h"
-#include "study/verdict.h"
 
 namespace surveymc::studies::estimate {
 namespace {
@@ -18,7 +18,8 @@ std::string quantity(int parameter) {
 }
 
 store::Table parameters_table(const analysis::ReadingsAnalysis& a, const analysis::TestLevels& levels) {
-  study::TableRows t("parameters", "gains and biases of the magnetometers" + study::at_confidence(levels.confidence));
+  compare::TableRows t("parameters",
+                       "gains and biases of the magnetometers" + compare::at_confidence(levels.confidence));
   const double z = stats::normal_quantile((1 + levels.confidence) / 2), s0 = std::sqrt(a.tests.variance_factor());
   for (int i = 0; i < 6; ++i) {
     const double x = a.parameters[i], sd = std::sqrt(a.covariance(i, i));
@@ -48,7 +49,7 @@ store::Table parameters_table(const analysis::ReadingsAnalysis& a, const analysi
 }
 
 store::Table covariance_table(const analysis::ReadingsAnalysis& a) {
-  study::TableRows t("parameter_covariance", "covariance and correlation of the estimates by the a-priori noise");
+  compare::TableRows t("parameter_covariance", "covariance and correlation of the estimates by the a-priori noise");
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j <= i; ++j) {
       t.word("parameter_a", "first parameter", surveymc::estimate::parameter_name(j));
@@ -63,7 +64,7 @@ store::Table covariance_table(const analysis::ReadingsAnalysis& a) {
 
 store::Table observability_table(const analysis::ReadingsAnalysis& a) {
   const surveymc::estimate::Observability& o = a.observability;
-  study::TableRows t(
+  compare::TableRows t(
       "observability",
       "combinations of parameters, weakest first: singular vectors of the Jacobian with columns of unit length");
   for (int j = 0; j < 6; ++j) {
@@ -95,7 +96,7 @@ double degrees(double x) { return x / kDegree; }
 
 store::Table stations_table(const survey::SixAxisReadings& r, const survey::ReferenceField& field,
                             const analysis::ReadingsAnalysis& a) {
-  study::TableRows t("stations", "the survey before and after the correction, its covariance, and its residuals");
+  compare::TableRows t("stations", "the survey before and after the correction, its covariance, and its residuals");
   const auto angle = [&](const char* name, const char* meaning, double x) { t.number(name, "deg", meaning, x); };
   for (std::size_t k = 0; k < a.stations.size(); ++k) {
     const analysis::StationAnalysis& s = a.stations[k];
@@ -104,11 +105,12 @@ store::Table stations_table(const survey::SixAxisReadings& r, const survey::Refe
     angle("inclination_deg", "from the accelerometers: not corrected", degrees(s.corrected.inclination));
     angle("toolface_deg", "from the accelerometers, from the tool's y axis", degrees(s.corrected.toolface));
     angle("raw_azimuth_magnetic_deg", "of the readings as they are, from magnetic north",
-          study::turn_in_degrees(s.raw.azimuth));
-    angle("azimuth_magnetic_deg", "corrected, from magnetic north", study::turn_in_degrees(s.corrected.azimuth));
-    angle("raw_azimuth_true_deg", "of the readings as they are, from true north", study::turn_in_degrees(raw_true));
-    angle("azimuth_true_deg", "corrected, from true north", study::turn_in_degrees(corrected_true));
-    angle("azimuth_grid_deg", "corrected, from grid north", study::turn_in_degrees(corrected_true - field.convergence));
+          compare::turn_in_degrees(s.raw.azimuth));
+    angle("azimuth_magnetic_deg", "corrected, from magnetic north", compare::turn_in_degrees(s.corrected.azimuth));
+    angle("raw_azimuth_true_deg", "of the readings as they are, from true north", compare::turn_in_degrees(raw_true));
+    angle("azimuth_true_deg", "corrected, from true north", compare::turn_in_degrees(corrected_true));
+    angle("azimuth_grid_deg", "corrected, from grid north",
+          compare::turn_in_degrees(corrected_true - field.convergence));
     angle("azimuth_change_deg", "corrected less raw",
           std::remainder(degrees(s.corrected.azimuth - s.raw.azimuth), 360.0));
     angle("sd_azimuth_deg", "standard deviation of the corrected azimuth; declination is taken as exact",
@@ -143,7 +145,7 @@ store::Table stations_table(const survey::SixAxisReadings& r, const survey::Refe
 
 /// Mean, rms and largest of the stations' residuals before and after the correction.
 store::Table residuals_table(const analysis::ReadingsAnalysis& a) {
-  study::TableRows t("residuals", "the stations' field less the reference, before and after the correction");
+  compare::TableRows t("residuals", "the stations' field less the reference, before and after the correction");
   const auto row = [&](const char* name, const char* unit, double factor, double analysis::FieldResiduals::*member) {
     t.word("quantity", "horizontal, vertical and total field (nT), dip (deg)", name);
     t.word("unit", "unit of the values in this row", unit);
@@ -172,8 +174,8 @@ store::Table residuals_table(const analysis::ReadingsAnalysis& a) {
 /// The reference field of an estimator that estimates it.
 store::Table reference_table(const analysis::ReadingsAnalysis& a, const survey::ReferenceField& field,
                              const analysis::TestLevels& levels) {
-  study::TableRows t("reference",
-                     "the reference field, estimated together with the tool" + study::at_confidence(levels.confidence));
+  compare::TableRows t(
+      "reference", "the reference field, estimated together with the tool" + compare::at_confidence(levels.confidence));
   const double z = stats::normal_quantile((1 + levels.confidence) / 2);
   const auto row = [&](const char* name, double given, int i, double unit) {
     const double x = (*a.reference)[i] / unit, sd = std::sqrt(a.reference_estimate_covariance(i, i)) / unit;
@@ -191,7 +193,7 @@ store::Table reference_table(const analysis::ReadingsAnalysis& a, const survey::
 
 /// One row: squares and residual sd of the solution, and the variance factor that follows.
 store::Table fit_table(const analysis::ReadingsAnalysis& a) {
-  study::TableRows t("fit", "the estimator's minimum, and the noise that its residuals speak of");
+  compare::TableRows t("fit", "the estimator's minimum, and the noise that its residuals speak of");
   const double left = a.tests.redundancy > 0 ? a.squares / a.tests.redundancy : kNaN;
   t.count("stations", "stations of the run", a.stations.size());
   t.count("redundancy", "residuals less unknowns", a.tests.redundancy);
@@ -210,8 +212,8 @@ store::Table fit_table(const analysis::ReadingsAnalysis& a) {
 }
 
 store::Table tests_table(const std::vector<analysis::ReadingsTest>& tests) {
-  study::TableRows t("tests", "does the run as a whole, and does every residual, fit the noise that was claimed");
-  study::write_rows(t, tests, [&](const analysis::ReadingsTest& x) {
+  compare::TableRows t("tests", "does the run as a whole, and does every residual, fit the noise that was claimed");
+  compare::write_rows(t, tests, [&](const analysis::ReadingsTest& x) {
     t.word("test",
            "variance_factor (chi-squared over redundancy), perfect_tool (chi-squared of the "
            "estimate), residual (w, standard normal)",
@@ -229,10 +231,11 @@ store::Table tests_table(const std::vector<analysis::ReadingsTest>& tests) {
 }
 
 store::Table suspect_readings_table(const survey::SixAxisReadings& readings, const analysis::Suspect& s) {
-  study::TableRows t("suspect_readings", "the six readings of the suspect station, each tested as the only wrong one");
+  compare::TableRows t("suspect_readings",
+                       "the six readings of the suspect station, each tested as the only wrong one");
   const double md = readings.md[static_cast<std::size_t>(s.station)];
   bool first = true;
-  study::write_rows(t, s.readings, [&](const analysis::SuspectReading& r) {
+  compare::write_rows(t, s.readings, [&](const analysis::SuspectReading& r) {
     t.count("station", "number of the station, from 1", s.station + 1);
     t.number("md_m", "m", "measured depth of the station", md);
     t.word("reading", "accelerometer or magnetometer axis", r.reading);
@@ -252,7 +255,7 @@ store::Table suspect_readings_table(const survey::SixAxisReadings& readings, con
 }
 
 store::Table without_suspect_table(const analysis::ReadingsAnalysis& a, const analysis::Suspect& s) {
-  study::TableRows t("without_suspect", "gains and biases without the suspect station");
+  compare::TableRows t("without_suspect", "gains and biases without the suspect station");
   for (int i = 0; i < 6; ++i) {
     const double x = s.without->parameters[i];
     t.word("quantity", "gain (1) or bias (nT)", quantity(i));
@@ -268,8 +271,8 @@ store::Table without_suspect_table(const analysis::ReadingsAnalysis& a, const an
 }  // namespace
 
 store::Table warnings_table(const std::vector<analysis::Warning>& warnings) {
-  study::TableRows t("warnings", "what to know before the estimate is used");
-  study::write_rows(t, warnings, [&](const analysis::Warning& x) {
+  compare::TableRows t("warnings", "what to know before the estimate is used");
+  compare::write_rows(t, warnings, [&](const analysis::Warning& x) {
     t.word("severity", "severe, warning or info", x.severity);
     t.word("message", "what is wrong, and what to do", x.message);
   });

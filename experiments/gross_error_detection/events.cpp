@@ -65,17 +65,17 @@ std::vector<std::string> names_of(const Scenario& s, int rows, int observations)
 
 }  // namespace
 
-std::vector<study::TrialEvent> events_of(const Scenario& s) {
+std::vector<events::TrialEvent> events_of(const Scenario& s) {
   reliability::GrossErrorTrials trials(s.model, s.attitudes, s.errors(), random::stream_of(s.seed));
   analysis::GrossErrorPrediction prediction = analysis::predict_gross_errors(trials, s.levels, s.pope);
   const auto inputs = std::make_shared<const EventInputs>(EventInputs{std::move(trials), std::move(prediction)});
   const std::vector<rare::HalfSpace> tests = analysis::test_half_spaces(inputs->trials, inputs->prediction);
-  std::vector<study::TrialEvent> events;
-  for (const study::EventRule& rule : s.events) {
+  std::vector<events::TrialEvent> events;
+  for (const events::EventRule& rule : s.events) {
     const auto kind = static_cast<EventKind>(rule.quantity);
     const auto held = std::make_shared<const HeldEvent>(
         HeldEvent{inputs, analysis::GrossErrorEvent(inputs->trials, inputs->prediction, s.pope, kind)});
-    study::TrialEvent e;
+    events::TrialEvent e;
     e.name = rule.name;
     e.state = {held, &held->state};
     const int n = held->state.dimension();

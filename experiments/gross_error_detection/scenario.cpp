@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include "analysis/gross_error_event.h"
+#include "compare/trial_plan.h"
 #include "reliability/nonlinear_detectable.h"
-#include "study/adjustment_scenario.h"
-#include "study/scenario.h"
+#include "scenario/adjustment_scenario.h"
 
 namespace surveymc::studies::gross_error_detection {
 namespace {
@@ -143,8 +143,8 @@ std::vector<SnoopingStrategy> read_strategies(config::ConfigReader& c, bool pope
   return all;
 }
 
-std::vector<study::RowName> row_names(const Scenario& s) {
-  std::vector<study::RowName> rows;
+std::vector<compare::RowName> row_names(const Scenario& s) {
+  std::vector<compare::RowName> rows;
   const auto row = [&](const std::string& formulation, const std::string& quantity) {
     rows.push_back({"detection", formulation, quantity});
   };
@@ -165,12 +165,13 @@ std::vector<study::RowName> row_names(const Scenario& s) {
 /// The rest of a config with `[[event]]`.
 void read_event_run(config::ConfigReader& c, Scenario& s) {
   using Kind = analysis::GrossErrorEventKind;
-  s.event_run = study::read_event_run(c, {"union"});
-  s.annotations = study::read_event_annotations(c, {"linear", "nonlinear", "single_test", "independent", "bonferroni"});
-  std::vector<study::EventQuantity> quantities;
+  s.event_run = events::read_event_run(c, {"union"});
+  s.annotations =
+      events::read_event_annotations(c, {"linear", "nonlinear", "single_test", "independent", "bonferroni"});
+  std::vector<events::EventQuantity> quantities;
   for (const char* q : analysis::kGrossErrorEvents) quantities.push_back({q, false});
-  s.events = study::read_events(c, quantities);
-  for (const study::EventRule& e : s.events) {
+  s.events = events::read_events(c, quantities);
+  for (const events::EventRule& e : s.events) {
     const auto kind = static_cast<Kind>(e.quantity);
     e.place.require(kind == Kind::false_alarm_any || !s.injected.empty(),
                     "no error is injected: must have [[inject]], or be \"false_alarm_any\"");
@@ -184,10 +185,10 @@ void read_event_run(config::ConfigReader& c, Scenario& s) {
 }
 
 /// Those that have a prediction: of the outcomes of snooping only those of a single error, singly looked for.
-std::vector<study::RowName> judged_rows(const Scenario& s) {
+std::vector<compare::RowName> judged_rows(const Scenario& s) {
   const std::vector<std::string>& strategies = strategy_names();
-  std::vector<study::RowName> rows = row_names(s);
-  std::erase_if(rows, [&](const study::RowName& r) {
+  std::vector<compare::RowName> rows = row_names(s);
+  std::erase_if(rows, [&](const compare::RowName& r) {
     return std::find(strategies.begin(), strategies.end(), r.formulation) != strategies.end() &&
            (r.formulation != "single" || s.injected.size() != 1);
   });
@@ -232,19 +233,19 @@ Scenario with_sizes(Scenario s) {
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
-  const bool of_events = study::has_events(c);
+  const bool of_events = events::has_events(c);
   const bool stations_given = c.has("stations");
-  s.model = study::read_adjustment_model(c);
+  s.model = scenario::read_adjustment_model(c);
   const reliability::SigmaModel usual;
   const bool is_magnetic = s.model.sigma.magnetometer_noise / usual.magnetometer_noise <=
                            s.model.sigma.accelerometer_noise / usual.accelerometer_noise;
   s.noise_place = c.place(is_magnetic ? "sigma.magnetometer_noise_nT" : "sigma.accelerometer_noise_mps2");
-  s.model.field.dip = study::read_dip(c, s.model);
+  s.model.field.dip = scenario::read_dip(c, s.model);
   s.model.rotational_shot = c.boolean("rotational_shot", false);
   const bool shared = s.model.mode == reliability::AdjustmentMode::mse_shared;
   c.require(shared || !s.model.rotational_shot, "rotational_shot", "only with mode = \"mse_shared\"");
   s.model.systematic_terms = s.model.systematic_terms && shared;  // may be given, so that the mode can be swept
-  s.levels = study::read_test_levels(c);
+  s.levels = scenario::read_test_levels(c);
   s.attitudes = read_attitudes(c, s.model, stations_given);
   s.model.stations = static_cast<int>(s.attitudes.size());
   s.pope = c.choice("test", {"w", "pope"}, "w") == "pope";
@@ -254,10 +255,10 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     read_event_run(c, s);
     return s;
   }
-  s.verdict = study::read_verdict_rule(c);
+  s.verdict = compare::read_verdict_rule(c);
   s.false_alarm_margin = c.number("verdict.false_alarm_margin", config::Range::open(0, 1), 0.1);
-  s.trial_plan = study::read_verdict_plan(c, judged_rows(s), s.verdict, {});
-  s.annotations = study::Annotations::read(c, row_names(s));
+  s.trial_plan = compare::read_verdict_plan(c, judged_rows(s), s.verdict, {});
+  s.annotations = compare::Annotations::read(c, row_names(s));
   c.finish();
   return s;
 }

@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "compare/annotations.h"
+#include "compare/verdict.h"
+#include "compare/verdict_stop.h"
 #include "config/config.h"
+#include "events/event_study.h"
 #include "random/study_id.h"
 #include "reliability/gross_error_trials.h"
 #include "reliability/significance.h"
-#include "study/annotations.h"
-#include "study/event_study.h"
-#include "study/verdict.h"
-#include "study/verdict_stop.h"
 
 namespace surveymc::studies::gross_error_detection {
 
@@ -35,7 +35,7 @@ struct InjectedError {
 
 struct Scenario {
   random::StudySeed seed;
-  study::TrialPlan trial_plan;
+  compare::TrialPlan trial_plan;
   reliability::AdjustmentModel model;
   config::ConfigPlace noise_place;  ///< of the noise that is smaller beside its default
   reliability::TestLevels levels;
@@ -43,11 +43,11 @@ struct Scenario {
   std::vector<InjectedError> injected;
   bool pope = false;  ///< Pope's test (variance unknown) instead of the w-test
   std::vector<SnoopingStrategy> strategies;
-  study::VerdictRule verdict;
+  compare::VerdictRule verdict;
   double false_alarm_margin = 0.1;  ///< in place of verdict.margin for rates of false alarms
-  study::Annotations annotations;
-  std::vector<study::EventRule> events;  ///< not empty: the run is one of events
-  study::EventRun event_run;
+  compare::Annotations annotations;
+  std::vector<events::EventRule> events;  ///< not empty: the run is one of events
+  events::EventRun event_run;
 
   std::vector<reliability::GrossError> errors() const;
 };
@@ -68,6 +68,6 @@ Scenario with_sizes(Scenario scenario);
 /// Where the config has `[[event]]`: its events, of a scenario with sizes. Predictions: linear and nonlinear theory
 /// where they are good enough, the error's own test alone, and of false alarms those of independent tests and the sum
 /// of all.
-std::vector<study::TrialEvent> events_of(const Scenario& scenario);
+std::vector<events::TrialEvent> events_of(const Scenario& scenario);
 
 }  // namespace surveymc::studies::gross_error_detection

@@ -13,12 +13,12 @@
 
 #include <fmt/format.h>
 
+#include "compare/table_rows.h"
 #include "gross_error_detection/tables.h"
 #include "random/study_stream.h"
 #include "reliability/gross_error_lanes.h"
 #include "reliability/snooping.h"
 #include "study/experiment.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::gross_error_detection {
 namespace {
@@ -82,7 +82,7 @@ class GrossErrorDetection final : public study::StudyPoint {
         layout_{s_.injected.size(), s_.strategies.size()},
         stop_(s_.trial_plan, s_.verdict,
               [this](const stats::Tally& t) {
-                return study::RowsOfTables{{"detection", detection_rows(s_, prediction_, t)}};
+                return compare::RowsOfTables{{"detection", detection_rows(s_, prediction_, t)}};
               },
               {0, 0, 0, 0, layout_.size(), true}) {
     for (const InjectedError& e : s_.injected) errors_.push_back(e.error.number);
@@ -156,7 +156,7 @@ class GrossErrorDetection final : public study::StudyPoint {
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     study::PointResult r;
     r.tables = {detection_table(s_, prediction_, stop_, tally), injected_table(s_, prediction_),
-                study::failed_trials_table("trials without a converged adjustment", tally.failed_trials)};
+                compare::failed_trials_table("trials without a converged adjustment", tally.failed_trials)};
     if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
     return r;
   }
@@ -248,7 +248,7 @@ class GrossErrorDetection final : public study::StudyPoint {
   reliability::GrossErrorTrials trials_;
   analysis::GrossErrorPrediction prediction_;
   EventLayout layout_;
-  study::VerdictStop stop_;
+  compare::VerdictStop stop_;
   Numbers errors_;
 };
 
@@ -273,7 +273,7 @@ study::Experiment experiment() {
           [](config::ConfigReader& config, random::StudySeed seed) -> std::unique_ptr<study::PointPlan> {
             Scenario s = read_scenario(config, seed);
             if (!s.events.empty())
-              return study::event_plan(s.event_run, s.annotations, random::stream_of(s.seed), [s] {
+              return events::event_plan(s.event_run, s.annotations, random::stream_of(s.seed), [s] {
                 require_redundancy(s);
                 return events_of(with_sizes(s));
               });

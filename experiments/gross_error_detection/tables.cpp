@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "compare/comparison.h"
+#include "compare/table_rows.h"
 #include "reliability/nonlinear_detectable.h"
 #include "reliability/snooping.h"
 #include "stats/intervals.h"
-#include "study/comparison.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::gross_error_detection {
 namespace {
@@ -46,34 +46,34 @@ std::string name_of(const Scenario& s, Index number) {
 
 }  // namespace
 
-std::vector<study::ComparisonRow> detection_rows(const Scenario& s, const analysis::GrossErrorPrediction& p,
-                                                 const stats::Tally& tally) {
+std::vector<compare::ComparisonRow> detection_rows(const Scenario& s, const analysis::GrossErrorPrediction& p,
+                                                   const stats::Tally& tally) {
   const EventLayout layout{s.injected.size(), s.strategies.size()};
   const std::uint64_t runs = tally.trials - tally.failed;
-  study::VerdictRule alarms = s.verdict;
+  compare::VerdictRule alarms = s.verdict;
   alarms.margin = s.false_alarm_margin;
-  std::vector<study::ComparisonRow> rows;
+  std::vector<compare::ComparisonRow> rows;
   const auto rate = [&](const std::string& formulation, const std::string& quantity, std::size_t event,
-                        double predicted, const study::VerdictRule& rule) -> study::ComparisonRow& {
+                        double predicted, const compare::VerdictRule& rule) -> compare::ComparisonRow& {
     const std::uint64_t events = tally.counts.empty() ? 0 : tally.counts[event];
     return rows.emplace_back(
-        study::labelled(formulation, study::compare_rate(quantity, events, runs, predicted, rule, tally.trials)));
+        compare::labelled(formulation, compare::compare_rate(quantity, events, runs, predicted, rule, tally.trials)));
   };
 
   // What linear theory does not control at the true attitude has a test at the trials' own.
   for (std::size_t k = 0; k < s.injected.size(); ++k)
     rate("design", "false_alarm_" + s.injected[k].label, layout.false_alarm(k), p.two_sided_alpha, alarms);
   const double confidence = s.verdict.interval_confidence(tally.moments.count);
-  study::Estimate share = study::mean_estimate(tally.moments, 0, confidence);
+  compare::Estimate share = compare::mean_estimate(tally.moments, 0, confidence);
   if (tally.moments.count > 1)  // a share: its interval must not leave [0, 1]
     share.interval = stats::share_interval(share.value, tally.moments.variance(0), tally.moments.count, confidence);
-  study::ComparisonRow mean = study::compare_value("false_alarm_mean", "1", share, p.two_sided_alpha, alarms,
-                                                   tally.trials, tally.moments.count);
+  compare::ComparisonRow mean = compare::compare_value("false_alarm_mean", "1", share, p.two_sided_alpha, alarms,
+                                                       tally.trials, tally.moments.count);
   mean.formulation = "design";
   mean.note = tally.moments.count > 1 ? "mean over all observations that can be tested" : "";
   rows.push_back(mean);
   rate("design", "false_alarm_any", layout.false_alarm_any(), p.false_alarm_any, alarms);
-  study::ComparisonRow& general =
+  compare::ComparisonRow& general =
       rate("design", "false_alarm_general", layout.false_alarm_general(), p.general.alpha, alarms);
   general.note +=
       fmt::format("{}chi2 above {:.4f}, level by the B-method", general.note.empty() ? "" : "; ", p.general.critical);
@@ -107,28 +107,28 @@ std::vector<study::ComparisonRow> detection_rows(const Scenario& s, const analys
       rate(strategy_names()[static_cast<std::size_t>(s.strategies[k])], outcome_names()[o], layout.outcome(k, o),
            predicted, s.verdict);
     }
-  study::leave_undecided(rows, tally.failed, tally.trials, kMostFailed, "adjustments");
+  compare::leave_undecided(rows, tally.failed, tally.trials, kMostFailed, "adjustments");
   return rows;
 }
 
-store::Table detection_table(const Scenario& s, const analysis::GrossErrorPrediction& p, const study::VerdictStop& stop,
-                             const stats::Tally& tally) {
-  std::vector<study::ComparisonRow> rows = detection_rows(s, p, tally);
+store::Table detection_table(const Scenario& s, const analysis::GrossErrorPrediction& p,
+                             const compare::VerdictStop& stop, const stats::Tally& tally) {
+  std::vector<compare::ComparisonRow> rows = detection_rows(s, p, tally);
   stop.add_notes("detection", rows, tally);
   s.annotations.apply("detection", rows);
-  return study::comparison_table(
-      "detection", "false alarms, detection and identification of gross errors" + study::at_confidence(s.verdict), rows,
-      tally.trials, tally.failed);
+  return compare::comparison_table(
+      "detection", "false alarms, detection and identification of gross errors" + compare::at_confidence(s.verdict),
+      rows, tally.trials, tally.failed);
 }
 
 store::Table injected_table(const Scenario& s, const analysis::GrossErrorPrediction& p) {
-  study::TableRows t("injected", "the gross errors, and what theory says of them");
+  compare::TableRows t("injected", "the gross errors, and what theory says of them");
   const double lambda = reliability::lambda0(s.levels);
   const VectorXd redundancy = reliability::redundancy_numbers(p.model),
                  sensitivity = reliability::sensitivities(p.model);
   const bool single = s.attitudes.size() == 1 && !s.model.systematic_terms;
   std::size_t k = 0;
-  study::write_rows(t, s.injected, [&](const InjectedError& e) {
+  compare::write_rows(t, s.injected, [&](const InjectedError& e) {
     const double unit = reliability::observation_scale(e.observation), size = sensitivity[e.error.number];
     const auto nonlinear = [&](int sign, reliability::DetectedBy test) {
       return single ? reliability::nonlinear_detectable_error(s.model, s.attitudes.front(), e.observation, lambda, sign,

@@ -28,10 +28,10 @@ struct EventLayout : stats::Layout {
 };
 
 /// Rows of table `detection`, all rates, without annotations.
-std::vector<study::ComparisonRow> detection_rows(const Scenario& s, const analysis::GrossErrorPrediction& p,
-                                                 const stats::Tally& tally);
-store::Table detection_table(const Scenario& s, const analysis::GrossErrorPrediction& p, const study::VerdictStop& stop,
-                             const stats::Tally& tally);
+std::vector<compare::ComparisonRow> detection_rows(const Scenario& s, const analysis::GrossErrorPrediction& p,
+                                                   const stats::Tally& tally);
+store::Table detection_table(const Scenario& s, const analysis::GrossErrorPrediction& p,
+                             const compare::VerdictStop& stop, const stats::Tally& tally);
 /// One row per error: size, minimal detectable errors, shifts, and the test most correlated with its own.
 store::Table injected_table(const Scenario& s, const analysis::GrossErrorPrediction& p);
 

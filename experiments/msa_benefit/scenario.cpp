@@ -9,6 +9,8 @@
 #include "base/units.h"
 #include "estimate/estimators.h"
 #include "estimate/observability.h"
+#include "scenario/reference_field.h"
+#include "scenario/scenario.h"
 
 namespace surveymc::studies::msa_benefit {
 namespace {
@@ -52,8 +54,8 @@ std::array<bool, 6> read_estimated(config::ConfigReader& c) {
   return estimated;
 }
 
-std::vector<study::RowName> row_names() {
-  std::vector<study::RowName> rows;
+std::vector<compare::RowName> row_names() {
+  std::vector<compare::RowName> rows;
   for (const char* quantity : kBenefits)
     for (const char* when : {"before", "after"})
       rows.push_back({"verification", "", fmt::format("sd_{}_{}", quantity, when)});
@@ -76,10 +78,10 @@ void read_verified(config::ConfigReader& c, Scenario& s) {
       if (given[i]) c.fail(i == 0 ? "trials" : "stop", "without [[verify]] there is nothing to simulate: leave it out");
     return;
   }
-  std::vector<study::RowName> judged;
+  std::vector<compare::RowName> judged;
   for (const VerifiedDirection& v : s.verify)
-    for (const study::RowName& row : row_names()) judged.push_back({row.table, name_of(v), row.quantity});
-  s.trial_plan = study::read_trial_plan(c, {}, judged, s.verdict);
+    for (const compare::RowName& row : row_names()) judged.push_back({row.table, name_of(v), row.quantity});
+  s.trial_plan = compare::read_trial_plan(c, {}, judged, s.verdict);
 }
 
 }  // namespace
@@ -109,30 +111,30 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.seed = seed;
   s.inclination_deg = c.grid("inclination_deg", config::Range::closed(0, 180));
   s.azimuth_deg = c.grid("azimuth_deg", config::Range::closed(0, 360));
-  s.field = study::read_field(c);
+  s.field = scenario::read_field(c);
   s.well = read_well(c, seed);
-  s.spread = study::read_tool_spread(c);
-  s.noise = study::read_noise(c);
+  s.spread = scenario::read_tool_spread(c);
+  s.noise = scenario::read_noise(c);
   c.require(sensor::symmetric(s.noise.law), "noise.law", "must be symmetric about zero (\"gaussian\", \"uniform\")");
   s.errors = analysis::input_errors(s.noise, s.spread, s.field);
-  s.estimator = study::read_estimator(c, s.errors, s.field, analysis::readings_estimators());
+  s.estimator = scenario::read_estimator(c, s.errors, s.field, analysis::readings_estimators());
   s.estimator.estimated = read_estimated(c);
-  s.verdict = study::read_verdict_rule(c);
+  s.verdict = compare::read_verdict_rule(c);
   read_verified(c, s);
-  const std::vector<study::RowName> claimed = calibrated_rows(s);
-  s.calibration = study::read_calibration(c, claimed);
+  const std::vector<compare::RowName> claimed = calibrated_rows(s);
+  s.calibration = compare::read_calibration(c, claimed);
   c.require(!s.calibration.on || !s.verify.empty(), "calibration.margin",
             "without [[verify]] there are no trials to count: give a direction, or leave out [calibration]");
   // The maps claim a distribution for every estimator; one that weighs is right only about its priors.
   if (estimate::estimator_kind(s.estimator.name).weighs)
-    study::require_calibrated_inputs(c, s.calibration, s.estimator, s.errors, {});
-  s.annotations = study::Annotations::read(c, study::with_calibration_rows(row_names(), s.calibration, claimed));
+    compare::require_calibrated_inputs(c, s.calibration, s.estimator, s.errors, {});
+  s.annotations = compare::Annotations::read(c, compare::with_calibration_rows(row_names(), s.calibration, claimed));
   c.finish();
   return s;
 }
 
-std::vector<study::RowName> calibrated_rows(const Scenario& s) {
-  std::vector<study::RowName> rows;
+std::vector<compare::RowName> calibrated_rows(const Scenario& s) {
+  std::vector<compare::RowName> rows;
   for (const VerifiedDirection& v : s.verify)
     for (const char* quantity : kBenefits)
       for (const char* when : {"before", "after"})

@@ -6,10 +6,11 @@
 
 #include "analysis/msa_benefit_prediction.h"
 #include "analysis/well_design.h"
+#include "compare/annotations.h"
+#include "compare/calibration.h"
+#include "compare/trial_plan.h"
 #include "random/study_id.h"
-#include "study/annotations.h"
-#include "study/calibration.h"
-#include "study/scenario.h"
+#include "sensor/tool_spread.h"
 
 namespace surveymc::studies::msa_benefit {
 
@@ -28,7 +29,7 @@ std::string name_of(const VerifiedDirection& direction);
 
 struct Scenario {
   random::StudySeed seed;
-  study::TrialPlan trial_plan;                       ///< no trials without [[verify]]
+  compare::TrialPlan trial_plan;                     ///< no trials without [[verify]]
   std::vector<double> inclination_deg, azimuth_deg;  ///< the map, of the last station
   analysis::WellDesign well;
   survey::ReferenceField field;
@@ -37,13 +38,13 @@ struct Scenario {
   estimate::InputErrors errors;  ///< sizes of all of these
   estimate::EstimatorOptions estimator;
   std::vector<VerifiedDirection> verify;
-  study::VerdictRule verdict;
-  study::CalibrationRule calibration;
-  study::Annotations annotations;
+  compare::VerdictRule verdict;
+  compare::CalibrationRule calibration;
+  compare::Annotations annotations;
 };
 
 /// Quantities of the trials, in the order in which they are tallied, with their direction as formulation. Table is "".
-std::vector<study::RowName> calibrated_rows(const Scenario& scenario);
+std::vector<compare::RowName> calibrated_rows(const Scenario& scenario);
 
 /// Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);

@@ -90,7 +90,7 @@ BenefitPoint::BenefitPoint(Scenario scenario)
     : s_(std::move(scenario)),
       stop_(s_.trial_plan, s_.verdict,
             [this](const stats::Tally& t) {
-              return study::RowsOfTables{{"verification", verification_rows(t)}};
+              return compare::RowsOfTables{{"verification", verification_rows(t)}};
             }),
       estimator_(estimate::make_estimator(s_.estimator, s_.field)),
       uncorrected_(no_correction()),
@@ -99,12 +99,12 @@ BenefitPoint::BenefitPoint(Scenario scenario)
 }
 
 void BenefitPoint::make_calibrated() {
-  const std::vector<study::RowName> rows = calibrated_rows(s_);
+  const std::vector<compare::RowName> rows = calibrated_rows(s_);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!s_.calibration.wants(rows[i].quantity)) continue;
     const std::size_t q = i % kPerDirection;
-    calibrated_.push_back(study::normal_quantity(rows[i].formulation, rows[i].quantity,
-                                                 predicted_sd(verified_[i / kPerDirection].benefit)[q]));
+    calibrated_.push_back(compare::normal_quantity(rows[i].formulation, rows[i].quantity,
+                                                   predicted_sd(verified_[i / kPerDirection].benefit)[q]));
     calibrated_columns_.push_back(static_cast<Eigen::Index>(i));
   }
 }
@@ -170,22 +170,22 @@ stats::Tally BenefitPoint::run_block(montecarlo::TrialBlock block) const {
   return tally;
 }
 
-std::vector<study::ComparisonRow> BenefitPoint::verification_rows(const stats::Tally& tally) const {
-  std::vector<study::ComparisonRow> rows;
+std::vector<compare::ComparisonRow> BenefitPoint::verification_rows(const stats::Tally& tally) const {
+  std::vector<compare::ComparisonRow> rows;
   for (std::size_t d = 0; d < verified_.size(); ++d) {
     const std::array<double, kPerDirection> predicted = predicted_sd(verified_[d].benefit);
     for (std::size_t q = 0; q < kPerDirection; ++q)
-      rows.push_back(study::labelled(
+      rows.push_back(compare::labelled(
           name_of(verified_[d].direction),
-          study::compare_sd(fmt::format("sd_{}_{}", kBenefits[q / 2], q % 2 == 0 ? "before" : "after"),
-                            kBenefitUnits[q / 2], 1, tally.moments, static_cast<Eigen::Index>(kPerDirection * d + q),
-                            predicted[q], s_.verdict, tally.trials)));
+          compare::compare_sd(fmt::format("sd_{}_{}", kBenefits[q / 2], q % 2 == 0 ? "before" : "after"),
+                              kBenefitUnits[q / 2], 1, tally.moments, static_cast<Eigen::Index>(kPerDirection * d + q),
+                              predicted[q], s_.verdict, tally.trials)));
   }
   return rows;
 }
 
 store::Table BenefitPoint::verification_table(const stats::Tally& tally) const {
-  std::vector<study::ComparisonRow> rows = verification_rows(tally);
+  std::vector<compare::ComparisonRow> rows = verification_rows(tally);
   std::vector<double> inclination, azimuth;
   stop_.add_notes("verification", rows, tally);
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -195,11 +195,11 @@ store::Table BenefitPoint::verification_table(const stats::Tally& tally) const {
     azimuth.push_back(direction.azimuth_deg);
   }
   s_.annotations.apply("verification", rows);
-  store::Table t = study::comparison_table(
+  store::Table t = compare::comparison_table(
       "verification",
       "azimuth of the last station and last lateral position, before and after MSA, against the "
       "first-order prediction of the maps" +
-          study::at_confidence(s_.verdict),
+          compare::at_confidence(s_.verdict),
       rows, tally.trials, tally.failed);
   t.columns.insert(t.columns.begin(), {{"inclination_deg", "deg", "inclination of the last station", inclination},
                                        {"azimuth_deg", "deg", "azimuth of the last station", azimuth}});
@@ -217,7 +217,8 @@ study::PointResult BenefitPoint::report(const stats::Tally& tally, const monteca
   r.tables.push_back(benefit_summary(s_, benefits));
   if (!verified_.empty()) r.tables.push_back(verification_table(tally));
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
-  for (store::Table& t : study::calibration_tables(s_.calibration, calibrated_, tally.counts, 0, false, s_.annotations))
+  for (store::Table& t :
+       compare::calibration_tables(s_.calibration, calibrated_, tally.counts, 0, false, s_.annotations))
     r.tables.push_back(std::move(t));
   return r;
 }

@@ -3,9 +3,9 @@
 #include <memory>
 #include <vector>
 
+#include "compare/verdict_stop.h"
 #include "msa_benefit/scenario.h"
 #include "study/experiment.h"
-#include "study/verdict_stop.h"
 #include "survey/readings.h"
 
 namespace surveymc::studies::msa_benefit {
@@ -33,17 +33,17 @@ class BenefitPoint final : public study::StudyPoint {
   struct Errors;  // of a batch
   Errors simulate(const VerifiedWell& v, std::uint64_t first, int count) const;
   /// Of table `verification`, direction by direction, which is their formulation.
-  std::vector<study::ComparisonRow> verification_rows(const stats::Tally& tally) const;
+  std::vector<compare::ComparisonRow> verification_rows(const stats::Tally& tally) const;
   store::Table verification_table(const stats::Tally& tally) const;
   void make_calibrated();
 
   Scenario s_;
-  study::VerdictStop stop_;
+  compare::VerdictStop stop_;
   std::unique_ptr<estimate::Estimator> estimator_;
   survey::LaneArray uncorrected_;  ///< parameters that leave readings as they are
   std::vector<VerifiedWell> verified_;
-  std::vector<study::CalibratedQuantity> calibrated_;  ///< empty: no calibration
-  std::vector<Eigen::Index> calibrated_columns_;       ///< of the tallied vector
+  std::vector<compare::CalibratedQuantity> calibrated_;  ///< empty: no calibration
+  std::vector<Eigen::Index> calibrated_columns_;         ///< of the tallied vector
 };
 
 /// `benefits` on the grid of the scenario, azimuth fastest.

@@ -4,9 +4,9 @@
 #include <functional>
 
 #include "base/units.h"
+#include "compare/table_rows.h"
 #include "msa_benefit/study.h"
 #include "stats/order_statistics.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::msa_benefit {
 namespace {
@@ -54,7 +54,7 @@ std::vector<store::Map> benefit_maps(const Scenario& s, const std::vector<analys
 }
 
 store::Table benefit_summary(const Scenario& s, const std::vector<analysis::Benefit>& benefits) {
-  study::TableRows t("summary", "sd after MSA over sd before, over all directions of the map");
+  compare::TableRows t("summary", "sd after MSA over sd before, over all directions of the map");
   for (std::size_t q = 0; q < 2; ++q) {
     std::vector<double> ratio;
     std::int64_t undetermined = 0, worse = 0;

@@ -27,7 +27,7 @@ void PositionPoint::make_calibrated() {
   const Eigen::Vector3d off =
       prediction_.position - Eigen::Vector3d(survey::minimum_curvature_positions(s_.survey).back());
   const bool constant = s_.assumed_noise == sensor::AssumedNoise::constant;
-  for (const study::RowName& row : calibrated_rows(s_)) {
+  for (const compare::RowName& row : calibrated_rows(s_)) {
     if (!s_.calibration.wants(row.quantity)) continue;
     const std::string &f = row.formulation, &q = row.quantity;
     CalibratedColumn at;
@@ -60,11 +60,11 @@ void PositionPoint::make_calibrated() {
     if (q == "nees") at = {claims_what_is_predicted() ? at_.nees_parameters : kNees};
     has_azimuths_ = has_azimuths_ || at.column <= kAzimuth;
     calibrated_.push_back(
-        q == "nees" ? study::chi_squared_quantity(f, q, 6)
+        q == "nees" ? compare::chi_squared_quantity(f, q, 6)
         : at.column <= kAzimuth
-            ? study::angle_quantity(f, q,
-                                    prediction_.claimed_azimuth_sd[static_cast<std::size_t>(kAzimuth - at.column)])
-            : study::normal_quantity(f, q, sd));
+            ? compare::angle_quantity(f, q,
+                                      prediction_.claimed_azimuth_sd[static_cast<std::size_t>(kAzimuth - at.column)])
+            : compare::normal_quantity(f, q, sd));
     calibrated_columns_.push_back(at);
   }
   azimuth_places_ = analysis::first_middle_last(s_.survey.stations.size());

@@ -24,20 +24,20 @@ struct HeldEvent {
 
 }  // namespace
 
-std::vector<study::TrialEvent> events_of(const Scenario& s) {
+std::vector<events::TrialEvent> events_of(const Scenario& s) {
   Model model = model_of(s);
   const sensor::CleanReadings clean = model.clean;
   const auto inputs =
       std::make_shared<const EventInputs>(EventInputs{{s.survey, s.field, clean, s.noise, s.spread}, std::move(model)});
   const analysis::MsaPrediction& p = inputs->model.prediction;
   const Eigen::Vector3d truth = survey::minimum_curvature_positions(s.survey).back();
-  std::vector<study::TrialEvent> events;
-  for (const study::EventRule& rule : s.events) {
+  std::vector<events::TrialEvent> events;
+  for (const events::EventRule& rule : s.events) {
     const auto held = std::make_shared<const HeldEvent>(HeldEvent{
         inputs,
         analysis::MsaEvent(inputs->trials, *inputs->model.estimator, {rule.quantity, rule.limit, rule.is_above})});
     const sensor::ReadingNormals& normals = held->state.normals();
-    study::TrialEvent e;
+    events::TrialEvent e;
     e.name = rule.name;
     e.state = {held, &held->state};
     e.from = analysis::addresses_of(normals, random::kRareChoice);

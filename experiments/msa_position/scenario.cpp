@@ -5,14 +5,15 @@
 #include "analysis/msa_event.h"
 #include "analysis/msa_prediction.h"
 #include "estimate/estimators.h"
-#include "study/drilling.h"
+#include "scenario/drilling.h"
+#include "scenario/scenario.h"
 
 namespace surveymc::studies::msa_position {
 namespace {
 
 /// Every row that some config of this study has.
-std::vector<study::RowName> row_names() {
-  std::vector<study::RowName> rows;
+std::vector<compare::RowName> row_names() {
+  std::vector<compare::RowName> rows;
   const auto parameter = [&rows](const std::string& name) {
     rows.push_back({"parameters", "", "mean_" + name});
     for (const char* f : {"first_order", "claimed"}) rows.push_back({"parameters", f, "sigma3_" + name});
@@ -33,10 +34,10 @@ std::vector<study::RowName> row_names() {
 }
 
 /// Rows that trials can decide: of this scenario, with a margin, and with a confidence sequence. A NEES has none.
-std::vector<study::RowName> decidable(const Scenario& s) {
+std::vector<compare::RowName> decidable(const Scenario& s) {
   const estimate::EstimatorKind& kind = estimate::estimator_kind(s.estimator.name);
-  std::vector<study::RowName> rows;
-  for (const study::RowName& row : row_names()) {
+  std::vector<compare::RowName> rows;
+  for (const compare::RowName& row : row_names()) {
     const bool of_reference = row.quantity.find("reference_") != std::string::npos;
     if (row.quantity == "nees" || row.table == "ellipse") continue;
     if (row.formulation == "claimed" && !kind.weighs) continue;
@@ -60,8 +61,8 @@ std::vector<std::string> stoppable(bool with_position) {
 
 }  // namespace
 
-std::vector<study::RowName> calibrated_rows(const Scenario& s) {
-  std::vector<study::RowName> rows;
+std::vector<compare::RowName> calibrated_rows(const Scenario& s) {
+  std::vector<compare::RowName> rows;
   for (const char* p : estimate::kParameterNames) rows.push_back({"", "claimed", p});
   if (s.assumed_noise != sensor::AssumedNoise::constant) return rows;
   if (estimate::estimator_kind(s.estimator.name).estimates_reference)
@@ -78,12 +79,12 @@ namespace {
 
 /// Survey, field, tool, noise and estimator.
 void read_model(config::ConfigReader& c, Scenario& s) {
-  s.field = study::read_field(c);
-  s.survey = study::read_drilled_survey(c, s.field, s.seed);
+  s.field = scenario::read_field(c);
+  s.survey = scenario::read_drilled_survey(c, s.field, s.seed);
   s.survey_place = c.place("survey.file");
-  s.errors = study::read_magnetometer_errors(c);
-  s.spread = study::read_tool_spread(c);
-  s.noise = study::read_noise(c);
+  s.errors = scenario::read_magnetometer_errors(c);
+  s.spread = scenario::read_tool_spread(c);
+  s.noise = scenario::read_noise(c);
 }
 
 /// The rest of a config with `[[event]]`.
@@ -91,13 +92,13 @@ void read_event_scenario(config::ConfigReader& c, Scenario& s) {
   read_model(c, s);
   c.require(s.noise.law == sensor::NoiseLaw::gaussian, "noise.law",
             "events are regions of normals: must be \"gaussian\" where [[event]] is given");
-  s.estimator = study::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);
+  s.estimator = scenario::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);
   s.control_variate = false;
-  s.event_run = study::read_event_run(c);
-  s.annotations = study::read_event_annotations(c, {"first_order"});
-  std::vector<study::EventQuantity> quantities;
+  s.event_run = events::read_event_run(c);
+  s.annotations = events::read_event_annotations(c, {"first_order"});
+  std::vector<events::EventQuantity> quantities;
   for (const char* q : analysis::kMsaEventQuantities) quantities.push_back({q});
-  s.events = study::read_events(c, quantities);
+  s.events = events::read_events(c, quantities);
   c.finish();
 }
 
@@ -106,7 +107,7 @@ void read_event_scenario(config::ConfigReader& c, Scenario& s) {
 Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
-  if (study::has_events(c)) {
+  if (events::has_events(c)) {
     read_event_scenario(c, s);
     return s;
   }
@@ -124,23 +125,23 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.noise.antithetic = c.boolean("antithetic", false);
   c.require(!s.noise.antithetic || sensor::symmetric(s.noise.law), "noise.law",
             "must be symmetric about zero (\"gaussian\", \"uniform\") where antithetic = true");
-  s.estimator = study::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);
-  s.assumed_noise = study::read_assumed_noise(c, s.estimator.name);
+  s.estimator = scenario::read_estimator(c, analysis::input_errors(s.noise, s.spread, s.field), s.field);
+  s.assumed_noise = scenario::read_assumed_noise(c, s.estimator.name);
   c.require(s.assumed_noise == sensor::AssumedNoise::constant ||
                 !(s.with_position || s.control_variate || s.noise.antithetic),
             "estimator.magnetometer_drawn",
             "weights that are drawn anew have no linear prediction: set outputs = [\"parameters\"] and "
             "control_variate = false, and no antithetic");
-  s.verdict = study::read_verdict_rule(c);
-  const std::vector<study::RowName> calibrated = calibrated_rows(s);
-  s.calibration = study::read_calibration(c, calibrated);
-  study::require_calibrated_inputs(c, s.calibration, s.estimator, analysis::input_errors(s.noise, s.spread, s.field),
-                                   s.errors);
-  s.trial_plan = study::read_trial_plan(c, stoppable(s.with_position), decidable(s), s.verdict);
+  s.verdict = compare::read_verdict_rule(c);
+  const std::vector<compare::RowName> calibrated = calibrated_rows(s);
+  s.calibration = compare::read_calibration(c, calibrated);
+  compare::require_calibrated_inputs(c, s.calibration, s.estimator, analysis::input_errors(s.noise, s.spread, s.field),
+                                     s.errors);
+  s.trial_plan = compare::read_trial_plan(c, stoppable(s.with_position), decidable(s), s.verdict);
   c.require(!s.noise.antithetic || s.trial_plan.trials % 2 == 0,
             s.trial_plan.looks.empty() ? "trials" : "stop.max_trials",
             "must be even where antithetic = true: trials come in pairs");
-  s.annotations = study::Annotations::read(c, study::with_calibration_rows(row_names(), s.calibration, calibrated));
+  s.annotations = compare::Annotations::read(c, compare::with_calibration_rows(row_names(), s.calibration, calibrated));
   c.finish();
   return s;
 }

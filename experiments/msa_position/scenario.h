@@ -4,12 +4,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "compare/annotations.h"
+#include "compare/calibration.h"
+#include "compare/trial_plan.h"
 #include "estimate/observability.h"
+#include "events/event_study.h"
 #include "random/study_id.h"
-#include "study/annotations.h"
-#include "study/calibration.h"
-#include "study/event_study.h"
-#include "study/scenario.h"
+#include "sensor/tool_spread.h"
 
 namespace surveymc::studies::msa_position {
 
@@ -28,7 +29,7 @@ constexpr std::array<const char*, 3> kAzimuths{"azimuth_first", "azimuth_middle"
 struct Scenario {
   random::StudySeed seed;
   std::uint64_t save_samples = 0;
-  study::TrialPlan trial_plan;
+  compare::TrialPlan trial_plan;
   bool with_position = true;    ///< false: parameters only, for throughput
   bool control_variate = true;  ///< tally the first-order prediction of every trial beside it
   survey::ReferenceField field;
@@ -39,16 +40,16 @@ struct Scenario {
   sensor::NoiseModel noise;
   estimate::EstimatorOptions estimator;
   sensor::AssumedNoise assumed_noise = sensor::AssumedNoise::constant;
-  study::VerdictRule verdict;
-  study::CalibrationRule calibration;
-  study::Annotations annotations;
-  std::vector<study::EventRule> events;  ///< not empty: the run is one of events
-  study::EventRun event_run;
+  compare::VerdictRule verdict;
+  compare::CalibrationRule calibration;
+  compare::Annotations annotations;
+  std::vector<events::EventRule> events;  ///< not empty: the run is one of events
+  events::EventRun event_run;
 };
 
 /// Quantities whose claimed distribution this scenario can judge, in order, with the formulation that claims it. Table
 /// is "".
-std::vector<study::RowName> calibrated_rows(const Scenario& scenario);
+std::vector<compare::RowName> calibrated_rows(const Scenario& scenario);
 
 /// Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);

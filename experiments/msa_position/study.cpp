@@ -18,12 +18,12 @@
 #include <Eigen/LU>
 
 #include "base/units.h"
+#include "compare/position_comparison.h"
 #include "estimate/msa.h"
 #include "propagate/ellipse.h"
 #include "random/study_stream.h"
 #include "stats/antithetic.h"
 #include "study/experiment.h"
-#include "study/position_comparison.h"
 #include "survey/corrected_position.h"
 
 namespace surveymc::studies::msa_position {
@@ -111,7 +111,7 @@ PositionPoint::PositionPoint(Scenario scenario, Model model)
       stream_(random::stream_of(s_.seed)),
       estimator_(std::move(model.estimator)),
       at_(s_, *estimator_),
-      intervals_(study::at_confidence(s_.verdict)),
+      intervals_(compare::at_confidence(s_.verdict)),
       horizontal_weight_(model.horizontal_weight),
       horizontal_axes_(model.horizontal_axes),
       hla_from_nev_(model.hla_from_nev),
@@ -193,7 +193,7 @@ void PositionPoint::observe(const Batch& b, int t, Row& x, std::vector<std::uint
     const double squared = w(0, 0) * n * n + 2 * w(0, 1) * n * e + w(1, 1) * e * e;
     x[at_.nees_horizontal + which] = squared;
     for (int a = 0; a < 2; ++a) x[at_.axes + 2 * which + a] = axes(0, a) * n + axes(1, a) * e;
-    study::count_inside(squared, inside.data() + 3 * f);
+    compare::count_inside(squared, inside.data() + 3 * f);
   }
 }
 
@@ -275,8 +275,8 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
   return tally;
 }
 
-study::RowsOfTables PositionPoint::all_rows(const stats::Tally& tally) const {
-  study::RowsOfTables rows{{"parameters", parameter_rows(tally)}};
+compare::RowsOfTables PositionPoint::all_rows(const stats::Tally& tally) const {
+  compare::RowsOfTables rows{{"parameters", parameter_rows(tally)}};
   if (at_.hanak >= 0) rows.push_back({"hanak_parameters", hanak_rows(tally)});
   if (s_.with_position) {
     rows.push_back({"position", position_rows(tally)});
@@ -287,11 +287,11 @@ study::RowsOfTables PositionPoint::all_rows(const stats::Tally& tally) const {
 
 study::PointResult PositionPoint::report(const stats::Tally& tally, const montecarlo::RunOptions&) const {
   study::PointResult r;
-  std::vector<study::ComparisonRow> published;
+  std::vector<compare::ComparisonRow> published;
   for (auto& [table, rows, place] : all_rows(tally)) {
     stop_.add_notes(table, rows, tally);
     r.tables.push_back(
-        study::comparison_table(table, long_name_of(table) + intervals_, rows, tally.trials, tally.failed, true));
+        compare::comparison_table(table, long_name_of(table) + intervals_, rows, tally.trials, tally.failed, true));
     if (table != "position_hla") published.insert(published.end(), rows.begin(), rows.end());
   }
   if (s_.with_position) {
@@ -301,12 +301,12 @@ study::PointResult PositionPoint::report(const stats::Tally& tally, const montec
   r.tables.push_back(covariance_tests_table(tally));
   r.tables.push_back(correlation_table(tally));
   if (s_.control_variate) r.tables.push_back(control_variate_table(tally));
-  if (s_.annotations.has_published()) r.tables.push_back(study::published_fit_table(published));
+  if (s_.annotations.has_published()) r.tables.push_back(compare::published_fit_table(published));
   for (store::Table& t :
-       study::calibration_tables(s_.calibration, calibrated_, tally.counts, kCounts, antithetic(), s_.annotations))
+       compare::calibration_tables(s_.calibration, calibrated_, tally.counts, kCounts, antithetic(), s_.annotations))
     r.tables.push_back(std::move(t));
   if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
-  r.tables.push_back(study::failed_trials_table("trials without a converged estimate", tally.failed_trials));
+  r.tables.push_back(compare::failed_trials_table("trials without a converged estimate", tally.failed_trials));
   if (antithetic()) r.tables.push_back(pairs_table(tally));
   if (s_.save_samples > 0) r.samples = {samples_table(tally)};
   return r;
@@ -444,7 +444,7 @@ study::Experiment experiment() {
             Scenario s = read_scenario(config, seed);
             // A survey's geometry may be one that no run can have: blamed_for() says which survey, in which case.
             if (!s.events.empty())
-              return study::event_plan(
+              return events::event_plan(
                   s.event_run, s.annotations, random::stream_of(s.seed),
                   [s] { return s.survey_place.blamed_for([&] { return events_of(s); }); }, montecarlo::kBlockTrials,
                   s.survey.size());

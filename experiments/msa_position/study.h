@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "analysis/msa_prediction.h"
+#include "compare/calibration.h"
+#include "compare/verdict_stop.h"
 #include "msa_position/scenario.h"
 #include "stats/control_variate.h"
 #include "stats/sample_summary.h"
 #include "stats/tests.h"
-#include "study/calibration.h"
 #include "study/experiment.h"
-#include "study/verdict_stop.h"
 
 namespace surveymc::studies::msa_position {
 
@@ -53,7 +53,7 @@ struct Model {
 Model model_of(const Scenario& scenario);
 
 /// The events of a scenario that has some, with first-order predictions. Throws as model_of().
-std::vector<study::TrialEvent> events_of(const Scenario& scenario);
+std::vector<events::TrialEvent> events_of(const Scenario& scenario);
 
 class PositionPoint final : public study::StudyPoint {
  public:
@@ -88,7 +88,7 @@ class PositionPoint final : public study::StudyPoint {
   stats::ControlledEstimate sd_estimate(const stats::Tally& tally, int component) const;
 
   /// Rows of all comparison tables, by name of the table.
-  study::RowsOfTables all_rows(const stats::Tally& tally) const;
+  compare::RowsOfTables all_rows(const stats::Tally& tally) const;
   bool claims_what_is_predicted() const;
   void make_calibrated();
   /// `angles`: tangents of the errors of the azimuths, a column each; empty if none is wanted.
@@ -98,16 +98,16 @@ class PositionPoint final : public study::StudyPoint {
   void azimuth_errors(Batch& b, int group) const;
 
   /// The mean of a component plus `offset` against its prediction.
-  study::ComparisonRow mean_row(const std::string& quantity, const char* unit, const stats::Tally& tally, int component,
-                                double offset, double predicted) const;
+  compare::ComparisonRow mean_row(const std::string& quantity, const char* unit, const stats::Tally& tally,
+                                  int component, double offset, double predicted) const;
   /// Three standard deviations of a component, which is `of` what the row's name says, against a predicted sd.
-  study::ComparisonRow sd_row(const char* formulation, const std::string& of, const char* unit,
-                              const stats::Tally& tally, int component, double predicted) const;
-  std::vector<study::ComparisonRow> parameter_rows(const stats::Tally& tally) const;
-  std::vector<study::ComparisonRow> reference_rows(const stats::Tally& tally) const;
-  std::vector<study::ComparisonRow> hanak_rows(const stats::Tally& tally) const;
-  std::vector<study::ComparisonRow> position_rows(const stats::Tally& tally) const;
-  std::vector<study::ComparisonRow> hole_rows(const stats::Tally& tally) const;
+  compare::ComparisonRow sd_row(const char* formulation, const std::string& of, const char* unit,
+                                const stats::Tally& tally, int component, double predicted) const;
+  std::vector<compare::ComparisonRow> parameter_rows(const stats::Tally& tally) const;
+  std::vector<compare::ComparisonRow> reference_rows(const stats::Tally& tally) const;
+  std::vector<compare::ComparisonRow> hanak_rows(const stats::Tally& tally) const;
+  std::vector<compare::ComparisonRow> position_rows(const stats::Tally& tally) const;
+  std::vector<compare::ComparisonRow> hole_rows(const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
   store::Table covariance_table(const stats::Tally& tally) const;
   /// Whether the 6 x 6 covariance of the estimates is that of the first-order prediction; nothing with few trials.
@@ -130,7 +130,7 @@ class PositionPoint final : public study::StudyPoint {
   static constexpr std::size_t kCounts = kFormulations.size() * 3;  ///< trials in ellipses; calibration follows
 
   Scenario s_;
-  study::VerdictStop stop_;
+  compare::VerdictStop stop_;
   sensor::CleanReadings clean_;
   std::vector<double> md_;
   analysis::MsaPrediction prediction_;
@@ -141,7 +141,7 @@ class PositionPoint final : public study::StudyPoint {
   std::array<Eigen::Matrix2d, 3> horizontal_weight_, horizontal_axes_;
   Eigen::Matrix3d hla_from_nev_;
   Eigen::Matrix<double, 6, 6> parameter_weight_, claimed_weight_;
-  std::vector<study::CalibratedQuantity> calibrated_;  ///< empty: no calibration
+  std::vector<compare::CalibratedQuantity> calibrated_;  ///< empty: no calibration
   std::vector<CalibratedColumn> calibrated_columns_;
   bool has_azimuths_ = false;  ///< among the calibrated quantities
   std::array<std::size_t, 3> azimuth_places_{};

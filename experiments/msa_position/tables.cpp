@@ -4,27 +4,27 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "compare/position_comparison.h"
 #include "estimate/estimators.h"
 #include "msa_position/study.h"
-#include "study/position_comparison.h"
 
 namespace surveymc::studies::msa_position {
 
-study::ComparisonRow PositionPoint::mean_row(const std::string& quantity, const char* unit, const stats::Tally& tally,
-                                             int component, double offset, double predicted) const {
-  return study::compare_mean(quantity, unit, sample(tally, component), offset, predicted, s_.verdict, tally.trials);
+compare::ComparisonRow PositionPoint::mean_row(const std::string& quantity, const char* unit, const stats::Tally& tally,
+                                               int component, double offset, double predicted) const {
+  return compare::compare_mean(quantity, unit, sample(tally, component), offset, predicted, s_.verdict, tally.trials);
 }
 
-study::ComparisonRow PositionPoint::sd_row(const char* formulation, const std::string& of, const char* unit,
-                                           const stats::Tally& tally, int component, double predicted) const {
-  return study::labelled(formulation, study::compare_sd("sigma3_" + of, unit, 3, sample(tally, component), predicted,
-                                                        s_.verdict, tally.trials));
+compare::ComparisonRow PositionPoint::sd_row(const char* formulation, const std::string& of, const char* unit,
+                                             const stats::Tally& tally, int component, double predicted) const {
+  return compare::labelled(formulation, compare::compare_sd("sigma3_" + of, unit, 3, sample(tally, component),
+                                                            predicted, s_.verdict, tally.trials));
 }
 
-std::vector<study::ComparisonRow> PositionPoint::parameter_rows(const stats::Tally& tally) const {
+std::vector<compare::ComparisonRow> PositionPoint::parameter_rows(const stats::Tally& tally) const {
   // Weights that are drawn anew in every run have no linear prediction.
   const bool predicted = s_.assumed_noise == sensor::AssumedNoise::constant;
-  std::vector<study::ComparisonRow> rows;
+  std::vector<compare::ComparisonRow> rows;
   for (int i = 0; i < 6; ++i) {
     const auto a = static_cast<std::size_t>(i);
     rows.push_back(mean_row(std::string("mean_") + estimate::kParameterNames[a], estimate::kParameterUnits[a], tally,
@@ -46,9 +46,9 @@ std::vector<study::ComparisonRow> PositionPoint::parameter_rows(const stats::Tal
                           at_.parameter + i, claimed));
   }
   if (at_.reference >= 0)
-    for (const study::ComparisonRow& row : reference_rows(tally)) rows.push_back(row);
+    for (const compare::ComparisonRow& row : reference_rows(tally)) rows.push_back(row);
   if (predicted && prediction_.parameter_covariance(0, 0) > 0) {
-    rows.push_back(study::compare_nees("nees", sample(tally, at_.nees_parameters), 6, s_.verdict, tally.trials));
+    rows.push_back(compare::compare_nees("nees", sample(tally, at_.nees_parameters), 6, s_.verdict, tally.trials));
     if (const std::optional<stats::WishartTest> test = parameter_test(tally))
       rows.back().note += fmt::format("; Wishart test of the 6x6 covariance: p = {:.2g}", test->p_value);
   }
@@ -64,9 +64,9 @@ std::optional<stats::WishartTest> PositionPoint::parameter_test(const stats::Tal
   return stats::wishart_test(covariance(tally).topLeftCorner<6, 6>(), prediction_.parameter_covariance, units(tally));
 }
 
-std::vector<study::ComparisonRow> PositionPoint::reference_rows(const stats::Tally& tally) const {
+std::vector<compare::ComparisonRow> PositionPoint::reference_rows(const stats::Tally& tally) const {
   const std::array<double, 2> truth{s_.field.total, s_.field.dip / kDegree}, unit{1, kDegree};
-  std::vector<study::ComparisonRow> rows;
+  std::vector<compare::ComparisonRow> rows;
   for (std::size_t a = 0; a < 2; ++a)
     rows.push_back(mean_row(std::string("mean_") + kReference[a], kReferenceUnits[a], tally,
                             at_.reference + static_cast<int>(a), truth[a],
@@ -82,7 +82,7 @@ std::vector<study::ComparisonRow> PositionPoint::reference_rows(const stats::Tal
   return rows;
 }
 
-std::vector<study::ComparisonRow> PositionPoint::hanak_rows(const stats::Tally& tally) const {
+std::vector<compare::ComparisonRow> PositionPoint::hanak_rows(const stats::Tally& tally) const {
   // The nominal tool, and the derivatives by its gains and biases.
   Eigen::Matrix<double, 6, 6> by_parameters = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> truth, shift;  // shift: mean error of the estimate, by priors and by noise with a mean
@@ -101,7 +101,7 @@ std::vector<study::ComparisonRow> PositionPoint::hanak_rows(const stats::Tally& 
   const Eigen::Matrix<double, 6, 1> expected = truth + by_parameters * shift;
   const Eigen::Matrix<double, 6, 6> claimed = prediction_.claimed_covariance.topLeftCorner<6, 6>();
   const Eigen::Matrix<double, 6, 6> covariance = by_parameters * claimed * by_parameters.transpose();
-  std::vector<study::ComparisonRow> rows;
+  std::vector<compare::ComparisonRow> rows;
   for (std::size_t a = 0; a < 6; ++a)
     rows.push_back(mean_row(std::string("mean_") + kHanakParameters[a], estimate::kParameterUnits[a], tally,
                             at_.hanak + static_cast<int>(a), 0, expected[static_cast<Eigen::Index>(a)]));
@@ -114,8 +114,8 @@ std::vector<study::ComparisonRow> PositionPoint::hanak_rows(const stats::Tally& 
   return rows;
 }
 
-std::vector<study::ComparisonRow> PositionPoint::position_rows(const stats::Tally& tally) const {
-  std::vector<study::ComparisonRow> rows;
+std::vector<compare::ComparisonRow> PositionPoint::position_rows(const stats::Tally& tally) const {
+  std::vector<compare::ComparisonRow> rows;
   for (int i = 0; i < 3; ++i) {
     const double correction = prediction_.position[i] - prediction_.uncorrected[i];
     rows.push_back(mean_row(std::string("correction_") + kDirections[static_cast<std::size_t>(i)], "m", tally,
@@ -130,8 +130,8 @@ std::vector<study::ComparisonRow> PositionPoint::position_rows(const stats::Tall
   return rows;
 }
 
-std::vector<study::ComparisonRow> PositionPoint::hole_rows(const stats::Tally& tally) const {
-  std::vector<study::ComparisonRow> rows;
+std::vector<compare::ComparisonRow> PositionPoint::hole_rows(const stats::Tally& tally) const {
+  std::vector<compare::ComparisonRow> rows;
   for (std::size_t f = 0; f < kFormulations.size(); ++f) {
     const Eigen::Matrix3d c = hla_from_nev_ * prediction_.position_covariance[f] * hla_from_nev_.transpose();
     for (int i = 0; i < 3; ++i) {

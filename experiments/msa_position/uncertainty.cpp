@@ -5,10 +5,10 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "compare/position_comparison.h"
+#include "compare/table_rows.h"
 #include "msa_position/study.h"
 #include "stats/tests.h"
-#include "study/position_comparison.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::msa_position {
 
@@ -17,7 +17,7 @@ using Eigen::Matrix3d;
 
 namespace {
 
-void write_counts(study::TableRows& t, const stats::Tally& tally) {
+void write_counts(compare::TableRows& t, const stats::Tally& tally) {
   t.count("trials", "trials run", tally.trials);
   t.count("failed", "trials without a converged estimate, not in the statistics", tally.failed);
 }
@@ -26,18 +26,18 @@ void write_counts(study::TableRows& t, const stats::Tally& tally) {
 
 store::Table PositionPoint::ellipse_table(const stats::Tally& tally) const {
   constexpr int at = Components::position;
-  study::HorizontalSample found{tally.trials, tally.failed, units(tally), antithetic(), {}, {}};
+  compare::HorizontalSample found{tally.trials, tally.failed, units(tally), antithetic(), {}, {}};
   if (found.units > 2) {
     found.mean = prediction_.position.head<2>() + tally.moments.mean.segment<2>(at);
     found.covariance = covariance(tally).block<2, 2>(at, at);
   }
-  study::TableRows t(
+  compare::TableRows t(
       "ellipse", "horizontal one-sigma ellipses of the final position, and how Monte Carlo fills them" + intervals_);
-  study::write_sample_ellipse(t, found);
+  compare::write_sample_ellipse(t, found);
   for (std::size_t f = 0; f < kFormulations.size(); ++f) {
     const int which = static_cast<int>(f);
-    study::EllipseRow row{kFormulations[f], prediction_.position.head<2>(),
-                          prediction_.position_covariance[f].topLeftCorner<2, 2>()};
+    compare::EllipseRow row{kFormulations[f], prediction_.position.head<2>(),
+                            prediction_.position_covariance[f].topLeftCorner<2, 2>()};
     if (found.units > 2) {
       row.along = {sample(tally, at_.axes + 2 * which), sample(tally, at_.axes + 2 * which + 1)};
       std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(3 * f), 3, row.inside.begin());
@@ -45,13 +45,13 @@ store::Table PositionPoint::ellipse_table(const stats::Tally& tally) const {
       row.wishart_p = stats::wishart_test(found.covariance, row.predicted, found.units).p_value;
     }
     row.expected = s_.annotations.expected("ellipse", kFormulations[f], "ellipse");
-    study::write_ellipse(t, row, found, s_.verdict);
+    compare::write_ellipse(t, row, found, s_.verdict);
   }
   return t.take();
 }
 
 store::Table PositionPoint::covariance_table(const stats::Tally& tally) const {
-  study::TableRows t("position_covariance", "covariance of the final position, true north");
+  compare::TableRows t("position_covariance", "covariance of the final position, true north");
   const auto row = [&](const std::string& name, const Matrix3d& c) {
     t.word("formulation", "monte_carlo, or which analytic prediction", name);
     t.covariance("nev", "element of the covariance", c);
@@ -63,7 +63,7 @@ store::Table PositionPoint::covariance_table(const stats::Tally& tally) const {
 
 store::Table PositionPoint::covariance_tests_table(const stats::Tally& tally) const {
   const std::optional<stats::WishartTest> test = parameter_test(tally);
-  study::TableRows t("covariance_tests", "likelihood-ratio tests of whole covariances, without a margin");
+  compare::TableRows t("covariance_tests", "likelihood-ratio tests of whole covariances, without a margin");
   t.word("formulation", "which analytic prediction", "first_order");
   t.word("quantity", "whose covariance", "parameters");
   t.count("dimension", "rows of the matrix", 6);
@@ -75,8 +75,8 @@ store::Table PositionPoint::covariance_tests_table(const stats::Tally& tally) co
 }
 
 store::Table PositionPoint::correlation_table(const stats::Tally& tally) const {
-  study::TableRows t("parameter_correlation",
-                     "correlation of the estimates; near -1 or 1: the two can hardly be told apart" + intervals_);
+  compare::TableRows t("parameter_correlation",
+                       "correlation of the estimates; near -1 or 1: the two can hardly be told apart" + intervals_);
   const auto correlation = [](const auto& c, int i, int j) { return c(i, j) / std::sqrt(c(i, i) * c(j, j)); };
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < i; ++j) {
@@ -109,7 +109,7 @@ store::Table PositionPoint::control_variate_table(const stats::Tally& tally) con
                          antithetic() ? "pairs of which both trials converged" : "converged trials", tally.failed,
                          static_cast<double>(tally.failed) / static_cast<double>(tally.trials),
                          antithetic() ? fmt::format(" and {} converged beside one that failed", tally.left_out) : "");
-  study::TableRows t("control_variate", title);
+  compare::TableRows t("control_variate", title);
   const auto put = [&](const std::string& quantity, const std::string& unit, const stats::ControlledEstimate& e,
                        double offset, double factor, double analytic, bool judged) {
     const auto estimate = [&](const char* name, const char* meaning, double x, const stats::Interval& i) {
@@ -127,13 +127,14 @@ store::Table PositionPoint::control_variate_table(const stats::Tally& tally) con
              "how many times more independent trials the plain estimate needs for the same interval",
              e.variance_reduction);
     t.number("margin", "1", "what agrees: the ratio within 1 -+ margin", judged ? s_.verdict.margin : kNaN);
-    const study::Verdict verdict = judged ? study::judge(ratio, s_.verdict.margin, tally.trials) : study::Verdict{};
+    const compare::Verdict verdict =
+        judged ? compare::judge(ratio, s_.verdict.margin, tally.trials) : compare::Verdict{};
     t.word("verdict", "agrees, differs or undecided, by the controlled estimate", verdict.word);
-    study::write_evidence(t,
-                          verdict.word.empty()
-                              ? study::Evidence{}
-                              : study::evidence_of(analytic / e.controlled, ratio, s_.verdict, units(tally), true),
-                          verdict.trials_to_decide);
+    compare::write_evidence(t,
+                            verdict.word.empty()
+                                ? compare::Evidence{}
+                                : compare::evidence_of(analytic / e.controlled, ratio, s_.verdict, units(tally), true),
+                            verdict.trials_to_decide);
     write_counts(t, tally);
   };
   if (units(tally) < 20) return t.take([&] { put("", "", {}, 0, 1, kNaN, false); });
@@ -169,8 +170,8 @@ store::Table PositionPoint::control_variate_table(const stats::Tally& tally) con
 }
 
 store::Table PositionPoint::pairs_table(const stats::Tally& tally) const {
-  study::TableRows t("antithetic_pairs",
-                     "trials 2j and 2j + 1 with opposite draws; a pair is the unit of all intervals");
+  compare::TableRows t("antithetic_pairs",
+                       "trials 2j and 2j + 1 with opposite draws; a pair is the unit of all intervals");
   write_counts(t, tally);
   t.count("left_out", "converged trials not in the statistics: the other of their pair failed", tally.left_out);
   t.count("pairs", "pairs in the statistics", tally.pairs.count);
@@ -179,21 +180,21 @@ store::Table PositionPoint::pairs_table(const stats::Tally& tally) const {
 
 store::Table PositionPoint::samples_table(const stats::Tally& tally) const {
   store::Table t{"realisations", "estimates and final positions of the first converged trials"};
-  t.columns = {study::number_column("trial", "1", "number of the trial, from 0")};
+  t.columns = {compare::number_column("trial", "1", "number of the trial, from 0")};
   for (std::size_t i = 0; i < 6; ++i)
-    t.columns.push_back(
-        study::number_column(i < 3 ? estimate::kParameterNames[i] : fmt::format("{}_nT", estimate::kParameterNames[i]),
-                             estimate::kParameterUnits[i], "MSA estimate"));
+    t.columns.push_back(compare::number_column(
+        i < 3 ? estimate::kParameterNames[i] : fmt::format("{}_nT", estimate::kParameterNames[i]),
+        estimate::kParameterUnits[i], "MSA estimate"));
   const std::size_t with_position = t.columns.size() + 3;
   if (s_.with_position)
     for (const char* d : kDirections)
       t.columns.push_back(
-          study::number_column(fmt::format("{}_m", d), "m", "final position relative to the first station"));
+          compare::number_column(fmt::format("{}_m", d), "m", "final position relative to the first station"));
   const std::size_t columns = t.columns.size();
   std::vector<double> shown;
   for (std::size_t i = 0; i < tally.samples.size(); ++i)
     if (i % with_position < columns) shown.push_back(tally.samples[i]);
-  return study::table_of_numbers(std::move(t), shown);
+  return compare::table_of_numbers(std::move(t), shown);
 }
 
 }  // namespace surveymc::studies::msa_position

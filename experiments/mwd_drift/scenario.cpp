@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/units.h"
+#include "compare/trial_plan.h"
 #include "mwd_drift/study.h"
 
 namespace surveymc::studies::mwd_drift {
@@ -21,7 +22,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
   s.trials = static_cast<std::uint64_t>(c.integer("trials", 1, 100'000'000));
-  s.field = study::read_field(c);
+  s.field = scenario::read_field(c);
   s.stations = static_cast<int>(c.integer("well.stations", 3, 100'000, 80));
   s.spacing = c.number("well.spacing_m", config::Range::positive(), 30);
   s.inclination_from = kDegree * c.number("well.inclination_from_deg", config::Range::closed(0, 180), 0);
@@ -43,16 +44,16 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.sprt.false_alarm = c.number("sprt.false_alarm", config::Range::open(0, 0.5), 1e-4);
   s.sprt.missed_alarm = c.number("sprt.missed_alarm", config::Range::open(0, 0.5), 0.10);
   s.alarm_sd = c.number("filter.alarm_sd", config::Range::positive(), 3);
-  s.verdict.confidence = c.number("verdict.confidence", study::kConfidences, 0.95);
+  s.verdict.confidence = c.number("verdict.confidence", compare::kConfidences, 0.95);
   s.verdict.margin = c.number("verdict.margin", config::Range::open(0, 1), s.verdict.margin);
   s.verdict.nees_margin = c.number("verdict.nees_margin", config::Range::open(0, 1), s.verdict.nees_margin);
   const std::vector<double> no_rows;
   const Outcomes none(no_rows);
-  std::vector<study::RowName> names;
-  for (const study::ComparisonRow& r : comparison_rows(s, none))
+  std::vector<compare::RowName> names;
+  for (const compare::ComparisonRow& r : comparison_rows(s, none))
     names.push_back({"comparison", r.formulation, r.quantity});
-  for (const study::ComparisonRow& r : claim_rows(s, none)) names.push_back({"claims", r.formulation, r.quantity});
-  s.annotations = study::Annotations::read(c, names);
+  for (const compare::ComparisonRow& r : claim_rows(s, none)) names.push_back({"claims", r.formulation, r.quantity});
+  s.annotations = compare::Annotations::read(c, names);
   c.finish();
   return s;
 }

@@ -26,16 +26,17 @@ class MwdDrift final : public study::StudyPoint {
 
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions&) const override {
     const Outcomes o(tally.samples);
-    const std::string at = study::at_confidence(s_.verdict.confidence);
-    std::vector<study::ComparisonRow> rows = comparison_rows(s_, o), claims = claim_rows(s_, o);
+    const std::string at = compare::at_confidence(s_.verdict.confidence);
+    std::vector<compare::ComparisonRow> rows = comparison_rows(s_, o), claims = claim_rows(s_, o);
     s_.annotations.apply("comparison", rows);
     s_.annotations.apply("claims", claims);
     study::PointResult r;
-    r.tables = {detection_table(s_, o),
-                study::comparison_table("comparison", "alarms, and consistency of the filter against theory" + at, rows,
-                                        tally.trials, 0, true),
-                study::comparison_table("claims", "what the filter is held to do" + at, claims, tally.trials, 0, true),
-                alarm_curve_table(s_, o), series_table(s_)};
+    r.tables = {
+        detection_table(s_, o),
+        compare::comparison_table("comparison", "alarms, and consistency of the filter against theory" + at, rows,
+                                  tally.trials, 0, true),
+        compare::comparison_table("claims", "what the filter is held to do" + at, claims, tally.trials, 0, true),
+        alarm_curve_table(s_, o), series_table(s_)};
     return r;
   }
 

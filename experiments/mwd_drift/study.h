@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "analysis/drift_run.h"
-#include "study/annotations.h"
-#include "study/comparison.h"
-#include "study/scenario.h"
+#include "compare/annotations.h"
+#include "compare/comparison.h"
+#include "scenario/scenario.h"
 
 namespace surveymc::studies::mwd_drift {
 
@@ -16,8 +16,8 @@ inline constexpr std::array<const char*, 6> kSensors{"gx", "gy", "gz", "bx", "by
 struct Scenario : analysis::DriftRunSetup {
   std::uint64_t trials = 0;
   double spacing = 30;  ///< m
-  study::VerdictRule verdict;
-  study::Annotations annotations;
+  compare::VerdictRule verdict;
+  compare::Annotations annotations;
   int sensor = -1;  ///< the drifting sensor
 
   /// A sweep may hold a drift of zero.
@@ -40,8 +40,8 @@ class Outcomes {
   const std::vector<double>& rows_;
 };
 
-std::vector<study::ComparisonRow> comparison_rows(const Scenario& s, const Outcomes& o);
-std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& o);
+std::vector<compare::ComparisonRow> comparison_rows(const Scenario& s, const Outcomes& o);
+std::vector<compare::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& o);
 store::Table detection_table(const Scenario& s, const Outcomes& o);
 /// Share of wells with an alarm up to each station.
 store::Table alarm_curve_table(const Scenario& s, const Outcomes& o);

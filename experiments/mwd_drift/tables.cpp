@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "compare/claims.h"
+#include "compare/table_rows.h"
 #include "monitoring/sprt_false_alarms.h"
 #include "mwd_drift/study.h"
 #include "stats/order_statistics.h"
-#include "study/claims.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::mwd_drift {
 namespace {
@@ -55,19 +55,19 @@ std::vector<double> all(const Outcomes& o, Value v) {
 }
 
 /// Mean over wells against the mean of a chi-squared variable.
-study::ComparisonRow mean_against(const std::string& quantity, const std::vector<double>& x, double expected,
-                                  const Scenario& s, double margin) {
-  study::VerdictRule rule = s.verdict;
+compare::ComparisonRow mean_against(const std::string& quantity, const std::vector<double>& x, double expected,
+                                    const Scenario& s, double margin) {
+  compare::VerdictRule rule = s.verdict;
   rule.margin = margin;
-  const study::ComparisonRow found = study::mean_row(kFilter, quantity, "1", x, s.verdict.confidence);
-  study::ComparisonRow row = study::labelled(
-      kFilter, study::compare_value(quantity, "1", {found.monte_carlo, found.interval}, expected, rule, x.size()));
+  const compare::ComparisonRow found = compare::mean_row(kFilter, quantity, "1", x, s.verdict.confidence);
+  compare::ComparisonRow row = compare::labelled(
+      kFilter, compare::compare_value(quantity, "1", {found.monte_carlo, found.interval}, expected, rule, x.size()));
   row.note = std::isnan(row.monte_carlo) ? "" : "all six biases walk as the filter assumes";
   return row;
 }
 
-study::ComparisonRow median_row(const char* formulation, const std::vector<double>& sorted, double confidence) {
-  study::ComparisonRow row = study::empty_row(formulation, "delay_q50_stations", "1");
+compare::ComparisonRow median_row(const char* formulation, const std::vector<double>& sorted, double confidence) {
+  compare::ComparisonRow row = compare::empty_row(formulation, "delay_q50_stations", "1");
   if (sorted.empty()) return row;
   row.monte_carlo = stats::sorted_quantile(sorted, 0.5);
   row.interval = stats::median_interval(sorted, confidence);
@@ -103,26 +103,26 @@ bool is_of_drift(const std::string& quantity) {
   return std::find(kOfDrift.begin(), kOfDrift.end(), quantity) != kOfDrift.end();
 }
 
-void write_counts(study::TableRows& t, const Outcomes& o) {
+void write_counts(compare::TableRows& t, const Outcomes& o) {
   t.count("trials", "wells", o.trials());
   t.count("failed", "wells without a result", 0);
 }
 
 }  // namespace
 
-std::vector<study::ComparisonRow> comparison_rows(const Scenario& s, const Outcomes& o) {
+std::vector<compare::ComparisonRow> comparison_rows(const Scenario& s, const Outcomes& o) {
   const std::uint64_t n = o.trials();
   const auto rate = [&](const char* formulation, const char* quantity, std::uint64_t count, std::uint64_t runs,
                         double predicted) {
-    return study::labelled(formulation, study::compare_rate(quantity, count, runs, predicted, s.verdict, n));
+    return compare::labelled(formulation, compare::compare_rate(quantity, count, runs, predicted, s.verdict, n));
   };
   const FalseAlarms predicted = predict_false_alarms(s);
-  study::ComparisonRow false_alarm =
+  compare::ComparisonRow false_alarm =
       rate(kSprt, "p_alarm_without_drift", alarms(o, Value::sprt_without), n, predicted.probability);
   false_alarm.note += (false_alarm.note.empty() ? "" : "; ") + predicted.note;
-  study::ComparisonRow of_filter = rate(kFilter, "p_alarm_without_drift", alarms(o, Value::filter_without), n, kNaN);
+  compare::ComparisonRow of_filter = rate(kFilter, "p_alarm_without_drift", alarms(o, Value::filter_without), n, kNaN);
   of_filter.note = "no closed form: made about as rare as that of the SPRT by alarm_sd";
-  std::vector<study::ComparisonRow> rows{
+  std::vector<compare::ComparisonRow> rows{
       mean_against("nis_mean", all(o, Value::nis_mean), 3, s, s.verdict.nees_margin),
       mean_against("nis_within_95", all(o, Value::nis_inside), 0.95, s, s.verdict.margin),
       mean_against("nees_mean", all(o, Value::nees_mean), 6, s, s.verdict.nees_margin),
@@ -133,12 +133,12 @@ std::vector<study::ComparisonRow> comparison_rows(const Scenario& s, const Outco
       median_row(kSprt, delays(s, o, Value::sprt), s.verdict.confidence),
       median_row(kFilter, delays(s, o, Value::filter), s.verdict.confidence),
       rate(kFilter, "p_named", rightly_named(s, o), detections(s, o, Value::filter), kNaN)};
-  for (study::ComparisonRow& row : rows)
+  for (compare::ComparisonRow& row : rows)
     if (!s.drifts() && is_of_drift(row.quantity)) row.note = kNoDrift;
   return rows;
 }
 
-std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& o) {
+std::vector<compare::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& o) {
   const double confidence = s.verdict.confidence;
   const char* both = "bias_filter / channel_sprt";
   std::uint64_t filter_alone = 0, sprt_alone = 0, sooner = 0, decided = 0;
@@ -150,33 +150,33 @@ std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& 
     sooner += f < p;
     decided += f != p;
   }
-  study::ComparisonRow more = study::empty_row(both, "detects_no_less", "1");
+  compare::ComparisonRow more = compare::empty_row(both, "detects_no_less", "1");
   if (o.trials() > 0) {
     more.monte_carlo =
         (static_cast<double>(filter_alone) - static_cast<double>(sprt_alone)) / static_cast<double>(o.trials());
     more.interval = stats::paired_difference_interval(filter_alone, sprt_alone, o.trials(), confidence);
   }
   const auto share = [&](const char* formulation, const char* quantity, std::uint64_t count, std::uint64_t runs) {
-    study::ComparisonRow row =
-        study::labelled(formulation, study::compare_rate(quantity, count, runs, kNaN, s.verdict, o.trials()));
+    compare::ComparisonRow row =
+        compare::labelled(formulation, compare::compare_rate(quantity, count, runs, kNaN, s.verdict, o.trials()));
     row.note.clear();
     return row;
   };
-  std::vector<study::ComparisonRow> rows{
-      study::judge_claim(more, -0.01, false, confidence, "share of wells found, less that of the SPRT: above -1 %"),
-      study::judge_claim(share(both, "is_sooner", sooner, decided), 0.5, false, confidence,
-                         "in more than half of the wells in which one is sooner"),
-      study::judge_claim(share(kFilter, "names_the_right_sensor", rightly_named(s, o), alarms(o, Value::filter)), 0.99,
-                         false, confidence, "in more than 99 % of its alarms"),
-      study::judge_claim(share(kSprt, "false_alarms_are_rare", alarms(o, Value::sprt_without), o.trials()), 0.01, true,
-                         confidence, "in less than 1 % of wells without drift"),
-      study::judge_claim(share(kFilter, "false_alarms_are_rare", alarms(o, Value::filter_without), o.trials()), 0.01,
-                         true, confidence, "in less than 1 % of wells without drift")};
+  std::vector<compare::ComparisonRow> rows{
+      compare::judge_claim(more, -0.01, false, confidence, "share of wells found, less that of the SPRT: above -1 %"),
+      compare::judge_claim(share(both, "is_sooner", sooner, decided), 0.5, false, confidence,
+                           "in more than half of the wells in which one is sooner"),
+      compare::judge_claim(share(kFilter, "names_the_right_sensor", rightly_named(s, o), alarms(o, Value::filter)),
+                           0.99, false, confidence, "in more than 99 % of its alarms"),
+      compare::judge_claim(share(kSprt, "false_alarms_are_rare", alarms(o, Value::sprt_without), o.trials()), 0.01,
+                           true, confidence, "in less than 1 % of wells without drift"),
+      compare::judge_claim(share(kFilter, "false_alarms_are_rare", alarms(o, Value::filter_without), o.trials()), 0.01,
+                           true, confidence, "in less than 1 % of wells without drift")};
   if (s.drifts()) return rows;
   // Every alarm is false here: there is nothing to find sooner, and no right sensor to name.
-  for (study::ComparisonRow& row : rows) {
+  for (compare::ComparisonRow& row : rows) {
     if (!is_of_drift(row.quantity)) continue;
-    row = study::empty_row(row.formulation, row.quantity, row.unit);
+    row = compare::empty_row(row.formulation, row.quantity, row.unit);
     row.note = kNoDrift;
   }
   return rows;
@@ -184,7 +184,7 @@ std::vector<study::ComparisonRow> claim_rows(const Scenario& s, const Outcomes& 
 
 store::Table detection_table(const Scenario& s, const Outcomes& o) {
   const double confidence = s.verdict.confidence;
-  study::TableRows t("detection", "drift of one sensor along a survey" + study::at_confidence(confidence));
+  compare::TableRows t("detection", "drift of one sensor along a survey" + compare::at_confidence(confidence));
   for (const bool filter : {false, true}) {
     const Value with = filter ? Value::filter : Value::sprt,
                 without = filter ? Value::filter_without : Value::sprt_without;
@@ -210,7 +210,8 @@ store::Table detection_table(const Scenario& s, const Outcomes& o) {
 
 store::Table alarm_curve_table(const Scenario& s, const Outcomes& o) {
   const double confidence = s.verdict.confidence;
-  study::TableRows t("alarm_curve", "share of wells with an alarm up to a station" + study::at_confidence(confidence));
+  compare::TableRows t("alarm_curve",
+                       "share of wells with an alarm up to a station" + compare::at_confidence(confidence));
   for (const bool filter : {false, true}) {
     const auto up_to = [&](Value v) {
       std::vector<std::uint64_t> n(static_cast<std::size_t>(s.stations), 0);
@@ -236,8 +237,8 @@ store::Table alarm_curve_table(const Scenario& s, const Outcomes& o) {
 }
 
 store::Table series_table(const Scenario& s) {
-  study::TableRows t("series",
-                     "first well, with drift: channels in their sd, and the biases that the filter estimates");
+  compare::TableRows t("series",
+                       "first well, with drift: channels in their sd, and the biases that the filter estimates");
   constexpr std::array<const char*, 3> kChannels{"gravity", "total_field", "dip"};
   const analysis::DriftRun run = analysis::drift_run(s, 0, analysis::SensorBias::ramp, true);
   for (int k = 0; k < s.stations; ++k) {

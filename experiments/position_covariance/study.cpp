@@ -14,13 +14,13 @@
 #include <utility>
 
 #include "base/error.h"
+#include "compare/annotations.h"
 #include "montecarlo/blocks.h"
 #include "position_covariance/tables.h"
 #include "position_covariance/uncertainty.h"
-#include "study/annotations.h"
+#include "scenario/scenario.h"
+#include "scenario/validity_tables.h"
 #include "study/experiment.h"
-#include "study/scenario.h"
-#include "study/validity_tables.h"
 #include "survey/survey.h"
 
 namespace surveymc::studies::position_covariance {
@@ -49,10 +49,10 @@ std::size_t read_station(config::ConfigReader& entry, const survey::Survey& surv
 
 /// `[[published]] source, table, error_source (for covariance_by_source), md_m, values = { nn_m2 = ... }, at`.
 std::vector<Published> read_published(config::ConfigReader& c, const survey::Survey& survey,
-                                      const study::ToolRuns& tools) {
+                                      const scenario::ToolRuns& tools) {
   std::vector<Published> out;
   for (config::ConfigReader& entry : c.tables("published")) {
-    const study::PublishedEntry given = study::read_published(entry);
+    const compare::PublishedEntry given = compare::read_published(entry);
     Published p{0, "total", given.values, given.source};
     if (entry.choice("table", {"covariance", "covariance_by_source"}) == "covariance_by_source")
       p.source = entry.text("error_source");
@@ -61,7 +61,7 @@ std::vector<Published> read_published(config::ConfigReader& c, const survey::Sur
                     "must be of nn_m2, ee_m2, vv_m2, ne_m2, nv_m2, ev_m2");
     if (!given.here) continue;  // another point may have another survey or model
     p.station = read_station(entry, survey);
-    entry.require(p.source == "total" || study::has_source(tools, p.source), "error_source",
+    entry.require(p.source == "total" || scenario::has_source(tools, p.source), "error_source",
                   "no model here has this code");
     out.push_back(std::move(p));
   }
@@ -87,7 +87,7 @@ struct Scenario {
   survey::ReferenceField field;
   double latitude = 0;  ///< rad; NaN where no model needs it
   survey::Survey survey;
-  study::ToolRuns tools;
+  scenario::ToolRuns tools;
   std::vector<double> tvd;
   std::vector<propagate::Validity> validity;
   propagate::SourceDetail detail = propagate::SourceDetail::all;
@@ -106,14 +106,14 @@ propagate::SourceDetail read_source_detail(config::ConfigReader& c) {
 
 Scenario read_scenario(config::ConfigReader& c) {
   Scenario s;
-  s.field = study::read_field(c);
-  s.survey = study::read_survey(c, s.field, false);
-  s.tools = study::read_tool_runs(c, s.survey);
-  s.latitude = study::read_latitude(c, study::models_of(s.tools));
-  s.tvd = study::read_true_vertical_depths(c, s.survey);
+  s.field = scenario::read_field(c);
+  s.survey = scenario::read_survey(c, s.field, false);
+  s.tools = scenario::read_tool_runs(c, s.survey);
+  s.latitude = scenario::read_latitude(c, scenario::models_of(s.tools));
+  s.tvd = scenario::read_true_vertical_depths(c, s.survey);
   s.validity = propagate::tool_validity(s.survey, s.tools.runs, s.field, s.latitude);
-  study::read_outside_range(c, s.survey, s.tools.runs, s.validity);
-  study::warn_of_idle_terms(c, s.tools, s.field, s.latitude);
+  scenario::read_outside_range(c, s.survey, s.tools.runs, s.validity);
+  scenario::warn_of_idle_terms(c, s.tools, s.field, s.latitude);
   s.detail = read_source_detail(c);
   s.last_only = c.choice("output.stations", {"all", "last"}, "all") == "last";
   if (s.last_only && s.detail == propagate::SourceDetail::all)
@@ -176,12 +176,12 @@ class PositionCovariance final : public study::StudyPoint {
     }
     r.tables.push_back(tool_codes_table(s.tools));
     if (!s.last_only) r.tables.push_back(error_terms_table(s.tools));
-    r.tables.push_back(study::validity_table(s.survey, s.tools, validity));
+    r.tables.push_back(scenario::validity_table(s.survey, s.tools, validity));
     r.tables.push_back(gyro_table(s.survey, s.tools, result));
     r.tables.push_back(published_table(published, s.margin));
     r.tables.push_back(uncertainty_table(s.survey, result, s.report));
     r.tables.push_back(
-        study::validity_warnings_table("covariances", study::validity_warnings(s.survey, s.tools, validity)));
+        scenario::validity_warnings_table("covariances", scenario::validity_warnings(s.survey, s.tools, validity)));
     return r;
   }
 

@@ -9,10 +9,10 @@
 
 #include "base/standard_deviation.h"
 #include "base/units.h"
+#include "compare/table_rows.h"
 #include "propagate/ellipse.h"
 #include "store/result_file.h"
 #include "store/ruled_values.h"
-#include "study/table_rows.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::studies::position_covariance {
@@ -34,8 +34,8 @@ double azimuth_deg(const Vector3d& v) {
 
 store::Table covariance_table(const survey::Survey& survey, const propagate::ToolCovariances& result,
                               const std::function<void(std::size_t)>& at_station) {
-  study::TableRows t("covariance", "position covariance of every station; standard deviations and axes are one sigma",
-                     survey.stations.size());
+  compare::TableRows t("covariance", "position covariance of every station; standard deviations and axes are one sigma",
+                       survey.stations.size());
   for (std::size_t k = 0; k < survey.stations.size(); ++k) {
     const survey::Station& s = survey.stations[k];
     const Matrix3d &c = result.total[k], to_hla = survey::rotation_hla_from_nev(s.inclination, s.azimuth);
@@ -64,8 +64,8 @@ store::Table covariance_table(const survey::Survey& survey, const propagate::Too
 store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<double>& tvd,
                              const std::vector<Matrix3d>& covariances,
                              const std::function<void(std::size_t)>& at_station) {
-  study::TableRows t("ellipsoid", "position of every station and the axes of its one-sigma ellipsoid",
-                     survey.stations.size());
+  compare::TableRows t("ellipsoid", "position of every station and the axes of its one-sigma ellipsoid",
+                       survey.stations.size());
   const std::vector<Vector3d> positions = survey::minimum_curvature_positions(survey);
   constexpr std::array<std::array<const char*, 3>, 3> kAxes{
       {{"axis1_m", "axis1_azimuth_deg", "axis1_inclination_deg"},
@@ -75,7 +75,7 @@ store::Table ellipsoid_table(const survey::Survey& survey, const std::vector<dou
     const survey::Station& s = survey.stations[k];
     t.number("md_m", "m", "measured depth", s.md);
     t.number("inclination_deg", "deg", "of the hole", s.inclination / kDegree);
-    t.number("azimuth_deg", "deg", "of the hole, true north", study::turn_in_degrees(s.azimuth));
+    t.number("azimuth_deg", "deg", "of the hole, true north", compare::turn_in_degrees(s.azimuth));
     t.number("north_m", "m", "position relative to the first station, minimum curvature", positions[k].x());
     t.number("east_m", "m", "position relative to the first station, minimum curvature", positions[k].y());
     t.number("tvd_m", "m", "true vertical depth: as listed, or else by minimum curvature", tvd[k]);
@@ -99,9 +99,9 @@ namespace {
 store::Table by_source_columns(const survey::Survey& survey, const std::vector<std::string>& sources, std::size_t rows,
                                bool of_all) {
   const std::size_t n = survey.stations.size();
-  study::TableRows one("covariance_by_source",
-                       of_all ? "position covariance of every station by error source; their sum is the covariance"
-                              : "position covariance of the last station by error source");
+  compare::TableRows one("covariance_by_source",
+                         of_all ? "position covariance of every station by error source; their sum is the covariance"
+                                : "position covariance of the last station by error source");
   one.number("md_m", "m", "measured depth", 0);
   one.word("source", "code of the error source", "");
   one.covariance("nev", kNevCovariance, Matrix3d::Zero());
@@ -147,8 +147,8 @@ store::Table later_table(const store::Table& columns, std::size_t rows, const st
   return t;
 }
 
-store::Table tool_codes_table(const study::ToolRuns& tools) {
-  study::TableRows t("tool_codes", "the error models of the survey legs");
+store::Table tool_codes_table(const scenario::ToolRuns& tools) {
+  compare::TableRows t("tool_codes", "the error models of the survey legs");
   for (std::size_t l = 0; l < tools.runs.size(); ++l) {
     const error_model::Model& m = *tools.runs[l].model;
     t.count("leg", "number of the survey leg, from 1", l + 1);
@@ -168,7 +168,7 @@ store::Table tool_codes_table(const study::ToolRuns& tools) {
   return t.take();
 }
 
-store::Table error_terms_table(const study::ToolRuns& tools) {
+store::Table error_terms_table(const scenario::ToolRuns& tools) {
   struct Row {
     std::size_t leg;
     const error_model::Term* term;
@@ -176,9 +176,9 @@ store::Table error_terms_table(const study::ToolRuns& tools) {
   std::vector<Row> rows;
   for (std::size_t l = 0; l < tools.runs.size(); ++l)
     for (const error_model::Term& term : tools.runs[l].model->terms) rows.push_back({l, &term});
-  study::TableRows t("error_terms", "the error models as they were used, one row a leg and term");
+  compare::TableRows t("error_terms", "the error models as they were used, one row a leg and term");
   const error_model::Term none{"", std::make_shared<const error_model::Function>(), 0, "", 0, {}};
-  study::write_rows(t, rows, [&](const Row& r) {
+  compare::write_rows(t, rows, [&](const Row& r) {
     const error_model::Term& term = r.term ? *r.term : none;
     const error_model::Function& f = *term.function;
     t.count("leg", "number of the survey leg, from 1", r.leg + 1);
@@ -199,7 +199,7 @@ store::Table error_terms_table(const study::ToolRuns& tools) {
   return t.take();
 }
 
-store::Table gyro_table(const survey::Survey& survey, const study::ToolRuns& tools,
+store::Table gyro_table(const survey::Survey& survey, const scenario::ToolRuns& tools,
                         const propagate::ToolCovariances& result) {
   struct Row {
     std::size_t leg;
@@ -208,9 +208,9 @@ store::Table gyro_table(const survey::Survey& survey, const study::ToolRuns& too
   std::vector<Row> rows;
   for (std::size_t l = 0; l < result.gyro.size(); ++l)
     for (const propagate::GyroStretch& s : result.gyro[l]) rows.push_back({l, s});
-  study::TableRows t("gyro",
-                     "sections of hybrid gyros; the azimuth at initialisation is the one listed at the station before");
-  study::write_rows(t, rows, [&](const Row& r) {
+  compare::TableRows t(
+      "gyro", "sections of hybrid gyros; the azimuth at initialisation is the one listed at the station before");
+  compare::write_rows(t, rows, [&](const Row& r) {
     const propagate::GyroStretch& s = r.stretch;
     t.count("leg", "number of the survey leg, from 1", r.leg + 1);
     t.word("model", "error model of the leg", tools.model_names[r.leg]);
@@ -222,7 +222,7 @@ store::Table gyro_table(const survey::Survey& survey, const study::ToolRuns& too
     t.number("initialised_at_deg", "deg", "inclination at which the stationary terms keep their values",
              s.is_continuous ? s.initialised_inclination / kDegree : kNaN);
     t.number("azimuth_used_deg", "deg", "azimuth (true) at which they do",
-             s.is_continuous ? study::turn_in_degrees(s.initialised_azimuth) : kNaN);
+             s.is_continuous ? compare::turn_in_degrees(s.initialised_azimuth) : kNaN);
     t.word("azimuth_is_of_vertical_station", "yes: the survey lists it for a vertical station, where it means nothing",
            !s.is_continuous                   ? ""
            : s.azimuth_is_of_vertical_station ? "yes"
@@ -232,9 +232,9 @@ store::Table gyro_table(const survey::Survey& survey, const study::ToolRuns& too
 }
 
 store::Table published_table(const std::vector<PublishedElement>& elements, double margin) {
-  study::TableRows t("published",
-                     fmt::format("published elements of covariances; agrees: within {:g} of the trace", margin));
-  study::write_rows(t, elements, [&](const PublishedElement& p) {
+  compare::TableRows t("published",
+                       fmt::format("published elements of covariances; agrees: within {:g} of the trace", margin));
+  compare::write_rows(t, elements, [&](const PublishedElement& p) {
     const double difference = p.own == p.published ? 0 : (p.own - p.published) / p.trace;
     t.number("md_m", "m", "measured depth", p.md);
     t.word("source", "code of the error source, or total", p.source);

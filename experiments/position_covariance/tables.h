@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "scenario/error_models.h"
 #include "store/table.h"
-#include "study/error_models.h"
 
 namespace surveymc::studies::position_covariance {
 
@@ -38,11 +38,11 @@ store::Table covariance_by_source_table(const survey::Survey& survey, const std:
 /// A table of so many rows that is still being made: `columns` has none of its rows.
 store::Table later_table(const store::Table& columns, std::size_t rows, const std::shared_future<store::Table>& made);
 /// One row a leg: its model and where that holds.
-store::Table tool_codes_table(const study::ToolRuns& tools);
+store::Table tool_codes_table(const scenario::ToolRuns& tools);
 /// One row a leg and term: the models as they were used.
-store::Table error_terms_table(const study::ToolRuns& tools);
+store::Table error_terms_table(const scenario::ToolRuns& tools);
 /// One row a leg and stretch of a hybrid gyro.
-store::Table gyro_table(const survey::Survey& survey, const study::ToolRuns& tools,
+store::Table gyro_table(const survey::Survey& survey, const scenario::ToolRuns& tools,
                         const propagate::ToolCovariances& result);
 /// One row an element; verdict "agrees" where the difference is within `margin` of the trace.
 store::Table published_table(const std::vector<PublishedElement>& elements, double margin);

@@ -8,9 +8,9 @@
 
 #include "base/standard_deviation.h"
 #include "base/units.h"
+#include "compare/table_rows.h"
 #include "propagate/ellipse.h"
 #include "stats/intervals.h"
-#include "study/table_rows.h"
 #include "survey/survey.h"
 
 namespace surveymc::studies::position_covariance {
@@ -90,9 +90,9 @@ store::Table uncertainty_table(const survey::Survey& survey, const propagate::To
   std::string meanings;
   for (const Level& level : levels)
     if (&level != &levels.front()) meanings += fmt::format("; {}: {}", level.name, level.meaning);
-  study::TableRows t("uncertainty",
-                     fmt::format("position uncertainty at {}{}",
-                                 report.md.size() == 1 ? "the last station" : "the reported depths", meanings));
+  compare::TableRows t("uncertainty",
+                       fmt::format("position uncertainty at {}{}",
+                                   report.md.size() == 1 ? "the last station" : "the reported depths", meanings));
   for (const double md : report.md) {
     const PlaceInHole place = place_at(survey, result.total, md);
     const Matrix3d& c = place.covariance;

@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
+#include "events/event_study.h"
 #include "random/rare_channels.h"
 #include "random/study_stream.h"
 #include "rare/test_functions.h"
-#include "study/event_study.h"
 
 namespace surveymc::studies::rare_event {
 namespace {
@@ -48,8 +48,8 @@ rare::TestProblem read_problem(config::ConfigReader& c) {
   return rare::with_dimension(p);
 }
 
-std::vector<study::TrialEvent> event_of(const rare::TestProblem& problem) {
-  study::TrialEvent e;
+std::vector<events::TrialEvent> event_of(const rare::TestProblem& problem) {
+  events::TrialEvent e;
   e.name = problem.name;
   e.state = rare::test_limit_state(problem);
   e.from = rare::addresses_in(random::kRareNormal, random::kRareChoice, problem.dimension);
@@ -60,13 +60,13 @@ std::vector<study::TrialEvent> event_of(const rare::TestProblem& problem) {
 
 std::unique_ptr<study::PointPlan> read_plan(config::ConfigReader& c, random::StudySeed seed) {
   const rare::TestProblem problem = read_problem(c);
-  study::EventRun run = study::read_event_run(c, {"union"});
+  events::EventRun run = events::read_event_run(c, {"union"});
   c.require(run.sampling.method != "union" || !rare::half_spaces_of(problem).empty(), "sampling.method",
             "the event is no union of half spaces: must be of another method, or the problem \"linear\" or \"union\"");
-  study::Annotations annotations = study::read_event_annotations(c, {"exact"});
+  compare::Annotations annotations = events::read_event_annotations(c, {"exact"});
   c.finish();
-  return study::event_plan(std::move(run), std::move(annotations), random::stream_of(seed),
-                           [problem] { return event_of(problem); });
+  return events::event_plan(std::move(run), std::move(annotations), random::stream_of(seed),
+                            [problem] { return event_of(problem); });
 }
 
 }  // namespace

@@ -12,13 +12,13 @@
 #include <fmt/ranges.h>
 
 #include "base/error.h"
+#include "compare/table_rows.h"
 #include "reliability/layers.h"
 #include "reliability/responses.h"
 #include "reliability/scenario.h"
 #include "reliability/summary.h"
-#include "study/adjustment_scenario.h"
+#include "scenario/adjustment_scenario.h"
 #include "study/experiment.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::reliability {
 namespace {
@@ -58,8 +58,8 @@ std::vector<std::string> read_layers(config::ConfigReader& c, const LayerModel& 
 Scenario read_scenario(config::ConfigReader& c) {
   Scenario s;
   c.integer("trials", 0, 1'000'000'000'000, 0);  // as every config may have; nothing is drawn here
-  s.layer_model.model = study::read_adjustment_model(c);
-  const TestLevels levels = study::read_test_levels(c);
+  s.layer_model.model = scenario::read_adjustment_model(c);
+  const TestLevels levels = scenario::read_test_levels(c);
   s.layer_model.lambda0 = lambda0(levels);
   s.layer_model.power = levels.power;
   s.subjects = read_subjects(c, s.layer_model.model.mode);
@@ -202,7 +202,7 @@ class ReliabilityMapPoint final : public study::StudyPoint {
         {}};
     for (store::Map* m : {&worst, &share})
       std::erase_if(m->axes, [](const store::Axis& a) { return a.name == "toolface"; });
-    study::TableRows t("tolerance", "share of the points whose undetected errors stay within the tolerances");
+    compare::TableRows t("tolerance", "share of the points whose undetected errors stay within the tolerances");
     const std::size_t azimuths = s_.grid.magnetic_azimuth_deg.size(), toolfaces = s_.grid.toolface_deg.size(),
                       points = s_.grid.points();
     for (const ErrorSubject& subject : s_.subjects) {

@@ -10,10 +10,10 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "compare/table_rows.h"
 #include "montecarlo/block_queue.h"
 #include "stats/order_statistics.h"
 #include "stats/size_counts.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::reliability {
 namespace {
@@ -71,7 +71,7 @@ LayerCounts counts_of(const LayerSource& source, std::size_t subject, std::size_
   return all(near_medians_of(all(LayerCounts(layers, SizeCounts::of_all()))));
 }
 
-void write_place(study::TableRows& t, const std::string& which, const ReliabilityGrid& grid, double value,
+void write_place(compare::TableRows& t, const std::string& which, const ReliabilityGrid& grid, double value,
                  std::size_t at) {
   t.number(which, "1", which + " of the finite |x|, in the row's unit", value);
   const GridPoint p = grid_point(grid, at);
@@ -90,8 +90,8 @@ void write_place(study::TableRows& t, const std::string& which, const Reliabilit
 store::Table summary_table(const ReliabilityGrid& grid, const std::vector<ErrorSubject>& subjects,
                            const std::vector<std::string>& layers, const LayerSource& source, bool exact,
                            const montecarlo::RunOptions& options) {
-  study::TableRows t("summary",
-                     "sizes |x| over all points of the maps: extremes of the finite ones and where they are, median");
+  compare::TableRows t("summary",
+                       "sizes |x| over all points of the maps: extremes of the finite ones and where they are, median");
   const std::size_t points = grid.points();
   for (std::size_t o = 0; o < subjects.size(); ++o) {
     const LayerCounts counts = counts_of(source, o, points, layers.size(), exact, options);
@@ -279,7 +279,7 @@ std::vector<Statement> read_statements(config::ConfigReader& config, const Relia
 store::Table statements_table(const ReliabilityGrid& grid, const std::vector<ErrorSubject>& subjects,
                               const std::vector<std::string>& layers, const std::vector<Statement>& statements,
                               const LayerSource& source) {
-  study::TableRows t("statements", "statements of the publication, held against the maps");
+  compare::TableRows t("statements", "statements of the publication, held against the maps");
   for (const Statement& s : statements) {
     const auto number = [&](const std::string& layer) {
       return static_cast<std::size_t>(std::find(layers.begin(), layers.end(), layer) - layers.begin());

@@ -9,13 +9,13 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "compare/table_rows.h"
 #include "reliability/along_well.h"
 #include "reliability/scenario.h"
-#include "study/adjustment_scenario.h"
-#include "study/drilling.h"
+#include "scenario/adjustment_scenario.h"
+#include "scenario/drilling.h"
+#include "scenario/scenario.h"
 #include "study/experiment.h"
-#include "study/scenario.h"
-#include "study/table_rows.h"
 
 namespace surveymc::studies::reliability {
 namespace {
@@ -34,17 +34,17 @@ WellScenario read_well_scenario(config::ConfigReader& c, random::StudySeed seed)
   WellScenario s;
   c.integer("trials", 0, 1'000'000'000'000, 0);
   const bool stations_given = c.has("stations");
-  s.model = study::read_adjustment_model(c);
-  s.model.field.dip = study::read_dip(c, s.model);
-  if (!c.has("field.model")) s.model.field.convergence = study::read_convergence(c);
-  s.lambda0 = lambda0(study::read_test_levels(c));
+  s.model = scenario::read_adjustment_model(c);
+  s.model.field.dip = scenario::read_dip(c, s.model);
+  if (!c.has("field.model")) s.model.field.convergence = scenario::read_convergence(c);
+  s.lambda0 = lambda0(scenario::read_test_levels(c));
   s.observations = read_observations(c, s.model.mode);
   s.worst_toolface = c.choice("toolface", {"survey", "worst"}, "survey") == "worst";
   s.test =
       c.choice("detected_by", {"general", "own"}, "general") == "own" ? DetectedBy::own_test : DetectedBy::general_test;
   s.listed = c.integer("listed", 1, 1000, 5);
-  s.survey = s.worst_toolface ? study::read_survey(c, s.model.field, false)
-                              : study::read_drilled_survey(c, s.model.field, seed);
+  s.survey = s.worst_toolface ? scenario::read_survey(c, s.model.field, false)
+                              : scenario::read_drilled_survey(c, s.model.field, seed);
   if (stations_given)
     c.require(static_cast<std::size_t>(s.model.stations) == s.survey.stations.size(), "stations",
               fmt::format("the survey has {}; leave it out, or give this number", s.survey.stations.size()));
@@ -223,14 +223,14 @@ class ReliabilityWellPoint final : public study::StudyPoint {
                                             : well.stations[station][observation];
   }
 
-  static void write_position(study::TableRows& t, const std::string& effect, const Eigen::Vector3d& position) {
+  static void write_position(compare::TableRows& t, const std::string& effect, const Eigen::Vector3d& position) {
     t.number("position_north_m", "m", effect + ", north", position[0]);
     t.number("position_east_m", "m", effect + ", east", position[1]);
     t.number("position_vertical_m", "m", effect + ", down", position[2]);
     t.number("position_m", "m", "length of that", position.norm());
   }
 
-  void put(study::TableRows& t, std::size_t observation, std::size_t station, const Found& f) const {
+  void put(compare::TableRows& t, std::size_t observation, std::size_t station, const Found& f) const {
     const bool common = is_shared_reference(observation);
     const FoundError& e = f.error;
     const StationEffect& l = f.linear;
@@ -268,7 +268,7 @@ class ReliabilityWellPoint final : public study::StudyPoint {
   }
 
   store::Table stations_table(const std::vector<std::vector<Found>>& found) const {
-    study::TableRows t("stations", "every observation of every station");
+    compare::TableRows t("stations", "every observation of every station");
     for (std::size_t o = 0; o < s_.observations.size(); ++o)
       for (std::size_t k = 0; k < found[o].size(); ++k)
         if (k == 0 || !is_shared_reference(s_.observations[o])) put(t, s_.observations[o], k, found[o][k]);
@@ -276,7 +276,7 @@ class ReliabilityWellPoint final : public study::StudyPoint {
   }
 
   store::Table worst_table(const std::vector<std::vector<Found>>& found) const {
-    study::TableRows t("worst_stations", "stations where an undetected error matters most to the final position");
+    compare::TableRows t("worst_stations", "stations where an undetected error matters most to the final position");
     for (std::size_t o = 0; o < s_.observations.size(); ++o) {
       std::vector<std::size_t> order(is_shared_reference(s_.observations[o]) ? 1 : found[o].size());
       for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
@@ -289,8 +289,8 @@ class ReliabilityWellPoint final : public study::StudyPoint {
   }
 
   store::Table systematic_table(const WellReliability& well) const {
-    study::TableRows t("systematic",
-                       "the same error in one sensor at all stations, which the model does not know; linear theory");
+    compare::TableRows t("systematic",
+                         "the same error in one sensor at all stations, which the model does not know; linear theory");
     const bool none = std::none_of(s_.observations.begin(), s_.observations.end(),
                                    [](std::size_t o) { return o < kReadings; });  // all are references
     for (const std::size_t o : none ? std::vector<std::size_t>{0} : s_.observations) {

@@ -14,16 +14,17 @@
 
 #include "analysis/sensor_prediction.h"
 #include "base/units.h"
+#include "compare/annotations.h"
+#include "compare/position_comparison.h"
+#include "compare/trial_plan.h"
+#include "compare/verdict_stop.h"
 #include "random/study_stream.h"
+#include "scenario/drilling.h"
+#include "scenario/scenario.h"
 #include "sensor/sensor_runs.h"
 #include "stats/layout.h"
 #include "stats/tests.h"
-#include "study/annotations.h"
-#include "study/drilling.h"
 #include "study/experiment.h"
-#include "study/position_comparison.h"
-#include "study/scenario.h"
-#include "study/verdict_stop.h"
 #include "survey/survey.h"
 
 namespace surveymc::studies::sensor_monte_carlo {
@@ -51,7 +52,7 @@ Eigen::Index at(const stats::Slots& slots, int i, int j = 0) {
 
 struct Scenario {
   random::StudySeed seed;
-  study::TrialPlan trial_plan;
+  compare::TrialPlan trial_plan;
   std::uint64_t save_samples = 0;
   survey::ReferenceField field;
   survey::Survey survey;
@@ -59,12 +60,12 @@ struct Scenario {
   survey::SensorTermArray sd{};
   std::vector<int> reported;  ///< stations, ascending
   bool first_is_tie_on = false;
-  study::VerdictRule verdict;
-  study::Annotations annotations;
+  compare::VerdictRule verdict;
+  compare::Annotations annotations;
 };
 
-std::vector<study::RowName> row_names() {
-  std::vector<study::RowName> rows;
+std::vector<compare::RowName> row_names() {
+  std::vector<compare::RowName> rows;
   for (const char* d : kDirections) rows.push_back({"axes", "", std::string("mean_") + d});
   for (const char* f : kFormulations) {
     for (const char* q : {"sd_axis_1", "sd_axis_2", "sd_axis_3", "nees"}) rows.push_back({"axes", f, q});
@@ -74,9 +75,9 @@ std::vector<study::RowName> row_names() {
 }
 
 /// Those that trials can decide, and whose intervals may hold at all looks.
-std::vector<study::RowName> judged_rows() {
-  std::vector<study::RowName> rows = row_names();
-  std::erase_if(rows, [](const study::RowName& r) { return r.quantity == "nees" || r.quantity == "ellipse"; });
+std::vector<compare::RowName> judged_rows() {
+  std::vector<compare::RowName> rows = row_names();
+  std::erase_if(rows, [](const compare::RowName& r) { return r.quantity == "nees" || r.quantity == "ellipse"; });
   return rows;
 }
 
@@ -103,23 +104,23 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   Scenario s;
   s.seed = seed;
   s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
-  s.field = study::read_field(c);
-  std::vector<std::string> modes = study::kDrillingModes;
+  s.field = scenario::read_field(c);
+  std::vector<std::string> modes = scenario::kDrillingModes;
   modes.push_back("survey");
   const bool surveyed = c.choice("drilling.mode", modes) == "survey";
-  s.survey = study::read_survey(c, s.field, surveyed);
+  s.survey = scenario::read_survey(c, s.field, surveyed);
   // read_survey() has asked for it where the file's toolfaces are used.
   const double zero = c.choice("survey.toolface_zero", {"x", "y"}, "y") == "x" ? kPi / 2 : 0.0;
-  s.plan = study::read_drilling(c, s.survey.md(), zero, random::stream_of(seed), modes);
+  s.plan = scenario::read_drilling(c, s.survey.md(), zero, random::stream_of(seed), modes);
   if (surveyed) s.plan = survey::surveyed_toolfaces(s.survey);
-  s.sd = study::read_sensor_errors(c);
+  s.sd = scenario::read_sensor_errors(c);
   c.require(std::any_of(s.sd.begin(), s.sd.end(), [](double x) { return x > 0; }), "sensor_errors",
             "must have one size greater than 0");
   s.reported = read_reported(c, s.survey);
   s.first_is_tie_on = c.choice("first_station", {"measured", "tie_on"}, "measured") == "tie_on";
-  s.verdict = study::read_verdict_rule(c);
-  s.trial_plan = study::read_verdict_plan(c, judged_rows(), s.verdict, {20});
-  s.annotations = study::Annotations::read(c, row_names());
+  s.verdict = compare::read_verdict_rule(c);
+  s.trial_plan = compare::read_verdict_plan(c, judged_rows(), s.verdict, {20});
+  s.annotations = compare::Annotations::read(c, row_names());
   c.finish();
   return s;
 }
@@ -143,7 +144,7 @@ class SensorMonteCarlo final : public study::StudyPoint {
             analysis::predict_sensor_runs(s_.survey, s_.field, s_.sd, s_.plan, s_.reported, s_.first_is_tie_on)),
         stop_(s_.trial_plan, s_.verdict,
               [this](const stats::Tally& t) {
-                study::RowsOfTables all;
+                compare::RowsOfTables all;
                 for (std::size_t d = 0; d < truth_.size(); ++d) all.push_back({"axes", axes_rows(t, d), place(d)});
                 return all;
               },
@@ -186,7 +187,7 @@ class SensorMonteCarlo final : public study::StudyPoint {
     study::PointResult r;
     r.tables = {axes_table(tally), ellipse_table(tally), covariance_table(tally)};
     if (stop_.is_on()) r.tables.push_back(stop_.looks_table(tally));
-    if (s_.save_samples > 0) r.samples = {study::position_samples_table(tally.samples)};
+    if (s_.save_samples > 0) r.samples = {compare::position_samples_table(tally.samples)};
     return r;
   }
 
@@ -238,11 +239,11 @@ class SensorMonteCarlo final : public study::StudyPoint {
       const double horizontal = h.dot(p.horizontal_weight * h);
       x[at(kAt.nees_horizontal, f)] = horizontal;
       x[at(kAt.nees, f)] = p.sd[2] > 0 ? nees : kNaN;
-      study::count_inside(horizontal, inside + 3 * f);
+      compare::count_inside(horizontal, inside + 3 * f);
     }
   }
 
-  std::vector<study::ComparisonRow> axes_rows(const stats::Tally& tally, std::size_t depth) const;
+  std::vector<compare::ComparisonRow> axes_rows(const stats::Tally& tally, std::size_t depth) const;
   store::Table axes_table(const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
   store::Table covariance_table(const stats::Tally& tally) const;
@@ -252,30 +253,30 @@ class SensorMonteCarlo final : public study::StudyPoint {
   random::Stream stream_;
   std::vector<Vector3d> truth_;                             ///< at every reported depth
   std::vector<analysis::PositionPredictions> predictions_;  ///< at every reported depth
-  study::VerdictStop stop_;
+  compare::VerdictStop stop_;
 };
 
-std::vector<study::ComparisonRow> SensorMonteCarlo::axes_rows(const stats::Tally& tally, std::size_t d) const {
+std::vector<compare::ComparisonRow> SensorMonteCarlo::axes_rows(const stats::Tally& tally, std::size_t d) const {
   const stats::Moments& m = tally.groups[d];
-  std::vector<study::ComparisonRow> rows;
+  std::vector<compare::ComparisonRow> rows;
   for (int i = 0; i < 3; ++i)
-    rows.push_back(study::compare_mean(std::string("mean_") + kDirections[static_cast<std::size_t>(i)], "m", m, i,
-                                       truth_[d][i], truth_[d][i], s_.verdict, tally.trials));
+    rows.push_back(compare::compare_mean(std::string("mean_") + kDirections[static_cast<std::size_t>(i)], "m", m, i,
+                                         truth_[d][i], truth_[d][i], s_.verdict, tally.trials));
   for (int f = 0; f < 3; ++f) {
     const analysis::PositionPrediction& p = predictions_[d][static_cast<std::size_t>(f)];
     const char* name = kFormulations[static_cast<std::size_t>(f)];
     for (int a = 0; a < 3; ++a) {
-      study::ComparisonRow& row = rows.emplace_back(
-          study::labelled(name, study::compare_sd(fmt::format("sd_axis_{}", a + 1), "m", 1, m, at(kAt.axes, f, a),
-                                                  p.sd[a], s_.verdict, tally.trials)));
+      compare::ComparisonRow& row = rows.emplace_back(
+          compare::labelled(name, compare::compare_sd(fmt::format("sd_axis_{}", a + 1), "m", 1, m, at(kAt.axes, f, a),
+                                                      p.sd[a], s_.verdict, tally.trials)));
       if (p.sd[a] == 0) {
         row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = kNaN;
-        study::leave_unjudged(row, "zero to first order");
+        compare::leave_unjudged(row, "zero to first order");
       }
     }
     if (p.sd[2] == 0) continue;
     const stats::SampleSummary nees = m.count < 2 ? stats::SampleSummary{} : stats::summarise(m, at(kAt.nees, f));
-    rows.push_back(study::labelled(name, study::compare_nees("nees", nees, 3, s_.verdict, tally.trials)));
+    rows.push_back(compare::labelled(name, compare::compare_nees("nees", nees, 3, s_.verdict, tally.trials)));
   }
   return rows;
 }
@@ -283,15 +284,15 @@ std::vector<study::ComparisonRow> SensorMonteCarlo::axes_rows(const stats::Tally
 store::Table SensorMonteCarlo::axes_table(const stats::Tally& tally) const {
   store::Table all;
   for (std::size_t d = 0; d < truth_.size(); ++d) {
-    std::vector<study::ComparisonRow> rows = axes_rows(tally, d);
+    std::vector<compare::ComparisonRow> rows = axes_rows(tally, d);
     stop_.add_notes("axes", rows, tally, place(d));
     s_.annotations.apply("axes", rows);
-    study::append_at_depth(
+    compare::append_at_depth(
         all,
-        study::comparison_table(
+        compare::comparison_table(
             "axes",
             "position errors, and their sd along the axes of the predicted ellipsoids, largest first" +
-                study::at_confidence(s_.verdict),
+                compare::at_confidence(s_.verdict),
             rows, tally.trials, tally.failed),
         md(d));
   }
@@ -300,18 +301,18 @@ store::Table SensorMonteCarlo::axes_table(const stats::Tally& tally) const {
 
 store::Table SensorMonteCarlo::ellipse_table(const stats::Tally& tally) const {
   const bool drawn = s_.plan.has(survey::ToolfaceSource::slide) || s_.plan.has(survey::ToolfaceSource::own);
-  study::TableRows t(
-      "ellipse", "horizontal one-sigma ellipses, and how Monte Carlo fills them" + study::at_confidence(s_.verdict));
+  compare::TableRows t(
+      "ellipse", "horizontal one-sigma ellipses, and how Monte Carlo fills them" + compare::at_confidence(s_.verdict));
   for (std::size_t d = 0; d < truth_.size(); ++d) {
     const stats::Moments& m = tally.groups[d];  // those of looks follow
     if (m.count < 3) continue;
     const Vector2d truth = truth_[d].head<2>();
-    const study::HorizontalSample sample{
+    const compare::HorizontalSample sample{
         tally.trials, tally.failed, m.count, false, truth + m.mean.head<2>(), m.covariance().topLeftCorner<2, 2>()};
     t.number("md_m", "m", "measured depth", md(d));
-    study::write_sample_ellipse(t, sample);
+    compare::write_sample_ellipse(t, sample);
     for (std::size_t f = 0; f < kFormulations.size(); ++f) {
-      study::EllipseRow row{kFormulations[f], truth, predictions_[d][f].covariance.topLeftCorner<2, 2>()};
+      compare::EllipseRow row{kFormulations[f], truth, predictions_[d][f].covariance.topLeftCorner<2, 2>()};
       const int which = static_cast<int>(f);
       std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(9 * d + 3 * f), 3, row.inside.begin());
       row.nees = stats::summarise(m, at(kAt.nees_horizontal, which));
@@ -321,17 +322,17 @@ store::Table SensorMonteCarlo::ellipse_table(const stats::Tally& tally) const {
       row.wishart_p = drawn ? kNaN : stats::wishart_test(sample.covariance, row.predicted, m.count).p_value;
       row.expected = s_.annotations.expected("ellipse", row.formulation, "ellipse");
       t.number("md_m", "m", "measured depth", md(d));
-      study::write_ellipse(t, row, sample, s_.verdict);
+      compare::write_ellipse(t, row, sample, s_.verdict);
     }
   }
   return t.take([&] {
     t.number("md_m", "m", "measured depth", 0);
-    study::write_ellipse(t, {"", Vector2d::Zero(), Eigen::Matrix2d::Zero()}, {}, s_.verdict);
+    compare::write_ellipse(t, {"", Vector2d::Zero(), Eigen::Matrix2d::Zero()}, {}, s_.verdict);
   });
 }
 
 store::Table SensorMonteCarlo::covariance_table(const stats::Tally& tally) const {
-  study::TableRows t("position_covariance", "covariance of the position, true north");
+  compare::TableRows t("position_covariance", "covariance of the position, true north");
   for (std::size_t d = 0; d < truth_.size(); ++d) {
     const auto row = [&](const std::string& name, const Matrix3d& c) {
       t.number("md_m", "m", "measured depth", md(d));

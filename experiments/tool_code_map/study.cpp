@@ -9,12 +9,12 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "compare/table_rows.h"
 #include "propagate/tool_validity.h"
+#include "scenario/error_models.h"
+#include "scenario/scenario.h"
 #include "stats/order_statistics.h"
-#include "study/error_models.h"
 #include "study/experiment.h"
-#include "study/scenario.h"
-#include "study/table_rows.h"
 #include "survey/minimum_curvature.h"
 
 namespace surveymc::studies::tool_code_map {
@@ -42,7 +42,7 @@ std::vector<std::string> read_codes(config::ConfigReader& c) {
 
 Scenario read_scenario(config::ConfigReader& c) {
   Scenario s;
-  s.field = study::read_field(c);
+  s.field = scenario::read_field(c);
   s.names = read_codes(c);
   for (const std::string& name : s.names) {
     const config::ShippedModel* shipped = config::find_shipped_model(name);
@@ -52,7 +52,7 @@ Scenario read_scenario(config::ConfigReader& c) {
               fmt::format("\"{}\" is in the list twice", name));
     s.models.push_back(config::read_shipped_model(c, "codes", *shipped));
   }
-  s.latitude = study::read_latitude(c, s.models);
+  s.latitude = scenario::read_latitude(c, s.models);
   s.inclinations_deg = c.grid("map.inclination_deg", config::Range::closed(0, 180));
   s.azimuths_deg = c.grid("map.azimuth_deg", config::Range::closed(-360, 360));
   s.length = c.number("map.length_m", config::Range::positive(), 900);
@@ -132,7 +132,7 @@ class ToolCodeMap final : public study::StudyPoint {
 
  private:
   store::Table summary(std::vector<Spread>& spreads) const {
-    study::TableRows t("summary", "the maps by error model; lateral standard deviations where the model holds");
+    compare::TableRows t("summary", "the maps by error model; lateral standard deviations where the model holds");
     for (std::size_t m = 0; m < spreads.size(); ++m) {
       Spread& x = spreads[m];
       std::sort(x.lateral.begin(), x.lateral.end());

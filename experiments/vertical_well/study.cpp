@@ -12,17 +12,17 @@
 
 #include "analysis/vertical_well_formulations.h"
 #include "base/units.h"
+#include "compare/annotations.h"
+#include "compare/position_comparison.h"
+#include "compare/trial_plan.h"
+#include "compare/verdict_stop.h"
 #include "random/study_stream.h"
+#include "scenario/drilling.h"
 #include "sensor/sensor_runs.h"
 #include "stats/circular_scatter.h"
 #include "stats/histogram.h"
 #include "stats/tests.h"
-#include "study/annotations.h"
-#include "study/drilling.h"
 #include "study/experiment.h"
-#include "study/position_comparison.h"
-#include "study/scenario.h"
-#include "study/verdict_stop.h"
 
 namespace surveymc::studies::vertical_well {
 namespace {
@@ -44,7 +44,7 @@ constexpr std::array<std::pair<const char*, double>, 5> kQuantiles{
 
 struct Scenario {
   random::StudySeed seed;
-  study::TrialPlan trial_plan;
+  compare::TrialPlan trial_plan;
   std::uint64_t save_samples = 0;
   int legs = 0;
   double spacing = 0;  ///< m
@@ -52,8 +52,8 @@ struct Scenario {
   double bias_sd = 0;  ///< m/s2
   survey::ToolfacePlan plan;
   std::vector<std::string> formulations;
-  study::VerdictRule verdict;
-  study::Annotations annotations;
+  compare::VerdictRule verdict;
+  compare::Annotations annotations;
 };
 
 std::vector<double> station_depths(int legs, double spacing) {
@@ -62,8 +62,8 @@ std::vector<double> station_depths(int legs, double spacing) {
   return md;
 }
 
-std::vector<study::RowName> row_names() {
-  std::vector<study::RowName> rows;
+std::vector<compare::RowName> row_names() {
+  std::vector<compare::RowName> rows;
   for (const std::string& f : analysis::vertical_well_formulations())
     for (const char* q : {"ellipse", "ratio_major", "ratio_minor"}) rows.push_back({"ellipse", f, q});
   for (const auto& [name, probability] : kQuantiles) rows.push_back({"toolface_sequences", "", name});
@@ -72,8 +72,8 @@ std::vector<study::RowName> row_names() {
 }
 
 /// Those that trials can decide, and whose intervals may hold at all looks; a quantile has none.
-std::vector<study::RowName> judged_rows(const Scenario& s) {
-  std::vector<study::RowName> rows;
+std::vector<compare::RowName> judged_rows(const Scenario& s) {
+  std::vector<compare::RowName> rows;
   for (const std::string& f : s.formulations)
     for (const char* q : {"ratio_major", "ratio_minor"}) rows.push_back({"ellipse", f, q});
   rows.push_back({"toolface_sequences", "", "ratio_rms"});
@@ -91,9 +91,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
             "must divide depth_m into whole intervals");
   c.require(legs < 3000.5, "spacing_m", "makes more than 3000 intervals");
   s.legs = static_cast<int>(std::lround(legs));
-  s.field = study::read_field_of_magnetic_north(c);
+  s.field = scenario::read_field_of_magnetic_north(c);
   s.bias_sd = c.number("sensor_errors.accelerometer_bias_mps2", config::Range{0, 0.5, true, false});
-  s.plan = study::read_drilling(c, station_depths(s.legs, s.spacing), 0, random::stream_of(seed));
+  s.plan = scenario::read_drilling(c, station_depths(s.legs, s.spacing), 0, random::stream_of(seed));
   s.formulations = c.has("formulations") ? c.texts("formulations") : analysis::vertical_well_formulations();
   const std::vector<std::string>& known = analysis::vertical_well_formulations();
   for (std::size_t f = 0; f < s.formulations.size(); ++f) {
@@ -103,9 +103,9 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
     c.require(std::find(begin, here, *here) == here, "formulations", fmt::format("has \"{}\" twice", *here));
   }
   c.require(!s.formulations.empty(), "formulations", "must name at least one");
-  s.verdict = study::read_verdict_rule(c);
-  s.trial_plan = study::read_verdict_plan(c, judged_rows(s), s.verdict, {20});
-  s.annotations = study::Annotations::read(c, row_names());
+  s.verdict = compare::read_verdict_rule(c);
+  s.trial_plan = compare::read_verdict_plan(c, judged_rows(s), s.verdict, {20});
+  s.annotations = compare::Annotations::read(c, row_names());
   c.finish();
   return s;
 }
@@ -128,7 +128,7 @@ class VerticalWell final : public study::StudyPoint {
         run_(analysis::vertical_well_run(s_.legs, s_.spacing, s_.field, s_.bias_sd, s_.plan, stream_)),
         independent_sd_(std::sqrt(analysis::vertical_well_covariance("ti_random", run_)(0, 0))),
         stop_(s_.trial_plan, s_.verdict, [this](const stats::Tally& t) {
-          study::RowsOfTables all;
+          compare::RowsOfTables all;
           for (std::size_t f = 0; f < predicted_.size(); ++f) all.push_back({"ellipse", axis_rows(t, f)});
           all.push_back({"toolface_sequences", {rms_row(t)}});
           return all;
@@ -206,12 +206,12 @@ class VerticalWell final : public study::StudyPoint {
       const bool own = s_.formulations[f] == kToolfaceDependent;
       const double squared = own ? (n * n + e * e) / (own_sd * own_sd) : n * n / c(0, 0) + e * e / c(1, 1);
       x[kNees + static_cast<Eigen::Index>(f)] = squared;
-      study::count_inside(squared, counts.data() + 3 * f);
+      compare::count_inside(squared, counts.data() + 3 * f);
     }
     ++counts[3 * predicted_.size() + kRatioBins.bin(own_sd / independent_sd_)];
   }
 
-  study::HorizontalSample sample_of(const stats::Tally& tally) const {
+  compare::HorizontalSample sample_of(const stats::Tally& tally) const {
     const stats::Moments& m = tally.moments;
     return {tally.trials, 0, m.count, false, m.mean.head<2>(), m.covariance().topLeftCorner<2, 2>()};
   }
@@ -235,8 +235,8 @@ class VerticalWell final : public study::StudyPoint {
     return along;
   }
   /// The axes of a formulation of table `ellipse`, one by one.
-  std::vector<study::ComparisonRow> axis_rows(const stats::Tally& tally, std::size_t formulation) const;
-  study::ComparisonRow rms_row(const stats::Tally& tally) const;
+  std::vector<compare::ComparisonRow> axis_rows(const stats::Tally& tally, std::size_t formulation) const;
+  compare::ComparisonRow rms_row(const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
   store::Table sequences_table(const stats::Tally& tally) const;
   store::Table samples_table(const stats::Tally& tally) const;
@@ -248,27 +248,27 @@ class VerticalWell final : public study::StudyPoint {
   analysis::VerticalWellRun run_;
   double independent_sd_;            ///< m, of eqs 41, 42 as random
   std::vector<Matrix2d> predicted_;  ///< covariance of every formulation
-  study::VerdictStop stop_;
+  compare::VerdictStop stop_;
 };
 
-std::vector<study::ComparisonRow> VerticalWell::axis_rows(const stats::Tally& tally, std::size_t f) const {
+std::vector<compare::ComparisonRow> VerticalWell::axis_rows(const stats::Tally& tally, std::size_t f) const {
   const propagate::Ellipse e = propagate::ellipse(compared_covariance(tally.moments, f));
   const std::array<stats::SampleSummary, 2> along = along_axes(tally.moments, e);
-  return {study::labelled(s_.formulations[f],
-                          study::compare_sd("ratio_major", "m", 1, along[0], e.semi_major, s_.verdict, tally.trials)),
-          study::labelled(s_.formulations[f],
-                          study::compare_sd("ratio_minor", "m", 1, along[1], e.semi_minor, s_.verdict, tally.trials))};
+  return {compare::labelled(s_.formulations[f], compare::compare_sd("ratio_major", "m", 1, along[0], e.semi_major,
+                                                                    s_.verdict, tally.trials)),
+          compare::labelled(s_.formulations[f], compare::compare_sd("ratio_minor", "m", 1, along[1], e.semi_minor,
+                                                                    s_.verdict, tally.trials))};
 }
 
 store::Table VerticalWell::ellipse_table(const stats::Tally& tally) const {
-  study::TableRows t("ellipse", "horizontal one-sigma ellipses of the last position, and how Monte Carlo fills them" +
-                                    study::at_confidence(s_.verdict));
+  compare::TableRows t("ellipse", "horizontal one-sigma ellipses of the last position, and how Monte Carlo fills them" +
+                                      compare::at_confidence(s_.verdict));
   const stats::Moments& m = tally.moments;
-  const study::HorizontalSample sample = sample_of(tally);
-  study::write_sample_ellipse(t, sample);
+  const compare::HorizontalSample sample = sample_of(tally);
+  compare::write_sample_ellipse(t, sample);
   for (std::size_t f = 0; f < predicted_.size(); ++f) {
     const std::string& name = s_.formulations[f];
-    study::EllipseRow row{name, Vector2d::Zero(), predicted_[f]};
+    compare::EllipseRow row{name, Vector2d::Zero(), predicted_[f]};
     const auto nees = kNees + static_cast<Eigen::Index>(f);
     std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(3 * f), 3, row.inside.begin());
     row.nees = stats::summarise(m, nees);
@@ -282,26 +282,26 @@ store::Table VerticalWell::ellipse_table(const stats::Tally& tally) const {
     }
     row.along = along_axes(m, propagate::ellipse(row.predicted));
     if (stop_.is_on()) {
-      std::vector<study::ComparisonRow> axes = axis_rows(tally, f);
-      for (study::ComparisonRow& axis : axes) axis.note.clear();  // what else there is to say of it
+      std::vector<compare::ComparisonRow> axes = axis_rows(tally, f);
+      for (compare::ComparisonRow& axis : axes) axis.note.clear();  // what else there is to say of it
       stop_.add_notes("ellipse", axes, tally);
-      for (const study::ComparisonRow& axis : axes)
+      for (const compare::ComparisonRow& axis : axes)
         if (!axis.note.empty())
           row.note += fmt::format("{}{}: {}", row.note.empty() ? "" : "; ", axis.quantity, axis.note);
     }
     row.expected = s_.annotations.expected("ellipse", name, "ellipse");
-    std::vector<study::ComparisonRow> published{study::empty_row(name, "ratio_major", "1"),
-                                                study::empty_row(name, "ratio_minor", "1")};
+    std::vector<compare::ComparisonRow> published{compare::empty_row(name, "ratio_major", "1"),
+                                                  compare::empty_row(name, "ratio_minor", "1")};
     s_.annotations.apply("ellipse", published);
     row.published_major = published[0].published;
     row.published_minor = published[1].published;
-    study::write_ellipse(t, row, sample, s_.verdict);
+    compare::write_ellipse(t, row, sample, s_.verdict);
   }
   return t.take();
 }
 
 /// The sd of both directions over that of eqs 41, 42 as random.
-study::ComparisonRow VerticalWell::rms_row(const stats::Tally& tally) const {
+compare::ComparisonRow VerticalWell::rms_row(const stats::Tally& tally) const {
   const stats::Moments& m = tally.moments;
   // Given its toolfaces a run is normal with the same sd in both directions, which are independent; over runs their
   // squares go together as far as that sd varies.
@@ -316,7 +316,7 @@ study::ComparisonRow VerticalWell::rms_row(const stats::Tally& tally) const {
   const stats::Interval sd = s_.verdict.at_all_looks ? stats::circular_sd_sequence(both, s_.verdict.confidence)
                                                      : stats::circular_sd_interval(both, s_.verdict.confidence);
   const char* right = varies_ ? "fictive_terms" : kToolfaceDependent.c_str();
-  study::ComparisonRow row = study::compare_value(
+  compare::ComparisonRow row = compare::compare_value(
       "ratio_rms", "1", {both.sd() / independent_sd_, {sd.lo / independent_sd_, sd.hi / independent_sd_}},
       std::sqrt(analysis::vertical_well_covariance(right, run_)(0, 0)) / independent_sd_, s_.verdict, tally.trials);
   row.note = varies_ ? "sd of all runs; analytic: fictive terms" : "sd of all runs; analytic: toolface_dependent";
@@ -325,33 +325,33 @@ study::ComparisonRow VerticalWell::rms_row(const stats::Tally& tally) const {
 
 /// How far one toolface sequence is from the mean over all: eqs 41, 42 as random describe only the latter.
 store::Table VerticalWell::sequences_table(const stats::Tally& tally) const {
-  std::vector<study::ComparisonRow> rows{rms_row(tally)};
+  std::vector<compare::ComparisonRow> rows{rms_row(tally)};
   if (s_.plan.has(survey::ToolfaceSource::own) && !s_.plan.has(survey::ToolfaceSource::slide)) {
     const std::uint64_t* counts = tally.counts.data() + 3 * predicted_.size();
     for (const auto& [name, probability] : kQuantiles) {
-      rows.push_back(study::compare_quantile(name, "1", kRatioBins, counts, probability,
-                                             std::sqrt(-std::log1p(-probability)), s_.verdict, tally.trials));
+      rows.push_back(compare::compare_quantile(name, "1", kRatioBins, counts, probability,
+                                               std::sqrt(-std::log1p(-probability)), s_.verdict, tally.trials));
       rows.back().note = "of the runs' own sd (eqs 19, 20); analytic: Rayleigh, the limit of many stations";
     }
   }
   stop_.add_notes("toolface_sequences", rows, tally);
   s_.annotations.apply("toolface_sequences", rows);
-  return study::comparison_table(
+  return compare::comparison_table(
       "toolface_sequences",
-      "sd of a toolface sequence over that of eqs 41, 42 as random" + study::at_confidence(s_.verdict), rows,
+      "sd of a toolface sequence over that of eqs 41, 42 as random" + compare::at_confidence(s_.verdict), rows,
       tally.trials, 0);
 }
 
 store::Table VerticalWell::samples_table(const stats::Tally& tally) const {
   store::Table t{"realisations", "biases and last positions of the first trials"};
-  t.columns = {study::number_column("trial", "1", "number of the trial, from 0"),
-               study::number_column("bias_x_mps2", "m/s2", "accelerometer bias of the run"),
-               study::number_column("bias_y_mps2", "m/s2", "accelerometer bias of the run"),
-               study::number_column("north_m", "m", "error of the last position"),
-               study::number_column("east_m", "m", "error of the last position"),
-               study::number_column("own_variance_ratio", "1",
-                                    "variance of this run's toolfaces over that of eqs 41, 42 as random")};
-  return study::table_of_numbers(std::move(t), tally.samples);
+  t.columns = {compare::number_column("trial", "1", "number of the trial, from 0"),
+               compare::number_column("bias_x_mps2", "m/s2", "accelerometer bias of the run"),
+               compare::number_column("bias_y_mps2", "m/s2", "accelerometer bias of the run"),
+               compare::number_column("north_m", "m", "error of the last position"),
+               compare::number_column("east_m", "m", "error of the last position"),
+               compare::number_column("own_variance_ratio", "1",
+                                      "variance of this run's toolfaces over that of eqs 41, 42 as random")};
+  return compare::table_of_numbers(std::move(t), tally.samples);
 }
 
 }  // namespace

@@ -9,15 +9,15 @@
 #include "cli/run_setup.h"
 #include "cli/screen.h"
 #include "store/json.h"
-#include "study/difference.h"
+#include "sweep/difference.h"
 
 namespace surveymc::cli {
 namespace {
 
 /// What a difference would have had to be to be found.
-void print_power(const study::Differences& d) {
+void print_power(const sweep::Differences& d) {
   std::vector<double> relative, sizes;
-  for (const study::DifferenceRow& r : d.rows) {
+  for (const sweep::DifferenceRow& r : d.rows) {
     if (std::isnan(r.detectable)) continue;
     // Rows of logarithms say it in per cent; the others in standard errors only.
     if (r.a > 0 && r.b > 0 && std::abs(r.difference - std::log(r.b / r.a)) < 1e-12) relative.push_back(r.detectable);
@@ -40,16 +40,16 @@ void print_power(const study::Differences& d) {
 
 int diff_results(const DiffArguments& a) {
   const store::Result first = store::read_result(a.a), second = store::read_result(a.b);
-  const study::Differences d = study::compare_results(first, second, {.level = a.level, .tolerance = a.tolerance});
+  const sweep::Differences d = sweep::compare_results(first, second, {.level = a.level, .tolerance = a.tolerance});
   if (a.csv || a.json) {
-    const store::Table all = study::difference_table(d, true);
+    const store::Table all = sweep::difference_table(d, true);
     if (a.csv)
       print_csv(all);
     else
       fmt::print("{}\n", store::to_json(all));
     return d.any() ? kUnexpected : kDone;
   }
-  const store::Table found = study::difference_table(d, false);
+  const store::Table found = sweep::difference_table(d, false);
   if (found.rows() > 0) {
     store::TableFormat format = screen_format();
     constexpr std::size_t kReadableRows = 60;
@@ -57,7 +57,7 @@ int diff_results(const DiffArguments& a) {
     fmt::print("{}\n", store::format_table(found, format));
   }
   std::size_t equal = 0, chance = 0, few = 0, verdicts = 0, differing = 0;
-  for (const study::DifferenceRow& r : d.rows) {
+  for (const sweep::DifferenceRow& r : d.rows) {
     equal += r.finding == "equal";
     chance += r.finding == "chance";
     few += r.finding == "few";

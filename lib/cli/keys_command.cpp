@@ -9,7 +9,7 @@
 #include "cli/run_setup.h"
 #include "cli/screen.h"
 #include "config/suggest.h"
-#include "study/config_keys.h"
+#include "sweep/config_keys.h"
 
 namespace surveymc::cli {
 namespace {
@@ -88,7 +88,7 @@ std::string list_text(const std::vector<study::Experiment>& studies) {
 
 void print_keys(const std::vector<study::Experiment>& studies, const KeysArguments& a) {
   if (a.experiment.empty()) return fmt::print("{}", list_text(studies));
-  const store::Table table = study::config_keys(experiment_named(studies, a.experiment, "keys"));
+  const store::Table table = sweep::config_keys(experiment_named(studies, a.experiment, "keys"));
   if (a.csv) return print_csv(table);
   const std::vector<Row> rows = rows_of(table);
   const std::size_t width = screen_width(STDOUT_FILENO);

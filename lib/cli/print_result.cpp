@@ -10,7 +10,7 @@
 #include "cli/run_setup.h"
 #include "cli/screen.h"
 #include "cli/verdict_counts.h"
-#include "study/comparison.h"
+#include "compare/comparison.h"
 #include "study/point_failure.h"
 
 namespace surveymc::cli {
@@ -78,7 +78,7 @@ void print_warnings(const store::Result& result, bool quiet) {
 
 int report_verdicts(const store::Result& result, bool check) {
   const VerdictCounts counts = count_verdicts(result.tables);
-  const std::vector<std::string> unexpected = study::unexpected_verdicts(result.tables);
+  const std::vector<std::string> unexpected = compare::unexpected_verdicts(result.tables);
   if (!counts.judged) return kDone;  // a study that compares nothing
   say("verdicts: " + in_words(counts));
   for (const std::string& u : unexpected) say("  " + u);

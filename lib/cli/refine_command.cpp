@@ -13,14 +13,14 @@
 #include "cli/run_setup.h"
 #include "cli/screen.h"
 #include "store/atomic_file.h"
-#include "study/refine.h"
+#include "sweep/refine.h"
 
 namespace surveymc::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-study::Round round_of(const std::string& file) {
+sweep::Round round_of(const std::string& file) {
   store::Result result = store::read_result(file);
   config::StoredInputs inputs = stored_inputs(result);
   return {file, std::move(result), std::move(inputs)};
@@ -33,7 +33,7 @@ std::string csv_of(const config::InputTable& t) {
 }
 
 /// Adds the files that the config names and that the next config would not find, from the result.
-void add_missing_inputs(NewFiles& files, const study::Round& round, const fs::path& output, const std::string& points) {
+void add_missing_inputs(NewFiles& files, const sweep::Round& round, const fs::path& output, const std::string& points) {
   const fs::path folder = store::folder_of(output);
   const auto add = [&](const std::string& name, const std::string& text) {
     const fs::path path = folder / name;
@@ -60,9 +60,9 @@ int refine_result(const RefineArguments& a) {
   std::optional<EndsBySignal> ends(std::in_place, nullptr, EndsBySignal::soon());
   const fs::path output = a.output;
   require_usage(output.extension() == ".toml", "-o {}: the name of a config ends in .toml", a.output);
-  const study::Round round = round_of(a.file);
+  const sweep::Round round = round_of(a.file);
   const std::string points = output.stem().string() + ".points.csv";
-  const study::NextRound next = study::next_round(round.result, a.file, points);
+  const sweep::NextRound next = sweep::next_round(round.result, a.file, points);
   if (next.count == 0) {
     say(fmt::format("nothing to refine: the boundary passes {} of the size that [refine] wants, and no larger one",
                     counted(next.crossed, "cell")));
@@ -91,7 +91,7 @@ int refine_result(const RefineArguments& a) {
 
 store::Result merge_rounds(const std::vector<study::Experiment>& studies, const std::vector<std::string>& files,
                            const std::string& output, const std::string& folder) {
-  std::vector<study::Round> rounds;
+  std::vector<sweep::Round> rounds;
   for (const std::string& file : files) {
     rounds.push_back(round_of(file));
     const store::Provenance &p = rounds.back().result.provenance, &first = rounds.front().result.provenance;
@@ -102,7 +102,7 @@ store::Result merge_rounds(const std::vector<study::Experiment>& studies, const 
   const std::string& name = rounds.front().result.provenance.experiment;
   for (const study::Experiment& e : studies)
     if (e.name() == name)
-      return study::merged_rounds(e, std::move(rounds), fs::path(output).stem().string() + ".points.csv", folder);
+      return sweep::merged_rounds(e, std::move(rounds), fs::path(output).stem().string() + ".points.csv", folder);
   throw InputError(fmt::format("{}: is of the experiment {}, which this program does not have", files.front(), name));
 }
 

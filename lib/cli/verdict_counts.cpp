@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "study/comparison.h"
+#include "compare/comparison.h"
 
 namespace surveymc::cli {
 
@@ -47,7 +47,7 @@ VerdictCounts count_verdicts(const std::vector<store::Table>& tables) {
   for (const store::Table& t : tables)
     if (t.find_column("verdict"))
       store::for_each_piece(t, [&](const store::Table& piece, std::size_t) { add_verdicts(piece, counts); });
-  counts.unexpected = study::unexpected_verdicts(tables).size();
+  counts.unexpected = compare::unexpected_verdicts(tables).size();
   return counts;
 }
 

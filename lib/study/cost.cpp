@@ -4,8 +4,8 @@
 #include <ctime>
 
 #include "base/units.h"
+#include "compare/table_rows.h"
 #include "study/experiment.h"
-#include "study/table_rows.h"
 
 namespace surveymc::study {
 double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
@@ -13,8 +13,8 @@ double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_P
 void add_cost(store::Table& cost, const std::vector<store::Table>& tables, const std::vector<config::SweepValue>& sweep,
               double seconds, std::uint64_t computed, std::uint64_t trials) {
   const double per_trial = seconds / static_cast<double>(computed), n = static_cast<double>(trials);
-  TableRows t("cost",
-              "processor time of the rows that have a ratio; figure of merit = 1 / (relative half width^2 x seconds)");
+  compare::TableRows t(
+      "cost", "processor time of the rows that have a ratio; figure of merit = 1 / (relative half width^2 x seconds)");
   std::size_t rows = 0;
   const auto add_rows = [&](const store::Table& table) {
     for (std::size_t i = 0; i < table.rows(); ++i) {

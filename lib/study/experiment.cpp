@@ -6,11 +6,11 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "compare/family.h"
+#include "compare/sensitivity.h"
 #include "study/cost.h"
-#include "study/family.h"
 #include "study/kept_points.h"
 #include "study/point_failure.h"
-#include "study/sensitivity.h"
 #include "study/tally_sizes.h"
 
 namespace surveymc::study {
@@ -55,7 +55,7 @@ const RunPlan::ReadPoint& RunPlan::read(std::size_t point) const {
   require_offered(reader, experiment);
   ReadPoint p;
   p.plan = experiment.read(reader, random::StudySeed{seed_of(config), experiment.id});
-  if (reader.has("field.model")) p.placed = read_placed_field(reader);
+  if (reader.has("field.model")) p.placed = scenario::read_placed_field(reader);
   if (reader.has("verdict.family")) is_family_ = reader.text("verdict.family") != "none";
   if (p.plan->trials() > 0) config.seed();  // trials draw: there must be one
   std::vector<store::Axis> own = p.plan->map_axes();
@@ -74,7 +74,7 @@ const RunPlan::ReadPoint& RunPlan::read(std::size_t point) const {
 
 std::shared_ptr<const PointPlan> RunPlan::plan(std::size_t point) const { return read(point).plan; }
 
-std::optional<PlacedField> RunPlan::placed(std::size_t point) const { return read(point).placed; }
+std::optional<scenario::PlacedField> RunPlan::placed(std::size_t point) const { return read(point).placed; }
 
 std::uint64_t RunPlan::trials_of(std::size_t point) const {
   if (!is_large()) return plan(point)->trials();
@@ -456,8 +456,8 @@ bool is_failed(const PointResult& r) { return r.tables.size() == 1 && r.tables.f
 
 PointResult placed_in_sweep(const RunPlan& run, std::size_t point, PointResult r) {
   if (!is_failed(r)) {
-    if (const std::optional<PlacedField> field = run.placed(point))
-      for (store::Table& t : field_tables(*field)) r.tables.push_back(std::move(t));
+    if (const std::optional<scenario::PlacedField> field = run.placed(point))
+      for (store::Table& t : scenario::field_tables(*field)) r.tables.push_back(std::move(t));
     if (!run.config.is_product() && (!r.maps.empty() || !r.streams.empty())) r.tables.push_back(table_of_point(point));
   }
   const std::vector<config::SweepValue> sweep = run.config.sweep_values(point);
@@ -502,7 +502,7 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
     PointResult own = point_result(i);
     const bool has_failed = is_failed(own);
     PointResult r = placed_in_sweep(run, i, std::move(own));
-    if (sensitivity && !has_failed && !is_checked) check_sensitivity(*sensitivity, r.tables);
+    if (sensitivity && !has_failed && !is_checked) compare::check_sensitivity(*sensitivity, r.tables);
     is_checked = is_checked || !has_failed;
     add_point(tables, std::move(r.tables));
     add_point(samples, std::move(r.samples));
@@ -522,8 +522,8 @@ store::Result assemble(const RunPlan& run, const std::function<PointResult(std::
   result.tables = std::move(tables);
   result.samples = std::move(samples);
   result.maps = std::move(maps);
-  if (run.is_family()) apply_family(result.tables);
-  if (sensitivity) result.tables.push_back(sensitivity_table(*sensitivity, result.tables, run.point_count()));
+  if (run.is_family()) compare::apply_family(result.tables);
+  if (sensitivity) result.tables.push_back(compare::sensitivity_table(*sensitivity, result.tables, run.point_count()));
   result.streams = streams.take(stop);
   return result;
 }

@@ -21,8 +21,8 @@
 #include "config/config.h"
 #include "montecarlo/run_blocks.h"
 #include "random/study_id.h"
+#include "scenario/reference_field.h"
 #include "store/result_file.h"
-#include "study/reference_field.h"
 
 namespace surveymc::study {
 
@@ -150,7 +150,7 @@ class RunPlan {
   /// Reads the point, unless it still has it. Throws InputError, also where the maps of a sweep have different axes.
   std::shared_ptr<const PointPlan> plan(std::size_t point) const;
   /// The reference field of the point, if it is that of a place.
-  std::optional<PlacedField> placed(std::size_t point) const;
+  std::optional<scenario::PlacedField> placed(std::size_t point) const;
   /// `verdict.family`, which no sweep changes, is not "none": see family.h.
   bool is_family() const { return is_family_; }
   /// Trials of all points; of a large sweep as many times those of the first point.
@@ -172,7 +172,7 @@ class RunPlan {
  private:
   struct ReadPoint {
     std::shared_ptr<const PointPlan> plan;
-    std::optional<PlacedField> placed;
+    std::optional<scenario::PlacedField> placed;
   };
   const ReadPoint& read(std::size_t point) const;
 

@@ -26,7 +26,7 @@ TABLES = ("parameters", "position", "ellipse", "control_variate", "observability
           "gyro", "tool_codes", "validity", "by_source", "least", "relative_covariance", "relative_position",
           "probability", "sampling", "design_points", "importance",
           "calibration", "family", "sensitivity")
-# What follows from interval, margin and verdict, which are kept; tests/study/test_family.cpp judges it.
+# What follows from interval, margin and verdict, which are kept; tests/compare/test_family.cpp judges it.
 DERIVED = {"p_differs", "p_agrees", "family", "wishart_family", "trials_to_decide"}
 # Long tables: the mean over realisations, and nothing that follows from it.
 CHOSEN_COLUMNS = {"metrics": {"formulation", "quantity", "monte_carlo"}}

@@ -404,3 +404,11 @@ TEST_CASE("A stop flag is looked at between points") {
   CHECK_THROWS_AS(run_part(run, PartChoice::of_point(1), options, {}), Interrupted);
   CHECK(prepared() == Times{});
 }
+
+TEST_CASE("Units are read from names") {
+  CHECK(unit_of_name("field.total_nT") == "nT");
+  CHECK(unit_of_name("noise.scale") == "1");
+  CHECK(unit_of_name("md_ft") == "ft");
+  CHECK(unit_of_name("m") == "1");
+  CHECK(unit_of_name("gain_x") == "1");
+}

@@ -1,0 +1,82 @@
+#include "compare/annotations.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace surveymc::compare {
+namespace {
+
+/// An entry without `formulation` is for every formulation.
+bool covers(const RowName& entry, const RowName& row) {
+  return entry.table == row.table && entry.quantity == row.quantity &&
+         (entry.formulation.empty() || entry.formulation == row.formulation);
+}
+
+void require_known(const config::ConfigReader& entry, const std::string& key, const RowName& name,
+                   const std::vector<RowName>& rows) {
+  if (std::any_of(rows.begin(), rows.end(), [&](const RowName& r) { return covers(name, r); })) return;
+  std::string known;
+  for (const RowName& r : rows)
+    if (r.table == name.table && known.find(" " + r.quantity + ",") == std::string::npos)
+      known += " " + r.quantity + ",";
+  if (!known.empty()) known.pop_back();
+  entry.fail(key, known.empty() ? fmt::format("no row of table \"{}\"; there is no such table", name.table)
+                                : fmt::format("no row \"{}\"{}; the quantities of \"{}\" are{}", name.quantity,
+                                              name.formulation.empty() ? "" : " of \"" + name.formulation + "\"",
+                                              name.table, known));
+}
+
+}  // namespace
+
+PublishedEntry read_published(config::ConfigReader& entry) {
+  PublishedEntry p;
+  p.source = entry.text("source");
+  p.table = entry.text("table");
+  p.values = entry.number_table("values", {});
+  p.here = entry.matches_point("at");
+  return p;
+}
+
+Annotations Annotations::read(config::ConfigReader& config, const std::vector<RowName>& rows) {
+  Annotations a;
+  for (config::ConfigReader& entry : config.tables("published")) {
+    const PublishedEntry published = read_published(entry);
+    a.has_published_ = true;
+    RowName name{published.table, entry.has("formulation") ? entry.text("formulation") : "", ""};
+    for (const auto& [quantity, value] : published.values) {
+      name.quantity = quantity;
+      require_known(entry, "values", name, rows);
+      if (published.here) a.published_.push_back({name, value});
+    }
+  }
+  for (config::ConfigReader& entry : config.tables("expect")) {
+    RowName name{entry.text("table"), entry.has("formulation") ? entry.text("formulation") : "", ""};
+    const std::string verdict = entry.choice("verdict", {"agrees", "differs", "undecided"});
+    const bool here = entry.matches_point("at");
+    for (const std::string& quantity : entry.texts("quantities")) {
+      name.quantity = quantity;
+      require_known(entry, "quantities", name, rows);
+      if (here) a.expected_.push_back({name, verdict});
+    }
+  }
+  return a;
+}
+
+std::string Annotations::expected(const std::string& table, const std::string& formulation,
+                                  const std::string& quantity) const {
+  std::string verdict;
+  for (const Expected& e : expected_)
+    if (covers(e.row, {table, formulation, quantity})) verdict = e.verdict;
+  return verdict;
+}
+
+void Annotations::apply(const std::string& table, std::vector<ComparisonRow>& rows) const {
+  for (ComparisonRow& row : rows) {
+    for (const Published& p : published_)
+      if (covers(p.row, {table, row.formulation, row.quantity})) row.published = p.value;
+    row.expected = expected(table, row.formulation, row.quantity);
+  }
+}
+
+}  // namespace surveymc::compare

@@ -1,0 +1,60 @@
+#pragma once
+/// A run of events: what becomes of a study's point where its config has `[[event]]`, and the study `rare_event`.
+///
+///   events as limit states -> proposals (event_sampling.h) -> weighted trials -> tables probability, sampling,
+///   design_points, importance; samples hits
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compare/annotations.h"
+#include "events/event_sampling.h"
+#include "study/experiment.h"
+
+namespace surveymc::events {
+
+/// An entry of `[[event]] name, quantity, below or above, at (optional)`.
+struct EventRule {
+  std::string name;
+  std::size_t quantity = 0;  ///< in the list that read_events() got
+  double limit = kNaN;       ///< NaN: a quantity that happens or not
+  bool is_above = false;
+  config::ConfigPlace place;
+};
+
+/// A quantity that an event may be about.
+struct EventQuantity {
+  std::string name;
+  bool has_limit = true;  ///< false: it happens or not, and takes neither `below` nor `above`
+};
+
+/// True if the config's run is one of events.
+bool has_events(const config::ConfigReader& config);
+
+/// The events of this point of the sweep, at least one. Call it when the other keys were read. Throws InputError.
+std::vector<EventRule> read_events(config::ConfigReader& config, const std::vector<EventQuantity>& quantities);
+
+/// The rows that `[[published]]` and `[[expect]]` may name: the quantity "probability" of each formulation, and "form".
+compare::Annotations read_event_annotations(config::ConfigReader& config, const std::vector<std::string>& formulations);
+
+/// One event, ready to be prepared.
+struct TrialEvent {
+  std::string name;
+  std::shared_ptr<const rare::LimitState> state;  ///< keeps what it refers to
+  rare::TrialAddresses from;
+  std::vector<std::string> normals = {};                         ///< name of each; "": not drawn. None: no importance
+  std::vector<std::pair<std::string, double>> predictions = {};  ///< formulation, probability; NaN: not known
+  std::vector<rare::HalfSpace> half_spaces = {};                 ///< for method "union"; none: the event is no union
+  std::vector<Eigen::VectorXd> starts = {};                      ///< of the preparing (rare::prepare_proposal)
+  config::ConfigPlace place = {};
+};
+
+/// The plan of a point whose events `events()` makes in the task that runs it, and once before. Throws InputError, with
+/// the place of the event, where one holds without any draw; preparing throws Interrupted at options.stop.
+/// `trial_cost`: of a trial here, compared with those of the other points (PointPlan::cost).
+std::unique_ptr<study::PointPlan> event_plan(EventRun run, compare::Annotations annotations, random::Stream stream,
+                                             std::function<std::vector<TrialEvent>()> events,
+                                             int block_trials = montecarlo::kBlockTrials, double trial_cost = 1);
+
+}  // namespace surveymc::events

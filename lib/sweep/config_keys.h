@@ -1,0 +1,18 @@
+#pragma once
+/// Every key that configs of an experiment may have, as its own reader asks for them (config/key_log.h).
+#include "store/table.h"
+#include "study/experiment.h"
+
+namespace surveymc::sweep {
+
+/// One row a key, in alphabetical order behind those that every file has: `key, type, unit, default, rule, example`,
+/// all text. default: "must be given", "needed in [TABLE]" where the table is, "needed by other
+/// keys", "-" (may be absent), a value as TOML, or
+/// "by other keys".
+///
+/// The reader reads all points of the configs that come with the program; then each config again with one supposition
+/// after the other (another word of a choice, a switch, a table that is not there), and, where that makes it miss keys,
+/// with these. So it also shows the keys of branches that no config takes. Takes a second at most.
+store::Table config_keys(const study::Experiment& experiment);
+
+}  // namespace surveymc::sweep
