@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "cli/process_setup.h"
 #include "cli/program.h"
 #include "mpi/mpi_messages.h"
 #include "registry.h"

@@ -4,7 +4,7 @@
 
 namespace {
 
-constexpr int kNotThisMachine = 71;  // EX_OSERR, as where threads are missing (lib/cli/run_setup.h)
+constexpr int kNotThisMachine = 71;  // EX_OSERR, as where threads are missing (lib/cli/exit_codes.h)
 
 void require_processor(int, char**, char**) {
   __builtin_cpu_init();

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "cli/exit_codes.h"
 #include "config/suggest.h"
 #include "store/table.h"
 

@@ -6,7 +6,7 @@
 
 #include "cli/command_words.h"
 #include "cli/commands.h"
-#include "cli/run_setup.h"
+#include "cli/run_arguments.h"
 
 namespace surveymc::cli {
 

@@ -4,11 +4,20 @@
 #include <string>
 #include <vector>
 
-#include "cli/run_setup.h"
+#include "cli/run_arguments.h"
 #include "study/experiment.h"
 #include "study/parts.h"
 
 namespace surveymc::cli {
+
+// ---- check, run, rerun
+
+/// Prints the config with every default, and what a run of it would be.
+int check_config(const RunArguments& a);
+/// Runs the config, or the part or trial of it that the arguments ask for. `command`: the command line, for the result.
+int run_config(const RunArguments& a, const std::string& command);
+/// Repeats the result in `file`, and compares. `folder`: of its config.
+int rerun_result(const std::string& file, const std::string& folder, const RunArguments& a, const std::string& command);
 
 // ---- list, keys: every key of an experiment's configs
 
@@ -57,11 +66,11 @@ struct PlanArguments {
 /// True if the arguments ask for a part of a run.
 bool is_part(const RunArguments& a);
 
-/// The part that the arguments or Slurm's environment ask for. Throws InputError.
-std::optional<study::PartChoice> part_choice(const RunArguments& a, const study::RunPlan& run);
+/// The part that the arguments or Slurm's environment ask for, if is_part(a). Throws InputError.
+study::PartChoice part_choice(const RunArguments& a, const study::RunPlan& run);
 
-int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::PartChoice& choice,
-                 const std::string& command);
+/// Runs that part and writes its part file.
+int run_one_part(const RunArguments& a, const std::string& command);
 int plan_parts(const RunArguments& a, const PlanArguments& plan);
 /// `part`: to a larger part, not to a result.
 int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs, bool part);

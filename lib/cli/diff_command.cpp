@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "cli/exit_codes.h"
 #include "cli/print_result.h"
-#include "cli/run_setup.h"
 #include "cli/screen.h"
 #include "store/json.h"
 #include "sweep/difference.h"

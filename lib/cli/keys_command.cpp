@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "cli/run_setup.h"
+#include "cli/exit_codes.h"
 #include "cli/screen.h"
 #include "config/suggest.h"
 #include "sweep/config_keys.h"

@@ -64,7 +64,7 @@ wrong command line; the message names the word and what may be meant
 bad config or data; the message says place, value and rule, and nothing was written
 .TP
 .B 70
-internal error, or not enough memory
+internal error, or out of memory
 .TP
 .B 71
 the system starts no more threads: fewer with \fB\-\-threads\fR; or a processor without AVX2

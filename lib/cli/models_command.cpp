@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
-#include "cli/run_setup.h"
+#include "cli/exit_codes.h"
 #include "config/error_model_file.h"
 
 namespace surveymc::cli {

@@ -10,8 +10,8 @@
 #include "base/shell_word.h"
 #include "cli/new_files.h"
 #include "cli/print_result.h"
-#include "cli/run_setup.h"
 #include "cli/screen.h"
+#include "cli/signals.h"
 #include "config/key_log.h"
 
 namespace surveymc::cli {
@@ -71,7 +71,7 @@ void new_config(const std::vector<study::Experiment>& studies, const NewArgument
   files.add(path, made.text, {});
   for (const DataFile& file : made.data) files.add(path.parent_path() / file.name, file.text, {.is_needed = false});
   const std::vector<fs::path> written = files.commit();
-  const EndsBySignal ends(nullptr, EndsBySignal::soon(fmt::format("{} is written", path.string())));
+  const EndsBySignal ends(nullptr, EndMessage::at_once(fmt::format("{} is written", path.string())));
   say(fmt::format("wrote {}: put in your well; surveymc keys {} lists every key", path.string(), name));
   for (const DataFile& file : made.data) {
     const fs::path data = path.parent_path() / file.name;

@@ -1,15 +1,23 @@
 #include "cli/commands.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <map>
 #include <system_error>
 
 #include <fmt/format.h>
 
+#include "cli/exit_codes.h"
+#include "cli/kept_work.h"
+#include "cli/load_run.h"
 #include "cli/log.h"
 #include "cli/print_result.h"
+#include "cli/progress.h"
+#include "cli/provenance.h"
 #include "cli/screen.h"
+#include "cli/signals.h"
+#include "cli/write_output.h"
 #include "store/atomic_file.h"
 #include "study/point_costs.h"
 
@@ -212,11 +220,10 @@ void refuse_options_of_results(const RunArguments& a) {
 
 bool is_part(const RunArguments& a) { return (a.point || a.shard || a.array) && !a.trial; }
 
-std::optional<study::PartChoice> part_choice(const RunArguments& a, const study::RunPlan& run) {
+study::PartChoice part_choice(const RunArguments& a, const study::RunPlan& run) {
   require_usage(!a.shards || a.array, "--shards: belongs to --array; without Slurm it is --shard I/N");
   require_usage(!a.array || (!a.point && !a.shard),
                 "--array: chooses the part itself: not together with --point or --shard");
-  if (!a.array && !a.point && !a.shard) return std::nullopt;
   refuse_options_of_results(a);
   study::PartChoice choice;
   if (a.array) choice = array_choice(a, run);
@@ -234,8 +241,12 @@ std::optional<study::PartChoice> part_choice(const RunArguments& a, const study:
   return choice;
 }
 
-int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::PartChoice& choice,
-                 const std::string& command) {
+int run_one_part(const RunArguments& a, const std::string& command) {
+  std::optional<EndsBySignal> ends(std::in_place, nullptr, EndMessage::at_once());
+  const study::RunPlan run = open_config(a);
+  const study::PartChoice choice = part_choice(a, run);
+  study::read_points(run, choice, stop_flag());
+  ends.reset();
   const fs::path path = part_path(a, choice);
   const checkpoint::RunKey key = run_key(run, true);
   if (is_done(path, run, choice, a.overwrite)) {
@@ -247,18 +258,22 @@ int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::
   log_remarks(run.config);
   double elapsed = 0;
   checkpoint::Part part;
-  const auto compute = [&](const study::Checkpoint& checkpoint) {
+  std::vector<fs::path> renamed;  // what was there is damaged, but it is the user's
+  KeptWork kept(a, key, path, command);
+  try {
     Progress progress;
     const auto created = std::chrono::system_clock::now();
-    part = study::run_part(run, choice, run_options(a, run, progress, true), checkpoint);
+    part = study::run_part(run, choice, run_options(a, run, progress, true), kept.checkpoint());
     elapsed = progress.elapsed_s();
     part.key = part_key(run);
     part.command = command;
     part.folder = fs::absolute(a.config).parent_path().string();
     part.run = run_info(created, elapsed, a);
-  };
-  std::vector<fs::path> kept;  // what was there is damaged, but it is the user's
-  with_checkpoint(a, key, path, command, compute, [&] { kept = checkpoint::write_part(path, part, old_file(a)); });
+    renamed = checkpoint::write_part(path, part, old_file(a));
+  } catch (...) {
+    kept.rethrow();
+  }
+  kept.remove();
   const auto failed =
       std::count_if(part.pieces.begin(), part.pieces.end(), [](const auto& p) { return !p.failure.empty(); });
   for (const checkpoint::PartPiece& p : part.pieces)
@@ -268,7 +283,7 @@ int run_one_part(const RunArguments& a, const study::RunPlan& run, const study::
       break;
     }
   say(fmt::format("wrote {} (in {})", path.string(), format_duration(elapsed)));
-  tell_backup(kept);
+  print_backup(renamed);
   return kDone;
 }
 
@@ -336,12 +351,12 @@ int write_merged(const RunArguments& a, store::Result result, const std::string&
   result.run = {"", "", 0, 0, 0};  // of many runs; so the file does not depend on who ran what
   const std::vector<fs::path> kept = write_result_file(a, a.output, result);
   ends.reset();
-  ends.emplace(nullptr, EndsBySignal::Says{.nothing = fmt::format("{} is written", a.output)});
+  ends.emplace(nullptr, EndMessage{.nothing = fmt::format("{} is written", a.output)});
   print_tables(result, a.output, a.units == "ft");
   const int exit = report_verdicts(result, a.check);
   print_warnings(result, a.quiet);
   say(fmt::format("wrote {} (from {})", a.output, from));
-  tell_backup(kept);
+  print_backup(kept);
   return exit;
 }
 
@@ -349,7 +364,7 @@ int write_merged(const RunArguments& a, store::Result result, const std::string&
 
 int merge_files(const RunArguments& a, const std::vector<std::string>& names, const std::string& inputs, bool part) {
   catch_signals();
-  std::optional<EndsBySignal> ends(std::in_place, nullptr, EndsBySignal::Says());
+  std::optional<EndsBySignal> ends(std::in_place, nullptr, EndMessage());
   std::vector<fs::path> paths;
   for (const std::string& name : names) {
     std::error_code error;
@@ -384,7 +399,7 @@ int merge_files(const RunArguments& a, const std::vector<std::string>& names, co
   if (part) {
     const std::vector<fs::path> kept = parts.write_merged(a.output, stop_flag(), old_file(a));
     say(fmt::format("wrote {} (from {})", a.output, counted(count, "part")));
-    tell_backup(kept);
+    print_backup(kept);
     return kDone;
   }
   config::Config config = study::config_of(parts.about(), paths[0].string(), inputs);

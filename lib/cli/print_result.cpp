@@ -6,8 +6,8 @@
 #include <unistd.h>
 
 #include "base/shell_word.h"
+#include "cli/exit_codes.h"
 #include "cli/log.h"
-#include "cli/run_setup.h"
 #include "cli/screen.h"
 #include "cli/verdict_counts.h"
 #include "compare/comparison.h"

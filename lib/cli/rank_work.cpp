@@ -9,8 +9,10 @@
 
 #include "cli/command_line.h"
 #include "cli/commands.h"
+#include "cli/load_run.h"
 #include "cli/log.h"
-#include "cli/run_setup.h"
+#include "cli/provenance.h"
+#include "cli/signals.h"
 
 namespace surveymc::cli {
 
@@ -40,10 +42,7 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
       if (line.command == Command::rerun)
         run.emplace(
             read_rerun(studies, line.file, store::read_result(line.file), line.inputs.empty() ? "." : line.inputs));
-      if (part) {
-        if (const std::optional<study::PartChoice> choice = part_choice(line.arguments, *run))
-          study::read_points(*run, *choice, stop_flag());
-      }
+      if (part) study::read_points(*run, part_choice(line.arguments, *run), stop_flag());
       if (run) key = run_key(*run, part);
     }
   } catch (...) {
@@ -70,7 +69,7 @@ int work_for_rank_0(const std::vector<study::Experiment>& studies, montecarlo::M
     if (*stop_flag()) throw Interrupted("stopped before the first block");
     // Until the answer to this order: an idle rank may not end while rank 0 writes.
     const auto ends = std::make_shared<EndsBySignal>(
-        journal.get(), EndsBySignal::Says{.kept = "what is done is kept beside " + order.journal});
+        journal.get(), EndMessage{.kept = "what is done is kept beside " + order.journal});
     if (prepared != order.point) {
       point = run->prepare(order.point, options);
       prepared = order.point;

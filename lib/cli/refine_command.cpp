@@ -8,10 +8,12 @@
 
 #include <fmt/format.h>
 
+#include "cli/exit_codes.h"
+#include "cli/load_run.h"
 #include "cli/new_files.h"
 #include "cli/print_result.h"
-#include "cli/run_setup.h"
 #include "cli/screen.h"
+#include "cli/signals.h"
 #include "store/atomic_file.h"
 #include "sweep/refine.h"
 
@@ -57,7 +59,7 @@ void add_missing_inputs(NewFiles& files, const sweep::Round& round, const fs::pa
 
 int refine_result(const RefineArguments& a) {
   catch_signals();
-  std::optional<EndsBySignal> ends(std::in_place, nullptr, EndsBySignal::soon());
+  std::optional<EndsBySignal> ends(std::in_place, nullptr, EndMessage::at_once());
   const fs::path output = a.output;
   require_usage(output.extension() == ".toml", "-o {}: the name of a config ends in .toml", a.output);
   const sweep::Round round = round_of(a.file);
@@ -81,7 +83,7 @@ int refine_result(const RefineArguments& a) {
   files.add(output, next.config, {.overwrite = a.overwrite, .follows_link = true});  // last: what it names is there
   ends.reset();  // a signal before this leaves the old files
   const std::vector<fs::path> written = files.commit();
-  ends.emplace(nullptr, EndsBySignal::soon(fmt::format("{} is written", output.string())));
+  ends.emplace(nullptr, EndMessage::at_once(fmt::format("{} is written", output.string())));
   for (const fs::path& path : written)
     if (path != output && path != points_path)
       say(fmt::format("wrote {}, which the config names, as the result stores it", path.string()));

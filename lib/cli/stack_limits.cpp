@@ -1,4 +1,4 @@
-#include "cli/program.h"
+#include "cli/process_setup.h"
 
 #include <pthread.h>
 #include <sys/resource.h>

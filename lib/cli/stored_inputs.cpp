@@ -1,4 +1,4 @@
-#include "cli/run_setup.h"
+#include "cli/load_run.h"
 
 #include <string>
 

@@ -72,7 +72,7 @@ def exit_codes():
     page = (source / "docs/results-format.md").read_text()
     of_page = set(re.findall(r"^\| (\d+) \|", re.search(r"^## Exit codes\n.*?(?=^## )", page, re.M | re.S)[0], re.M))
     of_manual = set(re.findall(r"^\.B (\d+)$", call("man").split(".SH EXIT STATUS")[1].split(".SH")[0], re.M))
-    of_code = set(re.findall(r"k\w+ = (\d+)", re.search(r"enum Exit \{.*?\};", (source / "lib/cli/run_setup.h").read_text(), re.S)[0]))
+    of_code = set(re.findall(r"k\w+ = (\d+)", re.search(r"enum Exit \{.*?\};", (source / "lib/cli/exit_codes.h").read_text(), re.S)[0]))
     return [f"exit codes: {name} has {sorted(codes)}, the program {sorted(of_code)}"
             for name, codes in [("README.md", of_readme), ("docs/results-format.md", of_page), ("surveymc man", of_manual)] if codes != of_code]
 
