@@ -112,7 +112,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   c.require(s.inclination_deg.size() * s.azimuth_deg.size() * s.methods.size() <= kMostPoints, "inclination_deg",
             fmt::format("more than {} points in all", kMostPoints));
   s.tolerance = c.number("tolerance.azimuth_deg", config::Range{0, 180, true, false}, 1.0) * kDegree;
-  std::vector<compare::RowName> rows;
+  std::vector<compare::Row> rows;
   if (c.has("monte_carlo")) {
     s.trials = static_cast<std::uint64_t>(c.integer("trials", 20, 1'000'000'000'000));
     read_stations(c, s);

@@ -4,36 +4,18 @@
 #include "chained_multistation/performance_tables.h"
 
 namespace surveymc::studies::chained_multistation {
-namespace {
-
-constexpr std::array<const char*, 3> kPlaces{"first", "middle", "last"};
-
-}  // namespace
-
-std::vector<compare::RowName> PerformanceCalibration::rows(const Scenario& s) {
-  std::vector<compare::RowName> rows;
-  for (const Solver e : s.estimators) {
-    if (!is_chained(e)) continue;
-    const std::string& name = solver_names()[static_cast<std::size_t>(e)];
-    for (const char* place : kPlaces) {
-      for (const char* state : kTestedStateNames) rows.push_back({"", name, fmt::format("{}_{}", state + 2, place)});
-      rows.push_back({"", name, fmt::format("nees_{}", place)});
-    }
-    rows.push_back({"", name, "cost"});
-  }
-  return rows;
-}
 
 PerformanceCalibration::PerformanceCalibration(const Scenario& s) {
   if (!s.calibration.on) return;
-  const std::vector<compare::RowName> names = rows(s);
+  std::vector<compare::Row> names = rows_of(s);
+  std::erase_if(names, [](const compare::Row& row) { return !row.calibrated; });
   const auto stations = static_cast<std::size_t>(s.stations());
   const std::array<std::size_t, 3> station{0, stations / 2, stations - 1};
   std::size_t at = 0;
   for (std::size_t e = 0; e < s.estimators.size(); ++e) {
     if (!is_chained(s.estimators[e])) continue;
     const auto add = [&](const Source& source, double degrees) {
-      const compare::RowName& row = names[at++];
+      const compare::Row& row = names[at++];
       if (!s.calibration.wants(row.quantity)) return;
       quantities_.push_back(degrees > 0 ? compare::chi_squared_quantity(row.formulation, row.quantity, degrees)
                                         : compare::normal_quantity(row.formulation, row.quantity, 1));

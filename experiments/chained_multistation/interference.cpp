@@ -171,7 +171,7 @@ std::unique_ptr<study::PointPlan> interference_plan(config::ConfigReader& c, ran
   in.alpha = c.number("interference.alpha", config::Range::open(0, 1), 0.01);
   in.reported = static_cast<int>(c.integer("interference.stations", 1, in.stations(), 3));
   c.require(in.size > 0, "interference.size_nT", "must be > 0: a direction has to be known");
-  std::vector<compare::RowName> rows;
+  std::vector<compare::Row> rows;
   for (const char* way : kInterferenceWayNames)
     for (const char* q : kInterferenceQuantities) rows.push_back({"interference", way, q});
   in.annotations = compare::Annotations::read(c, rows);

@@ -298,7 +298,7 @@ std::unique_ptr<study::PointPlan> outliers_plan(config::ConfigReader& c, random:
     return events::event_plan(
         run, annotations, random::stream_of(seed), [o, events] { return events_of(o, events); }, kBlockRuns);
   }
-  std::vector<compare::RowName> rows;
+  std::vector<compare::Row> rows;
   for (const char* e : kOutlierEventNames) rows.push_back({"outliers", "", e});
   for (const char* k : kRemedyNames) rows.push_back({"outliers", "", k});
   for (const char* q : {kWronglyDeleted, "w_rms"}) rows.push_back({"outliers", "", q});

@@ -220,24 +220,28 @@ store::Table failures_table(const Scenario& s, const PerformanceLayout& layout, 
 
 }  // namespace
 
-std::vector<compare::RowName> performance_row_names(const Scenario& s) {
-  std::vector<compare::RowName> rows;
-  for (const Solver e : s.estimators) {
-    for (const char* q : kRunQuantityNames) rows.push_back({"rms", name_of(e), q});
+std::vector<compare::Row> rows_of(const Scenario& s) {
+  std::vector<compare::Row> rows;
+  for (const Solver e : s.estimators) {  // trials decide what is claimed; a NEES has no confidence sequence
+    for (const char* q : kRunQuantityNames)
+      rows.push_back({.table = "rms", .formulation = name_of(e), .quantity = q, .predicted = is_chained(e)});
     if (!is_chained(e)) continue;
-    for (const char* q : kTestedStateNames) rows.push_back({"consistency", name_of(e), q});
-    for (const char* q : {"nees", "cost", "cost_sd"}) rows.push_back({"consistency", name_of(e), q});
+    for (const char* q : kTestedStateNames)
+      rows.push_back({.table = "consistency", .formulation = name_of(e), .quantity = q});
+    for (const std::string q : {"nees", "cost", "cost_sd"})
+      rows.push_back({.table = "consistency", .formulation = name_of(e), .quantity = q, .predicted = q != "nees"});
   }
-  return compare::with_calibration_rows(std::move(rows), s.calibration, PerformanceCalibration::rows(s));
-}
-
-std::vector<compare::RowName> judged_performance_rows(const Scenario& s) {
-  std::vector<compare::RowName> rows = performance_row_names(s);
-  std::erase_if(rows, [&](const compare::RowName& r) {
-    const bool claims = std::any_of(s.estimators.begin(), s.estimators.end(),
-                                    [&](Solver e) { return is_chained(e) && name_of(e) == r.formulation; });
-    return !claims || r.quantity == "nees" || (r.table != "rms" && r.table != "consistency");
-  });
+  for (const Solver e : s.estimators) {
+    if (!is_chained(e)) continue;
+    const auto calibrated = [&](const std::string& quantity) {
+      rows.push_back({.table = "calibration", .formulation = name_of(e), .quantity = quantity, .calibrated = true});
+    };
+    for (const char* place : {"first", "middle", "last"}) {
+      for (const char* state : kTestedStateNames) calibrated(fmt::format("{}_{}", state + 2, place));
+      calibrated(fmt::format("nees_{}", place));
+    }
+    calibrated("cost");
+  }
   return rows;
 }
 

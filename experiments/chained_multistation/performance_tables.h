@@ -75,8 +75,6 @@ class PerformanceLayout {
 class PerformanceCalibration {
  public:
   explicit PerformanceCalibration(const Scenario& s);
-  /// Names of all quantities that `estimators` of the scenario claim, in order; table is "".
-  static std::vector<compare::RowName> rows(const Scenario& s);
 
   /// How many counts it has.
   std::size_t size() const { return quantities_.size() * stats::kPitSlots; }
@@ -96,10 +94,8 @@ class PerformanceCalibration {
   std::vector<Source> sources_;
 };
 
-/// Rows that annotations may name.
-std::vector<compare::RowName> performance_row_names(const Scenario& s);
-/// Those that trials can decide, and whose intervals may hold at all looks.
-std::vector<compare::RowName> judged_performance_rows(const Scenario& s);
+/// All rows of the tables rms and consistency, and of the calibration in the order in which it counts.
+std::vector<compare::Row> rows_of(const Scenario& s);
 /// Of the tables rms and consistency, without annotations.
 compare::RowsOfTables performance_rows(const Scenario& s, const PerformanceLayout& layout, const stats::Tally& tally);
 

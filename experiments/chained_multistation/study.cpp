@@ -150,12 +150,12 @@ std::unique_ptr<study::PointPlan> performance_plan(config::ConfigReader& c, rand
     s.estimators.push_back(e);
   }
   s.kept_runs = static_cast<std::size_t>(c.integer("kept_runs", 0, 1'000'000, 20'000));
-  const std::vector<compare::RowName> known = PerformanceCalibration::rows(s);
-  s.calibration = compare::read_calibration(c, known);
-  c.require(!s.calibration.on || !known.empty(), "estimators",
+  const std::vector<compare::Row> rows = rows_of(s);
+  s.calibration = compare::read_calibration(c, rows);
+  c.require(!s.calibration.on || std::any_of(s.estimators.begin(), s.estimators.end(), is_chained), "estimators",
             "none of them claims a covariance: with [calibration] one must be a filter or a smoother");
-  s.trial_plan = compare::read_verdict_plan(c, judged_performance_rows(s), s.verdict, kTrialLimits);
-  s.annotations = compare::Annotations::read(c, performance_row_names(s));
+  s.trial_plan = compare::read_verdict_plan(c, rows, s.verdict, kTrialLimits);
+  s.annotations = compare::Annotations::read(c, compare::annotated_rows(rows, s.calibration));
   c.finish();
   return std::make_unique<ChainedPerformancePlan>(std::move(s));
 }

@@ -169,7 +169,7 @@ std::unique_ptr<study::PointPlan> unstart_plan(config::ConfigReader& c, random::
                kDegree * c.number("unstart.magnetic_azimuth_deg", config::Range::closed(-360, 360)),
                kDegree * c.number("unstart.toolface_deg", config::Range::closed(-360, 360))};
   u.axial_bias = c.number("unstart.axial_bias_nT", config::Range::closed(-20000, 20000), 0);
-  std::vector<compare::RowName> rows;
+  std::vector<compare::Row> rows;
   for (const char* way : kUnstartWayNames)
     for (const char* e : kUnstartEventNames) rows.push_back({"unstart", way, e});
   for (const char* e : kUnstartRunEventNames) rows.push_back({"unstart", "modes", e});

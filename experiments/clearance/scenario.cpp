@@ -42,7 +42,7 @@ void read_reported(config::ConfigReader& c, Scenario& s) {
 
 void read_drawing(config::ConfigReader& c, Scenario& s) {
   Drawing& d = s.drawing;
-  std::vector<compare::RowName> rows;
+  std::vector<compare::Row> rows;
   for (const Formulation& f : s.formulations) {
     for (const char* q : kRelativeQuantities) rows.push_back({"relative_position", f.name, q});
     for (const std::string& q : published_quantities()) rows.push_back({"clearance", f.name, q});

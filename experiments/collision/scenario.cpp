@@ -98,7 +98,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
                                                                                      : propagate::VerticalRule::tilt;
   require_drawable(s);
   s.run = events::read_event_run(c);
-  std::vector<compare::RowName> rows;
+  std::vector<compare::Row> rows;
   for (const char* f : kFormulations) rows.push_back({"probability", f, "probability"});
   s.annotations = compare::Annotations::read(c, rows);
   c.finish();

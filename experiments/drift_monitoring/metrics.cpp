@@ -151,10 +151,10 @@ std::vector<compare::ComparisonRow> claim_rows(const Scenario& s, const Outcomes
   return rows;
 }
 
-std::vector<compare::RowName> row_names(const Scenario& s) {
+std::vector<compare::Row> row_names(const Scenario& s) {
   const std::vector<double> row(OutcomeLayout(s).size(), 0.0);
   const Outcomes one(s, row);
-  std::vector<compare::RowName> names;
+  std::vector<compare::Row> names;
   for (const compare::ComparisonRow& r : metric_rows(s, one)) names.push_back({"metrics", r.formulation, r.quantity});
   for (const compare::ComparisonRow& r : claim_rows(s, one)) names.push_back({"claims", r.formulation, r.quantity});
   return names;

@@ -134,6 +134,6 @@ ExactSamples simulated_samples(const MonitoringData& data, const montecarlo::Run
 void set_samples(MonitoringData& data, const monitoring::Samples& samples);
 
 /// Names of the rows of the tables `metrics` and `claims`.
-std::vector<compare::RowName> row_names(const Scenario& s);
+std::vector<compare::Row> row_names(const Scenario& s);
 
 }  // namespace surveymc::studies::drift_monitoring

@@ -111,32 +111,26 @@ std::vector<std::string> read_formulations(config::ConfigReader& c) {
   return out;
 }
 
-std::vector<compare::RowName> row_names() {
-  std::vector<compare::RowName> rows;
-  for (const char* d : {"north", "east", "vertical"}) rows.push_back({"axes", "", std::string("mean_") + d});
+/// All rows. A NEES has no confidence sequence; a single source has no interval for all looks.
+std::vector<compare::Row> rows_of(const Scenario& s) {
+  std::vector<compare::Row> rows;
+  for (const char* d : {"north", "east", "vertical"})
+    rows.push_back({.table = "axes", .quantity = std::string("mean_") + d});
   for (const std::string& f : kFormulations) {
-    const auto add = [&](const char* table, std::initializer_list<const char*> quantities) {
-      for (const char* q : quantities) rows.push_back({table, f, q});
+    const bool available = std::find(s.formulations.begin(), s.formulations.end(), f) != s.formulations.end();
+    const auto add = [&](const char* table, bool predicted, std::initializer_list<const char*> quantities) {
+      for (const char* q : quantities)
+        rows.push_back(
+            {.table = table, .formulation = f, .quantity = q, .predicted = predicted, .available = available});
     };
-    add("axes", {"sd_axis_1", "sd_axis_2", "sd_axis_3", "mean_axis_1", "mean_axis_2", "mean_axis_3"});
-    add("position", {"sd_north", "sd_east", "sd_vertical"});
-    add("position_hla", {"sd_high_side", "sd_lateral", "sd_along_hole"});
+    add("axes", true, {"sd_axis_1", "sd_axis_2", "sd_axis_3", "mean_axis_1", "mean_axis_2", "mean_axis_3"});
+    add("position", true, {"sd_north", "sd_east", "sd_vertical"});
+    add("position_hla", true, {"sd_high_side", "sd_lateral", "sd_along_hole"});
     if (f == "second_order") continue;
-    add("axes", {"nees"});
-    add("by_source", {"sd_along", "sd_along_2", "sd_along_3"});
-    add("ellipse", {"ellipse"});
+    add("axes", false, {"nees"});
+    add("by_source", false, {"sd_along", "sd_along_2", "sd_along_3"});
+    add("ellipse", false, {"ellipse"});
   }
-  return rows;
-}
-
-/// Those that trials can decide, and whose intervals may hold at all looks.
-std::vector<compare::RowName> judged_rows(const std::vector<std::string>& formulations) {
-  std::vector<compare::RowName> rows = row_names();
-  std::erase_if(rows, [&](const compare::RowName& r) {
-    return r.table == "ellipse" || r.table == "by_source" || r.quantity == "nees" ||
-           (!r.formulation.empty() &&
-            std::find(formulations.begin(), formulations.end(), r.formulation) == formulations.end());
-  });
   return rows;
 }
 
@@ -173,7 +167,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.antithetic = c.boolean("antithetic", false);
   if (s.samples()) {
     s.verdict = compare::read_verdict_rule(c);
-    s.trial_plan = compare::read_verdict_plan(c, judged_rows(s.formulations), s.verdict, {20});
+    s.trial_plan = compare::read_verdict_plan(c, rows_of(s), s.verdict, {20});
     s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
     c.require(!s.antithetic || s.trial_plan.trials % 2 == 0, s.trial_plan.looks.empty() ? "trials" : "stop.max_trials",
               "must be even where antithetic = true: trials come in pairs");
@@ -184,7 +178,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   }
   s.report_md = read_report_depths(c, s.survey);
   if (!s.samples()) s.verdict = compare::read_verdict_rule(c);
-  s.annotations = compare::Annotations::read(c, row_names());
+  s.annotations = compare::Annotations::read(c, rows_of(s));
   c.finish();
   return s;
 }

@@ -143,10 +143,12 @@ std::vector<SnoopingStrategy> read_strategies(config::ConfigReader& c, bool pope
   return all;
 }
 
-std::vector<compare::RowName> row_names(const Scenario& s) {
-  std::vector<compare::RowName> rows;
-  const auto row = [&](const std::string& formulation, const std::string& quantity) {
-    rows.push_back({"detection", formulation, quantity});
+/// All rows. Of the outcomes of snooping those alone have a prediction that are of a single error, singly looked for.
+std::vector<compare::Row> rows_of(const Scenario& s) {
+  std::vector<compare::Row> rows;
+  const auto row = [&](const std::string& formulation, const std::string& quantity) -> compare::Row& {
+    return rows.emplace_back(
+        compare::Row{.table = "detection", .formulation = formulation, .quantity = quantity, .unit = "1"});
   };
   for (const InjectedError& e : s.injected) row("design", "false_alarm_" + e.label);
   for (const char* q : {"mean", "any", "general"}) row("design", std::string("false_alarm_") + q);
@@ -158,7 +160,8 @@ std::vector<compare::RowName> row_names(const Scenario& s) {
   }
   for (const SnoopingStrategy strategy : s.strategies)
     for (const std::string& outcome : outcome_names())
-      row(strategy_names()[static_cast<std::size_t>(strategy)], outcome);
+      row(strategy_names()[static_cast<std::size_t>(strategy)], outcome).predicted =
+          strategy == SnoopingStrategy::single && s.injected.size() == 1;
   return rows;
 }
 
@@ -182,17 +185,6 @@ void read_event_run(config::ConfigReader& c, Scenario& s) {
               "test = \"w\"");
   }
   c.finish();
-}
-
-/// Those that have a prediction: of the outcomes of snooping only those of a single error, singly looked for.
-std::vector<compare::RowName> judged_rows(const Scenario& s) {
-  const std::vector<std::string>& strategies = strategy_names();
-  std::vector<compare::RowName> rows = row_names(s);
-  std::erase_if(rows, [&](const compare::RowName& r) {
-    return std::find(strategies.begin(), strategies.end(), r.formulation) != strategies.end() &&
-           (r.formulation != "single" || s.injected.size() != 1);
-  });
-  return rows;
 }
 
 }  // namespace
@@ -257,8 +249,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   }
   s.verdict = compare::read_verdict_rule(c);
   s.false_alarm_margin = c.number("verdict.false_alarm_margin", config::Range::open(0, 1), 0.1);
-  s.trial_plan = compare::read_verdict_plan(c, judged_rows(s), s.verdict, {});
-  s.annotations = compare::Annotations::read(c, row_names(s));
+  s.trial_plan = compare::read_verdict_plan(c, rows_of(s), s.verdict, {});
+  s.annotations = compare::Annotations::read(c, rows_of(s));
   c.finish();
   return s;
 }

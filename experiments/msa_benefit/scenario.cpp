@@ -9,6 +9,7 @@
 #include "base/units.h"
 #include "estimate/estimators.h"
 #include "estimate/observability.h"
+#include "msa_benefit/study.h"
 #include "scenario/reference_field.h"
 #include "scenario/scenario.h"
 
@@ -54,14 +55,6 @@ std::array<bool, 6> read_estimated(config::ConfigReader& c) {
   return estimated;
 }
 
-std::vector<compare::RowName> row_names() {
-  std::vector<compare::RowName> rows;
-  for (const char* quantity : kBenefits)
-    for (const char* when : {"before", "after"})
-      rows.push_back({"verification", "", fmt::format("sd_{}_{}", quantity, when)});
-  return rows;
-}
-
 void read_verified(config::ConfigReader& c, Scenario& s) {
   for (config::ConfigReader& entry : c.tables("verify")) {
     VerifiedDirection v{entry.number("inclination_deg", config::Range::closed(0, 180)),
@@ -78,19 +71,8 @@ void read_verified(config::ConfigReader& c, Scenario& s) {
       if (given[i]) c.fail(i == 0 ? "trials" : "stop", "without [[verify]] there is nothing to simulate: leave it out");
     return;
   }
-  std::vector<compare::RowName> judged;
-  for (const VerifiedDirection& v : s.verify)
-    for (const compare::RowName& row : row_names()) judged.push_back({row.table, name_of(v), row.quantity});
-  s.trial_plan = compare::read_trial_plan(c, {}, judged, s.verdict);
+  s.trial_plan = compare::read_trial_plan(c, rows_of(s), s.verdict);
 }
-
-}  // namespace
-
-std::string name_of(const VerifiedDirection& v) {
-  return fmt::format("inclination {:g} azimuth {:g}", v.inclination_deg, v.azimuth_deg);
-}
-
-namespace {
 
 constexpr double kOffVertical = 1e-6;  // rad
 
@@ -121,25 +103,16 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.estimator.estimated = read_estimated(c);
   s.verdict = compare::read_verdict_rule(c);
   read_verified(c, s);
-  const std::vector<compare::RowName> claimed = calibrated_rows(s);
-  s.calibration = compare::read_calibration(c, claimed);
+  const std::vector<compare::Row> rows = rows_of(s);
+  s.calibration = compare::read_calibration(c, rows);
   c.require(!s.calibration.on || !s.verify.empty(), "calibration.margin",
             "without [[verify]] there are no trials to count: give a direction, or leave out [calibration]");
   // The maps claim a distribution for every estimator; one that weighs is right only about its priors.
   if (estimate::estimator_kind(s.estimator.name).weighs)
     compare::require_calibrated_inputs(c, s.calibration, s.estimator, s.errors, {});
-  s.annotations = compare::Annotations::read(c, compare::with_calibration_rows(row_names(), s.calibration, claimed));
+  s.annotations = compare::Annotations::read(c, compare::annotated_rows(rows, s.calibration));
   c.finish();
   return s;
-}
-
-std::vector<compare::RowName> calibrated_rows(const Scenario& s) {
-  std::vector<compare::RowName> rows;
-  for (const VerifiedDirection& v : s.verify)
-    for (const char* quantity : kBenefits)
-      for (const char* when : {"before", "after"})
-        rows.push_back({"", name_of(v), fmt::format("{}_{}", quantity, when)});
-  return rows;
 }
 
 }  // namespace surveymc::studies::msa_benefit

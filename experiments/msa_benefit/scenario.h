@@ -24,9 +24,6 @@ struct VerifiedDirection {
   config::ConfigPlace place = {};  ///< of the inclination
 };
 
-/// "inclination 60 azimuth 45"
-std::string name_of(const VerifiedDirection& direction);
-
 struct Scenario {
   random::StudySeed seed;
   compare::TrialPlan trial_plan;                     ///< no trials without [[verify]]
@@ -42,9 +39,6 @@ struct Scenario {
   compare::CalibrationRule calibration;
   compare::Annotations annotations;
 };
-
-/// Quantities of the trials, in the order in which they are tallied, with their direction as formulation. Table is "".
-std::vector<compare::RowName> calibrated_rows(const Scenario& scenario);
 
 /// Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);

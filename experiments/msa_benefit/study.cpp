@@ -80,6 +80,32 @@ std::vector<VerifiedWell> verified_wells(const Scenario& s) {
 
 }  // namespace
 
+std::vector<compare::Row> rows_of(const Scenario& s, const std::vector<VerifiedWell>& wells) {
+  std::vector<compare::Row> rows;
+  const auto add = [&](const std::string& formulation, int q, int component, double prediction) {
+    const std::string quantity = fmt::format("{}_{}", kBenefits[q / 2], q % 2 == 0 ? "before" : "after");
+    compare::Row row{.table = "verification",
+                     .formulation = formulation,
+                     .quantity = "sd_" + quantity,
+                     .unit = kBenefitUnits[q / 2],
+                     .statistic = compare::Statistic::sd,
+                     .component = component,
+                     .prediction = prediction,
+                     .available = !s.verify.empty()};
+    rows.push_back(row);
+    row.table = "calibration";
+    row.quantity = quantity;
+    row.calibrated = true;
+    rows.push_back(row);
+  };
+  for (std::size_t d = 0; d < s.verify.size(); ++d)
+    for (int q = 0; q < kPerDirection; ++q)
+      add(fmt::format("inclination {:g} azimuth {:g}", s.verify[d].inclination_deg, s.verify[d].azimuth_deg), q,
+          kPerDirection * static_cast<int>(d) + q, wells.empty() ? kNaN : predicted_sd(wells[d].benefit)[q]);
+  for (int q = 0; q < kPerDirection && s.verify.empty(); ++q) add("", q, -1, kNaN);
+  return rows;
+}
+
 /// Errors of a batch in one direction, in the order of kPerDirection; NaN where the estimate did not converge.
 struct BenefitPoint::Errors {
   std::vector<std::array<double, kPerDirection>> of_trial;
@@ -94,19 +120,11 @@ BenefitPoint::BenefitPoint(Scenario scenario)
             }),
       estimator_(estimate::make_estimator(s_.estimator, s_.field)),
       uncorrected_(no_correction()),
-      verified_(verified_wells(s_)) {
-  if (s_.calibration.on) make_calibrated();
-}
-
-void BenefitPoint::make_calibrated() {
-  const std::vector<compare::RowName> rows = calibrated_rows(s_);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (!s_.calibration.wants(rows[i].quantity)) continue;
-    const std::size_t q = i % kPerDirection;
-    calibrated_.push_back(compare::normal_quantity(rows[i].formulation, rows[i].quantity,
-                                                   predicted_sd(verified_[i / kPerDirection].benefit)[q]));
-    calibrated_columns_.push_back(static_cast<Eigen::Index>(i));
-  }
+      verified_(verified_wells(s_)),
+      rows_(rows_of(s_, verified_)),
+      calibrated_rows_(compare::calibrated_rows(rows_, s_.calibration)) {
+  for (const compare::Row& row : calibrated_rows_)
+    calibrated_.push_back(compare::normal_quantity(row.formulation, row.quantity, row.prediction));
 }
 
 BenefitPoint::Errors BenefitPoint::simulate(const VerifiedWell& v, std::uint64_t first, int count) const {
@@ -165,23 +183,13 @@ stats::Tally BenefitPoint::run_block(montecarlo::TrialBlock block) const {
   stop_.keep(block, tally);
   tally.counts.assign(calibrated_.size() * stats::kPitSlots, 0);
   for (std::size_t c = 0; c < calibrated_.size(); ++c)
-    calibrated_[c].cells.count(values.col(calibrated_columns_[c]).data(), static_cast<std::size_t>(kept), 0,
+    calibrated_[c].cells.count(values.col(calibrated_rows_[c].component).data(), static_cast<std::size_t>(kept), 0,
                                tally.counts.data() + c * stats::kPitSlots);
   return tally;
 }
 
 std::vector<compare::ComparisonRow> BenefitPoint::verification_rows(const stats::Tally& tally) const {
-  std::vector<compare::ComparisonRow> rows;
-  for (std::size_t d = 0; d < verified_.size(); ++d) {
-    const std::array<double, kPerDirection> predicted = predicted_sd(verified_[d].benefit);
-    for (std::size_t q = 0; q < kPerDirection; ++q)
-      rows.push_back(compare::labelled(
-          name_of(verified_[d].direction),
-          compare::compare_sd(fmt::format("sd_{}_{}", kBenefits[q / 2], q % 2 == 0 ? "before" : "after"),
-                              kBenefitUnits[q / 2], 1, tally.moments, static_cast<Eigen::Index>(kPerDirection * d + q),
-                              predicted[q], s_.verdict, tally.trials)));
-  }
-  return rows;
+  return compare::compare_rows(rows_, "verification", s_.verdict, tally.trials, tally.moments);
 }
 
 store::Table BenefitPoint::verification_table(const stats::Tally& tally) const {
@@ -190,11 +198,11 @@ store::Table BenefitPoint::verification_table(const stats::Tally& tally) const {
   stop_.add_notes("verification", rows, tally);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const VerifiedDirection& direction = verified_[i / kPerDirection].direction;
-    rows[i].formulation.clear();  // the direction has columns of its own
     inclination.push_back(direction.inclination_deg);
     azimuth.push_back(direction.azimuth_deg);
   }
   s_.annotations.apply("verification", rows);
+  for (compare::ComparisonRow& row : rows) row.formulation.clear();  // the direction has columns of its own
   store::Table t = compare::comparison_table(
       "verification",
       "azimuth of the last station and last lateral position, before and after MSA, against the "

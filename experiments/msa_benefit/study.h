@@ -19,6 +19,10 @@ struct VerifiedWell {
   analysis::Benefit benefit;
 };
 
+/// All rows of the table verification and of the calibration, in the order in which they are tallied, their direction
+/// as formulation. `wells`: those of [[verify]]; without them the rows have no predictions.
+std::vector<compare::Row> rows_of(const Scenario& scenario, const std::vector<VerifiedWell>& wells = {});
+
 class BenefitPoint final : public study::StudyPoint {
  public:
   /// Throws InputError where the stations do not determine the estimated parameters.
@@ -35,15 +39,14 @@ class BenefitPoint final : public study::StudyPoint {
   /// Of table `verification`, direction by direction, which is their formulation.
   std::vector<compare::ComparisonRow> verification_rows(const stats::Tally& tally) const;
   store::Table verification_table(const stats::Tally& tally) const;
-  void make_calibrated();
 
   Scenario s_;
   compare::VerdictStop stop_;
   std::unique_ptr<estimate::Estimator> estimator_;
   survey::LaneArray uncorrected_;  ///< parameters that leave readings as they are
   std::vector<VerifiedWell> verified_;
-  std::vector<compare::CalibratedQuantity> calibrated_;  ///< empty: no calibration
-  std::vector<Eigen::Index> calibrated_columns_;         ///< of the tallied vector
+  std::vector<compare::Row> rows_, calibrated_rows_;
+  std::vector<compare::CalibratedQuantity> calibrated_;  ///< of the calibrated rows
 };
 
 /// `benefits` on the grid of the scenario, azimuth fastest.

@@ -4,77 +4,11 @@
 
 #include "analysis/msa_event.h"
 #include "analysis/msa_prediction.h"
-#include "estimate/estimators.h"
+#include "msa_position/study.h"
 #include "scenario/drilling.h"
 #include "scenario/scenario.h"
 
 namespace surveymc::studies::msa_position {
-namespace {
-
-/// Every row that some config of this study has.
-std::vector<compare::RowName> row_names() {
-  std::vector<compare::RowName> rows;
-  const auto parameter = [&rows](const std::string& name) {
-    rows.push_back({"parameters", "", "mean_" + name});
-    for (const char* f : {"first_order", "claimed"}) rows.push_back({"parameters", f, "sigma3_" + name});
-  };
-  for (const char* p : estimate::kParameterNames) parameter(p);
-  for (const char* p : kReference) parameter(p);
-  rows.push_back({"parameters", "", "nees"});
-  for (const char* p : kHanakParameters)
-    for (const char* what : {"mean_", "sigma3_"}) rows.push_back({"hanak_parameters", "", std::string(what) + p});
-  for (const char* d : kDirections) {
-    rows.push_back({"position", "", std::string("correction_") + d});
-    for (const char* f : kFormulations) rows.push_back({"position", f, std::string("sigma3_") + d});
-  }
-  for (const char* d : kHoleDirections)
-    for (const char* f : kFormulations) rows.push_back({"position_hla", f, std::string("sigma3_") + d});
-  for (const char* f : kFormulations) rows.push_back({"ellipse", f, "ellipse"});
-  return rows;
-}
-
-/// Rows that trials can decide: of this scenario, with a margin, and with a confidence sequence. A NEES has none.
-std::vector<compare::RowName> decidable(const Scenario& s) {
-  const estimate::EstimatorKind& kind = estimate::estimator_kind(s.estimator.name);
-  std::vector<compare::RowName> rows;
-  for (const compare::RowName& row : row_names()) {
-    const bool of_reference = row.quantity.find("reference_") != std::string::npos;
-    if (row.quantity == "nees" || row.table == "ellipse") continue;
-    if (row.formulation == "claimed" && !kind.weighs) continue;
-    if (row.formulation == "first_order" && s.assumed_noise != sensor::AssumedNoise::constant) continue;
-    if (of_reference && !kind.estimates_reference) continue;
-    if (row.table == "hanak_parameters" && s.estimator.name != "wls_consider") continue;
-    if (row.table.starts_with("position") && !s.with_position) continue;
-    rows.push_back(row);
-  }
-  return rows;
-}
-
-/// Quantities that [stop] may name: sd that have an analytic prediction and a control variate.
-std::vector<std::string> stoppable(bool with_position) {
-  std::vector<std::string> names;
-  for (const char* p : estimate::kParameterNames) names.push_back(std::string("sigma3_") + p);
-  for (const char* d : kDirections)
-    if (with_position) names.push_back(std::string("sigma3_") + d);
-  return names;
-}
-
-}  // namespace
-
-std::vector<compare::RowName> calibrated_rows(const Scenario& s) {
-  std::vector<compare::RowName> rows;
-  for (const char* p : estimate::kParameterNames) rows.push_back({"", "claimed", p});
-  if (s.assumed_noise != sensor::AssumedNoise::constant) return rows;
-  if (estimate::estimator_kind(s.estimator.name).estimates_reference)
-    for (const char* p : kReference) rows.push_back({"", "claimed", p});
-  rows.push_back({"", "claimed", "nees"});
-  for (const char* p : kAzimuths) rows.push_back({"", "claimed", p});
-  if (!s.with_position) return rows;
-  for (const char* p : {kDirections[0], kDirections[1], kDirections[2], "major_axis", "minor_axis"})
-    rows.push_back({"", "joint", p});
-  return rows;
-}
-
 namespace {
 
 /// Survey, field, tool, noise and estimator.
@@ -133,15 +67,15 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
             "weights that are drawn anew have no linear prediction: set outputs = [\"parameters\"] and "
             "control_variate = false, and no antithetic");
   s.verdict = compare::read_verdict_rule(c);
-  const std::vector<compare::RowName> calibrated = calibrated_rows(s);
-  s.calibration = compare::read_calibration(c, calibrated);
+  const std::vector<compare::Row> rows = rows_of(s);
+  s.calibration = compare::read_calibration(c, rows);
   compare::require_calibrated_inputs(c, s.calibration, s.estimator, analysis::input_errors(s.noise, s.spread, s.field),
                                      s.errors);
-  s.trial_plan = compare::read_trial_plan(c, stoppable(s.with_position), decidable(s), s.verdict);
+  s.trial_plan = compare::read_trial_plan(c, rows, s.verdict);
   c.require(!s.noise.antithetic || s.trial_plan.trials % 2 == 0,
             s.trial_plan.looks.empty() ? "trials" : "stop.max_trials",
             "must be even where antithetic = true: trials come in pairs");
-  s.annotations = compare::Annotations::read(c, compare::with_calibration_rows(row_names(), s.calibration, calibrated));
+  s.annotations = compare::Annotations::read(c, compare::annotated_rows(rows, s.calibration));
   c.finish();
   return s;
 }

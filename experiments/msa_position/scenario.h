@@ -47,10 +47,6 @@ struct Scenario {
   events::EventRun event_run;
 };
 
-/// Quantities whose claimed distribution this scenario can judge, in order, with the formulation that claims it. Table
-/// is "".
-std::vector<compare::RowName> calibrated_rows(const Scenario& scenario);
-
 /// Throws InputError.
 Scenario read_scenario(config::ConfigReader& config, random::StudySeed seed);
 

@@ -19,6 +19,7 @@
 
 #include "base/units.h"
 #include "compare/position_comparison.h"
+#include "estimate/estimators.h"
 #include "estimate/msa.h"
 #include "propagate/ellipse.h"
 #include "random/study_stream.h"
@@ -31,16 +32,6 @@ namespace surveymc::studies::msa_position {
 using Eigen::Matrix2d;
 
 namespace {
-
-/// Index of "sigma3_<name>" among the first nine components.
-int component_of(const std::string& quantity) {
-  for (std::size_t i = 0; i < 6; ++i)
-    if (quantity == std::string("sigma3_") + estimate::kParameterNames[i])
-      return Components::parameter + static_cast<int>(i);
-  for (std::size_t i = 0; i < 3; ++i)
-    if (quantity == std::string("sigma3_") + kDirections[i]) return Components::position + static_cast<int>(i);
-  throw std::logic_error("no component " + quantity);
-}
 
 /// The study's first trials choose the start of MSA, for all trials alike (estimate/msa.h).
 std::unique_ptr<estimate::Estimator> choose_estimator(const Scenario& s, const sensor::CleanReadings& clean,
@@ -59,18 +50,21 @@ std::unique_ptr<estimate::Estimator> choose_estimator(const Scenario& s, const s
                                      clean.magnetic_T, readings);
 }
 
-std::string long_name_of(const std::string& table) {
-  if (table == "parameters") return "estimates of gains and biases against the first-order prediction";
-  if (table == "hanak_parameters")
-    return "estimates in the convention b = (2 - scale) m - offset, against their noise-free values and the consider "
-           "covariance";
-  if (table == "position") return "final position of the corrected survey against three propagations";
-  return "the same along high side, lateral and hole at the last station";
-}
+/// The comparison tables, in the order of the result.
+struct ComparisonTable {
+  std::string name, long_name;
+};
+const std::array<ComparisonTable, 4> kTables{
+    {{"parameters", "estimates of gains and biases against the first-order prediction"},
+     {"hanak_parameters",
+      "estimates in the convention b = (2 - scale) m - offset, against their noise-free values and the consider "
+      "covariance"},
+     {"position", "final position of the corrected survey against three propagations"},
+     {"position_hla", "the same along high side, lateral and hole at the last station"}}};
 
 }  // namespace
 
-Components::Components(const Scenario& s, const estimate::Estimator& estimator) {
+Components::Components(const Scenario& s) {
   const auto add = [this](int& place, bool wanted, int size) {
     if (!wanted) return;
     place = count;
@@ -79,7 +73,7 @@ Components::Components(const Scenario& s, const estimate::Estimator& estimator) 
   add(nees_horizontal, s.with_position, 3);
   add(axes, s.with_position, 6);
   add(hole, s.with_position, 3);
-  add(reference, estimator.estimates_reference(), 2);
+  add(reference, estimate::estimator_kind(s.estimator.name).estimates_reference, 2);
   add(hanak, s.estimator.name == "wls_consider", 6);
   add(claimed, s.assumed_noise != sensor::AssumedNoise::constant, 6);
 }
@@ -104,13 +98,19 @@ Model model_of(const Scenario& s) {
 
 PositionPoint::PositionPoint(Scenario scenario, Model model)
     : s_(std::move(scenario)),
-      stop_(s_.trial_plan, s_.verdict, [this](const stats::Tally& t) { return all_rows(t); }),
+      rows_(rows_of(s_, &model)),
+      stop_(s_.trial_plan, s_.verdict,
+            [this](const stats::Tally& t) {
+              compare::RowsOfTables all;
+              for (const ComparisonTable& table : kTables) all.push_back({table.name, rows_of_table(table.name, t)});
+              return all;
+            }),
       clean_(std::move(model.clean)),
       md_(s_.survey.md()),
       prediction_(std::move(model.prediction)),
       stream_(random::stream_of(s_.seed)),
       estimator_(std::move(model.estimator)),
-      at_(s_, *estimator_),
+      at_(s_),
       intervals_(compare::at_confidence(s_.verdict)),
       horizontal_weight_(model.horizontal_weight),
       horizontal_axes_(model.horizontal_axes),
@@ -125,7 +125,9 @@ std::uint64_t PositionPoint::trials_needed(const stats::Tally& tally) const {
   if (stop_.is_on()) return stop_.trials_needed(tally);
   double needed = 0;
   for (const std::string& quantity : s_.trial_plan.quantities) {
-    const stats::ControlledEstimate e = sd_estimate(tally, component_of(quantity));
+    const auto row = std::find_if(rows_.begin(), rows_.end(),
+                                  [&](const compare::Row& r) { return r.controlled && r.quantity == quantity; });
+    const stats::ControlledEstimate e = sd_estimate(tally, row->component);
     const bool controlled = s_.control_variate;
     const stats::Interval ci = controlled ? e.controlled_interval : e.plain_interval;
     const double width = (ci.hi - ci.lo) / 2 / (controlled ? e.controlled : e.plain) / s_.trial_plan.relative_ci;
@@ -275,24 +277,16 @@ stats::Tally PositionPoint::run_block(montecarlo::TrialBlock block) const {
   return tally;
 }
 
-compare::RowsOfTables PositionPoint::all_rows(const stats::Tally& tally) const {
-  compare::RowsOfTables rows{{"parameters", parameter_rows(tally)}};
-  if (at_.hanak >= 0) rows.push_back({"hanak_parameters", hanak_rows(tally)});
-  if (s_.with_position) {
-    rows.push_back({"position", position_rows(tally)});
-    rows.push_back({"position_hla", hole_rows(tally)});
-  }
-  return rows;
-}
-
 study::PointResult PositionPoint::report(const stats::Tally& tally, const montecarlo::RunOptions&) const {
   study::PointResult r;
   std::vector<compare::ComparisonRow> published;
-  for (auto& [table, rows, place] : all_rows(tally)) {
-    stop_.add_notes(table, rows, tally);
+  for (const ComparisonTable& table : kTables) {
+    std::vector<compare::ComparisonRow> rows = rows_of_table(table.name, tally);
+    if (rows.empty()) continue;
+    stop_.add_notes(table.name, rows, tally);
     r.tables.push_back(
-        compare::comparison_table(table, long_name_of(table) + intervals_, rows, tally.trials, tally.failed, true));
-    if (table != "position_hla") published.insert(published.end(), rows.begin(), rows.end());
+        compare::comparison_table(table.name, table.long_name + intervals_, rows, tally.trials, tally.failed, true));
+    if (table.name != "position_hla") published.insert(published.end(), rows.begin(), rows.end());
   }
   if (s_.with_position) {
     r.tables.push_back(ellipse_table(tally));

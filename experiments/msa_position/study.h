@@ -29,8 +29,10 @@ struct Components {
   int claimed = -1;          ///< variances of the six parameters that the estimator claims for the trial
   int count = 10;
 
-  Components(const Scenario& scenario, const estimate::Estimator& estimator);
+  explicit Components(const Scenario& scenario);
 };
+/// In place of a component: the squared distance by the claimed covariance; the tangent of the error of azimuth i.
+constexpr int kClaimedDistance = -2, kAzimuth = -3;  // kAzimuth - i
 
 /// Gain and bias of an axis in Hanak's convention, b = (2 - scale) m - offset.
 struct HanakPair {
@@ -51,6 +53,10 @@ struct Model {
 /// Predicts, and chooses the estimator on 64 trials. Throws InputError where the stations cannot determine the
 /// parameters.
 Model model_of(const Scenario& scenario);
+
+/// All rows of the comparison tables, and those of the calibration, in the order of the tables; without a model they
+/// have no predictions.
+std::vector<compare::Row> rows_of(const Scenario& scenario, const Model* model = nullptr);
 
 /// The events of a scenario that has some, with first-order predictions. Throws as model_of().
 std::vector<events::TrialEvent> events_of(const Scenario& scenario);
@@ -87,9 +93,8 @@ class PositionPoint final : public study::StudyPoint {
   static stats::LostTrials lost_trials(const stats::Tally& tally, std::size_t p);
   stats::ControlledEstimate sd_estimate(const stats::Tally& tally, int component) const;
 
-  /// Rows of all comparison tables, by name of the table.
-  compare::RowsOfTables all_rows(const stats::Tally& tally) const;
-  bool claims_what_is_predicted() const;
+  /// The rows of a comparison table; none: this scenario has no such table.
+  std::vector<compare::ComparisonRow> rows_of_table(const std::string& table, const stats::Tally& tally) const;
   void make_calibrated();
   /// `angles`: tangents of the errors of the azimuths, a column each; empty if none is wanted.
   void count_calibration(const Eigen::Ref<const Eigen::MatrixXd>& values, const Eigen::MatrixXd& angles,
@@ -97,17 +102,6 @@ class PositionPoint final : public study::StudyPoint {
   /// Tangents of the errors of the azimuths of a group, at the stations of `azimuth_places_`.
   void azimuth_errors(Batch& b, int group) const;
 
-  /// The mean of a component plus `offset` against its prediction.
-  compare::ComparisonRow mean_row(const std::string& quantity, const char* unit, const stats::Tally& tally,
-                                  int component, double offset, double predicted) const;
-  /// Three standard deviations of a component, which is `of` what the row's name says, against a predicted sd.
-  compare::ComparisonRow sd_row(const char* formulation, const std::string& of, const char* unit,
-                                const stats::Tally& tally, int component, double predicted) const;
-  std::vector<compare::ComparisonRow> parameter_rows(const stats::Tally& tally) const;
-  std::vector<compare::ComparisonRow> reference_rows(const stats::Tally& tally) const;
-  std::vector<compare::ComparisonRow> hanak_rows(const stats::Tally& tally) const;
-  std::vector<compare::ComparisonRow> position_rows(const stats::Tally& tally) const;
-  std::vector<compare::ComparisonRow> hole_rows(const stats::Tally& tally) const;
   store::Table ellipse_table(const stats::Tally& tally) const;
   store::Table covariance_table(const stats::Tally& tally) const;
   /// Whether the 6 x 6 covariance of the estimates is that of the first-order prediction; nothing with few trials.
@@ -118,18 +112,10 @@ class PositionPoint final : public study::StudyPoint {
   store::Table pairs_table(const stats::Tally& tally) const;
   store::Table samples_table(const stats::Tally& tally) const;
 
-  /// Where the error of a calibrated quantity is found in the tallied vector: value + offset; over the root of the
-  /// column `variance`, if there is one; of column kNees, the squared distance by the claimed covariance; of column
-  /// kAzimuth - i, the tangent of the error of the i-th azimuth.
-  struct CalibratedColumn {
-    int column = 0;
-    double offset = 0;
-    int variance = -1;
-  };
-  static constexpr int kNees = -1, kAzimuth = -2;
   static constexpr std::size_t kCounts = kFormulations.size() * 3;  ///< trials in ellipses; calibration follows
 
   Scenario s_;
+  std::vector<compare::Row> rows_;
   compare::VerdictStop stop_;
   sensor::CleanReadings clean_;
   std::vector<double> md_;
@@ -141,9 +127,9 @@ class PositionPoint final : public study::StudyPoint {
   std::array<Eigen::Matrix2d, 3> horizontal_weight_, horizontal_axes_;
   Eigen::Matrix3d hla_from_nev_;
   Eigen::Matrix<double, 6, 6> parameter_weight_, claimed_weight_;
-  std::vector<compare::CalibratedQuantity> calibrated_;  ///< empty: no calibration
-  std::vector<CalibratedColumn> calibrated_columns_;
-  bool has_azimuths_ = false;  ///< among the calibrated quantities
+  std::vector<compare::Row> calibrated_rows_;            ///< empty: no calibration
+  std::vector<compare::CalibratedQuantity> calibrated_;  ///< of these rows
+  bool has_azimuths_ = false;                            ///< among the calibrated quantities
   std::array<std::size_t, 3> azimuth_places_{};
   std::array<double, 3> sin_azimuth_{}, cos_azimuth_{};  ///< magnetic, of the true hole there
 };

@@ -1,59 +1,65 @@
-/// Comparison tables of the study `msa_position`.
+/// Tables of the study `msa_position` beside those of rows: ellipses, covariances, correlations, control variates,
+/// pairs and samples.
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
 #include "base/units.h"
 #include "compare/position_comparison.h"
-#include "estimate/estimators.h"
+#include "compare/table_rows.h"
 #include "msa_position/study.h"
+#include "stats/tests.h"
 
 namespace surveymc::studies::msa_position {
 
-compare::ComparisonRow PositionPoint::mean_row(const std::string& quantity, const char* unit, const stats::Tally& tally,
-                                               int component, double offset, double predicted) const {
-  return compare::compare_mean(quantity, unit, sample(tally, component), offset, predicted, s_.verdict, tally.trials);
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+
+namespace {
+
+void write_counts(compare::TableRows& t, const stats::Tally& tally) {
+  t.count("trials", "trials run", tally.trials);
+  t.count("failed", "trials without a converged estimate, not in the statistics", tally.failed);
 }
 
-compare::ComparisonRow PositionPoint::sd_row(const char* formulation, const std::string& of, const char* unit,
-                                             const stats::Tally& tally, int component, double predicted) const {
-  return compare::labelled(formulation, compare::compare_sd("sigma3_" + of, unit, 3, sample(tally, component),
-                                                            predicted, s_.verdict, tally.trials));
+}  // namespace
+
+store::Table PositionPoint::ellipse_table(const stats::Tally& tally) const {
+  constexpr int at = Components::position;
+  compare::HorizontalSample found{tally.trials, tally.failed, units(tally), antithetic(), {}, {}};
+  if (found.units > 2) {
+    found.mean = prediction_.position.head<2>() + tally.moments.mean.segment<2>(at);
+    found.covariance = covariance(tally).block<2, 2>(at, at);
+  }
+  compare::TableRows t(
+      "ellipse", "horizontal one-sigma ellipses of the final position, and how Monte Carlo fills them" + intervals_);
+  compare::write_sample_ellipse(t, found);
+  for (std::size_t f = 0; f < kFormulations.size(); ++f) {
+    const int which = static_cast<int>(f);
+    compare::EllipseRow row{kFormulations[f], prediction_.position.head<2>(),
+                            prediction_.position_covariance[f].topLeftCorner<2, 2>()};
+    if (found.units > 2) {
+      row.along = {sample(tally, at_.axes + 2 * which), sample(tally, at_.axes + 2 * which + 1)};
+      std::copy_n(tally.counts.begin() + static_cast<std::ptrdiff_t>(3 * f), 3, row.inside.begin());
+      row.nees = sample(tally, at_.nees_horizontal + which);
+      row.wishart_p = stats::wishart_test(found.covariance, row.predicted, found.units).p_value;
+    }
+    row.expected = s_.annotations.expected("ellipse", kFormulations[f], "ellipse");
+    compare::write_ellipse(t, row, found, s_.verdict);
+  }
+  return t.take();
 }
 
-std::vector<compare::ComparisonRow> PositionPoint::parameter_rows(const stats::Tally& tally) const {
-  // Weights that are drawn anew in every run have no linear prediction.
-  const bool predicted = s_.assumed_noise == sensor::AssumedNoise::constant;
-  std::vector<compare::ComparisonRow> rows;
-  for (int i = 0; i < 6; ++i) {
-    const auto a = static_cast<std::size_t>(i);
-    rows.push_back(mean_row(std::string("mean_") + estimate::kParameterNames[a], estimate::kParameterUnits[a], tally,
-                            at_.parameter + i, prediction_.parameters[i],
-                            predicted ? prediction_.parameters[i] : kNaN));
-  }
-  for (int i = 0; i < 6; ++i) {
-    const auto a = static_cast<std::size_t>(i);
-    rows.push_back(sd_row("first_order", estimate::kParameterNames[a], estimate::kParameterUnits[a], tally,
-                          at_.parameter + i, predicted ? std::sqrt(prediction_.parameter_covariance(i, i)) : kNaN));
-  }
-  // The claim of the estimator, by the errors that it assumes; MSA assumes nothing and makes no claim.
-  for (int i = 0; i < 6 && estimate::estimator_kind(s_.estimator.name).weighs; ++i) {
-    const auto a = static_cast<std::size_t>(i);
-    const double claimed = predicted                 ? std::sqrt(prediction_.claimed_covariance(i, i))
-                           : tally.moments.count > 0 ? std::sqrt(tally.moments.mean[at_.claimed + i])
-                                                     : kNaN;
-    rows.push_back(sd_row("claimed", estimate::kParameterNames[a], estimate::kParameterUnits[a], tally,
-                          at_.parameter + i, claimed));
-  }
-  if (at_.reference >= 0)
-    for (const compare::ComparisonRow& row : reference_rows(tally)) rows.push_back(row);
-  if (predicted && prediction_.parameter_covariance(0, 0) > 0) {
-    rows.push_back(compare::compare_nees("nees", sample(tally, at_.nees_parameters), 6, s_.verdict, tally.trials));
-    if (const std::optional<stats::WishartTest> test = parameter_test(tally))
-      rows.back().note += fmt::format("; Wishart test of the 6x6 covariance: p = {:.2g}", test->p_value);
-  }
-  s_.annotations.apply("parameters", rows);
-  return rows;
+store::Table PositionPoint::covariance_table(const stats::Tally& tally) const {
+  compare::TableRows t("position_covariance", "covariance of the final position, true north");
+  const auto row = [&](const std::string& name, const Matrix3d& c) {
+    t.word("formulation", "monte_carlo, or which analytic prediction", name);
+    t.covariance("nev", "element of the covariance", c);
+  };
+  if (units(tally) > 1) row("monte_carlo", covariance(tally).block<3, 3>(Components::position, Components::position));
+  for (std::size_t f = 0; f < kFormulations.size(); ++f) row(kFormulations[f], prediction_.position_covariance[f]);
+  return t.take();
 }
 
 std::optional<stats::WishartTest> PositionPoint::parameter_test(const stats::Tally& tally) const {
@@ -64,86 +70,140 @@ std::optional<stats::WishartTest> PositionPoint::parameter_test(const stats::Tal
   return stats::wishart_test(covariance(tally).topLeftCorner<6, 6>(), prediction_.parameter_covariance, units(tally));
 }
 
-std::vector<compare::ComparisonRow> PositionPoint::reference_rows(const stats::Tally& tally) const {
-  const std::array<double, 2> truth{s_.field.total, s_.field.dip / kDegree}, unit{1, kDegree};
-  std::vector<compare::ComparisonRow> rows;
-  for (std::size_t a = 0; a < 2; ++a)
-    rows.push_back(mean_row(std::string("mean_") + kReference[a], kReferenceUnits[a], tally,
-                            at_.reference + static_cast<int>(a), truth[a],
-                            truth[a] + prediction_.reference_shift[static_cast<Eigen::Index>(a)] / unit[a]));
-  for (const bool claimed : {false, true})
-    for (std::size_t a = 0; a < 2; ++a) {
-      const auto i = static_cast<Eigen::Index>(a);
-      const double variance =
-          claimed ? prediction_.claimed_covariance(6 + i, 6 + i) : prediction_.reference_covariance(i, i);
-      rows.push_back(sd_row(claimed ? "claimed" : "first_order", kReference[a], kReferenceUnits[a], tally,
-                            at_.reference + static_cast<int>(a), std::sqrt(variance) / unit[a]));
-    }
-  return rows;
+store::Table PositionPoint::covariance_tests_table(const stats::Tally& tally) const {
+  const std::optional<stats::WishartTest> test = parameter_test(tally);
+  compare::TableRows t("covariance_tests", "likelihood-ratio tests of whole covariances, without a margin");
+  t.word("formulation", "which analytic prediction", "first_order");
+  t.word("quantity", "whose covariance", "parameters");
+  t.count("dimension", "rows of the matrix", 6);
+  t.number("statistic", "1", "chi-squared with dimension (dimension + 1) / 2 degrees", test ? test->statistic : kNaN);
+  t.number("wishart_p", "1", "p-value of the test", test ? test->p_value : kNaN);
+  t.word("wishart_family", "differs: the test says so among all rows of the file (Holm at 5 %); may be chance: not so",
+         "");
+  return t.take();
 }
 
-std::vector<compare::ComparisonRow> PositionPoint::hanak_rows(const stats::Tally& tally) const {
-  // The nominal tool, and the derivatives by its gains and biases.
-  Eigen::Matrix<double, 6, 6> by_parameters = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> truth, shift;  // shift: mean error of the estimate, by priors and by noise with a mean
-  for (std::size_t a = 0; a < 3; ++a) {
-    const auto i = static_cast<Eigen::Index>(a);
-    const double gain = s_.errors.gain[a], bias = s_.errors.bias[a];
-    const HanakPair tool = hanak_of(gain, bias);
-    truth[i] = tool.scale;
-    truth[3 + i] = tool.offset;
-    shift[i] = prediction_.parameters[i] - gain;
-    shift[3 + i] = prediction_.parameters[3 + i] - bias;
-    by_parameters(i, i) = 1 / (gain * gain);
-    by_parameters(3 + i, i) = -bias / (gain * gain);
-    by_parameters(3 + i, 3 + i) = 1 / gain;
-  }
-  const Eigen::Matrix<double, 6, 1> expected = truth + by_parameters * shift;
-  const Eigen::Matrix<double, 6, 6> claimed = prediction_.claimed_covariance.topLeftCorner<6, 6>();
-  const Eigen::Matrix<double, 6, 6> covariance = by_parameters * claimed * by_parameters.transpose();
-  std::vector<compare::ComparisonRow> rows;
-  for (std::size_t a = 0; a < 6; ++a)
-    rows.push_back(mean_row(std::string("mean_") + kHanakParameters[a], estimate::kParameterUnits[a], tally,
-                            at_.hanak + static_cast<int>(a), 0, expected[static_cast<Eigen::Index>(a)]));
-  for (std::size_t a = 0; a < 6; ++a) {
-    const auto i = static_cast<Eigen::Index>(a);
-    rows.push_back(sd_row("", kHanakParameters[a], estimate::kParameterUnits[a], tally, at_.hanak + static_cast<int>(a),
-                          std::sqrt(covariance(i, i))));
-  }
-  s_.annotations.apply("hanak_parameters", rows);
-  return rows;
+store::Table PositionPoint::correlation_table(const stats::Tally& tally) const {
+  compare::TableRows t("parameter_correlation",
+                       "correlation of the estimates; near -1 or 1: the two can hardly be told apart" + intervals_);
+  const auto correlation = [](const auto& c, int i, int j) { return c(i, j) / std::sqrt(c(i, i) * c(j, j)); };
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < i; ++j) {
+      double r = kNaN;
+      stats::Interval ci{r, r};
+      if (units(tally) > 4) {
+        r = correlation(tally.moments.squares, i, j);
+        // Fisher's z
+        const double half = stats::normal_quantile(1 - (1 - s_.verdict.interval_confidence(units(tally))) / 2) /
+                            std::sqrt(static_cast<double>(units(tally)) - 3);
+        ci = {std::tanh(std::atanh(r) - half), std::tanh(std::atanh(r) + half)};
+      }
+      t.word("parameter_a", "first parameter", estimate::kParameterNames[static_cast<std::size_t>(j)]);
+      t.word("parameter_b", "second parameter", estimate::kParameterNames[static_cast<std::size_t>(i)]);
+      t.estimate("monte_carlo", "1", "correlation of the Monte-Carlo estimates", r, ci);
+      t.number("analytic", "1", "correlation by the first-order covariance",
+               correlation(prediction_.parameter_covariance, i, j));
+      write_counts(t, tally);
+    }
+  return t.take();
 }
 
-std::vector<compare::ComparisonRow> PositionPoint::position_rows(const stats::Tally& tally) const {
-  std::vector<compare::ComparisonRow> rows;
-  for (int i = 0; i < 3; ++i) {
-    const double correction = prediction_.position[i] - prediction_.uncorrected[i];
-    rows.push_back(mean_row(std::string("correction_") + kDirections[static_cast<std::size_t>(i)], "m", tally,
-                            at_.position + i, correction, correction));
-  }
-  for (std::size_t f = 0; f < kFormulations.size(); ++f)
-    for (int i = 0; i < 3; ++i) {
-      rows.push_back(sd_row(kFormulations[f], kDirections[static_cast<std::size_t>(i)], "m", tally, at_.position + i,
-                            std::sqrt(prediction_.position_covariance[f](i, i))));
+/// Plain and controlled estimates side by side. The controlled estimate removes the first-order prediction for the very
+/// noise of each trial: its interval is narrower, and its difference from the analytic value is nonlinearity.
+store::Table PositionPoint::control_variate_table(const stats::Tally& tally) const {
+  std::string title =
+      "estimates without and with the first-order prediction of each trial as control variate" + intervals_;
+  if (tally.failed > 0)
+    title += fmt::format("; of the {}: {} failed ({:.2g} of all){}, whose control is known and accounted for",
+                         antithetic() ? "pairs of which both trials converged" : "converged trials", tally.failed,
+                         static_cast<double>(tally.failed) / static_cast<double>(tally.trials),
+                         antithetic() ? fmt::format(" and {} converged beside one that failed", tally.left_out) : "");
+  compare::TableRows t("control_variate", title);
+  const auto put = [&](const std::string& quantity, const std::string& unit, const stats::ControlledEstimate& e,
+                       double offset, double factor, double analytic, bool judged) {
+    const auto estimate = [&](const char* name, const char* meaning, double x, const stats::Interval& i) {
+      t.estimate(name, "1", meaning, offset + factor * x, {offset + factor * i.lo, offset + factor * i.hi});
+    };
+    const stats::Interval ratio{analytic / e.controlled_interval.hi, analytic / e.controlled_interval.lo};
+    t.word("quantity", "what is estimated", quantity);
+    t.word("unit", "unit of the values in this row", unit);
+    estimate("plain", "Monte-Carlo estimate", e.plain, e.plain_interval);
+    estimate("controlled", "Monte-Carlo estimate with control variate", e.controlled, e.controlled_interval);
+    t.number("analytic", "1", "first-order prediction, exact for this noise", offset + factor * analytic);
+    t.estimate("ratio", "1", "analytic / controlled; absent for means and covariances",
+               judged ? analytic / e.controlled : kNaN, judged ? ratio : stats::Interval{kNaN, kNaN});
+    t.number("variance_reduction", "1",
+             "how many times more independent trials the plain estimate needs for the same interval",
+             e.variance_reduction);
+    t.number("margin", "1", "what agrees: the ratio within 1 -+ margin", judged ? s_.verdict.margin : kNaN);
+    const compare::Verdict verdict =
+        judged ? compare::judge(ratio, s_.verdict.margin, tally.trials) : compare::Verdict{};
+    t.word("verdict", "agrees, differs or undecided, by the controlled estimate", verdict.word);
+    compare::write_evidence(t,
+                            verdict.word.empty()
+                                ? compare::Evidence{}
+                                : compare::evidence_of(analytic / e.controlled, ratio, s_.verdict, units(tally), true),
+                            verdict.trials_to_decide);
+    write_counts(t, tally);
+  };
+  if (units(tally) < 20) return t.take([&] { put("", "", {}, 0, 1, kNaN, false); });
+  const double confidence = s_.verdict.interval_confidence(units(tally));
+  const auto& linear = prediction_.linear.covariance;
+  const auto both = [&](int i, const std::string& name, const std::string& mean_name, const std::string& unit,
+                        double offset) {
+    const auto p = static_cast<std::size_t>(i);
+    const stats::Moments *m = &tally.controlled[p], *pairs = controlled_pairs(tally, p);
+    const stats::LostTrials lost = lost_trials(tally, p);
+    put(mean_name, unit, stats::controlled_mean(*m, linear(i, i), confidence, pairs, lost), offset, 1, 0, false);
+    put("sigma3_" + name, unit, stats::controlled_sd(*m, linear(i, i), confidence, pairs, lost), 0, 3,
+        std::sqrt(linear(i, i)), true);
+  };
+  for (std::size_t i = 0; i < 6; ++i)
+    both(static_cast<int>(i), estimate::kParameterNames[i], std::string("mean_") + estimate::kParameterNames[i],
+         estimate::kParameterUnits[i], prediction_.parameters[static_cast<int>(i)]);
+  if (s_.with_position) {
+    for (std::size_t i = 0; i < 3; ++i)
+      both(Components::position + static_cast<int>(i), kDirections[i], std::string("correction_") + kDirections[i], "m",
+           prediction_.position[static_cast<int>(i)] - prediction_.uncorrected[static_cast<int>(i)]);
+    for (std::size_t p = 9; p < kControlledPairs.size(); ++p) {
+      const auto [i, j] = kControlledPairs[p];
+      put(fmt::format("covariance_{}_{}", kDirections[static_cast<std::size_t>(i - Components::position)],
+                      kDirections[static_cast<std::size_t>(j - Components::position)]),
+          "m2",
+          stats::controlled_covariance(tally.controlled[p], linear(i, j), confidence, controlled_pairs(tally, p),
+                                       lost_trials(tally, p)),
+          0, 1, linear(i, j), false);
     }
-  s_.annotations.apply("position", rows);
-  return rows;
+  }
+  return t.take();
 }
 
-std::vector<compare::ComparisonRow> PositionPoint::hole_rows(const stats::Tally& tally) const {
-  std::vector<compare::ComparisonRow> rows;
-  for (std::size_t f = 0; f < kFormulations.size(); ++f) {
-    const Eigen::Matrix3d c = hla_from_nev_ * prediction_.position_covariance[f] * hla_from_nev_.transpose();
-    for (int i = 0; i < 3; ++i) {
-      // A direction without first-order error (plane wells have two) has only the rounding of the rotation: taken as
-      // zero.
-      const double variance = c(i, i) > 1e-14 * c.trace() ? c(i, i) : 0;
-      rows.push_back(sd_row(kFormulations[f], kHoleDirections[static_cast<std::size_t>(i)], "m", tally, at_.hole + i,
-                            std::sqrt(variance)));
-    }
-  }
-  s_.annotations.apply("position_hla", rows);
-  return rows;
+store::Table PositionPoint::pairs_table(const stats::Tally& tally) const {
+  compare::TableRows t("antithetic_pairs",
+                       "trials 2j and 2j + 1 with opposite draws; a pair is the unit of all intervals");
+  write_counts(t, tally);
+  t.count("left_out", "converged trials not in the statistics: the other of their pair failed", tally.left_out);
+  t.count("pairs", "pairs in the statistics", tally.pairs.count);
+  return t.take();
+}
+
+store::Table PositionPoint::samples_table(const stats::Tally& tally) const {
+  store::Table t{"realisations", "estimates and final positions of the first converged trials"};
+  t.columns = {compare::number_column("trial", "1", "number of the trial, from 0")};
+  for (std::size_t i = 0; i < 6; ++i)
+    t.columns.push_back(compare::number_column(
+        i < 3 ? estimate::kParameterNames[i] : fmt::format("{}_nT", estimate::kParameterNames[i]),
+        estimate::kParameterUnits[i], "MSA estimate"));
+  const std::size_t with_position = t.columns.size() + 3;
+  if (s_.with_position)
+    for (const char* d : kDirections)
+      t.columns.push_back(
+          compare::number_column(fmt::format("{}_m", d), "m", "final position relative to the first station"));
+  const std::size_t columns = t.columns.size();
+  std::vector<double> shown;
+  for (std::size_t i = 0; i < tally.samples.size(); ++i)
+    if (i % with_position < columns) shown.push_back(tally.samples[i]);
+  return compare::table_of_numbers(std::move(t), shown);
 }
 
 }  // namespace surveymc::studies::msa_position

@@ -49,7 +49,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.verdict.nees_margin = c.number("verdict.nees_margin", config::Range::open(0, 1), s.verdict.nees_margin);
   const std::vector<double> no_rows;
   const Outcomes none(no_rows);
-  std::vector<compare::RowName> names;
+  std::vector<compare::Row> names;
   for (const compare::ComparisonRow& r : comparison_rows(s, none))
     names.push_back({"comparison", r.formulation, r.quantity});
   for (const compare::ComparisonRow& r : claim_rows(s, none)) names.push_back({"claims", r.formulation, r.quantity});

@@ -46,8 +46,8 @@ struct Components : stats::Layout {
                horizontal_axes = slots(3, 2);
 };
 constexpr Components kAt;
-Eigen::Index at(const stats::Slots& slots, int i, int j = 0) {
-  return static_cast<Eigen::Index>(slots(static_cast<std::size_t>(i), static_cast<std::size_t>(j)));
+int at(const stats::Slots& slots, int i, int j = 0) {
+  return static_cast<int>(slots(static_cast<std::size_t>(i), static_cast<std::size_t>(j)));
 }
 
 struct Scenario {
@@ -64,20 +64,40 @@ struct Scenario {
   compare::Annotations annotations;
 };
 
-std::vector<compare::RowName> row_names() {
-  std::vector<compare::RowName> rows;
-  for (const char* d : kDirections) rows.push_back({"axes", "", std::string("mean_") + d});
-  for (const char* f : kFormulations) {
-    for (const char* q : {"sd_axis_1", "sd_axis_2", "sd_axis_3", "nees"}) rows.push_back({"axes", f, q});
-    rows.push_back({"ellipse", f, "ellipse"});
+/// All rows at a depth; without `truth` and predictions they have no numbers. A NEES has no confidence sequence.
+std::vector<compare::Row> rows_of(const Vector3d& truth = Vector3d::Constant(kNaN),
+                                  const analysis::PositionPredictions* predictions = nullptr) {
+  using enum compare::Statistic;
+  std::vector<compare::Row> rows;
+  for (int i = 0; i < 3; ++i)
+    rows.push_back({.table = "axes",
+                    .quantity = std::string("mean_") + kDirections[i],
+                    .unit = "m",
+                    .statistic = mean,
+                    .component = at(kAt.position, i),
+                    .offset = truth[i],
+                    .prediction = truth[i]});
+  for (int f = 0; f < 3; ++f) {
+    const std::string name = kFormulations[f];
+    const Vector3d predicted = predictions ? (*predictions)[f].sd : Vector3d::Constant(kNaN);
+    for (int a = 0; a < 3; ++a)
+      rows.push_back({.table = "axes",
+                      .formulation = name,
+                      .quantity = fmt::format("sd_axis_{}", a + 1),
+                      .unit = "m",
+                      .statistic = sd,
+                      .component = at(kAt.axes, f, a),
+                      .prediction = predicted[a]});
+    rows.push_back({.table = "axes",
+                    .formulation = name,
+                    .quantity = "nees",
+                    .statistic = squared_distance,
+                    .component = at(kAt.nees, f),
+                    .prediction = 3,
+                    .predicted = false,
+                    .available = predicted[2] != 0});
+    rows.push_back({.table = "ellipse", .formulation = name, .quantity = "ellipse", .predicted = false});
   }
-  return rows;
-}
-
-/// Those that trials can decide, and whose intervals may hold at all looks.
-std::vector<compare::RowName> judged_rows() {
-  std::vector<compare::RowName> rows = row_names();
-  std::erase_if(rows, [](const compare::RowName& r) { return r.quantity == "nees" || r.quantity == "ellipse"; });
   return rows;
 }
 
@@ -119,8 +139,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.reported = read_reported(c, s.survey);
   s.first_is_tie_on = c.choice("first_station", {"measured", "tie_on"}, "measured") == "tie_on";
   s.verdict = compare::read_verdict_rule(c);
-  s.trial_plan = compare::read_verdict_plan(c, judged_rows(), s.verdict, {20});
-  s.annotations = compare::Annotations::read(c, row_names());
+  s.trial_plan = compare::read_verdict_plan(c, rows_of(), s.verdict, {20});
+  s.annotations = compare::Annotations::read(c, rows_of());
   c.finish();
   return s;
 }
@@ -257,27 +277,13 @@ class SensorMonteCarlo final : public study::StudyPoint {
 };
 
 std::vector<compare::ComparisonRow> SensorMonteCarlo::axes_rows(const stats::Tally& tally, std::size_t d) const {
-  const stats::Moments& m = tally.groups[d];
-  std::vector<compare::ComparisonRow> rows;
-  for (int i = 0; i < 3; ++i)
-    rows.push_back(compare::compare_mean(std::string("mean_") + kDirections[static_cast<std::size_t>(i)], "m", m, i,
-                                         truth_[d][i], truth_[d][i], s_.verdict, tally.trials));
-  for (int f = 0; f < 3; ++f) {
-    const analysis::PositionPrediction& p = predictions_[d][static_cast<std::size_t>(f)];
-    const char* name = kFormulations[static_cast<std::size_t>(f)];
-    for (int a = 0; a < 3; ++a) {
-      compare::ComparisonRow& row = rows.emplace_back(
-          compare::labelled(name, compare::compare_sd(fmt::format("sd_axis_{}", a + 1), "m", 1, m, at(kAt.axes, f, a),
-                                                      p.sd[a], s_.verdict, tally.trials)));
-      if (p.sd[a] == 0) {
-        row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = kNaN;
-        compare::leave_unjudged(row, "zero to first order");
-      }
+  std::vector<compare::ComparisonRow> rows =
+      compare::compare_rows(rows_of(truth_[d], &predictions_[d]), "axes", s_.verdict, tally.trials, tally.groups[d]);
+  for (compare::ComparisonRow& row : rows)
+    if (row.analytic == 0 && !row.formulation.empty()) {
+      row.ratio = row.ratio_interval.lo = row.ratio_interval.hi = kNaN;
+      compare::leave_unjudged(row, "zero to first order");
     }
-    if (p.sd[2] == 0) continue;
-    const stats::SampleSummary nees = m.count < 2 ? stats::SampleSummary{} : stats::summarise(m, at(kAt.nees, f));
-    rows.push_back(compare::labelled(name, compare::compare_nees("nees", nees, 3, s_.verdict, tally.trials)));
-  }
   return rows;
 }
 

@@ -62,21 +62,19 @@ std::vector<double> station_depths(int legs, double spacing) {
   return md;
 }
 
-std::vector<compare::RowName> row_names() {
-  std::vector<compare::RowName> rows;
+/// All rows; a quantile has no confidence sequence.
+std::vector<compare::Row> rows_of(const Scenario& s) {
+  std::vector<compare::Row> rows;
   for (const std::string& f : analysis::vertical_well_formulations())
-    for (const char* q : {"ellipse", "ratio_major", "ratio_minor"}) rows.push_back({"ellipse", f, q});
-  for (const auto& [name, probability] : kQuantiles) rows.push_back({"toolface_sequences", "", name});
-  rows.push_back({"toolface_sequences", "", "ratio_rms"});
-  return rows;
-}
-
-/// Those that trials can decide, and whose intervals may hold at all looks; a quantile has none.
-std::vector<compare::RowName> judged_rows(const Scenario& s) {
-  std::vector<compare::RowName> rows;
-  for (const std::string& f : s.formulations)
-    for (const char* q : {"ratio_major", "ratio_minor"}) rows.push_back({"ellipse", f, q});
-  rows.push_back({"toolface_sequences", "", "ratio_rms"});
+    for (const std::string q : {"ellipse", "ratio_major", "ratio_minor"})
+      rows.push_back({.table = "ellipse",
+                      .formulation = f,
+                      .quantity = q,
+                      .predicted = q != "ellipse",
+                      .available = std::find(s.formulations.begin(), s.formulations.end(), f) != s.formulations.end()});
+  for (const auto& [name, probability] : kQuantiles)
+    rows.push_back({.table = "toolface_sequences", .quantity = name, .predicted = false});
+  rows.push_back({.table = "toolface_sequences", .quantity = "ratio_rms"});
   return rows;
 }
 
@@ -104,8 +102,8 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   }
   c.require(!s.formulations.empty(), "formulations", "must name at least one");
   s.verdict = compare::read_verdict_rule(c);
-  s.trial_plan = compare::read_verdict_plan(c, judged_rows(s), s.verdict, {20});
-  s.annotations = compare::Annotations::read(c, row_names());
+  s.trial_plan = compare::read_verdict_plan(c, rows_of(s), s.verdict, {20});
+  s.annotations = compare::Annotations::read(c, rows_of(s));
   c.finish();
   return s;
 }

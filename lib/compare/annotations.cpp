@@ -8,16 +8,16 @@ namespace surveymc::compare {
 namespace {
 
 /// An entry without `formulation` is for every formulation.
-bool covers(const RowName& entry, const RowName& row) {
+bool covers(const Row& entry, const Row& row) {
   return entry.table == row.table && entry.quantity == row.quantity &&
          (entry.formulation.empty() || entry.formulation == row.formulation);
 }
 
-void require_known(const config::ConfigReader& entry, const std::string& key, const RowName& name,
-                   const std::vector<RowName>& rows) {
-  if (std::any_of(rows.begin(), rows.end(), [&](const RowName& r) { return covers(name, r); })) return;
+void require_known(const config::ConfigReader& entry, const std::string& key, const Row& name,
+                   const std::vector<Row>& rows) {
+  if (std::any_of(rows.begin(), rows.end(), [&](const Row& r) { return covers(name, r); })) return;
   std::string known;
-  for (const RowName& r : rows)
+  for (const Row& r : rows)
     if (r.table == name.table && known.find(" " + r.quantity + ",") == std::string::npos)
       known += " " + r.quantity + ",";
   if (!known.empty()) known.pop_back();
@@ -38,12 +38,12 @@ PublishedEntry read_published(config::ConfigReader& entry) {
   return p;
 }
 
-Annotations Annotations::read(config::ConfigReader& config, const std::vector<RowName>& rows) {
+Annotations Annotations::read(config::ConfigReader& config, const std::vector<Row>& rows) {
   Annotations a;
   for (config::ConfigReader& entry : config.tables("published")) {
     const PublishedEntry published = read_published(entry);
     a.has_published_ = true;
-    RowName name{published.table, entry.has("formulation") ? entry.text("formulation") : "", ""};
+    Row name{published.table, entry.has("formulation") ? entry.text("formulation") : "", ""};
     for (const auto& [quantity, value] : published.values) {
       name.quantity = quantity;
       require_known(entry, "values", name, rows);
@@ -51,7 +51,7 @@ Annotations Annotations::read(config::ConfigReader& config, const std::vector<Ro
     }
   }
   for (config::ConfigReader& entry : config.tables("expect")) {
-    RowName name{entry.text("table"), entry.has("formulation") ? entry.text("formulation") : "", ""};
+    Row name{entry.text("table"), entry.has("formulation") ? entry.text("formulation") : "", ""};
     const std::string verdict = entry.choice("verdict", {"agrees", "differs", "undecided"});
     const bool here = entry.matches_point("at");
     for (const std::string& quantity : entry.texts("quantities")) {

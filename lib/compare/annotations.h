@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "compare/comparison.h"
+#include "compare/row.h"
 #include "config/config.h"
 
 namespace surveymc::compare {
@@ -17,18 +18,13 @@ struct PublishedEntry {
 };
 PublishedEntry read_published(config::ConfigReader& entry);
 
-/// Names of a row that a table will have.
-struct RowName {
-  std::string table, formulation, quantity;
-};
-
 /// `[[published]]` as above with `formulation (optional)`, and
 /// `[[expect]] table, formulation (optional), quantities = [...], verdict, at (optional)`.
 /// Later entries win.
 class Annotations {
  public:
   /// Throws InputError for a table, formulation or quantity that is not among `rows`.
-  static Annotations read(config::ConfigReader& config, const std::vector<RowName>& rows);
+  static Annotations read(config::ConfigReader& config, const std::vector<Row>& rows);
 
   /// True if the config has published values, for this point or for another.
   bool has_published() const { return has_published_; }
@@ -39,11 +35,11 @@ class Annotations {
 
  private:
   struct Published {
-    RowName row;
+    Row row;
     double value;
   };
   struct Expected {
-    RowName row;
+    Row row;
     std::string verdict;
   };
   std::vector<Published> published_;

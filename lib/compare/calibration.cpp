@@ -160,7 +160,7 @@ bool CalibrationRule::wants(const std::string& quantity) const {
   return quantities.empty() || std::find(quantities.begin(), quantities.end(), quantity) != quantities.end();
 }
 
-CalibrationRule read_calibration(config::ConfigReader& c, const std::vector<RowName>& known) {
+CalibrationRule read_calibration(config::ConfigReader& c, const std::vector<Row>& rows) {
   CalibrationRule rule;
   rule.on = c.has("calibration");
   if (!rule.on) return rule;
@@ -170,8 +170,9 @@ CalibrationRule read_calibration(config::ConfigReader& c, const std::vector<RowN
   if (!c.has("calibration.quantities")) return rule;
   rule.quantities = c.texts("calibration.quantities");
   std::vector<std::string> once;
-  for (const RowName& k : known)
-    if (std::find(once.begin(), once.end(), k.quantity) == once.end()) once.push_back(k.quantity);
+  for (const Row& row : rows)
+    if (row.calibrated && row.available && std::find(once.begin(), once.end(), row.quantity) == once.end())
+      once.push_back(row.quantity);
   for (const std::string& q : rule.quantities)
     if (std::find(once.begin(), once.end(), q) == once.end())
       c.fail("calibration.quantities", fmt::format("\"{}\" is none of {}", store::printable(q), fmt::join(once, ", ")));
@@ -228,10 +229,15 @@ CalibratedQuantity chi_squared_quantity(const std::string& formulation, const st
   return {formulation, quantity, {degrees}, stats::PitCells::chi_squared(degrees)};
 }
 
-std::vector<RowName> with_calibration_rows(std::vector<RowName> rows, const CalibrationRule& rule,
-                                           const std::vector<RowName>& quantities) {
-  for (const RowName& q : quantities)
-    if (rule.on) rows.push_back({"calibration", q.formulation, q.quantity});
+std::vector<Row> calibrated_rows(const std::vector<Row>& rows, const CalibrationRule& rule) {
+  std::vector<Row> wanted;
+  for (const Row& row : rows)
+    if (rule.on && row.calibrated && row.available && rule.wants(row.quantity)) wanted.push_back(row);
+  return wanted;
+}
+
+std::vector<Row> annotated_rows(std::vector<Row> rows, const CalibrationRule& rule) {
+  std::erase_if(rows, [&](const Row& row) { return row.calibrated && !(rule.on && row.available); });
   return rows;
 }
 

@@ -25,8 +25,8 @@ struct CalibrationRule {
   bool wants(const std::string& quantity) const;
 };
 
-/// `known`: the quantities that the study can judge, once each or more often. Throws InputError for others.
-CalibrationRule read_calibration(config::ConfigReader& config, const std::vector<RowName>& known);
+/// Throws InputError for quantities that no calibrated row of the scenario has.
+CalibrationRule read_calibration(config::ConfigReader& config, const std::vector<Row>& rows);
 
 /// An estimator with priors is right on average over truths that are drawn from them: throws InputError unless its
 /// priors are the spread of the tools about gains 1 and biases 0, and its prior of a reference that it estimates is the
@@ -49,9 +49,10 @@ CalibratedQuantity normal_quantity(const std::string& formulation, const std::st
 CalibratedQuantity angle_quantity(const std::string& formulation, const std::string& quantity, double sd);
 CalibratedQuantity chi_squared_quantity(const std::string& formulation, const std::string& quantity, double degrees);
 
-/// `rows` and, if the rule is on, those of the quantities in table `calibration`, for annotations.
-std::vector<RowName> with_calibration_rows(std::vector<RowName> rows, const CalibrationRule& rule,
-                                           const std::vector<RowName>& quantities);
+/// The calibrated rows of the scenario that the rule wants; none if it is not on.
+std::vector<Row> calibrated_rows(const std::vector<Row>& rows, const CalibrationRule& rule);
+/// `rows` without the calibrated ones that the table will not have, for annotations.
+std::vector<Row> annotated_rows(std::vector<Row> rows, const CalibrationRule& rule);
 
 /// The three tables from the counts of a tally: stats::kPitSlots of each quantity, one after the other, beginning with
 /// counts[first]; an empty tally gives tables without rows, a rule that is not on no tables. `paired`: trials are

@@ -137,7 +137,7 @@ struct Share : Estimated {
   std::vector<double> influence;  ///< of the values
 };
 
-struct Row {
+struct ShareRow {
   std::string order, input;
   std::uint64_t groups;
   Estimated share;
@@ -145,7 +145,7 @@ struct Row {
 };
 
 /// Within [0, 1], as the share itself is, but where the estimate lies beyond.
-stats::Interval interval_of(const Row& r, double z) {
+stats::Interval interval_of(const ShareRow& r, double z) {
   const Estimated& s = r.share;
   const double half = z * r.standard_error, lo = s.value - half + std::min(0.0, s.missed) + std::min(0.0, s.even),
                hi = s.value + half + std::max(0.0, s.missed) + std::max(0.0, s.even);
@@ -183,7 +183,7 @@ bool is_even(const std::vector<Grouping>& keys) {
   return freedom > 0 && squares < freedom / 2;
 }
 
-std::vector<Row> rows_of(const Sample& s) {
+std::vector<ShareRow> rows_of(const Sample& s) {
   const double n = static_cast<double>(s.y.size());
   const bool is_whole = is_complete_product(s);
   const auto fine = is_whole ? kAllValues : static_cast<std::uint32_t>(std::clamp(std::round(std::cbrt(n)), 3.0, 32.0));
@@ -214,7 +214,7 @@ std::vector<Row> rows_of(const Sample& s) {
     return std::max(stats::standard_error_of(e.influence), least);
   };
   const std::size_t keys = s.keys.size();
-  std::vector<Row> first, with_pairs, pairs;
+  std::vector<ShareRow> first, with_pairs, pairs;
   std::vector<Share> total, by_coarse;
   std::vector<double> freedom;  // of `total`
   Share rest{{1}, std::vector<double>(s.y.size(), 0)};
@@ -248,10 +248,10 @@ std::vector<Row> rows_of(const Sample& s) {
   for (std::size_t a = 0; a < keys; ++a)
     with_pairs.push_back(
         {"with pairs", s.keys[a].name, first[a].groups, total[a], error_of(total[a], freedom[a]), first[a].trend});
-  std::vector<Row> out;
-  for (std::vector<Row>* rows : {&first, &with_pairs, &pairs}) {
+  std::vector<ShareRow> out;
+  for (std::vector<ShareRow>* rows : {&first, &with_pairs, &pairs}) {
     std::stable_sort(rows->begin(), rows->end(),
-                     [](const Row& a, const Row& b) { return a.share.value > b.share.value; });
+                     [](const ShareRow& a, const ShareRow& b) { return a.share.value > b.share.value; });
     out.insert(out.end(), rows->begin(), rows->end());
   }
   const double least = stats::chance_of_share(freedom_of_all, n);
@@ -273,9 +273,9 @@ store::Table sensitivity_table(const config::SensitivityRule& rule, const std::v
                           rule.of_logarithm ? "'s logarithm" : "", 100 * rule.confidence));
   for (const config::SensitivityRule::Quantity& q : rule.quantities) {
     const Sample s = sample_of(rule, q, table_of_quantity(rule, q, tables), points);
-    const std::vector<Row> rows = rows_of(s);
+    const std::vector<ShareRow> rows = rows_of(s);
     const double z = stats::normal_quantile(1 - (1 - rule.confidence) / 2 / static_cast<double>(rows.size()));
-    for (const Row& r : rows) {
+    for (const ShareRow& r : rows) {
       t.word("quantity", "what is explained", q.table + "." + q.column);
       t.word("order",
              "first: a key alone; pair: two keys beyond that; with pairs: a key and its pairs; rest: the others",

@@ -32,12 +32,12 @@ std::vector<std::uint64_t> looks_until(std::uint64_t most, double factor) {
 }
 
 /// The rows that `stop.verdict` names, as "table.quantity" or "table.quantity.formulation".
-std::vector<RowName> read_decisive_rows(config::ConfigReader& c, const std::vector<RowName>& judged) {
-  std::vector<RowName> rows;
+std::vector<Row> read_decisive_rows(config::ConfigReader& c, const std::vector<Row>& judged) {
+  std::vector<Row> rows;
   for (const std::string& name : c.texts("stop.verdict")) {
     std::string known, meant;
     const std::size_t before = rows.size();
-    for (const RowName& row : judged) {
+    for (const Row& row : judged) {
       const std::string shorter = row.table + "." + row.quantity,
                         longer = shorter + (row.formulation.empty() ? "" : "." + row.formulation);
       if (name == shorter || name == longer) rows.push_back(row);
@@ -54,8 +54,7 @@ std::vector<RowName> read_decisive_rows(config::ConfigReader& c, const std::vect
 
 }  // namespace
 
-TrialPlan read_trial_plan(config::ConfigReader& c, const std::vector<std::string>& stoppable,
-                          const std::vector<RowName>& judged, VerdictRule& verdict) {
+TrialPlan read_trial_plan(config::ConfigReader& c, const std::vector<Row>& rows, VerdictRule& verdict) {
   constexpr std::int64_t kMost = 1'000'000'000'000;
   // A sequence may look as often as it likes: 1.05 instead of 1.1 saves 3 % of the trials.
   constexpr double kClosely = 1.05, kOften = 1.1, kSeldom = 1.5;
@@ -63,6 +62,13 @@ TrialPlan read_trial_plan(config::ConfigReader& c, const std::vector<std::string
   if (!c.has("stop")) {
     plan.trials = static_cast<std::uint64_t>(c.integer("trials", 2, kMost));
     return plan;
+  }
+  std::vector<std::string> stoppable;
+  std::vector<Row> judged;
+  for (const Row& row : rows) {
+    if (row.available && row.predicted && !row.calibrated) judged.push_back(row);
+    const bool is_known = std::find(stoppable.begin(), stoppable.end(), row.quantity) != stoppable.end();
+    if (row.available && row.controlled && !is_known) stoppable.push_back(row.quantity);
   }
   if (c.has("trials")) c.fail("trials", "not together with [stop]: there it is max_trials");
   if (!judged.empty() && c.has("stop.verdict")) {

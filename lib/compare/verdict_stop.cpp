@@ -27,10 +27,10 @@ stats::Moments number_of_events(std::uint64_t events) {
 
 }  // namespace
 
-TrialPlan read_verdict_plan(config::ConfigReader& c, const std::vector<RowName>& judged, VerdictRule& verdict,
+TrialPlan read_verdict_plan(config::ConfigReader& c, const std::vector<Row>& rows, VerdictRule& verdict,
                             const TrialLimits& limits) {
   if (c.has("stop")) {
-    TrialPlan plan = read_trial_plan(c, {}, judged, verdict);
+    TrialPlan plan = read_trial_plan(c, rows, verdict);
     c.require(plan.trials <= static_cast<std::uint64_t>(limits.most), "stop.max_trials",
               fmt::format("must be at most {}", limits.most));
     return plan;
@@ -92,7 +92,7 @@ stats::Tally VerdictStop::tally_at_look(const stats::Tally& tally, std::size_t l
 }
 
 bool VerdictStop::is_named(const std::string& table, const ComparisonRow& row) const {
-  return std::any_of(decisive_.begin(), decisive_.end(), [&](const RowName& name) {
+  return std::any_of(decisive_.begin(), decisive_.end(), [&](const Row& name) {
     return name.table == table && name.quantity == row.quantity && name.formulation == row.formulation;
   });
 }

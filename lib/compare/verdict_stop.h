@@ -20,8 +20,8 @@ struct TrialLimits {
   std::int64_t fewest = 2, most = 1'000'000'000'000;
 };
 
-/// read_trial_plan() of a study whose runs end by verdicts alone, of `judged` rows.
-TrialPlan read_verdict_plan(config::ConfigReader& config, const std::vector<RowName>& judged, VerdictRule& verdict,
+/// read_trial_plan() of a study whose runs end by verdicts alone.
+TrialPlan read_verdict_plan(config::ConfigReader& config, const std::vector<Row>& rows, VerdictRule& verdict,
                             const TrialLimits& limits);
 
 /// Rows of a comparison table. `place` tells rows of one name apart: "420 m"; "" where a table has each name once.
@@ -76,7 +76,7 @@ class VerdictStop {
 
   std::size_t size_of_look() const;
 
-  std::vector<RowName> decisive_;
+  std::vector<Row> decisive_;
   std::vector<std::uint64_t> looks_;
   VerdictRule rule_;
   std::function<RowsOfTables(const stats::Tally&)> rows_;

@@ -47,7 +47,9 @@ EventRun read_event_run(config::ConfigReader& c, const std::vector<std::string>&
   run.sampling = read_event_sampling(c, methods);
   run.verdict = {c.number("verdict.margin", config::Range::open(0, 1), 0.1),
                  c.number("verdict.confidence", compare::kConfidences, usual.confidence), usual.nees_margin};
-  run.plan = compare::read_trial_plan(c, {"probability"}, {}, run.verdict);
+  const compare::Row probability{
+      .table = "probability", .quantity = "probability", .predicted = false, .controlled = true};
+  run.plan = compare::read_trial_plan(c, {probability}, run.verdict);
   const bool is_subset = run.sampling.method == "subset";
   c.require(!is_subset || run.plan.looks.empty(), "stop",
             "not with sampling.method = \"subset\": give `trials`, the number of replicates");

@@ -318,7 +318,7 @@ std::vector<EventRule> read_events(config::ConfigReader& c, const std::vector<Ev
 }
 
 compare::Annotations read_event_annotations(config::ConfigReader& c, const std::vector<std::string>& formulations) {
-  std::vector<compare::RowName> rows;
+  std::vector<compare::Row> rows;
   for (const std::string& f : formulations) rows.push_back({"probability", f, "probability"});
   rows.push_back({"probability", "form", "probability"});
   return compare::Annotations::read(c, rows);

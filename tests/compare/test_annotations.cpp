@@ -36,7 +36,7 @@ at = { "noise.scale" = 0.1 }
 
 TEST_CASE("Published values and expected verdicts are those of their point of the sweep") {
   config::Config config = two_points();
-  const std::vector<RowName> names{{"position", "", "sigma3_north"}, {"position", "", "sigma3_east"}};
+  const std::vector<Row> names{{"position", "", "sigma3_north"}, {"position", "", "sigma3_east"}};
   for (std::size_t point = 0; point < 2; ++point) {
     config::ConfigReader reader = config.reader(point);
     reader.number("noise.scale", {});

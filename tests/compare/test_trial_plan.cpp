@@ -18,11 +18,14 @@ struct Read {
 Read read(const std::string& body) {
   Read r;
   r.verdict.confidence = 0.95;
-  const std::vector<RowName> judged{
-      {"position", "joint", "sigma3_east"}, {"position", "random", "sigma3_east"}, {"parameters", "", "mean_bias_x"}};
-  r.plan = test::read_config("seed = 1\n" + body, [&](config::ConfigReader& c) {
-    return read_trial_plan(c, {"sigma3_north", "sigma3_east"}, judged, r.verdict);
-  });
+  const std::vector<Row> rows{
+      {.table = "position", .quantity = "sigma3_north", .predicted = false, .controlled = true},
+      {.table = "position", .formulation = "joint", .quantity = "sigma3_east", .controlled = true},
+      {.table = "position", .formulation = "random", .quantity = "sigma3_east", .controlled = true},
+      {.table = "position", .formulation = "random", .quantity = "sigma3_up", .controlled = true, .available = false},
+      {.table = "parameters", .quantity = "mean_bias_x"}};
+  r.plan = test::read_config("seed = 1\n" + body,
+                             [&](config::ConfigReader& c) { return read_trial_plan(c, rows, r.verdict); });
   return r;
 }
 }  // namespace
