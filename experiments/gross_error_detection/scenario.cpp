@@ -8,6 +8,7 @@
 
 #include "analysis/gross_error_event.h"
 #include "compare/trial_plan.h"
+#include "gross_error_detection/tables.h"
 #include "reliability/nonlinear_detectable.h"
 #include "scenario/adjustment_scenario.h"
 
@@ -141,28 +142,6 @@ std::vector<SnoopingStrategy> read_strategies(config::ConfigReader& c, bool pope
     all.push_back(strategy);
   }
   return all;
-}
-
-/// All rows. Of the outcomes of snooping those alone have a prediction that are of a single error, singly looked for.
-std::vector<compare::Row> rows_of(const Scenario& s) {
-  std::vector<compare::Row> rows;
-  const auto row = [&](const std::string& formulation, const std::string& quantity) -> compare::Row& {
-    return rows.emplace_back(
-        compare::Row{.table = "detection", .formulation = formulation, .quantity = quantity, .unit = "1"});
-  };
-  for (const InjectedError& e : s.injected) row("design", "false_alarm_" + e.label);
-  for (const char* q : {"mean", "any", "general"}) row("design", std::string("false_alarm_") + q);
-  if (s.injected.empty()) return rows;  // nothing to detect
-  for (const char* formulation : {"linear", "nonlinear"}) {
-    for (const InjectedError& e : s.injected) row(formulation, "detection_" + e.label);
-    row(formulation, "detection_any");
-    row(formulation, "detection_general");
-  }
-  for (const SnoopingStrategy strategy : s.strategies)
-    for (const std::string& outcome : outcome_names())
-      row(strategy_names()[static_cast<std::size_t>(strategy)], outcome).predicted =
-          strategy == SnoopingStrategy::single && s.injected.size() == 1;
-  return rows;
 }
 
 /// The rest of a config with `[[event]]`.

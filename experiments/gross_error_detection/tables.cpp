@@ -17,6 +17,7 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
+using Prediction = analysis::GrossErrorPrediction;
 
 constexpr double kMostFailed = 0.01;  // share of trials without a converged adjustment above which nothing is judged
 
@@ -36,6 +37,25 @@ Rival closest_rival(const reliability::ParityModel& m, Index number) {
 /// linear_rates is good to 2e-4: too little to judge small rates by.
 double if_large(double rate) { return rate >= 0.01 ? rate : kNaN; }
 
+/// Of a single error and strategy single; NaN where it is not known.
+double outcome_rate(const Prediction& p, SnoopingOutcome outcome) {
+  if (std::isnan(p.any)) return kNaN;
+  const bool known = !std::isnan(p.identified);
+  switch (outcome) {
+    case SnoopingOutcome::identified:
+      return !known ? kNaN : p.in_group ? 0 : if_large(p.identified);
+    case SnoopingOutcome::group:
+      return !known || (!p.in_group && p.may_be_tied) ? kNaN : p.in_group ? if_large(p.identified) : 0;
+    case SnoopingOutcome::partly:
+      return 0;
+    case SnoopingOutcome::wrong:
+      return if_large(p.any - p.identified);
+    case SnoopingOutcome::missed:
+      return if_large(1 - p.any);
+  }
+  return kNaN;
+}
+
 std::string name_of(const Scenario& s, Index number) {
   const auto i = static_cast<std::size_t>(number), readings = reliability::kReadings * s.attitudes.size();
   if (i >= readings + 3) return fmt::format("systematic_term_{}", i - readings - 3);
@@ -46,67 +66,80 @@ std::string name_of(const Scenario& s, Index number) {
 
 }  // namespace
 
-std::vector<compare::ComparisonRow> detection_rows(const Scenario& s, const analysis::GrossErrorPrediction& p,
-                                                   const stats::Tally& tally) {
+std::vector<compare::Row> rows_of(const Scenario& s, const Prediction* p) {
   const EventLayout layout{s.injected.size(), s.strategies.size()};
-  const std::uint64_t runs = tally.trials - tally.failed;
-  compare::VerdictRule alarms = s.verdict;
-  alarms.margin = s.false_alarm_margin;
-  std::vector<compare::ComparisonRow> rows;
-  const auto rate = [&](const std::string& formulation, const std::string& quantity, std::size_t event,
-                        double predicted, const compare::VerdictRule& rule) -> compare::ComparisonRow& {
-    const std::uint64_t events = tally.counts.empty() ? 0 : tally.counts[event];
-    return rows.emplace_back(
-        compare::labelled(formulation, compare::compare_rate(quantity, events, runs, predicted, rule, tally.trials)));
+  std::vector<compare::Row> rows;
+  const auto add = [&](const std::string& formulation, const std::string& quantity, std::size_t event,
+                       const auto& prediction) -> compare::Row& {
+    return rows.emplace_back(compare::Row{.table = "detection",
+                                          .formulation = formulation,
+                                          .quantity = quantity,
+                                          .unit = "1",
+                                          .component = static_cast<int>(event),
+                                          .prediction = p ? prediction(*p) : kNaN});
   };
 
   // What linear theory does not control at the true attitude has a test at the trials' own.
+  const auto alpha = [](const Prediction& q) { return q.two_sided_alpha; };
   for (std::size_t k = 0; k < s.injected.size(); ++k)
-    rate("design", "false_alarm_" + s.injected[k].label, layout.false_alarm(k), p.two_sided_alpha, alarms);
-  const double confidence = s.verdict.interval_confidence(tally.moments.count);
-  compare::Estimate share = compare::mean_estimate(tally.moments, 0, confidence);
-  if (tally.moments.count > 1)  // a share: its interval must not leave [0, 1]
-    share.interval = stats::share_interval(share.value, tally.moments.variance(0), tally.moments.count, confidence);
-  compare::ComparisonRow mean = compare::compare_value("false_alarm_mean", "1", share, p.two_sided_alpha, alarms,
-                                                       tally.trials, tally.moments.count);
-  mean.formulation = "design";
-  mean.note = tally.moments.count > 1 ? "mean over all observations that can be tested" : "";
-  rows.push_back(mean);
-  rate("design", "false_alarm_any", layout.false_alarm_any(), p.false_alarm_any, alarms);
-  compare::ComparisonRow& general =
-      rate("design", "false_alarm_general", layout.false_alarm_general(), p.general.alpha, alarms);
-  general.note +=
-      fmt::format("{}chi2 above {:.4f}, level by the B-method", general.note.empty() ? "" : "; ", p.general.critical);
+    add("design", "false_alarm_" + s.injected[k].label, layout.false_alarm(k), alpha);
+  add("design", "false_alarm_mean", 0, alpha).statistic = compare::Statistic::mean;
+  add("design", "false_alarm_any", layout.false_alarm_any(), [](const Prediction& q) { return q.false_alarm_any; });
+  add("design", "false_alarm_general", layout.false_alarm_general(),
+      [](const Prediction& q) { return q.general.alpha; });
+  if (s.injected.empty()) return rows;  // nothing to detect
 
-  for (const auto& [formulation, shift] : {std::pair{"linear", &p.linear}, std::pair{"nonlinear", &p.nonlinear}}) {
-    if (s.injected.empty()) break;
-    const bool linear = shift == &p.linear;
+  for (const bool linear : {true, false}) {
+    const char* formulation = linear ? "linear" : "nonlinear";
+    const auto shift = [linear](const Prediction& q) -> const analysis::ErrorShift& {
+      return linear ? q.linear : q.nonlinear;
+    };
     for (std::size_t k = 0; k < s.injected.size(); ++k)
-      rate(formulation, "detection_" + s.injected[k].label, layout.detection(k),
-           analysis::single_test_power(p, *shift, k, s.pope), s.verdict);
-    rate(formulation, "detection_any", layout.detection_any(), linear ? p.linear_any : p.any, s.verdict);
-    rate(formulation, "detection_general", layout.detection_general(),
-         std::isnan(shift->omega) ? kNaN
-                                  : reliability::chi_squared_power(p.redundancy, shift->omega, p.general.critical),
-         s.verdict);
+      add(formulation, "detection_" + s.injected[k].label, layout.detection(k),
+          [&](const Prediction& q) { return analysis::single_test_power(q, shift(q), k, s.pope); });
+    add(formulation, "detection_any", layout.detection_any(),
+        [&](const Prediction& q) { return linear ? q.linear_any : q.any; });
+    add(formulation, "detection_general", layout.detection_general(), [&](const Prediction& q) {
+      const double omega = shift(q).omega;
+      return std::isnan(omega) ? kNaN : reliability::chi_squared_power(q.redundancy, omega, q.general.critical);
+    });
   }
-
-  for (std::size_t k = 0; k < s.strategies.size() && !s.injected.empty(); ++k)
+  for (std::size_t k = 0; k < s.strategies.size(); ++k)
     for (std::size_t o = 0; o < kOutcomes; ++o) {
-      const auto outcome = static_cast<SnoopingOutcome>(o);
-      double predicted = kNaN;
-      if (s.strategies[k] == SnoopingStrategy::single && s.injected.size() == 1 && !std::isnan(p.any)) {
-        const bool known = !std::isnan(p.identified);
-        if (outcome == SnoopingOutcome::identified && known) predicted = p.in_group ? 0 : if_large(p.identified);
-        if (outcome == SnoopingOutcome::group && known)
-          predicted = p.in_group ? if_large(p.identified) : p.may_be_tied ? kNaN : 0;
-        if (outcome == SnoopingOutcome::partly) predicted = 0;
-        if (outcome == SnoopingOutcome::wrong) predicted = if_large(p.any - p.identified);
-        if (outcome == SnoopingOutcome::missed) predicted = if_large(1 - p.any);
-      }
-      rate(strategy_names()[static_cast<std::size_t>(s.strategies[k])], outcome_names()[o], layout.outcome(k, o),
-           predicted, s.verdict);
+      const bool predicted = s.strategies[k] == SnoopingStrategy::single && s.injected.size() == 1;
+      add(strategy_names()[static_cast<std::size_t>(s.strategies[k])], outcome_names()[o], layout.outcome(k, o),
+          [&](const Prediction& q) { return predicted ? outcome_rate(q, static_cast<SnoopingOutcome>(o)) : kNaN; })
+          .predicted = predicted;
     }
+  return rows;
+}
+
+std::vector<compare::ComparisonRow> detection_rows(const Scenario& s, const Prediction& p, const stats::Tally& tally) {
+  const EventLayout layout{s.injected.size(), s.strategies.size()};
+  const std::uint64_t runs = tally.trials - tally.failed;
+  const stats::Moments& m = tally.moments;
+  const double confidence = s.verdict.interval_confidence(m.count);
+  std::vector<compare::ComparisonRow> rows;
+  for (const compare::Row& row : rows_of(s, &p)) {
+    const auto event = static_cast<std::size_t>(row.component);
+    const compare::VerdictRule rule =
+        row.formulation == "design" ? s.verdict.with_margin(s.false_alarm_margin) : s.verdict;
+    if (row.statistic == compare::Statistic::mean) {
+      compare::Estimate share = compare::mean_estimate(m, 0, confidence);
+      if (m.count > 1)  // a share: its interval must not leave [0, 1]
+        share.interval = stats::share_interval(share.value, m.variance(0), m.count, confidence);
+      rows.push_back(
+          compare::compare_value(row.quantity, row.unit, share, row.prediction, rule, tally.trials, m.count));
+      rows.back().note = m.count > 1 ? "mean over all observations that can be tested" : "";
+    } else {
+      rows.push_back(compare::compare_rate(row.quantity, tally.counts.empty() ? 0 : tally.counts[event], runs,
+                                           row.prediction, rule, tally.trials));
+      if (event == layout.false_alarm_general())
+        rows.back().note += fmt::format("{}chi2 above {:.4f}, level by the B-method",
+                                        rows.back().note.empty() ? "" : "; ", p.general.critical);
+    }
+    rows.back().formulation = row.formulation;
+  }
   compare::leave_undecided(rows, tally.failed, tally.trials, kMostFailed, "adjustments");
   return rows;
 }

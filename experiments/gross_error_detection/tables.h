@@ -27,6 +27,9 @@ struct EventLayout : stats::Layout {
   stats::Slots outcome = slots(strategies, kOutcomes);  ///< by strategy and SnoopingOutcome
 };
 
+/// All rows of table `detection`, which are rates of the events of EventLayout; without `prediction` they have none. Of
+/// the outcomes of snooping those alone are predicted that are of a single error, singly looked for.
+std::vector<compare::Row> rows_of(const Scenario& s, const analysis::GrossErrorPrediction* prediction = nullptr);
 /// Rows of table `detection`, all rates, without annotations.
 std::vector<compare::ComparisonRow> detection_rows(const Scenario& s, const analysis::GrossErrorPrediction& p,
                                                    const stats::Tally& tally);
