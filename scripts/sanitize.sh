@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Tests under sanitizers, built with clang in folders of their own. A finding ends it with an error.
-#   scripts/sanitize.sh asan           unit tests but those tagged [long] (statistics of many trials, in loops that others
-#                                      run, too), address and undefined-behaviour sanitizers
-#   scripts/sanitize.sh asan-all       all unit tests (some twenty minutes)
+#   scripts/sanitize.sh asan           unit tests of the modules that read files from outside, and of what these stand on
+#                                      (reader_tests), but those tagged [long]; address and undefined-behaviour sanitizers
+#   scripts/sanitize.sh asan-all       all unit tests (some twenty minutes; nightly)
 #   scripts/sanitize.sh tsan           the tests of what has threads, thread sanitizer
 #   scripts/sanitize.sh tsan-studies   these, and every smoke config on three threads (some minutes more)
 # What has threads is lib/montecarlo, lib/checkpoint and lib/store; the only loop in several threads
@@ -17,14 +17,18 @@ fi
 case "${1:-}" in
   asan | asan-all)
     cmake --preset asan >/dev/null
-    cmake --build build-asan --target unit_tests
-    left_out=
-    [ "$1" = asan-all ] || left_out='~[long]~[.]'  # and, as without any choice, none of those hidden
+    tests=unit_tests left_out=
+    [ "$1" = asan-all ] || tests=reader_tests left_out='~[long]~[.]'  # and, as without any choice, none of those hidden
+    cmake --build build-asan --target "$tests"
     # A process for each folder's tests: to start one takes longer than most of the tests.
     folder=$(mktemp -d)
     trap 'rm -rf "$folder"' EXIT
     export left_out folder
-    find "$PWD/build-asan/tests" -maxdepth 1 -name '*_tests' -type f -perm -u+x | sort | xargs -P "$(nproc)" -I{} bash -c '
+    if [ "$1" = asan ]; then
+      sed "s|^|$PWD/build-asan/tests/|" build-asan/tests/reader_tests.txt
+    else
+      find "$PWD/build-asan/tests" -maxdepth 1 -name '*_tests' -type f -perm -u+x | sort
+    fi | xargs -P "$(nproc)" -I{} bash -c '
       name=$(basename {})
       mkdir "$folder/$name" && cd "$folder/$name" || exit
       timeout 1200 {} $left_out >"$folder/$name.log" 2>&1 && exit

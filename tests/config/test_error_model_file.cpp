@@ -4,7 +4,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
-#include "thesis_cases.h"
+#include "project_files.h"
 
 using namespace surveymc;
 using namespace surveymc::config;

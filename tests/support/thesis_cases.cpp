@@ -1,22 +1,11 @@
 #include "thesis_cases.h"
 
-#include <fstream>
-#include <sstream>
-
 #include <fmt/format.h>
 
 #include "base/units.h"
 #include "config/survey_csv.h"
 
 namespace surveymc::test {
-
-std::string project_path(const std::string& path) { return std::string(SURVEYMC_SOURCE_DIR "/") + path; }
-
-std::string project_file(const std::string& path) {
-  std::stringstream text;
-  text << std::ifstream(project_path(path)).rdbuf();
-  return text.str();
-}
 
 ThesisCase thesis_case(int number) {
   const std::string path = fmt::format("configs/thesis/traj{}.csv", number);

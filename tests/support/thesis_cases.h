@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "project_files.h"
 #include "random/stream.h"
 #include "sensor/magnetometer.h"
 #include "survey/reference_field.h"
@@ -34,10 +35,6 @@ Eigen::Matrix<double, 6, 1> true_parameters(const ThesisCase& c);
 /// Readings of `trials` trials from `first` on, a multiple of simd::kGroup.
 survey::ReadingBlock simulated(const ThesisCase& c, const sensor::NoiseModel& noise, int trials,
                                const random::Stream& stream, std::uint64_t first = 0);
-
-/// Whole text of a file of the project; path relative to its root.
-std::string project_file(const std::string& path);
-std::string project_path(const std::string& path);
 
 /// Attitudes worth trying: every combination of easy, tiny, right-angled and wrapped-round angles, in radians.
 std::vector<survey::Attitude> difficult_attitudes();
