@@ -1,4 +1,4 @@
-#include "error_model_monte_carlo/scenario.h"
+#include "error_model_monte_carlo/study.h"
 
 #include <algorithm>
 #include <cmath>
@@ -111,29 +111,6 @@ std::vector<std::string> read_formulations(config::ConfigReader& c) {
   return out;
 }
 
-/// All rows. A NEES has no confidence sequence; a single source has no interval for all looks.
-std::vector<compare::Row> rows_of(const Scenario& s) {
-  std::vector<compare::Row> rows;
-  for (const char* d : {"north", "east", "vertical"})
-    rows.push_back({.table = "axes", .quantity = std::string("mean_") + d});
-  for (const std::string& f : kFormulations) {
-    const bool available = std::find(s.formulations.begin(), s.formulations.end(), f) != s.formulations.end();
-    const auto add = [&](const char* table, bool predicted, std::initializer_list<const char*> quantities) {
-      for (const char* q : quantities)
-        rows.push_back(
-            {.table = table, .formulation = f, .quantity = q, .predicted = predicted, .available = available});
-    };
-    add("axes", true, {"sd_axis_1", "sd_axis_2", "sd_axis_3", "mean_axis_1", "mean_axis_2", "mean_axis_3"});
-    add("position", true, {"sd_north", "sd_east", "sd_vertical"});
-    add("position_hla", true, {"sd_high_side", "sd_lateral", "sd_along_hole"});
-    if (f == "second_order") continue;
-    add("axes", false, {"nees"});
-    add("by_source", false, {"sd_along", "sd_along_2", "sd_along_3"});
-    add("ellipse", false, {"ellipse"});
-  }
-  return rows;
-}
-
 }  // namespace
 
 bool is_for_quadrature(const propagate::ErrorSource& source) {
@@ -167,7 +144,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   s.antithetic = c.boolean("antithetic", false);
   if (s.samples()) {
     s.verdict = compare::read_verdict_rule(c);
-    s.trial_plan = compare::read_verdict_plan(c, rows_of(s), s.verdict, {20});
+    s.trial_plan = compare::read_verdict_plan(c, ErrorModelMonteCarlo::rows_of(s), s.verdict, {20});
     s.save_samples = static_cast<std::uint64_t>(c.integer("save_samples", 0, 1'000'000, 0));
     c.require(!s.antithetic || s.trial_plan.trials % 2 == 0, s.trial_plan.looks.empty() ? "trials" : "stop.max_trials",
               "must be even where antithetic = true: trials come in pairs");
@@ -178,7 +155,7 @@ Scenario read_scenario(config::ConfigReader& c, random::StudySeed seed) {
   }
   s.report_md = read_report_depths(c, s.survey);
   if (!s.samples()) s.verdict = compare::read_verdict_rule(c);
-  s.annotations = compare::Annotations::read(c, rows_of(s));
+  s.annotations = compare::Annotations::read(c, ErrorModelMonteCarlo::rows_of(s));
   c.finish();
   return s;
 }

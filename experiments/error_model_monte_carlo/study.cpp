@@ -67,13 +67,6 @@ Formulation formulation_of(const std::string& name, const Matrix3d& covariance) 
   return f;
 }
 
-/// Columns of a depth's moments, beside the controlled ones: N, E, V; then for every formulation NEES less that of the
-/// control, horizontal NEES, both horizontal axes.
-constexpr Eigen::Index kPerFormulation = 4;
-Eigen::Index column_of(std::size_t formulation, int which) {
-  return 3 + kPerFormulation * static_cast<Eigen::Index>(formulation) + which;
-}
-
 }  // namespace
 
 ErrorModelMonteCarlo::ErrorModelMonteCarlo(Scenario scenario)

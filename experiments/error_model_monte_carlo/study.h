@@ -57,6 +57,13 @@ struct Quantity {
   Eigen::Vector3d direction;
 };
 
+/// Columns of a depth's moments, beside the controlled ones: N, E, V; then for every formulation NEES less that of the
+/// control, horizontal NEES, both horizontal axes.
+constexpr Eigen::Index kPerFormulation = 4;
+inline Eigen::Index column_of(std::size_t formulation, int which) {
+  return 3 + kPerFormulation * static_cast<Eigen::Index>(formulation) + which;
+}
+
 class ErrorModelMonteCarlo final : public study::StudyPoint {
  public:
   explicit ErrorModelMonteCarlo(Scenario scenario);
@@ -65,6 +72,10 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   stats::Tally run_block(montecarlo::TrialBlock block) const override;
   study::PointResult report(const stats::Tally& tally, const montecarlo::RunOptions& options) const override;
   std::string replay(std::uint64_t trial) const override;
+
+  /// All rows of a depth, their components being numbers of quantities; without a point they have no numbers.
+  static std::vector<compare::Row> rows_of(const Scenario& scenario, const ErrorModelMonteCarlo* point = nullptr,
+                                           std::size_t depth = 0);
 
  private:
   struct Found {
@@ -84,9 +95,8 @@ class ErrorModelMonteCarlo final : public study::StudyPoint {
   /// Tells rows of one name apart, where there are several depths.
   std::string place(std::size_t depth) const;
   compare::RowsOfTables judged_rows(const stats::Tally& tally) const;
-  std::vector<compare::ComparisonRow> axes_rows(const stats::Tally& tally, std::size_t depth) const;
-  std::vector<compare::ComparisonRow> directions_rows(const stats::Tally& tally, std::size_t depth,
-                                                      bool along_hole) const;
+  std::vector<compare::ComparisonRow> compared(const stats::Tally& tally, std::size_t depth,
+                                               const std::string& table) const;
   /// axes, position and position_hla.
   std::vector<store::Table> judged_tables(const stats::Tally& tally) const;
   store::Table by_source_table(const stats::Tally& tally) const;

@@ -42,61 +42,90 @@ std::string ErrorModelMonteCarlo::place(std::size_t depth) const {
   return depths_.size() > 1 ? fmt::format("{:.10g} m", depths_[depth].md) : std::string();
 }
 
-std::vector<compare::ComparisonRow> ErrorModelMonteCarlo::axes_rows(const stats::Tally& tally, std::size_t d) const {
-  const Depth& depth = depths_[d];
-  std::vector<compare::ComparisonRow> rows;
-  for (int a = 0; a < 3; ++a)
-    rows.push_back(compare::compare_mean(std::string("mean_") + kNev[static_cast<std::size_t>(a)], "m",
-                                         found(tally, nev_[0][d] + static_cast<std::size_t>(a)).mean, depth.truth[a],
-                                         depth.truth[a], s_.verdict, tally.trials));
-  for (std::size_t f = 0; f < s_.formulations.size(); ++f) {
-    const Formulation& p = depth.formulations[f];
-    std::vector<compare::ComparisonRow> means;
-    for (int a = 0; a < 3; ++a) {
-      const Found x = found(tally, axes_[f][d] + static_cast<std::size_t>(a));
-      compare::ComparisonRow row =
-          compare::labelled(p.name, compare::compare_value(fmt::format("sd_axis_{}", a + 1), "m", x.sd, p.sd[a],
-                                                           s_.verdict, tally.trials, units(tally)));
-      if (p.is_first_order()) unless_reached(row, p.sd[a], p.sd[0]);
-      rows.push_back(row);
-      means.push_back(
-          compare::labelled(p.name, compare::compare_mean(fmt::format("mean_axis_{}", a + 1), "m", x.mean, 0,
-                                                          p.axes.col(a).dot(p.mean), s_.verdict, tally.trials)));
+std::vector<compare::Row> ErrorModelMonteCarlo::rows_of(const Scenario& s, const ErrorModelMonteCarlo* point,
+                                                        std::size_t d) {
+  using enum compare::Statistic;
+  const Depth* depth = point ? &point->depths_[d] : nullptr;
+  std::vector<compare::Row> rows;
+  const auto add = [&](const char* table, const std::string& formulation, const std::string& quantity,
+                       compare::Statistic statistic, std::size_t component, double prediction) -> compare::Row& {
+    return rows.emplace_back(compare::Row{.table = table,
+                                          .formulation = formulation,
+                                          .quantity = quantity,
+                                          .unit = "m",
+                                          .statistic = statistic,
+                                          .component = static_cast<int>(component),
+                                          .prediction = prediction});
+  };
+  const std::size_t nev = point ? point->nev_[0][d] : 0, hla = point ? point->hla_[d] : 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    compare::Row& row = add("axes", "", std::string("mean_") + kNev[a], mean, nev + a, depth ? depth->truth[a] : kNaN);
+    row.offset = row.prediction;
+  }
+  std::vector<std::string> formulations = s.formulations;  // and those that a config may name all the same
+  for (const std::string& f : kFormulations)
+    if (std::find(formulations.begin(), formulations.end(), f) == formulations.end()) formulations.push_back(f);
+  for (std::size_t f = 0; f < formulations.size(); ++f) {
+    const std::string& name = formulations[f];
+    const bool available = f < s.formulations.size(), is_first_order = name != "second_order";
+    const Formulation* p = depth && available ? &depth->formulations[f] : nullptr;
+    const std::size_t axes = p ? point->axes_[f][d] : 0, first = rows.size();
+    for (std::size_t a = 0; a < 3; ++a)
+      add("axes", name, fmt::format("sd_axis_{}", a + 1), sd, axes + a, p ? p->sd[a] : kNaN);
+    for (std::size_t a = 0; a < 3; ++a)
+      add("axes", name, fmt::format("mean_axis_{}", a + 1), mean, axes + a, p ? p->axes.col(a).dot(p->mean) : kNaN);
+    for (std::size_t a = 0; a < 3; ++a)
+      add("position", name, std::string("sd_") + kNev[a], sd, nev + a,
+          p ? sd_along(p->covariance, Vector3d::Unit(a)) : kNaN);
+    for (std::size_t a = 0; a < 3; ++a)
+      add("position_hla", name, std::string("sd_") + kHla[a], sd, hla + a,
+          p ? sd_along(p->covariance, Vector3d(depth->hla.row(a))) : kNaN);
+    const std::size_t judged = rows.size();  // a NEES and single sources have no confidence sequence
+    if (is_first_order) {
+      add("axes", name, "nees", squared_distance, f, 3);
+      for (const char* q : {"sd_along", "sd_along_2", "sd_along_3"}) add("by_source", name, q, other, 0, kNaN);
+      add("ellipse", name, "ellipse", other, 0, kNaN);
     }
-    rows.insert(rows.end(), means.begin(), means.end());
-    if (!p.is_first_order() || !p.weight.allFinite()) continue;
-    // NEES = that of the control, whose mean is known, and the mean of the difference.
-    stats::SampleSummary nees = summary_of(tally, d, 3 + 4 * static_cast<Eigen::Index>(f));
-    nees.mean += (p.weight * drawn_[0].control[d]).trace();
-    rows.push_back(compare::labelled(p.name, compare::compare_nees("nees", nees, 3, s_.verdict, tally.trials)));
+    for (std::size_t r = first; r < rows.size(); ++r) {
+      rows[r].available = available && !(p && rows[r].quantity == "nees" && !p->weight.allFinite());
+      rows[r].predicted = r < judged;
+    }
   }
   return rows;
 }
 
-std::vector<compare::ComparisonRow> ErrorModelMonteCarlo::directions_rows(const stats::Tally& tally, std::size_t d,
-                                                                          bool along_hole) const {
+std::vector<compare::ComparisonRow> ErrorModelMonteCarlo::compared(const stats::Tally& tally, std::size_t d,
+                                                                   const std::string& table) const {
   std::vector<compare::ComparisonRow> rows;
-  for (const Formulation& p : depths_[d].formulations)
-    for (int a = 0; a < 3; ++a) {
-      const Vector3d direction = along_hole ? Vector3d(depths_[d].hla.row(a)) : Vector3d(Vector3d::Unit(a));
-      const std::size_t quantity = (along_hole ? hla_[d] : nev_[0][d]) + static_cast<std::size_t>(a);
-      const double predicted = sd_along(p.covariance, direction);
-      compare::ComparisonRow row = compare::labelled(
-          p.name,
-          compare::compare_value(fmt::format("sd_{}", (along_hole ? kHla : kNev)[static_cast<std::size_t>(a)]), "m",
-                                 found(tally, quantity).sd, predicted, s_.verdict, tally.trials, units(tally)));
-      if (p.is_first_order()) unless_reached(row, predicted, p.sd[0]);
-      rows.push_back(row);
+  for (const compare::Row& row : rows_of(s_, this, d)) {
+    if (row.table != table || !row.available) continue;
+    const auto component = static_cast<std::size_t>(row.component);
+    if (row.statistic == compare::Statistic::squared_distance) {
+      // NEES = that of the control, whose mean is known, and the mean of the difference.
+      stats::SampleSummary nees = summary_of(tally, d, column_of(component, 0));
+      nees.mean += (depths_[d].formulations[component].weight * drawn_[0].control[d]).trace();
+      rows.push_back(compare::compare_row(row, nees, s_.verdict, tally.trials));
+      continue;
     }
+    const Found x = found(tally, component);
+    if (row.statistic == compare::Statistic::mean) {
+      rows.push_back(compare::compare_row(row, x.mean, s_.verdict, tally.trials));
+      continue;
+    }
+    rows.push_back(compare::labelled(
+        row.formulation,
+        compare::compare_value(row.quantity, row.unit, x.sd, row.prediction, s_.verdict, tally.trials, units(tally))));
+    for (const Formulation& p : depths_[d].formulations)
+      if (p.name == row.formulation && p.is_first_order()) unless_reached(rows.back(), row.prediction, p.sd[0]);
+  }
   return rows;
 }
 
 compare::RowsOfTables ErrorModelMonteCarlo::judged_rows(const stats::Tally& tally) const {
   compare::RowsOfTables all;
   for (std::size_t d = 0; d < depths_.size(); ++d) {
-    all.push_back({"axes", axes_rows(tally, d), place(d)});
-    all.push_back({"position", directions_rows(tally, d, false), place(d)});
-    all.push_back({"position_hla", directions_rows(tally, d, true), place(d)});
+    for (const char* table : {"axes", "position", "position_hla"})
+      all.push_back({table, compared(tally, d, table), place(d)});
   }
   return all;
 }
