@@ -16,7 +16,7 @@
 #include "compare/table_rows.h"
 #include "compare/verdict.h"
 #include "config/readings_csv.h"
-#include "estimate/tables.h"
+#include "estimate/run_tables.h"
 #include "scenario/chain_sizes.h"
 #include "scenario/scenario.h"
 #include "scenario/told_inputs.h"

@@ -7,7 +7,7 @@
 #include "base/units.h"
 #include "compare/table_rows.h"
 #include "compare/verdict.h"
-#include "estimate/tables.h"
+#include "estimate/run_tables.h"
 #include "scenario/station_sigmas.h"
 #include "stats/intervals.h"
 

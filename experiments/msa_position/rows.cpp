@@ -21,17 +21,11 @@ const Model& no_model() {
   static const Model none = [] {
     Model m;
     analysis::MsaPrediction& p = m.prediction;
-    p.parameters.setConstant(kNaN);
-    p.parameter_covariance.setConstant(kNaN);
-    p.reference_shift.setConstant(kNaN);
-    p.reference_covariance.setConstant(kNaN);
-    p.claimed_covariance.setConstant(kNaN);
+    const auto blank = [](auto&... numbers) { (numbers.setConstant(kNaN), ...); };
+    blank(p.parameters, p.parameter_covariance, p.reference_shift, p.reference_covariance, p.claimed_covariance,
+          p.position, p.uncorrected, p.position_covariance[0], p.position_covariance[1], p.position_covariance[2],
+          m.horizontal_axes[0], m.hla_from_nev);
     p.claimed_azimuth_sd.fill(kNaN);
-    p.position.setConstant(kNaN);
-    p.uncorrected.setConstant(kNaN);
-    p.position_covariance.fill(Eigen::Matrix3d::Constant(kNaN));
-    m.horizontal_axes.fill(Eigen::Matrix2d::Constant(kNaN));
-    m.hla_from_nev.setConstant(kNaN);
     return m;
   }();
   return none;

@@ -1,4 +1,4 @@
-#include "estimate/tables.h"
+#include "estimate/run_tables.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,6 @@
 #pragma once
+/// Tables of a run of readings that an estimator of gains and biases solves; those of single stations and of chained
+/// runs are made where these are solved.
 #include <vector>
 
 #include "analysis/estimate_warnings.h"
