@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Runs the commands of the documentation and holds every number that is quoted from them against what they give.
 
-    check_docs.py SURVEYMC [PAGE ...] [--full] [--print] [--only TEXT] [--keep FOLDER] [--syntax | --list]
+    check_docs.py SURVEYMC [PAGE ...] [--full] [--sample N] [--print] [--only TEXT] [--keep FOLDER] [--syntax | --list]
 
 A page is docs/studies.md, README.md, docs/tutorials/own_well.md or any other Markdown file (default: these three). Its
 numbers are tied to commands by comments that no reader sees, behind the text that quotes them:
@@ -53,6 +53,7 @@ import statistics
 import subprocess
 import tempfile
 import time
+import zlib
 from typing import NamedTuple
 
 import h5py
@@ -557,6 +558,8 @@ def check_page(program, page, options, folder):
         claims = [c for c in t.claims if options.full or not c.full_only]
         if arguments is None or not claims or (options.only and options.only not in shlex.join(t.command)):
             continue
+        if zlib.crc32(shlex.join(t.command).encode()) % options.sample:
+            continue
         path, took = result_of(program, arguments, folder)
         names = names_of(path)
         commands.add(shlex.join(arguments))
@@ -592,6 +595,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0], epilog="The head of this file says how numbers are tied to commands.")
     parser.add_argument("surveymc")
     parser.add_argument("pages", nargs="*", type=pathlib.Path)
+    parser.add_argument("--sample", type=int, default=1, metavar="N", help="run about one of N commands, always the same ones")
     parser.add_argument("--full", action="store_true", help="run the commands as they are quoted, instead of the small ones")
     parser.add_argument("--print", action="store_true", help="print every number with its measured value, and the times")
     parser.add_argument("--only", metavar="TEXT", help="only commands that have this in them")

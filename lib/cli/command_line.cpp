@@ -20,7 +20,7 @@ namespace {
 
 constexpr const char* kProgram = "surveymc: Monte-Carlo research workbench for wellbore directional surveying";
 
-/// CLI::Range takes what is not a number, and tells a limit of infinity with 309 digits.
+/// CLI::Range accepts NaN, and prints an upper bound of infinity with 309 digits.
 const CLI::Validator kFinite(
     [](std::string& text) {
       double x = 0;
@@ -28,7 +28,7 @@ const CLI::Validator kFinite(
     },
     "");
 
-/// CLI::NonNegativeNumber and CLI::PositiveNumber tell their range with 309 digits.
+/// CLI::NonNegativeNumber and CLI::PositiveNumber would print their upper bound with 309 digits.
 CLI::Validator number_that(bool (*is_right)(double), std::string rule, std::string in_help) {
   return CLI::Validator(
       [is_right, rule = std::move(rule)](std::string& text) {

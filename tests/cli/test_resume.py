@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Kill anything at any time, lose nothing: test_resume.py SURVEYMC_EXECUTABLE [unittest arguments]
 
-Journals and --resume. Every comparison is of content hashes with an uninterrupted run. SURVEYMC_KILLS (30) is how many
+Journals and --resume. Every comparison is of content hashes with an uninterrupted run. SURVEYMC_KILLS (10) is how many
 SIGKILLs a run has to survive; test_kills.py has a thousand over six experiments, nightly.
 """
 import os
@@ -30,7 +30,7 @@ class Resume(Case):
 
     def test_random_kills(self):
         (whole, seconds), moment, kills, finished = self.whole(), random.Random(1), 0, 0
-        wanted = int(os.environ.get("SURVEYMC_KILLS", "30"))
+        wanted = int(os.environ.get("SURVEYMC_KILLS", "10"))
         while kills < wanted:
             code, err = self.interrupt(*self.RUN, "--resume", "--threads", (1, 2, 3, 7)[kills % 4],
                                        after=moment.uniform(0, 0.4 * seconds))

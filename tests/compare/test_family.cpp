@@ -1,11 +1,16 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <iterator>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "base/units.h"
 #include "compare/claims.h"
 #include "compare/comparison.h"
 #include "compare/family.h"
+#include "project_files.h"
 #include "store/row_spool.h"
 
 using namespace surveymc;
@@ -62,18 +67,35 @@ TEST_CASE("The evidence of a rate is exact, and agrees with its interval") {
   CHECK(none.evidence.p_differs == Approx(2 * std::pow(1 - 0.02 / 1.02, 1000)).epsilon(1e-9));
 }
 
-TEST_CASE("Holm rejects from the smallest on, against a growing level, and stops at the first that fails") {
-  CHECK(holm({}, 0.05).empty());
-  CHECK(holm({0.04}, 0.05) == std::vector<bool>{true});
-  // .05/4 = .0125, .05/3 = .0167, .05/2 = .025
-  CHECK(holm({0.03, 0.01, 0.016, 0.9}, 0.05) == std::vector<bool>{false, true, true, false});
-  CHECK(holm({0.02, 0.02, 0.02}, 0.05) == std::vector<bool>{false, false, false});
-}
-
-TEST_CASE("The share of wrong agreements is that of Benjamini and Hochberg") {
-  CHECK(benjamini_hochberg_share({0.01, 0.02, 0.9}, 0.02) == Approx(3 * 0.02 / 2).epsilon(1e-12));
-  CHECK(benjamini_hochberg_share({0.5, 0.6}, 0.05) == 0);
-  CHECK(benjamini_hochberg_share({0.9, 0.9}, 0.9) == Approx(0.9).epsilon(1e-12));
+// The report judges many files as one family, by the same procedures in Python: both are held to one table of cases
+// (tests/report/test_reader.py reads it, too). Of {0.03, 0.01, 0.016, 0.9}: 0.01 < 0.05/4, 0.016 < 0.05/3, 0.03 >
+// 0.05/2.
+TEST_CASE("Holm and the share of wrong agreements give what the table of cases says") {
+  std::istringstream lines(test::project_file("tests/compare/family_cases.csv"));
+  std::string line;
+  std::getline(lines, line);
+  REQUIRE(line == "procedure,level,p,expected");
+  const auto numbers = [](const std::string& cell) {
+    std::istringstream in(cell);
+    return std::vector<double>(std::istream_iterator<double>(in), {});
+  };
+  int cases = 0;
+  for (; std::getline(lines, line); ++cases) {
+    CAPTURE(line);
+    std::istringstream cells(line);
+    std::string procedure, level, p, expected;
+    std::getline(cells, procedure, ','), std::getline(cells, level, ','), std::getline(cells, p, ',');
+    std::getline(cells, expected);
+    const std::vector<double> wanted = numbers(expected);
+    if (procedure == "holm") {
+      const std::vector<bool> rejected = holm(numbers(p), std::stod(level));
+      CHECK(std::vector<double>(rejected.begin(), rejected.end()) == wanted);
+    } else {
+      REQUIRE(procedure == "agreement_share");
+      CHECK(benjamini_hochberg_share(numbers(p), std::stod(level)) == Approx(wanted.at(0)).epsilon(1e-12));
+    }
+  }
+  CHECK(cases == 11);
 }
 
 TEST_CASE("A family of a file marks what may be chance, and leaves out rows that are expected to differ") {

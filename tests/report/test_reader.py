@@ -15,6 +15,7 @@ SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "
 sys.path.insert(0, SCRIPTS)
 import surveymc  # noqa: E402
 from surveymc import NotFound, ResultError  # noqa: E402
+from surveymc.result import agreement_share, holm  # noqa: E402
 
 SMOKE = SURVEYMC = ""
 
@@ -228,6 +229,22 @@ class Elsewhere(unittest.TestCase):
         got = np.array([line.split() for line in run.stdout.split("\n") if line], float)
         self.assertEqual(got.shape, (361, 2), run.stderr)
         np.testing.assert_allclose(got, np.transpose(ours), atol=1e-9)  # metres; printed to 1e-12
+
+
+class Family(unittest.TestCase):
+    def test_the_procedures_give_what_the_table_of_cases_says(self):
+        """The program is held to the same table: tests/compare/test_family.cpp."""
+        path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../compare/family_cases.csv")
+        with open(path) as file:
+            cases = [line.rstrip("\n").split(",") for line in file][1:]
+        for procedure, level, p, expected in cases:
+            p, expected = [float(x) for x in p.split()], [float(x) for x in expected.split()]
+            with self.subTest(procedure=procedure, p=p):
+                if procedure == "holm":
+                    self.assertEqual([float(r) for r in holm(p, float(level))], expected)
+                else:
+                    self.assertAlmostEqual(agreement_share(p, float(level)), expected[0], delta=1e-12)
+        self.assertEqual(len(cases), 11)
 
 
 if __name__ == "__main__":
