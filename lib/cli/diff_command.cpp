@@ -25,7 +25,7 @@ void print_power(const sweep::Differences& d) {
   }
   if (sizes.empty()) return;
   std::string text =
-      fmt::format("power: a difference of {:.2g} standard errors would be found with probability .9", sizes.front());
+      fmt::format("power: a difference of {:.2g} standard errors would be found with probability 0.9", sizes.front());
   if (!relative.empty()) {
     std::sort(relative.begin(), relative.end());
     const auto percent = [](double ln) { return 100 * std::expm1(ln); };
